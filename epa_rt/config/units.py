@@ -1,0 +1,132 @@
+"""Quantities as people write them ("20.78 cm", "460 kPa gauge") turned into SI numbers.
+
+Every number in a rig, experiment or plant file carries its unit, so that a wrong unit is an error and not a
+factor of a thousand. Expressions: ``N*s/m``, ``kg*m^2``, ``m^3/(s*Pa)``; a pressure that is not a difference ends in
+``gauge`` or ``abs``.
+"""
+
+import math
+import re
+from functools import lru_cache
+
+Dimension = tuple[int, ...]  # exponents of m, kg, s, A, K, rad, count
+
+_BASES = ("m", "kg", "s", "A", "K", "rad", "count")
+NONE: Dimension = (0,) * len(_BASES)
+
+
+def _dim(**exponents: int) -> Dimension:
+    return tuple(exponents.get(base, 0) for base in _BASES)
+
+
+_UNITS: dict[str, tuple[float, Dimension]] = {
+    "m": (1.0, _dim(m=1)), "g": (1e-3, _dim(kg=1)), "s": (1.0, _dim(s=1)), "A": (1.0, _dim(A=1)),
+    "K": (1.0, _dim(K=1)), "rad": (1.0, _dim(rad=1)), "count": (1.0, _dim(count=1)),
+    "min": (60.0, _dim(s=1)), "h": (3600.0, _dim(s=1)), "deg": (math.pi / 180, _dim(rad=1)),
+    "rev": (2 * math.pi, _dim(rad=1)), "rpm": (2 * math.pi / 60, _dim(rad=1, s=-1)),
+    "Hz": (1.0, _dim(s=-1)), "N": (1.0, _dim(m=1, kg=1, s=-2)), "Nm": (1.0, _dim(m=2, kg=1, s=-2)),
+    "Pa": (1.0, _dim(m=-1, kg=1, s=-2)), "bar": (1e5, _dim(m=-1, kg=1, s=-2)),
+    "J": (1.0, _dim(m=2, kg=1, s=-2)), "W": (1.0, _dim(m=2, kg=1, s=-3)),
+    "V": (1.0, _dim(m=2, kg=1, s=-3, A=-1)), "ohm": (1.0, _dim(m=2, kg=1, s=-3, A=-2)),
+    "H": (1.0, _dim(m=2, kg=1, s=-2, A=-2)), "L": (1e-3, _dim(m=3)),
+    "%": (1e-2, NONE), "permille": (1e-3, NONE), "1": (1.0, NONE), "cycles": (1.0, NONE),
+}
+_PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "M": 1e6}
+_PREFIXED = {"m", "g", "s", "A", "K", "rad", "Hz", "N", "Nm", "Pa", "bar", "J", "W", "V", "ohm", "H", "L"}
+_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)$")
+_TOKEN = re.compile(r"\s*([A-Za-zµ%]+|\^-?\d+|[*/()1]| )")
+
+
+class UnitError(ValueError):
+    """A quantity that cannot be read, or whose unit does not fit; str() is 'found ..., expected ...'."""
+
+
+def _symbol(name: str) -> tuple[float, Dimension]:
+    if name in _UNITS:
+        return _UNITS[name]
+    if name[:1] in _PREFIXES and name[1:] in _PREFIXED:
+        factor, dimension = _UNITS[name[1:]]
+        return _PREFIXES[name[0]] * factor, dimension
+    raise UnitError(f"found unit '{name}', expected a known unit such as kPa, mm, N, A, deg, ms, rpm")
+
+
+def _tokens(text: str) -> list[str]:
+    tokens, position = [], 0
+    while position < len(text):
+        match = _TOKEN.match(text, position)
+        if not match:
+            raise UnitError(f"found unit '{text}', expected a form such as N*s/m or kg*m^2")
+        if match.group(1).strip():
+            tokens.append(match.group(1))
+        position = match.end()
+    return tokens
+
+
+@lru_cache(maxsize=512)
+def unit(text: str) -> tuple[float, Dimension]:
+    """Factor to SI and dimension of a unit expression. Raises UnitError."""
+    tokens = _tokens(text.strip() or "1")
+    factor, dimension, rest = _product(tokens, text)
+    if rest:
+        raise UnitError(f"found unit '{text}', expected a form such as N*s/m or kg*m^2")
+    return factor, dimension
+
+
+def _product(tokens: list[str], text: str) -> tuple[float, Dimension, list[str]]:
+    factor, dimension, sign = 1.0, NONE, 1
+    while tokens and tokens[0] != ")":
+        head, tokens = tokens[0], tokens[1:]
+        if head in "*/":
+            sign = 1 if head == "*" else -1
+            continue
+        if head == "(":
+            part, part_dimension, tokens = _product(tokens, text)
+            if not tokens:
+                raise UnitError(f"found unit '{text}', expected a closing bracket")
+            tokens = tokens[1:]
+        elif head.startswith("^"):
+            raise UnitError(f"found unit '{text}', expected a unit before '{head}'")
+        else:
+            part, part_dimension = _symbol(head)
+        if tokens and tokens[0].startswith("^"):
+            power, tokens = int(tokens[0][1:]), tokens[1:]
+            part, part_dimension = part**power, tuple(e * power for e in part_dimension)
+        factor *= part**sign
+        dimension = tuple(a + sign * b for a, b in zip(dimension, part_dimension, strict=True))
+        sign = 1
+    return factor, dimension, tokens
+
+
+def split_quantity(text: object) -> tuple[float, str]:
+    """Number and unit text of a quantity. Raises UnitError where no finite number leads."""
+    if isinstance(text, bool) or not isinstance(text, (int, float, str)):
+        raise UnitError(f"found {text!r}, expected a number with a unit")
+    match = _NUMBER.match(str(text))
+    if not match:
+        raise UnitError(f"found '{text}', expected a number with a unit")
+    return float(match.group(1)), match.group(2).strip()
+
+
+def parse_quantity(text: object, si_unit: str) -> float:
+    """The SI value of a quantity such as '20.78 cm' where ``si_unit`` ('m') fixes the dimension. Raises UnitError."""
+    number, unit_text = split_quantity(text)
+    wanted = unit(si_unit)[1]
+    if not unit_text and wanted != NONE:
+        raise UnitError(f"found '{text}' without a unit, expected a number with a unit like {si_unit}")
+    factor, dimension = unit(unit_text)
+    if dimension != wanted:
+        raise UnitError(f"found '{text}', expected a quantity in {si_unit if wanted != NONE else 'no unit'}")
+    value = number * factor
+    if not math.isfinite(value):
+        raise UnitError(f"found '{text}', expected a finite number")
+    return value
+
+
+def parse_pressure(text: object, atmosphere_pa: float) -> float:
+    """Absolute Pa of '460 kPa gauge' or '170 kPa abs'. Raises UnitError where the reference is not said."""
+    stripped = str(text).strip()
+    for word, offset_pa in (("gauge", atmosphere_pa), ("abs", 0.0)):
+        if stripped.endswith(word):
+            return parse_quantity(stripped[: -len(word)].strip(), "Pa") + offset_pa
+    parse_quantity(text, "Pa")
+    raise UnitError(f"found '{text}', expected a pressure that says what it is against: '... kPa gauge' or '... kPa abs'")
