@@ -117,12 +117,12 @@ def _scalar(node: yaml.ScalarNode, where: Location, loader: yaml.SafeLoader, pat
 T = TypeVar("T")
 
 
-def validate(located: Located, model: type[T]) -> T:
+def validate(located: Located, model: type[T], context: Mapping[str, Any] | None = None) -> T:
     """The typed, frozen object of a file. Raises ConfigError for the first thing that does not fit."""
     import pydantic
 
     try:
-        return model.model_validate(located.data)
+        return model.model_validate(located.data, context=dict(context or {}))
     except pydantic.ValidationError as error:
         raise _first_error(located, error) from None
 

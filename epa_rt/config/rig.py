@@ -1,0 +1,250 @@
+"""The rig file: bus, table of signals, drive, muscles, joint, safety. Typed, frozen, unknown keys refused."""
+
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationInfo, field_validator
+
+from epa_rt.config.fields import Frozen, Hertz, Name, Pressure, PressureDifference, Seconds, quantity
+from epa_rt.config.rig_rows import SignalRow, si_unit_of
+from epa_rt.config.units import UnitError, parse_quantity
+
+RowName = Name
+
+
+class AnalogCommand(Frozen):
+    """An EPOS4 that takes its speed from an analog voltage and its enable from a digital input."""
+
+    speed_per_volt: quantity("rad/s/V", 1e-3)
+
+
+class Slave(Frozen):
+    """One slave on the wire, in bus order. EL9011 is an end cap: it may be listed, but it is not a slave."""
+
+    name: Name
+    device: Literal["EK1100", "EL2124", "EL3004", "EL4034", "EL9011", "EPOS4"]
+    revision: Annotated[int, Field(ge=0, le=0xFFFFFFFF)] | None = None
+    product: Annotated[int, Field(ge=0, le=0xFFFFFFFF)] | None = None
+    outputs: tuple[str, ...] | None = None
+    inputs: tuple[str, ...] | None = None
+    counts_per_turn: Annotated[int, Field(ge=4, le=1 << 24)] = 4096
+    rated_torque: quantity("N*m", 1e-4, 100.0) = 0.170
+    analog_command: AnalogCommand | None = None
+
+
+class Cia402Drive(Frozen):
+    """A drive enabled through its CiA 402 states over the bus; fields name rows of the table."""
+
+    interface: Literal["cia402"]
+    control_word: RowName
+    status_word: RowName
+    mode: RowName
+    mode_display: RowName
+    error_code: RowName | None = None
+    transition_timeout: Seconds = 0.5
+
+
+class AnalogDrive(Frozen):
+    """A drive enabled by a digital output and commanded by a voltage."""
+
+    interface: Literal["analog"]
+    enable: RowName
+    enable_delay: Seconds = 0.1
+
+
+def _axis_value(value: Any, info: ValidationInfo, rate: str = "") -> float:
+    """A value on the axis of this section's ``position`` row (mm or deg), or its rate (mm/s, deg/s^2)."""
+    si_unit = si_unit_of(info.data.get("position", "x_m"))
+    return parse_quantity(value, si_unit + rate)
+
+
+def _positive_rate(value: Any, info: ValidationInfo, rate: str) -> float:
+    result = _axis_value(value, info, rate)
+    if not result > 0.0:
+        raise UnitError(f"found '{value}', expected a value above zero")
+    return result
+
+
+class Axis(Frozen):
+    """What motor and joint share: a measured position, named places, limits of motion."""
+
+    position: RowName
+    places: dict[Name, float] = {}
+    speed_max: float
+    acceleration_max: float
+
+    @field_validator("places", mode="before")
+    @classmethod
+    def _places(cls, value: Any, info: ValidationInfo) -> Any:
+        if not isinstance(value, dict):
+            raise UnitError(f"found {value!r}, expected a mapping of names to positions")
+        return {name: _axis_value(place, info) for name, place in value.items()}
+
+    @field_validator("speed_max", mode="before")
+    @classmethod
+    def _speed(cls, value: Any, info: ValidationInfo) -> float:
+        return _positive_rate(value, info, "/s")
+
+    @field_validator("acceleration_max", mode="before")
+    @classmethod
+    def _acceleration(cls, value: Any, info: ValidationInfo) -> float:
+        return _positive_rate(value, info, "/s^2")
+
+
+class Motor(Axis):
+    """The motor's axis: measured rows, the command rows it has, and the loop around the drive."""
+
+    speed: RowName | None = None
+    current: RowName | None = None
+    position_target: RowName | None = None
+    speed_target: RowName | None = None
+    torque_target: RowName | None = None
+    position_gain: quantity("1/s", 0.0, 1000.0) = 10.0
+
+
+class JointPid(Frozen):
+    """Gains from joint error to motor travel; the joint's lever arm gives the feedforward."""
+
+    kp: quantity("1", 0.0) = 0.0
+    ki: quantity("1/s", 0.0) = 0.0
+    kd: quantity("s", 0.0) = 0.0
+    derivative_cutoff: Hertz = 50.0
+    feedforward: quantity("1") = 1.0
+
+
+class Joint(Axis):
+    """The joint that the motor moves through a muscle. Gains are per metre of joint travel (lever arm x angle)."""
+
+    lever_arm: quantity("m/rad", 1e-4, 2.0) | None = None
+    pid: JointPid
+
+
+class Valves(Frozen):
+    """How a muscle's inlet and exhaust valves are switched to set a pressure and hold it."""
+
+    tolerance: PressureDifference = 1000.0
+    settle: Seconds = 1.0
+    fill_timeout: Seconds = 30.0
+    pulse_min: quantity("s", 1e-4, 1.0) = 0.003
+    pulse_max: quantity("s", 1e-4, 1.0) = 0.040
+    lead: Seconds = 0.006
+    drift: PressureDifference = 5000.0
+    max_pulses: Annotated[int, Field(ge=1, le=1000)] = 60
+
+
+class Muscle(Frozen):
+    """A muscle: its pressure, its two valves."""
+
+    name: Name
+    pressure: RowName
+    inlet: RowName
+    exhaust: RowName
+    pressure_max: Pressure
+    valves: Valves = Valves()
+
+
+class I2t(Frozen):
+    """Thermal limit of the motor: tau dq/dt = I^2 - q; trips at q above the continuous current squared."""
+
+    current: RowName
+    continuous: quantity("A", 0.01, 100.0)
+    time_constant: quantity("s", 0.01, 1e5)
+
+
+class Safety(Frozen):
+    """What the envelope watches beside each row's own limits."""
+
+    reaction: Seconds = 0.020
+    lost_cycles: Annotated[int, Field(ge=1, le=1000)] = 3
+    i2t: I2t | None = None
+    never_together: tuple[tuple[RowName, RowName], ...] = ()
+
+
+class Overrun(Frozen):
+    """When a cycle counts as late, and what to do about it."""
+
+    late: Seconds = 0.0003
+    policy: Literal["count", "stop", "trip"] = "count"
+    in_a_row: Annotated[int, Field(ge=1, le=100_000)] = 5
+
+
+class Realtime(Frozen):
+    """What the loop asks of the kernel where the user may: priority, core."""
+
+    priority: Annotated[int, Field(ge=1, le=98)] = 80
+    core: Annotated[int, Field(ge=0, le=1023)] | None = None
+
+
+class Rig(Frozen):
+    """A whole rig. ``row(name)`` finds a signal; ``inputs`` and ``outputs`` are its rows in table order."""
+
+    rig: Name
+    description: str = ""
+    period: quantity("s", 1e-4, 1.0)
+    atmosphere: Pressure
+    plant: str
+    bus: Annotated[tuple[Slave, ...], Field(min_length=1, max_length=64)]
+    signals: Annotated[tuple[SignalRow, ...], Field(min_length=1, max_length=63)]
+    drive: Annotated[Cia402Drive | AnalogDrive, Field(discriminator="interface")]
+    motor: Motor
+    muscles: Annotated[tuple[Muscle, ...], Field(max_length=2)] = ()
+    joint: Joint | None = None
+    safety: Safety = Safety()
+    overrun: Overrun = Overrun()
+    realtime: Realtime = Realtime()
+
+    @property
+    def name(self) -> str:
+        return self.rig
+
+    @property
+    def period_s(self) -> float:
+        return self.period
+
+    @property
+    def atmosphere_pa(self) -> float:
+        return self.atmosphere
+
+    @cached_property
+    def slaves(self) -> tuple[Slave, ...]:
+        return tuple(slave for slave in self.bus if slave.device != "EL9011")
+
+    @cached_property
+    def inputs(self) -> tuple[SignalRow, ...]:
+        return tuple(row for row in self.signals if not row.is_output)
+
+    @cached_property
+    def outputs(self) -> tuple[SignalRow, ...]:
+        return tuple(row for row in self.signals if row.is_output)
+
+    def row(self, name: str) -> SignalRow:
+        """The row of a signal. Raises KeyError."""
+        return self._rows[name]
+
+    @cached_property
+    def _rows(self) -> dict[str, SignalRow]:
+        return {row.name: row for row in self.signals}
+
+
+def load_rig(path: Path | str) -> Rig:
+    """Reads and checks a rig file. Raises ConfigError: one sentence with file, line, found, expected."""
+    from epa_rt.config.source import load_yaml
+
+    return rig_from(load_yaml(path))
+
+
+def rig_from(located: Any) -> Rig:
+    """The rig of a YAML text already read (a file, or a log's attachment). Raises ConfigError."""
+    from epa_rt.config.rig_checks import check_rig
+    from epa_rt.config.source import validate
+    from epa_rt.config.units import parse_pressure
+
+    context = {}
+    try:
+        context["atmosphere_pa"] = parse_pressure(located.data.get("atmosphere"), 0.0)
+    except UnitError:
+        pass  # the field itself is reported with its line
+    rig = validate(located, Rig, context)
+    check_rig(rig, located)
+    return rig
