@@ -1,0 +1,38 @@
+"""The boundary: raw process image out, raw process image in. A backend also owns time."""
+
+from typing import NamedTuple, Protocol
+
+
+class Exchange(NamedTuple):
+    """One bus cycle, its health beside its data.
+
+    ``t_ns``: the cycle edge on the backend's clock. ``lateness_ns``: how long after the edge the exchange began.
+    ``busy_ns``: how long everything above the backend took in the cycle before (0 where nobody measures it).
+    """
+
+    cycle: int
+    t_ns: int
+    inputs_raw: bytes
+    working_counter_ok: bool
+    lateness_ns: int
+    busy_ns: int
+
+
+class BackendError(Exception):
+    """A backend that cannot be opened or went away; one sentence for the operator."""
+
+
+class Backend(Protocol):
+    """Hardware, simulation, emulated bus or a recorded log.
+
+    ``exchange`` waits for the next cycle edge, hands over the outputs and returns the inputs of that edge.
+    ``close`` puts the outputs into their safe state first; it may be called twice, and before ``open``.
+    """
+
+    period_s: float
+
+    def open(self) -> None: ...
+
+    def exchange(self, outputs_raw: bytes) -> Exchange: ...
+
+    def close(self) -> None: ...

@@ -1,0 +1,41 @@
+"""The straight line between counts and SI for one row: calibration, gauge pressure and count size in one."""
+
+from dataclasses import dataclass
+
+from epa_rt.config.devices import Entry
+from epa_rt.config.rig import Rig
+from epa_rt.config.rig_checks import calibration_line
+from epa_rt.config.rig_rows import SignalRow, native_pair
+
+INTEGER_RANGE = {"b": (-128, 127), "B": (0, 255), "h": (-(1 << 15), (1 << 15) - 1), "H": (0, (1 << 16) - 1),
+                 "i": (-(1 << 31), (1 << 31) - 1), "I": (0, (1 << 32) - 1), "?": (0, 1)}
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """SI = slope x counts + intercept; ``valid`` counts [low, high] outside of which the sensor is not believed."""
+
+    slope: float
+    intercept: float
+    valid_low: int
+    valid_high: int
+
+    def to_si(self, counts: int) -> float:
+        return self.slope * counts + self.intercept
+
+    def to_counts(self, value: float) -> float:
+        """Counts, not yet rounded."""
+        return (value - self.intercept) / self.slope
+
+
+def scaling_of(row: SignalRow, entry: Entry, rig: Rig) -> Scaling:
+    """The row's scaling. Pressures that are read as gauge come out absolute (the rig's atmosphere is added)."""
+    slope, intercept = calibration_line(row, entry)
+    if row.reads == "gauge":
+        intercept += rig.atmosphere_pa
+    low, high = INTEGER_RANGE[entry.code]
+    if row.valid is not None:
+        native_low, native_high = native_pair(row.valid, entry.unit)
+        low = max(low, round(native_low / entry.per_count))
+        high = min(high, round(native_high / entry.per_count))
+    return Scaling(slope * entry.per_count, intercept, low, high)
