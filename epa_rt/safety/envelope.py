@@ -1,0 +1,87 @@
+"""The last gate before the bytes. It knows the rig's table and nothing of controllers or experiments.
+
+Whatever comes in, what leaves is either a command within every limit or the safe outputs. A trip latches.
+"""
+
+from collections.abc import Callable
+
+from epa_rt.config.rig import Rig
+from epa_rt.safety.commands import CommandGate
+from epa_rt.safety.thermal import ThermalLimit
+from epa_rt.safety.trip import OVER_RANGE_CAUSE, Trip
+
+INFINITE = float("inf")
+
+
+class Envelope:
+    """Checks one cycle: bus health, measured signals, i²t, then the command through its gate.
+
+    ``tripped`` is None or the first Trip; ``gate`` counts what was clamped. ``reason`` tells in words why a measured
+    row is invalid (the decoder's).
+    """
+
+    def __init__(self, rig: Rig, reason: Callable[[int], str]):
+        self.tripped: Trip | None = None
+        self.gate = CommandGate(rig)
+        self._reason = reason
+        self._safe = {row.name: row.safe for row in rig.outputs}
+        self._lost, self._lost_allowed = 0, rig.safety.lost_cycles
+        self._names = tuple(row.name for row in rig.inputs)
+        self._watched = [(row.name, *(row.limits or (-INFINITE, INFINITE)), row.si_unit)
+                         for row in rig.inputs if not row.name.endswith("_raw")]
+        i2t = rig.safety.i2t
+        self._current = i2t.current if i2t else ""
+        self._thermal = ThermalLimit(i2t.continuous, i2t.time_constant, rig.period_s) if i2t else None
+
+    def trip(self, cause: str, signal: str, text: str, cycle: int) -> None:
+        """Latches a trip that somebody above found (valve, drive, recorder). The first one stays."""
+        if self.tripped is None:
+            self.tripped = Trip(cause, signal, text, cycle)
+
+    def check(self, cycle: int, bus_ok: bool, measured: dict[str, float], invalid: int, stale: int,
+              command: dict[str, float]) -> dict[str, float]:
+        """The outputs of this cycle: the command, limited and counted, or the safe values once tripped."""
+        if self.tripped is None:
+            self._check_bus(cycle, bus_ok)
+            self._check_measured(cycle, measured, invalid, stale)
+        if self.tripped is None:
+            refusal = self.gate.pass_through(measured, command)
+            if refusal is None:
+                return self.gate.outputs
+            self.trip(*refusal, cycle)
+        return self._safe
+
+    def _check_bus(self, cycle: int, bus_ok: bool) -> None:
+        if bus_ok:
+            self._lost = 0
+            return
+        self._lost += 1
+        if self._lost >= self._lost_allowed:
+            text = f"the working counter was wrong in {self._lost} cycles in a row"
+            self.trip("lost working counter", "", text, cycle)
+
+    def _check_measured(self, cycle: int, measured: dict[str, float], invalid: int, stale: int) -> None:
+        if invalid:
+            i = (invalid & -invalid).bit_length() - 1
+            self.trip("invalid sensor", self._names[i], f"{self._names[i]} {self._reason(i)}", cycle)
+            return
+        if stale:
+            i = (stale & -stale).bit_length() - 1
+            self.trip("stale", self._names[i], f"{self._names[i]} has not been renewed", cycle)
+            return
+        for name, low, high, si_unit in self._watched:
+            value = measured[name]
+            if not low <= value <= high:  # catches NaN as well
+                self._out_of_limits(cycle, name, value, low, high, si_unit)
+                return
+        if self._thermal is not None and self._thermal.step(measured[self._current]):
+            text = f"i²t of {self._current} passed its limit (heat {self._thermal.heat_ratio:.2f})"
+            self.trip("motor overload", self._current, text, cycle)
+
+    def _out_of_limits(self, cycle: int, name: str, value: float, low: float, high: float, si_unit: str) -> None:
+        if value != value:
+            self.trip("NaN", name, f"{name} is not a number", cycle)
+            return
+        cause = OVER_RANGE_CAUSE.get(si_unit, "out of limits")
+        unit_text = f" {si_unit}" if si_unit else ""
+        self.trip(cause, name, f"{name} = {value:.6g}{unit_text}, outside [{low:.6g}, {high:.6g}]", cycle)
