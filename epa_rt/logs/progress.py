@@ -1,0 +1,88 @@
+"""The progress line of a run, printed by the recorder process so that the loop never prints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TextIO
+
+TERMINAL_INTERVAL_S = 0.25
+PLAIN_INTERVAL_S = 10.0
+
+
+@dataclass(frozen=True)
+class ProgressSpec:
+    """How long the run is expected to be: cycles, and seconds per cycle."""
+
+    total_cycles_estimate: int
+    period_s: float
+    enabled: bool = True
+
+
+class ProgressLine:
+    """Writes state, phase, time, share, estimated end and ring fill; overwrites itself on a terminal."""
+
+    def __init__(self, spec: ProgressSpec, states: tuple[str, ...], phases: tuple[str, ...], stream: TextIO) -> None:
+        self._spec, self._states, self._phases, self._stream = spec, states, phases, stream
+        self._terminal = stream.isatty()
+        self._due_s: float | None = None
+        self._begin: tuple[float, int] | None = None
+        self._width = 0
+
+    def update(self, now_s: float, cycles: int, state: int, phase: int, fill_ratio: float) -> None:
+        """Print if it is time: `now_s` by any steady clock, `cycles` recorded so far, `fill_ratio` of the ring."""
+        if self._begin is None:
+            self._begin = (now_s, cycles)
+            self._due_s = now_s
+        if now_s < self._due_s:
+            return
+        self._due_s = now_s + (TERMINAL_INTERVAL_S if self._terminal else PLAIN_INTERVAL_S)
+        self._print(self.text(now_s, cycles, state, phase, fill_ratio))
+
+    def text(self, now_s: float, cycles: int, state: int, phase: int, fill_ratio: float) -> str:
+        """The line itself, without an end."""
+        total = max(self._spec.total_cycles_estimate, cycles, 1)
+        begin_s, begin_cycles = self._begin or (now_s, cycles)
+        done, elapsed_s = cycles - begin_cycles, now_s - begin_s
+        left = _clock(elapsed_s / done * (total - cycles)) if done > 0 else "--:--"
+        period_s = self._spec.period_s
+        return (
+            f"{_name(self._states, state)} | {_name(self._phases, phase)} | "
+            f"{_clock(cycles * period_s)} of {_clock(total * period_s)} | {100 * cycles // total:3d} % | "
+            f"{left} left | ring {100 * fill_ratio:.0f} %"
+        )
+
+    def finish(self) -> None:
+        """Leave the terminal on a line of its own."""
+        if self._terminal and self._width:
+            self._write("\n")
+            self._width = 0
+
+    def _print(self, text: str) -> None:
+        if self._terminal:
+            self._write("\r" + text.ljust(self._width))
+            self._width = len(text)
+        else:
+            self._write(text + "\n")
+
+    def _write(self, text: str) -> None:
+        try:
+            self._stream.write(text)
+            self._stream.flush()
+        except (OSError, ValueError):
+            # A terminal that went away must not cost the log.
+            self._stream = _Silent()
+
+
+class _Silent:
+    def write(self, text: str) -> None: ...
+    def flush(self) -> None: ...
+
+
+def _name(names: tuple[str, ...], index: int) -> str:
+    return names[index] if 0 <= index < len(names) else "-"
+
+
+def _clock(seconds: float) -> str:
+    minutes, seconds = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02d}:{seconds:02d}" if hours else f"{minutes:02d}:{seconds:02d}"

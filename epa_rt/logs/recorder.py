@@ -1,0 +1,181 @@
+"""The loop's end of the recording: one pack into shared memory per cycle, and nothing that waits for a disk."""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+import time
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+
+from epa_rt.logs.layout import SampleLayout
+from epa_rt.logs.progress import ProgressSpec
+from epa_rt.logs.recorder_child import RecorderChild
+from epa_rt.logs.ring import (
+    BYTES, EVENT_HEAD, EVENTS, FAILURE_BYTES, HEAD, HEADER_BYTES, KIND_EVENT_END, KIND_EVENT_PART, KIND_SAMPLE, SAMPLES,
+    TAIL, Ring, sample_format,
+)  # fmt: skip
+
+DEFAULT_SLOTS = 16384
+RESERVED_METADATA = ("layout", "outcome")
+_LIVENESS_EVERY = 64
+_WAIT_S = 0.0002
+_CACHE_LINE_BYTES = 64
+
+
+class RecorderError(Exception):
+    """The log could not be opened."""
+
+
+@dataclass(frozen=True)
+class LogSummary:
+    """What became of a recording. `samples` and `events` are those in the file, `size_bytes` is the file's size."""
+
+    path: str
+    outcome: str
+    cause: str
+    samples: int
+    events: int
+    lost_samples: int
+    lost_events: int
+    size_bytes: int
+    failure: str | None
+
+
+class Recorder:
+    """Records samples and events to an MCAP file at `path` through a process of its own.
+
+    `attachments` are files by name, `metadata` are string tables by name (`layout` and `outcome` are taken). With
+    `lossless` the recorder waits when the ring is full, as a simulation may; without, it drops the sample, counts it,
+    and reports a `failure`. Raises ValueError for a metadata name that is taken.
+    """
+
+    def __init__(
+        self, path: str | os.PathLike, layout: SampleLayout, attachments: Mapping[str, bytes],
+        metadata: Mapping[str, Mapping[str, str]], lossless: bool, progress: ProgressSpec | None = None,
+        *, slots: int = DEFAULT_SLOTS,
+    ) -> None:  # fmt: skip
+        for name in RESERVED_METADATA:
+            if name in metadata:
+                raise ValueError(f"recorder: found metadata {name!r}, expected another name: the log uses it itself")
+        self._path, self._lossless, self._attachments = os.path.abspath(path), lossless, dict(attachments)
+        self._job = {
+            "path": self._path, "layout": layout.to_json(), "lossless": lossless,
+            "metadata": {name: dict(values) for name, values in metadata.items()},
+            "progress": asdict(progress) if progress else None,
+        }  # fmt: skip
+        packing = struct.Struct(sample_format(layout))
+        self._pack = packing.pack_into
+        self._inputs_bytes, self._outputs_bytes = layout.inputs_bytes, layout.outputs_bytes
+        self._slots = slots
+        self._slot_bytes = -(-packing.size // _CACHE_LINE_BYTES) * _CACHE_LINE_BYTES
+        self._head = self._limit = 0
+        self._lost_samples = self._lost_events = 0
+        self._failure: str | None = None
+        self._countdown = _LIVENESS_EVERY
+        self._summary: LogSummary | None = None
+
+    def open(self) -> None:
+        """Start the recorder process and wait until the file is open. Raises RecorderError.
+
+        To be called before the loop's process takes real-time priority: starting a process is slow.
+        """
+        try:
+            self._ring = Ring.create(self._slots, self._slot_bytes)
+            self._memory, self._words, self._limit = self._ring.memory, self._ring.words, self._slots
+            self._child = RecorderChild(self._ring, self._job, self._attachments)
+        except OSError as error:
+            raise RecorderError(f"recorder: cannot start: {error.strerror or error}") from None
+        trouble = self._child.wait_until_open()
+        if trouble:
+            self._child.finish()
+            raise RecorderError(trouble)
+
+    def sample(
+        self, cycle: int, t_ns: int, flags: int, state: int, phase: int, lateness_ns: int, busy_ns: int,
+        invalid_mask: int, stale_mask: int, inputs_raw: bytes, outputs_raw: bytes, measured: Mapping[str, float],
+        reference: Mapping[str, float], command: Mapping[str, float], estimate: Mapping[str, float],
+    ) -> None:  # fmt: skip
+        """Record one cycle. The mappings hold the layout's names in the layout's order.
+
+        Raises ValueError where a raw image has not the layout's size, struct.error where the number of values or the
+        range of an integer does not fit.
+        """
+        if len(inputs_raw) != self._inputs_bytes or len(outputs_raw) != self._outputs_bytes:
+            raise ValueError(
+                f"recorder: found raw images of {len(inputs_raw)} and {len(outputs_raw)} bytes, "
+                f"expected {self._inputs_bytes} and {self._outputs_bytes}"
+            )
+        head = self._head
+        if head >= self._limit and not self._has_room(1, self._lossless):
+            self._lost_samples += 1
+            return
+        self._pack(
+            self._memory, HEADER_BYTES + head % self._slots * self._slot_bytes, KIND_SAMPLE, flags, state, phase, cycle,
+            t_ns, lateness_ns, busy_ns, invalid_mask, stale_mask, inputs_raw, outputs_raw, *measured.values(),
+            *reference.values(), *command.values(), *estimate.values(),
+        )  # fmt: skip
+        # Published last: the recorder never sees half a slot.
+        self._head = self._words[HEAD] = head + 1
+
+    def event(self, cycle: int, t_ns: int, kind: str, text: str, **data: object) -> None:
+        """Record something that happened. `data` becomes JSON; what JSON has no form for becomes a string."""
+        self._post_event(cycle, t_ns, kind, text, data, self._lossless)
+
+    @property
+    def failure(self) -> str | None:
+        """What is wrong with the recording, or None. Meant to be read every cycle; stays once it is set."""
+        if self._failure is None:
+            self._countdown -= 1
+            if not self._countdown or self._words[FAILURE_BYTES] or self._lost_samples or self._lost_events:
+                self._countdown = _LIVENESS_EVERY
+                self._failure = self._child.trouble() or self._lost_text()
+        return self._failure
+
+    def close(self, outcome: str, cause: str) -> LogSummary:
+        """Write the end of the log and wait for it. May be called twice: the first call's summary is given again."""
+        if self._summary is None:
+            lost = {"lost_samples": self._lost_samples, "lost_events": self._lost_events}
+            self._post_event(0, 0, "end", cause, {"outcome": outcome} | lost, True)
+            trouble = self._child.finish()
+            failure = self._failure or trouble or self._lost_text()
+            samples, events, size_bytes = (self._words[word] for word in (SAMPLES, EVENTS, BYTES))
+            self._summary = LogSummary(
+                path=self._path, outcome=outcome, cause=cause, samples=samples, events=events, **lost,
+                size_bytes=size_bytes, failure=failure,
+            )  # fmt: skip
+        return self._summary
+
+    def _has_room(self, slots: int, wait: bool) -> bool:
+        """Whether that many slots are free. With `wait` the answer is no only where the recorder is dead."""
+        tries = 0
+        while True:
+            self._limit = self._words[TAIL] + self._slots
+            if self._head + slots <= self._limit:
+                return True
+            tries += 1
+            if not wait or (tries % _LIVENESS_EVERY == 0 and self._child.trouble()):
+                return False
+            time.sleep(_WAIT_S)
+
+    def _post_event(self, cycle: int, t_ns: int, kind: str, text: str, data: dict, wait: bool) -> None:
+        encoded = json.dumps([cycle, t_ns, kind, text, data], default=str).encode()
+        part_bytes = self._slot_bytes - EVENT_HEAD.size
+        parts = [encoded[begin : begin + part_bytes] for begin in range(0, len(encoded), part_bytes)]
+        # Where nothing waits, an event goes in whole or not at all.
+        if not wait and not self._has_room(len(parts), False):
+            self._lost_events += 1
+            return
+        for number, part in enumerate(parts, start=1):
+            if not self._has_room(1, wait):
+                self._lost_events += 1
+                return
+            begin = HEADER_BYTES + self._head % self._slots * self._slot_bytes
+            EVENT_HEAD.pack_into(self._memory, begin, KIND_EVENT_END if number == len(parts) else KIND_EVENT_PART, len(part))
+            self._memory[begin + EVENT_HEAD.size : begin + EVENT_HEAD.size + len(part)] = part
+            self._head = self._words[HEAD] = self._head + 1
+
+    def _lost_text(self) -> str | None:
+        lost = [f"{count} {name}" for count, name in ((self._lost_samples, "samples"), (self._lost_events, "events")) if count]
+        return f"recorder lost {' and '.join(lost)}" if lost else None

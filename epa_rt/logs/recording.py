@@ -1,0 +1,158 @@
+"""Ring slots to a log file: what the recorder process does with what it reads, free of process and ring."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from epa_rt.logs.layout import SampleLayout
+from epa_rt.logs.mcap_file import McapFile
+from epa_rt.logs.ring import EVENT_HEAD, KIND_EVENT_END, KIND_SAMPLE
+from epa_rt.logs.rows import RowBlock, loose_messages
+from epa_rt.logs.schema import CHANNEL_IDS, EVENT, TIMING, cycle_topics, descriptor_set, event_topic, message_class
+from epa_rt.logs.schema import timing_topic
+from epa_rt.logs.timing import TimingWindows
+
+SAMPLES_PER_CHUNK = 2000
+EVENTS_PER_CHUNK = 2000
+END_KIND = "end"
+LAYOUT_METADATA, OUTCOME_METADATA = "layout", "outcome"
+
+
+@dataclass
+class Ending:
+    """How a recorded run ended; the log's `outcome` metadata."""
+
+    outcome: str
+    cause: str
+    lost_samples: int = 0
+    lost_events: int = 0
+
+
+@dataclass
+class Counts:
+    """What the file holds so far."""
+
+    samples: int = 0
+    events: int = 0
+    last_cycle: int = 0
+    last_t_ns: int = 0
+    last_state: int = -1
+    last_phase: int = -1
+    pending: int = 0
+
+
+class Recording:
+    """Takes slots in order and writes them to `file` in chunks of a fixed number of samples.
+
+    What is written depends on the slots and on nothing else, so equal runs give equal bytes; only `flush`, which the
+    caller may call at any time, cuts a chunk short. Raises OSError where the disk does not take the bytes.
+    """
+
+    def __init__(self, file: McapFile, layout: SampleLayout) -> None:
+        self._file = file
+        self._block = RowBlock(layout, SAMPLES_PER_CHUNK)
+        self._event_class = message_class(event_topic())
+        self._event_parts: list[bytes] = []
+        self._loose: list[tuple[int, int, int, bytes]] = []
+        self._loose_events = 0
+        self._timing = TimingWindows()
+        self.counts = Counts()
+        self.ending: Ending | None = None
+
+    @staticmethod
+    def begin(
+        file: McapFile, layout: SampleLayout, attachments: Mapping[str, bytes], metadata: Mapping[str, dict[str, str]]
+    ) -> None:
+        """Write all that comes before the first chunk, so that a cut file still explains itself."""
+        for topic in [*cycle_topics(layout), event_topic(), timing_topic()]:
+            file.channel(topic.channel_id, topic.name, topic.message_name, descriptor_set(topic))
+        file.metadata(LAYOUT_METADATA, {"json": layout.to_json()})
+        for name, values in metadata.items():
+            file.metadata(name, values)
+        for name, data in attachments.items():
+            file.attachment(name, data)
+
+    def feed(self, slots: np.ndarray) -> None:
+        """Take slots from the ring: a structured array, valid only during the call."""
+        begin = 0
+        for other in np.flatnonzero(slots["kind"] != KIND_SAMPLE).tolist():
+            self._samples(slots[begin:other])
+            self._event_slot(slots[other : other + 1])
+            begin = other + 1
+        self._samples(slots[begin:])
+        self.counts.pending = self._block.count + len(self._loose)
+
+    def event(self, cycle: int, t_ns: int, kind: str, text: str, data: dict[str, object]) -> None:
+        """Add an event to the current chunk."""
+        if kind == END_KIND:
+            # The loop says it after its last sample, and does not say when that was.
+            cycle, t_ns = self.counts.last_cycle, self.counts.last_t_ns
+            self.ending = Ending(str(data["outcome"]), text, int(data["lost_samples"]), int(data["lost_events"]))
+        encoded = json.dumps(data)
+        # A lone surrogate has no place in a protobuf string.
+        kind, text = (value.encode(errors="replace").decode() for value in (kind, text))
+        message = self._event_class(cycle=cycle, kind=kind, text=text, data=encoded)
+        self._loose.append((CHANNEL_IDS[EVENT], cycle & 0xFFFFFFFF, t_ns, message.SerializeToString(deterministic=True)))
+        self._loose_events += 1
+        if self._loose_events == EVENTS_PER_CHUNK:
+            self.flush()
+
+    def flush(self) -> None:
+        """Write the samples taken so far as one chunk, and the events and timing as another, small one.
+
+        Apart, because a reader that wants only the events then need not unpack the samples.
+        """
+        samples = self._block.samples
+        self._add_timing(self._timing.add(samples))
+        if len(samples):
+            self._file.chunk(*self._block.messages())
+            self.counts.samples += len(samples)
+        self._block.clear()
+        if self._loose:
+            self._file.chunk(*loose_messages(self._loose))
+            self.counts.events += self._loose_events
+        self._loose, self._loose_events = [], 0
+        self.counts.pending = 0
+
+    def finish(self) -> None:
+        """Write what is left, the outcome, the summary and the footer."""
+        self.flush()
+        self._add_timing(self._timing.finish())
+        self.flush()
+        self.write_ending()
+
+    def write_ending(self) -> None:
+        """The outcome, the summary and the footer alone."""
+        if self.ending is not None:
+            values = {key: str(value) for key, value in vars(self.ending).items()}
+            values |= {"samples": str(self.counts.samples), "events": str(self.counts.events)}
+            self._file.metadata(OUTCOME_METADATA, values)
+        self._file.finish()
+
+    def _samples(self, slots: np.ndarray) -> None:
+        if len(slots):
+            last, counts = slots[-1], self.counts
+            counts.last_cycle, counts.last_t_ns = int(last["cycle"]), int(last["t_ns"])
+            counts.last_state, counts.last_phase = int(last["state"]), int(last["phase"])
+        while len(slots):
+            slots = slots[self._block.take(slots) :]
+            if self._block.count == SAMPLES_PER_CHUNK:
+                self.flush()
+
+    def _event_slot(self, slot: np.ndarray) -> None:
+        content = slot.tobytes()
+        kind, length = EVENT_HEAD.unpack_from(content)
+        self._event_parts.append(content[EVENT_HEAD.size : EVENT_HEAD.size + length])
+        if kind == KIND_EVENT_END:
+            encoded, self._event_parts = b"".join(self._event_parts), []
+            # Not-a-number and infinity become their names: JSON proper, which other readers insist on, has neither.
+            cycle, t_ns, event_kind, text, data = json.loads(encoded, parse_constant=str)
+            self.event(cycle, t_ns, event_kind, text, data)
+
+    def _add_timing(self, messages: list[tuple[int, bytes]]) -> None:
+        for t_ns, data in messages:
+            self._loose.append((CHANNEL_IDS[TIMING], 0, t_ns, data))
