@@ -1,0 +1,46 @@
+"""The simulated rig behind bytes: devices, and the plant behind them. The emulated bus runs the same code."""
+
+import numpy as np
+
+from epa_rt.config.rig import Rig
+from epa_rt.models.plant import advance, new_state
+from epa_rt.models.plant_file import PlantFile
+from epa_rt.models.ports import COMMAND, SENSORS
+from epa_rt.signals.image import image_of
+from sim_backend.devices import MACHINE, STANDSTILL_RAD_S, latch_outputs, sample_inputs
+from sim_backend.wiring import wire_analog_inputs, wire_drive, wire_valves
+
+
+class RigModel:
+    """One cycle at a time: the outputs latched before act on the plant for a period, then the inputs are sampled,
+    then the new outputs are latched. So a command shows in the sensors one cycle later, as on a bus.
+    """
+
+    def __init__(self, rig: Rig, plant: PlantFile, seed: int):
+        self.period_s = rig.period_s
+        self.period_ns = round(rig.period_s * 1e9)
+        self.t_ns = 0
+        self.params = plant.params.copy()
+        self.params["sensors"]["seed"] = seed
+        self.state = new_state(self.params)
+        self.command, self.sensors = np.zeros(1, COMMAND), np.zeros(1, SENSORS)
+        self.machine = np.zeros(1, MACHINE)
+        self._substeps = plant.substeps
+        self._ports = self.sensors.view("f8")
+        self._analog, self._valves, self._drive = wire_analog_inputs(rig), wire_valves(rig), wire_drive(rig)
+        self._inputs = bytearray(image_of(rig, outputs=False).size)
+        self._outputs = bytearray(image_of(rig, outputs=True).size)
+        self._inputs_array = np.frombuffer(self._inputs, np.uint8)
+        self._outputs_array = np.frombuffer(self._outputs, np.uint8)
+        latch_outputs(self._outputs_array, self._valves, self._drive, self.machine, self.command, True)
+
+    def cycle(self, outputs_raw: bytes) -> bytes:
+        """Advances one period and returns the input image. ``outputs_raw`` must have the image's size."""
+        advance(self.params, self.state, self.command, self.sensors, self.period_s, self._substeps)
+        self.t_ns += self.period_ns
+        ports = self._ports
+        sample_inputs(self._inputs_array, self._analog, self._drive, self.machine, ports, self.t_ns)
+        self._outputs[:] = outputs_raw
+        latch_outputs(self._outputs_array, self._valves, self._drive, self.machine, self.command,
+                      -STANDSTILL_RAD_S < self.sensors["motor_speed_rad_s"][0] < STANDSTILL_RAD_S)
+        return bytes(self._inputs)

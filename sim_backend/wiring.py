@@ -1,0 +1,94 @@
+"""Which entry of the process image is wired to which port of the plant, as tables for the compiled devices."""
+
+import numpy as np
+
+from epa_rt.config.devices import ANALOG_V_PER_COUNT
+from epa_rt.config.rig import Rig
+from epa_rt.config.rig_checks import calibration_line
+from epa_rt.config.source import ConfigError
+from epa_rt.models.ports import SENSORS
+from epa_rt.signals.image import image_of
+
+ADC_STEP_COUNTS = 16  # EL3004 and EL4034 convert 12 bits, presented left-aligned in 16
+
+ANALOG_IN = np.dtype([("status_byte", "i8"), ("value_byte", "i8"), ("port", "i8"), ("counts_per_si", "f8"),
+                      ("offset_counts", "f8")], align=True)
+VALVE = np.dtype([("byte", "i8"), ("bit", "i8"), ("inverted", "i8"), ("muscle", "i8"), ("exhaust", "i8")], align=True)
+DRIVE = np.dtype([("bus", "i8"), ("control_byte", "i8"), ("mode_byte", "i8"), ("position_out_byte", "i8"),
+                  ("speed_out_byte", "i8"), ("torque_out_byte", "i8"), ("status_byte", "i8"), ("display_byte", "i8"),
+                  ("position_byte", "i8"), ("speed_byte", "i8"), ("torque_byte", "i8"), ("current_byte", "i8"),
+                  ("error_byte", "i8"), ("enable_byte", "i8"), ("enable_bit", "i8"), ("analog_byte", "i8"),
+                  ("rad_per_count", "f8"), ("rated_torque_nm", "f8"), ("analog_rad_s_per_count", "f8")], align=True)
+
+_PORTS = {name: i for i, name in enumerate(SENSORS.names)}
+_VALVES = {f"muscle{m}_{kind}": (m, exhaust) for m in (0, 1) for exhaust, kind in enumerate(("inlet", "exhaust"))}
+
+
+def wire_analog_inputs(rig: Rig) -> np.ndarray:
+    """One row per analog input channel that a plant port feeds; channels without a port stay at 0 V.
+
+    Raises ConfigError where a row names a port that the plant does not have.
+    """
+    image = image_of(rig, outputs=False)
+    rows = []
+    for key, place in image.places.items():
+        if not key.endswith("_status"):
+            continue
+        row = next((r for r in rig.inputs if f"{r.entry}_status" == key), None)
+        value = image.places[key.removesuffix("_status")]
+        port, counts_per_si, offset = -1, 0.0, 0.0
+        if row is not None and row.port is not None:
+            if row.port not in _PORTS:
+                raise ConfigError(rig.name, 1, f"signal {row.name}", f"the port '{row.port}'", f"one of {', '.join(_PORTS)}")
+            slope, intercept = calibration_line(row, value.entry)
+            port = _PORTS[row.port]
+            counts_per_si = 1.0 / (slope * value.entry.per_count)
+            offset = -intercept * counts_per_si
+        rows.append((place.byte, value.byte, port, counts_per_si, offset))
+    return np.array(rows, ANALOG_IN)
+
+
+def wire_valves(rig: Rig) -> np.ndarray:
+    """One row per digital output that switches a valve of the plant."""
+    image = image_of(rig, outputs=True)
+    rows = []
+    for row in rig.outputs:
+        if row.port in _VALVES:
+            place = image.places[row.entry]
+            rows.append((place.byte, place.bit, row.inverted, *_VALVES[row.port]))
+    return np.array(rows, VALVE)
+
+
+def wire_drive(rig: Rig) -> np.ndarray:
+    """The drive's entries in both images (-1 where it has none), and how it is commanded."""
+    outputs, inputs = image_of(rig, outputs=True), image_of(rig, outputs=False)
+    slave = next((s for s in rig.slaves if s.device == "EPOS4"), None)
+    wired = np.zeros(1, DRIVE)
+    wired[0] = -1
+    drive = wired[0]
+    if slave is None:
+        raise ConfigError(rig.name, 1, "bus", "no EPOS4", "a drive for the simulated plant to move")
+    for field, entry, image in (
+        ("control_byte", "control_word", outputs), ("mode_byte", "mode", outputs),
+        ("position_out_byte", "target_position", outputs), ("speed_out_byte", "target_speed", outputs),
+        ("torque_out_byte", "target_torque", outputs), ("status_byte", "status_word", inputs),
+        ("display_byte", "mode_display", inputs), ("position_byte", "position", inputs), ("speed_byte", "speed", inputs),
+        ("torque_byte", "torque", inputs), ("current_byte", "current", inputs), ("error_byte", "error_code", inputs),
+    ):
+        place = image.places.get(f"{slave.name}.{entry}")
+        drive[field] = place.byte if place else -1
+    drive["bus"] = slave.analog_command is None
+    drive["rad_per_count"] = 2 * np.pi / slave.counts_per_turn
+    drive["rated_torque_nm"] = slave.rated_torque
+    for row in rig.outputs:
+        place = outputs.places[row.entry]
+        if row.port == "drive_enable":
+            drive["enable_byte"], drive["enable_bit"] = place.byte, place.bit
+        elif row.port == "drive_analog_speed":
+            drive["analog_byte"] = place.byte
+    if slave.analog_command is not None:
+        drive["analog_rad_s_per_count"] = slave.analog_command.speed_per_volt * ANALOG_V_PER_COUNT
+        if drive["enable_byte"] < 0 or drive["analog_byte"] < 0:
+            raise ConfigError(rig.name, 1, "signals", "an analog drive without its wires",
+                              "rows with port: drive_enable and port: drive_analog_speed")
+    return wired
