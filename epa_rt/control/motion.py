@@ -1,0 +1,219 @@
+"""Controllers of the motor and of the joint: references in, drive targets out.
+
+Each takes the names of its signals, so that one class serves any rig. After `reset` the first command equals the last
+one (or the present value), and the reference is met from there.
+"""
+
+from dataclasses import replace
+from math import inf
+
+from epa_rt.control.pid import Pid, PidGains
+from epa_rt.control.protocol import Signals
+
+
+def _last(name: str, commanded: Signals | None, otherwise: float) -> float:
+    """Last command sent under `name`, or `otherwise` where there is none or it is NaN."""
+    value = otherwise if commanded is None else commanded.get(name, otherwise)
+    return value if value == value else otherwise
+
+
+def _toward(value: float, target: float, largest_step: float) -> float:
+    """`value` moved toward `target` by `largest_step` at most; NaN in either gives NaN."""
+    change = target - value
+    if change > largest_step:
+        return value + largest_step
+    if change < -largest_step:
+        return value - largest_step
+    return target + 0.0 * value
+
+
+class MotorPosition:
+    """Target travel = reference travel, aligned at reset so that the target does not jump. Unit m.
+
+    `align_speed_m_s` above zero takes the alignment away again at that speed, for references that are absolute.
+    """
+
+    def __init__(
+        self,
+        *,
+        travel: str = "motor_travel_m",
+        reference_travel: str = "ref_motor_travel_m",
+        command: str = "cmd_motor_travel_m",
+        align_speed_m_s: float = 0.0,
+    ) -> None:
+        self.reads = (travel, reference_travel)
+        self.writes = (command,)
+        self._travel, self._reference, self._command = travel, reference_travel, command
+        self._align_speed_m_s = align_speed_m_s
+        self._start_m: float | None = None
+        self._offset_m = 0.0
+        self._out = {command: 0.0}
+
+    def reset(self, measured: Signals, commanded: Signals | None = None) -> None:
+        """Start from the last target, or from the measured travel where none is known."""
+        self._start_m = _last(self._command, commanded, measured[self._travel])
+
+    def step(self, measured: Signals, reference: Signals, dt_s: float) -> dict[str, float]:
+        """Target travel in m."""
+        wanted_m = reference[self._reference]
+        if self._start_m is not None and wanted_m == wanted_m:
+            self._offset_m = self._start_m - wanted_m
+            self._start_m = None
+        elif self._offset_m != 0.0:
+            self._offset_m = _toward(self._offset_m, 0.0, self._align_speed_m_s * dt_s)
+        self._out[self._command] = wanted_m + self._offset_m
+        return self._out
+
+
+class MotorSpeed:
+    """Speed command = reference speed + kp x (reference travel - travel), so that the mean travel does not drift.
+
+    kp_position in 1/s, limit in m/s; travel is compared from where both were at reset. `saturated` counts clamped
+    steps. `align_speed_m_s` as in MotorPosition.
+    """
+
+    def __init__(
+        self,
+        *,
+        travel: str = "motor_travel_m",
+        reference_travel: str = "ref_motor_travel_m",
+        reference_speed: str = "ref_motor_speed_m_s",
+        command: str = "cmd_motor_speed_m_s",
+        kp_position: float,
+        limit_m_s: float,
+        align_speed_m_s: float = 0.0,
+    ) -> None:
+        if not limit_m_s > 0.0:
+            raise ValueError(f"limit_m_s: found {limit_m_s}, expected above zero")
+        self.reads = (travel, reference_travel, reference_speed)
+        self.writes = (command,)
+        self.saturated = 0
+        self._travel, self._reference_travel = travel, reference_travel
+        self._reference_speed, self._command = reference_speed, command
+        self._kp_position, self._limit_m_s, self._align_speed_m_s = kp_position, limit_m_s, align_speed_m_s
+        self._offset_m = 0.0
+        self._align = True
+        self._out = {command: 0.0}
+
+    def reset(self, measured: Signals, commanded: Signals | None = None) -> None:
+        """Take the present travel as the reference travel's counterpart; the first command is the reference speed."""
+        self._align = True
+
+    def step(self, measured: Signals, reference: Signals, dt_s: float) -> dict[str, float]:
+        """Speed in m/s within +-limit, NaN where an input is NaN."""
+        error_m = reference[self._reference_travel] - measured[self._travel]
+        if self._align and error_m == error_m:
+            self._offset_m = error_m
+            self._align = False
+        elif self._offset_m != 0.0:
+            self._offset_m = _toward(self._offset_m, 0.0, self._align_speed_m_s * dt_s)
+        speed = reference[self._reference_speed] + self._kp_position * (error_m - self._offset_m)
+        limit = self._limit_m_s
+        if speed > limit:
+            speed = limit
+            self.saturated += 1
+        elif speed < -limit:
+            speed = -limit
+            self.saturated += 1
+        self._out[self._command] = speed
+        return self._out
+
+
+class MotorTorque:
+    """Torque command = reference torque, met from the last command at `slew_n_m_s` at most. Limit in N m.
+
+    `saturated` counts steps in which the limit clamped.
+    """
+
+    def __init__(
+        self,
+        *,
+        reference: str = "ref_motor_torque_n_m",
+        command: str = "cmd_motor_torque_n_m",
+        limit_n_m: float,
+        slew_n_m_s: float = inf,
+    ) -> None:
+        if not (limit_n_m > 0.0 and slew_n_m_s > 0.0):
+            raise ValueError(f"limit_n_m, slew_n_m_s: found {limit_n_m}, {slew_n_m_s}, expected above zero")
+        self.reads = (reference,)
+        self.writes = (command,)
+        self.saturated = 0
+        self._reference, self._command = reference, command
+        self._limit_n_m, self._slew_n_m_s = limit_n_m, slew_n_m_s
+        self._torque_n_m = 0.0
+        self._out = {command: 0.0}
+
+    def reset(self, measured: Signals, commanded: Signals | None = None) -> None:
+        """Start from the last torque command, or from zero."""
+        self._torque_n_m = _last(self._command, commanded, 0.0)
+
+    def step(self, measured: Signals, reference: Signals, dt_s: float) -> dict[str, float]:
+        """Torque in N m within +-limit, NaN where the reference is NaN."""
+        wanted = reference[self._reference]
+        limit = self._limit_n_m
+        if wanted > limit or wanted < -limit:
+            wanted = limit if wanted > limit else -limit
+            self.saturated += 1
+        torque = _toward(self._torque_n_m, wanted, self._slew_n_m_s * dt_s)
+        if torque == torque:  # one NaN must not stay for ever
+            self._torque_n_m = torque
+        self._out[self._command] = torque
+        return self._out
+
+
+class JointAngle:
+    """PID on the joint angle with the reference fed forward through the lever arm.
+
+    `output` says what the drive is given: "travel" (m, feedforward lever x reference angle), "speed" (m/s, lever x
+    reference speed) or "torque" (N m, lever x reference angle x gain in N). lever_arm_m in m per rad, its sign that of
+    travel over angle. The gains' output unit is that of the command. ValueError for any other `output`.
+    """
+
+    def __init__(
+        self,
+        gains: PidGains,
+        *,
+        lever_arm_m: float,
+        feedforward_gain: float = 1.0,
+        output: str = "travel",
+        angle: str = "knee_angle_rad",
+        reference_angle: str = "ref_knee_angle_rad",
+        reference_speed: str = "ref_knee_speed_rad_s",
+        travel: str = "motor_travel_m",
+        command: str = "cmd_motor_travel_m",
+    ) -> None:
+        if output not in ("travel", "speed", "torque"):
+            raise ValueError(f"output: found {output!r}, expected travel, speed or torque")
+        self._fed_forward = reference_speed if output == "speed" else reference_angle
+        self.reads = tuple(dict.fromkeys((angle, reference_angle, self._fed_forward)))
+        if output == "travel":
+            self.reads += (travel,)
+        self.writes = (command,)
+        self.pid = Pid(_joint_gains(gains, lever_arm_m))
+        self._is_travel = output == "travel"
+        self._angle, self._reference_angle = angle, reference_angle
+        self._travel, self._command = travel, command
+        self._feedforward = feedforward_gain * lever_arm_m
+        self._out = {command: 0.0}
+
+    def reset(self, measured: Signals, commanded: Signals | None = None) -> None:
+        """Start from the last command; where none is known from the measured travel, or from zero speed or torque."""
+        rest = measured[self._travel] if self._is_travel else 0.0
+        self.pid.reset(measured[self._angle], _last(self._command, commanded, rest))
+
+    def step(self, measured: Signals, reference: Signals, dt_s: float) -> dict[str, float]:
+        """Command within the gains' limits, NaN where an input is NaN."""
+        self._out[self._command] = self.pid.step(
+            reference[self._reference_angle],
+            measured[self._angle],
+            self._feedforward * reference[self._fed_forward],
+            dt_s,
+        )
+        return self._out
+
+
+def _joint_gains(gains: PidGains, lever_arm_m: float) -> PidGains:
+    """Gains with the sign of the lever arm, so that files hold positive gains for either side of the joint."""
+    if lever_arm_m >= 0.0:
+        return gains
+    return replace(gains, kp=-gains.kp, ki=-gains.ki, kd=-gains.kd)

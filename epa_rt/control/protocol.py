@@ -1,0 +1,49 @@
+"""What the loop asks of a controller and of whatever enables the drive."""
+
+from collections.abc import Mapping
+from typing import Protocol
+
+Signals = Mapping[str, float]
+
+
+class Controller(Protocol):
+    """One control law: present values and references in, commands out.
+
+    `reads` and `writes` are signal names, so that the wiring is checked before anything is opened.
+    """
+
+    reads: tuple[str, ...]
+    writes: tuple[str, ...]
+
+    def reset(self, measured: Signals, commanded: Signals | None = None) -> None:
+        """Start from where the rig is; `commanded` holds what was last sent, where it is known."""
+        ...
+
+    def step(self, measured: Signals, reference: Signals, dt_s: float) -> dict[str, float]:
+        """Commands of this cycle, SI. The same dict is returned and overwritten every cycle."""
+        ...
+
+
+class Enabler(Protocol):
+    """Brings a drive to the state in which it follows targets, and back."""
+
+    @property
+    def enabled(self) -> bool: ...
+
+    @property
+    def targets_live(self) -> bool: ...
+
+    @property
+    def fault(self) -> bool: ...
+
+    @property
+    def quick_stop_active(self) -> bool: ...
+
+    @property
+    def cause(self) -> str: ...
+
+    def enable(self) -> None: ...
+
+    def disable(self, controlled: bool = False) -> None: ...
+
+    def step(self, status_word: int) -> int: ...
