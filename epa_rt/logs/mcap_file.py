@@ -79,7 +79,8 @@ class McapFile:
         offsets = {}
         for channel_id, index in indexes.items():
             offsets[channel_id] = offset
-            parts += [_INDEX_HEAD.pack(Opcode.MESSAGE_INDEX, 6 + index.nbytes, channel_id, index.nbytes), index.tobytes()]
+            parts += [_INDEX_HEAD.pack(Opcode.MESSAGE_INDEX, 6 + index.nbytes, channel_id, index.nbytes)]
+            parts += [index.tobytes()]
             offset += _INDEX_HEAD.size + index.nbytes
         chunk_bytes = len(head) + len(data)
         index_bytes = offset - self.size - chunk_bytes

@@ -172,10 +172,13 @@ class Recorder:
                 self._lost_events += 1
                 return
             begin = HEADER_BYTES + self._head % self._slots * self._slot_bytes
-            EVENT_HEAD.pack_into(self._memory, begin, KIND_EVENT_END if number == len(parts) else KIND_EVENT_PART, len(part))
+            kind_of_slot = KIND_EVENT_END if number == len(parts) else KIND_EVENT_PART
+            EVENT_HEAD.pack_into(self._memory, begin, kind_of_slot, len(part))
             self._memory[begin + EVENT_HEAD.size : begin + EVENT_HEAD.size + len(part)] = part
             self._head = self._words[HEAD] = self._head + 1
 
     def _lost_text(self) -> str | None:
-        lost = [f"{count} {name}" for count, name in ((self._lost_samples, "samples"), (self._lost_events, "events")) if count]
-        return f"recorder lost {' and '.join(lost)}" if lost else None
+        if not self._lost_samples and not self._lost_events:
+            return None
+        events = f" and {self._lost_events} events" if self._lost_events else ""
+        return f"recorder lost {self._lost_samples} samples{events}: the ring was full"

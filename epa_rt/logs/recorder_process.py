@@ -40,7 +40,8 @@ class RecorderProcess:
         self._lossless: bool = job["lossless"]
         self._path: str = job["path"]
         self._layout = SampleLayout.from_json(job["layout"])
-        self._slots = np.frombuffer(ring.memory, _padded(slot_dtype(self._layout), ring.slot_bytes), offset=HEADER_BYTES)
+        dtype = _padded(slot_dtype(self._layout), ring.slot_bytes)
+        self._slots = np.frombuffer(ring.memory, dtype, offset=HEADER_BYTES)
         self._pipe_open = True
         self._pending_since_s: float | None = None
         spec = ProgressSpec(**job["progress"]) if job["progress"] else None

@@ -96,7 +96,8 @@ class Recording:
         # A lone surrogate has no place in a protobuf string.
         kind, text = (value.encode(errors="replace").decode() for value in (kind, text))
         message = self._event_class(cycle=cycle, kind=kind, text=text, data=encoded)
-        self._loose.append((CHANNEL_IDS[EVENT], cycle & 0xFFFFFFFF, t_ns, message.SerializeToString(deterministic=True)))
+        message_bytes = message.SerializeToString(deterministic=True)
+        self._loose.append((CHANNEL_IDS[EVENT], cycle & 0xFFFFFFFF, t_ns, message_bytes))
         self._loose_events += 1
         if self._loose_events == EVENTS_PER_CHUNK:
             self.flush()
