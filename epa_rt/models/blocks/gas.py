@@ -1,0 +1,136 @@
+"""Gas of one muscle: ISO 6358 valves, polytropic compression, leak, heat, and a supply that droops."""
+
+import math
+
+import numpy as np
+
+from epa_rt.models.blocks.muscle import shape
+from epa_rt.models.compiled import compiled
+
+REFERENCE_DENSITY = 1.185   # kg/m^3, ISO 8778
+REFERENCE_TEMPERATURE = 293.15
+LAMINAR_RATIO = 0.999       # above it flow is linear in the pressure ratio, so that its slope stays finite
+SHUT = 1e-6                 # a valve closing below this opening is shut exactly
+
+
+@compiled
+def power(base, exponent):
+    """base**exponent, exactly ``base`` for exponent 1."""
+    return base if exponent == 1.0 else base**exponent
+
+
+@compiled
+def flow_ratio(ratio, critical):
+    """Mass flow over choked flow at a downstream-to-upstream pressure ratio in [0, 1] (ISO 6358)."""
+    if ratio <= critical:
+        return 1.0
+    if ratio < LAMINAR_RATIO:
+        return math.sqrt(1.0 - ((ratio - critical) / (1.0 - critical)) ** 2)
+    edge = math.sqrt(1.0 - ((LAMINAR_RATIO - critical) / (1.0 - critical)) ** 2)
+    return edge * (1.0 - ratio) / (1.0 - LAMINAR_RATIO)
+
+
+@compiled
+def orifice(conductance, critical, temperature, from_pa, to_pa):
+    """Mass flow (kg/s) from one absolute pressure to another; negative when it runs back."""
+    scale = conductance * REFERENCE_DENSITY * math.sqrt(REFERENCE_TEMPERATURE / temperature)
+    if from_pa >= to_pa:
+        return scale * from_pa * flow_ratio(to_pa / from_pa, critical)
+    return -scale * to_pa * flow_ratio(from_pa / to_pa, critical)
+
+
+@compiled
+def opening_after(opening, wanted, decay):
+    """Opening of a valve after a time with lag factor ``decay`` = exp(-t/lag)."""
+    return wanted + (opening - wanted) * decay
+
+
+@compiled
+def settled(opening, wanted):
+    """Opening at the end of a sub-step: exactly shut once it is as good as shut."""
+    return 0.0 if wanted == 0.0 and opening < SHUT else opening
+
+
+@compiled
+def supply_pressure(p, supply_flow):
+    """Absolute supply pressure (Pa) behind a regulator that droops with the (lagged) mass flow."""
+    return p.atmosphere_pa + p.supply_gauge_pa - p.supply_droop_pa_s_kg * supply_flow
+
+
+@compiled
+def pressure(p, c, volume):
+    """Absolute pressure (Pa) of the state c = p V^n."""
+    return c / power(volume, p.polytropic_ratio)
+
+
+@compiled
+def rates(p, c, mass, volume, pressure_pa, supply_pa, inlet, exhaust):
+    """Rates of c and of the gas mass (kg/s), and the flow drawn from the supply (kg/s).
+
+    With valves shut and no leak or heat the first two are exactly zero: p V^n and the mass are constant.
+    """
+    inlet = max(inlet, p.inlet_seat_leak_ratio)
+    exhaust = max(exhaust, p.exhaust_seat_leak_ratio)
+    drawn, lost, heat = 0.0, 0.0, 0.0
+    if inlet > 0.0:
+        drawn = inlet * orifice(p.inlet_conductance_m3_s_pa, p.critical_ratio, p.temperature_k, supply_pa, pressure_pa)
+    if exhaust > 0.0:
+        lost = exhaust * orifice(p.exhaust_conductance_m3_s_pa, p.critical_ratio, p.temperature_k, pressure_pa,
+                                 p.atmosphere_pa)
+    thermal = p.gas_constant_j_kg_k * p.temperature_k
+    if p.leak_per_s != 0.0:
+        lost += p.leak_per_s * (pressure_pa - p.atmosphere_pa) * volume / thermal
+    if p.heat_exchange_per_s != 0.0:
+        heat = p.heat_exchange_per_s * (mass * thermal / volume - pressure_pa)
+    if drawn == 0.0 and lost == 0.0 and heat == 0.0:
+        return 0.0, 0.0, 0.0
+    gained = drawn * p.fill_heating_ratio if drawn > 0.0 else drawn
+    pressure_rate = thermal * (gained - lost) / volume + heat
+    return c / pressure_pa * pressure_rate, drawn - lost, drawn
+
+
+def gas_over_log(params, length_m, inlet, exhaust, period_s, muscle=0, start_pa=None, substeps=4):
+    """Absolute pressure (Pa) and gas mass (kg) at the end of each cycle from *measured* length and valve commands.
+
+    All inputs (N,); length at the cycle ends, straight in between; valves 0/1 held over the cycle. The run starts
+    at ``start_pa`` (atmosphere if None) and the first length. Returns two (N,) arrays.
+    """
+    atmosphere_pa = float(params["gas"][0, muscle]["atmosphere_pa"])
+    out = np.zeros((2, len(length_m)))
+    _over_log(params, muscle, np.asarray(length_m, float), np.asarray(inlet, float), np.asarray(exhaust, float),
+              period_s, atmosphere_pa if start_pa is None else start_pa, substeps, out)
+    return out[0], out[1]
+
+
+@compiled
+def _over_log(params, muscle, length, inlet, exhaust, period_s, start_pa, substeps, out):
+    g, m = params[0].gas[muscle], params[0].muscle[muscle]
+    h = period_s / substeps
+    decay = math.exp(-0.5 * h / g.valve_lag_s)
+    volume, _ = shape(m, g.dead_volume_m3, length[0])
+    c = start_pa * power(volume, g.polytropic_ratio)
+    mass = start_pa * volume / (g.gas_constant_j_kg_k * g.temperature_k)
+    opened_in, opened_out, droop = 0.0, 0.0, 0.0
+    for k in range(length.shape[0]):
+        before = length[max(k - 1, 0)]
+        for j in range(substeps):
+            d1, m1, f1 = _rates_at(g, m, before + (length[k] - before) * (j / substeps), c, mass, droop,
+                                   opened_in, opened_out)
+            opened_in = opening_after(opened_in, inlet[k], decay)
+            opened_out = opening_after(opened_out, exhaust[k], decay)
+            middle = before + (length[k] - before) * ((j + 0.5) / substeps)
+            d2, m2, f2 = _rates_at(g, m, middle, c + h / 2 * d1, mass + h / 2 * m1, droop + h / 2 * f1,
+                                   opened_in, opened_out)
+            opened_in = settled(opening_after(opened_in, inlet[k], decay), inlet[k])
+            opened_out = settled(opening_after(opened_out, exhaust[k], decay), exhaust[k])
+            c, mass, droop = c + h * d2, mass + h * m2, droop + h * f2
+        volume, _ = shape(m, g.dead_volume_m3, length[k])
+        out[0, k] = pressure(g, c, volume)
+        out[1, k] = mass
+
+
+@compiled
+def _rates_at(g, m, length, c, mass, droop, inlet, exhaust):
+    volume, _ = shape(m, g.dead_volume_m3, length)
+    rate, mass_rate, drawn = rates(g, c, mass, volume, pressure(g, c, volume), supply_pressure(g, droop), inlet, exhaust)
+    return rate, mass_rate, (drawn - droop) / g.droop_time_s

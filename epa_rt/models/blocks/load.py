@@ -1,0 +1,103 @@
+"""The load and the wiring: how lengths follow from spool and load, and how the load moves under the muscles' pull."""
+
+import math
+
+import numpy as np
+
+from epa_rt.models.blocks.friction import slider
+from epa_rt.models.compiled import compiled
+
+FIXED, MASS, KNEE = 0.0, 1.0, 2.0
+
+
+@compiled
+def coordinate(p, place, speed):
+    """Load coordinate q (m), its speed (m/s) and dq/dplace: the place itself for a mass, r times angle for a knee."""
+    if p.kind_code != KNEE:
+        return place, speed, 1.0
+    arm = p.lever_m * (1.0 + p.lever_slope_per_rad * place)
+    return p.lever_m * place * (1.0 + 0.5 * p.lever_slope_per_rad * place), arm * speed, arm
+
+
+@compiled
+def stop(p, place, speed, low, high):
+    """End stop: pushes back only, stiffness and damping set in together so that it gives no energy."""
+    if place < low:
+        return max(p.stop_stiffness_nm_rad * (low - place) - p.stop_viscous_nm_s_rad * speed * _grip(low - place), 0.0)
+    if place > high:
+        return min(p.stop_stiffness_nm_rad * (high - place) - p.stop_viscous_nm_s_rad * speed * _grip(place - high), 0.0)
+    return 0.0
+
+
+@compiled
+def _grip(depth):
+    """Share of the end stop's damping at a depth: full from a thousandth (m or rad) on."""
+    return min(depth * 1e3, 1.0)
+
+
+@compiled
+def rates(p, place, speed, stiction, muscle_n):
+    """Acceleration of the load and rate of its stuck deflection; ``muscle_n`` acts along q (dq/dplace is applied here)."""
+    if p.kind_code == MASS:
+        dry, rate = slider(p.guide_stiffness_n_m, p.presliding_time_s, stiction, speed, -p.coulomb_n, p.coulomb_n)
+        force = p.bias_n + muscle_n - p.viscous_n_s_m * speed - dry + stop(p, place, speed, p.low_m, p.high_m)
+        return force / (p.mass_kg + p.payload_kg), rate
+    if p.kind_code == KNEE:
+        _, _, arm = coordinate(p, place, speed)
+        dry, rate = slider(p.knee_stiffness_nm_rad, p.presliding_time_s, stiction, speed, -p.knee_coulomb_nm,
+                           p.knee_coulomb_nm)
+        weight = (p.mass_kg + p.payload_kg) * p.gravity_m_s2 * p.mass_lever_m
+        torque = (arm * muscle_n - weight * math.sin(p.hang_rad + p.misalignment_rad + place)
+                  - p.viscous_nm_s_rad * speed - dry + stop(p, place, speed, p.low_rad, p.high_rad))
+        return torque / (p.inertia_kg_m2 + p.payload_kg * p.mass_lever_m * p.mass_lever_m), rate
+    return 0.0, 0.0
+
+
+@compiled
+def along_load(p, force0, force1):
+    """Force of both muscles along the load coordinate (N)."""
+    return -(force0 * p.load0_ratio + force1 * p.load1_ratio)
+
+
+@compiled
+def along_spool(p, force0, force1):
+    """Force of both muscles against positive spool travel (N)."""
+    return force0 * p.travel0_ratio + force1 * p.travel1_ratio
+
+
+def load_over_log(params, force_n, period_s, start_place=0.0, start_speed=0.0, substeps=4):
+    """Place (m or rad) and speed of the load at the end of each cycle from *measured* muscle forces (N, 2).
+
+    Forces at the cycle ends, straight in between. Returns two (N,) arrays; zeros for a fixed load.
+    """
+    force_n = np.asarray(force_n, float)
+    out = np.zeros((2, len(force_n)))
+    _over_log(params, force_n, period_s, start_place, start_speed, substeps, out)
+    return out[0], out[1]
+
+
+@compiled
+def _over_log(params, force, period_s, place, speed, substeps, out):
+    p = params[0].load
+    h = period_s / substeps
+    stiction = 0.0
+    for k in range(force.shape[0]):
+        b = max(k - 1, 0)
+        before = along_load(p, force[b, 0], force[b, 1])
+        after = along_load(p, force[k, 0], force[k, 1])
+        for j in range(substeps):
+            f0 = before + (after - before) * (j / substeps)
+            f1 = before + (after - before) * ((j + 0.5) / substeps)
+            a1, s1 = rates(p, place, speed, stiction, f0)
+            v2 = speed + h / 2 * a1
+            a2, s2 = rates(p, place + h / 2 * speed, v2, stiction + h / 2 * s1, f1)
+            v3 = speed + h / 2 * a2
+            a3, s3 = rates(p, place + h / 2 * v2, v3, stiction + h / 2 * s2, f1)
+            v4 = speed + h * a3
+            f2 = before + (after - before) * ((j + 1) / substeps)
+            a4, s4 = rates(p, place + h * v3, v4, stiction + h * s3, f2)
+            place += h / 6 * (speed + 2 * v2 + 2 * v3 + v4)
+            speed += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+            stiction += h / 6 * (s1 + 2 * s2 + 2 * s3 + s4)
+        out[0, k] = place
+        out[1, k] = speed

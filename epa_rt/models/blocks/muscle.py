@@ -1,0 +1,144 @@
+"""One muscle: shape, pulling force by one of three laws, braid friction, damping, and what holds the braid."""
+
+import math
+
+import numpy as np
+
+from epa_rt.models.blocks.laws import polynomial, tang
+from epa_rt.models.compiled import compiled
+
+NO_LOAD = 1.0 / math.sqrt(3.0)  # no-load length over thread length: volume is largest, eq. 1 gives no force
+
+
+@compiled
+def shape(p, dead_volume, length):
+    """Volume (m^3, eq. 2 plus dead volume) and -dV/dL (m^2, eq. 1 per gauge pressure) at a length between fittings.
+
+    Shorter than no-load length the strap hangs slack and the braid keeps that length; it never exceeds its thread.
+    """
+    b = p.braid_length_m
+    braid = min(max(length + p.end_length_m, b * NO_LOAD), b)
+    scale = 1.0 / (4.0 * math.pi * p.braid_turns_ratio * p.braid_turns_ratio)
+    return (b * b - braid * braid) * braid * scale + dead_volume, (3.0 * braid * braid - b * b) * scale
+
+
+@compiled
+def friction_scale(p, gauge_pa):
+    """Static force at the reference length (N), which scales braid friction; zero without pressure."""
+    b = p.braid_length_m
+    scale = 1.0 / (4.0 * math.pi * p.braid_turns_ratio * p.braid_turns_ratio)
+    return max(gauge_pa, 0.0) * (3.0 * p.slip_reference_length_m * p.slip_reference_length_m - b * b) * scale
+
+
+@compiled
+def slipped(deflection, moved, limit):
+    """Deflection of a slip element after a displacement: exact return mapping."""
+    deflection += moved
+    return limit if deflection > limit else (-limit if deflection < -limit else deflection)
+
+
+@compiled
+def slip_ratio(p, slip, moved):
+    """Force of the four slip elements over their sum (-1 to 1) after a further displacement ``moved``."""
+    return (p.slip1_ratio * slipped(slip[0], moved, p.slip1_m) / p.slip1_m
+            + p.slip2_ratio * slipped(slip[1], moved, p.slip2_m) / p.slip2_m
+            + p.slip3_ratio * slipped(slip[2], moved, p.slip3_m) / p.slip3_m
+            + p.slip4_ratio * slipped(slip[3], moved, p.slip4_m) / p.slip4_m)
+
+
+@compiled
+def slip_settle(p, slip, moved):
+    """Takes the displacement of a sub-step into the slip elements."""
+    slip[0] = slipped(slip[0], moved, p.slip1_m)
+    slip[1] = slipped(slip[1], moved, p.slip2_m)
+    slip[2] = slipped(slip[2], moved, p.slip3_m)
+    slip[3] = slipped(slip[3], moved, p.slip4_m)
+
+
+@compiled
+def dahl(p, ratio, moved):
+    """Dahl element (-1 to 1) after a displacement in one direction: exact solution of z' = v (1 - z sgn v) / l."""
+    end = 1.0 if moved > 0.0 else -1.0
+    return end + (ratio - end) * math.exp(-abs(moved) / p.dahl_m)
+
+
+@compiled
+def braid_friction(p, gauge_pa, slip, dahl_ratio, moved, speed):
+    """Rate-independent and low-speed friction of the braid (N), positive when it adds tension."""
+    ratio = 0.0
+    if p.slip_ratio != 0.0:
+        ratio += p.slip_ratio * slip_ratio(p, slip, moved)
+    if p.dahl_ratio != 0.0:
+        ratio += p.dahl_ratio * dahl(p, dahl_ratio, moved)
+    if p.stribeck_ratio != 0.0:
+        s = speed / p.stribeck_speed_m_s
+        ratio += p.stribeck_ratio * s * math.exp(0.5 * (1.0 - s * s))
+    return ratio * friction_scale(p, gauge_pa) if ratio != 0.0 else 0.0
+
+
+@compiled
+def holders(p, stretch, length, speed):
+    """Bladder spring past no-load length and braid past its locking length (N)."""
+    force = p.bladder_stiffness_n_m * stretch
+    past = length - p.lock_length_m
+    if past > 0.0:
+        force += p.lock_stiffness_n_m * past + p.lock_viscous_n_s_m * speed * min(past / p.take_up_m, 1.0)
+    return force
+
+
+@compiled
+def tension(p, slope, gauge_pa, length, speed, slip, dahl_ratio, moved, creep_n):
+    """Pulling force (N, never negative) at gauge pressure, length and speed of lengthening.
+
+    ``slope`` is -dV/dL from ``shape``; ``moved`` the displacement since the slip elements were last settled.
+    """
+    stretch = length + p.end_length_m - p.braid_length_m * NO_LOAD
+    if stretch <= 0.0:
+        return 0.0
+    effective_pa = gauge_pa - p.threshold_pa
+    if p.threshold_pa != 0.0 and gauge_pa > 0.0:
+        effective_pa = max(effective_pa, 0.0)
+    if p.law_code == 0.0:
+        force = effective_pa * slope
+    elif p.law_code == 1.0:
+        force = tang(p, effective_pa, stretch, speed)
+    else:
+        force = polynomial(p, effective_pa, stretch, speed)
+    take_up = min(stretch / p.take_up_m, 1.0)
+    force += take_up * (p.viscous_n_s_m * speed + creep_n
+                        + braid_friction(p, effective_pa, slip, dahl_ratio, moved, speed))
+    return max(force + holders(p, stretch, length, speed), 0.0)
+
+
+@compiled
+def creep_rate(p, creep_n, speed):
+    """Rate of the creep branch (N/s): spring and damper in series, beside the muscle."""
+    if p.creep_stiffness_n_m == 0.0:
+        return 0.0
+    return p.creep_stiffness_n_m * speed - creep_n / p.creep_time_s
+
+
+def muscle_over_log(params, gauge_pa, length_m, speed_m_s, muscle=0, period_s=1e-3):
+    """Pulling force (N) of one muscle, (N,), from *measured* gauge pressure, length and speed of lengthening, (N,)."""
+    out = np.zeros(len(length_m))
+    _over_log(params, muscle, np.asarray(gauge_pa, float), np.asarray(length_m, float), np.asarray(speed_m_s, float),
+              period_s, np.zeros(4), out)
+    return out
+
+
+@compiled
+def _over_log(params, muscle, gauge, length, speed, period_s, slip, out):
+    p = params[0].muscle[muscle]
+    dahl_ratio, creep, strap = 0.0, 0.0, 0.0
+    braid_before = length[0]
+    for k in range(length.shape[0]):
+        braid = length[k] - p.strap_compliance_m_n * strap
+        moved = braid - braid_before
+        slip_settle(p, slip, moved)
+        if p.dahl_ratio != 0.0:
+            dahl_ratio = dahl(p, dahl_ratio, moved)
+        creep += period_s * creep_rate(p, creep, speed[k])
+        _, slope = shape(p, 0.0, braid)
+        out[k] = tension(p, slope, gauge[k], braid, speed[k], slip, dahl_ratio, 0.0, creep)
+        strap = out[k]
+        braid_before = braid

@@ -1,0 +1,105 @@
+"""Sensors: what the instruments put out at the end of a cycle, in SI, before any counts."""
+
+import math
+
+import numpy as np
+
+from epa_rt.models.blocks.noise import gaussian
+from epa_rt.models.compiled import compiled
+from epa_rt.models.ports import SENSORS, STATE, TRUTH
+
+
+@compiled
+def lagged(reading, before, after, lag_s, period_s):
+    """First-order lag over one cycle, exact for a true value that runs straight from ``before`` to ``after``."""
+    if lag_s == 0.0:
+        return after
+    slope = (after - before) / period_s
+    return after - slope * lag_s + (reading - before + slope * lag_s) * math.exp(-period_s / lag_s)
+
+
+@compiled
+def reading(seed, cycle, channel, true, gain, offset, noise):
+    """A reading from its truth: gain, offset, and the channel's own noise."""
+    value = gain * true + offset
+    if noise != 0.0:
+        value += noise * gaussian(seed, cycle, channel)
+    return value
+
+
+@compiled
+def encoder(p, angle):
+    """Motor angle as an encoder sees it that does not sit in the middle."""
+    if p.encoder_eccentricity_rad == 0.0:
+        return angle
+    return angle + p.encoder_eccentricity_rad * math.sin(angle + p.encoder_phase_rad)
+
+
+@compiled
+def hold_cycles(p, period_s):
+    """Cycles between two renewals of the encoder reading."""
+    return max(int(p.encoder_hold_s / period_s + 0.5), 1)
+
+
+@compiled
+def read(p, state, truth, atmosphere_pa, sensors, period_s):
+    """Writes all readings of cycle ``state.cycle`` from the truth at its end; moves lags and holds in ``state``."""
+    k = state.cycle
+    for i in range(3):
+        gauge = (truth.pressure_pa[i] if i < 2 else truth.supply_pa) - atmosphere_pa
+        state.pressure_reading_pa[i] = lagged(state.pressure_reading_pa[i], state.pressure_before_pa[i], gauge,
+                                              p.pressure_lag_s, period_s)
+        state.pressure_before_pa[i] = gauge
+    if k % hold_cycles(p, period_s) == 0:
+        state.encoder_angle_rad = encoder(p, truth.motor_angle_rad)
+        state.encoder_speed_rad_s = truth.motor_speed_rad_s
+    sensors.motor_angle_rad = reading(
+        p.seed, k, 0, state.encoder_angle_rad, p.motor_angle_gain_ratio, p.motor_angle_offset_rad, p.motor_angle_noise_rad)
+    sensors.motor_speed_rad_s = reading(
+        p.seed, k, 1, state.encoder_speed_rad_s, p.motor_speed_gain_ratio, p.motor_speed_offset_rad_s,
+        p.motor_speed_noise_rad_s)
+    sensors.motor_current_a = reading(
+        p.seed, k, 2, truth.motor_current_a, p.motor_current_gain_ratio, p.motor_current_offset_a, p.motor_current_noise_a)
+    sensors.motor_torque_nm = reading(
+        p.seed, k, 3, truth.motor_torque_nm, p.motor_torque_gain_ratio, p.motor_torque_offset_nm, p.motor_torque_noise_nm)
+    sensors.muscle0_gauge_pa = reading(
+        p.seed, k, 4, state.pressure_reading_pa[0], p.muscle0_gauge_gain_ratio, p.muscle0_gauge_offset_pa,
+        p.muscle0_gauge_noise_pa)
+    sensors.muscle1_gauge_pa = reading(
+        p.seed, k, 5, state.pressure_reading_pa[1], p.muscle1_gauge_gain_ratio, p.muscle1_gauge_offset_pa,
+        p.muscle1_gauge_noise_pa)
+    sensors.supply_gauge_pa = reading(
+        p.seed, k, 6, state.pressure_reading_pa[2], p.supply_gauge_gain_ratio, p.supply_gauge_offset_pa,
+        p.supply_gauge_noise_pa)
+    sensors.force_n = reading(
+        p.seed, k, 7, truth.muscle_force_n[0], p.force_gain_ratio, p.force_offset_n, p.force_noise_n)
+    sensors.joint_angle_rad = reading(
+        p.seed, k, 8, truth.joint_angle_rad, p.joint_angle_gain_ratio, p.joint_angle_offset_rad, p.joint_angle_noise_rad)
+    sensors.joint_speed_rad_s = reading(
+        p.seed, k, 9, truth.joint_speed_rad_s, p.joint_speed_gain_ratio, p.joint_speed_offset_rad_s,
+        p.joint_speed_noise_rad_s)
+    sensors.load_position_m = reading(
+        p.seed, k, 10, truth.load_position_m, p.load_position_gain_ratio, p.load_position_offset_m,
+        p.load_position_noise_m)
+
+
+def sensors_over_log(params, truth, period_s):
+    """Readings, (N,) SENSORS, from a log of truths at the cycle ends, (N,) TRUTH (unmeasured fields may be zero).
+
+    Lags start settled at the first truth.
+    """
+    state, out = np.zeros(1, STATE), np.zeros(len(truth), SENSORS)
+    atmosphere_pa = params["gas"][0, 0]["atmosphere_pa"]
+    state["pressure_reading_pa"][0, :2] = truth["pressure_pa"][0] - atmosphere_pa
+    state["pressure_reading_pa"][0, 2] = truth["supply_pa"][0] - atmosphere_pa
+    state["pressure_before_pa"] = state["pressure_reading_pa"]
+    _over_log(params, state, np.ascontiguousarray(truth, TRUTH), period_s, out)
+    return out
+
+
+@compiled
+def _over_log(params, state, truth, period_s, out):
+    s = state[0]
+    for k in range(truth.shape[0]):
+        read(params[0].sensors, s, truth[k], params[0].gas[0].atmosphere_pa, out[k], period_s)
+        s.cycle += 1

@@ -1,0 +1,74 @@
+"""Gear and spool: motor angle to strap travel, strap force to motor torque and to the gear's share of dry friction."""
+
+import math
+
+import numpy as np
+
+from epa_rt.models.compiled import compiled
+
+
+@compiled
+def geared_travel(p, motor_angle):
+    """Strap travel before backlash (m)."""
+    turn = motor_angle / p.gear_ratio
+    if p.eccentricity_ratio == 0.0:
+        return p.spool_radius_m * turn
+    phase = p.eccentricity_phase_rad
+    return p.spool_radius_m * (turn - p.eccentricity_ratio * (math.cos(turn + phase) - math.cos(phase)))
+
+
+@compiled
+def travel_per_angle(p, motor_angle):
+    """Slope of strap travel over motor angle (m/rad)."""
+    if p.eccentricity_ratio == 0.0:
+        return p.spool_radius_m / p.gear_ratio
+    turn = motor_angle / p.gear_ratio + p.eccentricity_phase_rad
+    return p.spool_radius_m * (1.0 + p.eccentricity_ratio * math.sin(turn)) / p.gear_ratio
+
+
+@compiled
+def play(p, geared, travel_before):
+    """Strap travel behind the backlash (m): stays where it was until the play is used up. Second value: 1 if carried."""
+    half = 0.5 * p.backlash_rad * p.spool_radius_m
+    if half == 0.0:
+        return geared, 1.0
+    if travel_before > geared + half:
+        return geared + half, 1.0
+    if travel_before < geared - half:
+        return geared - half, 1.0
+    return travel_before, 0.0
+
+
+@compiled
+def friction_limits(p, load_torque):
+    """Low and high limit of the gear's friction torque at the motor (N m), wider the more it transmits.
+
+    Moving against the load costs load/eta, moving with it yields load*eta; the difference to the load is friction.
+    """
+    dry = p.gear_friction_n * p.spool_radius_m / p.gear_ratio
+    eta = p.gear_efficiency_ratio
+    against = abs(load_torque) * (1.0 / eta - 1.0)
+    along = abs(load_torque) * (1.0 - eta)
+    if load_torque >= 0.0:
+        return -dry - along, dry + against
+    return -dry - against, dry + along
+
+
+def transmission_over_log(params, motor_angle_rad, spool_force_n):
+    """Strap travel (m) and load torque at the motor (N m) from measured motor angle and spool force, all (N,).
+
+    The play starts centred. Friction is not part of the load torque: see ``friction_limits``.
+    """
+    out = np.zeros((2, len(motor_angle_rad)))
+    _over_log(params, np.asarray(motor_angle_rad, float), np.asarray(spool_force_n, float), out)
+    return out[0], out[1]
+
+
+@compiled
+def _over_log(params, angle, force, out):
+    p = params[0].transmission
+    travel = geared_travel(p, angle[0])
+    for k in range(angle.shape[0]):
+        travel, _ = play(p, geared_travel(p, angle[k]), travel)
+        out[0, k] = travel
+        out[1, k] = force[k] * travel_per_angle(p, angle[k])

@@ -1,0 +1,44 @@
+"""What goes in and out of the plant: the record types of command, sensors, truth and state."""
+
+import numpy as np
+
+from epa_rt.models.tables_load import CHANNELS
+
+COMMAND = np.dtype(
+    [("enabled", "f8"), ("mode", "f8"), ("target_angle_rad", "f8"), ("target_speed_rad_s", "f8"),
+     ("target_torque_nm", "f8"), ("inlet", "f8", (2,)), ("exhaust", "f8", (2,))],
+    align=True,
+)
+SENSORS = np.dtype([(name, "f8") for name, _ in CHANNELS], align=True)
+TRUTH = np.dtype(
+    [("motor_angle_rad", "f8"), ("motor_speed_rad_s", "f8"), ("motor_current_a", "f8"), ("motor_torque_nm", "f8"),
+     ("winding_heat_k", "f8"), ("travel_m", "f8"), ("travel_speed_m_s", "f8"), ("spool_force_n", "f8"),
+     ("pressure_pa", "f8", (2,)), ("supply_pa", "f8"), ("mass_flow_kg_s", "f8", (2,)), ("gas_mass_kg", "f8", (2,)),
+     ("volume_m3", "f8", (2,)), ("muscle_length_m", "f8", (2,)), ("muscle_speed_m_s", "f8", (2,)),
+     ("muscle_force_n", "f8", (2,)), ("load_position_m", "f8"), ("load_speed_m_s", "f8"), ("joint_angle_rad", "f8"),
+     ("joint_speed_rad_s", "f8")],
+    align=True,
+)
+
+# The part of the state that the integrator moves: indices into STATE["smooth"].
+ANGLE, SPEED, CURRENT, INTEGRAL, STICTION, HEAT = 0, 1, 2, 3, 4, 5
+LOAD_PLACE, LOAD_SPEED, LOAD_STICTION, SUPPLY_FLOW = 6, 7, 8, 9
+GAS_C, GAS_MASS, CREEP = 10, 12, 14  # two each, one per muscle
+SMOOTH = 16
+RING = 64  # cycles of command kept for transport delays
+
+STATE = np.dtype(
+    [("cycle", "i8"), ("smooth", "f8", (SMOOTH,)), ("work", "f8", (3, SMOOTH)),
+     ("opening", "f8", (2, 2)),       # [muscle, inlet|exhaust], 0 shut to 1 open
+     ("slip_m", "f8", (2, 4)),        # deflection of the Maxwell-slip elements
+     ("dahl_ratio", "f8", (2,)),
+     ("strap_force_n", "f8", (2,)),   # force of the last sub-step, stretches the strap in the next
+     ("length_m", "f8", (2,)),        # muscle lengths at the start of the sub-step
+     ("travel_m", "f8"),              # spool travel after backlash
+     ("tracking", "f8"), ("last_target_rad", "f8"),
+     ("ring", "f8", (RING, 10)),      # enabled, mode, start angle, end angle, speed, torque, inlets, exhausts
+     ("pressure_reading_pa", "f8", (3,)), ("pressure_before_pa", "f8", (3,)),
+     ("encoder_angle_rad", "f8"), ("encoder_speed_rad_s", "f8"),
+     ("truth", TRUTH)],
+    align=True,
+)

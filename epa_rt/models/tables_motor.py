@@ -1,0 +1,53 @@
+"""Parameter tables of the blocks between the bus and the spool: bus timing, drive, transmission."""
+
+from math import pi
+
+from epa_rt.models.tables import Parameter as P
+from epa_rt.models.tables import Table
+
+MAXON = "maxon EC-max 40 120 W 48 V (283870)"
+FACTS = "engineering estimate"
+EPOS = "EPOS4 cascade, tuned here"
+
+BUS: Table = (
+    P("command_delay_s", "s", 0.0, 0.0, 0.06, "age of the motor command when the drive uses it", FACTS, "transport_delay"),
+    P("valve_delay_s", "s", 0.0, 0.0, 0.06, "age of the valve command when the valves see it", FACTS, "valve_dead_time"),
+)
+
+DRIVE: Table = (
+    P("supply_v", "V", 48.0, 1.0, 100.0, "bus voltage of the drive", MAXON),
+    P("winding_ohm", "ohm", 1.03, 0.01, 100.0, "terminal resistance", MAXON),
+    P("torque_constant_nm_a", "N*m/A", 0.0448, 1e-4, 10.0, "torque per current, and voltage per speed", MAXON),
+    P("inertia_kg_m2", "kg*m^2", 1.1e-5, 1e-8, 1.0, "rotor and gear input side", MAXON + ", gear estimated"),
+    P("max_current_a", "A", 8.0, 0.01, 200.0, "limit of the current command", FACTS),
+    P("max_speed_rad_s", "rad/s", 968.7, 0.1, 1e4, "limit of the speed command (9250 rpm)", MAXON),
+    P("current_lag_s", "s", 5e-4, 2e-4, 0.02, "first-order lag of the current loop", FACTS),
+    P("position_gain_per_s", "1/s", 100.0, 0.0, 1e4, "speed command per position error", EPOS),
+    P("feedforward_ratio", "1", 1.0, 0.0, 2.0, "part of the target's own slope added to the speed command", EPOS),
+    P("speed_gain_a_s_rad", "A*s/rad", 0.12, 0.0, 100.0, "current command per speed error", EPOS),
+    P("speed_integral_a_rad", "A/rad", 6.0, 0.0, 1e5, "current command per integrated speed error", EPOS),
+    P("viscous_nm_s_rad", "N*m*s/rad", 3e-6, 0.0, 1.0, "viscous drag at the motor shaft", MAXON + ", no-load current"),
+    P("coulomb_nm", "N*m", 3e-3, 0.0, 10.0, "dry friction at the motor shaft", MAXON + ", no-load current"),
+    P("presliding_stiffness_nm_rad", "N*m/rad", 0.4, 1e-3, 1e4, "spring of the sticking motor shaft", FACTS),
+    P("presliding_time_s", "s", 2e-3, 5e-4, 0.1, "damper over spring of the sticking motor shaft", FACTS),
+    P("stribeck_ratio", "1", 0.0, 0.0, 3.0, "extra break-away over dry friction", FACTS, "motor_stribeck"),
+    P("stribeck_speed_rad_s", "rad/s", 20.0, 0.1, 1e3, "speed at which the extra has fallen to 1/e", FACTS),
+    P("cogging_nm", "N*m", 0.0, 0.0, 1.0, "amplitude of the cogging torque", FACTS, "cogging"),
+    P("cogging_per_turn_ratio", "1", 4.0, 1.0, 200.0, "cogging periods per motor turn", FACTS),
+    P("torque_ripple_ratio", "1", 0.0, 0.0, 0.5, "relative ripple of the torque constant", FACTS, "torque_ripple"),
+    P("ripple_per_turn_ratio", "1", 6.0, 1.0, 200.0, "ripple periods per motor turn", FACTS),
+    P("bus_sag_ohm", "ohm", 0.0, 0.0, 5.0, "voltage lost per winding current", FACTS, "bus_sag"),
+    P("torque_loss_per_k", "1/K", 0.0, 0.0, 0.01, "torque constant lost per kelvin of winding heat", FACTS, "torque_constant_heat"),
+    P("winding_thermal_k_w", "K/W", 1.0, 1e-3, 100.0, "winding to housing", FACTS),
+    P("winding_time_s", "s", 3.96, 0.1, 1e4, "thermal time constant of the winding", MAXON),
+)
+
+TRANSMISSION: Table = (
+    P("gear_ratio", "1", 19.0, 1.0, 1e3, "motor turns per spool turn", "planetary gear, chosen"),
+    P("spool_radius_m", "m", 0.010, 1e-3, 0.5, "radius at which the strap leaves the spool", "chosen"),
+    P("gear_efficiency_ratio", "1", 1.0, 0.2, 1.0, "output over input power, either way", FACTS, "gear_efficiency"),
+    P("gear_friction_n", "N", 0.0, 0.0, 500.0, "dry friction of the gear, as force at the spool", FACTS, "gear_friction"),
+    P("backlash_rad", "rad", 0.0, 0.0, 0.2, "total play at the gear's output", FACTS, "backlash"),
+    P("eccentricity_ratio", "1", 0.0, 0.0, 0.3, "eccentricity over radius of the spool", FACTS, "spool_eccentricity"),
+    P("eccentricity_phase_rad", "rad", 0.0, -2 * pi, 2 * pi, "spool angle of the largest radius, negative", FACTS),
+)
