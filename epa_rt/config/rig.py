@@ -104,7 +104,7 @@ class Motor(Axis):
 
 
 class JointPid(Frozen):
-    """Gains from joint error to motor travel; the joint's lever arm gives the feedforward."""
+    """Gains from joint travel (lever arm x angle) to motor travel; the lever arm gives the feedforward too."""
 
     kp: quantity("1", 0.0) = 0.0
     ki: quantity("1/s", 0.0) = 0.0
@@ -114,23 +114,38 @@ class JointPid(Frozen):
 
 
 class Joint(Axis):
-    """The joint that the motor moves through a muscle. Gains are per metre of joint travel (lever arm x angle)."""
+    """The joint that the motor moves through a muscle. ``lever_arm``: motor travel per joint travel with the muscle's
+    length held, m/rad for an angle, without unit for a position; its sign says which way the motor moves the joint.
+    """
 
-    lever_arm: quantity("m/rad", 1e-4, 2.0) | None = None
+    lever_arm: float
     pid: JointPid
+
+    @field_validator("lever_arm", mode="before")
+    @classmethod
+    def _lever(cls, value: Any, info: ValidationInfo) -> float:
+        is_angle = si_unit_of(info.data.get("position", "x_m")) == "rad"
+        lever = parse_quantity(value, "m/rad" if is_angle else "1")
+        if lever == 0.0:
+            raise UnitError(f"found '{value}', expected a lever arm other than zero")
+        return lever
 
 
 class Valves(Frozen):
-    """How a muscle's inlet and exhaust valves are switched to set a pressure and hold it."""
+    """How a muscle's valves are switched to set a pressure and hold it; what is not given keeps the default of
+    ``epa_rt.control.valve_settings.ValveSettings``, whose fields these are.
+    """
 
-    tolerance: PressureDifference = 1000.0
-    settle: Seconds = 1.0
-    fill_timeout: Seconds = 30.0
-    pulse_min: quantity("s", 1e-4, 1.0) = 0.003
-    pulse_max: quantity("s", 1e-4, 1.0) = 0.040
-    lead: Seconds = 0.006
-    drift: PressureDifference = 5000.0
-    max_pulses: Annotated[int, Field(ge=1, le=1000)] = 60
+    tolerance: PressureDifference | None = None
+    settle: Seconds | None = None
+    settle_timeout: Seconds | None = None
+    fill_timeout: Seconds | None = None
+    pulse_min: quantity("s", 1e-4, 1.0) | None = None
+    pulse_max: quantity("s", 1e-4, 1.0) | None = None
+    lead: Seconds | None = None
+    drift: PressureDifference | None = None
+    max_pulses: Annotated[int, Field(ge=1, le=1000)] | None = None
+    supply: Pressure | None = None
 
 
 class Muscle(Frozen):

@@ -166,7 +166,5 @@ def _check_drive(rig: "Rig", located: Located) -> None:
         for name, place in axis.places.items():
             if limits and not limits[0] <= place <= limits[1]:
                 raise located.error((section, "places", name), f"{place:g}", f"a place within [{limits[0]:g}, {limits[1]:g}], the limits of {axis.position}")
-    if rig.joint and rig.joint.lever_arm is None and rig.row(rig.joint.position).si_unit == "rad":
-        raise located.error(("joint",), "an angle without lever_arm", "lever_arm: metres per radian")
     if rig.joint and motor.position_target is None:
         raise located.error(("joint",), "a joint on a motor without position_target", "a motor that takes a position")

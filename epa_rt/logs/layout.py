@@ -11,6 +11,7 @@ FLAG_STOP_REQUESTED = 2
 FLAG_RECORDER_FAILED = 4
 FLAG_TRIPPED = 8
 FLAG_OVERRUN = 16
+FLAG_STOP_AT_ONCE = 32
 
 MASK_BITS = 64
 """Width of the invalid and stale masks, and so the most measured rows one rig may have."""

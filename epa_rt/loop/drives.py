@@ -1,0 +1,100 @@
+"""The two ways a rig enables its drive, behind one face for the supervisor."""
+
+from typing import Protocol
+
+from epa_rt.config.rig import AnalogDrive as AnalogDriveFile
+from epa_rt.config.rig import Cia402Drive, Rig
+from epa_rt.control.analog_drive import OutputEnabler
+from epa_rt.control.cia402 import DriveEnabler, DriveState
+from epa_rt.control.drive_errors import drive_error_words
+
+MODE_OF_TARGET = {"position": 8, "speed": 9, "torque": 10}
+_POWERED = (DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE, DriveState.FAULT_REACTION, DriveState.UNKNOWN)
+
+
+class Drive(Protocol):
+    """``step`` writes the enabling rows of the command; ``trouble`` is a sentence once it failed or was lost."""
+
+    def enable(self) -> None: ...
+
+    def disable(self, controlled: bool) -> None: ...
+
+    def step(self, measured: dict[str, float], command: dict[str, float]) -> None: ...
+
+    @property
+    def live(self) -> bool: ...
+
+    @property
+    def off(self) -> bool: ...
+
+    def trouble(self, measured: dict[str, float]) -> str: ...
+
+
+class BusDrive:
+    """A drive enabled by control and status word."""
+
+    def __init__(self, file: Cia402Drive, period_s: float, mode: int):
+        self._enabler = DriveEnabler(max(1, round(file.transition_timeout / period_s)))
+        self._file, self._mode = file, mode
+        self._status, self._control = file.status_word, file.control_word
+
+    def enable(self) -> None:
+        self._enabler.enable()
+
+    def disable(self, controlled: bool) -> None:
+        self._enabler.disable(controlled)
+
+    def step(self, measured: dict[str, float], command: dict[str, float]) -> None:
+        command[self._control] = self._enabler.step(measured[self._status])
+        command[self._file.mode] = self._mode
+
+    @property
+    def live(self) -> bool:
+        return self._enabler.targets_live
+
+    @property
+    def off(self) -> bool:
+        return not self._enabler.enabled and self._enabler.state not in _POWERED
+
+    def trouble(self, measured: dict[str, float]) -> str:
+        cause = self._enabler.cause
+        code = int(measured[self._file.error_code]) if self._file.error_code else 0
+        return f"{cause} (error {drive_error_words(code)})" if cause and code else cause
+
+
+class WiredDrive:
+    """A drive enabled by a digital output, that says nothing of its state over the bus."""
+
+    def __init__(self, file: AnalogDriveFile, period_s: float):
+        self._drive = OutputEnabler(round(file.enable_delay / period_s))
+        self._enable = file.enable
+        self._off = True
+
+    def enable(self) -> None:
+        self._drive.enable()
+
+    def disable(self, controlled: bool) -> None:
+        self._drive.disable(controlled)
+
+    def step(self, measured: dict[str, float], command: dict[str, float]) -> None:
+        output = self._drive.step()
+        self._off = not output
+        command[self._enable] = float(output)
+
+    @property
+    def live(self) -> bool:
+        return self._drive.targets_live
+
+    @property
+    def off(self) -> bool:
+        return self._off
+
+    def trouble(self, measured: dict[str, float]) -> str:
+        return self._drive.cause
+
+
+def drive_of(rig: Rig, target: str) -> Drive:
+    """The drive of a rig, in the mode for a target kind ('position', 'speed', 'torque')."""
+    if rig.drive.interface == "cia402":
+        return BusDrive(rig.drive, rig.period_s, MODE_OF_TARGET[target])
+    return WiredDrive(rig.drive, rig.period_s)

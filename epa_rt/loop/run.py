@@ -1,0 +1,142 @@
+"""run(): the one cycle that drives hardware, simulation and replay alike."""
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from epa_rt.backend import Backend, BackendError
+from epa_rt.config.rig import Rig
+from epa_rt.logs.layout import (
+    FLAG_OVERRUN, FLAG_RECORDER_FAILED, FLAG_STOP_AT_ONCE, FLAG_STOP_REQUESTED, FLAG_TRIPPED, FLAG_WORKING_COUNTER_OK,
+)  # fmt: skip
+from epa_rt.loop.overruns import Overruns
+from epa_rt.loop.requests import STOP, STOP_AT_ONCE
+from epa_rt.loop.supervisor import DONE, Supervisor
+from epa_rt.safety.envelope import Envelope
+from epa_rt.safety.trip import Trip
+from epa_rt.signals.codec import Decoder, Encoder
+
+
+class Recording(Protocol):
+    """What the loop needs of a recorder; a replay puts its comparison here."""
+
+    def sample(self, *values: object) -> None: ...
+
+    def event(self, cycle: int, t_ns: int, kind: str, text: str, **data: object) -> None: ...
+
+    @property
+    def failure(self) -> str | None: ...
+
+
+class Requests(Protocol):
+    def poll(self, cycle: int) -> int: ...
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """How a run ended. ``outcome``: completed, stopped, tripped or failed. ``confirmed``: the drive said it is off."""
+
+    outcome: str
+    cause: str
+    cycles: int
+    confirmed: bool
+    overruns: int
+    worst_lateness_ns: int
+    clamped: dict[str, int] = field(default_factory=dict)
+    slewed: dict[str, int] = field(default_factory=dict)
+    trip: Trip | None = None
+
+
+def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, decoder: Decoder, encoder: Encoder,
+        recording: Recording, requests: Requests) -> RunResult:
+    """Runs an experiment from bring-up to safe. Never raises for what the rig does: every way out is a result.
+
+    The backend is opened and closed here; closing puts the outputs into their safe state once more.
+    """
+    overruns, lost_bus, stopped, cycle = Overruns(rig.overrun), "", False, -1
+    outputs_raw = encoder.safe_raw
+    try:
+        backend.open()
+        while supervisor.state != DONE:
+            exchange = backend.exchange(outputs_raw)
+            cycle, t_ns, inputs_raw, bus_ok, lateness_ns, busy_ns = exchange
+            measured = decoder.decode(inputs_raw)
+            request = requests.poll(cycle)
+            flags = FLAG_WORKING_COUNTER_OK if bus_ok else 0
+            if lateness_ns or request or recording.failure:
+                flags |= _judge(cycle, lateness_ns, request, recording, overruns, envelope)
+            stopped = stopped or request != 0 or overruns.wants_stop
+            command = _step(supervisor, envelope, cycle, measured, stopped)
+            outputs = envelope.check(cycle, bus_ok, measured, decoder.invalid, decoder.stale, command)
+            if envelope.tripped is not None:
+                flags |= FLAG_TRIPPED
+                supervisor.be_safe()
+            outputs_raw = encoder.encode(outputs)
+            recording.sample(cycle, t_ns, flags, supervisor.state, supervisor.phase, lateness_ns, busy_ns,
+                             decoder.invalid, decoder.stale, inputs_raw, outputs_raw, measured, supervisor.reference,
+                             command, supervisor.estimate)
+            if supervisor.events or (flags & FLAG_TRIPPED and envelope.tripped.cycle == cycle):
+                _report(supervisor, envelope, recording, cycle, t_ns)
+    except BackendError as error:
+        lost_bus = str(error)
+        recording.event(max(cycle, 0), 0, "error", lost_bus)
+    finally:
+        backend.close()
+    return _result(supervisor, envelope, overruns, lost_bus, stopped, cycle + 1)
+
+
+def _judge(cycle: int, lateness_ns: int, request: int, recording: Recording, overruns: Overruns, envelope: Envelope) -> int:
+    """What came from outside the process image in this cycle, as flags; trips where it must."""
+    flags = 0
+    before = overruns.count
+    policy = overruns.step(lateness_ns)
+    if overruns.count > before:
+        flags |= FLAG_OVERRUN
+    if policy == "trip":
+        envelope.trip("overrun", "", f"{overruns.in_a_row} late cycles in a row, the last by {lateness_ns / 1e6:.3f} ms", cycle)
+    if request >= STOP:
+        flags |= FLAG_STOP_REQUESTED
+    if request >= STOP_AT_ONCE:
+        flags |= FLAG_STOP_AT_ONCE
+        envelope.trip("operator", "", "the operator asked twice to stop", cycle)
+    failure = recording.failure
+    if failure:
+        flags |= FLAG_RECORDER_FAILED
+        envelope.trip("recorder", "", failure, cycle)
+    return flags
+
+
+def _step(supervisor: Supervisor, envelope: Envelope, cycle: int, measured: dict, stopped: bool) -> dict[str, float]:
+    """The supervisor's command; what it finds, or a fault in it, becomes a trip."""
+    try:
+        command = supervisor.step(cycle, measured, stopped)
+    except Exception as error:  # a fault of ours must not leave the rig under its last command
+        envelope.trip("internal error", "", f"{type(error).__name__}: {error}", cycle)
+        return supervisor.command
+    if supervisor.fault is not None:
+        envelope.trip(*supervisor.fault, cycle)
+    return command
+
+
+def _report(supervisor: Supervisor, envelope: Envelope, recording: Recording, cycle: int, t_ns: int) -> None:
+    trip = envelope.tripped
+    if trip is not None and trip.cycle == cycle:
+        recording.event(cycle, t_ns, "trip", str(trip), cause=trip.cause, signal=trip.signal)
+    for kind, text, data in supervisor.events:
+        recording.event(cycle, t_ns, kind, text, **data)
+    supervisor.events.clear()
+
+
+def _result(supervisor: Supervisor, envelope: Envelope, overruns: Overruns, lost_bus: str, stopped: bool,
+            cycles: int) -> RunResult:
+    trip = envelope.tripped
+    if lost_bus:
+        outcome, cause = "failed", lost_bus
+    elif trip is not None:
+        outcome, cause = "tripped", str(trip)
+    elif stopped:
+        outcome, cause = "stopped", "overruns" if overruns.wants_stop else "the operator asked to stop"
+    else:
+        outcome, cause = "completed", ""
+    gate = envelope.gate
+    return RunResult(outcome, cause, cycles, supervisor.confirmed, overruns.count, overruns.worst_ns,
+                     {k: n for k, n in gate.clamped.items() if n}, {k: n for k, n in gate.slewed.items() if n}, trip)
