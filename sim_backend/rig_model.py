@@ -34,6 +34,12 @@ class RigModel:
         self._outputs_array = np.frombuffer(self._outputs, np.uint8)
         latch_outputs(self._outputs_array, self._valves, self._drive, self.machine, self.command, True)
 
+    def warm_up(self) -> None:
+        """Compiles (or loads from the cache) everything a cycle needs, on copies: the rig's state stays as it is."""
+        advance(self.params, self.state.copy(), self.command.copy(), self.sensors.copy(), self.period_s, self._substeps)
+        sample_inputs(self._inputs_array.copy(), self._analog, self._drive, self.machine.copy(), self._ports.copy(), 0)
+        latch_outputs(self._outputs_array, self._valves, self._drive, self.machine.copy(), self.command.copy(), True)
+
     def cycle(self, outputs_raw: bytes) -> bytes:
         """Advances one period and returns the input image. ``outputs_raw`` must have the image's size."""
         advance(self.params, self.state, self.command, self.sensors, self.period_s, self._substeps)

@@ -112,6 +112,11 @@ class SetAndHold:
         taken, self.events = self.events, []
         return taken
 
+    @property
+    def failure(self) -> str | None:
+        """The failure in words, or None."""
+        return self.cause_text or None
+
     # The cycle
 
     def step(self, pressure_pa: float, dt_s: float) -> tuple[bool, bool]:
@@ -243,8 +248,9 @@ class SetAndHold:
         rise_pa = heat_pa * 2.0 if self._direction < 0 else s.climb_pa
         fall_pa = heat_pa if self._direction > 0 else s.climb_pa
         gauge_pa = self._closed_pa - s.atmosphere_pa
-        late = self._timer_s > s.relax_s
-        rate = self._blocks.rate_pa_s if late else 0.0
+        rate = self._blocks.rate_pa_s if self._timer_s > s.relax_s else 0.0
+        if abs(rate) * self._timer_s < 0.5 * abs(change):
+            rate = 0.0  # it has died down to less than half its mean, as heat does and a leak does not
         if change > rise_pa or rate > s.leak_pa_s:
             cause = ValveCause.INLET_STUCK_OPEN
         elif change < -fall_pa or change < -0.75 * gauge_pa < -7500.0 or rate < -s.leak_pa_s:
@@ -415,7 +421,7 @@ class SetAndHold:
             data = {"state": state.value, "pressure_pa": self.estimate_pa, "target_pa": self.target_pa}
             self.events.append(("state", text, data))
         self.state = state
-        self.settled = state is ValveState.HOLDING
+        self.settled = state is ValveState.HOLDING or state is ValveState.VENTED
         self.drifting = False
         self._handler = self._handlers[state]
         self._timer_s = self._window_s = 0.0

@@ -21,6 +21,7 @@ DEFAULT_SLOTS = 16384
 RESERVED_METADATA = ("layout", "outcome")
 _LIVENESS_EVERY = 64
 _WAIT_S = 0.0002
+_STUCK_AFTER_S = 60.0
 _CACHE_LINE_BYTES = 64
 
 
@@ -119,9 +120,14 @@ class Recorder:
         # Published last: the recorder never sees half a slot.
         self._head = self._words[HEAD] = head + 1
 
-    def event(self, cycle: int, t_ns: int, kind: str, text: str, **data: object) -> None:
+    def event(self, cycle: int, t_ns: int, kind: str, text: str, /, **data: object) -> None:
         """Record something that happened. `data` becomes JSON; what JSON has no form for becomes a string."""
         self._post_event(cycle, t_ns, kind, text, data, self._lossless)
+
+    @property
+    def pid(self) -> int:
+        """The recorder's process."""
+        return self._child.pid
 
     @property
     def failure(self) -> str | None:
@@ -148,14 +154,17 @@ class Recorder:
         return self._summary
 
     def _has_room(self, slots: int, wait: bool) -> bool:
-        """Whether that many slots are free. With `wait` the answer is no only where the recorder is dead."""
-        tries = 0
+        """Whether that many slots are free. With `wait` the answer is no only where the recorder is dead or stuck."""
+        deadline_s = 0.0
         while True:
             self._limit = self._words[TAIL] + self._slots
             if self._head + slots <= self._limit:
                 return True
-            tries += 1
-            if not wait or (tries % _LIVENESS_EVERY == 0 and self._child.trouble()):
+            if not wait or self._failure or self._child.trouble():
+                return False
+            deadline_s = deadline_s or time.monotonic() + _STUCK_AFTER_S
+            if time.monotonic() > deadline_s:
+                self._failure = f"recorder took nothing for {_STUCK_AFTER_S:g} s"
                 return False
             time.sleep(_WAIT_S)
 

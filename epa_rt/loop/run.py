@@ -1,5 +1,6 @@
 """run(): the one cycle that drives hardware, simulation and replay alike."""
 
+import traceback
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -21,7 +22,7 @@ class Recording(Protocol):
 
     def sample(self, *values: object) -> None: ...
 
-    def event(self, cycle: int, t_ns: int, kind: str, text: str, **data: object) -> None: ...
+    def event(self, cycle: int, t_ns: int, kind: str, text: str, /, **data: object) -> None: ...
 
     @property
     def failure(self) -> str | None: ...
@@ -52,7 +53,7 @@ def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, 
 
     The backend is opened and closed here; closing puts the outputs into their safe state once more.
     """
-    overruns, lost_bus, stopped, cycle = Overruns(rig.overrun), "", False, -1
+    overruns, broken, stopped, cycle, t_ns = Overruns(rig.overrun), "", False, -1, 0
     outputs_raw = encoder.safe_raw
     try:
         backend.open()
@@ -77,11 +78,14 @@ def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, 
             if supervisor.events or (flags & FLAG_TRIPPED and envelope.tripped.cycle == cycle):
                 _report(supervisor, envelope, recording, cycle, t_ns)
     except BackendError as error:
-        lost_bus = str(error)
-        recording.event(max(cycle, 0), 0, "error", lost_bus)
+        broken = str(error)
+        recording.event(max(cycle, 0), t_ns, "error", broken)
+    except Exception as error:  # a fault of ours ends like a lost bus: outputs safe, cause in the log
+        broken = f"internal error: {type(error).__name__}: {error}"
+        recording.event(max(cycle, 0), t_ns, "error", broken, traceback=traceback.format_exc())
     finally:
         backend.close()
-    return _result(supervisor, envelope, overruns, lost_bus, stopped, cycle + 1)
+    return _result(supervisor, envelope, overruns, broken, stopped, cycle + 1)
 
 
 def _judge(cycle: int, lateness_ns: int, request: int, recording: Recording, overruns: Overruns, envelope: Envelope) -> int:
@@ -126,11 +130,11 @@ def _report(supervisor: Supervisor, envelope: Envelope, recording: Recording, cy
     supervisor.events.clear()
 
 
-def _result(supervisor: Supervisor, envelope: Envelope, overruns: Overruns, lost_bus: str, stopped: bool,
+def _result(supervisor: Supervisor, envelope: Envelope, overruns: Overruns, broken: str, stopped: bool,
             cycles: int) -> RunResult:
     trip = envelope.tripped
-    if lost_bus:
-        outcome, cause = "failed", lost_bus
+    if broken:
+        outcome, cause = "failed", broken
     elif trip is not None:
         outcome, cause = "tripped", str(trip)
     elif stopped:

@@ -1,0 +1,60 @@
+"""epa: run experiments on an electric-pneumatic actuator, simulated or real, and read what came out.
+
+first hour:
+  epa check config/rigs/bench.yaml                      is the rig file sound?
+  epa run config/experiments/identification_short.yaml --rig config/rigs/bench.yaml --dry
+                                                        what would move, and how far?
+  epa run config/experiments/identification_short.yaml --rig config/rigs/bench.yaml -o out
+                                                        run it on the simulated rig
+  epa report out/*.mcap                                 one page to read
+  epa replay out/*.mcap                                 same inputs, same bytes?
+"""
+
+import argparse
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+
+from epa_rt.cli.exits import EPILOGUE, STOPPED, VerbError
+
+VERBS = ("check", "run", "replay", "info", "plot", "report", "schema")
+
+
+def parser() -> argparse.ArgumentParser:
+    """The whole command line. Verb modules only import heavy libraries once they run."""
+    formatter = argparse.RawDescriptionHelpFormatter
+    top = argparse.ArgumentParser(prog="epa", description=__doc__, epilog=EPILOGUE, formatter_class=formatter)
+    verbs = top.add_subparsers(dest="verb", metavar="VERB", required=True)
+    for name in VERBS:
+        module = importlib.import_module(f"epa_rt.cli.{name}")
+        first_line = module.__doc__.strip().splitlines()[0]
+        verb = verbs.add_parser(name, help=first_line, description=module.__doc__, epilog=EPILOGUE, formatter_class=formatter)
+        module.add_arguments(verb)
+        verb.set_defaults(main=module.main)
+    return top
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs one verb; returns its exit code. Errors of the operator's input come out as one sentence."""
+    from epa_rt.config.source import ConfigError
+
+    chosen = parser().parse_args(arguments)
+    try:
+        return chosen.main(chosen)
+    except VerbError as error:
+        print(f"epa {chosen.verb}: {error}", file=sys.stderr)
+        return error.code
+    except ConfigError as error:
+        print(f"epa {chosen.verb}: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print(f"epa {chosen.verb}: interrupted", file=sys.stderr)
+        return STOPPED
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,157 @@
+"""Run an experiment on a rig and record it.
+
+On the simulated rig (--backend sim) it goes as fast as the machine can, or paced with --speed (1 = real time). Every
+run leaves one MCAP log that opens in Foxglove and PlotJuggler and can be replayed. Ctrl-C brakes, disables the drive
+and puts the valves into their safe state; a second Ctrl-C takes the torque off at once.
+
+  epa run config/experiments/identification.yaml --rig config/rigs/bench.yaml -o out
+  epa run config/experiments/knee_chirp.yaml --rig config/rigs/knee.yaml --speed 1 -o out
+  epa run config/experiments/knee_chirp.yaml --rig config/rigs/knee.yaml --dry       moves nothing
+"""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from epa_rt.cli.exits import COMPLETED, DIFFERENT, FAILED, OF_OUTCOME, VerbError
+from epa_rt.cli.inputs import Inputs, add_input_arguments, load_inputs
+
+if TYPE_CHECKING:
+    from epa_rt.backend import Backend
+    from epa_rt.logs.recorder import LogSummary, Recorder
+    from epa_rt.loop.assembly import Assembly
+    from epa_rt.loop.run import RunResult
+
+
+def _positive(text: str) -> float:
+    value = float(text)
+    if not 0.0 < value < 1e6:
+        raise argparse.ArgumentTypeError(f"found {text}, expected a factor above zero")
+    return value
+
+
+def add_arguments(verb: argparse.ArgumentParser) -> None:
+    add_input_arguments(verb)
+    verb.add_argument("--backend", choices=("sim",), default="sim", help="what is behind the bytes (default: %(default)s)")
+    verb.add_argument("-o", "--out", type=Path, default=Path("out"), help="folder for the log, or a name that ends in .mcap")
+    verb.add_argument("--seed", type=int, default=1, help="seed of the simulated sensors' noise (default: %(default)s)")
+    verb.add_argument("--speed", type=_positive, help="pace of the simulated rig; 1 is real time (default: as fast as it goes)")
+    verb.add_argument("--dry", action="store_true", help="plot and check the profiles against the limits; nothing moves")
+    verb.add_argument("--quiet", action="store_true", help="no progress line")
+
+
+def main(arguments: argparse.Namespace) -> int:
+    inputs = load_inputs(arguments.experiment, arguments.rig, arguments.plant, with_plant=not arguments.dry)
+    if arguments.dry:
+        return _dry(inputs, arguments.out)
+    log = log_path(arguments.out, inputs)
+    summary, result = run_simulated(inputs, log, arguments.seed, arguments.speed, progress=not arguments.quiet)
+    print(closing_text(summary, result, inputs.rig.period_s))
+    return FAILED if result.outcome == "completed" and summary.failure else OF_OUTCOME[result.outcome]
+
+
+def _dry(inputs: Inputs, out: Path) -> int:
+    from epa_rt.cli.dry import show_dry_run
+
+    return DIFFERENT if show_dry_run(inputs.experiment, inputs.rig, out) else COMPLETED
+
+
+def log_path(out: Path, inputs: Inputs) -> Path:
+    """The log's path: as given where it ends in .mcap (and must be new), else a numbered name in the folder."""
+    if out.suffix == ".mcap":
+        if out.exists():
+            raise VerbError(f"{out}: found a file, expected a name that is free (no log is overwritten)")
+        folder = out.parent
+    else:
+        folder = out
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise VerbError(f"{folder}: cannot make the folder ({error.strerror})") from None
+    if out.suffix == ".mcap":
+        return out
+    stem = f"{inputs.experiment.name}-{inputs.rig.name}"
+    return next(path for n in range(1, 1_000_000) if not (path := folder / f"{stem}-{n:03d}.mcap").exists())
+
+
+def run_simulated(inputs: Inputs, log: Path, seed: int, speed: float | None, progress: bool) -> "tuple[LogSummary, RunResult]":
+    """One run on the simulated rig, recorded to ``log``. Raises VerbError where the log cannot be opened."""
+    backend = _simulated_backend(inputs, seed, speed)
+    run_facts = {"rig": inputs.rig.name, "experiment": inputs.experiment.name, "plant": inputs.plant.name, "backend": "sim",
+                 "seed": str(seed), "speed": "unpaced" if speed is None else f"{speed:g}", "period_s": f"{inputs.rig.period_s:g}"}
+    return run_recorded(inputs, backend, log, run_facts, paced=speed is not None, progress=progress)
+
+
+def _simulated_backend(inputs: Inputs, seed: int, speed: float | None) -> "Backend":
+    import time
+
+    began_s = time.perf_counter()
+    from sim_backend.backend import SimBackend
+
+    backend = SimBackend(inputs.rig, inputs.plant, seed, speed)
+    backend.model.warm_up()
+    seconds = time.perf_counter() - began_s
+    if seconds > 5.0:
+        print(f"the plant was compiled ({seconds:.0f} s, once; it is kept)", file=sys.stderr)
+    return backend
+
+
+def run_recorded(inputs: Inputs, backend: "Backend", log: Path, run_facts: dict[str, str], paced: bool,
+                 progress: bool) -> "tuple[LogSummary, RunResult]":
+    """A run on any backend with its recorder. Real-time rights are asked for where the run is paced."""
+    from epa_rt.logs.progress import ProgressSpec
+    from epa_rt.logs.recorder import Recorder, RecorderError
+    from epa_rt.loop.assembly import WiringError, assemble
+    from epa_rt.loop.requests import OperatorRequests
+
+    try:
+        assembly = assemble(inputs.rig, inputs.experiment)
+    except WiringError as error:
+        raise VerbError(str(error)) from None
+    cycles = round(inputs.experiment.duration_s / inputs.rig.period_s)
+    recorder = Recorder(log, assembly.layout, inputs.attachments, {"run": run_facts}, lossless=not paced,
+                        progress=ProgressSpec(cycles, inputs.rig.period_s, progress))
+    try:
+        recorder.open()
+    except RecorderError as error:
+        raise VerbError(str(error), FAILED) from None
+    with OperatorRequests().listening() as requests:
+        return _run(assembly, backend, recorder, requests, paced)
+
+
+def _run(assembly: "Assembly", backend: "Backend", recorder: "Recorder", requests: object,
+         paced: bool) -> "tuple[LogSummary, RunResult]":
+    from epa_rt.loop.run import run
+    from epa_rt.realtime.process import undisturbed
+
+    outcome, cause = "failed", "the loop ended by an error of its own"
+    try:
+        with undisturbed(assembly.rig.realtime if paced else None) as sentences:
+            for sentence in sentences:
+                recorder.event(0, 0, "realtime", sentence)
+            result = run(assembly.rig, backend, assembly.supervisor, assembly.envelope, assembly.decoder, assembly.encoder,
+                         recorder, requests)
+        outcome, cause = result.outcome, result.cause
+        facts = {"cycles": result.cycles, "overruns": result.overruns, "worst_lateness_ns": result.worst_lateness_ns,
+                 "drive_off_confirmed": result.confirmed, "clamped": result.clamped, "slewed": result.slewed}
+        recorder.event(result.cycles - 1, 0, "summary", f"{outcome}{': ' + cause if cause else ''}", **facts)
+    finally:
+        summary = recorder.close(outcome, cause)
+    return summary, result
+
+
+def closing_text(summary: "LogSummary", result: "RunResult", period_s: float) -> str:
+    """What the operator reads at the end of a run."""
+    lines = [f"{result.outcome}{': ' + result.cause if result.cause else ''}",
+             f"{result.cycles} cycles ({result.cycles * period_s:.1f} s), {result.overruns} overruns, "
+             f"{summary.samples} samples and {summary.events} events recorded"]
+    if summary.samples != result.cycles:
+        lines.append(f"LOST: {result.cycles - summary.samples} samples are not in the log")
+    if summary.failure:
+        lines.append(f"recorder: {summary.failure}")
+    for words, counts in (("clamped to its limits", result.clamped), ("slowed to its slew limit", result.slewed)):
+        lines += [f"{name} was {words} in {count} cycles" for name, count in counts.items()]
+    lines.append(f"end state: outputs safe, {'drive off' if result.confirmed else 'the drive did NOT confirm that it is off'}")
+    lines.append(f"log: {summary.path} ({summary.size_bytes / 1e6:.1f} MB)")
+    return "\n".join(lines)

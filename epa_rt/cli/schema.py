@@ -1,0 +1,36 @@
+"""Write the JSON schemas of rig and experiment files, so that an editor completes and checks them.
+
+  epa schema -o config/schema
+Then, in the first line of a rig file:  # yaml-language-server: $schema=../schema/rig.json
+"""
+
+import argparse
+import json
+from pathlib import Path
+
+from epa_rt.cli.exits import COMPLETED
+
+
+def add_arguments(verb: argparse.ArgumentParser) -> None:
+    verb.add_argument("-o", "--out", type=Path, help="folder to write to (default: print to the screen)")
+
+
+def schemas() -> dict[str, dict]:
+    """JSON schema by file kind."""
+    from epa_rt.config.experiment import ExperimentFile
+    from epa_rt.config.rig import Rig
+
+    return {"rig": Rig.model_json_schema(), "experiment": ExperimentFile.model_json_schema(by_alias=True)}
+
+
+def main(arguments: argparse.Namespace) -> int:
+    for kind, schema in schemas().items():
+        text = json.dumps(schema, indent=2, sort_keys=True) + "\n"
+        if arguments.out is None:
+            print(text, end="")
+            continue
+        arguments.out.mkdir(parents=True, exist_ok=True)
+        path = arguments.out / f"{kind}.json"
+        path.write_text(text, encoding="utf-8")
+        print(path)
+    return COMPLETED
