@@ -21,6 +21,7 @@ class Resolver:
         self.located, self.rig, self.file = located, rig, file
         self._position_key, self._position = None, None
         self._unsettled: dict[str, str] = {}
+        self._set: set[str] = set()  # muscles whose last order but trimming was 'set'
         self._trials = 0
 
     def phases(self) -> tuple[Phase, ...]:
@@ -113,9 +114,9 @@ class Resolver:
             return None
         place, lowest, highest = ("valves", key, "set"), self.rig.atmosphere_pa, muscle.pressure_max
         target_pa = reader.pressure(place, written)
-        if not lowest <= target_pa <= highest:
+        if not lowest <= target_pa < highest:
             raise reader.error(place, f"'{reader.text(place, written)}'",
-                               f"a pressure that the muscle {muscle.name} takes, {lowest / 1e3:g} to {highest / 1e3:g} kPa abs")
+                               f"a pressure that the muscle {muscle.name} takes, {lowest / 1e3:g} to below {highest / 1e3:g} kPa abs")
         return target_pa
 
     def _follow_settling(self, reader: Reader, phase: PhaseFile, orders: Mapping[str, ValveOrder]) -> None:
@@ -123,6 +124,11 @@ class Resolver:
             name, before = next(iter(self._unsettled.items()))
             raise reader.error(("trial",), f"a trial while '{before}' may still be setting the muscle {name}",
                                "'until: valves_settled' before the trial")
+        for name, order in orders.items():
+            if order.word == "hold_and_trim" and name not in self._set:
+                key = name if name in phase.valves else "all"
+                raise reader.error(("valves", key), f"'hold_and_trim' of the muscle {name}, to which no pressure is set", "a phase before it with {set: PRESSURE}")
+            (self._set.add if order.word in ("set", "hold_and_trim") else self._set.discard)(name)
         self._unsettled.update({name: phase.name for name, order in orders.items() if order.word in ("set", "vent")})
         if any(until.valves_settled for until in phase.until):
             self._unsettled.clear()

@@ -29,7 +29,7 @@ class Sequence:
     """``begin`` once, then ``step`` in every cycle.
 
     ``events`` grows by (kind, text, data); the caller drains it. ``loop_changed`` is True in a cycle in which the
-    controller must be reset. A failure brakes the motion, closes the valves and ends the run.
+    controller must be reset. A failure (a sentence) brakes the motion and ends the run.
     """
 
     def __init__(self, experiment: Experiment, rig: Rig, valves: Mapping[str, Valve]):
@@ -53,6 +53,7 @@ class Sequence:
         for _, valve in self._valve_list:
             valve.allow_retrim(False)
             valve.close()
+        self._venting: set[str] = set()
         self._targets = {f"ref_{signal}": measured[signal] for signal in self._pressures.values()}
         self.phase_index, self.finished, self.failure, self._braking = -1, False, None, False
 
@@ -70,14 +71,18 @@ class Sequence:
         self._cycle_in_phase += 1
 
     def brake(self, cycle: int = -1) -> None:
-        """Operator stop: from the present reference to rest, valves closed; ``finished`` once at rest."""
+        """Operator stop: from the present reference to rest; ``finished`` once at rest.
+
+        What fills is closed. What vents goes on, and a failed valve stays as it failed: both are on the safe side.
+        """
         if self._braking or self.finished or self._profile is None:
             self.finished = self.finished or self._profile is None
             return
         self._braking = True
-        for _, valve in self._valve_list:
+        for name, valve in self._valve_list:
             valve.allow_retrim(False)
-            valve.close()
+            if name not in self._venting:
+                valve.hold()
         coordinate = self.phase.coordinate
         deceleration = 0.5 * coordinate.acceleration_max
         speed = self._speed if math.isfinite(deceleration) else 0.0  # a torque stops where it is; the stop lets it go
@@ -147,19 +152,23 @@ class Sequence:
 
     def _tell_valves(self, phase: Phase) -> None:
         for order in phase.orders:
-            valve = self._valves[order.muscle]
-            # trimming belongs to setting; afterwards only where the phase says so
-            valve.allow_retrim(order.word in ("set", "hold_and_trim"))
-            if order.word == "set":
+            name, word = order.muscle, order.word
+            valve, target_key = self._valves[name], f"ref_{self._pressures[name]}"
+            valve.allow_retrim(word in ("set", "hold_and_trim"))
+            if word == "set":
                 valve.set(order.target_pa)
-                self._targets[f"ref_{self._pressures[order.muscle]}"] = order.target_pa
-            elif order.word == "vent":
+                self._targets[target_key] = order.target_pa
+            elif word == "vent":
                 valve.vent()
-                self._targets[f"ref_{self._pressures[order.muscle]}"] = self._atmosphere_pa
-            elif order.word == "close":
+                self._targets[target_key] = self._atmosphere_pa
+            elif word == "close":
                 valve.close()
-            else:
+            elif word == "hold":
                 valve.hold()
+            # hold_and_trim: the valves hold since they were set, and may now be trimmed
+            self._venting.discard(name)
+            if word == "vent":
+                self._venting.add(name)
 
     def _end_phase(self, cycle: int) -> None:
         data = {"phase": self.phase.name, "index": self.phase_index, "cycle": cycle,
