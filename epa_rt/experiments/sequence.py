@@ -60,6 +60,8 @@ class Sequence:
     def step(self, measured: Mapping[str, float], reference: dict[str, float], cycle: int) -> None:
         """Writes this cycle's ``ref_*`` in place; moves on to the next phase where the present one is over."""
         self.loop_changed = False
+        if self._profile is None and self.finished:
+            return  # stopped before anything began
         if self._profile is None or self._cycle_in_phase >= self._due:
             self._at_due(measured, reference, cycle)
         for name, valve in self._valve_list:
@@ -75,8 +77,9 @@ class Sequence:
 
         What fills is closed. What vents goes on, and a failed valve stays as it failed: both are on the safe side.
         """
-        if self._braking or self.finished or self._profile is None:
-            self.finished = self.finished or self._profile is None
+        if self._profile is None:
+            self._finish(cycle)
+        if self._braking or self.finished:
             return
         self._braking = True
         for name, valve in self._valve_list:
@@ -140,7 +143,8 @@ class Sequence:
         self._tell_valves(phase)
         reference.update(self._targets)
         data = {"phase": phase.name, "index": index, "cycle": cycle, "loop": phase.loop, "trial_index": phase.trial_index,
-                "repetition": phase.repetition, "values": dict(phase.values), "targets": dict(self._targets)}
+                "repetition": phase.repetition, "values": dict(phase.values), "targets": _finite(self._targets),
+                "pressures": _finite({signal: measured[signal] for signal in self._pressures.values()})}
         self.events.append(("phase_start", phase.name, data))
         if not valid:
             self._fail(f"{phase.name}: {phase.coordinate.measured} is not valid where its loop takes over", cycle)
@@ -184,6 +188,11 @@ class Sequence:
         self.failure = sentence
         self.events.append(("failure", sentence, {"cycle": cycle, "phase": self.phase.name}))
         self.brake(cycle)
+
+
+def _finite(values: Mapping[str, float]) -> dict[str, float | None]:
+    # events become JSON, which has no NaN
+    return {name: value if math.isfinite(value) else None for name, value in values.items()}
 
 
 def _reference_names(coordinates: Mapping[str, Coordinate], pressures: Mapping[str, str], loops: tuple[str, ...]) -> tuple[str, ...]:
