@@ -110,7 +110,10 @@ class JointPid(Frozen):
     ki: quantity("1/s", 0.0) = 0.0
     kd: quantity("s", 0.0) = 0.0
     derivative_cutoff: Hertz = 50.0
+    output_cutoff: Hertz | None = None
     feedforward: quantity("1") = 1.0
+    feedforward_speed: quantity("s") = 0.0
+    feedforward_acceleration: quantity("s^2") = 0.0
 
 
 class Joint(Axis):

@@ -5,7 +5,7 @@ one (or the present value), and the reference is met from there.
 """
 
 from dataclasses import replace
-from math import inf
+from math import exp, inf, nan, pi
 
 from epa_rt.control.pid import Pid, PidGains
 from epa_rt.control.protocol import Signals
@@ -166,7 +166,10 @@ class JointAngle:
 
     `output` says what the drive is given: "travel" (m, feedforward lever x reference angle), "speed" (m/s, lever x
     reference speed) or "torque" (N m, lever x reference angle x gain in N). lever_arm_m in m per rad, its sign that of
-    travel over angle. The gains' output unit is that of the command. ValueError for any other `output`.
+    travel over angle. The gains' output unit is that of the command. Above `output_cutoff_hz` the command is smoothed
+    (two poles), so that an angle sensor's steps do not become steps of the target. The speed and acceleration feedforward
+    (s and s^2, on the reference) carry what the derivative, which brakes all motion, and the inertia ask for.
+    ValueError for any other `output`.
     """
 
     def __init__(
@@ -175,7 +178,10 @@ class JointAngle:
         *,
         lever_arm_m: float,
         feedforward_gain: float = 1.0,
+        feedforward_speed_s: float = 0.0,
+        feedforward_acceleration_s2: float = 0.0,
         output: str = "travel",
+        output_cutoff_hz: float = inf,
         angle: str = "knee_angle_rad",
         reference_angle: str = "ref_knee_angle_rad",
         reference_speed: str = "ref_knee_speed_rad_s",
@@ -185,7 +191,7 @@ class JointAngle:
         if output not in ("travel", "speed", "torque"):
             raise ValueError(f"output: found {output!r}, expected travel, speed or torque")
         self._fed_forward = reference_speed if output == "speed" else reference_angle
-        self.reads = tuple(dict.fromkeys((angle, reference_angle, self._fed_forward)))
+        self.reads = tuple(dict.fromkeys((angle, reference_angle, reference_speed)))
         if output == "travel":
             self.reads += (travel,)
         self.writes = (command,)
@@ -194,21 +200,35 @@ class JointAngle:
         self._angle, self._reference_angle = angle, reference_angle
         self._travel, self._command = travel, command
         self._feedforward = feedforward_gain * lever_arm_m
+        self._of_speed_m_s = feedforward_speed_s * lever_arm_m
+        self._of_acceleration_m_s2 = feedforward_acceleration_s2 * lever_arm_m
+        self._reference_speed, self._last_speed = reference_speed, nan
+        self._cutoff_rad_s = 2.0 * pi * output_cutoff_hz
+        self._first = self._second = 0.0
         self._out = {command: 0.0}
 
     def reset(self, measured: Signals, commanded: Signals | None = None) -> None:
         """Start from the last command; where none is known from the measured travel, or from zero speed or torque."""
         rest = measured[self._travel] if self._is_travel else 0.0
-        self.pid.reset(measured[self._angle], _last(self._command, commanded, rest))
+        self._last_speed = nan
+        self._first = self._second = _last(self._command, commanded, rest)
+        self.pid.reset(measured[self._angle], self._first)
 
     def step(self, measured: Signals, reference: Signals, dt_s: float) -> dict[str, float]:
         """Command within the gains' limits, NaN where an input is NaN."""
-        self._out[self._command] = self.pid.step(
-            reference[self._reference_angle],
-            measured[self._angle],
-            self._feedforward * reference[self._fed_forward],
-            dt_s,
-        )
+        forward = self._feedforward * reference[self._fed_forward]
+        if self._of_speed_m_s or self._of_acceleration_m_s2:
+            speed = reference[self._reference_speed]
+            acceleration = (speed - self._last_speed) / dt_s if self._last_speed == self._last_speed else 0.0
+            self._last_speed = speed
+            forward += self._of_speed_m_s * speed + self._of_acceleration_m_s2 * acceleration
+        wanted = self.pid.step(reference[self._reference_angle], measured[self._angle], forward, dt_s)
+        if self._cutoff_rad_s != inf and wanted == wanted:  # one NaN must not stay in the filter
+            share = 1.0 - exp(-self._cutoff_rad_s * dt_s)
+            self._first += share * (wanted - self._first)
+            self._second += share * (self._first - self._second)
+            wanted = self._second
+        self._out[self._command] = wanted
         return self._out
 
 

@@ -93,7 +93,10 @@ def _joint(rig: Rig) -> JointAngle:
     low, high = rig.row(motor.position_target).limits
     size = abs(lever)
     gains = PidGains(kp=pid.kp * size, ki=pid.ki * size, kd=pid.kd * size, derivative_cutoff_hz=pid.derivative_cutoff, low=low, high=high)
-    return JointAngle(gains, lever_arm_m=lever, feedforward_gain=pid.feedforward, output="travel", angle=joint.position,
+    return JointAngle(gains, lever_arm_m=lever, feedforward_gain=pid.feedforward,
+                      feedforward_speed_s=pid.feedforward_speed, feedforward_acceleration_s2=pid.feedforward_acceleration,
+                      output="travel",
+                      output_cutoff_hz=pid.output_cutoff or float("inf"), angle=joint.position,
                       reference_angle=coordinate.position_key, reference_speed=coordinate.speed_key, travel=motor.position,
                       command=motor.position_target)
 
