@@ -23,7 +23,9 @@ _INDEX_HEAD = struct.Struct("<BQHI")
 
 
 class McapFile:
-    """Writes to `path`, which is emptied. All methods raise OSError where the disk does not take the bytes.
+    """Writes to `path`, which is emptied. Without `sync` the method of that name does nothing.
+
+    All methods raise OSError where the disk does not take the bytes.
 
     After an OSError `drop_partial_record` cuts the file back to its last whole record; the file may then be finished.
     """
@@ -91,6 +93,9 @@ class McapFile:
         self._chunks.append(entry)
         for channel_id, index in indexes.items():
             self._message_counts[channel_id] = self._message_counts.get(channel_id, 0) + len(index)
+
+    def sync(self) -> None:
+        """Have the disk keep what was written, so that a power cut takes only what came later."""
         if self._sync:
             os.fdatasync(self._fd)
 
@@ -109,8 +114,7 @@ class McapFile:
         crc = zlib.crc32(summary + struct.pack("<BQQQ", Opcode.FOOTER, 20, begin, offset_begin))
         footer = _encode(records.Footer(begin, offset_begin, crc))
         self._append(data_end + summary + footer + MCAP0_MAGIC)
-        if self._sync:
-            os.fsync(self._fd)
+        self.sync()
 
     def drop_partial_record(self) -> None:
         """Cut off what a failed write left behind."""

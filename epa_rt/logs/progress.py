@@ -26,6 +26,7 @@ class ProgressLine:
         self._terminal = stream.isatty()
         self._due_s: float | None = None
         self._begin: tuple[float, int] | None = None
+        self._last: tuple[float, int, int, int, float] | None = None
         self._width = 0
 
     def update(self, now_s: float, cycles: int, state: int, phase: int, fill_ratio: float) -> None:
@@ -33,6 +34,7 @@ class ProgressLine:
         if self._begin is None:
             self._begin = (now_s, cycles)
             self._due_s = now_s
+        self._last = (now_s, cycles, state, phase, fill_ratio)
         if now_s < self._due_s:
             return
         self._due_s = now_s + (TERMINAL_INTERVAL_S if self._terminal else PLAIN_INTERVAL_S)
@@ -52,10 +54,12 @@ class ProgressLine:
         )
 
     def finish(self) -> None:
-        """Leave the terminal on a line of its own."""
-        if self._terminal and self._width:
-            self._write("\n")
-            self._width = 0
+        """Print where it ended, and leave the terminal on a line of its own."""
+        if self._last:
+            self._print(self.text(*self._last))
+            self._last = None
+            if self._terminal:
+                self._write("\n")
 
     def _print(self, text: str) -> None:
         if self._terminal:

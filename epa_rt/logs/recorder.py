@@ -73,6 +73,7 @@ class Recorder:
         self._slot_bytes = -(-packing.size // _CACHE_LINE_BYTES) * _CACHE_LINE_BYTES
         self._head = self._limit = 0
         self._lost_samples = self._lost_events = 0
+        self._stuck = False
         self._failure: str | None = None
         self._countdown = _LIVENESS_EVERY
         self._summary: LogSummary | None = None
@@ -145,7 +146,7 @@ class Recorder:
             lost = {"lost_samples": self._lost_samples, "lost_events": self._lost_events}
             self._post_event(0, 0, "end", cause, {"outcome": outcome} | lost, True)
             trouble = self._child.finish()
-            failure = self._failure or trouble or self._lost_text()
+            failure = trouble or self._lost_text() or self._failure
             samples, events, size_bytes = (self._words[word] for word in (SAMPLES, EVENTS, BYTES))
             self._summary = LogSummary(
                 path=self._path, outcome=outcome, cause=cause, samples=samples, events=events, **lost,
@@ -160,11 +161,11 @@ class Recorder:
             self._limit = self._words[TAIL] + self._slots
             if self._head + slots <= self._limit:
                 return True
-            if not wait or self._failure or self._child.trouble():
+            if not wait or self._stuck or self._child.trouble():
                 return False
             deadline_s = deadline_s or time.monotonic() + _STUCK_AFTER_S
             if time.monotonic() > deadline_s:
-                self._failure = f"recorder took nothing for {_STUCK_AFTER_S:g} s"
+                self._stuck = True
                 return False
             time.sleep(_WAIT_S)
 
@@ -189,5 +190,6 @@ class Recorder:
     def _lost_text(self) -> str | None:
         if not self._lost_samples and not self._lost_events:
             return None
-        events = f" and {self._lost_events} events" if self._lost_events else ""
-        return f"recorder lost {self._lost_samples} samples{events}: the ring was full"
+        counts = (("sample", self._lost_samples), ("event", self._lost_events))
+        lost = " and ".join(f"{count} {noun}{'s' * (count > 1)}" for noun, count in counts if count)
+        return f"recorder lost {lost}: the ring was full"

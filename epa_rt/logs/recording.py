@@ -116,6 +116,7 @@ class Recording:
         if self._loose:
             self._file.chunk(*loose_messages(self._loose))
             self.counts.events += self._loose_events
+        self._file.sync()
         self._loose, self._loose_events = [], 0
         self.counts.pending = 0
 

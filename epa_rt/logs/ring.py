@@ -42,9 +42,7 @@ _SAMPLE_FIELDS = (
 def sample_format(layout: SampleLayout) -> str:
     """The struct format of a sample slot: kind, the fields of `/cycle`, both raw images, all values."""
     raw_bytes = layout.inputs_bytes + layout.outputs_bytes
-    return (
-        f"@B3xIiiQQqqQQ{layout.inputs_bytes}s{layout.outputs_bytes}s{-raw_bytes % 8}x{len(layout.values)}d"
-    )
+    return f"@B3xIiiQQqqQQ{layout.inputs_bytes}s{layout.outputs_bytes}s{-raw_bytes % 8}x{len(layout.values)}d"
 
 
 def slot_dtype(layout: SampleLayout) -> np.dtype:
@@ -84,6 +82,15 @@ class Ring:
         if self.fd >= 0:
             os.close(self.fd)
             self.fd = -1
+
+    def slots_of(self, layout: SampleLayout) -> np.ndarray:
+        """All slots as one array of `slot_dtype`, each as wide as the ring's."""
+        fields = slot_dtype(layout).fields
+        dtype = np.dtype({
+            "names": list(fields), "formats": [field[0] for field in fields.values()],
+            "offsets": [field[1] for field in fields.values()], "itemsize": self.slot_bytes,
+        })  # fmt: skip
+        return np.frombuffer(self.memory, dtype, offset=HEADER_BYTES)
 
     @property
     def failure(self) -> str | None:
