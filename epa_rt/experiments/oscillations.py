@@ -56,8 +56,8 @@ class Oscillation:
 
     @cached_property
     def peaks(self) -> Peaks:
-        """Positions are bounded by the amplitude; speed and acceleration are read off 100 points per period."""
-        count = int(self.duration_s * self._frequency_max_hz * 100) + 1000
+        """Positions are bounded by the amplitude; speed and acceleration are read off 100 points per period and per fade."""
+        count = int(self.duration_s * 100 * (self._frequency_max_hz + 1.0 / self.fade_s)) + 2
         t_s = np.linspace(0.0, self.duration_s, count)
         speeds = self.sample(t_s)[1]
         reach = abs(self.amplitude)

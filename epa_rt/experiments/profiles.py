@@ -17,6 +17,7 @@ Piece = tuple[float, Coefficients]  # how long it lasts in s, and its polynomial
 # a quintic move of length d in T: speed peaks at 15/8 d/T, acceleration at 10/sqrt(3) d/T^2
 QUINTIC_SPEED = 15.0 / 8.0
 QUINTIC_ACCELERATION = 10.0 / math.sqrt(3.0)
+NO_DISTANCE = 1e-12  # m or rad: rounding, not a motion
 
 
 class Peaks(NamedTuple):
@@ -58,10 +59,10 @@ class Pieces:
 
     def at(self, t_s: float) -> tuple[float, float]:
         """Position and speed at a time in s; before the start as at the start."""
-        if t_s >= self.duration_s:
-            return self.end, 0.0
         if t_s < 0.0:
             t_s = 0.0
+        if t_s >= self.duration_s:
+            return self.end, 0.0
         begin, c0, c1, c2, c3, c4, c5 = self._pieces[bisect_right(self._starts, t_s) - 1]
         u = t_s - begin
         return (c0 + u * (c1 + u * (c2 + u * (c3 + u * (c4 + u * c5)))),
@@ -112,7 +113,7 @@ class Step(Pieces):
 
     def __init__(self, start: float, levels: Sequence[float], dwell_s: float, rise_s: float):
         levels = [start, *levels]
-        lengths = [rise_s if a != b else 0.0 for a, b in zip([start, *levels], levels)]
+        lengths = [rise_s if abs(a - b) >= NO_DISTANCE else 0.0 for a, b in zip([start, *levels], levels)]
         super().__init__(*_stairs(start, levels, lengths, dwell_s))
 
 
@@ -167,6 +168,8 @@ def quintic(start: float, end: float, length_s: float) -> Coefficients:
 def move_s(start: float, end: float, speed_max: float, acceleration_max: float) -> float:
     """Seconds that a quintic move takes within limits on speed and acceleration (SI)."""
     distance = abs(end - start)
+    if distance < NO_DISTANCE:
+        return 0.0
     return max(QUINTIC_SPEED * distance / speed_max, math.sqrt(QUINTIC_ACCELERATION * distance / acceleration_max))
 
 

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from epa_rt.experiments.profiles import Coefficients, Move, Peaks, Piece, Pieces, quintic
+from epa_rt.experiments.profiles import NO_DISTANCE, Coefficients, Move, Peaks, Piece, Pieces, quintic
 
 
 class RandomSpeed(Pieces):
@@ -20,7 +20,7 @@ class RandomSpeed(Pieces):
         pieces: list[Piece] = []
         entry = min(max(start, low), high)
         lead_s = 0.0
-        if entry != start:
+        if abs(entry - start) >= NO_DISTANCE:
             lead_s = Move(start, entry, speed_max, acceleration).duration_s
             pieces.append((lead_s, quintic(start, entry, lead_s)))
         if lead_s > duration_s:
