@@ -12,7 +12,7 @@ from epa_rt.config.source import Located, Location, load_yaml
 from epa_rt.config.units import UnitError, parse_quantity
 from epa_rt.models.parameters import BLOCKS, TWICE, Parameter, Table, effects, neutral_params
 
-SUBSTEPS = 4
+SUBSTEPS = 2
 MOST_SUBSTEPS = 1024
 WHOLE = ("seed", "present", "law_code", "kind_code")
 

@@ -35,8 +35,7 @@ STATE = np.dtype(
      ("strap_force_n", "f8", (2,)),   # force of the last sub-step, stretches the strap in the next
      ("length_m", "f8", (2,)),        # muscle lengths at the start of the sub-step
      ("travel_m", "f8"),              # spool travel after backlash
-     ("tracking", "f8"), ("last_target_rad", "f8"),
-     ("ring", "f8", (RING, 10)),      # enabled, mode, start angle, end angle, speed, torque, inlets, exhausts
+     ("ring", "f8", (RING, 13)),      # commands of the last cycles; columns in blocks/bus.py
      ("pressure_reading_pa", "f8", (3,)), ("pressure_before_pa", "f8", (3,)),
      ("encoder_angle_rad", "f8"), ("encoder_speed_rad_s", "f8"),
      ("truth", TRUTH)],

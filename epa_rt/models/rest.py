@@ -1,10 +1,9 @@
 """The rest state a plant starts from: muscles vented, motor still, load where it hangs."""
 
-import math
-
 import numpy as np
 
-from epa_rt.models.blocks import load, muscle, transmission
+from epa_rt.models.blocks import load, muscle, sensors, transmission
+from epa_rt.models.chain import lengths, write_truth
 from epa_rt.models.ports import ANGLE, GAS_C, GAS_MASS, LOAD_PLACE, STATE
 
 
@@ -19,20 +18,17 @@ def new_state(params: np.ndarray) -> np.ndarray:
     s = state[0]
     s["smooth"][ANGLE] = _angle_at(p["transmission"], p["load"]["start_travel_m"])
     s["travel_m"] = p["load"]["start_travel_m"]
-    place = _hanging_place(p["load"])
-    s["smooth"][LOAD_PLACE] = place
-    q, _, _ = load.coordinate(p["load"], place, 0.0)
+    s["smooth"][LOAD_PLACE] = _hanging_place(p)
     for i in range(2):
         m, g = p["muscle"][i], p["gas"][i]
-        length = (p["load"][f"rest{i}_m"] + p["load"][f"travel{i}_ratio"] * s["travel_m"]
-                  + p["load"][f"load{i}_ratio"] * q)
+        length = _length(p, i, s["smooth"][LOAD_PLACE])
         volume, _ = muscle.shape(m, g["dead_volume_m3"], length)
         s["length_m"][i] = length
         s["smooth"][GAS_C + i] = g["atmosphere_pa"] * volume ** g["polytropic_ratio"]
         s["smooth"][GAS_MASS + i] = g["atmosphere_pa"] * volume / (g["gas_constant_j_kg_k"] * g["temperature_k"])
     s["pressure_before_pa"][2] = s["pressure_reading_pa"][2] = p["gas"][0]["supply_gauge_pa"]
-    s["encoder_angle_rad"] = s["smooth"][ANGLE]
-    s["last_target_rad"] = s["smooth"][ANGLE]
+    s["encoder_angle_rad"] = sensors.encoder(p["sensors"], s["smooth"][ANGLE])
+    write_truth(p, s)
     return state
 
 
@@ -45,16 +41,31 @@ def _angle_at(transmission_params, travel_m: float) -> float:
     return angle
 
 
-def _hanging_place(p) -> float:
-    """Where the load rests without muscle force, by bisection on its acceleration; 0 for a fixed load."""
-    if p["kind_code"] == load.FIXED:
+def _length(p, i: int, place: float) -> float:
+    """Length of muscle i with the spool at its start and the load at ``place``."""
+    q, _, _ = load.coordinate(p["load"], place, 0.0)
+    return lengths(p["load"], i, p["load"]["start_travel_m"], 0.0, q, 0.0)[0]
+
+
+def _vented_force(p, i: int, place: float) -> float:
+    """What muscle i holds without pressure: bladder and locked braid."""
+    if p["muscle"][i]["present"] < 0.5:
         return 0.0
-    low, high = (p["low_m"], p["high_m"]) if p["kind_code"] == load.MASS else (p["low_rad"], p["high_rad"])
-    low, high = low - 1.0, high + 1.0
-    for _ in range(200):
+    return muscle.tension(p["muscle"][i], 0.0, 0.0, _length(p, i, place), 0.0, np.zeros(4), 0.0, 0.0, 0.0)
+
+
+def _hanging_place(p) -> float:
+    """Where the load rests, by bisection on its acceleration; 0 for a fixed load."""
+    kind = p["load"]["kind_code"]
+    if kind == load.FIXED:
+        return 0.0
+    unit = "m" if kind == load.MASS else "rad"
+    low, high = p["load"][f"low_{unit}"] - 1.0, p["load"][f"high_{unit}"] + 1.0
+    for _ in range(80):
         middle = 0.5 * (low + high)
-        if load.rates(p, middle, 0.0, 0.0, 0.0)[0] > 0.0:
+        pull = load.along_load(p["load"], _vented_force(p, 0, middle), _vented_force(p, 1, middle))
+        if load.rates(p["load"], middle, 0.0, 0.0, pull)[0] > 0.0:
             low = middle
         else:
             high = middle
-    return math.nan if not low < high + 1e-6 else 0.5 * (low + high)
+    return 0.5 * (low + high)

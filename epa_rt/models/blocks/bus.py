@@ -7,34 +7,40 @@ import numpy as np
 from epa_rt.models.compiled import compiled
 from epa_rt.models.ports import RING, STATE
 
-ENABLED, MODE, START, END, TARGET_SPEED, TORQUE, INLET, EXHAUST = 0, 1, 2, 3, 4, 5, 6, 8
-POSITION_MODE = 8.0
+# Columns of the ring. A pair (x, x + 1) is a straight line over the cycle, a single one is held.
+ENABLED, MODE, TARGET, SLOPE, TARGET_SPEED, TORQUE, INLET, EXHAUST = 0, 1, 2, 4, 6, 8, 9, 11
+POSITION_MODE, SPEED_MODE = 8.0, 9.0
 
 
 @compiled
-def latch(state, command):
-    """Takes this cycle's command into the ring; a position target becomes a straight line from the one before."""
+def latch(state, command, period_s):
+    """Takes this cycle's command into the ring.
+
+    Position and speed targets, and the slope of the position target, become straight lines from the cycle before, as
+    a drive interpolates them (0x60C2); a loop that was not running before starts at its target.
+    """
     row = state.ring[state.cycle % RING]
-    tracking = command.enabled > 0.5 and command.mode == POSITION_MODE
-    target = command.target_angle_rad
-    row[START] = state.last_target_rad if tracking and state.tracking > 0.5 else target
-    row[END] = target
-    row[ENABLED] = command.enabled
-    row[MODE] = command.mode
-    row[TARGET_SPEED] = command.target_speed_rad_s
+    before = state.ring[(state.cycle - 1) % RING]
+    enabled, mode = command.enabled, command.mode
+    same = enabled > 0.5 and before[ENABLED] > 0.5 and before[MODE] == mode
+    tracking = same and mode == POSITION_MODE
+    row[ENABLED], row[MODE] = enabled, mode
+    row[TARGET + 1] = command.target_angle_rad
+    row[TARGET] = before[TARGET + 1] if tracking else command.target_angle_rad
+    row[SLOPE + 1] = (row[TARGET + 1] - row[TARGET]) / period_s
+    row[SLOPE] = before[SLOPE + 1] if tracking else 0.0
+    row[TARGET_SPEED + 1] = command.target_speed_rad_s
+    row[TARGET_SPEED] = before[TARGET_SPEED + 1] if same and mode == SPEED_MODE else command.target_speed_rad_s
     row[TORQUE] = command.target_torque_nm
     for i in range(2):
         row[INLET + i] = command.inlet[i]
         row[EXHAUST + i] = command.exhaust[i]
-    state.tracking = 1.0 if tracking else 0.0
-    state.last_target_rad = target
 
 
 @compiled
 def held(ring, cycle, start, end, column):
     """Mean over [start, end] (in cycles, 0 = start of this cycle, at most one long) of a held, delayed command."""
-    first = math.floor(start)
-    last = math.ceil(end) - 1
+    first, last = math.floor(start), math.ceil(end) - 1
     before = ring[(cycle + first) % RING, column]
     if last <= first:
         return before
@@ -43,28 +49,48 @@ def held(ring, cycle, start, end, column):
 
 
 @compiled
-def line(ring, cycle, moment):
-    """The position target at ``moment`` (in cycles, 0 = start of this cycle), on the line of the cycle it lies in."""
-    piece = math.floor(moment)
-    row = ring[(cycle + piece) % RING]
-    return row[START] + (row[END] - row[START]) * (moment - piece)
+def line(row, column, moment):
+    """A target at a moment (0 to 1) of the cycle whose ring row this is."""
+    return row[column] + (row[column + 1] - row[column]) * moment
 
 
 @compiled
-def line_end(ring, cycle, moment):
-    """As ``line``, but a moment on the border of two cycles belongs to the earlier one."""
-    piece = math.ceil(moment) - 1
-    row = ring[(cycle + piece) % RING]
-    return row[START] + (row[END] - row[START]) * (moment - piece)
+def motor_seen(ring, cycle, start, end):
+    """What the drive sees in a sub-step from ``start`` to ``end`` (in cycles, 0 = start of this cycle).
+
+    Enabled, mode, held torque, then pairs at start and end: target angle, its slope, target speed. Switches (enabled,
+    mode) are those of the sub-step's end; a moment between two cycles belongs to the sub-step's side.
+    """
+    first, last = math.floor(start), math.ceil(end) - 1
+    row0, row1 = ring[(cycle + first) % RING], ring[(cycle + last) % RING]
+    start, end = start - first, end - last
+    torque = row1[TORQUE]
+    if last > first:
+        part = end / (end + 1.0 - start)
+        torque = (1.0 - part) * row0[TORQUE] + part * row1[TORQUE]
+    return (row1[ENABLED], row1[MODE], torque, line(row0, TARGET, start), line(row1, TARGET, end),
+            line(row0, SLOPE, start), line(row1, SLOPE, end),
+            line(row0, TARGET_SPEED, start), line(row1, TARGET_SPEED, end))
+
+
+@compiled
+def valves_seen(ring, cycle, start, end):
+    """Commanded openings in a sub-step, means over it: inlet 0, inlet 1, exhaust 0, exhaust 1."""
+    first, last = math.floor(start), math.ceil(end) - 1
+    row = ring[(cycle + last) % RING]
+    if last <= first:
+        return row[INLET], row[INLET + 1], row[EXHAUST], row[EXHAUST + 1]
+    return (held(ring, cycle, start, end, INLET), held(ring, cycle, start, end, INLET + 1),
+            held(ring, cycle, start, end, EXHAUST), held(ring, cycle, start, end, EXHAUST + 1))
 
 
 def bus_over_log(params, commands, period_s):
     """What the drive and the valves see of a log of commands, one row per cycle.
 
-    ``commands``: (N,) COMMAND. Returns (N, 9): enabled, mode, target angle at the cycle's end, target speed, target
-    torque, inlet 0, inlet 1, exhaust 0, exhaust 1. Held values are means over the cycle.
+    ``commands``: (N,) COMMAND. Returns (N, 10): enabled, mode, torque (mean over the cycle), target angle, its slope
+    and target speed at the cycle's end, and the openings inlet 0, inlet 1, exhaust 0, exhaust 1 (means).
     """
-    seen = np.zeros((len(commands), 9))
+    seen = np.zeros((len(commands), 10))
     _over_log(params, np.zeros(1, STATE), commands, period_s, seen)
     return seen
 
@@ -72,34 +98,13 @@ def bus_over_log(params, commands, period_s):
 @compiled
 def _over_log(params, state, commands, period_s, seen):
     s = state[0]
-    motor = params[0].bus.command_delay_s / period_s
-    valve = params[0].bus.valve_delay_s / period_s
+    motor_delay, valve_delay = params[0].bus.command_delay_s / period_s, params[0].bus.valve_delay_s / period_s
     for k in range(commands.shape[0]):
-        latch(s, commands[k])
-        for column, source in ((0, ENABLED), (1, MODE), (3, TARGET_SPEED), (4, TORQUE)):
-            seen[k, column] = held(s.ring, s.cycle, -motor, 1.0 - motor, source)
-        seen[k, 2] = line_end(s.ring, s.cycle, 1.0 - motor)
+        latch(s, commands[k], period_s)
+        motor = motor_seen(s.ring, s.cycle, -motor_delay, 1.0 - motor_delay)
+        valves = valves_seen(s.ring, s.cycle, -valve_delay, 1.0 - valve_delay)
+        seen[k, 0], seen[k, 1], seen[k, 2] = motor[0], motor[1], motor[2]
+        seen[k, 3], seen[k, 4], seen[k, 5] = motor[4], motor[6], motor[8]
         for i in range(4):
-            seen[k, 5 + i] = held(s.ring, s.cycle, -valve, 1.0 - valve, INLET + i)
+            seen[k, 6 + i] = valves[i]
         s.cycle += 1
-
-
-@compiled
-def motor_seen(ring, cycle, start, end, sub_step_s):
-    """What the drive sees in a sub-step from ``start`` to ``end`` (in cycles): its command tuple, and the last target.
-
-    The tuple: enabled, mode, target angle at the start, slope of the target, target speed, target torque. Switches
-    (enabled, mode) are those of the sub-step's end.
-    """
-    row = ring[(cycle + math.ceil(end) - 1) % RING]
-    first, last = line(ring, cycle, start), line_end(ring, cycle, end)
-    motor = (row[ENABLED], row[MODE], first, (last - first) / sub_step_s,
-             held(ring, cycle, start, end, TARGET_SPEED), held(ring, cycle, start, end, TORQUE))
-    return motor, last
-
-
-@compiled
-def valves_seen(ring, cycle, start, end):
-    """Commanded openings in a sub-step: inlet 0, inlet 1, exhaust 0, exhaust 1."""
-    return (held(ring, cycle, start, end, INLET), held(ring, cycle, start, end, INLET + 1),
-            held(ring, cycle, start, end, EXHAUST), held(ring, cycle, start, end, EXHAUST + 1))

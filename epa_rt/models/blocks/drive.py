@@ -4,8 +4,10 @@ import math
 
 import numpy as np
 
+from epa_rt.models.blocks import bus
 from epa_rt.models.blocks.friction import slider
 from epa_rt.models.compiled import compiled
+from epa_rt.models.ports import RING, STATE
 
 SPEED_MODE, TORQUE_MODE = 9.0, 10.0
 
@@ -23,18 +25,18 @@ def torque_constant(p, heat_k):
 
 
 @compiled
-def current_command(p, mode, target_angle, target_slope, target_speed, target_torque, angle, speed, integral):
-    """Current command before the voltage limit (A), and the rate of the speed loop's integral (A/s).
+def speed_command(p, target_angle, slope, angle):
+    """Speed command of the position loop (rad/s), with the target's own slope fed forward."""
+    return p.position_gain_per_s * (target_angle - angle) + p.feedforward_ratio * slope
+
+
+@compiled
+def current_command(p, wanted_speed, speed, integral):
+    """Current command of the speed loop before the voltage limit (A), and the rate of its integral (A/s).
 
     The integral is pulled back by what the limit cut off (back-calculation with Ki/Kp), so it never winds up.
     """
-    if mode == TORQUE_MODE:
-        return clamp(target_torque / p.torque_constant_nm_a, -p.max_current_a, p.max_current_a), 0.0
-    if mode == SPEED_MODE:
-        wanted = target_speed
-    else:
-        wanted = p.position_gain_per_s * (target_angle - angle) + p.feedforward_ratio * target_slope
-    error = clamp(wanted, -p.max_speed_rad_s, p.max_speed_rad_s) - speed
+    error = clamp(wanted_speed, -p.max_speed_rad_s, p.max_speed_rad_s) - speed
     free = p.speed_gain_a_s_rad * error + integral
     limited = clamp(free, -p.max_current_a, p.max_current_a)
     rate = p.speed_integral_a_rad * error
@@ -48,8 +50,12 @@ def current_rate(p, wanted, current, speed, heat_k):
     """Rate of the winding current (A/s): first-order lag towards what the bus voltage can still drive."""
     supply = p.supply_v - p.bus_sag_ohm * abs(current)
     back = torque_constant(p, heat_k) * speed
-    reachable = clamp(wanted, (-supply - back) / p.winding_ohm, (supply - back) / p.winding_ohm)
-    return (reachable - current) / p.current_lag_s
+    voltage = p.winding_ohm * wanted + back
+    if voltage > supply:
+        wanted = (supply - back) / p.winding_ohm
+    elif voltage < -supply:
+        wanted = (-supply - back) / p.winding_ohm
+    return (wanted - current) / p.current_lag_s
 
 
 @compiled
@@ -88,62 +94,85 @@ def acceleration(p, torque, load_torque, low, high, stiction, speed):
     return (torque - load_torque - friction - p.viscous_nm_s_rad * speed) / p.inertia_kg_m2, rate
 
 
-def drive_over_log(params, enabled, mode, target_angle_rad, target_speed_rad_s, target_torque_nm, angle_rad,
-                   speed_rad_s, period_s, substeps=4):
+@compiled
+def integral_at_edge(row, before, integral, current):
+    """The speed loop's integral at the start of a cycle, from the commands now and before (enabled, mode first).
+
+    Zero when no speed loop runs, the running current when one starts, else as it was.
+    """
+    if row[0] <= 0.5 or row[1] == TORQUE_MODE:
+        return 0.0
+    return current if before[0] <= 0.5 or before[1] == TORQUE_MODE else integral
+
+
+@compiled
+def rates(p, motor, part, angle, speed, integral, current, heat):
+    """Rates of current, integral and winding heat, a ``part`` (0 to 1) into a sub-step in which ``motor`` is seen.
+
+    ``motor`` as from bus.motor_seen.
+    """
+    enabled, mode, torque, target0, target1, slope0, slope1, speed0, speed1 = motor
+    wanted, integral_rate = 0.0, 0.0
+    if enabled > 0.5:
+        if mode == TORQUE_MODE:
+            wanted = clamp(torque / p.torque_constant_nm_a, -p.max_current_a, p.max_current_a)
+        else:
+            if mode == SPEED_MODE:
+                wanted_speed = speed0 + (speed1 - speed0) * part
+            else:
+                wanted_speed = speed_command(p, target0 + (target1 - target0) * part, slope0 + (slope1 - slope0) * part,
+                                             angle)
+            wanted, integral_rate = current_command(p, wanted_speed, speed, integral)
+    return current_rate(p, wanted, current, speed, heat), integral_rate, heat_rate(p, current, heat)
+
+
+def drive_over_log(params, commands, angle_rad, speed_rad_s, period_s, substeps=4):
     """Current (A) and torque (N m) at the end of each cycle from logged commands and the *measured* motor motion.
 
-    All inputs (N,), targets as the drive sees them; angle and speed at the cycle ends, taken as straight in between.
-    Returns two (N,) arrays.
+    ``commands`` (N,) COMMAND, delayed as the bus block says; angle and speed (N,) at the cycle ends, in between the
+    cubic through both and the straight line. Returns two (N,) arrays; starts without current.
     """
     out = np.zeros((2, len(angle_rad)))
-    _over_log(params, np.asarray(enabled, float), np.asarray(mode, float), np.asarray(target_angle_rad, float),
-              np.asarray(target_speed_rad_s, float), np.asarray(target_torque_nm, float),
-              np.asarray(angle_rad, float), np.asarray(speed_rad_s, float), period_s, substeps, out)
+    _over_log(params, np.zeros(1, STATE), commands, np.asarray(angle_rad, float), np.asarray(speed_rad_s, float),
+              period_s, substeps, out)
     return out[0], out[1]
 
 
 @compiled
-def _over_log(params, enabled, mode, target_angle, target_speed, target_torque, angle, speed, period_s, substeps, out):
-    p = params[0].drive
-    h = period_s / substeps
+def _over_log(params, state, commands, angle, speed, period_s, substeps, out):
+    p, s = params[0].drive, state[0]
+    delay = params[0].bus.command_delay_s / period_s
     current, integral, heat = 0.0, 0.0, 0.0
     for k in range(angle.shape[0]):
+        bus.latch(s, commands[k], period_s)
+        integral = integral_at_edge(s.ring[k % RING], s.ring[(k - 1) % RING], integral, current)
         b = max(k - 1, 0)
-        follows = k > 0 and enabled[b] > 0.5 and mode[b] == 8.0 and mode[k] == 8.0
-        t0 = target_angle[b] if follows else target_angle[k]
-        integral = integral_at_edge(enabled[k], mode[k], enabled[b] if k > 0 else 0.0, mode[b], integral, current)
         for j in range(substeps):
-            f = (j + 0.5) / substeps
-            a = angle[b] + (angle[k] - angle[b]) * f
-            w = speed[b] + (speed[k] - speed[b]) * f
-            slope = (target_angle[k] - t0) / period_s
-            target = t0 + (target_angle[k] - t0) * f
-            i1, d1, q1 = rates(p, enabled[k], mode[k], target, slope, target_speed[k], target_torque[k], a, w,
-                               integral, current, heat)
-            i2, d2, q2 = rates(p, enabled[k], mode[k], target, slope, target_speed[k], target_torque[k], a, w,
-                               integral + h / 2 * d1, current + h / 2 * i1, heat + h / 2 * q1)
-            current += h * i2
-            integral += h * d2
-            heat += h * q2
+            motor = bus.motor_seen(s.ring, k, j / substeps - delay, (j + 1) / substeps - delay)
+            current, integral, heat = _step(p, motor, period_s / substeps, angle[b], angle[k], speed[b], speed[k],
+                                            j / substeps, 1.0 / substeps, current, integral, heat, period_s)
+        s.cycle += 1
         out[0, k] = current
         out[1, k] = motor_torque(p, current, angle[k], heat)
 
 
 @compiled
-def integral_at_edge(enabled, mode, enabled_before, mode_before, integral, current):
-    """The speed loop's integral at the start of a cycle: zero when off, the running current on a change of loop."""
-    looped = enabled > 0.5 and mode != TORQUE_MODE
-    looped_before = enabled_before > 0.5 and mode_before != TORQUE_MODE
-    if not looped:
-        return 0.0
-    return integral if looped_before else current
+def _step(p, motor, h, angle0, angle1, speed0, speed1, start, width, current, integral, heat, period_s):
+    """One Runge-Kutta step of current, integral and heat along a measured motion."""
+    i, z, q, reach = current, integral, heat, 0.0
+    i_sum, z_sum, q_sum = 0.0, 0.0, 0.0
+    for part, weight, step in ((0.0, 1.0, 0.5), (0.5, 2.0, 0.5), (0.5, 2.0, 1.0), (1.0, 1.0, 0.0)):
+        f = start + part * width
+        a = cubic(angle0, angle1, speed0 * period_s, speed1 * period_s, f)
+        di, dz, dq = rates(p, motor, part, a, speed0 + (speed1 - speed0) * f, z, i, q)
+        i_sum, z_sum, q_sum = i_sum + weight * di, z_sum + weight * dz, q_sum + weight * dq
+        reach = step * h
+        i, z, q = current + reach * di, integral + reach * dz, heat + reach * dq
+    return current + h / 6.0 * i_sum, integral + h / 6.0 * z_sum, heat + h / 6.0 * q_sum
 
 
 @compiled
-def rates(p, enabled, mode, target_angle, slope, target_speed, target_torque, angle, speed, integral, current, heat):
-    """Rates of current, integral and winding heat."""
-    wanted, integral_rate = 0.0, 0.0
-    if enabled > 0.5:
-        wanted, integral_rate = current_command(p, mode, target_angle, slope, target_speed, target_torque, angle,
-                                                speed, integral)
-    return current_rate(p, wanted, current, speed, heat), integral_rate, heat_rate(p, current, heat)
+def cubic(value0, value1, slope0, slope1, f):
+    """Cubic through two values with two slopes (per unit of f), at f in [0, 1]."""
+    g = 1.0 - f
+    return (value0 * (1.0 + 2.0 * f) + slope0 * f) * g * g + (value1 * (1.0 + 2.0 * g) - slope1 * g) * f * f

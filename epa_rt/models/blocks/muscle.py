@@ -104,7 +104,7 @@ def tension(p, slope, gauge_pa, length, speed, slip, dahl_ratio, moved, creep_n)
         force = tang(p, effective_pa, stretch, speed)
     else:
         force = polynomial(p, effective_pa, stretch, speed)
-    take_up = min(stretch / p.take_up_m, 1.0)
+    take_up = 1.0 if stretch >= p.take_up_m else stretch / p.take_up_m
     force += take_up * (p.viscous_n_s_m * speed + creep_n
                         + braid_friction(p, effective_pa, slip, dahl_ratio, moved, speed))
     return max(force + holders(p, stretch, length, speed), 0.0)

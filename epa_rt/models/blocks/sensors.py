@@ -10,12 +10,13 @@ from epa_rt.models.ports import SENSORS, STATE, TRUTH
 
 
 @compiled
-def lagged(reading, before, after, lag_s, period_s):
-    """First-order lag over one cycle, exact for a true value that runs straight from ``before`` to ``after``."""
-    if lag_s == 0.0:
-        return after
-    slope = (after - before) / period_s
-    return after - slope * lag_s + (reading - before + slope * lag_s) * math.exp(-period_s / lag_s)
+def lagged(reading, before, after, lag_s, period_s, decay):
+    """First-order lag over one cycle, exact for a true value that runs straight from ``before`` to ``after``.
+
+    ``decay`` = exp(-period/lag).
+    """
+    behind = (after - before) / period_s * lag_s
+    return after - behind + (reading - before + behind) * decay
 
 
 @compiled
@@ -45,10 +46,11 @@ def hold_cycles(p, period_s):
 def read(p, state, truth, atmosphere_pa, sensors, period_s):
     """Writes all readings of cycle ``state.cycle`` from the truth at its end; moves lags and holds in ``state``."""
     k = state.cycle
+    decay = math.exp(-period_s / p.pressure_lag_s) if p.pressure_lag_s > 0.0 else 0.0
     for i in range(3):
         gauge = (truth.pressure_pa[i] if i < 2 else truth.supply_pa) - atmosphere_pa
         state.pressure_reading_pa[i] = lagged(state.pressure_reading_pa[i], state.pressure_before_pa[i], gauge,
-                                              p.pressure_lag_s, period_s)
+                                              p.pressure_lag_s, period_s, decay)
         state.pressure_before_pa[i] = gauge
     if k % hold_cycles(p, period_s) == 0:
         state.encoder_angle_rad = encoder(p, truth.motor_angle_rad)

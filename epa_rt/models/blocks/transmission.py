@@ -10,9 +10,9 @@ from epa_rt.models.compiled import compiled
 @compiled
 def geared_travel(p, motor_angle):
     """Strap travel before backlash (m)."""
-    turn = motor_angle / p.gear_ratio
     if p.eccentricity_ratio == 0.0:
-        return p.spool_radius_m * turn
+        return p.spool_radius_m / p.gear_ratio * motor_angle
+    turn = motor_angle / p.gear_ratio
     phase = p.eccentricity_phase_rad
     return p.spool_radius_m * (turn - p.eccentricity_ratio * (math.cos(turn + phase) - math.cos(phase)))
 
@@ -45,6 +45,8 @@ def friction_limits(p, load_torque):
 
     Moving against the load costs load/eta, moving with it yields load*eta; the difference to the load is friction.
     """
+    if p.gear_friction_n == 0.0 and p.gear_efficiency_ratio == 1.0:
+        return 0.0, 0.0
     dry = p.gear_friction_n * p.spool_radius_m / p.gear_ratio
     eta = p.gear_efficiency_ratio
     against = abs(load_torque) * (1.0 / eta - 1.0)

@@ -1,0 +1,99 @@
+"""The joined blocks: rates of the whole plant at a state, and the noise-free values behind the sensors."""
+
+from epa_rt.models.blocks import drive, gas, load, muscle, transmission
+from epa_rt.models.compiled import compiled
+from epa_rt.models.ports import (
+    ANGLE, CREEP, CURRENT, GAS_C, GAS_MASS, HEAT, INTEGRAL, LOAD_PLACE, LOAD_SPEED, LOAD_STICTION, SPEED, STICTION,
+    SUPPLY_FLOW,
+)
+
+
+@compiled
+def lengths(p, i, travel, travel_speed, q, q_speed):
+    """Length of muscle i's line and its speed, from spool travel and load coordinate (load parameters)."""
+    if i == 0:
+        return (p.rest0_m + p.travel0_ratio * travel + p.load0_ratio * q,
+                p.travel0_ratio * travel_speed + p.load0_ratio * q_speed)
+    return (p.rest1_m + p.travel1_ratio * travel + p.load1_ratio * q,
+            p.travel1_ratio * travel_speed + p.load1_ratio * q_speed)
+
+
+@compiled
+def pull(p, s, y, i, travel, travel_speed, q, q_speed):
+    """Muscle i at state y: its volume, absolute pressure, line length, speed and force."""
+    m, g = p.muscle[i], p.gas[i]
+    length, speed = lengths(p.load, i, travel, travel_speed, q, q_speed)
+    braid = length - m.strap_compliance_m_n * s.strap_force_n[i]
+    volume, slope = muscle.shape(m, g.dead_volume_m3, braid)
+    pressure = gas.pressure(g, y[GAS_C + i], volume)
+    force = muscle.tension(m, slope, pressure - g.atmosphere_pa, braid, speed, s.slip_m[i], s.dahl_ratio[i],
+                           braid - s.length_m[i], y[CREEP + i])
+    return volume, pressure, braid, speed, force
+
+
+@compiled
+def rates(p, s, y, dy, motor, part):
+    """Rates of all smooth states at y, a ``part`` (0 to 1) into a sub-step in which the drive sees ``motor``."""
+    d, t, l = p.drive, p.transmission, p.load
+    angle, speed, current = y[ANGLE], y[SPEED], y[CURRENT]
+    travel, carried = transmission.play(t, transmission.geared_travel(t, angle), s.travel_m)
+    per_angle = transmission.travel_per_angle(t, angle)
+    q, q_speed, _ = load.coordinate(l, y[LOAD_PLACE], y[LOAD_SPEED])
+    force0, force1, drawn_total = 0.0, 0.0, 0.0
+    for i in range(2):
+        if p.muscle[i].present > 0.5:
+            volume, pressure, _, muscle_speed, force = pull(p, s, y, i, travel, carried * per_angle * speed, q, q_speed)
+            supply = gas.supply_pressure(p.gas[i], y[SUPPLY_FLOW])
+            dy[GAS_C + i], dy[GAS_MASS + i], drawn = gas.rates(
+                p.gas[i], y[GAS_C + i], y[GAS_MASS + i], volume, pressure, supply, s.opening[i, 0], s.opening[i, 1])
+            dy[CREEP + i] = muscle.creep_rate(p.muscle[i], y[CREEP + i], muscle_speed)
+            drawn_total += drawn
+            if i == 0:
+                force0 = force
+            else:
+                force1 = force
+    dy[CURRENT], dy[INTEGRAL], dy[HEAT] = drive.rates(
+        d, motor, part, angle, speed, y[INTEGRAL], current, y[HEAT])
+    load_torque = load.along_spool(l, force0, force1) * per_angle
+    low, high = transmission.friction_limits(t, load_torque)
+    torque = drive.motor_torque(d, current, angle, y[HEAT])
+    dy[SPEED], dy[STICTION] = drive.acceleration(d, torque, load_torque, low, high, y[STICTION], speed)
+    dy[ANGLE] = speed
+    dy[LOAD_PLACE] = y[LOAD_SPEED]
+    dy[LOAD_SPEED], dy[LOAD_STICTION] = load.rates(
+        l, y[LOAD_PLACE], y[LOAD_SPEED], y[LOAD_STICTION], load.along_load(l, force0, force1))
+    dy[SUPPLY_FLOW] = (drawn_total - y[SUPPLY_FLOW]) / p.gas[0].droop_time_s
+
+
+@compiled
+def motion(p, s):
+    """Travel behind the backlash, its speed, load coordinate and its speed, at the present state."""
+    y = s.smooth
+    travel, carried = transmission.play(
+        p.transmission, transmission.geared_travel(p.transmission, y[ANGLE]), s.travel_m)
+    per_angle = transmission.travel_per_angle(p.transmission, y[ANGLE])
+    q, q_speed, _ = load.coordinate(p.load, y[LOAD_PLACE], y[LOAD_SPEED])
+    return travel, carried * per_angle * y[SPEED], q, q_speed
+
+
+@compiled
+def write_truth(p, s):
+    """Writes the noise-free values of the present state to ``state.truth``."""
+    y, out = s.smooth, s.truth
+    travel, travel_speed, q, q_speed = motion(p, s)
+    out.motor_angle_rad, out.motor_speed_rad_s, out.motor_current_a = y[ANGLE], y[SPEED], y[CURRENT]
+    out.motor_torque_nm = drive.motor_torque(p.drive, y[CURRENT], y[ANGLE], y[HEAT])
+    out.winding_heat_k = y[HEAT]
+    out.travel_m, out.travel_speed_m_s = travel, travel_speed
+    out.supply_pa = gas.supply_pressure(p.gas[0], y[SUPPLY_FLOW])
+    for i in range(2):
+        out.pressure_pa[i] = p.gas[i].atmosphere_pa
+        if p.muscle[i].present > 0.5:
+            volume, pressure, braid, speed, force = pull(p, s, y, i, travel, travel_speed, q, q_speed)
+            out.volume_m3[i], out.pressure_pa[i], out.muscle_length_m[i] = volume, pressure, braid
+            out.muscle_speed_m_s[i], out.muscle_force_n[i], out.gas_mass_kg[i] = speed, force, y[GAS_MASS + i]
+    out.spool_force_n = load.along_spool(p.load, out.muscle_force_n[0], out.muscle_force_n[1])
+    out.load_position_m, out.load_speed_m_s = q, q_speed
+    knee = p.load.kind_code == load.KNEE
+    out.joint_angle_rad = y[LOAD_PLACE] if knee else 0.0
+    out.joint_speed_rad_s = y[LOAD_SPEED] if knee else 0.0
