@@ -23,7 +23,7 @@ class RowBlock:
         self.capacity = capacity
         self.count = 0
         self.slots = np.zeros(capacity, slot_dtype(layout))
-        self._rows = np.zeros(capacity, row_dtype(topics))
+        self.rows = np.zeros(capacity, row_dtype(topics))
         self._indexes = {topic.channel_id: np.zeros(capacity, INDEX_DTYPE) for topic in topics}
         self._copies: list[tuple[np.ndarray, np.ndarray]] = []
         for topic in topics:
@@ -50,22 +50,22 @@ class RowBlock:
         """The chunk's content, and for each channel its index: log_time and offset of each message."""
         for target, source in self._copies:
             target[: self.count] = source[: self.count]
-        content = memoryview(self._rows[: self.count]).cast("B")
+        content = memoryview(self.rows[: self.count]).cast("B")
         return content, {channel_id: index[: self.count] for channel_id, index in self._indexes.items()}
 
     def _fill_constants(self, topic: Topic) -> None:
-        messages, dtype = self._rows[topic.name], message_dtype(topic)
+        messages, dtype = self.rows[topic.name], message_dtype(topic)
         messages["head"]["opcode"] = _OPCODE_MESSAGE
         # A record's length counts neither its opcode nor the length itself.
         messages["head"]["length"] = dtype.itemsize - 9
         messages["head"]["channel_id"] = topic.channel_id
         for number, field in enumerate(topic.fields, start=1):
             messages["body"][f".{number}"] = np.frombuffer(tag(number, field), "u1")
-        begin = self._rows.dtype.fields[topic.name][1]
-        self._indexes[topic.channel_id]["offset"] = np.arange(self.capacity) * self._rows.itemsize + begin
+        begin = self.rows.dtype.fields[topic.name][1]
+        self._indexes[topic.channel_id]["offset"] = np.arange(self.capacity) * self.rows.itemsize + begin
 
     def _pair_heads(self, topic: Topic) -> None:
-        head = self._rows[topic.name]["head"]
+        head = self.rows[topic.name]["head"]
         self._copies.append((head["sequence"], self.slots["cycle"]))
         for target in (head["log_time"], head["publish_time"], self._indexes[topic.channel_id]["log_time"]):
             self._copies.append((target, self.slots["t_ns"]))
@@ -73,11 +73,11 @@ class RowBlock:
     def _pair_fields(self, topics: list[Topic], layout: SampleLayout) -> None:
         cycle = next(topic for topic in topics if topic.name == CYCLE)
         for field in cycle.fields:
-            self._copies.append((self._rows[CYCLE]["body"][field.name], self.slots[field.name]))
+            self._copies.append((self.rows[CYCLE]["body"][field.name], self.slots[field.name]))
         column = 0
         for group, names in layout.groups().items():
             for name in names:
-                self._copies.append((self._rows[f"/{group}"]["body"][name], self.slots["values"][:, column]))
+                self._copies.append((self.rows[f"/{group}"]["body"][name], self.slots["values"][:, column]))
                 column += 1
 
 
