@@ -113,7 +113,7 @@ class Pid:
         self.gains = gains
         self._kp, self._ki, self._kd = gains.kp, gains.ki, gains.kd
         self._low, self._high = gains.low, gains.high
-        self._dt_s = self._share = 0.0
+        self._dt_s, self._share = nan, 0.0  # fitted on the next step
 
     def _set_period(self, dt_s: float) -> None:
         if not 0.0 < dt_s < inf:

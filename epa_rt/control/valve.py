@@ -40,7 +40,8 @@ class SetAndHold:
         self._suspect = ValveCause.NONE
         self.events: list[tuple[str, str, dict]] = []
         self._sent_inlet = self._sent_exhaust = self._may_retrim = self._hold_only = self._coarse = False
-        self._dt_s = self._estimate_share = self._pulse_s = 0.0
+        self._dt_s = nan
+        self._estimate_share = self._pulse_s = 0.0
         self._timer_s = self._window_s = self._closed_rate_pa_s = 0.0
         self._window_pa = self._start_pa = self._closed_pa = self._before_pa = nan
         self._over_pa = s.over_pressure_pa

@@ -57,7 +57,7 @@ class ValveSettings:
     no_rise_after_s: float = 0.4  # ... for this long is no flow
     climb_pa: float = 20e3  # change with both closed that heat cannot explain
     relax_ratio: float = 0.35  # share of the pressure that heat can explain
-    relax_s: float = 6.0  # after this long heat explains no rate above leak_pa_s
+    relax_s: float = 5.0  # after this long heat explains no rate above leak_pa_s that has not died down
     leak_pa_s: float = 5000.0
     vented_pa: float = 3000.0  # above atmosphere
     vented_open: bool = True  # the exhaust stays open once vented
