@@ -7,21 +7,21 @@ from epa_rt.config.rig import Rig
 from epa_rt.config.rig_rows import si_unit_of
 from epa_rt.config.source import Located, Location
 from epa_rt.experiments.coordinate import coordinate_of, possible_loops
-from epa_rt.experiments.experiment import Condition, Phase, ValveOrder
+from epa_rt.experiments.experiment import Condition, Phase
 from epa_rt.experiments.motions import LASTING, Motion, Situation, plan
 from epa_rt.experiments.reader import Reader
+from epa_rt.experiments.valve_orders import OrderBook
 
 CONDITION_GUESS_S = 3.0  # how long filling, venting or a signal's condition is guessed to take
 
 
 class Resolver:
-    """Knows where the reference stands and which muscles are still filling while it walks."""
+    """Knows where the reference stands while it walks."""
 
     def __init__(self, located: Located, rig: Rig, file: ExperimentFile):
         self.located, self.rig, self.file = located, rig, file
         self._position_key, self._position = None, None
-        self._unsettled: dict[str, str] = {}
-        self._set: set[str] = set()  # muscles whose last order but trimming was 'set'
+        self._orders = OrderBook(rig)
         self._trials = 0
 
     def phases(self) -> tuple[Phase, ...]:
@@ -73,7 +73,7 @@ class Resolver:
         coordinate = coordinate_of(self.rig, loop)
         if coordinate.position_key != self._position_key:
             self._position_key, self._position = coordinate.position_key, None if coordinate.measured else 0.0
-        orders = self._orders(reader, phase)
+        orders = self._orders.of(reader, phase)
         cycles = _cycles(reader, phase)
         section = ("before", "phases", "after").index(where[0])
         seed = (phase.seed,) if phase.seed is not None else (self.file.seed, section, int(where[1]), repetition or 0)
@@ -93,45 +93,6 @@ class Resolver:
         if loop not in possible:
             raise self.located.error(place, f"the loop '{loop}'", f"one that the rig '{self.rig.name}' can do: {', '.join(possible)}")
         return loop
-
-    def _orders(self, reader: Reader, phase: PhaseFile) -> tuple[ValveOrder, ...]:
-        muscles = {muscle.name: muscle for muscle in self.rig.muscles}
-        orders = {name: ValveOrder(name, "hold") for name in muscles} if phase.trial else {}
-        for key in sorted(phase.valves, key=lambda key: key != "all"):
-            if key != "all" and key not in muscles:
-                raise reader.error(("valves", key), f"the muscle '{key}'", f"all or one of this rig's: {', '.join(muscles) or 'none'}")
-            action = phase.valves[key]
-            word = action.word or "set"
-            if phase.trial and word != "hold":
-                raise reader.error(("valves", key), f"'{word}' in a trial", "hold: no valve switches during a trial")
-            for name in muscles if key == "all" else (key,):
-                orders[name] = ValveOrder(name, word, self._target(reader, key, action.set, muscles[name]))
-        self._follow_settling(reader, phase, orders)
-        return tuple(orders.values())
-
-    def _target(self, reader: Reader, key: str, written: str | None, muscle) -> float | None:
-        if written is None:
-            return None
-        place, lowest, highest = ("valves", key, "set"), self.rig.atmosphere_pa, muscle.pressure_max
-        target_pa = reader.pressure(place, written)
-        if not lowest <= target_pa < highest:
-            raise reader.error(place, f"'{reader.text(place, written)}'",
-                               f"a pressure that the muscle {muscle.name} takes, {lowest / 1e3:g} to below {highest / 1e3:g} kPa abs")
-        return target_pa
-
-    def _follow_settling(self, reader: Reader, phase: PhaseFile, orders: Mapping[str, ValveOrder]) -> None:
-        if phase.trial and self._unsettled:
-            name, before = next(iter(self._unsettled.items()))
-            raise reader.error(("trial",), f"a trial while '{before}' may still be setting the muscle {name}",
-                               "'until: valves_settled' before the trial")
-        for name, order in orders.items():
-            if order.word == "hold_and_trim" and name not in self._set:
-                key = name if name in phase.valves else "all"
-                raise reader.error(("valves", key), f"'hold_and_trim' of the muscle {name}, to which no pressure is set", "a phase before it with {set: PRESSURE}")
-            (self._set.add if order.word in ("set", "hold_and_trim") else self._set.discard)(name)
-        self._unsettled.update({name: phase.name for name, order in orders.items() if order.word in ("set", "vent")})
-        if any(until.valves_settled for until in phase.until):
-            self._unsettled.clear()
 
     def _condition(self, reader: Reader, i: int, until: Until) -> Condition:
         if until.valves_settled:

@@ -2,27 +2,15 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any
 
 from epa_rt.config.rig import Rig
 from epa_rt.experiments.coordinate import Coordinate, coordinate_of, possible_loops
 from epa_rt.experiments.experiment import Experiment, Phase
 from epa_rt.experiments.profiles import Braking, Profile
+from epa_rt.experiments.valve_crew import Valve, ValveCrew, finite
 
 Event = tuple[str, str, dict[str, Any]]
-
-
-class Valve(Protocol):
-    """What a sequence asks of a muscle's valves (``SetAndHold``); the loop steps them."""
-
-    settled: bool
-    failure: object | None
-
-    def set(self, target_pa: float) -> None: ...
-    def vent(self) -> None: ...
-    def hold(self) -> None: ...
-    def close(self) -> None: ...
-    def allow_retrim(self, allowed: bool) -> None: ...
 
 
 class Sequence:
@@ -38,9 +26,9 @@ class Sequence:
         self.phase_index, self.phase = -1, experiment.phases[0]
         self.loop, self.loop_changed = self.phase.loop, False
         self.finished, self.failure = False, None
-        self._valves, self._valve_list = valves, tuple(valves.items())
-        self._atmosphere_pa = rig.atmosphere_pa
-        self._pressures = {muscle.name: muscle.pressure for muscle in rig.muscles}
+        self._crew = ValveCrew(rig, valves)
+        self._valves = tuple(valves.items())
+        self._pressures = tuple(muscle.pressure for muscle in rig.muscles)
         coordinates = {loop: coordinate_of(rig, loop) for loop in possible_loops(rig)}
         self.reference_names = _reference_names(coordinates, self._pressures, experiment.loops)
         self._motion_keys = self.reference_names[: len(self.reference_names) - len(self._pressures)]
@@ -50,12 +38,9 @@ class Sequence:
 
     def begin(self, measured: Mapping[str, float]) -> None:
         """Closes the valves and starts from where the rig is: the first reference is the measured position."""
-        for _, valve in self._valve_list:
-            valve.allow_retrim(False)
-            valve.close()
-        self._venting: set[str] = set()
-        self._targets = {f"ref_{signal}": measured[signal] for signal in self._pressures.values()}
-        self.phase_index, self.finished, self.failure, self._braking = -1, False, None, False
+        self._crew.begin(measured)
+        self.phase_index, self.finished, self.failure = -1, False, None
+        self._profile, self._braking = None, False
 
     def step(self, measured: Mapping[str, float], reference: dict[str, float], cycle: int) -> None:
         """Writes this cycle's ``ref_*`` in place; moves on to the next phase where the present one is over."""
@@ -64,7 +49,7 @@ class Sequence:
             return  # stopped before anything began
         if self._profile is None or self._cycle_in_phase >= self._due:
             self._at_due(measured, reference, cycle)
-        for name, valve in self._valve_list:
+        for name, valve in self._valves:
             if valve.failure is not None and self.failure is None and not self.finished:
                 self._fail(f"valves of the muscle {name}: {valve.failure}", cycle)
         self._position, self._speed = position, speed = self._at(self._cycle_in_phase * self.period_s)
@@ -82,10 +67,7 @@ class Sequence:
         if self._braking or self.finished:
             return
         self._braking = True
-        for name, valve in self._valve_list:
-            valve.allow_retrim(False)
-            if name not in self._venting:
-                valve.hold()
+        self._crew.stop()
         coordinate = self.phase.coordinate
         deceleration = 0.5 * coordinate.acceleration_max
         speed = self._speed if math.isfinite(deceleration) else 0.0  # a torque stops where it is; the stop lets it go
@@ -111,7 +93,7 @@ class Sequence:
         phase, waiting = self.phase, None
         for i, condition in enumerate(phase.conditions):
             if condition.signal is None:
-                holds = all(valve.settled for _, valve in self._valve_list)
+                holds = all(valve.settled for _, valve in self._valves)
             else:
                 holds = condition.sign * (measured[condition.signal] - condition.value) > 0.0  # never for NaN
                 self._steady[i] = self._steady[i] + 1 if holds else 0
@@ -140,11 +122,11 @@ class Sequence:
         self._position = start = start if valid else 0.0
         self._follow(phase.profile(start))
         self._due = self._motion_cycles if phase.cycles is None else phase.cycles
-        self._tell_valves(phase)
-        reference.update(self._targets)
+        self._crew.tell(phase.orders)
+        reference.update(self._crew.targets)
         data = {"phase": phase.name, "index": index, "cycle": cycle, "loop": phase.loop, "trial_index": phase.trial_index,
-                "repetition": phase.repetition, "values": dict(phase.values), "targets": _finite(self._targets),
-                "pressures": _finite({signal: measured[signal] for signal in self._pressures.values()})}
+                "repetition": phase.repetition, "values": dict(phase.values), "targets": finite(self._crew.targets),
+                "pressures": finite({signal: measured[signal] for signal in self._pressures})}
         self.events.append(("phase_start", phase.name, data))
         if not valid:
             self._fail(f"{phase.name}: {phase.coordinate.measured} is not valid where its loop takes over", cycle)
@@ -153,26 +135,6 @@ class Sequence:
         self._profile, self._at = profile, profile.at
         self._motion_cycles = max(math.ceil(profile.duration_s / self.period_s - 1e-6), 0)
         self._cycle_in_phase = 0
-
-    def _tell_valves(self, phase: Phase) -> None:
-        for order in phase.orders:
-            name, word = order.muscle, order.word
-            valve, target_key = self._valves[name], f"ref_{self._pressures[name]}"
-            valve.allow_retrim(word in ("set", "hold_and_trim"))
-            if word == "set":
-                valve.set(order.target_pa)
-                self._targets[target_key] = order.target_pa
-            elif word == "vent":
-                valve.vent()
-                self._targets[target_key] = self._atmosphere_pa
-            elif word == "close":
-                valve.close()
-            elif word == "hold":
-                valve.hold()
-            # hold_and_trim: the valves hold since they were set, and may now be trimmed
-            self._venting.discard(name)
-            if word == "vent":
-                self._venting.add(name)
 
     def _end_phase(self, cycle: int) -> None:
         data = {"phase": self.phase.name, "index": self.phase_index, "cycle": cycle,
@@ -190,15 +152,10 @@ class Sequence:
         self.brake(cycle)
 
 
-def _finite(values: Mapping[str, float]) -> dict[str, float | None]:
-    # events become JSON, which has no NaN
-    return {name: value if math.isfinite(value) else None for name, value in values.items()}
-
-
-def _reference_names(coordinates: Mapping[str, Coordinate], pressures: Mapping[str, str], loops: tuple[str, ...]) -> tuple[str, ...]:
+def _reference_names(coordinates: Mapping[str, Coordinate], pressures: tuple[str, ...], loops: tuple[str, ...]) -> tuple[str, ...]:
     names: dict[str, None] = {}
     for loop, coordinate in coordinates.items():
         if loop != "motor_torque" or loop in loops:
             names.update({coordinate.position_key: None, coordinate.speed_key: None})
-    names.update({f"ref_{signal}": None for signal in pressures.values()})
+    names.update({f"ref_{signal}": None for signal in pressures})
     return tuple(names)
