@@ -8,20 +8,29 @@ from types import FrameType
 NONE, STOP, STOP_AT_ONCE = 0, 1, 2
 
 
+AGAIN_CYCLES = 300  # a wrapper may pass one Ctrl-C on twice at once; only a later one is meant as a second
+
+
 class OperatorRequests:
-    """Ctrl-C or SIGTERM once: brake and stop. A second time: torque off at once."""
+    """Ctrl-C or SIGTERM once: brake and stop. Again, at least AGAIN_CYCLES later: torque off at once."""
 
     def __init__(self) -> None:
-        self._level = NONE
+        self._level, self._since, self._pending = NONE, 0, False
         self.last_signal = ""
 
     def poll(self, cycle: int) -> int:
         """The request that holds in this cycle: NONE, STOP or STOP_AT_ONCE."""
+        if self._pending:
+            self._pending = False
+            if self._level == NONE:
+                self._level, self._since = STOP, cycle
+            elif cycle - self._since >= AGAIN_CYCLES:
+                self._level = STOP_AT_ONCE
         return self._level
 
     def ask(self, name: str = "operator") -> None:
-        """One more request to stop."""
-        self._level = min(self._level + 1, STOP_AT_ONCE)
+        """A request to stop; taken up by the next poll."""
+        self._pending = True
         self.last_signal = name
 
     @contextmanager

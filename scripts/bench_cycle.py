@@ -1,0 +1,100 @@
+"""What one cycle costs above the backend: decode, experiment, control, envelope, encode and record. Prints JSON.
+
+The knee chirp runs on the simulated rig with a recorder in its own process; the time between an exchange's return and
+the next exchange's call is taken every cycle. Once as fast as it goes and once paced in real time, where caches are
+cold after each sleep. The floor is what two readings of the clock cost in the same run.
+
+    python scripts/bench_cycle.py --cycles 120000
+"""
+
+import argparse
+import json
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from epa_rt.backend import Backend, Exchange
+from epa_rt.cli.inputs import load_inputs
+from epa_rt.logs.recorder import Recorder
+from epa_rt.loop.assembly import assemble
+from epa_rt.loop.run import run
+from epa_rt.realtime.process import undisturbed
+from sim_backend.backend import SimBackend
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+class Stopwatch:
+    """A backend around a backend: takes the time between exchanges, and asks for a stop after enough cycles."""
+
+    def __init__(self, inner: Backend, cycles: int):
+        self.inner, self.period_s = inner, inner.period_s
+        self.taken_ns = np.zeros(cycles + 100_000, np.int64)
+        self.cycle, self._limit, self._left_ns = 0, cycles, 0
+
+    def open(self) -> None:
+        self.inner.open()
+        self._left_ns = time.perf_counter_ns()
+
+    def exchange(self, outputs_raw: bytes) -> Exchange:
+        now_ns = time.perf_counter_ns()
+        self.taken_ns[self.cycle] = now_ns - self._left_ns
+        self.cycle += 1
+        exchange = self.inner.exchange(outputs_raw)
+        self._left_ns = time.perf_counter_ns()
+        return exchange
+
+    def close(self) -> None:
+        self.inner.close()
+
+    def poll(self, cycle: int) -> int:
+        return int(cycle >= self._limit)
+
+
+def clock_floor_us(samples: int = 200_000) -> float:
+    """Median cost of two clock readings in microseconds."""
+    readings = np.array([-(time.perf_counter_ns() - time.perf_counter_ns()) for _ in range(samples)])
+    return float(np.median(readings)) / 1e3
+
+
+def measure(rig: str, experiment: str, cycles: int, speed: float | None) -> dict[str, float]:
+    """One run; costs in microseconds over the cycles after bring-up."""
+    inputs = load_inputs(ROOT / f"config/experiments/{experiment}.yaml", ROOT / f"config/rigs/{rig}.yaml", None, True)
+    assembly = assemble(inputs.rig, inputs.experiment)
+    backend = SimBackend(inputs.rig, inputs.plant, 1, speed)
+    backend.model.warm_up()
+    stopwatch = Stopwatch(backend, cycles)
+    with tempfile.TemporaryDirectory() as folder:
+        recorder = Recorder(Path(folder) / "bench.mcap", assembly.layout, inputs.attachments, {}, lossless=speed is None)
+        recorder.open()
+        with undisturbed(inputs.rig.realtime if speed is not None else None) as granted:
+            result = run(inputs.rig, stopwatch, assembly.supervisor, assembly.envelope, assembly.decoder, assembly.encoder,
+                         recorder, stopwatch)
+        summary = recorder.close(result.outcome, result.cause)
+    taken_us = stopwatch.taken_ns[200 : stopwatch.cycle] / 1e3
+    p50, p99, p999 = np.percentile(taken_us, (50, 99, 99.9))
+    return {"cycles": int(taken_us.size), "median_us": round(float(p50), 2), "p99_us": round(float(p99), 2),
+            "p99_9_us": round(float(p999), 2), "max_us": round(float(taken_us.max()), 1), "lost_samples": summary.lost_samples,
+            "outcome": f"{result.outcome} {result.cause}".strip(), "realtime": list(granted)}
+
+
+def main() -> None:
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    arguments.add_argument("--rig", default="knee")
+    arguments.add_argument("--experiment", default="knee_chirp")
+    arguments.add_argument("--cycles", type=int, default=120_000)
+    arguments.add_argument("--paced-cycles", type=int, default=20_000)
+    chosen = arguments.parse_args()
+    report = {
+        "rig": chosen.rig, "experiment": chosen.experiment, "floor_clock_us": clock_floor_us(),
+        "unpaced": measure(chosen.rig, chosen.experiment, chosen.cycles, None),
+        "paced_1x": measure(chosen.rig, chosen.experiment, chosen.paced_cycles, 1.0),
+        "bar": {"median_us": 25.0, "p99_9_us": 100.0},
+    }
+    print(json.dumps(report, indent=2))
+
+
+if __name__ == "__main__":
+    main()

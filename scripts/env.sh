@@ -1,0 +1,41 @@
+# Makes .venv with the pinned packages of requirements.txt; sourced by demo.sh and test.sh. Runs as an ordinary user.
+# What is there and up to date is left alone, so a second call takes no time.
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+venv=${EPA_VENV:-$root/.venv}
+
+find_python() {
+    local candidate
+    for candidate in ${EPA_PYTHON:-} python3 python3.13 python3.12 python3.11; do
+        if command -v "$candidate" >/dev/null 2>&1 &&
+            "$candidate" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null; then
+            command -v "$candidate"
+            return 0
+        fi
+    done
+    echo "found no Python 3.11 to 3.13, expected one: sudo apt install python3 python3-venv" >&2
+    return 1
+}
+
+make_environment() {
+    local python stamp wanted
+    python=$(find_python) || return 1
+    stamp=$venv/epa-stamp
+    wanted=$(cat "$root/requirements.txt" "$root/pyproject.toml" | cksum; "$python" -V; echo "$root")
+    if [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$wanted" ]; then
+        return 0
+    fi
+    echo "making $venv with pinned packages (once, a minute or two) ..." >&2
+    rm -rf "$venv"
+    if ! "$python" -m venv "$venv" >/dev/null 2>&1; then
+        rm -rf "$venv"
+        echo "found a Python without venv, expected one that can make environments: sudo apt install python3-venv" >&2
+        return 1
+    fi
+    "$venv/bin/python" -m pip install --quiet --disable-pip-version-check -r "$root/requirements.txt" &&
+        "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e "$root" &&
+        echo "$wanted" >"$stamp"
+}
+
+make_environment || exit 1
+export PATH="$venv/bin:$PATH"
