@@ -17,7 +17,8 @@ from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.writer import MCAP0_MAGIC
 
-ZSTD_LEVEL = 1
+# Measured on a knee rig's samples: a sixth smaller than level 1, and a recorder still several times fast enough.
+ZSTD_LEVEL = 2
 _CHUNK_HEAD = struct.Struct("<BQQQQII4sQ")
 _INDEX_HEAD = struct.Struct("<BQHI")
 

@@ -25,7 +25,8 @@ def check(tmp_path_factory):
     build = tmp_path_factory.mktemp("mcap_js")
 
     def run(path):
-        done = subprocess.run([CHECK, path], capture_output=True, text=True, env=os.environ | {"MCAP_JS_BUILD": str(build)})
+        environment = os.environ | {"MCAP_JS_BUILD": str(build)}
+        done = subprocess.run([CHECK, path], capture_output=True, text=True, env=environment)
         if any(sign in done.stderr for sign in NO_NETWORK):
             pytest.skip("the npm registry cannot be reached")
         assert done.returncode == 0, done.stderr
