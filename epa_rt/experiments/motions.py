@@ -1,6 +1,5 @@
 """From the motion of a phase as it is written to the profile that is planned, checked against the rig's limits."""
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from epa_rt.config.rig import Rig
 from epa_rt.experiments.coordinate import Coordinate, coordinate_of, possible_loops
-from epa_rt.experiments.experiment import Experiment, Phase
+from epa_rt.experiments.experiment import Experiment
 from epa_rt.experiments.profiles import Braking, Profile
 from epa_rt.experiments.valve_crew import Valve, ValveCrew, finite
 
