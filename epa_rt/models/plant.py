@@ -3,6 +3,7 @@
 import math
 
 from epa_rt.models.blocks import bus, drive, gas, muscle, sensors
+from epa_rt.models.blocks.exponential import lag_weights
 from epa_rt.models.chain import lengths, motion, pull, rates, write_truth
 from epa_rt.models.compiled import compiled
 from epa_rt.models.ports import CURRENT, INTEGRAL, RING, SMOOTH
@@ -23,26 +24,39 @@ def _open_valves(p, s, valves, half_s):
 
 
 @compiled
-def _integrate(p, s, h, motor, valves):
-    """Classical Runge-Kutta of fourth order over one sub-step; targets and valve openings move with the stages."""
+def _integrate(p, s, h, weights, motor, valves):
+    """Runge-Kutta of fourth order over one sub-step; targets and valve openings move with the stages.
+
+    The winding current, the fastest state, takes exponential weights (blocks/exponential.py).
+    """
     y, stage, rate, total = s.smooth, s.work[0], s.work[1], s.work[2]
+    half, whole, reach, first, middle, last = weights
+    i0, per_lag = y[CURRENT], 1.0 / p.drive.current_lag_s
     rates(p, s, y, rate, motor, 0.0)
+    push1 = rate[CURRENT] + i0 * per_lag
     for i in range(SMOOTH):
         total[i] = rate[i]
         stage[i] = y[i] + 0.5 * h * rate[i]
+    i1 = stage[CURRENT] = half * i0 + reach * push1
     _open_valves(p, s, valves, 0.5 * h)
     rates(p, s, stage, rate, motor, 0.5)
+    push2 = rate[CURRENT] + i1 * per_lag
     for i in range(SMOOTH):
         total[i] += 2.0 * rate[i]
         stage[i] = y[i] + 0.5 * h * rate[i]
+    i2 = stage[CURRENT] = half * i0 + reach * push2
     rates(p, s, stage, rate, motor, 0.5)
+    push3 = rate[CURRENT] + i2 * per_lag
     for i in range(SMOOTH):
         total[i] += 2.0 * rate[i]
         stage[i] = y[i] + h * rate[i]
+    i3 = stage[CURRENT] = half * i1 + reach * (2.0 * push3 - push1)
     _open_valves(p, s, valves, 0.5 * h)
     rates(p, s, stage, rate, motor, 1.0)
+    push4 = rate[CURRENT] + i3 * per_lag
     for i in range(SMOOTH):
         y[i] += h / 6.0 * (total[i] + rate[i])
+    y[CURRENT] = whole * i0 + first * push1 + middle * (push2 + push3) + last * push4
 
 
 @compiled
@@ -73,11 +87,12 @@ def _advance(p, s, command, reading, period_s, substeps):
         s.ring[s.cycle % RING], s.ring[(s.cycle - 1) % RING], s.smooth[INTEGRAL], s.smooth[CURRENT])
     motor_delay, valve_delay = p.bus.command_delay_s / period_s, p.bus.valve_delay_s / period_s
     h = period_s / substeps
+    weights = lag_weights(h, p.drive.current_lag_s)
     for j in range(substeps):
         start, end = j / substeps, (j + 1) / substeps
         motor = bus.motor_seen(s.ring, s.cycle, start - motor_delay, end - motor_delay)
         valves = bus.valves_seen(s.ring, s.cycle, start - valve_delay, end - valve_delay)
-        _integrate(p, s, h, motor, valves)
+        _integrate(p, s, h, weights, motor, valves)
         _settle(p, s, valves)
     write_truth(p, s)
     sensors.read(p.sensors, s, s.truth, p.gas[0].atmosphere_pa, reading, period_s)

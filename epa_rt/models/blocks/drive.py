@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from epa_rt.models.blocks import bus
+from epa_rt.models.blocks.exponential import lag_weights
 from epa_rt.models.blocks.friction import slider
 from epa_rt.models.compiled import compiled
 from epa_rt.models.ports import RING, STATE
@@ -143,13 +144,14 @@ def _over_log(params, state, commands, angle, speed, period_s, substeps, out):
     p, s = params[0].drive, state[0]
     delay = params[0].bus.command_delay_s / period_s
     current, integral, heat = 0.0, 0.0, 0.0
+    weights = lag_weights(period_s / substeps, p.current_lag_s)
     for k in range(angle.shape[0]):
         bus.latch(s, commands[k], period_s)
         integral = integral_at_edge(s.ring[k % RING], s.ring[(k - 1) % RING], integral, current)
         b = max(k - 1, 0)
         for j in range(substeps):
             motor = bus.motor_seen(s.ring, k, j / substeps - delay, (j + 1) / substeps - delay)
-            current, integral, heat = _step(p, motor, period_s / substeps, angle[b], angle[k], speed[b], speed[k],
+            current, integral, heat = _step(p, motor, period_s / substeps, weights, angle[b], angle[k], speed[b], speed[k],
                                             j / substeps, 1.0 / substeps, current, integral, heat, period_s)
         s.cycle += 1
         out[0, k] = current
@@ -157,18 +159,30 @@ def _over_log(params, state, commands, angle, speed, period_s, substeps, out):
 
 
 @compiled
-def _step(p, motor, h, angle0, angle1, speed0, speed1, start, width, current, integral, heat, period_s):
-    """One Runge-Kutta step of current, integral and heat along a measured motion."""
-    i, z, q, reach = current, integral, heat, 0.0
-    i_sum, z_sum, q_sum = 0.0, 0.0, 0.0
-    for part, weight, step in ((0.0, 1.0, 0.5), (0.5, 2.0, 0.5), (0.5, 2.0, 1.0), (1.0, 1.0, 0.0)):
+def _step(p, motor, h, weights, angle0, angle1, speed0, speed1, start, width, current, integral, heat, period_s):
+    """One step of current, integral and heat along a measured motion, with the weights of the whole plant."""
+    half, whole, reach, first, middle, last = weights
+    lag = p.current_lag_s
+    i1, z, q, i, z_sum, q_sum, push1 = 0.0, integral, heat, current, 0.0, 0.0, 0.0
+    end = whole * current
+    for stage in range(4):
+        part = 0.5 * ((stage + 1) // 2)
         f = start + part * width
         a = cubic(angle0, angle1, speed0 * period_s, speed1 * period_s, f)
         di, dz, dq = rates(p, motor, part, a, speed0 + (speed1 - speed0) * f, z, i, q)
-        i_sum, z_sum, q_sum = i_sum + weight * di, z_sum + weight * dz, q_sum + weight * dq
-        reach = step * h
-        i, z, q = current + reach * di, integral + reach * dz, heat + reach * dq
-    return current + h / 6.0 * i_sum, integral + h / 6.0 * z_sum, heat + h / 6.0 * q_sum
+        push = di + i / lag
+        if stage == 0:
+            push1 = push
+            i = i1 = half * current + reach * push
+        elif stage == 1:
+            i = half * current + reach * push
+        else:
+            i = half * i1 + reach * (2.0 * push - push1)
+        end += push * (first if stage == 0 else (last if stage == 3 else middle))
+        weight, far = (1.0 if stage in (0, 3) else 2.0), (h if stage == 2 else 0.5 * h)
+        z_sum, q_sum = z_sum + weight * dz, q_sum + weight * dq
+        z, q = integral + far * dz, heat + far * dq
+    return end, integral + h / 6.0 * z_sum, heat + h / 6.0 * q_sum
 
 
 @compiled
