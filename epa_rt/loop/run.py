@@ -66,10 +66,13 @@ def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, 
             if lateness_ns or request or recording.failure:
                 flags |= _judge(cycle, lateness_ns, request, recording, overruns, envelope)
             stopped = stopped or request != 0 or overruns.wants_stop
-            command = _step(supervisor, envelope, cycle, measured, stopped)
+            command = _step(supervisor, cycle, measured, stopped)
             outputs = envelope.check(cycle, bus_ok, measured, decoder.invalid, decoder.stale, command)
+            if supervisor.fault is not None:  # after the envelope: a dead sensor is the cause, not what it led to
+                envelope.trip(*supervisor.fault, cycle)
             if envelope.tripped is not None:
                 flags |= FLAG_TRIPPED
+                outputs = encoder.safe
                 supervisor.be_safe()
             outputs_raw = encoder.encode(outputs)
             recording.sample(cycle, t_ns, flags, supervisor.state, supervisor.phase, lateness_ns, busy_ns,
@@ -109,16 +112,13 @@ def _judge(cycle: int, lateness_ns: int, request: int, recording: Recording, ove
     return flags
 
 
-def _step(supervisor: Supervisor, envelope: Envelope, cycle: int, measured: dict, stopped: bool) -> dict[str, float]:
-    """The supervisor's command; what it finds, or a fault in it, becomes a trip."""
+def _step(supervisor: Supervisor, cycle: int, measured: dict, stopped: bool) -> dict[str, float]:
+    """The supervisor's command; an error of ours in it becomes a fault that trips."""
     try:
-        command = supervisor.step(cycle, measured, stopped)
-    except Exception as error:  # a fault of ours must not leave the rig under its last command
-        envelope.trip("internal error", "", f"{type(error).__name__}: {error}", cycle)
+        return supervisor.step(cycle, measured, stopped)
+    except Exception as error:  # must not leave the rig under its last command
+        supervisor.fault = supervisor.fault or ("internal error", "", f"{type(error).__name__}: {error}")
         return supervisor.command
-    if supervisor.fault is not None:
-        envelope.trip(*supervisor.fault, cycle)
-    return command
 
 
 def _report(supervisor: Supervisor, envelope: Envelope, recording: Recording, cycle: int, t_ns: int) -> None:

@@ -1,0 +1,167 @@
+"""Every way out of a run ends with the drive disabled and the valves de-energised, and says why."""
+
+import pytest
+
+from tests.loop.rigging import BackendError, Memory, Quiet, run_in_memory, tiny_inputs
+
+TRIAL = 5000  # a cycle well inside the tiny experiment's motion
+
+
+def _poke(exchange, at: int, data: bytes):
+    raw = exchange.inputs_raw
+    return exchange._replace(inputs_raw=raw[:at] + data + raw[at + len(data):])
+
+
+def _from(cycle: int, change):
+    return lambda exchange, model: change(exchange) if exchange.cycle >= cycle else exchange
+
+
+def lost_working_counter(exchange, model):
+    return exchange._replace(working_counter_ok=exchange.cycle < TRIAL)
+
+
+def drive_fault(exchange, model):
+    if exchange.cycle == TRIAL:
+        model.machine["state"], model.machine["error_code"] = 7, 0x8611
+    return exchange
+
+
+def frozen_toggle():
+    kept: list[bytes] = []
+
+    def hurt(exchange, model):
+        if exchange.cycle < TRIAL:
+            return exchange
+        kept.append(exchange.inputs_raw[:16])
+        return _poke(exchange, 0, kept[0])
+
+    return hurt
+
+
+# pressure: status at byte 0, value at byte 2; force: value at byte 6; 3277 counts are one volt
+HURTS = {
+    "invalid sensor": _from(TRIAL, lambda e: _poke(e, 2, (0).to_bytes(2, "little"))),
+    "over-pressure": _from(TRIAL, lambda e: _poke(e, 2, round(4.5 * 3276.8).to_bytes(2, "little"))),
+    "over-force": _from(TRIAL, lambda e: _poke(e, 6, round(8.0 * 3276.8).to_bytes(2, "little"))),
+    "over-travel": _from(TRIAL, lambda e: _poke(e, 19, (200_000).to_bytes(4, "little", signed=True))),
+    "over-current": _from(TRIAL, lambda e: _poke(e, 29, (9500).to_bytes(4, "little", signed=True))),
+    "lost working counter": lost_working_counter,
+    "stale": frozen_toggle(),
+    "drive": drive_fault,
+}
+
+
+def assert_safe_end(out, rig) -> None:
+    safe = out.assembly.encoder.safe_raw
+    assert out.memory.samples[-1][5] == safe
+    assert out.backend.closed >= 1
+    model = out.backend.inner.model
+    assert model.command["enabled"][0] == 0.0
+    assert not model.command["inlet"].any()
+    assert model.command["exhaust"][0, 0] == 1.0  # normally open: the muscle vents
+
+
+@pytest.mark.parametrize("cause", HURTS)
+def test_a_fault_in_mid_motion_trips_with_its_name_and_within_the_reaction_time(cause, tmp_path):
+    inputs = tiny_inputs(tmp_path)
+    out = run_in_memory(inputs, HURTS[cause])
+    assert out.result.outcome == "tripped"
+    assert out.result.trip.cause == cause
+    assert_safe_end(out, inputs.rig)
+    allowed = round(inputs.rig.safety.reaction / inputs.rig.period_s)
+    stale_after = inputs.rig.row("muscle_pressure_pa").stale_after if cause == "stale" else 0
+    assert TRIAL <= out.result.trip.cycle <= TRIAL + allowed + stale_after
+    trips = [event for event in out.memory.events if event[1] == "trip"]
+    assert len(trips) == 1 and cause in trips[0][2]
+    safe = out.assembly.encoder.safe_raw
+    assert all(sample[5] == safe for sample in out.memory.samples if sample[0] >= out.result.trip.cycle)
+
+
+def test_a_drive_fault_is_named_with_its_error_code(tmp_path):
+    out = run_in_memory(tiny_inputs(tmp_path), drive_fault)
+    assert "0x8611 following error" in out.result.cause
+
+
+def test_the_normal_end_is_safe_and_confirmed(tmp_path):
+    inputs = tiny_inputs(tmp_path)
+    out = run_in_memory(inputs)
+    assert (out.result.outcome, out.result.confirmed) == ("completed", True)
+    assert out.memory.states == [0, 1, 2, 4, 5, 6]
+    assert_safe_end(out, inputs.rig)
+    assert out.memory.samples[-1][6]["muscle_pressure_pa"] < 110e3
+
+
+def test_a_stop_brakes_before_it_disables(tmp_path):
+    inputs = tiny_inputs(tmp_path)
+    out = run_in_memory(inputs, requests=Quiet(stop_at=TRIAL))
+    assert out.result.outcome == "stopped"
+    assert out.memory.states == [0, 1, 2, 3, 4, 5, 6]
+    assert_safe_end(out, inputs.rig)
+    stop = next(s for s in out.memory.samples if s[2] == 4)
+    assert abs(stop[6]["motor_speed_m_s"]) < 2e-3
+
+
+def test_a_stop_asked_twice_takes_the_torque_off_at_once(tmp_path):
+    inputs = tiny_inputs(tmp_path)
+    out = run_in_memory(inputs, requests=Quiet(stop_at=TRIAL, stop_at_once_at=TRIAL))
+    assert (out.result.outcome, out.result.trip.cause, out.result.trip.cycle) == ("tripped", "operator", TRIAL)
+    assert_safe_end(out, inputs.rig)
+
+
+@pytest.mark.parametrize("cycle", [0, 50, 101, 130])
+def test_a_stop_before_anything_moves_is_safe_too(cycle, tmp_path):
+    inputs = tiny_inputs(tmp_path)
+    out = run_in_memory(inputs, requests=Quiet(stop_at=cycle))
+    assert out.result.outcome == "stopped"
+    assert_safe_end(out, inputs.rig)
+
+
+def test_a_recorder_that_fails_ends_the_run(tmp_path):
+    inputs = tiny_inputs(tmp_path)
+    out = run_in_memory(inputs, memory=Memory(fail_at=TRIAL))
+    assert (out.result.outcome, out.result.trip.cause) == ("tripped", "recorder")
+    assert_safe_end(out, inputs.rig)
+
+
+def test_a_lost_bus_ends_the_run_with_its_sentence(tmp_path):
+    def hurt(exchange, model):
+        if exchange.cycle == TRIAL:
+            raise BackendError("the cable was pulled")
+        return exchange
+
+    inputs = tiny_inputs(tmp_path)
+    out = run_in_memory(inputs, hurt)
+    assert (out.result.outcome, out.result.cause) == ("failed", "the cable was pulled")
+    assert out.backend.closed >= 1
+    assert out.backend.inner.model.command["enabled"][0] == 0.0
+    assert [event[1] for event in out.memory.events][-1] == "error"
+
+
+def test_a_fault_of_our_own_does_not_leave_the_last_command_standing(tmp_path):
+    def prepare(assembly, model):
+        motion = assembly.supervisor._motions["motor_speed"]
+        whole = motion.step
+
+        def step(measured, reference, dt_s):
+            if measured["motor_travel_m"] > 0.009:
+                raise ZeroDivisionError("float division by zero")
+            return whole(measured, reference, dt_s)
+
+        motion.step = step
+
+    inputs = tiny_inputs(tmp_path)
+    out = run_in_memory(inputs, prepare=prepare)
+    assert (out.result.outcome, out.result.trip.cause) == ("tripped", "internal error")
+    assert "float division by zero" in out.result.cause
+    assert_safe_end(out, inputs.rig)
+
+
+def test_a_codec_that_fails_ends_the_run_and_keeps_the_traceback(tmp_path):
+    def hurt(exchange, model):
+        return exchange._replace(inputs_raw=exchange.inputs_raw[:-1]) if exchange.cycle == TRIAL else exchange
+
+    inputs = tiny_inputs(tmp_path)
+    out = run_in_memory(inputs, hurt)
+    assert out.result.outcome == "failed" and "internal error" in out.result.cause
+    assert "traceback" in out.memory.events[-1][3]
+    assert out.backend.inner.model.command["enabled"][0] == 0.0
