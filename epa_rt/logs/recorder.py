@@ -122,7 +122,10 @@ class Recorder:
         self._head = self._words[HEAD] = head + 1
 
     def event(self, cycle: int, t_ns: int, kind: str, text: str, /, **data: object) -> None:
-        """Record something that happened. `data` becomes JSON; what JSON has no form for becomes a string."""
+        """Record something that happened, at `t_ns` of the run's clock.
+
+        `data` becomes JSON: numpy numbers and arrays as numbers and lists, what JSON has no form for as a string.
+        """
         self._post_event(cycle, t_ns, kind, text, data, self._lossless)
 
     @property
@@ -170,7 +173,7 @@ class Recorder:
             time.sleep(_WAIT_S)
 
     def _post_event(self, cycle: int, t_ns: int, kind: str, text: str, data: dict, wait: bool) -> None:
-        encoded = json.dumps([cycle, t_ns, kind, text, data], default=str).encode()
+        encoded = json.dumps([cycle, t_ns, kind, text, data], default=_plain).encode()
         part_bytes = self._slot_bytes - EVENT_HEAD.size
         parts = [encoded[begin : begin + part_bytes] for begin in range(0, len(encoded), part_bytes)]
         # Where nothing waits, an event goes in whole or not at all.
@@ -193,3 +196,7 @@ class Recorder:
         counts = (("sample", self._lost_samples), ("event", self._lost_events))
         lost = " and ".join(f"{count} {noun}{'s' * (count > 1)}" for noun, count in counts if count)
         return f"recorder lost {lost}: the ring was full"
+
+
+def _plain(value: object) -> object:
+    return value.tolist() if hasattr(value, "tolist") else str(value)

@@ -19,6 +19,7 @@ from epa_rt.logs.timing import TimingWindows
 SAMPLES_PER_CHUNK = 2000
 EVENTS_PER_CHUNK = 2000
 END_KIND = "end"
+_STAMP_MAX = 2**64 - 1
 LAYOUT_METADATA, OUTCOME_METADATA = "layout", "outcome"
 
 
@@ -92,6 +93,8 @@ class Recording:
             # The loop says it after its last sample, and does not say when that was.
             cycle, t_ns = self.counts.last_cycle, self.counts.last_t_ns
             self.ending = Ending(str(data["outcome"]), text, int(data["lost_samples"]), int(data["lost_events"]))
+        # A stamp that protobuf cannot hold (cycle -1, before the first) must not cost the log.
+        cycle, t_ns = (min(max(stamp, 0), _STAMP_MAX) for stamp in (cycle, t_ns))
         encoded = json.dumps(data)
         # A lone surrogate has no place in a protobuf string.
         kind, text = (value.encode(errors="replace").decode() for value in (kind, text))

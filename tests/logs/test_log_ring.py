@@ -7,6 +7,8 @@ import signal
 import pytest
 from log_samples import sample_of, wait_for_end
 
+import epa_rt.logs.recorder
+import epa_rt.logs.recorder_child
 from epa_rt.logs.reader import LogReader
 from epa_rt.logs.ring import Ring
 
@@ -73,6 +75,18 @@ def test_waiting_ends_when_the_recorder_dies(open_recorder):
         recorder.sample(**sample_of(cycle))
     assert recorder.failure == "recorder died (signal 9)"
     assert recorder.close("tripped", "recorder").lost_samples == 3
+
+
+def test_waiting_ends_when_the_recorder_hangs(open_recorder, stopped, monkeypatch):
+    monkeypatch.setattr(epa_rt.logs.recorder, "_STUCK_AFTER_S", 0.01)
+    monkeypatch.setattr(epa_rt.logs.recorder_child, "CLOSE_TIMEOUT_S", 0.01)
+    recorder = open_recorder(slots=SLOTS)
+    stopped(recorder.pid)
+    for cycle in range(SLOTS + 2):
+        recorder.sample(**sample_of(cycle))
+    assert recorder.failure == "recorder lost 2 samples: the ring was full"
+    summary = recorder.close("tripped", "recorder")
+    assert (summary.failure, summary.lost_samples) == ("recorder did not finish the log within 0.01 s", 2)
 
 
 def test_a_ring_has_a_power_of_two_of_slots():

@@ -158,9 +158,12 @@ def test_any_sequence_of_samples_and_events_round_trips(tmp_path, data):
 def test_what_json_cannot_hold_is_recorded_as_text(open_recorder, tmp_path):
     recorder = open_recorder()
     recorder.event(1, 1, "trip", "lone \ud800", limit_pa=float("nan"), file=Path("rig.yaml"), high=float("inf"))
+    recorder.event(-1, -1, "trip", "", count=np.int64(3), masks=np.arange(2), small=np.float32(0.5))
     recorder.close("tripped", "x")
     with LogReader(tmp_path / "log.mcap") as log:
-        event = log.events()[0]
+        event, before, _ = log.events()
+    assert (before.cycle, before.t_ns) == (0, 0)
+    assert before.data == {"count": 3, "masks": [0, 1], "small": 0.5}
     assert event.text == "lone ?"
     assert event.data == {"limit_pa": "NaN", "file": "rig.yaml", "high": "Infinity"}
 
