@@ -23,7 +23,7 @@ from tests.models.scenarios import SENSOR_STEP, log_commands
 
 PERIOD_S = 1e-3
 PLANTS = Path(__file__).parents[1] / "config" / "plants"
-RIVAL_S = 6.0  # seconds of log that solve_ivp gets: its time is proportional, and it is slow
+RIVAL_S = 20.0  # seconds of log that solve_ivp gets: its time is proportional, and it is slow
 CHECKED = {ANGLE: "motor_angle_rad", SPEED: "motor_speed_rad_s", CURRENT: "motor_current_a"}
 
 

@@ -32,26 +32,30 @@ def pull(p, s, y, i, travel, travel_speed, q, q_speed):
 
 
 @compiled
+def muscle_rates(p, s, y, dy, i, travel, travel_speed, q, q_speed):
+    """Writes the rates of muscle i's gas and creep; returns its force (N) and the flow it draws (kg/s)."""
+    if p.muscle[i].present < 0.5:
+        return 0.0, 0.0
+    g = p.gas[i]
+    volume, pressure, _, speed, force = pull(p, s, y, i, travel, travel_speed, q, q_speed)
+    supply = gas.supply_pressure(g, y[SUPPLY_FLOW])
+    dy[GAS_C + i], dy[GAS_MASS + i], drawn = gas.rates(
+        g, y[GAS_C + i], y[GAS_MASS + i], volume, pressure, supply, s.opening[i, 0], s.opening[i, 1])
+    dy[CREEP + i] = muscle.creep_rate(p.muscle[i], y[CREEP + i], speed)
+    return force, drawn
+
+
+@compiled
 def rates(p, s, y, dy, motor, part):
     """Rates of all smooth states at y, a ``part`` (0 to 1) into a sub-step in which the drive sees ``motor``."""
     d, t, l = p.drive, p.transmission, p.load
     angle, speed, current = y[ANGLE], y[SPEED], y[CURRENT]
     travel, carried = transmission.play(t, transmission.geared_travel(t, angle), s.travel_m)
     per_angle = transmission.travel_per_angle(t, angle)
+    travel_speed = carried * per_angle * speed
     q, q_speed, _ = load.coordinate(l, y[LOAD_PLACE], y[LOAD_SPEED])
-    force0, force1, drawn_total = 0.0, 0.0, 0.0
-    for i in range(2):
-        if p.muscle[i].present > 0.5:
-            volume, pressure, _, muscle_speed, force = pull(p, s, y, i, travel, carried * per_angle * speed, q, q_speed)
-            supply = gas.supply_pressure(p.gas[i], y[SUPPLY_FLOW])
-            dy[GAS_C + i], dy[GAS_MASS + i], drawn = gas.rates(
-                p.gas[i], y[GAS_C + i], y[GAS_MASS + i], volume, pressure, supply, s.opening[i, 0], s.opening[i, 1])
-            dy[CREEP + i] = muscle.creep_rate(p.muscle[i], y[CREEP + i], muscle_speed)
-            drawn_total += drawn
-            if i == 0:
-                force0 = force
-            else:
-                force1 = force
+    force0, drawn0 = muscle_rates(p, s, y, dy, 0, travel, travel_speed, q, q_speed)
+    force1, drawn1 = muscle_rates(p, s, y, dy, 1, travel, travel_speed, q, q_speed)
     dy[CURRENT], dy[INTEGRAL], dy[HEAT] = drive.rates(
         d, motor, part, angle, speed, y[INTEGRAL], current, y[HEAT])
     load_torque = load.along_spool(l, force0, force1) * per_angle
@@ -62,7 +66,7 @@ def rates(p, s, y, dy, motor, part):
     dy[LOAD_PLACE] = y[LOAD_SPEED]
     dy[LOAD_SPEED], dy[LOAD_STICTION] = load.rates(
         l, y[LOAD_PLACE], y[LOAD_SPEED], y[LOAD_STICTION], load.along_load(l, force0, force1))
-    dy[SUPPLY_FLOW] = (drawn_total - y[SUPPLY_FLOW]) / p.gas[0].droop_time_s
+    dy[SUPPLY_FLOW] = (drawn0 + drawn1 - y[SUPPLY_FLOW]) / p.gas[0].droop_time_s
 
 
 @compiled

@@ -33,6 +33,6 @@ def compiled(function: Callable) -> Callable:
     if _WRITABLE:
         numba.config.CACHE_DIR = _FOLDER
     try:
-        return njit(cache=True, fastmath=False, error_model="numpy", nogil=True)(function)
+        return njit(cache=True, fastmath=False, error_model="numpy", nogil=True, forceinline=True)(function)
     finally:
         numba.config.CACHE_DIR = before
