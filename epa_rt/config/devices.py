@@ -7,6 +7,7 @@ dictionary) and CiA 402. Identity numbers as seen in public captures.
 from dataclasses import dataclass
 
 ANALOG_V_PER_COUNT = 10.0 / 32768.0  # EL3004, EL4034: 0x7FFF = 10 V, signed presentation
+CONVERSION_S = 625e-6  # EL3004: about 0.625 ms for its four channels
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,13 @@ class Entry:
     @property
     def bits(self) -> int:
         return {"?": 1, "b": 8, "B": 8, "h": 16, "H": 16, "i": 32, "I": 32}[self.code]
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        """Lowest and highest count."""
+        if self.code.islower():
+            return -(1 << self.bits - 1), (1 << self.bits - 1) - 1
+        return 0, (1 << self.bits) - 1
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,12 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from epa_rt.config.fields import Frozen, Hertz, Name, Pressure, PressureDifference, Seconds, quantity
+from epa_rt.config.fields import Frozen, FrozenChoice, Hertz, Name, Pressure, PressureDifference, Seconds, pressure, quantity, written
 from epa_rt.config.rig_rows import SignalRow, si_unit_of
 from epa_rt.config.units import UnitError, parse_quantity
 
 RowName = Name
+OnAxis = Annotated[float, written("m or rad, as the position's")]
 
 
 class AnalogCommand(Frozen):
@@ -33,7 +34,7 @@ class Slave(Frozen):
     analog_command: AnalogCommand | None = None
 
 
-class Cia402Drive(Frozen):
+class Cia402Drive(FrozenChoice):
     """A drive enabled through its CiA 402 states over the bus; fields name rows of the table."""
 
     interface: Literal["cia402"]
@@ -45,7 +46,7 @@ class Cia402Drive(Frozen):
     transition_timeout: Seconds = 0.5
 
 
-class AnalogDrive(Frozen):
+class AnalogDrive(FrozenChoice):
     """A drive enabled by a digital output and commanded by a voltage."""
 
     interface: Literal["analog"]
@@ -70,9 +71,9 @@ class Axis(Frozen):
     """What motor and joint share: a measured position, named places, limits of motion."""
 
     position: RowName
-    places: dict[Name, float] = {}
-    speed_max: float
-    acceleration_max: float
+    places: dict[Name, OnAxis] = {}
+    speed_max: OnAxis
+    acceleration_max: OnAxis
 
     @field_validator("places", mode="before")
     @classmethod
@@ -121,7 +122,7 @@ class Joint(Axis):
     length held, m/rad for an angle, without unit for a position; its sign says which way the motor moves the joint.
     """
 
-    lever_arm: float
+    lever_arm: Annotated[float, written("m/rad, or 1 where the joint moves straight")]
     pid: JointPid
 
     @field_validator("lever_arm", mode="before")
@@ -200,7 +201,7 @@ class Rig(Frozen):
     rig: Name
     description: str = ""
     period: quantity("s", 1e-4, 1.0)
-    atmosphere: Pressure
+    atmosphere: pressure(30e3, 120e3)
     plant: str
     bus: Annotated[tuple[Slave, ...], Field(min_length=1, max_length=64)]
     signals: Annotated[tuple[SignalRow, ...], Field(min_length=1, max_length=63)]

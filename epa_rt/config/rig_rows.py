@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationInfo, WithJsonSchema, field_validator
 
-from epa_rt.config.fields import Frozen, Name, atmosphere_pa
+from epa_rt.config.fields import Frozen, Name, atmosphere_pa, written
 from epa_rt.config.units import UnitError, parse_pressure, parse_quantity, split_quantity, unit
 
 # suffix of a signal's name -> SI unit; longest first
@@ -69,8 +69,8 @@ class SignalRow(Frozen):
     calibration: Calibration | None = None
     valid: NativePair | None = None
     limits: Pair | None = None
-    slew: float | None = None
-    safe: float = 0.0
+    slew: Annotated[float, written("the signal's own unit per second")] | None = None
+    safe: Annotated[float, written("the signal's own unit")] = 0.0
     inverted: bool = False
     stale_after: Annotated[int, Field(ge=1, le=100_000)] | None = None
 

@@ -9,11 +9,23 @@ import yaml
 
 Location = tuple[str | int, ...]
 
+_LARGEST = 1 << 20  # bytes of a file
+_MOST_VALUES = 50_000  # in one file, so that aliases of aliases cannot fill the memory
+# what PyYAML lets through beside its own errors, on texts such as "\\UFFFFFFFF" or !!timestamp x
+_YAML_ERRORS = (yaml.YAMLError, ValueError, ArithmeticError, LookupError, AttributeError, TypeError)
+
+
+def _line_of_words(text: str, longest: int) -> str:
+    """Text as part of one sentence on one line, cut where it is very long."""
+    text = "".join(c if c.isprintable() else " " for c in text[: longest + 1])
+    return text if len(text) <= longest else text[:longest] + "..."
+
 
 class ConfigError(Exception):
     """One sentence about a file that cannot be used: ``FILE:LINE: where: found X, expected Y``."""
 
     def __init__(self, path: Path | str, line: int, where: str, found: str, expected: str):
+        where, found, expected = _line_of_words(where, 200), _line_of_words(found, 200), _line_of_words(expected, 2000)
         self.path, self.line, self.where, self.found, self.expected = Path(path), line, where, found, expected
         super().__init__(f"{path}:{line}: {where + ': ' if where else ''}found {found}, expected {expected}")
 
@@ -49,7 +61,8 @@ def load_yaml(path: Path | str) -> Located:
     """Reads a YAML mapping with the line of every key. Raises ConfigError (unreadable, bad YAML, a key twice)."""
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8")
+        with path.open("rb") as file:
+            content = file.read(_LARGEST + 1)
     except FileNotFoundError:
         raise ConfigError(path, 1, "", "no such file", "a YAML file") from None
     except IsADirectoryError:
@@ -58,30 +71,40 @@ def load_yaml(path: Path | str) -> Located:
         raise ConfigError(path, 1, "", "a file without permission to read it", "a readable YAML file") from None
     except OSError as error:
         raise ConfigError(path, 1, "", f"a file that cannot be read ({error.strerror})", "a YAML file") from None
+    except ValueError:  # a zero byte in the path, which another file may have named
+        raise ConfigError(path, 1, "", "a path that cannot be one", "a YAML file") from None
+    if len(content) > _LARGEST:
+        raise ConfigError(path, 1, "", f"more than {_LARGEST >> 20} MB", "a YAML file")
+    try:
+        text = content.decode("utf-8")
     except UnicodeDecodeError as error:
-        raise ConfigError(path, 1, "", f"bytes that are not UTF-8 text (offset {error.start})", "a YAML file") from None
-    return parse_yaml(text, path)
+        line = content.count(b"\n", 0, error.start) + 1
+        raise ConfigError(path, line, "", f"bytes that are not UTF-8 text (offset {error.start})", "a YAML file") from None
+    return parse_yaml(text.replace("\r\n", "\n").replace("\r", "\n"), path)
 
 
 def parse_yaml(text: str, path: Path | str) -> Located:
     """As load_yaml, from text that came from ``path`` (a log's attachment, say)."""
     path = Path(path)
+    loader = None
     try:
         loader = yaml.SafeLoader(text)
         node = loader.get_single_node()
-    except yaml.YAMLError as error:
+    except yaml.reader.ReaderError as error:
+        line = text.count("\n", 0, error.position) + 1
+        raise ConfigError(path, line, "", f"the character U+{error.character:04X}", "printable text") from None
+    except RecursionError:
+        raise ConfigError(path, loader.line + 1, "", "values nested too deeply", "a file nested a few levels deep") from None
+    except _YAML_ERRORS as error:
         mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
-        line = mark.line + 1 if mark else 1
-        problem = " ".join(str(getattr(error, "problem", None) or getattr(error, "reason", None) or error).split())
+        line = mark.line + 1 if mark else loader.line + 1
+        problem = " ".join(str(getattr(error, "problem", None) or error).split())
         raise ConfigError(path, line, "", f"text that is not YAML ({problem})", "YAML") from None
     if not isinstance(node, yaml.MappingNode):
         found = "an empty file" if node is None else "a list or a single value"
         raise ConfigError(path, 1, "", found, "a mapping of keys to values")
     lines: dict[Location, int] = {}
-    try:
-        data = _plain(node, (), lines, loader, path, 0)
-    except RecursionError:
-        raise ConfigError(path, 1, "", "values nested too deeply", "a file nested a few levels deep") from None
+    data = _plain(node, (), lines, loader, path, 0)
     return Located(path, data, lines, text)
 
 
@@ -89,13 +112,18 @@ def _plain(node: yaml.Node, where: Location, lines: dict, loader: yaml.SafeLoade
     lines.setdefault(where, node.start_mark.line + 1)
     if depth > 30:
         raise ConfigError(path, node.start_mark.line + 1, show_location(where), "values nested over 30 deep", "less")
+    if len(lines) > _MOST_VALUES:
+        raise ConfigError(path, node.start_mark.line + 1, "", f"more than {_MOST_VALUES} values", "fewer")
     if isinstance(node, yaml.SequenceNode):
         return [_plain(item, (*where, i), lines, loader, path, depth + 1) for i, item in enumerate(node.value)]
     if not isinstance(node, yaml.MappingNode):
         return _scalar(node, where, loader, path)
     result = {}
     for key_node, value_node in node.value:
-        key, line = str(key_node.value), key_node.start_mark.line + 1
+        line = key_node.start_mark.line + 1
+        if not isinstance(key_node, yaml.ScalarNode):
+            raise ConfigError(path, line, show_location(where), "a key that is a list or a mapping", "a word as key")
+        key = str(key_node.value)
         if key in result:
             raise ConfigError(path, line, show_location(where), f"the key '{key}' a second time", "each key once")
         lines[(*where, key)] = line
@@ -106,8 +134,8 @@ def _plain(node: yaml.Node, where: Location, lines: dict, loader: yaml.SafeLoade
 def _scalar(node: yaml.ScalarNode, where: Location, loader: yaml.SafeLoader, path: Path) -> Any:
     try:
         value = loader.construct_object(node)
-    except (yaml.YAMLError, ValueError) as error:
-        problem = getattr(error, "problem", None) or str(error)
+    except _YAML_ERRORS as error:
+        problem = getattr(error, "problem", None) or f"'{node.value}', which is no {node.tag.rsplit(':', 1)[-1]}"
         raise ConfigError(path, node.start_mark.line + 1, show_location(where), problem, "a plain value") from None
     if value is None or isinstance(value, (str, int, float, bool)):
         return value
@@ -127,28 +155,55 @@ def validate(located: Located, model: type[T], context: Mapping[str, Any] | None
         raise _first_error(located, error) from None
 
 
+_KINDS = {"model_type": "a mapping of keys to values", "dict_type": "a mapping of keys to values", "tuple_type": "a list",
+          "string_type": "text", "int_type": "a whole number", "float_type": "a number", "bool_type": "true or false"}
+_LEADS = {"input should be ": "", "value should be ": "", "string should ": "text to ", "tuple should have ": "a list of "}
+
+
 def _first_error(located: Located, error: Any) -> ConfigError:
     problems = error.errors(include_url=False)
     # a misspelt key also leaves the right one missing: name the misspelling, it is what the user wrote
     problem = next((p for p in problems if p["type"] == "extra_forbidden"), problems[0])
-    where = tuple(part for part in problem["loc"] if _in_file(located.data, part, problem))
-    kind, context = problem["type"], problem.get("ctx", {})
+    where, kind, context = _place(located.data, problem["loc"]), problem["type"], problem.get("ctx", {})
     if kind == "extra_forbidden":
         return located.error(where, f"an unknown key '{problem['loc'][-1]}'", "only keys that the schema knows")
     if kind == "missing":
-        return located.error(where[:-1], "nothing", f"the key '{problem['loc'][-1]}'")
+        return located.error(where, "nothing", f"the key '{problem['loc'][-1]}'")
+    if kind == "union_tag_not_found":
+        return located.error(where, "nothing", f"the key {context['discriminator']}")
+    if kind == "union_tag_invalid":
+        key = context["discriminator"].strip("'")
+        return located.error((*where, key), f"'{context['tag']}'", f"one of {context['expected_tags']}")
     message = str(context.get("error", problem["msg"]))
     if message.startswith("found ") and ", expected " in message:
         found, expected = message[6:].split(", expected ", 1)
         return located.error(where, found, expected)
-    value = problem.get("input")
-    shown = repr(value) if not isinstance(value, (dict, list)) else ("a mapping" if isinstance(value, dict) else "a list")
-    expected = message[0].lower() + message[1:]
-    for lead in ("input should be ", "value should be "):
-        expected = expected.removeprefix(lead)
-    return located.error(where, shown, expected)
+    return located.error(where, _shown(problem.get("input")), _KINDS.get(kind) or _expected(message))
 
 
-def _in_file(data: Any, part: str | int, problem: dict) -> bool:
-    # pydantic puts names of union members into the location; only what the file has is a place in it
-    return not (isinstance(part, str) and ("[" in part or part.startswith("function-")))
+def _expected(message: str) -> str:
+    text = message[0].lower() + message[1:]
+    lead = next((lead for lead in _LEADS if text.startswith(lead)), "")
+    return _LEADS.get(lead, "") + text.removeprefix(lead)
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, (dict, list)):
+        return "a mapping" if isinstance(value, dict) else "a list"
+    if isinstance(value, int) and abs(value) > 10**40:
+        return "a whole number of over 40 digits"
+    return repr(value)
+
+
+def _place(data: Any, location: tuple) -> Location:
+    """The part of a pydantic location that the file has; names of union members and functions are no place in it."""
+    where: list[str | int] = []
+    for part in location:
+        if isinstance(data, dict) and part in data:
+            data = data[part]
+        elif isinstance(data, list) and isinstance(part, int) and part < len(data):
+            data = data[part]
+        else:
+            continue
+        where.append(part)
+    return tuple(where)

@@ -31,10 +31,13 @@ _UNITS: dict[str, tuple[float, Dimension]] = {
     "H": (1.0, _dim(m=2, kg=1, s=-2, A=-2)), "L": (1e-3, _dim(m=3)),
     "%": (1e-2, NONE), "permille": (1e-3, NONE), "1": (1.0, NONE), "cycles": (1.0, NONE),
 }
-_PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "M": 1e6}
+# the micro sign and the Greek letter look the same on a screen
+_PREFIXES = {"n": 1e-9, "u": 1e-6, "\N{MICRO SIGN}": 1e-6, "\N{GREEK SMALL LETTER MU}": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "M": 1e6}
 _PREFIXED = {"m", "g", "s", "A", "K", "rad", "Hz", "N", "Nm", "Pa", "bar", "J", "W", "V", "ohm", "H", "L"}
-_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)$")
-_TOKEN = re.compile(r"\s*([A-Za-zµ%]+|\^-?\d+|[*/()1]| )")
+_NUMBER = re.compile(r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*(.*)$")
+_TOKEN = re.compile("\\s*([A-Za-z%\N{MICRO SIGN}\N{GREEK SMALL LETTER MU}]+|\\^-?[1-9](?![0-9])|1(?![0-9])|[*/()])")
+_LONGEST = 80  # characters of a quantity; also bounds brackets in brackets
+
 
 
 class UnitError(ValueError):
@@ -50,14 +53,17 @@ def _symbol(name: str) -> tuple[float, Dimension]:
     raise UnitError(f"found unit '{name}', expected a known unit such as kPa, mm, N, A, deg, ms, rpm")
 
 
+def _form(text: str) -> UnitError:
+    return UnitError(f"found unit '{text}', expected a form such as N*s/m or kg*m^2")
+
+
 def _tokens(text: str) -> list[str]:
     tokens, position = [], 0
     while position < len(text):
         match = _TOKEN.match(text, position)
         if not match:
-            raise UnitError(f"found unit '{text}', expected a form such as N*s/m or kg*m^2")
-        if match.group(1).strip():
-            tokens.append(match.group(1))
+            raise _form(text)
+        tokens.append(match.group(1))
         position = match.end()
     return tokens
 
@@ -65,35 +71,47 @@ def _tokens(text: str) -> list[str]:
 @lru_cache(maxsize=512)
 def unit(text: str) -> tuple[float, Dimension]:
     """Factor to SI and dimension of a unit expression. Raises UnitError."""
-    tokens = _tokens(text.strip() or "1")
-    factor, dimension, rest = _product(tokens, text)
-    if rest:
-        raise UnitError(f"found unit '{text}', expected a form such as N*s/m or kg*m^2")
+    text = text.strip() or "1"
+    if len(text) > _LONGEST:
+        raise _form(text[:_LONGEST] + "...")
+    try:
+        factor, dimension, rest = _product(_tokens(text), text)
+    except ArithmeticError:
+        raise _form(text) from None
+    if rest or not 0.0 < factor < math.inf:
+        raise _form(text)
     return factor, dimension
 
 
 def _product(tokens: list[str], text: str) -> tuple[float, Dimension, list[str]]:
+    """Factors joined by * and /, up to the end or a closing bracket; what follows that bracket is handed back."""
     factor, dimension, sign = 1.0, NONE, 1
-    while tokens and tokens[0] != ")":
-        head, tokens = tokens[0], tokens[1:]
-        if head in "*/":
-            sign = 1 if head == "*" else -1
-            continue
-        if head == "(":
-            part, part_dimension, tokens = _product(tokens, text)
-            if not tokens:
-                raise UnitError(f"found unit '{text}', expected a closing bracket")
-            tokens = tokens[1:]
-        elif head.startswith("^"):
-            raise UnitError(f"found unit '{text}', expected a unit before '{head}'")
-        else:
-            part, part_dimension = _symbol(head)
-        if tokens and tokens[0].startswith("^"):
-            power, tokens = int(tokens[0][1:]), tokens[1:]
-            part, part_dimension = part**power, tuple(e * power for e in part_dimension)
+    while True:
+        part, part_dimension, tokens = _factor(tokens, text)
         factor *= part**sign
         dimension = tuple(a + sign * b for a, b in zip(dimension, part_dimension, strict=True))
-        sign = 1
+        if not tokens or tokens[0] == ")":
+            return factor, dimension, tokens
+        if tokens[0] not in "*/":
+            raise _form(text)
+        sign, tokens = (1 if tokens[0] == "*" else -1), tokens[1:]
+
+
+def _factor(tokens: list[str], text: str) -> tuple[float, Dimension, list[str]]:
+    """One symbol or bracket, with its power."""
+    if not tokens or tokens[0] in "*/)" or tokens[0].startswith("^"):
+        raise _form(text)
+    head, tokens = tokens[0], tokens[1:]
+    if head == "(":
+        factor, dimension, tokens = _product(tokens, text)
+        if not tokens:
+            raise UnitError(f"found unit '{text}', expected a closing bracket")
+        tokens = tokens[1:]
+    else:
+        factor, dimension = _symbol(head)
+    if tokens and tokens[0].startswith("^"):
+        power, tokens = int(tokens[0][1:]), tokens[1:]
+        factor, dimension = factor**power, tuple(e * power for e in dimension)
     return factor, dimension, tokens
 
 
@@ -101,10 +119,18 @@ def split_quantity(text: object) -> tuple[float, str]:
     """Number and unit text of a quantity. Raises UnitError where no finite number leads."""
     if isinstance(text, bool) or not isinstance(text, (int, float, str)):
         raise UnitError(f"found {text!r}, expected a number with a unit")
-    match = _NUMBER.match(str(text))
+    if isinstance(text, int) and abs(text) > 10**40:
+        raise UnitError("found a whole number of over 40 digits, expected a number with a unit")
+    written = str(text).strip()
+    if len(written) > _LONGEST:
+        raise UnitError(f"found '{written[:_LONGEST]}...', expected a number with a unit")
+    match = _NUMBER.match(written)
     if not match:
         raise UnitError(f"found '{text}', expected a number with a unit")
-    return float(match.group(1)), match.group(2).strip()
+    number = float(match.group(1))
+    if not math.isfinite(number):
+        raise UnitError(f"found '{text}', expected a finite number")
+    return number, match.group(2).strip()
 
 
 def parse_quantity(text: object, si_unit: str) -> float:
@@ -124,7 +150,7 @@ def parse_quantity(text: object, si_unit: str) -> float:
 
 def parse_pressure(text: object, atmosphere_pa: float) -> float:
     """Absolute Pa of '460 kPa gauge' or '170 kPa abs'. Raises UnitError where the reference is not said."""
-    stripped = str(text).strip()
+    stripped = text.strip() if isinstance(text, str) else ""
     for word, offset_pa in (("gauge", atmosphere_pa), ("abs", 0.0)):
         if stripped.endswith(word):
             return parse_quantity(stripped[: -len(word)].strip(), "Pa") + offset_pa
