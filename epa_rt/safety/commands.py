@@ -7,6 +7,8 @@ ENABLE_OPERATION = 0x0F
 # CiA 402 control words that this stack has a use for; anything else is a fault above
 CONTROL_WORDS = frozenset((0x00, 0x02, 0x06, 0x07, 0x0F, 0x80))
 MODES = frozenset((0, 8, 9, 10))
+POSITION_MODE = 8
+JUMP_S = 0.010
 
 Refusal = tuple[str, str, str]  # cause, signal, sentence
 
@@ -15,15 +17,20 @@ class CommandGate:
     """Limits a command in place of the caller and counts it, or refuses it.
 
     ``outputs``: the limited command, valid after pass_through returned None. ``clamped`` and ``slewed``: how often each
-    row was cut. ``jump_si`` is how far a position target may stand from the measured position when power comes on.
+    row was cut. ``jump_si`` is how far a position target may stand from the measured position when power comes on:
+    what ten milliseconds at full slew cover. Speed and torque targets must then be at rest.
     """
 
     def __init__(self, rig: Rig):
         self.outputs = {row.name: row.safe for row in rig.outputs}
+        self._safe = dict(self.outputs)
+        bus = rig.drive.interface == "cia402"
+        self._mode = rig.drive.mode if bus else ""
+        self._power_row, self._power_on = (rig.drive.control_word, ENABLE_OPERATION) if bus else (rig.drive.enable, 1.0)
         self._analog, self._switches, self._words = [], [], []
         for row in rig.outputs:
             if row.name.endswith("_raw"):
-                self._words.append((row.name, MODES if self._is_mode(rig, row.name) else CONTROL_WORDS))
+                self._words.append((row.name, MODES if row.name == self._mode else CONTROL_WORDS))
             elif row.limits is None:
                 self._switches.append(row.name)
             else:
@@ -32,20 +39,26 @@ class CommandGate:
         self.slewed = dict.fromkeys((row[0] for row in self._analog), 0)
         pairs = [(muscle.inlet, muscle.exhaust) for muscle in rig.muscles]
         self._forbidden = tuple(pairs) + rig.safety.never_together
-        self._control = rig.drive.control_word if rig.drive.interface == "cia402" else ""
-        self._target, self._position = rig.motor.position_target or "", rig.motor.position
-        self._powered = False
-        # a target may stand off by what a tenth of a second at full slew would cover
-        self.jump_si = 100.0 * next((row[3] for row in self._analog if row[0] == self._target), INFINITE)
-
-    @staticmethod
-    def _is_mode(rig: Rig, name: str) -> bool:
-        return rig.drive.interface == "cia402" and name == rig.drive.mode
+        motor = rig.motor
+        self._target, self._position = motor.position_target or "", motor.position
+        self._rates = tuple(name for name in (motor.speed_target, motor.torque_target) if name)
+        self.jump_si = JUMP_S * rig.row(self._target).slew if self._target else 0.0
+        self._powered = self._follows = False
 
     def pass_through(self, measured: dict[str, float], command: dict[str, float]) -> Refusal | None:
         """Fills ``outputs`` from the command; None, or (cause, signal, sentence) where the command is refused."""
-        refusal = self._words_and_switches(command) or self._power(measured, command)
-        return refusal or self._limits(measured, command)
+        was_powered, mode = self._powered, self.outputs.get(self._mode, POSITION_MODE)
+        refusal = self._words_and_switches(command)
+        if refusal is not None:
+            return refusal
+        self._powered = self.outputs[self._power_row] == self._power_on
+        if self._powered and was_powered and self.outputs.get(self._mode, mode) != mode:
+            return "mode change", self._mode, f"{self._mode} = {self.outputs[self._mode]} under power, expected {mode}"
+        self._follows = not self._powered or self.outputs.get(self._mode) not in (None, POSITION_MODE)
+        refusal = self._limits(command)
+        if refusal is None and self._powered and not was_powered:
+            refusal = self._jump(measured, command) or self._jump(measured, self.outputs)
+        return refusal
 
     def _words_and_switches(self, command: dict[str, float]) -> Refusal | None:
         outputs = self.outputs
@@ -64,25 +77,28 @@ class CommandGate:
                 return "forbidden combination", first, f"{first} and {second} on together"
         return None
 
-    def _power(self, measured: dict[str, float], command: dict[str, float]) -> Refusal | None:
-        powered = bool(self._control) and command[self._control] == ENABLE_OPERATION
-        if powered and not self._powered and self._target:
-            distance = abs(command[self._target] - measured[self._position])
-            if not distance <= self.jump_si:
-                text = f"{self._target} stands {distance:.4g} from {self._position} when power comes on"
-                return "jump at enable", self._target, text
-        self._powered = powered
+    def _jump(self, measured: dict[str, float], targets: dict[str, float]) -> Refusal | None:
+        """What must hold when power comes on: a mode chosen, the position target where the rig is, the rest at rest."""
+        if self.outputs.get(self._mode, POSITION_MODE) == 0:
+            return "bad command", self._mode, f"{self._mode} = 0 when power comes on, expected a mode"
+        if self._target and not abs(targets[self._target] - measured[self._position]) <= self.jump_si:
+            distance = abs(targets[self._target] - measured[self._position])
+            text = f"{self._target} stands {distance:.4g} from {self._position} when power comes on"
+            return "jump at enable", self._target, text
+        for name in self._rates:
+            if targets[name] != self._safe[name]:
+                return "jump at enable", name, f"{name} = {targets[name]:.4g} when power comes on"
         return None
 
-    def _limits(self, measured: dict[str, float], command: dict[str, float]) -> Refusal | None:
+    def _limits(self, command: dict[str, float]) -> Refusal | None:
         outputs = self.outputs
         for name, low, high, step in self._analog:
             value = command[name]
             if value != value:
                 return "NaN command", name, f"{name} is not a number"
-            if name == self._target and not self._powered:
+            if name == self._target and self._follows:
                 outputs[name] = value if low <= value <= high else (low if value < low else high)
-                continue  # without power the target follows the measured position, however fast that is moved
+                continue  # where the drive does not listen the target follows the rig, however fast that is moved
             last = outputs[name]
             if value > last + step or value < last - step:
                 self.slewed[name] += 1

@@ -45,7 +45,10 @@ class Envelope:
             self._check_bus(cycle, bus_ok)
             self._check_measured(cycle, measured, invalid, stale)
         if self.tripped is None:
-            refusal = self.gate.pass_through(measured, command)
+            try:
+                refusal = self.gate.pass_through(measured, command)
+            except (KeyError, TypeError) as error:  # a row left out, or something that is no number
+                refusal = "bad command", "", f"a command that cannot be read ({type(error).__name__}: {error})"
             if refusal is None:
                 return self.gate.outputs
             self.trip(*refusal, cycle)

@@ -6,7 +6,7 @@ import struct
 from epa_rt.config.devices import STATUS_ERROR, STATUS_INVALID, STATUS_OVER_RANGE, STATUS_TOGGLE, STATUS_UNDER_RANGE
 from epa_rt.config.rig import Rig
 from epa_rt.signals.image import image_of, struct_format
-from epa_rt.signals.scaling import INTEGER_RANGE, scaling_of
+from epa_rt.signals.scaling import scaling_of
 
 NAN = math.nan
 _BAD_STATUS = STATUS_UNDER_RANGE | STATUS_OVER_RANGE | STATUS_ERROR | STATUS_INVALID
@@ -32,7 +32,7 @@ class Decoder:
         self._fields: tuple = (0,) * 64
         self._plain, self._checked, self._bits = [], [], []
         self._raw = []
-        self._toggle, self._age = [0] * len(self.names), [0] * len(self.names)
+        self._toggle, self._age = [-1] * len(self.names), [0] * len(self.names)  # -1: the first sample is a new one
         for i, row in enumerate(rig.inputs):
             place = image.places[row.entry]
             scaling = scaling_of(row, place.entry, rig)
@@ -65,7 +65,7 @@ class Decoder:
                 status = fields[status_field]
                 if status & STATUS_TOGGLE == toggles[i]:
                     ages[i] = age = ages[i] + 1
-                    if age > stale_after:
+                    if age >= stale_after:
                         stale |= 1 << i
                 else:
                     toggles[i] = status & STATUS_TOGGLE
@@ -97,7 +97,10 @@ class Decoder:
 
 
 class Encoder:
-    """Outputs: SI to bytes. Values must have passed the envelope; counts saturate and each saturation is counted."""
+    """Outputs: SI to bytes. Values must have passed the envelope; counts saturate and each saturation is counted.
+
+    ``saturated`` counts every value that had to be cut by half a count or more.
+    """
 
     def __init__(self, rig: Rig):
         image = image_of(rig, outputs=True)
@@ -115,7 +118,7 @@ class Encoder:
             if place.entry.code == "?":
                 self._bits.append((row.name, digital[place.byte], 1 << place.bit, row.inverted))
                 continue
-            low, high = INTEGER_RANGE[place.entry.code]
+            low, high = place.entry.counts
             scaling = scaling_of(row, place.entry, rig)
             if row.name.endswith("_raw"):
                 self._raw.append((row.name, fields[row.entry]))
@@ -125,18 +128,26 @@ class Encoder:
         self.safe_raw = self.encode(self.safe)
 
     def encode(self, command: dict[str, float]) -> bytes:
-        """Bytes of a command. Raises KeyError (signal missing) and ValueError (NaN): both mean a fault above."""
+        """Bytes of a command. Raises KeyError (signal missing), ValueError (NaN) and struct.error (a word too large for
+        its entry): all mean a fault above.
+        """
         values = self._values
         for field in self._bit_fields:
             values[field] = 0
         for name, field, slope, intercept, low, high in self._analog:
-            counts = round((command[name] - intercept) / slope)
-            if counts < low or counts > high:
-                self.saturated += 1
-                counts = low if counts < low else high
-            values[field] = counts
+            counts = (command[name] - intercept) / slope
+            if low <= counts <= high:
+                values[field] = round(counts)
+                continue
+            if counts != counts:
+                raise ValueError(f"{name} is not a number")
+            self.saturated += counts >= high + 0.5 or counts <= low - 0.5
+            values[field] = low if counts < low else high
         for name, field, mask, inverted in self._bits:
-            if (command[name] != 0.0) != inverted:
+            value = command[name]
+            if value != value:
+                raise ValueError(f"{name} is not a number")
+            if (value != 0.0) != inverted:
                 values[field] |= mask
         for name, field in self._raw:
             values[field] = int(command[name])

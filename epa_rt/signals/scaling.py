@@ -7,9 +7,6 @@ from epa_rt.config.rig import Rig
 from epa_rt.config.rig_checks import calibration_line
 from epa_rt.config.rig_rows import SignalRow, native_pair
 
-INTEGER_RANGE = {"b": (-128, 127), "B": (0, 255), "h": (-(1 << 15), (1 << 15) - 1), "H": (0, (1 << 16) - 1),
-                 "i": (-(1 << 31), (1 << 31) - 1), "I": (0, (1 << 32) - 1), "?": (0, 1)}
-
 
 @dataclass(frozen=True)
 class Scaling:
@@ -33,7 +30,7 @@ def scaling_of(row: SignalRow, entry: Entry, rig: Rig) -> Scaling:
     slope, intercept = calibration_line(row, entry)
     if row.reads == "gauge":
         intercept += rig.atmosphere_pa
-    low, high = INTEGER_RANGE[entry.code]
+    low, high = entry.counts
     if row.valid is not None:
         native_low, native_high = native_pair(row.valid, entry.unit)
         low = max(low, round(native_low / entry.per_count))
