@@ -8,13 +8,14 @@ import math
 import numpy as np
 from numba import njit
 
+from epa_rt.config.devices import CONVERSION_S
 from sim_backend.wiring import ADC_STEP_COUNTS
 
 NOT_READY, SWITCH_ON_DISABLED, READY, SWITCHED_ON, ENABLED, QUICK_STOP, FAULT_REACTION, FAULT = range(8)
 STATUS_WORDS = np.array([0x0200, 0x0250, 0x0231, 0x0233, 0x0237, 0x0217, 0x021F, 0x0218], np.int64)
 POWER_UP_CYCLES = 20
 STANDSTILL_RAD_S = 2.0
-CONVERSION_NS = 625_000  # EL3004: about 0.625 ms for its four channels
+CONVERSION_NS = round(CONVERSION_S * 1e9)
 
 MACHINE = np.dtype([("state", "i8"), ("age_cycles", "i8"), ("control", "i8"), ("error_code", "i8"),
                     ("mode", "i8")], align=True)
@@ -22,6 +23,8 @@ MACHINE = np.dtype([("state", "i8"), ("age_cycles", "i8"), ("control", "i8"), ("
 
 @njit(cache=True)
 def _get(image: np.ndarray, byte: int, size: int) -> int:
+    if byte < 0:  # an entry that the drive has not mapped
+        return 0
     value = 0
     for i in range(size):
         value |= np.int64(image[byte + i]) << (8 * i)
@@ -114,8 +117,14 @@ def _latch_analog(outputs, drive, machine, command) -> None:
 
 
 @njit(cache=True)
-def sample_inputs(inputs, analog, drives, machines, ports, t_ns: int) -> None:
-    """Turns the plant's sensors (``ports``: f8 in the order of SENSORS) into an input image at time t_ns."""
+def sample_inputs(inputs, analog, drives, machines, ports, t_ns: int) -> bool:
+    """Turns the plant's sensors (``ports``: f8 in the order of SENSORS) into an input image at time t_ns.
+
+    False, with the image untouched, where a sensor is not a finite number: the plant has left its equations.
+    """
+    for i in range(ports.shape[0]):
+        if not math.isfinite(ports[i]):
+            return False
     toggle = (t_ns // CONVERSION_NS) & 1
     for i in range(analog.shape[0]):
         channel = analog[i]
@@ -129,8 +138,9 @@ def sample_inputs(inputs, analog, drives, machines, ports, t_ns: int) -> None:
         elif counts < -32768.0:
             status |= 0x41
         _put(inputs, channel.value_byte, 2, counts)
-        inputs[channel.status_byte] = status & 0xFF
-        inputs[channel.status_byte + 1] = status >> 8
+        if channel.status_byte >= 0:
+            inputs[channel.status_byte] = status & 0xFF
+            inputs[channel.status_byte + 1] = status >> 8
     drive, machine = drives[0], machines[0]
     word = STATUS_WORDS[machine.state]
     if drive.status_byte >= 0:
@@ -149,3 +159,4 @@ def sample_inputs(inputs, analog, drives, machines, ports, t_ns: int) -> None:
         _put(inputs, drive.current_byte, 4, math.floor(ports[2] * 1e3 + 0.5))
     if drive.torque_byte >= 0:
         _put(inputs, drive.torque_byte, 2, math.floor(ports[3] / drive.rated_torque_nm * 1e3 + 0.5))
+    return True

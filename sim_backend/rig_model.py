@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from epa_rt.backend import BackendError
 from epa_rt.config.rig import Rig
 from epa_rt.models.plant import advance, new_state
 from epa_rt.models.plant_file import PlantFile
@@ -41,11 +42,16 @@ class RigModel:
         latch_outputs(self._outputs_array, self._valves, self._drive, self.machine.copy(), self.command.copy(), True)
 
     def cycle(self, outputs_raw: bytes) -> bytes:
-        """Advances one period and returns the input image. ``outputs_raw`` must have the image's size."""
+        """Advances one period and returns the input image. ``outputs_raw`` must have the image's size.
+
+        Raises BackendError where the plant's sensors are no longer finite numbers.
+        """
         advance(self.params, self.state, self.command, self.sensors, self.period_s, self._substeps)
         self.t_ns += self.period_ns
         ports = self._ports
-        sample_inputs(self._inputs_array, self._analog, self._drive, self.machine, ports, self.t_ns)
+        if not sample_inputs(self._inputs_array, self._analog, self._drive, self.machine, ports, self.t_ns):
+            raise BackendError(f"found sensors of the simulated plant that are no numbers {self.t_ns * 1e-9:.3f} s into the run, "
+                               "expected a plant that stays finite (more sub-steps, or other parameters)")
         self._outputs[:] = outputs_raw
         latch_outputs(self._outputs_array, self._valves, self._drive, self.machine, self.command,
                       -STANDSTILL_RAD_S < self.sensors["motor_speed_rad_s"][0] < STANDSTILL_RAD_S)

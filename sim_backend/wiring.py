@@ -3,6 +3,7 @@
 import numpy as np
 
 from epa_rt.config.devices import ANALOG_V_PER_COUNT
+from epa_rt.config.ports import DRIVE_ENABLE_PORT, DRIVE_SPEED_PORT, VALVE_PORTS
 from epa_rt.config.rig import Rig
 from epa_rt.config.rig_checks import calibration_line
 from epa_rt.config.source import ConfigError
@@ -21,30 +22,26 @@ DRIVE = np.dtype([("bus", "i8"), ("control_byte", "i8"), ("mode_byte", "i8"), ("
                   ("rad_per_count", "f8"), ("rated_torque_nm", "f8"), ("analog_rad_s_per_count", "f8")], align=True)
 
 _PORTS = {name: i for i, name in enumerate(SENSORS.names)}
-_VALVES = {f"muscle{m}_{kind}": (m, exhaust) for m in (0, 1) for exhaust, kind in enumerate(("inlet", "exhaust"))}
 
 
 def wire_analog_inputs(rig: Rig) -> np.ndarray:
-    """One row per analog input channel that a plant port feeds; channels without a port stay at 0 V.
-
-    Raises ConfigError where a row names a port that the plant does not have.
-    """
+    """One row per analog input channel; channels without a port stay at 0 V. A channel may come without its status."""
     image = image_of(rig, outputs=False)
+    by_entry = {row.entry: row for row in rig.inputs}
     rows = []
     for key, place in image.places.items():
-        if not key.endswith("_status"):
+        if place.entry.unit != "V":
             continue
-        row = next((r for r in rig.inputs if f"{r.entry}_status" == key), None)
-        value = image.places[key.removesuffix("_status")]
+        row, status = by_entry.get(key), image.places.get(f"{key}_status")
         port, counts_per_si, offset = -1, 0.0, 0.0
         if row is not None and row.port is not None:
-            if row.port not in _PORTS:
-                raise ConfigError(rig.name, 1, f"signal {row.name}", f"the port '{row.port}'", f"one of {', '.join(_PORTS)}")
-            slope, intercept = calibration_line(row, value.entry)
+            slope, intercept = calibration_line(row, place.entry)
+            if row.reads == "absolute":  # the plant's pressures are gauge
+                intercept -= rig.atmosphere_pa
             port = _PORTS[row.port]
-            counts_per_si = 1.0 / (slope * value.entry.per_count)
+            counts_per_si = 1.0 / (slope * place.entry.per_count)
             offset = -intercept * counts_per_si
-        rows.append((place.byte, value.byte, port, counts_per_si, offset))
+        rows.append((status.byte if status else -1, place.byte, port, counts_per_si, offset))
     return np.array(rows, ANALOG_IN)
 
 
@@ -53,9 +50,9 @@ def wire_valves(rig: Rig) -> np.ndarray:
     image = image_of(rig, outputs=True)
     rows = []
     for row in rig.outputs:
-        if row.port in _VALVES:
+        if row.port in VALVE_PORTS:
             place = image.places[row.entry]
-            rows.append((place.byte, place.bit, row.inverted, *_VALVES[row.port]))
+            rows.append((place.byte, place.bit, row.inverted, *VALVE_PORTS[row.port]))
     return np.array(rows, VALVE)
 
 
@@ -82,13 +79,10 @@ def wire_drive(rig: Rig) -> np.ndarray:
     drive["rated_torque_nm"] = slave.rated_torque
     for row in rig.outputs:
         place = outputs.places[row.entry]
-        if row.port == "drive_enable":
+        if row.port == DRIVE_ENABLE_PORT:
             drive["enable_byte"], drive["enable_bit"] = place.byte, place.bit
-        elif row.port == "drive_analog_speed":
+        elif row.port == DRIVE_SPEED_PORT:
             drive["analog_byte"] = place.byte
     if slave.analog_command is not None:
         drive["analog_rad_s_per_count"] = slave.analog_command.speed_per_volt * ANALOG_V_PER_COUNT
-        if drive["enable_byte"] < 0 or drive["analog_byte"] < 0:
-            raise ConfigError(rig.name, 1, "signals", "an analog drive without its wires",
-                              "rows with port: drive_enable and port: drive_analog_speed")
     return wired

@@ -59,9 +59,10 @@ def _pin_core(core: int | None, undo: list) -> str:
 
 
 def _prioritise(priority: int, undo: list) -> str:
+    policy, parameters = os.sched_getscheduler(0), os.sched_getparam(0)
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
     except OSError as error:
         return f"SCHED_FIFO not granted ({error.strerror}): raise 'rtprio' in /etc/security/limits.conf"
-    undo.append(lambda: os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0)))
+    undo.append(lambda: os.sched_setscheduler(0, policy, parameters))
     return f"SCHED_FIFO priority {priority}"
