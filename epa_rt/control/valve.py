@@ -307,7 +307,7 @@ class SetAndHold:
         self._direction = sign
         self.pulses += 1
         self._before_pa = mean_pa
-        if width_s > s.pulse_max_s and size_pa > 2.0 * s.no_rise_pa:
+        if width_s > s.pulse_max_s and size_pa > 3.0 * s.no_rise_pa:
             self._start_flow(mean_pa, sign)
         else:
             self._start_pulse(min(max(width_s, shortest_s), s.pulse_max_s), sign)
@@ -393,7 +393,7 @@ class SetAndHold:
 
     def _vented(self, pressure_pa: float) -> None:
         gauge_pa = self.estimate_pa - self.settings.atmosphere_pa
-        if gauge_pa > 10.0 * self.settings.no_rise_pa:
+        if gauge_pa > 15.0 * self.settings.no_rise_pa:
             self._fail(ValveCause.INLET_STUCK_OPEN, f"rose to {gauge_pa / 1e3:.1f} kPa gauge after venting")
 
     # State changes

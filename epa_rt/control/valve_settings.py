@@ -43,7 +43,7 @@ class ValveSettings:
     average_s: float = 0.25  # one average
     reaction_s: float = 0.1  # a valve has done what it was told after this long
     estimate_s: float = 0.02  # filter of estimate_pa
-    fill_timeout_s: float = 20.0  # filling, exhausting or venting without a break
+    fill_timeout_s: float = 30.0  # filling, exhausting or venting without a break
     pulse_min_s: float = 0.001
     pulse_max_s: float = 0.06  # an error that needs more is filled or exhausted instead
     max_pulses: int = 30  # valve openings per set
@@ -53,8 +53,8 @@ class ValveSettings:
     hold_average_s: float = 2.0  # the slow average
     hold_reference_s: float = 60.0  # what the slow average is compared with, to tell a dump from a drift
     hold_lost_ratio: float = 0.35  # share of the pressure lost or gained against that reference: a valve is open
-    no_rise_pa: float = 5000.0  # less change than this with a valve open ...
-    no_rise_after_s: float = 0.4  # ... for this long is no flow
+    no_rise_pa: float = 3000.0  # less change than this with a valve open ...
+    no_rise_after_s: float = 0.8  # ... for this long is no flow
     climb_pa: float = 20e3  # change with both closed that heat cannot explain
     relax_ratio: float = 0.35  # share of the pressure that heat can explain
     relax_s: float = 5.0  # after this long heat explains no rate above leak_pa_s that has not died down
