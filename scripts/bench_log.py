@@ -1,10 +1,10 @@
 """Recorder throughput beside a bare `mcap` writer and the foxglove-sdk writer; prints JSON.
 
-All three write the same messages: a knee rig's sample of 35 float64 signals and 60 raw bytes, as five protobuf messages.
-Ours starts from dicts and ends with a closed file: ring, recorder process, encoding, compression. The two others are
-handed messages that are encoded already, in their own process. Each repeat runs all of them one after the other; given
-are medians over the repeats. CPU time counts all processes and, unlike the rest, hardly depends on what else the machine
-does. foxglove-sdk is left out where it is not installed.
+All three write the same messages: a knee rig's sample of 35 float64 signals and 60 raw bytes, as five protobuf
+messages. Ours starts from dicts and ends with a closed file: ring, recorder process, encoding, compression. The two
+others are handed messages that are encoded already, in their own process. Each repeat runs all of them one after the
+other; given are medians over the repeats. CPU time counts all processes and, unlike the rest, hardly depends on what
+else the machine does. foxglove-sdk is left out where it is not installed.
 """
 
 from __future__ import annotations
