@@ -11,7 +11,7 @@ from epa_rt.logs.layout import (
 )  # fmt: skip
 from epa_rt.loop.overruns import Overruns
 from epa_rt.loop.requests import STOP, STOP_AT_ONCE
-from epa_rt.loop.supervisor import DONE, Supervisor
+from epa_rt.loop.supervisor import DONE, SAFE, Supervisor
 from epa_rt.safety.envelope import Envelope
 from epa_rt.safety.trip import Trip
 from epa_rt.signals.codec import Decoder, Encoder
@@ -72,8 +72,9 @@ def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, 
                 envelope.trip(*supervisor.fault, cycle)
             if envelope.tripped is not None:
                 flags |= FLAG_TRIPPED
-                outputs = encoder.safe
                 supervisor.be_safe()
+            if supervisor.state >= SAFE:
+                outputs = encoder.safe
             outputs_raw = encoder.encode(outputs)
             recording.sample(cycle, t_ns, flags, supervisor.state, supervisor.phase, lateness_ns, busy_ns,
                              decoder.invalid, decoder.stale, inputs_raw, outputs_raw, measured, supervisor.reference,

@@ -98,7 +98,7 @@ def test_a_stop_brakes_before_it_disables(tmp_path):
     assert out.memory.states == [0, 1, 2, 3, 4, 5, 6]
     assert_safe_end(out, inputs.rig)
     stop = next(s for s in out.memory.samples if s[2] == 4)
-    assert abs(stop[6]["motor_speed_m_s"]) < 2e-3
+    assert abs(stop[6]["motor_speed_m_s"]) < 6e-3  # the reference is at rest; the motor follows two cycles behind
 
 
 def test_a_stop_asked_twice_takes_the_torque_off_at_once(tmp_path):

@@ -1,0 +1,124 @@
+"""epa run from the outside: exit codes, logs, interruptions."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+
+from epa_rt.logs.reader import LogReader
+from tests.cli.shell import EXPERIMENTS, RIGS, ROOT, children_of, epa, gone, paced_run, signal, wait_for
+
+SAFE = 5  # state index
+
+
+def only_log(folder):
+    logs = list(folder.glob("*.mcap"))
+    assert len(logs) == 1
+    return logs[0]
+
+
+def assert_safe_end(reader: LogReader) -> None:
+    _, outputs = reader.raw()
+    assert not outputs[-1].any(), "de-energised is safe"
+    assert reader.layout.states[int(reader.columns("/cycle")["state"][-1])] == "done"
+
+
+def test_the_same_seed_gives_the_same_file_twice_and_another_seed_another(tmp_path):
+    files = []
+    for name, seed in (("a", 1), ("b", 1), ("c", 2)):
+        done = epa("run", EXPERIMENTS / "knee_chirp_short.yaml", "--rig", RIGS / "knee.yaml", "--seed", seed, "-o",
+                   tmp_path / f"{name}.mcap", "--quiet")
+        assert done.returncode == 0, done.stderr
+        files.append((tmp_path / f"{name}.mcap").read_bytes())
+    assert files[0] == files[1]
+    assert files[0] != files[2]
+
+
+def test_a_log_is_never_overwritten(tmp_path):
+    log = tmp_path / "kept.mcap"
+    log.write_text("precious")
+    done = epa("run", EXPERIMENTS / "step.yaml", "--rig", RIGS / "bench.yaml", "-o", log)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1 and "kept.mcap" in done.stderr
+    assert log.read_text() == "precious"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_ends_the_run_safe_and_the_log_whole(number, tmp_path):
+    process = paced_run(tmp_path)
+    process.send_signal(number)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 130, (out, err)
+    assert "stopped" in out and "drive off" in out
+    with LogReader(only_log(tmp_path)) as reader:
+        assert (reader.outcome, reader.missing) == ("stopped", [])
+        assert_safe_end(reader)
+
+
+def test_a_loop_that_is_killed_leaves_a_log_that_says_so(tmp_path):
+    process = paced_run(tmp_path)
+    recorders = children_of(process.pid)
+    process.kill()
+    process.communicate(timeout=60)
+    wait_for(lambda: all(gone(pid) for pid in recorders))
+    with LogReader(only_log(tmp_path)) as reader:
+        assert reader.missing == []
+        assert any("died" in event.text for event in reader.events())
+        assert reader.columns("/cycle")["cycle"].size > 500
+
+
+def test_a_recorder_that_is_killed_ends_the_run_safe(tmp_path):
+    process = paced_run(tmp_path)
+    for pid in children_of(process.pid):
+        os.kill(pid, signal.SIGKILL)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 3, (out, err)
+    assert "recorder" in out and "drive off" in out
+    with LogReader(only_log(tmp_path)) as reader:
+        assert reader.missing and reader.columns("/cycle")["cycle"].size > 0
+
+
+def test_a_full_disk_ends_the_run_safe_and_leaves_what_was_written(tmp_path):
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    private = ["unshare", "--user", "--map-root-user", "--mount"]
+    if subprocess.run([*private, "mount", "-t", "tmpfs", "none", disk], capture_output=True).returncode != 0:
+        pytest.skip("this kernel does not let an ordinary user mount a small disk of its own (unshare --mount)")
+    script = (f"mount -t tmpfs -o size=400k none {disk}; {sys.executable} -m epa_rt run {EXPERIMENTS}/knee_chirp_short.yaml "
+              f"--rig {RIGS}/knee.yaml -o {disk} --quiet; code=$?; cp {disk}/*.mcap {tmp_path}; exit $code")
+    done = subprocess.run([*private, "sh", "-c", script], cwd=ROOT, capture_output=True, text=True, timeout=240)
+    assert done.returncode == 3, (done.stdout, done.stderr)
+    assert "no space left" in done.stdout and "drive off" in done.stdout
+    with LogReader(only_log(tmp_path)) as reader:
+        assert reader.columns("/cycle")["cycle"].size > 0
+
+
+def test_a_run_that_trips_says_the_cause_and_exits_with_three(tmp_path):
+    text = (RIGS / "bench.yaml").read_text().replace("limits: [-40 N, 350 N]", "limits: [-40 N, 30 N]")
+    text = text.replace("../plants/bench.yaml", str(RIGS.parent / "plants/bench.yaml"))
+    (tmp_path / "weak.yaml").write_text(text)
+    done = epa("run", EXPERIMENTS / "identification_short.yaml", "--rig", tmp_path / "weak.yaml", "-o", tmp_path, "--quiet")
+    assert done.returncode == 3
+    assert "over-force: muscle_force_n" in done.stdout
+    with LogReader(only_log(tmp_path)) as reader:
+        assert reader.outcome == "tripped"
+        assert any(event.kind == "trip" and event.data["cause"] == "over-force" for event in reader.events())
+        assert_safe_end(reader)
+
+
+def test_the_log_carries_its_files_and_its_code(tmp_path):
+    assert epa("run", EXPERIMENTS / "knee_chirp_short.yaml", "--rig", RIGS / "knee.yaml", "-o", tmp_path, "--quiet").returncode == 0
+    with LogReader(only_log(tmp_path)) as reader:
+        assert reader.attachments["rig.yaml"] == (RIGS / "knee.yaml").read_bytes()
+        assert reader.attachments["experiment.yaml"] == (EXPERIMENTS / "knee_chirp_short.yaml").read_bytes()
+        assert set(json.loads(reader.attachments["version.json"])) == {"package", "sources_sha256"}
+        assert reader.metadata["run"]["seed"] == "1"
+
+
+@pytest.mark.parametrize("words", [[], ["--help"], ["run"], ["nonsense"], ["run", "x.yaml", "--rig", "y.yaml", "--speed", "-1"]])
+def test_help_and_wrong_words_are_answered_without_a_traceback(words):
+    done = epa(*words)
+    assert done.returncode == (0 if "--help" in words else 2)
+    assert "Traceback" not in done.stderr
