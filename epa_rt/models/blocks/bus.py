@@ -17,24 +17,35 @@ def latch(state, command, period_s):
     """Takes this cycle's command into the ring.
 
     Position and speed targets, and the slope of the position target, become straight lines from the cycle before, as
-    a drive interpolates them (0x60C2); a loop that was not running before starts at its target.
+    a drive interpolates them (0x60C2). A loop that starts begins at its target; a position loop that takes over from a
+    speed loop begins on a line with that speed.
     """
     row = state.ring[state.cycle % RING]
     before = state.ring[(state.cycle - 1) % RING]
-    enabled, mode = command.enabled, command.mode
-    same = enabled > 0.5 and before[ENABLED] > 0.5 and before[MODE] == mode
-    tracking = same and mode == POSITION_MODE
-    row[ENABLED], row[MODE] = enabled, mode
-    row[TARGET + 1] = command.target_angle_rad
-    row[TARGET] = before[TARGET + 1] if tracking else command.target_angle_rad
-    row[SLOPE + 1] = (row[TARGET + 1] - row[TARGET]) / period_s
-    row[SLOPE] = before[SLOPE + 1] if tracking else 0.0
+    running = command.enabled > 0.5 and before[ENABLED] > 0.5
+    row[ENABLED], row[MODE] = command.enabled, command.mode
+    _position_line(row, before, running, command.target_angle_rad, period_s)
     row[TARGET_SPEED + 1] = command.target_speed_rad_s
-    row[TARGET_SPEED] = before[TARGET_SPEED + 1] if same and mode == SPEED_MODE else command.target_speed_rad_s
+    row[TARGET_SPEED] = command.target_speed_rad_s
+    if running and row[MODE] == SPEED_MODE and before[MODE] == SPEED_MODE:
+        row[TARGET_SPEED] = before[TARGET_SPEED + 1]
     row[TORQUE] = command.target_torque_nm
     for i in range(2):
         row[INLET + i] = command.inlet[i]
         row[EXHAUST + i] = command.exhaust[i]
+
+
+@compiled
+def _position_line(row, before, running, target_angle, period_s):
+    """Position target at the start and end of the cycle, and its slope at both."""
+    slope = 0.0
+    if running and row[MODE] == POSITION_MODE and before[MODE] == SPEED_MODE:
+        slope = before[TARGET_SPEED + 1]
+    row[TARGET], row[TARGET + 1] = target_angle - slope * period_s, target_angle
+    row[SLOPE], row[SLOPE + 1] = slope, slope
+    if running and row[MODE] == POSITION_MODE and before[MODE] == POSITION_MODE:
+        row[TARGET] = before[TARGET + 1]
+        row[SLOPE], row[SLOPE + 1] = before[SLOPE + 1], (target_angle - row[TARGET]) / period_s
 
 
 @compiled
