@@ -1,3 +1,59 @@
-"""report"""
-def add_arguments(verb): pass
-def main(a): return 0
+"""Write one HTML page about a run: what was asked, what happened, tracking, pressures, energy, timing, events.
+
+The page carries everything that it needs, so it opens without a network and can be sent to somebody. A log that was
+cut, or whose run tripped, gives a page too; it says what is missing, and the cause first.
+
+  epa report out/knee_chirp-knee-001.mcap
+  epa report out/knee_chirp-knee-001.mcap -o page.html
+"""
+
+import argparse
+from pathlib import Path
+
+from epa_rt.cli.exits import COMPLETED, FAILED, VerbError
+
+
+def add_arguments(verb: argparse.ArgumentParser) -> None:
+    verb.add_argument("log", type=Path, metavar="LOG", help="log of a run (*.mcap)")
+    verb.add_argument("-o", "--out", type=Path, metavar="PAGE.html", help="page to write (default: beside the log, as .html)")
+
+
+def main(arguments: argparse.Namespace) -> int:
+    from epa_rt.logs.reader import LogError
+    from epa_rt.report.page import run_page
+    from epa_rt.report.run import load_run
+
+    out = arguments.out or arguments.log.with_suffix(".html")
+    try:
+        run = load_run(arguments.log)
+    except LogError as error:
+        raise VerbError(str(error)) from None
+    write_page(out, run_page(run, winding_ohm(run.attachments)))
+    for sentence in run.missing:
+        print(f"the log is not whole: {sentence}")
+    print(f"{out} ({out.stat().st_size / 1e6:.1f} MB)")
+    return COMPLETED
+
+
+def write_page(out: Path, text: str) -> None:
+    """Writes a page, making its folder. Raises VerbError where it cannot."""
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        out.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise VerbError(f"{out}: cannot be written ({error.strerror})", FAILED) from None
+
+
+def winding_ohm(attachments: dict[str, bytes]) -> float | None:
+    """The winding's resistance of the plant that a log carries; None where it carries none that can be read."""
+    from epa_rt.cli.inputs import PLANT
+    from epa_rt.config.source import ConfigError, parse_yaml
+    from epa_rt.models.plant_file import read_plant
+
+    if PLANT not in attachments:
+        return None
+    try:
+        plant = read_plant(parse_yaml(attachments[PLANT].decode("utf-8", "replace"), PLANT))
+    except ConfigError:
+        return None
+    return float(plant.params["drive"]["winding_ohm"][0])
