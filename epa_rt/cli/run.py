@@ -128,14 +128,13 @@ def _run(assembly: "Assembly", backend: "Backend", recorder: "Recorder", request
     outcome, cause = "failed", "the loop ended by an error of its own"
     try:
         with undisturbed(assembly.rig.realtime if paced else None) as sentences:
-            for sentence in sentences:
-                recorder.event(0, 0, "realtime", sentence)
+            assembly.supervisor.events[:0] = [("realtime", sentence, {}) for sentence in sentences]
             result = run(assembly.rig, backend, assembly.supervisor, assembly.envelope, assembly.decoder, assembly.encoder,
                          recorder, requests)
         outcome, cause = result.outcome, result.cause
         facts = {"cycles": result.cycles, "overruns": result.overruns, "worst_lateness_ns": result.worst_lateness_ns,
                  "drive_off_confirmed": result.confirmed, "clamped": result.clamped, "slewed": result.slewed}
-        recorder.event(result.cycles - 1, 0, "summary", f"{outcome}{': ' + cause if cause else ''}", **facts)
+        recorder.event(result.cycles - 1, result.t_ns, "summary", f"{outcome}{': ' + cause if cause else ''}", **facts)
     finally:
         summary = recorder.close(outcome, cause)
     return summary, result

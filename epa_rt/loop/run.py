@@ -45,6 +45,7 @@ class RunResult:
     clamped: dict[str, int] = field(default_factory=dict)
     slewed: dict[str, int] = field(default_factory=dict)
     trip: Trip | None = None
+    t_ns: int = 0  # the last cycle's stamp
 
 
 def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, decoder: Decoder, encoder: Encoder,
@@ -89,7 +90,7 @@ def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, 
         recording.event(max(cycle, 0), t_ns, "error", broken, traceback=traceback.format_exc())
     finally:
         backend.close()
-    return _result(supervisor, envelope, overruns, broken, stopped, cycle + 1)
+    return _result(supervisor, envelope, overruns, broken, stopped, cycle + 1, t_ns)
 
 
 def _judge(cycle: int, lateness_ns: int, request: int, recording: Recording, overruns: Overruns, envelope: Envelope) -> int:
@@ -132,7 +133,7 @@ def _report(supervisor: Supervisor, envelope: Envelope, recording: Recording, cy
 
 
 def _result(supervisor: Supervisor, envelope: Envelope, overruns: Overruns, broken: str, stopped: bool,
-            cycles: int) -> RunResult:
+            cycles: int, t_ns: int) -> RunResult:
     trip = envelope.tripped
     if broken:
         outcome, cause = "failed", broken
@@ -144,4 +145,4 @@ def _result(supervisor: Supervisor, envelope: Envelope, overruns: Overruns, brok
         outcome, cause = "completed", ""
     gate = envelope.gate
     return RunResult(outcome, cause, cycles, supervisor.confirmed, overruns.count, overruns.worst_ns,
-                     {k: n for k, n in gate.clamped.items() if n}, {k: n for k, n in gate.slewed.items() if n}, trip)
+                     {k: n for k, n in gate.clamped.items() if n}, {k: n for k, n in gate.slewed.items() if n}, trip, t_ns)
