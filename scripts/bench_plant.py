@@ -19,7 +19,7 @@ from epa_rt.models.chain import rates
 from epa_rt.models.compiled import compiled
 from epa_rt.models.plant_file import PlantFile, load_plant
 from epa_rt.models.ports import ANGLE, CREEP, CURRENT, GAS_C, INTEGRAL, RING, SENSORS, SMOOTH, SPEED
-from tests.models.scenarios import SENSOR_STEP, log_commands
+from tests.models.plant_scenarios import SENSOR_STEP, log_commands
 
 PERIOD_S = 1e-3
 PLANTS = Path(__file__).parents[1] / "config" / "plants"

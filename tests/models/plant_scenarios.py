@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from epa_rt.models import plant
 from epa_rt.models.plant_file import PlantFile
-from epa_rt.models.ports import COMMAND
+from epa_rt.models.ports import COMMAND, SENSORS
 
 RPM = 2 * np.pi / 60
 SENSOR_STEP = {
@@ -46,3 +47,19 @@ def log_commands(file: PlantFile, seconds: float, period_s: float = 1e-3) -> np.
     commands["target_angle_rad"] = travel * per_metre
     commands["target_speed_rad_s"] = np.gradient(travel, period_s) * per_metre
     return commands
+
+
+def silent(params: np.ndarray) -> np.ndarray:
+    """A copy of the parameters without sensor noise."""
+    params = params.copy()
+    for name in params["sensors"].dtype.names:
+        if "_noise" in name:
+            params["sensors"][name] = 0.0
+    return params
+
+
+def simulate(params: np.ndarray, commands: np.ndarray, substeps: int) -> np.ndarray:
+    """Readings of a whole log from the rest state, (N,) SENSORS."""
+    out = np.zeros(len(commands), SENSORS)
+    plant.run(params, plant.new_state(params), commands, 1e-3, substeps, out)
+    return out

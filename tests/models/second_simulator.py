@@ -1,0 +1,188 @@
+"""A second simulator, written from docs/plant.md in plain Python and scipy; shares no physics code with the blocks.
+
+Covers what the nominal plants and bench_physical use: all drive loops, wiring, McKibben law, slip friction, leak,
+polytropic gas, valves, mass-less load cell and knee, pressure lag, encoder hold. No other effects.
+"""
+
+import math
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+PERIOD_S = 1e-3
+ANGLE, SPEED, CURRENT, INTEGRAL, STUCK, PLACE, RATE = range(7)
+FIRST_MUSCLE, PER_MUSCLE = 7, 8  # c, mass, inlet opening, exhaust opening, four slip deflections
+
+
+class SecondSimulator:
+    def __init__(self, params, place: float):
+        p = params[0]
+        self.p = {name: p[name] for name in p.dtype.names}
+        self.muscles = [i for i in (0, 1) if p["muscle"][i]["present"] > 0.5]
+        self.y = np.zeros(FIRST_MUSCLE + PER_MUSCLE * len(self.muscles))
+        self.y[PLACE] = place
+        gear = self.p["transmission"]
+        self.metres_per_rad = float(gear["spool_radius_m"] / gear["gear_ratio"])
+        self.y[ANGLE] = float(self.p["load"]["start_travel_m"]) / self.metres_per_rad
+        for j, i in enumerate(self.muscles):
+            gas = self.p["gas"][i]
+            volume, _ = self.shape(i, self.length(i, self.y)[0])
+            at = FIRST_MUSCLE + PER_MUSCLE * j
+            self.y[at] = gas["atmosphere_pa"] * volume ** gas["polytropic_ratio"]
+            self.y[at + 1] = gas["atmosphere_pa"] * volume / (gas["gas_constant_j_kg_k"] * gas["temperature_k"])
+
+    def length(self, i, y):
+        w = self.p["load"]
+        arm = w["lever_m"] if w["kind_code"] == 2 else 1.0
+        a, b = w[f"travel{i}_ratio"], w[f"load{i}_ratio"]
+        return (w[f"rest{i}_m"] + a * self.metres_per_rad * y[ANGLE] + b * arm * y[PLACE],
+                a * self.metres_per_rad * y[SPEED] + b * arm * y[RATE])
+
+    def shape(self, i, length):
+        m = self.p["muscle"][i]
+        b, n = m["braid_length_m"], m["braid_turns_ratio"]
+        braid = max(length, b / math.sqrt(3))
+        return ((b**2 - braid**2) * braid / (4 * math.pi * n**2) + self.p["gas"][i]["dead_volume_m3"],
+                (3 * braid**2 - b**2) / (4 * math.pi * n**2))
+
+    def pull(self, j, i, y):
+        m, g = self.p["muscle"][i], self.p["gas"][i]
+        at = FIRST_MUSCLE + PER_MUSCLE * j
+        length, speed = self.length(i, y)
+        volume, slope = self.shape(i, length)
+        pressure = y[at] / volume ** g["polytropic_ratio"]
+        gauge = pressure - g["atmosphere_pa"]
+        stretch = length - m["braid_length_m"] / math.sqrt(3)
+        if stretch <= 0:
+            return volume, pressure, speed, 0.0
+        slip = sum(m[f"slip{k}_ratio"] * y[at + 3 + k] / m[f"slip{k}_m"] for k in (1, 2, 3, 4)) * m["slip_ratio"]
+        reference = max(gauge, 0.0) * self.shape(i, m["slip_reference_length_m"])[1]
+        force = gauge * slope + min(stretch / m["take_up_m"], 1.0) * (m["viscous_n_s_m"] * speed + slip * reference)
+        return volume, pressure, speed, max(force, 0.0)
+
+    def orifice(self, conductance, g, from_pa, to_pa):
+        if from_pa < to_pa:
+            return -self.orifice(conductance, g, to_pa, from_pa)
+        ratio, critical = to_pa / from_pa, g["critical_ratio"]
+        inside = min(max((ratio - critical) / (1 - critical), 0.0), (0.999 - critical) / (1 - critical))
+        phi = math.sqrt(1 - inside**2)
+        if ratio > 0.999:
+            phi *= (1 - ratio) / 0.001
+        return conductance * 1.185 * from_pa * math.sqrt(293.15 / g["temperature_k"]) * phi
+
+    def rates(self, t, y, k, line, valves):
+        dy = np.zeros_like(y)
+        forces = [0.0, 0.0]
+        for j, i in enumerate(self.muscles):
+            g, m, at = self.p["gas"][i], self.p["muscle"][i], FIRST_MUSCLE + PER_MUSCLE * j
+            volume, pressure, speed, forces[i] = self.pull(j, i, y)
+            drawn = y[at + 2] * self.orifice(g["inlet_conductance_m3_s_pa"], g,
+                                             g["atmosphere_pa"] + g["supply_gauge_pa"], pressure)
+            lost = y[at + 3] * self.orifice(g["exhaust_conductance_m3_s_pa"], g, pressure, g["atmosphere_pa"])
+            thermal = g["gas_constant_j_kg_k"] * g["temperature_k"]
+            lost += g["leak_per_s"] * (pressure - g["atmosphere_pa"]) * volume / thermal
+            dy[at] = volume ** (g["polytropic_ratio"] - 1) * thermal * (drawn - lost)
+            dy[at + 1] = drawn - lost
+            dy[at + 2] = (valves[i] - y[at + 2]) / g["valve_lag_s"]
+            dy[at + 3] = (valves[2 + i] - y[at + 3]) / g["valve_lag_s"]
+            for s in (1, 2, 3, 4):
+                limit, d = m[f"slip{s}_m"], y[at + 3 + s]
+                dy[at + 3 + s] = 0.0 if (d >= limit and speed > 0) or (d <= -limit and speed < 0) else speed
+        self._motor(dy, y, t / PERIOD_S - k, line, forces)
+        if self.p["load"]["kind_code"] == 2:
+            self._knee(dy, y, forces)
+        return dy
+
+    def _motor(self, dy, y, part, line, forces):
+        d, w = self.p["drive"], self.p["load"]
+        wanted, dy[INTEGRAL] = 0.0, 0.0
+        if line["enabled"]:
+            if line["mode"] == 9:
+                speed = line["speed"][0] + part * (line["speed"][1] - line["speed"][0])
+            else:
+                target = line["angle"][0] + part * (line["angle"][1] - line["angle"][0])
+                slope = line["slope"][0] + part * (line["slope"][1] - line["slope"][0])
+                speed = d["position_gain_per_s"] * (target - y[ANGLE]) + d["feedforward_ratio"] * slope
+            error = min(max(speed, -d["max_speed_rad_s"]), d["max_speed_rad_s"]) - y[SPEED]
+            free = d["speed_gain_a_s_rad"] * error + y[INTEGRAL]
+            wanted = min(max(free, -d["max_current_a"]), d["max_current_a"])
+            dy[INTEGRAL] = d["speed_integral_a_rad"] * (error + (wanted - free) / d["speed_gain_a_s_rad"])
+        kt = d["torque_constant_nm_a"]
+        wanted = min(max(wanted, (-d["supply_v"] - kt * y[SPEED]) / d["winding_ohm"]),
+                     (d["supply_v"] - kt * y[SPEED]) / d["winding_ohm"])
+        dy[CURRENT] = (wanted - y[CURRENT]) / d["current_lag_s"]
+        stiffness, tau = d["presliding_stiffness_nm_rad"], d["presliding_time_s"]
+        friction = min(max(stiffness * (y[STUCK] + tau * y[SPEED]), -d["coulomb_nm"]), d["coulomb_nm"])
+        dy[STUCK] = (friction / stiffness - y[STUCK]) / tau
+        spool = forces[0] * w["travel0_ratio"] + forces[1] * w["travel1_ratio"]
+        torque = kt * y[CURRENT] - self.metres_per_rad * spool - friction - d["viscous_nm_s_rad"] * y[SPEED]
+        dy[SPEED], dy[ANGLE] = torque / d["inertia_kg_m2"], y[SPEED]
+
+    def _knee(self, dy, y, forces):
+        w, th, speed = self.p["load"], y[PLACE], y[RATE]
+        pull = -w["lever_m"] * (forces[0] * w["load0_ratio"] + forces[1] * w["load1_ratio"])
+        stop = 0.0
+        for depth, sign in ((w["low_rad"] - th, 1.0), (th - w["high_rad"], -1.0)):
+            if depth > 0:
+                push = w["stop_stiffness_nm_rad"] * depth - sign * w["stop_viscous_nm_s_rad"] * speed * min(1e3 * depth, 1)
+                stop += sign * max(push, 0.0)
+        weight = w["mass_kg"] * w["gravity_m_s2"] * w["mass_lever_m"] * math.sin(w["hang_rad"] + th)
+        dy[PLACE] = speed
+        dy[RATE] = (pull - weight - w["viscous_nm_s_rad"] * speed + stop) / w["inertia_kg_m2"]
+
+    def lines(self, commands):
+        """Per cycle the straight lines of the targets: angle, slope and speed at start and end."""
+        lines = []
+        for k, command in enumerate(commands):
+            enabled, mode = command["enabled"] > 0.5, int(command["mode"])
+            last = lines[-1] if k else {"enabled": False, "mode": 0}
+            target, speed = float(command["target_angle_rad"]), float(command["target_speed_rad_s"])
+            running = enabled and last["enabled"]
+            line = {"enabled": enabled, "mode": mode, "speed": (speed, speed), "fresh": not running}
+            slope = last["speed"][1] if running and mode == 8 and last["mode"] == 9 else 0.0
+            line["angle"], line["slope"] = (target - slope * PERIOD_S, target), (slope, slope)
+            if running and mode == last["mode"] == 8:
+                start = last["angle"][1]
+                line["angle"], line["slope"] = (start, target), (last["slope"][1], (target - start) / PERIOD_S)
+            if running and mode == last["mode"] == 9:
+                line["speed"] = (last["speed"][1], speed)
+            lines.append(line)
+        return lines
+
+    def run(self, commands):
+        """Noise-free readings, one dict of lists over the log."""
+        out = {name: [] for name in ("motor_angle_rad", "motor_speed_rad_s", "motor_current_a", "muscle0_gauge_pa",
+                                     "muscle1_gauge_pa", "force_n", "joint_angle_rad", "joint_speed_rad_s")}
+        hold = max(int(self.p["sensors"]["encoder_hold_s"] / PERIOD_S + 0.5), 1)
+        read, before = [0.0, 0.0], [0.0, 0.0]
+        lag = float(self.p["sensors"]["pressure_lag_s"])
+        scale = np.ones_like(self.y)
+        for j in range(len(self.muscles)):
+            at = FIRST_MUSCLE + PER_MUSCLE * j
+            scale[at:at + 2] = self.y[at:at + 2]
+        for k, line in enumerate(self.lines(commands)):
+            valves = (*commands["inlet"][k], *commands["exhaust"][k])
+            if line["fresh"]:
+                self.y[INTEGRAL] = self.y[CURRENT] if line["enabled"] else 0.0
+            solved = solve_ivp(self.rates, (k * PERIOD_S, (k + 1) * PERIOD_S), self.y, args=(k, line, valves),
+                               method="RK45", rtol=1e-6, atol=1e-8 * scale, first_step=1.5e-4)
+            self.y = solved.y[:, -1]
+            gauge, force = [0.0, 0.0], [0.0, 0.0]
+            for j, i in enumerate(self.muscles):
+                _, pressure, _, force[i] = self.pull(j, i, self.y)
+                gauge[i] = pressure - self.p["gas"][i]["atmosphere_pa"]
+            for i in (0, 1):
+                behind = (gauge[i] - before[i]) / PERIOD_S * lag
+                read[i] = gauge[i] - behind + (read[i] - before[i] + behind) * math.exp(-PERIOD_S / lag)
+                before[i] = gauge[i]
+            fresh = k % hold == 0
+            out["motor_angle_rad"].append(self.y[ANGLE] if fresh else out["motor_angle_rad"][-1])
+            out["motor_speed_rad_s"].append(self.y[SPEED] if fresh else out["motor_speed_rad_s"][-1])
+            out["motor_current_a"].append(self.y[CURRENT])
+            out["muscle0_gauge_pa"].append(read[0])
+            out["muscle1_gauge_pa"].append(read[1])
+            out["force_n"].append(force[0])
+            knee = self.p["load"]["kind_code"] == 2
+            out["joint_angle_rad"].append(self.y[PLACE] if knee else 0.0)
+            out["joint_speed_rad_s"].append(self.y[RATE] if knee else 0.0)
+        return out

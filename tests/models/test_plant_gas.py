@@ -1,0 +1,92 @@
+"""The gas: mass, p V^n, limits of pressure, and ISO 6358 flow."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from epa_rt.models.blocks import gas, muscle
+from epa_rt.models.parameters import neutral_params
+
+lengths = st.lists(st.floats(0.11, 0.16), min_size=2, max_size=30)
+
+
+def params_with(**values):
+    params = neutral_params()
+    for name, value in values.items():
+        params["gas"][name] = value
+    return params
+
+
+@settings(max_examples=40, deadline=None)
+@given(lengths, st.floats(1.0, 1.4), st.floats(2e4, 9e5))
+def test_shut_valves_keep_mass_and_p_v_to_the_n_exactly(path, exponent, start_pa):
+    params, n = params_with(polytropic_ratio=exponent), len(path)
+    pressure, mass = gas.gas_over_log(params, path, np.zeros(n), np.zeros(n), 1e-3, start_pa=start_pa)
+    assert np.all(mass == mass[0])
+    volume = np.array([muscle.shape(params[0]["muscle"][0], 1e-6, x)[0] for x in path])
+    assert pressure * volume**exponent == pytest.approx(np.full(n, pressure[0] * volume[0] ** exponent), rel=1e-12)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(st.tuples(st.floats(0.115, 0.15), st.booleans(), st.booleans()), min_size=5, max_size=40),
+       st.floats(1.0, 1.4), st.floats(0, 1e-3))
+def test_pressure_stays_between_vacuum_and_what_supply_and_compression_allow(steps, exponent, leak):
+    params = params_with(polytropic_ratio=exponent, leak_per_s=leak, inlet_conductance_m3_s_pa=1e-9,
+                         exhaust_conductance_m3_s_pa=1e-9)
+    path = np.repeat([s[0] for s in steps], 20)
+    path = np.convolve(path, np.ones(15) / 15, mode="same").clip(0.115, 0.15)
+    inlet, exhaust = (np.repeat([float(s[k]) for s in steps], 20) for k in (1, 2))
+    pressure, mass = gas.gas_over_log(params, path, inlet, exhaust, 1e-3)
+    supply, squeeze = 101325 + 850e3, 1.113**exponent * 1.05  # volumes differ by at most 11.3 %
+    assert np.all(pressure > 101325 / squeeze**2) and np.all(pressure < supply * squeeze) and np.all(mass > 0)
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(0.115, 0.15), st.floats(1e3, 2e6))
+def test_filling_at_fixed_length_rises_to_the_supply_and_never_above(length, supply_gauge):
+    params, n = params_with(supply_gauge_pa=supply_gauge, inlet_conductance_m3_s_pa=5e-9), 3000
+    pressure, _ = gas.gas_over_log(params, np.full(n, length), np.ones(n), np.zeros(n), 1e-3)
+    assert np.all(np.diff(pressure) >= -1e-6) and np.all(pressure <= 101325 + supply_gauge + 1e-6)
+    assert pressure[-1] == pytest.approx(101325 + supply_gauge, rel=1e-3)
+
+
+@given(st.floats(1e4, 2e6), st.floats(1e4, 2e6), st.floats(0.05, 0.6))
+def test_flow_runs_down_the_pressure_and_is_odd(a, b, critical):
+    flow = gas.orifice(1e-9, critical, 293.15, a, b)
+    assert (flow > 0) == (a > b) and (flow == 0) == (a == b)
+    assert gas.orifice(1e-9, critical, 293.15, b, a) == -flow
+
+
+@given(st.floats(0.05, 0.6), st.floats(0, 1))
+def test_flow_chokes_falls_and_has_a_bounded_slope(critical, ratio):
+    value = gas.flow_ratio(ratio, critical)
+    assert 0 <= value <= 1
+    assert value == 1 if ratio <= critical else value < 1
+    assert abs(gas.flow_ratio(min(ratio + 1e-7, 1.0), critical) - value) <= 100 * 1e-7
+    assert gas.flow_ratio(1.0, critical) == 0.0
+
+
+def test_choked_flow_by_hand():
+    # C = 1e-9 m^3/(s Pa), 1 MPa upstream, 20 deg C: C * rho0 * p1
+    assert gas.orifice(1e-9, 0.3, 293.15, 1e6, 2e5) == pytest.approx(1e-9 * 1.185 * 1e6, rel=1e-12)
+    r = math.sqrt(1 - ((0.6 - 0.3) / 0.7) ** 2)
+    assert gas.orifice(1e-9, 0.3, 330.0, 1e6, 6e5) == pytest.approx(1.185e-3 * math.sqrt(293.15 / 330) * r, rel=1e-12)
+
+
+def test_a_leak_loses_its_rate_of_the_gauge_pressure():
+    params, n = params_with(leak_per_s=5e-4), 10000
+    pressure, _ = gas.gas_over_log(params, np.full(n, 0.14), np.zeros(n), np.zeros(n), 1e-3, start_pa=701325.0)
+    assert pressure[-1] - 101325 == pytest.approx(600e3 * math.exp(-5e-4 * 10.0), rel=1e-6)
+
+
+def test_heat_returns_the_gas_to_the_isothermal_pressure():
+    params, n = params_with(fill_heating_ratio=1.4, heat_exchange_per_s=2.0), 8000
+    inlet = (np.arange(n) < 500).astype(float)
+    pressure, mass = gas.gas_over_log(params, np.full(n, 0.13), inlet, np.zeros(n), 1e-3)
+    volume, _ = muscle.shape(params[0]["muscle"][0], 1e-6, 0.13)
+    isothermal = mass * 287.05 * 293.15 / volume
+    assert pressure[500] > 1.05 * isothermal[500]
+    assert pressure[-1] == pytest.approx(isothermal[-1], rel=1e-4)
