@@ -13,6 +13,7 @@ from epa_rt.control.valve_watch import BlockAverage, HoldWatch, RampFollower, sh
 __all__ = ["SetAndHold", "ValveCause", "ValveSettings", "ValveState"]
 
 _VENT_ON = (ValveCause.OVER_PRESSURE, ValveCause.INLET_STUCK_OPEN)
+_DEAD_PULSES = 5  # long ones in a row
 _OPENS_EXHAUST = (ValveState.VENTING, ValveState.VENTED)
 
 
@@ -199,12 +200,12 @@ class SetAndHold:
     def _check_flow(self, sign: int) -> None:
         """Once per window: a valve that is open must move the pressure."""
         s = self.settings
-        level = self._ramp.level_pa
+        level = self.estimate_pa  # calmer than the ramp's level, and a window is long against its lag
         moved = sign * (level - self._window_pa)
         self._window_s, self._window_pa = self._timer_s, level
         if moved >= s.no_rise_pa:
             return
-        if sign * (level - self._start_pa) < s.no_rise_pa:
+        if sign * (level - self._start_pa) < 2.0 * s.no_rise_pa:
             stuck = ValveCause.INLET_STUCK_CLOSED if sign > 0 else ValveCause.EXHAUST_STUCK_CLOSED
             self._fail(stuck, f"open for {self._timer_s:.2f} s, the pressure stays at {level / 1e3:.1f} kPa")
             return
@@ -268,8 +269,10 @@ class SetAndHold:
         response = self._inlet_response if self._direction > 0 else self._exhaust_response
         change = self._direction * (mean_pa - self._before_pa)
         expected = response.rate_pa_s(self._before_pa) * self._pulse_s
-        dead = change < 0.25 * expected and change < self.settings.no_rise_pa
-        self._dead_pulses = self._dead_pulses + 1 if dead else 0
+        if change >= 0.25 * expected:
+            self._dead_pulses = 0
+        elif self._pulse_s >= 0.9 * self.settings.pulse_max_s:
+            self._dead_pulses += 1
         response.learn_pulse(self._before_pa, self._pulse_s, change)
         self._pulse_s = 0.0
 
@@ -292,25 +295,25 @@ class SetAndHold:
         sign = 1 if error_pa > 0.0 else -1
         response = self._inlet_response if sign > 0 else self._exhaust_response
         rate = response.rate_pa_s(mean_pa)
-        width_s = size_pa / rate
         shortest_s = max(s.pulse_min_s, self._dt_s)
         if size_pa <= 3.0 * s.tolerance_pa and rate * shortest_s > 1.8 * size_pa:
             self._accept_or_fail(mean_pa, error_pa, f"the shortest pulse moves {rate * shortest_s / 1e3:.1f} kPa")
             return
-        stuck = self._dead_pulses >= 3 and size_pa / rate >= s.pulse_max_s
-        if stuck and sign == self._direction:
-            cause = ValveCause.INLET_STUCK_CLOSED if sign > 0 else ValveCause.EXHAUST_STUCK_CLOSED
-            self._fail(cause, f"{self._dead_pulses} pulses without an effect at {mean_pa / 1e3:.1f} kPa")
-            return
         if sign != self._direction:
             self._dead_pulses = 0
+        elif self._dead_pulses >= _DEAD_PULSES:
+            cause = ValveCause.INLET_STUCK_CLOSED if sign > 0 else ValveCause.EXHAUST_STUCK_CLOSED
+            self._fail(cause, f"{self._dead_pulses} long pulses without an effect at {mean_pa / 1e3:.1f} kPa")
+            return
         self._direction = sign
         self.pulses += 1
         self._before_pa = mean_pa
-        if width_s > s.pulse_max_s and size_pa > 3.0 * s.no_rise_pa:
+        # A slow valve near atmosphere moves too little in pulse_max_s to be told from a dead one: go up to 8 times that.
+        longest_s = s.pulse_max_s * (1 << min(self._dead_pulses, 3))
+        if size_pa > rate * s.pulse_max_s and size_pa > 3.0 * s.no_rise_pa:
             self._start_flow(mean_pa, sign)
         else:
-            self._start_pulse(min(max(width_s, shortest_s), s.pulse_max_s), sign)
+            self._start_pulse(min(max(size_pa / rate, shortest_s), longest_s), sign)
 
     def _start_flow(self, mean_pa: float, sign: int) -> None:
         self._pulse_s = 0.0
@@ -326,7 +329,9 @@ class SetAndHold:
 
     def _trimming(self, pressure_pa: float) -> None:
         self._timer_s += self._dt_s
-        if self._timer_s > self._pulse_s - 0.5 * self._dt_s:
+        passed_pa = self._direction * (self.estimate_pa - self.target_pa)
+        if self._timer_s > self._pulse_s - 0.5 * self._dt_s or passed_pa > self.settings.no_rise_pa:
+            self._pulse_s = self._timer_s
             self._settle(self.estimate_pa, 0.0)
 
     def _accept_or_fail(self, mean_pa: float, error_pa: float, why: str) -> None:
@@ -364,9 +369,12 @@ class SetAndHold:
             self.drifting = True
             text = f"drifted by {error_pa / 1e3:+.1f} kPa from {self.target_pa / 1e3:.1f} kPa"
             self.events.append(("drift", text, {"error_pa": error_pa}))
-        if self._may_retrim and not self._hold_only:
+        slow = self._watch.slow_pa
+        if slow >= 0.97 * self.settings.supply_pa and slow >= 1.1 * self.target_pa:
+            self._lost_in_hold()  # too little room below the supply for the watch to see a gain
+        elif self._may_retrim and not self._hold_only:
             self.pulses = self._dead_pulses = 0
-            self._correct(self._watch.slow_pa)
+            self._correct(slow)
 
     def _venting(self, pressure_pa: float) -> None:
         s = self.settings
@@ -387,7 +395,7 @@ class SetAndHold:
         self._window_s, self._window_pa = self._timer_s, self.estimate_pa
         if fell_pa >= s.no_rise_pa or gauge_pa < 4.0 * s.no_rise_pa:
             return
-        never = self._start_pa - self.estimate_pa < s.no_rise_pa
+        never = self._start_pa - self.estimate_pa < 2.0 * s.no_rise_pa
         cause = ValveCause.EXHAUST_STUCK_CLOSED if never else ValveCause.INLET_STUCK_OPEN
         self._fail(cause, f"venting for {self._timer_s:.2f} s, the pressure stays {gauge_pa / 1e3:.1f} kPa gauge")
 
