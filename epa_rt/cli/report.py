@@ -13,6 +13,9 @@ from pathlib import Path
 from epa_rt.cli.exits import COMPLETED, FAILED, VerbError
 
 
+MAGIC = b"\x89MCAP0\r\n"
+
+
 def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("log", type=Path, metavar="LOG", help="log of a run (*.mcap)")
     verb.add_argument("-o", "--out", type=Path, metavar="PAGE.html", help="page to write (default: beside the log, as .html)")
@@ -24,6 +27,8 @@ def main(arguments: argparse.Namespace) -> int:
     from epa_rt.report.run import load_run
 
     out = arguments.out or arguments.log.with_suffix(".html")
+    if out.suffix.lower() not in (".html", ".htm"):
+        raise VerbError(f"{out}: found the ending '{out.suffix}', expected .html")
     try:
         run = load_run(arguments.log)
     except LogError as error:
@@ -36,8 +41,10 @@ def main(arguments: argparse.Namespace) -> int:
 
 
 def write_page(out: Path, text: str) -> None:
-    """Writes a page, making its folder. Raises VerbError where it cannot."""
+    """Writes a page, making its folder. Raises VerbError where it cannot, or where it would write over a log."""
     try:
+        if out.exists() and out.read_bytes()[: len(MAGIC)] == MAGIC:
+            raise VerbError(f"{out}: found a log, expected a name for a page (no log is overwritten)")
         out.parent.mkdir(parents=True, exist_ok=True)
         out.write_text(text, encoding="utf-8")
     except OSError as error:

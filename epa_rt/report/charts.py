@@ -120,7 +120,7 @@ def trace(line: Line, x_suffix: str, y_suffix: str) -> dict[str, Any]:
     trace: dict[str, Any] = {"type": "scatter", "mode": line.mode, "x": array(line.x), "y": array(line.y),
                              "name": html.escape(line.words), "xaxis": f"x{x_suffix}", "yaxis": f"y{y_suffix}"}
     if "lines" in line.mode:
-        trace["line"] = {"color": line.colour, "width": line.width, "dash": line.dash}
+        trace["line"] = {"color": line.colour, "width": line.width, "dash": line.dash, "simplify": False}
     if "markers" in line.mode:
         trace["marker"] = {"color": line.colour, "size": 5}
     return trace
@@ -130,8 +130,8 @@ def _title(panel: Panel, y: float) -> dict[str, Any]:
     names = [] if len(panel.lines) == 1 and panel.lines[0].words == panel.title else [
         f'<span style="color:{colour}">{"┄" if dash else "━"} {html.escape(words)}</span>'
         for words, colour, dash in dict.fromkeys((line.words, line.colour, line.dash != "solid") for line in panel.lines)]
-    unit = f", {html.escape(panel.unit)}" if panel.unit else ""
-    text = "   ".join([f"<b>{html.escape(panel.title)}</b>{unit}", *names])
+    title = ", ".join(part for part in (f"<b>{html.escape(panel.title)}</b>" if panel.title else "", html.escape(panel.unit)) if part)
+    text = "   ".join([title, *names])
     return {"text": text, "xref": "paper", "yref": "paper", "x": 0, "y": y, "xanchor": "left", "yanchor": "bottom",
             "showarrow": False, "font": {"size": 12}, "align": "left"}
 

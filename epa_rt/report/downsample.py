@@ -8,21 +8,23 @@ MOST_POINTS = 4000
 def envelope_indices(values: np.ndarray, most: int = MOST_POINTS) -> np.ndarray:
     """Which of the values to draw: all where they are few, else first, last, and each bin's lowest and highest.
 
-    At most ``most`` indices (at least 8 are needed), in order. A bin without a number keeps one NaN, so a gap stays.
+    At most ``most`` indices (at least 8 are needed), in order. A bin with a NaN in it keeps one, so that a gap stays.
     """
     n = len(values)
     if n <= most:
         return np.arange(n)
-    size = -(-n // ((most - 2) // 2))
+    has_gaps = bool(np.isnan(values).any())
+    size = -(-n // ((most - 2) // (3 if has_gaps else 2)))
     bins = -(-n // size)
-    padded = np.full(bins * size, np.nan)
+    padded = np.full(bins * size, values[-1])
     padded[:n] = values
     padded = padded.reshape(bins, size)
     gaps = np.isnan(padded)
     lowest = np.where(gaps, np.inf, padded).argmin(axis=1)
     highest = np.where(gaps, -np.inf, padded).argmax(axis=1)
     begins = np.arange(bins) * size
-    return np.unique(np.concatenate([[0, n - 1], begins + lowest, begins + highest]))
+    chosen = [[0, n - 1], begins + lowest, begins + highest, (begins + gaps.argmax(axis=1))[gaps.any(axis=1)]]
+    return np.unique(np.minimum(np.concatenate(chosen), n - 1))
 
 
 def envelope(times: np.ndarray, values: np.ndarray, most: int = MOST_POINTS) -> tuple[np.ndarray, np.ndarray]:

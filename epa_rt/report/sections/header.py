@@ -33,7 +33,7 @@ def header(run: Run) -> Html:
     parts = [tag("p", "Report of one run", class_="kicker"), tag("h1", join([name, tag("span", f" on {rig}", class_="soft")])),
              _description(run),
              tag("p", join([tag("span", badge if known == run.outcome else f"{badge}: {run.outcome}", class_=f"badge {known}"), f" {sentence}"]))]
-    if run.outcome != "completed":
+    if known != "completed" and not (known == "unknown" and run.missing):
         parts.append(_cause_box(run, known))
     parts += [warning("the log is not whole: ", sentence) for sentence in run.missing]
     parts += [facts(_facts(run)), facts(_first_figures(run))]

@@ -1,0 +1,60 @@
+"""A dry run for the operator: a table of phases on the screen, a picture of the references as a page."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from epa_rt.cli.report import write_page
+
+if TYPE_CHECKING:
+    from epa_rt.config.rig import Rig
+    from epa_rt.experiments.dry import DryRun
+    from epa_rt.experiments.experiment import Experiment
+
+
+def show_dry_run(experiment: "Experiment", rig: "Rig", out: Path) -> Sequence[str]:
+    """Prints the phases and what they reach; writes ``dry-EXPERIMENT-RIG.html`` into the folder ``out``.
+
+    Returns the findings, a sentence each; none where the rig can follow. Raises VerbError where it cannot write.
+    """
+    from epa_rt.experiments.dry import dry_run
+    from epa_rt.report.dry import dry_page, dry_rows
+    from epa_rt.report.shown import seconds
+    from epa_rt.report.words import experiment_file, repeat_words
+
+    dry = dry_run(experiment, rig)
+    head, rows = dry_rows(dry, rig)
+    print(f"{experiment.name} on {rig.name}: {experiment.description}")
+    _print_table(head, rows)
+    repeated = repeat_words(experiment_file(experiment.text))
+    if repeated:
+        print(f"repeated {repeated}")
+    print(f"about {seconds(dry.duration_s)} in {len(dry.phases)} phases, {len(experiment.trials)} of them trials; nothing has moved")
+    for finding in dry.findings:
+        print(f"FINDING: {finding}")
+    print("the rig cannot follow this" if dry.findings else "within every limit of the rig")
+    page = page_path(out, dry, rig)
+    write_page(page, dry_page(dry, rig))
+    print(f"picture: {page}")
+    return dry.findings
+
+
+def page_path(out: Path, dry: "DryRun", rig: "Rig") -> Path:
+    """Where the picture goes; beside the log where ``out`` names one."""
+    folder = out.parent if out.suffix == ".mcap" else out
+    return folder / f"dry-{dry.experiment.name}-{rig.name}.html"
+
+
+def _print_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Columns that do not wrap: a terminal too narrow cuts the last one, a file gets all of it."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(*head, box=box.SIMPLE_HEAD, pad_edge=False)
+    for row in rows:
+        table.add_row(*row)
+    console = Console(highlight=False, markup=False)
+    if not console.is_terminal:
+        console = Console(highlight=False, markup=False, width=220)
+    console.print(table)
