@@ -131,7 +131,7 @@ def drive_over_log(params, commands, angle_rad, speed_rad_s, period_s, substeps=
     """Current (A) and torque (N m) at the end of each cycle from logged commands and the *measured* motor motion.
 
     ``commands`` (N,) COMMAND, delayed as the bus block says; angle and speed (N,) at the cycle ends, in between the
-    cubic through both and the straight line. Returns two (N,) arrays; starts without current.
+    cubic through them. Returns two (N,) arrays; starts without current.
     """
     out = np.zeros((2, len(angle_rad)))
     _over_log(params, np.zeros(1, STATE), commands, np.asarray(angle_rad, float), np.asarray(speed_rad_s, float),
@@ -168,8 +168,8 @@ def _step(p, motor, h, weights, angle0, angle1, speed0, speed1, start, width, cu
     for stage in range(4):
         part = 0.5 * ((stage + 1) // 2)
         f = start + part * width
-        a = cubic(angle0, angle1, speed0 * period_s, speed1 * period_s, f)
-        di, dz, dq = rates(p, motor, part, a, speed0 + (speed1 - speed0) * f, z, i, q)
+        a, w = cubic(angle0, angle1, speed0, speed1, period_s, f)
+        di, dz, dq = rates(p, motor, part, a, w, z, i, q)
         push = di + i / lag
         if stage == 0:
             push1 = push
@@ -186,7 +186,13 @@ def _step(p, motor, h, weights, angle0, angle1, speed0, speed1, start, width, cu
 
 
 @compiled
-def cubic(value0, value1, slope0, slope1, f):
-    """Cubic through two values with two slopes (per unit of f), at f in [0, 1]."""
-    g = 1.0 - f
-    return (value0 * (1.0 + 2.0 * f) + slope0 * f) * g * g + (value1 * (1.0 + 2.0 * g) - slope1 * g) * f * f
+def cubic(angle0, angle1, speed0, speed1, period_s, f):
+    """Angle and speed, at f in [0, 1] of a cycle, of the cubic through the angles and speeds at its ends.
+
+    Its speed integrates to the measured step of the angle, so that the speed loop's integral does not drift.
+    """
+    g, step = 1.0 - f, angle1 - angle0
+    angle = ((angle0 * (1.0 + 2.0 * f) + speed0 * period_s * f) * g * g
+             + (angle1 * (1.0 + 2.0 * g) - speed1 * period_s * g) * f * f)
+    speed = 6.0 * f * g * step / period_s + speed0 * g * (1.0 - 3.0 * f) + speed1 * f * (1.0 - 3.0 * g)
+    return angle, speed
