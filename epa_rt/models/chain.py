@@ -96,6 +96,8 @@ def write_truth(p, s):
             volume, pressure, braid, speed, force = pull(p, s, y, i, travel, travel_speed, q, q_speed)
             out.volume_m3[i], out.pressure_pa[i], out.muscle_length_m[i] = volume, pressure, braid
             out.muscle_speed_m_s[i], out.muscle_force_n[i], out.gas_mass_kg[i] = speed, force, y[GAS_MASS + i]
+            _, out.mass_flow_kg_s[i], _ = gas.rates(p.gas[i], y[GAS_C + i], y[GAS_MASS + i], volume, pressure,
+                                                    out.supply_pa, s.opening[i, 0], s.opening[i, 1])
     out.spool_force_n = load.along_spool(p.load, out.muscle_force_n[0], out.muscle_force_n[1])
     out.load_position_m, out.load_speed_m_s = q, q_speed
     knee = p.load.kind_code == load.KNEE

@@ -83,9 +83,10 @@ def _settle(p, s, valves):
 @compiled
 def _advance(p, s, command, reading, period_s, substeps):
     bus.latch(s, command, period_s)
-    s.smooth[INTEGRAL] = drive.integral_at_edge(
-        s.ring[s.cycle % RING], s.ring[(s.cycle - 1) % RING], s.smooth[INTEGRAL], s.smooth[CURRENT])
     motor_delay, valve_delay = p.bus.command_delay_s / period_s, p.bus.valve_delay_s / period_s
+    seen = s.cycle + math.floor(-motor_delay)  # the command that the drive sees as this cycle starts
+    s.smooth[INTEGRAL] = drive.integral_at_edge(
+        s.ring[seen % RING], s.ring[(seen - 1) % RING], s.smooth[INTEGRAL], s.smooth[CURRENT])
     h = period_s / substeps
     weights = lag_weights(h, p.drive.current_lag_s)
     for j in range(substeps):

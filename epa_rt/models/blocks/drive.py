@@ -147,7 +147,8 @@ def _over_log(params, state, commands, angle, speed, period_s, substeps, out):
     weights = lag_weights(period_s / substeps, p.current_lag_s)
     for k in range(angle.shape[0]):
         bus.latch(s, commands[k], period_s)
-        integral = integral_at_edge(s.ring[k % RING], s.ring[(k - 1) % RING], integral, current)
+        seen = k + math.floor(-delay)
+        integral = integral_at_edge(s.ring[seen % RING], s.ring[(seen - 1) % RING], integral, current)
         b = max(k - 1, 0)
         for j in range(substeps):
             motor = bus.motor_seen(s.ring, k, j / substeps - delay, (j + 1) / substeps - delay)
