@@ -6,14 +6,14 @@ pulses whose width follows from what earlier pulses did, and hold. Nothing here 
 
 from math import nan
 
-from epa_rt.control.valve_response import ValveResponse
+from epa_rt.control.valve_faults import open_valve
 from epa_rt.control.valve_settings import ValveCause, ValveSettings, ValveState
+from epa_rt.control.valve_trim import Trim, TrimStep
 from epa_rt.control.valve_watch import BlockAverage, HoldWatch, RampFollower, share
 
 __all__ = ["SetAndHold", "ValveCause", "ValveSettings", "ValveState"]
 
 _VENT_ON = (ValveCause.OVER_PRESSURE, ValveCause.INLET_STUCK_OPEN)
-_DEAD_PULSES = 5  # long ones in a row
 _OPENS_EXHAUST = (ValveState.VENTING, ValveState.VENTED)
 
 
@@ -27,30 +27,26 @@ class SetAndHold:
 
     __slots__ = (
         "settings", "state", "settled", "drifting", "estimate_pa", "target_pa", "switchings", "cause", "cause_text",
-        "events", "pulses", "_inlet", "_exhaust", "_sent_inlet", "_sent_exhaust", "_handler", "_handlers", "_dt_s",
-        "_estimate_share", "_over_pa", "_timer_s", "_window_s", "_window_pa", "_start_pa", "_direction", "_closed_pa",
-        "_closed_rate_pa_s", "_coarse", "_suspect", "_pulse_s", "_before_pa", "_dead_pulses", "_may_retrim",
-        "_hold_only", "_ramp", "_blocks", "_watch", "_inlet_response", "_exhaust_response",
+        "events", "_inlet", "_exhaust", "_sent_inlet", "_sent_exhaust", "_handler", "_handlers", "_dt_s",
+        "_estimate_share", "_over_pa", "_timer_s", "_window_s", "_window_pa", "_start_pa", "_closed_pa",
+        "_closed_rate_pa_s", "_suspect", "_may_retrim", "_hold_only", "_ramp", "_blocks", "_watch", "_trim",
     )  # fmt: skip
 
     def __init__(self, settings: ValveSettings) -> None:
         s = self.settings = settings
         self.estimate_pa = self.target_pa = nan
-        self.switchings = self.pulses = self._direction = self._dead_pulses = 0
+        self.switchings = 0
         self.cause, self.cause_text = ValveCause.NONE, ""
         self._suspect = ValveCause.NONE
         self.events: list[tuple[str, str, dict]] = []
-        self._sent_inlet = self._sent_exhaust = self._may_retrim = self._hold_only = self._coarse = False
+        self._sent_inlet = self._sent_exhaust = self._may_retrim = self._hold_only = False
         self._dt_s = nan
-        self._estimate_share = self._pulse_s = 0.0
-        self._timer_s = self._window_s = self._closed_rate_pa_s = 0.0
-        self._window_pa = self._start_pa = self._closed_pa = self._before_pa = nan
+        self._estimate_share = self._timer_s = self._window_s = self._closed_rate_pa_s = 0.0
+        self._window_pa = self._start_pa = self._closed_pa = nan
         self._over_pa = s.over_pressure_pa
         self._ramp, self._blocks = RampFollower(), BlockAverage(s.average_s)
         self._watch = HoldWatch(s.hold_lost_ratio, s.atmosphere_pa)
-        bounds = (s.response_pa_s, s.lead_s, s.supply_pa, s.atmosphere_pa)
-        self._inlet_response = ValveResponse(True, *bounds)
-        self._exhaust_response = ValveResponse(False, *bounds)
+        self._trim = Trim(s)
         self._handlers = {
             ValveState.CLOSED: self._closed,
             ValveState.FILLING: self._flowing,
@@ -91,6 +87,9 @@ class SetAndHold:
     def hold(self) -> None:
         """Close both valves and hold what is there, never re-trimmed; without effect after a failure."""
         if self.state is ValveState.FAILED:
+            return
+        if self.estimate_pa != self.estimate_pa:
+            self.close()  # no sample yet: nothing to hold
             return
         self._hold_only = True
         if self.state is not ValveState.HOLDING:
@@ -172,7 +171,7 @@ class SetAndHold:
             self._fail(ValveCause.INLET_STUCK_OPEN, f"rose to {watch.slow_pa / 1e3:.1f} kPa with both valves closed")
 
     def _begin(self, pressure_pa: float) -> None:
-        self.pulses = self._dead_pulses = 0
+        self._trim.start()
         self._correct(self.estimate_pa)
 
     def _flowing(self, pressure_pa: float) -> None:
@@ -180,21 +179,19 @@ class SetAndHold:
         ramp = self._ramp
         ramp.step(pressure_pa)
         self._timer_s += self._dt_s
-        sign = self._direction
-        response = self._inlet_response if sign > 0 else self._exhaust_response
+        sign = self._trim.direction
         rate = sign * ramp.rate_pa_s
         left = sign * (self.target_pa - ramp.level_pa)
-        if left <= (rate * response.lead_s if rate > 0.0 else 0.0):
-            self._stop_flow(response, rate)
+        if left <= (rate * self._trim.response.lead_s if rate > 0.0 else 0.0):
+            self._stop_flow(rate)
         elif self._timer_s - self._window_s >= s.no_rise_after_s:
             self._check_flow(sign)
         elif self._timer_s > s.fill_timeout_s:
             self._fail(ValveCause.TIME_OUT, f"{self.state.value} for {self._timer_s:.1f} s, {left / 1e3:.1f} kPa left")
 
-    def _stop_flow(self, response: ValveResponse, rate_pa_s: float) -> None:
+    def _stop_flow(self, rate_pa_s: float) -> None:
         if rate_pa_s > 10e3:
-            response.learn_rate(self._ramp.level_pa, rate_pa_s)
-        self._coarse = True
+            self._trim.response.learn_rate(self._ramp.level_pa, rate_pa_s)
         self._settle(self._ramp.level_pa, rate_pa_s)
 
     def _check_flow(self, sign: int) -> None:
@@ -211,7 +208,6 @@ class SetAndHold:
             return
         # It moved and stopped short. With both closed the pressure tells an open opposite valve from a lack of supply.
         self._suspect = ValveCause.SUPPLY_EMPTY if sign > 0 else ValveCause.INLET_STUCK_OPEN
-        self._coarse = True
         self._settle(level, 0.0)
 
     def _settle(self, closed_pa: float, rate_pa_s: float) -> None:
@@ -232,115 +228,62 @@ class SetAndHold:
         if self._open_valve():
             return
         if full and now_s >= s.settle_s and (abs(self._blocks.change_pa) <= s.settle_pa or now_s > s.settle_timeout_s):
-            self._learn_pulse(self._blocks.mean_pa)
+            self._trim.learn(self._blocks.mean_pa)
             self._correct(self._blocks.mean_pa)
 
     def _valve_has_closed(self) -> None:
         estimate = self.estimate_pa
-        if self._coarse and self._closed_rate_pa_s > 10e3:
-            response = self._inlet_response if self._direction > 0 else self._exhaust_response
-            response.learn_lead(self._direction * (estimate - self._closed_pa), self._closed_rate_pa_s)
+        if self._closed_rate_pa_s > 10e3:  # a longer flow; pulses close at rate 0
+            trim = self._trim
+            trim.response.learn_lead(trim.direction * (estimate - self._closed_pa), self._closed_rate_pa_s)
         self._closed_pa = estimate
 
     def _open_valve(self) -> bool:
-        """With both valves closed: more change than heat explains. After filling gas cools and falls, else it rises."""
-        s = self.settings
         change = self.estimate_pa - self._closed_pa
-        heat_pa = s.relax_ratio * self._closed_pa
-        rise_pa = heat_pa * 2.0 if self._direction < 0 else s.climb_pa
-        fall_pa = heat_pa if self._direction > 0 else s.climb_pa
-        gauge_pa = self._closed_pa - s.atmosphere_pa
-        rate = self._blocks.rate_pa_s if self._timer_s > s.relax_s else 0.0
-        if abs(rate) * self._timer_s < 0.5 * abs(change):
-            rate = 0.0  # it has died down to less than half its mean, as heat does and a leak does not
-        if change > rise_pa or rate > s.leak_pa_s:
-            cause = ValveCause.INLET_STUCK_OPEN
-        elif change < -fall_pa or change < -0.75 * gauge_pa < -7500.0 or rate < -s.leak_pa_s:
-            cause = ValveCause.EXHAUST_STUCK_OPEN
-        else:
+        rate = self._blocks.rate_pa_s
+        cause = open_valve(self.settings, self._trim.direction, self._closed_pa, change, rate, self._timer_s)
+        if cause is ValveCause.NONE:
             return False
         word = "rose" if cause is ValveCause.INLET_STUCK_OPEN else "fell"
         self._fail(cause, f"{word} by {abs(change) / 1e3:.1f} kPa in {self._timer_s:.2f} s with both valves closed")
         return True
 
-    def _learn_pulse(self, mean_pa: float) -> None:
-        if self._pulse_s == 0.0:
-            return
-        response = self._inlet_response if self._direction > 0 else self._exhaust_response
-        change = self._direction * (mean_pa - self._before_pa)
-        expected = response.rate_pa_s(self._before_pa) * self._pulse_s
-        if change >= 0.25 * expected:
-            self._dead_pulses = 0
-        elif self._pulse_s >= 0.9 * self.settings.pulse_max_s:
-            self._dead_pulses += 1
-        response.learn_pulse(self._before_pa, self._pulse_s, change)
-        self._pulse_s = 0.0
-
     def _correct(self, mean_pa: float) -> None:
-        """Decide what a settled average asks for: hold, one pulse, a longer flow, or giving up."""
-        s = self.settings
+        """Do what a settled average asks for: hold, one pulse, a longer flow, or giving up."""
+        trim = self._trim
         error = self.target_pa - mean_pa
-        size = abs(error)
-        if size <= s.tolerance_pa:
-            self._hold_at(mean_pa)
-        elif self._suspect is not ValveCause.NONE:
+        if self._suspect is not ValveCause.NONE and abs(error) > self.settings.tolerance_pa:
             self._fail(self._suspect, f"the pressure stopped at {mean_pa / 1e3:.1f} kPa, {error / 1e3:+.1f} kPa to go")
-        elif self.pulses >= s.max_pulses:
-            self._accept_or_fail(mean_pa, error, f"after {self.pulses} openings")
-        else:
-            self._open_for(mean_pa, error, size)
-
-    def _open_for(self, mean_pa: float, error_pa: float, size_pa: float) -> None:
-        s = self.settings
-        sign = 1 if error_pa > 0.0 else -1
-        response = self._inlet_response if sign > 0 else self._exhaust_response
-        rate = response.rate_pa_s(mean_pa)
-        shortest_s = max(s.pulse_min_s, self._dt_s)
-        if size_pa <= 3.0 * s.tolerance_pa and rate * shortest_s > 1.8 * size_pa:
-            self._accept_or_fail(mean_pa, error_pa, f"the shortest pulse moves {rate * shortest_s / 1e3:.1f} kPa")
             return
-        if sign != self._direction:
-            self._dead_pulses = 0
-        elif self._dead_pulses >= _DEAD_PULSES:
-            cause = ValveCause.INLET_STUCK_CLOSED if sign > 0 else ValveCause.EXHAUST_STUCK_CLOSED
-            self._fail(cause, f"{self._dead_pulses} long pulses without an effect at {mean_pa / 1e3:.1f} kPa")
-            return
-        self._direction = sign
-        self.pulses += 1
-        self._before_pa = mean_pa
-        # A slow valve near atmosphere moves too little in pulse_max_s to be told from a dead one: go up to 8 times that.
-        longest_s = s.pulse_max_s * (1 << min(self._dead_pulses, 3))
-        if size_pa > rate * s.pulse_max_s and size_pa > 3.0 * s.no_rise_pa:
-            self._start_flow(mean_pa, sign)
+        step = trim.decide(mean_pa, self.target_pa, self._dt_s)
+        if step is TrimStep.PULSE:
+            self._start_pulse(trim.direction)
+        elif step is TrimStep.FLOW:
+            self._start_flow(mean_pa, trim.direction)
+        elif step is TrimStep.FAIL:
+            self._fail(trim.cause, trim.text)
         else:
-            self._start_pulse(min(max(size_pa / rate, shortest_s), longest_s), sign)
+            if step is TrimStep.ACCEPT:
+                self.events.append(("accept", trim.text, {"error_pa": error, "pressure_pa": mean_pa}))
+            self._hold_at(mean_pa)
 
     def _start_flow(self, mean_pa: float, sign: int) -> None:
-        self._pulse_s = 0.0
         self._start_pa = self._window_pa = mean_pa
         self._ramp.start(mean_pa, self._dt_s)
         self._enter(ValveState.FILLING if sign > 0 else ValveState.EXHAUSTING)
 
-    def _start_pulse(self, width_s: float, sign: int) -> None:
-        self._pulse_s = max(1, round(width_s / self._dt_s)) * self._dt_s
-        self._coarse = False
+    def _start_pulse(self, sign: int) -> None:
+        self._trim.width_s = max(1, round(self._trim.width_s / self._dt_s)) * self._dt_s
         self._enter(ValveState.TRIMMING)
         self._inlet, self._exhaust = sign > 0, sign < 0
 
     def _trimming(self, pressure_pa: float) -> None:
         self._timer_s += self._dt_s
-        passed_pa = self._direction * (self.estimate_pa - self.target_pa)
-        if self._timer_s > self._pulse_s - 0.5 * self._dt_s or passed_pa > self.settings.no_rise_pa:
-            self._pulse_s = self._timer_s
+        trim = self._trim
+        passed_pa = trim.direction * (self.estimate_pa - self.target_pa)
+        if self._timer_s > trim.width_s - 0.5 * self._dt_s or passed_pa > self.settings.no_rise_pa:
+            trim.width_s = self._timer_s
             self._settle(self.estimate_pa, 0.0)
-
-    def _accept_or_fail(self, mean_pa: float, error_pa: float, why: str) -> None:
-        if abs(error_pa) > 3.0 * self.settings.tolerance_pa:
-            self._fail(ValveCause.TIME_OUT, f"{error_pa / 1e3:+.1f} kPa still to go {why}")
-            return
-        text = f"held {error_pa / 1e3:+.1f} kPa short of the target: {why}"
-        self.events.append(("accept", text, {"error_pa": error_pa, "pressure_pa": mean_pa}))
-        self._hold_at(mean_pa)
 
     def _hold_at(self, mean_pa: float) -> None:
         self._watch.start(mean_pa)
@@ -373,7 +316,7 @@ class SetAndHold:
         if slow >= 0.97 * self.settings.supply_pa and slow >= 1.1 * self.target_pa:
             self._lost_in_hold()  # too little room below the supply for the watch to see a gain
         elif self._may_retrim and not self._hold_only:
-            self.pulses = self._dead_pulses = 0
+            self._trim.start()
             self._correct(slow)
 
     def _venting(self, pressure_pa: float) -> None:
@@ -409,9 +352,7 @@ class SetAndHold:
     def _clear(self) -> None:
         self.cause, self.cause_text = ValveCause.NONE, ""
         self._suspect = ValveCause.NONE
-        self._pulse_s = 0.0
-        self._direction = 0
-        self._coarse = False
+        self._trim.start()
 
     def _fail(self, cause: ValveCause, found: str) -> None:
         """Close both valves, or leave the exhaust open where the pressure must come down."""

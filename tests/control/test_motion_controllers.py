@@ -121,6 +121,18 @@ def test_joint_closes_the_loop_with_either_sign_of_the_lever_arm(output, lever_a
     assert math.sqrt(sum(e * e for e in errors[4000:]) / 4000) < 0.01
 
 
+def test_joint_with_smoothing_and_speed_feedforward_starts_at_the_last_command_and_forgets_a_nan():
+    c = JointAngle(
+        PidGains(0.1, 0.2, 0.001, 50.0, -0.1, 0.1), lever_arm_m=0.04, feedforward_speed_s=0.05, output_cutoff_hz=20.0
+    )
+    m = {"knee_angle_rad": 0.1, "motor_travel_m": 0.0}
+    r = {"ref_knee_angle_rad": 0.3, "ref_knee_speed_rad_s": 0.5}
+    c.reset(m, {"cmd_motor_travel_m": 0.02})
+    assert c.step(m, r, DT_S)["cmd_motor_travel_m"] == pytest.approx(0.02)
+    assert math.isnan(c.step({**m, "knee_angle_rad": math.nan}, r, DT_S)["cmd_motor_travel_m"])
+    assert c.step(m, r, DT_S)["cmd_motor_travel_m"] == pytest.approx(0.02, abs=1e-4)
+
+
 def test_wiring_is_declared_and_the_result_is_one_dict():
     controllers = [
         MotorPosition(travel="a", reference_travel="b", command="c"),

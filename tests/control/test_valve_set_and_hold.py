@@ -166,6 +166,12 @@ def test_a_sealed_hold_over_minutes_is_a_drift_not_a_fault():
     assert bench.valve.state is ValveState.HOLDING and bench.valve.drifting
 
 
+def test_hold_before_the_first_sample_closes():
+    valve = SetAndHold(SETTINGS)
+    valve.hold()
+    assert valve.state is ValveState.CLOSED and not valve.settled and valve.step(2e5, DT_S) == (False, False)
+
+
 def test_hold_keeps_what_is_there_and_close_forgets():
     bench = Bench(make_gas(start_pa=400e3)).run(0.2)
     bench.valve.hold()
@@ -385,7 +391,8 @@ def test_targets_that_cannot_be_are_refused(target_pa):
 
 
 @pytest.mark.parametrize(
-    "bad", [{"lead_s": 0.0}, {"tolerance_pa": math.nan}, {"pulse_min_s": 1.0}, {"over_pressure_pa": 1e5}]
+    "bad",
+    [{"lead_s": 0.0}, {"tolerance_pa": math.nan}, {"pulse_min_s": 1.0}, {"over_pressure_pa": 1e5}, {"drift_pa": 2e3}],
 )
 def test_settings_that_make_no_sense_are_refused(bad):
     with pytest.raises(ValueError, match="expected"):
