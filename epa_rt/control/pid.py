@@ -60,7 +60,7 @@ class Pid:
         self._take(gains)
 
     def step(self, reference: float, measurement: float, feedforward: float, dt_s: float) -> float:
-        """Output of this cycle; dt_s in s, ValueError if it is not above zero. NaN in gives NaN out, state untouched."""
+        """Output of this cycle; dt_s in s, ValueError if not above zero. NaN in gives NaN out, state untouched."""
         if dt_s != self._dt_s:
             self._set_period(dt_s)
         previous = self._measurement

@@ -75,7 +75,8 @@ class ValveSettings:
         self._ordered("atmosphere_pa", "supply_pa")
         self._ordered("settle_s", "settle_timeout_s")
         if not self.drift_pa >= 3.0 * self.tolerance_pa:  # else what a trim accepts would at once count as drift
-            raise ValueError(f"drift_pa: found {self.drift_pa}, expected at least 3 x tolerance_pa = {3.0 * self.tolerance_pa}")
+            least_pa = 3.0 * self.tolerance_pa
+            raise ValueError(f"drift_pa: found {self.drift_pa}, expected at least 3 x tolerance_pa = {least_pa}")
 
     def _ordered(self, small: str, large: str) -> None:
         if not getattr(self, small) < getattr(self, large):

@@ -87,7 +87,7 @@ class Trim:
         if size > rate * s.pulse_max_s and size > 3.0 * s.no_rise_pa:
             self.width_s = 0.0
             return TrimStep.FLOW
-        # A slow valve near atmosphere moves too little in pulse_max_s to be told from a dead one: go up to 8 times that.
+        # Near atmosphere a slow valve moves too little in pulse_max_s to be told from a dead one: up to 8 times that.
         self.width_s = min(max(size / rate, shortest_s), s.pulse_max_s * (1 << min(self._dead, 3)))
         return TrimStep.PULSE
 

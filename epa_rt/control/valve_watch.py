@@ -1,4 +1,4 @@
-"""Filters of the valve set-and-hold: a ramp follower for flow, block averages for settling, a slow watch for holding."""
+"""Filters of the valve set-and-hold: for flow a ramp follower, for settling block averages, for holding a slow watch."""
 
 from math import exp, nan
 
