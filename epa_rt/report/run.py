@@ -15,7 +15,7 @@ from epa_rt.logs.reader import Event, LogReader
 from epa_rt.report.shown import Shown, shown_for
 
 _CYCLE = ("t_ns", "flags", "state", "phase", "lateness_ns", "busy_ns", "invalid_mask", "stale_mask")
-_MOVING = ("run", "stop")  # the supervisor's states in which phases go on
+_RUN = "run"  # the supervisor's state in which phases go on; when it stops it brakes, which is no phase
 
 
 class NotShown(Exception):
@@ -131,8 +131,8 @@ class Run:
     @cached_property
     def phases(self) -> list[Span]:
         """The experiment's phases as they were run, in order."""
-        moving = [i for i, name in enumerate(self.layout.states) if name in _MOVING]
-        index = np.where(np.isin(self.cycle["state"], moving), self.cycle["phase"], -1)
+        running = [i for i, name in enumerate(self.layout.states) if name == _RUN]
+        index = np.where(np.isin(self.cycle["state"], running), self.cycle["phase"], -1)
         planned = self._experiment.phases if isinstance(self._experiment, Experiment) else ()
         return [Span(_named(self.layout.phases, i), a, b, i, planned[i] if i < len(planned) else None)
                 for a, b, i in _stretches(index) if i >= 0]

@@ -113,7 +113,9 @@ def _decimals(value: float, digits: int) -> int:
 
 def _text(value: float, scale: Scale, digits: int, signed: bool = False, decimals: int | None = None) -> str:
     shown = scale.of(value)
-    if decimals is None or not math.isfinite(shown):
+    if not math.isfinite(shown):
+        return "–"
+    if decimals is None:
         text = number(shown, digits)
     else:
         text = f"{shown:.{decimals}f}".replace("-", "−")

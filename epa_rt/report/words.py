@@ -8,7 +8,7 @@ from epa_rt.report.shown import pretty
 
 LOOPS = {"motor_position": "motor position", "motor_speed": "motor speed", "motor_torque": "motor torque",
          "joint_angle": "joint angle"}
-_KEYS = {"start": "from", "end": "to", "peak_to_peak": "peak to peak"}
+_KEYS = {"mean": "about", "start": "from", "end": "to", "peak_to_peak": "peak to peak"}
 
 
 def experiment_file(text: str, path: str = "experiment.yaml") -> ExperimentFile:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from epa_rt.logs.reader import Event, LogReader
+from epa_rt.report import charts
 from epa_rt.report.page import run_page
 from epa_rt.report.run import Run, load_run
 from tests.report.reading import Page
@@ -129,13 +130,14 @@ def test_a_tripped_run_shows_its_cause_before_anything_else(tripped_log: Path) -
     assert run.outcome == "tripped" and run.cause.startswith("over-force: muscle_force_n = ")
     assert "▲ tripped" in head
     assert head.index(run.cause) < head.index("Duration")
-    assert "The last second before the trip" in head
+    assert "The last second before that" in head
+    assert "1 cut short" in head
 
 
 def test_a_cut_log_gives_a_page_that_says_what_is_missing(cut_log: Path) -> None:
     page = Page(run_page(load_run(cut_log)))
     assert "the log is not whole" in page.sections[""] and "the file was cut at byte" in page.sections[""]
-    assert "1 of 2 begun" in page.sections[""]
+    assert "1 of 2 begun" in page.sections[""] and "cut short" not in page.sections[""]
     assert "p0 = 460 kPa gauge" in page.sections["tracking"]
 
 
@@ -160,6 +162,17 @@ def test_hostile_text_stays_text(bench: Run) -> None:
     assert not page.handlers and all(target.startswith("#") for _, target in page.links)
     assert "alert(1)</script>" not in text
     assert page.sections[""].count("alert(1)") >= 3
+
+
+def test_no_text_in_a_picture_ends_its_script() -> None:
+    markup = charts.embed(charts.Figure([{"name": HOSTILE}], {"title": HOSTILE}, 10, HOSTILE))
+    assert markup.count("</script>") == 1 and "<img" not in markup
+
+
+@pytest.mark.parametrize("outcome, words", [("died", "✕ died"), ("failed", "✕ failed"), ("stopped", "◼ stopped"), ("unknown", "? not known")])
+def test_every_outcome_is_said_in_words_with_its_cause(bench: Run, outcome: str, words: str) -> None:
+    head = Page(run_page(dataclasses.replace(bench, outcome=outcome, cause="a cause of its own"))).sections[""]
+    assert words in head and "a cause of its own" in head
 
 
 def test_a_description_with_markup_stays_text(bench: Run) -> None:

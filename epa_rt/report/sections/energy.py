@@ -8,7 +8,7 @@ from epa_rt.report.markup import Html, join, note, table
 from epa_rt.report.measures.energy import TrialEnergy, energy_of_periods, trial_energy
 from epa_rt.report.measures.tracking import periods_of
 from epa_rt.report.run import NotShown, Run, Span
-from epa_rt.report.sections.section import MOST_TRIALS, Section, trial_name
+from epa_rt.report.sections.section import MOST_TRIALS, Section, is_cut_short, trial_name
 from epa_rt.report.shown import number, seconds
 
 
@@ -28,7 +28,7 @@ def energy(run: Run, winding_ohm: float | None) -> Section:
 
 
 def _row(run: Run, one: TrialEnergy, winding_ohm: float | None) -> list[object]:
-    cells = [trial_name(one.trial), seconds(run.seconds(one.trial)), number(one.integral_a2_s), number(one.mean_a2), number(np.sqrt(one.mean_a2)), number(one.peak_a)]
+    cells = [trial_name(one.trial), seconds(run.seconds(one.trial)) + (" (cut short)" if is_cut_short(one.trial) else ""), number(one.integral_a2_s), number(one.mean_a2), number(np.sqrt(one.mean_a2)), number(one.peak_a)]
     return cells + ([] if winding_ohm is None else [number(one.integral_a2_s * winding_ohm), number(one.mean_a2 * winding_ohm)])
 
 

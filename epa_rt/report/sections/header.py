@@ -11,7 +11,7 @@ from epa_rt.report.measures.timing import timing_of
 from epa_rt.report.measures.tracking import tracking_of
 from epa_rt.report.measures.valves import valve_counts
 from epa_rt.report.run import NotShown, Run
-from epa_rt.report.sections.section import glance_panels, has_values, signal_line, spoken
+from epa_rt.report.sections.section import glance_panels, has_values, is_cut_short, signal_line, spoken
 from epa_rt.report.shown import count, number, seconds, unit_of
 
 WORDS = {
@@ -19,6 +19,7 @@ WORDS = {
     "stopped": ("◼ stopped", "The operator, or the rig file's policy on overruns, stopped the run."),
     "tripped": ("▲ tripped", "The safety envelope put the rig into its safe state."),
     "failed": ("✕ failed", "Bus, recorder or program failed."),
+    "died": ("✕ died", "The program that drove the rig ended without closing the run; the recorder closed the log."),
     "unknown": ("? not known", "The log does not say how the run ended."),
 }
 LAST_S = 1.0
@@ -73,7 +74,8 @@ def _first_figures(run: Run) -> list[tuple[str, str]]:
             verdict = "within" if worst <= TOLERANCE_PA else "more than"
             figures.append(("Pressure as set, worst error", f"{run.shown.difference(worst, 'Pa')} ({verdict} {TOLERANCE_PA / 1e3:g} kPa)"))
             figures.append(("Valves switched in trials", count(sum(v.in_trials for v in valve_counts(run)), "time")))
-        figures.append(("Trials", f"{len(run.trials)} of {len(run.experiment.trials)} begun"))
+        short = sum(is_cut_short(span) for span in run.trials)
+        figures.append(("Trials", f"{len(run.trials)} of {len(run.experiment.trials)} begun{f', {short} cut short' if short else ''}"))
     except (NotShown, KeyError):
         pass  # the sections below say why
     figures.append(("Late cycles", f"{timing_of(run).overruns:,}"))
@@ -102,7 +104,7 @@ def _before(run: Run, trip: Event) -> Html:
     panels = list({panel.title: panel for panel in reversed(panels)}.values())[::-1]
     at = float(run.t_s[min(trip.cycle, len(run.t_s) - 1)])
     figure = charts.stack([Panel(**{**vars(panel), "height": 105}) for panel in panels], shades=[(at, float(run.t_s[end - 1]), "rgba(184,86,15,0.16)")],
-                          caption="The last second before the trip; what came after it is shaded.")
+                          caption="The last second before that; what came after it is shaded.")
     return charts.embed(figure)
 
 

@@ -29,6 +29,11 @@ def trial_name(span: Span) -> str:
     return f"{span.phase.trial_index + 1} ({words})" if words else f"{span.phase.trial_index + 1}"
 
 
+def is_cut_short(span: Span) -> bool:
+    """Whether a phase of fixed length ended before it was over."""
+    return span.phase is not None and span.phase.cycles is not None and span.end - span.begin < span.phase.cycles
+
+
 def shades(run: Run) -> list[tuple[float, float, str]]:
     """Background of a picture over the run's time: trials in one tint, every second other phase in another."""
     found = []

@@ -30,15 +30,15 @@ def timing(run: Run) -> Section:
 
 def histogram(found: Timing) -> Figure:
     """Cycles by lateness and busy time, both axes logarithmic."""
-    edges = [f"{number(a, 3)}–{number(b, 3)}" for a, b in zip(found.edges_us, found.edges_us[1:])]
+    edges = [f"{a:g}–{b:g}" for a, b in zip(found.edges_us, found.edges_us[1:])]
     last = int(max((np.flatnonzero(counts).max(initial=0) for counts in (found.lateness_counts, found.busy_counts)))) + 1
     data = [{"type": "bar", "x": edges[:last], "y": counts[:last].tolist(), "name": name, "marker": {"color": colour}}
             for counts, name, colour in ((found.lateness_counts, "lateness", charts.ACCENT), (found.busy_counts, "busy", charts.REFERENCE))]
     layout = charts.base_layout(240) | {"barmode": "group", "bargap": 0.15}
-    layout["margin"] = {"l": 56, "r": 14, "t": 26, "b": 62}
-    layout["xaxis"] = charts.axis(type="category", title={"text": "µs", "standoff": 4}, tickangle=-40)
+    layout["margin"] = {"l": 56, "r": 14, "t": 26, "b": 66}
+    layout["xaxis"] = charts.axis(type="category", tickangle=-40)
     layout["yaxis"] = charts.axis(type="log", dtick=1, title={"text": "cycles", "standoff": 4})
-    layout["annotations"] = [{"text": f'<b>cycles per bin</b>   <span style="color:{charts.ACCENT}">■ lateness</span>   '
+    layout["annotations"] = [{"text": f'<b>cycles by time in µs</b>   <span style="color:{charts.ACCENT}">■ lateness</span>   '
                               f'<span style="color:{charts.REFERENCE}">■ busy</span>', "xref": "paper", "yref": "paper", "x": 0, "y": 1,
                               "xanchor": "left", "yanchor": "bottom", "showarrow": False}]
     return Figure(data, layout, 240, "How many cycles were so late, and how many so long; logarithmic.")
