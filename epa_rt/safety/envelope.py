@@ -86,5 +86,5 @@ class Envelope:
             self.trip("NaN", name, f"{name} is not a number", cycle)
             return
         cause = OVER_RANGE_CAUSE.get(si_unit, "out of limits")
-        unit_text = f" {si_unit}" if si_unit else ""
+        unit_text = f" {si_unit}" if si_unit not in ("", "1") else ""
         self.trip(cause, name, f"{name} = {value:.6g}{unit_text}, outside [{low:.6g}, {high:.6g}]", cycle)

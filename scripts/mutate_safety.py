@@ -1,0 +1,133 @@
+"""Mutate the safety envelope and the codec, and see whether a test notices.
+
+Every mutant is one small change (a comparison, a boundary, a constant, a sign, a removed statement, another return
+value). It counts as killed when the tests of its room fail or hang. A survivor must be explained in
+scripts/safety_mutants.yaml; from there this command writes docs/safety-mutants.md. Prints JSON; exit code 1 where a
+survivor has no explanation or an explanation no survivor.
+
+  python scripts/mutate_safety.py               the full run, a few minutes on two cores
+  python scripts/mutate_safety.py --list        every mutant, none run
+  python scripts/mutate_safety.py --only commands.py --sample 20
+"""
+
+import argparse
+import json
+import os
+import random
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(ROOT), str(ROOT / "scripts")]
+
+from mutants import Mutant, mutants_of  # noqa: E402
+
+TABLE, PAGE = ROOT / "scripts" / "safety_mutants.yaml", ROOT / "docs" / "safety-mutants.md"
+SAFETY = ("test_power.py", "test_trips.py", "test_limits_and_words.py", "test_thermal.py", "test_nothing_forbidden_leaves.py")  # fast ones first
+SIGNALS = ("test_decoding.py", "test_image.py", "test_freshness.py", "test_encoding.py")
+TARGETS = {
+    **{f"epa_rt/safety/{name}.py": [f"tests/safety/{test}" for test in SAFETY] for name in ("commands", "envelope", "thermal", "trip")},
+    "epa_rt/signals/codec.py": [f"tests/signals/{test}" for test in SIGNALS],
+}
+TIMEOUT_S = 120.0
+
+
+def all_mutants() -> list[Mutant]:
+    return [mutant for path in TARGETS for mutant in mutants_of(path, (ROOT / path).read_text(encoding="utf-8"))]
+
+
+def survives(mutant: Mutant) -> bool:
+    """Whether the tests pass with the mutant in place of its module, in a child process of its own."""
+    pid = os.fork()
+    if pid == 0:
+        os._exit(_tests_with(mutant))
+    deadline = time.monotonic() + TIMEOUT_S
+    while True:
+        done, status = os.waitpid(pid, os.WNOHANG)
+        if done:
+            return os.waitstatus_to_exitcode(status) == 0
+        if time.monotonic() > deadline:
+            os.kill(pid, 9)
+            os.waitpid(pid, 0)
+            return False
+        time.sleep(0.02)
+
+
+def _tests_with(mutant: Mutant) -> int:
+    import importlib.abc
+    import importlib.util
+
+    import pytest
+
+    name = mutant.path.removesuffix(".py").replace("/", ".")
+
+    class Loader(importlib.abc.Loader):
+        def exec_module(self, module: object) -> None:
+            exec(compile(mutant.text, str(ROOT / mutant.path), "exec"), module.__dict__)
+
+    class Finder(importlib.abc.MetaPathFinder):
+        def find_spec(self, found: str, path: object, target: object = None) -> object:
+            return importlib.util.spec_from_loader(name, Loader()) if found == name else None
+
+    sys.meta_path.insert(0, Finder())
+    silent = os.open(os.devnull, os.O_WRONLY)
+    for stream in (1, 2):
+        os.dup2(silent, stream)
+    try:
+        return int(pytest.main(["-x", "-q", "--tb=no", "--assert=plain", "-p", "no:cacheprovider", *(str(ROOT / t) for t in TARGETS[mutant.path])]))
+    except BaseException:
+        return 1
+
+
+def explanations() -> dict[str, str]:
+    import yaml
+
+    return yaml.safe_load(TABLE.read_text(encoding="utf-8")) or {} if TABLE.exists() else {}
+
+
+def page(total: int, killed: int, survivors: list[str], reasons: dict[str, str]) -> str:
+    lines = ["# Mutants of the safety envelope and the codec that no test notices", "",
+             "Written by `python scripts/mutate_safety.py` from `scripts/safety_mutants.yaml`; change it there.", "",
+             f"{total} mutants, {killed} killed, {len(survivors)} left, each for a reason:", ""]
+    lines += [f"- `{key}`\n  {reasons.get(key, '**not explained**')}" for key in survivors]
+    return "\n".join(lines) + "\n"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--list", action="store_true", help="list the mutants, run none")
+    parser.add_argument("--only", default="", help="only mutants whose key has this text")
+    parser.add_argument("--sample", type=int, help="so many of them, drawn at random with seed 1")
+    parser.add_argument("--jobs", type=int, default=2)
+    chosen = parser.parse_args()
+    mutants = [mutant for mutant in all_mutants() if chosen.only in mutant.key]
+    if chosen.list:
+        print("\n".join(mutant.key for mutant in mutants))
+        return 0
+    whole = not chosen.only and chosen.sample is None
+    if chosen.sample is not None:
+        mutants = random.Random(1).sample(mutants, min(chosen.sample, len(mutants)))
+    os.environ["EPA_MUTATING"] = "1"
+    import hypothesis.strategies  # noqa: F401  (loaded once, before the forks)
+    import pytest  # noqa: F401
+
+    import epa_rt.config.rig  # noqa: F401
+
+    began_s = time.monotonic()
+    with ThreadPoolExecutor(chosen.jobs) as pool:
+        alive = list(pool.map(survives, mutants))
+    survivors = [mutant.key for mutant, is_alive in zip(mutants, alive, strict=True) if is_alive]
+    reasons = explanations()
+    unexplained = [key for key in survivors if key not in reasons]
+    needless = [key for key in reasons if key not in survivors] if whole else []
+    if whole:
+        PAGE.write_text(page(len(mutants), len(mutants) - len(survivors), survivors, reasons), encoding="utf-8")
+    print(json.dumps({"mutants": len(mutants), "killed": len(mutants) - len(survivors), "survivors": survivors, "unexplained": unexplained,
+                      "explained_but_killed": needless, "seconds": round(time.monotonic() - began_s, 1)}, indent=1, ensure_ascii=False))
+    return 1 if unexplained or needless else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

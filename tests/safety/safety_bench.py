@@ -1,0 +1,91 @@
+"""A rig at rest in front of the envelope, and what may leave it, said anew from the rig file."""
+
+import math
+from functools import cache
+from pathlib import Path
+
+from epa_rt.config.rig import Rig, load_rig, rig_from
+from epa_rt.config.source import parse_yaml
+from epa_rt.safety.envelope import Envelope
+
+ROOT = Path(__file__).resolve().parents[2]
+NAMES = ("bench", "bench_analog", "knee", "mass")
+
+
+@cache
+def rig(name: str) -> Rig:
+    return load_rig(ROOT / "config" / "rigs" / f"{name}.yaml")
+
+
+def edited(name: str, *edits: tuple[str, str]) -> Rig:
+    text = (ROOT / "config" / "rigs" / f"{name}.yaml").read_text(encoding="utf-8")
+    for old, new in edits:
+        assert old in text, old
+        text = text.replace(old, new, 1)
+    return rig_from(parse_yaml(text, f"{name}.yaml"))
+
+
+class Bench:
+    """An envelope with sound measured signals and a command at rest; ``check`` changes either for one cycle."""
+
+    def __init__(self, on: Rig | str = "bench"):
+        self.rig = rig(on) if isinstance(on, str) else on
+        self.envelope = Envelope(self.rig, lambda i: f"says row {i}")
+        self.safe = {row.name: row.safe for row in self.rig.outputs}
+        self.measured = {row.name: 0.0 for row in self.rig.inputs}
+        for row in self.rig.inputs:
+            if row.limits and not row.limits[0] <= 0.0 <= row.limits[1]:
+                self.measured[row.name] = 0.5 * sum(row.limits)
+        self.command = dict(self.safe)
+        self.cycle = -1
+
+    def check(self, measured: dict | None = None, command: dict | None = None, bus_ok: bool = True, invalid: int = 0, stale: int = 0) -> dict:
+        self.cycle += 1
+        return self.envelope.check(self.cycle, bus_ok, self.measured | (measured or {}), invalid, stale, self.command | (command or {}))
+
+    @property
+    def trip(self):
+        return self.envelope.tripped
+
+    @property
+    def gate(self):
+        return self.envelope.gate
+
+    def power_on(self, mode: int = 8) -> "Bench":
+        """Powered in a mode, by the steps that a drive takes; later checks keep it so."""
+        if self.rig.drive.interface == "analog":
+            self.command["cmd_drive_enable"] = 1.0
+        else:
+            self.command |= {"cmd_drive_mode_raw": mode, "cmd_drive_control_raw": 0x0F}
+        self.check()
+        assert self.trip is None
+        return self
+
+
+def assert_may_leave(on: Rig, before: dict, out: dict, powered_before: bool) -> None:
+    """Every rule of what may leave, from the rig file: a set of its own, not the gate's code."""
+    assert list(out) == [row.name for row in on.outputs]
+    for row in on.outputs:
+        value = out[row.name]
+        assert not math.isnan(value) and not math.isinf(value), row.name
+        if row.name.endswith("_raw"):
+            assert value in ((0, 8, 9, 10) if "mode" in row.name else (0, 2, 6, 7, 15, 128))
+        elif row.limits is None:
+            assert value in (0.0, 1.0)
+        else:
+            assert row.limits[0] <= value <= row.limits[1], row.name
+            follows = row.name == on.motor.position_target and not (is_powered(on, out) and mode_of(on, out) in (None, 8))
+            if row.slew and not follows:
+                assert abs(value - before[row.name]) <= row.slew * on.period_s * (1 + 1e-9) + 1e-15, row.name
+    for muscle in on.muscles:
+        assert not (out[muscle.inlet] and out[muscle.exhaust])
+    if powered_before and is_powered(on, out):
+        assert mode_of(on, out) == mode_of(on, before)
+
+
+def is_powered(on: Rig, out: dict) -> bool:
+    return out[on.drive.enable] == 1.0 if on.drive.interface == "analog" else out[on.drive.control_word] == 0x0F
+
+
+def mode_of(on: Rig, out: dict) -> float | None:
+    return None if on.drive.interface == "analog" else out[on.drive.mode]
