@@ -66,7 +66,7 @@ def rates(p, s, y, dy, motor, part):
     dy[LOAD_PLACE] = y[LOAD_SPEED]
     dy[LOAD_SPEED], dy[LOAD_STICTION] = load.rates(
         l, y[LOAD_PLACE], y[LOAD_SPEED], y[LOAD_STICTION], load.along_load(l, force0, force1))
-    dy[SUPPLY_FLOW] = (drawn0 + drawn1 - y[SUPPLY_FLOW]) / p.gas[0].droop_time_s
+    dy[SUPPLY_FLOW] = gas.droop_rate(p.gas[0], drawn0 + drawn1, y[SUPPLY_FLOW])
 
 
 @compiled

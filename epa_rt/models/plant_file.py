@@ -80,7 +80,8 @@ def _read_block(source: Located, params: np.ndarray, key: str, block: str, muscl
         if name in special:
             raise source.error(where, f"'{name}'", f"it under 'effects: {special[name].effect}:'")
         if name not in nominal:
-            raise source.error(where, f"'{name}'", "one of " + ", ".join(name for name, row in nominal.items() if name == row.name))
+            full = ", ".join(name for name, row in nominal.items() if name == row.name)
+            raise source.error(where, f"'{name}'", f"one of {full}")
         write(params, block, nominal[name], _quantity(source, where, nominal[name], quantity), muscle)
 
 

@@ -58,6 +58,12 @@ def supply_pressure(p, supply_flow):
 
 
 @compiled
+def droop_rate(p, drawn, supply_flow):
+    """Rate of the lagged supply flow (kg/s^2): zero while nothing has been drawn, so that a still plant costs nothing."""
+    return 0.0 if drawn == supply_flow else (drawn - supply_flow) / p.droop_time_s
+
+
+@compiled
 def pressure(p, c, volume):
     """Absolute pressure (Pa) of the state c = p V^n."""
     return c / power(volume, p.polytropic_ratio)
@@ -133,4 +139,4 @@ def _over_log(params, muscle, length, inlet, exhaust, period_s, start_pa, subste
 def _rates_at(g, m, length, c, mass, droop, inlet, exhaust):
     volume, _ = shape(m, g.dead_volume_m3, length)
     rate, mass_rate, drawn = rates(g, c, mass, volume, pressure(g, c, volume), supply_pressure(g, droop), inlet, exhaust)
-    return rate, mass_rate, (drawn - droop) / g.droop_time_s
+    return rate, mass_rate, droop_rate(g, drawn, droop)

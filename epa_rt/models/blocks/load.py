@@ -36,16 +36,23 @@ def _grip(depth):
 
 
 @compiled
+def _dry(p, stiffness, limit, stiction, speed):
+    """Dry friction of the load and the rate of its deflection; both zero where there is none."""
+    if limit == 0.0:
+        return 0.0, 0.0
+    return slider(stiffness, p.presliding_time_s, stiction, speed, -limit, limit)
+
+
+@compiled
 def rates(p, place, speed, stiction, muscle_n):
     """Acceleration of the load and rate of its stuck deflection; ``muscle_n`` acts along q (dq/dplace is applied here)."""
     if p.kind_code == MASS:
-        dry, rate = slider(p.guide_stiffness_n_m, p.presliding_time_s, stiction, speed, -p.coulomb_n, p.coulomb_n)
+        dry, rate = _dry(p, p.guide_stiffness_n_m, p.coulomb_n, stiction, speed)
         force = p.bias_n + muscle_n - p.viscous_n_s_m * speed - dry + stop(p, place, speed, p.low_m, p.high_m)
         return force / (p.mass_kg + p.payload_kg), rate
     if p.kind_code == KNEE:
         _, _, arm = coordinate(p, place, speed)
-        dry, rate = slider(p.knee_stiffness_nm_rad, p.presliding_time_s, stiction, speed, -p.knee_coulomb_nm,
-                           p.knee_coulomb_nm)
+        dry, rate = _dry(p, p.knee_stiffness_nm_rad, p.knee_coulomb_nm, stiction, speed)
         weight = (p.mass_kg + p.payload_kg) * p.gravity_m_s2 * p.mass_lever_m
         torque = (arm * muscle_n - weight * math.sin(p.hang_rad + p.misalignment_rad + place)
                   - p.viscous_nm_s_rad * speed - dry + stop(p, place, speed, p.low_rad, p.high_rad))
