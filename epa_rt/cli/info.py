@@ -58,27 +58,28 @@ def facts_of(path: Path, with_events: bool = False, check: bool = False) -> dict
                  "trips": [event.text for event in trips], "topics": topics, "whole": not missing, "checked": check or not whole,
                  "attachments": {name: len(data) for name, data in log.attachments.items()}, "missing": missing}
         if with_events:
-            facts["events"] = [{"t_s": e.t_ns / 1e9, "cycle": e.cycle, "kind": e.kind, "text": e.text, "data": e.data} for e in events]
+            facts["events"] = [{"t_s": event.t_ns / 1e9} | {key: getattr(event, key) for key in ("cycle", "kind", "text", "data")}
+                               for event in events]
         return facts
 
 
 def text_of(facts: dict[str, Any]) -> str:
     """The same for a person."""
     outcome = f"{facts['outcome']}{': ' + facts['cause'] if facts['cause'] else ''}"
-    late = f"{facts['overruns']} late cycles"
-    pairs = [("outcome", outcome), ("experiment", f"{facts['experiment'] or 'not recorded'} on the rig {facts['rig'] or 'not recorded'}"),
-             ("backend", _backend(facts)), ("duration", f"{facts['duration_s']:.3f} s, {facts['cycles']} cycles, {late}")]
+    asked = f"{facts['experiment'] or 'not recorded'} on the rig {facts['rig'] or 'not recorded'}"
+    lasted = f"{facts['duration_s']:.3f} s, {facts['cycles']} cycles, {facts['overruns']} late cycles"
+    pairs = [("outcome", outcome), ("experiment", asked), ("backend", _backend(facts)), ("duration", lasted)]
     pairs += [("trip", text) for text in facts["trips"] if text not in outcome]
     pairs.append(("topics", ", ".join(f"{name} {count}" for name, count in facts["topics"].items())))
     pairs.append(("attached", ", ".join(f"{name} ({size} bytes)" for name, size in facts["attachments"].items()) or "nothing"))
-    pairs += [("missing", sentence) for sentence in facts["missing"]] or [
-        ("missing", "nothing, every checksum compared" if facts["checked"] else "nothing (the file ends as it should; --check compares checksums)")]
+    sound = "nothing, every checksum compared" if facts["checked"] else "nothing (the file ends as it should; --check compares checksums)"
+    pairs += [("missing", sentence) for sentence in facts["missing"] or [sound]]
     lines = [f"{facts['log']} ({facts['size_bytes'] / 1e6:.1f} MB)", *(f"  {name:<11}{value}" for name, value in pairs)]
     lines += [f"  {e['t_s']:>10.3f} s  {e['cycle']:>9}  {e['kind']:<12} {e['text']}" for e in facts.get("events", ())]
     return "\n".join(line.translate(_CONTROL) for line in lines)
 
 
-_CONTROL = {code: "?" for code in (*range(0x20), *range(0x7F, 0xA0))}  # a log's text must not steer the terminal
+_CONTROL = dict.fromkeys((*range(0x20), *range(0x7F, 0xA0)), "?")  # a log's text must not steer the terminal
 
 
 def _backend(facts: dict[str, Any]) -> str:
@@ -99,7 +100,8 @@ def _lost(log: Any) -> list[str]:
         return ["the log does not say how the run ended"]
     if not (ending.lost_samples or ending.lost_events):
         return []
-    return [f"{ending.lost_samples} samples and {ending.lost_events} events were lost while recording: the recorder could not keep up"]
+    lost = f"{ending.lost_samples} samples and {ending.lost_events} events"
+    return [f"{lost} were lost while recording: the recorder could not keep up"]
 
 
 def _topics(path: Path, log: Any, whole: bool) -> dict[str, int]:

@@ -31,8 +31,8 @@ def main(arguments: argparse.Namespace) -> int:
     log = arguments.log
     out = arguments.out or log.with_name(f"{log.stem}-plot.html")
     if out.suffix.lower() not in (".html", ".htm"):
-        raise VerbError(f"{out}: found the ending '{out.suffix}', expected .html (a picture file would need a browser that epa does not bring; "
-                        "print the page from yours)")
+        raise VerbError(f"{out}: found the ending '{out.suffix}', expected .html (a picture file would need a browser that epa does "
+                        "not bring; print the page from yours)")
     try:
         run = load_run(log)
         text = plot_page(run, chosen_signals(run, arguments.signals), samples_between(run, arguments.begin_s, arguments.end_s))

@@ -78,7 +78,9 @@ def stack(panels: Sequence[Panel], x_title: str = "time, s", shades: Sequence[tu
         suffix = "" if i == 0 else str(i + 1)
         x_suffix = suffix if own_x else ""
         domain = [(top - _TITLE_PX - panel.height) / height, (top - _TITLE_PX) / height]
-        layout[f"yaxis{suffix}"] = axis(domain=domain, anchor=f"x{x_suffix}") | ({"range": list(panel.y_range)} if panel.y_range else {})
+        layout[f"yaxis{suffix}"] = axis(domain=domain, anchor=f"x{x_suffix}")
+        if panel.y_range:
+            layout[f"yaxis{suffix}"]["range"] = list(panel.y_range)
         layout["annotations"].append(_title(panel, domain[1]))
         data += [trace(line, x_suffix, suffix) for line in panel.lines]
         _levels(layout, panel, x_suffix, suffix)
@@ -89,8 +91,9 @@ def stack(panels: Sequence[Panel], x_title: str = "time, s", shades: Sequence[tu
     if not own_x:
         last = "" if len(panels) == 1 else str(len(panels))
         layout["xaxis"] = axis(anchor=f"y{last}", title={"text": x_title, "standoff": 4})
-    layout["shapes"] += [{"type": "rect", "xref": "x", "yref": "paper", "x0": a, "x1": b, "y0": layout[f"yaxis{suffix}"]["domain"][0],
-                          "y1": 1, "fillcolor": colour, "line": {"width": 0}, "layer": "below"} for a, b, colour in shades]
+    lowest = layout[f"yaxis{suffix}"]["domain"][0]
+    layout["shapes"] += [{"type": "rect", "xref": "x", "yref": "paper", "x0": a, "x1": b, "y0": lowest, "y1": 1, "fillcolor": colour,
+                          "line": {"width": 0}, "layer": "below"} for a, b, colour in shades]
     return Figure(data, layout, height, caption)
 
 
@@ -130,8 +133,8 @@ def _title(panel: Panel, y: float) -> dict[str, Any]:
     names = [] if len(panel.lines) == 1 and panel.lines[0].words == panel.title else [
         f'<span style="color:{colour}">{"┄" if dash else "━"} {html.escape(words)}</span>'
         for words, colour, dash in dict.fromkeys((line.words, line.colour, line.dash != "solid") for line in panel.lines)]
-    title = ", ".join(part for part in (f"<b>{html.escape(panel.title)}</b>" if panel.title else "", html.escape(panel.unit)) if part)
-    text = "   ".join([title, *names])
+    title = f"<b>{html.escape(panel.title)}</b>" if panel.title else ""
+    text = "   ".join([", ".join(part for part in (title, html.escape(panel.unit)) if part), *names])
     return {"text": text, "xref": "paper", "yref": "paper", "x": 0, "y": y, "xanchor": "left", "yanchor": "bottom",
             "showarrow": False, "font": {"size": 12}, "align": "left"}
 
@@ -140,6 +143,6 @@ def _levels(layout: dict[str, Any], panel: Panel, x_suffix: str, y_suffix: str) 
     for value, words in panel.levels:
         layout["shapes"].append({"type": "line", "xref": f"x{x_suffix} domain", "yref": f"y{y_suffix}", "x0": 0, "x1": 1,
                                  "y0": value, "y1": value, "line": {"color": SECOND, "width": 1, "dash": "dash"}})
-        layout["annotations"].append({"text": html.escape(words), "xref": f"x{x_suffix} domain", "yref": f"y{y_suffix}", "x": 0, "y": value,
-                                      "xanchor": "left", "yanchor": "top" if value < 0.0 else "bottom", "showarrow": False,
+        layout["annotations"].append({"text": html.escape(words), "xref": f"x{x_suffix} domain", "yref": f"y{y_suffix}",
+                                      "x": 0, "y": value, "xanchor": "left", "yanchor": "top" if value < 0.0 else "bottom", "showarrow": False,
                                       "font": {"size": 10, "color": SECOND}})

@@ -33,7 +33,8 @@ def envelope(times: np.ndarray, values: np.ndarray, most: int = MOST_POINTS) -> 
     return times[chosen], values[chosen]
 
 
-def path_stretches(x: np.ndarray, y: np.ndarray, samples: int, count: int, most: int = MOST_POINTS) -> tuple[np.ndarray, np.ndarray]:
+def path_stretches(x: np.ndarray, y: np.ndarray, samples: int, count: int,
+                   most: int = MOST_POINTS) -> tuple[np.ndarray, np.ndarray]:
     """A path in the plane to draw: whole where it is short, else ``count`` stretches of so many samples, evenly spread.
 
     The stretches are set apart by NaN, the first and the last sample among them. Of each, the envelopes of both

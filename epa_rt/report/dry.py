@@ -8,8 +8,8 @@ from epa_rt.config.experiment import ExperimentFile, PhaseFile
 from epa_rt.config.rig import Rig
 from epa_rt.experiments.dry import DryPhase, DryRun
 from epa_rt.report import charts
-from epa_rt.report.charts import Figure, Panel, timed
-from epa_rt.report.markup import Html, Marked, esc, facts, folded, join, note, paragraph, table, tag, warning
+from epa_rt.report.charts import Panel, timed
+from epa_rt.report.markup import Html, Marked, facts, folded, join, note, paragraph, table, tag, warning
 from epa_rt.report.page import page
 from epa_rt.report.sections.asked import phase_table
 from epa_rt.report.sections.section import Section, spoken
@@ -36,16 +36,18 @@ def dry_page(dry: DryRun, rig: Rig) -> str:
     trials = {phase.phase.key for phase in dry.phases if phase.phase.trial_index is not None}
     marked = [Marked("trial", row) if row[0] in trials else row for row in rows]
     name = dry.experiment.name
-    top = join([tag("p", "Dry run: what would move, and how far", class_="kicker"), tag("h1", join([name, tag("span", f" on {rig.name}", class_="soft")])),
+    top = join([tag("p", "Dry run: what would move, and how far", class_="kicker"),
+                tag("h1", join([name, tag("span", f" on {rig.name}", class_="soft")])),
                 paragraph(dry.experiment.description), _verdict(dry),
-                facts([("Duration", f"about {seconds(dry.duration_s)}"), ("Phases", f"{len(dry.phases)}"), ("Trials", f"{len(dry.experiment.trials)}")])])
+                facts([("Duration", f"about {seconds(dry.duration_s)}"), ("Phases", len(dry.phases)), ("Trials", len(dry.experiment.trials))])])
     figure = charts.stack(dry_panels(dry, rig, shown), shades=_shades(dry), caption=(
-        "References over time; trials are shaded blue. Times are estimates from the first phase on whose end hangs on the rig (filling, venting). "
-        "Dashed lines are limits of the rig where they lie near."))
+        "References over time; trials are shaded blue. Times are estimates from the first phase on whose end hangs on the rig "
+        "(filling, venting). Dashed lines are limits of the rig where they lie near."))
     content = join([charts.embed(figure), table(head, marked, (0, 3, 7)),
-                    note("Of limit: peak speed as a share of the axis' highest speed. A range counts from the lowest to the highest reference.")])
+                    note("Of limit: peak speed as a share of the axis' highest speed. Range: the lowest to the highest reference.")])
     asked = join([phase_table(experiment_file(dry.experiment.text)), folded("The experiment file", tag("pre", dry.experiment.text))])
-    return page(f"dry run: {name} on {rig.name}", top, [Section("references", "References", content), Section("asked", "What was asked", asked)])
+    sections = [Section("references", "References", content), Section("asked", "What was asked", asked)]
+    return page(f"dry run: {name} on {rig.name}", top, sections)
 
 
 def dry_panels(dry: DryRun, rig: Rig, shown: Shown) -> list[Panel]:
@@ -113,18 +115,24 @@ def _near(scale: Scale, limits: tuple[float, ...], values: np.ndarray) -> list[t
     """Limits that a picture can hold without flattening what it shows."""
     finite = values[np.isfinite(values)]
     reach = max(float(np.max(np.abs(finite))) if len(finite) else 0.0, 1e-9)
-    return [(scale.of(x), f"limit {scale.of(x):.4g} {scale.unit}".replace("-", "−")) for x in limits if math.isfinite(x) and abs(x) <= 2.5 * reach]
+    near = [scale.of(x) for x in limits if math.isfinite(x) and abs(x) <= 2.5 * reach]
+    return [(x, f"limit {x:.4g} {scale.unit}".replace("-", "−")) for x in near]
 
 
 def _verdict(dry: DryRun) -> Html:
     if not dry.findings:
         return tag("p", join([tag("span", "✓ within limits", class_="badge completed"), " The rig can follow every reference."]))
-    return join([tag("p", join([tag("span", "▲ findings", class_="badge tripped"), " The rig cannot follow this."])), *(warning(esc(f)) for f in dry.findings)])
+    badge = tag("span", "▲ findings", class_="badge tripped")
+    return join([tag("p", join([badge, " The rig cannot follow this."])), *(warning(finding) for finding in dry.findings)])
 
 
 def _shades(dry: DryRun) -> list[tuple[float, float, str]]:
-    return [(phase.start_s, phase.start_s + phase.duration_s, charts.TRIAL_SHADE if phase.phase.trial_index is not None else charts.PHASE_SHADE)
-            for i, phase in enumerate(dry.phases) if phase.phase.trial_index is not None or i % 2]
+    shaded = []
+    for i, phase in enumerate(dry.phases):
+        is_trial = phase.phase.trial_index is not None
+        if is_trial or i % 2:
+            shaded.append((phase.start_s, phase.start_s + phase.duration_s, charts.TRIAL_SHADE if is_trial else charts.PHASE_SHADE))
+    return shaded
 
 
 def _file_phases(file: ExperimentFile) -> tuple[PhaseFile, ...]:

@@ -30,7 +30,8 @@ def run_page(run: Run, winding_ohm: float | None = None) -> str:
     """The report of a run. ``winding_ohm``: the motor's winding, where it is known."""
     makers: dict[str, Callable[[Run], Section]] = {
         "asked": asked, "happened": happened, "tracking": tracking, "pressures": pressures, "loops": loops, "valves": valves,
-        "energy": partial(energy, winding_ohm=winding_ohm), "timing": timing, "health": health, "events": events, "provenance": provenance}
+        "energy": partial(energy, winding_ohm=winding_ohm), "timing": timing, "health": health, "events": events,
+        "provenance": provenance}
     sections = [_made(key, make, run) for key, make in makers.items()]
     title = f"{run.facts.get('experiment', 'run')} on {run.facts.get('rig', 'rig')}: {run.outcome}"
     return page(title, header(run), sections)
@@ -42,8 +43,8 @@ def page(title: str, head: Html, sections: Sequence[Section]) -> str:
     body = join(tag("section", join([tag("h2", section.title), section.content]), id=section.key) for section in sections)
     place = files("epa_rt.report")
     return Template(place.joinpath("page.html").read_text("utf-8")).substitute(
-        title=tag("title", title), style=place.joinpath("page.css").read_text("utf-8"), plotly=_plotly(), header=tag("header", head),
-        navigation=tag("nav", links) if len(sections) > 1 else "", sections=body)
+        title=tag("title", title), style=place.joinpath("page.css").read_text("utf-8"), plotly=_plotly(),
+        header=tag("header", head), navigation=tag("nav", links) if len(sections) > 1 else "", sections=body)
 
 
 def _made(key: str, make: Callable[[Run], Section], run: Run) -> Section:

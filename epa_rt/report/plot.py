@@ -38,7 +38,8 @@ def samples_between(run: Run, begin_s: float | None, end_s: float | None) -> sli
     end = len(run.t_s) if end_s is None else int(np.searchsorted(run.t_s, end_s, side="right"))
     if end - begin < 2:
         lasts = f"the log's 0 to {run.t_s[-1]:.3f} s" if len(run.t_s) else "a log with samples"
-        raise NotShown(f"found no two samples between {begin_s or 0:g} s and {'the end' if end_s is None else f'{end_s:g} s'}, expected a stretch of {lasts}")
+        until = "the end" if end_s is None else f"{end_s:g} s"
+        raise NotShown(f"found no two samples between {begin_s or 0:g} s and {until}, expected a stretch of {lasts}")
     return slice(begin, end)
 
 
@@ -47,8 +48,8 @@ def plot_page(run: Run, names: Sequence[str], samples: slice) -> str:
     panels = signal_panels(run, names, samples) if names else glance_panels(run, samples)
     begin, end = float(run.t_s[samples][0]), float(run.t_s[samples][-1])
     inside = [(max(a, begin), min(b, end), colour) for a, b, colour in shades(run) if a < end and b > begin]
-    caption = ("Trials are shaded blue, every second other phase grey. Drag to zoom, double-click to go back. Long stretches are drawn "
-               "as the lowest and the highest sample of each bin.")
+    caption = ("Trials are shaded blue, every second other phase grey. Drag to zoom, double-click to go back. Long stretches are "
+               "drawn as the lowest and the highest sample of each bin.")
     title = f"{run.facts.get('experiment', run.name)} on {run.facts.get('rig', 'an unnamed rig')}"
     head = join([tag("p", f"{run.name}, {begin:.3f} s to {end:.3f} s", class_="kicker"), tag("h1", title), _cut(run)])
     return page(title, head, [Section("signals", "Signals", charts.embed(charts.stack(panels, shades=inside, caption=caption)))])
@@ -58,9 +59,14 @@ def signal_panels(run: Run, names: Sequence[str], samples: slice) -> list[Panel]
     """One panel for each unit, in the order in which the units appear."""
     units: dict[str, list[str]] = {}
     for name in names:
-        unit = "µs" if name in _CYCLE else run.shown.scale(unit_of(name)).unit or ("0 or 1" if name.endswith(("_open", "_enable")) else "counts")
-        units.setdefault(unit, []).append(name)
+        units.setdefault(_unit(run, name), []).append(name)
     return [Panel("", unit, [_line(run, name, i, samples) for i, name in enumerate(group)], 170) for unit, group in units.items()]
+
+
+def _unit(run: Run, name: str) -> str:
+    if name in _CYCLE:
+        return "µs"
+    return run.shown.scale(unit_of(name)).unit or ("0 or 1" if name.endswith(("_open", "_enable")) else "counts")
 
 
 def _line(run: Run, name: str, i: int, samples: slice) -> charts.Line:

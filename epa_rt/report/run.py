@@ -107,9 +107,13 @@ class Run:
     @property
     def experiment(self) -> Experiment:
         """Raises NotShown where the log has none that can be read."""
+        self.require_experiment()
+        return self._experiment
+
+    def require_experiment(self) -> None:
+        """Raises NotShown where the log has no experiment that can be read."""
         if isinstance(self._experiment, str):
             raise NotShown(f"the experiment file in the log cannot be read ({self._experiment})")
-        return self._experiment
 
     def text(self, attachment: str) -> str:
         """An attached file as text. Raises NotShown where the log has none."""
@@ -140,7 +144,7 @@ class Run:
     @property
     def trials(self) -> list[Span]:
         """The phases that are trials. Raises NotShown where the experiment cannot be read."""
-        self.experiment
+        self.require_experiment()
         return [span for span in self.phases if span.is_trial]
 
     def seconds(self, span: Span) -> float:

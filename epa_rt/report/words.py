@@ -21,7 +21,8 @@ def motion_words(phase: PhaseFile) -> str:
     if phase.motion is None:
         return "hold still"
     fields = getattr(phase, phase.motion).model_dump()
-    parts = [f"{_KEYS.get(key, key)} {_written(value, ' and ' if key == 'between' else ' to ')}" for key, value in fields.items() if value not in (None, ())]
+    parts = [f"{_KEYS.get(key, key)} {_written(value, ' and ' if key == 'between' else ' to ')}"
+             for key, value in fields.items() if value not in (None, ())]
     return f"{phase.motion.replace('_', ' ')}: {', '.join(parts)}"
 
 

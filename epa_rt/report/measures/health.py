@@ -47,7 +47,8 @@ def _health(run: Run, row: SignalRow, i: int, is_output: bool, summary: dict | N
     has = bool(len(values)) and bool(np.isfinite(values).any())
     low, high = (float(np.nanmin(values)), float(np.nanmax(values))) if has else (float("nan"), float("nan"))
     invalid, stale = (0, 0) if is_output else (_marked(run, name, i) for name in ("invalid_mask", "stale_mask"))
-    held = [None if summary is None or not is_output else int(summary.get(key, {}).get(row.name, 0)) for key in ("clamped", "slewed")]
+    counted = summary is not None and is_output
+    held = [int(summary.get(key, {}).get(row.name, 0)) if counted else None for key in ("clamped", "slewed")]
     return SignalHealth(row, low, high, invalid, stale, *held)
 
 

@@ -54,7 +54,8 @@ def _of(run: Run, trial: Span, muscle: Muscle) -> TrialPressure:
     set_until, travel = _set_until(run, trial, muscle), run.signals[run.rig.motor.position]
     moved = abs(float(travel[trial.begin] - travel[set_until - 1])) > MOVED_M if set_until else False
     return TrialPressure(trial, muscle.name, float(target), settled_mean(run, muscle, set_until),
-                         settled_mean(run, muscle, trial.begin), moved, drift(run, trial, inside), _least(inside, np.fmin), _least(inside, np.fmax))
+                         settled_mean(run, muscle, trial.begin), moved, drift(run, trial, inside),
+                         _least(inside, np.fmin), _least(inside, np.fmax))
 
 
 def settled_mean(run: Run, muscle: Muscle, end: int) -> float:

@@ -32,7 +32,8 @@ def timing_of(run: Run) -> Timing:
     lateness, busy = run.cycle["lateness_ns"], run.cycle["busy_ns"]
     edges_us = np.concatenate([[0.0], 2.0 ** np.arange(0, 17)])
     counts = [np.histogram(np.clip(values / 1e3, 0.0, edges_us[-1]), edges_us)[0] for values in (lateness, busy)]
-    return Timing(int(np.count_nonzero(run.cycle["flags"] & FLAG_OVERRUN)), _quantiles(lateness), _quantiles(busy), edges_us, *counts)
+    overruns = int(np.count_nonzero(run.cycle["flags"] & FLAG_OVERRUN))
+    return Timing(overruns, _quantiles(lateness), _quantiles(busy), edges_us, *counts)
 
 
 def _quantiles(values_ns: np.ndarray) -> dict[str, int]:

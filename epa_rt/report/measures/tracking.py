@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from epa_rt.experiments import oscillations
-from epa_rt.experiments.coordinate import Coordinate, coordinate_of
+from epa_rt.experiments.coordinate import Coordinate
 from epa_rt.report.run import Run, Span
 
 
@@ -47,7 +47,8 @@ def _speed_rms(run: Run, span: Span, coordinate: Coordinate) -> float:
     motor = run.rig.motor
     if coordinate.measured != motor.position or motor.speed not in run.signals:
         return float("nan")
-    return float(np.sqrt(np.nanmean((run.signals[motor.speed][span.samples] - run.signals[coordinate.speed_key][span.samples]) ** 2)))
+    error = run.signals[motor.speed][span.samples] - run.signals[coordinate.speed_key][span.samples]
+    return float(np.sqrt(np.nanmean(error**2)))
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,12 @@ from epa_rt.report.words import LOOPS, end_words, experiment_file, motion_words,
 
 def asked(run: Run) -> Section:
     """Raises NotShown where the log has no experiment that can be read."""
-    run.experiment
+    run.require_experiment()
     text = run.text("experiment.yaml")
     file = experiment_file(text)
-    return Section("asked", "What was asked", join([phase_table(file), note(
-        "Trials are marked; what a $name stands for in each repetition is said above the table."), folded("The experiment file", tag("pre", text))]))
+    return Section("asked", "What was asked", join([
+        phase_table(file), note("Trials are marked; what a $name stands for in each repetition is said above the table."),
+        folded("The experiment file", tag("pre", text))]))
 
 
 def phase_table(file: ExperimentFile) -> Html:

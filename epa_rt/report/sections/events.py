@@ -17,8 +17,9 @@ def events(run: Run) -> Section:
     rows = [_row(run, event) for event in chosen]
     more = f" {left:,} more, from the middle of the run, are not shown; “epa info --events” lists all." if left else ""
     field = tag("label", join(["Show only events with ", tag("input", "", type="search", class_="filter", aria_label="filter events")]))
-    return Section("events", "Events", folded(f"{count(len(run.events), 'event')}, {len(chosen):,} shown", join([
-        paragraph(field), note(f"Times are since the first cycle.{more}") , table(("Time, s", "Cycle", "Kind", "What"), rows, (2, 3), "events")])))
+    content = [paragraph(field), note(f"Times are since the first cycle.{more}"),
+               table(("Time, s", "Cycle", "Kind", "What"), rows, (2, 3), "events")]
+    return Section("events", "Events", folded(f"{count(len(run.events), 'event')}, {len(chosen):,} shown", join(content)))
 
 
 def chosen_events(found: list[Event], most: int = MOST_ROWS) -> list[Event]:

@@ -46,9 +46,11 @@ def _bars(run: Run, spans: list[Span], row: str, colours: list[str], words: list
     lengths = [run.seconds(span) for span in spans]
     room_s = len(run.t_s) * run.period_s / _NARROW_PX * _LETTER_PX
     words = [word if length > room_s * (len(word) + 1) else "" for word, length in zip(words, lengths)]
-    hover = [f"{html.escape(span.name)}<br>{begin:.3f} s, for {seconds(length)}" for span, begin, length in zip(spans, begins, lengths)]
-    return {"type": "bar", "orientation": "h", "base": begins, "x": lengths, "y": [row] * len(spans), "text": [html.escape(w) for w in words],
-            "textposition": "inside", "insidetextanchor": "middle", "textangle": 0, "constraintext": "none", "hovertext": hover, "hoverinfo": "text",
+    hover = [f"{html.escape(span.name)}<br>{begin:.3f} s, for {seconds(length)}"
+             for span, begin, length in zip(spans, begins, lengths, strict=True)]
+    return {"type": "bar", "orientation": "h", "base": begins, "x": lengths, "y": [row] * len(spans),
+            "text": [html.escape(word) for word in words], "textposition": "inside", "insidetextanchor": "middle", "textangle": 0,
+            "constraintext": "none", "hovertext": hover, "hoverinfo": "text",
             "marker": {"color": colours, "line": {"color": "white", "width": 0.5}},
             "insidetextfont": {"color": ["white" if colour == charts.ACCENT else charts.INK for colour in colours]}}
 

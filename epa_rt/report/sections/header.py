@@ -1,5 +1,7 @@
 """The head of the page: what it was, how it ended, and why."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from epa_rt.logs.reader import Event
@@ -30,15 +32,18 @@ def header(run: Run) -> Html:
     name = run.facts.get("experiment", "unnamed experiment")
     rig = run.facts.get("rig", "unnamed rig")
     known = run.outcome if run.outcome in WORDS else "unknown"
-    badge, sentence = WORDS[known]
     parts = [tag("p", "Report of one run", class_="kicker"), tag("h1", join([name, tag("span", f" on {rig}", class_="soft")])),
              _description(run),
-             tag("p", join([tag("span", badge if known == run.outcome else f"{badge}: {run.outcome}", class_=f"badge {known}"), f" {sentence}"]))]
+             tag("p", join([tag("span", _badge(run, known), class_=f"badge {known}"), " ", WORDS[known][1]]))]
     if known != "completed" and not (known == "unknown" and run.missing):
         parts.append(_cause_box(run, known))
     parts += [warning("the log is not whole: ", sentence) for sentence in run.missing]
     parts += [facts(_facts(run)), facts(_first_figures(run))]
     return join(parts)
+
+
+def _badge(run: Run, known: str) -> str:
+    return WORDS[known][0] if known == run.outcome else f"{WORDS[known][0]}: {run.outcome}"
 
 
 def _description(run: Run) -> Html:
@@ -52,13 +57,13 @@ def _facts(run: Run) -> list[tuple[str, str]]:
     told = run.facts
     summary = next((event.data for event in run.events if event.kind == "summary"), {})
     confirmed = summary.get("drive_off_confirmed")
-    end = {True: "outputs safe, drive confirmed off", False: "outputs safe, drive did NOT confirm that it is off"}.get(confirmed, "not recorded")
+    ends = {True: "outputs safe, drive confirmed off", False: "outputs safe, drive did NOT confirm that it is off"}
     pace = told.get("speed", "")
     backend = {"sim": "simulated"}.get(told.get("backend", ""), told.get("backend", "not recorded"))
     speed = {"": "", "unpaced": ", as fast as it goes"}.get(pace, f", at {pace} × real time")
     return [("Duration", seconds(len(run.t_s) * run.period_s)), ("Cycles recorded", f"{len(run.t_s):,} of {run.period_s * 1e3:g} ms"),
             ("Rig", f"{told.get('rig', '–')} ({backend}{speed})"), ("Plant", f"{told.get('plant', '–')}, seed {told.get('seed', '–')}"),
-            ("End state", end)]
+            ("End state", ends.get(confirmed, "not recorded"))]
 
 
 def _first_figures(run: Run) -> list[tuple[str, str]]:
@@ -89,7 +94,8 @@ def _cause_box(run: Run, known: str) -> Html:
     if trip is not None:
         at = run.event_s(trip)
         where = next((span.name for span in run.phases if span.begin <= trip.cycle <= span.end), None)
-        parts.append(paragraph(f"At {at:.3f} s (cycle {trip.cycle:,})" + (f", in the phase {where}." if where else ", outside of any phase.")))
+        place = f"in the phase {where}" if where else "outside of any phase"
+        parts.append(paragraph(f"At {at:.3f} s (cycle {trip.cycle:,}), {place}."))
         parts.append(_before(run, trip))
     return tag("div", join(parts), class_=f"box {known}")
 
@@ -103,7 +109,8 @@ def _before(run: Run, trip: Event) -> Html:
         return paragraph(f"Signals not shown: {error}.")
     panels = list({panel.title: panel for panel in reversed(panels)}.values())[::-1]
     at = float(run.t_s[min(trip.cycle, len(run.t_s) - 1)])
-    figure = charts.stack([Panel(**{**vars(panel), "height": 105}) for panel in panels], shades=[(at, float(run.t_s[end - 1]), "rgba(184,86,15,0.16)")],
+    after = (at, float(run.t_s[end - 1]), "rgba(184,86,15,0.16)")
+    figure = charts.stack([replace(panel, height=105) for panel in panels], shades=[after],
                           caption="The last second before that; what came after it is shaded.")
     return charts.embed(figure)
 
@@ -114,6 +121,6 @@ def _culprit(run: Run, signal: str, samples: slice) -> list[Panel]:
     scale = run.shown.scale(unit_of(signal))
     limits = next((row.limits for row in run.rig.signals if row.name == signal), None)
     highest = np.nanmax(np.abs(run.signals[signal][samples]))
-    near = [] if limits is None else [(scale.of(x), f"limit {number(scale.of(x))} {scale.unit}") for x in limits if abs(x) <= 3 * highest]
+    near = [(scale.of(x), f"limit {number(scale.of(x))} {scale.unit}") for x in limits or () if abs(x) <= 3 * highest]
     line = signal_line(run, signal, "measured", charts.ACCENT, samples, width=1.6)
     return [Panel(spoken(signal), scale.unit, [line], levels=near)]

@@ -17,16 +17,16 @@ def health(run: Run) -> Section:
     return Section("health", "Health", join([
         table(head, rows, (0, 1), "health"),
         note("Bars: the range used, on a scale from the lower to the upper limit. Margin: how far the signal stayed "
-             "from the nearer limit. Invalid and stale are cycles; clamped and slewed are cycles in which the envelope held a command back, counted when the "
-             "run closes (a dash: not recorded).")]))
+             "from the nearer limit. Invalid and stale are cycles; clamped and slewed are cycles in which the envelope held a command "
+             "back, counted when the run closes (a dash: not recorded).")]))
 
 
 def _row(shown: Shown, one: SignalHealth) -> list[object]:
     margin: object = shown.difference(one.margin, one.row.si_unit)
     margin = tag("strong", f"▲ {margin}", class_="off") if one.margin < 0.0 else margin
     is_output = one.row.is_output
-    return [one.row.name, _bar(shown, one), margin, "" if is_output else _count(one.invalid), "" if is_output else _count(one.stale),
-            _count(one.clamped) if is_output else "", _count(one.slewed) if is_output else ""]
+    counts = [_count(n) for n in ((one.clamped, one.slewed) if is_output else (one.invalid, one.stale))]
+    return [one.row.name, _bar(shown, one), margin, *(["", "", *counts] if is_output else [*counts, "", ""])]
 
 
 def _count(n: int | None) -> object:

@@ -1,5 +1,7 @@
 """Force against travel, trial by trial."""
 
+import html
+
 import numpy as np
 
 from epa_rt.report import charts
@@ -59,13 +61,14 @@ def _grid(lines: list[Line], x_words: str, y_words: str) -> Figure:
         domain = [column / columns + (0.035 if column else 0.0), (column + 1) / columns - 0.005]
         layout[f"xaxis{suffix}"] = charts.axis(domain=domain, anchor=f"y{suffix}", range=x_range, matches="x" if i else None,
                                                title={"text": x_words, "standoff": 3, "font": {"size": 11}})
-        layout[f"yaxis{suffix}"] = charts.axis(domain=[top - _CELL_PX / height, top], anchor=f"x{suffix}", range=y_range, matches="y" if i else None,
-                                               showticklabels=column == 0)
-        layout["annotations"].append({"text": f"<b>{line.words}</b>", "xref": "paper", "yref": "paper", "x": domain[0], "y": top, "xanchor": "left",
-                                      "yanchor": "bottom", "showarrow": False, "font": {"size": 11}})
+        layout[f"yaxis{suffix}"] = charts.axis(domain=[top - _CELL_PX / height, top], anchor=f"x{suffix}", range=y_range,
+                                               matches="y" if i else None, showticklabels=column == 0)
+        layout["annotations"].append({"text": f"<b>{html.escape(line.words)}</b>", "xref": "paper", "yref": "paper", "x": domain[0],
+                                      "y": top, "xanchor": "left", "yanchor": "bottom", "showarrow": False, "font": {"size": 11}})
         data.append(charts.trace(line, suffix, suffix))
     layout["yaxis"]["title"] = {"text": f"{y_words}, N", "standoff": 3}
-    return Figure(data, layout, height, f"{y_words.capitalize()} against {x_words.rsplit(',', 1)[0]}, one picture per trial on equal axes. Of trials longer than "
+    against = f"{y_words.capitalize()} against {x_words.rsplit(',', 1)[0]}"
+    return Figure(data, layout, height, f"{against}, one picture per trial on equal axes. Of trials longer than "
                   f"{STRETCHES * STRETCH_S:g} s, {STRETCHES} stretches of {STRETCH_S:g} s, evenly spread, are drawn.")
 
 

@@ -24,15 +24,16 @@ def pressures(run: Run) -> Section:
     parts.append(note(
         f"“As set” is the mean of the {SETTLED_S:g} s (or the time since the last switching, where shorter) at the end of the last phase "
         f"that set or trimmed the muscle; “at start” the same before the trial began, wherever a move had taken the muscle by then. "
-        f"Errors above {TOLERANCE_PA / 1e3:g} kPa are marked, at the start only where the motor had not moved since. Drift is the change over the trial with the motion taken out (fit on time, "
-        "position and position squared)."))
+        f"Errors above {TOLERANCE_PA / 1e3:g} kPa are marked, at the start only where the motor had not moved since. "
+        "Drift is the change over the trial with the motion taken out (fit on time, position and position squared)."))
     parts += [_approach(run, muscle) for muscle in run.rig.muscles]
     return Section("pressures", "Pressures", join(parts))
 
 
 def _table(run: Run) -> Html:
     unit = run.shown.scale("Pa").unit
-    head = ("Trial", "Muscle", f"Target, {unit}", f"As set, {unit}", "Error, kPa", f"P0 at start, {unit}", "Error, kPa", "Drift, kPa", f"In the trial, {unit}")
+    head = ("Trial", "Muscle", f"Target, {unit}", f"As set, {unit}", "Error, kPa", f"P0 at start, {unit}", "Error, kPa", "Drift, kPa",
+            f"In the trial, {unit}")
     return table(head, [_row(run, one) for trial in run.trials for one in trial_pressures(run, trial)], (0, 1))
 
 
@@ -61,7 +62,8 @@ def _approach(run: Run, muscle: Muscle) -> Html:
         times = run.t_s[samples] - run.t_s[trial.begin]
         error = run.signals[muscle.pressure][samples] - run.signals[f"ref_{muscle.pressure}"][trial.begin]
         colour = charts.ORDERED[round(i * (len(charts.ORDERED) - 1) / max(len(trials) - 1, 1))]
-        panel_lines.append(timed(times, np.where(np.abs(error) < 4 * CLOSE_PA, error, np.nan) / 1e3, trial_name(trial).split(" ")[0], colour, 1500))
+        near_kpa = np.where(np.abs(error) < 4 * CLOSE_PA, error, np.nan) / 1e3
+        panel_lines.append(timed(times, near_kpa, f"{trial.phase.trial_index + 1}", colour, 1500))
     panel = Panel(f"{muscle.name}: pressure minus target", "kPa", panel_lines, 170, (-CLOSE_PA / 1e3, CLOSE_PA / 1e3),
                   [(TOLERANCE_PA / 1e3, f"+{TOLERANCE_PA / 1e3:g} kPa"), (-TOLERANCE_PA / 1e3, f"−{TOLERANCE_PA / 1e3:g} kPa")])
     return charts.embed(charts.stack([panel], "time before and after the trial began, s", caption=(

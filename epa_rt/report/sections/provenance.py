@@ -20,7 +20,8 @@ def provenance(run: Run) -> Section:
     rows = [(name, f"{len(data):,}", tag("code", hashlib.sha256(data).hexdigest())) for name, data in run.attachments.items()]
     files = [folded(name, tag("pre", data.decode("utf-8", "replace"))) for name, data in run.attachments.items()
              if name.endswith((".yaml", ".json")) and name != "experiment.yaml" and len(data) <= SHOWN_BYTES]
-    return Section("provenance", "Provenance", join([facts(pairs), table(("Attached to the log", "Bytes", "SHA-256"), rows, (0, 2)), *files, _missing(run)]))
+    attached = table(("Attached to the log", "Bytes", "SHA-256"), rows, (0, 2))
+    return Section("provenance", "Provenance", join([facts(pairs), attached, *files, _missing(run)]))
 
 
 def _version(run: Run) -> dict[str, str]:

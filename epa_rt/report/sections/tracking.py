@@ -15,7 +15,7 @@ EXCERPT_S = 4.0
 
 def tracking(run: Run) -> Section:
     """Errors per trial and per phase, pictures, and for oscillations the achieved amplitude."""
-    run.experiment
+    run.require_experiment()
     found = [one for span in run.phases if (one := tracking_of(run, span))]
     if not found:
         raise NotShown("no phase of this run has both a reference and a measured position")
@@ -33,14 +33,17 @@ def tracking(run: Run) -> Section:
 def _row(run: Run, one: Tracking, name: str) -> list[object]:
     unit, shown = one.coordinate.si_unit, run.shown
     speed = "–" if np.isnan(one.speed_rms) else shown.difference(one.speed_rms, f"{unit}/s")
-    cells = [name, spoken(one.coordinate.measured), shown.difference(one.rms, unit), f"{shown.difference(one.peak, unit, signed=True)} at {run.t_s[one.peak_at]:.2f} s",
+    peak = f"{shown.difference(one.peak, unit, signed=True)} at {run.t_s[one.peak_at]:.2f} s"
+    cells = [name, spoken(one.coordinate.measured), shown.difference(one.rms, unit), peak,
              shown.difference(one.bias, unit, signed=True, like=one.rms), speed]
     return Marked("trial", cells) if one.span.is_trial else cells
 
 
 def _pictures(run: Run, chosen: list[Tracking]) -> Html:
     panels, drawn = [], chosen[:MOST_TRIALS]
-    reach = {one.coordinate.si_unit: 1.08 * max(abs(o.peak) for o in drawn if o.coordinate.si_unit == one.coordinate.si_unit) for one in drawn}
+    reach: dict[str, float] = {}
+    for one in drawn:
+        reach[one.coordinate.si_unit] = max(reach.get(one.coordinate.si_unit, 0.0), 1.08 * abs(one.peak))
     for one in drawn:
         coordinate, error = error_of(run, one.span)
         scale = run.shown.difference_scale(coordinate.si_unit)
@@ -51,8 +54,8 @@ def _pictures(run: Run, chosen: list[Tracking]) -> Html:
                             80 if len(drawn) > 1 else 120, (-highest, highest)))
     worst = max(chosen, key=lambda one: abs(one.peak))
     left = f" {len(chosen) - len(drawn)} more trials are in the table only." if len(chosen) > len(drawn) else ""
-    return join([charts.embed(charts.stack(panels, "time since the trial began, s", caption=f"Tracking error over each trial, on equal scales.{left}")),
-                 charts.embed(_excerpt(run, worst))])
+    errors = charts.stack(panels, "time since the trial began, s", caption=f"Tracking error over each trial, on equal scales.{left}")
+    return join([charts.embed(errors), charts.embed(_excerpt(run, worst))])
 
 
 def _excerpt(run: Run, worst: Tracking) -> charts.Figure:
@@ -83,7 +86,9 @@ def _amplitudes(run: Run, trials: list[Span]) -> Html:
     if not rows:
         return Html("")
     x_title = "frequency of the period, Hz" if swept else "time since the trial began, s"
-    figure = charts.stack([Panel("achieved over asked amplitude", "", ratio, levels=[(1.0, "as asked")]), Panel("lag", "deg of the period", lag)], x_title,
-                          caption="Each whole period between the fades by itself: the measured signal is fitted by the reference, the reference a quarter "
-                          "of a period earlier and a constant.")
-    return join([tag("h3", "Achieved amplitude"), table(("Trial", "Periods", "Mean ratio", "Lowest", "Highest", "Largest lag"), rows), charts.embed(figure)])
+    panels = [Panel("achieved over asked amplitude", "", ratio, levels=[(1.0, "as asked")]), Panel("lag", "deg of the period", lag)]
+    figure = charts.stack(panels, x_title, caption=(
+        "Each whole period between the fades by itself: the measured signal is fitted by the reference, the reference a quarter of a "
+        "period earlier and a constant."))
+    head = ("Trial", "Periods", "Mean ratio", "Lowest", "Highest", "Largest lag")
+    return join([tag("h3", "Achieved amplitude"), table(head, rows), charts.embed(figure)])
