@@ -1,5 +1,6 @@
 """The rig file: bus, table of signals, drive, muscles, joint, safety. Typed, frozen, unknown keys refused."""
 
+import struct
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -20,6 +21,37 @@ class AnalogCommand(Frozen):
     speed_per_volt: quantity("rad/s/V", 1e-3)
 
 
+_SDO_CODES = {"u8": "B", "i8": "b", "u16": "H", "i16": "h", "u32": "I", "i32": "i"}
+
+
+class StartupSdo(Frozen):
+    """An object that is written before the bus runs, and read back: ``object: 0x8000:06``, its type, its value."""
+
+    object: Annotated[str, Field(pattern=r"^0x[0-9A-Fa-f]{4}:[0-9A-Fa-f]{2}$")]
+    type: Literal["u8", "i8", "u16", "i16", "u32", "i32"]
+    value: Annotated[int, Field(ge=-(1 << 31), lt=1 << 32)]
+
+    @field_validator("value")
+    @classmethod
+    def _fits(cls, value: int, info: ValidationInfo) -> int:
+        bits, signed = int(info.data.get("type", "u32")[1:]), info.data.get("type", "u32")[0] == "i"
+        low, high = (-(1 << bits - 1), (1 << bits - 1) - 1) if signed else (0, (1 << bits) - 1)
+        if not low <= value <= high:
+            raise UnitError(f"found {value}, expected {low} to {high}, what the type holds")
+        return value
+
+    @property
+    def place(self) -> tuple[int, int]:
+        """Index and subindex."""
+        index, subindex = self.object.split(":")
+        return int(index, 16), int(subindex, 16)
+
+    @property
+    def data(self) -> bytes:
+        """The value as it goes over the wire."""
+        return struct.pack("<" + _SDO_CODES[self.type], self.value)
+
+
 class Slave(Frozen):
     """One slave on the wire, in bus order. EL9011 is an end cap: it may be listed, but it is not a slave."""
 
@@ -32,6 +64,7 @@ class Slave(Frozen):
     counts_per_turn: Annotated[int, Field(ge=4, le=1 << 24)] = 4096
     rated_torque: quantity("N*m", 1e-4, 100.0) = 0.170
     analog_command: AnalogCommand | None = None
+    startup: Annotated[tuple[StartupSdo, ...], Field(max_length=64)] = ()
 
 
 class Cia402Drive(FrozenChoice):
@@ -172,9 +205,12 @@ class I2t(Frozen):
 
 
 class Safety(Frozen):
-    """What the envelope watches beside each row's own limits."""
+    """What the envelope watches beside each row's own limits. ``watchdog``: after how long without a frame the slaves
+    themselves drop their outputs.
+    """
 
     reaction: Seconds = 0.020
+    watchdog: quantity("s", 1e-3, 6.0) = 0.100
     lost_cycles: Annotated[int, Field(ge=1, le=1000)] = 3
     i2t: I2t | None = None
     never_together: tuple[tuple[RowName, RowName], ...] = ()
@@ -195,6 +231,18 @@ class Realtime(Frozen):
     core: Annotated[int, Field(ge=0, le=1023)] | None = None
 
 
+class Master(Frozen):
+    """How a real or emulated bus is driven. ``recovery``: what happens when a terminal drops out of operation (a drive
+    is never recovered within a run). ``clock``: the cycle follows the bus's distributed clock, or runs free.
+    ``frame_timeout``: when a frame counts as lost (default: so that ``lost_cycles`` of them fit into the reaction time).
+    """
+
+    recovery: Literal["stop", "continue"] = "stop"
+    clock: Literal["distributed", "free"] = "distributed"
+    frame_timeout: quantity("s", 1e-4, 0.1) | None = None
+    states_every: quantity("s", 1e-3, 1.0) = 0.010
+
+
 class Rig(Frozen):
     """A whole rig. ``row(name)`` finds a signal; ``inputs`` and ``outputs`` are its rows in table order."""
 
@@ -212,6 +260,7 @@ class Rig(Frozen):
     safety: Safety = Safety()
     overrun: Overrun = Overrun()
     realtime: Realtime = Realtime()
+    master: Master = Master()
 
     @property
     def name(self) -> str:

@@ -61,6 +61,7 @@ def _check_bus(rig: "Rig", located: Located) -> None:
             if i != len(rig.bus) - 1:
                 raise located.error(where, "an end cap EL9011 in the middle", "the end cap last on the wire")
             continue
+        _check_startup(slave, where, located)
         device = DEVICES[slave.device]
         for key, chosen, available in (("outputs", slave.outputs, device.outputs), ("inputs", slave.inputs, device.inputs)):
             names = [entry.name for entry in available]
@@ -71,6 +72,17 @@ def _check_bus(rig: "Rig", located: Located) -> None:
                     raise located.error((*where, key, j), f"the entry '{name}' twice", "each entry once")
     if not rig.slaves:
         raise located.error(("bus",), "no slave", "at least one slave")
+
+
+def _check_startup(slave: "Slave", where: tuple, located: Located) -> None:
+    """Objects are written to slaves that have any, and never behind the driver's own back."""
+    for i, sdo in enumerate(slave.startup):
+        if slave.device in ("EK1100", "EL2124"):
+            raise located.error((*where, "startup"), f"'startup' on an {slave.device}, which has no objects", "no 'startup'")
+        index = sdo.place[0]
+        if 0x1600 <= index <= 0x1BFF or 0x1C10 <= index <= 0x1C33 or index == 0x60C2:
+            raise located.error((*where, "startup", i, "object"), f"'{sdo.object}'",
+                                "none of the objects of process data and cycle, which follow from this file")
 
 
 def _check_rows(rig: "Rig", located: Located) -> None:
