@@ -105,7 +105,7 @@ def base_layout(height: int) -> dict[str, Any]:
 
 def axis(**more: Any) -> dict[str, Any]:
     return {"gridcolor": "#eceef1", "zerolinecolor": RULE, "linecolor": RULE, "tickfont": {"size": 11}, "automargin": False,
-            "hoverformat": ".5~g", "ticks": "outside", "ticklen": 3, "tickcolor": RULE, **more}
+            "hoverformat": ".5~g", "exponentformat": "none", "ticks": "outside", "ticklen": 3, "tickcolor": RULE, **more}
 
 
 def embed(figure: Figure) -> Html:

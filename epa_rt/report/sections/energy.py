@@ -45,7 +45,7 @@ def _over_frequency(run: Run, trials: list[Span], winding_ohm: float | None) -> 
         is_swept = bool(np.ptp(periods.frequency_hz) > 0.05 * periods.frequency_hz.mean())
         swept = swept or is_swept
         x = periods.frequency_hz if is_swept else run.t_s[periods.begins] - run.t_s[span.begin]
-        colour, words = charts.SERIES[i % len(charts.SERIES)], f"trial {trial_name(span)}"
+        colour, words = charts.SERIES[i % len(charts.SERIES)], f"trial {span.phase.trial_index + 1}"
         mode = "lines+markers" if len(x) < 100 else "lines"
         per_period.append(Line(x, energies, words, colour, mode=mode))
         per_second.append(Line(x, energies * periods.frequency_hz, words, colour, mode=mode))

@@ -53,7 +53,7 @@ def _pictures(run: Run, chosen: list[Tracking]) -> Html:
         panels.append(Panel(words, scale.unit, [timed(times, scale.of(error), words, charts.ERROR, 3000, width=1.0)],
                             80 if len(drawn) > 1 else 120, (-highest, highest)))
     worst = max(chosen, key=lambda one: abs(one.peak))
-    left = f" {len(chosen) - len(drawn)} more trials are in the table only." if len(chosen) > len(drawn) else ""
+    left = f" The first {len(drawn)} of {len(chosen)} are drawn." if len(chosen) > len(drawn) else ""
     errors = charts.stack(panels, "time since the trial began, s", caption=f"Tracking error over each trial, on equal scales.{left}")
     return join([charts.embed(errors), charts.embed(_excerpt(run, worst))])
 
@@ -76,7 +76,7 @@ def _amplitudes(run: Run, trials: list[Span]) -> Html:
         if periods is None:
             continue
         colour = charts.SERIES[i % len(charts.SERIES)]
-        words = f"trial {trial_name(span)}"
+        words = f"trial {span.phase.trial_index + 1}"
         swept = np.ptp(periods.frequency_hz) > 0.05 * periods.frequency_hz.mean()
         x = periods.frequency_hz if swept else run.t_s[periods.begins] - run.t_s[span.begin]
         ratio.append(Line(x, periods.ratio, words, colour, mode="lines+markers" if len(x) < 100 else "lines"))
