@@ -51,9 +51,9 @@ class Shown:
         return _text(value, self.scale(si_unit), digits)
 
     def difference(self, value: float, si_unit: str, digits: int = 3, signed: bool = False, like: float | None = None) -> str:
-        """A difference with its unit; a dash for NaN. With ``like``, to as many decimals as that one."""
+        """A difference with its unit, to four decimals at most; a dash for NaN. With ``like``, to as many as that one."""
         scale = self.difference_scale(si_unit)
-        return _text(value, scale, digits, signed, None if like is None else _decimals(scale.of(like), digits))
+        return _text(value, scale, digits, signed, min(_decimals(scale.of(value if like is None else like), digits), 4))
 
 
 def shown_for(experiment_text: str, atmosphere_pa: float) -> Shown:

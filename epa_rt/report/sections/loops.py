@@ -37,7 +37,7 @@ def _travel(run: Run) -> tuple[str, np.ndarray]:
     travel = run.signals[rig.motor.position]
     if rig.joint is None:
         return "motor travel, mm", travel
-    return "stretch of the muscle in series, mm", travel - rig.joint.lever_arm * run.signals[rig.joint.position]
+    return "stretch in series, mm", travel - rig.joint.lever_arm * run.signals[rig.joint.position]
 
 
 def _line(run: Run, span: Span, travel: np.ndarray, force: str, i: int, n: int) -> Line:
