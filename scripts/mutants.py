@@ -118,7 +118,8 @@ def _other_constant(value: object) -> Iterator[ast.AST]:
 
 
 def _other_statement(node: ast.stmt) -> Iterator[ast.AST]:
-    if isinstance(node, (ast.Assign, ast.AugAssign, ast.AnnAssign, ast.Expr, ast.Return, ast.Continue, ast.Raise)):
+    nothing_anyway = isinstance(node, ast.Return) and isinstance(node.value, ast.Constant) and node.value.value is None
+    if isinstance(node, (ast.Assign, ast.AugAssign, ast.AnnAssign, ast.Expr, ast.Return, ast.Continue, ast.Raise)) and not nothing_anyway:
         yield ast.Pass()
     if isinstance(node, ast.AugAssign) and type(node.op) in _ARITHMETIC:
         yield ast.AugAssign(node.target, _ARITHMETIC[type(node.op)](), node.value)

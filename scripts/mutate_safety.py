@@ -14,13 +14,15 @@ import argparse
 import json
 import os
 import random
+import shutil
 import sys
+import tempfile
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "scripts")]
+sys.path[:0] = [str(ROOT / "scripts")]
 
 from mutants import Mutant, mutants_of  # noqa: E402
 
@@ -31,6 +33,7 @@ TARGETS = {
     **{f"epa_rt/safety/{name}.py": [f"tests/safety/{test}" for test in SAFETY] for name in ("commands", "envelope", "thermal", "trip")},
     "epa_rt/signals/codec.py": [f"tests/signals/{test}" for test in SIGNALS],
 }
+COPIED = ("epa_rt", "config", "tests/safety", "tests/signals", "pyproject.toml")
 TIMEOUT_S = 120.0
 
 
@@ -38,11 +41,23 @@ def all_mutants() -> list[Mutant]:
     return [mutant for path in TARGETS for mutant in mutants_of(path, (ROOT / path).read_text(encoding="utf-8"))]
 
 
-def survives(mutant: Mutant) -> bool:
+def copied(folder: Path) -> Path:
+    """What the tests need, copied, so that nobody's edit in the meantime counts as a kill."""
+    for name in COPIED:
+        source, target = ROOT / name, folder / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if source.is_dir():
+            shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__"))
+        else:
+            shutil.copy(source, target)
+    return folder
+
+
+def survives(mutant: Mutant, root: Path) -> bool:
     """Whether the tests pass with the mutant in place of its module, in a child process of its own."""
     pid = os.fork()
     if pid == 0:
-        os._exit(_tests_with(mutant))
+        os._exit(_tests_with(mutant, root))
     deadline = time.monotonic() + TIMEOUT_S
     while True:
         done, status = os.waitpid(pid, os.WNOHANG)
@@ -55,7 +70,7 @@ def survives(mutant: Mutant) -> bool:
         time.sleep(0.02)
 
 
-def _tests_with(mutant: Mutant) -> int:
+def _tests_with(mutant: Mutant, root: Path) -> int:
     import importlib.abc
     import importlib.util
 
@@ -65,20 +80,39 @@ def _tests_with(mutant: Mutant) -> int:
 
     class Loader(importlib.abc.Loader):
         def exec_module(self, module: object) -> None:
-            exec(compile(mutant.text, str(ROOT / mutant.path), "exec"), module.__dict__)
+            exec(compile(mutant.text, str(root / mutant.path), "exec"), module.__dict__)
 
     class Finder(importlib.abc.MetaPathFinder):
         def find_spec(self, found: str, path: object, target: object = None) -> object:
             return importlib.util.spec_from_loader(name, Loader()) if found == name else None
 
+    os.chdir(root)
     sys.meta_path.insert(0, Finder())
     silent = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
         os.dup2(silent, stream)
     try:
-        return int(pytest.main(["-x", "-q", "--tb=no", "--assert=plain", "-p", "no:cacheprovider", *(str(ROOT / t) for t in TARGETS[mutant.path])]))
+        return int(pytest.main(["-x", "-q", "--tb=no", "--assert=plain", "-p", "no:cacheprovider", *TARGETS[mutant.path]]))
     except BaseException:
         return 1
+
+
+def untouched() -> list[Mutant]:
+    """Each target as it is: what its tests must pass."""
+    return [Mutant(path, "", (ROOT / path).read_text(encoding="utf-8")) for path in TARGETS]
+
+
+def run(mutants: list[Mutant], root: Path, jobs: int) -> list[bool]:
+    """Which of them survive. What all children need is imported once, from the copy, before they fork."""
+    os.environ["EPA_MUTATING"] = "1"
+    sys.path.insert(0, str(root))
+    import hypothesis.strategies  # noqa: F401
+    import pytest  # noqa: F401
+
+    import epa_rt.config.rig  # noqa: F401
+
+    with ThreadPoolExecutor(jobs) as pool:
+        return list(pool.map(lambda mutant: survives(mutant, root), mutants))
 
 
 def explanations() -> dict[str, str]:
@@ -109,15 +143,16 @@ def main() -> int:
     whole = not chosen.only and chosen.sample is None
     if chosen.sample is not None:
         mutants = random.Random(1).sample(mutants, min(chosen.sample, len(mutants)))
-    os.environ["EPA_MUTATING"] = "1"
-    import hypothesis.strategies  # noqa: F401  (loaded once, before the forks)
-    import pytest  # noqa: F401
-
-    import epa_rt.config.rig  # noqa: F401
-
     began_s = time.monotonic()
-    with ThreadPoolExecutor(chosen.jobs) as pool:
-        alive = list(pool.map(survives, mutants))
+    with tempfile.TemporaryDirectory() as folder:
+        root = copied(Path(folder))
+        mutants = [*untouched(), *mutants]
+        alive = run(mutants, root, chosen.jobs)
+    broken = [mutant.path for mutant, is_alive in zip(mutants, alive, strict=True) if not mutant.key and not is_alive]
+    if broken:
+        print(f"the tests of {', '.join(broken)} fail without any mutant", file=sys.stderr)
+        return 2
+    mutants, alive = mutants[len(TARGETS):], alive[len(TARGETS):]
     survivors = [mutant.key for mutant, is_alive in zip(mutants, alive, strict=True) if is_alive]
     reasons = explanations()
     unexplained = [key for key in survivors if key not in reasons]

@@ -25,7 +25,7 @@ class CommandGate:
         self.outputs = {row.name: row.safe for row in rig.outputs}
         self._safe = dict(self.outputs)
         bus = rig.drive.interface == "cia402"
-        self._mode = rig.drive.mode if bus else ""
+        self._mode = rig.drive.mode if bus else None
         self._power_row, self._power_on = (rig.drive.control_word, ENABLE_OPERATION) if bus else (rig.drive.enable, 1.0)
         self._analog, self._switches, self._words = [], [], []
         for row in rig.outputs:
@@ -40,7 +40,7 @@ class CommandGate:
         pairs = [(muscle.inlet, muscle.exhaust) for muscle in rig.muscles]
         self._forbidden = tuple(pairs) + rig.safety.never_together
         motor = rig.motor
-        self._target, self._position = motor.position_target or "", motor.position
+        self._target, self._position = motor.position_target, motor.position
         self._rates = tuple(name for name in (motor.speed_target, motor.torque_target) if name)
         self.jump_si = JUMP_S * rig.row(self._target).slew if self._target else 0.0
         self._powered = self._follows = False

@@ -29,7 +29,7 @@ class Decoder:
         self.invalid = 0
         self.stale = 0
         self._struct = struct.Struct(text)
-        self._fields: tuple = (0,) * 64
+        self._fields: tuple = ()
         self._plain, self._checked, self._bits = [], [], []
         self._raw = []
         self._toggle, self._age = [-1] * len(self.names), [0] * len(self.names)  # -1: the first sample is a new one

@@ -89,6 +89,12 @@ def test_the_mode_stays_while_power_is_on(before, after):
     assert bench.trip.text == f"{MODE} = {after} under power, expected {before}"
 
 
+def test_a_command_that_is_no_number_is_called_so_even_when_power_comes_on():
+    bench = Bench()
+    bench.check(command=ON | {SPEED: math.nan})
+    assert bench.trip[:2] == ("NaN command", SPEED)
+
+
 def test_the_mode_may_change_without_power_and_with_the_power_word_gone():
     bench = Bench().power_on(8)
     bench.command[CONTROL] = 0x07
@@ -111,7 +117,7 @@ def test_a_position_that_is_no_number_cannot_be_enabled_at():
     assert refusal[0] == "jump at enable"
 
 
-@pytest.mark.parametrize("power", [{}, {CONTROL: 0x07}, {CONTROL: 0x0F, MODE: 9}, {CONTROL: 0x0F, MODE: 10}])
+@pytest.mark.parametrize("power", [{}, {MODE: 8}, {CONTROL: 0x07, MODE: 8}, {CONTROL: 0x0F, MODE: 9}, {CONTROL: 0x0F, MODE: 10}])
 def test_where_the_drive_does_not_listen_the_target_follows_however_fast(power):
     bench = Bench()
     bench.check(command=power)

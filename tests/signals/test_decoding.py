@@ -49,6 +49,11 @@ def test_any_bytes_give_finite_numbers_or_nan(name, data):
         assert (decoder.invalid | decoder.stale) < 1 << len(decoder.names)
 
 
+def test_before_the_first_image_nothing_is_known_and_nothing_wrong():
+    decoder = Decoder(rig("bench"))
+    assert decoder.invalid == decoder.stale == 0 and all(math.isnan(value) for value in decoder.measured.values())
+
+
 def test_another_size_is_an_error():
     decoder = Decoder(rig("bench"))
     for size in (0, decoder.size - 1, decoder.size + 1):
