@@ -118,14 +118,30 @@ class Step(Pieces):
 
 
 class Braking(Pieces):
-    """From a position and a speed to rest at a constant deceleration (SI, above zero)."""
+    """From a position, speed and acceleration to rest, without a step of the acceleration at either end (SI).
 
-    def __init__(self, position: float, speed: float, deceleration: float):
-        length_s = abs(speed) / deceleration
-        slope = -math.copysign(deceleration, speed)
-        end = position + 0.5 * speed * length_s
-        pieces = [(length_s, (position, speed, 0.5 * slope, 0.0, 0.0, 0.0))] if length_s > 0.0 else []
-        super().__init__(pieces, end, Peaks(min(position, end), max(position, end), abs(speed), deceleration))
+    ``deceleration`` (above zero) is what braking from the speed alone would reach. The speed falls as a cubic, so that
+    a feedforward of the acceleration does not jump when the operator asks to stop.
+    """
+
+    SHORTEST_S = 0.1  # takes the acceleration away where there is hardly any speed left to brake
+
+    def __init__(self, position: float, speed: float, deceleration: float, acceleration: float = 0.0):
+        length_s = 1.5 * abs(speed) / deceleration
+        if acceleration != 0.0:
+            length_s = max(length_s, self.SHORTEST_S)
+        if length_s < 1e-9:
+            super().__init__([], position, Peaks(position, position, 0.0, 0.0))
+            return
+        end = position + 0.5 * speed * length_s + acceleration * length_s**2 / 12.0
+        piece = (position, speed, 0.5 * acceleration, -speed / length_s**2 - 2.0 / 3.0 * acceleration / length_s,
+                 0.5 * speed / length_s**3 + 0.25 * acceleration / length_s**2, 0.0)
+        fastest = abs(speed) + 4.0 / 27.0 * abs(acceleration) * length_s
+        reach = fastest * length_s
+        low, high = min(position, end), max(position, end)
+        if speed * acceleration < 0.0:  # it may turn round on its way
+            low, high = max(low - reach, position - reach), min(high + reach, position + reach)
+        super().__init__([(length_s, piece)], end, Peaks(low, high, fastest, 1.5 * abs(speed) / length_s + abs(acceleration)))
 
 
 class Blended:

@@ -32,7 +32,7 @@ class Sequence:
         coordinates = {loop: coordinate_of(rig, loop) for loop in possible_loops(rig)}
         self.reference_names = _reference_names(coordinates, self._pressures, experiment.loops)
         self._motion_keys = self.reference_names[: len(self.reference_names) - len(self._pressures)]
-        self._cycle_in_phase, self._position, self._speed = 0, 0.0, 0.0
+        self._cycle_in_phase, self._position, self._speed, self._speed_before = 0, 0.0, 0.0, 0.0
         self._profile: Profile | None = None
         self._braking = False
 
@@ -52,6 +52,7 @@ class Sequence:
         for name, valve in self._valves:
             if valve.failure is not None and self.failure is None and not self.finished:
                 self._fail(f"valves of the muscle {name}: {valve.failure}", cycle)
+        self._speed_before = self._speed
         self._position, self._speed = position, speed = self._at(self._cycle_in_phase * self.period_s)
         reference[self._position_key] = position
         reference[self._speed_key] = speed
@@ -70,8 +71,11 @@ class Sequence:
         self._crew.stop()
         coordinate = self.phase.coordinate
         deceleration = 0.5 * coordinate.acceleration_max
-        speed = self._speed if math.isfinite(deceleration) else 0.0  # a torque stops where it is; the stop lets it go
-        self._follow(Braking(self._position, speed, min(deceleration, 1e9)))
+        speed = acceleration = 0.0
+        if math.isfinite(deceleration):  # a torque stops where it is; the stop lets it go
+            speed, acceleration = self._speed, (self._speed - self._speed_before) / self.period_s
+            acceleration = max(-2.0 * deceleration, min(2.0 * deceleration, acceleration))
+        self._follow(Braking(self._position, speed, min(deceleration, 1e9), acceleration))
         self._due = self._motion_cycles
         self._cycle_in_phase = 1  # its time zero is the reference of the cycle before
         self.events.append(("brake", f"braking in {self.phase.name}", {"phase": self.phase.name, "cycle": cycle}))

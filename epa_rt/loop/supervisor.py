@@ -16,6 +16,8 @@ STATES = ("bring_up", "enable", "run", "stop", "disable", "safe", "done")
 BRING_UP, ENABLE, RUN, STOP, DISABLE, SAFE, DONE = range(7)
 
 BRING_UP_S = 0.1
+REST_S, REST_MAX_S = 0.05, 1.0  # how long the motor must stand before power is taken off, and the longest wait for it
+REST_SHARE = 0.02  # of the motor's top speed: below it the motor stands
 DISABLE_S = 0.5  # longest wait for the drive to come down by its own ramp
 SAFE_MIN_S, SAFE_MAX_S = 0.1, 1.0
 
@@ -45,7 +47,9 @@ class Supervisor:
         self._valves = [(valves[m.name], m.name, m.pressure, m.inlet, m.exhaust, f"est_{m.pressure}") for m in rig.muscles]
         self._target, self._position = rig.motor.position_target, rig.motor.position
         self._targets = [t for t in (rig.motor.speed_target, rig.motor.torque_target) if t]
-        self._age = 0
+        self._speed, self._standstill = rig.motor.speed, REST_SHARE * rig.motor.speed_max
+        self._age = self._still = self._ended = 0
+        self._rest_cycles, self._rest_max_cycles = round(REST_S / rig.period_s), round(REST_MAX_S / rig.period_s)
         self._cycles = {s: max(1, round(seconds / rig.period_s)) for s, seconds in
                         ((BRING_UP, BRING_UP_S), (DISABLE, DISABLE_S), (SAFE, SAFE_MIN_S), (DONE, SAFE_MAX_S))}
 
@@ -127,10 +131,17 @@ class Supervisor:
             self.fault = ("drive", "", f"the drive was lost: {trouble}")
         elif sequence.failure:
             self.fault = ("experiment", "", sequence.failure)
-        elif sequence.finished:
+        elif sequence.finished and self._at_rest(measured):
             self._rest(measured)
             drive.disable(True)
             self._enter(DISABLE)
+
+    def _at_rest(self, measured: dict[str, float]) -> bool:
+        """Whether the motor has stood still for a while; its reference being at rest does not say so."""
+        self._ended += 1
+        still = self._speed is None or abs(measured[self._speed]) < self._standstill
+        self._still = self._still + 1 if still else 0
+        return self._still >= self._rest_cycles or self._ended >= self._rest_max_cycles
 
     def _switch_valves(self, measured: dict[str, float]) -> None:
         command, estimate = self.command, self.estimate

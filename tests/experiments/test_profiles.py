@@ -152,12 +152,35 @@ RECORDED = (0.01189527911577411, -0.04116766420898837)
 
 @settings(deadline=None)
 @given(st.floats(-1.0, 1.0), st.floats(-2.0, 2.0), ACCELERATIONS)
-def test_braking_ends_at_rest_after_the_distance_of_mechanics(position, speed, deceleration):
+def test_braking_takes_half_as_long_again_as_a_constant_deceleration(position, speed, deceleration):
     profile = Braking(position, speed, deceleration)
-    assert profile.duration_s == abs(speed) / deceleration
-    assert profile.end == pytest.approx(position + math.copysign(speed**2 / (2 * deceleration), speed), abs=1e-12)
-    if profile.duration_s:
-        assert profile.at(0.0) == (position, speed)
+    if abs(speed) / deceleration < 1e-9:
+        assert profile.duration_s == 0.0 and profile.end == position
+        return
+    assert profile.duration_s == pytest.approx(1.5 * abs(speed) / deceleration)
+    assert profile.end == pytest.approx(position + math.copysign(0.75 * speed**2 / deceleration, speed), abs=1e-12)
+    assert profile.at(0.0) == (position, speed)
+    assert profile.peaks.acceleration == pytest.approx(deceleration)
+
+
+@settings(deadline=None)
+@given(st.floats(-0.1, 0.1), st.floats(-2.0, 2.0), st.floats(0.5, 20.0), st.floats(-1.0, 1.0))
+def test_braking_starts_with_the_acceleration_it_finds_and_ends_without_any(position, speed, deceleration, share):
+    acceleration = 2.0 * deceleration * share
+    profile = Braking(position, speed, deceleration, acceleration)
+    end_s = profile.duration_s
+    if end_s == 0.0:
+        return
+    step_s = 1e-6 * end_s
+    rest = profile.at(end_s - step_s)[1]
+    assert (profile.at(step_s)[1] - speed) / step_s == pytest.approx(acceleration, rel=1e-3, abs=1e-4 * deceleration)
+    assert abs(rest) / step_s < 1e-4 * deceleration
+    assert profile.at(end_s)[0] == pytest.approx(profile.end)
+    positions, speeds = profile.sample(np.linspace(0.0, end_s, 500))
+    peaks = profile.peaks
+    assert positions.min() >= peaks.low - 1e-12 and positions.max() <= peaks.high + 1e-12
+    assert np.abs(speeds).max() <= peaks.speed * (1 + 1e-12)
+    assert np.abs(np.diff(speeds)).max() / (end_s / 499) <= peaks.acceleration * (1 + 1e-9)
 
 
 @settings(deadline=None)

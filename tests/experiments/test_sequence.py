@@ -134,6 +134,7 @@ def test_brake_comes_to_rest_within_limits_and_finishes(at_cycle):
     run = run_of("  - {name: go, move: {to: 1 mm, speed: 20 mm/s}}\n"
                  "  - {name: trial, trial: true, random_speed: {between: [1 mm, 27 mm], speed: 50 mm/s}, for: 20 s}\n")
     for _ in range(at_cycle):
+        run.last_speed = run.reference["ref_motor_speed_m_s"]
         run.step()
     before = dict(run.reference)
     run.sequence.brake()
@@ -141,14 +142,17 @@ def test_brake_comes_to_rest_within_limits_and_finishes(at_cycle):
         run.step()
         assert run.sequence.finished and run.valves["muscle"].told == [("close",)]
         return
-    speeds = [before["ref_motor_speed_m_s"]]
+    speeds = [run.last_speed if at_cycle > 1 else 0.0, before["ref_motor_speed_m_s"]]
     while not run.sequence.finished:
         run.step()
         speeds.append(run.reference["ref_motor_speed_m_s"])
-    assert speeds[-1] == 0.0 and len(speeds) < 200
-    assert np.abs(np.diff(speeds)).max() <= 1e-3 * 1.0 + 1e-9
+    assert speeds[-1] == 0.0 and len(speeds) < 250
+    assert np.abs(np.diff(speeds)).max() <= 1e-3 * 2.0 + 1e-9  # within the rig's limit
+    # no step of the acceleration where braking begins: 20 per cent of the limit in a cycle at most
+    assert np.abs(np.diff(speeds, 2)).max() <= 1e-3 * 0.4
+    acceleration_m_s2, length_s = (speeds[1] - speeds[0]) / 1e-3, 1e-3 * len(speeds)
     distance = run.reference["ref_motor_travel_m"] - before["ref_motor_travel_m"]
-    assert abs(distance) <= speeds[0] ** 2 / 2.0 + 1e-9
+    assert abs(distance) <= 0.75 * speeds[1] ** 2 / 1.0 + abs(acceleration_m_s2) * length_s**2 / 12 + 1e-6
     assert run.sequence.failure is None
     run.sequence.brake()  # twice is once
     assert [kind for kind, _, _ in run.events].count("brake") == 1

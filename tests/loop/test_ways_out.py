@@ -165,3 +165,17 @@ def test_a_codec_that_fails_ends_the_run_and_keeps_the_traceback(tmp_path):
     assert out.result.outcome == "failed" and "internal error" in out.result.cause
     assert "traceback" in out.memory.events[-1][3]
     assert out.backend.inner.model.command["enabled"][0] == 0.0
+
+
+@pytest.mark.parametrize("at", [14_000, 20_200, 21_350])
+def test_a_stop_in_joint_control_does_not_throw_the_motor(at):
+    from epa_rt.cli.inputs import load_inputs
+    from tests.loop.rigging import ROOT
+
+    inputs = load_inputs(ROOT / "config/experiments/knee_chirp_short.yaml", ROOT / "config/rigs/knee.yaml", None, with_plant=True)
+    out = run_in_memory(inputs, requests=Quiet(stop_at=at))
+    assert out.result.outcome == "stopped"
+    after = [sample for sample in out.memory.samples if sample[0] >= at]
+    assert max(abs(sample[6]["motor_current_a"]) for sample in after) < 5.0  # the drive's own limit is 8 A
+    disabled = next(sample for sample in after if sample[2] == 4)
+    assert abs(disabled[6]["motor_speed_m_s"]) < 0.02 * inputs.rig.motor.speed_max
