@@ -1,0 +1,107 @@
+"""From a bus just found to a bus in SAFEOP: identity, objects, mapping, watchdogs, clocks. No output is written here.
+
+Everything is checked before anything is changed that matters: a bus that is not the rig file's is left in PREOP.
+"""
+
+from epa_rt.backend import BackendError
+from epa_rt.config.rig import Rig, Slave
+from epa_rt.config.rig_checks import entries_of
+
+import pysoem
+
+from drivers.bus import Bus, State
+from drivers.epos4 import check_drive
+from drivers.identity import Found, differences, label
+from drivers.mailbox import Mailbox
+from drivers.mapping import set_up_mapping
+from drivers.registers import set_watchdog
+from drivers.wire import WireImage
+from drivers.words import ERROR, PREOP, SAFEOP, abort_words, state_words
+
+WITH_OBJECTS = ("EL3004", "EL4034", "EPOS4")
+_STATE_S = 5.0
+
+
+def identify(bus: Bus, rig: Rig) -> None:
+    """Finds the slaves and compares every one with the rig file. Raises BackendError: each difference named."""
+    count = bus.find()
+    if count == 0:
+        raise BackendError(f"found no slave on {bus.interface}, expected {len(rig.slaves)}: is {rig.slaves[0].name} powered, and is this its cable?")
+    found = [Found(slave.man, slave.id, slave.rev, slave.name) for slave in bus.slaves]
+    sentences = differences(rig.slaves, found)
+    if sentences:
+        raise BackendError(f"the bus is not the rig {rig.name}: {'; '.join(sentences)}")
+
+
+def reached(states: list[State], wanted: int, labels: tuple[str, ...]) -> None:
+    """Raises BackendError naming the first slave that is not in the wanted state, with its AL status code."""
+    for name, state in zip(labels, states, strict=True):
+        if state.state != wanted:
+            verb = "refused" if state.state & ERROR else "did not reach"
+            raise BackendError(f"{name} {verb} {state_words(wanted)}: it is in {state.words()}")
+
+
+def set_up_slave(bus: Bus, rig: Rig, index: int, mailbox: Mailbox | None) -> list[str]:
+    """All that a slave loses with its power: start-up objects, mapping, watchdog. In PREOP; gives notes."""
+    slave, notes = rig.slaves[index], []
+    if mailbox is not None:
+        for sdo in slave.startup:
+            mailbox.set(*sdo.place, sdo.data)
+        set_up_mapping(mailbox, slave)
+        if slave.device == "EPOS4":
+            notes = check_drive(mailbox, slave, rig)
+    if entries_of(slave, outputs=True):
+        set_watchdog(bus.slaves[index], label(index + 1, slave), rig.safety.watchdog)
+    return notes
+
+
+def configure(bus: Bus, rig: Rig, wire: WireImage, synchronise: bool) -> tuple[dict[int, Mailbox], bool, list[str]]:
+    """Sets every slave up and takes the bus to SAFEOP. Gives mailboxes, whether there is a reference clock, and notes."""
+    bus.master.manual_state_change = 1  # mapping must not ask for SAFEOP before the clocks are set
+    reached(bus.wait_for(PREOP, _STATE_S), PREOP, wire.labels)
+    mailboxes = {i: Mailbox(bus.slaves[i], wire.labels[i]) for i, slave in enumerate(rig.slaves) if slave.device in WITH_OBJECTS}
+    notes = [note for i in range(len(rig.slaves)) for note in set_up_slave(bus, rig, i, mailboxes.get(i))]
+    _map(bus, wire)
+    has_clock = synchronise and _synchronise(bus, rig)
+    bus.use(wire)
+    bus.ask(SAFEOP)
+    reached(bus.wait_for(SAFEOP, _STATE_S), SAFEOP, wire.labels)
+    return mailboxes, has_clock, notes
+
+
+def _map(bus: Bus, wire: WireImage) -> None:
+    """Slaves narrower than a byte need the overlapping map: the plain one makes neighbours overwrite each other."""
+    try:
+        bus.master.config_overlap_map()
+    except pysoem.ConfigMapError as error:
+        raise BackendError("the slaves' process data could not be read: " + "; ".join(map(_map_words, error.error_list))) from None
+    wire.check([(len(slave.output), len(slave.input)) for slave in bus.slaves], bus.master.expected_wkc)
+
+
+def _map_words(error: Exception) -> str:
+    position = getattr(error, "slave_pos", 0)
+    if isinstance(error, pysoem.SdoError):
+        return f"slave {position}, object 0x{error.index:04X}:{error.subindex:02X}: {abort_words(error.abort_code & 0xFFFFFFFF)}"
+    return f"slave {position}: {type(error).__name__}"
+
+
+def driven(rig: Rig) -> list[tuple[int, Slave]]:
+    """The drives that take commands over the bus, by index."""
+    return [(i, slave) for i, slave in enumerate(rig.slaves) if slave.device == "EPOS4" and entries_of(slave, outputs=True)]
+
+
+def _synchronise(bus: Bus, rig: Rig) -> bool:
+    """Measures the delays between the slaves' clocks and starts SYNC0 of each drive once per cycle."""
+    has_clock = bool(bus.master.config_dc())
+    drives = driven(rig)
+    if drives and not has_clock:
+        raise BackendError("found no slave with a distributed clock, expected one for the drive's SYNC0 (or 'master: {clock: free}' in the rig file)")
+    for index, _slave in drives:
+        bus.slaves[index].dc_sync(True, round(rig.period_s * 1e9), 0)
+    return has_clock
+
+
+def stop_clocks(bus: Bus, rig: Rig) -> None:
+    """SYNC0 off, so that the drive does not wait for targets that no longer come."""
+    for index, _slave in driven(rig):
+        bus.slaves[index].dc_sync(False, 0, 0)

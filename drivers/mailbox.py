@@ -1,0 +1,83 @@
+"""Objects of one slave (CoE): read, written and read back, with every refusal in words. Never used in the cycle."""
+
+import struct
+
+import pysoem
+
+from epa_rt.backend import BackendError
+
+from drivers.words import ABORT_NO_OBJECT, ABORT_NO_SUBINDEX, abort_words
+
+
+class Mailbox:
+    """The object dictionary of a slave. ``emergencies`` collects what the slave sends of itself while it is polled."""
+
+    def __init__(self, slave: "pysoem.CdefSlave", label: str):
+        self.label = label
+        self.emergencies: list[str] = []
+        self._slave = slave
+        slave.add_emergency_callback(lambda e: self.emergencies.append(f"{label}: emergency 0x{e.error_code:04X}, register 0x{e.error_reg:02X}"))
+
+    def read(self, index: int, subindex: int = 0) -> bytes:
+        """Raises BackendError: which object of which slave, and why not."""
+        try:
+            return self._slave.sdo_read(index, subindex)
+        except Exception as error:
+            raise self._refused("read", index, subindex, error) from None
+
+    def number(self, index: int, subindex: int = 0) -> int:
+        """An object that holds an unsigned number of any length."""
+        return int.from_bytes(self.read(index, subindex), "little")
+
+    def number_if_there(self, index: int, subindex: int = 0) -> int | None:
+        """As ``number``; None where the slave does not have the object."""
+        try:
+            return int.from_bytes(self._slave.sdo_read(index, subindex), "little")
+        except pysoem.SdoError as error:
+            if error.abort_code & 0xFFFFFFFF in (ABORT_NO_OBJECT, ABORT_NO_SUBINDEX):
+                return None
+            raise self._refused("read", index, subindex, error) from None
+        except Exception as error:
+            raise self._refused("read", index, subindex, error) from None
+
+    def write(self, index: int, subindex: int, data: bytes) -> None:
+        """Writes without reading back, for objects that are in the middle of a change."""
+        try:
+            self._slave.sdo_write(index, subindex, data)
+        except Exception as error:
+            raise self._refused(f"set to 0x{data[::-1].hex().upper()}", index, subindex, error) from None
+
+    def set(self, index: int, subindex: int, data: bytes) -> None:
+        """Writes and reads back. Raises BackendError where it is refused or another value stands there afterwards."""
+        self.write(index, subindex, data)
+        self.expect(index, subindex, data)
+
+    def expect(self, index: int, subindex: int, data: bytes) -> None:
+        """Raises BackendError unless the object holds this value."""
+        found = self.read(index, subindex)
+        if found[: len(data)] != data or any(found[len(data):]):
+            raise BackendError(f"found 0x{found[::-1].hex().upper()} in object 0x{index:04X}:{subindex:02X} of {self.label}, "
+                               f"expected 0x{data[::-1].hex().upper()}")
+
+    def _refused(self, what: str, index: int, subindex: int, error: Exception) -> BackendError:
+        if isinstance(error, pysoem.SdoError):
+            why = abort_words(error.abort_code & 0xFFFFFFFF)
+        elif isinstance(error, pysoem.MailboxError):
+            why = f"mailbox error 0x{error.error_code:04X}"
+        elif isinstance(error, pysoem.WkcError):
+            why = "no answer from its mailbox"
+        else:
+            why = f"{type(error).__name__} {error}"
+        return BackendError(f"object 0x{index:04X}:{subindex:02X} of {self.label} could not be {what}: {why}")
+
+
+def u8(value: int) -> bytes:
+    return struct.pack("<B", value)
+
+
+def u16(value: int) -> bytes:
+    return struct.pack("<H", value)
+
+
+def u32(value: int) -> bytes:
+    return struct.pack("<I", value)

@@ -1,0 +1,58 @@
+"""Look at what is on the bus, against what the rig file says.
+
+Slaves are taken to PREOP at most and no output is written. A bus that another master is driving is stopped by this:
+slaves are addressed anew.
+
+  epa scan                                              the only wired interface
+  epa scan --interface eth1 --rig config/rigs/bench.yaml
+
+Exit code 0: the bus is as the rig file says (without --rig: there are slaves), 1: it differs, 2: it cannot be looked at.
+"""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from epa_rt.cli.exits import COMPLETED, DIFFERENT, VerbError
+
+if TYPE_CHECKING:
+    from drivers.scan import Seen
+
+
+def add_arguments(verb: argparse.ArgumentParser) -> None:
+    verb.add_argument("--interface", help="network interface of the bus (default: the only wired one)")
+    verb.add_argument("--rig", type=Path, help="rig file to compare with (config/rigs/*.yaml)")
+
+
+def main(arguments: argparse.Namespace) -> int:
+    from epa_rt.backend import BackendError
+    from epa_rt.config.rig import load_rig
+
+    rig = load_rig(arguments.rig) if arguments.rig else None
+    from drivers.identity import differences
+    from drivers.scan import scan
+
+    try:
+        interface, seen = scan(arguments.interface)
+    except BackendError as error:
+        raise VerbError(str(error)) from None
+    print(f"{interface}: {len(seen)} slave{'' if len(seen) == 1 else 's'}")
+    print("\n".join(_table(seen)))
+    if rig is None:
+        return COMPLETED if seen else DIFFERENT
+    sentences = differences(rig.slaves, [s.found for s in seen])
+    for sentence in sentences:
+        print(f"differs: {sentence}")
+    if not sentences:
+        print(f"the bus is as the rig {rig.name} says")
+    return DIFFERENT if sentences else COMPLETED
+
+
+def _table(seen: "Sequence[Seen]") -> list[str]:
+    rows = [("", "device", "vendor", "product", "revision", "state", "firmware")] if seen else []
+    for position, slave in enumerate(seen, 1):
+        f = slave.found
+        rows.append((str(position), slave.device, f"0x{f.vendor:08X}", f"0x{f.product:08X}", f"0x{f.revision:08X}", slave.state, slave.firmware))
+    widths = [max(len(row[i]) for row in rows) for i in range(7)] if rows else []
+    return ["  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
