@@ -59,3 +59,15 @@ ROWS = table(
     ("toggle that rests at this period", "period: 1 ms", "period: 5 ms", "stale_after: 20", "at a period of 5 ms", "another period"),
     ("stale sooner than the terminal converts", "stale_after: 20", "stale_after: 2", "stale_after: 2", "'stale_after: 2' at a period of 1 ms", "more cycles"),
 )
+
+STARTUP = table(
+    "bench.yaml",
+    ("start-up of a terminal without objects", "{name: valves, device: EL2124}", "{name: valves, device: EL2124, startup: [{object: '0x8000:06', type: u8, value: 1}]}",
+     "name: valves", "'startup' on an EL2124", "no 'startup'"),
+    ("start-up behind the driver's back", "device: EL3004}", "device: EL3004, startup: [{object: '0x1C12:00', type: u8, value: 0}]}", "name: analog_in", "'0x1C12:00'", "none of the objects"),
+    ("start-up value too large", "device: EL3004}", "device: EL3004, startup: [{object: '0x8000:06', type: u8, value: 256}]}", "name: analog_in", "256", "0 to 255"),
+    ("start-up value that is true", "device: EL3004}", "device: EL3004, startup: [{object: '0x8000:06', type: u8, value: true}]}", "name: analog_in", "True", "a whole number"),
+    ("start-up object in decimals", "device: EL3004}", "device: EL3004, startup: [{object: '32768:6', type: u8, value: 1}]}", "name: analog_in", "'32768:6'", "pattern"),
+    ("watchdog longer than it goes", "lost_cycles: 3", "lost_cycles: 3\n  watchdog: 10 s", "watchdog", "'10 s'", "0.001 to 6 s"),
+    ("a recovery that there is not", "overrun:", "master: {recovery: always}\noverrun:", "master", "'always'", "'stop' or 'continue'"),
+)

@@ -6,12 +6,12 @@ import pytest
 from broken_files import EXPERIMENTS, PLANTS, RIGS, Broken
 from broken_others import EXPERIMENT, PLANT
 from broken_rig_roles import ROLES
-from broken_rig_wiring import BUS, ROWS
+from broken_rig_wiring import BUS, ROWS, STARTUP
 from broken_rigs import SHAPE, UNITS
 
 from epa_rt.cli.main import main
 
-RIG = [*UNITS, *SHAPE, *BUS, *ROWS, *ROLES]
+RIG = [*UNITS, *SHAPE, *BUS, *STARTUP, *ROWS, *ROLES]
 FOLDER = {**dict.fromkeys((b.name for b in RIG), RIGS), **dict.fromkeys((b.name for b in PLANT), PLANTS),
           **dict.fromkeys((b.name for b in EXPERIMENT), EXPERIMENTS)}
 ALL = [*RIG, *PLANT, *EXPERIMENT]
