@@ -34,6 +34,8 @@ def label(position: int, slave: Slave) -> str:
 
 def differences(expected: Sequence[Slave], found: Sequence[Found]) -> list[str]:
     """One sentence per slave that is not as the rig file says; empty where all is as it should be."""
+    if not found:
+        return [f"found no slave at all, expected {len(expected)} from {label(1, expected[0])} on"]
     wanted, present = [slave.device for slave in expected], [device_of(f) for f in found]
     if wanted == present:
         return [text for i, (slave, f) in enumerate(zip(expected, found, strict=True), 1) for text in _of_kind(i, slave, f)]
@@ -42,6 +44,8 @@ def differences(expected: Sequence[Slave], found: Sequence[Found]) -> list[str]:
                 for i, (slave, device) in enumerate(zip(expected, present, strict=True), 1) if slave.device != device]
     sentences = []
     for kind, i0, i1, j0, j1 in SequenceMatcher(None, wanted, present, autojunk=False).get_opcodes():
+        while kind == "insert" and j1 < len(present) and present[j0] == present[j1]:
+            j0, j1 = j0 + 1, j1 + 1  # of several alike, the last is the one too many
         if kind != "equal":
             sentences += _of_part(expected, present, range(i0, i1), range(j0, j1))
     return sentences

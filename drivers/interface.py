@@ -49,6 +49,12 @@ def interfaces() -> list[Interface]:
     return found
 
 
+def candidates(present: list[Interface]) -> list[Interface]:
+    """Those that could carry the bus; one that is switched on goes before those that are not."""
+    wired = [i for i in present if i.is_candidate]
+    return [i for i in wired if i.is_up] or wired
+
+
 def choose(wanted: str | None) -> str:
     """The interface of this name, or the only candidate. Raises BackendError: one sentence with what there is."""
     present = interfaces()
@@ -58,11 +64,11 @@ def choose(wanted: str | None) -> str:
         if chosen is None:
             raise BackendError(f"found no network interface '{wanted}', expected one of: {shown}")
     else:
-        candidates = [i for i in present if i.is_candidate]
-        if len(candidates) != 1:
-            raise BackendError(f"found {len(candidates)} network interfaces that could carry the bus, expected one, or --interface to say "
+        possible = candidates(present)
+        if len(possible) != 1:
+            raise BackendError(f"found {len(possible)} network interfaces that could carry the bus, expected one, or --interface to say "
                                f"which (there are: {shown})")
-        chosen = candidates[0]
+        chosen = possible[0]
     if not chosen.is_up:
         raise BackendError(f"found the network interface {chosen.name} switched off, expected it up: sudo ip link set {chosen.name} up")
     if not chosen.has_link:

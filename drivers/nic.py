@@ -11,7 +11,7 @@ from pathlib import Path
 from epa_rt.backend import BackendError
 
 from drivers.host import BAD, BETTER, OK, UNSEEN, Finding, cores_of, text_of
-from drivers.interface import Interface, interfaces
+from drivers.interface import Interface, candidates, interfaces
 
 _NET = Path("/sys/class/net")
 
@@ -21,10 +21,10 @@ def card_findings(name: str | None, core: int | None) -> list[Finding]:
     present = interfaces()
     shown = ", ".join(f"{i.name} ({i.state})" for i in present) or "none"
     if name is None:
-        candidates = [i for i in present if i.is_candidate]
-        if len(candidates) != 1:
-            return [Finding("network interface", UNSEEN, f"{len(candidates)} candidates", f"--interface says which; there are: {shown}")]
-        chosen = candidates[0]
+        possible = candidates(present)
+        if len(possible) != 1:
+            return [Finding("network interface", UNSEEN, f"{len(possible)} candidates", f"--interface says which; there are: {shown}")]
+        chosen = possible[0]
     else:
         chosen = next((i for i in present if i.name == name), None)
         if chosen is None:

@@ -38,7 +38,8 @@ def main(arguments: argparse.Namespace) -> int:
     except BackendError as error:
         raise VerbError(str(error)) from None
     print(f"{interface}: {len(seen)} slave{'' if len(seen) == 1 else 's'}")
-    print("\n".join(_table(seen)))
+    for line in _table(seen):
+        print(line)
     if rig is None:
         return COMPLETED if seen else DIFFERENT
     sentences = differences(rig.slaves, [s.found for s in seen])
