@@ -14,7 +14,7 @@ from drivers.epos4 import check_drive
 from drivers.identity import Found, differences, label
 from drivers.mailbox import Mailbox
 from drivers.mapping import set_up_mapping
-from drivers.registers import set_watchdog
+from drivers.registers import INPUTS, OUTPUTS, set_watchdog, switch_off
 from drivers.wire import WireImage
 from drivers.words import ERROR, PREOP, SAFEOP, abort_words, state_words
 
@@ -62,6 +62,7 @@ def configure(bus: Bus, rig: Rig, wire: WireImage, synchronise: bool) -> tuple[d
     mailboxes = {i: Mailbox(bus.slaves[i], wire.labels[i]) for i, slave in enumerate(rig.slaves) if slave.device in WITH_OBJECTS}
     notes = [note for i in range(len(rig.slaves)) for note in set_up_slave(bus, rig, i, mailboxes.get(i))]
     _map(bus, wire)
+    _switch_off_unused(bus, rig, wire)
     has_clock = synchronise and _synchronise(bus, rig)
     bus.use(wire)
     bus.ask(SAFEOP)
@@ -76,6 +77,14 @@ def _map(bus: Bus, wire: WireImage) -> None:
     except pysoem.ConfigMapError as error:
         raise BackendError("the slaves' process data could not be read: " + "; ".join(map(_map_words, error.error_list))) from None
     wire.check([(len(slave.output), len(slave.input)) for slave in bus.slaves], bus.master.expected_wkc)
+
+
+def _switch_off_unused(bus: Bus, rig: Rig, wire: WireImage) -> None:
+    """A drive that only reports has no outputs, or only takes commands."""
+    for i, slave in enumerate(rig.slaves):
+        for outputs, sync_manager in ((True, OUTPUTS), (False, INPUTS)):
+            if slave.device == "EPOS4" and not entries_of(slave, outputs):
+                switch_off(bus.slaves[i], wire.labels[i], sync_manager)
 
 
 def _map_words(error: Exception) -> str:
