@@ -18,7 +18,7 @@ from collections.abc import Sequence
 
 from epa_rt.cli.exits import EPILOGUE, STOPPED, VerbError
 
-VERBS = ("check", "run", "replay", "info", "plot", "report", "schema", "scan", "doctor")
+VERBS = ("check", "run", "bus", "replay", "info", "plot", "report", "schema", "scan", "doctor")
 
 
 def parser() -> argparse.ArgumentParser:

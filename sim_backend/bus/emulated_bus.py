@@ -1,0 +1,191 @@
+"""The emulated bus: a rig's slaves on one segment, the simulated plant behind them, and time.
+
+Without IO: frames go in and come out as bytes, the caller says what time it is (nanoseconds of a monotonic clock).
+"""
+
+from dataclasses import dataclass, field
+
+from epa_rt.config.rig import Rig
+from epa_rt.models.plant_file import PlantFile
+from sim_backend.bus import registers as reg
+from sim_backend.bus.agenda import Agenda
+from sim_backend.bus.al_machine import DELAYS_NS
+from sim_backend.bus.bus_plant import BusPlant
+from sim_backend.bus.coupling import Coupling
+from sim_backend.bus.epos4 import Epos4
+from sim_backend.bus.frame import LRD, LRW, datagrams_of
+from sim_backend.bus.logical import Plan
+from sim_backend.bus.mailbox import RESPONSE_NS
+from sim_backend.bus.segment import Segment
+from sim_backend.bus.slave import Settings, Slave
+from sim_backend.bus.terminals import AnalogInputs, AnalogOutputs, Coupler, DigitalOutputs
+from sim_backend.bus.topology import wire
+
+KINDS: dict[str, type[Slave]] = {
+    "EK1100": Coupler, "EL2124": DigitalOutputs, "EL3004": AnalogInputs, "EL4034": AnalogOutputs, "EPOS4": Epos4,
+}
+
+_STEPS_AT_ONCE = 10  # when the emulator has to catch up, frames are answered in between
+
+
+@dataclass
+class Counters:
+    """What the bus has seen. ``process_frames``: frames with logical data; ``steps``: periods that the plant moved."""
+
+    frames: int = 0
+    malformed: int = 0
+    process_frames: int = 0
+    steps: int = 0
+    watchdogs: dict[str, int] = field(default_factory=dict)
+
+
+class EmulatedBus:
+    """A rig on the wire. ``lock_step``: one plant period per frame that carries all outputs, from OP on; else the
+    plant moves with the clock of the first slave that has one, with or without a master.
+    """
+
+    def __init__(self, rig: Rig, plant: PlantFile, seed: int = 0, lock_step: bool = False, drift_ppm: dict[str, float] | None = None,
+                 offset_ns: dict[str, int] | None = None, delays_ns: dict[int, int] = DELAYS_NS, response_ns: int = RESPONSE_NS):
+        self.rig, self.lock_step = rig, lock_step
+        self._plant_file, self._seed = plant, seed
+        self.agenda, self.counters = Agenda(), Counters()
+        settings = Settings(delays_ns, response_ns, drift_ppm or {}, offset_ns or {})
+        self.slaves: dict[str, Slave] = {
+            slave.name: KINDS[slave.device](slave.name, self.agenda, settings, slave.product, slave.revision) for slave in rig.slaves}
+        self.segment = Segment(self._outputs_arrived)
+        self.coupling = Coupling(rig, self.slaves)
+        self.is_running = False  # lock step: from the first frame in OP until all slaves are below SAFEOP
+        self._frame_steps = False
+        for slave in self.slaves.values():
+            slave.on_change = self._changed
+            slave.esc.on_mapping = self._mapping_changed
+            slave.esc.on_data = lambda slave=slave: slave.watchdog.feed(self.time_ns)
+        self._by_esc = {id(slave.esc): slave for slave in self.slaves.values()}
+        self.drive = next((slave for slave in self.slaves.values() if isinstance(slave, Epos4)), None)
+        self.plant: BusPlant
+        self.rewind()
+        self.rewire()
+
+    @property
+    def time_ns(self) -> int:
+        """The time that watchdogs count: the plant's in lock step, else the clock's."""
+        return self.plant.t_ns if self.lock_step else self.agenda.now_ns
+
+    @property
+    def cycle(self) -> int:
+        """Plant periods since the start, or since the last rewind."""
+        return self.plant.t_ns // self.plant.period_ns
+
+    def rewind(self) -> None:
+        """A fresh plant at cycle 0; the slaves keep their states."""
+        self.plant = BusPlant(self.rig, self._plant_file, self._seed)
+        self.coupling.outputs[:] = bytes(len(self.coupling.outputs))
+        for slave in self.slaves.values():
+            slave.watchdog.feed(self.time_ns)
+        if self.drive is not None:
+            self.plant.bind(self.drive, self.coupling)
+        self._give()
+        self._start_local = None
+
+    def rewire(self) -> None:
+        """After a slave has come or gone."""
+        present = [slave for slave in self.slaves.values() if slave.is_present]
+        wire(present)
+        self.segment.set_slaves([slave.esc for slave in present])
+        self.coupling.stale()
+
+    def _changed(self) -> None:
+        self.coupling.stale()
+        self.segment.logical.forget()
+        states = {slave.al.state for slave in self.slaves.values()}
+        if self.is_running and not states & {reg.SAFEOP, reg.OP}:
+            self.is_running = False
+
+    def _mapping_changed(self) -> None:
+        self.coupling.stale()
+        self.segment.logical.forget()
+
+    def receive(self, frame: bytearray, now_ns: int) -> bool:
+        """Runs a frame through the slaves, in place. False: malformed, no answer, nothing has happened."""
+        self.advance_to(now_ns)
+        self.counters.frames += 1
+        datagrams = datagrams_of(frame)
+        if datagrams is None:
+            self.counters.malformed += 1
+            return False
+        self._frame_steps = True
+        for datagram in datagrams:
+            if LRD <= datagram[0] <= LRW:
+                self.counters.process_frames += 1
+                break
+        self.segment.run(frame, datagrams)
+        return True
+
+    def _outputs_arrived(self, plan: Plan) -> None:
+        """The master's outputs are in the slaves' memories."""
+        time_ns = self.time_ns
+        for esc in plan.written:
+            slave = self._by_esc[id(esc)]
+            was_expired = slave.watchdog.expired
+            slave.watchdog.feed(time_ns)
+            if was_expired:
+                self._changed()
+        if not self.lock_step or not self._frame_steps or not plan.carries_all_outputs:
+            return
+        if not self.is_running:
+            if any(slave.is_present and slave.al.state != reg.OP for slave in self.slaves.values()):
+                return
+            self.is_running = True
+        self._frame_steps = False  # at most one period per frame
+        self._step()
+
+    def _step(self) -> None:
+        outputs = self.coupling.take()
+        self.counters.steps += 1
+        if self.lock_step:
+            inputs = self.plant.cycle(bytes(outputs))
+        else:
+            inputs = self.plant.step_now(bytes(outputs))
+        self.coupling.give(inputs)
+        self._check_watchdogs()
+
+    def _check_watchdogs(self) -> None:
+        time_ns = self.time_ns
+        for slave in self.slaves.values():
+            if slave.al.state == reg.OP and slave.is_guarded and slave.watchdog.check(time_ns):
+                self.counters.watchdogs[slave.name] = self.counters.watchdogs.get(slave.name, 0) + 1
+                slave.watchdog_expired()
+
+    def _give(self) -> None:
+        self.coupling.give(self.plant.present_inputs())
+
+    def _bus_local_ns(self, now_ns: int) -> float:
+        """Local time of the bus: of the first slave with a clock, else the emulator's."""
+        for slave in self.slaves.values():
+            if slave.clock is not None:
+                return slave.clock.local_ns(now_ns)
+        return float(now_ns)
+
+    def advance_to(self, now_ns: int) -> None:
+        """Time passes: what is due happens, and in real time the plant moves."""
+        self.agenda.advance_to(now_ns)
+        if self.lock_step:
+            return
+        local_ns = self._bus_local_ns(now_ns)
+        if self._start_local is None:
+            self._start_local = local_ns - self.plant.t_ns
+        due = int((local_ns - self._start_local) // self.plant.period_ns) - self.cycle
+        if due > 1000:  # the emulator itself was stopped: time that nobody saw is left out
+            self._start_local += (due - 1) * self.plant.period_ns
+            due = 1
+        for _ in range(min(due, _STEPS_AT_ONCE)):
+            self._step()
+
+    def next_due_ns(self, now_ns: int) -> int | None:
+        """When ``advance_to`` next has something to do; None where only a frame can bring that."""
+        due = self.agenda.next_ns
+        if not self.lock_step and self._start_local is not None:
+            local_ns = self._bus_local_ns(now_ns)
+            step_ns = now_ns + int((self.cycle + 1) * self.plant.period_ns - (local_ns - self._start_local)) + 1
+            due = step_ns if due is None else min(due, step_ns)
+        return due
