@@ -105,7 +105,7 @@ def untouched() -> list[Mutant]:
 def run(mutants: list[Mutant], root: Path, jobs: int) -> list[bool]:
     """Which of them survive. What all children need is imported once, from the copy, before they fork."""
     os.environ["EPA_MUTATING"] = "1"
-    sys.path.insert(0, str(root))
+    sys.path.insert(0, str(root))  # before the checkout's own
     import hypothesis.strategies  # noqa: F401
     import pytest  # noqa: F401
 

@@ -30,7 +30,7 @@ class Envelope:
         self._watched = [(row.name, *(row.limits or (-INFINITE, INFINITE)), row.si_unit)
                          for row in rig.inputs if not row.name.endswith("_raw")]
         i2t = rig.safety.i2t
-        self._current = i2t.current if i2t else ""
+        self._current = i2t.current if i2t else None
         self._thermal = ThermalLimit(i2t.continuous, i2t.time_constant, rig.period_s) if i2t else None
 
     def trip(self, cause: str, signal: str, text: str, cycle: int) -> None:
@@ -86,5 +86,5 @@ class Envelope:
             self.trip("NaN", name, f"{name} is not a number", cycle)
             return
         cause = OVER_RANGE_CAUSE.get(si_unit, "out of limits")
-        unit_text = f" {si_unit}" if si_unit not in ("", "1") else ""
+        unit_text = "" if si_unit == "1" else f" {si_unit}"
         self.trip(cause, name, f"{name} = {value:.6g}{unit_text}, outside [{low:.6g}, {high:.6g}]", cycle)

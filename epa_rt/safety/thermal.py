@@ -9,8 +9,6 @@ class ThermalLimit:
     ``heat_ratio`` is q over its limit: 1 is the trip. Starts cold; a rig that restarts hot keeps its own margin.
     """
 
-    __slots__ = ("heat_a2", "_limit_a2", "_gain")
-
     def __init__(self, continuous_a: float, time_constant_s: float, period_s: float):
         self.heat_a2 = 0.0
         self._limit_a2 = continuous_a * continuous_a

@@ -32,7 +32,7 @@ class Decoder:
         self._fields: tuple = ()
         self._plain, self._checked, self._bits = [], [], []
         self._raw = []
-        self._toggle, self._age = [-1] * len(self.names), [0] * len(self.names)  # -1: the first sample is a new one
+        self._toggle, self._age = [None] * len(self.names), [0] * len(self.names)  # None: the first sample is a new one
         for i, row in enumerate(rig.inputs):
             place = image.places[row.entry]
             scaling = scaling_of(row, place.entry, rig)
@@ -45,7 +45,7 @@ class Decoder:
                 self._plain.append((row.name, fields[row.entry], scaling.slope, scaling.intercept))
             else:
                 self._checked.append((i, row.name, fields[row.entry], scaling.slope, scaling.intercept, scaling.valid_low,
-                                      scaling.valid_high, status, row.stale_after or 1 << 62))
+                                      scaling.valid_high, status, row.stale_after or math.inf))
 
     def decode(self, inputs_raw: bytes) -> dict[str, float]:
         """The measured signals of one process image (the same dict each time). Raises struct.error on a wrong size."""
@@ -81,7 +81,7 @@ class Decoder:
     def reason(self, i: int) -> str:
         """Why the i-th measured row of the last image is not believed, in words with the counts that were read."""
         for index, _name, field, _slope, _intercept, low, high, status_field, _stale in self._checked:
-            if index != i:
+            if index != i or not self._fields:
                 continue
             counts = self._fields[field]
             status = self._fields[status_field] if status_field is not None else 0

@@ -115,7 +115,7 @@ def test_a_command_that_lacks_a_row_is_a_bad_command(row):
     bench = Bench()
     del bench.command[row]
     assert bench.check() == bench.safe
-    assert bench.trip.cause == "bad command" and row in bench.trip.text
+    assert bench.trip == ("bad command", "", f"a command that cannot be read (KeyError: '{row}')", 0)
     assert bench.check() == bench.safe
 
 

@@ -39,6 +39,12 @@ def test_heat_stays_between_the_least_and_the_most_that_flowed(tau, period, curr
         assert 0.0 <= limit.heat_a2 <= max(c * c for c in currents) * (1 + 1e-12)
 
 
+def test_exactly_at_its_limit_is_not_over():
+    limit = ThermalLimit(2.0, 1.0, 0.001)
+    limit.heat_a2 = 4.0
+    assert not limit.step(2.0) and limit.heat_a2 == 4.0 and limit.heat_ratio == 1.0
+
+
 def test_a_current_that_is_no_number_is_over():
     limit = ThermalLimit(4.0, 1.0, 0.001)
     assert limit.step(math.nan) and limit.step(0.0)

@@ -41,6 +41,17 @@ def test_the_sentence_of_a_limit_has_value_unit_and_limits():
     assert str(bench.trip) == "out of limits: spare_ratio = 2, outside [-1, 1]"
 
 
+def test_torque_and_turning_speed_have_words_of_their_own():
+    spare = ("  - {name: drive_status_raw,", "  - {name: spare_rad_s, entry: analog_in.ch3, limits: [-1 rad/s, 1 rad/s], calibration: {native: [0 V, 1 V], value: [0 rad/s, 1 rad/s]}}\n"
+             "  - {name: drive_status_raw,")
+    torque = ("value: [0 mNm, 170 mNm]}\n  - name: motor_current_a", "value: [0 mNm, 170 mNm]}\n    limits: [-100 mNm, 100 mNm]\n  - name: motor_current_a")
+    for row, value, said in (("spare_rad_s", 2.0, "over-speed: spare_rad_s = 2 rad/s, outside [-1, 1]"),
+                             ("motor_torque_nm", 0.15, "over-torque: motor_torque_nm = 0.15 N*m, outside [-0.1, 0.1]")):
+        bench = Bench(edited("bench", spare, torque))
+        bench.check({row: value})
+        assert str(bench.trip) == said
+
+
 def test_nan_of_a_row_without_limits_trips_too():
     assert rig("bench").row("motor_torque_nm").limits is None
     bench = Bench()

@@ -51,6 +51,7 @@ def test_any_bytes_give_finite_numbers_or_nan(name, data):
 
 def test_before_the_first_image_nothing_is_known_and_nothing_wrong():
     decoder = Decoder(rig("bench"))
+    assert decoder.reason(0) == "no longer invalid"
     assert decoder.invalid == decoder.stale == 0 and all(math.isnan(value) for value in decoder.measured.values())
 
 
@@ -109,6 +110,20 @@ def test_limit_bits_and_the_toggle_make_nothing_invalid(status):
     assert bench.decoder.invalid == 0
 
 
+@pytest.mark.parametrize("status", [UNDER, OVER, ERROR, INVALID])
+def test_a_terminal_is_believed_about_a_row_without_a_valid_range(status):
+    bench = Bench(edited("bench", ("    valid: [-0.8 V, 9.8 V]\n", "")))
+    assert not math.isnan(bench.decode()["muscle_force_n"])
+    bench.set("analog_in.ch2", volt=1.0, status=status)
+    assert math.isnan(bench.decode()["muscle_force_n"]) and bench.decoder.invalid == 0b10
+
+
+def test_an_encoder_may_have_its_zero_elsewhere():
+    bench = Bench(edited("bench", ("native: [0 count, 77824 count], value: [0 mm,", "native: [-77824 count, 77824 count], value: [0 mm,")))
+    assert bench.decode()["motor_travel_m"] == pytest.approx(0.031415926535)
+    assert bench.set("drive.position", counts=77824).decode()["motor_travel_m"] == pytest.approx(0.06283185307)
+
+
 def test_the_last_invalid_row_has_its_own_bit():
     bench = Bench().set("analog_in.ch2", volt=9.9)
     bench.decode()
@@ -120,6 +135,9 @@ def test_a_valid_range_on_an_encoder_is_watched_too():
     for counts, invalid in ((-100, 0), (-101, 4), (50000, 0), (50001, 4)):
         bench.set("drive.position", counts=counts).decode()
         assert bench.decoder.invalid == invalid and bench.decoder.stale == 0
+        assert bench.decoder.reason(2) == {
+            -100: "no longer invalid", -101: "below the sensor's range, broken wire (-101 counts, valid from -100)",
+            50000: "no longer invalid", 50001: "above the sensor's range (50001 counts, valid to 50000)"}[counts]
 
 
 def test_a_digital_input_is_zero_or_one_as_wired():

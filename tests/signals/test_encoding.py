@@ -74,6 +74,24 @@ def test_a_missing_signal_and_a_word_too_large_are_errors():
         encoder.encode(encoder.safe | {"cmd_drive_control_raw": 0x10000})
 
 
+def test_a_target_may_have_its_zero_elsewhere():
+    on = edited("bench", ("entry: drive.target_position\n    calibration: {native: [0 count, 77824 count], value: [0 mm,",
+                          "entry: drive.target_position\n    calibration: {native: [1000 count, 77824 count], value: [0 mm,"))
+    encoder, place = Encoder(on), bit_places(on, True)[0]["drive.target_position"]
+    assert encoder.names == tuple(encoder.safe)
+    assert get(encoder.safe_raw, place) == 1000
+    assert get(encoder.encode(encoder.safe | {"cmd_motor_travel_m": 0.06283185307}), place) == 77824
+
+
+def test_half_a_count_beyond_the_end_is_counted():
+    on = edited("bench", ("entry: drive.target_torque\n    calibration: {native: [0 permille, 1000 permille], value: [0 mNm, 170 mNm]}",
+                          "entry: drive.target_torque\n    calibration: {native: [0 permille, 1 permille], value: [0 Nm, 1 Nm]}"))
+    for value, sent, saturated in ((32767.0, 32767, 0), (32767.25, 32767, 0), (32767.5, 32767, 1), (-32768.25, -32768, 0), (-32768.5, -32768, 1)):
+        encoder, place = Encoder(on), bit_places(on, True)[0]["drive.target_torque"]
+        assert get(encoder.encode(encoder.safe | {"cmd_motor_torque_nm": value}), place) == sent
+        assert encoder.saturated == saturated, value
+
+
 def test_saturation_is_counted_once_per_value_and_goes_to_the_end():
     on = edited("bench_analog", ("value: [0 mm/s, 62.83185307 mm/s]}\n    limits: [-80", "value: [0 mm/s, 4.56 mm/s]}\n    limits: [-8"),
                 ("-8 mm/s, 80 mm/s]", "-8 mm/s, 8 mm/s]"))  # 1 V is 1 mm/s
