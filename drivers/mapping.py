@@ -14,7 +14,7 @@ from epa_rt.config.rig_checks import entries_of
 from drivers.mailbox import Mailbox, u8, u16, u32
 
 OUTPUT_ASSIGNMENT, INPUT_ASSIGNMENT = 0x1C12, 0x1C13
-_TOGGLE_SUBINDEX, _TOGGLE_BIT = 0x10, 15  # where the codec reads an EL3004's toggle
+_TOGGLE_BIT = 15  # where the decoder reads an EL3004's toggle
 _ANALOG_OUT_SUBINDEXES = (0x11, 0x01)  # :01 in one revision
 
 
@@ -90,10 +90,11 @@ def _assign_analog_in(mailbox: Mailbox, slave: Slave) -> None:
     for pdo in pdos:
         channel = (pdo - 0x1A00) // 2
         value = 0x6000 + 0x10 * channel << 16 | 0x11 << 8 | 16
+        toggles = (0x6000 + 0x10 * channel << 8 | 0x10, 0x1800 + 2 * channel << 8 | 0x09)  # the second in older descriptions
         bit, with_status = 0, pdo % 2 == 0
         for i in range(1, mailbox.number(pdo) + 1):
             mapped = mailbox.number(pdo, i)
-            if mapped >> 16 == 0x6000 + 0x10 * channel and mapped >> 8 & 0xFF == _TOGGLE_SUBINDEX and bit != _TOGGLE_BIT:
+            if mapped >> 8 in toggles and bit != _TOGGLE_BIT:
                 raise BackendError(f"found the toggle bit of {mailbox.label} at bit {bit} of channel {channel + 1}'s status, expected bit {_TOGGLE_BIT}")
             if mapped == value:
                 break
