@@ -1,6 +1,7 @@
 """Run an experiment on a rig and record it.
 
-On the simulated rig (--backend sim) it goes as fast as the machine can, or paced with --speed (1 = real time). Every
+On the simulated rig (--backend sim) it goes as fast as the machine can, or paced with --speed (1 = real time); on the
+real one, or an emulated bus, by its wire (--backend ethercat --interface IF). Every
 run leaves one MCAP log that opens in Foxglove and PlotJuggler and can be replayed. Ctrl-C brakes, disables the drive
 and puts the valves into their safe state; a second Ctrl-C takes the torque off at once.
 
@@ -33,7 +34,9 @@ def _positive(text: str) -> float:
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
     add_input_arguments(verb)
-    verb.add_argument("--backend", choices=("sim",), default="sim", help="what is behind the bytes (default: %(default)s)")
+    verb.add_argument("--backend", choices=("sim", "ethercat"), default="sim", help="what is behind the bytes (default: %(default)s)")
+    verb.add_argument("--interface", help="network interface of the bus (default: the only candidate)")
+    verb.add_argument("--lock-step", action="store_true", help="one bus cycle after the other without pace (emulated bus only)")
     verb.add_argument("-o", "--out", type=Path, default=Path("out"), help="folder for the log, or a name that ends in .mcap")
     verb.add_argument("--seed", type=int, default=1, help="seed of the simulated sensors' noise (default: %(default)s)")
     verb.add_argument("--speed", type=_positive, help="pace of the simulated rig; 1 is real time (default: as fast as it goes)")
@@ -42,11 +45,15 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
 
 
 def main(arguments: argparse.Namespace) -> int:
-    inputs = load_inputs(arguments.experiment, arguments.rig, arguments.plant, with_plant=not arguments.dry)
+    is_sim = arguments.backend == "sim"
+    inputs = load_inputs(arguments.experiment, arguments.rig, arguments.plant, with_plant=is_sim and not arguments.dry)
     if arguments.dry:
         return _dry(inputs, arguments.out)
     log = log_path(arguments.out, inputs)
-    summary, result = run_simulated(inputs, log, arguments.seed, arguments.speed, progress=not arguments.quiet)
+    if is_sim:
+        summary, result = run_simulated(inputs, log, arguments.seed, arguments.speed, progress=not arguments.quiet)
+    else:
+        summary, result = run_on_bus(inputs, log, arguments.interface, arguments.lock_step, progress=not arguments.quiet)
     print(closing_text(summary, result, inputs.rig.period_s))
     return FAILED if result.outcome == "completed" and summary.failure else OF_OUTCOME[result.outcome]
 
@@ -81,6 +88,21 @@ def run_simulated(inputs: Inputs, log: Path, seed: int, speed: float | None, pro
     run_facts = {"rig": inputs.rig.name, "experiment": inputs.experiment.name, "plant": inputs.plant.name, "backend": "sim",
                  "seed": str(seed), "speed": "unpaced" if speed is None else f"{speed:g}", "period_s": f"{inputs.rig.period_s:g}"}
     return run_recorded(inputs, backend, log, run_facts, paced=speed is not None, progress=progress)
+
+
+def run_on_bus(inputs: Inputs, log: Path, interface: str | None, lock_step: bool,
+               progress: bool) -> "tuple[LogSummary, RunResult]":
+    """One run on an EtherCAT bus, recorded to ``log``. Raises VerbError where the log or the interface cannot be had."""
+    from drivers.backend_factory import open_ethercat
+    from epa_rt.backend import BackendError
+
+    try:
+        backend = open_ethercat(inputs.rig, interface, lock_step)
+    except BackendError as error:
+        raise VerbError(str(error), FAILED) from None
+    run_facts = {"rig": inputs.rig.name, "experiment": inputs.experiment.name, "backend": "ethercat",
+                 "speed": "lock step" if lock_step else "1", "period_s": f"{inputs.rig.period_s:g}"}
+    return run_recorded(inputs, backend, log, run_facts, paced=not lock_step, progress=progress)
 
 
 def _simulated_backend(inputs: Inputs, seed: int, speed: float | None) -> "Backend":
