@@ -3,6 +3,7 @@
   epa bus run --rig config/rigs/bench.yaml -- python master.py        in a network of its own, without any right
   epa bus serve --rig config/rigs/bench.yaml --interface eth1         on a real interface (needs CAP_NET_RAW)
   epa bus status --control SOCKET
+  epa bus fault frames_lost --cycles 3 --control SOCKET               'epa bus fault --help' lists all kinds
 
 A command under 'run' finds its interface in EPA_BUS_INTERFACE and the control channel in EPA_BUS_CONTROL.
 """
@@ -14,6 +15,18 @@ from pathlib import Path
 
 from epa_rt.cli.exits import COMPLETED, FAILED, VerbError
 
+_FAULTS = """kinds, with what --where names, the usual --value, and how long by default:
+
+  frames_lost, frames_late (0.002 s), frames_repeated, frames_reordered, frames_damaged, wrong_working_counter (-1)
+                                    one frame of process data each, or --cycles N
+  cable_pulled                      until cleared
+  slave_lost SLAVE                  until cleared, then back in INIT; --alone: what hangs behind it stays reachable
+  slave_falls SLAVE (26)            to SAFEOP with this AL status code, once
+  clock_drift [SLAVE] (50 ppm)      until cleared
+  wire_broken ROW (-10 V), sensor_stuck ROW, sensor_noisy ROW (0.5 V), toggle_frozen SLAVE
+  valve_stuck_open VALVE, valve_stuck_closed VALVE, leak [MUSCLE] (5 /s), supply_lost (0 Pa)
+  drive_fault (8976), following_error: once; sto, encoder_jump (2000 counts): until cleared"""
+
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
     parts = verb.add_subparsers(dest="part", metavar="PART", required=True)
@@ -24,9 +37,11 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     _add_serve_arguments(run)
     run.add_argument("command", nargs=argparse.REMAINDER, metavar="-- COMMAND", help="the master: what to run")
     for name, words in (("status", "states of the slaves and counters"), ("truth", "the plant as it is, in SI"),
-                        ("rewind", "a fresh plant at cycle 0"), ("stop", "end the emulator")):
+                        ("rewind", "a fresh plant at cycle 0"), ("faults", "the faults at work and to come"),
+                        ("clear", "end all faults"), ("stop", "end the emulator")):
         part = parts.add_parser(name, help=words)
         _add_control(part)
+    _add_fault(parts)
 
 
 def _add_serve_arguments(part: argparse.ArgumentParser) -> None:
@@ -36,6 +51,21 @@ def _add_serve_arguments(part: argparse.ArgumentParser) -> None:
     part.add_argument("--seed", type=int, default=1, help="seed of the simulated sensors' noise (default: %(default)s)")
     part.add_argument("--control", type=Path, help="path of the control channel, a Unix socket")
     part.add_argument("--priority", type=int, help="SCHED_FIFO priority, where permitted; one above the master's")
+
+
+def _add_fault(parts: argparse._SubParsersAction) -> None:
+    part = parts.add_parser("fault", help="inject a fault, now or later", description=_FAULTS,
+                            formatter_class=argparse.RawDescriptionHelpFormatter)
+    part.add_argument("kind", help="one of the kinds above")
+    part.add_argument("--where", default="", help="row of the rig file, slave, valve or muscle that it hits")
+    part.add_argument("--value", type=float, help="how much, in the unit that the list says")
+    part.add_argument("--at-cycle", type=int, help="plant cycle in which it begins (default: now)")
+    part.add_argument("--at-s", type=float, help="the same as a time of the plant, in seconds")
+    part.add_argument("--cycles", type=int, help="how long, in cycles or frames (default: as the list says)")
+    part.add_argument("--leg", choices=("out", "back"), help="frames_lost: on the way to the slaves, or back from them")
+    part.add_argument("--frames", choices=("process", "all"), help="frame faults: process data only, or every frame")
+    part.add_argument("--alone", action="store_true", default=None, help="slave_lost: the slaves behind stay reachable")
+    _add_control(part)
 
 
 def _add_control(part: argparse.ArgumentParser) -> None:
@@ -48,7 +78,11 @@ def main(arguments: argparse.Namespace) -> int:
         return _serve(arguments)
     if arguments.part == "run":
         return _run(arguments)
-    print(json.dumps(_ask(arguments, arguments.part), indent=2))
+    more = {}
+    if arguments.part == "fault":
+        names = ("kind", "where", "value", "at_cycle", "at_s", "cycles", "leg", "frames", "alone")
+        more = {name: getattr(arguments, name) for name in names if getattr(arguments, name) is not None}
+    print(json.dumps(_ask(arguments, arguments.part, **more), indent=2))
     return COMPLETED
 
 

@@ -5,6 +5,7 @@ from typing import Any
 
 from sim_backend.bus import registers as reg
 from sim_backend.bus.emulated_bus import EmulatedBus
+from sim_backend.faults import Fault
 from sim_backend.devices import ENABLED, FAULT, FAULT_REACTION, NOT_READY, QUICK_STOP, READY, SWITCH_ON_DISABLED, SWITCHED_ON
 
 _DRIVE_STATES = {NOT_READY: "not ready to switch on", SWITCH_ON_DISABLED: "switch on disabled", READY: "ready to switch on",
@@ -38,3 +39,8 @@ def truth(bus: EmulatedBus) -> dict[str, Any]:
         "load_position_m": float(inner["load_position_m"]), "joint_angle_rad": float(inner["joint_angle_rad"]),
         "outputs_raw": bytes(bus.coupling.outputs).hex(), "inputs_raw": bytes(bus.coupling.inputs).hex(),
     }
+
+
+def fault(one: Fault) -> dict[str, Any]:
+    """A fault at work or to come."""
+    return {"kind": one.kind, "where": one.where, "value": one.value, "at_cycle": one.at_cycle, "cycles": one.cycles, **one.options}

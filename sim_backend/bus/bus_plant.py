@@ -4,11 +4,11 @@ from epa_rt.models.plant import advance
 from sim_backend.bus.coupling import Coupling
 from sim_backend.bus.epos4 import Epos4
 from sim_backend.bus.epos4_objects import COMMUNICATION_LOST
-from sim_backend.devices import ENABLED, FAULT_REACTION, QUICK_STOP, STANDSTILL_RAD_S, latch_outputs, sample_inputs
-from sim_backend.rig_model import RigModel
+from sim_backend.devices import ENABLED, FAULT, FAULT_REACTION, NOT_READY, QUICK_STOP, STANDSTILL_RAD_S, latch_outputs, sample_inputs
+from sim_backend.faults import FaultyRigModel
 
 
-class BusPlant(RigModel):
+class BusPlant(FaultyRigModel):
     """``cycle`` (of RigModel) in lock step; ``step_now`` in real time."""
 
     def step_now(self, outputs_raw: bytes) -> bytes:
@@ -19,10 +19,17 @@ class BusPlant(RigModel):
         self._outputs[:] = outputs_raw
         speed = self.sensors["motor_speed_rad_s"][0]
         latch_outputs(self._outputs_array, self._valves, self._drive, self.machine, self.command, abs(speed) < STANDSTILL_RAD_S)
+        if self.faults:
+            self.faults.start_due(self, self.cycle_number)
+            self.faults.hold(self)
         advance(self.params, self.state, self.command, self.sensors, self.period_s, self._substeps)
         self.t_ns += self.period_ns
         sample_inputs(self._inputs_array, self._analog, self._drive, self.machine, self._ports, self.t_ns)
-        return bytes(self._inputs)
+        if not self.faults:
+            return bytes(self._inputs)
+        inputs = bytearray(self._inputs)
+        self.faults.change(inputs)
+        return bytes(inputs)
 
     def present_inputs(self) -> bytes:
         """The input image before the first cycle: one period is run on copies, the rig's state stays as it is."""
@@ -62,9 +69,14 @@ class BusPlant(RigModel):
         objects.item(0x3001, 5).value = round(constant * 1e6).to_bytes(4, "little")
 
     def fail_drive(self, code: int) -> None:
-        """The drive falls into its fault state with an error code (0x603F); from switched-off states too."""
+        """A drive that is on falls into its fault state with an error code (0x603F)."""
         machine = self.machine[0]
-        was_on = machine["state"] in (ENABLED, QUICK_STOP)
-        if was_on or code != COMMUNICATION_LOST:
-            machine["state"], machine["error_code"] = FAULT_REACTION, code
+        if machine["state"] in (ENABLED, QUICK_STOP):
+            machine["state"], machine["error_code"] = FAULT_REACTION if self._drive["bus"][0] else FAULT, code
             self.command["enabled"] = 0.0
+
+    def switch_drive_off(self) -> None:
+        """The drive has no supply: no torque, and it starts from the beginning when the supply comes back."""
+        machine = self.machine[0]
+        machine["state"], machine["age_cycles"], machine["control"], machine["error_code"], machine["mode"] = NOT_READY, 0, 0, 0, 0
+        self.command["enabled"] = 0.0

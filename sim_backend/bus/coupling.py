@@ -8,6 +8,7 @@ from epa_rt.config.rig import Rig
 from epa_rt.config.rig_checks import entries_of
 from epa_rt.signals.image import Image, image_of
 from sim_backend.bus.logical import BitCopy, ByteCopy
+from sim_backend.bus.registers import DIGITAL_OUTPUTS, MEMORY_SIZE
 from sim_backend.bus.sii import INPUTS, OUTPUTS
 from sim_backend.bus.slave import Slave
 
@@ -23,9 +24,12 @@ def copies_of(slave: Slave, entries: tuple[Entry, ...], image: Image, outputs: b
     """Copies between a slave's memory (as ``place``) and the image (as ``at``), and what the image does not have:
     (index, subindex, place in bits, bits)."""
     number = slave.sync_manager_for(OUTPUTS if outputs else INPUTS)
-    if number is None:
+    if number is None or not slave.esc.sync_managers.is_enabled(number):
         return [], []
-    start = 8 * slave.esc.sync_managers.settings(number)[0]
+    first, length = slave.esc.sync_managers.settings(number)[:2]
+    if first < DIGITAL_OUTPUTS or first + length > MEMORY_SIZE or length < slave.process_bytes(outputs):
+        return [], []  # not configured for this mapping: the slave's processor leaves its memory alone
+    start = 8 * first
     known = {_key(entry): entry for entry in entries}
     runs: list[list[int]] = []  # place, at, bits
     missing = []

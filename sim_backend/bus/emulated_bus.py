@@ -3,6 +3,7 @@
 Without IO: frames go in and come out as bytes, the caller says what time it is (nanoseconds of a monotonic clock).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from epa_rt.config.rig import Rig
@@ -10,10 +11,11 @@ from epa_rt.models.plant_file import PlantFile
 from sim_backend.bus import registers as reg
 from sim_backend.bus.agenda import Agenda
 from sim_backend.bus.al_machine import DELAYS_NS
+from sim_backend.bus.bus_faults import BusFaults
 from sim_backend.bus.bus_plant import BusPlant
 from sim_backend.bus.coupling import Coupling
 from sim_backend.bus.epos4 import Epos4
-from sim_backend.bus.frame import LRD, LRW, datagrams_of
+from sim_backend.bus.frame import LRD, LRW, LWR, datagrams_of
 from sim_backend.bus.logical import Plan
 from sim_backend.bus.mailbox import RESPONSE_NS
 from sim_backend.bus.segment import Segment
@@ -49,6 +51,8 @@ class EmulatedBus:
         self.rig, self.lock_step = rig, lock_step
         self._plant_file, self._seed = plant, seed
         self.agenda, self.counters = Agenda(), Counters()
+        self.transmit: Callable[[bytes], None] = lambda frame: None  # for frames that faults send late, or again
+        self.faults = BusFaults(self, seed)
         settings = Settings(delays_ns, response_ns, drift_ppm or {}, offset_ns or {})
         self.slaves: dict[str, Slave] = {
             slave.name: KINDS[slave.device](slave.name, self.agenda, settings, slave.product, slave.revision) for slave in rig.slaves}
@@ -62,9 +66,9 @@ class EmulatedBus:
             slave.esc.on_data = lambda slave=slave: slave.watchdog.feed(self.time_ns)
         self._by_esc = {id(slave.esc): slave for slave in self.slaves.values()}
         self.drive = next((slave for slave in self.slaves.values() if isinstance(slave, Epos4)), None)
-        self.plant: BusPlant
-        self.rewind()
+        self.plant = self._fresh_plant()
         self.rewire()
+        self.rewind()
 
     @property
     def time_ns(self) -> int:
@@ -76,22 +80,26 @@ class EmulatedBus:
         """Plant periods since the start, or since the last rewind."""
         return self.plant.t_ns // self.plant.period_ns
 
+    def _fresh_plant(self) -> BusPlant:
+        return BusPlant(self.rig, self._plant_file, self._seed)
+
     def rewind(self) -> None:
-        """A fresh plant at cycle 0; the slaves keep their states."""
-        self.plant = BusPlant(self.rig, self._plant_file, self._seed)
+        """A fresh plant at cycle 0 and no faults; the slaves keep their states."""
+        self.faults.clear()
+        self.plant = self._fresh_plant()
         self.coupling.outputs[:] = bytes(len(self.coupling.outputs))
         for slave in self.slaves.values():
             slave.watchdog.feed(self.time_ns)
         if self.drive is not None:
             self.plant.bind(self.drive, self.coupling)
         self._give()
-        self._start_local = None
+        self._start_local: float | None = None
+        self._reported = 0
 
     def rewire(self) -> None:
         """After a slave has come or gone."""
-        present = [slave for slave in self.slaves.values() if slave.is_present]
-        wire(present)
-        self.segment.set_slaves([slave.esc for slave in present])
+        reached = wire(list(self.slaves.values()))
+        self.segment.set_slaves([slave.esc for slave in reached])
         self.coupling.stale()
 
     def _changed(self) -> None:
@@ -106,7 +114,9 @@ class EmulatedBus:
         self.segment.logical.forget()
 
     def receive(self, frame: bytearray, now_ns: int) -> bool:
-        """Runs a frame through the slaves, in place. False: malformed, no answer, nothing has happened."""
+        """Runs a frame through the slaves, in place. True: send it back. False: malformed (nothing has happened), or a
+        fault has taken it, which sends by ``transmit`` what is to be sent.
+        """
         self.advance_to(now_ns)
         self.counters.frames += 1
         datagrams = datagrams_of(frame)
@@ -118,8 +128,19 @@ class EmulatedBus:
             if LRD <= datagram[0] <= LRW:
                 self.counters.process_frames += 1
                 break
-        self.segment.run(frame, datagrams)
-        return True
+        self.faults.start_due(self.cycle)
+        if self.faults.is_quiet:
+            self.segment.run(frame, datagrams)
+            return True
+        self.faults.pass_frame(frame, datagrams)
+        return False
+
+    def pass_time(self, datagrams: list[tuple[int, int, int, int, int]]) -> None:
+        """A frame has not reached the slaves; in lock step its period passes all the same."""
+        if self.lock_step and self.is_running and any(
+                LWR <= command <= LRW and self.segment.logical.plan(command, address, length).carries_all_outputs
+                for command, _, address, _, length in datagrams):
+            self._step()
 
     def _outputs_arrived(self, plan: Plan) -> None:
         """The master's outputs are in the slaves' memories."""
@@ -140,14 +161,25 @@ class EmulatedBus:
         self._step()
 
     def _step(self) -> None:
+        self.faults.start_due(self.cycle)
         outputs = self.coupling.take()
         self.counters.steps += 1
+        if self.drive is not None and not self.drive.is_present:
+            self.plant.switch_drive_off()
         if self.lock_step:
             inputs = self.plant.cycle(bytes(outputs))
         else:
             inputs = self.plant.step_now(bytes(outputs))
         self.coupling.give(inputs)
         self._check_watchdogs()
+        self._report_drive()
+
+    def _report_drive(self) -> None:
+        """An emergency message when the drive's error code has changed."""
+        code = int(self.plant.machine["error_code"][0])
+        if code != self._reported and self.drive is not None:
+            self._reported = code
+            self.drive.report(code)
 
     def _check_watchdogs(self) -> None:
         time_ns = self.time_ns

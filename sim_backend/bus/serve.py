@@ -38,6 +38,13 @@ def _answer(bus: EmulatedBus, server: Server, request: dict[str, Any]) -> dict[s
     if do == "rewind":
         bus.rewind()
         return {}
+    if do == "fault":
+        return {"fault": answers.fault(bus.faults.add(**request))}
+    if do == "faults":
+        return {"faults": [answers.fault(fault) for fault in bus.faults.listed()]}
+    if do == "clear":
+        bus.faults.clear()
+        return {}
     if do == "stop":
         server.stop()
         return {}

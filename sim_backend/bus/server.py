@@ -57,6 +57,7 @@ class Server:
 
     def _loop(self) -> None:
         bus, packets, clock = self.bus, self._packets, time.monotonic_ns
+        bus.transmit = self._send
         buffer = bytearray(_BUFFER)
         view = memoryview(buffer)
         waiting = [packets]

@@ -48,7 +48,8 @@ class Slave:
     def __init__(self, name: str, controller: Controller, content: SiiContent, agenda: Agenda, settings: Settings | None = None):
         settings = settings or Settings(DELAYS_NS, 0, {}, {})
         self.name, self.controller, self.content = name, controller, content
-        self.is_present = True
+        self.is_present = True  # it has its supply
+        self.is_bypassed = False  # absent, but the wire goes on to the next one
         self.pdos: dict[int, Pdo] = {pdo.index: pdo for pdo in content.pdos}
         self.esc = Esc(controller.fmmus, controller.sync_managers, controller.has_clock)
         self.dictionary: Dictionary | None = None

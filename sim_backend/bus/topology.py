@@ -44,22 +44,35 @@ def tree_of(slaves: Sequence[Slave]) -> Node | None:
     return root
 
 
-def wire(slaves: Sequence[Slave]) -> None:
-    """Writes DL status and port delays of every slave of the row."""
-    root = tree_of(slaves)
-    if root is not None:
-        _pass(root, 0)
+def wire(slaves: Sequence[Slave]) -> list[Slave]:
+    """The slaves that frames reach, in order: what hangs behind an absent one is cut off, unless it is bypassed.
+
+    Writes DL status and port delays of each of them.
+    """
+    root = tree_of([slave for slave in slaves if not slave.is_bypassed])
+    reached: set[int] = set()
+    if root is not None and root.slave.is_present:
+        _cut(root)
+        _pass(root, 0, reached)
+    return [slave for slave in slaves if id(slave) in reached]
 
 
-def _pass(node: Node, entered_ns: int) -> int:
+def _cut(node: Node) -> None:
+    node.children = {port: child for port, child in node.children.items() if child.slave.is_present}
+    for child in node.children.values():
+        _cut(child)
+
+
+def _pass(node: Node, entered_ns: int, reached: set[int]) -> int:
     """Sends a frame through a node; returns when it leaves its port 0 again."""
+    reached.add(id(node.slave))
     node.delays_ns[0] = entered_ns
     now_ns = entered_ns + _THROUGH_NS
     for port in _ORDER:
         child = node.children.get(port)
         if child is not None:
             cable_ns = _COPPER_NS if child.slave.controller.is_copper else _EBUS_NS
-            now_ns = _pass(child, now_ns + cable_ns) + cable_ns
+            now_ns = _pass(child, now_ns + cable_ns, reached) + cable_ns
             node.delays_ns[port] = now_ns
     slave = node.slave
     status = 0x0001
