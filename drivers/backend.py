@@ -112,7 +112,8 @@ class EthercatBackend:
             dc_time_ns = self._bus.master.dc_time
             ok = self.clock.is_new(dc_time_ns)
             if ok:
-                self._edges.steer(self.clock.step(dc_time_ns, lateness_ns))
+                bus = self._bus
+                self._edges.steer(self.clock.step(dc_time_ns, bus.sent_ns - edge_ns, bus.round_trip_ns))
         if ok:
             self._inputs = inputs_raw
         return ok, edge_ns, lateness_ns

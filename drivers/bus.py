@@ -30,7 +30,9 @@ class State(NamedTuple):
 
 
 class Bus:
-    """A pysoem master and its socket. ``swap`` is the one exchange of process data, for bring-up and cycle alike."""
+    """A pysoem master and its socket. ``swap`` is the one exchange of process data, for bring-up and cycle alike;
+    ``sent_ns`` (monotonic clock) and ``round_trip_ns`` tell of the last one.
+    """
 
     def __init__(self, interface: str, frame_timeout_s: float):
         self.interface = interface
@@ -40,6 +42,7 @@ class Bus:
         self._timeout_us = round(frame_timeout_s * 1e6)
         self._socket = self._open(interface)
         self._wire: WireImage | None = None
+        self.sent_ns = self.round_trip_ns = 0
 
     def _open(self, interface: str) -> "socket.socket | None":
         """Opens the master and finds its socket among our own files, so that a lost frame can be waited for exactly.
@@ -79,8 +82,10 @@ class Bus:
         slaves, master = self.slaves, self.master
         for index, start, end, _length in self._wire.writers:
             slaves[index].output = outputs_raw[start:end]  # lengths were checked once, in WireImage.check
+        self.sent_ns = sent_ns = time.monotonic_ns()
         master.send_overlap_processdata(release_gil=True)
         counter = self._receive(master)
+        self.round_trip_ns = time.monotonic_ns() - sent_ns
         return counter, b"".join([slaves[index].input for index in self._wire.readers])
 
     def _receive(self, master: pysoem.Master) -> int:

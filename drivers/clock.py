@@ -38,24 +38,27 @@ class Edges:
 
 
 class ReferenceClock:
-    """PI loop from the bus's distributed clock to a correction of the next edge; no clock of its own, so a pure function.
+    """PI loop from the bus's distributed clock to a correction of the next edge; reads no clock itself.
 
-    It wants the frame of each cycle at the reference clock half a period after SYNC0. The wake-up's own lateness is
-    taken out first: it is the edge that is steered, not the sleeper. Gains: SOEM's example (P 0.01, I 0.00002 per cycle,
-    half a period of offset), ten times faster until the offset, averaged over ``NEAR_CYCLES``, is small.
+    It wants the frame of each cycle at the reference clock half a period after SYNC0. What is steered is the planned
+    edge: how long after it the frame was sent is taken out, and a frame whose round trip was long is not believed, for
+    nobody knows where it waited. Gains: SOEM's example (P 0.01, I 0.00002 per cycle, half a period of offset), ten times
+    faster until the offset, averaged over ``NEAR_CYCLES``, is small. ``offset_ns`` is the last offset believed.
     """
 
     P, I = 0.01, 0.00002  # noqa: E741
     FASTER = 10.0
     NEAR_NS, NEAR_CYCLES = 10_000, 50
-    STEP_NS = 100_000  # a single measurement further off than this counts as this far once locked
+    STEP_NS = 100_000  # once locked, an offset larger than this counts as this
+    SLOW_NS = 5_000  # beyond twice the usual round trip
 
     def __init__(self, period_ns: int):
         self._period_ns = period_ns
         self._target_ns = period_ns // 2
-        self._integral = 0.0
-        self._rest = 0.0
+        self._limit = period_ns / 10
+        self._integral = self._rest = 0.0  # both in ns of correction
         self._spread_ns = float(period_ns)
+        self._usual_ns = 0.0
         self._last_ns: int | None = None
         self.offset_ns = 0
         self.locked = False
@@ -64,23 +67,33 @@ class ReferenceClock:
         """False for a reference time that does not follow the last one: the frame is an old one that came again."""
         return self._last_ns is None or dc_time_ns > self._last_ns
 
-    def step(self, dc_time_ns: int, lateness_ns: int) -> int:
-        """Takes the reference time that a cycle's frame brought; gives what to add to the next edge, in ns."""
+    def step(self, dc_time_ns: int, sent_after_ns: int, round_trip_ns: int) -> int:
+        """Takes the reference time that a cycle's frame brought, how long after the planned edge it was sent and how
+        long it took; gives what to add to the next edge. All in ns.
+        """
         self._last_ns = dc_time_ns
-        half = self._period_ns // 2
-        offset = (dc_time_ns - lateness_ns - self._target_ns + half) % self._period_ns - half
-        self.offset_ns = offset
+        wanted = self._integral
+        if self._is_quick(round_trip_ns):
+            half = self._period_ns // 2
+            offset = self.offset_ns = (dc_time_ns - sent_after_ns - self._target_ns + half) % self._period_ns - half
+            wanted = self._steer(offset)
+        wanted = max(-self._limit, min(self._limit, wanted)) + self._rest
+        correction = round(wanted)
+        self._rest = wanted - correction  # parts of a nanosecond add up: 1 ppm is one per cycle
+        return correction
+
+    def _is_quick(self, round_trip_ns: int) -> bool:
+        """Follows the usual round trip down quickly and up slowly."""
+        usual = self._usual_ns or float(round_trip_ns)
+        self._usual_ns = usual + (round_trip_ns - usual) / (16 if round_trip_ns < usual else 256)
+        return round_trip_ns < 2 * usual + self.SLOW_NS
+
+    def _steer(self, offset: int) -> float:
         if not self.locked:
             self._spread_ns += (abs(offset) - self._spread_ns) / self.NEAR_CYCLES
             self.locked = self._spread_ns < self.NEAR_NS
         faster = 1.0 if self.locked else self.FASTER
         if self.locked:
             offset = max(-self.STEP_NS, min(self.STEP_NS, offset))
-        p, i = self.P * faster, self.I * faster**2
-        limit = self._period_ns / 10
-        # ``_integral`` is in ns of correction, so that it carries over when the gains change
-        self._integral = max(-limit, min(limit, self._integral - i * offset))
-        wanted = max(-limit, min(limit, self._integral - p * offset)) + self._rest
-        correction = round(wanted)
-        self._rest = wanted - correction  # less than a nanosecond per cycle still adds up: 50 ppm are 50
-        return correction
+        self._integral = max(-self._limit, min(self._limit, self._integral - self.I * faster**2 * offset))
+        return self._integral - self.P * faster * offset

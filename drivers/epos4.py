@@ -58,7 +58,7 @@ def _check_currents(mailbox: Mailbox, rig: Rig, notes: list[str]) -> None:
         if found is None:
             notes.append(f"{mailbox.label} does not tell its {name} (0x3001:{subindex:02X})")
         elif allowed_a is not None and found * 1e-3 > _OVER * allowed_a:
-            raise BackendError(f"found a {name} of {found * 1e-3:.4g} A (0x3001:{subindex:02X}) in {mailbox.label}, "
+            raise BackendError(f"found the {name} {found * 1e-3:.4g} A (0x3001:{subindex:02X}) in {mailbox.label}, "
                                f"expected at most the rig file's {allowed_a:.4g} A")
 
 

@@ -21,11 +21,12 @@ def track(drift: float, off_ns: int, cycles: int, wake_up_ns: float = 0.0, trave
     for cycle in range(cycles):
         late = int(noise.expovariate(1 / wake_up_ns)) if wake_up_ns else 0
         travel = int(noise.expovariate(1 / travel_ns)) if travel_ns else 0
+        back = int(noise.expovariate(1 / travel_ns)) if travel_ns else 0
         edge_at_reference = start + round(edge * (1 + drift))
         offsets.append((edge_at_reference - PERIOD_NS // 2 + PERIOD_NS // 2) % PERIOD_NS - PERIOD_NS // 2)
         edge += PERIOD_NS
         if noise.random() >= lose:
-            edge += clock.step(start + round((edge - PERIOD_NS + late + travel) * (1 + drift)), late)
+            edge += clock.step(start + round((edge - PERIOD_NS + late + travel) * (1 + drift)), late, 20_000 + travel + back)
         if clock.locked and locked_at is None:
             locked_at = cycle
     return offsets, locked_at
@@ -61,24 +62,35 @@ def test_one_wild_measurement_moves_the_edge_by_a_microsecond():
     clock = ReferenceClock(PERIOD_NS)
     t = 1000 * PERIOD_NS + PERIOD_NS // 2
     for _ in range(600):
-        clock.step(t, 0)
+        clock.step(t, 0, 20_000)
         t += PERIOD_NS
     assert clock.locked
-    assert abs(clock.step(t + 400_000, 0)) <= 1_100
+    assert abs(clock.step(t + 400_000, 0, 20_000)) <= 1_100
+
+
+def test_a_frame_that_waited_somewhere_is_not_believed():
+    clock = ReferenceClock(PERIOD_NS)
+    t = 1000 * PERIOD_NS + PERIOD_NS // 2
+    for _ in range(600):
+        clock.step(t, 0, 20_000)
+        t += PERIOD_NS
+    before = clock.offset_ns
+    assert abs(clock.step(t + 400_000, 0, 900_000)) <= 1
+    assert clock.offset_ns == before
 
 
 def test_corrections_stay_within_a_tenth_of_the_period():
     clock = ReferenceClock(PERIOD_NS)
     t = 1000 * PERIOD_NS
     for _ in range(50):
-        assert abs(clock.step(t, 0)) <= PERIOD_NS // 10 + 1
+        assert abs(clock.step(t, 0, 20_000)) <= PERIOD_NS // 10 + 1
         t += PERIOD_NS
 
 
 def test_a_frame_that_came_again_is_an_old_one():
     clock = ReferenceClock(PERIOD_NS)
     assert clock.is_new(5)
-    clock.step(1_000_000, 0)
+    clock.step(1_000_000, 0, 20_000)
     assert not clock.is_new(1_000_000) and not clock.is_new(999_999)
     assert clock.is_new(1_000_001)
 
