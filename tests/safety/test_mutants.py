@@ -39,6 +39,6 @@ def test_the_page_is_of_the_present_code(keys):
 
 
 def test_a_few_mutants_are_killed_or_explained():
-    found = subprocess.run([sys.executable, str(SCRIPT), "--sample", "12"], capture_output=True, text=True)
+    found = subprocess.run([sys.executable, str(SCRIPT), "--sample", "10"], capture_output=True, text=True)
     answer = json.loads(found.stdout)
-    assert answer["unexplained"] == [] and answer["mutants"] == 12 and found.returncode == 0
+    assert answer["unexplained"] == [] and answer["mutants"] == 10 and found.returncode == 0
