@@ -40,7 +40,7 @@ def describe(path: Path, rig: object) -> str:
     from epa_rt.config.source import load_yaml
 
     source = load_yaml(path)
-    if "rig" in source.data and "bus" in source.data:
+    if "rig" in source.data:
         typed = rig_from(source)
         return (f"rig {typed.name}, {len(typed.slaves)} slaves, {len(typed.inputs)} measured signals and "
                 f"{len(typed.outputs)} commands every {typed.period_s * 1e3:g} ms")

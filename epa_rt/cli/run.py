@@ -155,7 +155,8 @@ def _run(assembly: "Assembly", backend: "Backend", recorder: "Recorder", request
                          recorder, requests)
         outcome, cause = result.outcome, result.cause
         facts = {"cycles": result.cycles, "overruns": result.overruns, "worst_lateness_ns": result.worst_lateness_ns,
-                 "drive_off_confirmed": result.confirmed, "clamped": result.clamped, "slewed": result.slewed}
+                 "drive_off_confirmed": result.confirmed, "clamped": result.clamped, "slewed": result.slewed,
+                 "saturated": result.saturated}
         recorder.event(result.cycles - 1, result.t_ns, "summary", f"{outcome}{': ' + cause if cause else ''}", **facts)
     finally:
         summary = recorder.close(outcome, cause)
@@ -173,6 +174,8 @@ def closing_text(summary: "LogSummary", result: "RunResult", period_s: float) ->
         lines.append(f"recorder: {summary.failure}")
     for words, counts in (("clamped to its limits", result.clamped), ("slowed to its slew limit", result.slewed)):
         lines += [f"{name} was {words} in {count} cycles" for name, count in counts.items()]
+    if result.saturated:
+        lines.append(f"{result.saturated} values did not fit their entry and were cut")
     lines.append(f"end state: outputs safe, {'drive off' if result.confirmed else 'the drive did NOT confirm that it is off'}")
     lines.append(f"log: {summary.path} ({summary.size_bytes / 1e6:.1f} MB)")
     return "\n".join(lines)

@@ -9,7 +9,8 @@ from epa_rt.control.cia402 import DriveEnabler, DriveState
 from epa_rt.control.drive_errors import drive_error_words
 
 MODE_OF_TARGET = {"position": 8, "speed": 9, "torque": 10}
-_POWERED = (DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE, DriveState.FAULT_REACTION, DriveState.UNKNOWN)
+# a status word of zeros reads as 'not ready'; only states that a drive must say count as off
+_OFF = (DriveState.SWITCH_ON_DISABLED, DriveState.READY, DriveState.FAULT)
 
 
 class Drive(Protocol):
@@ -54,7 +55,7 @@ class BusDrive:
 
     @property
     def off(self) -> bool:
-        return not self._enabler.enabled and self._enabler.state not in _POWERED
+        return not self._enabler.enabled and self._enabler.state in _OFF
 
     def trouble(self, measured: dict[str, float]) -> str:
         cause = self._enabler.cause

@@ -46,6 +46,7 @@ class RunResult:
     slewed: dict[str, int] = field(default_factory=dict)
     trip: Trip | None = None
     t_ns: int = 0  # the last cycle's stamp
+    saturated: int = 0  # counts that did not fit their entry
 
 
 def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, decoder: Decoder, encoder: Encoder,
@@ -67,7 +68,7 @@ def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, 
             if lateness_ns or request or recording.failure:
                 flags |= _judge(cycle, lateness_ns, request, recording, overruns, envelope)
             stopped = stopped or request != 0 or overruns.wants_stop
-            command = _step(supervisor, cycle, measured, stopped)
+            command = _step(supervisor, cycle, measured, stopped, bus_ok)
             outputs = envelope.check(cycle, bus_ok, measured, decoder.invalid, decoder.stale, command)
             if supervisor.fault is not None:  # after the envelope: a dead sensor is the cause, not what it led to
                 envelope.trip(*supervisor.fault, cycle)
@@ -89,8 +90,18 @@ def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, 
         broken = f"internal error: {type(error).__name__}: {error}"
         recording.event(max(cycle, 0), t_ns, "error", broken, traceback=traceback.format_exc())
     finally:
+        broken = _close(backend, recording, cycle, t_ns) or broken
+    return _result(supervisor, envelope, overruns, broken, stopped, cycle + 1, t_ns, encoder.saturated)
+
+
+def _close(backend: Backend, recording: Recording, cycle: int, t_ns: int) -> str:
+    """Closes the backend; a sentence where even that fails, which must not hide how the run ended."""
+    try:
         backend.close()
-    return _result(supervisor, envelope, overruns, broken, stopped, cycle + 1, t_ns)
+    except Exception as error:
+        recording.event(max(cycle, 0), t_ns, "error", f"closing failed: {error}", traceback=traceback.format_exc())
+        return f"closing failed: {error}"
+    return ""
 
 
 def _judge(cycle: int, lateness_ns: int, request: int, recording: Recording, overruns: Overruns, envelope: Envelope) -> int:
@@ -114,10 +125,10 @@ def _judge(cycle: int, lateness_ns: int, request: int, recording: Recording, ove
     return flags
 
 
-def _step(supervisor: Supervisor, cycle: int, measured: dict, stopped: bool) -> dict[str, float]:
+def _step(supervisor: Supervisor, cycle: int, measured: dict, stopped: bool, bus_ok: bool) -> dict[str, float]:
     """The supervisor's command; an error of ours in it becomes a fault that trips."""
     try:
-        return supervisor.step(cycle, measured, stopped)
+        return supervisor.step(cycle, measured, stopped, bus_ok)
     except Exception as error:  # must not leave the rig under its last command
         supervisor.fault = supervisor.fault or ("internal error", "", f"{type(error).__name__}: {error}")
         return supervisor.command
@@ -133,7 +144,7 @@ def _report(supervisor: Supervisor, envelope: Envelope, recording: Recording, cy
 
 
 def _result(supervisor: Supervisor, envelope: Envelope, overruns: Overruns, broken: str, stopped: bool,
-            cycles: int, t_ns: int) -> RunResult:
+            cycles: int, t_ns: int, saturated: int) -> RunResult:
     trip = envelope.tripped
     if broken:
         outcome, cause = "failed", broken
@@ -145,4 +156,4 @@ def _result(supervisor: Supervisor, envelope: Envelope, overruns: Overruns, brok
         outcome, cause = "completed", ""
     gate = envelope.gate
     return RunResult(outcome, cause, cycles, supervisor.confirmed, overruns.count, overruns.worst_ns,
-                     {k: n for k, n in gate.clamped.items() if n}, {k: n for k, n in gate.slewed.items() if n}, trip, t_ns)
+                     {k: n for k, n in gate.clamped.items() if n}, {k: n for k, n in gate.slewed.items() if n}, trip, t_ns, saturated)

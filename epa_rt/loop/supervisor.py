@@ -36,7 +36,7 @@ class Supervisor:
         self.state = BRING_UP
         self.fault: Fault | None = None
         self.events: list[tuple[str, str, dict]] = [("state", "bring_up", {})]
-        self.confirmed = False
+        self.confirmed, self._bus_ok = False, True
         self.sequence = sequence
         self.command = {row.name: row.safe for row in rig.outputs}
         self.reference = dict.fromkeys(sequence.reference_names, float("nan"))
@@ -57,9 +57,10 @@ class Supervisor:
     def phase(self) -> int:
         return self.sequence.phase_index
 
-    def step(self, cycle: int, measured: dict[str, float], stop: bool) -> dict[str, float]:
-        """The command of this cycle."""
+    def step(self, cycle: int, measured: dict[str, float], stop: bool, bus_ok: bool = True) -> dict[str, float]:
+        """The command of this cycle. Without ``bus_ok`` nothing that the drive seems to say is believed."""
         self._age += 1
+        self._bus_ok = bus_ok
         if self.state == RUN or self.state == STOP:
             self._run(cycle, measured, stop)
         elif self.state == BRING_UP:
@@ -156,6 +157,9 @@ class Supervisor:
             if valve.failure is not None:
                 self.fault = ("valve", pressure, f"{name}: {valve.failure}")
 
+    def _is_off(self) -> bool:
+        return self._bus_ok and self._drive.off
+
     def _come_down(self, measured: dict[str, float]) -> None:
         """Disable, then safe: valves de-energised, drive off, watched until it says so."""
         self.command.update(self._safe)
@@ -163,11 +167,11 @@ class Supervisor:
             self.command[self._target] = measured[self._position]
         if self.state == DISABLE:
             self._drive.step(measured, self.command)
-            if self._drive.off or self._age >= self._cycles[DISABLE]:
+            if self._is_off() or self._age >= self._cycles[DISABLE]:
                 self._drive.disable(False)
                 self._enter(SAFE)
             return
         self._drive.step(measured, self.command)
-        if self._age >= self._cycles[SAFE] and (self._drive.off or self._age >= self._cycles[DONE]):
-            self.confirmed = self._drive.off
+        if self._age >= self._cycles[SAFE] and (self._is_off() or self._age >= self._cycles[DONE]):
+            self.confirmed = self._is_off()
             self._enter(DONE)

@@ -2,7 +2,10 @@
 
 import pytest
 
-from tests.loop.rigging import BackendError, Memory, Quiet, run_in_memory, tiny_inputs
+from epa_rt.loop.assembly import assemble
+from epa_rt.loop.run import run
+from sim_backend.backend import SimBackend
+from tests.loop.rigging import BackendError, Between, Memory, Quiet, run_in_memory, tiny_inputs
 
 TRIAL = 5000  # a cycle well inside the tiny experiment's motion
 
@@ -179,3 +182,25 @@ def test_a_stop_in_joint_control_does_not_throw_the_motor(at):
     assert max(abs(sample[6]["motor_current_a"]) for sample in after) < 5.0  # the drive's own limit is 8 A
     disabled = next(sample for sample in after if sample[2] == 4)
     assert abs(disabled[6]["motor_speed_m_s"]) < 0.02 * inputs.rig.motor.speed_max
+
+
+def test_a_drive_that_cannot_be_heard_is_not_called_off(tmp_path):
+    inputs = tiny_inputs(tmp_path)
+    silent = run_in_memory(inputs, lambda e, model: e._replace(working_counter_ok=e.cycle < TRIAL))
+    assert silent.result.trip.cause == "lost working counter" and not silent.result.confirmed
+    zeros = run_in_memory(inputs, lambda e, model: e if e.cycle < TRIAL else e._replace(inputs_raw=bytes(len(e.inputs_raw))))
+    assert zeros.result.outcome == "tripped" and not zeros.result.confirmed
+
+
+def test_a_backend_that_cannot_close_is_reported_and_not_raised(tmp_path):
+    inputs = tiny_inputs(tmp_path)
+    assembly, memory = assemble(inputs.rig, inputs.experiment), Memory()
+    backend = Between(SimBackend(inputs.rig, inputs.plant, 1))
+
+    def close():
+        raise OSError("the cable is gone")
+
+    backend.close = close
+    result = run(inputs.rig, backend, assembly.supervisor, assembly.envelope, assembly.decoder, assembly.encoder, memory, Quiet())
+    assert result.outcome == "failed" and "the cable is gone" in result.cause
+    assert memory.events[-1][1] == "error"
