@@ -101,6 +101,7 @@ class PlantFaults:
         for row in [row for row in self._waiting if row[0].at_cycle <= cycle]:
             self._waiting.remove(row)
             self._active.append(row)
+            row[0].at_cycle = cycle  # a fault that comes too late for its cycle lasts as long all the same
             row[1].begin(model)
             row[1].hold(model)
 

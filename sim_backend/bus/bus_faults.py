@@ -91,6 +91,7 @@ class BusFaults:
         if self._waiting:
             for fault in [fault for fault in self._waiting if fault.at_cycle <= cycle]:
                 self._waiting.remove(fault)
+                fault.at_cycle = cycle
                 if fault.kind in FRAME_FAULTS:
                     self._frame_faults.append(fault)
                     self._left[id(fault)] = -1 if fault.cycles is None else fault.cycles

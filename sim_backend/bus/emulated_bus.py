@@ -103,8 +103,8 @@ class EmulatedBus:
         self.coupling.stale()
 
     def _changed(self) -> None:
-        self.coupling.stale()
-        self.segment.logical.forget()
+        self._mapping_changed()
+        self.coupling.give(bytes(self.coupling.inputs))  # a slave that enters SAFEOP has inputs from the start
         states = {slave.al.state for slave in self.slaves.values()}
         if self.is_running and not states & {reg.SAFEOP, reg.OP}:
             self.is_running = False

@@ -36,8 +36,11 @@ class SmallMaster:
         self.now_ns += self.step_ns
         raw = bytearray(ethernet(*datagrams))
         size = len(raw)
+        before = len(self.late)
         if not self.bus.receive(raw, self.now_ns):
-            return None
+            if len(self.late) != before + 1:
+                return None
+            raw = self.late.pop()  # a fault has handled it, and it came back at once
         assert len(raw) == size
         return self.parse(raw)
 

@@ -1,0 +1,77 @@
+"""In lock step the emulated bus gives the simulated backend's bytes."""
+
+import random
+
+import pytest
+
+from epa_rt.models.plant_file import load_plant
+from epa_rt.signals.image import image_of
+from sim_backend.backend import SimBackend
+from tests.bus.emulator.bring_up import Wire
+from tests.bus.emulator.conftest import RIGS
+
+CYCLES = 2000
+
+
+def commands(rig, seed):
+    """Output images that switch everything on the rig, the drive through its states too."""
+    image, choice = image_of(rig, outputs=True), random.Random(seed)
+    control = image.places.get("drive.control_word")
+    for k in range(CYCLES):
+        outputs = bytearray(choice.randbytes(image.size) if k % 7 == 0 else outputs)
+        start, size = image.slices["valves"]
+        outputs[start] &= 0x0F
+        if control is not None:
+            outputs[control.byte : control.byte + 2] = (0x06, 0x07, 0x0F, 0x0F, 0x0F, 0x80)[k // 40 % 6].to_bytes(2, "little")
+            outputs[image.places["drive.mode"].byte] = 10
+        yield bytes(outputs)
+
+
+@pytest.mark.parametrize("name", ["bench", "bench_analog", "mass", "knee"])
+def test_same_bytes_as_the_simulated_backend(make_bus, name):
+    bus = make_bus(name, lock_step=True, seed=5)
+    wire = Wire(bus)
+    reference = SimBackend(bus.rig, load_plant(RIGS / bus.rig.plant), 5)
+    reference.open()
+    wire.exchange(bytes(wire.output_size))
+    bus.rewind()
+    for k, outputs in enumerate(commands(bus.rig, 3)):
+        inputs, counter = wire.exchange(outputs)
+        assert counter == wire.expected_counter
+        assert inputs == reference.exchange(outputs).inputs_raw, f"cycle {k}"
+    assert bus.cycle == CYCLES
+
+
+def test_only_frames_with_all_outputs_move_the_plant(wire):
+    wire.exchange(bytes(wire.output_size))
+    before = wire.bus.cycle
+    wire.master.one(10, wire.logical, bytes(wire.output_size + wire.input_size))  # LRD
+    wire.master.one(12, wire.logical, bytes(1))  # the valves only
+    wire.master.number(0x1001, 0x0130)
+    wire.master.wait(100)
+    assert wire.bus.cycle == before
+    wire.exchange(bytes(wire.output_size))
+    assert wire.bus.cycle == before + 1
+
+
+def test_nothing_moves_before_all_are_in_op(make_bus):
+    wire = Wire(make_bus("bench", lock_step=True), states=(2, 4))
+    for _ in range(5):
+        wire.exchange(bytes(wire.output_size))
+    assert wire.bus.cycle == 0
+
+
+def test_inputs_are_there_before_the_first_cycle(make_bus):
+    """A master must be able to read the actual position before it lets a drive go."""
+    wire = Wire(make_bus("bench", lock_step=True), states=(2, 4))
+    inputs, counter = wire.exchange(bytes(wire.output_size))
+    assert counter == wire.expected_counter
+    assert int.from_bytes(inputs[2:4], "little", signed=True) > 3000  # 1 V: zero gauge pressure
+
+
+def test_in_real_time_the_plant_runs_without_a_master(make_bus):
+    bus = make_bus("bench")
+    bus.advance_to(1_000_000_000)
+    for ms in range(1, 101):
+        bus.advance_to(1_000_000_000 + 1_000_000 * ms)
+    assert bus.cycle == 100
