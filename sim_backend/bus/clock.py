@@ -41,11 +41,14 @@ class Clock:
         self._base_local, self._base_ns = self.local_ns(now_ns), now_ns
         self._rate = 1.0 + drift_ppm * 1e-6
 
+    def offset_ns(self) -> int:
+        """What the master has written as the difference between system time and local time."""
+        return int.from_bytes(self._esc.memory[reg.DC_OFFSET : reg.DC_OFFSET + 8], "little", signed=True)
+
     def system_ns(self) -> float:
         """Copy of the system time when a frame that enters the bus now passes this slave."""
         now_ns = self._agenda.now_ns + (self.port_delays_ns[0] or 0)
-        offset = int.from_bytes(self._esc.memory[reg.DC_OFFSET : reg.DC_OFFSET + 8], "little", signed=True)
-        return self.local_ns(now_ns) + offset + self._correction
+        return self.local_ns(now_ns) + self.offset_ns() + self._correction
 
     def _show(self, address: int, length: int) -> None:
         pack_into("<Q", self._esc.memory, reg.DC_SYSTEM_TIME, int(self.system_ns()) & _MASK)

@@ -43,7 +43,8 @@ class Counters:
 
 class EmulatedBus:
     """A rig on the wire. ``lock_step``: one plant period per frame that carries all outputs, from OP on; else the
-    plant moves with the clock of the first slave that has one, with or without a master.
+    plant moves with the clock of the first slave that has one, with or without a master: at each whole period of its
+    system time, which is where a drive's SYNC0 is, so that a master locked to the clock never meets a plant step.
     """
 
     def __init__(self, rig: Rig, plant: PlantFile, seed: int = 0, lock_step: bool = False, drift_ppm: dict[str, float] | None = None,
@@ -93,7 +94,7 @@ class EmulatedBus:
         if self.drive is not None:
             self.plant.bind(self.drive, self.coupling)
         self._give()
-        self._start_local: float | None = None
+        self._start_periods: int | None = None
         self._reported = 0
 
     def rewire(self) -> None:
@@ -128,6 +129,7 @@ class EmulatedBus:
             if LRD <= datagram[0] <= LRW:
                 self.counters.process_frames += 1
                 break
+        frame[6] |= 0x02  # a frame that has passed slaves: its source address says "locally administered"
         self.faults.start_due(self.cycle)
         if self.faults.is_quiet:
             self.segment.run(frame, datagrams)
@@ -191,11 +193,11 @@ class EmulatedBus:
     def _give(self) -> None:
         self.coupling.give(self.plant.present_inputs())
 
-    def _bus_local_ns(self, now_ns: int) -> float:
-        """Local time of the bus: of the first slave with a clock, else the emulator's."""
+    def _plant_clock_ns(self, now_ns: int) -> float:
+        """Local time of the first slave with a clock, in phase with its system time; without one, the emulator's."""
         for slave in self.slaves.values():
             if slave.clock is not None:
-                return slave.clock.local_ns(now_ns)
+                return slave.clock.local_ns(now_ns) + slave.clock.offset_ns() % self.plant.period_ns
         return float(now_ns)
 
     def advance_to(self, now_ns: int) -> None:
@@ -203,12 +205,12 @@ class EmulatedBus:
         self.agenda.advance_to(now_ns)
         if self.lock_step:
             return
-        local_ns = self._bus_local_ns(now_ns)
-        if self._start_local is None:
-            self._start_local = local_ns - self.plant.t_ns
-        due = int((local_ns - self._start_local) // self.plant.period_ns) - self.cycle
+        periods = int(self._plant_clock_ns(now_ns) // self.plant.period_ns)
+        if self._start_periods is None:
+            self._start_periods = periods - self.cycle
+        due = periods - self._start_periods - self.cycle
         if due > 1000:  # the emulator itself was stopped: time that nobody saw is left out
-            self._start_local += (due - 1) * self.plant.period_ns
+            self._start_periods += due - 1
             due = 1
         for _ in range(min(due, _STEPS_AT_ONCE)):
             self._step()
@@ -216,8 +218,8 @@ class EmulatedBus:
     def next_due_ns(self, now_ns: int) -> int | None:
         """When ``advance_to`` next has something to do; None where only a frame can bring that."""
         due = self.agenda.next_ns
-        if not self.lock_step and self._start_local is not None:
-            local_ns = self._bus_local_ns(now_ns)
-            step_ns = now_ns + int((self.cycle + 1) * self.plant.period_ns - (local_ns - self._start_local)) + 1
+        if not self.lock_step and self._start_periods is not None:
+            edge_ns = (self._start_periods + self.cycle + 1) * self.plant.period_ns
+            step_ns = now_ns + int(edge_ns - self._plant_clock_ns(now_ns)) + 1
             due = step_ns if due is None else min(due, step_ns)
         return due
