@@ -31,7 +31,7 @@ def test_any_well_formed_frame_comes_back_as_long_as_it_went(running, datagrams)
     sent = bytes(raw)
     running.master.now_ns += 1000
     assert running.bus.receive(raw, running.master.now_ns)
-    assert len(raw) == len(sent) and raw[:16] == sent[:16]
+    assert len(raw) == len(sent) and raw[:6] == sent[:6] and raw[7:16] == sent[7:16] and raw[6] == sent[6] | 2
     found = datagrams_of(sent)
     assert [row[0] for row in found] == [command for command, _, _ in datagrams]
     for (command, index, _, start, length), (_, _, data) in zip(found, datagrams):

@@ -26,10 +26,9 @@ def master(name, *arguments, options=()):
     return json.loads(done.stdout)
 
 
-@pytest.mark.parametrize("lock_step", [False, True])
 @pytest.mark.parametrize("name", ["bench", "bench_analog", "mass", "knee"])
-def test_every_rig_comes_to_op_and_exchanges_data(name, lock_step):
-    seen = master(name, options=["--lock-step"] if lock_step else [])
+def test_every_rig_comes_to_op_and_exchanges_data(name):
+    seen = master(name)
     assert (seen["found"], seen["has_clock"], seen["state"]) == (5, True, 8)
     assert seen["names"] == ["EK1100", "EL2124", "EL3004", "EL4034", "EPOS4"]
     assert [product for _, product, _ in seen["identity"]] == [0x044C2C52, 0x084C3052, 0x0BBC3052, 0x0FC23052, 0x65520000]
