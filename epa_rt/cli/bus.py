@@ -22,6 +22,7 @@ _FAULTS = """kinds, with what --where names, the usual --value, and how long by 
   cable_pulled                      until cleared
   slave_lost SLAVE                  until cleared, then back in INIT; --alone: what hangs behind it stays reachable
   slave_falls SLAVE (26)            to SAFEOP with this AL status code, once
+  sdo_refused SLAVE, sdo_forgotten SLAVE (0x1C12: the object's index)   until cleared
   clock_drift [SLAVE] (50 ppm)      until cleared
   wire_broken ROW (-10 V), sensor_stuck ROW, sensor_noisy ROW (0.5 V), toggle_frozen SLAVE
   valve_stuck_open VALVE, valve_stuck_closed VALVE, leak [MUSCLE] (5 /s), supply_lost (0 Pa)
@@ -53,12 +54,16 @@ def _add_serve_arguments(part: argparse.ArgumentParser) -> None:
     part.add_argument("--priority", type=int, help="SCHED_FIFO priority, where permitted; one above the master's")
 
 
+def _number(text: str) -> float:
+    return float(int(text, 16)) if text.lower().startswith("0x") else float(text)
+
+
 def _add_fault(parts: argparse._SubParsersAction) -> None:
     part = parts.add_parser("fault", help="inject a fault, now or later", description=_FAULTS,
                             formatter_class=argparse.RawDescriptionHelpFormatter)
     part.add_argument("kind", help="one of the kinds above")
     part.add_argument("--where", default="", help="row of the rig file, slave, valve or muscle that it hits")
-    part.add_argument("--value", type=float, help="how much, in the unit that the list says")
+    part.add_argument("--value", type=_number, help="how much, in the unit that the list says")
     part.add_argument("--at-cycle", type=int, help="plant cycle in which it begins (default: now)")
     part.add_argument("--at-s", type=float, help="the same as a time of the plant, in seconds")
     part.add_argument("--cycles", type=int, help="how long, in cycles or frames (default: as the list says)")

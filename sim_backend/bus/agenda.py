@@ -24,6 +24,9 @@ class Agenda:
     def advance_to(self, now_ns: int) -> None:
         """Does everything that is due; each action sees its own due time as now."""
         queue = self._queue
+        if not queue:
+            self.now_ns = now_ns
+            return
         while queue and queue[0][0] <= now_ns:
             due_ns, _, action = heapq.heappop(queue)
             self.now_ns = max(self.now_ns, due_ns)

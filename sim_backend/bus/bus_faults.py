@@ -13,6 +13,7 @@ from sim_backend.faults import PLANT_FAULTS, Fault, FaultKind, make_fault
 
 if TYPE_CHECKING:
     from sim_backend.bus.emulated_bus import EmulatedBus
+    from sim_backend.bus.slave import Slave
 
 FRAME_FAULTS: dict[str, FaultKind] = {
     "frames_lost": FaultKind("frames are lost; leg=out: before the slaves see them, leg=back: on the way back", "", None, "", 1),
@@ -27,6 +28,8 @@ SLAVE_FAULTS: dict[str, FaultKind] = {
     "slave_lost": FaultKind("a slave loses its power, and what hangs behind it its frames (alone=true: only itself); it comes back in INIT",
                             "slave", None, "", None),
     "slave_falls": FaultKind("a slave falls to SAFEOP with this AL status code", "slave", float(reg.SYNC_ERROR), "code", 1),
+    "sdo_refused": FaultKind("a slave aborts every access to the object with this index", "slave with a mailbox", float(0x1C12), "index"),
+    "sdo_forgotten": FaultKind("a slave confirms what is written to this object and keeps the old value", "slave with a mailbox", float(0x1C12), "index"),
     "clock_drift": FaultKind("a slave's clock (default: the reference) runs this much fast", "slave with a clock", 50.0, "ppm"),
 }
 BUS_FAULTS = {**FRAME_FAULTS, **SLAVE_FAULTS}
@@ -58,13 +61,17 @@ class BusFaults:
         if kind in PLANT_FAULTS:
             self._bus.plant.faults.add(fault)
             return fault
-        if BUS_FAULTS[kind].where == "slave" and where not in self._bus.slaves:
-            raise ValueError(f"found the slave {where!r}, expected one of {', '.join(self._bus.slaves)}")
-        if kind == "clock_drift" and (self._clocked(where) is None):
-            raise ValueError(f"found the slave {where!r}, expected one with a distributed clock")
+        self._check_place(BUS_FAULTS[kind], where)
         self._waiting.append(fault)
         self.start_due(self._bus.cycle)
         return fault
+
+    def _check_place(self, kind: FaultKind, where: str) -> None:
+        slaves = self._bus.slaves
+        able = {"": [where], "slave": list(slaves), "slave with a mailbox": [name for name, slave in slaves.items() if slave.coe is not None],
+                "slave with a clock": ["", *(name for name, slave in slaves.items() if slave.clock is not None)]}[kind.where]
+        if where not in able:
+            raise ValueError(f"found the slave {where!r}, expected a {kind.where}: {', '.join(filter(None, able))}")
 
     def listed(self) -> list[Fault]:
         """All that are at work or still to come."""
@@ -80,6 +87,11 @@ class BusFaults:
             self._bus.transmit(frame)
         self._held = []
         self._bus.plant.faults.clear(self._bus.plant)
+
+    @property
+    def is_idle(self) -> bool:
+        """Nothing at work or to come, on the bus itself."""
+        return not (self._waiting or self._frame_faults or self._slave_faults or self._held)
 
     @property
     def is_quiet(self) -> bool:
@@ -103,16 +115,21 @@ class BusFaults:
                 self._slave_faults.remove(fault)
                 self._end(fault)
 
-    def _clocked(self, where: str):
+    def _clocked(self, where: str) -> "Slave | None":
         found = (slave for slave in self._bus.slaves.values() if slave.clock is not None and where in ("", slave.name))
         return next(found, None)
 
     def _begin(self, fault: Fault) -> None:
         bus = self._bus
         if fault.kind == "clock_drift":
-            self._clocked(fault.where).clock.set_drift(fault.value, bus.agenda.now_ns)
+            clock = self._clocked(fault.where).clock
+            fault.options["before_ppm"] = clock.drift_ppm
+            clock.set_drift(fault.value, bus.agenda.now_ns)
             return
         slave = bus.slaves[fault.where]
+        if fault.kind in ("sdo_refused", "sdo_forgotten"):
+            (slave.coe.refused if fault.kind == "sdo_refused" else slave.coe.forgotten).add(int(fault.value))
+            return
         if fault.kind == "slave_falls":
             slave.al.fail(reg.SAFEOP, int(fault.value))
         else:
@@ -126,7 +143,10 @@ class BusFaults:
             slave.power_up()
             self._bus.rewire()
         elif fault.kind == "clock_drift":
-            self._clocked(fault.where).clock.set_drift(0.0, self._bus.agenda.now_ns)
+            self._clocked(fault.where).clock.set_drift(fault.options["before_ppm"], self._bus.agenda.now_ns)
+        elif fault.kind in ("sdo_refused", "sdo_forgotten"):
+            coe = self._bus.slaves[fault.where].coe
+            (coe.refused if fault.kind == "sdo_refused" else coe.forgotten).discard(int(fault.value))
 
     def pass_frame(self, frame: bytearray, datagrams: list[tuple[int, int, int, int, int]]) -> None:
         """A frame while frame faults are at work: runs it, or not, and sends what comes back of it."""

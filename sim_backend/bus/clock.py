@@ -36,6 +36,10 @@ class Clock:
         """Free-running local time at a time of the emulator's clock."""
         return self._base_local + (now_ns - self._base_ns) * self._rate
 
+    @property
+    def drift_ppm(self) -> float:
+        return (self._rate - 1.0) * 1e6
+
     def set_drift(self, drift_ppm: float, now_ns: int) -> None:
         """From now on another speed, without a jump."""
         self._base_local, self._base_ns = self.local_ns(now_ns), now_ns
@@ -45,13 +49,13 @@ class Clock:
         """What the master has written as the difference between system time and local time."""
         return int.from_bytes(self._esc.memory[reg.DC_OFFSET : reg.DC_OFFSET + 8], "little", signed=True)
 
-    def system_ns(self) -> float:
+    def system_ns(self) -> int:
         """Copy of the system time when a frame that enters the bus now passes this slave."""
         now_ns = self._agenda.now_ns + (self.port_delays_ns[0] or 0)
-        return self.local_ns(now_ns) + self.offset_ns() + self._correction
+        return int(self.local_ns(now_ns) + self._correction) + self.offset_ns()  # nanoseconds since 2000 need 60 bits
 
     def _show(self, address: int, length: int) -> None:
-        pack_into("<Q", self._esc.memory, reg.DC_SYSTEM_TIME, int(self.system_ns()) & _MASK)
+        pack_into("<Q", self._esc.memory, reg.DC_SYSTEM_TIME, self.system_ns() & _MASK)
 
     def _latch(self, address: int, length: int) -> None:
         """A write to 0x0900 stores when this frame has passed each port, in local time."""
@@ -70,13 +74,13 @@ class Clock:
         memory = self._esc.memory
         received, delay = unpack_from("<Q", memory, reg.DC_SYSTEM_TIME)[0], self._esc.get(reg.DC_DELAY, 4)
         if length < 8:  # 32-bit time: the upper half is the slave's own
-            received = int(self.system_ns()) & ~0xFFFFFFFF | received & 0xFFFFFFFF
+            received = self.system_ns() & ~0xFFFFFFFF | received & 0xFFFFFFFF
         ahead = self.system_ns() - (received + delay)
-        if abs(ahead) >= 2.0**31:
-            ahead = float((int(ahead) + 2**31) % 2**32 - 2**31)
+        if abs(ahead) >= 2**31:
+            ahead = (ahead + 2**31) % 2**32 - 2**31
         now_ns = self._agenda.now_ns
         step = _MAX_SLEW * max(0, now_ns - self._corrected_ns)
         self._correction -= min(max(ahead, -step), step)
         self._corrected_ns = now_ns
-        magnitude = min(int(abs(ahead)), 0x7FFFFFFF)
+        magnitude = min(abs(ahead), 0x7FFFFFFF)
         self._esc.put(reg.DC_DIFFERENCE, 4, magnitude | (0x80000000 if ahead > 0 else 0))

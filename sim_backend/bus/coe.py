@@ -6,7 +6,7 @@ Sources: ETG.1000.6 (CoE services and their layouts).
 from collections.abc import Callable
 from struct import pack, unpack_from
 
-from sim_backend.bus.dictionary import COMMAND_UNKNOWN, NO_COMPLETE_ACCESS, TOGGLE, TOO_LONG, TOO_SHORT, Dictionary, SdoAbort
+from sim_backend.bus.dictionary import COMMAND_UNKNOWN, GENERAL_ERROR, NO_COMPLETE_ACCESS, TOGGLE, TOO_LONG, TOO_SHORT, Dictionary, SdoAbort
 from sim_backend.bus.sdo_info import serve_information
 
 EMERGENCY, SDO_REQUEST, SDO_RESPONSE, SDO_INFORMATION = 1, 2, 3, 8
@@ -29,6 +29,8 @@ class CoeServer:
 
     def __init__(self, dictionary: Dictionary, state: Callable[[], int]):
         self._dictionary, self._state = dictionary, state
+        self.refused: set[int] = set()  # objects that faults make unreachable
+        self.forgotten: set[int] = set()  # objects whose new values faults throw away
         self.reset()
 
     def reset(self) -> None:
@@ -55,6 +57,8 @@ class CoeServer:
         if command in (_DOWNLOAD, _UPLOAD):
             self._object = unpack_from("<HB", request, 1)
             self._upload = self._download = None
+            if self._object[0] in self.refused:
+                raise SdoAbort(GENERAL_ERROR)
             if request[0] & _COMPLETE:
                 raise SdoAbort(NO_COMPLETE_ACCESS)
         if command == _DOWNLOAD:
@@ -74,7 +78,7 @@ class CoeServer:
         index, subindex = self._object
         if request[0] & _EXPEDITED:
             size = 4 - (request[0] >> 2 & 3) if request[0] & _SIZE_GIVEN else self._size_of(index, subindex)
-            self._dictionary.download(index, subindex, request[4 : 4 + size], self._state())
+            self._store(request[4 : 4 + size])
         else:
             size = unpack_from("<I", request, 4)[0]
             if size > _LARGEST:
@@ -84,8 +88,12 @@ class CoeServer:
                 self._dictionary.item(index, subindex)
                 self._download, self._expected, self._toggle = bytearray(data), size, 0
             else:
-                self._dictionary.download(index, subindex, data, self._state())
+                self._store(data)
         return [_coe(SDO_RESPONSE, pack("<BHBI", 0x60, index, subindex, 0))]
+
+    def _store(self, data: bytes) -> None:
+        if self._object[0] not in self.forgotten:
+            self._dictionary.download(*self._object, data, self._state())
 
     def _size_of(self, index: int, subindex: int) -> int:
         return min(4, len(self._dictionary.item(index, subindex).value))
@@ -127,7 +135,7 @@ class CoeServer:
         if request[0] & 1:
             if len(self._download) != self._expected:
                 raise SdoAbort(TOO_LONG if len(self._download) > self._expected else TOO_SHORT)
-            self._dictionary.download(*self._object, bytes(self._download), self._state())
+            self._store(bytes(self._download))
             self._download = None
         elif len(self._download) > self._expected:
             raise SdoAbort(TOO_LONG)

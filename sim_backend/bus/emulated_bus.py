@@ -65,7 +65,8 @@ class EmulatedBus:
             slave.on_change = self._changed
             slave.esc.on_mapping = self._mapping_changed
             slave.esc.on_data = lambda slave=slave: slave.watchdog.feed(self.time_ns)
-        self._by_esc = {id(slave.esc): slave for slave in self.slaves.values()}
+        self._watchdogs = {id(slave.esc): slave.watchdog for slave in self.slaves.values()}
+        self.segment.clock_escs = [slave.esc for slave in self.slaves.values() if slave.clock is not None]
         self.drive = next((slave for slave in self.slaves.values() if isinstance(slave, Epos4)), None)
         self.plant = self._fresh_plant()
         self.rewire()
@@ -95,6 +96,7 @@ class EmulatedBus:
             self.plant.bind(self.drive, self.coupling)
         self._give()
         self._start_periods: int | None = None
+        self._step_due_ns = 0
         self._reported = 0
 
     def rewire(self) -> None:
@@ -130,6 +132,9 @@ class EmulatedBus:
                 self.counters.process_frames += 1
                 break
         frame[6] |= 0x02  # a frame that has passed slaves: its source address says "locally administered"
+        if self.faults.is_idle:
+            self.segment.run(frame, datagrams)
+            return True
         self.faults.start_due(self.cycle)
         if self.faults.is_quiet:
             self.segment.run(frame, datagrams)
@@ -148,11 +153,12 @@ class EmulatedBus:
         """The master's outputs are in the slaves' memories."""
         time_ns = self.time_ns
         for esc in plan.written:
-            slave = self._by_esc[id(esc)]
-            was_expired = slave.watchdog.expired
-            slave.watchdog.feed(time_ns)
-            if was_expired:
+            watchdog = self._watchdogs[id(esc)]
+            if watchdog.expired:
+                watchdog.feed(time_ns)
                 self._changed()
+            else:
+                watchdog.fed_ns = time_ns
         if not self.lock_step or not self._frame_steps or not plan.carries_all_outputs:
             return
         if not self.is_running:
@@ -163,7 +169,8 @@ class EmulatedBus:
         self._step()
 
     def _step(self) -> None:
-        self.faults.start_due(self.cycle)
+        if not self.faults.is_idle:
+            self.faults.start_due(self.cycle)
         outputs = self.coupling.take()
         self.counters.steps += 1
         if self.drive is not None and not self.drive.is_present:
@@ -186,7 +193,8 @@ class EmulatedBus:
     def _check_watchdogs(self) -> None:
         time_ns = self.time_ns
         for slave in self.slaves.values():
-            if slave.al.state == reg.OP and slave.is_guarded and slave.watchdog.check(time_ns):
+            watchdog = slave.watchdog
+            if time_ns - watchdog.fed_ns > watchdog.timeout_ns and slave.al.state == reg.OP and slave.is_guarded and watchdog.check(time_ns):
                 self.counters.watchdogs[slave.name] = self.counters.watchdogs.get(slave.name, 0) + 1
                 slave.watchdog_expired()
 
@@ -203,9 +211,14 @@ class EmulatedBus:
     def advance_to(self, now_ns: int) -> None:
         """Time passes: what is due happens, and in real time the plant moves."""
         self.agenda.advance_to(now_ns)
-        if self.lock_step:
-            return
-        periods = int(self._plant_clock_ns(now_ns) // self.plant.period_ns)
+        if not self.lock_step and now_ns >= self._step_due_ns:
+            self._move(now_ns)
+
+    def _move(self, now_ns: int) -> None:
+        """As many plant periods as have passed by the bus's clock, and when the next one ends."""
+        period_ns = self.plant.period_ns
+        local_ns = self._plant_clock_ns(now_ns)
+        periods = int(local_ns // period_ns)
         if self._start_periods is None:
             self._start_periods = periods - self.cycle
         due = periods - self._start_periods - self.cycle
@@ -214,12 +227,11 @@ class EmulatedBus:
             due = 1
         for _ in range(min(due, _STEPS_AT_ONCE)):
             self._step()
+        self._step_due_ns = now_ns + max(0, int((self._start_periods + self.cycle + 1) * period_ns - local_ns) + 1)
 
-    def next_due_ns(self, now_ns: int) -> int | None:
+    def next_due_ns(self) -> int | None:
         """When ``advance_to`` next has something to do; None where only a frame can bring that."""
         due = self.agenda.next_ns
-        if not self.lock_step and self._start_periods is not None:
-            edge_ns = (self._start_periods + self.cycle + 1) * self.plant.period_ns
-            step_ns = now_ns + int(edge_ns - self._plant_clock_ns(now_ns)) + 1
-            due = step_ns if due is None else min(due, step_ns)
-        return due
+        if self.lock_step:
+            return due
+        return self._step_due_ns if due is None else min(due, self._step_due_ns)

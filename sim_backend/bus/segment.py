@@ -9,6 +9,7 @@ from struct import pack_into
 from sim_backend.bus import frame as ec
 from sim_backend.bus.esc import Esc
 from sim_backend.bus.logical import LogicalMap, Plan
+from sim_backend.bus.registers import DC_SYSTEM_TIME
 
 _AUTO = (ec.APRD, ec.APWR, ec.APRW, ec.ARMW)
 _STATION = (ec.FPRD, ec.FPWR, ec.FPRW, ec.FRMW)
@@ -23,11 +24,14 @@ class Segment:
 
     def __init__(self, on_outputs: Callable[[Plan], None]):
         self.logical = LogicalMap()
+        self.clock_escs: Sequence[Esc] = ()  # those with distributed clocks, reached or not
         self._escs: Sequence[Esc] = ()
+        self._clocked: Sequence[Esc] = ()
         self._on_outputs = on_outputs
 
     def set_slaves(self, escs: Sequence[Esc]) -> None:
         self._escs = escs
+        self._clocked = [esc for esc in escs if any(esc is other for other in self.clock_escs)]
         self.logical.set_slaves(escs)
 
     def run(self, frame: bytearray, datagrams: list[tuple[int, int, int, int, int]]) -> None:
@@ -52,9 +56,18 @@ class Segment:
             copy.read(frame, start)
         _count(frame, start + length, plan.working_counter)
 
+    def _is_clocked(self, station: int) -> bool:
+        low, high = station & 0xFF, station >> 8
+        others = len(self._escs) != len(self._clocked)
+        return others and sum(esc.memory[0x10] == low and esc.memory[0x11] == high for esc in self._escs) == 1 and any(
+            esc.memory[0x10] == low and esc.memory[0x11] == high for esc in self._clocked)
+
     def _physical(self, frame: bytearray, command: int, position: int, offset: int, start: int, length: int) -> None:
         end, counter = start + length, 0
-        for esc in self._escs:
+        escs = self._escs
+        if command == ec.FRMW and DC_SYSTEM_TIME <= offset < DC_SYSTEM_TIME + 8 and self._is_clocked(position):
+            escs = self._clocked  # every cycle: the others have no such register
+        for esc in escs:
             if command in _STATION:
                 is_mine = (esc.memory[0x10] | esc.memory[0x11] << 8) == position
             else:

@@ -56,31 +56,32 @@ class Server:
             gc.unfreeze()
 
     def _loop(self) -> None:
-        bus, packets, clock = self.bus, self._packets, time.monotonic_ns
+        """Whoever shares the core with us waits until this goes to sleep again: nothing is done twice, least after a frame."""
+        bus, packets, clock, wait = self.bus, self._packets, time.monotonic_ns, select.select
         bus.transmit = self._send
         buffer = bytearray(_BUFFER)
-        view = memoryview(buffer)
-        waiting = [packets]
+        waiting = [packets, *self.handlers]
         while not self._is_stopped:
-            try:
-                size = packets.recv_into(buffer)
-            except BlockingIOError:
-                size = 0
-            if size:
-                frame = buffer[:size]
-                if bus.receive(frame, clock()):
-                    self._send(frame)
-                continue
-            now_ns = clock()
-            bus.advance_to(now_ns)
-            due_ns = bus.next_due_ns(now_ns)
-            wait_s = _IDLE_S if due_ns is None else min(_IDLE_S, max(0.0, (due_ns - clock()) * 1e-9))
-            waiting = [packets, *self.handlers]
-            ready = select.select(waiting, (), (), wait_s)[0]
+            due_ns = bus.next_due_ns()
+            wait_s = _IDLE_S if due_ns is None else (due_ns - clock()) * 1e-9
+            ready = wait(waiting, (), (), min(wait_s, _IDLE_S) if wait_s > 0.0 else 0.0)[0]
+            if not ready:
+                bus.advance_to(clock())
             for one in ready:
-                if one is not packets:
+                if one is packets:
+                    size = self._receive(buffer)
+                    frame = buffer[:size]
+                    if size and bus.receive(frame, clock()):
+                        self._send(frame)
+                else:
                     self.handlers[one]()
-        view.release()
+                    waiting = [packets, *self.handlers]
+
+    def _receive(self, buffer: bytearray) -> int:
+        try:
+            return self._packets.recv_into(buffer)
+        except OSError:
+            return 0  # the interface went down, or the frame was not meant for us after all
 
     def _send(self, frame: bytes | bytearray) -> None:
         try:

@@ -6,7 +6,7 @@ import pytest
 
 from sim_backend.devices import ENABLED, NOT_READY
 from tests.bus.emulator.bring_up import Wire
-from tests.bus.emulator.small_master import LRW, OP, SAFEOP, ethernet
+from tests.bus.emulator.small_master import LRW, OP, SAFEOP, Abort, ethernet
 
 ANALOG_IN, ANALOG_OUT, DRIVE = 0x1003, 0x1004, 0x1005
 
@@ -151,7 +151,21 @@ def test_a_slave_falls_to_safeop(wire):
     assert wire.master.request(ANALOG_OUT, OP) == (OP, 0)
 
 
+def test_an_object_is_refused_or_forgotten(wire):
+    wire.bus.faults.add("sdo_refused", "drive", value=0x60C2)
+    with pytest.raises(Abort, match="0x08000000"):
+        wire.master.upload(DRIVE, 0x60C2, 1)
+    wire.bus.faults.clear()
+    wire.bus.faults.add("sdo_forgotten", "drive", value=0x60C2)
+    wire.master.download(DRIVE, 0x60C2, 1, b"\x07")
+    assert wire.master.upload(DRIVE, 0x60C2, 1) == b"\x01"
+    wire.bus.faults.clear()
+    wire.master.download(DRIVE, 0x60C2, 1, b"\x07")
+    assert wire.master.upload(DRIVE, 0x60C2, 1) == b"\x07"
+
+
 @pytest.mark.parametrize(("kind", "where", "options", "words"), [
+    ("sdo_refused", "valves", {}, "mailbox"),
     ("nonsense", "", {}, "expected one of"), ("slave_lost", "nobody", {}, "'nobody'"), ("slave_lost", "", {}, "where"),
     ("clock_drift", "valves", {}, "clock"), ("frames_lost", "", {"leg": "up"}, "leg"), ("frames_lost", "", {"cycles": 0}, "cycles"),
     ("valve_stuck_open", "muscle9", {}, "cmd_muscle_inlet_open"), ("wire_broken", "motor_travel_m", {}, "analog"),

@@ -1,0 +1,98 @@
+"""`epa bus` on the command line, and the control channel behind it."""
+
+import json
+import subprocess
+import sys
+import textwrap
+
+import pytest
+
+from epa_rt.cli.bus import _FAULTS
+from sim_backend.bus.bus_faults import ALL_FAULTS
+from sim_backend.bus.control import ControlClient, ControlError, ControlServer
+from sim_backend.bus.namespace import refusal, run_beside
+from tests.bus.emulator.conftest import RIGS
+
+REFUSED = refusal()
+in_network = pytest.mark.skipif(REFUSED is not None, reason=f"no network of one's own here: {REFUSED}")
+
+
+def test_help_names_every_kind_of_fault():
+    assert [kind for kind in ALL_FAULTS if kind not in _FAULTS] == []
+
+
+def test_every_kind_can_be_injected_and_cleared(wire):
+    places = {"slave": "analog_in", "slave with a mailbox": "drive", "slave with a clock": "coupler", "input row": "muscle_pressure_pa",
+              "valve row or port": "cmd_muscle_inlet_open", "muscle": "muscle", "": ""}
+    before = wire.exchange(bytes(wire.output_size))
+    for kind, about in ALL_FAULTS.items():
+        wire.bus.faults.add(kind, places[about.where])
+        wire.exchange(bytes(wire.output_size))
+        wire.bus.faults.clear()
+        assert wire.bus.faults.listed() == []
+    assert len(before[0]) == wire.input_size
+
+
+@in_network
+@pytest.mark.xdist_group("bus")
+def test_status_truth_fault_and_stop_by_hand():
+    script = textwrap.dedent("""
+        import subprocess, sys
+        def epa(*words):
+            done = subprocess.run([sys.executable, "-m", "epa_rt", "bus", *words], capture_output=True, text=True)
+            print(done.returncode, done.stdout.replace(chr(10), " "), done.stderr.strip(), sep="|")
+        epa("status")
+        epa("fault", "wire_broken", "--where", "muscle_pressure_pa", "--cycles", "100000")
+        epa("fault", "slave_falls", "--where", "drive", "--value", "0x1A")
+        epa("faults")
+        epa("truth")
+        epa("fault", "gremlins")
+        epa("clear")
+        epa("rewind")
+        epa("stop")
+    """)
+    done = run_beside([sys.executable, "-c", script], RIGS / "bench.yaml")
+    rows = [line.split("|") for line in done.stdout.splitlines()]
+    assert [int(row[0]) for row in rows] == [0, 0, 0, 0, 0, 4, 0, 0, 0], done.stdout
+    assert json.loads(rows[0][1])["slaves"]["drive"]["state"] == "INIT"
+    assert [fault["kind"] for fault in json.loads(rows[3][1])["faults"]] == ["wire_broken"]
+    assert json.loads(rows[4][1])["drive_enabled"] is False
+    assert "gremlins" in rows[5][2] and "Traceback" not in rows[5][2]
+
+
+def epa(*words):
+    return subprocess.run([sys.executable, "-m", "epa_rt", "bus", *words], capture_output=True, text=True)
+
+
+@pytest.mark.parametrize(("words", "code", "sentence"), [
+    (["status", "--control", "/nonexistent/socket"], 4, "no emulated bus"),
+    (["serve", "--rig", str(RIGS / "bench.yaml"), "--interface", "nonexistent0"], 4, "nonexistent0"),
+    (["run", "--rig", str(RIGS / "bench.yaml")], 2, "no command"),
+])
+def test_what_cannot_be_is_one_sentence(words, code, sentence):
+    done = epa(*words)
+    assert done.returncode == code and sentence in done.stderr and "Traceback" not in done.stderr
+
+
+def test_the_control_channel_survives_nonsense(tmp_path):
+    handlers = {}
+    server = ControlServer(tmp_path / "control", handlers, lambda request: {"echo": request["do"]})
+    try:
+        client = ControlClient(tmp_path / "control")
+        (accept,) = handlers.values()
+        accept()
+        (connection,) = [handler for handler in handlers.values() if handler is not accept]
+        for line in (b"{\n", b"[]\n", b'{"x": 1}\n', b"\xff\xfe\n", b"null\n"):
+            client._socket.sendall(line)
+            connection()
+            assert json.loads(client._file.readline())["ok"] is False
+        client._socket.sendall(b'{"do": "x"}\n')
+        connection()
+        assert json.loads(client._file.readline()) == {"ok": True, "echo": "x"}
+        client.close()
+        connection()
+        assert list(handlers.values()) == [accept]
+    finally:
+        server.close()
+    with pytest.raises(ControlError, match="no emulated bus"):
+        ControlClient(tmp_path / "control")
