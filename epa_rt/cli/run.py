@@ -156,7 +156,7 @@ def _run(assembly: "Assembly", backend: "Backend", recorder: "Recorder", request
         outcome, cause = result.outcome, result.cause
         facts = {"cycles": result.cycles, "overruns": result.overruns, "worst_lateness_ns": result.worst_lateness_ns,
                  "drive_off_confirmed": result.confirmed, "clamped": result.clamped, "slewed": result.slewed,
-                 "saturated": result.saturated}
+                 "saturated": result.saturated, "bad_cycles": result.bad_cycles}
         recorder.event(result.cycles - 1, result.t_ns, "summary", f"{outcome}{': ' + cause if cause else ''}", **facts)
     finally:
         summary = recorder.close(outcome, cause)
@@ -172,6 +172,8 @@ def closing_text(summary: "LogSummary", result: "RunResult", period_s: float) ->
         lines.append(f"LOST: {result.cycles - summary.samples} samples are not in the log")
     if summary.failure:
         lines.append(f"recorder: {summary.failure}")
+    if result.bad_cycles:
+        lines.append(f"{result.bad_cycles} cycles without sound process data")
     for words, counts in (("clamped to its limits", result.clamped), ("slowed to its slew limit", result.slewed)):
         lines += [f"{name} was {words} in {count} cycles" for name, count in counts.items()]
     if result.saturated:

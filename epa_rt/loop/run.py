@@ -9,6 +9,7 @@ from epa_rt.config.rig import Rig
 from epa_rt.logs.layout import (
     FLAG_OVERRUN, FLAG_RECORDER_FAILED, FLAG_STOP_AT_ONCE, FLAG_STOP_REQUESTED, FLAG_TRIPPED, FLAG_WORKING_COUNTER_OK,
 )  # fmt: skip
+from epa_rt.loop.gaps import Gaps
 from epa_rt.loop.overruns import Overruns
 from epa_rt.loop.requests import STOP, STOP_AT_ONCE
 from epa_rt.loop.supervisor import DONE, SAFE, Supervisor
@@ -47,6 +48,7 @@ class RunResult:
     trip: Trip | None = None
     t_ns: int = 0  # the last cycle's stamp
     saturated: int = 0  # counts that did not fit their entry
+    bad_cycles: int = 0  # without sound process data
 
 
 def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, decoder: Decoder, encoder: Encoder,
@@ -55,7 +57,7 @@ def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, 
 
     The backend is opened and closed here; closing puts the outputs into their safe state once more.
     """
-    overruns, broken, stopped, cycle, t_ns = Overruns(rig.overrun), "", False, -1, 0
+    overruns, gaps, broken, stopped, cycle, t_ns = Overruns(rig.overrun), Gaps(), "", False, -1, 0
     outputs_raw = encoder.safe_raw
     try:
         backend.open()
@@ -65,6 +67,8 @@ def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, 
             measured = decoder.decode(inputs_raw)
             request = requests.poll(cycle)
             flags = FLAG_WORKING_COUNTER_OK if bus_ok else 0
+            if (not bus_ok or gaps.in_a_row) and (sentence := gaps.step(bus_ok)):
+                recording.event(cycle, t_ns, "gap", sentence)
             if lateness_ns or request or recording.failure:
                 flags |= _judge(cycle, lateness_ns, request, recording, overruns, envelope)
             stopped = stopped or request != 0 or overruns.wants_stop
@@ -91,7 +95,7 @@ def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, 
         recording.event(max(cycle, 0), t_ns, "error", broken, traceback=traceback.format_exc())
     finally:
         broken = _close(backend, recording, cycle, t_ns) or broken
-    return _result(supervisor, envelope, overruns, broken, stopped, cycle + 1, t_ns, encoder.saturated)
+    return _result(supervisor, envelope, overruns, broken, stopped, cycle + 1, t_ns, encoder.saturated, gaps.count)
 
 
 def _close(backend: Backend, recording: Recording, cycle: int, t_ns: int) -> str:
@@ -144,7 +148,7 @@ def _report(supervisor: Supervisor, envelope: Envelope, recording: Recording, cy
 
 
 def _result(supervisor: Supervisor, envelope: Envelope, overruns: Overruns, broken: str, stopped: bool,
-            cycles: int, t_ns: int, saturated: int) -> RunResult:
+            cycles: int, t_ns: int, saturated: int, bad_cycles: int) -> RunResult:
     trip = envelope.tripped
     if broken:
         outcome, cause = "failed", broken
@@ -156,4 +160,4 @@ def _result(supervisor: Supervisor, envelope: Envelope, overruns: Overruns, brok
         outcome, cause = "completed", ""
     gate = envelope.gate
     return RunResult(outcome, cause, cycles, supervisor.confirmed, overruns.count, overruns.worst_ns,
-                     {k: n for k, n in gate.clamped.items() if n}, {k: n for k, n in gate.slewed.items() if n}, trip, t_ns, saturated)
+                     {k: n for k, n in gate.clamped.items() if n}, {k: n for k, n in gate.slewed.items() if n}, trip, t_ns, saturated, bad_cycles)

@@ -204,3 +204,12 @@ def test_a_backend_that_cannot_close_is_reported_and_not_raised(tmp_path):
     result = run(inputs.rig, backend, assembly.supervisor, assembly.envelope, assembly.decoder, assembly.encoder, memory, Quiet())
     assert result.outcome == "failed" and "the cable is gone" in result.cause
     assert memory.events[-1][1] == "error"
+
+
+def test_bad_cycles_that_a_run_survives_are_counted_and_said(tmp_path):
+    bad = (TRIAL, TRIAL + 100, TRIAL + 101)
+    out = run_in_memory(tiny_inputs(tmp_path), lambda e, model: e._replace(working_counter_ok=e.cycle not in bad))
+    assert (out.result.outcome, out.result.bad_cycles) == ("completed", 3)
+    assert [(cycle, text) for cycle, kind, text, _data in out.memory.events if kind == "gap"] == [
+        (TRIAL + 1, "1 cycle without sound process data; the last good ones stood in"),
+        (TRIAL + 102, "2 cycles without sound process data; the last good ones stood in")]
