@@ -24,7 +24,7 @@ class ValveCause(Enum):
     NONE = "no failure"
     TIME_OUT = "time-out"
     OVER_PRESSURE = "over-pressure"
-    INLET_STUCK_CLOSED = "inlet stuck closed"
+    INLET_STUCK_CLOSED = "inlet stuck closed or no supply"
     INLET_STUCK_OPEN = "inlet stuck open"
     EXHAUST_STUCK_CLOSED = "exhaust stuck closed"
     EXHAUST_STUCK_OPEN = "exhaust stuck open or leak"
