@@ -48,6 +48,7 @@ class BusFaults:
         self._left: dict[int, int] = {}
         self._slave_faults: list[Fault] = []
         self._held: list[bytes] = []
+        self.is_dark = False  # no slave is reached: nobody sends a frame back
 
     def add(self, kind: str, where: str = "", value: float | None = None, at_cycle: int | None = None, at_s: float | None = None,
             cycles: int | None = None, **options: object) -> Fault:
@@ -96,7 +97,7 @@ class BusFaults:
     @property
     def is_quiet(self) -> bool:
         """Nothing touches frames now."""
-        return not self._frame_faults and not self._held
+        return not self._frame_faults and not self._held and not self.is_dark
 
     def start_due(self, cycle: int) -> None:
         """Called at every plant cycle: begins and ends faults."""
@@ -152,7 +153,7 @@ class BusFaults:
         """A frame while frame faults are at work: runs it, or not, and sends what comes back of it."""
         is_process = any(LRD <= datagram[0] <= LRW for datagram in datagrams)
         chosen = {fault.kind: fault for fault in self._frame_faults if self._takes(fault, is_process)}
-        if "cable_pulled" in chosen or "frames_lost" in chosen and chosen["frames_lost"].options.get("leg", "out") == "out":
+        if self.is_dark or "cable_pulled" in chosen or "frames_lost" in chosen and chosen["frames_lost"].options.get("leg", "out") == "out":
             self._bus.pass_time(datagrams)
             return
         self._bus.segment.run(frame, datagrams)

@@ -103,6 +103,7 @@ class EmulatedBus:
         """After a slave has come or gone."""
         reached = wire(list(self.slaves.values()))
         self.segment.set_slaves([slave.esc for slave in reached])
+        self.faults.is_dark = not reached
         self.coupling.stale()
 
     def _changed(self) -> None:

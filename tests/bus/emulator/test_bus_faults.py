@@ -113,6 +113,12 @@ def test_a_slave_loses_its_power_and_comes_back_in_init(make_bus):
     assert slaves["analog_out"].station_address == ANALOG_OUT
 
 
+def test_where_the_first_slave_is_without_power_nobody_sends_a_frame_back(wire):
+    start(wire).bus.faults.add("slave_lost", "coupler", cycles=3)
+    assert frames(wire, 3) == [None, None, None] and wire.bus.cycle == 3
+    assert frames(wire, 1) == [8]  # back, and with no process data of its own
+
+
 def test_a_slave_may_go_alone(wire):
     wire.bus.faults.add("slave_lost", "analog_in", alone=True)
     assert wire.master.one(7, 0, bytes(2))[1] == 4
