@@ -72,6 +72,7 @@ class EthercatBackend:
             self.close()
             raise
         self._watch = StateWatch(self._bus, self._rig, self._wire, self._mailboxes, self.events)
+        self._edges.mark()
         self.events.append(("bus", f"{len(self._rig.slaves)} slaves in OP on {interface}, working counter {self._wire.working_counter}", {}))
 
     def exchange(self, outputs_raw: bytes) -> Exchange:
@@ -81,7 +82,7 @@ class EthercatBackend:
             raise BackendError(f"found {found}, expected an open backend and {len(self._safe)} bytes of outputs")
         self._cycle += 1
         busy_ns = self._edges.busy_ns()
-        if self._cycle % self._every == 0 or self._bad > 1:
+        if self._cycle % self._every == 0 or self._bad > 1 or self._watch.is_busy:
             self._watch.look()  # before the edge: it costs time that the cycle has left, not latency
         ok, edge_ns, lateness_ns = self._turn(outputs_raw)
         self._judge(ok)

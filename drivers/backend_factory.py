@@ -3,8 +3,12 @@
 from epa_rt.config.rig import Rig
 
 from drivers.backend import EthercatBackend
+from drivers.interface import choose
 
 
 def open_ethercat(rig: Rig, interface: str | None, lock_step: bool = False) -> EthercatBackend:
-    """A backend on this interface (None: the only candidate), not opened yet: ``run`` opens and closes it."""
-    return EthercatBackend(rig, interface, lock_step)
+    """A backend on this interface (None: the only candidate), not opened yet: ``run`` opens and closes it.
+
+    Raises BackendError where there is no such interface, or no right to it, before a log is begun.
+    """
+    return EthercatBackend(rig, choose(interface), lock_step)

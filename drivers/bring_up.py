@@ -3,6 +3,8 @@
 Everything is checked before anything is changed that matters: a bus that is not the rig file's is left in PREOP.
 """
 
+from collections.abc import Callable
+
 from epa_rt.backend import BackendError
 from epa_rt.config.rig import Rig, Slave
 from epa_rt.config.rig_checks import entries_of
@@ -13,7 +15,7 @@ from drivers.bus import Bus, State
 from drivers.epos4 import check_drive
 from drivers.identity import Found, differences, label
 from drivers.mailbox import Mailbox
-from drivers.mapping import set_up_mapping
+from drivers.mapping import assignment_steps, set_up_mapping
 from drivers.registers import INPUTS, OUTPUTS, set_watchdog, switch_off
 from drivers.wire import WireImage
 from drivers.words import ERROR, PREOP, SAFEOP, abort_words, state_words
@@ -53,6 +55,18 @@ def set_up_slave(bus: Bus, rig: Rig, index: int, mailbox: Mailbox | None) -> lis
     if entries_of(slave, outputs=True):
         set_watchdog(bus.slaves[index], label(index + 1, slave), rig.safety.watchdog)
     return notes
+
+
+def set_up_again(bus: Bus, rig: Rig, index: int, mailbox: Mailbox | None) -> list[Callable[[], None]]:
+    """What a terminal needs in PREOP after it lost its supply, one short step each; its mapping has been seen before."""
+    slave = rig.slaves[index]
+    steps: list[Callable[[], None]] = []
+    if mailbox is not None:
+        steps += [lambda sdo=sdo: mailbox.set(*sdo.place, sdo.data) for sdo in slave.startup]
+        steps += assignment_steps(mailbox, slave)
+    if entries_of(slave, outputs=True):
+        steps.append(lambda: set_watchdog(bus.slaves[index], label(index + 1, slave), rig.safety.watchdog))
+    return steps
 
 
 def configure(bus: Bus, rig: Rig, wire: WireImage, synchronise: bool) -> tuple[dict[int, Mailbox], bool, list[str]]:

@@ -50,7 +50,7 @@ class ReferenceClock:
     FASTER = 10.0
     NEAR_NS, NEAR_CYCLES = 10_000, 50
     STEP_NS = 100_000  # once locked, an offset larger than this counts as this
-    SLOW_NS = 5_000  # beyond twice the usual round trip
+    SLOW_NS = 5_000  # beyond one and a half times the usual round trip
 
     def __init__(self, period_ns: int):
         self._period_ns = period_ns
@@ -83,10 +83,11 @@ class ReferenceClock:
         return correction
 
     def _is_quick(self, round_trip_ns: int) -> bool:
-        """Follows the usual round trip down quickly and up slowly."""
+        """Follows the usual round trip down quickly and up slowly, whatever single frames do."""
         usual = self._usual_ns or float(round_trip_ns)
-        self._usual_ns = usual + (round_trip_ns - usual) / (16 if round_trip_ns < usual else 256)
-        return round_trip_ns < 2 * usual + self.SLOW_NS
+        slower = min(round_trip_ns, 2 * usual) - usual
+        self._usual_ns = usual + slower / (16 if slower < 0 else 256)
+        return round_trip_ns < 1.5 * usual + self.SLOW_NS
 
     def _steer(self, offset: int) -> float:
         if not self.locked:

@@ -4,7 +4,7 @@ Sources: ETG.1000.6 (0x1C12, 0x1C13), maxon EPOS4 communication guide (order of 
 documentation (PDO assignment, entries).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from epa_rt.backend import BackendError
 from epa_rt.config.devices import DEVICES, Entry
@@ -61,6 +61,15 @@ def _assign(mailbox: Mailbox, assignment: int, pdos: Sequence[int]) -> None:
     found = _assigned(mailbox, assignment)
     if found != list(pdos):
         raise BackendError(f"found the process data {_words(found)} assigned in {mailbox.label}, expected {_words(pdos)}")
+
+
+def assignment_steps(mailbox: Mailbox, slave: Slave) -> list[Callable[[], None]]:
+    """The assignment of an EL3004 written anew, one object per step; an EL4034's is fixed."""
+    if slave.device != "EL3004":
+        return []
+    pdos = analog_in_pdos(slave)
+    writes = [(0, u8(0)), *((i, u16(pdo)) for i, pdo in enumerate(pdos, 1)), (0, u8(len(pdos)))]
+    return [lambda subindex=subindex, data=data: mailbox.set(INPUT_ASSIGNMENT, subindex, data) for subindex, data in writes]
 
 
 def _assigned(mailbox: Mailbox, assignment: int) -> list[int]:

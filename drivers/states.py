@@ -3,41 +3,50 @@
 A slave that falls to SAFEOP still counts in the working counter, so the counter alone would miss it.
 """
 
+from collections.abc import Iterator
+
 import pysoem
 
 from epa_rt.backend import BackendError
 from epa_rt.config.rig import Rig
 
-from drivers.bring_up import set_up_slave
+from drivers.bring_up import set_up_again
 from drivers.bus import Bus, State
 from drivers.mailbox import Mailbox
+from drivers.recovery import Shape, take_back
 from drivers.wire import WireImage
-from drivers.words import ERROR, OP, SAFEOP
+from drivers.words import OP
 
 GIVE_UP_S = 2.0
-_ACKNOWLEDGE = 0x10  # pysoem.STATE_ACK
-_RECOVER_US = 500
 
 
 class StateWatch:
     """``look`` reads all states and either finds all well, takes a recovery one step on, or raises BackendError.
 
-    ``events`` are (kind, text, data) for the log.
+    ``events`` are (kind, text, data) for the log. Look in every cycle while ``is_busy``.
     """
 
     def __init__(self, bus: Bus, rig: Rig, wire: WireImage, mailboxes: dict[int, Mailbox], events: list[tuple[str, str, dict]]):
         self._bus, self._rig, self._wire, self._mailboxes, self._events = bus, rig, wire, mailboxes, events
-        self._recovering: dict[int, int] = {}
-        self._most_looks = max(1, round(GIVE_UP_S / rig.master.states_every))
-        self._failure: BackendError | None = None
+        self._recoveries: dict[int, Iterator[None]] = {}
+        self._looks: dict[int, int] = {}
+        self._most_looks = round(GIVE_UP_S / rig.period_s)
+        self._may_recover = rig.master.recovery == "continue"
+        self._shapes = {i: Shape(bus.slaves[i]) for i, slave in enumerate(rig.slaves) if self._may_recover and slave.device != "EPOS4"}
+
+    @property
+    def is_busy(self) -> bool:
+        """True while a terminal is being taken back."""
+        return bool(self._looks)
 
     def look(self) -> bool:
         """True where every slave is in OP. Raises BackendError naming the slave that left it, unless it is taken back."""
         states = self._bus.states()
         if all(state.state == OP for state in states):
-            for index in self._recovering:
+            for index in self._looks:
                 self._events.append(("recovery", f"{self._wire.labels[index]} is in OP again", {"slave": index + 1}))
-            self._recovering.clear()
+            self._recoveries.clear()
+            self._looks.clear()
             return True
         if any(state.state for state in states):  # none at all: frames are being lost, which the cycle sees by itself
             for index, state in enumerate(states):
@@ -54,39 +63,20 @@ class StateWatch:
         return f"{name} left OP: it is in {state.words()}"
 
     def _take_back(self, index: int, state: State) -> None:
-        slave = self._rig.slaves[index]
         text = self.trouble(index, state)
-        if self._rig.master.recovery == "stop":
+        if not self._may_recover:
             raise BackendError(text)
-        if slave.device == "EPOS4":
+        if index not in self._shapes:
             raise BackendError(f"{text}; a drive is not taken back within a run, it has to be enabled from scratch")
-        looks = self._recovering[index] = self._recovering.get(index, -1) + 1
+        looks = self._looks[index] = self._looks.get(index, -1) + 1
         if looks == 0:
             self._events.append(("recovery", text, {"slave": index + 1, "state": state.state, "al_status": state.al_status}))
         if looks > self._most_looks:
             raise BackendError(f"{text}; it could not be taken back within {GIVE_UP_S:g} s")
-        self._step(self._bus.slaves[index], index, state.state)
-
-    def _step(self, slave: "pysoem.CdefSlave", index: int, state: int) -> None:
-        """One datagram for a slave in SAFEOP; a slave below it is set up again, which takes a few cycles."""
-        if state == SAFEOP | ERROR:
-            slave.state = SAFEOP | _ACKNOWLEDGE
-            slave.write_state()
-        elif state == SAFEOP:
-            slave.state = OP
-            slave.write_state()
-        elif state == 0:
-            slave.recover(_RECOVER_US)
-        else:
-            slave.setup_func = lambda _slave: self._set_up_again(index)
-            slave.reconfig(_RECOVER_US)
-            slave.setup_func = None
-            if self._failure is not None:
-                raise self._failure
-
-    def _set_up_again(self, index: int) -> None:
-        """Called by ``reconfig`` in PREOP, which itself restores only sync managers and FMMUs."""
+        if index not in self._recoveries:
+            steps = set_up_again(self._bus, self._rig, index, self._mailboxes.get(index))
+            self._recoveries[index] = take_back(self._bus.slaves[index], self._shapes[index], steps)
         try:
-            set_up_slave(self._bus, self._rig, index, self._mailboxes.get(index))
-        except BackendError as error:  # must not pass through the C code
-            self._failure = error
+            next(self._recoveries[index], None)
+        except pysoem.WkcError:  # gone again: from the beginning
+            del self._recoveries[index]
