@@ -172,6 +172,7 @@ class EmulatedBus:
     def _step(self) -> None:
         if not self.faults.is_idle:
             self.faults.start_due(self.cycle)
+        self._check_watchdogs()
         outputs = self.coupling.take()
         self.counters.steps += 1
         if self.drive is not None and not self.drive.is_present:
@@ -181,7 +182,6 @@ class EmulatedBus:
         else:
             inputs = self.plant.step_now(bytes(outputs))
         self.coupling.give(inputs)
-        self._check_watchdogs()
         self._report_drive()
 
     def _report_drive(self) -> None:

@@ -60,6 +60,9 @@ class Slave:
         self.al = AlMachine(self.esc, agenda, self, controller.is_emulated, settings.delays_ns)
         self.al.on_change = lambda: self.on_change()
         self.clock = Clock(self.esc, agenda, settings.drift_ppm.get(name, 0.0), settings.offset_ns.get(name, 0)) if controller.has_clock else None
+        self._sync_runs = False
+        if self.clock is not None:
+            self.esc.on_write.append((reg.DC_ACTIVATION, reg.DC_ACTIVATION + 1, self._start_sync))
         self.coe: CoeServer | None = None
         self.mailbox: Mailbox | None = None
         if content.protocols:
@@ -106,7 +109,14 @@ class Slave:
                 if not self._process_data_is_sound(outputs):
                     return code
             return self._clock_refuses()
+        if wanted == reg.OP and self.clock is not None and self.esc.memory[reg.DC_ACTIVATION] & 0x02 and not self._sync_runs:
+            return reg.NO_SYNC
         return 0
+
+    def _start_sync(self, address: int, length: int) -> None:
+        """SYNC0 begins at its start time; where that has passed already it does not begin (as good as never)."""
+        starts = self.esc.get(reg.DC_START_TIME, 8) - (self.clock.system_ns() & 0xFFFFFFFFFFFFFFFF)
+        self._sync_runs = bool(self.esc.memory[reg.DC_ACTIVATION] & 0x01) and starts > 0
 
     def _mailbox_is_sound(self) -> bool:
         if self.mailbox is None:

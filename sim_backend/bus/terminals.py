@@ -1,7 +1,7 @@
 """The terminals EK1100, EL2124, EL3004 and EL4034 as slaves: identity, sync managers, PDOs, object dictionaries.
 
-Sources: Beckhoff documentation of EL2124, EL30xx and EL40xx (CoE objects, process data), identity as in
-epa_rt/config/devices.py. What a revision does otherwise is said in docs/emulated-bus.md.
+Sources: Beckhoff documentation of EL2124, EL30xx and EL40xx (CoE objects, process data, watchdog), identity as in
+epa_rt/config/devices.py. docs/emulated-bus.md has the addresses, and says what is stored only.
 """
 
 from struct import pack
@@ -148,7 +148,7 @@ class AnalogOutputs(Slave):
                      for n in range(4))
         content = sii.SiiContent(
             "EL4034", *identity, mailbox=(0x1000, 128, 0x1080, 128), ports=_EBUS_PORTS, ebus_ma=130, protocols=sii.COE_PROTOCOL,
-            coe_details=sii.SDO | sii.SDO_INFO | sii.PDO_ASSIGN, pdos=pdos, fmmu_uses=(1, 2, 3),
+            coe_details=sii.SDO | sii.SDO_INFO, pdos=pdos, fmmu_uses=(1, 2, 3),
             sync_managers=(*_MAILBOX, SyncManagerSetting(0x1100, 8, 0x24 | 0x40, 0x01, sii.OUTPUTS),
                            SyncManagerSetting(0x1180, 0, 0x00, 0x00, sii.INPUTS)))
         super().__init__(name, _ANALOG, content, agenda, settings)
@@ -156,7 +156,8 @@ class AnalogOutputs(Slave):
         for pdo in content.pdos:
             add_mapping(self.dictionary, pdo)
         add_sync_objects(self.dictionary, tuple(range(0x1600, 0x1604)), ())
-        self._assignment = add_assignment(self.dictionary, 0x1C12, [0x1600, 0x1601, 0x1602, 0x1603], self._assignable, lambda: self.on_change())
+        assigned = {n + 1: od.number(f"SubIndex {n + 1:03d}", od.UINT16, pdo.index) for n, pdo in enumerate(pdos)}
+        self.dictionary.record(0x1C12, "PDO assign", assigned, od.ARRAY)  # fixed: no channel can be left out
         writable = od.READ | od.WRITE
         for n in range(4):
             read = lambda n=n: bytes(self.esc.memory[self._place(n) : self._place(n) + 2])  # noqa: E731
@@ -177,12 +178,6 @@ class AnalogOutputs(Slave):
 
     def _place(self, n: int) -> int:
         return self.esc.sync_managers.settings(2)[0] + 2 * n
-
-    def _assignable(self, chosen: list[int]) -> int:
-        return 0 if chosen == list(range(0x1600, 0x1600 + len(chosen))) else od.VALUE_RANGE
-
-    def assigned(self, outputs: bool) -> list[Pdo]:
-        return [self.pdos[index] for index in self._assignment()] if outputs else []
 
     def safe_outputs(self, image: bytearray, places: "list[ByteCopy | BitCopy]") -> None:
         for copy in places:

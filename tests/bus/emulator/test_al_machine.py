@@ -68,6 +68,18 @@ def test_sync_signals_that_cannot_run(in_preop, activation, cycle_ns, code):
     assert in_preop.master.request(DRIVE, SAFEOP) == (PREOP | ERROR, code)
 
 
+@pytest.mark.parametrize(("ahead_ns", "expected"), [(100_000_000, (OP, 0)), (-1000, (SAFEOP | ERROR, 0x002D))])
+def test_a_sync_signal_that_was_to_start_in_the_past_never_does(in_preop, ahead_ns, expected):
+    in_preop.configure()
+    master = in_preop.master
+    now_ns = int.from_bytes(master.read(DRIVE, 0x0910, 8), "little")
+    master.write(DRIVE, 0x0990, struct.pack("<Q", now_ns + ahead_ns))
+    master.write(DRIVE, 0x09A0, struct.pack("<I", 1_000_000))
+    master.write(DRIVE, 0x0981, b"\x03")
+    assert master.request(DRIVE, SAFEOP) == (SAFEOP, 0)
+    assert master.request(DRIVE, OP) == expected
+
+
 def test_down_from_op_at_once_or_step_by_step(wire):
     for state in (SAFEOP, PREOP, INIT):
         assert wire.master.request(wire.at["analog_out"], state) == (state, 0)

@@ -26,9 +26,9 @@ def master(name, *arguments, options=()):
     return json.loads(done.stdout)
 
 
-@pytest.mark.parametrize("name", ["bench", "bench_analog", "mass", "knee"])
-def test_every_rig_comes_to_op_and_exchanges_data(name):
-    seen = master(name)
+@pytest.mark.parametrize(("name", "options"), [("bench", ()), ("bench_analog", ["--lock-step"]), ("mass", ["--lock-step"]), ("knee", ["--lock-step"])])
+def test_every_rig_comes_to_op_and_exchanges_data(name, options):
+    seen = master(name, options=options)
     assert (seen["found"], seen["has_clock"], seen["state"]) == (5, True, 8)
     assert seen["names"] == ["EK1100", "EL2124", "EL3004", "EL4034", "EPOS4"]
     assert [product for _, product, _ in seen["identity"]] == [0x044C2C52, 0x084C3052, 0x0BBC3052, 0x0FC23052, 0x65520000]
