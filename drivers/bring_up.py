@@ -24,6 +24,10 @@ WITH_OBJECTS = ("EL3004", "EL4034", "EPOS4")
 _STATE_S = 5.0
 
 
+class Unclear(BackendError):
+    """Answers got lost on the way; another try may go well."""
+
+
 def identify(bus: Bus, rig: Rig) -> None:
     """Finds the slaves and compares every one with the rig file. Raises BackendError: each difference named."""
     count = bus.find()
@@ -81,6 +85,7 @@ def configure(bus: Bus, rig: Rig, wire: WireImage, synchronise: bool) -> tuple[d
     bus.use(wire)
     bus.ask(SAFEOP)
     reached(bus.wait_for(SAFEOP, _STATE_S), SAFEOP, wire.labels)
+    bus.be_patient(False)
     return mailboxes, has_clock, notes
 
 
@@ -89,7 +94,8 @@ def _map(bus: Bus, wire: WireImage) -> None:
     try:
         bus.master.config_overlap_map()
     except pysoem.ConfigMapError as error:
-        raise BackendError("the slaves' process data could not be read: " + "; ".join(map(_map_words, error.error_list))) from None
+        kind = BackendError if any(isinstance(e, pysoem.SdoError) for e in error.error_list) else Unclear
+        raise kind("the slaves' process data could not be read: " + "; ".join(map(_map_words, error.error_list))) from None
     wire.check([(len(slave.output), len(slave.input)) for slave in bus.slaves], bus.master.expected_wkc)
 
 

@@ -16,6 +16,7 @@ from drivers.words import ERROR, al_status_words, state_words
 pysoem.settings.always_release_gil = True  # read by Master() when it is made
 
 LOST = -1  # no frame came back
+_PATIENT_US, _BRISK_US = 20_000, 2_000  # how long SOEM waits for an answer before it sends again; the second is its own
 
 
 class State(NamedTuple):
@@ -66,9 +67,15 @@ class Bus:
 
     def find(self) -> int:
         """Counts and addresses the slaves and takes them to PREOP. Gives how many there are."""
+        self.be_patient(True)
+        self.master.manual_state_change = 0
         count = max(0, self.master.config_init())
         self.slaves = list(self.master.slaves) if count else []
         return count
+
+    def be_patient(self, patient: bool) -> None:
+        """Patient while nothing runs: a frame that is late, and sent again too early, confuses mailboxes."""
+        pysoem.settings.timeouts.ret = _PATIENT_US if patient else _BRISK_US
 
     def use(self, wire: WireImage) -> None:
         """The layout by which ``swap`` cuts the image up."""

@@ -109,7 +109,7 @@ def opens(rig: str) -> dict:
         for _ in range(2):
             backend = EthercatBackend(typed, MASTER_END)
             backend.open()
-            ok += [backend.exchange(bytes(len(backend._safe))).working_counter_ok for _ in range(200)]
+            ok += [backend.exchange(bytes(len(backend.cycle.safe))).working_counter_ok for _ in range(200)]
             actual = backend._bus.master.expected_wkc
             up = bus.do(counters)
             backend.close()
@@ -210,7 +210,7 @@ def two_alike() -> dict:
         backend = EthercatBackend(typed, MASTER_END, lock_step=True)
         backend.open()
         for first, second in itertools.product(range(16), range(16)):
-            sent = bytes([first, second]) + bytes(len(backend._safe) - 2)
+            sent = bytes([first, second]) + bytes(len(backend.cycle.safe) - 2)
             ok = backend.exchange(sent).working_counter_ok
             if not ok or bus.do(terminal_bits) != [first, second]:
                 wrong.append([first, second, ok, bus.do(terminal_bits)])
@@ -340,14 +340,14 @@ def follows(drift_ppm: float, off_ns: int, cycles: int) -> dict:
     with emulated(typed, drift_ppm={s.name: drift_ppm for s in typed.slaves}) as bus, undisturbed(None):
         backend = EthercatBackend(typed, MASTER_END)
         backend.open()
-        backend._edges.steer(off_ns)
-        backend.clock.locked = False  # as at the start: the loop has to find its way back
-        backend.clock._spread_ns = float(backend._period_ns)
+        backend.cycle.edges.steer(off_ns)
+        backend.cycle.clock.locked = False  # as at the start: the loop has to find its way back
+        backend.cycle.clock._spread_ns = float(backend._period_ns)
         believed, edges = [], []
         for _ in range(cycles):
-            edges.append(backend.exchange(backend._safe).t_ns - backend._epoch_ns)
-            believed.append(backend.clock.offset_ns)
-        locked, period = backend.clock.locked, backend._period_ns
+            edges.append(backend.exchange(backend.cycle.safe).t_ns - backend.cycle._epoch_ns)
+            believed.append(backend.cycle.clock.offset_ns)
+        locked, period = backend.cycle.clock.locked, backend._period_ns
         true = [t % period - period // 2 for t in bus.do(reference_times, edges)]
         backend.close()
     return {"believed": believed, "true": true, "locked": locked}

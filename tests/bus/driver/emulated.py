@@ -13,6 +13,7 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -21,22 +22,32 @@ from epa_rt.config.rig import Rig
 
 ROOT = Path(__file__).resolve().parents[3]
 MASTER_END, SLAVE_END = "ve0", "ve1"
-_NAMESPACE = ("unshare", "--user", "--map-root-user", "--net")
+NAMESPACE = ("unshare", "--user", "--map-root-user", "--net")
 _LONGEST_S = 240
 
 
 def bus_case(name: str, **arguments: object) -> dict:
     """Runs ``cases.NAME(**arguments)`` where it has a bus; what it returns must be JSON."""
-    try:
-        allowed = subprocess.run([*_NAMESPACE, "true"], capture_output=True, text=True, timeout=30, check=False)
-    except FileNotFoundError:
-        pytest.skip("the command unshare is missing")
-    if allowed.returncode:
-        pytest.skip(f"this machine grants no network of one's own: {allowed.stderr.strip()}")
-    done = subprocess.run([*_NAMESPACE, sys.executable, "-W", "error", __file__, name, json.dumps(arguments)], cwd=ROOT, capture_output=True,
+    need_namespace()
+    done = subprocess.run([*NAMESPACE, sys.executable, "-W", "error", __file__, name, json.dumps(arguments)], cwd=ROOT, capture_output=True,
                           text=True, timeout=_LONGEST_S, check=False, env={**os.environ, "PYTHONPATH": str(ROOT)})
     assert done.returncode == 0, f"{name} {arguments}:\n{done.stdout[-4000:]}\n{done.stderr[-6000:]}"
     return json.loads(done.stdout.splitlines()[-1])
+
+
+@cache
+def _refusal() -> str:
+    try:
+        allowed = subprocess.run([*NAMESPACE, "true"], capture_output=True, text=True, timeout=30, check=False)
+    except FileNotFoundError:
+        return "the command unshare is missing"
+    return f"this machine grants no network of one's own: {allowed.stderr.strip()}" if allowed.returncode else ""
+
+
+def need_namespace() -> None:
+    """Skips the test where this machine grants no network of one's own."""
+    if _refusal():
+        pytest.skip(_refusal())
 
 
 class Remote:
