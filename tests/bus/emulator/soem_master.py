@@ -1,6 +1,6 @@
 """A plain pysoem master, run beside the emulated bus: prints one JSON object about what it saw.
 
-usage: soem_master.py RIG [compare CYCLES | record CYCLES FILE.pcap | die]
+usage: soem_master.py RIG [compare CYCLES | die]
 """
 
 import json
@@ -110,29 +110,8 @@ def compare(soem, cycles):
     return None
 
 
-def record(soem, cycles):
-    """Random outputs for some cycles; returns what went out and what came back, as hex, and some SDOs on top."""
-    drive = soem.master.slaves[4]
-    name = drive.sdo_read(0x1008, 0).decode()
-    try:
-        drive.sdo_read(0x5555, 0)
-    except pysoem.SdoError as refused:
-        abort = refused.abort_code
-    choice = random.Random(9)
-    rows = []
-    for _ in range(cycles):
-        outputs = bytearray(choice.randbytes(soem.outputs.size))
-        outputs[soem.outputs.slices["valves"][0]] &= 0x0F
-        rows.append((outputs.hex(), soem.exchange(bytes(outputs))[0].hex()))
-    return {"name": name, "abort": abort, "expected": soem.master.expected_wkc, "rows": rows}
-
-
 def main():
     rig = load_rig(sys.argv[1])
-    if sys.argv[2:3] == ["record"]:
-        from tests.bus.emulator.pcap import Capture
-
-        capture = Capture(os.environ["EPA_BUS_INTERFACE"], sys.argv[4])
     soem = Soem(rig)
     try:
         found, has_clock = soem.bring_up()
@@ -141,10 +120,7 @@ def main():
                 soem.exchange(bytes([3]) + bytes(soem.outputs.size - 1))
             print(json.dumps({"state": soem.master.state_check(pysoem.OP_STATE, 1000)}), flush=True)
             os.kill(os.getpid(), signal.SIGKILL)
-        if sys.argv[2:3] == ["record"]:
-            seen = record(soem, int(sys.argv[3]))
-            print(json.dumps({**seen, "captured": capture.stop()}))
-        elif sys.argv[2:3] == ["compare"]:
+        if sys.argv[2:3] == ["compare"]:
             print(json.dumps({"differs": compare(soem, int(sys.argv[3]))}))
         else:
             print(json.dumps(report(soem, found, has_clock)))
