@@ -32,7 +32,8 @@ def identify(bus: Bus, rig: Rig) -> None:
     """Finds the slaves and compares every one with the rig file. Raises BackendError: each difference named."""
     count = bus.find()
     if count == 0:
-        raise BackendError(f"found no slave on {bus.interface}, expected {len(rig.slaves)}: is {rig.slaves[0].name} powered, and is this its cable?")
+        raise BackendError(f"found no slave on {bus.interface}, expected {len(rig.slaves)}: is {rig.slaves[0].name} powered, "
+                           "and is this its cable?")
     found = [Found(slave.man, slave.id, slave.rev, slave.name) for slave in bus.slaves]
     sentences = differences(rig.slaves, found)
     if sentences:
@@ -124,7 +125,8 @@ def _synchronise(bus: Bus, rig: Rig) -> bool:
     has_clock = bool(bus.master.config_dc())
     drives = driven(rig)
     if drives and not has_clock:
-        raise BackendError("found no slave with a distributed clock, expected one for the drive's SYNC0 (or 'master: {clock: free}' in the rig file)")
+        raise BackendError("found no slave with a distributed clock, expected one for the drive's SYNC0 "
+                           "(or 'master: {clock: free}' in the rig file)")
     for index, _slave in drives:
         bus.slaves[index].dc_sync(True, round(rig.period_s * 1e9), 0)
     return has_clock

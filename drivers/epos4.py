@@ -36,7 +36,8 @@ def _check_units(mailbox: Mailbox, names: set[str]) -> None:
         raise BackendError(f"found the speed unit 0x{speed:08X} (0x60A9) in {mailbox.label}, expected 0x{SPEED_IN_RPM:08X}, rpm: "
                            f"set it in EPOS Studio, or by 'startup: [{{object: 0x60A9:00, type: u32, value: {SPEED_IN_RPM}}}]'")
     if position not in (None, POSITION_IN_INCREMENTS) and names & {"position", "target_position"}:
-        raise BackendError(f"found the position unit 0x{position:08X} (0x60A8) in {mailbox.label}, expected 0x{POSITION_IN_INCREMENTS:08X}, increments")
+        raise BackendError(f"found the position unit 0x{position:08X} (0x60A8) in {mailbox.label}, "
+                           f"expected 0x{POSITION_IN_INCREMENTS:08X}, increments")
 
 
 def _check_torque(mailbox: Mailbox, slave: Slave) -> None:
@@ -71,7 +72,8 @@ def _check_encoder(mailbox: Mailbox, slave: Slave, notes: list[str]) -> None:
     if counts is None:
         notes.append(f"{mailbox.label} does not tell the resolution of its encoder")
     elif counts != slave.counts_per_turn:
-        raise BackendError(f"found {counts} encoder counts per turn ({where}) in {mailbox.label}, expected the rig file's {slave.counts_per_turn}")
+        raise BackendError(f"found {counts} encoder counts per turn ({where}) in {mailbox.label}, "
+                           f"expected the rig file's {slave.counts_per_turn}")
 
 
 def interpolation_time(period_s: float) -> tuple[int, int]:

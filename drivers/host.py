@@ -62,14 +62,16 @@ def _priority(wanted: int) -> Finding:
     limit = resource.getrlimit(resource.RLIMIT_RTPRIO)[0]
     allowed = 99 if _has_capability(_CAP_SYS_NICE) or limit == resource.RLIM_INFINITY else limit
     why = "the loop must not wait for other programs"
-    command = "echo '@epa - rtprio 98' | sudo tee -a /etc/security/limits.d/epa.conf && sudo groupadd -f epa && sudo usermod -aG epa $USER  (log in again)"
+    command = ("sudo groupadd -f epa && sudo usermod -aG epa $USER && echo '@epa - rtprio 98' | "
+               "sudo tee -a /etc/security/limits.d/epa.conf  (log in again)")
     return Finding("real-time priority", OK if allowed >= wanted else BETTER, f"up to {allowed}, {wanted} wanted", why, command)
 
 
 def _memory() -> Finding:
     limit = resource.getrlimit(resource.RLIMIT_MEMLOCK)[0]
     free = limit == resource.RLIM_INFINITY or _has_capability(_CAP_IPC_LOCK)
-    return Finding("locked memory", OK if free else BETTER, "unlimited" if free else f"{limit >> 20} MB", "a page fault in the cycle is a late cycle",
+    return Finding("locked memory", OK if free else BETTER, "unlimited" if free else f"{limit >> 20} MB",
+                   "a page fault in the cycle is a late cycle",
                    "echo '@epa - memlock unlimited' | sudo tee -a /etc/security/limits.d/epa.conf  (log in again)")
 
 
@@ -77,7 +79,8 @@ def _preemption() -> Finding:
     version = platform.version()
     is_rt = text_of("/sys/kernel/realtime") == "1" or "PREEMPT_RT" in version
     kind = "PREEMPT_RT" if is_rt else next((w for w in ("PREEMPT_DYNAMIC", "PREEMPT") if w in version), "no preemption")
-    return Finding("kernel", OK if is_rt else BETTER, f"{platform.release()}, {kind}", "without PREEMPT_RT a driver or the network stack can hold the loop up for milliseconds",
+    return Finding("kernel", OK if is_rt else BETTER, f"{platform.release()}, {kind}",
+                   "without PREEMPT_RT a driver or the network stack can hold the loop up for milliseconds",
                    "sudo apt install linux-image-rt-amd64  (Debian; then reboot)")
 
 
@@ -90,7 +93,8 @@ def _ticks() -> Finding:
             return Finding("kernel ticks", UNSEEN, "no kernel configuration to read")
     match = re.search(r"^CONFIG_HZ=(\d+)", config, re.MULTILINE)
     hertz = int(match[1]) if match else 0
-    return Finding("kernel ticks", OK if hertz >= 1000 else BETTER, f"HZ={hertz}", "some waits in SOEM (start-up, states) end on a tick; the cycle's own do not",
+    return Finding("kernel ticks", OK if hertz >= 1000 else BETTER, f"HZ={hertz}",
+                   "some waits in SOEM (start-up, states) end on a tick; the cycle's own do not",
                    "a kernel built with CONFIG_HZ_1000=y")
 
 
@@ -98,7 +102,8 @@ def _throttling() -> Finding:
     runtime = text_of("/proc/sys/kernel/sched_rt_runtime_us")
     if runtime is None:
         return Finding("real-time throttling", UNSEEN, "not readable")
-    return Finding("real-time throttling", OK if runtime == "-1" else BETTER, "off" if runtime == "-1" else f"{runtime} us of each second",
+    return Finding("real-time throttling", OK if runtime == "-1" else BETTER,
+                   "off" if runtime == "-1" else f"{runtime} us of each second",
                    "a real-time program that computes for 0.95 s is stopped for 0.05 s; the loop sleeps, so it matters only beside others",
                    "sudo sysctl -w kernel.sched_rt_runtime_us=-1")
 
@@ -128,7 +133,8 @@ def _governor() -> Finding:
     found = {text_of(p) for p in _CPU.glob("cpu[0-9]*/cpufreq/scaling_governor")} - {None}
     if not found:
         return Finding("frequency governor", UNSEEN, "this kernel does not set core frequencies")
-    return Finding("frequency governor", OK if found == {"performance"} else BETTER, ", ".join(sorted(found)), "a core that has clocked down wakes late",
+    return Finding("frequency governor", OK if found == {"performance"} else BETTER, ", ".join(sorted(found)),
+                   "a core that has clocked down wakes late",
                    "echo performance | sudo tee /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor")
 
 
@@ -137,7 +143,8 @@ def _sleep_states() -> Finding:
     if not latencies:
         return Finding("core sleep states", UNSEEN, "this kernel shows none")
     deepest = max(latencies)
-    return Finding("core sleep states", OK if deepest <= 20 else BETTER, f"waking takes up to {deepest} us", "a core in deep sleep wakes late",
+    return Finding("core sleep states", OK if deepest <= 20 else BETTER, f"waking takes up to {deepest} us",
+                   "a core in deep sleep wakes late",
                    "sudo cpupower idle-set -D 20")
 
 
@@ -146,7 +153,8 @@ def _clock_source() -> Finding:
     if found is None:
         return Finding("clock source", UNSEEN, "not readable")
     good = found in ("tsc", "arch_sys_counter", "kvm-clock")
-    return Finding("clock source", OK if good else BETTER, found, "each cycle reads the clock several times; hpet and acpi_pm take microseconds",
+    return Finding("clock source", OK if good else BETTER, found,
+                   "each cycle reads the clock several times; hpet and acpi_pm take microseconds",
                    "echo tsc | sudo tee /sys/devices/system/clocksource/clocksource0/current_clocksource")
 
 
@@ -155,7 +163,8 @@ def _cores(core: int | None) -> Finding:
     found = f"{len(ours)} of {os.cpu_count()} usable" + (f", the rig asks for core {core}" if core is not None else "")
     if core is not None and core not in ours:
         return Finding("cores", BETTER, found, "the loop cannot run on the core that it asks for", f"taskset -c {core} epa run ...")
-    return Finding("cores", OK if len(ours) >= 2 else BETTER, found, "loop and recorder want a core each", "a machine with two cores or more")
+    return Finding("cores", OK if len(ours) >= 2 else BETTER, found, "loop and recorder want a core each",
+                   "a machine with two cores or more")
 
 
 def _share() -> Finding:
@@ -163,7 +172,8 @@ def _share() -> Finding:
     if limit is None:
         return Finding("share of the cores", OK, "no limit of this process's group seen")
     free = limit.startswith("max")
-    return Finding("share of the cores", OK if free else BETTER, "no limit" if free else f"cpu.max {limit}", "a group that has used up its share is stopped until the next period",
+    return Finding("share of the cores", OK if free else BETTER, "no limit" if free else f"cpu.max {limit}",
+                   "a group that has used up its share is stopped until the next period",
                    "run outside the container, or give it cpu.max 'max'")
 
 
@@ -173,5 +183,6 @@ def _stolen() -> Finding:
     if len(numbers) < 8 or not sum(numbers[:8]):
         return Finding("time given to other machines", UNSEEN, "not readable")
     share = numbers[7] / sum(numbers[:8])
-    return Finding("time given to other machines", OK if share < 1e-4 else BETTER, f"{share:.2%} since start", "a virtual machine's cores are not its own",
+    return Finding("time given to other machines", OK if share < 1e-4 else BETTER, f"{share:.2%} since start",
+                   "a virtual machine's cores are not its own",
                    "run on a real machine, or pin the virtual one's cores")

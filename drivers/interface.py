@@ -66,13 +66,14 @@ def choose(wanted: str | None) -> str:
     else:
         possible = candidates(present)
         if len(possible) != 1:
-            raise BackendError(f"found {len(possible)} network interfaces that could carry the bus, expected one, or --interface to say "
-                               f"which (there are: {shown})")
+            raise BackendError(f"found {len(possible)} network interfaces that could carry the bus, expected one, "
+                               f"or --interface to say which (there are: {shown})")
         chosen = possible[0]
     if not chosen.is_up:
         raise BackendError(f"found the network interface {chosen.name} switched off, expected it up: sudo ip link set {chosen.name} up")
     if not chosen.has_link:
-        raise BackendError(f"found no link on the network interface {chosen.name}, expected the bus coupler powered and its cable plugged in")
+        raise BackendError(f"found no link on the network interface {chosen.name}, "
+                           "expected the bus coupler powered and its cable plugged in")
     check_rights()
     return chosen.name
 
@@ -82,7 +83,8 @@ def check_rights() -> None:
     try:
         socket.socket(socket.AF_PACKET, socket.SOCK_RAW, 0).close()
     except PermissionError:
-        raise BackendError(f"this user may not open a raw socket, which the bus needs; either run as root, or once: {RIGHTS_COMMAND}") from None
+        raise BackendError("this user may not open a raw socket, which the bus needs; "
+                           f"either run as root, or once: {RIGHTS_COMMAND}") from None
 
 
 def _ask(asking: socket.socket, request: int, name: str) -> int | None:

@@ -20,7 +20,10 @@ class Mailbox:
         self.label = label
         self.emergencies: list[str] = []
         self._slave = slave
-        slave.add_emergency_callback(lambda e: self.emergencies.append(f"{label}: emergency 0x{e.error_code:04X}, register 0x{e.error_reg:02X}"))
+        slave.add_emergency_callback(self._take_emergency)
+
+    def _take_emergency(self, emergency: pysoem.Emergency) -> None:
+        self.emergencies.append(f"{self.label}: emergency 0x{emergency.error_code:04X}, register 0x{emergency.error_reg:02X}")
 
     def read(self, index: int, subindex: int = 0) -> bytes:
         """Raises BackendError: which object of which slave, and why not."""

@@ -87,7 +87,8 @@ def analog_in_pdos(slave: Slave) -> list[int]:
     while i < len(names):
         channel, with_status = names[i].removesuffix("_status"), names[i].endswith("_status")
         if with_status and names[i + 1: i + 2] != [channel]:
-            raise BackendError(f"found '{names[i]}' without '{channel}' behind it in the inputs of {slave.name}, expected both or the value alone")
+            raise BackendError(f"found '{names[i]}' without '{channel}' behind it in the inputs of {slave.name}, "
+                               "expected both or the value alone")
         pdos.append(0x1A00 + 2 * (int(channel[2:]) - 1) + (not with_status))
         i += 1 + with_status
     return pdos
@@ -104,14 +105,17 @@ def _assign_analog_in(mailbox: Mailbox, slave: Slave) -> None:
         for i in range(1, mailbox.number(pdo) + 1):
             mapped = mailbox.number(pdo, i)
             if mapped >> 8 in toggles and bit != _TOGGLE_BIT:
-                raise BackendError(f"found the toggle bit of {mailbox.label} at bit {bit} of channel {channel + 1}'s status, expected bit {_TOGGLE_BIT}")
+                raise BackendError(f"found the toggle bit of {mailbox.label} at bit {bit} of channel {channel + 1}'s status, "
+                                   f"expected bit {_TOGGLE_BIT}")
             if mapped == value:
                 break
             bit += mapped & 0xFF
         else:
-            raise BackendError(f"found no entry 0x{value:08X} in 0x{pdo:04X} of {mailbox.label}, expected channel {channel + 1}'s value there")
+            raise BackendError(f"found no entry 0x{value:08X} in 0x{pdo:04X} of {mailbox.label}, "
+                               f"expected channel {channel + 1}'s value there")
         if bit != (16 if with_status else 0):
-            raise BackendError(f"found {bit} bits of status before the value in 0x{pdo:04X} of {mailbox.label}, expected {16 if with_status else 0}")
+            raise BackendError(f"found {bit} bits of status before the value in 0x{pdo:04X} of {mailbox.label}, "
+                               f"expected {16 if with_status else 0}")
 
 
 def _check_analog_out(mailbox: Mailbox, slave: Slave) -> None:
@@ -124,4 +128,5 @@ def _check_analog_out(mailbox: Mailbox, slave: Slave) -> None:
         pdo, index = 0x1600 + channel, wanted[channel].index
         found = mailbox.number(pdo, 1)
         if mailbox.number(pdo) != 1 or found not in [index << 16 | subindex << 8 | 16 for subindex in _ANALOG_OUT_SUBINDEXES]:
-            raise BackendError(f"found 0x{found:08X} in 0x{pdo:04X} of {mailbox.label}, expected one value of 16 bits of object 0x{index:04X}")
+            raise BackendError(f"found 0x{found:08X} in 0x{pdo:04X} of {mailbox.label}, "
+                               f"expected one value of 16 bits of object 0x{index:04X}")

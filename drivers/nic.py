@@ -48,7 +48,8 @@ def _driver(card: Interface) -> Finding:
     if not driver:
         return Finding("card", UNSEEN, "its driver does not show here", why)
     usb = "usb" in str((_NET / card.name / "device").resolve())
-    return Finding("card", BETTER if usb or card.is_wireless else OK, driver + (" on USB" if usb else ""), why, "use a card on PCI Express" if usb else "")
+    return Finding("card", BETTER if usb or card.is_wireless else OK, driver + (" on USB" if usb else ""), why,
+                   "use a card on PCI Express" if usb else "")
 
 
 def _other_traffic(card: Interface) -> Finding:

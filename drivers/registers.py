@@ -36,4 +36,5 @@ def _set(slave: "pysoem.CdefSlave", label: str, register: int, data: bytes) -> N
     except pysoem.WkcError:
         raise BackendError(f"{label} does not answer at register 0x{register:04X}") from None
     if found != data:
-        raise BackendError(f"found 0x{found[::-1].hex().upper()} in register 0x{register:04X} of {label}, expected 0x{data[::-1].hex().upper()}")
+        raise BackendError(f"found 0x{found[::-1].hex().upper()} in register 0x{register:04X} of {label}, "
+                           f"expected 0x{data[::-1].hex().upper()}")
