@@ -29,7 +29,8 @@ def card_findings(name: str | None, core: int | None) -> list[Finding]:
         chosen = next((i for i in present if i.name == name), None)
         if chosen is None:
             raise BackendError(f"found no network interface '{name}', expected one of: {shown}")
-    return [_link(chosen), _driver(chosen), _other_traffic(chosen), *_offloads(chosen), *_coalescing(chosen), _interrupts(chosen, core), _balancer()]
+    return [_link(chosen), _driver(chosen), _other_traffic(chosen), _offloads(chosen), _coalescing(chosen),
+            _interrupts(chosen, core), _balancer()]
 
 
 def _link(card: Interface) -> Finding:
@@ -43,7 +44,8 @@ def _link(card: Interface) -> Finding:
 
 def _driver(card: Interface) -> Finding:
     link = _NET / card.name / "device/driver"
-    driver = link.resolve().name if link.exists() else (re.search(r"^driver: (\S+)", _ethtool("-i", card.name) or "", re.MULTILINE) or ["", ""])[1]
+    told = re.search(r"^driver: (\S+)", _ethtool("-i", card.name) or "", re.MULTILINE)
+    driver = link.resolve().name if link.exists() else told[1] if told else ""
     why = "cards of their own on PCI Express answer in microseconds; a USB adapter holds frames back for 125 us or more"
     if not driver:
         return Finding("card", UNSEEN, "its driver does not show here", why)
@@ -58,28 +60,31 @@ def _other_traffic(card: Interface) -> Finding:
         return Finding("other traffic", UNSEEN, "the command ip is missing")
     has_address = len(addresses.split()) > 2
     return Finding("other traffic", BETTER if has_address else OK, "the interface has an address" if has_address else "no address",
-                   "other frames on the wire delay the bus's", f"sudo nmcli device set {card.name} managed no; sudo ip address flush dev {card.name}; "
+                   "other frames on the wire delay the bus's",
+                   f"sudo nmcli device set {card.name} managed no; sudo ip address flush dev {card.name}; "
                    f"sudo sysctl -w net.ipv6.conf.{card.name}.disable_ipv6=1; sudo ip link set {card.name} arp off")
 
 
-def _offloads(card: Interface) -> list[Finding]:
+def _offloads(card: Interface) -> Finding:
     text = _ethtool("-k", card.name)
     if text is None:
-        return [Finding("offloads", UNSEEN, "ethtool is missing or may not ask", "", "sudo apt install ethtool")]
-    on = [short for long, short in (("generic-receive-offload", "gro"), ("large-receive-offload", "lro")) if re.search(rf"^{long}: on(?! \[fixed\])", text, re.MULTILINE)]
-    return [Finding("offloads", BETTER if on else OK, f"{', '.join(on)} on" if on else "none that holds frames back",
-                    "gathering frames before handing them over costs time", f"sudo ethtool -K {card.name} {' '.join(o + ' off' for o in on)}")]
+        return Finding("offloads", UNSEEN, "ethtool is missing or may not ask", "", "sudo apt install ethtool")
+    on = [short for long, short in (("generic-receive-offload", "gro"), ("large-receive-offload", "lro"))
+          if re.search(rf"^{long}: on(?! \[fixed\])", text, re.MULTILINE)]
+    return Finding("offloads", BETTER if on else OK, f"{', '.join(on)} on" if on else "none that holds frames back",
+                   "gathering frames before handing them over costs time",
+                   f"sudo ethtool -K {card.name} {' '.join(o + ' off' for o in on)}")
 
 
-def _coalescing(card: Interface) -> list[Finding]:
+def _coalescing(card: Interface) -> Finding:
     text = _ethtool("-c", card.name)
     if text is None:
-        return [Finding("interrupt coalescing", UNSEEN, "the card or its driver does not tell it")]
+        return Finding("interrupt coalescing", UNSEEN, "the card or its driver does not tell it")
     held = {k: int(v) for k, v in re.findall(r"^(rx-usecs|tx-usecs|rx-frames): (\d+)", text, re.MULTILINE)}
     slow = held.get("rx-usecs", 0) > 1 or re.search(r"Adaptive RX: on", text) is not None
-    return [Finding("interrupt coalescing", BETTER if slow else OK, ", ".join(f"{k} {v}" for k, v in held.items()) or "none",
-                    "a card that waits for more frames before it interrupts delays every cycle",
-                    f"sudo ethtool -C {card.name} adaptive-rx off rx-usecs 0 tx-usecs 0 rx-frames 1")]
+    return Finding("interrupt coalescing", BETTER if slow else OK, ", ".join(f"{k} {v}" for k, v in held.items()) or "none",
+                   "a card that waits for more frames before it interrupts delays every cycle",
+                   f"sudo ethtool -C {card.name} adaptive-rx off rx-usecs 0 tx-usecs 0 rx-frames 1")
 
 
 def _interrupts(card: Interface, core: int | None) -> Finding:

@@ -6,8 +6,10 @@ import sys
 import pytest
 
 from drivers.backend import EthercatBackend, frame_timeout_s
+from drivers import nic
 from drivers.epos4 import interpolation_time
 from drivers.host import cores_of, host_findings
+from drivers.interface import Interface, candidates
 from drivers.mapping import analog_in_pdos, mapped_object
 from drivers.wire import WireImage
 from drivers.words import abort_words, al_status_words, state_words
@@ -123,3 +125,22 @@ def test_scan_of_an_interface_that_is_not_there():
     done = subprocess.run([sys.executable, "-m", "epa_rt", "scan", "--interface", "no_such_interface"], capture_output=True, text=True,
                           timeout=60, check=False)
     assert done.returncode == 2 and done.stderr.count("\n") == 1
+
+
+def test_a_card_that_holds_frames_back_is_told_with_the_command(monkeypatch):
+    answers = {"-k": "generic-receive-offload: on\nlarge-receive-offload: off [fixed]\n", "-i": "driver: igb\n",
+               "-c": "Adaptive RX: on  TX: off\nrx-usecs: 50\nrx-frames: 0\ntx-usecs: 3\n"}
+    monkeypatch.setattr("drivers.nic._ethtool", lambda option, name: answers[option])
+    card = Interface("eth9", True, False, True, True, False)
+    assert nic._driver(card).found == "igb"
+    offloads, coalescing = nic._offloads(card), nic._coalescing(card)
+    assert (offloads.status, offloads.command) == ("could be better", "sudo ethtool -K eth9 gro off")
+    assert coalescing.found == "rx-usecs 50, rx-frames 0, tx-usecs 3" and "rx-usecs 0" in coalescing.command
+
+
+def test_the_only_wired_interface_is_the_candidate():
+    lan, wlan, routed, down = (Interface("eth1", True, False, True, True, False), Interface("wlan0", True, True, True, True, False),
+                               Interface("eth0", True, False, True, True, True), Interface("eth2", True, False, False, False, False))
+    assert candidates([lan, wlan, routed, down]) == [lan]
+    assert candidates([wlan, routed, down]) == [down]
+    assert candidates([wlan, routed]) == []
