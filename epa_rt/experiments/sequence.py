@@ -69,13 +69,13 @@ class Sequence:
             return
         self._braking = True
         self._crew.stop()
-        coordinate = self.phase.coordinate
-        deceleration = 0.5 * coordinate.acceleration_max
-        speed = acceleration = 0.0
-        if math.isfinite(deceleration):  # a torque stops where it is; the stop lets it go
-            speed, acceleration = self._speed, (self._speed - self._speed_before) / self.period_s
+        deceleration = 0.5 * self.phase.coordinate.acceleration_max
+        if math.isfinite(deceleration):
+            acceleration = (self._speed - self._speed_before) / self.period_s
             acceleration = max(-2.0 * deceleration, min(2.0 * deceleration, acceleration))
-        self._follow(Braking(self._position, speed, min(deceleration, 1e9), acceleration))
+            self._follow(Braking(self._position, self._speed, deceleration, acceleration))
+        else:
+            self._follow(Braking(0.0, 0.0, 1.0))  # a torque held would go on driving the motor
         self._due = self._motion_cycles
         self._cycle_in_phase = 1  # its time zero is the reference of the cycle before
         self.events.append(("brake", f"braking in {self.phase.name}", {"phase": self.phase.name, "cycle": cycle}))
@@ -148,6 +148,8 @@ class Sequence:
     def _finish(self, cycle: int) -> None:
         if not self.finished:
             self.finished = True
+            if self._profile is not None and math.isinf(self.phase.coordinate.acceleration_max):
+                self._follow(Braking(0.0, 0.0, 1.0))  # the motor is to come to rest, which a torque does not let it
             self.events.append(("finished", self.failure or "experiment finished", {"cycle": cycle}))
 
     def _fail(self, sentence: str, cycle: int) -> None:

@@ -69,7 +69,7 @@ def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, 
             flags = FLAG_WORKING_COUNTER_OK if bus_ok else 0
             if (not bus_ok or gaps.in_a_row) and (sentence := gaps.step(bus_ok)):
                 recording.event(cycle, t_ns, "gap", sentence)
-            if lateness_ns or request or recording.failure:
+            if lateness_ns or overruns.in_a_row or request or recording.failure:
                 flags |= _judge(cycle, lateness_ns, request, recording, overruns, envelope)
             stopped = stopped or request != 0 or overruns.wants_stop
             command = _step(supervisor, cycle, measured, stopped, bus_ok)
@@ -94,7 +94,7 @@ def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, 
         broken = f"internal error: {type(error).__name__}: {error}"
         recording.event(max(cycle, 0), t_ns, "error", broken, traceback=traceback.format_exc())
     finally:
-        broken = _close(backend, recording, cycle, t_ns) or broken
+        broken = "; ".join(filter(None, (broken, _close(backend, recording, cycle, t_ns))))
     return _result(supervisor, envelope, overruns, broken, stopped, cycle + 1, t_ns, encoder.saturated, gaps.count)
 
 
@@ -151,7 +151,7 @@ def _result(supervisor: Supervisor, envelope: Envelope, overruns: Overruns, brok
             cycles: int, t_ns: int, saturated: int, bad_cycles: int) -> RunResult:
     trip = envelope.tripped
     if broken:
-        outcome, cause = "failed", broken
+        outcome, cause = "failed", broken if trip is None else f"{trip}; then {broken}"
     elif trip is not None:
         outcome, cause = "tripped", str(trip)
     elif stopped:

@@ -206,6 +206,51 @@ def test_a_backend_that_cannot_close_is_reported_and_not_raised(tmp_path):
     assert memory.events[-1][1] == "error"
 
 
+def test_what_fails_on_the_way_out_does_not_hide_what_ended_the_run(tmp_path):
+    inputs = tiny_inputs(tmp_path)
+    assembly = assemble(inputs.rig, inputs.experiment)
+
+    def hurt(exchange, model):
+        if exchange.cycle == TRIAL + 10:
+            raise BackendError("the cable was pulled")
+        return HURTS["over-force"](exchange, model)
+
+    backend = Between(SimBackend(inputs.rig, inputs.plant, 1), hurt)
+
+    def close():
+        raise OSError("no such interface")
+
+    backend.close = close
+    result = run(inputs.rig, backend, assembly.supervisor, assembly.envelope, assembly.decoder, assembly.encoder, Memory(), Quiet())
+    assert result.outcome == "failed"
+    places = [result.cause.index(words) for words in ("over-force", "the cable was pulled", "no such interface")]
+    assert places == sorted(places)
+
+
+PUSH = """
+experiment: push
+loop: motor_torque
+seed: 1
+phases:
+  - {name: push, step: {levels: [20 mNm], rise: 100 ms, dwell: DWELL, times: 1}}
+"""
+
+
+@pytest.mark.parametrize(("dwell", "stop_at"), [("4 s", 4250), ("50 ms", 1 << 60)])
+def test_the_end_of_torque_control_lets_the_motor_go(dwell, stop_at, tmp_path):
+    from epa_rt.cli.inputs import load_inputs
+    from tests.loop.rigging import ROOT
+
+    (tmp_path / "push.yaml").write_text(PUSH.replace("DWELL", dwell))
+    inputs = load_inputs(tmp_path / "push.yaml", ROOT / "config/rigs/bench.yaml", None, with_plant=True)
+    out = run_in_memory(inputs, requests=Quiet(stop_at=stop_at))
+    assert out.result.outcome == ("completed" if stop_at > TRIAL else "stopped"), out.result.cause
+    end = stop_at if stop_at < TRIAL else next(cycle for cycle, kind, *_ in out.memory.events if kind == "finished")
+    before, after = ([s for s in out.memory.samples if (s[0] >= end) is late] for late in (False, True))
+    assert before[-1][8]["cmd_motor_torque_nm"] > 0.01 and abs(before[-1][6]["motor_speed_m_s"]) > 0.01
+    assert all(s[8]["cmd_motor_torque_nm"] == 0.0 for s in after[10:])
+
+
 def test_bad_cycles_that_a_run_survives_are_counted_and_said(tmp_path):
     bad = (TRIAL, TRIAL + 100, TRIAL + 101)
     out = run_in_memory(tiny_inputs(tmp_path), lambda e, model: e._replace(working_counter_ok=e.cycle not in bad))
