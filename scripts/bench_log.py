@@ -91,6 +91,7 @@ def ours(load: Load, path: Path, samples: int) -> None:
 
 def ours_one_core(load: Load, path: Path, samples: int) -> None:
     """What the recorder process does, alone: ring slots to closed file."""
+    path.unlink(missing_ok=True)
     file = McapFile(str(path), sync=False)
     recording = Recording(file, LAYOUT)
     Recording.begin(file, LAYOUT, {}, {})

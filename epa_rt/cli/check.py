@@ -48,8 +48,13 @@ def describe(path: Path, rig: object) -> str:
         if rig is None:
             raise source.error(("experiment",), "an experiment without a rig", "--rig RIG to check it against")
         from epa_rt.experiments.experiment import experiment_from
+        from epa_rt.loop.assembly import WiringError, assemble
 
         experiment = experiment_from(source, rig)
+        try:
+            assemble(rig, experiment)
+        except WiringError as error:
+            raise source.error(("experiment",), str(error), "loops that go together in one run") from None
         return f"experiment {experiment.name}, {len(experiment.phases)} phases, about {experiment.duration_s:.0f} s on {rig.name}"
     if "plant" in source.data:
         from epa_rt.models.plant_file import read_plant

@@ -4,13 +4,13 @@ COMPLETED = 0
 DIFFERENT = 1  # replay found another byte; a check found something
 BAD_INPUT = 2
 TRIPPED = 3
-FAILED = 4  # bus or recorder lost
+FAILED = 4  # bus lost, or no log
 STOPPED = 130  # the operator stopped the run
 
 OF_OUTCOME = {"completed": COMPLETED, "stopped": STOPPED, "tripped": TRIPPED, "failed": FAILED}
 
 EPILOGUE = """exit codes: 0 completed, 1 a comparison differs, 2 bad input (one sentence says what), 3 tripped,
-4 bus or recorder lost, 130 stopped by the operator"""
+4 bus lost, or no whole log (a recorder lost in mid-run trips: 3), 130 stopped by the operator"""
 
 
 class VerbError(Exception):

@@ -52,7 +52,11 @@ def inputs_of_log(path: Path, attachments: dict[str, bytes]) -> Inputs:
     def source(name: str) -> "Located":
         if name not in attachments:
             raise VerbError(f"{path}: found no attachment {name}, expected a log that carries its files")
-        return parse_yaml(attachments[name].decode("utf-8"), f"{path}[{name}]")
+        try:
+            text = attachments[name].decode("utf-8")
+        except UnicodeDecodeError as error:
+            raise VerbError(f"{path}[{name}]: found bytes that are not UTF-8 text (offset {error.start}), expected a YAML file") from None
+        return parse_yaml(text, f"{path}[{name}]")
 
     rig_source = source(RIG)
     plant_source = source(PLANT) if PLANT in attachments else None

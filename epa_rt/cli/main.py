@@ -12,6 +12,7 @@ first hour:
 
 import argparse
 import importlib
+import io
 import os
 import sys
 from collections.abc import Sequence
@@ -39,6 +40,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one verb; returns its exit code. Errors of the operator's input come out as one sentence."""
     from epa_rt.config.source import ConfigError
 
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal without the character must not end a run's report
     chosen = parser().parse_args(arguments)
     try:
         return chosen.main(chosen)

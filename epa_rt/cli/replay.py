@@ -7,6 +7,7 @@ otherwise; a log that was cut is compared up to its last whole chunk.
 """
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,12 +24,18 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
 
 
 def main(arguments: argparse.Namespace) -> int:
+    from epa_rt.config.source import ConfigError
+    from epa_rt.loop.assembly import WiringError
+
     worst = COMPLETED
     for path in arguments.logs:
         try:
             worst = max(worst, replay_log(path))
-        except VerbError as error:
-            print(f"epa replay: {error}")
+        except (VerbError, ConfigError) as error:
+            print(f"epa replay: {error}", file=sys.stderr)
+            worst = BAD_INPUT
+        except WiringError as error:
+            print(f"epa replay: {path}: {error}", file=sys.stderr)
             worst = BAD_INPUT
     return worst
 

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, FAILED, OF_OUTCOME, VerbError
 from epa_rt.cli.inputs import Inputs, add_input_arguments, load_inputs
+from epa_rt.cli.log_name import take_log_path
 
 if TYPE_CHECKING:
     from epa_rt.backend import Backend
@@ -49,11 +50,15 @@ def main(arguments: argparse.Namespace) -> int:
     inputs = load_inputs(arguments.experiment, arguments.rig, arguments.plant, with_plant=is_sim and not arguments.dry)
     if arguments.dry:
         return _dry(inputs, arguments.out)
-    log = log_path(arguments.out, inputs)
-    if is_sim:
-        summary, result = run_simulated(inputs, log, arguments.seed, arguments.speed, progress=not arguments.quiet)
-    else:
-        summary, result = run_on_bus(inputs, log, arguments.interface, arguments.lock_step, progress=not arguments.quiet)
+    log = take_log_path(arguments.out, inputs)
+    try:
+        if is_sim:
+            summary, result = run_simulated(inputs, log, arguments.seed, arguments.speed, progress=not arguments.quiet)
+        else:
+            summary, result = run_on_bus(inputs, log, arguments.interface, arguments.lock_step, progress=not arguments.quiet)
+    finally:
+        if log.exists() and not log.stat().st_size:
+            log.unlink()  # the run did not begin
     print(closing_text(summary, result, inputs.rig.period_s))
     return FAILED if result.outcome == "completed" and summary.failure else OF_OUTCOME[result.outcome]
 
@@ -61,25 +66,17 @@ def main(arguments: argparse.Namespace) -> int:
 def _dry(inputs: Inputs, out: Path) -> int:
     from epa_rt.cli.dry import show_dry_run
 
+    _assembled(inputs)
     return DIFFERENT if show_dry_run(inputs.experiment, inputs.rig, out) else COMPLETED
 
 
-def log_path(out: Path, inputs: Inputs) -> Path:
-    """The log's path: as given where it ends in .mcap (and must be new), else a numbered name in the folder."""
-    if out.suffix == ".mcap":
-        if out.exists():
-            raise VerbError(f"{out}: found a file, expected a name that is free (no log is overwritten)")
-        folder = out.parent
-    else:
-        folder = out
+def _assembled(inputs: Inputs) -> "Assembly":
+    from epa_rt.loop.assembly import WiringError, assemble
+
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise VerbError(f"{folder}: cannot make the folder ({error.strerror})") from None
-    if out.suffix == ".mcap":
-        return out
-    stem = f"{inputs.experiment.name}-{inputs.rig.name}"
-    return next(path for n in range(1, 1_000_000) if not (path := folder / f"{stem}-{n:03d}.mcap").exists())
+        return assemble(inputs.rig, inputs.experiment)
+    except WiringError as error:
+        raise VerbError(str(error)) from None
 
 
 def run_simulated(inputs: Inputs, log: Path, seed: int, speed: float | None, progress: bool) -> "tuple[LogSummary, RunResult]":
@@ -124,13 +121,9 @@ def run_recorded(inputs: Inputs, backend: "Backend", log: Path, run_facts: dict[
     """A run on any backend with its recorder. Real-time rights are asked for where the run is paced."""
     from epa_rt.logs.progress import ProgressSpec
     from epa_rt.logs.recorder import Recorder, RecorderError
-    from epa_rt.loop.assembly import WiringError, assemble
     from epa_rt.loop.requests import OperatorRequests
 
-    try:
-        assembly = assemble(inputs.rig, inputs.experiment)
-    except WiringError as error:
-        raise VerbError(str(error)) from None
+    assembly = _assembled(inputs)
     cycles = round(inputs.experiment.duration_s / inputs.rig.period_s)
     recorder = Recorder(log, assembly.layout, inputs.attachments, {"run": run_facts}, lossless=not paced,
                         progress=ProgressSpec(cycles, inputs.rig.period_s, progress))

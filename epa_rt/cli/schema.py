@@ -8,7 +8,7 @@ import argparse
 import json
 from pathlib import Path
 
-from epa_rt.cli.exits import COMPLETED
+from epa_rt.cli.exits import COMPLETED, FAILED, VerbError
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
@@ -29,8 +29,11 @@ def main(arguments: argparse.Namespace) -> int:
         if arguments.out is None:
             print(text, end="")
             continue
-        arguments.out.mkdir(parents=True, exist_ok=True)
         path = arguments.out / f"{kind}.json"
-        path.write_text(text, encoding="utf-8")
+        try:
+            arguments.out.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise VerbError(f"{path}: cannot be written ({error.strerror})", FAILED) from None
         print(path)
     return COMPLETED

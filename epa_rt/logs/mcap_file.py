@@ -6,6 +6,7 @@ that a file cut anywhere holds whole chunks up to there.
 
 from __future__ import annotations
 
+import errno
 import os
 import struct
 import zlib
@@ -24,15 +25,18 @@ _INDEX_HEAD = struct.Struct("<BQHI")
 
 
 class McapFile:
-    """Writes to `path`, which is emptied. Without `sync` the method of that name does nothing.
+    """Writes to `path`, which must be new or empty. Without `sync` the method of that name does nothing.
 
-    All methods raise OSError where the disk does not take the bytes.
+    All methods, and the making, raise OSError where the disk does not take the bytes.
 
     After an OSError `drop_partial_record` cuts the file back to its last whole record; the file may then be finished.
     """
 
     def __init__(self, path: str, *, sync: bool) -> None:
-        self._fd = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o644)
+        self._fd = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        if os.fstat(self._fd).st_size:
+            os.close(self._fd)
+            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), path)
         self._sync = sync
         self.size = 0
         self._crc = 0

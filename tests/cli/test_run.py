@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from epa_rt.logs.reader import LogReader
-from tests.cli.shell import EXPERIMENTS, RIGS, ROOT, children_of, epa, gone, paced_run, signal, wait_for
+from tests.cli.shell import EXPERIMENTS, RIGS, ROOT, children_of, epa, gone, paced_run, signal, start, wait_for
 
 SAFE = 5  # state index
 
@@ -43,6 +43,62 @@ def test_a_log_is_never_overwritten(tmp_path):
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1 and "kept.mcap" in done.stderr
     assert log.read_text() == "precious"
+
+
+def test_two_runs_at_once_into_one_folder_are_two_logs(tmp_path):
+    words = ("run", EXPERIMENTS / "knee_chirp_short.yaml", "--rig", RIGS / "knee.yaml", "-o", tmp_path, "--quiet", "--seed")
+    runs = [start(*words, seed) for seed in (1, 2)]
+    for process in runs:
+        out, err = process.communicate(timeout=240)
+        assert process.returncode == 0, (out, err)
+    logs = sorted(tmp_path.glob("*.mcap"))
+    assert len(logs) == 2
+    seeds = set()
+    for log in logs:
+        with LogReader(log) as reader:
+            assert (reader.outcome, reader.missing) == ("completed", [])
+            seeds.add(reader.metadata["run"]["seed"])
+    assert seeds == {"1", "2"}
+
+
+def test_a_link_into_nowhere_is_a_name_that_is_taken(tmp_path):
+    log = tmp_path / "link.mcap"
+    log.symlink_to(tmp_path / "elsewhere.mcap")
+    done = epa("run", EXPERIMENTS / "step.yaml", "--rig", RIGS / "bench.yaml", "-o", log)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+    assert not (tmp_path / "elsewhere.mcap").exists()
+
+
+MIXED = """
+experiment: mixed
+loop: motor_speed
+seed: 1
+phases:
+  - {name: a, move: {to: 3 mm, speed: 40 mm/s}}
+  - {name: b, loop: motor_torque, step: {levels: [5 mNm], rise: 100 ms, dwell: 1 s, times: 1}}
+"""
+
+
+@pytest.mark.parametrize("words", [("check",), ("run", "--dry"), ("run",)])
+def test_loops_that_need_different_drive_modes_are_refused_by_every_verb(words, tmp_path):
+    (tmp_path / "mixed.yaml").write_text(MIXED)
+    out = () if words == ("check",) else ("-o", tmp_path / "out")
+    done = epa(*words, tmp_path / "mixed.yaml", "--rig", RIGS / "bench.yaml", *out)
+    assert done.returncode == 2 and "different drive modes" in done.stderr
+    assert not list(tmp_path.rglob("*.mcap"))
+
+
+def test_a_terminal_without_the_characters_gets_the_table_all_the_same(tmp_path):
+    plain = os.environ | {"PYTHONIOENCODING": "ascii", "LC_ALL": "C"}
+    done = epa("run", EXPERIMENTS / "step.yaml", "--rig", RIGS / "bench.yaml", "--dry", "-o", tmp_path, env=plain)
+    assert done.returncode == 0, done.stderr
+    assert "within every limit" in done.stdout
+
+
+def test_schemas_that_cannot_be_written_are_said_so(tmp_path):
+    (tmp_path / "file").write_text("")
+    done = epa("schema", "-o", tmp_path / "file")
+    assert done.returncode == 4 and done.stderr.count("\n") == 1
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])

@@ -43,6 +43,7 @@ def slots():
 
 
 def written(path, slots, cuts):
+    path.unlink(missing_ok=True)
     file = McapFile(str(path), sync=False)
     one = Recording(file, LAYOUT)
     Recording.begin(file, LAYOUT, {}, {})

@@ -120,6 +120,7 @@ def test_any_sequence_of_samples_and_events_round_trips(tmp_path, data):
     sequence = draw(st.lists(st.one_of(sample, event), max_size=12))
 
     path = tmp_path / "log.mcap"
+    path.unlink(missing_ok=True)
     recorder = Recorder(path, layout, {}, {}, lossless=True, slots=8)
     recorder.open()
     values = []

@@ -4,6 +4,7 @@ import pytest
 
 from epa_rt.cli.main import main
 from epa_rt.logs.reader import LogReader
+from epa_rt.logs.recorder import Recorder
 from epa_rt.logs.replay import Comparison, recorded_cycles
 from tests.cli.shell import EXPERIMENTS, RIGS, epa
 
@@ -60,4 +61,29 @@ def test_what_is_not_a_log_is_one_sentence(tmp_path, capsys):
     path = tmp_path / "not.mcap"
     path.write_text("hello")
     assert main(["replay", str(path)]) == 2
-    assert len(capsys.readouterr().out.strip().splitlines()) == 1
+    assert len(capsys.readouterr().err.strip().splitlines()) == 1
+
+
+def test_a_log_that_cannot_be_replayed_does_not_keep_the_next_from_it(logs, tmp_path, capsys):
+    """Made by another version of the code, or with files that no longer read: one sentence each, then on."""
+    def relabelled(name, attachment, change):
+        log = tmp_path / f"{name}.mcap"
+        with LogReader(logs[0]) as reader:
+            attachments = dict(reader.attachments)
+            attachments[attachment] = change(attachments[attachment])
+            recorder = Recorder(log, reader.layout, attachments, {}, lossless=True)
+            inputs, outputs = reader.raw()
+            recorder.open()
+            values = [{name: 0.0 for name in group} for group in reader.layout.groups().values()]
+            recorder.sample(0, 0, 1, 0, -1, 0, 0, 0, 0, inputs[0].tobytes(), outputs[0].tobytes(), *values)
+            recorder.close("completed", "")
+        return log
+
+    mixed = b"experiment: mixed\nloop: motor_speed\nphases:\n  - {name: a, for: 1 s}\n  - {name: b, loop: motor_torque, for: 1 s}\n"
+    broken = [relabelled("old", "rig.yaml", lambda text: text.replace(b"description:", b"descr:")),
+              relabelled("latin", "rig.yaml", lambda text: text.replace(b"description: ", b"description: \xe9")),
+              relabelled("mixed", "experiment.yaml", lambda text: mixed)]
+    assert main(["replay", *map(str, broken), str(logs[0])]) == 2
+    out, err = capsys.readouterr()
+    assert len(err.splitlines()) == 3 and all(log.name in line for log, line in zip(broken, err.splitlines(), strict=True))
+    assert "every output byte identical" in out

@@ -1,0 +1,35 @@
+"""The name of a run's log: a free one, taken at once, so that no log is overwritten."""
+
+from pathlib import Path
+
+from epa_rt.cli.exits import FAILED, VerbError
+from epa_rt.cli.inputs import Inputs
+
+
+def take_log_path(out: Path, inputs: Inputs) -> Path:
+    """The log's path: as given where it ends in .mcap (and must be new), else a numbered name in the folder.
+
+    The file is made here, empty, so that a run that starts at the same time takes another name.
+    """
+    folder = out.parent if out.suffix == ".mcap" else out
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise VerbError(f"{folder}: cannot make the folder ({error.strerror})") from None
+    if out.suffix == ".mcap":
+        if not _taken(out):
+            raise VerbError(f"{out}: found a file, expected a name that is free (no log is overwritten)")
+        return out
+    stem = f"{inputs.experiment.name}-{inputs.rig.name}"
+    return next(path for n in range(1, 1_000_000) if _taken(path := folder / f"{stem}-{n:03d}.mcap"))
+
+
+def _taken(path: Path) -> bool:
+    """Makes the file; False where there is one. Raises VerbError where none can be made."""
+    try:
+        path.touch(0o644, exist_ok=False)
+    except FileExistsError:
+        return False
+    except OSError as error:
+        raise VerbError(f"{path}: cannot be written ({error.strerror})", FAILED) from None
+    return True
