@@ -6,7 +6,7 @@
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/env.sh"
 cd "$root"
-out=${EPA_OUT:-$root/out/demo}
+out=$root/out/demo
 short=_short
 [ "${1:-}" = "--full" ] && short=
 rm -rf "$out"

@@ -25,6 +25,10 @@ make_environment() {
     if [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$wanted" ]; then
         return 0
     fi
+    if [ -n "$(ls -A "$venv" 2>/dev/null)" ] && [ ! -f "$venv/pyvenv.cfg" ]; then
+        echo "found $venv with other files, expected an environment or a free name: EPA_VENV" >&2
+        return 1
+    fi
     echo "making $venv with pinned packages (once, a minute or two) ..." >&2
     rm -rf "$venv"
     if ! "$python" -m venv "$venv" >/dev/null 2>&1; then
