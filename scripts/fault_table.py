@@ -1,0 +1,133 @@
+"""Writes docs/faults.md: every fault put into a run on the emulated bus, who noticed it, and how long until the rig was safe.
+
+  python scripts/fault_table.py               all faults; needs no right but `unshare`
+  python scripts/fault_table.py --check       says whether the page holds every kind of fault that the emulator offers
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+PAGE = ROOT / "docs/faults.md"
+
+HEAD = """# Faults
+
+Written by `python scripts/fault_table.py`: each fault is put, mid-motion, into a run of `epa run --backend ethercat` through
+pysoem on the emulated bus, one plant period per frame unless it says *real time*. Safe means, in the plant itself: the
+drive gives no torque, inlets shut, exhausts open. Cycles are of 1 ms and count from the first bad cycle that a master can
+see. Where the plant has to move before anybody can see it, *noticed* says how long that took, and the reaction counts from
+there; a dash: at once. The rig files ask for 20 ms; where no frame gets through the slaves' watchdogs do it in 100 ms.
+On a real bus a cycle whose frame is lost lasts `frame_timeout`, by default 5 ms: three of them and the safe frame behind
+them are 16 ms. A fall to SAFEOP is seen at the next look at the states, 10 cycles later at most.
+
+Exit codes: 3 tripped, 4 bus lost, 0 the run goes on.
+
+## The run ends
+
+| Fault | Noticed by | Reaction | Noticed after | Safe after | Exit | Sentence |
+|---|---|---|---|---|---|---|
+"""
+GOES_ON = """
+## The run goes on
+
+`Departs` is how far the motor's travel departs from that of the undisturbed run within half a second.
+
+| Fault | Noticed by | What happens | Bad cycles counted | Departs |
+|---|---|---|---|---|
+"""
+GAPS = """
+## Not noticed
+
+The run should end, and does not; these stand in the tests as expected failures.
+
+| Fault | What would notice it | What happened | Travel in the plant |
+|---|---|---|---|
+"""
+FOOT = """
+## Where a fault cannot be seen
+
+- A **lost supply** and an **inlet stuck closed** show only while a muscle is filled; an **exhaust stuck closed** only while
+  one is vented. During a trial no valve switches, so they wait until its end.
+- A **stuck pressure sensor** looks, while a muscle is filled, like an inlet that does not open, and while it is vented like
+  an exhaust that does not: the sentence names the valve, the operator looks at both. Filling goes on for the 0.8 s.
+- A valve that is **stuck** cannot be brought into its safe state. Its opposite, and the drive, are.
+- A **drive on wires** (bench_analog) says nothing of itself; a fault in it shows in the travel alone.
+- A frame whose **data** are damaged never gets here: the slaves' and the card's check sequence throw it away. Damage to
+  headers that SOEM does not look at (length, frame type) has no effect.
+"""
+
+
+def row_of(cells: list[object]) -> str:
+    return "| " + " | ".join(str(cell).replace("|", "/") for cell in cells) + " |"
+
+
+def ended(name: str, scenario: "Scenario", facts: dict) -> str:
+    """A row for a run that ended."""
+    noticed = f"{facts['noticed_in']}" if scenario.visible is None else "–"
+    first_bad = facts["noticed_at"] if scenario.visible is None else facts["injected_at"] + scenario.visible
+    reaction = "outputs safe, drive off" if scenario.within <= 20 else "outputs safe by the watchdogs"
+    words = f"{reaction}; {scenario.words}" if scenario.words else reaction
+    paced = ", *real time*" if scenario.real_time and "real time" not in name else ""
+    return row_of([name + paced, scenario.seen_by, words, noticed, facts["safe_at"] - first_bad, facts["code"], facts["sentence"]])
+
+
+def went_on(name: str, scenario: "Scenario", facts: dict) -> str:
+    """A row for a run that was to go on."""
+    departs = f"{1e3 * facts['departs_m']:.3f} mm" if "departs_m" in facts else "*real time*"
+    return row_of([name, scenario.seen_by, scenario.words, len(facts["bad"]) or "–", departs])
+
+
+def unseen(name: str, scenario: "Scenario", facts: dict) -> str:
+    """A row for what nobody noticed."""
+    low, high = (1e3 * x for x in facts["travel_range_m"])
+    return row_of([name, scenario.gap, facts["sentence"], f"{low:.1f} mm to {high:.1f} mm"])
+
+
+def page() -> str:
+    """The whole page; runs everything."""
+    from tests.bus.faults.runs import results
+    from tests.bus.faults.scenarios import all_scenarios
+
+    scenarios = all_scenarios()
+    found = {}
+    for real_time in (False, True):
+        found |= results(tuple(name for name, scenario in scenarios.items() if scenario.real_time == real_time))
+    rows: dict[str, list[str]] = {"ended": [], "went_on": [], "unseen": []}
+    for name, scenario in scenarios.items():
+        if found[name]["injected_at"] is None:
+            raise SystemExit(f"{name}: the run ended before the fault came ({found[name]['sentence']}); try again on a machine that is less busy")
+        if scenario.gap and (scenario.goes_on or found[name]["code"] != scenario.code):
+            rows["unseen"].append(unseen(name, scenario, found[name]))
+        elif scenario.goes_on:
+            rows["went_on"].append(went_on(name, scenario, found[name]))
+        else:
+            rows["ended"].append(ended(name, scenario, found[name]))
+    gaps = GAPS + "\n".join(rows["unseen"]) + "\n" if rows["unseen"] else ""
+    return HEAD + "\n".join(rows["ended"]) + "\n" + GOES_ON + "\n".join(rows["went_on"]) + "\n" + gaps + FOOT
+
+
+def not_on_page(text: str) -> list[str]:
+    """Scenarios and kinds of the emulator that the page does not hold."""
+    from sim_backend.bus.bus_faults import ALL_FAULTS
+    from tests.bus.faults.scenarios import all_scenarios
+
+    return [name for name in all_scenarios() if f"| {name}" not in text] + [kind for kind in ALL_FAULTS if kind not in text]
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--check", action="store_true", help="only compare names")
+    arguments = parser.parse_args()
+    if arguments.check:
+        missing = not_on_page(PAGE.read_text(encoding="utf-8"))
+        print(f"{PAGE.name}: found no {', '.join(missing)}" if missing else f"{PAGE.name} holds every fault")
+        return bool(missing)
+    PAGE.write_text(page(), encoding="utf-8")
+    print(f"{PAGE} written")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

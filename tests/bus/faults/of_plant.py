@@ -1,0 +1,57 @@
+"""Scenarios: faults of sensors, valves, supply and drive."""
+
+from tests.bus.faults.scenarios import Scenario, one
+
+_VALID = "loop: validity of the input"
+_LOGIC = "valve logic"
+_DRIVE = "loop: status word of the drive"
+_NOBODY = "nobody"
+_PRESSURE, _INLET, _EXHAUST = "muscle_pressure_pa", "cmd_muscle_inlet_open", "cmd_muscle_exhaust_open"
+
+SCENARIOS: dict[str, Scenario] = {
+    "wire_broken, pressure": Scenario(one("wire_broken", _PRESSURE), "", _VALID, 3, "invalid sensor: muscle_pressure_pa"),
+    "wire_broken, force": Scenario(one("wire_broken", "muscle_force_n"), "", _VALID, 3, "invalid sensor: muscle_force_n"),
+    "knee: wire_broken, angle": Scenario(one("wire_broken", "knee_angle_rad"), "", _VALID, 3, "invalid sensor: knee_angle_rad", rig="knee"),
+    "toggle_frozen": Scenario(one("toggle_frozen", "analog_in"), "`stale_after: 20` cycles without a new conversion", "loop: toggle bit", 3,
+                              "stale: muscle_pressure_pa has not been renewed", visible=1),
+    "sensor_noisy, 5 mV": Scenario(one("sensor_noisy", _PRESSURE, value=0.005), "1.2 kPa of noise: within what the valve logic averages", _NOBODY, 0),
+    "sensor_noisy, 0.5 V": Scenario(one("sensor_noisy", _PRESSURE), "the first sample out of range", _VALID, 3, "muscle_pressure_pa", visible=None),
+    "sensor_stuck, pressure, filling": Scenario(one("sensor_stuck", _PRESSURE), "no rise in 0.8 s with the inlet open", _LOGIC, 3,
+                                                "inlet stuck closed or no supply while filling", when="filling", after=10, visible=None),
+    "sensor_stuck, pressure, venting": Scenario(one("sensor_stuck", _PRESSURE), "no fall in 0.8 s with the exhaust open", _LOGIC, 3,
+                                                "exhaust stuck closed while venting", when="venting", after=5, visible=None),
+    "sensor_stuck, pressure, moving": Scenario(one("sensor_stuck", _PRESSURE), "not before valves switch again: no law ties pressure to travel here", _LOGIC, 3,
+                                               "exhaust stuck closed while venting", visible=None),
+    "sensor_stuck, force": Scenario(one("sensor_stuck", "muscle_force_n"), "the force is recorded, not controlled", _NOBODY, 0,
+                                    gap="a force that stays to the count while the muscle is stretched"),
+    "sensor_stuck, travel": Scenario(one("sensor_stuck", "motor_travel_m"), "position and speed of the drive contradict each other", _NOBODY, 3, "motor_travel_m",
+                                     gap="the drive's speed against the change of its position"),
+    "sensor_stuck, speed": Scenario(one("sensor_stuck", "motor_speed_m_s"), "position and speed of the drive contradict each other", _NOBODY, 3, "motor_speed_m_s",
+                                    gap="the drive's speed against the change of its position"),
+    "encoder_jump, 2000 counts": Scenario(one("encoder_jump"), "1.6 mm in one cycle", _NOBODY, 3, "motor_travel_m",
+                                          gap="the drive's speed against the change of its position"),
+    "encoder_jump, 60000 counts": Scenario(one("encoder_jump", value=60000.0), "outside the limits of the travel", "loop: limits", 3, "over-travel: motor_travel_m"),
+    "valve_stuck_open, inlet, moving": Scenario(one("valve_stuck_open", _INLET), "a gain that heat cannot explain, or the limit of the pressure", _LOGIC, 3,
+                                                "inlet stuck open while holding", stuck=("inlet",), visible=None),
+    "valve_stuck_open, inlet, filling": Scenario(one("valve_stuck_open", _INLET), "the pressure goes on rising with both valves closed", _LOGIC, 3,
+                                                 "inlet stuck open while settling", when="filling", after=10, stuck=("inlet",), visible=None),
+    "valve_stuck_open, exhaust, moving": Scenario(one("valve_stuck_open", _EXHAUST), "a loss that heat cannot explain", _LOGIC, 3,
+                                                  "exhaust stuck open or leak while holding", seconds=4.0, visible=None),
+    "valve_stuck_closed, inlet, filling": Scenario(one("valve_stuck_closed", _INLET), "no rise in 0.8 s; in hold no valve is asked to open", _LOGIC, 3,
+                                                   "inlet stuck closed or no supply while filling", when="filling", after=10, visible=None),
+    "valve_stuck_closed, exhaust, venting": Scenario(one("valve_stuck_closed", _EXHAUST), "no fall in 0.8 s; the muscle stays full, the sentence says so", _LOGIC, 3,
+                                                     "exhaust stuck closed while venting", when="venting", after=5, stuck=("exhaust",), visible=None),
+    "knee: valve_stuck_open, ppam inlet": Scenario(one("valve_stuck_open", "cmd_ppam_inlet_open"), "", _LOGIC, 3, "ppam: inlet stuck open", rig="knee", seconds=4.0,
+                                                   stuck=("inlet of 1",), visible=None),
+    "leak, 5 /s": Scenario(one("leak"), "a loss that heat cannot explain", _LOGIC, 3, "exhaust stuck open or leak while holding", seconds=4.0, visible=None),
+    "leak, 0.2 /s": Scenario(one("leak", value=0.2), "a drift of more than 3 kPa: an event", _LOGIC, 0, "drifted by -"),
+    "supply_lost, filling": Scenario(one("supply_lost"), "no rise in 0.8 s with the inlet open", _LOGIC, 3, "no supply", when="filling", after=10, visible=None),
+    "supply_lost, half filled": Scenario(one("supply_lost"), "it rose and stopped short", _LOGIC, 3, "supply", when="filling", after=250, visible=None),
+    "supply_lost, moving": Scenario(one("supply_lost"), "no valve is open to it: seen at the next filling", _NOBODY, 0),
+    "drive_fault": Scenario(one("drive_fault"), "", _DRIVE, 3, "the drive left operation enabled by itself: fault reaction active (error 0x2310 over-current)", again=True),
+    "sto": Scenario(one("sto"), "", _DRIVE, 3, "(error 0x8A88 safe torque off (STO) active)"),
+    "following_error": Scenario(one("following_error"), "", _DRIVE, 3, "(error 0x8611 following error)"),
+    "knee: sto": Scenario(one("sto"), "", _DRIVE, 3, "(error 0x8A88 safe torque off (STO) active)", rig="knee"),
+    "analog: drive_fault": Scenario(one("drive_fault", cycles=100_000), "a drive on wires says nothing; the muscle pulls the motor back until its travel leaves the limits",
+                                    "loop: limits", 3, "over-travel: motor_travel_m", rig="bench_analog", visible=None),
+}
