@@ -110,7 +110,7 @@ def page() -> str:
 
 def not_on_page(text: str) -> list[str]:
     """Scenarios and kinds of the emulator that the page does not hold."""
-    from sim_backend.bus.bus_faults import ALL_FAULTS
+    from sim_backend.bus.fault_kinds import ALL_FAULTS
     from tests.bus.faults.scenarios import all_scenarios
 
     return [name for name in all_scenarios() if f"| {name}" not in text] + [kind for kind in ALL_FAULTS if kind not in text]

@@ -77,6 +77,6 @@ def test_a_fault_that_can_be_survived_is_counted_and_nothing_jumps(name):
 
 
 def test_every_kind_that_the_emulator_offers_is_put_into_a_run():
-    from sim_backend.bus.bus_faults import ALL_FAULTS
+    from sim_backend.bus.fault_kinds import ALL_FAULTS
 
     assert set().union(*(scenario.kinds for scenario in ALL.values())) == set(ALL_FAULTS)
