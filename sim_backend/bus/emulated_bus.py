@@ -27,6 +27,8 @@ KINDS: dict[str, type[Slave]] = {
     "EK1100": Coupler, "EL2124": DigitalOutputs, "EL3004": AnalogInputs, "EL4034": AnalogOutputs, "EPOS4": Epos4,
 }
 
+_NEAR = 8  # a step nearer to a frame than this part of a period would hold its answer up
+_STAYS_CYCLES = 500
 _STEPS_AT_ONCE = 10  # when the emulator has to catch up, frames are answered in between
 
 
@@ -67,6 +69,8 @@ class EmulatedBus:
             slave.esc.on_data = lambda slave=slave: slave.watchdog.feed(self.time_ns)
         self._watchdogs = {id(slave.esc): slave.watchdog for slave in self.slaves.values()}
         self.segment.clock_escs = [slave.esc for slave in self.slaves.values() if slave.clock is not None]
+        for esc in self.segment.clock_escs[:1]:
+            esc.on_write.append((reg.DC_OFFSET, reg.DC_OFFSET + 8, lambda address, length: self._to_whole_periods()))
         self.drive = next((slave for slave in self.slaves.values() if isinstance(slave, Epos4)), None)
         self.plant = self._fresh_plant()
         self.rewire()
@@ -96,7 +100,7 @@ class EmulatedBus:
             self.plant.bind(self.drive, self.coupling)
         self._give()
         self._start_periods: int | None = None
-        self._step_due_ns = 0
+        self._to_whole_periods()
         self._reported = 0
 
     def rewire(self) -> None:
@@ -160,7 +164,10 @@ class EmulatedBus:
                 self._changed()
             else:
                 watchdog.fed_ns = time_ns
-        if not self.lock_step or not self._frame_steps or not plan.carries_all_outputs:
+        if not self.lock_step:
+            self._keep_away()
+            return
+        if not self._frame_steps or not plan.carries_all_outputs:
             return
         if not self.is_running:
             if any(slave.is_present and slave.al.state != reg.OP for slave in self.slaves.values()):
@@ -168,6 +175,22 @@ class EmulatedBus:
             self.is_running = True
         self._frame_steps = False  # at most one period per frame
         self._step()
+
+    def _to_whole_periods(self) -> None:
+        """The master has set the bus's clock: the plant moves at whole periods of system time."""
+        self._step_due_ns = self._phase_ns = 0
+        self._shifted_cycle = self.cycle - _STAYS_CYCLES
+
+    def _keep_away(self) -> None:
+        """A master that follows no SYNC0 may send just when the plant moves: then the plant moves half a period later."""
+        period_ns, left_ns = self.plant.period_ns, self._step_due_ns - self.agenda.now_ns
+        near_ns = period_ns // _NEAR
+        if near_ns < left_ns < period_ns - near_ns or self.cycle - self._shifted_cycle < _STAYS_CYCLES:
+            return
+        if not any(esc.memory[reg.DC_ACTIVATION] & 0x02 for esc in self.segment.clock_escs):
+            self._shifted_cycle = self.cycle
+            self._phase_ns += left_ns - period_ns // 2
+            self._step_due_ns = self.agenda.now_ns + period_ns // 2
 
     def _step(self) -> None:
         if not self.faults.is_idle:
@@ -218,7 +241,7 @@ class EmulatedBus:
     def _move(self, now_ns: int) -> None:
         """As many plant periods as have passed by the bus's clock, and when the next one ends."""
         period_ns = self.plant.period_ns
-        local_ns = self._plant_clock_ns(now_ns)
+        local_ns = self._plant_clock_ns(now_ns) + self._phase_ns
         periods = int(local_ns // period_ns)
         if self._start_periods is None:
             self._start_periods = periods - self.cycle

@@ -75,3 +75,21 @@ def test_in_real_time_the_plant_runs_without_a_master(make_bus):
     for ms in range(1, 101):
         bus.advance_to(1_000_000_000 + 1_000_000 * ms)
     assert bus.cycle == 100
+
+
+@pytest.mark.parametrize("phase_ns", [0, 60_000, 500_000, 940_000])
+def test_in_real_time_the_plant_keeps_away_from_the_frames_of_a_master_without_sync(make_bus, phase_ns):
+    """A step beside a frame would hold its answer up; a step half a period away does not, and none is lost by that."""
+    wire = Wire(make_bus("bench"))
+    bus, period_ns = wire.bus, 1_000_000
+    wire.master.write(wire.at["coupler"], 0x0920, bytes(8))
+    began_ns = wire.master.now_ns // period_ns * period_ns + 2 * period_ns + phase_ns
+    bus.advance_to(began_ns)
+    before = bus.cycle
+    for k in range(1, 1001):
+        wire.master.now_ns = began_ns + k * period_ns - wire.master.step_ns
+        wire.exchange(bytes(wire.output_size))
+        if k > 2:
+            assert 0.12 * period_ns < bus.next_due_ns() - wire.master.now_ns < 0.88 * period_ns
+        bus.advance_to(began_ns + k * period_ns + period_ns // 2 + 20_000)
+    assert abs(bus.cycle - before - 1000) <= 1
