@@ -12,7 +12,7 @@ from drivers.interface import choose
 from drivers.mailbox import Mailbox
 from drivers.states import StateWatch
 from drivers.wire import WireImage
-from drivers.words import INIT, SAFEOP
+from drivers.words import INIT, OP, SAFEOP
 
 _CLOSING_CYCLES = 50  # with safe outputs, at most, until the drive says that it is off
 _LOCK_STEP_TIMEOUT_S = 2.0
@@ -38,7 +38,7 @@ class EthercatBackend:
         self._wire = WireImage(rig)
         self._every = max(1, round(rig.master.states_every / rig.period_s))
         self._allowed = rig.safety.lost_cycles
-        self._status_byte = next((p.byte for p in image_of(rig, outputs=False).places.values() if p.entry.name == "status_word"), None)
+        self._status = next((p for p in image_of(rig, outputs=False).places.values() if p.entry.name == "status_word"), None)
         self._bus: Bus | None = None
         self._watch: StateWatch | None = None
         self._mailboxes: dict[int, Mailbox] = {}
@@ -123,18 +123,26 @@ class EthercatBackend:
         self.drive_off = None
         for _ in range(_CLOSING_CYCLES):
             ok = cycle.turn(cycle.safe)[0]
-            self.drive_off = not self._is_powered(cycle.inputs) if ok else None
-            if self.drive_off or cycle.lost >= self._allowed:
+            if cycle.lost >= self._allowed:
+                break
+            if ok or cycle.lost == 0 and self._drive_answers(bus):
+                self.drive_off = self._is_off(cycle.seen)
+            if self.drive_off or self._status is None:
                 break
         cycle.turn(cycle.safe)
         bus.ask(SAFEOP)
         stop_clocks(bus, self._rig)
         self._collect_emergencies(bus)
 
-    def _is_powered(self, inputs_raw: bytes) -> bool:
-        if self._status_byte is None:
-            return False
-        return decode(int.from_bytes(inputs_raw[self._status_byte: self._status_byte + 2], "little")) in _POWERED
+    def _drive_answers(self, bus: Bus) -> bool:
+        """Where another slave is lost, the drive's own inputs are to be believed only if it is there itself."""
+        index = next((i for i, slave in enumerate(self._rig.slaves) if self._status and slave.name == self._status.slave), None)
+        return index is not None and bus.states()[index].state & 0x0F in (SAFEOP, OP)
+
+    def _is_off(self, inputs_raw: bytes) -> bool | None:
+        if self._status is None:
+            return None
+        return decode(int.from_bytes(inputs_raw[self._status.byte: self._status.byte + 2], "little")) not in _POWERED
 
     def _collect_emergencies(self, bus: Bus) -> None:
         """What the slaves said of themselves while nobody asked; mailboxes are never polled in the cycle."""

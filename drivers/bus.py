@@ -16,6 +16,7 @@ from drivers.words import ERROR, al_status_words, state_words
 pysoem.settings.always_release_gil = True  # read by Master() when it is made
 
 LOST = -1  # no frame came back
+_TRIES = 3
 _PATIENT_US, _BRISK_US = 20_000, 2_000  # how long SOEM waits for an answer before it sends again; the second is its own
 
 
@@ -69,7 +70,10 @@ class Bus:
         """Counts and addresses the slaves and takes them to PREOP. Gives how many there are."""
         self.be_patient(True)
         self.master.manual_state_change = 0
-        count = max(0, self.master.config_init())
+        for _ in range(_TRIES):  # SOEM takes one frame that stayed away for an empty wire
+            count = max(0, self.master.config_init())
+            if count:
+                break
         self.slaves = list(self.master.slaves) if count else []
         return count
 

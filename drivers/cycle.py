@@ -16,15 +16,15 @@ _FIRST_FRAMES = 10  # with safe outputs, before OP is asked for
 
 
 class Cycle:
-    """``turn`` is one exchange of process data. ``inputs`` are the last that came in full; ``lost`` frames in a row stayed
-    away. Without ``paced`` turns follow each other as fast as the bus answers.
+    """``turn`` is one exchange of process data. ``inputs`` are the last that came in full, ``seen`` the last at all;
+    ``lost`` frames in a row stayed away. Without ``paced`` turns follow each other as fast as the bus answers.
     """
 
     def __init__(self, bus: Bus, rig: Rig, wire: WireImage, paced: bool, has_clock: bool):
         period_ns = round(rig.period_s * 1e9)
         self.bus, self.edges = bus, Edges(period_ns)
         self.clock = ReferenceClock(period_ns) if has_clock else None
-        self.inputs = bytes(wire.input_size)
+        self.inputs = self.seen = bytes(wire.input_size)
         self.lost = 0
         self.safe = bytes(wire.output_size)  # de-energised is zero, which the rig check holds
         self._wire, self._paced, self._period_s = wire, paced, rig.period_s
@@ -40,7 +40,7 @@ class Cycle:
         """
         bus, clock = self.bus, self.clock
         edge_ns, lateness_ns = self.edges.wait() if self._paced else (0, 0)
-        counter, inputs_raw = bus.swap(outputs_raw)
+        counter, self.seen = bus.swap(outputs_raw)
         ok = counter == self._wire.working_counter
         self.lost = self.lost + 1 if counter == LOST else 0
         if ok and clock is not None:
@@ -49,7 +49,7 @@ class Cycle:
             if ok:
                 self.edges.steer(clock.step(dc_time_ns, bus.sent_ns - edge_ns, bus.round_trip_ns))
         if ok:
-            self.inputs = inputs_raw
+            self.inputs = self.seen
         return ok, self._epoch_ns + edge_ns, lateness_ns
 
     def to_op(self) -> list[str]:

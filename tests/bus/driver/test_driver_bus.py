@@ -140,6 +140,7 @@ def test_a_slave_that_disappears_is_named():
     result = bus_case("troubled", trouble="unplug", slave="valves")
     assert result["outcome"] == "failed" and result["cause"].startswith("valves (slave 2, EL2124) does not answer any more: its supply, or ")
     assert result["cycles"] <= 3004
+    assert result["drive_off"] is True  # the drive still answers, and was asked
 
 
 @pytest.mark.parametrize("trouble", ["fall", "power_cycle"])
