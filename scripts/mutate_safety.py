@@ -27,10 +27,10 @@ sys.path[:0] = [str(ROOT / "scripts")]
 from mutants import Mutant, mutants_of  # noqa: E402
 
 TABLE, PAGE = ROOT / "scripts" / "safety_mutants.yaml", ROOT / "docs" / "safety-mutants.md"
-SAFETY = ("test_power.py", "test_trips.py", "test_limits_and_words.py", "test_thermal.py", "test_nothing_forbidden_leaves.py")  # fast ones first
+SAFETY = ("test_power.py", "test_trips.py", "test_limits_and_words.py", "test_thermal.py", "test_contradiction.py", "test_nothing_forbidden_leaves.py")  # fast ones first
 SIGNALS = ("test_decoding.py", "test_image.py", "test_freshness.py", "test_encoding.py")
 TARGETS = {
-    **{f"epa_rt/safety/{name}.py": [f"tests/safety/{test}" for test in SAFETY] for name in ("commands", "envelope", "thermal", "trip")},
+    **{f"epa_rt/safety/{name}.py": [f"tests/safety/{test}" for test in SAFETY] for name in ("commands", "contradiction", "envelope", "thermal", "trip")},
     "epa_rt/signals/codec.py": [f"tests/signals/{test}" for test in SIGNALS],
 }
 COPIED = ("epa_rt", "config", "tests/safety", "tests/signals", "pyproject.toml")

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 from epa_rt.config.rig import Rig
 from epa_rt.safety.commands import CommandGate
+from epa_rt.safety.contradiction import MotionCheck
 from epa_rt.safety.thermal import ThermalLimit
 from epa_rt.safety.trip import OVER_RANGE_CAUSE, Trip
 
@@ -23,7 +24,7 @@ class Envelope:
     def __init__(self, rig: Rig, reason: Callable[[int], str]):
         self.tripped: Trip | None = None
         self.gate = CommandGate(rig)
-        self._reason = reason
+        self._reason, self._motion = reason, MotionCheck(rig)
         self._safe = {row.name: row.safe for row in rig.outputs}
         self._lost, self._lost_allowed = 0, rig.safety.lost_cycles
         self._names = tuple(row.name for row in rig.inputs)
@@ -44,6 +45,10 @@ class Envelope:
         if self.tripped is None:
             self._check_bus(cycle, bus_ok)
             self._check_measured(cycle, measured, invalid, stale)
+        if self.tripped is None:
+            contradiction = self._motion.step(measured, bus_ok)
+            if contradiction is not None:
+                self.trip(*contradiction, cycle)
         if self.tripped is None:
             try:
                 refusal = self.gate.pass_through(measured, command)

@@ -21,7 +21,7 @@ def test_each_limit_trips_on_either_side_and_not_at_its_end(name, row_name):
     low, high = rig(name).row(row_name).limits
     for value, trips in ((low, False), (high, False), (math.nextafter(low, -math.inf), True), (math.nextafter(high, math.inf), True)):
         bench = Bench(name)
-        bench.check()
+        bench.check({row_name: min(max(value, low), high)})  # already there: a motor that jumps is another trip
         out = bench.check({row_name: value})
         assert (bench.trip is not None) == trips
         if trips:
