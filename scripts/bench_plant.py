@@ -9,11 +9,14 @@ largest error is not above the plant's own.
 import argparse
 import json
 import statistics
+import sys
 import time
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1]))  # for the tests' scenarios, which are not installed
 
 from epa_rt.models import plant
 from epa_rt.models.blocks import bus, drive

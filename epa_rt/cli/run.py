@@ -50,15 +50,10 @@ def main(arguments: argparse.Namespace) -> int:
     inputs = load_inputs(arguments.experiment, arguments.rig, arguments.plant, with_plant=is_sim and not arguments.dry)
     if arguments.dry:
         return _dry(inputs, arguments.out)
-    log = take_log_path(arguments.out, inputs)
-    try:
-        if is_sim:
-            summary, result = run_simulated(inputs, log, arguments.seed, arguments.speed, progress=not arguments.quiet)
-        else:
-            summary, result = run_on_bus(inputs, log, arguments.interface, arguments.lock_step, progress=not arguments.quiet)
-    finally:
-        if log.exists() and not log.stat().st_size:
-            log.unlink()  # the run did not begin
+    if is_sim:
+        summary, result = run_simulated(inputs, arguments.out, arguments.seed, arguments.speed, progress=not arguments.quiet)
+    else:
+        summary, result = run_on_bus(inputs, arguments.out, arguments.interface, arguments.lock_step, progress=not arguments.quiet)
     print(closing_text(summary, result, inputs.rig.period_s))
     return FAILED if result.outcome == "completed" and summary.failure else OF_OUTCOME[result.outcome]
 
@@ -79,17 +74,17 @@ def _assembled(inputs: Inputs) -> "Assembly":
         raise VerbError(str(error)) from None
 
 
-def run_simulated(inputs: Inputs, log: Path, seed: int, speed: float | None, progress: bool) -> "tuple[LogSummary, RunResult]":
-    """One run on the simulated rig, recorded to ``log``. Raises VerbError where the log cannot be opened."""
+def run_simulated(inputs: Inputs, out: Path, seed: int, speed: float | None, progress: bool) -> "tuple[LogSummary, RunResult]":
+    """One run on the simulated rig, recorded into ``out``. Raises VerbError where the log cannot be opened."""
     backend = _simulated_backend(inputs, seed, speed)
     run_facts = {"rig": inputs.rig.name, "experiment": inputs.experiment.name, "plant": inputs.plant.name, "backend": "sim",
                  "seed": str(seed), "speed": "unpaced" if speed is None else f"{speed:g}", "period_s": f"{inputs.rig.period_s:g}"}
-    return run_recorded(inputs, backend, log, run_facts, paced=speed is not None, progress=progress)
+    return run_recorded(inputs, backend, out, run_facts, paced=speed is not None, progress=progress)
 
 
-def run_on_bus(inputs: Inputs, log: Path, interface: str | None, lock_step: bool,
+def run_on_bus(inputs: Inputs, out: Path, interface: str | None, lock_step: bool,
                progress: bool) -> "tuple[LogSummary, RunResult]":
-    """One run on an EtherCAT bus, recorded to ``log``. Raises VerbError where the log or the interface cannot be had."""
+    """One run on an EtherCAT bus, recorded into ``out``. Raises VerbError where the log or the interface cannot be had."""
     from drivers.backend_factory import open_ethercat
     from epa_rt.backend import BackendError
 
@@ -99,7 +94,7 @@ def run_on_bus(inputs: Inputs, log: Path, interface: str | None, lock_step: bool
         raise VerbError(str(error), FAILED) from None
     run_facts = {"rig": inputs.rig.name, "experiment": inputs.experiment.name, "backend": "ethercat",
                  "speed": "lock step" if lock_step else "1", "period_s": f"{inputs.rig.period_s:g}"}
-    return run_recorded(inputs, backend, log, run_facts, paced=not lock_step, progress=progress)
+    return run_recorded(inputs, backend, out, run_facts, paced=not lock_step, progress=progress)
 
 
 def _simulated_backend(inputs: Inputs, seed: int, speed: float | None) -> "Backend":
@@ -116,20 +111,25 @@ def _simulated_backend(inputs: Inputs, seed: int, speed: float | None) -> "Backe
     return backend
 
 
-def run_recorded(inputs: Inputs, backend: "Backend", log: Path, run_facts: dict[str, str], paced: bool,
+def run_recorded(inputs: Inputs, backend: "Backend", out: Path, run_facts: dict[str, str], paced: bool,
                  progress: bool) -> "tuple[LogSummary, RunResult]":
-    """A run on any backend with its recorder. Real-time rights are asked for where the run is paced."""
+    """A run on any backend with its recorder; ``out`` as in take_log_path. Real-time rights are asked for where the run
+    is paced.
+    """
     from epa_rt.logs.progress import ProgressSpec
     from epa_rt.logs.recorder import Recorder, RecorderError
     from epa_rt.loop.requests import OperatorRequests
 
     assembly = _assembled(inputs)
     cycles = round(inputs.experiment.duration_s / inputs.rig.period_s)
+    log = take_log_path(out, inputs)
     recorder = Recorder(log, assembly.layout, inputs.attachments, {"run": run_facts}, lossless=not paced,
                         progress=ProgressSpec(cycles, inputs.rig.period_s, progress))
     try:
         recorder.open()
     except RecorderError as error:
+        if not log.stat().st_size:
+            log.unlink()  # taken, and nothing came of it
         raise VerbError(str(error), FAILED) from None
     with OperatorRequests().listening() as requests:
         return _run(assembly, backend, recorder, requests, paced)
