@@ -59,6 +59,7 @@ def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, 
     """
     overruns, gaps, broken, stopped, cycle, t_ns = Overruns(rig.overrun), Gaps(), "", False, -1, 0
     outputs_raw = encoder.safe_raw
+    told = getattr(backend, "events", [])  # what a bus has to say: recoveries, emergencies, the clock's lock
     try:
         backend.open()
         while supervisor.state != DONE:
@@ -87,6 +88,8 @@ def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, 
                              command, supervisor.estimate)
             if supervisor.events or (flags & FLAG_TRIPPED and envelope.tripped.cycle == cycle):
                 _report(supervisor, envelope, recording, cycle, t_ns)
+            if told:
+                _pass_on(told, recording, cycle, t_ns)
     except BackendError as error:
         broken = str(error)
         recording.event(max(cycle, 0), t_ns, "error", broken)
@@ -95,7 +98,15 @@ def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, 
         recording.event(max(cycle, 0), t_ns, "error", broken, traceback=traceback.format_exc())
     finally:
         broken = "; ".join(filter(None, (broken, _close(backend, recording, cycle, t_ns))))
-    return _result(supervisor, envelope, overruns, broken, stopped, cycle + 1, t_ns, encoder.saturated, gaps.count)
+        _pass_on(told, recording, cycle, t_ns)
+    confirmed = supervisor.confirmed or getattr(backend, "drive_off", None) is True
+    return _result(envelope, overruns, broken, stopped, cycle + 1, t_ns, encoder.saturated, gaps.count, confirmed)
+
+
+def _pass_on(told: list, recording: Recording, cycle: int, t_ns: int) -> None:
+    for kind, text, data in told:
+        recording.event(max(cycle, 0), t_ns, kind, text, **data)
+    told.clear()
 
 
 def _close(backend: Backend, recording: Recording, cycle: int, t_ns: int) -> str:
@@ -147,8 +158,8 @@ def _report(supervisor: Supervisor, envelope: Envelope, recording: Recording, cy
     supervisor.events.clear()
 
 
-def _result(supervisor: Supervisor, envelope: Envelope, overruns: Overruns, broken: str, stopped: bool,
-            cycles: int, t_ns: int, saturated: int, bad_cycles: int) -> RunResult:
+def _result(envelope: Envelope, overruns: Overruns, broken: str, stopped: bool,
+            cycles: int, t_ns: int, saturated: int, bad_cycles: int, confirmed: bool) -> RunResult:
     trip = envelope.tripped
     if broken:
         outcome, cause = "failed", broken if trip is None else f"{trip}; then {broken}"
@@ -159,5 +170,5 @@ def _result(supervisor: Supervisor, envelope: Envelope, overruns: Overruns, brok
     else:
         outcome, cause = "completed", ""
     gate = envelope.gate
-    return RunResult(outcome, cause, cycles, supervisor.confirmed, overruns.count, overruns.worst_ns,
+    return RunResult(outcome, cause, cycles, confirmed, overruns.count, overruns.worst_ns,
                      {k: n for k, n in gate.clamped.items() if n}, {k: n for k, n in gate.slewed.items() if n}, trip, t_ns, saturated, bad_cycles)

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 
 from epa_rt.config.rig import Rig
 from epa_rt.control.protocol import Controller
-from epa_rt.control.valve import SetAndHold
+from epa_rt.control.valve import SetAndHold, ValveState
 from epa_rt.experiments.sequence import Sequence
 from epa_rt.loop.drives import Drive
 
@@ -18,6 +18,7 @@ BRING_UP, ENABLE, RUN, STOP, DISABLE, SAFE, DONE = range(7)
 BRING_UP_S = 0.1
 REST_S, REST_MAX_S = 0.05, 1.0  # how long the motor must stand before power is taken off, and the longest wait for it
 REST_SHARE = 0.02  # of the motor's top speed: below it the motor stands
+VENT_MAX_S = 5.0  # longest wait for the muscles to vent: one that still pulls would spin an unpowered motor
 DISABLE_S = 0.5  # longest wait for the drive to come down by its own ramp
 SAFE_MIN_S, SAFE_MAX_S = 0.1, 1.0
 
@@ -48,7 +49,8 @@ class Supervisor:
         self._target, self._position = rig.motor.position_target, rig.motor.position
         self._targets = [t for t in (rig.motor.speed_target, rig.motor.torque_target) if t]
         self._speed, self._standstill = rig.motor.speed, REST_SHARE * rig.motor.speed_max
-        self._age = self._still = self._ended = 0
+        self._age = self._still = self._ended = self._vent_cycles = 0
+        self._vent_max_cycles = round(VENT_MAX_S / rig.period_s)
         self._rest_cycles, self._rest_max_cycles = round(REST_S / rig.period_s), round(REST_MAX_S / rig.period_s)
         self._cycles = {s: max(1, round(seconds / rig.period_s)) for s, seconds in
                         ((BRING_UP, BRING_UP_S), (DISABLE, DISABLE_S), (SAFE, SAFE_MIN_S), (DONE, SAFE_MAX_S))}
@@ -123,16 +125,19 @@ class Supervisor:
         if sequence.loop_changed:
             self._motion = self._motions[sequence.loop]
             self._motion.reset(measured, command)
-        if self._target:
-            command[self._target] = measured[self._position]
-        command.update(self._motion.step(measured, self.reference, self._dt_s))
+        if self._vent_cycles:
+            self._hold_still(measured)
+        else:
+            if self._target:
+                command[self._target] = measured[self._position]
+            command.update(self._motion.step(measured, self.reference, self._dt_s))
         self._switch_valves(measured)
         if not drive.live:
             trouble = drive.trouble(measured) or "it reported itself disabled"
             self.fault = ("drive", "", f"the drive was lost: {trouble}")
         elif sequence.failure:
             self.fault = ("experiment", "", sequence.failure)
-        elif sequence.finished and self._at_rest(measured):
+        elif sequence.finished and self._at_rest(measured) and self._vented():
             self._rest(measured)
             drive.disable(True)
             self._enter(DISABLE)
@@ -143,6 +148,23 @@ class Supervisor:
         still = self._speed is None or abs(measured[self._speed]) < self._standstill
         self._still = self._still + 1 if still else 0
         return self._still >= self._rest_cycles or self._ended >= self._rest_max_cycles
+
+    def _hold_still(self, measured: dict[str, float]) -> None:
+        """The motor stays where it is while the muscles vent; a joint loop would wind up after a joint that sinks."""
+        target = self.command[self._target] if self._target in self._motion.writes else None
+        self._rest(measured)
+        if target is not None:
+            self.command[self._target] = target
+
+    def _vented(self) -> bool:
+        """Vents what still holds pressure, with the motor held; True once all is vented, or has had its time."""
+        if self._vent_cycles == 0:
+            for valve, *_ in self._valves:
+                if valve.state is not ValveState.VENTED:
+                    valve.vent()
+        self._vent_cycles += 1
+        is_vented = all(valve.state is ValveState.VENTED for valve, *_ in self._valves)
+        return is_vented or self._vent_cycles >= self._vent_max_cycles
 
     def _switch_valves(self, measured: dict[str, float]) -> None:
         command, estimate = self.command, self.estimate

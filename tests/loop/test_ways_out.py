@@ -258,3 +258,26 @@ def test_bad_cycles_that_a_run_survives_are_counted_and_said(tmp_path):
     assert [(cycle, text) for cycle, kind, text, _data in out.memory.events if kind == "gap"] == [
         (TRIAL + 1, "1 cycle without sound process data; the last good ones stood in"),
         (TRIAL + 102, "2 cycles without sound process data; the last good ones stood in")]
+
+
+def test_a_stop_under_tension_vents_the_muscle_before_the_power_goes_off(tmp_path):
+    """Else the muscle would spin the unpowered motor: over-speed at 600 kPa and 20 mm of stretch."""
+    inputs = tiny_inputs(tmp_path, pressure="640 kPa gauge")
+    whole = run_in_memory(inputs)
+    stretched = max(whole.memory.samples, key=lambda sample: sample[6]["muscle_force_n"])
+    assert stretched[6]["muscle_force_n"] > 60.0
+    out = run_in_memory(inputs, requests=Quiet(stop_at=stretched[0]))
+    assert out.result.outcome == "stopped", out.result.cause
+    after = [sample for sample in out.memory.samples if sample[0] >= stretched[0]]
+    disabled = next(sample for sample in after if sample[2] == 4)
+    assert disabled[6]["muscle_force_n"] < 5.0
+    assert max(abs(sample[6]["motor_speed_m_s"]) for sample in after if sample[2] >= 4) < 0.02
+
+
+def test_what_a_bus_has_to_say_stands_in_the_log(tmp_path):
+    inputs = tiny_inputs(tmp_path)
+    assembly, memory = assemble(inputs.rig, inputs.experiment), Memory()
+    backend = Between(SimBackend(inputs.rig, inputs.plant, 1))
+    backend.events, backend.drive_off = [("recovery", "valves is back", {"slave": "valves"})], True
+    run(inputs.rig, backend, assembly.supervisor, assembly.envelope, assembly.decoder, assembly.encoder, memory, Quiet(stop_at=200))
+    assert (0, "recovery", "valves is back", {"slave": "valves"}) in memory.events
