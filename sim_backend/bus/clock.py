@@ -49,6 +49,10 @@ class Clock:
         """What the master has written as the difference between system time and local time."""
         return int.from_bytes(self._esc.memory[reg.DC_OFFSET : reg.DC_OFFSET + 8], "little", signed=True)
 
+    def ahead_ns(self) -> int:
+        """System time less local time: the master's offset, and what following another clock has added."""
+        return self.offset_ns() + int(self._correction)
+
     def system_ns(self) -> int:
         """Copy of the system time when a frame that enters the bus now passes this slave."""
         now_ns = self._agenda.now_ns + (self.port_delays_ns[0] or 0)

@@ -229,7 +229,7 @@ class EmulatedBus:
         """Local time of the first slave with a clock, in phase with its system time; without one, the emulator's."""
         for slave in self.slaves.values():
             if slave.clock is not None:
-                return slave.clock.local_ns(now_ns) + slave.clock.offset_ns() % self.plant.period_ns
+                return slave.clock.local_ns(now_ns) + slave.clock.ahead_ns() % self.plant.period_ns
         return float(now_ns)
 
     def advance_to(self, now_ns: int) -> None:
