@@ -96,12 +96,15 @@ def _turn(master: "pysoem.Master", cycles: int, period_ns: int) -> dict[str, np.
     """The loop. Its phase is set once, half a period after SYNC0, where the emulated plant does not step."""
     woken, late, trips, counters = (np.zeros(cycles, np.int64) for _ in range(4))
     clock, pause = time.monotonic_ns, time.sleep
-    sent_ns = clock()
+    quickest_ns, passed_ns, dc_time_ns = period_ns, 0, 0
     for _ in range(_FIRST_FRAMES):
         pause(5e-4)
         sent_ns = clock()
         _exchange(master)
-    edge_ns = sent_ns + 2 * period_ns + (period_ns // 2 - master.dc_time) % period_ns
+        if clock() - sent_ns < quickest_ns:  # one that waited nowhere tells the time best
+            quickest_ns, passed_ns, dc_time_ns = clock() - sent_ns, sent_ns, master.dc_time
+    edge_ns = passed_ns + (period_ns // 2 - dc_time_ns) % period_ns
+    edge_ns += period_ns * (2 + (clock() - edge_ns) // period_ns)
     for i in range(cycles):
         now_ns = clock()
         if now_ns < edge_ns:

@@ -39,7 +39,7 @@ def _section(name: str, series: dict[str, np.ndarray]) -> Html:
     series = {who: values for who, values in series.items() if values.size}
     rows = [(who, *(f"{v:.1f}" for v in (*np.percentile(values, (50, 99, 99.9)), values.max())), f"{values.size}") for who, values in series.items()]
     return join([charts.embed(_histogram(series)), table(("", "median, µs", "p99, µs", "p99.9, µs", "largest, µs", "cycles"), rows),
-                 note("Both axes logarithmic; twenty bins to a decade. What lies left of a bin's end counts in it.")])
+                 note("Both axes logarithmic; twenty bins to a decade. The first bin holds all below 0.11 µs.")])
 
 
 def _histogram(series: dict[str, np.ndarray]) -> Figure:
