@@ -74,7 +74,8 @@ def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, 
                 flags |= _judge(cycle, lateness_ns, request, recording, overruns, envelope)
             stopped = stopped or request != 0 or overruns.wants_stop
             command = _step(supervisor, cycle, measured, stopped, bus_ok)
-            outputs = envelope.check(cycle, bus_ok, measured, decoder.invalid, decoder.stale, command)
+            outputs = envelope.check(cycle, bus_ok, measured, decoder.invalid, decoder.stale, command,
+                                     t_ns + lateness_ns)
             if supervisor.fault is not None:  # after the envelope: a dead sensor is the cause, not what it led to
                 envelope.trip(*supervisor.fault, cycle)
             if envelope.tripped is not None:

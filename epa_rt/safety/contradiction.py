@@ -23,17 +23,20 @@ class MotionCheck:
         self._position, self._speed, self._dt_s = motor.position, motor.speed, rig.period_s
         self._keep = 1.0 - rig.period_s / FORGET_S
         self._last: float | None = None
-        self._apart, self._cycles = 0.0, 0
+        self._apart, self._cycles, self._last_ns = 0.0, 0, 0
 
-    def step(self, measured: dict[str, float], bus_ok: bool) -> Refusal | None:
-        """Takes one cycle. Without ``bus_ok`` the values are old ones and only the time goes on."""
+    def step(self, measured: dict[str, float], bus_ok: bool, now_ns: int = 0) -> Refusal | None:
+        """Takes one cycle that was read at ``now_ns``. Without ``bus_ok`` the values are old and only the time goes on.
+
+        A loop that wakes late reads positions that are further apart: what has passed is the longer of cycles and clock.
+        """
         if not self._speaks:
             return None
         self._cycles += 1
         if not bus_ok:
             return None
-        position, elapsed_s = measured[self._position], self._cycles * self._dt_s
-        last, self._last, self._cycles = self._last, position, 0
+        position, elapsed_s = measured[self._position], max(self._cycles * self._dt_s, 1e-9 * (now_ns - self._last_ns))
+        last, self._last, self._cycles, self._last_ns = self._last, position, 0, now_ns
         if last is None:
             return None
         moved = position - last

@@ -40,13 +40,15 @@ class Envelope:
             self.tripped = Trip(cause, signal, text, cycle)
 
     def check(self, cycle: int, bus_ok: bool, measured: dict[str, float], invalid: int, stale: int,
-              command: dict[str, float]) -> dict[str, float]:
-        """The outputs of this cycle: the command, limited and counted, or the safe values once tripped."""
+              command: dict[str, float], now_ns: int = 0) -> dict[str, float]:
+        """The outputs of this cycle, whose inputs were read at ``now_ns``: the command, limited and counted, or the
+        safe values once tripped.
+        """
         if self.tripped is None:
             self._check_bus(cycle, bus_ok)
             self._check_measured(cycle, measured, invalid, stale)
         if self.tripped is None:
-            contradiction = self._motion.step(measured, bus_ok)
+            contradiction = self._motion.step(measured, bus_ok, now_ns)
             if contradiction is not None:
                 self.trip(*contradiction, cycle)
         if self.tripped is None:

@@ -107,3 +107,15 @@ def test_the_envelope_trips_on_it_and_a_motor_at_rest_passes(name):
     lost.check()
     lost.check({"motor_travel_m": 0.02}, bus_ok=False)
     assert lost.trip is None
+
+
+def test_a_late_cycle_may_find_the_motor_further_on():
+    check = MotionCheck(rig("bench"))
+    measured = {"motor_travel_m": 0.0, "motor_speed_m_s": 0.1}
+    assert check.step(measured, True, 1_000_000) is None
+    assert check.step(measured | {"motor_travel_m": 0.4e-3}, True, 5_000_000) is None  # 4 ms late at 0.1 m/s
+    refusal = check.step(measured | {"motor_travel_m": 0.8e-3}, True, 6_000_000)
+    assert refusal == ("position jump", "motor_travel_m", "motor_travel_m jumped by 0.0004 in 1 ms")
+    again = MotionCheck(rig("bench"))
+    again.step(measured, True, 0)
+    assert again.step(measured | {"motor_travel_m": 1.1e-3}, True, 4_000_000)[2].endswith("in 4 ms")
