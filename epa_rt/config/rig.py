@@ -107,6 +107,12 @@ class Axis(Frozen):
     places: dict[Name, OnAxis] = {}
     speed_max: OnAxis
     acceleration_max: OnAxis
+    following_error: OnAxis | None = None
+
+    @field_validator("following_error", mode="before")
+    @classmethod
+    def _following_error(cls, value: Any, info: ValidationInfo) -> Any:
+        return None if value is None else _positive_rate(value, info, "")
 
     @field_validator("places", mode="before")
     @classmethod

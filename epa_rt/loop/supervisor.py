@@ -11,6 +11,7 @@ from epa_rt.control.protocol import Controller
 from epa_rt.control.valve import SetAndHold, ValveState
 from epa_rt.experiments.sequence import Sequence
 from epa_rt.loop.drives import Drive
+from epa_rt.loop.following import Following
 
 STATES = ("bring_up", "enable", "run", "stop", "disable", "safe", "done")
 BRING_UP, ENABLE, RUN, STOP, DISABLE, SAFE, DONE = range(7)
@@ -43,6 +44,7 @@ class Supervisor:
         self.reference = dict.fromkeys(sequence.reference_names, float("nan"))
         self.estimate = {f"est_{m.pressure}": float("nan") for m in rig.muscles}
         self._safe = dict(self.command)
+        self._following = Following(rig)
         self._motions, self._motion = motions, next(iter(motions.values()))
         self._drive, self._dt_s = drive, rig.period_s
         self._valves = [(valves[m.name], m.name, m.pressure, m.inlet, m.exhaust, f"est_{m.pressure}") for m in rig.muscles]
@@ -131,6 +133,7 @@ class Supervisor:
             if self._target:
                 command[self._target] = measured[self._position]
             command.update(self._motion.step(measured, self.reference, self._dt_s))
+            self.fault = self._following.step(sequence.loop, measured, self.reference, command)
         self._switch_valves(measured)
         if not drive.live:
             trouble = drive.trouble(measured) or "it reported itself disabled"

@@ -281,3 +281,45 @@ def test_what_a_bus_has_to_say_stands_in_the_log(tmp_path):
     backend.events, backend.drive_off = [("recovery", "valves is back", {"slave": "valves"})], True
     run(inputs.rig, backend, assembly.supervisor, assembly.envelope, assembly.decoder, assembly.encoder, memory, Quiet(stop_at=200))
     assert (0, "recovery", "valves is back", {"slave": "valves"}) in memory.events
+
+
+def _frozen(at: int, length: int, zero: tuple[int, int] | None = None):
+    """From TRIAL on these bytes stay what they were, and others read zero: a sensor that died without a word."""
+    kept: list[bytes] = []
+
+    def hurt(exchange, model):
+        if exchange.cycle < TRIAL:
+            return exchange
+        raw = exchange.inputs_raw
+        kept.append(raw[at : at + length])
+        exchange = _poke(exchange, at, kept[0])
+        return _poke(exchange, zero[0], bytes(zero[1])) if zero else exchange
+
+    return hurt
+
+
+@pytest.mark.parametrize("loop", ["motor_speed", "motor_position"])
+def test_a_dead_encoder_does_not_end_as_completed(loop, tmp_path):
+    inputs = tiny_inputs(tmp_path, loop=loop)
+    out = run_in_memory(inputs, _frozen(19, 4, zero=(23, 4)))  # position stands, speed says zero: they agree
+    assert out.result.trip.cause == "following error", out.result.cause
+    assert_safe_end(out, inputs.rig)
+    low, high = inputs.rig.row("motor_travel_m").limits
+    assert low <= out.backend.inner.model.state["truth"]["travel_m"][0] <= high
+
+
+def test_a_frozen_joint_sensor_does_not_end_as_completed():
+    from epa_rt.cli.inputs import load_inputs
+    from tests.loop.rigging import ROOT
+
+    inputs = load_inputs(ROOT / "config/experiments/knee_chirp_short.yaml", ROOT / "config/rigs/knee.yaml", None, with_plant=True)
+    kept: list[bytes] = []
+
+    def hurt(exchange, model):
+        if exchange.cycle < 14_000:
+            return exchange
+        kept.append(exchange.inputs_raw[14:16])
+        return _poke(exchange, 14, kept[0])
+
+    out = run_in_memory(inputs, hurt)
+    assert out.result.trip.cause == "following error" and out.result.trip.signal == "knee_angle_rad", out.result.cause
