@@ -148,8 +148,8 @@ class Supervisor:
     def _at_rest(self, measured: dict[str, float]) -> bool:
         """Whether the motor has stood still for a while; its reference being at rest does not say so."""
         self._ended += 1
-        still = self._speed is None or abs(measured[self._speed]) < self._standstill
-        self._still = self._still + 1 if still else 0
+        moves = self._speed is not None and abs(measured[self._speed]) >= self._standstill
+        self._still = 0 if moves else self._still + 1
         return self._still >= self._rest_cycles or self._ended >= self._rest_max_cycles
 
     def _hold_still(self, measured: dict[str, float]) -> None:
@@ -161,13 +161,11 @@ class Supervisor:
 
     def _vented(self) -> bool:
         """Vents what still holds pressure, with the motor held; True once all is vented, or has had its time."""
-        if self._vent_cycles == 0:
-            for valve, *_ in self._valves:
-                if valve.state is not ValveState.VENTED:
-                    valve.vent()
+        for valve, *_ in self._valves if self._vent_cycles == 0 else ():
+            if valve.state is not ValveState.VENTED:
+                valve.vent()
         self._vent_cycles += 1
-        is_vented = all(valve.state is ValveState.VENTED for valve, *_ in self._valves)
-        return is_vented or self._vent_cycles >= self._vent_max_cycles
+        return self._vent_cycles >= self._vent_max_cycles or all(valve.state is ValveState.VENTED for valve, *_ in self._valves)
 
     def _switch_valves(self, measured: dict[str, float]) -> None:
         command, estimate = self.command, self.estimate
