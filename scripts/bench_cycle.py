@@ -9,11 +9,15 @@ cold after each sleep. The floor is what two readings of the clock cost in the s
 
 import argparse
 import json
+import sys
 import tempfile
 import time
 from pathlib import Path
 
 import numpy as np
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))
 
 from epa_rt.backend import Backend, Exchange
 from epa_rt.cli.inputs import load_inputs
@@ -22,8 +26,6 @@ from epa_rt.loop.assembly import assemble
 from epa_rt.loop.run import run
 from epa_rt.realtime.process import undisturbed
 from sim_backend.backend import SimBackend
-
-ROOT = Path(__file__).resolve().parent.parent
 
 
 class Stopwatch:

@@ -34,6 +34,7 @@ LONG_FILES = {
     "epa_rt/experiments/profiles.py": (220, "one profile after the other"),
     "epa_rt/experiments/sequence.py": (220, "one state machine"),
     "epa_rt/logs/recorder.py": (220, "one object and its protocol with the recorder's process"),
+    "sim_backend/bus/slave.py": (210, "one slave: registers, states, mailbox and process data meet here"),
     "sim_backend/bus/emulated_bus.py": (270, "a frame's way through all slaves, in one place"),
     "epa_rt/models/plant.py": (220, "one integrator, its order of evaluation in one place"),
 }
