@@ -1,0 +1,115 @@
+"""What a diagnosis says, field by field, as the JSON of ``epa gap diagnose`` has it."""
+
+from dataclasses import asdict, dataclass, field
+from typing import Literal
+
+Verdict = Literal["no_gap", "explained", "partly_explained", "not_in_catalogue", "not_excited", "not_separable"]
+Mode = Literal["teacher_forced", "free_run"]
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the gap lies: a link's excess over its noise floor, ranked by significance."""
+
+    block: str
+    link: str
+    channel: str
+    unit: str
+    rms: float                      # of the residual after the nominal parameters have been refitted
+    floor: float                    # rms of the noise floor
+    excess: float                   # sqrt(rms^2 - floor^2), 0 where below
+    times_floor: float
+    significance: float             # z of the excess; above 4 is beyond doubt
+    state: dict[str, float]         # region ("speed > 0", "reversal", "pressure high") to its excess over floor
+    band_hz: dict[str, float]       # "0.1-0.3" to excess over floor
+    time_s: dict[str, float]        # "LOG 0-10" to excess over floor
+
+
+@dataclass(frozen=True)
+class Number:
+    """A parameter with its unit and its 95 % interval."""
+
+    name: str
+    value: float
+    unit: str
+    low: float
+    high: float
+    neutral: float
+
+
+@dataclass(frozen=True)
+class Named:
+    """An effect that the diagnosis names, best first."""
+
+    name: str
+    family: str
+    block: str
+    parameters: tuple[Number, ...]
+    confidence: float               # 0 to 1: share of block-bootstrap resamples in which it stays first
+    gain: float                     # fall of chi-square over its expectation by chance, in units of the noise
+    not_separable_from: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Shrinkage:
+    """How far the gap of one channel shrinks; ``closed_share`` is 1 - (after^2 - floor^2)/(before^2 - floor^2), unclipped."""
+
+    channel: str
+    unit: str
+    mode: Mode
+    log: str                        # held-out log, or "all"
+    before: float
+    after: float
+    floor: float
+    closed_share: float | None      # None where there was no gap to close
+    interval: tuple[float, float] | None
+    times_floor: float
+    floor_source: str               # "repeats", "twin", "sensors"
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """What is left after the named effects, described by data alone."""
+
+    link: str
+    channel: str
+    unit: str
+    rms: float
+    floor: float
+    depends_on: tuple[tuple[str, float], ...]   # feature and share of the excess that it explains, ranked
+    explained_share: float                      # by the generic model, of the excess, on held-out spans
+    coverage: float | None                      # shrink(named effects) / shrink(generic model)
+
+
+@dataclass(frozen=True)
+class NextExperiment:
+    """The experiment that would tell apart what this data cannot."""
+
+    name: str
+    settings: dict[str, str]
+    separates: tuple[str, ...]
+    expected_distance: float        # chi-square between the two best fits on the new data; above 25 decides
+    file: str                       # text of an experiment file for ``epa run``
+    says: str
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The whole answer."""
+
+    verdict: Verdict
+    says: str                                   # the verdict in one or two sentences
+    found_first: tuple[str, ...] = ()           # what hygiene found; said before any effect
+    location: tuple[Place, ...] = ()
+    effects: tuple[Named, ...] = ()
+    nominal_moved: tuple[Number, ...] = ()
+    not_tested: tuple[str, ...] = ()            # effects that these logs could not have shown
+    shrinkage: tuple[Shrinkage, ...] = ()
+    remainder: tuple[Remainder, ...] = ()
+    next_experiment: NextExperiment | None = None
+    gate: dict | None = None
+    seconds: float = 0.0
+    inputs: dict = field(default_factory=dict)  # rig, plant, logs, held-out logs, catalogue left out
+
+    def as_json(self) -> dict:
+        return asdict(self)

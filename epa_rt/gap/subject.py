@@ -1,0 +1,63 @@
+"""What the diagnosis works on: a rig cut into links, each a block with measured inputs and a measured output.
+
+Everything above this file (screening, refits, verdict, remainder, shrinkage) knows only a Subject. The rigs of this
+house are one (``gap/house``); a carriage, a sealed chamber or a servo joint of somebody else are others
+(``gap/foreign``).
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from epa_rt.gap.recording import Recording
+from epa_rt.models.effect import Effect, Knob
+
+Values = Mapping[str, float]  # knob key to value; keys left out stay as the plant file says
+
+
+class Link(NamedTuple):
+    """One block fed with measured inputs: ``channel`` is the measured output that its prediction is held against."""
+
+    name: str                    # "muscle0"; unique
+    block: str                   # a block of the plant: "muscle"
+    channel: str                 # "muscle_force_n"
+    unit: str
+    says: str                    # "pressure, length and speed to force"
+
+
+class Subject(Protocol):
+    """A rig and its nominal plant, ready to be held against recordings."""
+
+    name: str
+    rate_hz: float                         # rate of the residuals, after a zero-phase low-pass and decimation
+    links: tuple[Link, ...]
+    nominal: tuple[Knob, ...]              # parameters that compete with every effect
+    catalogue: tuple[Effect, ...]          # effects that this rig can have at all
+    knobs: Mapping[str, Knob]              # of nominal and catalogue, by key
+
+    def touched(self, key: str) -> tuple[str, ...]:
+        """Names of the links whose residual may change with a knob."""
+
+    def prepare(self, recording: Recording) -> object:
+        """What every evaluation on a recording needs and no knob changes; made once."""
+
+    def residual(self, prepared: object, values: Values, link: str) -> np.ndarray:
+        """Measured minus predicted of a link at ``rate_hz``, (n,), in the link's unit; NaN where it is not judged.
+
+        Which samples are NaN depends on the recording alone, never on ``values``. Deterministic and free of shared
+        state, so that two threads may call it at once.
+        """
+
+    def features(self, prepared: object, link: str) -> Mapping[str, np.ndarray]:
+        """Measured states that a link's residual may depend on, (n,) each, named with unit ('muscle_speed_m_s')."""
+
+    def free_run(self, recording: Recording, values: Values, seed: int | None) -> Recording | None:
+        """The same commands through the whole plant: a recording as the rig would have made it.
+
+        With ``seed`` the sensors are noisy (at the level found in the recording) and quantised, without it neither.
+        None where the rig has no model of the whole.
+        """
+
+    def patched(self, values: Values, effects: Sequence[str]) -> str:
+        """Text of a plant file with these values and effects, which loads to the same numbers."""

@@ -1,0 +1,40 @@
+"""What an entry of the catalogue of effects says: a named addition to one block, with the knobs that switch it on."""
+
+from typing import NamedTuple
+
+
+class Knob(NamedTuple):
+    """One number of a plant that may differ between the simulation and the rig.
+
+    ``key`` is where a plant file has it: block (``muscle0`` or ``muscle1`` for one of two, ``muscle`` for both), a dot,
+    the row's name with its unit. ``value`` is the plant file's (the neutral one of an effect that is off).
+    ``spread``: of a nominal parameter the standard deviation believed before any data is seen, of an effect's knob the
+    distance from neutral to a typical strength. ``effect`` is None for a nominal parameter.
+    """
+
+    key: str
+    unit: str
+    value: float
+    low: float
+    high: float
+    spread: float
+    effect: str | None = None
+
+
+class Effect(NamedTuple):
+    """One effect of the catalogue.
+
+    ``knobs``: keys of the numbers that a fit may move. ``starts``: values of those knobs from which fits begin, in the
+    same order, a typical strength first; signs and shapes that a fit cannot cross to are starts of their own.
+    ``family``: laws for one and the same thing share it, so that the answer can be the family. ``says``: one clause
+    for people; ``equation`` where docs/plant.md has it; ``source`` where it comes from.
+    """
+
+    name: str
+    family: str
+    block: str
+    knobs: tuple[str, ...]
+    starts: tuple[tuple[float, ...], ...]
+    says: str
+    equation: str
+    source: str
