@@ -1,0 +1,56 @@
+"""What is left after the named effects: which variables, memories and rates it depends on, and how much they explain."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from epa_rt.gap.diagnosis import Remainder
+from epa_rt.gap.floor import Floor
+from epa_rt.gap.generic import GenericFit, fit_generic
+from epa_rt.gap.localise import unbiased
+from epa_rt.gap.subject import Subject, Values
+
+WORTH_DESCRIBING = 1.3     # whitened chi-square per sample below which nothing is left that could be described
+
+
+def generic_of(subject: Subject, prepared: Mapping[str, object], values: Values, floors: Mapping[str, Floor], link: str,
+               ranked: bool = False) -> GenericFit:
+    """The generic model of one link's residual at these values, over all recordings."""
+    floor = floors[link]
+    residuals = {name: unbiased(subject.residual(one, values, link), floor, name) for name, one in prepared.items()}
+    residuals = {name: r for name, r in residuals.items() if np.isfinite(r).any()}
+    if not residuals:
+        return GenericFit(link, 0, 1.0, 1.0, 0.0, ())
+    states = {name: subject.features(prepared[name], link) for name in residuals}
+    return fit_generic(link, residuals, states, floor, subject.rate_hz, ranked)
+
+
+def remainders(subject: Subject, prepared: Mapping[str, object], before: Values, after: Values, floors: Mapping[str, Floor]) -> tuple[Remainder, ...]:
+    """What is left at ``after`` (named effects on) in every link, and how much of what could be explained was.
+
+    ``before``: values with the nominal parameters refitted and no effect. Links at their floor are left out.
+    """
+    found = []
+    for link in subject.links:
+        if link.name not in floors:
+            continue
+        rest = generic_of(subject, prepared, after, floors, link.name, ranked=True)
+        if rest.samples == 0 or rest.before < WORTH_DESCRIBING:
+            continue
+        first = generic_of(subject, prepared, before, floors, link.name)
+        explainable = first.before - first.after
+        residual = np.concatenate([unbiased(subject.residual(one, after, link.name), floors[link.name], name) for name, one in prepared.items()])
+        found.append(Remainder(
+            link=link.name, channel=link.channel, unit=link.unit, rms=float(np.sqrt(np.nanmean(residual**2))), floor=floors[link.name].rms,
+            depends_on=_shares(rest), explained_share=rest.explained,
+            coverage=(first.before - rest.before) / explainable if explainable > 0.05 else None))
+    return tuple(sorted(found, key=lambda r: -r.rms / r.floor))
+
+
+def _shares(fit: GenericFit) -> tuple[tuple[str, float], ...]:
+    """Each group's own share instead of the running sum."""
+    shares, before = [], 0.0
+    for name, together in fit.ranked:
+        shares.append((name, together - before))
+        before = together
+    return tuple(shares)
