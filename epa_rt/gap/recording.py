@@ -21,7 +21,7 @@ class Recording:
 
     Row k holds what came in at bus edge k and the command that was computed from it. ``cycle`` (N,) counts bus cycles
     since the start, with holes where cycles were lost. ``found`` lists in sentences what is wrong with the log
-    (hygiene.py); nothing is repaired silently.
+    (hygiene.py); nothing is repaired silently. ``t_ns`` (N,) is the clock's stamp of each row, None where there is none.
     """
 
     name: str
@@ -35,6 +35,7 @@ class Recording:
     spans: tuple[Span, ...]
     attachments: dict[str, bytes] = field(default_factory=dict)
     found: tuple[str, ...] = ()
+    t_ns: np.ndarray | None = None
 
     @property
     def samples(self) -> int:
