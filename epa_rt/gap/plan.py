@@ -1,0 +1,57 @@
+"""What next: the experiment that tells apart best what the data at hand cannot, found by simulating every rival.
+
+A rival's own plant makes the data of the experiment; every other rival is refitted to it, nominal parameters and all. What
+is left then, in units of the noise, is the distance that the experiment would put between them.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from epa_rt.gap.diagnosis import NextExperiment
+from epa_rt.gap.menu import Item
+from epa_rt.gap.recording import Recording
+
+DECIDES = 25.0     # chi-square between two rivals that settles the matter (5 sigma)
+
+
+class Rival(NamedTuple):
+    """One of several answers that fit alike: its effects' names, and the plant file that has them."""
+
+    names: tuple[str, ...]
+    plant_text: str
+
+
+Simulate = Callable[[Item, str], Recording | None]           # experiment, plant text; None where the run did not complete
+Distance = Callable[[Recording, Rival, Rival], float]        # data made by the first, chi-square of the second over the first
+
+
+def next_experiment(rivals: Sequence[Rival], items: Sequence[Item], simulate: Simulate, distance: Distance,
+                    progress: Callable[[str, float], None] = lambda stage, share: None) -> NextExperiment | None:
+    """The experiment with the largest least distance between any two rivals; None where none could be simulated."""
+    judged = []
+    for k, item in enumerate(items):
+        progress(f"next experiment: {item.name} {' '.join(item.settings.values())}", k / len(items))
+        found = _least_distance(rivals, item, simulate, distance)
+        if found is not None:
+            judged.append((found, item))
+    if not judged:
+        return None
+    best, item = max(judged, key=lambda pair: pair[0])
+    names = tuple(dict.fromkeys(name for rival in rivals for name in rival.names))
+    settings = ", ".join(f"{key} {value}" for key, value in item.settings.items())
+    sure = "decides" if best >= DECIDES else "helps, but does not decide"
+    return NextExperiment(item.name, dict(item.settings), names, best, item.text,
+                          f"{item.says} ({settings}): expected distance chi-square {best:.0f}, which {sure}")
+
+
+def _least_distance(rivals: Sequence[Rival], item: Item, simulate: Simulate, distance: Distance) -> float | None:
+    least = None
+    for truth in rivals:
+        recording = simulate(item, truth.plant_text)
+        if recording is None:
+            return None
+        for other in rivals:
+            if other is not truth:
+                found = distance(recording, truth, other)
+                least = found if least is None else min(least, found)
+    return least
