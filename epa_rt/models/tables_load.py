@@ -49,7 +49,7 @@ CHANNELS: tuple[tuple[str, str], ...] = (
 )
 
 
-def _split(channel: str) -> tuple[str, str]:
+def split(channel: str) -> tuple[str, str]:
     """('force_n') as ('force', '_n')."""
     for suffix in ("_rad_s", "_rad", "_pa", "_nm", "_n", "_a", "_m"):
         if channel.endswith(suffix):
@@ -60,7 +60,7 @@ def _split(channel: str) -> tuple[str, str]:
 def _channel_rows() -> Table:
     rows: list[P] = []
     for channel, unit in CHANNELS:
-        stem, suffix = _split(channel)
+        stem, suffix = split(channel)
         rows += [
             P(f"{stem}_gain_ratio", "1", 1.0, 0.5, 2.0, f"reading of {stem} over its truth", FACTS, f"{stem}_gain"),
             P(f"{stem}_offset{suffix}", unit, 0.0, -1e6, 1e6, f"added to {stem}", FACTS, f"{stem}_offset"),
