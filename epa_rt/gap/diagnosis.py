@@ -5,6 +5,7 @@ from typing import Literal
 
 Verdict = Literal["no_gap", "explained", "partly_explained", "not_in_catalogue", "not_excited", "not_separable"]
 Mode = Literal["teacher_forced", "free_run"]
+Baseline = Literal["refitted", "plant_file"]
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,7 @@ class Shrinkage:
     interval: tuple[float, float] | None
     times_floor: float
     floor_source: str               # "repeats", "twin", "sensors"
+    baseline: Baseline = "refitted" # "before": nominal parameters refitted without the effects, or the plant file as it stands
 
 
 @dataclass(frozen=True)

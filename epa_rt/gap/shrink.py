@@ -1,0 +1,136 @@
+"""How far the gap shrinks: before, after and floor of every channel, block by block and in free run, on held-out logs."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from epa_rt.gap.alongside import BLOCK_S, channels, figure_misfits, misfit, unit_of
+from epa_rt.gap.diagnosis import Baseline, Mode, Shrinkage
+from epa_rt.gap.floor import Floor
+from epa_rt.gap.localise import unbiased
+from epa_rt.gap.recording import Recording
+from epa_rt.gap.share import Squares, share, squares
+from epa_rt.gap.subject import Subject, Values
+
+OVERALL, ALL = "all channels", "all"
+FLOOR_SEEDS = (1, 2, 3)
+_Misfits = dict[tuple[str, str], dict[str, Squares]]   # (channel, unit) to recording name to squares
+
+
+def shrinkage(subject: Subject, recordings: Sequence[Recording], before_values: Values, after_values: Values,
+              floors: Mapping[str, Floor], prepared: Mapping[str, object] | None = None,
+              progress: Callable[[str, float], None] = lambda stage, share: None) -> tuple[Shrinkage, ...]:
+    """Before, after and floor per channel, over all logs and per log where there are several.
+
+    ``before_values``: nominal parameters refitted without the effects; ``after_values``: with them. Each comparison
+    stands twice, against ``before_values`` (baseline "refitted", what only the effects explain) and against the plant
+    file as it is ("plant_file"). Teacher-forced by link, with the links' floors; in free run by measured channel and by
+    what an operator asks for, with the floor of the plant's own twin (seeds 1 to 3 against no noise). ``all channels``
+    weighs each channel by its floor. ``prepared``: recording name to ``Subject.prepare``, where it is at hand.
+    """
+    progress("how far: block by block", 0.0)
+    found: list[Shrinkage] = []
+    for baseline, values in (("refitted", before_values), ("plant_file", {})):
+        found += _teacher_forced(subject, recordings, values, after_values, floors, prepared or {}, baseline)
+    progress("how far: free run", 0.5)
+    return (*found, *_free_run(subject, recordings, before_values, after_values))
+
+
+def _teacher_forced(subject: Subject, recordings: Sequence[Recording], before: Values, after: Values,
+                    floors: Mapping[str, Floor], prepared: Mapping[str, object], baseline: Baseline) -> list[Shrinkage]:
+    found: _Misfits = {}
+    ready = [prepared.get(recording.name) or subject.prepare(recording) for recording in recordings]
+    for link in (link for link in subject.links if link.name in floors):
+        floor, label = floors[link.name], _label(subject, link.name, link.channel)
+        for recording, one in zip(recordings, ready, strict=True):
+            residuals = [unbiased(subject.residual(one, values, link.name), floor, recording.name) for values in (before, after)]
+            _add(found, recording.name, {(label, link.unit): squares(*residuals, floor.rms, _per_block(subject))})
+    source = next((floors[link.name].source for link in subject.links if link.name in floors), "")
+    return _rows(found, "teacher_forced", baseline, source)
+
+
+def _free_run(subject: Subject, recordings: Sequence[Recording], before: Values, after: Values) -> list[Shrinkage]:
+    """Both baselines at once, so that every plant runs once per log."""
+    found: dict[Baseline, _Misfits] = {"refitted": {}, "plant_file": {}}
+    asked: dict[Baseline, _Misfits] = {"refitted": {}, "plant_file": {}}
+    for recording in recordings:
+        best, twins = subject.free_run(recording, after, None), [subject.free_run(recording, after, seed) for seed in FLOOR_SEEDS]
+        if best is None or any(twin is None for twin in twins):
+            return []
+        for baseline, values in (("refitted", before), ("plant_file", {})):
+            runs = (recording, subject.free_run(recording, values, None), best, twins)
+            _add(found[baseline], recording.name, channel_squares(subject, *runs))
+            _add(asked[baseline], recording.name, figure_squares(*runs))
+    return [row for baseline in found for row in (*_rows(found[baseline], "free_run", baseline, "twin"),
+                                                  *_rows(asked[baseline], "free_run", baseline, "twin", overall=False))]
+
+
+def channel_squares(subject: Subject, real: Recording, before: Recording, after: Recording,
+                    twins: Sequence[Recording]) -> dict[tuple[str, str], Squares]:
+    """Misfits of two runs against the real one by channel; the floor is that of ``twins`` of ``after`` against it."""
+    found = {}
+    for name in channels(real, after):
+        parts = [misfit(real, before, name, subject.rate_hz), misfit(real, after, name, subject.rate_hz)]
+        noise = [misfit(twin, after, name, subject.rate_hz) for twin in twins]
+        rows = [squares(b, a, _rms([one[i] for one in noise if i < len(one)]), _per_block(subject)) for i, (b, a) in enumerate(zip(*parts))]
+        if rows:
+            found[name, unit_of(subject, name)] = Squares(*(np.concatenate(column) for column in zip(*rows, strict=True)))
+    return found
+
+
+def figure_squares(real: Recording, before: Recording, after: Recording, twins: Sequence[Recording]) -> dict[tuple[str, str], Squares]:
+    """The same for what an operator asks for; a trial is a block."""
+    noise = [{name: parts[0] for name, _, parts in figure_misfits(after, [twin])} for twin in twins]
+    found = {}
+    for name, unit, (before_error, after_error) in figure_misfits(real, [before, after]):
+        if all(name in one for one in noise):
+            floor = _rms([one[name] for one in noise])
+            found[name, unit] = squares(before_error, after_error, floor, 1)
+    return found
+
+
+def _rows(found: _Misfits, mode: Mode, baseline: Baseline, source: str, overall: bool = True) -> list[Shrinkage]:
+    rows = []
+    if overall and found:
+        names = dict.fromkeys(name for logs in found.values() for name in logs)
+        whole = {name: together([logs[name] for logs in found.values() if name in logs]) for name in names}
+        found = {(OVERALL, "x floor"): whole} | found
+    for (channel, unit), logs in found.items():
+        scopes = {ALL: list(logs.values())} | ({name: [one] for name, one in logs.items()} if len(logs) > 1 else {})
+        for name, chosen in scopes.items():
+            one = share(chosen)
+            if one is not None and one.floor > 0.0:
+                rows.append(Shrinkage(channel, unit, mode, name, one.before, one.after, one.floor, one.closed, one.interval,
+                                      one.times_floor, source, baseline))
+    return rows
+
+
+def together(of_channels: Sequence[Squares]) -> Squares:
+    """All channels of one log as one, block by block, each in units of its floor; one without a floor stands aside."""
+    count = max(len(one.samples) for one in of_channels)
+    total = Squares(*(np.zeros(count) for _ in Squares._fields))
+    for one in of_channels:
+        floor2 = one.floor.sum() / max(one.samples.sum(), 1.0)
+        if floor2 > 0.0:
+            for sums, more in zip(total, (one.before / floor2, one.after / floor2, one.floor / floor2, one.samples), strict=True):
+                sums[:len(more)] += more
+    return total
+
+
+def _label(subject: Subject, link: str, channel: str) -> str:
+    """The channel; with the link where two links end in the same one."""
+    return channel if sum(one.channel == channel for one in subject.links) == 1 else f"{channel} ({link})"
+
+
+def _add(found: _Misfits, recording: str, more: Mapping[tuple[str, str], Squares]) -> None:
+    for key, one in more.items():
+        found.setdefault(key, {})[recording] = one
+
+
+def _per_block(subject: Subject) -> int:
+    return max(round(BLOCK_S * subject.rate_hz), 1)
+
+
+def _rms(parts: Sequence[np.ndarray]) -> float:
+    together = np.concatenate(parts) if parts else np.zeros(0)
+    return float(np.sqrt(np.nanmean(together**2))) if np.isfinite(together).any() else 0.0

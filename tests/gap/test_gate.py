@@ -1,0 +1,73 @@
+"""The gate: what was promised is held against what a new run of the patched plant file achieves."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from epa_rt.gap.gate import GateError, gate
+from epa_rt.gap.shrink import OVERALL, shrinkage
+from tests.gap.toy import Toy, recorded, white_floor
+
+PLANT = Path(__file__).resolve().parents[2] / "config/plants/bench.yaml"
+TRUTH = {"muscle.coulomb_n": 1.0}
+
+
+@pytest.fixture
+def patched(tmp_path):
+    path = tmp_path / "patched.yaml"
+    path.write_text(PLANT.read_text(encoding="utf-8"), encoding="utf-8")
+    return path
+
+
+def simulator(of_patched):
+    """Runs of a toy whose patched file has these values; what it was asked for stands in ``asked``."""
+    def run_again(plant, real, seed):
+        run_again.asked.append((plant, seed))
+        return Toy().free_run(real, {} if plant == PLANT else of_patched, seed)
+
+    run_again.asked = []
+    return run_again
+
+
+def promise(after):
+    return shrinkage(Toy(), [recorded(TRUTH)], {}, after, {"damper": white_floor()})
+
+
+def test_a_patch_that_does_what_it_promised_passes(patched):
+    run_again = simulator(TRUTH)
+    found = gate(Toy(), recorded(TRUTH), PLANT, patched, run_again, promise(TRUTH))
+    assert found["passed"] and abs(found["points"]) < 5.0
+    assert found["achieved_share"] == pytest.approx(1.0, abs=0.03)
+    assert [plant for plant, _ in run_again.asked] == [PLANT, patched, patched]
+    assert run_again.asked[1][1] != run_again.asked[2][1], "the floor is that of other noise"
+
+
+def test_a_file_that_does_less_than_promised_fails(patched):
+    found = gate(Toy(), recorded(TRUTH), PLANT, patched, simulator({"muscle.coulomb_n": 0.5}), promise(TRUTH))
+    assert not found["passed"] and found["points"] == pytest.approx(-25.0, abs=4.0)
+    assert found["predicted_share"] == pytest.approx(1.0, abs=0.02)
+
+
+def test_every_channel_is_told_with_what_was_promised_for_it(patched):
+    found = gate(Toy(), recorded(TRUTH), PLANT, patched, simulator(TRUTH), promise(TRUTH))
+    names = [row["channel"] for row in found["channels"]]
+    assert names[0] == OVERALL and "force_n" in names
+    row = found["channels"][names.index("force_n")]
+    assert row["predicted_share"] == pytest.approx(row["achieved_share"], abs=0.05) and row["before"] > 5.0 * row["after"]
+
+
+def test_a_patched_file_that_does_not_load_is_one_sentence_and_nothing_is_run(patched):
+    patched.write_text("plant: bench\ndrive:\n  supply: 48 kg\n", encoding="utf-8")
+    run_again = simulator(TRUTH)
+    with pytest.raises(GateError, match=r"patched.yaml:3: .*48 kg"):
+        gate(Toy(), recorded(TRUTH), PLANT, patched, run_again, ())
+    assert not run_again.asked
+
+
+def test_a_run_that_reaches_no_trial_is_one_sentence(patched):
+    def run_again(plant, real, seed):
+        return replace(real, spans=(), path="new.mcap")
+
+    with pytest.raises(GateError, match="before its first trial"):
+        gate(Toy(), recorded(TRUTH), PLANT, patched, run_again, ())
