@@ -2,6 +2,7 @@
 
 from epa_rt.backend import BackendError, Exchange
 from epa_rt.config.rig import Rig
+from epa_rt.models import plant as nominal_physics
 from epa_rt.models.plant_file import PlantFile
 from epa_rt.realtime.pace import Pace
 from sim_backend.rig_model import RigModel
@@ -11,12 +12,13 @@ class SimBackend:
     """A Backend on a RigModel. ``speed`` 1 runs in real time, 2 twice as fast; None as fast as it goes.
 
     Without pace the clock is the simulated one (from zero) and lateness and busy time are zero, so that the same seed
-    gives the same bytes. With pace, both are measured.
+    gives the same bytes. With pace, both are measured. ``physics`` as RigModel takes it.
     """
 
-    def __init__(self, rig: Rig, plant: PlantFile, seed: int = 0, speed: float | None = None):
+    def __init__(self, rig: Rig, plant: PlantFile, seed: int = 0, speed: float | None = None,
+                 physics=nominal_physics):
         self.period_s = rig.period_s
-        self._model = RigModel(rig, plant, seed)
+        self._model = RigModel(rig, plant, seed, physics)
         self._pace = None if speed is None else Pace(rig.period_s / speed)
         self._cycle = -1
         self._size = len(self._model._outputs)

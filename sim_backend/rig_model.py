@@ -4,7 +4,7 @@ import numpy as np
 
 from epa_rt.backend import BackendError
 from epa_rt.config.rig import Rig
-from epa_rt.models.plant import advance, new_state
+from epa_rt.models import plant as nominal_physics
 from epa_rt.models.plant_file import PlantFile
 from epa_rt.models.ports import COMMAND, SENSORS
 from epa_rt.signals.image import image_of
@@ -15,15 +15,19 @@ from sim_backend.wiring import wire_analog_inputs, wire_drive, wire_valves
 class RigModel:
     """One cycle at a time: the outputs latched before act on the plant for a period, then the inputs are sampled,
     then the new outputs are latched. So a command shows in the sensors one cycle later, as on a bus.
+
+    ``physics`` is what moves the plant: a module with ``new_state`` and ``advance`` as epa_rt.models.plant has them, and
+    ``plant.params`` whatever those two take (with a record ``sensors`` that has the seed).
     """
 
-    def __init__(self, rig: Rig, plant: PlantFile, seed: int):
+    def __init__(self, rig: Rig, plant: PlantFile, seed: int, physics=nominal_physics):
         self.period_s = rig.period_s
         self.period_ns = round(rig.period_s * 1e9)
         self.t_ns = 0
         self.params = plant.params.copy()
         self.params["sensors"]["seed"] = seed
-        self.state = new_state(self.params)
+        self._advance = physics.advance
+        self.state = physics.new_state(self.params)
         self.command, self.sensors = np.zeros(1, COMMAND), np.zeros(1, SENSORS)
         self.machine = np.zeros(1, MACHINE)
         self._substeps = plant.substeps
@@ -37,7 +41,7 @@ class RigModel:
 
     def warm_up(self) -> None:
         """Compiles (or loads from the cache) everything a cycle needs, on copies: the rig's state stays as it is."""
-        advance(self.params, self.state.copy(), self.command.copy(), self.sensors.copy(), self.period_s, self._substeps)
+        self._advance(self.params, self.state.copy(), self.command.copy(), self.sensors.copy(), self.period_s, self._substeps)
         sample_inputs(self._inputs_array.copy(), self._analog, self._drive, self.machine.copy(), self._ports.copy(), 0)
         latch_outputs(self._outputs_array, self._valves, self._drive, self.machine.copy(), self.command.copy(), True)
 
@@ -46,7 +50,7 @@ class RigModel:
 
         Raises BackendError where the plant's sensors are no longer finite numbers.
         """
-        advance(self.params, self.state, self.command, self.sensors, self.period_s, self._substeps)
+        self._advance(self.params, self.state, self.command, self.sensors, self.period_s, self._substeps)
         self.t_ns += self.period_ns
         ports = self._ports
         if not sample_inputs(self._inputs_array, self._analog, self._drive, self.machine, ports, self.t_ns):
