@@ -19,7 +19,8 @@ from collections.abc import Sequence
 
 from epa_rt.cli.exits import EPILOGUE, STOPPED, VerbError
 
-VERBS = ("check", "run", "bus", "replay", "info", "plot", "report", "schema", "scan", "doctor")
+VERBS = ("check", "run", "bus", "replay", "info", "plot", "report", "import", "schema", "scan", "doctor")
+_FILES = {"import": "import_"}  # verbs that Python has another use for
 
 
 def parser() -> argparse.ArgumentParser:
@@ -28,7 +29,7 @@ def parser() -> argparse.ArgumentParser:
     top = argparse.ArgumentParser(prog="epa", description=__doc__, epilog=EPILOGUE, formatter_class=formatter)
     verbs = top.add_subparsers(dest="verb", metavar="VERB", required=True)
     for name in VERBS:
-        module = importlib.import_module(f"epa_rt.cli.{name}")
+        module = importlib.import_module(f"epa_rt.cli.{_FILES.get(name, name)}")
         first_line = module.__doc__.strip().splitlines()[0]
         verb = verbs.add_parser(name, help=first_line, description=module.__doc__, epilog=EPILOGUE, formatter_class=formatter)
         module.add_arguments(verb)

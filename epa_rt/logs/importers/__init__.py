@@ -1,0 +1,1 @@
+"""Recordings of others (CSV, MAT, MCAP) turned into logs of ours by a mapping file."""

@@ -1,0 +1,138 @@
+"""Files and mapping to the columns of a log, on one grid, before anything is written."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from epa_rt.config.source import Located
+from epa_rt.logs.importers.csv_table import read_csv
+from epa_rt.logs.importers.grid import Grid, grid_of, put, stamps_s
+from epa_rt.logs.importers.mapping import Line, Mapping, Signal, Stretch, TrialColumn
+from epa_rt.logs.importers.mat_table import read_mat
+from epa_rt.logs.importers.mcap_table import read_mcap
+from epa_rt.logs.importers.table import ImportRefused, Key, Table
+
+_LARGEST_SI = 1e300
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A stretch of cycles, ``stop`` not included; ``judged``: a trial, not what lies between."""
+
+    name: str
+    start: int
+    stop: int
+    judged: bool
+
+
+@dataclass(frozen=True)
+class Gathered:
+    """What a log will hold: signals in SI (M,), trials over all M rows, and in words what was done on the way."""
+
+    grid: Grid
+    measured: dict[str, np.ndarray]
+    references: dict[str, np.ndarray]
+    commands: dict[str, np.ndarray]
+    trials: tuple[Trial, ...]
+    says: tuple[str, ...]
+
+
+def gather(mapping: Mapping, located: Located, files: Sequence[Path]) -> Gathered:
+    """Reads the files. Raises ImportRefused or ConfigError for the first thing that does not fit."""
+    keys = {name: _key(located, (section, name), signal, files, mapping)
+            for section in ("measured", "references", "commands") for name, signal in getattr(mapping, section).items()}
+    if isinstance(mapping.trials, TrialColumn):
+        keys["trials"] = _key(located, ("trials",), mapping.trials, files, mapping)
+    unused = [str(path) for path in files if str(path) not in {key.path for key in keys.values()}]
+    if unused:
+        raise ImportRefused(f"{mapping_name(located)}: found no signal from {unused[0]}, expected every file to be used (give 'file:' in the mapping)")
+    tables, constants = _tables(mapping, list(keys.values()))
+    first = next(iter(keys.values()))
+    main, says = tables[first.path, first.topic], []
+    grid = grid_of(main, mapping.clock)
+    raw = stamps_s(main, mapping.clock)
+    found = {}
+    for name, signal in mapping.signals.items():
+        table, line = tables[keys[name].path, keys[name].topic], Line(name, signal, mapping.atmosphere)
+        slope = line.slope * (constants[keys[name].path][signal.scale_variable] if signal.scale_variable else 1.0)
+        with np.errstate(over="ignore", invalid="ignore"):
+            column = table.columns[keys[name].column] * slope + line.intercept
+        if np.any(np.abs(column) > _LARGEST_SI):
+            raise ImportRefused(f"{table.place(int(np.argmax(np.abs(column) > _LARGEST_SI)))}: column {signal.column}: found a number too large for {name}, expected less")
+        found[name] = put(grid, table, mapping.clock, raw, column, hold=_is_discrete(name))
+        empty = int(np.isnan(found[name]).sum())
+        if empty:
+            says.append(f"{name} has no value on {empty} of {len(found[name])} rows; they are marked invalid")
+    trials = _trials(mapping, grid, located)
+    if isinstance(mapping.trials, TrialColumn):
+        key = keys["trials"]
+        table = tables[key.path, key.topic]
+        trials = _trials_by(put(grid, table, mapping.clock, raw, table.columns[key.column], hold=True))
+    groups = [{name: found[name] for name in getattr(mapping, section)} for section in ("measured", "references", "commands")]
+    return Gathered(grid, *groups, trials, (*grid.says, *says))
+
+
+def mapping_name(located: Located) -> str:
+    return f"{located.path}:1"
+
+
+def _key(located: Located, where: tuple, signal: Signal | TrialColumn, files: Sequence[Path], mapping: Mapping) -> Key:
+    chosen = [path for path in files if signal.file is None or signal.file in path.name]
+    if len(chosen) != 1:
+        found = f"{len(chosen)} files" + (f" whose name holds '{signal.file}'" if signal.file else "")
+        raise located.error(where, found, "one, to be told by 'file:'")
+    if mapping.format.kind == "mcap" and signal.topic is None:
+        raise located.error(where, "no topic", "the topic of an MCAP file, under 'topic:'")
+    return Key(str(chosen[0]), signal.topic, signal.column)
+
+
+def _tables(mapping: Mapping, keys: Sequence[Key]) -> tuple[dict[tuple[str, str | None], Table], dict[str, dict[str, float]]]:
+    """One table for each file and topic, with its clock's column; and the constants of each file."""
+    wanted: dict[tuple[str, str | None], dict[str | int, None]] = {}
+    for key in keys:
+        wanted.setdefault((key.path, key.topic), {})[key.column] = None
+    names = list(dict.fromkeys(s.scale_variable for s in mapping.signals.values() if s.scale_variable))
+    tables, constants = {}, {}
+    for (path, topic), columns in wanted.items():
+        if mapping.clock.column is not None:
+            columns[mapping.clock.column] = None
+        if mapping.format.kind == "csv":
+            table = read_csv(Path(path), mapping.format, list(columns))
+        elif mapping.format.kind == "mat":
+            table, constants[path] = read_mat(Path(path), list(columns), names)
+        else:
+            table = read_mcap(Path(path), topic, list(columns))
+        tables[path, topic] = table
+    return tables, constants
+
+
+def _is_discrete(name: str) -> bool:
+    return name.endswith(("_open", "_enable", "_raw"))
+
+
+def _trials(mapping: Mapping, grid: Grid, located: Located) -> tuple[Trial, ...]:
+    """Trials by time; without any, the whole recording is one."""
+    rows, trials, at = len(grid.cycle), [], 0
+    stretches = mapping.trials if isinstance(mapping.trials, tuple) else ()
+    for i, stretch in enumerate(stretches):
+        start, stop = np.searchsorted(grid.t_s, (stretch.begin - 1e-9, stretch.end - 1e-9)).tolist()
+        if start < at or stop <= start:
+            lasts = grid.t_s[-1]
+            raise located.error(("trials", i), f"{stretch.begin:g} s to {stretch.end:g} s", f"rows of the file ({lasts:.6g} s long) after the trial before")
+        if start > at:
+            trials.append(Trial("between", at, start, False))
+        trials.append(Trial(stretch.name, start, stop, True))
+        at = stop
+    if stretches and at < rows:
+        trials.append(Trial("after", at, rows, False))
+    return tuple(trials) or (Trial("recording", 0, rows, True),)
+
+
+def _trials_by(values: np.ndarray) -> tuple[Trial, ...]:
+    numbers = np.nan_to_num(values)
+    if np.any(numbers != np.rint(numbers)) or np.abs(numbers).max() > 1e6:
+        raise ImportRefused(f"trials: found {numbers[np.argmax(numbers != np.rint(numbers))]:g} in the column of trials, expected whole numbers below a million")
+    cuts = [0, *(np.flatnonzero(np.diff(numbers)) + 1).tolist(), len(numbers)]
+    return tuple(Trial(f"trial {numbers[a]:.0f}" if numbers[a] else "between", a, b, bool(numbers[a])) for a, b in zip(cuts, cuts[1:]))

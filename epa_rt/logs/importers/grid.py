@@ -1,0 +1,97 @@
+"""Stamps to the log's regular grid of cycles: taken as they are where they lie on it, else put there and said so."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from epa_rt.config.units import unit
+from epa_rt.logs.importers.mapping import Clock
+from epa_rt.logs.importers.table import ImportRefused, Table
+
+MOST_CYCLES = 50_000_000
+_GAP_PERIODS = 3.0
+
+
+@dataclass(frozen=True)
+class Grid:
+    """``cycle`` (M,) with holes where rows are lost, ``t_s`` (M,) stamps since the first row, and what was done, in words."""
+
+    period_s: float
+    cycle: np.ndarray
+    t_s: np.ndarray
+    resampled: bool
+    says: tuple[str, ...]
+
+
+def stamps_s(table: Table, clock: Clock) -> np.ndarray:
+    """Stamps in s, not yet from zero. Raises ImportRefused where time stands still or goes back."""
+    if clock.column is None:
+        return np.arange(table.rows) / clock.rate
+    raw = table.columns[clock.column] * unit(clock.unit)[0]
+    bad = np.flatnonzero(~(np.diff(raw) > 0.0))
+    if np.isnan(raw).any():
+        raise ImportRefused(f"{table.place(int(np.isnan(raw).argmax()))}: found no stamp, expected one on every row")
+    if len(bad):
+        row = int(bad[0]) + 1
+        back_s = raw[row - 1] - raw[row]
+        what = "the same stamp as on the row before" if back_s == 0.0 else f"a stamp {back_s:g} s before that of the row before"
+        raise ImportRefused(f"{table.place(row)}: found {what}, expected time to go on")
+    return raw
+
+
+def grid_of(table: Table, clock: Clock) -> Grid:
+    """The grid that the main table's stamps lie on, or are put on. Raises ImportRefused where they do not fit."""
+    t = stamps_s(table, clock)
+    t = t - t[0]
+    if len(t) < 2:
+        raise ImportRefused(f"{table.place(0)}: found one row, expected two at least")
+    if clock.column is None:
+        return Grid(1.0 / clock.rate, np.arange(len(t)), t, False, ())
+    period_s = clock.period or float(t[-1] / (len(t) - 1))
+    if t[-1] / period_s > MOST_CYCLES:
+        raise ImportRefused(f"{table.place(len(t) - 1)}: found a stamp {t[-1] / period_s:.3g} periods after the first, expected at most {MOST_CYCLES}")
+    cycle = np.rint(t / period_s).astype(np.int64)
+    off_s = np.abs(t - cycle * period_s)
+    jitter_s = 0.1 * period_s if clock.jitter is None else clock.jitter
+    if off_s.max() <= jitter_s and np.all(np.diff(cycle) > 0):
+        return Grid(period_s, cycle, t, False, _lost_words(cycle, period_s))
+    if clock.resample is None:
+        row = int(np.argmax((off_s > jitter_s) | (np.diff(cycle, prepend=-1) <= 0)))
+        raise ImportRefused(f"{table.place(row)}: found a stamp {off_s[row] * 1e3:.6g} ms off a grid of {period_s * 1e3:.6g} ms, expected at most "
+                            f"{jitter_s * 1e3:.6g} ms (give another period or jitter, or 'resample: linear', under clock)")
+    return _resampled(t, period_s, clock)
+
+
+def put(grid: Grid, table: Table, clock: Clock, main: np.ndarray, values: np.ndarray, hold: bool) -> np.ndarray:
+    """A column of any table on the grid. ``main``: raw stamps of the main table; NaN outside of this table's time."""
+    t = stamps_s(table, clock) - main[0]
+    if not grid.resampled and len(t) == len(grid.t_s) and np.array_equal(t, grid.t_s):
+        return values
+    if hold:
+        found = values[np.clip(np.searchsorted(t, grid.t_s, side="right") - 1, 0, None)]
+    else:
+        found = np.interp(grid.t_s, t, values)  # NaN in values spreads to its neighbours, as it should
+    slack_s = 0.5 * grid.period_s
+    return np.where((grid.t_s < t[0] - slack_s) | (grid.t_s > t[-1] + slack_s), np.nan, found)
+
+
+def _resampled(t: np.ndarray, period_s: float, clock: Clock) -> Grid:
+    cycle = np.arange(int(t[-1] / period_s + 1e-9) + 1)
+    grid_s = cycle * period_s
+    max_gap_s = _GAP_PERIODS * period_s if clock.max_gap is None else clock.max_gap
+    after = np.clip(np.searchsorted(t, grid_s, side="left"), 1, len(t) - 1)
+    on_row = np.minimum(np.abs(grid_s - t[after - 1]), np.abs(grid_s - t[after])) <= 0.5 * period_s
+    kept = (t[after] - t[after - 1] <= max_gap_s) | on_row
+    moved_s = np.minimum(np.abs(grid_s - t[after - 1]), np.abs(grid_s - t[after]))[kept].max()
+    says = (f"{len(t)} rows were put onto {int(kept.sum())} cycles of {period_s * 1e3:.6g} ms by linear interpolation; a row lies up to "
+            f"{moved_s * 1e3:.3g} ms beside its cycle",)
+    return Grid(period_s, cycle[kept], grid_s[kept], True, says + _lost_words(cycle[kept], period_s))
+
+
+def _lost_words(cycle: np.ndarray, period_s: float) -> tuple[str, ...]:
+    steps = np.diff(cycle)
+    lost = int((steps - 1).sum())
+    if not lost:
+        return ()
+    gaps = int((steps > 1).sum())
+    return (f"{lost} cycles in {gaps} gap{'s' * (gaps != 1)} have no row, the longest of {(steps.max() - 1) * period_s:.4g} s; they are left out",)

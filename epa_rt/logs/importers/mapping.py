@@ -1,0 +1,221 @@
+"""The mapping file: which columns of a foreign recording become which signals, with unit, clock and trials. docs/import.md."""
+
+import math
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field, StringConstraints, field_validator, model_validator
+
+from epa_rt.config.fields import STANDARD_ATMOSPHERE_PA, Frozen, Name, Seconds, pressure, quantity
+from epa_rt.config.rig_rows import si_unit_of
+from epa_rt.config.source import Located, load_yaml, validate
+from epa_rt.config.units import UnitError, parse_quantity, split_quantity, unit
+
+
+
+def _column(value: Any) -> str | int:
+    """A name, or a number from 1."""
+    is_number = isinstance(value, int) and not isinstance(value, bool)
+    if is_number and 1 <= value <= 10_000 or isinstance(value, str) and 1 <= len(value) <= 200:
+        return value
+    raise UnitError(f"found {str(value)[:60]!r}, expected a column's name, or its number from 1")
+
+
+def _factor(value: Any) -> Any:
+    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+        raise UnitError(f"found {str(value)[:60]!r}, expected a number, with its unit where it has one")
+    return value
+
+
+Column = Annotated[Any, BeforeValidator(_column)]
+Factor = Annotated[Any, BeforeValidator(_factor)]
+Text = Annotated[str, StringConstraints(min_length=1, max_length=200)]
+_PRESSURE_WORDS = ("gauge", "abs", "difference")
+
+
+class Format(Frozen):
+    """How the files are written. Of CSV: ``delimiter``, ``decimal``, ``thousands`` (where it is the decimal sign too, the
+    last one is the decimal), ``header``, ``skip_lines`` before it, ``missing`` (texts that mean no value).
+    ``final_newline: false``: the last line may end without a line end, so that a file cut there cannot be told.
+    """
+
+    kind: Literal["csv", "mat", "mcap"]
+    delimiter: Annotated[str, StringConstraints(min_length=1, max_length=1)] = ","
+    decimal: Literal[".", ","] = "."
+    thousands: Literal[".", ",", " ", "'"] | None = None
+    header: bool = True
+    skip_lines: Annotated[int, Field(ge=0, le=1000)] = 0
+    encoding: Literal["utf-8", "latin-1", "utf-16"] = "utf-8"
+    final_newline: bool = True
+    missing: Annotated[tuple[str, ...], Field(max_length=20)] = ()
+
+    @field_validator("delimiter")
+    @classmethod
+    def _no_sign_of_numbers(cls, value: str) -> str:
+        if value.isalnum() or value in "+-\"\r\n\0":
+            raise UnitError(f"found {value!r}, expected a sign that stands in no number, such as a comma, a semicolon or \\t")
+        return value
+
+    @model_validator(mode="after")
+    def _signs_differ(self) -> "Format":
+        if self.kind == "csv" and self.delimiter in (self.decimal, self.thousands):
+            raise UnitError(f"found the delimiter {self.delimiter!r} also as a sign within numbers, expected signs that differ")
+        return self
+
+
+class Clock(Frozen):
+    """When a row was: a ``column`` of stamps with its ``unit``, or a ``rate``.
+
+    ``period``: of the log's grid (default: the stamps' mean step). ``jitter``: how far stamps may lie off that grid and still
+    be taken as they are (default: a tenth of the period). ``resample: linear`` puts values onto the grid where they do
+    not; grid points in gaps longer than ``max_gap`` (default: three periods) count as lost.
+    """
+
+    column: Column | None = None
+    unit: Text | None = None
+    rate: quantity("Hz", 1e-6, 1e6) | None = None
+    period: quantity("s", 1e-6, 1e6) | None = None
+    jitter: Seconds | None = None
+    resample: Literal["linear"] | None = None
+    max_gap: Seconds | None = None
+
+    @model_validator(mode="after")
+    def _one_clock(self) -> "Clock":
+        if (self.column is None) == (self.rate is None):
+            raise UnitError("found " + ("neither" if self.rate is None else "both") + ", expected one of column and rate")
+        if self.column is not None:
+            if self.unit is None:
+                raise UnitError("found a column of stamps without a unit, expected a unit such as ms")
+            if unit(self.unit)[1] != unit("s")[1]:
+                raise UnitError(f"found the unit '{self.unit}', expected a unit of time")
+        elif self.unit or self.resample or self.max_gap or self.jitter:
+            raise UnitError("found a rate with unit, jitter, resample or max_gap, expected a rate alone")
+        return self
+
+
+class Signal(Frozen):
+    """Where a signal comes from: SI value = column in ``unit`` x ``scale`` x ``scale_variable`` + ``offset``.
+
+    ``scale_variable``: a scalar of the MAT file; its unit is that of ``scale`` ('1 N/V').
+
+    A pressure's unit ends in gauge, abs or difference. ``file``: which of several files (a part of its name);
+    ``topic``: of MCAP.
+    """
+
+    column: Column
+    unit: str
+    scale: Factor = 1.0
+    scale_variable: Text | None = None
+    offset: Factor | None = None
+    file: Text | None = None
+    topic: Text | None = None
+
+
+class Stretch(Frozen):
+    """A trial by time, in s since the log's first row."""
+
+    name: Name
+    begin: Seconds
+    end: Seconds
+
+    @model_validator(mode="after")
+    def _forwards(self) -> "Stretch":
+        if not self.begin < self.end:
+            raise UnitError(f"found begin {self.begin:g} s and end {self.end:g} s, expected the begin before the end")
+        return self
+
+
+class TrialColumn(Frozen):
+    """Trials by a column of whole numbers: every stretch of one value other than zero is a trial."""
+
+    column: Column
+    file: Text | None = None
+    topic: Text | None = None
+
+
+class Mapping(Frozen):
+    """The whole file. ``rig_file`` is attached to the log and must say ``rig:`` as this one does."""
+
+    mapping: Name
+    description: str = ""
+    rig: Name
+    rig_file: Text | None = None
+    experiment: Name | None = None
+    atmosphere: pressure(30e3, 120e3) = STANDARD_ATMOSPHERE_PA
+    format: Format
+    clock: Clock
+    measured: Annotated[dict[Name, Signal], Field(min_length=1, max_length=64)]
+    commands: Annotated[dict[Name, Signal], Field(max_length=256)] = {}
+    references: Annotated[dict[Name, Signal], Field(max_length=256)] = {}
+    trials: Annotated[tuple[Stretch, ...], Field(max_length=1000)] | TrialColumn = ()
+
+    @property
+    def signals(self) -> dict[str, Signal]:
+        """Measured, references, commands, in the order of the log."""
+        return {**self.measured, **self.references, **self.commands}
+
+
+class Line:
+    """A signal's straight line to SI: ``slope`` x column + ``intercept``."""
+
+    def __init__(self, name: str, signal: Signal, atmosphere_pa: float):
+        si_unit = si_unit_of(name) or "1"
+        text, zero = _plain_unit(signal.unit, si_unit, atmosphere_pa)
+        factor, dimension = unit(text)
+        number, scale_unit = split_quantity(signal.scale)
+        scale_factor, scale_dimension = unit(scale_unit)
+        if tuple(a + b for a, b in zip(dimension, scale_dimension, strict=True)) != unit(si_unit)[1]:
+            times = f" times '{scale_unit}'" if scale_unit else ""
+            raise UnitError(f"found the unit '{signal.unit}'{times}, expected a unit of {_quantity_name(si_unit)}, as the name {name} says")
+        if number == 0.0:
+            raise UnitError("found a scale of zero, expected another number")
+        self.slope = factor * number * scale_factor
+        self.intercept = zero + (0.0 if signal.offset is None else parse_quantity(signal.offset, si_unit))
+        if not (math.isfinite(self.slope) and self.slope and math.isfinite(self.intercept)):
+            raise UnitError(f"found a scale of {self.slope:g}, expected a number that a double can hold")
+
+
+def load_mapping(path: Path | str) -> tuple[Mapping, Located]:
+    """Reads and checks a mapping file. Raises ConfigError: one sentence with file, line, found, expected."""
+    located = load_yaml(path)
+    mapping = validate(located, Mapping)
+    seen: set[str] = set()
+    for section, prefix in (("measured", ""), ("commands", "cmd_"), ("references", "ref_")):
+        for name, signal in getattr(mapping, section).items():
+            where = (section, name)
+            if name in seen:
+                raise located.error(where, f"the signal '{name}' a second time", "each name once")
+            seen.add(name)
+            fits = name.startswith(prefix) if prefix else not name.startswith(("cmd_", "ref_", "est_"))
+            if not fits:
+                raise located.error(where, f"the name '{name}'", f"a name that begins with {prefix}" if prefix else "a measured signal, without prefix")
+            _check_signal(located, where, name, signal, mapping)
+    return mapping, located
+
+
+def _check_signal(located: Located, where: tuple, name: str, signal: Signal, mapping: Mapping) -> None:
+    if signal.scale_variable is not None and mapping.format.kind != "mat":
+        raise located.error((*where, "scale_variable"), "a variable", f"none: a {mapping.format.kind.upper()} file has no variables")
+    if signal.topic is not None and mapping.format.kind != "mcap":
+        raise located.error((*where, "topic"), "a topic", f"none: a {mapping.format.kind.upper()} file has no topics")
+    try:
+        Line(name, signal, mapping.atmosphere)
+    except UnitError as error:
+        found, _, expected = str(error).removeprefix("found ").partition(", expected ")
+        raise located.error(where, found, expected) from None
+
+
+def _plain_unit(text: str, si_unit: str, atmosphere_pa: float) -> tuple[str, float]:
+    """The unit without its word, and what is added for that word."""
+    words = text.split()
+    if si_unit != "Pa":
+        return text, 0.0
+    if not words or words[-1] not in _PRESSURE_WORDS:
+        raise UnitError(f"found the unit '{text}', expected a pressure that says what it is against: 'bar gauge', 'bar abs' or 'bar difference'")
+    return " ".join(words[:-1]), atmosphere_pa if words[-1] == "gauge" else 0.0
+
+
+def _quantity_name(si_unit: str) -> str:
+    return "no dimension" if si_unit == "1" else si_unit
+
+

@@ -1,0 +1,49 @@
+"""What every kind of foreign file becomes: columns of numbers, and where in the file each row stands."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+
+class ImportRefused(Exception):
+    """Why a file cannot be imported: one sentence, ``FILE:LINE: where: found X, expected Y``."""
+
+
+class Key(NamedTuple):
+    """A column that is wanted: of which file (its path), of which topic (None but in MCAP), which column."""
+
+    path: str
+    topic: str | None
+    column: str | int
+
+
+@dataclass(frozen=True)
+class Table:
+    """The columns wanted of one file or topic, (N,) float64 each; NaN only where the mapping allows it.
+
+    ``place(row)`` says where a row stands: 'a.csv:12', or 'a.mat, index 11'.
+    """
+
+    source: str
+    columns: dict[str | int, np.ndarray]
+    place: Callable[[int], str]
+
+    @property
+    def rows(self) -> int:
+        return len(next(iter(self.columns.values())))
+
+
+def element_of(column: str) -> tuple[str, int | None]:
+    """('positions', 2) of 'positions[2]'; (name, None) of a plain name."""
+    head, bracket, rest = column.rpartition("[")
+    if bracket and rest.endswith("]") and rest[:-1].isascii() and rest[:-1].isdigit() and head:
+        return head, int(rest[:-1])
+    return column, None
+
+
+def shown(text: str, longest: int = 40) -> str:
+    """Text of a file as part of a sentence: one line, cut where long."""
+    text = "".join(c if c.isprintable() else " " for c in text[: longest + 1])
+    return repr(text if len(text) <= longest else text[:longest] + "...")
