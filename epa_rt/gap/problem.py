@@ -1,0 +1,144 @@
+"""All links of all recordings as one vector: whitened, so that it is unit white noise where there is no gap.
+
+Cut into blocks of a second or two that all links share, for everything that resamples or leaves out, and into folds of
+whole trials for what is judged on data that it was not fitted to.
+"""
+
+import threading
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from epa_rt.gap.floor import Floor
+from epa_rt.gap.recording import Recording
+from epa_rt.gap.subject import Subject, Values
+from epa_rt.models.effect import Effect, Knob
+
+BLOCK_S = 1.5          # longer than what the residuals remember; the unit of every resampling
+MOST_BLOCKS = 240      # long logs get longer blocks, so that a fit's normal equations stay small
+FOLDS = 4
+CHUNK_S = 8.0          # of a fold where a log has no trials
+FINITE_STEP = 0.01     # of a knob's spread, for derivatives
+WORKERS = 2
+
+
+class Stopped(Exception):
+    """The caller asked for a stop between two evaluations."""
+
+
+class Problem:
+    """A subject held against recordings.
+
+    ``links``: names of those that have a floor. ``effects``: the catalogue by name. ``misfit``: link to s^2 (at least 1),
+    the chi-square per sample that even a data-driven model leaves; residuals are divided by its root. ``prepared``:
+    recording name to ``Subject.prepare``. ``block_of_fold``: (B,) fold of every block.
+    """
+
+    def __init__(self, subject: Subject, recordings: Sequence[Recording], floors: Mapping[str, Floor], misfit: Mapping[str, float] | None = None,
+                 without: Iterable[str] = (), prepared: Mapping[str, object] | None = None, stop: Callable[[], bool] | None = None) -> None:
+        self.subject, self.floors, self.recordings = subject, floors, tuple(recordings)
+        self.links = tuple(link.name for link in subject.links if link.name in floors)
+        self.block_of_link = {link.name: link.block for link in subject.links}
+        left_out = set(without)
+        self.effects: dict[str, Effect] = {e.name: e for e in subject.catalogue if e.name not in left_out}
+        self.knobs: Mapping[str, Knob] = subject.knobs
+        self.nominal = tuple(knob.key for knob in subject.nominal)
+        self.prepared = dict(prepared) if prepared else {r.name: subject.prepare(r) for r in recordings}
+        self.scale = {link: float(np.sqrt((misfit or {}).get(link, 1.0))) for link in self.links}
+        self._stop = stop
+        self._lock = threading.Lock()
+        self.evaluations = 0
+        self._strength: dict[str, tuple[str, ...]] = {}
+        self._lay_out()
+
+    def _lay_out(self) -> None:
+        """Which samples count, and which block each belongs to."""
+        rate = self.subject.rate_hz
+        seconds = {r.name: r.samples * r.period_s for r in self.recordings}
+        self.block_s = max(BLOCK_S, sum(seconds.values()) / MOST_BLOCKS)
+        self._keep: dict[tuple[str, str], np.ndarray] = {}
+        ids: dict[str, list[np.ndarray]] = {link: [] for link in self.links}
+        chunks, first = [], 0
+        for r in self.recordings:
+            count = max(int(np.ceil(seconds[r.name] / self.block_s)), 1)
+            for link in self.links:
+                white = self._whitened(r.name, link, {})
+                keep = np.isfinite(white)
+                self._keep[r.name, link] = keep
+                ids[link].append(first + np.minimum((np.flatnonzero(keep) / rate / self.block_s).astype(int), count - 1))
+            chunks += [(r.name, chunk) for chunk in _chunks(r, count, self.block_s)]
+            first += count
+        self.blocks = first
+        order = {chunk: i for i, chunk in enumerate(dict.fromkeys(chunks))}
+        self.fold_of_block = np.array([order[chunk] % FOLDS for chunk in chunks])
+        self.edges = {link: np.searchsorted(np.concatenate(ids[link]), np.arange(first + 1)) for link in self.links}
+        self.links = tuple(link for link in self.links if self.edges[link][-1] > 0)
+
+    def samples(self, link: str) -> int:
+        return int(self.edges[link][-1])
+
+    def _whitened(self, recording: str, link: str, values: Values) -> np.ndarray:
+        floor = self.floors[link]
+        residual = self.subject.residual(self.prepared[recording], values, link)
+        bias = floor.bias.get(recording)
+        return floor.whiten(residual if bias is None else residual - bias) / self.scale[link]
+
+    def residual(self, values: Values, link: str) -> np.ndarray:
+        """(samples(link),) whitened residual over all recordings. Raises Stopped when the caller asked for it."""
+        if self._stop is not None and self._stop():
+            raise Stopped
+        with self._lock:
+            self.evaluations += 1
+        return np.concatenate([self._whitened(r.name, link, values)[self._keep[r.name, link]] for r in self.recordings])
+
+    def touched(self, keys: Iterable[str]) -> tuple[str, ...]:
+        """Links that any of the knobs may change, in the order of the rig."""
+        found = {link for key in keys for link in self.subject.touched(key)}
+        return tuple(link for link in self.links if link in found)
+
+    def spread(self, key: str) -> float:
+        """Distance by which a knob is scaled."""
+        knob = self.knobs[key]
+        return knob.spread if knob.spread > 0.0 else max(0.1 * abs(knob.value), 0.05 * (knob.high - knob.low), 1e-12)
+
+    def step(self, key: str, at: float) -> float:
+        """Signed step for a derivative that stays within the knob's bounds."""
+        size = FINITE_STEP * self.spread(key)
+        return size if at + size <= self.knobs[key].high else -size
+
+    def derivative(self, values: Values, key: str, link: str, here: np.ndarray) -> np.ndarray:
+        """(n,) change of a link's residual per spread of a knob."""
+        at = values.get(key, self.knobs[key].value)
+        step = self.step(key, at)
+        return (self.residual({**values, key: at + step}, link) - here) * (self.spread(key) / step)
+
+    def strength(self, effect: str) -> tuple[str, ...]:
+        """Knobs that switch an effect off on their own; the others shape it. All knobs where none does."""
+        if len(self.effects[effect].knobs) == 1:
+            return self.effects[effect].knobs
+        if effect not in self._strength:
+            one = self.effects[effect]
+            start, links = dict(zip(one.knobs, one.starts[0], strict=True)), self.touched(one.knobs)
+            off = [k for k in one.knobs if start[k] != self.knobs[k].value and
+                   all(np.array_equal(self.residual({**start, k: self.knobs[k].value}, link), self.residual({}, link)) for link in links)]
+            self._strength[effect] = tuple(off) or one.knobs
+        return self._strength[effect]
+
+    def each(self, function, items: Sequence) -> list:
+        """``function`` of every item on two threads (the models release the interpreter's lock), in order."""
+        if len(items) < 2:
+            return [function(item) for item in items]
+        with ThreadPoolExecutor(WORKERS) as pool:
+            return list(pool.map(function, items))
+
+
+def _chunks(recording: Recording, blocks: int, block_s: float) -> list[str]:
+    """Name of the trial (or stretch of time) that each block lies in."""
+    trials = [span for span in recording.spans if span.trial]
+    found = []
+    for block in range(blocks):
+        middle = (block + 0.5) * block_s / recording.period_s
+        inside = next((i for i, span in enumerate(trials) if span.start <= middle < span.stop), None) if len(trials) > 1 else None
+        found.append(f"trial {inside}" if inside is not None else f"{int(block * block_s / CHUNK_S)}")
+    return found

@@ -1,0 +1,166 @@
+"""Forward selection: one effect after the other, each judged on trials it was not fitted to, earlier ones tried again.
+
+A role is the place of one found effect while all others are on. Its candidates are refitted side by side; that gives the
+best one, what else would do as well, and the swap of an early choice that a later one shows to be wrong.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from epa_rt.gap.point import Point
+from epa_rt.gap.problem import Problem
+from epa_rt.gap.refit import Fit, refit, settled
+from epa_rt.gap.screen import STRONGEST, WEAKEST, Screening, scaled, screen
+
+MOST_EFFECTS = 3
+BEST = 8             # candidates by expected gain that are refitted
+PER_LINK = 1         # further ones that gain most in a link with an excess of its own
+STARTS = 2           # starting points of a refit
+
+
+@dataclass(frozen=True)
+class Rules:
+    """When a further effect is believed; the figures are from the development cases.
+
+    ``gain``: fall of chi-square on trials left out, in units of s^2. ``z``: of that fall over blocks. ``share_first``,
+    ``share_more``: least part of what is left to explain that the first and any further effect must explain.
+    """
+
+    gain: float = 30.0
+    z: float = 3.0
+    share_first: float = 0.10
+    share_more: float = 0.30
+
+
+@dataclass(frozen=True)
+class Role:
+    """``point``: everything else on. ``fits``: the candidates, best first. ``gains`` (C, B): what each one's chi-square falls
+    in every block, on trials left out. ``screening``: of the whole catalogue at ``point``."""
+
+    point: Point
+    fits: tuple[Fit, ...]
+    gains: np.ndarray
+    screening: Screening
+
+    @property
+    def best(self) -> Fit:
+        return self.fits[0]
+
+
+@dataclass(frozen=True)
+class Selection:
+    """``base``: no effect on. ``roles``: one for each effect found. ``final``: all found effects on, polished.
+
+    ``refused``: the role that was tried last and not believed.
+    """
+
+    base: Point
+    roles: tuple[Role, ...]
+    final: Point
+    refused: Role | None
+
+
+Explainable = Callable[[Point], tuple[float, float]]   # chi-square left to explain at a point, and s^2 there
+
+
+def select(problem: Problem, base: Point, explainable: Explainable, rules: Rules = Rules(),
+           progress: Callable[[str, float], None] = lambda stage, share: None) -> Selection:
+    """Effects that explain the residual at ``base`` (nominal parameters refitted), one after the other."""
+    roles: list[Role] = []
+    point, refused = base, None
+    for depth in range(MOST_EFFECTS):
+        progress(f"effect {depth + 1}", depth / MOST_EFFECTS)
+        role = played(problem, point, pairs=depth == 0)
+        if role is None or not believed(problem, role, explainable, rules, first=depth == 0):
+            refused = role
+            break
+        effects = (*point.effects, role.best.effect)
+        point = settled(problem, effects, role.best.values)
+        roles.append(role)
+        if depth > 0:
+            roles, point = _tried_again(problem, roles, point)
+    return Selection(base, tuple(roles), point, refused)
+
+
+def _tried_again(problem: Problem, roles: list[Role], final: Point) -> tuple[list[Role], Point]:
+    """Every earlier role played again with the others on; a better candidate takes it."""
+    for i in range(len(final.effects)):
+        others = tuple(e for j, e in enumerate(final.effects) if j != i)
+        keep = {k for e in others for k in problem.effects[e].knobs} | set(problem.nominal)
+        without = settled(problem, others, {k: v for k, v in final.values.items() if k in keep})
+        role = played(problem, without, also=(final.effects[i],))
+        if role is None:
+            continue
+        roles = [*roles[:i], role, *roles[i + 1:]]
+        if role.best.effect != final.effects[i]:
+            names = (*final.effects[:i], role.best.effect, *final.effects[i + 1:])
+            final = settled(problem, names, role.best.values)
+    return roles, final
+
+
+def played(problem: Problem, point: Point, also: Sequence[str] = (), pairs: bool = False) -> Role | None:
+    """Candidates of one role, refitted and ranked by what they gain on trials left out."""
+    screening = screen(problem, point)
+    names = [n for n in dict.fromkeys((*also, *candidates(problem, point, screening, pairs))) if n not in point.effects]
+    if not names:
+        return None
+    jobs = [(name, start) for name in names for start in _starts(problem, screening, name)]
+    fits: dict[str, Fit] = {}
+    for (name, _), fit in zip(jobs, problem.each(lambda job: refit(problem, point, *job), jobs), strict=True):
+        if name not in fits or fit.chi < fits[name].chi:
+            fits[name] = fit
+    scored = [(gains(problem, point, fit), fit) for fit in fits.values()]
+    scored.sort(key=lambda pair: -pair[0].sum())
+    return Role(point, tuple(fit for _, fit in scored), np.array([g for g, _ in scored]), screening)
+
+
+def gains(problem: Problem, point: Point, fit: Fit) -> np.ndarray:
+    """(B,) fall of chi-square in every block under fits to the other trials; what the nominal parameters pay is spread evenly."""
+    before = point.normal.left_out(problem.fold_of_block).sum(axis=0)
+    after = fit.normal.left_out(problem.fold_of_block).sum(axis=0)
+    paid = fit.normal.prior @ fit.normal.z**2 - point.normal.prior @ point.normal.z**2
+    return before - after - paid / len(before)
+
+
+def candidates(problem: Problem, point: Point, screening: Screening, pairs: bool) -> list[str]:
+    """Effects worth a refit: the best overall, the best of each link, and the members of the best pair."""
+    best = screening.best()
+    order = sorted(best, key=lambda name: -best[name].gain)
+    names = order[:BEST]
+    for link in problem.links:
+        own = [name for name in order if link in problem.touched(problem.effects[name].knobs)]
+        names += own[:PER_LINK]
+    if pairs:
+        names += [name for pair in screening.pairs(2, order[:30]) for name in pair]
+    return list(dict.fromkeys(names))
+
+
+def _starts(problem: Problem, screening: Screening, effect: str) -> list[dict[str, float]]:
+    """The most promising starting points of an effect, at the strength that screening found."""
+    own = sorted((s for s in screening.signatures if s.effect == effect), key=lambda s: -s.gain)[:STARTS]
+    if not own:
+        one = problem.effects[effect]
+        return [dict(zip(one.knobs, one.starts[0], strict=True))]
+    return [scaled(problem, effect, s.start, float(np.sign(s.amplitude) or 1.0) * min(max(abs(s.amplitude), WEAKEST), STRONGEST)) for s in own]
+
+
+def believed(problem: Problem, role: Role, explainable: Explainable, rules: Rules, first: bool) -> bool:
+    """Whether the best candidate of a role gains enough on trials left out, beyond chance and beyond the method's misfit."""
+    left, misfit = explainable(role.point)
+    gain = role.gains[0]
+    share = gain.sum() / max(left, 1e-9)
+    return bool(gain.sum() > rules.gain * misfit and z_of_sum(gain) > rules.z and share > (rules.share_first if first else rules.share_more))
+
+
+def z_of_sum(per_block: np.ndarray) -> float:
+    """A sum over blocks in units of its standard deviation by the blocks' own scatter."""
+    used = per_block[per_block != 0.0]
+    scatter = np.sqrt(len(used)) * np.std(used) if len(used) > 1 else np.inf
+    return float(used.sum() / scatter) if scatter > 0.0 else 0.0
+
+
+def numbers_of(values: Mapping[str, float], problem: Problem, keys: Sequence[str]) -> dict[str, float]:
+    """Values of knobs, the plant file's where they were never moved."""
+    return {key: values.get(key, problem.knobs[key].value) for key in keys}
