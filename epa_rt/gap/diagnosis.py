@@ -110,6 +110,8 @@ class Diagnosis:
     remainder: tuple[Remainder, ...] = ()
     next_experiment: NextExperiment | None = None
     gate: dict | None = None
+    refitted: dict[str, float] = field(default_factory=dict)  # knob key to value, nominal parameters refitted without the effects
+    fitted: dict[str, float] = field(default_factory=dict)    # the same with the effects: all that a patched plant file differs in
     seconds: float = 0.0
     inputs: dict = field(default_factory=dict)  # rig, plant, logs, held-out logs, catalogue left out
 
