@@ -36,11 +36,11 @@ def numbers(diagnosis: Diagnosis) -> tuple[Number, ...]:
 
 def values_of(diagnosis: Diagnosis, subject: Subject) -> tuple[dict[str, float], tuple[str, ...]]:
     """Knob values and names of the effects. Raises PatchError where the rig knows no such knob."""
-    values = {number.name: number.value for number in numbers(diagnosis)}
+    values = diagnosis.fitted or {number.name: number.value for number in numbers(diagnosis)}
     for key in values:
         if key not in subject.knobs:
             raise PatchError(f"found the parameter '{key}' in the diagnosis, expected one that the rig {subject.name} has")
-    return values, tuple(effect.name for effect in diagnosis.effects)
+    return dict(values), tuple(effect.name for effect in diagnosis.effects)
 
 
 def patched_text(diagnosis: Diagnosis, subject: Subject) -> str:

@@ -7,7 +7,7 @@ import pytest
 
 from epa_rt.gap.gate import GateError, gate
 from epa_rt.gap.shrink import OVERALL, shrinkage
-from tests.gap.toy import Toy, recorded, white_floor
+from tests.gap.damper import Damper, recorded, white_floor
 
 PLANT = Path(__file__).resolve().parents[2] / "config/plants/bench.yaml"
 TRUTH = {"muscle.coulomb_n": 1.0}
@@ -21,22 +21,22 @@ def patched(tmp_path):
 
 
 def simulator(of_patched):
-    """Runs of a toy whose patched file has these values; what it was asked for stands in ``asked``."""
+    """Runs of a rig whose patched file has these values; what it was asked for stands in ``asked``."""
     def run_again(plant, real, seed):
         run_again.asked.append((plant, seed))
-        return Toy().free_run(real, {} if plant == PLANT else of_patched, seed)
+        return Damper().free_run(real, {} if plant == PLANT else of_patched, seed)
 
     run_again.asked = []
     return run_again
 
 
 def promise(after):
-    return shrinkage(Toy(), [recorded(TRUTH)], {}, after, {"damper": white_floor()})
+    return shrinkage(Damper(), [recorded(TRUTH)], {}, after, {"damper": white_floor()})
 
 
 def test_a_patch_that_does_what_it_promised_passes(patched):
     run_again = simulator(TRUTH)
-    found = gate(Toy(), recorded(TRUTH), PLANT, patched, run_again, promise(TRUTH))
+    found = gate(Damper(), recorded(TRUTH), PLANT, patched, run_again, promise(TRUTH))
     assert found["passed"] and abs(found["points"]) < 5.0
     assert found["achieved_share"] == pytest.approx(1.0, abs=0.03)
     assert [plant for plant, _ in run_again.asked] == [PLANT, patched, patched]
@@ -44,13 +44,13 @@ def test_a_patch_that_does_what_it_promised_passes(patched):
 
 
 def test_a_file_that_does_less_than_promised_fails(patched):
-    found = gate(Toy(), recorded(TRUTH), PLANT, patched, simulator({"muscle.coulomb_n": 0.5}), promise(TRUTH))
+    found = gate(Damper(), recorded(TRUTH), PLANT, patched, simulator({"muscle.coulomb_n": 0.5}), promise(TRUTH))
     assert not found["passed"] and found["points"] == pytest.approx(-25.0, abs=4.0)
     assert found["predicted_share"] == pytest.approx(1.0, abs=0.02)
 
 
 def test_every_channel_is_told_with_what_was_promised_for_it(patched):
-    found = gate(Toy(), recorded(TRUTH), PLANT, patched, simulator(TRUTH), promise(TRUTH))
+    found = gate(Damper(), recorded(TRUTH), PLANT, patched, simulator(TRUTH), promise(TRUTH))
     names = [row["channel"] for row in found["channels"]]
     assert names[0] == OVERALL and "force_n" in names
     row = found["channels"][names.index("force_n")]
@@ -61,7 +61,7 @@ def test_a_patched_file_that_does_not_load_is_one_sentence_and_nothing_is_run(pa
     patched.write_text("plant: bench\ndrive:\n  supply: 48 kg\n", encoding="utf-8")
     run_again = simulator(TRUTH)
     with pytest.raises(GateError, match=r"patched.yaml:3: .*48 kg"):
-        gate(Toy(), recorded(TRUTH), PLANT, patched, run_again, ())
+        gate(Damper(), recorded(TRUTH), PLANT, patched, run_again, ())
     assert not run_again.asked
 
 
@@ -70,4 +70,4 @@ def test_a_run_that_reaches_no_trial_is_one_sentence(patched):
         return replace(real, spans=(), path="new.mcap")
 
     with pytest.raises(GateError, match="before its first trial"):
-        gate(Toy(), recorded(TRUTH), PLANT, patched, run_again, ())
+        gate(Damper(), recorded(TRUTH), PLANT, patched, run_again, ())

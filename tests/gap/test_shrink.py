@@ -7,7 +7,7 @@ import pytest
 
 from epa_rt.gap.alongside import best_pressure, channels, paired
 from epa_rt.gap.shrink import ALL, OVERALL, shrinkage
-from tests.gap.toy import NOISE_N, Toy, recorded, white_floor
+from tests.gap.damper import NOISE_N, Damper, recorded, white_floor
 
 TRUTH = {"muscle.coulomb_n": 1.0}
 FLOORS = {"damper": white_floor()}
@@ -21,7 +21,7 @@ def row(rows, channel, mode, baseline="refitted", log=ALL):
 @pytest.fixture(scope="module")
 def rows():
     logs = [recorded(TRUTH, "a", 1), recorded(TRUTH, "b", 2)]
-    return shrinkage(Toy(), logs, {"muscle.viscous_n_s_m": 8.0}, TRUTH, FLOORS)
+    return shrinkage(Damper(), logs, {"muscle.viscous_n_s_m": 8.0}, TRUTH, FLOORS)
 
 
 def test_the_true_effect_closes_all_of_the_gap_in_both_modes(rows):
@@ -42,36 +42,36 @@ def test_before_is_told_for_the_refit_and_for_the_plant_file(rows):
 def test_every_log_has_its_own_row_where_there_are_several(rows):
     assert {r.log for r in rows} == {ALL, "a", "b"}
     assert row(rows, OVERALL, "teacher_forced", log="b").unit == "x floor"
-    alone = shrinkage(Toy(), [recorded(TRUTH, "a")], {}, TRUTH, FLOORS)
+    alone = shrinkage(Damper(), [recorded(TRUTH, "a")], {}, TRUTH, FLOORS)
     assert {r.log for r in alone} == {ALL}
 
 
 def test_half_an_effect_closes_three_quarters_of_the_square():
-    one = row(shrinkage(Toy(), [recorded(TRUTH)], {}, {"muscle.coulomb_n": 0.5}, FLOORS), "force_n", "teacher_forced")
+    one = row(shrinkage(Damper(), [recorded(TRUTH)], {}, {"muscle.coulomb_n": 0.5}, FLOORS), "force_n", "teacher_forced")
     assert one.closed_share == pytest.approx(0.75, abs=0.02) and one.times_floor == pytest.approx(5.1, abs=0.2)
 
 
 def test_a_rig_without_a_gap_has_no_share():
-    one = row(shrinkage(Toy(), [recorded({})], {}, {"muscle.coulomb_n": 0.001}, FLOORS), "force_n", "teacher_forced")
+    one = row(shrinkage(Damper(), [recorded({})], {}, {"muscle.coulomb_n": 0.001}, FLOORS), "force_n", "teacher_forced")
     assert one.closed_share is None and one.interval is None and one.times_floor == pytest.approx(1.0, abs=0.05)
 
 
 def test_a_rig_without_a_model_of_the_whole_has_no_free_run():
-    toy = Toy()
-    toy.free_run = lambda recording, values, seed: None
-    assert {r.mode for r in shrinkage(toy, [recorded(TRUTH)], {}, TRUTH, FLOORS)} == {"teacher_forced"}
+    rig = Damper()
+    rig.free_run = lambda recording, values, seed: None
+    assert {r.mode for r in shrinkage(rig, [recorded(TRUTH)], {}, TRUTH, FLOORS)} == {"teacher_forced"}
 
 
 def test_what_an_operator_asks_for_stands_in_free_run_only():
-    toy = Toy()
-    whole = toy.free_run
+    rig = Damper()
+    whole = rig.free_run
 
     def with_current(recording, values, seed):
         run = whole(recording, values, seed)
         return replace(run, columns=dict(run.columns, motor_current_a=run.columns["force_n"] / 10.0))
 
-    toy.free_run = with_current
-    rows = shrinkage(toy, [recorded(TRUTH)], {}, TRUTH, FLOORS)
+    rig.free_run = with_current
+    rows = shrinkage(rig, [recorded(TRUTH)], {}, TRUTH, FLOORS)
     energy = row(rows, "energy (integral of motor_current_a squared)", "free_run")
     assert energy.unit == "A^2*s" and energy.before > 10.0 * energy.after
     assert not [r for r in rows if r.mode == "teacher_forced" and "energy" in r.channel]

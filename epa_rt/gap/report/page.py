@@ -1,0 +1,47 @@
+"""One self-contained HTML page for one diagnosis: the verdict, where, which, how far, what is left, what next."""
+
+from collections.abc import Sequence
+from importlib.resources import files
+from string import Template
+
+from epa_rt.gap.diagnosis import Diagnosis
+from epa_rt.gap.report.curves import figure
+from epa_rt.gap.report.effects import catalogue_note, effects, not_tested
+from epa_rt.gap.report.far import gate_section, how_far
+from epa_rt.gap.report.map import gap_map
+from epa_rt.gap.report.rest import found_first, inputs, next_experiment, remainder
+from epa_rt.gap.report.traces import Trace
+from epa_rt.gap.report.words import GOOD, VERDICTS, far_words, plain, where_words, which_words
+from epa_rt.report.markup import Html, facts, join, tag
+
+
+def gap_page(diagnosis: Diagnosis, curves: Sequence[Trace] = ()) -> str:
+    """The report of a diagnosis. Nothing in it is fetched, and it runs no script."""
+    sections = [("where", "Where the gap lies", gap_map(diagnosis)),
+                ("seen", "Before and after", join(map(figure, curves))),
+                ("which", "Which effect causes it", join([effects(diagnosis), catalogue_note(diagnosis)])),
+                ("far", "How far it shrinks", how_far(diagnosis)),
+                ("gate", "The patched plant, run again", gate_section(diagnosis.gate) if diagnosis.gate else Html("")),
+                ("left", "What is left", remainder(diagnosis)),
+                ("next", "The next experiment", next_experiment(diagnosis.next_experiment)),
+                ("untested", "What was not tested", not_tested(diagnosis)),
+                ("inputs", "What this stands on", inputs(diagnosis))]
+    sections = [one for one in sections if one[2]]
+    links = join((tag("a", title, href=f"#{key}") for key, title, _ in sections), " ")
+    body = join(tag("section", join([tag("h2", title), content]), id=key) for key, title, content in sections)
+    place = files("epa_rt.gap.report")
+    style = files("epa_rt.report").joinpath("page.css").read_text("utf-8") + place.joinpath("gap.css").read_text("utf-8")
+    return Template(place.joinpath("gap.html").read_text("utf-8")).substitute(
+        title=tag("title", f"Sim-to-real gap: {VERDICTS[diagnosis.verdict][0].lower()}"), style=style,
+        header=tag("header", _header(diagnosis)), navigation=tag("nav", links), sections=body)
+
+
+def _header(diagnosis: Diagnosis) -> Html:
+    word, meaning = VERDICTS[diagnosis.verdict]
+    rig, plant = (diagnosis.inputs.get(key) for key in ("rig", "plant"))
+    told = f"Diagnosis of the gap between {rig} and {plant}" if rig and plant else "Diagnosis of the sim-to-real gap"
+    next_words = plain(diagnosis.next_experiment.name) if diagnosis.next_experiment else "none needed"
+    return join([tag("p", told, class_="kicker"), found_first(diagnosis), tag("h1", diagnosis.says),
+                 tag("p", join([tag("span", word, class_=f"badge {'good' if diagnosis.verdict in GOOD else 'open'}"), meaning])),
+                 facts([("Where", where_words(diagnosis)), ("Which", which_words(diagnosis)), ("How far", far_words(diagnosis)),
+                        ("Next experiment", next_words)])])

@@ -1,0 +1,96 @@
+"""A diagnosis on the terminal: what was found first, the verdict, the effects, where, how far, what next."""
+
+from collections.abc import Sequence
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from epa_rt.gap.diagnosis import Diagnosis
+from epa_rt.gap.report.words import MODES, VERDICTS, channel_words, judged_on, parameter_words, percent, plain, region_words, share_words, size, times
+from epa_rt.gap.shrink import ALL, OVERALL
+
+MOST_PLACES, MOST_NOT_TESTED = 8, 12
+
+
+def console() -> Console:
+    """As wide as the terminal; wide enough for every column where it is a file."""
+    found = Console(highlight=False, markup=False)
+    return found if found.is_terminal else Console(highlight=False, markup=False, width=160)
+
+
+def show(diagnosis: Diagnosis, out: Console) -> None:
+    """Everything that an operator needs to read before opening the page."""
+    show_found(diagnosis.found_first, out)
+    out.print(f"{VERDICTS[diagnosis.verdict][0].upper()}: {diagnosis.says}", style="bold")
+    if diagnosis.effects:
+        _effects(diagnosis, out)
+    show_location(diagnosis, out)
+    _far(diagnosis, out)
+    for left in diagnosis.remainder[:3]:
+        on = ", ".join(f"{region_words(name)} {percent(part)}" for name, part in left.depends_on[:3])
+        out.print(f"left in {left.link}: {size(left.rms, left.unit)}, {times(left.rms / left.floor)} floor" + (f"; goes with {on}" if on else ""))
+    _next(diagnosis, out)
+    out.print(f"{diagnosis.seconds:.0f} s", style="dim")
+
+
+def show_found(found: Sequence[str], out: Console) -> None:
+    """What is wrong with the logs; nothing where nothing is."""
+    if found:
+        out.print("Found in the logs first:", style="bold yellow")
+        for sentence in found:
+            out.print(f"  {sentence}", style="yellow")
+
+
+def show_location(diagnosis: Diagnosis, out: Console) -> None:
+    """Links ranked by significance, with the state, band and time where each is largest."""
+    if not diagnosis.location:
+        out.print("where: no link of this rig could be judged with these logs")
+        return
+    table = Table("Where", "Block", "Channel", "Gap", "Floor", "x floor", "z", "Largest at", box=box.SIMPLE_HEAD, pad_edge=False)
+    for place in diagnosis.location[:MOST_PLACES]:
+        peaks = [region_words(max(part, key=part.get)) + unit for part, unit in ((place.state, ""), (place.band_hz, " Hz")) if part]
+        table.add_row(place.link, place.block, channel_words(place.channel), size(place.excess, place.unit), size(place.floor, place.unit),
+                      times(place.times_floor), f"{max(place.significance, 0.0):.0f}", "; ".join(peaks) if place.times_floor > 1.15 else "")
+    out.print(table)
+
+
+def _effects(diagnosis: Diagnosis, out: Console) -> None:
+    table = Table("Effect", "Family", "Block", "Confidence", "Parameter", "Value", "95 % interval", "Unit", "Not separable from", box=box.SIMPLE_HEAD, pad_edge=False)
+    for effect in diagnosis.effects:
+        head = [effect.name, effect.family, effect.block, percent(effect.confidence)]
+        others = ", ".join(effect.not_separable_from) or "–"
+        for i, one in enumerate(effect.parameters):
+            value, interval, _, unit = parameter_words(one)
+            table.add_row(*(head if i == 0 else [""] * 4), one.name, value, interval, unit, others if i == 0 else "")
+        if not effect.parameters:
+            table.add_row(*head, "", "", "", "", others)
+    out.print(table)
+    for one in diagnosis.nominal_moved:
+        value, interval, neutral, unit = parameter_words(one)
+        out.print(f"moved with it: {one.name} from {neutral} to {value} {unit} ({interval})")
+
+
+def _far(diagnosis: Diagnosis, out: Console) -> None:
+    rows = [row for row in diagnosis.shrinkage if row.log == ALL and row.baseline == "refitted"]
+    if not rows:
+        return
+    out.print(f"How far, on {judged_on(diagnosis)}:")
+    table = Table("Channel", "Mode", "Before", "After", "Floor", "Gap closed (95 %)", "Floor left", box=box.SIMPLE_HEAD, pad_edge=False)
+    for row in rows:
+        table.add_row(channel_words(row.channel), MODES[row.mode], size(row.before, row.unit), size(row.after, row.unit), size(row.floor, row.unit),
+                      share_words(row), times(row.times_floor), style="bold" if row.channel == OVERALL else None)
+    out.print(table)
+    gate = diagnosis.gate
+    if gate:
+        out.print(f"gate {'passed' if gate['passed'] else 'NOT passed'}: the patched plant, run again, closes {percent(gate['achieved_share'])} of the gap "
+                  f"(predicted {percent(gate['predicted_share'])})")
+
+
+def _next(diagnosis: Diagnosis, out: Console) -> None:
+    if diagnosis.not_tested:
+        names = ", ".join(map(plain, diagnosis.not_tested[:MOST_NOT_TESTED]))
+        more = len(diagnosis.not_tested) - MOST_NOT_TESTED
+        out.print(f"not tested by these logs: {names}{f' and {more} more' if more > 0 else ''}")
+    if diagnosis.next_experiment:
+        out.print(f"next experiment: {diagnosis.next_experiment.says}", style="bold")

@@ -1,0 +1,117 @@
+"""Words and numbers of a diagnosis for people: the verdict, a channel, a size with its unit, a share."""
+
+import math
+import re
+
+from epa_rt.gap.diagnosis import Diagnosis, Number, Shrinkage
+from epa_rt.gap.shrink import ALL, OVERALL
+from epa_rt.report.sections.section import spoken
+from epa_rt.report.shown import Shown, number, pretty
+
+VERDICTS = {
+    "no_gap": ("No gap", "The plant file already describes these logs down to the noise."),
+    "explained": ("Explained", "The named effects explain the gap."),
+    "partly_explained": ("Partly explained", "The named effects explain part of the gap; the rest is described below."),
+    "not_in_catalogue": ("Not in the catalogue", "There is a gap, and no effect of the catalogue explains it."),
+    "not_excited": ("Not excited", "These logs could not have shown most of the effects."),
+    "not_separable": ("Not separable", "Several effects explain these logs equally well."),
+}
+GOOD = ("no_gap", "explained")
+MODES = {"teacher_forced": "block by block", "free_run": "free run"}
+BASELINES = {"refitted": "nominal parameters refitted, no effect", "plant_file": "plant file as it stands"}
+SOURCES = {"repeats": "repeats of the same trial", "twin": "the plant's own twin with the recording's noise",
+           "sensors": "the sensors' own noise (weaker than repeats)"}
+_SMALL = {"Pa": (1e3, 1.0, "Pa"), "A": (0.1, 1e3, "mA"), "m": (1e-5, 1e6, "µm")}  # below: in this smaller unit
+_SHOWN = Shown()
+_NAME = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)+")
+
+
+def size(value: float | None, unit: str, digits: int = 3) -> str:
+    """A misfit or difference in the unit that a person reads; a dash where there is none."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    if unit == "x floor":
+        return times(value)
+    scale = _SHOWN.difference_scale(unit)
+    below, small, small_unit = _SMALL.get(unit, (0.0, 1.0, ""))
+    if 0.0 < abs(value) < below:
+        return f"{number(value * small, digits)} {small_unit}"
+    return f"{number(value * scale.factor, digits)} {scale.unit}".strip()
+
+
+def times(value: float | None) -> str:
+    """'12 ×' of the floor."""
+    return "–" if value is None or not math.isfinite(value) else f"{value:,.{1 if value < 9.95 else 0}f} ×"
+
+
+def percent(share: float | None) -> str:
+    return "–" if share is None or not math.isfinite(share) else f"{100.0 * share:.{0 if abs(share) < 0.985 or abs(share) >= 1.1 else 1}f} %".replace("-", "−")
+
+
+def share_words(row: Shrinkage) -> str:
+    """'97 % (95 to 98)'; 'no gap to close' where before does not rise above the floor."""
+    if row.closed_share is None:
+        return "no gap to close"
+    if row.interval is None:
+        return percent(row.closed_share)
+    low, high = (percent(bound).removesuffix(" %") for bound in row.interval)
+    return f"{percent(row.closed_share)} ({low} to {high})"
+
+
+def parameter_words(one: Number) -> tuple[str, str, str, str]:
+    """Value, 95 % interval, neutral value and unit, all in the same unit."""
+    scale = _SHOWN.difference_scale(one.unit)
+    value, low, high, neutral = (number(x * scale.factor, 4) for x in (one.value, one.low, one.high, one.neutral))
+    return value, f"{low} to {high}", neutral, pretty(scale.unit)
+
+
+def plain(name: str) -> str:
+    """'braid friction' of 'braid_friction'."""
+    return name.replace("_", " ")
+
+
+def region_words(region: str) -> str:
+    """'muscle speed > 0' of 'muscle_speed_m_s > 0'."""
+    return _NAME.sub(lambda found: spoken(found.group()), region)
+
+
+def channel_words(channel: str) -> str:
+    """'muscle force' of 'muscle_force_n'; sentences stay as they are, with the names in them spoken."""
+    return channel if channel == OVERALL else region_words(channel)
+
+
+def headline(rows: tuple[Shrinkage, ...]) -> Shrinkage | None:
+    """The one row that says how far: block by block if there is one, all channels, all logs, against the refit."""
+    for mode in MODES:
+        for row in rows:
+            if (row.channel, row.log, row.mode, row.baseline) == (OVERALL, ALL, mode, "refitted"):
+                return row
+    return None
+
+
+def where_words(diagnosis: Diagnosis) -> str:
+    if not diagnosis.location:
+        return "no link could be judged"
+    place = diagnosis.location[0]
+    return f"{place.link} ({channel_words(place.channel)}): {size(place.excess, place.unit)} above the floor, {times(place.times_floor)} floor"
+
+
+def which_words(diagnosis: Diagnosis) -> str:
+    return ", ".join(plain(effect.name) for effect in diagnosis.effects) or "no effect is named"
+
+
+def far_words(diagnosis: Diagnosis) -> str:
+    row = headline(diagnosis.shrinkage)
+    if row is None:
+        return "not measured"
+    return f"{share_words(row)} of the gap closed; {times(row.before)} → {times(row.after)} floor" if row.closed_share is not None else "no gap to close"
+
+
+def judged_on(diagnosis: Diagnosis) -> str:
+    """On what the shrinkage was measured."""
+    held = diagnosis.inputs.get("holdout") or ()
+    if held:
+        return f"held-out {'log' if len(held) == 1 else 'logs'} {', '.join(map(str, held))}, which no fit has seen"
+    if diagnosis.inputs.get("set_aside", True):
+        return "trials that were set aside, which no fit has seen"
+    return "the very trials that were fitted, because nothing could be set aside: too good to be believed"

@@ -1,0 +1,97 @@
+"""The same answer as JSON and on the terminal."""
+
+import json
+from dataclasses import fields, replace
+
+import jsonschema
+import numpy as np
+import pytest
+from rich.console import Console
+
+from epa_rt.gap.diagnosis import Diagnosis
+from epa_rt.gap.patch import PatchError, load_diagnosis, patched_text
+from epa_rt.gap.report.as_json import json_text, schema
+from epa_rt.gap.report.terminal import show
+from epa_rt.gap.report.words import parameter_words, percent, size, times
+from tests.gap.report.answers import ANSWERS, EXPLAINED, NO_GAP, NOT_SEPARABLE, SLIP
+from tests.gap.damper import Damper
+
+ASKED_FOR = {"verdict", "location", "effects", "nominal_moved", "shrinkage", "remainder", "next_experiment", "seconds"}
+
+
+@pytest.mark.parametrize("which", ANSWERS)
+def test_the_json_has_every_field_and_fits_its_schema(which):
+    data = json.loads(json_text(ANSWERS[which]))
+    assert set(data) == {field.name for field in fields(Diagnosis)} >= ASKED_FOR
+    jsonschema.validate(data, schema())
+
+
+def test_the_schema_refuses_what_is_none():
+    data = json.loads(json_text(EXPLAINED))
+    for wrong in (data | {"verdict": "perhaps"}, data | {"effects": [{"name": "x"}]}, {k: v for k, v in data.items() if k != "says"}):
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate(wrong, schema())
+
+
+def test_no_number_that_is_none_reaches_the_json():
+    odd = replace(EXPLAINED, seconds=float("nan"), inputs={"x": [np.float64("inf"), np.arange(2), np.int64(3)]})
+    text = json_text(odd)
+    assert "NaN" not in text and "Infinity" not in text
+    assert json.loads(text)["seconds"] is None and json.loads(text)["inputs"] == {"x": [None, [0, 1], 3]}
+
+
+def test_a_diagnosis_comes_back_from_its_json_as_it_was(tmp_path):
+    path = tmp_path / "answer.json"
+    path.write_text(json_text(EXPLAINED), encoding="utf-8")
+    back = load_diagnosis(path)
+    assert back.effects == EXPLAINED.effects and back.shrinkage == EXPLAINED.shrinkage and back.verdict == "explained"
+
+
+@pytest.mark.parametrize("text, words", [("{", "no JSON"), ("[]", "expected a diagnosis"), ('{"verdict": "perhaps", "says": ""}', "verdict")])
+def test_what_is_no_diagnosis_is_one_sentence(tmp_path, text, words):
+    path = tmp_path / "answer.json"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(PatchError, match=words) as error:
+        load_diagnosis(path)
+    assert "\n" not in str(error.value)
+
+
+def test_a_patch_holds_every_value_of_the_fit_and_the_effects_names():
+    answer = replace(EXPLAINED, fitted={"muscle.viscous_n_s_m": 5.5, "muscle.coulomb_n": 1.2}, effects=(replace(SLIP, name="friction"),))
+    text = patched_text(answer, Damper())
+    assert "5.5" in text and "1.2" in text and "friction" in text
+
+
+def test_a_patch_for_another_rig_is_refused():
+    with pytest.raises(PatchError, match="expected one that the rig damper has"):
+        patched_text(EXPLAINED, Damper())
+
+
+def shown(diagnosis: Diagnosis) -> str:
+    console = Console(highlight=False, markup=False, width=160, record=True, file=open("/dev/null", "w", encoding="utf-8"))
+    with console.file:
+        show(diagnosis, console)
+    return console.export_text()
+
+
+def test_the_terminal_says_first_what_was_found_then_verdict_effect_place_and_share():
+    text = shown(NOT_SEPARABLE)
+    order = ["cycles are missing", "NOT SEPARABLE", "leak", "muscle0_gauge_offset", "reversal of muscle speed", "all channels", "next experiment"]
+    assert [text.index(words) for words in order] == sorted(text.index(words) for words in order)
+    assert "gate passed" in shown(EXPLAINED) and "99.5 % (98.5 to 100.1)" in shown(EXPLAINED)
+
+
+def test_a_rig_without_a_gap_shows_no_table_of_effects():
+    text = shown(NO_GAP)
+    assert "NO GAP" in text and "Confidence" not in text and "Gap closed" not in text
+
+
+def test_text_of_a_log_is_not_taken_for_markup():
+    assert "[bold]" in shown(replace(NO_GAP, found_first=("a [bold] name",)))
+
+
+def test_numbers_stand_in_the_units_that_a_person_reads():
+    assert size(2500.0, "Pa") == "2.50 kPa" and size(67.2, "Pa") == "67.2 Pa" and size(0.0045, "A") == "4.50 mA"
+    assert size(None, "N") == size(float("nan"), "N") == "–" and size(1.23, "x floor") == "1.2 ×"
+    assert times(0.99) == "1.0 ×" and times(13.2) == "13 ×" and percent(0.997) == "99.7 %" and percent(-0.5) == "−50 %"
+    assert parameter_words(SLIP.parameters[1]) == ("1.900", "1.600 to 2.200", "2.000", "mm")

@@ -1,0 +1,84 @@
+"""The page of a diagnosis: whole, self-contained, safe to open, and it says what the diagnosis says."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from epa_rt.gap.diagnosis import Diagnosis
+from epa_rt.gap.report.curves import path, ticks
+from epa_rt.gap.report.map import AT_FLOOR, heat
+from epa_rt.gap.report.page import gap_page
+from epa_rt.gap.report.traces import traces
+from tests.gap.report.answers import ANSWERS, EXPLAINED, GATE, NOT_SEPARABLE, SLIP, curves
+from tests.gap.damper import Damper, recorded, white_floor
+from tests.report.reading import Page
+
+HOSTILE = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"'&"
+
+
+@pytest.mark.parametrize("which", ANSWERS)
+def test_every_verdict_gives_a_whole_page(which):
+    page = Page(gap_page(ANSWERS[which], curves()))
+    assert not page.open and list(page.sections)[1:4] == ["where", "seen", "which"]
+    assert ANSWERS[which].says in gap_page(ANSWERS[which])
+
+
+def test_the_page_needs_no_network_and_runs_no_script():
+    text = gap_page(EXPLAINED, curves())
+    page = Page(text)
+    assert all(target.startswith("#") for _, target in page.links)
+    assert "<script" not in text and "url(" not in text and "@import" not in text
+    assert not page.handlers and len(text) < 300_000
+
+
+def test_text_from_logs_and_files_cannot_become_markup():
+    hostile = replace(NOT_SEPARABLE, says=HOSTILE, found_first=(HOSTILE,), effects=(replace(SLIP, name=HOSTILE, not_separable_from=(HOSTILE,)),),
+                      location=tuple(replace(place, link=HOSTILE, block=HOSTILE, state={HOSTILE: 2.0}) for place in EXPLAINED.location),
+                      next_experiment=replace(NOT_SEPARABLE.next_experiment, file=HOSTILE, says=HOSTILE), inputs={HOSTILE: HOSTILE},
+                      gate=GATE | {"log": HOSTILE}, not_tested=(HOSTILE,))
+    text = gap_page(hostile, [replace(curves()[0], title=HOSTILE, log=HOSTILE)])
+    assert "<script" not in text and "<img" not in text and not Page(text).handlers
+
+
+def test_what_was_found_in_the_logs_stands_before_the_verdict():
+    text = gap_page(NOT_SEPARABLE)
+    assert text.index("cycles are missing") < text.index("<h1>") < text.index("Which effect")
+
+
+def test_the_map_marks_the_block_of_the_effect_and_says_what_is_not_measured():
+    where = Page(gap_page(EXPLAINED)).sections["where"]
+    assert "not measured on its own" in where and "braid maxwell slip" in where
+    assert "reversal of muscle speed" in where and "20 ×" in where
+
+
+def test_colour_grows_with_the_gap_and_starts_above_the_floor():
+    values = [heat(x) for x in (0.5, 1.0, AT_FLOOR, 1.5, 3.0, 10.0, 30.0, 1000.0)]
+    assert values[:3] == [0.0, 0.0, 0.0] and values == sorted(values) and values[-1] == values[-2] == 1.0
+    assert heat(float("nan")) == 0.0
+
+
+def test_a_diagnosis_of_nothing_gives_a_page():
+    assert not Page(gap_page(Diagnosis("no_gap", "Nothing."))).open
+
+
+@pytest.mark.parametrize("low, high", [(0.0, 1.0), (-5.3, 4.9), (80.0, 160.0), (1e-7, 3e-7), (0.0, 0.0)])
+def test_ticks_are_round_and_inside(low, high):
+    found = ticks(low, high)
+    assert found and all(low - 1e-12 <= tick <= high + 1e-12 for tick in found) and len(found) <= 11
+
+
+def test_a_gap_in_the_data_is_a_gap_in_the_curve():
+    values = np.array([0.0, 1.0, np.nan, 1.0, 0.0])
+    assert path(np.arange(5.0), values, (0.0, 4.0), (0.0, 1.0)).count("M") == 2
+
+
+def test_curves_are_of_the_channel_with_the_gap_and_after_is_closer():
+    truth = {"muscle.coulomb_n": 1.0}
+    alongside, left = traces(Damper(), [recorded(truth)], {}, truth, {"damper": white_floor()})
+    assert "force_n" in alongside.title and not alongside.is_error and left.is_error
+    for trace in (alongside, left):
+        by = {kind: values for _, kind, values in trace.lines}
+        real = by.get("measured", 0.0)
+        assert np.nanstd(real - by["before"]) > 3.0 * np.nanstd(real - by["after"])
+        assert len(trace.t_s) == len(by["before"])
