@@ -45,11 +45,14 @@ class Screening:
         return found
 
     def typical(self) -> dict[str, float]:
-        """Expected chi-square of every effect at its typical strength."""
-        found: dict[str, float] = {}
+        """Expected chi-square of every effect at its typical strength; what only its curvature shows does not count."""
+        first: dict[str, float] = {}
+        weaker: dict[str, float] = {}
         for s in self.signatures:
-            found.setdefault(s.effect, s.size)
-        return found
+            first.setdefault(s.effect, s.size)
+            weaker[s.effect] = s.size  # the last one of an effect
+        square = WEAKER**2
+        return {name: min(size, max((weaker[name] / square - square * size) / (1.0 - square), 0.0)) for name, size in first.items()}
 
     def cosine(self, a: str, b: str) -> float:
         """Largest |cosine| between two effects' projected signatures."""

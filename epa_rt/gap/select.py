@@ -86,7 +86,7 @@ def select(problem: Problem, base: Point, explainable: Explainable, rules: Rules
 
 def _tried_again(problem: Problem, roles: list[Role], final: Point) -> tuple[list[Role], Point]:
     """Every earlier role played again with the others on; a better candidate takes it."""
-    for i in range(len(final.effects)):
+    for i in range(len(final.effects) - 1):
         others = tuple(e for j, e in enumerate(final.effects) if j != i)
         keep = {k for e in others for k in problem.effects[e].knobs} | set(problem.nominal)
         without = settled(problem, others, {k: v for k, v in final.values.items() if k in keep})

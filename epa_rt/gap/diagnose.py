@@ -1,0 +1,142 @@
+"""The diagnosis from recordings to answer: floors, nominal refit, selection of effects, what cannot be told apart, verdict."""
+
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+from epa_rt.gap.aside import split
+from epa_rt.gap.diagnosis import Diagnosis, Named, Number, Shrinkage
+from epa_rt.gap.floor import floors as floors_of
+from epa_rt.gap.localise import localise
+from epa_rt.gap.point import Normal, Point
+from epa_rt.gap.problem import Problem
+from epa_rt.gap.recording import Recording
+from epa_rt.gap.refit import Fit, settled
+from epa_rt.gap.remainder import remainders
+from epa_rt.gap.select import Role, Selection, select
+from epa_rt.gap.separate import alike, intervals, shares
+from epa_rt.gap.shrink import shrinkage
+from epa_rt.gap.subject import Subject
+from epa_rt.gap.verdict import coverage, decided, gaps, said, untested
+from epa_rt.gap.yardstick import Left, left_at
+
+MOVED = 3.0   # spreads beyond which a nominal parameter is reported
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Attribution:
+    """What ``attributed`` found, for those who go on with it. ``sets``: by role the fits that cannot be told apart, best first."""
+
+    problem: Problem
+    selection: Selection
+    before: Left
+    after: Left
+    sets: tuple[tuple[Fit, ...], ...]
+
+
+def diagnose(subject: Subject, recordings: Sequence[Recording], holdout: Sequence[Recording] = (), without: Iterable[str] = (),
+             repeats=None, seed: int = 0, floors=floors_of, how_far: bool = True, progress: Progress = lambda stage, share: None,
+             stop: Callable[[], bool] | None = None) -> Diagnosis:
+    """Where the gap lies, which effect makes it, how far it shrinks.
+
+    ``holdout``: recordings for the shrinkage; without any, the last trial of every log is set aside. ``without``: effects
+    left out of the catalogue. ``repeats``: as ``floor.floors`` takes them. ``progress(stage, share)`` is called from this
+    thread. Raises Stopped when ``stop()`` says so.
+    """
+    begun = time.monotonic()
+    halves = None if holdout else split(subject, recordings)
+    fitted, judged = halves or (subject, subject)
+    found = attributed(fitted, recordings, tuple(without), repeats, seed, floors, progress, stop)
+    progress("how far", 0.8)
+    rows = _how_far(judged, holdout or recordings, found, floors, seed, progress) if how_far else ()
+    progress("what is left", 0.95)
+    answer = composed(fitted, recordings, found, rows)
+    done = answer.as_json() | {"seconds": time.monotonic() - begun}
+    progress("done", 1.0)
+    return Diagnosis(**{**{f: getattr(answer, f) for f in done}, "seconds": done["seconds"],
+                        "inputs": {"subject": subject.name, "logs": [r.name for r in recordings], "holdout": [r.name for r in holdout],
+                                   "without": list(without)}})
+
+
+def attributed(subject: Subject, recordings: Sequence[Recording], without: Sequence[str] = (), repeats=None, seed: int = 0, floors=floors_of,
+               progress: Progress = lambda stage, share: None, stop: Callable[[], bool] | None = None) -> Attribution:
+    """Floors at the refitted nominal parameters, selection, and what cannot be told apart."""
+    progress("floors", 0.0)
+    first = Problem(subject, recordings, floors(subject, recordings, {}, repeats=repeats, seed=seed), without=without, stop=stop)
+    rough = settled(first, rounds=2)
+    level = floors(subject, recordings, rough.values, repeats=repeats, seed=seed)
+    problem = Problem(subject, recordings, level, without=without, prepared=first.prepared, stop=stop)
+    progress("nominal parameters", 0.1)
+    base = settled(problem, values=rough.values)
+    lefts = {id(base): left_at(problem, base)}
+
+    def explainable(point: Point) -> tuple[float, float]:
+        if id(point) not in lefts:
+            lefts[id(point)] = left_at(problem, point)
+        return lefts[id(point)].amount, lefts[id(point)].misfit
+
+    selection = select(problem, base, explainable, progress=lambda stage, share: progress(stage, 0.15 + 0.6 * share))
+    explainable(selection.final)
+    after = lefts[id(selection.final)]
+    sets = tuple(alike(role, after.misfit) for role in selection.roles)
+    return Attribution(problem, selection, lefts[id(base)], after, sets)
+
+
+def composed(subject: Subject, recordings: Sequence[Recording], found: Attribution, rows: Sequence[Shrinkage] = ()) -> Diagnosis:
+    """The answer in the words of ``diagnosis.py``."""
+    problem, selection = found.problem, found.selection
+    named = tuple(_named(found, role, group) for role, group in zip(selection.roles, found.sets, strict=True))
+    covered = coverage(found.before, found.after)
+    where = gaps(found.before)
+    screening = selection.roles[0].screening if selection.roles else selection.refused.screening if selection.refused else None
+    silent = untested(screening.typical() if screening else {}, 1.0, tuple(problem.effects))
+    rivals = [[n for n in one.not_separable_from if problem.effects[n].family != one.family] for one in named]
+    verdict = decided(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1))
+    if verdict == "not_in_catalogue":
+        named = ()
+    says = said(verdict, [one.name for one in named], rivals, where, covered.part, len(silent), len(problem.effects))
+    values = selection.final.values if named else selection.base.values
+    normal = (selection.final if named else selection.base).normal
+    return Diagnosis(
+        verdict=verdict, says=says, found_first=tuple(f"{r.name}: {what}" for r in recordings for what in r.found),
+        location=localise(subject, problem.prepared, selection.base.values, problem.floors), effects=named,
+        nominal_moved=_moved(problem, normal), not_tested=silent, shrinkage=tuple(rows), refitted=dict(selection.base.values), fitted=dict(values),
+        remainder=remainders(subject, problem.prepared, selection.base.values, values, problem.floors))
+
+
+def _named(found: Attribution, role: Role, group: Sequence[Fit]) -> Named:
+    problem, final = found.problem, found.selection.final
+    effect = problem.effects[role.best.effect]
+    width = intervals(final.normal, effect.knobs)
+    return Named(effect.name, effect.family, effect.block, tuple(_number(problem, final, key, width[key]) for key in effect.knobs),
+                 shares(problem, role)[effect.name], float(role.gains[0].sum() / found.after.misfit),
+                 tuple(fit.effect for fit in group if fit.effect != effect.name))
+
+
+def _number(problem: Problem, point: Point, key: str, width: float) -> Number:
+    """``width``: half of the interval, in spreads."""
+    knob, value = problem.knobs[key], point.values.get(key, problem.knobs[key].value)
+    by = width * problem.spread(key)
+    return Number(key, value, knob.unit, max(value - by, knob.low), min(value + by, knob.high), knob.value)
+
+
+def _moved(problem: Problem, normal: Normal) -> tuple[Number, ...]:
+    """Nominal parameters that went further from the plant file than anybody believed they could."""
+    width = intervals(normal, problem.nominal)
+    found = []
+    for key, z in zip(normal.keys, normal.z, strict=True):
+        if problem.knobs[key].effect is None and abs(z) > MOVED:
+            knob = problem.knobs[key]
+            value, by = knob.value + z * problem.spread(key), width[key] * problem.spread(key)
+            found.append(Number(key, value, knob.unit, max(value - by, knob.low), min(value + by, knob.high), knob.value))
+    return tuple(found)
+
+
+def _how_far(subject: Subject, recordings: Sequence[Recording], found: Attribution, floors, seed: int, progress: Progress) -> tuple[Shrinkage, ...]:
+    before, after = found.selection.base.values, found.selection.final.values
+    names = {r.name for r in found.problem.recordings}
+    level = found.problem.floors
+    if not all(r.name in names for r in recordings):
+        level = floors(subject, recordings, before, repeats=None, seed=seed)
+    return shrinkage(subject, recordings, before, after, level, progress=progress)

@@ -1,0 +1,81 @@
+"""What this data cannot tell apart, how sure a name is, and how far its numbers can be trusted.
+
+All by blocks: a block's contributions are resampled or summed as they are, so that neither colour nor missing physics
+makes an interval or a choice look surer than it is.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from epa_rt.gap.point import Normal
+from epa_rt.gap.problem import Problem
+from epa_rt.gap.refit import Fit
+from epa_rt.gap.select import Role, z_of_sum
+
+RESAMPLES = 300
+TWO_SIDED_95 = 1.96
+
+
+@dataclass(frozen=True)
+class Alike:
+    """When two refits count as the same; the figures are from the development cases.
+
+    ``chance``: difference of chi-square on trials left out, in units of s^2. ``part``: of what the better one explains.
+    ``z``: of the difference over blocks.
+    """
+
+    chance: float = 10.0
+    part: float = 0.03
+    z: float = 2.0
+
+
+def alike(role: Role, misfit: float, rule: Alike = Alike()) -> tuple[Fit, ...]:
+    """The role's best fit and all that this data cannot tell from it, best first."""
+    best = role.gains[0]
+    within = max(rule.chance * misfit, rule.part * best.sum())
+    return tuple(fit for fit, gain in zip(role.fits, role.gains, strict=True)
+                 if (best - gain).sum() < within or (z_of_sum(best - gain) < rule.z and gain.sum() > 0.5 * best.sum()))
+
+
+def shares(problem: Problem, role: Role, seed: int = 0) -> dict[str, float]:
+    """Share of block resamples in which each candidate comes out first.
+
+    Every resample solves each candidate's linearised fit again; what a candidate loses on trials left out against the
+    trials it was fitted to is charged as the price of its knobs.
+    """
+    rng = np.random.default_rng(seed)
+    weights = rng.multinomial(problem.blocks, np.full(problem.blocks, 1.0 / problem.blocks), size=RESAMPLES).astype(float)
+    scores = np.column_stack([_resampled(problem, fit.normal, weights) for fit in role.fits])
+    first = np.argmin(scores, axis=1)
+    return {fit.effect: float(np.mean(first == i)) for i, fit in enumerate(role.fits)}
+
+
+def _resampled(problem: Problem, normal: Normal, weights: np.ndarray) -> np.ndarray:
+    """(R,) chi-square of each resample at its own optimum, with the price of the knobs."""
+    matrix, vector, square = normal.matrix.sum(axis=0), normal.vector.sum(axis=0), normal.square.sum(axis=0)
+    free = ~normal.frozen
+    matrix, vector = matrix[:, free][:, :, free], vector[:, free]
+    a = np.tensordot(weights, matrix, 1) + np.diag(normal.prior[free] + 1e-9 * (np.einsum("bii->i", matrix) + 1.0))
+    v = weights @ vector
+    whole = v + normal.prior[free] * normal.z[free]
+    step = -np.linalg.solve(a, whole[..., None])[..., 0]
+    price = normal.left_out(problem.fold_of_block).sum() - normal.square.sum()
+    chi = weights @ square + 2.0 * np.einsum("ri,ri->r", whole, step) + np.einsum("ri,rij,rj->r", step, a, step)
+    return chi + normal.prior @ normal.z**2 + price
+
+
+def intervals(normal: Normal, keys: Sequence[str]) -> dict[str, float]:
+    """Half width of each key's 95 % interval in spreads: sandwich covariance over blocks, the priors believed."""
+    free = ~normal.frozen
+    blocks = normal.vector.sum(axis=0)[:, free]
+    blocks = blocks[np.any(blocks != 0.0, axis=1)] if blocks.size else blocks
+    inverse = np.linalg.inv(normal.matrix.sum(axis=(0, 1))[np.ix_(free, free)] + np.diag(normal.prior[free] + 1e-9))
+    few = len(blocks) / max(len(blocks) - int(free.sum()), 1)
+    covariance = inverse @ (few * blocks.T @ blocks + np.diag(normal.prior[free])) @ inverse
+    width = dict.fromkeys(keys, np.inf)
+    for place, i in enumerate(np.flatnonzero(free)):
+        if normal.keys[i] in width:
+            width[normal.keys[i]] = TWO_SIDED_95 * float(np.sqrt(max(covariance[place, place], 0.0)))
+    return width

@@ -1,0 +1,102 @@
+"""The verdict: from what was found, what is left, and what the logs could have shown at all."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from epa_rt.gap.diagnosis import Verdict
+from epa_rt.gap.yardstick import Left
+
+
+@dataclass(frozen=True)
+class Bars:
+    """Where one verdict ends and the next begins; the figures are from the development cases.
+
+    ``gap``: chi-square per sample above which a link has a gap worth a word, however many samples prove it.
+    ``covered``: part of what could be explained that the effects must explain to be the cause. ``whole``: part from which
+    they are all of it; else ``small`` must hold: what is left, in multiples of the floor's variance.
+    ``tested``: expected chi-square of an effect of typical strength below which the logs could not have shown it.
+    ``mostly``: part of the catalogue not tested from which silence means nothing.
+    """
+
+    gap: float = 1.2
+    covered: float = 0.6
+    whole: float = 0.9
+    small: float = 1.5
+    tested: float = 40.0
+    mostly: float = 0.6
+
+
+BARS = Bars()
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """Of links with a gap: ``part`` explained of what could be explained, over all; ``by_link`` the same; ``left`` the
+    largest chi-square per sample that is still explainable in any."""
+
+    part: float
+    by_link: Mapping[str, float]
+    left: float
+
+
+def gaps(before: Left, bars: Bars = BARS) -> tuple[str, ...]:
+    """Links whose residual exceeds the floor by more than a trifle, the largest explainable part first."""
+    found = {name: fit.samples * (fit.before - fit.after) for name, fit in before.links.items() if fit.before > bars.gap}
+    return tuple(sorted(found, key=lambda name: -found[name]))
+
+
+def coverage(before: Left, after: Left, bars: Bars = BARS) -> Coverage:
+    """What the effects explain against what could be explained, by the better of two yardsticks.
+
+    The generic model at the start may know less than the effects do; then what it still finds after them counts.
+    """
+    explained, explainable, by_link, left = 0.0, 0.0, {}, 0.0
+    for name in gaps(before, bars):
+        first, last = before.links[name], after.links[name]
+        most = first.before - max(min(first.after, last.after, last.before), 1.0)
+        own = first.before - last.before
+        by_link[name] = own / most if most > 0.0 else 1.0
+        explained, explainable = explained + first.samples * own, explainable + first.samples * most
+        left = max(left, last.before - max(last.after, 1.0))
+    return Coverage(explained / explainable if explainable > 0.0 else 1.0, by_link, left)
+
+
+def decided(gap: bool, effects: Sequence[str], found: Coverage, ambiguous: bool, untested: float, bars: Bars = BARS) -> Verdict:
+    """``gap``: any link has one. ``ambiguous``: an effect cannot be told from one of another family. ``untested``: part of
+    the catalogue that the logs could not have shown."""
+    if not gap and not effects:
+        return "not_excited" if untested > bars.mostly else "no_gap"
+    if not effects or found.part < bars.covered:
+        return "not_in_catalogue"
+    if ambiguous:
+        return "not_separable"
+    return "explained" if found.part > bars.whole or found.left < bars.small else "partly_explained"
+
+
+def untested(typical: Mapping[str, float], misfit: float, names: Sequence[str], bars: Bars = BARS) -> tuple[str, ...]:
+    """Effects of which a typical strength would have stayed below detection, nominal parameters projected out."""
+    return tuple(name for name in names if typical.get(name, 0.0) < bars.tested * misfit)
+
+
+def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]], links: Sequence[str], part: float, not_tested: int, of: int) -> str:
+    """The verdict in one or two sentences."""
+    names = " and ".join(effects)
+    where = ", ".join(links)
+    if verdict == "no_gap":
+        return f"Nothing is left beyond the noise floor once the nominal parameters are refitted; {of - not_tested} of {of} effects would have shown."
+    if verdict == "not_excited":
+        return f"No gap shows, but these logs could not have shown {not_tested} of {of} effects at a typical strength."
+    if verdict == "not_in_catalogue":
+        return f"There is a gap in {where}, and no effect of the catalogue explains it."
+    if verdict == "not_separable":
+        return f"{names} explains {_percent(part)} of what can be explained in {where}; this data cannot tell it from " \
+               f"{'; '.join(', '.join(s) for s in sets if s)}."
+    if verdict == "partly_explained":
+        return f"{names} explains {_percent(part)} of what can be explained in {where}; the rest is described by data alone."
+    return f"{names} explains {_percent(part)} of what can be explained in {where or 'the residual'}."
+
+
+def _percent(part: float) -> str:
+    return f"{100.0 * float(np.clip(part, 0.0, 1.0)):.0f} %"
