@@ -1,0 +1,198 @@
+"""A sealed chamber whose pressure is watched: what lets it fall or wander.
+
+The link ``pressure`` restarts at every hold; the level it starts from is found in closed form. The laws take the measured
+pressure and are integrated over the hold, so that no rate is ever differentiated. Volume does not stand here: a sealed
+chamber shows its leak over its volume only, so leaks count per second.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from epa_rt.gap.foreign.component import Channel, Component, Numbers, Parameter, Setting, effect
+from epa_rt.gap.foreign.signals import Signals
+from epa_rt.gap.subject import Link
+
+SEARCHED_S, MARGIN_S = 20.0, 0.5    # in which the valve shuts; left out after it
+CRITICAL = 0.528                    # pressure ratio below which air leaves at the speed of sound
+KAPPA = 1.4
+LINK = ("pressure",)
+
+
+@dataclass(frozen=True)
+class Hold:
+    """``start`` to ``stop`` in samples; ``seconds`` since the valve shut and ``pressure_pa`` (n,) each; ``judged`` (n,)."""
+
+    start: int
+    stop: int
+    seconds: np.ndarray
+    pressure_pa: np.ndarray
+    judged: np.ndarray
+
+
+@dataclass(frozen=True)
+class Prepared:
+    signals: Signals
+    holds: tuple[Hold, ...]
+
+
+def prepare(signals: Signals, numbers: Numbers) -> Prepared:
+    """Finds the holds: the trials of the log (all of it where it has none), each from the moment the pressure starts to fall."""
+    pressure, good = signals.columns["pressure"], signals.valid["pressure"]
+    smooth = signals.lowpass(pressure)
+    trials = [(span.start, span.stop) for span in signals.spans if span.trial] or [(0, len(pressure))]
+    holds, judged = [], np.zeros(len(pressure), dtype=bool)
+    for begin, stop in trials:
+        start = begin + _shut(smooth[begin:stop], signals.rate_hz) + round(MARGIN_S * signals.rate_hz)
+        if stop - start > 10:
+            holds.append(Hold(start, stop, np.arange(stop - start) / signals.rate_hz, smooth[start:stop], good[start:stop]))
+            judged[start:stop] = good[start:stop]
+    signals.valid["pressure"] = judged
+    return Prepared(signals, tuple(holds))
+
+
+def _shut(pressure: np.ndarray, rate_hz: float) -> int:
+    """Sample from which a level turns into a fall, by least squares over a hinge; 0 where none shows."""
+    n = min(len(pressure), round(SEARCHED_S * rate_hz))
+    y, time = pressure[:n], np.arange(n) / n
+    corners = range(1, n - round(rate_hz), max(1, round(0.1 * rate_hz)))
+    best, least = 0, np.inf
+    for corner in corners:
+        hinge = np.maximum(time - time[corner], 0.0)
+        design = np.column_stack([np.ones(n), hinge, hinge**2])
+        left = y - design @ np.linalg.lstsq(design, y, rcond=None)[0]
+        if left @ left < least:
+            best, least = corner, float(left @ left)
+    return best
+
+
+def rate_pa_s(p: np.ndarray, n: Numbers) -> np.ndarray:
+    """dp/dt of the shut-in gas at measured pressure ``p``, (n,), by all leaks."""
+    ambient, p = n["atmosphere"], p - n["sensor.zero_pa"]
+    over = np.maximum(p - ambient, 0.0)
+    rate = -(n["chamber.stand_leak_per_s"] + n["leak.linear_per_s"]) * over
+    if n["leak.laminar_per_s"] != 0.0:
+        rate = rate - n["leak.laminar_per_s"] * np.maximum(p**2 - ambient**2, 0.0) / (2.0 * ambient)
+    if n["leak.orifice_per_s"] != 0.0:
+        rate = rate - n["leak.orifice_per_s"] * p * _outflow(ambient / np.maximum(p, ambient))
+    if n["leak.pressure_opened_per_s"] != 0.0:
+        rate = rate - n["leak.pressure_opened_per_s"] * np.maximum(p - n["leak.opens_at_pa"], 0.0)
+    if n["leak.supply_per_s"] != 0.0:
+        rate = rate + n["leak.supply_per_s"] * np.maximum(n["supply"] - p, 0.0)
+    if n["walls.stretch_per_pa"] != 0.0:
+        rate = rate / (1.0 + n["walls.stretch_per_pa"] * np.maximum(2.0 * p - ambient, 0.0))
+    return rate
+
+
+def _outflow(ratio: np.ndarray) -> np.ndarray:
+    """Flow through an orifice over its choked value, by outlet over inlet pressure (ISO 6358 ellipse's isentropic original)."""
+    at = np.clip(ratio, CRITICAL, 1.0)
+    flow = np.sqrt(np.maximum(at ** (2 / KAPPA) - at ** ((KAPPA + 1) / KAPPA), 0.0))
+    return flow / np.sqrt(CRITICAL ** (2 / KAPPA) - CRITICAL ** ((KAPPA + 1) / KAPPA))
+
+
+def added_pa(seconds: np.ndarray, p: np.ndarray, n: Numbers) -> np.ndarray:
+    """What adds to the pressure beside leaks, (n,), up to a constant."""
+    added = n["sensor.drift_pa_s"] * seconds + n["gas.ambient_drift_per_s"] * seconds * p
+    if n["gas.heat_pa"] != 0.0:
+        added = added + n["gas.heat_pa"] * np.exp(-seconds / n["gas.heat_s"])
+    if n["walls.creep_pa"] != 0.0:
+        added = added - n["walls.creep_pa"] * np.log1p(seconds / n["walls.creep_s"])
+    return added
+
+
+def residual(prepared: Prepared, numbers: Numbers, link: str) -> np.ndarray:
+    pressure = prepared.signals.columns["pressure"]
+    left = np.zeros(len(pressure))
+    for hold in prepared.holds:
+        rate = rate_pa_s(hold.pressure_pa, numbers)
+        lost = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]))]) / prepared.signals.rate_hz
+        part = pressure[hold.start:hold.stop] - lost - added_pa(hold.seconds, hold.pressure_pa, numbers)
+        left[hold.start:hold.stop] = part - part[hold.judged].mean() if hold.judged.any() else 0.0
+    return left
+
+
+def features(prepared: Prepared, link: str) -> Mapping[str, np.ndarray]:
+    seconds = np.zeros(prepared.signals.samples)
+    pressure = prepared.signals.lowpass(prepared.signals.columns["pressure"])
+    for hold in prepared.holds:
+        seconds[hold.start:hold.stop] = hold.seconds
+    return {"pressure_pa": pressure, "hold_time_s": seconds}
+
+
+def free_run(prepared: Prepared, numbers: Numbers) -> Mapping[str, np.ndarray]:
+    """Pressure by forward integration from every hold's first second (Runge-Kutta 4); as measured outside the holds."""
+    pressure = prepared.signals.columns["pressure"].copy()
+    step = 1.0 / prepared.signals.rate_hz
+    first = max(1, round(prepared.signals.rate_hz))
+    for hold in prepared.holds:
+        gas = np.empty(len(hold.seconds))
+        gas[0] = hold.pressure_pa[0]
+        for k in range(1, len(gas)):
+            here = gas[k - 1]
+            k1 = rate_pa_s(here, numbers)
+            k2 = rate_pa_s(here + 0.5 * step * k1, numbers)
+            k3 = rate_pa_s(here + 0.5 * step * k2, numbers)
+            gas[k] = here + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + rate_pa_s(here + step * k3, numbers))
+        run = gas + added_pa(hold.seconds, gas, numbers)
+        pressure[hold.start:hold.stop] = run - run[:first].mean() + hold.pressure_pa[:first].mean()
+    return {"pressure": pressure}
+
+
+def _p(key: str, unit: str, of: str | None, low: float, high: float, spread: float, scale: str = "", neutral: float | None = 0.0) -> Parameter:
+    return Parameter(key, unit, neutral, low, high, spread, LINK, of, scale)
+
+
+_ROWS = (
+    _p("chamber.stand_leak_per_s", "1/s", None, 0.0, 1.0, 0.5, neutral=None),
+    _p("leak.linear_per_s", "1/s", "leak_linear", 0.0, 10.0, 3e-3),
+    _p("leak.laminar_per_s", "1/s", "leak_laminar", 0.0, 10.0, 1e-3),
+    _p("leak.orifice_per_s", "1/s", "leak_orifice", 0.0, 10.0, 3e-3),
+    _p("leak.pressure_opened_per_s", "1/s", "leak_opened", 0.0, 10.0, 3e-3),
+    _p("leak.opens_at_pa", "Pa", "leak_opened", 0.0, 1e8, 1e5, neutral=3e5),
+    _p("leak.supply_per_s", "1/s", "leak_in", 0.0, 10.0, 1e-3),
+    _p("walls.stretch_per_pa", "1/Pa", "wall_stretch", 0.0, 1e-5, 3e-7),
+    _p("walls.creep_pa", "Pa", "wall_creep", -1e7, 1e7, 3e3),
+    _p("walls.creep_s", "s", "wall_creep", 0.1, 1e4, 5.0, neutral=5.0),
+    _p("gas.heat_pa", "Pa", "fill_heat", -1e7, 1e7, 1e4),
+    _p("gas.heat_s", "s", "fill_heat", 0.5, 20.0, 3.0, neutral=3.0),
+    _p("gas.ambient_drift_per_s", "1/s", "ambient_drift", -1e-2, 1e-2, 3e-5),
+    _p("sensor.drift_pa_s", "Pa/s", "sensor_drift", -1e5, 1e5, 20.0),
+    _p("sensor.zero_pa", "Pa", "sensor_zero", -1e6, 1e6, 5e3),
+)
+
+
+def _leak(name: str, knobs: tuple[str, ...], starts: tuple[tuple[float, ...], ...], says: str, equation: str, source: str):
+    return effect(name, "leak", "chamber", knobs, starts, says, equation, source)
+
+
+_EFFECTS = (
+    _leak("leak_linear", ("leak.linear_per_s",), ((3e-3,), (0.1,)), "a leak in proportion to the overpressure", "dp/dt = -k (p - pa)", "permeation, lumped leak"),
+    _leak("leak_laminar", ("leak.laminar_per_s",), ((1e-3,), (0.03,)), "a leak through a long fine gap", "dp/dt = -k (p^2 - pa^2) / (2 pa)",
+          "viscous compressible flow, isothermal"),
+    _leak("leak_orifice", ("leak.orifice_per_s",), ((3e-3,), (0.1,)), "a leak through a short hole, choked at high pressure", "dp/dt = -k p psi(pa/p)",
+          "isentropic nozzle"),
+    _leak("leak_opened", ("leak.pressure_opened_per_s", "leak.opens_at_pa"), ((3e-3, 3e5), (0.1, 3e5)), "a leak that opens above a pressure",
+          "dp/dt = -k max(p - po, 0)", "delamination, relief"),
+    effect("leak_in", "leak_in", "chamber", ("leak.supply_per_s",), ((1e-3,),), "the shut valve lets supply air in", "dp/dt = +k (ps - p)", "valve seat"),
+    effect("wall_stretch", "walls", "chamber", ("walls.stretch_per_pa",), ((3e-7,),), "walls that stretch: the volume grows with pressure",
+           "dp/dt -> dp/dt / (1 + c (2 p - pa))", "elastic vessel"),
+    effect("wall_creep", "relaxation", "chamber", ("walls.creep_pa", "walls.creep_s"), ((3e3, 5.0), (3e3, 50.0)), "walls that creep under load",
+           "p -> p - B ln(1 + t/t0)", "polymer creep"),
+    effect("fill_heat", "relaxation", "chamber", ("gas.heat_pa", "gas.heat_s"), ((1e4, 3.0), (-1e4, 3.0), (1e4, 12.0)),
+           "gas that cools (or warms) after the fill", "p -> p + A exp(-t/T)", "heat transfer after a fill"),
+    effect("ambient_drift", "drift", "chamber", ("gas.ambient_drift_per_s",), ((3e-5,), (-3e-5,)), "a room that warms or cools", "p -> p (1 + a t)", "ideal gas"),
+    effect("sensor_drift", "drift", "chamber", ("sensor.drift_pa_s",), ((20.0,), (-20.0,)), "a pressure sensor that drifts", "p_read -> p_read + d t", "sensor data sheets"),
+    effect("sensor_zero", "sensor", "chamber", ("sensor.zero_pa",), ((5e3,), (-5e3,)), "a pressure sensor with a wrong zero", "p = p_read - z", "calibration"),
+)
+
+COMPONENT = Component(
+    kind="chamber",
+    says="a sealed chamber: pressure over time",
+    channels=(Channel("pressure", "Pa", "absolute pressure of the chamber"),),
+    settings=(Setting("atmosphere", "Pa", 1e3, 1e6, 101_325.0, "absolute pressure around it"),
+              Setting("supply", "Pa", 1e3, 1e8, 1e6, "absolute pressure behind the shut valve")),
+    links=((Link("pressure", "chamber", "chamber_pressure_pa", "Pa", "time since the valve shut to pressure"), "pressure"),),
+    parameters=_ROWS, effects=_EFFECTS, prepare=prepare, residual=residual, features=features, free_run=free_run,
+)

@@ -1,0 +1,85 @@
+"""Rig files of component rigs: which column is what, settings that are known, rates. YAML, every number with its unit."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from epa_rt.config.fields import Frozen, Name, quantity
+from epa_rt.config.source import Located, Location, load_yaml, validate
+from epa_rt.config.units import UnitError, parse_quantity
+from epa_rt.gap.foreign.component import Component
+
+
+class RigText(Frozen):
+    """A component rig as it is written."""
+
+    rig: Name
+    kind: Name
+    plant: str | None = None
+    rate: quantity("Hz", 0.01, 1e5)             # of the residuals
+    lowpass: quantity("Hz", 0.001, 1e5)         # zero-phase, before they are thinned out to that rate
+    channels: dict[Name, str]
+    settings: dict[Name, str | float] = {}
+
+
+@dataclass(frozen=True)
+class ForeignRig:
+    """``channels``: role to column name; ``settings``: every setting of the kind in SI."""
+
+    name: str
+    component: Component
+    plant: Path | None
+    rate_hz: float
+    lowpass_hz: float
+    channels: dict[str, str]
+    settings: dict[str, float]
+
+
+def load_rig(path: Path) -> ForeignRig:
+    """Reads a component rig file. Raises ConfigError."""
+    from epa_rt.gap.foreign.kinds import KINDS
+
+    source = load_yaml(path)
+    text = validate(source, RigText)
+    if text.kind not in KINDS:
+        raise source.error(("kind",), f"'{text.kind}'", "one of " + ", ".join(sorted(KINDS)))
+    component = KINDS[text.kind]
+    if text.lowpass > 0.5 * text.rate:
+        raise source.error(("lowpass",), f"{text.lowpass:g} Hz", f"at most half the rate, {0.5 * text.rate:g} Hz")
+    roles = {channel.role for channel in component.channels}
+    for role in text.channels:
+        if role not in roles:
+            raise source.error(("channels", role), f"'{role}'", f"one of {', '.join(sorted(roles))}")
+    for channel in component.channels:
+        if channel.required and channel.role not in text.channels:
+            raise source.error(("channels",), "nothing", f"the key '{channel.role}': the column with {channel.says}")
+    plant = (path.parent / text.plant) if text.plant else None
+    return ForeignRig(text.rig, component, plant, text.rate, text.lowpass, dict(text.channels), _settings(source, component, text.settings))
+
+
+def _settings(source: Located, component: Component, written: dict[str, Any]) -> dict[str, float]:
+    known = {setting.name: setting for setting in component.settings}
+    for name in written:
+        if name not in known:
+            raise source.error(("settings", name), f"'{name}'", f"one of {', '.join(known)}")
+    values = {}
+    for name, setting in known.items():
+        if name in written:
+            values[name] = bounded(source, ("settings", name), written[name], setting.unit, setting.low, setting.high)
+        elif setting.default is None:
+            raise source.error(("settings",), "nothing", f"the key '{name}': {setting.says}, in {setting.unit}")
+        else:
+            values[name] = setting.default
+    return values
+
+
+def bounded(source: Located, where: Location, text: Any, unit: str, low: float, high: float) -> float:
+    """A quantity of a file in SI. Raises ConfigError (no number, wrong unit, out of bounds)."""
+    try:
+        value = parse_quantity(text, unit)
+    except UnitError as error:
+        found, _, expected = str(error).removeprefix("found ").partition(", expected ")
+        raise source.error(where, found, expected) from None
+    if not low <= value <= high:
+        raise source.error(where, f"{text}", f"{low:g} to {high:g} {unit}")
+    return value

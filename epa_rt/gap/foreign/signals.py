@@ -1,0 +1,94 @@
+"""Columns of a recording on a full grid, and the zero-phase filter that every residual passes."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from epa_rt.gap.recording import Recording, Span
+
+ORDER = 4           # of the Butterworth low-pass, run forwards and backwards
+SETTLED = 2.0       # cut-off periods after which a filter has forgotten a hole or an end
+
+
+@dataclass
+class Signals:
+    """``columns``: (N,) each by role, holes bridged; ``valid``: by role or link where the numbers are measured.
+
+    ``stride`` samples of the recording make one of the residual.
+    """
+
+    name: str
+    rate_hz: float                 # of the recording
+    lowpass_hz: float
+    stride: int
+    columns: dict[str, np.ndarray]
+    valid: dict[str, np.ndarray]
+    spans: tuple[Span, ...] = ()
+    found: list[str] = field(default_factory=list)
+
+    @property
+    def samples(self) -> int:
+        return len(next(iter(self.columns.values())))
+
+    @property
+    def time_s(self) -> np.ndarray:
+        return np.arange(self.samples) / self.rate_hz
+
+    def lowpass(self, values: np.ndarray) -> np.ndarray:
+        return lowpass(values, self.rate_hz, self.lowpass_hz)
+
+    def slope(self, values: np.ndarray) -> np.ndarray:
+        """Central difference per second, (N,)."""
+        return np.gradient(values) * self.rate_hz
+
+    def settled(self, valid: np.ndarray) -> np.ndarray:
+        """Where a filtered signal is free of holes and of the recording's ends, (N,) bool."""
+        if self.lowpass_hz >= 0.5 * self.rate_hz:
+            return valid.copy()
+        reach = int(np.ceil(SETTLED / self.lowpass_hz * self.rate_hz))
+        bad = np.concatenate([[1.0], np.where(valid, 0.0, 1.0), [1.0]])
+        near = np.convolve(bad, np.ones(2 * reach + 1), mode="same") > 0.5
+        return ~near[1:-1]
+
+
+def on_grid(recording: Recording, roles: dict[str, str], rate_hz: float, lowpass_hz: float) -> Signals:
+    """A recording's columns by role, a sample for every cycle. Raises KeyError with the columns that are not there."""
+    missing = sorted(name for name in roles.values() if name not in recording.columns)
+    if missing:
+        raise KeyError(f"{recording.name}: found no column {', '.join(missing)}, expected what the rig file names under channels")
+    rate_in = 1.0 / recording.period_s
+    index = np.asarray(recording.cycle - recording.cycle[0], dtype=np.int64)
+    samples = int(index[-1]) + 1
+    columns, valid = {}, {}
+    for role, name in roles.items():
+        full = np.full(samples, np.nan)
+        full[index] = recording.columns[name]
+        good = np.isfinite(full)
+        places = np.flatnonzero(good)
+        columns[role] = np.interp(np.arange(samples), places, full[places]) if len(places) else np.zeros(samples)
+        valid[role] = good
+    spans = tuple(Span(s.name, int(index[s.start]), int(index[min(s.stop, len(index)) - 1]) + 1, s.trial) for s in recording.spans if s.stop > s.start)
+    return Signals(recording.name, rate_in, lowpass_hz, max(1, round(rate_in / rate_hz)), columns, valid, spans)
+
+
+def lowpass(values: np.ndarray, rate_hz: float, lowpass_hz: float) -> np.ndarray:
+    """Zero-phase Butterworth; the values themselves where the cut-off lies at or above half the rate."""
+    if lowpass_hz >= 0.5 * rate_hz:
+        return np.array(values, dtype=float)
+    from scipy import signal
+
+    sections = signal.butter(ORDER, lowpass_hz / (0.5 * rate_hz), output="sos")
+    return signal.sosfiltfilt(sections, values)
+
+
+def shifted(values: np.ndarray, samples: float) -> np.ndarray:
+    """``values`` delayed by a number of samples, whole or not (negative: advanced), cubic between them, ends held."""
+    whole = int(np.floor(samples))
+    part = samples - whole
+    place = np.arange(len(values)) - whole
+    last = len(values) - 1
+    before, at, after, beyond = (values[np.clip(place + k, 0, last)] for k in (1, 0, -1, -2))
+    if part == 0.0:
+        return at
+    return (at * (1 + part) * (1 - part) * (2 - part) / 2 + after * part * (1 + part) * (2 - part) / 2
+            - before * part * (1 - part) * (2 - part) / 6 - beyond * part * (1 + part) * (1 - part) / 6)

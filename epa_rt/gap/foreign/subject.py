@@ -1,0 +1,139 @@
+"""A component rig and its plant as the diagnosis wants them: one ``Subject`` for every kind."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from epa_rt.gap.foreign.baseline import Baseline
+from epa_rt.gap.foreign.component import Experiment, scaled
+from epa_rt.gap.foreign.plant_file import ForeignPlant, plant_text, sized
+from epa_rt.gap.foreign.rig_file import ForeignRig
+from epa_rt.gap.foreign.signals import Signals, lowpass, on_grid
+from epa_rt.gap.recording import Recording
+from epa_rt.gap.subject import Link, Values
+from epa_rt.models.effect import Effect, Knob
+
+
+@dataclass(frozen=True)
+class Ready:
+    """A recording ready for residuals. ``judged``: by link, (n,) bool at the residual's rate; ``work``: the component's own."""
+
+    signals: Signals
+    work: object
+    judged: Mapping[str, np.ndarray]
+    beside: Mapping[str, np.ndarray]      # by link, (n,): what a baseline takes off
+    recording: Recording
+
+
+class ForeignSubject:
+    """See ``gap/subject.py``. ``settings``: numbers of the rig that are known; ``baseline``: a repeat that stands for the plant."""
+
+    def __init__(self, rig: ForeignRig, plant: ForeignPlant, leave_out: frozenset[str] = frozenset(), baseline: Baseline | None = None) -> None:
+        component = rig.component
+        self.name, self.rate_hz = rig.name, rig.rate_hz
+        self.rig, self.plant, self.leave_out, self.baseline = rig, plant, leave_out, baseline
+        self.links: tuple[Link, ...] = tuple(link._replace(channel=rig.channels.get(role, link.channel)) for link, role in component.links)
+        self._roles = {link.name: role for link, role in component.links}
+        self._parameters = {row.key: row for row in (sized(row, rig.settings) for row in component.parameters)}
+        every = {key: _knob(row, plant.numbers[key]) for key, row in self._parameters.items()}
+        self.nominal: tuple[Knob, ...] = tuple(knob for knob in every.values() if knob.effect is None)
+        self.catalogue: tuple[Effect, ...] = tuple(self._in_si(effect) for effect in component.effects if effect.name not in leave_out)
+        self.knobs = {key: knob for key, knob in every.items() if knob.effect is None or knob.effect not in leave_out}
+
+    def _in_si(self, effect: Effect) -> Effect:
+        sizes = [scaled(row.scale, self.rig.settings) for row in self.rig.component.parameters for key in effect.knobs if row.key == key]
+        order = [row.key for row in self.rig.component.parameters if row.key in effect.knobs]
+        size = dict(zip(order, sizes, strict=True))
+        return effect._replace(starts=tuple(tuple(v * size[k] for v, k in zip(start, effect.knobs, strict=True)) for start in effect.starts))
+
+    def touched(self, key: str) -> tuple[str, ...]:
+        return self._parameters[key].links
+
+    def prepare(self, recording: Recording) -> Ready:
+        """Raises KeyError where the recording lacks a column that the rig file names."""
+        ready = self._ready(recording, self._channels(recording))
+        if self.baseline is None:
+            return ready
+        beside = {link.name: self.baseline.taken_off(self, ready, link.name) for link in self.links}
+        judged = {name: ready.judged[name] & np.isfinite(beside[name]) for name in beside}
+        return replace(ready, beside=beside, judged=judged)
+
+    def _ready(self, recording: Recording, channels: dict[str, str]) -> Ready:
+        signals = on_grid(recording, channels, self.rate_hz, self.rig.lowpass_hz)
+        work = self.rig.component.prepare(signals, self._numbers({}))
+        return Ready(signals, work, {link.name: self._judged(signals, link.name) for link in self.links}, {}, recording)
+
+    def _channels(self, recording: Recording) -> dict[str, str]:
+        optional = {channel.role for channel in self.rig.component.channels if not channel.required}
+        return {role: name for role, name in self.rig.channels.items() if role not in optional or name in recording.columns}
+
+    def _judged(self, signals: Signals, link: str) -> np.ndarray:
+        needed = (self._roles[link], *self.rig.component.needs.get(link, ()))
+        valid = np.logical_and.reduce([signals.valid[role] for role in needed])
+        return signals.settled(valid)[::signals.stride]
+
+    def _numbers(self, values: Values) -> dict[str, float]:
+        unknown = [key for key in values if key not in self._parameters]
+        if unknown:
+            raise KeyError(f"found {unknown[0]}, expected a parameter of a {self.rig.component.kind}")
+        return {**self.rig.settings, **self.plant.numbers, **values}
+
+    def residual(self, prepared: Ready, values: Values, link: str) -> np.ndarray:
+        left = self.rig.component.residual(prepared.work, self._numbers(values), link)
+        left = lowpass(left, prepared.signals.rate_hz, self.rig.lowpass_hz)[::prepared.signals.stride]
+        if link in prepared.beside:
+            left = left - prepared.beside[link]
+        return np.where(prepared.judged[link], left, np.nan)
+
+    def features(self, prepared: Ready, link: str) -> Mapping[str, np.ndarray]:
+        found = self.rig.component.features(prepared.work, link)
+        return {name: np.asarray(values)[::prepared.signals.stride] for name, values in found.items()}
+
+    def free_run(self, recording: Recording, values: Values, seed: int | None) -> Recording | None:
+        component = self.rig.component
+        if component.free_run is None:
+            return None
+        ready = self._ready(recording, self._channels(recording))
+        run = component.free_run(ready.work, self._numbers(values))
+        columns = dict(recording.columns)
+        rng = np.random.default_rng(seed)
+        places = np.asarray(recording.cycle - recording.cycle[0], dtype=np.int64)
+        for role, made in run.items():
+            if seed is not None and role in ready.signals.columns:
+                made = _as_read(made, ready.signals, role, rng)
+            made = np.where(ready.signals.valid[role], made, np.nan) if role in ready.signals.valid and ready.signals.valid[role].any() else made
+            columns[self.rig.channels[role]] = made[places]
+        return replace(recording, columns=columns)
+
+    def patched(self, values: Values, effects: Sequence[str]) -> str:
+        """Text of a plant file with these values, which reads back to the same numbers."""
+        return plant_text(replace(self.plant, numbers={**self.plant.numbers, **values}), self.rig, tuple(effects))
+
+    def menu(self) -> tuple[Experiment, ...]:
+        """Experiments that this rig could run next; none where its kind has no model of the whole."""
+        return self.rig.component.menu(self.rig.settings) if self.rig.component.menu else ()
+
+    def against(self, repeat: Recording, by: str = "time") -> "ForeignSubject":
+        """The same rig with a repeat in the plant's place: what the plant leaves of the repeat counts as known.
+
+        ``by``: 'time' where both run in step; 'stroke' where they go through the same places in the same directions.
+        """
+        return ForeignSubject(self.rig, self.plant, self.leave_out, Baseline(repeat, by))
+
+
+def _knob(row, value: float) -> Knob:
+    spread = row.spread if row.effect is not None else row.spread * abs(value)
+    return Knob(row.key, row.unit, value, row.low, row.high, spread, row.effect)
+
+
+def _as_read(made: np.ndarray, signals: Signals, role: str, rng: np.random.Generator) -> np.ndarray:
+    """With noise as strong as the channel's own above the low-pass, and with its steps."""
+    measured, valid = signals.columns[role], signals.valid[role]
+    moves = np.abs(np.diff(measured[valid]))
+    steps = moves[moves > 0.0]
+    step = float(np.quantile(steps, 0.05)) if len(steps) else 0.0
+    rough = np.diff(measured, 2)[valid[2:]]
+    noise = float(1.4826 * np.median(np.abs(rough)) / np.sqrt(6.0)) if len(rough) else 0.0
+    read = made + noise * rng.standard_normal(len(made))
+    return np.round(read / step) * step if step > 0.0 and noise < step else read
