@@ -1,0 +1,86 @@
+"""What the drive and the valves were told, cycle by cycle, from a recording's sent commands."""
+
+import math
+
+import numpy as np
+
+from epa_rt.config.devices import EPOS4_OUTPUTS
+from epa_rt.config.ports import VALVE_PORTS
+from epa_rt.config.rig import Rig
+from epa_rt.config.rig_checks import entries_of
+from epa_rt.gap.house.channels import CONVERTER_COUNTS, analog_speed_step
+from epa_rt.models.ports import COMMAND
+from epa_rt.signals.scaling import scaling_of
+
+AGE = 2            # rows: computed from the inputs of edge k, sent at k + 1, seen in the motion that edge k + 2 samples
+SPEED_MODE = 9.0
+_STATE, _RUNNING, _QUICK_STOP = 0x6F, 0x27, 0x07  # CiA 402 status word
+_TARGETS = {"target_position": "target_angle_rad", "target_speed": "target_speed_rad_s", "target_torque": "target_torque_nm"}
+
+
+def commands_of(rig: Rig, columns: dict[str, np.ndarray]) -> np.ndarray:
+    """(N,) COMMAND: row k is what acted on the plant in the cycle whose end row k samples.
+
+    ``columns``: of a gapless recording. Enabled and mode are the drive's own word on them, sampled at the end of that cycle.
+    """
+    count = len(next(iter(columns.values())))
+    commands = np.zeros(count, COMMAND)
+    status = _integers(columns, _status_row(rig), count)
+    state = status & _STATE
+    commands["enabled"] = (state == _RUNNING) | (state == _QUICK_STOP)
+    commands["mode"] = SPEED_MODE
+    if rig.drive.interface == "cia402":
+        commands["mode"] = _integers(columns, rig.drive.mode_display, count)
+    _write_targets(rig, columns, commands)
+    stopping = state == _QUICK_STOP
+    commands["mode"][stopping], commands["target_speed_rad_s"][stopping] = SPEED_MODE, 0.0
+    return commands
+
+
+def _status_row(rig: Rig) -> str | None:
+    return next((row.name for row in rig.inputs if row.entry.endswith(".status_word")), None)
+
+
+def _integers(columns, name: str | None, count: int) -> np.ndarray:
+    if name is None:
+        return np.full(count, _RUNNING)
+    return np.nan_to_num(_held(columns[name])).astype(np.int64)
+
+
+def _held(values: np.ndarray) -> np.ndarray:
+    """Gaps (NaN) keep the value before them."""
+    good = np.isfinite(values)
+    if good.all():
+        return values
+    last = np.maximum.accumulate(np.where(good, np.arange(len(values)), -1))
+    return np.where(last >= 0, values[np.maximum(last, 0)], 0.0)
+
+
+def _aged(values: np.ndarray, first: float) -> np.ndarray:
+    return np.concatenate([np.full(min(AGE, len(values)), first), _held(values)[:-AGE]])
+
+
+def _write_targets(rig: Rig, columns, commands: np.ndarray) -> None:
+    entries = {f"{slave.name}.{entry.name}": (slave, entry) for slave in rig.slaves for entry in entries_of(slave, outputs=True)}
+    position = next((row for row in rig.outputs if row.entry.endswith(".target_position")), None)
+    for row in rig.outputs:
+        slave, entry = entries[row.entry]
+        values = _aged(columns[row.name], row.safe)
+        if row.port in VALVE_PORTS:
+            muscle, is_exhaust = VALVE_PORTS[row.port]
+            commands["exhaust" if is_exhaust else "inlet"][:, muscle] = values > 0.5
+        elif slave.device == "EPOS4" and entry.name in _TARGETS:
+            line = scaling_of(row, entry, rig)
+            counts = np.rint((values - line.intercept) / line.slope)
+            size = {"target_position": 2 * math.pi / slave.counts_per_turn, "target_speed": 2 * math.pi / 60.0,
+                    "target_torque": 1e-3 * slave.rated_torque}[entry.name]
+            commands[_TARGETS[entry.name]] = counts * size
+        elif row.port == "drive_analog_speed":
+            line = scaling_of(row, entry, rig)
+            counts = np.rint((values - line.intercept) / line.slope)
+            commands["target_speed_rad_s"] = np.floor(counts / CONVERTER_COUNTS) * CONVERTER_COUNTS * analog_speed_step(rig)
+    if position is None:
+        commands["target_angle_rad"] = 0.0
+
+
+assert {"target_position", "target_speed", "target_torque"} <= {entry.name for entry in EPOS4_OUTPUTS}

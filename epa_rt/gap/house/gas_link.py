@@ -1,0 +1,120 @@
+"""Valves and length to pressure: the plant's gas along a measured length, levelled anew wherever the valves stay shut."""
+
+import math
+
+import numpy as np
+
+from epa_rt.gap.house.compiled import compiled
+from epa_rt.models.blocks import gas
+from epa_rt.models.blocks.muscle import shape
+
+STEPS = 2  # half-steps of a cycle: midpoint rule over each
+
+
+@compiled
+def volumes(params, i, length, strap_n, out):
+    """Volume (N,) of muscle i at its line's length, ``strap_n`` (N,) stretching the strap."""
+    m, g = params[0].muscle[i], params[0].gas[i]
+    for k in range(len(out)):
+        out[k], _ = shape(m, g.dead_volume_m3, length[k] - m.strap_compliance_m_n * strap_n[k])
+
+
+@compiled
+def seen_valve(values, k, start, end):
+    """Mean over [start, end] (in cycles from the start of cycle k, not longer than one) of a held command."""
+    first, last = math.floor(start), math.ceil(end) - 1
+    before = values[max(k + first, 0)]
+    if last <= first:
+        return before
+    part = (end - last) / (end - start)
+    return (1.0 - part) * before + part * values[max(k + last, 0)]
+
+
+@compiled
+def _rates(g, c, mass, droop, volume, inlet, exhaust, others):
+    rate, mass_rate, drawn = gas.rates(g, c, mass, volume, gas.pressure(g, c, volume), gas.supply_pressure(g, droop), inlet, exhaust)
+    return rate, mass_rate, gas.droop_rate(g, drawn + others, droop), drawn
+
+
+@compiled
+def march(g, delay, volume, inlet, exhaust, others, lag_s, period_s, k0, k1, s, truth, seen, drawn):
+    """Cycles k0 to k1 from state s (c, mass, droop, openings, lagged reading, pressure before), which it moves."""
+    h = period_s / STEPS
+    decay = math.exp(-0.5 * h / g.valve_lag_s)
+    fade = math.exp(-period_s / lag_s) if lag_s > 0.0 else 0.0
+    tight = (g.leak_per_s == 0.0 and g.heat_exchange_per_s == 0.0 and g.inlet_seat_leak_ratio == 0.0 and g.exhaust_seat_leak_ratio == 0.0)
+    for k in range(k0, k1):
+        before = volume[max(k - 1, 0)]
+        drawn[k] = 0.0
+        for j in range(STEPS):
+            a, b = j / STEPS - delay, (j + 1) / STEPS - delay
+            wanted_in, wanted_out = seen_valve(inlet, k, a, b), seen_valve(exhaust, k, a, b)
+            if tight and s[3] == 0.0 and s[4] == 0.0 and wanted_in == 0.0 and wanted_out == 0.0 and s[2] == 0.0 and others[k] == 0.0:
+                continue
+            step = volume[k] - before
+            v0, v1 = before + step * (j / STEPS), before + step * ((j + 0.5) / STEPS)
+            d0, m0, f0, _ = _rates(g, s[0], s[1], s[2], v0, s[3], s[4], others[k])
+            s[3], s[4] = gas.opening_after(s[3], wanted_in, decay), gas.opening_after(s[4], wanted_out, decay)
+            d1, m1, f1, flow = _rates(g, s[0] + 0.5 * h * d0, s[1] + 0.5 * h * m0, s[2] + 0.5 * h * f0, v1, s[3], s[4], others[k])
+            s[3] = gas.settled(gas.opening_after(s[3], wanted_in, decay), wanted_in)
+            s[4] = gas.settled(gas.opening_after(s[4], wanted_out, decay), wanted_out)
+            s[0], s[1], s[2] = s[0] + h * d1, s[1] + h * m1, s[2] + h * f1
+            drawn[k] += flow / STEPS
+        pressure = gas.pressure(g, s[0], volume[k])
+        if lag_s > 0.0:
+            behind = (pressure - s[6]) / period_s * lag_s
+            s[5] = pressure - behind + (s[5] - s[6] + behind) * fade
+        else:
+            s[5] = pressure
+        s[6] = pressure
+        truth[k], seen[k] = pressure, s[5]
+
+
+@compiled
+def _level(seen, measured, k0, k1):
+    """Factor on the predicted pressure that fits it to the measured one over a span."""
+    top, bottom = 0.0, 0.0
+    for k in range(k0, k1):
+        top += seen[k] * measured[k]
+        bottom += seen[k] * seen[k]
+    return top / bottom if bottom > 0.0 and top > 0.0 else 1.0
+
+
+@compiled
+def _raise(s, factor):
+    s[0] *= factor
+    s[1] *= factor
+    s[5] *= factor
+    s[6] *= factor
+
+
+@compiled
+def pressures(params, i, delay, volume, inlet, exhaust, others, measured, shut, lag_s, period_s, truth, seen, drawn):
+    """Absolute pressure of muscle i (N,) in ``truth``, as a lagging sensor has it in ``seen``, flow drawn in ``drawn``.
+
+    ``measured``: absolute pressure read (N,), which starts the run and levels every span of ``shut`` (spans, 2).
+    """
+    g = params[0].gas[i]
+    s = np.zeros(7)
+    start = max(measured[0], 1e3) if abs(measured[0] - g.atmosphere_pa) > 5e3 else g.atmosphere_pa
+    s[0], s[1] = start * gas.power(volume[0], g.polytropic_ratio), start * volume[0] / (g.gas_constant_j_kg_k * g.temperature_k)
+    s[5] = s[6] = start
+    at = 0
+    steady = g.leak_per_s == 0.0 and g.heat_exchange_per_s == 0.0 and g.inlet_seat_leak_ratio == 0.0 and g.exhaust_seat_leak_ratio == 0.0
+    for n in range(len(shut)):
+        k0, k1 = shut[n, 0], shut[n, 1]
+        march(g, delay, volume, inlet, exhaust, others, lag_s, period_s, at, k0, s, truth, seen, drawn)
+        kept = s.copy()
+        march(g, delay, volume, inlet, exhaust, others, lag_s, period_s, k0, k1, s, truth, seen, drawn)
+        factor = _level(seen, measured, k0, k1)
+        if not (steady and s[3] == 0.0 and s[4] == 0.0):  # not a mere scale: once more from the raised level
+            _raise(kept, factor)
+            s[:] = kept
+            march(g, delay, volume, inlet, exhaust, others, lag_s, period_s, k0, k1, s, truth, seen, drawn)
+            factor = _level(seen, measured, k0, k1)
+        _raise(s, factor)
+        for k in range(k0, k1):
+            truth[k] *= factor
+            seen[k] *= factor
+        at = k1
+    march(g, delay, volume, inlet, exhaust, others, lag_s, period_s, at, len(volume), s, truth, seen, drawn)

@@ -1,0 +1,60 @@
+"""Measured motion as the plant has it: motor angle past its encoder, muscle lengths past gear, play, wiring and straps."""
+
+import math
+
+import numpy as np
+
+from epa_rt.gap.house.compiled import compiled
+from epa_rt.models.blocks import load, muscle, transmission
+from epa_rt.models.chain import lengths
+
+
+@compiled
+def true_angle(p, slow, fast, angle_fast_gain, out):
+    """Motor angle (N,) from the part of the angle reading and that of the speed reading."""
+    for k in range(len(out)):
+        seen = (slow[k] - p.motor_angle_offset_rad) / p.motor_angle_gain_ratio + fast[k] / angle_fast_gain
+        angle = seen
+        if p.encoder_eccentricity_rad != 0.0:
+            for _ in range(3):
+                angle = seen - p.encoder_eccentricity_rad * math.sin(angle + p.encoder_phase_rad)
+        out[k] = angle
+
+
+@compiled
+def line_lengths(params, i, angle, speed, place, place_speed, out):
+    """Length of muscle i's line (out[0]) and its speed (out[1]) from motor and load motion, the play centred at first."""
+    t, l = params[0].transmission, params[0].load
+    travel = transmission.geared_travel(t, angle[0])
+    for k in range(len(angle)):
+        travel, carried = transmission.play(t, transmission.geared_travel(t, angle[k]), travel)
+        travel_speed = carried * transmission.travel_per_angle(t, angle[k]) * speed[k]
+        q, q_speed, _ = load.coordinate(l, place[k], place_speed[k])
+        out[0, k], out[1, k] = lengths(l, i, travel, travel_speed, q, q_speed)
+
+
+@compiled
+def pulls(params, i, gauge, length, speed, held_n, period_s, out):
+    """Force of muscle i (N,) from gauge pressure, line length and its speed; ``held_n`` (N,) stretches its strap, or (0,)
+    where the predicted force itself does.
+    """
+    m = params[0].muscle[i]
+    slip = np.zeros(4)
+    dahl, creep, strap, before = 0.0, 0.0, 0.0, length[0]
+    for k in range(len(length)):
+        if len(held_n):
+            strap = held_n[k]
+        braid = length[k] - m.strap_compliance_m_n * strap
+        moved = braid - before
+        if m.slip_ratio != 0.0:
+            muscle.slip_settle(m, slip, moved)
+        if m.dahl_ratio != 0.0:
+            dahl = muscle.dahl(m, dahl, moved)
+        if m.creep_stiffness_n_m != 0.0:
+            fall = math.exp(-period_s / m.creep_time_s)
+            creep = fall * creep + m.creep_stiffness_n_m * m.creep_time_s * (1.0 - fall) * 0.5 * (speed[k] + speed[max(k - 1, 0)])
+        _, slope = muscle.shape(m, 0.0, braid)
+        out[k] = muscle.tension(m, slope, gauge[k], braid, speed[k], slip, dahl, 0.0, creep)
+        if not len(held_n):
+            strap = out[k]
+        before = braid

@@ -1,0 +1,90 @@
+"""Drive and motor along the measured motion: commands to current, and motion with load to current."""
+
+import math
+
+import numpy as np
+
+from epa_rt.gap.house.compiled import compiled
+from epa_rt.models.blocks import bus, drive, transmission
+from epa_rt.models.blocks.friction import slider
+from epa_rt.models.ports import STATE
+
+STEPS = 2
+WATCH_S = 0.5  # the speed loop's integral is led to the measured current this slowly: rounding must not add up in it
+
+
+def new_ring() -> np.ndarray:
+    return np.zeros(1, STATE)
+
+
+@compiled
+def winding_heat(p, current, period_s, out):
+    """Winding temperature above the housing (N,) that a current (N,) makes."""
+    heat, part = 0.0, period_s / p.winding_time_s
+    for k in range(len(current)):
+        heat += part * (p.winding_thermal_k_w * p.winding_ohm * current[k] * current[k] - heat)
+        out[k] = heat
+
+
+@compiled
+def drive_current(params, state, commands, angle, speed, measured_a, heat, period_s, out):
+    """Winding current (N,) from the commands and the measured motion; its integral follows ``measured_a`` slowly."""
+    p, s = params[0].drive, state[0]
+    delay = params[0].bus.command_delay_s / period_s
+    current, integral = 0.0, 0.0
+    h = period_s / STEPS
+    fade = math.exp(-h / p.current_lag_s)
+    for k in range(len(angle)):
+        bus.latch(s, commands[k], period_s)
+        seen = k + math.floor(-delay)
+        now, before = s.ring[seen % bus.RING], s.ring[(seen - 1) % bus.RING]
+        integral = drive.integral_at_edge(now, before, integral, current)
+        b = max(k - 1, 0)
+        for j in range(STEPS):
+            motor = bus.motor_seen(s.ring, k, j / STEPS - delay, (j + 1) / STEPS - delay)
+            a, w = drive.cubic(angle[b], angle[k], speed[b], speed[k], period_s, (j + 0.5) / STEPS)
+            _, rate, _ = drive.rates(p, motor, 0.5, a, w, integral, current, heat[k])
+            di, _, _ = drive.rates(p, motor, 0.5, a, w, integral + 0.5 * h * rate, current, heat[k])
+            current += di * p.current_lag_s * (1.0 - fade)
+            integral += h * rate
+        if now[0] > 0.5:
+            integral += period_s / WATCH_S * (measured_a[k] - current)
+        s.cycle += 1
+        out[k] = current
+
+
+@compiled
+def balance_current(params, angle, speed, acceleration, spool_n, heat, period_s, out):
+    """Current (N,) that the measured motion needs against inertia, friction, gear and the spool's force (N,)."""
+    p, t = params[0].drive, params[0].transmission
+    h = period_s / STEPS
+    fade = math.exp(-h / p.presliding_time_s)
+    stuck = 0.0
+    for k in range(len(angle)):
+        load = spool_n[k] * transmission.travel_per_angle(t, angle[k])
+        low, high = transmission.friction_limits(t, load)
+        b = max(k - 1, 0)
+        for j in range(STEPS):
+            w = speed[b] + (speed[k] - speed[b]) * (j + 0.5) / STEPS
+            dry = drive.dry_limit(p, w)
+            force, rate = slider(p.presliding_stiffness_nm_rad, p.presliding_time_s, stuck, w, low - dry, high + dry)
+            if rate == w:
+                stuck += h * w
+            else:
+                stuck = force / p.presliding_stiffness_nm_rad + (stuck - force / p.presliding_stiffness_nm_rad) * fade
+        dry = drive.dry_limit(p, speed[k])
+        friction, _ = slider(p.presliding_stiffness_nm_rad, p.presliding_time_s, stuck, speed[k], low - dry, high + dry)
+        torque = p.inertia_kg_m2 * acceleration[k] + friction + p.viscous_nm_s_rad * speed[k] + load
+        if p.cogging_nm != 0.0:
+            torque -= p.cogging_nm * math.sin(p.cogging_per_turn_ratio * angle[k])
+        per_ampere = drive.torque_constant(p, heat[k])
+        if p.torque_ripple_ratio != 0.0:
+            per_ampere *= 1.0 + p.torque_ripple_ratio * math.sin(p.ripple_per_turn_ratio * angle[k])
+        out[k] = torque / per_ampere
+
+
+@compiled
+def shaft_torque(params, current, angle, heat, out):
+    """Torque (N m, (N,)) that a current (A) makes at an angle (rad) and winding heat (K)."""
+    for k in range(len(out)):
+        out[k] = drive.motor_torque(params[0].drive, current[k], angle[k], heat[k])

@@ -1,0 +1,103 @@
+"""What the links of this house's rigs need of a recording and no knob changes."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from epa_rt.config.rig import Rig
+from epa_rt.gap.house import smooth
+from epa_rt.gap.house.channels import Channel
+from epa_rt.gap.house.commands import commands_of
+from epa_rt.gap.house.whole import on_grid
+from epa_rt.gap.recording import Recording
+
+SHUT_S = 0.04          # a valve's own lag, after which a shut one passes nothing
+SHORTEST_SHUT_S = 0.05
+START_S = 0.2          # of a recording, not judged: filters and lags settle
+
+
+@dataclass
+class Prepared:
+    """All arrays (N,) on the gapless grid of cycles; ``bad`` says where a channel had nothing to say.
+
+    ``readings``: port to what the instrument showed, gaps bridged. ``angle``, ``speed``, ``acceleration``: (2, N) parts
+    that stem from the motor's angle and from its speed reading, which add up. ``shut``: per muscle (spans, 2), first and
+    last + 1 cycle of each span in which its valves pass nothing. ``renewed``: encoder readings without their hold.
+    """
+
+    name: str
+    period_s: float
+    place: np.ndarray
+    commands: np.ndarray
+    readings: dict[str, np.ndarray]
+    bad: dict[str, np.ndarray]
+    hold: int
+    phase: int
+    renewed: dict[str, np.ndarray]
+    angle: np.ndarray
+    speed: np.ndarray
+    acceleration: np.ndarray
+    smooth: dict[str, np.ndarray]
+    shut: tuple[np.ndarray, ...]
+    judged: dict[str, np.ndarray] = field(default_factory=dict)
+    cache: dict = field(default_factory=dict)
+
+    @property
+    def count(self) -> int:
+        return len(self.commands)
+
+
+def prepare(rig: Rig, channels: dict[str, Channel], hold_s: float, recording: Recording) -> Prepared:
+    columns, place = on_grid(recording)
+    period = recording.period_s
+    readings, bad = {}, {}
+    for port, channel in channels.items():
+        raw = columns[channel.column]
+        bad[port] = ~np.isfinite(raw)
+        readings[port] = smooth.bridged(raw) * channel.scale + channel.offset
+        if channel.floors:
+            readings[port] = readings[port] + 0.5 * channel.step  # a counter cuts downward
+    commands = commands_of(rig, columns)
+    hold = max(int(hold_s / period + 0.5), 1)
+    angle_raw = readings.get("motor_angle_rad", np.zeros(len(commands)))
+    speed_raw = readings.get("motor_speed_rad_s", smooth.slope(angle_raw, period))
+    phase = smooth.hold_phase(speed_raw, hold)
+    renewed = {"motor_angle_rad": smooth.renewed(angle_raw, hold, phase), "motor_speed_rad_s": smooth.renewed(speed_raw, hold, phase)}
+    angle, speed, acceleration = _fused(renewed["motor_angle_rad"], renewed["motor_speed_rad_s"], period)
+    return Prepared(recording.name, period, place, commands, readings, bad, hold, phase, renewed, angle, speed, acceleration,
+                    _derived(readings, period), tuple(shut_spans(commands, i, period) for i in (0, 1)))
+
+
+def _fused(angle: np.ndarray, speed: np.ndarray, period_s: float):
+    """Angle, speed and acceleration as two parts each: slow from the angle, fast from the speed reading."""
+    taps = smooth.gaussian_taps(smooth.FUSE_CYCLES)
+    travelled = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]))]) * period_s
+    slow, fast = smooth.smoothed(angle, taps), travelled - smooth.smoothed(travelled, taps)
+    slow_speed, fast_speed = smooth.slope(slow, period_s), speed - smooth.smoothed(speed, taps)
+    return (np.stack([slow, fast]), np.stack([slow_speed, fast_speed]),
+            np.stack([smooth.slope(slow_speed, period_s), smooth.slope(fast_speed, period_s)]))
+
+
+def _derived(readings: dict[str, np.ndarray], period_s: float) -> dict[str, np.ndarray]:
+    """Slopes of pressures; position, speed and acceleration of the load."""
+    found = {}
+    for port, values in readings.items():
+        if "gauge" in port:
+            found[f"{port}_slope"] = smooth.slope(values, period_s)
+    taps = smooth.gaussian_taps(smooth.PLACE_CYCLES)
+    for port in ("joint_angle_rad", "load_position_m"):
+        if port in readings:
+            found["place"] = smooth.smoothed(readings[port], taps)
+            found["place_speed"] = smooth.slope(found["place"], period_s)
+            found["place_acceleration"] = smooth.slope(found["place_speed"], period_s)
+    return found
+
+
+def shut_spans(commands: np.ndarray, muscle: int, period_s: float) -> np.ndarray:
+    """(spans, 2) of int: where a muscle's valves were both told to be shut, less the time they need for it."""
+    shut = (commands["inlet"][:, muscle] < 0.5) & (commands["exhaust"][:, muscle] < 0.5)
+    edges = np.diff(np.concatenate([[0], shut.astype(int), [0]]))
+    starts, stops = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    long = (stops - starts) * period_s > SHORTEST_SHUT_S
+    starts = starts + np.where(starts > 0, round(SHUT_S / period_s), 0)
+    return np.stack([starts[long], stops[long]], axis=1).astype(np.int64)

@@ -1,0 +1,103 @@
+"""Zero-phase filters on the bus's grid: the one low-pass of all residuals, held encoder readings, clean derivatives."""
+
+import numpy as np
+
+from epa_rt.gap.house.compiled import compiled
+
+EVERY = 10           # residuals keep every tenth cycle
+HALF = 25            # half length of the residuals' low-pass (cycles)
+CUT = 0.042          # its edge, per cycle
+FUSE_CYCLES = 19.0   # deviation of the Gaussian below which the angle's slope is believed, above it the speed reading
+PLACE_CYCLES = 6.0   # Gaussian on a joint's or mass's position: a converter's steps would be jerks
+
+
+def _lowpass_taps() -> np.ndarray:
+    k = np.arange(-HALF, HALF + 1)
+    taps = np.sinc(2.0 * CUT * k) * np.kaiser(2 * HALF + 1, 3.5)
+    return taps / taps.sum()
+
+
+TAPS = _lowpass_taps()
+
+
+def gaussian_taps(cycles: float) -> np.ndarray:
+    k = np.arange(-int(3.5 * cycles), int(3.5 * cycles) + 1)
+    taps = np.exp(-0.5 * (k / cycles) ** 2)
+    return taps / taps.sum()
+
+
+@compiled
+def decimated(values, taps, every, out):
+    """Low-pass of ``values`` (N,) at every ``every``-th sample into ``out``; ends are held."""
+    half, last = len(taps) // 2, len(values) - 1
+    for j in range(len(out)):
+        centre, total = j * every, 0.0
+        if centre >= half and centre + half <= last:
+            for i in range(len(taps)):
+                total += taps[i] * values[centre - half + i]
+        else:
+            for i in range(len(taps)):
+                total += taps[i] * values[min(max(centre - half + i, 0), last)]
+        out[j] = total
+
+
+def at_rate(values: np.ndarray) -> np.ndarray:
+    """(N,) to (ceil(N / EVERY),): zero-phase low-pass and decimation."""
+    out = np.empty(-(-len(values) // EVERY))
+    decimated(values, TAPS, EVERY, out)
+    return out
+
+
+def smoothed(values: np.ndarray, taps: np.ndarray) -> np.ndarray:
+    """(N,) zero-phase; the ends are mirrored about the end point, so that a ramp stays a ramp."""
+    half = len(taps) // 2
+    if len(values) <= half:
+        return values.copy()
+    padded = np.concatenate([2 * values[0] - values[half:0:-1], values, 2 * values[-1] - values[-2:-half - 2:-1]])
+    out = np.empty(len(padded))
+    decimated(padded, taps, 1, out)
+    return out[half:-half]
+
+
+def slope(values: np.ndarray, period_s: float) -> np.ndarray:
+    """(N,) derivative by fourth-order central differences."""
+    out = np.gradient(values, period_s)
+    out[2:-2] = (8.0 * (values[3:-1] - values[1:-3]) - (values[4:] - values[:-4])) / (12.0 * period_s)
+    return out
+
+
+def any_near(bad: np.ndarray, reach: int = HALF) -> np.ndarray:
+    """(ceil(N / EVERY),) bool: is any of ``bad`` (N,) within ``reach`` cycles of the sample."""
+    total = np.concatenate([[0], np.cumsum(bad)])
+    centre = np.arange(0, len(bad), EVERY)
+    return total[np.minimum(centre + reach + 1, len(bad))] > total[np.maximum(centre - reach, 0)]
+
+
+def bridged(values: np.ndarray) -> np.ndarray:
+    """(N,) with NaN replaced by straight lines."""
+    good = np.isfinite(values)
+    if good.all():
+        return values.astype(float)
+    if not good.any():
+        return np.zeros(len(values))
+    return np.interp(np.arange(len(values)), np.flatnonzero(good), values[good])
+
+
+def hold_phase(values: np.ndarray, hold: int) -> int:
+    """On which cycle of ``hold`` a held reading renews, from where it changes."""
+    if hold <= 1:
+        return 0
+    changes = np.flatnonzero(np.diff(values) != 0.0) + 1
+    return int(np.bincount(changes % hold, minlength=hold).argmax()) if len(changes) else 0
+
+
+def renewed(values: np.ndarray, hold: int, phase: int) -> np.ndarray:
+    """A held reading (N,) drawn through its fresh samples alone, by cubics."""
+    if hold <= 1:
+        return values
+    fresh = np.arange(phase, len(values), hold)
+    if len(fresh) < 4:
+        return values
+    from scipy.interpolate import CubicSpline
+
+    return CubicSpline(fresh, values[fresh])(np.clip(np.arange(len(values)), fresh[0], fresh[-1]))

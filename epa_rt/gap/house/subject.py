@@ -1,0 +1,118 @@
+"""The Subject of this house's rigs: links over the plant's blocks, knobs of the catalogue, free run, patched plant files."""
+
+import os
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from epa_rt.config.rig import Rig, load_rig
+from epa_rt.gap.house import smooth
+from epa_rt.gap.house.channels import Channel, channels_of
+from epa_rt.gap.house.evaluate import RESIDUALS, Bench
+from epa_rt.gap.house.judged import judged
+from epa_rt.gap.house.links import links_of
+from epa_rt.gap.house.noise import noise_of
+from epa_rt.gap.house.prepared import Prepared, prepare
+from epa_rt.gap.house.reach import applies, reached
+from epa_rt.gap.house.states import features
+from epa_rt.gap.house.whole import run_whole
+from epa_rt.gap.recording import Recording
+from epa_rt.gap.subject import Link, Values
+from epa_rt.models.catalogue import CATALOGUE, NOMINAL, knob
+from epa_rt.models.effect import Effect, Knob
+from epa_rt.models.knobs import write_knob
+from epa_rt.models.parameters import effects as effect_rows
+from epa_rt.models.plant_file import PlantFile, load_plant, save_plant
+
+ABSURD = 1e12  # stands for a prediction that is no number
+
+
+class HouseSubject:
+    """A rig of this house and its nominal plant; see gap/subject.py for what each method promises."""
+
+    def __init__(self, rig: Rig, plant: PlantFile, leave_out: frozenset[str] = frozenset()) -> None:
+        self.rig, self.plant, self.name = rig, plant, rig.name
+        self.channels: dict[str, Channel] = channels_of(rig)
+        self.rate_hz = 1.0 / (rig.period_s * smooth.EVERY)
+        self.links: tuple[Link, ...] = links_of(rig, self.channels, plant.params)
+        names = tuple(link.name for link in self.links)
+        self._reach: dict[str, tuple[str, ...]] = {}
+        self._noises: dict[int, tuple[Recording, int, dict[str, float]]] = {}
+        self.nominal: tuple[Knob, ...] = tuple(knob(n.key, plant.params) for n in NOMINAL if self._touch(n.key, names))
+        self.catalogue: tuple[Effect, ...] = tuple(
+            effect for effect in CATALOGUE if not {effect.name, effect.family} & leave_out
+            and applies(effect, plant.params) and any(self._touch(key, names) for key in effect.knobs))
+        self.knobs: Mapping[str, Knob] = {k.key: k for k in self.nominal} | {
+            key: knob(key, plant.params) for effect in self.catalogue for key in effect.knobs if key not in {k.key for k in self.nominal}}
+
+    def _touch(self, key: str, names: tuple[str, ...]) -> tuple[str, ...]:
+        if key not in self._reach:
+            self._reach[key] = tuple(name for name in reached(key, self.plant.params) if name in names)
+        return self._reach[key]
+
+    def touched(self, key: str) -> tuple[str, ...]:
+        return self._touch(key, tuple(link.name for link in self.links))
+
+    def params(self, values: Values) -> np.ndarray:
+        """A copy of the nominal plant's parameters with these values, shape (1,), PARAMS."""
+        found = self.plant.params.copy()
+        for key, value in values.items():
+            write_knob(found, key, value)
+        return found
+
+    def prepare(self, recording: Recording) -> Prepared:
+        made = self._prepared(recording)
+        for link in self.links:
+            made.judged[link.name] = judged(made, self.plant.params, link.name)
+        return made
+
+    def residual(self, prepared: Prepared, values: Values, link: str) -> np.ndarray:
+        found = smooth.at_rate(RESIDUALS[link](Bench(prepared, self.params(values))))
+        found[~np.isfinite(found)] = ABSURD
+        found[~prepared.judged[link]] = np.nan
+        return found
+
+    def features(self, prepared: Prepared, link: str) -> Mapping[str, np.ndarray]:
+        return features(Bench(prepared, self.plant.params), link)
+
+    def free_run(self, recording: Recording, values: Values, seed: int | None) -> Recording | None:
+        phase, noise = self._noise(recording) if seed is not None else (self._prepared(recording).phase, None)
+        return self._run(recording, values, noise, seed or 0, phase)
+
+    def _run(self, recording: Recording, values: Values, noise: dict[str, float] | None, seed: int, phase: int) -> Recording:
+        return run_whole(self.rig, self.channels, self.params(values), self.plant.substeps, recording, noise, seed, phase)
+
+    def _prepared(self, recording: Recording) -> Prepared:
+        return prepare(self.rig, self.channels, float(self.plant.params["sensors"]["encoder_hold_s"][0]), recording)
+
+    def _noise(self, recording: Recording) -> tuple[int, dict[str, float]]:
+        """On which cycle the encoder renews, and port to noise; kept for the recordings seen last."""
+        kept = self._noises.get(id(recording))
+        if kept is None or kept[0] is not recording:
+            prepared = self._prepared(recording)
+            made = self._prepared(self._run(recording, {}, None, 0, prepared.phase))
+            kept = (recording, prepared.phase, noise_of(prepared, self.channels, made))
+            if len(self._noises) > 16:
+                self._noises.clear()
+            self._noises[id(recording)] = kept
+        return kept[1], kept[2]
+
+    def patched(self, values: Values, effects: Sequence[str]) -> str:
+        known = effect_rows()
+        plant = replace(self.plant, params=self.params(values),
+                        effects=tuple(dict.fromkeys([*self.plant.effects, *(name for name in effects if name in known)])))
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "plant.yaml"
+            save_plant(path, plant)
+            return path.read_text(encoding="utf-8")
+
+
+def open_house(rig_path: str | os.PathLike, plant_path: str | os.PathLike, leave_out: frozenset[str] = frozenset()) -> HouseSubject:
+    """The subject of a rig file and its nominal plant file; effects and families in ``leave_out`` are not in its catalogue.
+
+    Raises ConfigError.
+    """
+    return HouseSubject(load_rig(rig_path), load_plant(plant_path), leave_out)

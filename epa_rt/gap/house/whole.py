@@ -1,0 +1,54 @@
+"""The whole plant in free run: a recording's commands in, a recording out as the rig would have made it."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from epa_rt.config.rig import Rig
+from epa_rt.gap.house.channels import Channel
+from epa_rt.gap.house.commands import commands_of
+from epa_rt.gap.recording import Recording
+from epa_rt.models.plant import new_state, run
+from epa_rt.models.ports import SENSORS
+
+
+def on_grid(recording: Recording) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Columns on a gapless grid of cycles (NaN where cycles were lost), and each row's place on it (N,)."""
+    place = (recording.cycle - recording.cycle[0]).astype(np.int64)
+    count = int(place[-1]) + 1
+    if count == len(place):
+        return recording.columns, place
+    columns = {}
+    for name, values in recording.columns.items():
+        columns[name] = np.full(count, np.nan)
+        columns[name][place] = values
+    return columns, place
+
+
+def run_whole(rig: Rig, channels: dict[str, Channel], params: np.ndarray, substeps: int, recording: Recording,
+              noise: dict[str, float] | None, seed: int, hold_phase: int) -> Recording:
+    """A recording of the plant ``params`` (1,) under the sent commands, from rest.
+
+    ``noise``: port to standard deviation; with it readings are noisy and quantised (each device's grid moved by a random
+    part of a step, so that two runs do not share their rounding), without it (None) neither. ``hold_phase``: row on which
+    the encoder first renews.
+    """
+    columns, place = on_grid(recording)
+    commands = commands_of(rig, columns)
+    params = params.copy()
+    for name in params["sensors"].dtype.names:
+        if "_noise_" in name:
+            params["sensors"][name] = 0.0
+    state = new_state(params)
+    state["cycle"] = -hold_phase % max(int(params["sensors"]["encoder_hold_s"][0] / recording.period_s + 0.5), 1)
+    readings = np.zeros(len(commands), SENSORS)
+    run(params, state, commands, recording.period_s, substeps, readings)
+    made = dict(recording.columns)
+    random = np.random.default_rng(seed)
+    for port, channel in channels.items():
+        values = readings[port][place]
+        if noise is not None:
+            values = values + noise.get(port, 0.0) * random.standard_normal(len(values))
+            values = channel.quantised(values, random.random())
+        made[channel.column] = channel.to_column(values)
+    return replace(recording, name=f"{recording.name} (free run)", columns=made, found=())
