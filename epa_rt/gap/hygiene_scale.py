@@ -1,0 +1,111 @@
+"""Units: channels against the rig's limits, against the counts they come in, and pressures against the atmosphere."""
+
+import numpy as np
+
+from epa_rt.config.rig import Rig
+from epa_rt.config.rig_rows import SignalRow
+from epa_rt.gap.hygiene_finding import Finding, judged_rows, seconds, stretches
+from epa_rt.gap.hygiene_values import scaling_of_row
+from epa_rt.gap.recording import Recording
+
+FACTORS = {1e3: "a thousand", 1e-3: "a thousandth", 1e5: "100 000 (bar for Pa)", 1e-5: "a 100 000th (Pa for bar)", 1e6: "a million", 1e-6: "a millionth",
+           57.29578: "180/pi (degrees for rad)", 0.01745329: "pi/180 (rad for degrees)", 9.5493: "60/2pi (rpm for rad/s)", 0.104720: "2pi/60 (rad/s for rpm)",
+           100.0: "a hundred", 0.01: "a hundredth", 10.0: "ten", 0.1: "a tenth"}
+_OUTSIDE_SHARE = 0.01
+_BESIDE = 0.1          # of the span of the limits: a trip stops a little further on
+_COUNTS_OFF = (0.2, 20.0)
+_ENOUGH_VALUES = 50
+_ATMOSPHERE_OFF_PA = 40e3
+_REST_S = 0.05
+
+
+def check_scale(recording: Recording, rig: Rig) -> list[Finding]:
+    """Findings on units, gains and zeros that no sensor has."""
+    found = []
+    for row in rig.inputs:
+        values = recording.columns.get(row.name)
+        if values is None or row.name.endswith("_raw") or not np.isfinite(values).any():
+            continue
+        found += _outside(recording, row, values) or _counts(recording, rig, row, values)
+    for muscle in rig.muscles:
+        if not any(finding.channel == muscle.pressure for finding in found):
+            found += _atmosphere(recording, rig, muscle.pressure, muscle.inlet, muscle.exhaust)
+    return found
+
+
+def nearest_factor(ratio: float) -> str:
+    """A factor in words: a mistake of units that it looks like, or its number."""
+    if not np.isfinite(ratio) or ratio == 0.0:
+        return "no factor"
+    best = min(FACTORS, key=lambda factor: abs(np.log(abs(ratio) / factor)))
+    return FACTORS[best] if abs(np.log(abs(ratio) / best)) < 0.35 else f"{abs(ratio):.3g}"
+
+
+def _of(recording: Recording, severity: str, kind: str, name: str, sentence: str, rows: list = ()) -> Finding:
+    return Finding(severity, kind, recording.name, name, f"{recording.name}: {name}: {sentence}", tuple(rows))
+
+
+def _outside(recording: Recording, row: SignalRow, values: np.ndarray) -> list[Finding]:
+    """Against the limits outside of which the rig would have tripped."""
+    if row.limits is None:
+        return []
+    low, high = row.limits
+    beside = _BESIDE * (high - low)
+    judged = judged_rows(recording) & np.isfinite(values)
+    outside = judged & ((values < low - beside) | (values > high + beside))
+    if outside.sum() <= _OUTSIDE_SHARE * judged.sum():
+        return []
+    first = int(np.argmax(outside))
+    share = outside.sum() / judged.sum()
+    fits = [factor for factor in FACTORS if _fits(values[judged] / factor, low, high)]
+    expected = f"{low:.6g} to {high:.6g} {row.si_unit}, the limits at which the rig trips"
+    at = f"found {values[first]:.6g} {row.si_unit} at {seconds(recording, first):.3f} s and {share:.0%} of the rows outside of the limits, expected {expected}"
+    if share > 0.5:
+        like = f"; the values look too large or small by {FACTORS[min(fits, key=lambda f: abs(np.log(f)))]}" if fits else ""
+        return [_of(recording, "refuse", "units", row.name, at + like)]
+    return [_of(recording, "refuse" if share > 0.2 else "exclude", "outside limits", row.name, at + "; they are left out", stretches(outside))]
+
+
+def _fits(values: np.ndarray, low: float, high: float) -> bool:
+    return bool(np.mean((values >= low) & (values <= high)) > 0.98 and np.ptp(values) > 1e-3 * (high - low))
+
+
+def _counts(recording: Recording, rig: Rig, row: SignalRow, values: np.ndarray) -> list[Finding]:
+    """A channel comes in counts of a known size; in another unit it comes in others."""
+    scaling = scaling_of_row(rig, row.name)
+    if scaling is None:
+        return []
+    unique = np.unique(values[np.isfinite(values)])
+    gaps = np.diff(unique)
+    gaps = gaps[gaps > 1e-9 * max(abs(unique[0]), abs(unique[-1]))]
+    if len(gaps) < _ENOUGH_VALUES:
+        return []
+    step = float(gaps.min())
+    near = gaps[gaps < 200.0 * step] / step
+    if np.any(np.abs(near - np.rint(near)) > 0.05):
+        return []  # no grid: not straight from a terminal
+    ratio = step / abs(scaling.slope)
+    if _COUNTS_OFF[0] <= ratio <= _COUNTS_OFF[1]:
+        return []
+    return [_of(recording, "refuse", "units", row.name, f"found values in steps of {step:.3g} {row.si_unit}, expected steps of {abs(scaling.slope):.3g} {row.si_unit}, the size of a count: "
+                f"the values look too {'large' if ratio > 1.0 else 'small'} by {nearest_factor(ratio)}")]
+
+
+def _atmosphere(recording: Recording, rig: Rig, pressure: str, inlet: str, exhaust: str) -> list[Finding]:
+    """A muscle that has been vented for long stands at the atmosphere's pressure."""
+    columns = recording.columns
+    if not {pressure, inlet, exhaust} <= set(columns):
+        return []
+    vented = (columns[inlet] == 0.0) & (columns[exhaust] != 0.0)
+    rest = round(_REST_S / recording.period_s)
+    quiet = [columns[pressure][max(b - rest, a) : b] for a, b in stretches(vented) if b - a >= 2 * rest]
+    flat = [float(np.mean(part)) for part in quiet if np.isfinite(part).all() and abs(np.mean(part[: rest // 2]) - np.mean(part[rest // 2 :])) < 1e3]
+    if not flat:
+        return []
+    lowest = min(flat)
+    off = lowest - rig.atmosphere_pa
+    if abs(off) < _ATMOSPHERE_OFF_PA:
+        return []
+    like = "; it looks like a gauge pressure taken for an absolute one" if abs(lowest) < _ATMOSPHERE_OFF_PA else \
+        "; it looks like an absolute pressure taken for a gauge one" if abs(off - rig.atmosphere_pa) < _ATMOSPHERE_OFF_PA else ""
+    return [_of(recording, "refuse", "zero", pressure, f"found {lowest / 1e3:.4g} kPa with the muscle vented, expected about {rig.atmosphere_pa / 1e3:.4g} kPa, the atmosphere{like}")]

@@ -1,0 +1,155 @@
+"""Single channels: gone, constant, frozen for a while, at the end of their range, not valid."""
+
+import numpy as np
+
+from epa_rt.config.rig import Rig
+from epa_rt.config.rig_checks import entries_of
+from epa_rt.gap.hygiene_finding import Finding, judged_rows, measured_names, seconds, stretches
+from epa_rt.gap.recording import Recording
+from epa_rt.signals.scaling import Scaling, scaling_of
+
+_MOST_INVALID = 0.5
+_FROZEN_S = 0.05       # of a channel with noise
+_WINDOW_S = 0.2        # of a channel without: windows in which it should move
+_STEPS_EXPECTED = 6.0  # steps of the converter that it should move by
+_NOISE_COUNTS = 1.0    # standard deviation above which a channel is never twice the same for long
+_AT_END_ROWS = 30
+_AT_REST_ROWS = 100
+
+
+def check_values(recording: Recording, rig: Rig | None) -> list[Finding]:
+    """Findings on each measured channel alone."""
+    found = []
+    rows = judged_rows(recording)
+    for name in measured_names(recording):
+        if rig is not None and name not in {row.name for row in rig.inputs}:
+            continue
+        values = recording.columns[name]
+        found += _invalid(recording, name, values, rows)
+        known = values[np.isfinite(values)]
+        if not len(known):
+            continue
+        if known.min() == known.max():
+            found += _constant(recording, rig, name, float(known[0]))
+            continue
+        scaling = scaling_of_row(rig, name) if rig is not None else None
+        # a converter of 12 bit in a word of 16 makes steps of many counts
+        count = max(abs(scaling.slope) if scaling is not None else 0.0, _smallest_step(known))
+        if _is_noisy(values, count, rig is not None and _is_analog(rig, name)):
+            found += _frozen(recording, name, values)
+        elif rig is not None and _is_analog(rig, name):
+            found += _standing(recording, rig, name, values, count)
+        if scaling is not None:
+            found += _at_rail(recording, name, values, scaling)
+    return found
+
+
+def scaling_of_row(rig: Rig, name: str) -> Scaling | None:
+    """How a row's counts become SI; None for bits and words."""
+    row = rig.row(name)
+    slave, entry_name = row.entry.split(".")
+    entry = next(e for s in rig.slaves if s.name == slave for e in entries_of(s, row.is_output) if e.name == entry_name)
+    return None if entry.code == "?" or name.endswith("_raw") else scaling_of(row, entry, rig)
+
+
+def noise_of(values: np.ndarray) -> float:
+    """Standard deviation of white noise on a channel, from its fourth differences, in which motion of a plant hardly shows."""
+    differences = np.abs(np.diff(values, 4))
+    known = differences[np.isfinite(differences)]
+    return float(np.median(known)) / 0.6745 / 70**0.5 if len(known) else 0.0
+
+
+def _is_noisy(values: np.ndarray, count: float, analog: bool) -> bool:
+    """Whether a channel is never the same for long. One that is not analog must show it at rest too, before the power is on."""
+    return noise_of(values) > _NOISE_COUNTS * count and (analog or noise_of(values[:_AT_REST_ROWS]) > _NOISE_COUNTS * count)
+
+
+def _is_analog(rig: Rig, name: str) -> bool:
+    slave = rig.row(name).entry.split(".")[0]
+    return next(s.device for s in rig.slaves if s.name == slave) == "EL3004"
+
+
+def _smallest_step(known: np.ndarray) -> float:
+    gaps = np.diff(np.unique(known[:20_000]))
+    return float(gaps.min()) if len(gaps) else 0.0
+
+
+def _of(recording: Recording, severity: str, kind: str, name: str, sentence: str, rows: list = ()) -> Finding:
+    return Finding(severity, kind, recording.name, name, f"{recording.name}: {name}: {sentence}", tuple(rows))
+
+
+def _invalid(recording: Recording, name: str, values: np.ndarray, rows: np.ndarray) -> list[Finding]:
+    bad = ~np.isfinite(values) & rows
+    count, share = int(bad.sum()), bad.sum() / max(rows.sum(), 1)
+    if not count:
+        return []
+    where = stretches(bad)
+    longest = max(where, key=lambda s: s[1] - s[0])
+    severity = "refuse" if share > _MOST_INVALID else "exclude"
+    return [_of(recording, severity, "dropped channel" if share > _MOST_INVALID else "invalid", name,
+                f"found no valid value on {count} of {int(rows.sum())} rows ({share:.2%}) in {len(where)} stretches, the longest from {seconds(recording, longest[0]):.3f} s to "
+                f"{seconds(recording, longest[1] - 1):.3f} s, expected values throughout; they are left out", where)]
+
+
+def _constant(recording: Recording, rig: Rig | None, name: str, value: float) -> list[Finding]:
+    """An analog sensor that never moves is dead; what a drive says may stand still while the motor is not told to move."""
+    told = [v[np.isfinite(v)] for n, v in recording.columns.items() if n.startswith(("cmd_motor", "ref_motor"))]
+    severity = "note" if rig is None else "refuse"
+    if rig is not None and not _is_analog(rig, name) and not any(len(v) and np.ptp(v) > 1e-3 for v in told):
+        return []
+    return [_of(recording, severity, "dropped channel", name, f"found {value:.6g} on every row, expected a channel that moves")]
+
+
+def _frozen(recording: Recording, name: str, values: np.ndarray) -> list[Finding]:
+    """A noisy channel that stays the same: frozen, or at the end of its range."""
+    least = max(round(_FROZEN_S / recording.period_s), 20)
+    same = np.concatenate([[False], np.diff(values) == 0.0])
+    runs = [(start - 1, stop) for start, stop in stretches(same)]
+    ends = (np.nanmin(values), np.nanmax(values))
+    at_end = [(a, b) for a, b in runs if b - a >= 6 and values[a] in ends]
+    found = []
+    if sum(b - a for a, b in at_end) >= _AT_END_ROWS:
+        value, total = values[at_end[0][0]], sum(b - a for a, b in at_end)
+        which = "highest" if value == ends[1] else "lowest"
+        found.append(_of(recording, "exclude", "saturated", name, f"found it at {value:.6g}, its {which} value, without any noise on {total} rows, the first time at "
+                         f"{seconds(recording, at_end[0][0]):.3f} s, as of a sensor at the end of its range; they are left out", at_end))
+    frozen = [run for run in runs if run[1] - run[0] >= least and run not in at_end]
+    if frozen:
+        first, total = frozen[0], sum(b - a for a, b in frozen)
+        found.append(_of(recording, "exclude", "frozen", name, f"found {values[first[0]]:.6g} without any change from {seconds(recording, first[0]):.3f} s to {seconds(recording, first[1] - 1):.3f} s"
+                         f" ({total} rows in {len(frozen)} stretches), expected noise; they are left out", frozen))
+    return found
+
+
+def _standing(recording: Recording, rig: Rig, name: str, values: np.ndarray, step: float) -> list[Finding]:
+    """A channel without noise that stands still in windows in which it moves otherwise, judged by how far the rig moves."""
+    motion_name = rig.motor.position if rig.joint is None else f"ref_{rig.joint.position}" if name == rig.joint.position else rig.joint.position
+    motion = recording.columns.get(motion_name)
+    size = max(round(_WINDOW_S / recording.period_s), 10)
+    starts = np.array([a for span in recording.spans if span.trial for a in range(span.start, span.stop - size + 1, size)], int)
+    if motion is None or len(starts) < 5:
+        return []
+    rows = starts[:, None] + np.arange(size)
+    moved, own = np.ptp(motion[rows], axis=1), np.ptp(values[rows], axis=1)
+    lively = moved > 0.5 * np.nanmax(moved)
+    per_motion = float(np.nanpercentile(own[lively] / moved[lively], 75)) if lively.any() and np.nanmax(moved) > 0.0 else 0.0
+    dead = (own == 0.0) & (per_motion * moved > _STEPS_EXPECTED * step)
+    if not dead.any():
+        return []
+    where = [(int(starts[i]), int(starts[i]) + size) for i in np.flatnonzero(dead)]
+    value = values[where[0][0]]
+    end = "; it is at its " + ("highest" if value == np.nanmax(values) else "lowest") + " value, as of a sensor at the end of its range" if value in (np.nanmin(values), np.nanmax(values)) else ""
+    return [_of(recording, "exclude", "saturated" if end else "frozen", name, f"found {value:.6g} without any change at {seconds(recording, where[0][0]):.3f} s ({len(where)} windows of {_WINDOW_S:g} s) "
+                f"while {motion_name} moved, expected about {per_motion * moved[dead][0]:.3g} of motion{end}; they are left out", where)]
+
+
+def _at_rail(recording: Recording, name: str, values: np.ndarray, scaling: Scaling) -> list[Finding]:
+    """Values at the ends of what the terminal can say."""
+    low, high = sorted((scaling.to_si(scaling.valid_low), scaling.to_si(scaling.valid_high)))
+    one = 1.5 * abs(scaling.slope)
+    near = np.isfinite(values) & ((values <= low + one) | (values >= high - one))
+    if near.sum() < _AT_END_ROWS:
+        return []
+    row = int(np.argmax(near))
+    return [_of(recording, "exclude", "saturated", name, f"found {values[row]:.6g} on {int(near.sum())} rows from {seconds(recording, row):.3f} s on, the end of its valid range "
+                f"({low:.6g} to {high:.6g}); they are left out", stretches(near))]
