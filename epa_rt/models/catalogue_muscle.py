@@ -3,7 +3,7 @@
 from epa_rt.models.effect import Effect
 
 FACTS = "engineering estimate"
-LITERATURE = "ISO 6358 / ISO 8778"
+LAWS = "engineering estimate; laws as published"
 GAS, MUSCLE = "Gas", "Muscle"
 HEAT, LEAK = "gas heat", "leak"
 PRE_SLIDING = "braid friction, pre-sliding"
@@ -14,6 +14,14 @@ GAS_EFFECTS: tuple[Effect, ...] = (
            ((0.0, 1e-3), (1e-3, 0.0), (1e-3, 1e-3)), "shut valves let gas through", GAS, FACTS),
     Effect("fill_heat", HEAT, "gas", ("gas.fill_heating_ratio", "gas.heat_exchange_per_s"), ((1.2, 0.2), (1.2, 1.0), (1.2, 0.05)),
            "filling warms the gas, which then cools", GAS, FACTS),
+    Effect("polytropic", HEAT, "gas", ("gas.polytropic_ratio",), ((1.2,), (1.35,)),
+           "compression warms the gas, which does not cool", GAS, FACTS),
+    Effect("compression_heat", HEAT, "gas", ("gas.compression_heating_ratio", "gas.compression_cooling_per_s"),
+           ((0.3, 2.0), (0.3, 0.3), (0.3, 20.0)), "compression warms the gas, which then cools", GAS, FACTS),
+    Effect("valve_flow_limit", "valve flow", "gas", ("gas.flow_limit_s_kg",), ((1000.0,),),
+           "valves pass less the more flows", GAS, FACTS),
+    Effect("valve_stuck", "valve flow", "gas", ("gas.inlet_stuck_ratio", "gas.exhaust_stuck_ratio"),
+           ((0.3, 0.0), (0.0, 0.3), (0.3, 0.3)), "a valve opens only part of its way", GAS, FACTS),
     Effect("supply_droop", "supply pressure", "gas", ("gas.supply_droop_pa_s_kg", "gas.droop_time_s"),
            ((1.5e8, 0.02), (1.5e8, 0.2)), "the supply gives way under flow", GAS, FACTS),
 )
@@ -25,6 +33,21 @@ MUSCLE_EFFECTS: tuple[Effect, ...] = (
            "braid threads stick and slip one after the other", MUSCLE, FACTS),
     Effect("braid_dahl", PRE_SLIDING, "muscle", ("muscle.dahl_ratio", "muscle.dahl_m"),
            ((0.05, 1e-3), (0.05, 3e-4), (0.05, 3e-3)), "braid friction that turns over smoothly at reversals", MUSCLE, FACTS),
+    Effect("braid_lugre", PRE_SLIDING, "muscle",
+           ("muscle.lugre_ratio", "muscle.lugre_m", "muscle.lugre_extra_ratio", "muscle.lugre_speed_m_s"),
+           ((0.05, 1e-3, 0.3, 5e-3), (0.05, 3e-4, 0.3, 5e-3), (0.05, 3e-3, 0.3, 5e-3)),
+           "bristles of the braid bend before they slip, and hold more near standstill", MUSCLE, LAWS),
+    Effect("braid_bouc_wen", PRE_SLIDING, "muscle",
+           ("muscle.bouc_wen_ratio", "muscle.bouc_wen_m", "muscle.bouc_wen_exponent_ratio"),
+           ((0.05, 1e-3, 2.0), (0.05, 3e-4, 2.0), (0.05, 3e-3, 2.0)), "braid friction with a rounded knee", MUSCLE, LAWS),
+    Effect("braid_preisach", PRE_SLIDING, "muscle",
+           ("muscle.preisach_ratio", "muscle.preisach_m", "muscle.preisach_slope_per_m"),
+           ((0.05, 4e-3, 20.0), (0.05, 1e-3, 20.0), (0.05, 4e-3, -20.0)),
+           "braid friction with memory whose strength depends on the place", MUSCLE, LAWS),
+    Effect("braid_run_in", "braid friction, run-in", "muscle", ("muscle.run_in_ratio", "muscle.run_in_m"),
+           ((0.02, 2.0), (0.02, 0.5), (0.02, 10.0)), "braid friction that wears off with the way travelled", MUSCLE, FACTS),
+    Effect("braid_pressure_viscous", "muscle drag", "muscle", ("muscle.pressure_viscous_s_m",), ((0.05,),),
+           "drag of the braid grows with pressure", MUSCLE, "paper eq. 6"),
     Effect("braid_stribeck", "braid friction, low speed", "muscle", ("muscle.stribeck_ratio", "muscle.stribeck_speed_m_s"),
            ((0.02, 5e-3), (0.02, 2e-3), (0.02, 1.5e-2)), "braid friction that peaks at a low speed", MUSCLE, FACTS),
     Effect("bladder_spring", "bladder spring", "muscle", ("muscle.bladder_stiffness_n_m",), ((300.0,),),
@@ -35,7 +58,7 @@ MUSCLE_EFFECTS: tuple[Effect, ...] = (
            "the braid is longer or shorter than between its fittings", MUSCLE, FACTS),
     Effect("braid_lock", "braid lock", "muscle",
            ("muscle.lock_stiffness_n_m", "muscle.lock_viscous_n_s_m", "muscle.lock_length_m"),
-           ((6e4, 50.0, 0.15), (6e4, 50.0, 0.145), (6e4, 50.0, 0.14), (6e4, 50.0, 0.13)),
+           ((6e4, 50.0, 0.145), (6e4, 50.0, 0.15), (6e4, 50.0, 0.14), (6e4, 50.0, 0.13)),
            "the stretched braid locks", MUSCLE, FACTS),
     Effect("strap_compliance", "strap", "muscle", ("muscle.strap_compliance_m_n",), ((1e-5,),),
            "the strap stretches under force", MUSCLE, FACTS),

@@ -11,7 +11,7 @@ SENSORS = "Sensors"
 ZERO = {
     "motor_angle_rad": 0.02, "motor_speed_rad_s": 1.0, "motor_current_a": 0.03, "motor_torque_nm": 1e-3,
     "muscle0_gauge_pa": 4e3, "muscle1_gauge_pa": 4e3, "supply_gauge_pa": 4e3, "force_n": 1.0,
-    "joint_angle_rad": 8e-3, "joint_speed_rad_s": 0.01, "load_position_m": 5e-4,
+    "joint_angle_rad": 8e-3, "joint_speed_rad_s": 0.03, "load_position_m": 5e-4,
 }
 SCALE = 0.005
 
@@ -36,9 +36,45 @@ def _calibration() -> tuple[Effect, ...]:
     return tuple(found)
 
 
+def _curves() -> tuple[Effect, ...]:
+    """Warming and bent characteristics of the channels that have them."""
+    found: list[Effect] = []
+    for stem, drift, warm_up, bow in (
+            ("muscle0_gauge", ("_pa", 6e3), "gauge", ("_per_pa", 8e-9)),
+            ("muscle1_gauge", ("_pa", 6e3), "gauge", ("_per_pa", 8e-9)),
+            ("force", ("_n", 2.0), "force", ("_per_n", 2e-5))):
+        found += [
+            Effect(f"{stem}_drift", f"{said(stem)} zero", "sensors",
+                   (f"sensors.{stem}_drift{drift[0]}", f"sensors.{warm_up}_warm_up_s"),
+                   tuple((sign * drift[1], time_s) for time_s in (300.0, 40.0) for sign in (1.0, -1.0)),
+                   f"the {said(stem)} reading shifts as its sensor warms up", SENSORS, FACTS),
+            Effect(f"{stem}_bow", f"{said(stem)} scale", "sensors", (f"sensors.{stem}_bow{bow[0]}",),
+                   ((bow[1],), (-bow[1],)), f"the {said(stem)} reading is bent", SENSORS, FACTS),
+        ]
+    return tuple(found)
+
+
 SENSOR_EFFECTS: tuple[Effect, ...] = (
     Effect("encoder_eccentricity", "encoder eccentricity", "sensors",
            ("sensors.encoder_eccentricity_rad", "sensors.encoder_phase_rad"), tuple((1.9e-3, phase) for phase in THIRDS),
            "the motor encoder does not sit in its middle", SENSORS, FACTS),
     *_calibration(),
+    *_curves(),
+    Effect("gauge_skew", "pressure timing", "sensors", ("sensors.gauge_skew_s",), ((5e-3,), (1.5e-3,)),
+           "pressures are read late", SENSORS, FACTS),
+    Effect("force_skew", "force timing", "sensors", ("sensors.force_skew_s",), ((5e-3,), (1.5e-3,)),
+           "the force is read late", SENSORS, FACTS),
+    Effect("force_lag", "force timing", "sensors", ("sensors.force_lag_s",), ((5e-3,), (1.5e-3,)),
+           "the load cell follows slowly", SENSORS, FACTS),
+    Effect("encoder_skew", "encoder timing", "sensors", ("sensors.encoder_skew_s",), ((5e-3,), (1.5e-3,)),
+           "the motor's angle and speed are read late", SENSORS, FACTS),
+    Effect("joint_skew", "joint sensor timing", "sensors", ("sensors.joint_skew_s",), ((5e-3,), (1.5e-3,)),
+           "the joint's angle and speed are read late", SENSORS, FACTS),
+    Effect("frame_mode", "frame", "sensors",
+           ("sensors.frame_mode_ratio", "sensors.frame_hz", "sensors.frame_damping_ratio"),
+           ((1.0, 20.0, 0.05), (1.0, 10.0, 0.05), (1.0, 35.0, 0.05)), "the frame swings under the force", SENSORS, FACTS),
+    Effect("force_crosstalk", "force crosstalk", "sensors", ("sensors.force_crosstalk_n_pa",), ((3e-6,), (-3e-6,)),
+           "pressure shows in the force reading", SENSORS, FACTS),
+    Effect("gauge_crosstalk", "pressure crosstalk", "sensors", ("sensors.gauge_crosstalk_pa_n",), ((15.0,), (-15.0,)),
+           "force shows in the pressure reading", SENSORS, FACTS),
 )

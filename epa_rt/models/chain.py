@@ -1,6 +1,6 @@
 """The joined blocks: rates of the whole plant at a state, and the noise-free values behind the sensors."""
 
-from epa_rt.models.blocks import drive, gas, load, muscle, transmission
+from epa_rt.models.blocks import drive, gas, load, motor, muscle, transmission
 from epa_rt.models.compiled import compiled
 from epa_rt.models.ports import (
     ANGLE, CREEP, CURRENT, GAS_C, GAS_MASS, HEAT, INTEGRAL, LOAD_PLACE, LOAD_SPEED, LOAD_STICTION, SPEED, STICTION,
@@ -26,8 +26,8 @@ def pull(p, s, y, i, travel, travel_speed, q, q_speed):
     braid = length - m.strap_compliance_m_n * s.strap_force_n[i]
     volume, slope = muscle.shape(m, g.dead_volume_m3, braid)
     pressure = gas.pressure(g, y[GAS_C + i], volume)
-    force = muscle.tension(m, slope, pressure - g.atmosphere_pa, braid, speed, s.slip_m[i], s.dahl_ratio[i],
-                           braid - s.length_m[i], y[CREEP + i])
+    force = muscle.tension(m, slope, pressure - g.atmosphere_pa, braid, speed, s.memory[i], braid - s.length_m[i],
+                           y[CREEP + i])
     return volume, pressure, braid, speed, force
 
 
@@ -46,8 +46,8 @@ def muscle_rates(p, s, y, dy, i, travel, travel_speed, q, q_speed):
 
 
 @compiled
-def rates(p, s, y, dy, motor, part):
-    """Rates of all smooth states at y, a ``part`` (0 to 1) into a sub-step in which the drive sees ``motor``."""
+def rates(p, s, y, dy, seen, part):
+    """Rates of all smooth states at y, a ``part`` (0 to 1) into a sub-step in which the drive sees ``seen``."""
     d, t, l = p.drive, p.transmission, p.load
     angle, speed, current = y[ANGLE], y[SPEED], y[CURRENT]
     travel, carried = transmission.play(t, transmission.geared_travel(t, angle), s.travel_m)
@@ -57,11 +57,11 @@ def rates(p, s, y, dy, motor, part):
     force0, drawn0 = muscle_rates(p, s, y, dy, 0, travel, travel_speed, q, q_speed)
     force1, drawn1 = muscle_rates(p, s, y, dy, 1, travel, travel_speed, q, q_speed)
     dy[CURRENT], dy[INTEGRAL], dy[HEAT] = drive.rates(
-        d, motor, part, angle, speed, y[INTEGRAL], current, y[HEAT])
+        d, seen, part, angle, speed, y[INTEGRAL], current, y[HEAT])
     load_torque = load.along_spool(l, force0, force1) * per_angle
     low, high = transmission.friction_limits(t, load_torque)
-    torque = drive.motor_torque(d, current, angle, y[HEAT])
-    dy[SPEED], dy[STICTION] = drive.acceleration(d, torque, load_torque, low, high, y[STICTION], speed)
+    torque = motor.motor_torque(d, current, angle, y[HEAT])
+    dy[SPEED], dy[STICTION] = motor.acceleration(d, torque, load_torque, low, high, y[STICTION], speed, angle)
     dy[ANGLE] = speed
     dy[LOAD_PLACE] = y[LOAD_SPEED]
     dy[LOAD_SPEED], dy[LOAD_STICTION] = load.rates(
@@ -86,7 +86,7 @@ def write_truth(p, s):
     y, out = s.smooth, s.truth
     travel, travel_speed, q, q_speed = motion(p, s)
     out.motor_angle_rad, out.motor_speed_rad_s, out.motor_current_a = y[ANGLE], y[SPEED], y[CURRENT]
-    out.motor_torque_nm = drive.motor_torque(p.drive, y[CURRENT], y[ANGLE], y[HEAT])
+    out.motor_torque_nm = motor.motor_torque(p.drive, y[CURRENT], y[ANGLE], y[HEAT])
     out.winding_heat_k = y[HEAT]
     out.travel_m, out.travel_speed_m_s = travel, travel_speed
     out.supply_pa = gas.supply_pressure(p.gas[0], y[SUPPLY_FLOW])

@@ -2,7 +2,7 @@
 
 import math
 
-from epa_rt.models.blocks import bus, drive, gas, muscle, sensors
+from epa_rt.models.blocks import braid, bus, drive, gas, sensors
 from epa_rt.models.blocks.exponential import lag_weights
 from epa_rt.models.chain import lengths, motion, pull, rates, write_truth
 from epa_rt.models.compiled import compiled
@@ -66,15 +66,13 @@ def _settle(p, s, valves):
     for i in range(2):
         m = p.muscle[i]
         if m.present > 0.5:
-            length, _ = lengths(p.load, i, travel, travel_speed, q, q_speed)
-            braid = length - m.strap_compliance_m_n * s.strap_force_n[i]
+            length, speed = lengths(p.load, i, travel, travel_speed, q, q_speed)
+            fitted = length - m.strap_compliance_m_n * s.strap_force_n[i]
             if m.strap_compliance_m_n != 0.0:
                 _, _, _, _, s.strap_force_n[i] = pull(p, s, s.smooth, i, travel, travel_speed, q, q_speed)
-            moved = braid - s.length_m[i]
-            muscle.slip_settle(m, s.slip_m[i], moved)
-            if m.dahl_ratio != 0.0:
-                s.dahl_ratio[i] = muscle.dahl(m, s.dahl_ratio[i], moved)
-            s.length_m[i] = braid
+            moved = fitted - s.length_m[i]
+            braid.settle(m, s.memory[i], moved, speed)
+            s.length_m[i] = fitted
             s.opening[i, 0] = gas.settled(s.opening[i, 0], valves[i])
             s.opening[i, 1] = gas.settled(s.opening[i, 1], valves[2 + i])
     s.travel_m = travel

@@ -25,19 +25,25 @@ ANGLE, SPEED, CURRENT, INTEGRAL, STICTION, HEAT = 0, 1, 2, 3, 4, 5
 LOAD_PLACE, LOAD_SPEED, LOAD_STICTION, SUPPLY_FLOW = 6, 7, 8, 9
 GAS_C, GAS_MASS, CREEP = 10, 12, 14  # two each, one per muscle
 SMOOTH = 16
-RING = 64  # cycles of command kept for transport delays
+RING = 64  # cycles of command, and of late sensors' truth, that are kept
+# The braid's friction elements: indices into STATE["memory"]; slip has four, Preisach three.
+SLIP, DAHL, LUGRE, BOUC_WEN, PREISACH, TRAVELLED, MEMORY = 0, 4, 5, 6, 7, 10, 11
+# Readings that may come late: columns of STATE["past"].
+PAST_GAUGE, PAST_FORCE, PAST_ANGLE, PAST_SPEED, PAST_JOINT, PAST_JOINT_SPEED, PAST = 0, 3, 4, 5, 6, 7, 8
 
 STATE = np.dtype(
     [("cycle", "i8"), ("smooth", "f8", (SMOOTH,)), ("work", "f8", (3, SMOOTH)),
      ("opening", "f8", (2, 2)),       # [muscle, inlet|exhaust], 0 shut to 1 open
-     ("slip_m", "f8", (2, 4)),        # deflection of the Maxwell-slip elements
-     ("dahl_ratio", "f8", (2,)),
+     ("memory", "f8", (2, MEMORY)),   # the braid's friction elements, one row per muscle
      ("strap_force_n", "f8", (2,)),   # force of the last sub-step, stretches the strap in the next
      ("length_m", "f8", (2,)),        # muscle lengths at the start of the sub-step
      ("travel_m", "f8"),              # spool travel after backlash
      ("ring", "f8", (RING, 13)),      # commands of the last cycles; columns in blocks/bus.py
      ("pressure_reading_pa", "f8", (3,)), ("pressure_before_pa", "f8", (3,)),
      ("encoder_angle_rad", "f8"), ("encoder_speed_rad_s", "f8"),
+     ("force_reading_n", "f8"), ("force_before_n", "f8"),
+     ("frame_n", "f8"), ("frame_n_s", "f8"), ("frame_before_n", "f8"),  # force that the swinging frame passes on, its rate
+     ("past", "f8", (RING, PAST)),    # truths of the last cycles, kept only for sensors that are late
      ("truth", TRUTH)],
     align=True,
 )

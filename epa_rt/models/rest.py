@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from epa_rt.models.blocks import load, muscle, sensors, transmission
+from epa_rt.models.blocks import gas, load, muscle, sensors, transmission
 from epa_rt.models.chain import lengths, write_truth
-from epa_rt.models.ports import ANGLE, GAS_C, GAS_MASS, LOAD_PLACE, STATE
+from epa_rt.models.ports import ANGLE, GAS_C, GAS_MASS, LOAD_PLACE, MEMORY, STATE
 
 
 def new_state(params: np.ndarray) -> np.ndarray:
@@ -24,11 +24,12 @@ def new_state(params: np.ndarray) -> np.ndarray:
         length = _length(p, i, s["smooth"][LOAD_PLACE])
         volume, _ = muscle.shape(m, g["dead_volume_m3"], length)
         s["length_m"][i] = length
-        s["smooth"][GAS_C + i] = g["atmosphere_pa"] * volume ** g["polytropic_ratio"]
+        s["smooth"][GAS_C + i] = g["atmosphere_pa"] * volume ** gas.exponent(g)
         s["smooth"][GAS_MASS + i] = g["atmosphere_pa"] * volume / (g["gas_constant_j_kg_k"] * g["temperature_k"])
     s["pressure_before_pa"][2] = s["pressure_reading_pa"][2] = p["gas"][0]["supply_gauge_pa"]
     s["encoder_angle_rad"] = sensors.encoder(p["sensors"], s["smooth"][ANGLE])
     write_truth(p, s)
+    sensors.settle_force(state, s["truth"]["muscle_force_n"][0])
     return state
 
 
@@ -51,7 +52,7 @@ def _vented_force(p, i: int, place: float) -> float:
     """What muscle i holds without pressure: bladder and locked braid."""
     if p["muscle"][i]["present"] < 0.5:
         return 0.0
-    return muscle.tension(p["muscle"][i], 0.0, 0.0, _length(p, i, place), 0.0, np.zeros(4), 0.0, 0.0, 0.0)
+    return muscle.tension(p["muscle"][i], 0.0, 0.0, _length(p, i, place), 0.0, np.zeros(MEMORY), 0.0, 0.0)
 
 
 def _hanging_place(p) -> float:

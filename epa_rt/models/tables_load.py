@@ -39,6 +39,7 @@ LOAD: Table = (
     P("knee_stiffness_nm_rad", "N*m/rad", 50.0, 0.1, 1e5, "spring of the sticking knee", FACTS),
     P("payload_kg", "kg", 0.0, -10.0, 10.0, "mass added at the shank's centre, or to the mass", FACTS, "payload"),
     P("misalignment_rad", "rad", 0.0, -0.2, 0.2, "error of the hanging angle", FACTS, "gravity_misalignment"),
+    P("knee_spring_nm_rad", "N*m/rad", 0.0, -20.0, 100.0, "spring of the knee about joint angle 0", FACTS, "knee_spring"),
     P("lever_slope_per_rad", "1/rad", 0.0, -1.0, 1.0, "relative change of the moment arm over angle", FACTS, "moment_arm"),
 )
 
@@ -69,11 +70,38 @@ def _channel_rows() -> Table:
     return tuple(rows)
 
 
+def _instrument_rows() -> Table:
+    """What an instrument does beside gain, offset and noise."""
+    return (
+        P("gauge_skew_s", "s", 0.0, 0.0, 0.06, "age of the pressures that are read", FACTS, "gauge_skew"),
+        P("force_skew_s", "s", 0.0, 0.0, 0.06, "age of the force that is read", FACTS, "force_skew"),
+        P("encoder_skew_s", "s", 0.0, 0.0, 0.06, "age of the motor angle and speed that are read", FACTS, "encoder_skew"),
+        P("joint_skew_s", "s", 0.0, 0.0, 0.06, "age of the joint angle and speed that are read", FACTS, "joint_skew"),
+        P("force_lag_s", "s", 0.0, 0.0, 1.0, "first-order lag of the load cell", FACTS, "force_lag"),
+        P("frame_mode_ratio", "1", 0.0, 0.0, 2.0, "part of the force that reaches the cell through the frame", FACTS, "frame_mode"),
+        P("frame_hz", "Hz", 20.0, 1.0, 200.0, "frequency of the frame without damping", FACTS),
+        P("frame_damping_ratio", "1", 0.05, 1e-3, 0.9, "damping of the frame over the critical one", FACTS),
+        P("muscle0_gauge_drift_pa", "Pa", 0.0, -1e5, 1e5, "added to muscle0_gauge once warm", FACTS, "muscle0_gauge_drift"),
+        P("muscle1_gauge_drift_pa", "Pa", 0.0, -1e5, 1e5, "added to muscle1_gauge once warm", FACTS, "muscle1_gauge_drift"),
+        P("gauge_warm_up_s", "s", 300.0, 1.0, 1e5, "time constant of the pressure sensors' warming", FACTS),
+        P("force_drift_n", "N", 0.0, -100.0, 100.0, "added to force once warm", FACTS, "force_drift"),
+        P("force_warm_up_s", "s", 300.0, 1.0, 1e5, "time constant of the load cell's warming", FACTS),
+        P("force_crosstalk_n_pa", "N/Pa", 0.0, -1e-3, 1e-3, "force read per gauge pressure of muscle 0", FACTS, "force_crosstalk"),
+        P("gauge_crosstalk_pa_n", "Pa/N", 0.0, -1e3, 1e3, "pressure of muscle 0 read per force", FACTS, "gauge_crosstalk"),
+        P("force_bow_per_n", "1/N", 0.0, -1e-3, 1e-3, "relative change of the force reading per force", FACTS, "force_bow"),
+        P("muscle0_gauge_bow_per_pa", "1/Pa", 0.0, -2e-7, 2e-7, "the same for muscle0_gauge, per pressure", FACTS,
+          "muscle0_gauge_bow"),
+        P("muscle1_gauge_bow_per_pa", "1/Pa", 0.0, -2e-7, 2e-7, "the same for muscle1_gauge, per pressure", FACTS,
+          "muscle1_gauge_bow"),
+    )
+
+
 SENSORS_TABLE: Table = (
     P("seed", "1", 1.0, 0.0, 2.0**53 - 1, "seed of the noise, an integer", "chosen"),
     P("pressure_lag_s", "s", 2.5e-3, 0.0, 1.0, "first-order lag of the pressure sensors", "SMC PSE530 response time"),
     P("encoder_hold_s", "s", 0.0, 0.0, 0.1, "period in which the encoder reading renews; 0 is every cycle", PAPER),
     P("encoder_eccentricity_rad", "rad", 0.0, 0.0, 0.1, "once-per-turn error of the motor encoder", FACTS, "encoder_eccentricity"),
     P("encoder_phase_rad", "rad", 0.0, -2 * pi, 2 * pi, "motor angle at which that error is zero, negative", FACTS),
+    *_instrument_rows(),
     *_channel_rows(),
 )

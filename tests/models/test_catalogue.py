@@ -7,7 +7,7 @@ import pytest
 from epa_rt.models import catalogue
 from epa_rt.models.catalogue import CATALOGUE, NOMINAL, knob, read_knob, write_knob
 from epa_rt.models.knobs import row_of
-from epa_rt.models.parameters import effects, neutral_params
+from epa_rt.models.parameters import BLOCKS, TWICE, effects, neutral_params
 
 PAGE = (Path(__file__).parents[2] / "docs" / "plant.md").read_text(encoding="utf-8")
 SWITCHES = effects()
@@ -73,3 +73,13 @@ def test_a_knob_of_one_muscle_has_the_effect_of_both():
 def test_unknown_keys_are_refused(key):
     with pytest.raises(KeyError):
         knob(key, neutral_params())
+
+
+def test_rows_are_well_formed():
+    for block, table in BLOCKS.items():
+        names = [row.name for row in table]
+        assert len(set(names)) == len(names), block
+        for row in table:
+            assert row.low <= row.neutral <= row.high, (block, row.name)
+            assert row.meaning and row.source
+    assert set(TWICE) <= set(BLOCKS)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from epa_rt.models.blocks import laws, muscle
+from epa_rt.models.blocks import braid, laws, muscle
 from epa_rt.models.parameters import neutral_params
 
 # contraction (m of thread), turns, force at 15 cm and 600 kPa (N), stiffness at no-load length (N/m), P(15 cm)/P0
@@ -87,7 +87,7 @@ def test_slip_friction_never_yields_energy(corners, pressure):
     lost, stored = 0.0, 0.0
     for moved in np.diff(closed_path(corners)[0]):
         before = scale * np.sum(shares * slip / limits)
-        muscle.slip_settle(p, slip, moved)
+        braid.slip_settle(p, slip, moved)
         after = scale * np.sum(shares * slip / limits)
         energy = 0.5 * scale * np.sum(shares * slip**2 / limits)
         lost = 0.5 * (before + after) * moved - (energy - stored)

@@ -1,4 +1,4 @@
-"""Drive and motor: position, speed and current loops in continuous time, their limits, torque, heat and cogging."""
+"""Drive: position, speed and current loops in continuous time, and their limits."""
 
 import math
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from epa_rt.models.blocks import bus
 from epa_rt.models.blocks.exponential import lag_weights
-from epa_rt.models.blocks.friction import slider
+from epa_rt.models.blocks.motor import heat_rate, motor_torque, torque_constant
 from epa_rt.models.compiled import compiled
 from epa_rt.models.ports import RING, STATE
 
@@ -17,12 +17,6 @@ SPEED_MODE, TORQUE_MODE = 9.0, 10.0
 def clamp(value, low, high):
     """``value`` held inside [low, high]; NaN stays NaN."""
     return low if value < low else (high if value > high else value)
-
-
-@compiled
-def torque_constant(p, heat_k):
-    """Torque per current at a winding ``heat_k`` above its housing."""
-    return p.torque_constant_nm_a * (1.0 - p.torque_loss_per_k * heat_k)
 
 
 @compiled
@@ -57,42 +51,6 @@ def current_rate(p, wanted, current, speed, heat_k):
     elif voltage < -supply:
         wanted = (-supply - back) / p.winding_ohm
     return (wanted - current) / p.current_lag_s
-
-
-@compiled
-def heat_rate(p, current, heat_k):
-    """Rate of the winding's temperature above the housing (K/s)."""
-    return (p.winding_thermal_k_w * p.winding_ohm * current * current - heat_k) / p.winding_time_s
-
-
-@compiled
-def motor_torque(p, current, angle, heat_k):
-    """Electromagnetic torque with ripple and cogging (N m)."""
-    torque = torque_constant(p, heat_k) * current
-    if p.torque_ripple_ratio != 0.0:
-        torque *= 1.0 + p.torque_ripple_ratio * math.sin(p.ripple_per_turn_ratio * angle)
-    if p.cogging_nm != 0.0:
-        torque += p.cogging_nm * math.sin(p.cogging_per_turn_ratio * angle)
-    return torque
-
-
-@compiled
-def dry_limit(p, speed):
-    """Dry friction limit at the shaft (N m), larger near standstill by the Stribeck effect."""
-    if p.stribeck_ratio == 0.0:
-        return p.coulomb_nm
-    return p.coulomb_nm * (1.0 + p.stribeck_ratio * math.exp(-((speed / p.stribeck_speed_rad_s) ** 2)))
-
-
-@compiled
-def acceleration(p, torque, load_torque, low, high, stiction, speed):
-    """Motor acceleration (rad/s^2) and rate of the stuck shaft's deflection.
-
-    ``load_torque`` opposes positive motion; ``low`` and ``high`` are the gear's share of the friction limits.
-    """
-    dry = dry_limit(p, speed)
-    friction, rate = slider(p.presliding_stiffness_nm_rad, p.presliding_time_s, stiction, speed, low - dry, high + dry)
-    return (torque - load_torque - friction - p.viscous_nm_s_rad * speed) / p.inertia_kg_m2, rate
 
 
 @compiled

@@ -64,9 +64,22 @@ def droop_rate(p, drawn, supply_flow):
 
 
 @compiled
+def exponent(p):
+    """Exponent n of the state c = p V^n: the polytropic one and what compression heats beyond it."""
+    return p.polytropic_ratio + p.compression_heating_ratio
+
+
+@compiled
 def pressure(p, c, volume):
     """Absolute pressure (Pa) of the state c = p V^n."""
-    return c / power(volume, p.polytropic_ratio)
+    return c / power(volume, exponent(p))
+
+
+@compiled
+def valve_flow(p, opening, conductance, from_pa, to_pa):
+    """Mass flow (kg/s) of a valve, held back the more the larger it is."""
+    flow = opening * orifice(conductance, p.critical_ratio, p.temperature_k, from_pa, to_pa)
+    return flow if p.flow_limit_s_kg == 0.0 else flow / (1.0 + p.flow_limit_s_kg * abs(flow))
 
 
 @compiled
@@ -75,19 +88,25 @@ def rates(p, c, mass, volume, pressure_pa, supply_pa, inlet, exhaust):
 
     With valves shut and no leak or heat the first two are exactly zero: p V^n and the mass are constant.
     """
+    if p.inlet_stuck_ratio != 0.0:
+        inlet *= 1.0 - p.inlet_stuck_ratio
+    if p.exhaust_stuck_ratio != 0.0:
+        exhaust *= 1.0 - p.exhaust_stuck_ratio
     inlet = max(inlet, p.inlet_seat_leak_ratio)
     exhaust = max(exhaust, p.exhaust_seat_leak_ratio)
     drawn, lost, heat = 0.0, 0.0, 0.0
     if inlet > 0.0:
-        drawn = inlet * orifice(p.inlet_conductance_m3_s_pa, p.critical_ratio, p.temperature_k, supply_pa, pressure_pa)
+        drawn = valve_flow(p, inlet, p.inlet_conductance_m3_s_pa, supply_pa, pressure_pa)
     if exhaust > 0.0:
-        lost = exhaust * orifice(p.exhaust_conductance_m3_s_pa, p.critical_ratio, p.temperature_k, pressure_pa,
-                                 p.atmosphere_pa)
+        lost = valve_flow(p, exhaust, p.exhaust_conductance_m3_s_pa, pressure_pa, p.atmosphere_pa)
     thermal = p.gas_constant_j_kg_k * p.temperature_k
     if p.leak_per_s != 0.0:
         lost += p.leak_per_s * (pressure_pa - p.atmosphere_pa) * volume / thermal
-    if p.heat_exchange_per_s != 0.0:
-        heat = p.heat_exchange_per_s * (mass * thermal / volume - pressure_pa)
+    cooling = p.heat_exchange_per_s
+    if p.compression_heating_ratio != 0.0:
+        cooling += p.compression_cooling_per_s
+    if cooling != 0.0:
+        heat = cooling * (mass * thermal / volume - pressure_pa)
     if drawn == 0.0 and lost == 0.0 and heat == 0.0:
         return 0.0, 0.0, 0.0
     gained = drawn * p.fill_heating_ratio if drawn > 0.0 else drawn
@@ -114,7 +133,7 @@ def _over_log(params, muscle, length, inlet, exhaust, period_s, start_pa, subste
     h = period_s / substeps
     decay = math.exp(-0.5 * h / g.valve_lag_s)
     volume, _ = shape(m, g.dead_volume_m3, length[0])
-    c = start_pa * power(volume, g.polytropic_ratio)
+    c = start_pa * power(volume, exponent(g))
     mass = start_pa * volume / (g.gas_constant_j_kg_k * g.temperature_k)
     opened_in, opened_out, droop = 0.0, 0.0, 0.0
     for k in range(length.shape[0]):

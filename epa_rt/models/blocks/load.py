@@ -8,6 +8,7 @@ from epa_rt.models.blocks.friction import slider
 from epa_rt.models.compiled import compiled
 
 FIXED, MASS, KNEE = 0.0, 1.0, 2.0
+SLIDER_STEPS = 4  # per cycle, in load_force_over_log
 
 
 @compiled
@@ -56,6 +57,8 @@ def rates(p, place, speed, stiction, muscle_n):
         weight = (p.mass_kg + p.payload_kg) * p.gravity_m_s2 * p.mass_lever_m
         torque = (arm * muscle_n - weight * math.sin(p.hang_rad + p.misalignment_rad + place)
                   - p.viscous_nm_s_rad * speed - dry + stop(p, place, speed, p.low_rad, p.high_rad))
+        if p.knee_spring_nm_rad != 0.0:
+            torque -= p.knee_spring_nm_rad * place
         return torque / (p.inertia_kg_m2 + p.payload_kg * p.mass_lever_m * p.mass_lever_m), rate
     return 0.0, 0.0
 
@@ -70,6 +73,38 @@ def along_load(p, force0, force1):
 def along_spool(p, force0, force1):
     """Force of both muscles against positive spool travel (N)."""
     return force0 * p.travel0_ratio + force1 * p.travel1_ratio
+
+
+def load_force_over_log(params, place, speed, acceleration, period_s):
+    """Force along q (N) that the *measured* motion takes, (N,), from place (m or rad), speed and acceleration, (N,).
+
+    The load's balance with weight, dry friction, drag and stops; starts unstuck. Zeros for a fixed load.
+    """
+    out = np.zeros(len(place))
+    _force_over_log(params, np.asarray(place, float), np.asarray(speed, float), np.asarray(acceleration, float), period_s, out)
+    return out
+
+
+@compiled
+def _force_over_log(params, place, speed, acceleration, period_s, out):
+    p = params[0].load
+    if p.kind_code == FIXED:
+        return
+    h, fade = period_s / SLIDER_STEPS, math.exp(-period_s / SLIDER_STEPS / p.presliding_time_s)
+    stiction = 0.0
+    for k in range(place.shape[0]):
+        before = speed[max(k - 1, 0)]
+        for j in range(SLIDER_STEPS):
+            moving = before + (speed[k] - before) * ((j + 0.5) / SLIDER_STEPS)
+            _, rate = rates(p, place[k], moving, stiction, 0.0)
+            if rate == moving:
+                stiction += h * moving
+            else:
+                end = stiction + p.presliding_time_s * rate
+                stiction = end + (stiction - end) * fade
+        alone, _ = rates(p, place[k], speed[k], stiction, 0.0)
+        pulled, _ = rates(p, place[k], speed[k], stiction, 1.0)
+        out[k] = (acceleration[k] - alone) / (pulled - alone)
 
 
 def load_over_log(params, force_n, period_s, start_place=0.0, start_speed=0.0, substeps=4):

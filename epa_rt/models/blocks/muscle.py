@@ -4,8 +4,10 @@ import math
 
 import numpy as np
 
+from epa_rt.models.blocks import braid
 from epa_rt.models.blocks.laws import polynomial, tang
 from epa_rt.models.compiled import compiled
+from epa_rt.models.ports import MEMORY
 
 NO_LOAD = 1.0 / math.sqrt(3.0)  # no-load length over thread length: volume is largest, eq. 1 gives no force
 
@@ -17,9 +19,9 @@ def shape(p, dead_volume, length):
     Shorter than no-load length the strap hangs slack and the braid keeps that length; it never exceeds its thread.
     """
     b = p.braid_length_m
-    braid = min(max(length + p.end_length_m, b * NO_LOAD), b)
+    inner = min(max(length + p.end_length_m, b * NO_LOAD), b)
     scale = 1.0 / (4.0 * math.pi * p.braid_turns_ratio * p.braid_turns_ratio)
-    return (b * b - braid * braid) * braid * scale + dead_volume, (3.0 * braid * braid - b * b) * scale
+    return (b * b - inner * inner) * inner * scale + dead_volume, (3.0 * inner * inner - b * b) * scale
 
 
 @compiled
@@ -31,48 +33,9 @@ def friction_scale(p, gauge_pa):
 
 
 @compiled
-def slipped(deflection, moved, limit):
-    """Deflection of a slip element after a displacement: exact return mapping."""
-    deflection += moved
-    return limit if deflection > limit else (-limit if deflection < -limit else deflection)
-
-
-@compiled
-def slip_ratio(p, slip, moved):
-    """Force of the four slip elements over their sum (-1 to 1) after a further displacement ``moved``."""
-    return (p.slip1_ratio * slipped(slip[0], moved, p.slip1_m) / p.slip1_m
-            + p.slip2_ratio * slipped(slip[1], moved, p.slip2_m) / p.slip2_m
-            + p.slip3_ratio * slipped(slip[2], moved, p.slip3_m) / p.slip3_m
-            + p.slip4_ratio * slipped(slip[3], moved, p.slip4_m) / p.slip4_m)
-
-
-@compiled
-def slip_settle(p, slip, moved):
-    """Takes the displacement of a sub-step into the slip elements."""
-    slip[0] = slipped(slip[0], moved, p.slip1_m)
-    slip[1] = slipped(slip[1], moved, p.slip2_m)
-    slip[2] = slipped(slip[2], moved, p.slip3_m)
-    slip[3] = slipped(slip[3], moved, p.slip4_m)
-
-
-@compiled
-def dahl(p, ratio, moved):
-    """Dahl element (-1 to 1) after a displacement in one direction: exact solution of z' = v (1 - z sgn v) / l."""
-    end = 1.0 if moved > 0.0 else -1.0
-    return end + (ratio - end) * math.exp(-abs(moved) / p.dahl_m)
-
-
-@compiled
-def braid_friction(p, gauge_pa, slip, dahl_ratio, moved, speed):
-    """Rate-independent and low-speed friction of the braid (N), positive when it adds tension."""
-    ratio = 0.0
-    if p.slip_ratio != 0.0:
-        ratio += p.slip_ratio * slip_ratio(p, slip, moved)
-    if p.dahl_ratio != 0.0:
-        ratio += p.dahl_ratio * dahl(p, dahl_ratio, moved)
-    if p.stribeck_ratio != 0.0:
-        s = speed / p.stribeck_speed_m_s
-        ratio += p.stribeck_ratio * s * math.exp(0.5 * (1.0 - s * s))
+def braid_friction(p, gauge_pa, memory, moved, length, speed):
+    """Friction of the braid (N), positive when it adds tension."""
+    ratio = braid.friction_ratio(p, memory, moved, length, speed)
     return ratio * friction_scale(p, gauge_pa) if ratio != 0.0 else 0.0
 
 
@@ -87,10 +50,10 @@ def holders(p, stretch, length, speed):
 
 
 @compiled
-def tension(p, slope, gauge_pa, length, speed, slip, dahl_ratio, moved, creep_n):
+def tension(p, slope, gauge_pa, length, speed, memory, moved, creep_n):
     """Pulling force (N, never negative) at gauge pressure, length and speed of lengthening.
 
-    ``slope`` is -dV/dL from ``shape``; ``moved`` the displacement since the slip elements were last settled.
+    ``slope`` is -dV/dL from ``shape``; ``memory`` the braid's elements, ``moved`` the displacement since they were settled.
     """
     stretch = length + p.end_length_m - p.braid_length_m * NO_LOAD
     if stretch <= 0.0:
@@ -106,7 +69,7 @@ def tension(p, slope, gauge_pa, length, speed, slip, dahl_ratio, moved, creep_n)
         force = polynomial(p, effective_pa, stretch, speed)
     take_up = 1.0 if stretch >= p.take_up_m else stretch / p.take_up_m
     force += take_up * (p.viscous_n_s_m * speed + creep_n
-                        + braid_friction(p, effective_pa, slip, dahl_ratio, moved, speed))
+                        + braid_friction(p, effective_pa, memory, moved, length, speed))
     return max(force + holders(p, stretch, length, speed), 0.0)
 
 
@@ -122,23 +85,21 @@ def muscle_over_log(params, gauge_pa, length_m, speed_m_s, muscle=0, period_s=1e
     """Pulling force (N) of one muscle, (N,), from *measured* gauge pressure, length and speed of lengthening, (N,)."""
     out = np.zeros(len(length_m))
     _over_log(params, muscle, np.asarray(gauge_pa, float), np.asarray(length_m, float), np.asarray(speed_m_s, float),
-              period_s, np.zeros(4), out)
+              period_s, np.zeros(MEMORY), out)
     return out
 
 
 @compiled
-def _over_log(params, muscle, gauge, length, speed, period_s, slip, out):
+def _over_log(params, muscle, gauge, length, speed, period_s, memory, out):
     p = params[0].muscle[muscle]
-    dahl_ratio, creep, strap = 0.0, 0.0, 0.0
-    braid_before = length[0]
+    creep, strap = 0.0, 0.0
+    fitted_before = length[0]
     for k in range(length.shape[0]):
-        braid = length[k] - p.strap_compliance_m_n * strap
-        moved = braid - braid_before
-        slip_settle(p, slip, moved)
-        if p.dahl_ratio != 0.0:
-            dahl_ratio = dahl(p, dahl_ratio, moved)
+        fitted = length[k] - p.strap_compliance_m_n * strap
+        moved = fitted - fitted_before
+        braid.settle(p, memory, moved, speed[k])
         creep += period_s * creep_rate(p, creep, speed[k])
-        _, slope = shape(p, 0.0, braid)
-        out[k] = tension(p, slope, gauge[k], braid, speed[k], slip, dahl_ratio, 0.0, creep)
+        _, slope = shape(p, 0.0, fitted)
+        out[k] = tension(p, slope, gauge[k], fitted, speed[k], memory, 0.0, creep)
         strap = out[k]
-        braid_before = braid
+        fitted_before = fitted

@@ -10,20 +10,22 @@ from epa_rt.models.compiled import compiled
 @compiled
 def geared_travel(p, motor_angle):
     """Strap travel before backlash (m)."""
-    if p.eccentricity_ratio == 0.0:
+    if p.eccentricity_ratio == 0.0 and p.wind_up_per_rad == 0.0:
         return p.spool_radius_m / p.gear_ratio * motor_angle
     turn = motor_angle / p.gear_ratio
     phase = p.eccentricity_phase_rad
-    return p.spool_radius_m * (turn - p.eccentricity_ratio * (math.cos(turn + phase) - math.cos(phase)))
+    return p.spool_radius_m * (turn + 0.5 * p.wind_up_per_rad * turn * turn
+                               - p.eccentricity_ratio * (math.cos(turn + phase) - math.cos(phase)))
 
 
 @compiled
 def travel_per_angle(p, motor_angle):
     """Slope of strap travel over motor angle (m/rad)."""
-    if p.eccentricity_ratio == 0.0:
+    if p.eccentricity_ratio == 0.0 and p.wind_up_per_rad == 0.0:
         return p.spool_radius_m / p.gear_ratio
-    turn = motor_angle / p.gear_ratio + p.eccentricity_phase_rad
-    return p.spool_radius_m * (1.0 + p.eccentricity_ratio * math.sin(turn)) / p.gear_ratio
+    turn = motor_angle / p.gear_ratio
+    radius = 1.0 + p.wind_up_per_rad * turn + p.eccentricity_ratio * math.sin(turn + p.eccentricity_phase_rad)
+    return p.spool_radius_m * radius / p.gear_ratio
 
 
 @compiled

@@ -1,0 +1,129 @@
+"""Motor: torque of a current, heat, cogging and ripple, friction, and how the shaft moves."""
+
+import math
+
+import numpy as np
+
+from epa_rt.models.blocks.friction import slider
+from epa_rt.models.blocks.transmission import friction_limits, travel_per_angle
+from epa_rt.models.compiled import compiled
+
+SLIDER_STEPS = 4  # per cycle, in motor_over_log
+
+
+@compiled
+def torque_constant(p, heat_k):
+    """Torque per current at a winding ``heat_k`` above its housing."""
+    return p.torque_constant_nm_a * (1.0 - p.torque_loss_per_k * heat_k)
+
+
+@compiled
+def heat_rate(p, current, heat_k):
+    """Rate of the winding's temperature above the housing (K/s)."""
+    return (p.winding_thermal_k_w * p.winding_ohm * current * current - heat_k) / p.winding_time_s
+
+
+@compiled
+def ripple(p, angle):
+    """Torque constant at an angle over its mean."""
+    if p.torque_ripple_ratio == 0.0:
+        return 1.0
+    return 1.0 + p.torque_ripple_ratio * math.sin(p.ripple_per_turn_ratio * angle + p.ripple_phase_rad)
+
+
+@compiled
+def cogging(p, angle):
+    """Cogging torque (N m)."""
+    if p.cogging_nm == 0.0:
+        return 0.0
+    return p.cogging_nm * math.sin(p.cogging_per_turn_ratio * angle + p.cogging_phase_rad)
+
+
+@compiled
+def motor_torque(p, current, angle, heat_k):
+    """Electromagnetic torque (N m) with saturation, ripple and cogging."""
+    torque = torque_constant(p, heat_k) * current
+    if p.torque_saturation_per_a != 0.0:
+        torque /= 1.0 + p.torque_saturation_per_a * abs(current)
+    if p.torque_ripple_ratio != 0.0:
+        torque *= ripple(p, angle)
+    if p.cogging_nm != 0.0:
+        torque += cogging(p, angle)
+    return torque
+
+
+@compiled
+def current_for(p, torque, angle, heat_k):
+    """Current (A) that gives a torque: the inverse of ``motor_torque``."""
+    current = (torque - cogging(p, angle)) / (torque_constant(p, heat_k) * ripple(p, angle))
+    if p.torque_saturation_per_a != 0.0:
+        current /= max(1.0 - p.torque_saturation_per_a * abs(current), 0.1)
+    return current
+
+
+@compiled
+def dry_limit(p, speed, angle):
+    """Dry friction limit at the shaft (N m): larger near standstill by the Stribeck effect, and over the angle."""
+    limit = p.coulomb_nm
+    if p.stribeck_ratio != 0.0:
+        limit = p.coulomb_nm * (1.0 + p.stribeck_ratio * math.exp(-((speed / p.stribeck_speed_rad_s) ** 2)))
+    if p.friction_wave_ratio != 0.0:
+        limit *= 1.0 + p.friction_wave_ratio * math.sin(p.friction_wave_per_turn_ratio * angle + p.friction_wave_phase_rad)
+    return limit
+
+
+@compiled
+def drag(p, speed):
+    """Viscous drag at the shaft (N m), not the same in both directions."""
+    if p.viscous_asymmetry_ratio == 0.0:
+        return p.viscous_nm_s_rad * speed
+    return p.viscous_nm_s_rad * speed * (1.0 + (p.viscous_asymmetry_ratio if speed > 0.0 else -p.viscous_asymmetry_ratio))
+
+
+@compiled
+def acceleration(p, torque, load_torque, low, high, stiction, speed, angle):
+    """Motor acceleration (rad/s^2) and rate of the stuck shaft's deflection.
+
+    ``load_torque`` opposes positive motion; ``low`` and ``high`` are the gear's share of the friction limits.
+    """
+    dry = dry_limit(p, speed, angle)
+    friction, rate = slider(p.presliding_stiffness_nm_rad, p.presliding_time_s, stiction, speed, low - dry, high + dry)
+    return (torque - load_torque - friction - drag(p, speed)) / p.inertia_kg_m2, rate
+
+
+def motor_over_log(params, angle_rad, speed_rad_s, acceleration_rad_s2, spool_force_n, period_s):
+    """Current (A) that the *measured* motion takes against the *measured* force at the spool, (N,).
+
+    All inputs (N,), at the cycle ends, straight in between. The torque balance of the shaft with its friction, gear,
+    ripple, cogging and heat; starts cold and unstuck.
+    """
+    out = np.zeros(len(angle_rad))
+    _over_log(params, np.asarray(angle_rad, float), np.asarray(speed_rad_s, float), np.asarray(acceleration_rad_s2, float),
+              np.asarray(spool_force_n, float), period_s, out)
+    return out
+
+
+@compiled
+def _over_log(params, angle, speed, accelerated, force, period_s, out):
+    p, t = params[0].drive, params[0].transmission
+    h = period_s / SLIDER_STEPS
+    fade = math.exp(-h / p.presliding_time_s)
+    stiction, heat, current = 0.0, 0.0, 0.0
+    for k in range(angle.shape[0]):
+        load_torque = force[k] * travel_per_angle(t, angle[k])
+        low, high = friction_limits(t, load_torque)
+        dry = dry_limit(p, speed[k], angle[k])
+        before = speed[max(k - 1, 0)]
+        for j in range(SLIDER_STEPS):
+            moving = before + (speed[k] - before) * ((j + 0.5) / SLIDER_STEPS)
+            friction, rate = slider(p.presliding_stiffness_nm_rad, p.presliding_time_s, stiction, moving, low - dry, high + dry)
+            if rate == moving:
+                stiction += h * moving
+            else:
+                end = friction / p.presliding_stiffness_nm_rad
+                stiction = end + (stiction - end) * fade
+        friction, _ = slider(p.presliding_stiffness_nm_rad, p.presliding_time_s, stiction, speed[k], low - dry, high + dry)
+        torque = p.inertia_kg_m2 * accelerated[k] + load_torque + friction + drag(p, speed[k])
+        heat += period_s * heat_rate(p, current, heat)
+        current = current_for(p, torque, angle[k], heat)
+        out[k] = current
