@@ -5,7 +5,7 @@ baseline, the whole diagnosis) follows from it.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -40,7 +40,8 @@ class Setting(NamedTuple):
 class Parameter(NamedTuple):
     """One number of a plant. ``key``: block, dot, name with unit.
 
-    ``neutral`` is None for a nominal parameter, which the plant file must say; ``spread`` is then relative. Of an
+    ``neutral`` is None for a nominal parameter, which the plant file must say; ``spread`` is then relative, or in SI
+    where ``absolute``. Of an
     effect's number ``low``, ``high`` and ``spread`` count in units of ``scale``, a product or quotient of settings
     such as 'typical_force/typical_speed' ('' for the SI unit itself).
     """
@@ -54,6 +55,7 @@ class Parameter(NamedTuple):
     links: tuple[str, ...]
     effect: str | None = None
     scale: str = ""
+    absolute: bool = False
 
     @property
     def block(self) -> str:
@@ -97,7 +99,7 @@ class Component:
     features: Callable[[object, str], Mapping[str, np.ndarray]]
     free_run: Callable[[object, Numbers], Mapping[str, np.ndarray]] | None = None
     menu: Callable[[Numbers], tuple[Experiment, ...]] | None = None
-    needs: Mapping[str, tuple[str, ...]] | None = None  # roles that a link needs beside its output
+    needs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # roles that a link needs beside its output
 
 
 def scaled(scale: str, settings: Numbers) -> float:

@@ -49,7 +49,7 @@ def _p(key: str, unit: str, of: str | None, low: float, high: float, spread: flo
 
 
 _OWN = (
-    _p("piston.area_m2", "m^2", None, 1e-8, 10.0, 0.03, None),
+    _p("piston.area_m2", "m^2", None, 1e-8, 10.0, 0.05, None),
     _p("friction.viscous_n_s_m", "N*s/m", None, 0.0, 1e6, 0.5, None),
     _p("friction.seal_ratio", "1", "seal_friction", 0.0, 1.0, 0.05),
     _p("piston.taper_ratio", "1", "taper", -0.2, 0.2, 0.01),

@@ -91,6 +91,7 @@ def _p(key: str, unit: str, of: str | None, low: float, high: float, spread: flo
 _ROWS = (
     _p("joint.gain_per_s", "1/s", None, 0.1, 1e3, 0.2, None),
     _p("joint.lag_s", "s", None, 1e-3, 5.0, 0.3, None),
+    Parameter("sensor.zero_rad", "rad", None, -0.5, 0.5, 0.01, LINK, absolute=True),
     _p("drive.gain_loss_ratio", "1", "gain_loss", -2.0, 0.95, 0.2),
     _p("drive.deadband_rad", "rad", "deadband", 0.0, 0.5, 0.01),
     _p("drive.delay_s", "s", "delay", 0.0, 0.5, 0.02),
@@ -105,7 +106,6 @@ _ROWS = (
     _p("load.gravity_cosine_rad_s", "rad/s", "gravity", -20.0, 20.0, 0.2),
     _p("load.constant_rad_s", "rad/s", "constant_load", -20.0, 20.0, 0.2),
     _p("sensor.step_rad", "rad", "encoder_step", 0.0, 0.1, 5e-3),
-    _p("sensor.zero_rad", "rad", "zero", -0.5, 0.5, 0.01),
 )
 
 
@@ -127,7 +127,6 @@ _EFFECTS = (
     _e("gravity", "load", "load", ((0.2, 0.0), (0.0, 0.2)), "weight of what hangs on the joint", "a sin(q) + b cos(q)", "arm pose"),
     _e("constant_load", "load", "load", ((0.2,), (-0.2,)), "a constant load", "K e - L", "spring, cable"),
     _e("encoder_step", "sensor", "sensor", ((5e-3,),), "an encoder coarser than said", "q_read = round(q/s) s", "encoder"),
-    _e("zero", "load", "sensor", ((0.01,), (-0.01,)), "zeros of command and encoder that are apart", "u -> u - z", "horn mounting"),
 )
 
 COMPONENT = Component(

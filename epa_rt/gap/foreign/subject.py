@@ -8,6 +8,7 @@ import numpy as np
 from epa_rt.gap.foreign.baseline import Baseline
 from epa_rt.gap.foreign.component import Experiment, scaled
 from epa_rt.gap.foreign.plant_file import ForeignPlant, plant_text, sized
+from epa_rt.gap.foreign.repeats import lap_differences, lap_samples
 from epa_rt.gap.foreign.rig_file import ForeignRig
 from epa_rt.gap.foreign.signals import Signals, lowpass, on_grid
 from epa_rt.gap.recording import Recording
@@ -106,6 +107,15 @@ class ForeignSubject:
             columns[self.rig.channels[role]] = made[places]
         return replace(recording, columns=columns)
 
+    def repeats(self, recording: Recording, values: Values | None = None) -> dict[str, np.ndarray] | None:
+        """By link what laps of one recording differ by, (n,) with NaN, of the size of one lap's own scatter; None without laps."""
+        ready = self._ready(recording, self._channels(recording))
+        measured = {role: ready.signals.columns[role] for role in self.rig.channels if role in ready.signals.columns}
+        lap = lap_samples(measured, ready.signals.rate_hz)
+        if lap is None:
+            return None
+        return {link.name: lap_differences(self.residual(ready, values or {}, link.name), lap / ready.signals.stride) for link in self.links}
+
     def patched(self, values: Values, effects: Sequence[str]) -> str:
         """Text of a plant file with these values, which reads back to the same numbers."""
         return plant_text(replace(self.plant, numbers={**self.plant.numbers, **values}), self.rig, tuple(effects))
@@ -123,7 +133,7 @@ class ForeignSubject:
 
 
 def _knob(row, value: float) -> Knob:
-    spread = row.spread if row.effect is not None else row.spread * abs(value)
+    spread = row.spread if row.effect is not None or row.absolute else row.spread * abs(value)
     return Knob(row.key, row.unit, value, row.low, row.high, spread, row.effect)
 
 

@@ -14,6 +14,7 @@ from epa_rt.models.effect import Effect
 
 FRICTION = "friction"
 LINK = ("force",)
+PRESLIDING_LEAST = 2e-4    # of the stroke: friction that builds up faster is dry friction without pre-sliding
 REST_RATIO = 1e-3      # of the typical speed: where the sign of a speed is rounded off, far below any speed of interest
 
 
@@ -89,11 +90,11 @@ LAWS: tuple[Law, ...] = (
           _number("stribeck_speed_m_s", "m/s", "stribeck", 2e-3, 0.2, 0.05, "typical_speed", 0.05)), ((0.2, 0.05), (0.2, 0.15)), _stribeck),
     _law("dahl", FRICTION, "dry friction with pre-sliding", "dz/dx = (1 - z sgn(v)) / s, F = Fd z", "Dahl 1968",
          (_number("dahl_n", "N", "dahl", 0.0, 5.0, 0.3, "typical_force"),
-          _number("dahl_distance_m", "m", "dahl", 1e-5, 0.1, 5e-3, "stroke", 5e-3)), ((0.3, 5e-3), (0.3, 5e-4)), _dahl),
+          _number("dahl_distance_m", "m", "dahl", PRESLIDING_LEAST, 0.1, 5e-3, "stroke", 5e-3)), ((0.3, 5e-3), (0.3, 1e-3)), _dahl),
     _law("lugre", FRICTION, "dry friction with pre-sliding and a rise towards standstill", "LuGre: dz/dt = v - |v| z / g(v), F = Fl z",
          "Canudas de Wit et al. 1995",
          (_number("lugre_n", "N", "lugre", 0.0, 5.0, 0.3, "typical_force"),
-          _number("lugre_distance_m", "m", "lugre", 1e-5, 0.1, 5e-3, "stroke", 5e-3),
+          _number("lugre_distance_m", "m", "lugre", PRESLIDING_LEAST, 0.1, 5e-3, "stroke", 5e-3),
           _number("lugre_rise_ratio", "1", "lugre", 0.0, 2.0, 0.3, "", 0.0),
           _number("lugre_speed_m_s", "m/s", "lugre", 2e-3, 0.3, 0.05, "typical_speed", 0.05)), ((0.3, 5e-3, 0.3, 0.05),), _lugre),
     _law("viscous_quadratic", "viscous", "drag that grows with the square of speed", "F = c v |v|", "turbulent drag, shear thinning (negative)",
