@@ -4,15 +4,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from epa_rt.gap.house import gas_link, load_link, motion, motor_link, smooth
+from epa_rt.gap.house import gas_link, instruments, load_link, motion, motor_link, smooth
 from epa_rt.gap.house.prepared import Prepared
 from epa_rt.models.ports import STATE
-from epa_rt.models.tables_load import CHANNELS, split
 
 _NONE = np.zeros(0)
-_ROWS = {channel: ("{}_gain_ratio".format(split(channel)[0]), "{}_offset{}".format(*split(channel))) for channel, _ in CHANNELS}
-
-
 class Bench:
     """One set of parameters against one prepared recording. Everything it makes is its own or only read."""
 
@@ -20,20 +16,19 @@ class Bench:
         self.prepared, self.params = prepared, params
         self.sensors = params["sensors"][0]
 
-    def gain_offset(self, port: str) -> tuple[float, float]:
-        gain, offset = _ROWS[port]
-        return float(self.sensors[gain]), float(self.sensors[offset])
-
     def true(self, port: str) -> np.ndarray:
-        """(N,) what the instrument was shown, from its reading."""
-        gain, offset = self.gain_offset(port)
-        values = self.prepared.readings[port]
-        return values if gain == 1.0 and offset == 0.0 else (values - offset) / gain
+        """(N,) what the instrument was shown, from its reading; of pressure and force see ``gauge`` and ``force``."""
+        return instruments.straight(self.sensors, port, self.prepared.readings[port], self.prepared.period_s)
 
     def shown(self, port: str, truth: np.ndarray) -> np.ndarray:
         """(N,) what the instrument reads of a truth."""
-        gain, offset = self.gain_offset(port)
-        return truth if gain == 1.0 and offset == 0.0 else gain * truth + offset
+        return instruments.shown(self.sensors, port, truth, self.prepared.period_s)
+
+    def cycles(self, name: str) -> float:
+        return float(self.sensors[name]) / self.prepared.period_s
+
+    def zero(self) -> np.ndarray:
+        return self.kept("zero", (), lambda: np.zeros(self.prepared.count))
 
     def kept(self, name: str, blocks: tuple[np.ndarray, ...], make: Callable[[], object]) -> object:
         """A result that depends on these parameter records alone, from the recording's small cache."""
@@ -52,7 +47,8 @@ class Bench:
     def motor(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Motor angle, speed and acceleration, (N,) each."""
         s = self.sensors
-        names = ("motor_angle_gain_ratio", "motor_angle_offset_rad", "motor_speed_gain_ratio", "encoder_eccentricity_rad", "encoder_phase_rad")
+        names = ("motor_angle_gain_ratio", "motor_angle_offset_rad", "motor_speed_gain_ratio", "encoder_eccentricity_rad", "encoder_phase_rad",
+                 "encoder_skew_s")
         return self.kept("motor", tuple(np.asarray(s[name]) for name in names), self._motor)
 
     def _motor(self):
@@ -67,17 +63,19 @@ class Bench:
             taps = smooth.gaussian_taps(smooth.FUSE_CYCLES)
             error = smooth.slope(smooth.smoothed(angle - plain, taps), p.period_s)
             speed, acceleration = speed + error, acceleration + smooth.slope(error, p.period_s)
-        return angle, speed, acceleration
+        late = self.cycles("encoder_skew_s")
+        return instruments.moved(angle, late), instruments.moved(speed, late), instruments.moved(acceleration, late)
 
     def place(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Position of the load (rad of a knee, m of a mass), its speed and acceleration; zeros where it is fixed."""
         p = self.prepared
         port = next((port for port in ("joint_angle_rad", "load_position_m") if port in p.readings), None)
         if port is None:
-            zero = self.kept("zero", (), lambda: np.zeros(p.count))
+            zero = self.zero()
             return zero, zero, zero
-        gain, offset = self.gain_offset(port)
-        return (p.smooth["place"] - offset) / gain, p.smooth["place_speed"] / gain, p.smooth["place_acceleration"] / gain
+        gain, late = instruments.gain_of(self.sensors, port), self.cycles("joint_skew_s") if port == "joint_angle_rad" else 0.0
+        place = instruments.straight(self.sensors, port, p.smooth["place"], p.period_s)
+        return tuple(instruments.moved(x, late) for x in (place, p.smooth["place_speed"] / gain, p.smooth["place_acceleration"] / gain))
 
     def line(self, i: int) -> np.ndarray:
         """(2, N) length of muscle i's line and its speed."""
@@ -94,18 +92,32 @@ class Bench:
 
     # --- gas and muscle -----------------------------------------------------------------------------------------
 
+    def lagging_gauge(self, i: int) -> np.ndarray:
+        """(N,) gauge pressure of muscle i behind its sensor's lag alone."""
+        value = self.true(f"muscle{i}_gauge_pa")
+        if i == 0 and self.sensors["gauge_crosstalk_pa_n"] != 0.0 and "force_n" in self.prepared.readings:
+            value = value - float(self.sensors["gauge_crosstalk_pa_n"]) * self.true("force_n")
+        return instruments.moved(value, self.cycles("gauge_skew_s"))
+
     def gauge(self, i: int) -> np.ndarray:
-        """(N,) gauge pressure of muscle i, the sensor's lag taken off."""
-        port = f"muscle{i}_gauge_pa"
-        gain, _ = self.gain_offset(port)
-        return self.true(port) + float(self.sensors["pressure_lag_s"]) / gain * self.prepared.smooth[f"{port}_slope"]
+        """(N,) gauge pressure of muscle i, what its sensor does taken off."""
+        value, lag_s = self.lagging_gauge(i), float(self.sensors["pressure_lag_s"])
+        if lag_s == 0.0:
+            return value
+        plain = value is self.prepared.readings[f"muscle{i}_gauge_pa"]
+        return value + lag_s * (self.prepared.smooth[f"muscle{i}_gauge_pa_slope"] if plain else smooth.slope(value, self.prepared.period_s))
 
     def force(self, i: int) -> np.ndarray:
         """(N,) force of muscle i: measured where there is a cell, else predicted from its measured pressure."""
-        if i == 0 and "force_n" in self.prepared.readings:
-            return self.true("force_n")
+        s, p = self.sensors, self.prepared
+        if i == 0 and "force_n" in p.readings:
+            value = self.true("force_n")
+            if s["force_crosstalk_n_pa"] != 0.0:
+                value = value - float(s["force_crosstalk_n_pa"]) * self.true("muscle0_gauge_pa")
+            slope = smooth.slope(value, p.period_s) if s["force_lag_s"] != 0.0 else self.zero()
+            return instruments.before_cell(s, value, slope, p.period_s)
         if self.params["muscle"]["present"][0, i] < 0.5:
-            return self.kept("zero", (), lambda: np.zeros(self.prepared.count))
+            return self.zero()
         return self.predicted_force(i, _NONE)
 
     def predicted_force(self, i: int, held_n: np.ndarray) -> np.ndarray:
@@ -122,7 +134,7 @@ class Bench:
 
     def volume(self, i: int) -> np.ndarray:
         compliance = self.params["muscle"]["strap_compliance_m_n"][0, i]
-        strap = self.force(i) if compliance != 0.0 else self.kept("zero", (), lambda: np.zeros(self.prepared.count))
+        strap = self.force(i) if compliance != 0.0 else self.zero()
         out = np.empty(self.prepared.count)
         gas_link.volumes(self.params, i, self.line(i)[0], strap, out)
         return out
@@ -133,7 +145,7 @@ class Bench:
         atmosphere = float(self.params["gas"]["atmosphere_pa"][0, i])
         gas_link.pressures(self.params, i, float(self.params["bus"]["valve_delay_s"][0]) / p.period_s, self.volume(i),
                            np.ascontiguousarray(p.commands["inlet"][:, i]), np.ascontiguousarray(p.commands["exhaust"][:, i]), others,
-                           self.true(f"muscle{i}_gauge_pa") + atmosphere, p.shut[i], float(self.sensors["pressure_lag_s"]), p.period_s,
+                           self.lagging_gauge(i) + atmosphere, p.shut[i], float(self.sensors["pressure_lag_s"]), p.period_s,
                            truth, seen, drawn)
         return truth, seen, drawn
 
@@ -141,7 +153,7 @@ class Bench:
 
     def heat(self) -> np.ndarray:
         if self.params["drive"]["torque_loss_per_k"][0] == 0.0:
-            return self.kept("zero", (), lambda: np.zeros(self.prepared.count))
+            return self.zero()
         out = np.empty(self.prepared.count)
         motor_link.winding_heat(self.params["drive"][0], self.true("motor_current_a"), self.prepared.period_s, out)
         return out
@@ -180,19 +192,24 @@ def torque_residual(bench: Bench) -> np.ndarray:
 def encoder_residual(bench: Bench) -> np.ndarray:
     p = bench.prepared
     out = np.empty(p.count)
-    motion.true_angle(bench.sensors, p.renewed["motor_angle_rad"], bench.kept("zero", (), lambda: np.zeros(p.count)), 1.0, out)
+    motion.true_angle(bench.sensors, p.renewed["motor_angle_rad"], bench.zero(), 1.0, out)
     return p.renewed["motor_speed_rad_s"] - bench.shown("motor_speed_rad_s", smooth.slope(out, p.period_s))
 
 
 def gas_residual(bench: Bench, i: int) -> np.ndarray:
     _, seen = bench.pressure(i)
     port = f"muscle{i}_gauge_pa"
-    return bench.prepared.readings[port] - bench.shown(port, seen - float(bench.params["gas"]["atmosphere_pa"][0, i]))
+    gauge = instruments.moved(seen - float(bench.params["gas"]["atmosphere_pa"][0, i]), -bench.cycles("gauge_skew_s"))
+    if i == 0 and bench.sensors["gauge_crosstalk_pa_n"] != 0.0 and "force_n" in bench.prepared.readings:
+        gauge = gauge + float(bench.sensors["gauge_crosstalk_pa_n"]) * bench.force(0)
+    return bench.prepared.readings[port] - bench.shown(port, gauge)
 
 
 def muscle_residual(bench: Bench) -> np.ndarray:
     strapped = bench.params["muscle"]["strap_compliance_m_n"][0, 0] != 0.0
-    predicted = bench.predicted_force(0, bench.true("force_n") if strapped else _NONE)
+    predicted = instruments.cell(bench.sensors, bench.predicted_force(0, bench.force(0) if strapped else _NONE), bench.prepared.period_s)
+    if bench.sensors["force_crosstalk_n_pa"] != 0.0:
+        predicted = predicted + float(bench.sensors["force_crosstalk_n_pa"]) * bench.gauge(0)
     return bench.prepared.readings["force_n"] - bench.shown("force_n", predicted)
 
 

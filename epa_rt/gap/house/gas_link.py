@@ -37,12 +37,18 @@ def _rates(g, c, mass, droop, volume, inlet, exhaust, others):
 
 
 @compiled
+def is_tight(g):
+    """Whether shut valves keep p V^n as it is."""
+    return g.leak_per_s == 0.0 and gas.cooling(g) == 0.0 and g.inlet_seat_leak_ratio == 0.0 and g.exhaust_seat_leak_ratio == 0.0
+
+
+@compiled
 def march(g, delay, volume, inlet, exhaust, others, lag_s, period_s, k0, k1, s, truth, seen, drawn):
     """Cycles k0 to k1 from state s (c, mass, droop, openings, lagged reading, pressure before), which it moves."""
     h = period_s / STEPS
     decay = math.exp(-0.5 * h / g.valve_lag_s)
     fade = math.exp(-period_s / lag_s) if lag_s > 0.0 else 0.0
-    tight = (g.leak_per_s == 0.0 and g.heat_exchange_per_s == 0.0 and g.inlet_seat_leak_ratio == 0.0 and g.exhaust_seat_leak_ratio == 0.0)
+    tight = is_tight(g)
     for k in range(k0, k1):
         before = volume[max(k - 1, 0)]
         drawn[k] = 0.0
@@ -97,17 +103,17 @@ def pressures(params, i, delay, volume, inlet, exhaust, others, measured, shut, 
     g = params[0].gas[i]
     s = np.zeros(7)
     start = max(measured[0], 1e3) if abs(measured[0] - g.atmosphere_pa) > 5e3 else g.atmosphere_pa
-    s[0], s[1] = start * gas.power(volume[0], g.polytropic_ratio), start * volume[0] / (g.gas_constant_j_kg_k * g.temperature_k)
+    s[0], s[1] = start * gas.power(volume[0], gas.exponent(g)), start * volume[0] / (g.gas_constant_j_kg_k * g.temperature_k)
     s[5] = s[6] = start
     at = 0
-    steady = g.leak_per_s == 0.0 and g.heat_exchange_per_s == 0.0 and g.inlet_seat_leak_ratio == 0.0 and g.exhaust_seat_leak_ratio == 0.0
+    tight = is_tight(g)
     for n in range(len(shut)):
         k0, k1 = shut[n, 0], shut[n, 1]
         march(g, delay, volume, inlet, exhaust, others, lag_s, period_s, at, k0, s, truth, seen, drawn)
         kept = s.copy()
         march(g, delay, volume, inlet, exhaust, others, lag_s, period_s, k0, k1, s, truth, seen, drawn)
         factor = _level(seen, measured, k0, k1)
-        if not (steady and s[3] == 0.0 and s[4] == 0.0):  # not a mere scale: once more from the raised level
+        if not (tight and s[3] == 0.0 and s[4] == 0.0):  # not a mere scale: once more from the raised level
             _raise(kept, factor)
             s[:] = kept
             march(g, delay, volume, inlet, exhaust, others, lag_s, period_s, k0, k1, s, truth, seen, drawn)

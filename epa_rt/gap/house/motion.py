@@ -5,8 +5,9 @@ import math
 import numpy as np
 
 from epa_rt.gap.house.compiled import compiled
-from epa_rt.models.blocks import load, muscle, transmission
+from epa_rt.models.blocks import braid, load, muscle, transmission
 from epa_rt.models.chain import lengths
+from epa_rt.models.ports import MEMORY
 
 
 @compiled
@@ -39,22 +40,19 @@ def pulls(params, i, gauge, length, speed, held_n, period_s, out):
     where the predicted force itself does.
     """
     m = params[0].muscle[i]
-    slip = np.zeros(4)
-    dahl, creep, strap, before = 0.0, 0.0, 0.0, length[0]
+    memory = np.zeros(MEMORY)
+    creep, strap, before = 0.0, 0.0, length[0]
     for k in range(len(length)):
         if len(held_n):
             strap = held_n[k]
-        braid = length[k] - m.strap_compliance_m_n * strap
-        moved = braid - before
-        if m.slip_ratio != 0.0:
-            muscle.slip_settle(m, slip, moved)
-        if m.dahl_ratio != 0.0:
-            dahl = muscle.dahl(m, dahl, moved)
+        fitted = length[k] - m.strap_compliance_m_n * strap
+        moved = fitted - before
+        braid.settle(m, memory, moved, speed[k])
         if m.creep_stiffness_n_m != 0.0:
             fall = math.exp(-period_s / m.creep_time_s)
             creep = fall * creep + m.creep_stiffness_n_m * m.creep_time_s * (1.0 - fall) * 0.5 * (speed[k] + speed[max(k - 1, 0)])
-        _, slope = muscle.shape(m, 0.0, braid)
-        out[k] = muscle.tension(m, slope, gauge[k], braid, speed[k], slip, dahl, 0.0, creep)
+        _, slope = muscle.shape(m, 0.0, fitted)
+        out[k] = muscle.tension(m, slope, gauge[k], fitted, speed[k], memory, 0.0, creep)
         if not len(held_n):
             strap = out[k]
-        before = braid
+        before = fitted

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from epa_rt.gap.house.compiled import compiled
-from epa_rt.models.blocks import bus, drive, transmission
+from epa_rt.models.blocks import bus, drive, motor, transmission
 from epa_rt.models.blocks.friction import slider
 from epa_rt.models.ports import STATE
 
@@ -41,10 +41,10 @@ def drive_current(params, state, commands, angle, speed, measured_a, heat, perio
         integral = drive.integral_at_edge(now, before, integral, current)
         b = max(k - 1, 0)
         for j in range(STEPS):
-            motor = bus.motor_seen(s.ring, k, j / STEPS - delay, (j + 1) / STEPS - delay)
+            wanted = bus.motor_seen(s.ring, k, j / STEPS - delay, (j + 1) / STEPS - delay)
             a, w = drive.cubic(angle[b], angle[k], speed[b], speed[k], period_s, (j + 0.5) / STEPS)
-            _, rate, _ = drive.rates(p, motor, 0.5, a, w, integral, current, heat[k])
-            di, _, _ = drive.rates(p, motor, 0.5, a, w, integral + 0.5 * h * rate, current, heat[k])
+            _, rate, _ = drive.rates(p, wanted, 0.5, a, w, integral, current, heat[k])
+            di, _, _ = drive.rates(p, wanted, 0.5, a, w, integral + 0.5 * h * rate, current, heat[k])
             current += di * p.current_lag_s * (1.0 - fade)
             integral += h * rate
         if now[0] > 0.5:
@@ -66,25 +66,20 @@ def balance_current(params, angle, speed, acceleration, spool_n, heat, period_s,
         b = max(k - 1, 0)
         for j in range(STEPS):
             w = speed[b] + (speed[k] - speed[b]) * (j + 0.5) / STEPS
-            dry = drive.dry_limit(p, w)
+            dry = motor.dry_limit(p, w, angle[k])
             force, rate = slider(p.presliding_stiffness_nm_rad, p.presliding_time_s, stuck, w, low - dry, high + dry)
             if rate == w:
                 stuck += h * w
             else:
                 stuck = force / p.presliding_stiffness_nm_rad + (stuck - force / p.presliding_stiffness_nm_rad) * fade
-        dry = drive.dry_limit(p, speed[k])
+        dry = motor.dry_limit(p, speed[k], angle[k])
         friction, _ = slider(p.presliding_stiffness_nm_rad, p.presliding_time_s, stuck, speed[k], low - dry, high + dry)
-        torque = p.inertia_kg_m2 * acceleration[k] + friction + p.viscous_nm_s_rad * speed[k] + load
-        if p.cogging_nm != 0.0:
-            torque -= p.cogging_nm * math.sin(p.cogging_per_turn_ratio * angle[k])
-        per_ampere = drive.torque_constant(p, heat[k])
-        if p.torque_ripple_ratio != 0.0:
-            per_ampere *= 1.0 + p.torque_ripple_ratio * math.sin(p.ripple_per_turn_ratio * angle[k])
-        out[k] = torque / per_ampere
+        torque = p.inertia_kg_m2 * acceleration[k] + friction + motor.drag(p, speed[k]) + load
+        out[k] = motor.current_for(p, torque, angle[k], heat[k])
 
 
 @compiled
 def shaft_torque(params, current, angle, heat, out):
     """Torque (N m, (N,)) that a current (A) makes at an angle (rad) and winding heat (K)."""
     for k in range(len(out)):
-        out[k] = drive.motor_torque(params[0].drive, current[k], angle[k], heat[k])
+        out[k] = motor.motor_torque(params[0].drive, current[k], angle[k], heat[k])

@@ -1,32 +1,40 @@
 """Which links a number of the plant reaches, and which effects a rig can have at all."""
 
+from collections.abc import Collection
+
 import numpy as np
 
 from epa_rt.models.blocks.load import FIXED, KNEE, MASS
 from epa_rt.models.effect import Effect
 from epa_rt.models.knobs import row_of
+from epa_rt.models.tables_load import CHANNELS, split
 
 _GASES = ("gas0", "gas1")
 _LENGTHS = (*_GASES, "muscle0")
 _DRIVE = {  # rows of the drive; others reach the drive's own loop alone
-    "torque_constant_nm_a": ("drive", "motor", "torque"), "inertia_kg_m2": ("motor",), "viscous_nm_s_rad": ("motor",), "coulomb_nm": ("motor",),
+    "torque_constant_nm_a": ("drive", "motor", "torque"), "inertia_kg_m2": ("motor",), "viscous_nm_s_rad": ("motor",), "coulomb_nm": ("motor",), "viscous_asymmetry_ratio": ("motor",),
+    "friction_wave_ratio": ("motor",), "friction_wave_per_turn_ratio": ("motor",), "friction_wave_phase_rad": ("motor",),
     "presliding_stiffness_nm_rad": ("motor",), "presliding_time_s": ("motor",), "stribeck_ratio": ("motor",), "stribeck_speed_rad_s": ("motor",),
     "cogging_nm": ("motor", "torque"), "cogging_per_turn_ratio": ("motor", "torque"), "torque_ripple_ratio": ("motor", "torque"),
-    "ripple_per_turn_ratio": ("motor", "torque"), "torque_loss_per_k": ("drive", "motor", "torque"),
+    "ripple_per_turn_ratio": ("motor", "torque"), "cogging_phase_rad": ("motor", "torque"), "ripple_phase_rad": ("motor", "torque"),
+    "torque_saturation_per_a": ("motor", "torque"), "torque_loss_per_k": ("drive", "motor", "torque"),
     "winding_thermal_k_w": ("motor", "torque"), "winding_time_s": ("motor", "torque"), "winding_ohm": ("drive", "motor", "torque"),
 }
 _TRANSMISSION = {"gear_efficiency_ratio": ("motor",), "gear_friction_n": ("motor",), "backlash_rad": _LENGTHS}
 _SHAPE = ("braid_length_m", "braid_turns_ratio", "end_length_m")  # of the muscle: they make its volume too
-_SENSORS = (  # first part of a row's name
-    ("motor_angle", ("drive", "motor", *_LENGTHS, "load", "encoder")), ("motor_speed", ("drive", "motor", *_LENGTHS, "encoder")),
+_SENSORS = (  # first part of a row's name, longer ones first
+    ("motor_angle", ("drive", "motor", *_LENGTHS, "encoder")), ("motor_speed", ("drive", "motor", *_LENGTHS, "encoder")),
     ("motor_current", ("drive", "motor", "torque")), ("motor_torque", ("torque",)), ("muscle0_gauge", ("gas0", "muscle0")),
-    ("muscle1_gauge", ("gas1", "load")), ("pressure_lag", (*_GASES, "muscle0", "load")), ("force", ("muscle0", "motor", "load")),
-    ("joint_", (*_LENGTHS, "load")), ("load_position", (*_LENGTHS, "load")), ("encoder_", ("drive", "motor", *_LENGTHS, "encoder")),
+    ("muscle1_gauge", ("gas1", "load")), ("pressure_lag", (*_GASES, "muscle0", "load")), ("gauge_crosstalk", ("gas0", "muscle0")),
+    ("gauge_", (*_GASES, "muscle0", "load")), ("force", ("muscle0", "motor", "load")), ("frame_", ("muscle0", "motor", "load")),
+    ("joint_", (*_LENGTHS, "load")), ("load_position", (*_LENGTHS, "load")), ("encoder_skew", ("drive", "motor", *_LENGTHS)),
+    ("encoder_", ("drive", "motor", *_LENGTHS, "encoder")),
 )
+_STEMS = tuple((split(channel)[0], channel) for channel, _ in CHANNELS)
 
 
-def reached(key: str, params: np.ndarray) -> tuple[str, ...]:
-    """Names of links (of any rig) whose residual may change with a number of the plant ``params``."""
+def reached(key: str, params: np.ndarray, ports: Collection[str]) -> tuple[str, ...]:
+    """Names of links (of any rig) whose residual may change with a number of the plant; ``ports`` are those the rig shows."""
     block, row, muscle = row_of(key)
     kind, both = float(params["load"]["kind_code"][0]), params["muscle"]["present"][0, 1] > 0.5
     gases = _GASES if muscle is None else (f"gas{muscle}",)
@@ -45,8 +53,13 @@ def reached(key: str, params: np.ndarray) -> tuple[str, ...]:
     if block == "load":
         lengths = row.name in ("lever_m", "lever_slope_per_rad") or row.name.startswith(("rest", "travel", "load"))
         return (("load",) if kind != FIXED else ()) + (_LENGTHS if lengths and (kind == KNEE or row.name != "lever_m") else ())
+    stem = next((channel for stem, channel in _STEMS if row.name.startswith(f"{stem}_")), None)
+    if (stem is not None and stem not in ports) or (row.name.startswith("joint_") and "joint_angle_rad" not in ports):
+        return ()
     found = next((links for start, links in _SENSORS if row.name.startswith(start)), ())
-    return found if both or not row.name.startswith("pressure_lag") else tuple(link for link in found if link != "load")
+    if not both and row.name.startswith(("pressure_lag", "gauge_")):
+        found = tuple(link for link in found if link != "load")
+    return found if kind != FIXED else tuple(link for link in found if link != "load")
 
 
 def applies(effect: Effect, params: np.ndarray) -> bool:
@@ -57,6 +70,6 @@ def applies(effect: Effect, params: np.ndarray) -> bool:
     rows = {row_of(key)[1].name for key in effect.knobs}
     if rows & {"coulomb_n", "guide_stiffness_n_m"}:
         return kind == MASS
-    if rows & {"knee_coulomb_nm", "knee_stiffness_nm_rad", "misalignment_rad", "lever_slope_per_rad"}:
+    if rows & {"knee_coulomb_nm", "knee_stiffness_nm_rad", "knee_spring_nm_rad", "misalignment_rad", "lever_slope_per_rad"}:
         return kind == KNEE
     return kind != FIXED

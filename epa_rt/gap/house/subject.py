@@ -50,7 +50,7 @@ class HouseSubject:
 
     def _touch(self, key: str, names: tuple[str, ...]) -> tuple[str, ...]:
         if key not in self._reach:
-            self._reach[key] = tuple(name for name in reached(key, self.plant.params) if name in names)
+            self._reach[key] = tuple(name for name in reached(key, self.plant.params, self.channels) if name in names)
         return self._reach[key]
 
     def touched(self, key: str) -> tuple[str, ...]:

@@ -1,0 +1,158 @@
+"""The noise floor of every link: what is left of a rig without a gap, in size and in colour.
+
+By repeats where an experiment was repeated; else by twins, the nominal plant in free run through the same links with the
+recording's own noise and the instruments' own steps; else from the residuals' own high frequencies.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from epa_rt.gap.recording import Recording
+from epa_rt.gap.subject import Subject, Values
+
+ORDER = 16      # of the whitening filter
+TWINS = 6       # per recording
+LEAST = 1e-12   # of a link's rms that its floor may not fall below: noise-free data
+
+
+@dataclass(frozen=True)
+class Floor:
+    """Noise of a link: ``rms`` in its unit, ``ar`` (ORDER,) so that x[k] - sum ar[i] x[k-1-i] is white with deviation
+    ``innovation``. ``bias``: recording name to (n,), what the method leaves even of a perfect model; NaN where not judged.
+    ``source``: "repeats", "twin" or "sensors".
+    """
+
+    link: str
+    rms: float
+    ar: np.ndarray
+    innovation: float
+    bias: dict[str, np.ndarray] = field(default_factory=dict)
+    source: str = "twin"
+
+    def whiten(self, x: np.ndarray) -> np.ndarray:
+        """(n,) or (n, k) to the same shape: unit white noise where x is the floor's own noise.
+
+        NaN rows part x into spans that are filtered separately; the first len(ar) rows of each are NaN.
+        """
+        x = np.asarray(x, float)
+        order = len(self.ar)
+        out = np.full(x.shape, np.nan)
+        if len(x) <= order:
+            return out
+        white = x[order:].copy()
+        for i, a in enumerate(self.ar):
+            white -= a * x[order - 1 - i:len(x) - 1 - i]
+        out[order:] = white / self.innovation
+        return out
+
+
+def floors(subject: Subject, recordings: Sequence[Recording], values: Values, repeats: Sequence[Sequence[str]] | None = None,
+           seed: int = 0) -> dict[str, Floor]:
+    """Link name to its floor at these nominal values; links that the recordings never let judge are left out.
+
+    ``repeats``: groups of recording names that are runs of one experiment.
+    """
+    own = {r.name: _residuals(subject, r, values) for r in recordings}
+    twins = {r.name: _twins(subject, r, values, seed) for r in recordings}
+    found = {}
+    for link in subject.links:
+        if not any(np.isfinite(own[r.name][link.name]).any() for r in recordings):
+            continue
+        bias, noise = _of_twins({name: [twin[link.name] for twin in made] for name, made in twins.items()})
+        again = _of_repeats(recordings, own, link.name, repeats or ())
+        if again:
+            found[link.name] = _fitted(link.name, again, bias, "repeats", _blur(bias))
+        elif noise:
+            found[link.name] = _fitted(link.name, noise, bias, "twin", _blur(bias))
+        else:
+            rough = [_rough(own[r.name][link.name]) for r in recordings]
+            found[link.name] = _fitted(link.name, rough, {}, "sensors", 1.0)
+    return found
+
+
+def _residuals(subject: Subject, recording: Recording, values: Values) -> dict[str, np.ndarray]:
+    prepared = subject.prepare(recording)
+    return {link.name: subject.residual(prepared, values, link.name) for link in subject.links}
+
+
+def _twins(subject: Subject, recording: Recording, values: Values, seed: int) -> list[dict[str, np.ndarray]]:
+    """Residuals of TWINS free runs of a recording, judged where the recording is; none where there is no model of the whole."""
+    found = []
+    for i in range(TWINS):
+        twin = subject.free_run(recording, values, seed * TWINS + i + 1)
+        if twin is None:
+            return []
+        found.append(_residuals(subject, twin, values))
+    return found
+
+
+def _of_twins(residuals: Mapping[str, Sequence[np.ndarray]]) -> tuple[dict[str, np.ndarray], list[np.ndarray]]:
+    """Bias by recording, and the twins' noise about it with its full size."""
+    bias, noise = {}, []
+    for name, twins in residuals.items():
+        if len(twins) < 2:
+            continue
+        bias[name] = np.mean(twins, axis=0)
+        noise += [(twin - bias[name]) * np.sqrt(len(twins) / (len(twins) - 1.0)) for twin in twins]
+    return bias, noise
+
+
+def _blur(bias: Mapping[str, np.ndarray]) -> float:
+    """How much larger the noise is after a bias found from few twins has been taken off."""
+    return float(np.sqrt(1.0 + 1.0 / TWINS)) if bias else 1.0
+
+
+def _of_repeats(recordings: Sequence[Recording], own: Mapping[str, Mapping[str, np.ndarray]], link: str,
+                repeats: Sequence[Sequence[str]]) -> list[np.ndarray]:
+    """Differences over sqrt(2) of the residuals of repeated runs, span by span."""
+    by_name = {r.name: r for r in recordings}
+    found = []
+    for group in repeats:
+        first = by_name[group[0]]
+        for name in group[1:]:
+            for a, b in zip(_trials(first), _trials(by_name[name]), strict=False):
+                x, y = own[first.name][link][a], own[name][link][b]
+                count = min(len(x), len(y))
+                found.append((x[:count] - y[:count]) / np.sqrt(2.0))
+    return [x for x in found if np.isfinite(x).sum() > 4 * ORDER]
+
+
+def _trials(recording: Recording, every: int = 10) -> list[slice]:
+    return [slice(span.start // every, span.stop // every) for span in recording.spans if span.trial] or [slice(None)]
+
+
+def _rough(residual: np.ndarray) -> np.ndarray:
+    """White noise of the size of a residual's third differences: what no smooth gap has."""
+    third = np.diff(residual, 3) / np.sqrt(20.0)
+    return np.concatenate([third, np.full(3, np.nan)])
+
+
+def _fitted(link: str, noise: Sequence[np.ndarray], bias: dict[str, np.ndarray], source: str, blur: float) -> Floor:
+    covariance = autocovariance(noise, ORDER)
+    least = LEAST + LEAST * max((float(np.nanmax(np.abs(b))) for b in bias.values() if np.isfinite(b).any()), default=0.0)
+    rms = float(np.sqrt(max(covariance[0], least**2)))
+    ar, innovation = levinson(covariance) if covariance[0] > least**2 else (np.zeros(ORDER), rms)
+    return Floor(link, rms * blur, ar, innovation * blur, bias, source)
+
+
+def autocovariance(noise: Sequence[np.ndarray], order: int) -> np.ndarray:
+    """(order + 1,) of stretches with NaN gaps, without taking off a mean; gaps count as zeros, so that it stays positive."""
+    total, count = np.zeros(order + 1), 0
+    for x in noise:
+        good = np.isfinite(x)
+        filled = np.where(good, x, 0.0)
+        count += int(good.sum())
+        total += [filled[lag:] @ filled[:len(filled) - lag] for lag in range(order + 1)]
+    return total / max(count, 1)
+
+
+def levinson(covariance: np.ndarray) -> tuple[np.ndarray, float]:
+    """Predictor (order,) and the deviation of what it cannot predict, from autocovariances (order + 1,)."""
+    from scipy.linalg import solve_toeplitz
+
+    steady = covariance.copy()
+    steady[0] *= 1.0 + 1e-9
+    ar = solve_toeplitz(steady[:-1], steady[1:])
+    return ar, float(np.sqrt(max(steady[0] - ar @ steady[1:], 1e-9 * steady[0])))
