@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from epa_rt.models.blocks import gas, load, muscle, sensors, transmission
+from epa_rt.models.blocks import gas, instruments, load, muscle, sensors, transmission
 from epa_rt.models.chain import lengths, write_truth
 from epa_rt.models.ports import ANGLE, GAS_C, GAS_MASS, LOAD_PLACE, MEMORY, STATE
 
@@ -29,7 +29,7 @@ def new_state(params: np.ndarray) -> np.ndarray:
     s["pressure_before_pa"][2] = s["pressure_reading_pa"][2] = p["gas"][0]["supply_gauge_pa"]
     s["encoder_angle_rad"] = sensors.encoder(p["sensors"], s["smooth"][ANGLE])
     write_truth(p, s)
-    sensors.settle_force(state, s["truth"]["muscle_force_n"][0])
+    instruments.settle(s, s["truth"], p["gas"][0]["atmosphere_pa"])
     return state
 
 

@@ -70,6 +70,14 @@ def exponent(p):
 
 
 @compiled
+def cooling(p):
+    """Rate (1/s) at which the gas returns to the temperature around it."""
+    if p.compression_heating_ratio == 0.0:
+        return p.heat_exchange_per_s
+    return p.heat_exchange_per_s + p.compression_cooling_per_s
+
+
+@compiled
 def pressure(p, c, volume):
     """Absolute pressure (Pa) of the state c = p V^n."""
     return c / power(volume, exponent(p))
@@ -102,11 +110,9 @@ def rates(p, c, mass, volume, pressure_pa, supply_pa, inlet, exhaust):
     thermal = p.gas_constant_j_kg_k * p.temperature_k
     if p.leak_per_s != 0.0:
         lost += p.leak_per_s * (pressure_pa - p.atmosphere_pa) * volume / thermal
-    cooling = p.heat_exchange_per_s
-    if p.compression_heating_ratio != 0.0:
-        cooling += p.compression_cooling_per_s
-    if cooling != 0.0:
-        heat = cooling * (mass * thermal / volume - pressure_pa)
+    back = cooling(p)
+    if back != 0.0:
+        heat = back * (mass * thermal / volume - pressure_pa)
     if drawn == 0.0 and lost == 0.0 and heat == 0.0:
         return 0.0, 0.0, 0.0
     gained = drawn * p.fill_heating_ratio if drawn > 0.0 else drawn

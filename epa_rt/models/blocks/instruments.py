@@ -19,9 +19,8 @@ def lagged(reading, before, after, lag_s, period_s, decay):
 
 
 @compiled
-def keep_past(state, truth, force, atmosphere_pa):
-    """Takes the truths of this cycle into the ring that late sensors read."""
-    row = state.past[state.cycle % RING]
+def write_past(row, truth, force, atmosphere_pa):
+    """One row of the ring that late sensors read."""
     for i in range(2):
         row[PAST_GAUGE + i] = truth.pressure_pa[i] - atmosphere_pa
     row[PAST_GAUGE + 2] = truth.supply_pa - atmosphere_pa
@@ -31,16 +30,25 @@ def keep_past(state, truth, force, atmosphere_pa):
 
 
 @compiled
+def settle(state, truth, atmosphere_pa):
+    """Instruments as after a long rest at ``truth``: load cell, frame, and the past of late sensors."""
+    force = truth.muscle_force_n[0]
+    state.force_reading_n = state.force_before_n = state.frame_n = state.frame_before_n = force
+    for k in range(RING):
+        write_past(state.past[k], truth, force, atmosphere_pa)
+
+
+@compiled
 def late(state, column, present, skew_s, period_s):
-    """A truth as it was ``skew_s`` ago, straight between cycles; before the first cycle as in the first."""
+    """A truth as it was ``skew_s`` ago, straight between cycles; before the first cycle as at rest."""
     if skew_s == 0.0:
         return present
     age = min(skew_s / period_s, RING - 2.0)
     whole = math.floor(age)
     part = age - whole
     k = state.cycle
-    newer = state.past[max(k - whole, 0) % RING, column]
-    older = state.past[max(k - whole - 1, 0) % RING, column]
+    newer = state.past[(k - whole) % RING, column]
+    older = state.past[(k - whole - 1) % RING, column]
     return newer + part * (older - newer)
 
 

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from epa_rt.models.blocks.instruments import bowed, cell_force, keep_past, lagged, late, swung, warmed
+from epa_rt.models.blocks.instruments import bowed, cell_force, lagged, late, settle, swung, warmed, write_past
 from epa_rt.models.blocks.noise import gaussian
 from epa_rt.models.compiled import compiled
 from epa_rt.models.ports import (
-    PAST_ANGLE, PAST_FORCE, PAST_GAUGE, PAST_JOINT, PAST_JOINT_SPEED, PAST_SPEED, SENSORS, STATE, TRUTH,
+    PAST_ANGLE, PAST_FORCE, PAST_GAUGE, PAST_JOINT, PAST_JOINT_SPEED, PAST_SPEED, RING, SENSORS, STATE, TRUTH,
 )
 
 
@@ -41,7 +41,7 @@ def read(p, state, truth, atmosphere_pa, sensors, period_s):
     k = state.cycle
     force = swung(p, state, truth.muscle_force_n[0], period_s)
     if p.gauge_skew_s != 0.0 or p.force_skew_s != 0.0 or p.encoder_skew_s != 0.0 or p.joint_skew_s != 0.0:
-        keep_past(state, truth, force, atmosphere_pa)
+        write_past(state.past[k % RING], truth, force, atmosphere_pa)
     decay = math.exp(-period_s / p.pressure_lag_s) if p.pressure_lag_s > 0.0 else 0.0
     for i in range(3):
         gauge = (truth.pressure_pa[i] if i < 2 else truth.supply_pa) - atmosphere_pa
@@ -93,12 +93,6 @@ def read(p, state, truth, atmosphere_pa, sensors, period_s):
         p.load_position_noise_m)
 
 
-def settle_force(state, force_n):
-    """Load cell and frame at rest under a force (N); ``state`` of shape (1,), moved in place."""
-    for name in ("force_reading_n", "force_before_n", "frame_n", "frame_before_n"):
-        state[name] = force_n
-
-
 def sensors_over_log(params, truth, period_s):
     """Readings, (N,) SENSORS, from a log of truths at the cycle ends, (N,) TRUTH (unmeasured fields may be zero).
 
@@ -109,7 +103,7 @@ def sensors_over_log(params, truth, period_s):
     state["pressure_reading_pa"][0, :2] = truth["pressure_pa"][0] - atmosphere_pa
     state["pressure_reading_pa"][0, 2] = truth["supply_pa"][0] - atmosphere_pa
     state["pressure_before_pa"] = state["pressure_reading_pa"]
-    settle_force(state, truth["muscle_force_n"][0, 0])
+    settle(state[0], np.ascontiguousarray(truth[:1], TRUTH)[0], atmosphere_pa)
     _over_log(params, state, np.ascontiguousarray(truth, TRUTH), period_s, out)
     return out
 
