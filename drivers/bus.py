@@ -17,7 +17,7 @@ pysoem.settings.always_release_gil = True  # read by Master() when it is made
 
 LOST = -1  # no frame came back
 _TRIES = 3
-_PATIENT_US, _BRISK_US = 20_000, 2_000  # how long SOEM waits for an answer before it sends again; the second is its own
+_PATIENT_US, _BRISK_US = 50_000, 2_000  # how long SOEM waits for an answer before it sends again; the second is its own
 
 
 class State(NamedTuple):

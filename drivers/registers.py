@@ -12,6 +12,7 @@ from epa_rt.backend import BackendError
 
 WATCHDOG_DIVIDER, WATCHDOG_PROCESS_DATA, SYNC_MANAGER = 0x0400, 0x0420, 0x0800
 OUTPUTS, INPUTS = 2, 3  # sync managers of process data, where a slave has a mailbox
+_TRIES, _ANSWER_US = 3, 50_000
 _DIVIDER, _TICK_S = 2498, 100e-6  # (2498 + 2) x 40 ns
 
 
@@ -29,12 +30,15 @@ def switch_off(slave: "pysoem.CdefSlave", label: str, sync_manager: int) -> None
 
 
 def _set(slave: "pysoem.CdefSlave", label: str, register: int, data: bytes) -> None:
-    """Written and read back."""
-    try:
-        slave._fpwr(register, data)
-        found = slave._fprd(register, len(data))
-    except pysoem.WkcError:
-        raise BackendError(f"{label} does not answer at register 0x{register:04X}") from None
+    """Written and read back; asked again where an answer stays away."""
+    for left in reversed(range(_TRIES)):
+        try:
+            slave._fpwr(register, data, _ANSWER_US)
+            found = slave._fprd(register, len(data), _ANSWER_US)
+            break
+        except pysoem.WkcError:
+            if not left:
+                raise BackendError(f"{label} does not answer at register 0x{register:04X}") from None
     if found != data:
         raise BackendError(f"found 0x{found[::-1].hex().upper()} in register 0x{register:04X} of {label}, "
                            f"expected 0x{data[::-1].hex().upper()}")

@@ -42,6 +42,8 @@ class StateWatch:
     def look(self) -> bool:
         """True where every slave is in OP. Raises BackendError naming the slave that left it, unless it is taken back."""
         states = self._bus.states()
+        if len({state.state for state in states} | {OP}) > 1 and any(state.state for state in states):
+            states = self._twice(states)
         if all(state.state == OP for state in states):
             for index in self._looks:
                 self._events.append(("recovery", f"{self._wire.labels[index]} is in OP again", {"slave": index + 1}))
@@ -53,6 +55,12 @@ class StateWatch:
                 if state.state != OP:
                     self._take_back(index, state)
         return False
+
+    def _twice(self, states: list[State]) -> list[State]:
+        """A state counts once it has been read a second time: SOEM knows an answer by its index alone, of sixteen, and a
+        late one may carry that of a question that came after it.
+        """
+        return [first if first.state == OP else second for first, second in zip(states, self._bus.states(), strict=True)]
 
     def trouble(self, index: int, state: State) -> str:
         """What happened to a slave, in one sentence."""

@@ -87,13 +87,14 @@ def unseen(name: str, scenario: "Scenario", facts: dict) -> str:
 
 def page() -> str:
     """The whole page; runs everything."""
-    from tests.bus.faults.runs import results
+    from tests.bus.faults.runs import facts_of_run
     from tests.bus.faults.scenarios import all_scenarios
 
     scenarios = all_scenarios()
     found = {}
-    for real_time in (False, True):
-        found |= results(tuple(name for name, scenario in scenarios.items() if scenario.real_time == real_time))
+    for name, scenario in scenarios.items():
+        print(name, file=sys.stderr)
+        found[name] = facts_of_run(name, lambda facts, scenario=scenario: _as_expected(scenario, facts))
     rows: dict[str, list[str]] = {"ended": [], "went_on": [], "unseen": []}
     for name, scenario in scenarios.items():
         if found[name]["injected_at"] is None:
@@ -106,6 +107,11 @@ def page() -> str:
             rows["ended"].append(ended(name, scenario, found[name]))
     gaps = GAPS + "\n".join(rows["unseen"]) + "\n" if rows["unseen"] else ""
     return HEAD + "\n".join(rows["ended"]) + "\n" + GOES_ON + "\n".join(rows["went_on"]) + "\n" + gaps + FOOT
+
+
+def _as_expected(scenario: "Scenario", facts: dict) -> None:
+    """In real time a stall of this machine may end a run; then it is run again."""
+    assert facts["injected_at"] is not None and (facts["code"] == scenario.code or not scenario.real_time), facts["sentence"]
 
 
 def not_on_page(text: str) -> list[str]:

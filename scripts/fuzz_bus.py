@@ -22,7 +22,7 @@ sys.path.insert(0, str(ROOT))
 
 def driver_part(frames: int, seed: int) -> dict:
     """In a process of its own, so that a crash of C code is counted and not suffered."""
-    from tests.bus.faults.runs import UNSHARE
+    from tests.bus.own_network import UNSHARE
 
     done = subprocess.run([*UNSHARE, sys.executable, "-m", "tests.bus.faults.fuzzed", str(frames), str(seed)], cwd=ROOT, capture_output=True, text=True,
                           check=False, env={**os.environ, "PYTHONPATH": str(ROOT)})

@@ -1,21 +1,37 @@
 """A following error: what is measured stays away from what is asked for. Finds a dead encoder and a frozen joint sensor."""
 
 from epa_rt.config.rig import Rig
+from epa_rt.control.valve import SetAndHold
 from epa_rt.experiments.coordinate import coordinate_of, possible_loops
 
 LONGEST_S = 0.050  # a step that the drive is still catching up with passes; a sensor that stands does not
 
+AIR_SHARE = 0.1  # of a held pressure: more than motion alone makes of it
+
 Fault = tuple[str, str, str]  # cause, signal, sentence
+
+
+def of_the_air(valves: tuple[tuple[SetAndHold, str], ...]) -> str:
+    """What the muscles' pressures have to do with it, or nothing: a valve that gives way moves the rig before the valve
+    logic, which has to tell it from heat, can be sure.
+    """
+    for valve, name in valves:
+        gained_pa = valve.estimate_pa - valve.target_pa
+        if valve.drifting and abs(gained_pa) > AIR_SHARE * valve.target_pa:
+            suspect = "inlet stuck open" if gained_pa > 0.0 else "exhaust stuck open or leak"
+            return f"; {name}: {suspect}? It is at {valve.estimate_pa / 1e3:.1f} kPa, with both valves closed since {valve.target_pa / 1e3:.1f} kPa"
+    return ""
 
 
 class Following:
     """``step`` once per cycle of motion; a fault once the error has been too large for LONGEST_S.
 
     Watches the loop's own coordinate against its reference, and the motor's position against its target. An axis
-    without ``following_error`` in the rig file is not watched.
+    without ``following_error`` in the rig file is not watched. ``valves`` by muscle, for what the air has to do with it.
     """
 
-    def __init__(self, rig: Rig):
+    def __init__(self, rig: Rig, valves: tuple[tuple[SetAndHold, str], ...] = ()):
+        self._valves = valves
         self._allowed_cycles = max(1, round(LONGEST_S / rig.period_s))
         self._pairs = {}
         for loop in possible_loops(rig):
@@ -40,4 +56,5 @@ class Following:
         self._away += 1
         if self._away < self._allowed_cycles:
             return None
-        return "following error", name, f"{name} stays {error:.4g} away from what is asked for, more than {allowed:.4g}"
+        text = f"{name} stays {error:.4g} away from what is asked for, more than {allowed:.4g}{of_the_air(self._valves)}"
+        return "following error", name, text

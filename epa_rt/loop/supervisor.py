@@ -44,7 +44,7 @@ class Supervisor:
         self.reference = dict.fromkeys(sequence.reference_names, float("nan"))
         self.estimate = {f"est_{m.pressure}": float("nan") for m in rig.muscles}
         self._safe = dict(self.command)
-        self._following = Following(rig)
+        self._following = Following(rig, tuple((valves[m.name], m.name) for m in rig.muscles))
         self._motions, self._motion = motions, next(iter(motions.values()))
         self._drive, self._dt_s = drive, rig.period_s
         self._valves = [(valves[m.name], m.name, m.pressure, m.inlet, m.exhaust, f"est_{m.pressure}") for m in rig.muscles]

@@ -5,6 +5,7 @@ Without IO: frames go in and come out as bytes, the caller says what time it is 
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from math import ceil
 
 from epa_rt.config.rig import Rig
 from epa_rt.models.plant_file import PlantFile
@@ -29,7 +30,7 @@ KINDS: dict[str, type[Slave]] = {
 
 _NEAR = 8  # a step nearer to a frame than this part of a period would hold its answer up
 _STAYS_CYCLES = 500
-_STEPS_AT_ONCE = 10  # when the emulator has to catch up, frames are answered in between
+_LEFT_OUT_CYCLES = 1000
 
 
 @dataclass
@@ -122,8 +123,8 @@ class EmulatedBus:
         self.segment.logical.forget()
 
     def receive(self, frame: bytearray, now_ns: int) -> bool:
-        """Runs a frame through the slaves, in place. True: send it back. False: malformed (nothing has happened), or a
-        fault has taken it, which sends by ``transmit`` what is to be sent.
+        """Runs a frame that arrived at ``now_ns`` through the slaves, in place. True: send it back. False: malformed
+        (nothing has happened), or a fault has taken it, which sends by ``transmit`` what is to be sent.
         """
         self.advance_to(now_ns)
         self.counters.frames += 1
@@ -178,7 +179,7 @@ class EmulatedBus:
 
     def _to_whole_periods(self) -> None:
         """The master has set the bus's clock: the plant moves at whole periods of system time."""
-        self._step_due_ns = self._phase_ns = 0
+        self._step_due_ns, self._phase_ns = self.agenda.now_ns, 0
         self._shifted_cycle = self.cycle - _STAYS_CYCLES
 
     def _keep_away(self) -> None:
@@ -232,26 +233,31 @@ class EmulatedBus:
                 return slave.clock.local_ns(now_ns) + slave.clock.ahead_ns() % self.plant.period_ns
         return float(now_ns)
 
-    def advance_to(self, now_ns: int) -> None:
-        """Time passes: what is due happens, and in real time the plant moves."""
-        self.agenda.advance_to(now_ns)
+    def advance_to(self, now_ns: int, most_steps: int = 1 << 30) -> None:
+        """Time passes: what is due happens, each at its own time, and in real time the plant moves, at most so many
+        periods. A time that has passed already is taken for the present.
+        """
         if not self.lock_step and now_ns >= self._step_due_ns:
-            self._move(now_ns)
+            if self._start_periods is None or now_ns - self._step_due_ns > _LEFT_OUT_CYCLES * self.plant.period_ns:
+                self._start_periods, self._step_due_ns = None, now_ns  # the start; or the emulator itself had been stopped
+            while self._step_due_ns <= now_ns:
+                if not most_steps:
+                    return
+                most_steps -= 1
+                self.agenda.advance_to(max(self._step_due_ns, self.agenda.now_ns))
+                self._move(self.agenda.now_ns)
+        self.agenda.advance_to(max(now_ns, self.agenda.now_ns))
 
     def _move(self, now_ns: int) -> None:
-        """As many plant periods as have passed by the bus's clock, and when the next one ends."""
+        """One plant period, where one has passed by the bus's clock; and when the next one ends."""
         period_ns = self.plant.period_ns
         local_ns = self._plant_clock_ns(now_ns) + self._phase_ns
         periods = int(local_ns // period_ns)
         if self._start_periods is None:
             self._start_periods = periods - self.cycle
-        due = periods - self._start_periods - self.cycle
-        if due > 1000:  # the emulator itself was stopped: time that nobody saw is left out
-            self._start_periods += due - 1
-            due = 1
-        for _ in range(min(due, _STEPS_AT_ONCE)):
+        if periods - self._start_periods > self.cycle:
             self._step()
-        self._step_due_ns = now_ns + max(0, int((self._start_periods + self.cycle + 1) * period_ns - local_ns) + 1)
+        self._step_due_ns = now_ns + max(0, ceil((self._start_periods + self.cycle + 1) * period_ns - local_ns))
 
     def next_due_ns(self) -> int | None:
         """When ``advance_to`` next has something to do; None where only a frame can bring that."""

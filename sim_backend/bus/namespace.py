@@ -70,11 +70,11 @@ def inside(arguments: Sequence[str]) -> int:
         environment = {**os.environ, INTERFACE: MASTER_END, CONTROL: control}
         environment["PYTHONPATH"] = os.pathsep.join(filter(None, (str(_ROOT), os.environ.get("PYTHONPATH"))))
         emulator = subprocess.Popen([sys.executable, "-m", "epa_rt", "bus", "serve", "--rig", rig, "--interface", SLAVE_END, *options],
-                                    stdout=subprocess.PIPE, text=True, env=environment, preexec_fn=_die_with_parent)
+                                    stdout=subprocess.PIPE, text=True, env=environment, preexec_fn=die_with_parent)
         try:
             if not _is_ready(emulator):
                 return emulator.wait()
-            return subprocess.run(command, env=environment, preexec_fn=_die_with_parent).returncode
+            return subprocess.run(command, env=environment, preexec_fn=die_with_parent).returncode
         finally:
             emulator.terminate()
             try:
@@ -89,5 +89,5 @@ def _is_ready(emulator: subprocess.Popen) -> bool:
     return any(line.startswith(_READY) for line in emulator.stdout)
 
 
-def _die_with_parent() -> None:
+def die_with_parent() -> None:
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)

@@ -10,11 +10,13 @@ import socket
 import time
 from collections.abc import Callable
 
+from sim_backend.bus.arrivals import Arrivals
 from sim_backend.bus.emulated_bus import EmulatedBus
 from sim_backend.bus.frame import ETHERTYPE
 
 _BUFFER = 2048
 _IDLE_S = 0.1
+_STEPS_AT_ONCE = 10  # of the plant, when it has to catch up: frames that have come meanwhile are answered in between
 _IGNORE_OUTGOING = 23  # PACKET_IGNORE_OUTGOING
 _SOL_PACKET = 263
 
@@ -56,24 +58,30 @@ class Server:
             gc.unfreeze()
 
     def _loop(self) -> None:
-        """Whoever shares the core with us waits until this goes to sleep again: nothing is done twice, least after a frame."""
+        """Whoever shares the core with us waits until this goes to sleep again: nothing is done twice, least after a frame.
+
+        A frame is answered as of when it arrived, and time passes only once no older frame waits: what the slaves see does
+        not depend on when this process is let run.
+        """
         bus, packets, clock, wait = self.bus, self._packets, time.monotonic_ns, select.select
         bus.transmit = self._send
+        arrivals = None if bus.lock_step else Arrivals(packets)
         buffer = bytearray(_BUFFER)
         waiting = [packets, *self.handlers]
         while not self._is_stopped:
             due_ns = bus.next_due_ns()
             wait_s = _IDLE_S if due_ns is None else (due_ns - clock()) * 1e-9
             ready = wait(waiting, (), (), min(wait_s, _IDLE_S) if wait_s > 0.0 else 0.0)[0]
-            if not ready:
-                bus.advance_to(clock())
+            now_ns = clock()
+            size = self._receive(buffer)
+            if size:
+                frame = buffer[:size]
+                if bus.receive(frame, now_ns if arrivals is None else arrivals.of_last(now_ns)):
+                    self._send(frame)
+            else:
+                bus.advance_to(now_ns, _STEPS_AT_ONCE)
             for one in ready:
-                if one is packets:
-                    size = self._receive(buffer)
-                    frame = buffer[:size]
-                    if size and bus.receive(frame, clock()):
-                        self._send(frame)
-                else:
+                if one is not packets:
                     self.handlers[one]()
                     waiting = [packets, *self.handlers]
 

@@ -1,11 +1,10 @@
-"""What the tests of the driver do on an emulated bus; each case runs in a process and a network of its own."""
+"""What the tests of the driver do on an emulated bus; each case runs in a process of its own (tests/bus/own_network.py)."""
 
 import itertools
 import tempfile
 from pathlib import Path
 
-from emulated import MASTER_END, ROOT, Remote, emulated
-
+import drivers.backend
 from drivers.backend import EthercatBackend
 from epa_rt.backend import BackendError
 from epa_rt.cli.inputs import load_inputs
@@ -15,15 +14,36 @@ from epa_rt.loop.run import run
 from epa_rt.realtime.process import undisturbed
 from epa_rt.signals.codec import Encoder
 from sim_backend.backend import SimBackend
-from tests.loop.rigging import Memory, Quiet, tiny_inputs
+from tests.bus.driver.emulated import MASTER_END, ROOT, Remote, emulated
+from tests.loop.rigging import Memory, Quiet
 
 PATIENT_S = 0.2  # a busy machine may hold the emulator up; three of these are still less than the watchdogs
+LOST_S = 0.5  # lock step: how long the driver waits for a frame that does not come
+BRISK_NS = {1: 20_000, 2: 20_000, 4: 20_000, 8: 20_000}  # lock step: state changes take frames, not milliseconds
+SHORT = """
+experiment: short
+loop: {loop}
+seed: 1
+phases:
+  - {{name: fill, valves: {{all: {{set: 150 kPa gauge}}}}, until: valves_settled, timeout: 30 s}}
+  - {{name: out, move: {{to: 6 mm, speed: 40 mm/s}}}}
+  - {{name: trial, trial: true, random_speed: {{between: [2 mm, 16 mm], speed: 50 mm/s}}, for: 1 s, valves: {{all: hold}}}}
+  - {{name: return, move: {{to: no_load, speed: 40 mm/s}}}}
+"""
 
 
 def patient(rig: Rig, **master: object) -> Rig:
-    """The rig with waits that a busy test machine does not exceed: for frames, and by the slaves' watchdogs."""
+    """The rig with waits that a busy test machine does not exceed: for frames, and by the slaves' watchdogs; for new samples,
+    which a loop that is late by whole conversions meets with the same toggle bit each time; and without a following error,
+    for a loop that misses every second edge asks for half the speed that the drive has.
+    """
     safety = rig.safety.model_copy(update={"watchdog": 1.0})
-    return rig.model_copy(update={"safety": safety, "master": rig.master.model_copy(update={"frame_timeout": PATIENT_S, **master})})
+    rows = tuple(row.model_copy(update={"stale_after": 500}) if row.stale_after else row for row in rig.signals)
+    axes = {name: axis.model_copy(update={"following_error": None}) for name in ("motor", "joint") if (axis := getattr(rig, name)) is not None}
+    changed = rig.model_copy(update={**axes, "safety": safety, "signals": rows, "master": rig.master.model_copy(update={"frame_timeout": PATIENT_S, **master})})
+    for cached in ("inputs", "outputs", "_rows"):
+        changed.__dict__.pop(cached, None)
+    return changed
 
 
 def rig_named(name: str) -> Rig:
@@ -100,22 +120,6 @@ def seen_outputs(bus) -> list:
 
 
 # cases
-
-
-def opens(rig: str) -> dict:
-    """To OP, some cycles, closed again; twice, so that the second finds what the first left."""
-    typed, ok = rig_named(rig), []
-    with emulated(typed) as bus:
-        for _ in range(2):
-            backend = EthercatBackend(typed, MASTER_END)
-            backend.open()
-            ok += [backend.exchange(bytes(len(backend.cycle.safe))).working_counter_ok for _ in range(200)]
-            actual = backend._bus.master.expected_wkc
-            up = bus.do(counters)
-            backend.close()
-            backend.close()
-    return {"ok": sum(ok), "of": len(ok), "expected": backend.expected_working_counter, "actual": actual, "states": up["states"],
-            "drive_off": backend.drive_off, "events": [text for _kind, text, _data in backend.events]}
 
 
 def refused(change: str, slave: str = "", index: int = 0, subindex: int = 0, value: int = 0, size: int = 4, rig: str = "bench") -> dict:
@@ -244,27 +248,41 @@ def _run(inputs, backend, requests=None):
     return result, memory
 
 
-def _tiny(rig: str, loop: str = "motor_speed", **master: object):
+def _short(rig: str, loop: str = "motor_speed"):
     with tempfile.TemporaryDirectory() as folder:
-        inputs = tiny_inputs(Path(folder), rig, loop)
-    return type(inputs)(patient(inputs.rig, **master), inputs.experiment, inputs.plant, inputs.attachments)
+        path = Path(folder, "short.yaml")
+        path.write_text(SHORT.format(loop=loop))
+        return load_inputs(path, ROOT / f"config/rigs/{rig}.yaml", None, with_plant=True)
+
+
+def _on(inputs, rig: Rig):
+    return type(inputs)(rig, inputs.experiment, inputs.plant, inputs.attachments)
 
 
 def runs(rig: str, loop: str = "motor_speed") -> dict:
-    """A short experiment in real time, from bring-up to safe; and what acted in the cycle in which power came on."""
-    inputs = _tiny(rig, loop)
+    """To OP and closed again, so that the second finds what the first left; then a short experiment in real time, from
+    bring-up to safe, and what acted in the cycle in which power came on.
+    """
+    inputs = _short(rig, loop)
+    inputs = _on(inputs, patient(inputs.rig))
     with emulated(inputs.rig) as bus:
+        first = EthercatBackend(inputs.rig, MASTER_END)
+        first.open()
+        ok = [first.exchange(bytes(len(first.cycle.safe))).working_counter_ok for _ in range(100)]
+        opened = {"ok": sum(ok), "of": len(ok), "expected": first.expected_working_counter, "actual": first._bus.master.expected_wkc,
+                  "states": bus.do(counters)["states"], "events": [text for _kind, text, _data in first.events]}
+        first.close()
+        first.close()
+        opened["drive_off"] = first.drive_off
         bus.do(watch_outputs)
         backend = EthercatBackend(inputs.rig, MASTER_END)
-        result, memory = _run(inputs, backend)
+        result, _memory = _run(inputs, backend)
         seen, after = bus.do(seen_outputs), bus.do(counters)
     from sim_backend.devices import ENABLED
 
-    first = next(i for i, row in enumerate(seen) if row[0] == ENABLED)
-    return {"outcome": result.outcome, "cause": result.cause, "confirmed": result.confirmed, "cycles": result.cycles, "drive_off": backend.drive_off,
-            "jump": _jump(inputs.rig, *seen[first]), "outputs_after": after["outputs"], "states_after": after["states"],
-            "events": [text for _kind, text, _data in backend.events],
-            "bad": sum(not sample[1] & 1 for sample in memory.samples)}
+    powered = next((row for row in seen if row[0] == ENABLED), None)
+    return {"opened": opened, "outcome": result.outcome, "cause": result.cause, "confirmed": result.confirmed, "cycles": result.cycles, "drive_off": backend.drive_off,
+            "jump": None if powered is None else _jump(inputs.rig, *powered), "outputs_after": after["outputs"], "states_after": after["states"]}
 
 
 def _jump(rig: Rig, _state: int, outputs: bytes, inputs: bytes) -> int | None:
@@ -282,23 +300,22 @@ def _number(image: bytes, at: int) -> int:
     return int.from_bytes(image[at: at + 4], "little", signed=True)
 
 
-def troubled(trouble: str, slave: str = "", code: int = 0x001B, recovery: str = "stop", lost_cycles: int = 3, at: int = 3000,
-             timeout_s: float | None = None) -> dict:
-    """A run in which something happens to the bus ``at`` a cycle; how it ended and what the log would say."""
-    inputs = _tiny("bench", recovery=recovery)
-    rig = inputs.rig.model_copy(update={"safety": inputs.rig.safety.model_copy(update={"lost_cycles": lost_cycles})})
-    if timeout_s is not None:
-        rig = rig.model_copy(update={"master": rig.master.model_copy(update={"frame_timeout": timeout_s})})
-    inputs = type(inputs)(rig, inputs.experiment, inputs.plant, inputs.attachments)
-    with emulated(rig) as bus:
-        backend = EthercatBackend(rig, MASTER_END)
-        troubling = Troubling(backend, bus, at, trouble, slave, code)
-        result, memory = _run(inputs, troubling)
+def troubled(trouble: str, slave: str = "", code: int = 0x001B, recovery: str = "stop", lost_cycles: int = 3, at: int = 1500, real_time: bool = False) -> dict:
+    """A run in which something happens to the bus ``at`` a cycle; how it ended and what the log would say. In lock step
+    unless ``real_time``: nothing of it depends on when this machine lets somebody run.
+    """
+    drivers.backend._LOCK_STEP_TIMEOUT_S = LOST_S
+    inputs = _short("bench")
+    rig = patient(inputs.rig, recovery=recovery) if real_time else inputs.rig.model_copy(update={"master": inputs.rig.master.model_copy(update={"recovery": recovery})})
+    rig = rig.model_copy(update={"safety": rig.safety.model_copy(update={"lost_cycles": lost_cycles})})
+    inputs = _on(inputs, rig)
+    with emulated(rig, not real_time, **({} if real_time else {"delays_ns": BRISK_NS})) as bus:
+        backend = EthercatBackend(rig, MASTER_END, not real_time)
+        result, memory = _run(inputs, Troubling(backend, bus, at, trouble, slave, code))
         after = bus.do(counters)
-        again, _memory = _run(inputs, EthercatBackend(rig, MASTER_END), Quiet(stop_at=400)) if trouble == "power_cycle" else (None, None)
+        again = _run(inputs, EthercatBackend(rig, MASTER_END, not real_time), Quiet(stop_at=400))[0] if trouble == "power_cycle" else None
     return {"outcome": result.outcome, "cause": result.cause, "cycles": result.cycles, "confirmed": result.confirmed,
             "drive_off": backend.drive_off, "outputs_after": after["outputs"], "enabled_after": after["enabled"],
-            "late": troubling.late,
             "bad": [s[0] for s in memory.samples if not s[1] & 1], "events": [list(e[:2]) for e in backend.events],
             "again": again.outcome if again else "", "again_cause": again.cause if again else ""}
 
@@ -309,15 +326,12 @@ class Troubling:
     def __init__(self, inner: EthercatBackend, bus: Remote, at: int, trouble: str, slave: str, code: int):
         self.inner, self.period_s, self._bus, self._at = inner, inner.period_s, bus, at
         self._trouble, self._slave, self._code = trouble, slave, code
-        self.late: list[list[int]] = []
 
     def open(self) -> None:
         self.inner.open()
 
     def exchange(self, outputs_raw: bytes):
         exchange = self.inner.exchange(outputs_raw)
-        if exchange.lateness_ns > 5_000_000:
-            self.late.append([exchange.cycle, exchange.lateness_ns // 1000])
         if exchange.cycle == self._at:
             if self._trouble == "unplug":
                 self._bus.do(unplug, self._slave)

@@ -1,17 +1,13 @@
 """The conformance suite over the emulated bus in lock step; run by test_driver_conformance.py where it has a network."""
 
+import contextlib
+import io
 import sys
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[3]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests/conformance"), str(Path(__file__).parent)]
-
-import pytest  # noqa: E402
-from backends import FACTORIES  # noqa: E402
-from emulated import MASTER_END, emulated  # noqa: E402
-
-from drivers.backend import EthercatBackend  # noqa: E402
-from epa_rt.config.rig import Rig  # noqa: E402
+from drivers.backend import EthercatBackend
+from epa_rt.config.rig import Rig
+from tests.bus.driver.emulated import MASTER_END, ROOT, emulated
 
 
 class WithItsBus(EthercatBackend):
@@ -35,6 +31,16 @@ def over_the_bus(on: Rig, scenario: str) -> WithItsBus:
     return WithItsBus(on, MASTER_END, lock_step=True)
 
 
-if __name__ == "__main__":
+def run_suite() -> dict:
+    """Exit code and report of the whole suite with this backend alone."""
+    import pytest
+
+    folder = ROOT / "tests/conformance"
+    sys.path.insert(0, str(folder))
+    from backends import FACTORIES
+
     FACTORIES["ethercat"] = over_the_bus
-    sys.exit(pytest.main([str(ROOT / "tests/conformance"), "-q", "-k", "ethercat", "-p", "no:cacheprovider", "-W", "error"]))
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said):
+        code = pytest.main([str(Path(folder)), "-k", "ethercat", "-p", "no:cacheprovider", "-p", "no:xdist", "-W", "error"])
+    return {"code": int(code), "said": said.getvalue()}

@@ -26,7 +26,8 @@ def ethernet(*datagrams):
 
 class SmallMaster:
     def __init__(self, bus, step_ns=100_000):
-        self.bus, self.now_ns, self.step_ns = bus, 1_000_000_000, step_ns
+        self.bus, self.step_ns = bus, step_ns
+        self.now_ns = max(1_000_000_000, bus.agenda.now_ns)  # another master may have been here before
         self.late = []
         bus.transmit = self.late.append
         self.counter = 0

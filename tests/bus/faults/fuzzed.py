@@ -78,17 +78,17 @@ def fuzz_driver(frames: int, seed: int) -> dict:
     import drivers.backend
     from drivers.backend import EthercatBackend
     from epa_rt.backend import BackendError
-    from tests.bus.faults import traced
+    from tests.bus.driver.emulated import MASTER_END, served
 
     drivers.backend._LOCK_STEP_TIMEOUT_S = _LOST_S
     rig = load_rig(RIG)
     rig = rig.model_copy(update={"safety": rig.safety.model_copy(update={"lost_cycles": 1_000_000})})
     outputs = b"\x02" + bytes(8) + b"\x06" + bytes(12)
     seen, sent, ended = collections.Counter(), 0, []
-    with traced.served(FuzzedBus(rig, load_plant(PLANT), seed)) as bus:
+    with served(FuzzedBus(rig, load_plant(PLANT), seed)) as bus:
         while sent < frames:
             bus.do(_fix, None)
-            backend = EthercatBackend(rig, traced.MASTER_END, lock_step=True)
+            backend = EthercatBackend(rig, MASTER_END, lock_step=True)
             backend.open()
             backend.exchange(outputs)
             bus.do(_fix, outputs)

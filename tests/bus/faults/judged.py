@@ -30,12 +30,6 @@ def largest_step(rows: list[Row]) -> float:
     return max((abs(b.speed_rad_s - a.speed_rad_s) for a, b in zip(rows, rows[1:])), default=0.0)
 
 
-def departure_m(rows: list[Row], undisturbed: list[Row], injected_at: int) -> float:
-    """How far the motor's travel departs from that of the undisturbed run within 500 cycles, m."""
-    pairs = zip(rows[injected_at : injected_at + 500], undisturbed[injected_at : injected_at + 500], strict=True)
-    return max(abs(row.travel_m - other.travel_m) for row, other in pairs)
-
-
 def facts_of(scenario: Scenario, code: int, said: str, log: Path, rows: list[Row], injected_at: int | None, last_frame_cycle: int) -> dict:
     """What a test or the table wants to know; JSON."""
     assert log.exists(), said

@@ -5,6 +5,7 @@ from tests.bus.faults.scenarios import Scenario, one
 _VALID = "loop: validity of the input"
 _LOGIC = "valve logic"
 _MOTION = "loop: position against speed"
+_FOLLOWING = "loop: following error"
 _DRIVE = "loop: status word of the drive"
 _NOBODY = "nobody"
 _PRESSURE, _INLET, _EXHAUST = "muscle_pressure_pa", "cmd_muscle_inlet_open", "cmd_muscle_exhaust_open"
@@ -41,7 +42,7 @@ SCENARIOS: dict[str, Scenario] = {
                                                    "inlet stuck closed or no supply while filling", when="filling", after=10, visible=None),
     "valve_stuck_closed, exhaust, venting": Scenario(one("valve_stuck_closed", _EXHAUST), "no fall in 0.8 s; the muscle stays full, the sentence says so", _LOGIC, 3,
                                                      "exhaust stuck closed while venting", when="venting", after=5, stuck=("exhaust",), visible=None),
-    "knee: valve_stuck_open, ppam inlet": Scenario(one("valve_stuck_open", "cmd_ppam_inlet_open"), "", _LOGIC, 3, "ppam: inlet stuck open", rig="knee", seconds=4.0,
+    "knee: valve_stuck_open, ppam inlet": Scenario(one("valve_stuck_open", "cmd_ppam_inlet_open"), "the joint is pulled away before the valve logic can be sure", _FOLLOWING, 3, "ppam: inlet stuck open", rig="knee", seconds=4.0,
                                                    stuck=("inlet of 1",), visible=None),
     "leak, 5 /s": Scenario(one("leak"), "a loss that heat cannot explain", _LOGIC, 3, "exhaust stuck open or leak while holding", seconds=4.0, visible=None),
     "leak, 0.2 /s": Scenario(one("leak", value=0.2), "a drift of more than 3 kPa: an event", _LOGIC, 0, "drifted by -"),
@@ -52,6 +53,6 @@ SCENARIOS: dict[str, Scenario] = {
     "sto": Scenario(one("sto"), "", _DRIVE, 3, "(error 0x8A88 safe torque off (STO) active)"),
     "following_error": Scenario(one("following_error"), "", _DRIVE, 3, "(error 0x8611 following error)"),
     "knee: sto": Scenario(one("sto"), "", _DRIVE, 3, "(error 0x8A88 safe torque off (STO) active)", rig="knee"),
-    "analog: drive_fault": Scenario(one("drive_fault", cycles=100_000), "a drive on wires says nothing; the muscle pulls the motor back until its travel leaves the limits",
-                                    "loop: limits", 3, "over-travel: motor_travel_m", rig="bench_analog", visible=None),
+    "analog: drive_fault": Scenario(one("drive_fault", cycles=100_000), "a drive on wires says nothing; the muscle pulls the motor back, away from what is asked for",
+                                    _FOLLOWING, 3, "following error: motor_travel_m", rig="bench_analog", visible=None),
 }

@@ -39,6 +39,11 @@ class Scenario:
         return self.code == 0
 
     @property
+    def compares(self) -> bool:
+        """Whether the plant's path is compared with that of the undisturbed run."""
+        return self.goes_on and bool(self.faults) and not self.real_time
+
+    @property
     def vents(self) -> bool:
         """Whether the run ends with a watched vent."""
         return self.when == "venting" or "while venting" in self.says

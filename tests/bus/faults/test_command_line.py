@@ -6,8 +6,9 @@ import sys
 import pytest
 
 from epa_rt.logs.reader import LogReader
-from tests.bus.faults.runs import ROOT, experiment_file, rig_file, why_not
+from tests.bus.faults.runs import ROOT, experiment_file, rig_file
 from tests.bus.faults.scenarios import Scenario
+from tests.bus.own_network import REAL_TIME, why_not
 
 pytestmark = [pytest.mark.skipif(why_not() is not None, reason=f"no network of one's own: {why_not()}"), pytest.mark.timeout(300)]
 
@@ -36,6 +37,7 @@ def test_in_lock_step_every_rig_completes_and_its_log_replays_to_the_byte(rig, e
         assert reader.metadata["run"]["backend"] == "ethercat"
 
 
+@REAL_TIME
 def test_in_real_time_a_run_completes_and_its_log_replays_to_the_byte(tmp_path):
     patient = Scenario((), "", "", 0, real_time=True, settings={"safety": {"watchdog": "1 s"}, "master": {"frame_timeout": "100 ms"}})
     done = on_the_bus(rig_file(patient, tmp_path), experiment_file(patient, tmp_path), tmp_path / "run.mcap")

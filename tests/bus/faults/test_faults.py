@@ -2,43 +2,27 @@
 
 import pytest
 
-from tests.bus.faults.runs import results, why_not
+from tests.bus.faults.runs import facts_of_run
 from tests.bus.faults.scenarios import Scenario, all_scenarios
+from tests.bus.own_network import REAL_TIME, why_not
 
 ALL = all_scenarios()
-AT_ONCE = 12  # scenarios that share a process; its results are kept, so tests of one group stay together
 DEPARTS_M = 0.25e-3  # a lost frame at 50 mm/s is 0.05 mm; the position loop takes some milliseconds to make it good
 
 pytestmark = [pytest.mark.skipif(why_not() is not None, reason=f"no network of one's own: {why_not()}"), pytest.mark.timeout(300)]
 
 
-def groups() -> dict[str, tuple[str, ...]]:
-    """The names that run together with a name: of one rig and one ending, so that they share the undisturbed run."""
-    found = {}
-    names = sorted(ALL, key=lambda name: (ALL[name].real_time, not ALL[name].goes_on, ALL[name].rig))
-    paced = [name for name in names if ALL[name].real_time]
-    quick = [name for name in names if not ALL[name].real_time]
-    for together in [tuple(quick[start : start + AT_ONCE]) for start in range(0, len(quick), AT_ONCE)] + [tuple(paced)]:
-        found |= dict.fromkeys(together, together)
-    return found
-
-
-GROUPS = groups()
-
-
 def cases(goes_on: bool) -> list:
-    """Parameters with their group; what the loop does not notice yet is expected to fail."""
+    """Parameters; those in real time in their group, those that share the undisturbed run together."""
     found = []
     for name, scenario in ALL.items():
-        if scenario.goes_on == goes_on:
-            marks = [pytest.mark.xdist_group(f"faults {GROUPS[name][0]}")]
-            marks += [pytest.mark.xfail(strict=True, reason=f"not noticed yet: {scenario.gap}")] if scenario.gap and not goes_on else []
-            found.append(pytest.param(name, marks=marks, id=name))
+        if scenario.goes_on != goes_on:
+            continue
+        marks = [REAL_TIME] if scenario.real_time else [pytest.mark.xdist_group(f"beside the undisturbed {scenario.rig}")] if scenario.compares else []
+        if scenario.gap and not goes_on:
+            marks += [pytest.mark.xfail(strict=True, reason=f"not noticed yet: {scenario.gap}")]
+        found.append(pytest.param(name, marks=marks, id=name))
     return found
-
-
-def result_of(name: str) -> tuple[Scenario, dict]:
-    return ALL[name], results(GROUPS[name])[name]
 
 
 def assert_log_whole(facts: dict) -> None:
@@ -48,7 +32,10 @@ def assert_log_whole(facts: dict) -> None:
 
 @pytest.mark.parametrize("name", cases(goes_on=False))
 def test_a_fault_that_ends_the_run_leaves_the_rig_safe_in_time(name):
-    scenario, facts = result_of(name)
+    facts_of_run(name, lambda facts: assert_safe_in_time(ALL[name], facts))
+
+
+def assert_safe_in_time(scenario: Scenario, facts: dict) -> None:
     assert_log_whole(facts)
     assert facts["code"] == scenario.code and scenario.says in facts["sentence"]
     first_bad = facts["noticed_at"] if scenario.visible is None else facts["injected_at"] + scenario.visible
@@ -63,7 +50,10 @@ def test_a_fault_that_ends_the_run_leaves_the_rig_safe_in_time(name):
 
 @pytest.mark.parametrize("name", cases(goes_on=True))
 def test_a_fault_that_can_be_survived_is_counted_and_nothing_jumps(name):
-    scenario, facts = result_of(name)
+    facts_of_run(name, lambda facts: assert_counted(ALL[name], facts))
+
+
+def assert_counted(scenario: Scenario, facts: dict) -> None:
     assert_log_whole(facts)
     assert (facts["code"], facts["outcome"]) == (0, "completed")
     bad = facts["bad"]

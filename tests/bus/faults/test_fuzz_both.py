@@ -14,7 +14,8 @@ from tests.bus.emulator.bring_up import Wire
 from tests.bus.emulator.conftest import bus_of
 from tests.bus.faults.damage import WAYS, damaged
 from tests.bus.faults.fuzzed import fuzz_emulator
-from tests.bus.faults.runs import ROOT, why_not
+from tests.bus.faults.runs import ROOT
+from tests.bus.own_network import why_not
 
 
 @pytest.fixture(scope="module")

@@ -2,8 +2,6 @@
 shall hit: mid-motion, while a muscle is filled, held or vented.
 """
 
-import multiprocessing
-import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,10 +10,8 @@ from typing import NamedTuple
 from epa_rt.config.rig import Rig
 from epa_rt.models.plant_file import load_plant
 from sim_backend.bus.emulated_bus import EmulatedBus
-from sim_backend.bus.server import Server, open_interface
-from sim_backend.bus.veth import make_pair, remove
+from tests.bus.driver.emulated import Remote, served
 
-MASTER_END, SLAVE_END = "ve0", "ve1"
 _MOVING_RAD_S = 30.0  # motor side
 _GAUGE_PA = 20e3
 
@@ -93,61 +89,8 @@ def _venting(row: Row, atmosphere_pa: float) -> bool:
 SITUATIONS: dict[str, Callable[[Row, float], bool]] = {"start": lambda row, atmosphere_pa: True, "moving": _moving, "filling": _filling, "holding": _holding, "venting": _venting}
 
 
-class Remote:
-    """The emulator in a process of its own. ``do(function, ...)`` calls ``function(bus, ...)`` there."""
-
-    def __init__(self, pipe: "multiprocessing.connection.Connection"):
-        self._pipe = pipe
-
-    def do(self, function: Callable, *arguments: object) -> object:
-        self._pipe.send((function, arguments))
-        ok, result = self._pipe.recv()
-        if not ok:
-            raise RuntimeError(f"in the emulator:\n{result}")
-        return result
-
-
 @contextmanager
 def traced(rig: Rig, lock_step: bool, plan: dict | None) -> Iterator[Remote]:
-    """A pair of interfaces with a traced bus at one end; the master takes MASTER_END."""
+    """A traced bus on an interface; the master takes the other end, MASTER_END."""
     with served(TracedBus(rig, lock_step, plan)) as remote:
         yield remote
-
-
-@contextmanager
-def served(bus: EmulatedBus) -> Iterator[Remote]:
-    """The same with any emulated bus."""
-    make_pair(MASTER_END, SLAVE_END)
-    bus.plant.warm_up()
-    packets = open_interface(SLAVE_END)
-    fork = multiprocessing.get_context("fork")
-    ours, theirs = fork.Pipe()
-    child = fork.Process(target=_serve, args=(bus, packets, theirs), daemon=True)
-    child.start()
-    theirs.close()
-    packets.close()
-    try:
-        yield Remote(ours)
-    finally:
-        child.terminate()
-        child.join()
-        ours.close()
-        remove(MASTER_END)
-
-
-def _serve(bus: EmulatedBus, packets: "object", pipe: "multiprocessing.connection.Connection") -> None:
-    server = Server(bus, packets)
-
-    def obey() -> None:
-        try:
-            function, arguments = pipe.recv()
-        except EOFError:
-            server.stop()
-            return
-        try:
-            pipe.send((True, function(bus, *arguments)))
-        except Exception:
-            pipe.send((False, traceback.format_exc()))
-
-    server.handlers[pipe.fileno()] = obey
-    server.run()
