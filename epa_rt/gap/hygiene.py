@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from epa_rt.config.rig import Rig
+from epa_rt.gap.hygiene_ends import check_ends
 from epa_rt.gap.hygiene_finding import Finding, measured_names
 from epa_rt.gap.hygiene_pairs import check_pairs
 from epa_rt.gap.hygiene_scale import check_scale
@@ -17,6 +18,7 @@ from epa_rt.gap.read import misfits
 from epa_rt.gap.recording import Recording, Span
 
 _REFUSED = ("recorded on the rig", "has no column for", "recorded at a period", "with reads", "with inverted")
+_WITHOUT_RIG = (check_time, check_values, check_pairs)
 _ORDER = {"refuse": 0, "exclude": 1, "note": 2}
 
 
@@ -28,23 +30,11 @@ def check(recordings: Sequence[Recording], rig: Rig | None) -> tuple[Finding, ..
     found = _mixed(recordings)
     for recording in recordings:
         found += _said_by_log(recording, rig)
-        timely = check_time(recording, rig)
-        found += timely
-        if any(f.severity == "refuse" for f in timely):
-            continue  # without a clock nothing below can be judged
-        found += check_values(recording, rig)
-        if rig is not None:
-            scale = check_scale(recording, rig)
-            found += scale
-            if any(f.severity == "refuse" for f in scale):
-                continue  # a wrong unit would be found again by every check that compares channels
-        pairs = check_pairs(recording, rig)
-        found += pairs
-        if any(f.severity == "refuse" for f in pairs):
-            continue
-        found += check_skew(recording, rig)
-        if rig is not None:
-            found += check_valves(recording, rig)
+        for checks in (check_time, check_values, check_scale, check_ends, check_pairs, check_skew, check_valves):
+            own = checks(recording, rig) if rig is not None or checks in _WITHOUT_RIG else []
+            found += own
+            if any(finding.severity == "refuse" for finding in own):
+                break  # a wrong unit, say, would be found again by every check that compares channels
     return tuple(sorted(found, key=lambda finding: _ORDER[finding.severity]))
 
 

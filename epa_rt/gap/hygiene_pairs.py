@@ -12,7 +12,8 @@ from epa_rt.gap.recording import Recording
 _SMOOTH_S = 0.02
 _GAIN_OFF = 0.3          # |gain - 1| above which it is no sensor's error
 _ALIKE = 0.7             # correlation below which two channels do not show the same motion
-_APART = 0.3             # of the peak speed: how far speed and slope may be apart ...
+_SAME = 0.95             # correlation above which they do, but for sign and size
+_APART = 0.08            # of the usual speed: how far speed and slope may be apart ...
 _APART_S = 0.1           # ... for so long
 _LEAST_MOTION = {"m": 1e-3, "rad": 0.02}
 
@@ -39,7 +40,6 @@ def _speed_and_slope(recording: Recording, rig: Rig | None, position: str, speed
         return []
     window = round(_SMOOTH_S / recording.period_s)
     slope, v = np.gradient(smooth(x, window), recording.period_s), smooth(v, window)
-    moving = np.abs(slope) > 0.05 * np.abs(slope).max()
     alike, gain = _correlation(v, slope), float(v @ slope / (slope @ slope))
     if abs(alike) < _ALIKE and rig is None:
         return []  # of a rig of others it is not known what its speed is made of
@@ -47,14 +47,15 @@ def _speed_and_slope(recording: Recording, rig: Rig | None, position: str, speed
         back = np.gradient(smooth(regular(recording, speed), window), recording.period_s)
         if _correlation(smooth(x, window), back) > _ALIKE:
             return [_of(recording, "refuse", "swapped", position, f"found it to be the slope of {speed}, expected it the other way round: the two are swapped")]
-    if gain < 0.0 and abs(alike) >= _ALIKE:
+    if alike < -_SAME:
         wrong = _stranger(recording, rig, position, speed, gain)
         return [_of(recording, "refuse", "sign", wrong, f"found {speed} against the slope of {position} (correlation {alike:.2f}), expected the same sign; {_which(wrong, position, speed)}")]
-    if abs(alike) >= _ALIKE and abs(np.log(gain)) > np.log(1.0 + _GAIN_OFF):
+    if alike > _SAME and abs(np.log(gain)) > np.log(1.0 + _GAIN_OFF):
         wrong = _stranger(recording, rig, position, speed, gain)
         factor = gain if wrong != position else 1.0 / gain
         return [_of(recording, "refuse", "units", wrong, f"found {speed} to be {gain:.4g} times the slope of {position}, expected 1; {_which(wrong, position, speed)} and looks off by {nearest_factor(factor)}")]
-    apart = (np.abs(v - slope) > _APART * np.abs(slope[moving]).max()) if moving.any() else np.zeros(len(v), bool)
+    usual = min(np.percentile(np.abs(v), 99.0), np.percentile(np.abs(slope), 99.0))  # a jump of one of them is not usual
+    apart = np.abs(v - gain * slope) > _APART * usual if usual > 0.0 else np.zeros(len(v), bool)
     long = [(a, b) for a, b in stretches(apart) if b - a >= round(_APART_S / recording.period_s)]
     if not long:
         return []
@@ -122,7 +123,7 @@ def _target(recording: Recording, name: str, target: str) -> list[Finding]:
 def _current(recording: Recording, rig: Rig) -> list[Finding]:
     """Current against the motor's acceleration: an inertia is positive."""
     motor = rig.motor
-    if motor.current is None or motor.speed is None or not {motor.current, motor.speed} <= set(recording.columns):
+    if None in (motor.current, motor.speed) or not {motor.current, motor.speed, motor.position} <= set(recording.columns):
         return []
     window = round(_SMOOTH_S / recording.period_s)
     trial = regular_rows(recording, judged_rows(recording, trials_only=True))

@@ -17,6 +17,8 @@ _COUNTS_OFF = (0.2, 20.0)
 _ENOUGH_VALUES = 50
 _ATMOSPHERE_OFF_PA = 40e3
 _REST_S = 0.05
+_ONE_SIDED = 0.5        # limits of which the negative one is smaller than this share of the positive one
+_PUSHES = 0.03           # of the upper limit: more than any zero is off
 
 
 def check_scale(recording: Recording, rig: Rig) -> list[Finding]:
@@ -26,7 +28,7 @@ def check_scale(recording: Recording, rig: Rig) -> list[Finding]:
         values = recording.columns.get(row.name)
         if values is None or row.name.endswith("_raw") or not np.isfinite(values).any():
             continue
-        found += _outside(recording, row, values) or _counts(recording, rig, row, values)
+        found += _outside(recording, row, values) or _counts(recording, rig, row, values) or _pushes(recording, row, values)
     for muscle in rig.muscles:
         if not any(finding.channel == muscle.pressure for finding in found):
             found += _atmosphere(recording, rig, muscle.pressure, muscle.inlet, muscle.exhaust)
@@ -68,6 +70,17 @@ def _outside(recording: Recording, row: SignalRow, values: np.ndarray) -> list[F
 
 def _fits(values: np.ndarray, low: float, high: float) -> bool:
     return bool(np.mean((values >= low) & (values <= high)) > 0.98 and np.ptp(values) > 1e-3 * (high - low))
+
+
+def _pushes(recording: Recording, row: SignalRow, values: np.ndarray) -> list[Finding]:
+    """A muscle pulls: a force whose limits lie on one side is on that side."""
+    if row.limits is None or not row.name.endswith("_n") or -row.limits[0] > _ONE_SIDED * row.limits[1]:
+        return []
+    known = values[judged_rows(recording) & np.isfinite(values)]
+    low, high = np.percentile(known, (1.0, 99.0)) if len(known) else (0.0, 0.0)
+    if -low < _PUSHES * row.limits[1] or -low < 3.0 * high:
+        return []
+    return [_of(recording, "refuse", "sign", row.name, f"found {low:.4g} to {high:.4g} {row.si_unit}, expected a force that pulls, which is positive: the sign looks wrong")]
 
 
 def _counts(recording: Recording, rig: Rig, row: SignalRow, values: np.ndarray) -> list[Finding]:

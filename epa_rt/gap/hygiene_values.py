@@ -37,10 +37,8 @@ def check_values(recording: Recording, rig: Rig | None) -> list[Finding]:
         count = max(abs(scaling.slope) if scaling is not None else 0.0, _smallest_step(known))
         if _is_noisy(values, count, rig is not None and _is_analog(rig, name)):
             found += _frozen(recording, name, values)
-        elif rig is not None and _is_analog(rig, name):
+        elif rig is not None and name not in (rig.motor.position, rig.motor.speed):
             found += _standing(recording, rig, name, values, count)
-        if scaling is not None:
-            found += _at_rail(recording, name, values, scaling)
     return found
 
 
@@ -131,8 +129,10 @@ def _standing(recording: Recording, rig: Rig, name: str, values: np.ndarray, ste
         return []
     rows = starts[:, None] + np.arange(size)
     moved, own = np.ptp(motion[rows], axis=1), np.ptp(values[rows], axis=1)
-    lively = moved > 0.5 * np.nanmax(moved)
-    per_motion = float(np.nanpercentile(own[lively] / moved[lively], 75)) if lively.any() and np.nanmax(moved) > 0.0 else 0.0
+    known = np.isfinite(moved) & np.isfinite(own)
+    most = float(moved[known].max()) if known.any() else 0.0
+    lively = known & (moved > 0.5 * most)
+    per_motion = float(np.percentile(own[lively] / moved[lively], 75)) if most > 0.0 else 0.0
     dead = (own == 0.0) & (per_motion * moved > _STEPS_EXPECTED * step)
     if not dead.any():
         return []
@@ -141,15 +141,3 @@ def _standing(recording: Recording, rig: Rig, name: str, values: np.ndarray, ste
     end = "; it is at its " + ("highest" if value == np.nanmax(values) else "lowest") + " value, as of a sensor at the end of its range" if value in (np.nanmin(values), np.nanmax(values)) else ""
     return [_of(recording, "exclude", "saturated" if end else "frozen", name, f"found {value:.6g} without any change at {seconds(recording, where[0][0]):.3f} s ({len(where)} windows of {_WINDOW_S:g} s) "
                 f"while {motion_name} moved, expected about {per_motion * moved[dead][0]:.3g} of motion{end}; they are left out", where)]
-
-
-def _at_rail(recording: Recording, name: str, values: np.ndarray, scaling: Scaling) -> list[Finding]:
-    """Values at the ends of what the terminal can say."""
-    low, high = sorted((scaling.to_si(scaling.valid_low), scaling.to_si(scaling.valid_high)))
-    one = 1.5 * abs(scaling.slope)
-    near = np.isfinite(values) & ((values <= low + one) | (values >= high - one))
-    if near.sum() < _AT_END_ROWS:
-        return []
-    row = int(np.argmax(near))
-    return [_of(recording, "exclude", "saturated", name, f"found {values[row]:.6g} on {int(near.sum())} rows from {seconds(recording, row):.3f} s on, the end of its valid range "
-                f"({low:.6g} to {high:.6g}); they are left out", stretches(near))]

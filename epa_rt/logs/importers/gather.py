@@ -9,7 +9,8 @@ import numpy as np
 from epa_rt.config.source import Located
 from epa_rt.logs.importers.csv_table import read_csv
 from epa_rt.logs.importers.grid import Grid, grid_of, put, stamps_s
-from epa_rt.logs.importers.mapping import Line, Mapping, Signal, Stretch, TrialColumn
+from epa_rt.logs.importers.line import line_of
+from epa_rt.logs.importers.mapping import Mapping, Signal, Stretch, TrialColumn
 from epa_rt.logs.importers.mat_table import read_mat
 from epa_rt.logs.importers.mcap_table import read_mcap
 from epa_rt.logs.importers.table import ImportRefused, Key, Table
@@ -55,7 +56,7 @@ def gather(mapping: Mapping, located: Located, files: Sequence[Path]) -> Gathere
     raw = stamps_s(main, mapping.clock)
     found = {}
     for name, signal in mapping.signals.items():
-        table, line = tables[keys[name].path, keys[name].topic], Line(name, signal, mapping.atmosphere)
+        table, line = tables[keys[name].path, keys[name].topic], line_of(name, signal.unit, signal.scale, signal.offset, mapping.atmosphere)
         slope = line.slope * (constants[keys[name].path][signal.scale_variable] if signal.scale_variable else 1.0)
         with np.errstate(over="ignore", invalid="ignore"):
             column = table.columns[keys[name].column] * slope + line.intercept

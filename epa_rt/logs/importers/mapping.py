@@ -1,15 +1,14 @@
 """The mapping file: which columns of a foreign recording become which signals, with unit, clock and trials. docs/import.md."""
 
-import math
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, StringConstraints, field_validator, model_validator
 
 from epa_rt.config.fields import STANDARD_ATMOSPHERE_PA, Frozen, Name, Seconds, pressure, quantity
-from epa_rt.config.rig_rows import si_unit_of
 from epa_rt.config.source import Located, load_yaml, validate
-from epa_rt.config.units import UnitError, parse_quantity, split_quantity, unit
+from epa_rt.config.units import UnitError, unit
+from epa_rt.logs.importers.line import line_of
 
 
 
@@ -30,7 +29,6 @@ def _factor(value: Any) -> Any:
 Column = Annotated[Any, BeforeValidator(_column)]
 Factor = Annotated[Any, BeforeValidator(_factor)]
 Text = Annotated[str, StringConstraints(min_length=1, max_length=200)]
-_PRESSURE_WORDS = ("gauge", "abs", "difference")
 
 
 class Format(Frozen):
@@ -155,26 +153,6 @@ class Mapping(Frozen):
         return {**self.measured, **self.references, **self.commands}
 
 
-class Line:
-    """A signal's straight line to SI: ``slope`` x column + ``intercept``."""
-
-    def __init__(self, name: str, signal: Signal, atmosphere_pa: float):
-        si_unit = si_unit_of(name) or "1"
-        text, zero = _plain_unit(signal.unit, si_unit, atmosphere_pa)
-        factor, dimension = unit(text)
-        number, scale_unit = split_quantity(signal.scale)
-        scale_factor, scale_dimension = unit(scale_unit)
-        if tuple(a + b for a, b in zip(dimension, scale_dimension, strict=True)) != unit(si_unit)[1]:
-            times = f" times '{scale_unit}'" if scale_unit else ""
-            raise UnitError(f"found the unit '{signal.unit}'{times}, expected a unit of {_quantity_name(si_unit)}, as the name {name} says")
-        if number == 0.0:
-            raise UnitError("found a scale of zero, expected another number")
-        self.slope = factor * number * scale_factor
-        self.intercept = zero + (0.0 if signal.offset is None else parse_quantity(signal.offset, si_unit))
-        if not (math.isfinite(self.slope) and self.slope and math.isfinite(self.intercept)):
-            raise UnitError(f"found a scale of {self.slope:g}, expected a number that a double can hold")
-
-
 def load_mapping(path: Path | str) -> tuple[Mapping, Located]:
     """Reads and checks a mapping file. Raises ConfigError: one sentence with file, line, found, expected."""
     located = load_yaml(path)
@@ -199,23 +177,7 @@ def _check_signal(located: Located, where: tuple, name: str, signal: Signal, map
     if signal.topic is not None and mapping.format.kind != "mcap":
         raise located.error((*where, "topic"), "a topic", f"none: a {mapping.format.kind.upper()} file has no topics")
     try:
-        Line(name, signal, mapping.atmosphere)
+        line_of(name, signal.unit, signal.scale, signal.offset, mapping.atmosphere)
     except UnitError as error:
         found, _, expected = str(error).removeprefix("found ").partition(", expected ")
         raise located.error(where, found, expected) from None
-
-
-def _plain_unit(text: str, si_unit: str, atmosphere_pa: float) -> tuple[str, float]:
-    """The unit without its word, and what is added for that word."""
-    words = text.split()
-    if si_unit != "Pa":
-        return text, 0.0
-    if not words or words[-1] not in _PRESSURE_WORDS:
-        raise UnitError(f"found the unit '{text}', expected a pressure that says what it is against: 'bar gauge', 'bar abs' or 'bar difference'")
-    return " ".join(words[:-1]), atmosphere_pa if words[-1] == "gauge" else 0.0
-
-
-def _quantity_name(si_unit: str) -> str:
-    return "no dimension" if si_unit == "1" else si_unit
-
-
