@@ -5,7 +5,7 @@ recording's own noise and the instruments' own steps; else from the residuals' o
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -14,7 +14,8 @@ from epa_rt.gap.subject import Subject, Values
 
 ORDER = 16      # of the whitening filter
 TWINS = 6       # per recording
-LEAST = 1e-12   # of a link's rms that its floor may not fall below: noise-free data
+LEAST = 1e-12   # what no floor falls below, in its link's unit: data without noise
+SURE = 4.0      # deviations by which a bias must stand out from what few twins leave by chance
 
 
 @dataclass(frozen=True)
@@ -62,13 +63,9 @@ def floors(subject: Subject, recordings: Sequence[Recording], values: Values, re
             continue
         bias, noise = _of_twins({name: [twin[link.name] for twin in made] for name, made in twins.items()})
         again = _of_repeats(recordings, own, link.name, repeats or ())
-        if again:
-            found[link.name] = _fitted(link.name, again, bias, "repeats", _blur(bias))
-        elif noise:
-            found[link.name] = _fitted(link.name, noise, bias, "twin", _blur(bias))
-        else:
-            rough = [_rough(own[r.name][link.name]) for r in recordings]
-            found[link.name] = _fitted(link.name, rough, {}, "sensors", 1.0)
+        source = "repeats" if again else ("twin" if noise else "sensors")
+        floor = _fitted(link.name, again or noise or [_rough(own[r.name][link.name]) for r in recordings], source)
+        found[link.name] = _with_bias(floor, bias)
     return found
 
 
@@ -99,9 +96,16 @@ def _of_twins(residuals: Mapping[str, Sequence[np.ndarray]]) -> tuple[dict[str, 
     return bias, noise
 
 
-def _blur(bias: Mapping[str, np.ndarray]) -> float:
-    """How much larger the noise is after a bias found from few twins has been taken off."""
-    return float(np.sqrt(1.0 + 1.0 / TWINS)) if bias else 1.0
+def _with_bias(floor: Floor, bias: dict[str, np.ndarray]) -> Floor:
+    """The floor with the bias of those recordings where it is more than the chance of few twins, and that chance in its size."""
+    sure = {}
+    for name, mean in bias.items():
+        white = floor.whiten(mean)
+        square = white[np.isfinite(white)] ** 2 * TWINS
+        if len(square) and square.mean() > 1.0 + SURE * np.sqrt(2.0 / len(square)):
+            sure[name] = mean
+    blur = float(np.sqrt(1.0 + len(sure) / max(len(bias), 1) / TWINS))
+    return replace(floor, rms=floor.rms * blur, innovation=floor.innovation * blur, bias=sure)
 
 
 def _of_repeats(recordings: Sequence[Recording], own: Mapping[str, Mapping[str, np.ndarray]], link: str,
@@ -129,12 +133,12 @@ def _rough(residual: np.ndarray) -> np.ndarray:
     return np.concatenate([third, np.full(3, np.nan)])
 
 
-def _fitted(link: str, noise: Sequence[np.ndarray], bias: dict[str, np.ndarray], source: str, blur: float) -> Floor:
+def _fitted(link: str, noise: Sequence[np.ndarray], source: str) -> Floor:
     covariance = autocovariance(noise, ORDER)
-    least = LEAST + LEAST * max((float(np.nanmax(np.abs(b))) for b in bias.values() if np.isfinite(b).any()), default=0.0)
-    rms = float(np.sqrt(max(covariance[0], least**2)))
-    ar, innovation = levinson(covariance) if covariance[0] > least**2 else (np.zeros(ORDER), rms)
-    return Floor(link, rms * blur, ar, innovation * blur, bias, source)
+    if covariance[0] <= LEAST**2:
+        return Floor(link, LEAST, np.zeros(ORDER), LEAST, {}, source)
+    ar, innovation = levinson(covariance)
+    return Floor(link, float(np.sqrt(covariance[0])), ar, innovation, {}, source)
 
 
 def autocovariance(noise: Sequence[np.ndarray], order: int) -> np.ndarray:

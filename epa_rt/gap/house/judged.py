@@ -32,6 +32,8 @@ def judged(prepared: Prepared, params: np.ndarray, link: str) -> np.ndarray:
     if link in ("drive", "motor", "torque"):
         off = prepared.commands["enabled"] < 0.5
         bad |= off | _after(off, round(ENABLED_S / period))
+    if link in ("drive", "motor", "encoder"):
+        bad |= prepared.standing
     edge = np.zeros(prepared.count, bool)
     edge[:round(START_S / period)] = True
     edge[-smooth.HALF - AGE:] = True

@@ -11,6 +11,7 @@ from epa_rt.models.ports import STATE
 
 STEPS = 2
 WATCH_S = 0.5  # the speed loop's integral is led to the measured current this slowly: rounding must not add up in it
+STANDING_S = 0.05  # and this fast where only rounding is left of the motion
 
 
 def new_ring() -> np.ndarray:
@@ -27,8 +28,10 @@ def winding_heat(p, current, period_s, out):
 
 
 @compiled
-def drive_current(params, state, commands, angle, speed, measured_a, heat, period_s, out):
-    """Winding current (N,) from the commands and the measured motion; its integral follows ``measured_a`` slowly."""
+def drive_current(params, state, commands, angle, speed, measured_a, standing, heat, period_s, out):
+    """Winding current (N,) from the commands and the measured motion; its integral follows ``measured_a`` slowly, while the
+    motor is ``standing`` (N,) quickly.
+    """
     p, s = params[0].drive, state[0]
     delay = params[0].bus.command_delay_s / period_s
     current, integral = 0.0, 0.0
@@ -48,7 +51,7 @@ def drive_current(params, state, commands, angle, speed, measured_a, heat, perio
             current += di * p.current_lag_s * (1.0 - fade)
             integral += h * rate
         if now[0] > 0.5:
-            integral += period_s / WATCH_S * (measured_a[k] - current)
+            integral += period_s / (STANDING_S if standing[k] else WATCH_S) * (measured_a[k] - current)
         s.cycle += 1
         out[k] = current
 

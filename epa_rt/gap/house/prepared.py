@@ -13,6 +13,7 @@ from epa_rt.gap.recording import Recording
 
 SHUT_S = 0.04          # a valve's own lag, after which a shut one passes nothing
 SHORTEST_SHUT_S = 0.05
+STAND_S, STAND_STEPS = 0.15, 6
 START_S = 0.2          # of a recording, not judged: filters and lags settle
 
 
@@ -22,7 +23,8 @@ class Prepared:
 
     ``readings``: port to what the instrument showed, gaps bridged. ``angle``, ``speed``, ``acceleration``: (2, N) parts
     that stem from the motor's angle and from its speed reading, which add up. ``shut``: per muscle (spans, 2), first and
-    last + 1 cycle of each span in which its valves pass nothing. ``renewed``: encoder readings without their hold.
+    last + 1 cycle of each span in which its valves pass nothing. ``standing``: bool, the motor moves by no more than a few
+    counts: what sticks there is known to a count at best. ``renewed``: encoder readings without their hold.
     """
 
     name: str
@@ -39,6 +41,7 @@ class Prepared:
     acceleration: np.ndarray
     smooth: dict[str, np.ndarray]
     shut: tuple[np.ndarray, ...]
+    standing: np.ndarray
     judged: dict[str, np.ndarray] = field(default_factory=dict)
     cache: dict = field(default_factory=dict)
 
@@ -65,7 +68,7 @@ def prepare(rig: Rig, channels: dict[str, Channel], hold_s: float, recording: Re
     renewed = {"motor_angle_rad": smooth.renewed(angle_raw, hold, phase), "motor_speed_rad_s": smooth.renewed(speed_raw, hold, phase)}
     angle, speed, acceleration = _fused(renewed["motor_angle_rad"], renewed["motor_speed_rad_s"], period)
     return Prepared(recording.name, period, place, commands, readings, bad, hold, phase, renewed, angle, speed, acceleration,
-                    _derived(readings, period), tuple(shut_spans(commands, i, period) for i in (0, 1)))
+                    _derived(readings, period), tuple(shut_spans(commands, i, period) for i in (0, 1)), standing(angle_raw, channels.get("motor_angle_rad"), period))
 
 
 def _fused(angle: np.ndarray, speed: np.ndarray, period_s: float):
@@ -91,6 +94,15 @@ def _derived(readings: dict[str, np.ndarray], period_s: float) -> dict[str, np.n
             found["place_speed"] = smooth.slope(found["place"], period_s)
             found["place_acceleration"] = smooth.slope(found["place_speed"], period_s)
     return found
+
+
+def standing(angle: np.ndarray, channel: Channel | None, period_s: float) -> np.ndarray:
+    """(N,) bool: the angle keeps within STAND_STEPS of its counts for STAND_S about this cycle."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    width = 2 * round(0.5 * STAND_S / period_s) + 1
+    moved = maximum_filter1d(angle, width) - minimum_filter1d(angle, width)
+    return moved <= STAND_STEPS * (channel.step if channel else 0.0) * (1.0 + 1e-9)
 
 
 def shut_spans(commands: np.ndarray, muscle: int, period_s: float) -> np.ndarray:

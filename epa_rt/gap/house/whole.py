@@ -50,5 +50,7 @@ def run_whole(rig: Rig, channels: dict[str, Channel], params: np.ndarray, subste
         if noise is not None:
             values = values + noise.get(port, 0.0) * random.standard_normal(len(values))
             values = channel.quantised(values, random.random())
+        elif channel.floors:
+            values = values - 0.5 * channel.step  # as a counter shows them on average
         made[channel.column] = channel.to_column(values)
     return replace(recording, name=f"{recording.name} (free run)", columns=made, found=())

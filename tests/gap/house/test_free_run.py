@@ -15,7 +15,7 @@ def test_without_noise_the_same_plant_makes_the_same_log(rig, tmp_path):
     for port, channel in house.channels.items():
         steps = (log.columns[channel.column] - made.columns[channel.column]) * channel.scale / channel.step
         noise = float(house.plant.params["sensors"]["{}_noise{}".format(*split(port))][0])
-        most = 0.501 + 6.0 * noise / channel.step + (0.5 if channel.floors else 0.0)
+        most = 0.501 + 6.0 * noise / channel.step
         assert np.abs(steps).max() <= most, f"{port}: {np.abs(steps).max():.2f} steps, expected at most {most:.2f}"
 
 
