@@ -8,6 +8,8 @@ first hour:
                                                         run it on the simulated rig
   epa report out/*.mcap                                 one page to read
   epa replay out/*.mcap                                 same inputs, same bytes?
+  epa gap diagnose --rig config/rigs/bench.yaml out/*.mcap
+                                                        why do rig and simulation disagree?
 """
 
 import argparse
@@ -19,7 +21,7 @@ from collections.abc import Sequence
 
 from epa_rt.cli.exits import EPILOGUE, STOPPED, VerbError
 
-VERBS = ("check", "run", "bus", "replay", "info", "plot", "report", "import", "schema", "scan", "doctor")
+VERBS = ("check", "run", "bus", "replay", "info", "plot", "report", "gap", "import", "schema", "scan", "doctor")
 _FILES = {"import": "import_"}  # verbs that Python has another use for
 
 

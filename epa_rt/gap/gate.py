@@ -5,6 +5,7 @@ What was predicted from the log's own commands in free run must come true with t
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from epa_rt.config.source import ConfigError, load_yaml
 from epa_rt.gap.diagnosis import Shrinkage
@@ -20,12 +21,22 @@ SEEDS = (11, 12)
 PASSES_POINTS = 5.0
 
 
+class Gate(NamedTuple):
+    """``report``: predicted against achieved, as the JSON has it. The recordings: the log, and the three runs."""
+
+    report: dict
+    real: Recording
+    before: Recording
+    after: Recording
+    twin: Recording
+
+
 class GateError(Exception):
     """Why the gate could not be run, as a sentence."""
 
 
 def gate(subject: Subject, real: Recording, believed: Path, patched: Path, run_again: RunAgain,
-         predicted: Sequence[Shrinkage], progress: Callable[[str, float], None] = lambda stage, share: None) -> dict:
+         predicted: Sequence[Shrinkage], progress: Callable[[str, float], None] = lambda stage, share: None) -> Gate:
     """Runs the experiment of ``real`` on both plant files; predicted against achieved share of the gap, by channel.
 
     Three runs: the plant file as it stands, the patched one, and the patched one with other noise, whose difference to
@@ -52,9 +63,10 @@ def gate(subject: Subject, real: Recording, believed: Path, patched: Path, run_a
             if (one := _share(squares)) is not None]
     whole = _row(OVERALL, "x floor", overall, promised.get(OVERALL))
     points = whole["points"]
-    return {"log": real.name, "plant_file": str(patched), "passed": points is not None and abs(points) <= PASSES_POINTS,
-            "predicted_share": whole["predicted_share"], "achieved_share": whole["achieved_share"], "points": points,
-            "channels": [whole, *rows], "runs": {"before": before.path, "after": after.path}}
+    report = {"log": real.name, "plant_file": str(patched), "passed": points is not None and abs(points) <= PASSES_POINTS,
+              "predicted_share": whole["predicted_share"], "achieved_share": whole["achieved_share"], "points": points,
+              "channels": [whole, *rows]}
+    return Gate(report, real, before, after, twin)
 
 
 def _check(path: Path) -> None:

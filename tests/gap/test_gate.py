@@ -36,7 +36,7 @@ def promise(after):
 
 def test_a_patch_that_does_what_it_promised_passes(patched):
     run_again = simulator(TRUTH)
-    found = gate(Damper(), recorded(TRUTH), PLANT, patched, run_again, promise(TRUTH))
+    found = gate(Damper(), recorded(TRUTH), PLANT, patched, run_again, promise(TRUTH)).report
     assert found["passed"] and abs(found["points"]) < 5.0
     assert found["achieved_share"] == pytest.approx(1.0, abs=0.03)
     assert [plant for plant, _ in run_again.asked] == [PLANT, patched, patched]
@@ -44,13 +44,13 @@ def test_a_patch_that_does_what_it_promised_passes(patched):
 
 
 def test_a_file_that_does_less_than_promised_fails(patched):
-    found = gate(Damper(), recorded(TRUTH), PLANT, patched, simulator({"muscle.coulomb_n": 0.5}), promise(TRUTH))
+    found = gate(Damper(), recorded(TRUTH), PLANT, patched, simulator({"muscle.coulomb_n": 0.5}), promise(TRUTH)).report
     assert not found["passed"] and found["points"] == pytest.approx(-25.0, abs=4.0)
     assert found["predicted_share"] == pytest.approx(1.0, abs=0.02)
 
 
 def test_every_channel_is_told_with_what_was_promised_for_it(patched):
-    found = gate(Damper(), recorded(TRUTH), PLANT, patched, simulator(TRUTH), promise(TRUTH))
+    found = gate(Damper(), recorded(TRUTH), PLANT, patched, simulator(TRUTH), promise(TRUTH)).report
     names = [row["channel"] for row in found["channels"]]
     assert names[0] == OVERALL and "force_n" in names
     row = found["channels"][names.index("force_n")]

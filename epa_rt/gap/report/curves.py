@@ -21,7 +21,7 @@ def figure(trace: Trace) -> Html:
     y_range = _range([values for _, _, values in lines], 2.0 * floor if trace.is_error else 0.0)
     key = join([tag("span", words, class_=f"swatch {kind}") for words, kind, _ in lines]
                + [tag("span", "noise floor, ± 2 rms", class_="swatch floor") if trace.is_error else ""], " ")
-    caption = join([tag("strong", channel_words(trace.title)), f", {scale.unit}. Log {trace.log}, time over its trials in s. ", key,
+    caption = join([tag("strong", channel_words(trace.title)), f", {scale.unit}. {trace.log}; time in s. ", key,
                     "" if trace.is_error else f" The noise floor is {size(trace.floor, trace.unit)}."])
     return tag("figure", join([tag("figcaption", caption), frame(trace.t_s, lines, y_range, floor if trace.is_error else None)]), class_="curves")
 
@@ -35,8 +35,8 @@ def frame(t_s: np.ndarray, lines: list[tuple[str, str, np.ndarray]], y_range: tu
     shapes += [f'<line class="rule" x1="0" x2="{WIDTH:g}" y1="{_y(tick, y_range):.2f}" y2="{_y(tick, y_range):.2f}"/>' for tick in ticks(*y_range)]
     shapes += [f'<path class="{kind}" d="{path(t_s, values, x_range, y_range)}"/>' for _, kind, values in lines]
     drawing = Html(f'<svg viewBox="0 0 {WIDTH:g} {HEIGHT:g}" preserveAspectRatio="none" role="img" aria-label="curves">{"".join(shapes)}</svg>')
-    y_labels = join(tag("span", _tick(tick), style=f"top:{100.0 * _y(tick, y_range) / HEIGHT:.2f}%") for tick in ticks(*y_range))
-    x_labels = join(tag("span", _tick(tick), style=f"left:{100.0 * (tick - x_range[0]) / max(x_range[1] - x_range[0], 1e-9):.2f}%") for tick in ticks(*x_range))
+    y_labels = join(tag("span", tick_text(tick), style=f"top:{100.0 * _y(tick, y_range) / HEIGHT:.2f}%") for tick in ticks(*y_range))
+    x_labels = join(tag("span", tick_text(tick), style=f"left:{100.0 * (tick - x_range[0]) / max(x_range[1] - x_range[0], 1e-9):.2f}%") for tick in ticks(*x_range))
     return tag("div", join([tag("div", y_labels, class_="y"), tag("div", drawing, class_="plot"), tag("div", x_labels, class_="x")]), class_="frame")
 
 
@@ -68,7 +68,8 @@ def ticks(low: float, high: float, about: int = 5) -> list[float]:
     return [0.0 if k == 0 else k * step for k in range(first, math.floor(high / step + 1e-9) + 1)]
 
 
-def _tick(value: float) -> str:
+def tick_text(value: float) -> str:
+    """A tick as it is written."""
     return f"{value:.6g}".replace("-", "−")
 
 

@@ -11,7 +11,7 @@ from epa_rt.gap.report.far import gate_section, how_far
 from epa_rt.gap.report.map import gap_map
 from epa_rt.gap.report.rest import found_first, inputs, next_experiment, remainder
 from epa_rt.gap.report.traces import Trace
-from epa_rt.gap.report.words import GOOD, VERDICTS, far_words, plain, where_words, which_words
+from epa_rt.gap.report.words import GOOD, VERDICTS, far_words, next_words, where_words, which_words
 from epa_rt.report.markup import Html, facts, join, tag
 
 
@@ -23,7 +23,7 @@ def gap_page(diagnosis: Diagnosis, curves: Sequence[Trace] = ()) -> str:
                 ("far", "How far it shrinks", how_far(diagnosis)),
                 ("gate", "The patched plant, run again", gate_section(diagnosis.gate) if diagnosis.gate else Html("")),
                 ("left", "What is left", remainder(diagnosis)),
-                ("next", "The next experiment", next_experiment(diagnosis.next_experiment)),
+                ("next", "The next experiment", next_experiment(diagnosis)),
                 ("untested", "What was not tested", not_tested(diagnosis)),
                 ("inputs", "What this stands on", inputs(diagnosis))]
     sections = [one for one in sections if one[2]]
@@ -40,8 +40,7 @@ def _header(diagnosis: Diagnosis) -> Html:
     word, meaning = VERDICTS[diagnosis.verdict]
     rig, plant = (diagnosis.inputs.get(key) for key in ("rig", "plant"))
     told = f"Diagnosis of the gap between {rig} and {plant}" if rig and plant else "Diagnosis of the sim-to-real gap"
-    next_words = plain(diagnosis.next_experiment.name) if diagnosis.next_experiment else "none needed"
     return join([tag("p", told, class_="kicker"), found_first(diagnosis), tag("h1", diagnosis.says),
                  tag("p", join([tag("span", word, class_=f"badge {'good' if diagnosis.verdict in GOOD else 'open'}"), meaning])),
                  facts([("Where", where_words(diagnosis)), ("Which", which_words(diagnosis)), ("How far", far_words(diagnosis)),
-                        ("Next experiment", next_words)])])
+                        ("Next experiment", next_words(diagnosis))])])

@@ -1,6 +1,6 @@
 """What is left, what to do next, and what the answer stands on."""
 
-from epa_rt.gap.diagnosis import Diagnosis, NextExperiment, Remainder
+from epa_rt.gap.diagnosis import Diagnosis, Remainder
 from epa_rt.gap.report.words import channel_words, percent, plain, region_words, size, times
 from epa_rt.report.markup import Html, facts, folded, join, note, paragraph, table, tag
 
@@ -13,8 +13,11 @@ def remainder(diagnosis: Diagnosis) -> Html:
                       "judged on stretches of the logs that the description has not seen."), *map(_one, diagnosis.remainder)])
 
 
-def next_experiment(plan: NextExperiment | None) -> Html:
+def next_experiment(diagnosis: Diagnosis) -> Html:
     """The experiment that would decide, with the file to run."""
+    plan = diagnosis.next_experiment
+    if plan is None and diagnosis.verdict == "not_separable":
+        return paragraph("Not looked for, or none of the menu can be run on this rig: epa gap plan looks for it.")
     if plan is None:
         return paragraph("None is needed: nothing stands that another experiment would have to tell apart.")
     between = " and ".join(map(plain, plan.separates)) or "what is open"

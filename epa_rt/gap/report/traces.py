@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from epa_rt.gap.alongside import BLOCK_S, channels, paired, unit_of
+from epa_rt.gap.alongside import channels, trials, unit_of
 from epa_rt.gap.floor import Floor
 from epa_rt.gap.localise import unbiased
 from epa_rt.gap.recording import Recording
@@ -32,10 +32,13 @@ class Trace:
 
 
 def traces(subject: Subject, recordings: Sequence[Recording], before: Values, after: Values, floors: Mapping[str, Floor],
-           prepared: Mapping[str, object] | None = None) -> tuple[Trace, ...]:
-    """What is left over the log with the largest gap of the worst link, and a few seconds of the worst channel in free run."""
+           prepared: Mapping[str, object] | None = None, channel: str | None = None) -> tuple[Trace, ...]:
+    """A few seconds of one channel in free run, and what is left over the log with the largest gap of the worst link.
+
+    ``channel``: the one to draw in free run, if the plant has it; else the one in which the patch does most.
+    """
+    shown = _alongside(subject, recordings, before, after, channel)
     found = _left(subject, recordings, before, after, floors, prepared or {})
-    shown = _alongside(subject, recordings, before, after)
     return tuple(one for one in (shown, found) if one is not None)
 
 
@@ -61,38 +64,52 @@ def _left(subject: Subject, recordings: Sequence[Recording], before: Values, aft
                  (("before", "before", residual[cut]), ("with the effects", "after", rest[cut])), floors[link.name].rms, True)
 
 
-def _alongside(subject: Subject, recordings: Sequence[Recording], before: Values, after: Values) -> Trace | None:
-    """The channel and the seconds in which the patch does most, in units of the floor."""
-    best = None
+def _alongside(subject: Subject, recordings: Sequence[Recording], before: Values, after: Values, channel: str | None) -> Trace | None:
+    """Of all recordings the seconds in which the patch does most in free run."""
+    best: tuple[float, Trace] | None = None
     for recording in recordings:
-        believed, patched, twin = (subject.free_run(recording, values, seed)
-                                   for values, seed in ((before, None), (after, None), (after, FLOOR_SEEDS[0])))
-        if believed is None or patched is None or twin is None:
+        runs = [subject.free_run(recording, values, seed) for values, seed in ((before, None), (after, None), (after, FLOOR_SEEDS[0]))]
+        if any(run is None for run in runs):
             return None
-        for name in channels(recording, patched):
-            real, old, new, noisy = (_trial(recording, one, name) for one in (recording, believed, patched, twin))
-            floor, width = _rms(noisy - new), max(round(min(EXCERPT_S, 4 * BLOCK_S) / recording.period_s), 1)
-            gain = np.nan_to_num((real - old) ** 2 - (real - new) ** 2)
-            if not floor > 0.0 or len(gain) < 10:
+        found = _best_seconds(subject, recording, runs, channel)
+        if found is not None and (best is None or found[0] > best[0]):
+            best = found
+    return best[1] if best else None
+
+
+def alongside_trace(subject: Subject, real: Recording, before: Recording, after: Recording, twin: Recording, channel: str | None = None) -> Trace | None:
+    """The seconds in which the patch does most, in units of the floor; ``twin``: ``after`` with other noise."""
+    found = _best_seconds(subject, real, (before, after, twin), channel)
+    return found[1] if found else None
+
+
+def _best_seconds(subject: Subject, real: Recording, runs: Sequence[Recording], channel: str | None) -> tuple[float, Trace] | None:
+    """The gain and the trace; ``runs``: before, after and its twin."""
+    best, names = None, channels(real, runs[1])
+    for name in (channel,) if channel in names else names:
+        for trial in range(min(len(trials(one)) for one in (real, *runs))):
+            measured, old, new, noisy = _curves(subject, (real, *runs), name, trial)
+            floor, width = _rms(noisy - new), min(max(round(EXCERPT_S * subject.rate_hz), 1), len(new))
+            if not floor > 0.0 or width < 10:
                 continue
-            width = min(width, len(gain))
-            sums = np.concatenate([[0.0], np.cumsum(gain)])
+            sums = np.concatenate([[0.0], np.cumsum(np.nan_to_num((measured - old) ** 2 - (measured - new) ** 2))])
             windows = (sums[width:] - sums[:-width]) / (width * floor**2)
             start = int(np.argmax(windows))
             if best is None or windows[start] > best[0]:
                 cut = slice(start, start + width)
-                best = windows[start], name, recording, real[cut], old[cut], new[cut], start * recording.period_s, floor
-    if best is None:
-        return None
-    _, name, recording, real, old, new, begin_s, floor = best
-    t_s = begin_s + np.arange(len(real)) * recording.period_s
-    lines = (("the rig", "measured", real), ("the plant as believed", "before", old), ("the plant with the effects", "after", new))
-    return Trace(f"{name}: the rig, the plant as believed, the plant with the effects", unit_of(subject, name), recording.name, t_s, lines, floor, False)
+                lines = (("the rig", "measured", measured[cut]), ("the plant as believed", "before", old[cut]), ("the plant with the effects", "after", new[cut]))
+                title = f"{name}: the rig, the plant as believed, the plant with the effects"
+                t_s = np.arange(start, start + width) / subject.rate_hz
+                best = float(windows[start]), Trace(title, unit_of(subject, name), f"{real.name}, {trials(real)[trial].name} {trial + 1}", t_s, lines, floor, False)
+    return best
 
 
-def _trial(real: Recording, one: Recording, name: str) -> np.ndarray:
-    """All trials of a channel, one after the other."""
-    return np.concatenate([one.columns[name][b.start:b.stop] for _, b in paired(real, one)])
+def _curves(subject: Subject, recordings: Sequence[Recording], name: str, trial: int) -> list[np.ndarray]:
+    """One trial of a channel in each recording, cut to the shortest, averaged to the subject's rate."""
+    step = max(round(1.0 / (subject.rate_hz * recordings[0].period_s)), 1)
+    parts = [one.columns[name][trials(one)[trial].start:trials(one)[trial].stop] for one in recordings]
+    n = min(map(len, parts)) // step * step
+    return [part[:n].reshape(-1, step).mean(axis=1) for part in parts]
 
 
 def _rms(values: np.ndarray) -> float:

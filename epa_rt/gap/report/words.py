@@ -2,6 +2,7 @@
 
 import math
 import re
+from pathlib import Path
 
 from epa_rt.gap.diagnosis import Diagnosis, Number, Shrinkage
 from epa_rt.gap.shrink import ALL, OVERALL
@@ -45,7 +46,13 @@ def times(value: float | None) -> str:
 
 
 def percent(share: float | None) -> str:
-    return "–" if share is None or not math.isfinite(share) else f"{100.0 * share:.{0 if abs(share) < 0.985 or abs(share) >= 1.1 else 1}f} %".replace("-", "−")
+    """'97 %'; a decimal near the whole, where it tells."""
+    if share is None or not math.isfinite(share):
+        return "–"
+    value = 100.0 * share
+    text = f"{value:.1f}" if 98.5 <= abs(value) < 110.0 else f"{value:.0f}"
+    text = text.removesuffix(".0")
+    return f"{'0' if text == '-0' else text} %".replace("-", "−")
 
 
 def share_words(row: Shrinkage) -> str:
@@ -59,10 +66,12 @@ def share_words(row: Shrinkage) -> str:
 
 
 def parameter_words(one: Number) -> tuple[str, str, str, str]:
-    """Value, 95 % interval, neutral value and unit, all in the same unit."""
-    scale = _SHOWN.difference_scale(one.unit)
-    value, low, high, neutral = (number(x * scale.factor, 4) for x in (one.value, one.low, one.high, one.neutral))
-    return value, f"{low} to {high}", neutral, pretty(scale.unit)
+    """Value, 95 % interval, neutral value and unit, all in the same unit: SI where the reader's would give long numbers."""
+    factor, _, unit = _SHOWN.difference_scale(one.unit)
+    if not 1e-3 <= abs(one.value * factor) < 1e5:
+        factor, unit = 1.0, one.unit
+    value, low, high, neutral = (number(x * factor, 4) for x in (one.value, one.low, one.high, one.neutral))
+    return value, f"{low} to {high}", neutral, pretty(unit)
 
 
 def plain(name: str) -> str:
@@ -107,11 +116,17 @@ def far_words(diagnosis: Diagnosis) -> str:
     return f"{share_words(row)} of the gap closed; {times(row.before)} → {times(row.after)} floor" if row.closed_share is not None else "no gap to close"
 
 
+def next_words(diagnosis: Diagnosis) -> str:
+    if diagnosis.next_experiment:
+        return plain(diagnosis.next_experiment.name)
+    return "not looked for" if diagnosis.verdict == "not_separable" else "none needed"
+
+
 def judged_on(diagnosis: Diagnosis) -> str:
     """On what the shrinkage was measured."""
     held = diagnosis.inputs.get("holdout") or ()
     if held:
-        return f"held-out {'log' if len(held) == 1 else 'logs'} {', '.join(map(str, held))}, which no fit has seen"
+        return f"held-out {'log' if len(held) == 1 else 'logs'} {', '.join(Path(str(one)).stem for one in held)}, which no fit has seen"
     if diagnosis.inputs.get("set_aside", True):
         return "trials that were set aside, which no fit has seen"
     return "the very trials that were fitted, because nothing could be set aside: too good to be believed"

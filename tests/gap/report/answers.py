@@ -42,7 +42,7 @@ GATE = {"log": LOGS[1], "plant_file": "bench-patched.yaml", "passed": True, "pre
         "channels": [{"channel": "all channels", "unit": "x floor", "before": 6.3, "after": 1.2, "floor": 1.0, "predicted_share": 0.97, "achieved_share": 0.985,
                       "interval": (0.95, 0.99), "points": 1.5},
                      {"channel": "muscle_force_n", "unit": "N", "before": 4.2, "after": 0.44, "floor": 0.33, "predicted_share": 0.98, "achieved_share": 0.986,
-                      "interval": (0.97, 0.99), "points": 0.6}], "runs": {"before": "a.mcap", "after": "b.mcap"}}
+                      "interval": (0.97, 0.99), "points": 0.6}]}
 EXPLAINED = Diagnosis(
     "explained", "The force of muscle0 misses friction of the braid: braid maxwell slip, found with 98 % confidence, closes 98 % of the gap.", (), LOCATION, (SLIP,),
     (Number("muscle0.viscous_n_s_m", 12.4, "N*s/m", 12.1, 12.7, 12.0),), ("leak", "creep", "payload"), (*SHRINKAGE, *ASKED), gate=GATE, seconds=61.2, inputs=INPUTS)

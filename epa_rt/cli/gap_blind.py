@@ -1,0 +1,84 @@
+"""Judge the diagnosis on cases whose truth is sealed: make them, score them, cross every effect out in turn.
+
+  epa gap blind make --seed 7 --cases 120 -o out/blind        logs there, truth sealed in out/blind.sealed
+  epa gap blind score out/blind --json blind.json             diagnoses every case, then opens the truth
+  epa gap blind matrix --seed 7 -o out/matrix                 each effect hidden and left out: what is said instead
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+from epa_rt.cli.exits import BAD_INPUT, COMPLETED, VerbError
+from epa_rt.cli.gap_inputs import task_parser
+
+DIAGNOSER = "epa_rt.gap.diagnose:diagnose_files"
+
+
+def add_parser(tasks: "argparse._SubParsersAction") -> None:
+    parts = task_parser(tasks, "blind", __doc__).add_subparsers(dest="part", metavar="PART", required=True)
+    make = parts.add_parser("make", help="record cases and seal their truth")
+    make.add_argument("--seed", type=int, required=True, help="another seed gives other cases; it is sealed with the truth")
+    make.add_argument("--cases", type=int, default=120)
+    make.add_argument("--kinds", nargs="+", help="only these kinds of cases")
+    make.add_argument("-o", "--out", type=Path, required=True, help="folder of the cases; must be new")
+    make.add_argument("--sealed", type=Path, help="folder of the sealed truth (default: OUT.sealed)")
+    score = parts.add_parser("score", help="diagnose every case, then open the truth")
+    score.add_argument("cases", type=Path, metavar="DIR")
+    score.add_argument("--json", type=Path, required=True, help="all figures and what was said of every case")
+    score.add_argument("--html", type=Path, help="confusion picture (default: beside the JSON)")
+    matrix = parts.add_parser("matrix", help="each effect hidden and left out of the catalogue: what is said instead")
+    matrix.add_argument("--seed", type=int, required=True)
+    matrix.add_argument("-o", "--out", type=Path, required=True)
+    for part in (score, matrix):
+        part.add_argument("--diagnoser", default=DIAGNOSER, help=argparse.SUPPRESS)
+    score.add_argument("--sealed", type=Path, help="folder of the sealed truth (default: DIR.sealed)")
+    for part in (make, score, matrix):
+        part.add_argument("--jobs", type=int, default=2, help="processes at once (default: %(default)s)")
+        part.add_argument("--config", type=Path, default=Path("config"), help="folder with rigs and plants (default: %(default)s)")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    return {"make": _make, "score": _score, "matrix": _matrix}[arguments.part](arguments)
+
+
+def sealed_of(cases: Path, chosen: Path | None) -> Path:
+    """Where the truth of a folder of cases lies."""
+    return (chosen or cases.with_name(cases.name + ".sealed")).resolve()
+
+
+def _make(arguments: argparse.Namespace) -> int:
+    from epa_rt.cli.gap_blind_make import make_all
+    from sim_backend.stand_in.draw import KINDS
+
+    unknown = [kind for kind in arguments.kinds or () if kind not in KINDS]
+    if unknown:
+        raise VerbError(f"--kinds: found {', '.join(unknown)}, expected some of {', '.join(KINDS)}")
+    if arguments.out.exists() and any(arguments.out.iterdir()):
+        raise VerbError(f"{arguments.out}: found a folder with files, expected a new one")
+    make_all(arguments.seed, arguments.cases, tuple(arguments.kinds or KINDS), arguments.out, sealed_of(arguments.out, arguments.sealed),
+             arguments.config, arguments.jobs)
+    return COMPLETED
+
+
+def _score(arguments: argparse.Namespace) -> int:
+    from epa_rt.gap.blind.score import score
+    from epa_rt.gap.blind.seal import SealError
+
+    try:
+        print(score(arguments.cases, sealed_of(arguments.cases, arguments.sealed), arguments.json,
+                    arguments.html or arguments.json.with_suffix(".html"), arguments.diagnoser, arguments.jobs))
+    except SealError as error:
+        raise VerbError(str(error), BAD_INPUT) from None
+    return COMPLETED
+
+
+def _matrix(arguments: argparse.Namespace) -> int:
+    from epa_rt.cli.gap_blind_make import make_matrix
+    from epa_rt.gap.blind.matrix import matrix
+
+    sealed = sealed_of(arguments.out, None)
+    if not (arguments.out / "truth.sha256").exists():
+        make_matrix(arguments.seed, arguments.out, sealed, arguments.config, arguments.jobs)
+    print(matrix(arguments.out, sealed, arguments.diagnoser, arguments.jobs), file=sys.stdout)
+    return COMPLETED

@@ -1,0 +1,80 @@
+"""Making blind cases: worker processes that record, one after the other, and the seal over what they hid."""
+
+import shutil
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing import get_context
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from sim_backend.backend import SimBackend
+    from sim_backend.stand_in.draw import Spec
+
+REDRAWS = 6
+
+
+def make_all(seed: int, cases: int, kinds: tuple[str, ...], out: Path, sealed: Path, config: Path, jobs: int) -> None:
+    """Draws, records and seals; ends with one line on standard output."""
+    from sim_backend.stand_in.draw import draw
+
+    record_all(seed, draw(seed, cases, kinds), out, sealed, config, jobs)
+
+
+def make_matrix(seed: int, out: Path, sealed: Path, config: Path, jobs: int) -> None:
+    """One withheld case for every hidden effect."""
+    from sim_backend.stand_in.draw import one_of_each
+
+    record_all(seed, one_of_each(), out, sealed, config, jobs)
+
+
+def record_all(seed: int, specs: "list[Spec]", out: Path, sealed: Path, config: Path, jobs: int) -> None:
+    """Records every case in a process of its own and seals the truth."""
+    from epa_rt.gap.blind.seal import seal
+    from sim_backend.stand_in.draw import KINDS
+
+    began_s, truths = time.monotonic(), []
+    out.mkdir(parents=True, exist_ok=True)
+    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
+        waiting = [pool.submit(_one, seed, spec, out, config) for spec in specs]
+        for done in as_completed(waiting):
+            truths.append(done.result())
+            print(f"\r{len(truths)} of {len(specs)} cases made", end="", file=sys.stderr, flush=True)
+    print(file=sys.stderr)
+    truths.sort(key=lambda truth: truth["case"])
+    found = seal({"seed": seed, "cases": truths}, sealed, out)
+    counts = {kind: sum(t["kind"] == kind for t in truths) for kind in KINDS}
+    seconds = time.monotonic() - began_s
+    print(f"{len(truths)} cases in {seconds:.0f} s: {', '.join(f'{n} {kind}' for kind, n in counts.items() if n)}; truth in {sealed}, sha256 {found[:16]}")
+
+
+def _one(seed: int, spec: "Spec", out: Path, config: Path) -> dict:
+    """One case; where its candidates do not fit, the next draw of the same kind."""
+    from sim_backend.stand_in.draw import draw
+    from sim_backend.stand_in.make import make_case
+    from sim_backend.stand_in.strengths import Unfit
+
+    path, reason = out / f"case_{spec.index:03d}", ""
+    for turn in range(REDRAWS):
+        try:
+            return {**make_case(seed + 1000003 * turn, spec, path, config, _record), "redrawn": turn}
+        except Unfit as error:
+            reason = str(error)
+            shutil.rmtree(path, ignore_errors=True)
+            again = draw(seed + 1000003 * (turn + 1), 40, (spec.kind,))
+            fitting = [other for other in again if other.rig == spec.rig] or again
+            spec = fitting[0]._replace(index=spec.index, noise=spec.noise, multiple=spec.multiple)
+    raise RuntimeError(f"{path.name}: {reason}")
+
+
+def _record(experiment: Path, rig: Path, plant: Path, backend: "SimBackend", log: Path) -> str:
+    """One run through the whole loop; the log carries the plant that is believed, and nothing of the one behind the bytes."""
+    from epa_rt.cli.inputs import load_inputs
+    from epa_rt.cli.run import run_recorded
+
+    inputs = load_inputs(experiment, rig, plant, with_plant=True)
+    facts = {"rig": inputs.rig.name, "experiment": inputs.experiment.name, "plant": inputs.plant.name, "backend": "sim", "seed": "0",
+             "speed": "unpaced", "period_s": f"{inputs.rig.period_s:g}"}
+    _, result = run_recorded(inputs, backend, log, facts, paced=False, progress=False)
+    return result.outcome

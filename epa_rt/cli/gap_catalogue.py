@@ -1,0 +1,60 @@
+"""List the effects that a diagnosis can name: parameters, bounds, typical strength, equation, source.
+
+  epa gap catalogue
+  epa gap catalogue --json
+"""
+
+import argparse
+import json
+
+from epa_rt.cli.exits import COMPLETED
+from epa_rt.cli.gap_inputs import task_parser
+
+
+def add_parser(tasks: "argparse._SubParsersAction") -> None:
+    task_parser(tasks, "catalogue", __doc__).add_argument("--json", action="store_true", help="as JSON")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    rows = catalogue_rows()
+    if arguments.json:
+        print(json.dumps(rows, indent=2, ensure_ascii=False, allow_nan=False))
+    else:
+        _show(rows)
+    return COMPLETED
+
+
+def catalogue_rows() -> list[dict]:
+    """One entry per effect, its knobs with unit, neutral value, bounds and typical strength."""
+    from epa_rt.models.catalogue import CATALOGUE, knob
+    from epa_rt.models.parameters import neutral_params
+
+    neutral, rows = neutral_params(), []
+    for effect in CATALOGUE:
+        numbers = [(knob(key, neutral), typical) for key, typical in zip(effect.knobs, effect.starts[0], strict=True)]
+        rows.append({"name": effect.name, "family": effect.family, "block": effect.block, "says": effect.says,
+                     "knobs": [{"key": one.key, "unit": one.unit, "neutral": one.value, "low": one.low, "high": one.high, "typical": typical}
+                               for one, typical in numbers],
+                     "equation": effect.equation, "source": effect.source})
+    return rows
+
+
+def _show(rows: list[dict]) -> None:
+    from rich import box
+    from rich.table import Table
+
+    from epa_rt.gap.report.terminal import console
+    from epa_rt.report.shown import pretty
+
+    table = Table("Effect", "Family", "Block", "Knob", "Unit", "Neutral", "Bounds", "Typical", "What, equation, source", box=box.SIMPLE_HEAD, pad_edge=False)
+    for row in rows:
+        for i, one in enumerate(row["knobs"] or [{}]):
+            first = i == 0
+            numbers = (one["key"], pretty(one["unit"]), f"{one['neutral']:g}", f"{one['low']:g} to {one['high']:g}", f"{one['typical']:g}") if one else ("",) * 5
+            told = f"{row['says']}; {row['equation']}; {row['source']}" if first else ""
+            table.add_row(*((row["name"], row["family"], row["block"]) if first else ("", "", "")), *numbers, told)
+    out = console()
+    if not out.is_terminal:
+        out.width = 260
+    out.print(table)
+    out.print(f"{len(rows)} effects in {len({row['family'] for row in rows})} families")

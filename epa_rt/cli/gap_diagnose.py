@@ -1,0 +1,162 @@
+"""Diagnose the gap between logs of a rig and its plant file: where it lies, which effect causes it, how far it shrinks.
+
+What is wrong with the logs is said first. With --holdout the shrinkage is measured on those logs, else on trials that are
+set aside. The gate runs the patched plant file on the same experiment in the simulated rig and measures the gap again.
+
+  epa gap diagnose --rig config/rigs/bench.yaml out/a.mcap out/b.mcap --holdout out/c.mcap --json gap.json --html gap.html
+"""
+
+import argparse
+import sys
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from epa_rt.cli.exits import COMPLETED, STOPPED, VerbError
+from epa_rt.cli.gap_inputs import Opened, add_log_arguments, add_rig_arguments, opened, task_parser
+from epa_rt.cli.gap_progress import progress_shown
+from epa_rt.cli.gap_write import check_writable, write_whole
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from epa_rt.gap.diagnosis import Diagnosis
+    from epa_rt.gap.gate import Gate
+    from epa_rt.gap.recording import Recording
+
+Progress = "Callable[[str, float], None]"
+
+
+def add_parser(tasks: "argparse._SubParsersAction") -> None:
+    parser = task_parser(tasks, "diagnose", __doc__)
+    add_rig_arguments(parser)
+    add_log_arguments(parser)
+    parser.add_argument("--holdout", nargs="+", type=Path, default=(), metavar="LOG", help="logs on which the shrinkage is measured")
+    parser.add_argument("--leave-out", nargs="+", default=(), metavar="EFFECT", help="effects to leave out of the catalogue")
+    parser.add_argument("--json", type=Path, metavar="JSON", help="write the answer for machines")
+    parser.add_argument("--html", type=Path, metavar="PAGE.html", help="write the answer as a page")
+    parser.add_argument("--patch", type=Path, metavar="PLANT.yaml", help="write the patched plant file")
+    parser.add_argument("--picture", type=Path, metavar="PICTURE.svg", help="write the gap before and after as one picture")
+    parser.add_argument("--no-gate", action="store_true", help="do not run the patched plant again")
+    parser.add_argument("--no-plan", action="store_true", help="do not look for the next experiment where effects cannot be told apart")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from epa_rt.gap.report.terminal import console, show, show_found
+
+    for path, endings in ((arguments.json, (".json",)), (arguments.html, (".html", ".htm")), (arguments.patch, (".yaml", ".yml")), (arguments.picture, (".svg",))):
+        check_writable(path, endings)
+    given, out = opened(arguments, arguments.holdout), console()
+    _known(arguments.leave_out, given)
+    show_found(given.found, out)
+    with progress_shown(arguments.quiet) as progress:
+        diagnosis = _diagnosed(given, arguments, progress)
+    write_answer(diagnosis, arguments)
+    gate, code = None, COMPLETED
+    try:
+        with progress_shown(arguments.quiet) as progress:
+            diagnosis, gate = _confirmed(given, diagnosis, arguments, progress)
+    except KeyboardInterrupt:
+        print("epa gap: interrupted; what was found until then stands", file=sys.stderr)
+        code = STOPPED
+    write_answer(diagnosis, arguments)
+    _write_pictures(given, diagnosis, gate, arguments)
+    show(replace(diagnosis, found_first=()), out)
+    for path in (arguments.json, arguments.html, arguments.patch, arguments.picture):
+        if path is not None and path.exists():
+            out.print(str(path))
+    return code
+
+
+def _known(names: tuple[str, ...], given: Opened) -> None:
+    known = [effect.name for effect in given.subject.catalogue]
+    for name in names:
+        if name not in known:
+            raise VerbError(f"--leave-out: found '{name}', expected an effect of this rig's catalogue ({', '.join(known)})")
+
+
+def _diagnosed(given: Opened, arguments: argparse.Namespace, progress: Progress) -> "Diagnosis":
+    from epa_rt.gap.aside import split
+    from epa_rt.gap.diagnose import diagnose
+
+    found = diagnose(given.subject, given.recordings, given.holdout, without=arguments.leave_out, progress=progress)
+    set_aside = bool(given.holdout) or split(given.subject, given.recordings) is not None
+    inputs = {"rig": str(arguments.rig), "plant": str(given.plant or arguments.plant or ""), "logs": [str(r.path) for r in given.recordings],
+              "holdout": [str(r.path) for r in given.holdout], "left_out": list(arguments.leave_out), "set_aside": set_aside}
+    return replace(found, found_first=given.found, inputs=found.inputs | inputs)
+
+
+def _confirmed(given: Opened, diagnosis: "Diagnosis", arguments: argparse.Namespace, progress: Progress) -> "tuple[Diagnosis, Gate | None]":
+    """With the next experiment and the gate, where they are asked for and can be had."""
+    from epa_rt.cli.gap_plan import planned
+
+    if not arguments.no_plan:
+        diagnosis = replace(diagnosis, next_experiment=planned(given, diagnosis, progress))
+        write_answer(diagnosis, arguments)
+    if not diagnosis.effects or (given.rig is None and arguments.patch is None):
+        return diagnosis, None
+    if given.rig is None or arguments.no_gate:
+        if arguments.patch:
+            write_whole(arguments.patch, _patched(given, diagnosis))
+        return diagnosis, None
+    gate = gated(given, diagnosis, arguments.patch, progress)
+    return replace(diagnosis, gate=gate.report), gate
+
+
+def _patched(given: Opened, diagnosis: "Diagnosis") -> str:
+    from epa_rt.gap.patch import patched_text
+
+    return patched_text(diagnosis, given.subject)
+
+
+def gated(given: Opened, diagnosis: "Diagnosis", patch: Path | None, progress: Progress) -> "Gate":
+    """Writes the patched plant file (a passing one where no name is given) and runs it. Raises VerbError."""
+    from epa_rt.cli.gap_simulate import Simulator
+    from epa_rt.gap.gate import GateError, gate
+
+    real = (given.holdout or given.recordings)[0]
+    with tempfile.TemporaryDirectory(prefix="epa-gap-") as folder:
+        path = patch or Path(folder) / f"{given.plant.stem}_patched.yaml"
+        write_whole(path, _patched(given, diagnosis))
+        try:
+            return gate(given.subject, real, given.plant, path, Simulator(Path(folder)).again, diagnosis.shrinkage, progress)
+        except GateError as error:
+            raise VerbError(str(error)) from None
+
+
+def write_answer(diagnosis: "Diagnosis", arguments: argparse.Namespace) -> None:
+    """The JSON as far as it is known, so that an interruption later loses nothing."""
+    from epa_rt.gap.report.as_json import json_text
+
+    if arguments.json:
+        write_whole(arguments.json, json_text(diagnosis))
+
+
+def _write_pictures(given: Opened, diagnosis: "Diagnosis", gate: "Gate | None", arguments: argparse.Namespace) -> None:
+    from epa_rt.gap.report.page import gap_page
+    from epa_rt.gap.report.picture import gap_picture
+    from epa_rt.gap.report.traces import alongside_trace, traces
+
+    if not (arguments.html or arguments.picture):
+        return
+    curves = _curves(given, diagnosis, traces) if diagnosis.effects else ()
+    if arguments.html:
+        write_whole(arguments.html, gap_page(diagnosis, curves))
+    if arguments.picture:
+        trace = alongside_trace(given.subject, gate.real, gate.before, gate.after, gate.twin, _worst(diagnosis)) if gate else next((one for one in curves if not one.is_error), None)
+        if trace is not None:
+            write_whole(arguments.picture, gap_picture(diagnosis, trace))
+
+
+def _curves(given: Opened, diagnosis: "Diagnosis", traces: "Callable") -> tuple:
+    from epa_rt.gap.floor import floors
+
+    recordings: "tuple[Recording, ...]" = given.holdout or given.recordings
+    return traces(given.subject, recordings, diagnosis.refitted, diagnosis.fitted, floors(given.subject, recordings, diagnosis.refitted),
+                  channel=_worst(diagnosis))
+
+
+def _worst(diagnosis: "Diagnosis") -> str | None:
+    """The channel with the largest gap."""
+    return diagnosis.location[0].channel if diagnosis.location else None

@@ -1,0 +1,94 @@
+"""What the tasks of ``epa gap`` read: a rig, a plant, logs, and what is wrong with the logs."""
+
+import argparse
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from epa_rt.cli.exits import EPILOGUE, VerbError
+
+if TYPE_CHECKING:
+    from epa_rt.config.rig import Rig
+    from epa_rt.gap.recording import Recording
+    from epa_rt.gap.subject import Subject
+
+
+@dataclass(frozen=True)
+class Opened:
+    """``rig`` is None for a rig that is not ours. ``found``: what is wrong with the logs, a sentence each.
+
+    ``raw``: the recordings to fit as they were read, with their attachments.
+    """
+
+    subject: "Subject"
+    rig: "Rig | None"
+    plant: Path | None
+    recordings: "tuple[Recording, ...]"
+    holdout: "tuple[Recording, ...]"
+    found: tuple[str, ...]
+
+
+def task_parser(tasks: "argparse._SubParsersAction", name: str, doc: str) -> argparse.ArgumentParser:
+    """A parser of one task, described by its module."""
+    return tasks.add_parser(name, help=doc.strip().splitlines()[0], description=doc, epilog=EPILOGUE, formatter_class=argparse.RawDescriptionHelpFormatter)
+
+
+def add_rig_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--rig", type=Path, required=True, help="rig file (config/rigs/*.yaml)")
+    parser.add_argument("--plant", type=Path, help="plant file as it is believed (default: the one the rig names)")
+
+
+def add_log_arguments(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="logs of the rig (*.mcap)")
+    parser.add_argument("--quiet", action="store_true", help="no progress")
+
+
+def open_rig(rig: Path, plant: Path | None) -> "tuple[Subject, Rig | None, Path | None]":
+    """The subject, the typed rig and the plant file's path; the last two None for a rig that is not ours. Raises ConfigError."""
+    from epa_rt.config.rig import rig_from
+    from epa_rt.config.source import load_yaml
+    from epa_rt.gap.foreign import is_foreign
+    from epa_rt.gap.subjects import open_subject
+
+    if is_foreign(rig):
+        return open_subject(rig, plant), None, plant
+    typed = rig_from(load_yaml(rig))
+    plant = plant or rig.parent / typed.plant
+    return open_subject(rig, plant), typed, plant
+
+
+def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opened:
+    """Rig and logs, the logs checked and cleaned. Raises VerbError where a diagnosis of them would mean nothing."""
+    from epa_rt.gap.hygiene import check, clean
+
+    subject, rig, plant = open_rig(arguments.rig, arguments.plant)
+    recordings = read(arguments.logs, rig) + read(holdout, rig)
+    _unique(recordings)
+    findings = check(recordings, rig)
+    refused = [finding.says for finding in findings if finding.severity == "refuse"]
+    if refused:
+        raise VerbError("; ".join(refused))
+    cleaned, n = clean(recordings, findings), len(arguments.logs)
+    return Opened(subject, rig, plant, cleaned[:n], cleaned[n:], tuple(dict.fromkeys(finding.says for finding in findings)))
+
+
+def read(logs: Sequence[Path], rig: "Rig | None") -> "tuple[Recording, ...]":
+    """Logs as recordings. Raises VerbError."""
+    from epa_rt.gap.read import read_recording, read_recordings
+    from epa_rt.logs.reader import LogError
+
+    try:
+        return tuple(map(read_recording, logs)) if rig is None else read_recordings(logs, rig)
+    except LogError as error:
+        raise VerbError(str(error)) from None
+    except OSError as error:
+        raise VerbError(f"{error.filename}: cannot be read ({error.strerror})") from None
+
+
+def _unique(recordings: "Sequence[Recording]") -> None:
+    seen: dict[str, str] = {}
+    for recording in recordings:
+        if recording.name in seen:
+            raise VerbError(f"found {recording.path} beside {seen[recording.name]}, expected every log once and under a name of its own")
+        seen[recording.name] = recording.path

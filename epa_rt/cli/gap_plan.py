@@ -1,0 +1,71 @@
+"""Propose the experiment that would tell apart what a diagnosis could not, as a file that epa run takes.
+
+Every experiment of the menu is run on the simulated rig, once with each of the rival answers, and the one that sets them
+furthest apart is proposed.
+
+  epa gap plan gap.json --rig config/rigs/bench.yaml out/*.mcap -o next.yaml
+  epa run next.yaml --rig config/rigs/bench.yaml -o out
+"""
+
+import argparse
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from epa_rt.cli.exits import COMPLETED, VerbError
+from epa_rt.cli.gap_inputs import Opened, add_log_arguments, add_rig_arguments, opened, task_parser
+from epa_rt.cli.gap_progress import progress_shown
+from epa_rt.cli.gap_write import check_writable, write_whole
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from epa_rt.gap.diagnosis import Diagnosis, NextExperiment
+
+
+def add_parser(tasks: "argparse._SubParsersAction") -> None:
+    parser = task_parser(tasks, "plan", __doc__)
+    parser.add_argument("diagnosis", type=Path, metavar="JSON", help="what epa gap diagnose --json wrote")
+    add_rig_arguments(parser)
+    add_log_arguments(parser)
+    parser.add_argument("-o", "--out", type=Path, metavar="EXPERIMENT.yaml", help="experiment file to write (default: print it)")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    from epa_rt.gap.patch import PatchError, load_diagnosis
+
+    check_writable(arguments.out, (".yaml", ".yml"))
+    try:
+        diagnosis = load_diagnosis(arguments.diagnosis)
+    except PatchError as error:
+        raise VerbError(str(error)) from None
+    given = opened(arguments)
+    if given.rig is None:
+        raise VerbError(f"{arguments.rig}: found a rig that is not simulated, expected one of this house (only those have a menu of experiments)")
+    with progress_shown(arguments.quiet) as progress:
+        plan = planned(given, diagnosis, progress, within_family=True)
+    if plan is None:
+        print("nothing to tell apart: the diagnosis names no effect that these logs could not separate from another")
+        return COMPLETED
+    if arguments.out is None:
+        print(plan.file)
+    else:
+        write_whole(arguments.out, plan.file)
+    print(f"{arguments.out or plan.name}: {plan.says}")
+    return COMPLETED
+
+
+def planned(given: Opened, diagnosis: "Diagnosis", progress: "Callable[[str, float], None]", within_family: bool = False) -> "NextExperiment | None":
+    """The next experiment; None where nothing is to be told apart, or none of the menu can be run."""
+    from epa_rt.cli.gap_simulate import Simulator
+    from epa_rt.gap.menu import menu
+    from epa_rt.gap.plan import next_experiment
+    from epa_rt.gap.rivals import answers, distance_between, sets_apart
+
+    if given.rig is None or len(sets_apart(diagnosis, given.subject, within_family)) < 2:
+        return None
+    found = answers(given.subject, given.recordings, diagnosis, within_family, progress=lambda stage, share: progress(stage, 0.2 * share))
+    with tempfile.TemporaryDirectory(prefix="epa-gap-") as folder:
+        simulator = Simulator(Path(folder))
+        return next_experiment(found.rivals, menu(given.rig), lambda item, plant: simulator.new(item, plant, given.recordings[0]),
+                               distance_between(given.subject, found), lambda stage, share: progress(stage, 0.2 + 0.8 * share))

@@ -1,0 +1,32 @@
+"""Writing what a diagnosis gives: whole files only, so that an interruption leaves the old one or the new one."""
+
+import os
+import tempfile
+from pathlib import Path
+
+from epa_rt.cli.exits import FAILED, VerbError
+from epa_rt.cli.report import MAGIC
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Writes a file in one step, making its folder. Raises VerbError where it cannot, or where it would write over a log."""
+    try:
+        if path.is_file() and path.open("rb").read(len(MAGIC)) == MAGIC:
+            raise VerbError(f"{path}: found a log, expected another name (no log is overwritten)")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile("w", encoding="utf-8", dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
+            file.write(text)
+        os.chmod(file.name, 0o644)
+        os.replace(file.name, path)
+    except OSError as error:
+        raise VerbError(f"{path}: cannot be written ({error.strerror})", FAILED) from None
+
+
+def check_writable(path: Path | None, endings: tuple[str, ...]) -> None:
+    """Raises VerbError before any work where a file could not be written in the end."""
+    if path is None:
+        return
+    if path.suffix.lower() not in endings:
+        raise VerbError(f"{path}: found the ending '{path.suffix}', expected {' or '.join(endings)}")
+    if path.is_dir():
+        raise VerbError(f"{path}: found a folder, expected a name for a file")
