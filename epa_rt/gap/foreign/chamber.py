@@ -76,6 +76,8 @@ def rate_pa_s(p: np.ndarray, n: Numbers) -> np.ndarray:
         rate = rate - n["leak.laminar_per_s"] * np.maximum(p**2 - ambient**2, 0.0) / (2.0 * ambient)
     if n["leak.orifice_per_s"] != 0.0:
         rate = rate - n["leak.orifice_per_s"] * p * _outflow(ambient / np.maximum(p, ambient))
+    if n["leak.power_per_s"] != 0.0:
+        rate = rate - n["leak.power_per_s"] * over * (over / ambient) ** n["leak.power_ratio"]
     if n["leak.pressure_opened_per_s"] != 0.0:
         rate = rate - n["leak.pressure_opened_per_s"] * np.maximum(p - n["leak.opens_at_pa"], 0.0)
     if n["leak.supply_per_s"] != 0.0:
@@ -92,14 +94,22 @@ def _outflow(ratio: np.ndarray) -> np.ndarray:
     return flow / np.sqrt(CRITICAL ** (2 / KAPPA) - CRITICAL ** ((KAPPA + 1) / KAPPA))
 
 
-def added_pa(seconds: np.ndarray, p: np.ndarray, n: Numbers) -> np.ndarray:
+def added_pa(seconds: np.ndarray, p: np.ndarray, start_pa: float, n: Numbers) -> np.ndarray:
     """What adds to the pressure beside leaks, (n,), up to a constant."""
     added = n["sensor.drift_pa_s"] * seconds + n["gas.ambient_drift_per_s"] * seconds * p
-    if n["gas.heat_pa"] != 0.0:
-        added = added + n["gas.heat_pa"] * np.exp(-seconds / n["gas.heat_s"])
-    if n["walls.creep_pa"] != 0.0:
-        added = added - n["walls.creep_pa"] * np.log1p(seconds / n["walls.creep_s"])
+    if n["gas.heat_ratio"] != 0.0:
+        added = added + n["gas.heat_ratio"] * start_pa * np.exp(-seconds / n["gas.heat_s"])
+    if n["walls.creep_ratio"] != 0.0:
+        added = added - n["walls.creep_ratio"] * start_pa * np.log1p(seconds / n["walls.creep_s"])
     return added
+
+
+def cooled_pa(rate: np.ndarray, period_s: float, n: Numbers) -> np.ndarray:
+    """What the gas lacks because it cools as it leaks out, (n,): dh/dt = (kappa - 1) rate - h / T."""
+    from scipy.signal import lfilter
+
+    kept = np.exp(-period_s / n["gas.cooling_s"])
+    return lfilter([n["gas.cooling_s"] * (1.0 - kept) * (KAPPA - 1.0)], [1.0, -kept], rate)
 
 
 def residual(prepared: Prepared, numbers: Numbers, link: str) -> np.ndarray:
@@ -108,7 +118,9 @@ def residual(prepared: Prepared, numbers: Numbers, link: str) -> np.ndarray:
     for hold in prepared.holds:
         rate = rate_pa_s(hold.pressure_pa, numbers)
         lost = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]))]) / prepared.signals.rate_hz
-        part = pressure[hold.start:hold.stop] - lost - added_pa(hold.seconds, hold.pressure_pa, numbers)
+        if numbers["gas.cooling_s"] != 0.0:
+            lost = lost + cooled_pa(rate, 1.0 / prepared.signals.rate_hz, numbers)
+        part = pressure[hold.start:hold.stop] - lost - added_pa(hold.seconds, hold.pressure_pa, hold.pressure_pa[0], numbers)
         left[hold.start:hold.stop] = part - part[hold.judged].mean() if hold.judged.any() else 0.0
     return left
 
@@ -127,17 +139,29 @@ def free_run(prepared: Prepared, numbers: Numbers) -> Mapping[str, np.ndarray]:
     step = 1.0 / prepared.signals.rate_hz
     first = max(1, round(prepared.signals.rate_hz))
     for hold in prepared.holds:
-        gas = np.empty(len(hold.seconds))
-        gas[0] = hold.pressure_pa[0]
-        for k in range(1, len(gas)):
-            here = gas[k - 1]
-            k1 = rate_pa_s(here, numbers)
-            k2 = rate_pa_s(here + 0.5 * step * k1, numbers)
-            k3 = rate_pa_s(here + 0.5 * step * k2, numbers)
-            gas[k] = here + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + rate_pa_s(here + step * k3, numbers))
-        run = gas + added_pa(hold.seconds, gas, numbers)
+        run = _run(hold.pressure_pa[0], hold.seconds, step, numbers)
         pressure[hold.start:hold.stop] = run - run[:first].mean() + hold.pressure_pa[:first].mean()
     return {"pressure": pressure}
+
+
+def _run(start_pa: float, seconds: np.ndarray, step: float, n: Numbers) -> np.ndarray:
+    """Pressure from a start on: gas at the walls' temperature, and what it lacks by cooling, as two states."""
+
+    def slope(state: np.ndarray) -> np.ndarray:
+        rate = float(rate_pa_s(state[0] + state[1], n))
+        lacking = (KAPPA - 1.0) * rate - state[1] / n["gas.cooling_s"] if n["gas.cooling_s"] != 0.0 else 0.0
+        return np.array([rate, lacking])
+
+    states = np.empty((len(seconds), 2))
+    states[0] = start_pa, 0.0
+    for k in range(1, len(seconds)):
+        here = states[k - 1]
+        k1 = slope(here)
+        k2 = slope(here + 0.5 * step * k1)
+        k3 = slope(here + 0.5 * step * k2)
+        states[k] = here + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + slope(here + step * k3))
+    gas = states.sum(axis=1)
+    return gas + added_pa(seconds, gas, start_pa, n)
 
 
 def _p(key: str, unit: str, of: str | None, low: float, high: float, spread: float, scale: str = "", neutral: float | None = 0.0) -> Parameter:
@@ -149,17 +173,20 @@ _ROWS = (
     _p("leak.linear_per_s", "1/s", "leak_linear", 0.0, 10.0, 3e-3),
     _p("leak.laminar_per_s", "1/s", "leak_laminar", 0.0, 10.0, 1e-3),
     _p("leak.orifice_per_s", "1/s", "leak_orifice", 0.0, 10.0, 3e-3),
+    _p("leak.power_per_s", "1/s", "leak_power", 0.0, 10.0, 3e-3),
+    _p("leak.power_ratio", "1", "leak_power", -0.5, 1.0, 0.2, neutral=0.2),
     _p("leak.pressure_opened_per_s", "1/s", "leak_opened", 0.0, 10.0, 3e-3),
     _p("leak.opens_at_pa", "Pa", "leak_opened", 0.0, 1e8, 1e5, neutral=3e5),
     _p("leak.supply_per_s", "1/s", "leak_in", 0.0, 10.0, 1e-3),
     _p("walls.stretch_per_pa", "1/Pa", "wall_stretch", 0.0, 1e-5, 3e-7),
-    _p("walls.creep_pa", "Pa", "wall_creep", -1e7, 1e7, 3e3),
-    _p("walls.creep_s", "s", "wall_creep", 0.1, 1e4, 5.0, neutral=5.0),
-    _p("gas.heat_pa", "Pa", "fill_heat", -1e7, 1e7, 1e4),
+    _p("walls.creep_ratio", "1", "wall_creep", -0.02, 0.02, 2e-3),
+    _p("walls.creep_s", "s", "wall_creep", 0.5, 100.0, 5.0, neutral=5.0),
+    _p("gas.heat_ratio", "1", "fill_heat", -0.15, 0.15, 0.01),
     _p("gas.heat_s", "s", "fill_heat", 0.5, 20.0, 3.0, neutral=3.0),
-    _p("gas.ambient_drift_per_s", "1/s", "ambient_drift", -1e-2, 1e-2, 3e-5),
-    _p("sensor.drift_pa_s", "Pa/s", "sensor_drift", -1e5, 1e5, 20.0),
-    _p("sensor.zero_pa", "Pa", "sensor_zero", -1e6, 1e6, 5e3),
+    _p("gas.cooling_s", "s", "gas_cooling", 0.0, 100.0, 3.0),
+    _p("gas.ambient_drift_per_s", "1/s", "ambient_drift", -1e-4, 1e-4, 2e-5),
+    _p("sensor.drift_pa_s", "Pa/s", "sensor_drift", -100.0, 100.0, 10.0),
+    _p("sensor.zero_pa", "Pa", "sensor_zero", -3e4, 3e4, 3e3),
 )
 
 
@@ -175,16 +202,20 @@ _EFFECTS = (
           "isentropic nozzle"),
     _leak("leak_opened", ("leak.pressure_opened_per_s", "leak.opens_at_pa"), ((3e-3, 3e5), (0.1, 3e5)), "a leak that opens above a pressure",
           "dp/dt = -k max(p - po, 0)", "delamination, relief"),
+    _leak("leak_power", ("leak.power_per_s", "leak.power_ratio"), ((3e-3, 0.2), (0.05, 0.2)), "a leak that widens (or narrows) with the overpressure",
+          "dp/dt = -k (p - pa) ((p - pa)/pa)^m", "compliant cracks, printed walls"),
     effect("leak_in", "leak_in", "chamber", ("leak.supply_per_s",), ((1e-3,),), "the shut valve lets supply air in", "dp/dt = +k (ps - p)", "valve seat"),
     effect("wall_stretch", "walls", "chamber", ("walls.stretch_per_pa",), ((3e-7,),), "walls that stretch: the volume grows with pressure",
            "dp/dt -> dp/dt / (1 + c (2 p - pa))", "elastic vessel"),
-    effect("wall_creep", "relaxation", "chamber", ("walls.creep_pa", "walls.creep_s"), ((3e3, 5.0), (3e3, 50.0)), "walls that creep under load",
-           "p -> p - B ln(1 + t/t0)", "polymer creep"),
-    effect("fill_heat", "relaxation", "chamber", ("gas.heat_pa", "gas.heat_s"), ((1e4, 3.0), (-1e4, 3.0), (1e4, 12.0)),
-           "gas that cools (or warms) after the fill", "p -> p + A exp(-t/T)", "heat transfer after a fill"),
-    effect("ambient_drift", "drift", "chamber", ("gas.ambient_drift_per_s",), ((3e-5,), (-3e-5,)), "a room that warms or cools", "p -> p (1 + a t)", "ideal gas"),
-    effect("sensor_drift", "drift", "chamber", ("sensor.drift_pa_s",), ((20.0,), (-20.0,)), "a pressure sensor that drifts", "p_read -> p_read + d t", "sensor data sheets"),
-    effect("sensor_zero", "sensor", "chamber", ("sensor.zero_pa",), ((5e3,), (-5e3,)), "a pressure sensor with a wrong zero", "p = p_read - z", "calibration"),
+    effect("wall_creep", "relaxation", "chamber", ("walls.creep_ratio", "walls.creep_s"), ((2e-3, 5.0), (2e-3, 50.0)), "walls that creep under load",
+           "p -> p - b p0 ln(1 + t/t0)", "polymer creep"),
+    effect("fill_heat", "relaxation", "chamber", ("gas.heat_ratio", "gas.heat_s"), ((0.01, 3.0), (-0.01, 3.0), (0.01, 12.0)),
+           "gas that cools (or warms) after the fill", "p -> p + a p0 exp(-t/T)", "heat transfer after a fill"),
+    effect("gas_cooling", "gas", "chamber", ("gas.cooling_s",), ((3.0,), (10.0,)), "gas that cools as it leaks out and warms at the walls",
+           "dh/dt = (kappa - 1) dp/dt - h/T, p -> p + h", "energy balance of a discharge"),
+    effect("ambient_drift", "drift", "chamber", ("gas.ambient_drift_per_s",), ((2e-5,), (-2e-5,)), "a room that warms or cools", "p -> p (1 + a t)", "ideal gas"),
+    effect("sensor_drift", "drift", "chamber", ("sensor.drift_pa_s",), ((10.0,), (-10.0,)), "a pressure sensor that drifts", "p_read -> p_read + d t", "sensor data sheets"),
+    effect("sensor_zero", "sensor", "chamber", ("sensor.zero_pa",), ((3e3,), (-3e3,)), "a pressure sensor with a wrong zero", "p = p_read - z", "calibration"),
 )
 
 COMPONENT = Component(

@@ -1,6 +1,6 @@
 """Rig files of component rigs: which column is what, settings that are known, rates. YAML, every number with its unit."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +8,13 @@ from epa_rt.config.fields import Frozen, Name, quantity
 from epa_rt.config.source import Located, Location, load_yaml, validate
 from epa_rt.config.units import UnitError, parse_quantity
 from epa_rt.gap.foreign.component import Component
+
+
+class SlowNoise(Frozen):
+    """What a channel wanders by from one run to the next, as repeats show it: a first-order process."""
+
+    rms: str | float
+    time: quantity("s", 1e-3, 1e6)
 
 
 class RigText(Frozen):
@@ -20,11 +27,14 @@ class RigText(Frozen):
     lowpass: quantity("Hz", 0.001, 1e5)         # zero-phase, before they are thinned out to that rate
     channels: dict[Name, str]
     settings: dict[Name, str | float] = {}
+    steps: dict[Name, str | float] = {}         # by role: what a reading jumps by
+    slow_noise: dict[Name, SlowNoise] = {}      # by role: what repeats differ by beyond sample noise
 
 
 @dataclass(frozen=True)
 class ForeignRig:
-    """``channels``: role to column name; ``settings``: every setting of the kind in SI."""
+    """``channels``: role to column name; ``settings``: every setting of the kind in SI; ``steps``: role to a reading's step,
+    ``slow_noise``: role to rms and time constant, where said."""
 
     name: str
     component: Component
@@ -33,6 +43,8 @@ class ForeignRig:
     lowpass_hz: float
     channels: dict[str, str]
     settings: dict[str, float]
+    steps: dict[str, float] = field(default_factory=dict)
+    slow_noise: dict[str, tuple[float, float]] = field(default_factory=dict)
 
 
 def load_rig(path: Path) -> ForeignRig:
@@ -54,7 +66,21 @@ def load_rig(path: Path) -> ForeignRig:
         if channel.required and channel.role not in text.channels:
             raise source.error(("channels",), "nothing", f"the key '{channel.role}': the column with {channel.says}")
     plant = (path.parent / text.plant) if text.plant else None
-    return ForeignRig(text.rig, component, plant, text.rate, text.lowpass, dict(text.channels), _settings(source, component, text.settings))
+    return ForeignRig(text.rig, component, plant, text.rate, text.lowpass, dict(text.channels), _settings(source, component, text.settings),
+                      _by_role(source, component, "steps", text.steps), _slow_noise(source, component, text.slow_noise))
+
+
+def _by_role(source: Located, component: Component, section: str, written: dict[str, Any], last: tuple[str, ...] = ()) -> dict[str, float]:
+    units = {channel.role: channel.unit for channel in component.channels}
+    for role in written:
+        if role not in units:
+            raise source.error((section, role), f"'{role}'", f"one of {', '.join(sorted(units))}")
+    return {role: bounded(source, (section, role, *last), text, units[role], 0.0, 1e9) for role, text in written.items()}
+
+
+def _slow_noise(source: Located, component: Component, written: dict[str, SlowNoise]) -> dict[str, tuple[float, float]]:
+    sizes = _by_role(source, component, "slow_noise", {role: noise.rms for role, noise in written.items()}, ("rms",))
+    return {role: (sizes[role], noise.time) for role, noise in written.items()}
 
 
 def _settings(source: Located, component: Component, written: dict[str, Any]) -> dict[str, float]:

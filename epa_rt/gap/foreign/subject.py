@@ -8,6 +8,7 @@ import numpy as np
 from epa_rt.gap.foreign.baseline import Baseline
 from epa_rt.gap.foreign.component import Experiment, scaled
 from epa_rt.gap.foreign.plant_file import ForeignPlant, plant_text, sized
+from epa_rt.gap.foreign.readings import as_read
 from epa_rt.gap.foreign.repeats import lap_differences, lap_samples
 from epa_rt.gap.foreign.rig_file import ForeignRig
 from epa_rt.gap.foreign.signals import Signals, lowpass, on_grid
@@ -102,7 +103,7 @@ class ForeignSubject:
         places = np.asarray(recording.cycle - recording.cycle[0], dtype=np.int64)
         for role, made in run.items():
             if seed is not None and role in ready.signals.columns:
-                made = _as_read(made, ready.signals, role, rng)
+                made = as_read(made, ready.signals, role, self.rig, rng)
             made = np.where(ready.signals.valid[role], made, np.nan) if role in ready.signals.valid and ready.signals.valid[role].any() else made
             columns[self.rig.channels[role]] = made[places]
         return replace(recording, columns=columns)
@@ -135,15 +136,3 @@ class ForeignSubject:
 def _knob(row, value: float) -> Knob:
     spread = row.spread if row.effect is not None or row.absolute else row.spread * abs(value)
     return Knob(row.key, row.unit, value, row.low, row.high, spread, row.effect)
-
-
-def _as_read(made: np.ndarray, signals: Signals, role: str, rng: np.random.Generator) -> np.ndarray:
-    """With noise as strong as the channel's own above the low-pass, and with its steps."""
-    measured, valid = signals.columns[role], signals.valid[role]
-    moves = np.abs(np.diff(measured[valid]))
-    steps = moves[moves > 0.0]
-    step = float(np.quantile(steps, 0.05)) if len(steps) else 0.0
-    rough = np.diff(measured, 2)[valid[2:]]
-    noise = float(1.4826 * np.median(np.abs(rough)) / np.sqrt(6.0)) if len(rough) else 0.0
-    read = made + noise * rng.standard_normal(len(made))
-    return np.round(read / step) * step if step > 0.0 and noise < step else read
