@@ -17,6 +17,7 @@ class Part:
         self.name, self.rate_hz, self.links = subject.name, subject.rate_hz, subject.links
         self.nominal, self.catalogue, self.knobs = subject.nominal, subject.catalogue, subject.knobs
         self.touched, self.patched, self.free_run = subject.touched, subject.patched, subject.free_run
+        self.repeats = getattr(subject, "repeats", None)   # of the whole recording: its laps
 
     def prepare(self, recording: Recording) -> tuple[object, Recording]:
         return self._subject.prepare(recording), recording
