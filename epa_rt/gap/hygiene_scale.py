@@ -28,7 +28,7 @@ def check_scale(recording: Recording, rig: Rig) -> list[Finding]:
         values = recording.columns.get(row.name)
         if values is None or row.name.endswith("_raw") or not np.isfinite(values).any():
             continue
-        found += _outside(recording, row, values) or _counts(recording, rig, row, values) or _pushes(recording, row, values)
+        found += _pushes(recording, row, values) or _outside(recording, row, values) or _counts(recording, rig, row, values)
     for muscle in rig.muscles:
         if not any(finding.channel == muscle.pressure for finding in found):
             found += _atmosphere(recording, rig, muscle.pressure, muscle.inlet, muscle.exhaust)

@@ -13,6 +13,8 @@ _FROZEN_S = 0.05       # of a channel with noise
 _WINDOW_S = 0.2        # of a channel without: windows in which it should move
 _STEPS_EXPECTED = 6.0  # steps of the converter that it should move by
 _NOISE_COUNTS = 1.0    # standard deviation above which a channel is never twice the same for long
+_FLICKERS = 0.4        # share of changes that go back: a last step that noise moves
+_STILL_S, _STILL_AT_END_S, _LONGER, _USUAL_RANK = 0.3, 0.1, 3.0, 4
 _AT_END_ROWS = 30
 _AT_REST_ROWS = 100
 
@@ -38,7 +40,7 @@ def check_values(recording: Recording, rig: Rig | None) -> list[Finding]:
         if _is_noisy(values, count, rig is not None and _is_analog(rig, name)):
             found += _frozen(recording, name, values)
         elif rig is not None and name not in (rig.motor.position, rig.motor.speed):
-            found += _standing(recording, rig, name, values, count)
+            found += _standing(recording, rig, name, values, count) or _still(recording, name, values)
     return found
 
 
@@ -141,3 +143,25 @@ def _standing(recording: Recording, rig: Rig, name: str, values: np.ndarray, ste
     end = "; it is at its " + ("highest" if value == np.nanmax(values) else "lowest") + " value, as of a sensor at the end of its range" if value in (np.nanmin(values), np.nanmax(values)) else ""
     return [_of(recording, "exclude", "saturated" if end else "frozen", name, f"found {value:.6g} without any change at {seconds(recording, where[0][0]):.3f} s ({len(where)} windows of {_WINDOW_S:g} s) "
                 f"while {motion_name} moved, expected about {per_motion * moved[dead][0]:.3g} of motion{end}; they are left out", where)]
+
+
+def _still(recording: Recording, name: str, values: np.ndarray) -> list[Finding]:
+    """A channel whose last step flickers, and that for a while does not, far longer than otherwise."""
+    trial = judged_rows(recording, trials_only=True)
+    changes = np.diff(values[~trial])  # outside of the trials, where few motions go to and fro
+    changes = changes[np.isfinite(changes) & (changes != 0.0)]
+    if not trial.any() or len(changes) < 100 or np.mean(changes[1:] * changes[:-1] < 0.0) < _FLICKERS:
+        return []
+    runs = [(a - 1, b) for a, b in stretches(np.concatenate([[False], np.diff(values) == 0.0]) & trial)]
+    found = []
+    for end in (None, float(np.nanmax(values[trial])), float(np.nanmin(values[trial]))):
+        own = [run for run in runs if end is None or values[run[0]] == end]
+        others = sorted((b - a for a, b in runs if end is None or values[a] != end), reverse=True)
+        usual = others[min(_USUAL_RANK, len(others) - 1)] if others else 0
+        least = max((_STILL_S if end is None else _STILL_AT_END_S) / recording.period_s, _LONGER * usual)
+        still = [(a, b) for a, b in own if b - a > least]
+        if still and usual and (end is None or len(still) >= 3):
+            kind, where = ("frozen", "") if end is None else ("saturated", f", its {'highest' if end == np.nanmax(values[trial]) else 'lowest'} value")
+            found.append(_of(recording, "exclude", kind, name, f"found {values[still[0][0]]:.6g}{where}, without a flicker from {seconds(recording, still[0][0]):.3f} s on for {still[0][1] - still[0][0]} rows "
+                             f"({len(still)} stretches), expected one within some {usual} rows as otherwise; they are left out", still))
+    return found[:1]
