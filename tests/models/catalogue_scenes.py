@@ -109,3 +109,12 @@ def alone(block: str, params: np.ndarray, scene: Scene, t: np.ndarray) -> dict[s
         return {"needed_n": load.load_force_over_log(params, place, rate, np.gradient(rate, PERIOD_S), PERIOD_S)}
     readings = sensors.sensors_over_log(params, t, PERIOD_S)
     return {name: readings[name] for name in SENSORS.names}
+
+
+def real(params: np.ndarray, out: np.ndarray, t: np.ndarray) -> dict[str, np.ndarray]:
+    """What the outputs of ``alone`` are in the whole plant."""
+    drawn = load.along_load(params[0]["load"], 1.0, 0.0), load.along_load(params[0]["load"], 0.0, 1.0)
+    return {"current": t["motor_current_a"], "torque": t["motor_torque_nm"], "needed_a": t["motor_current_a"],
+            "travel": t["travel_m"], "pressure": t["pressure_pa"][:, 0], "force": t["muscle_force_n"][:, 0],
+            "needed_n": drawn[0] * t["muscle_force_n"][:, 0] + drawn[1] * t["muscle_force_n"][:, 1],
+            **{name: out[name] for name in SENSORS.names}}

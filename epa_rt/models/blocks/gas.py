@@ -96,9 +96,9 @@ def rates(p, c, mass, volume, pressure_pa, supply_pa, inlet, exhaust):
 
     With valves shut and no leak or heat the first two are exactly zero: p V^n and the mass are constant.
     """
-    if p.inlet_stuck_ratio != 0.0:
+    if inlet != 0.0 and p.inlet_stuck_ratio != 0.0:
         inlet *= 1.0 - p.inlet_stuck_ratio
-    if p.exhaust_stuck_ratio != 0.0:
+    if exhaust != 0.0 and p.exhaust_stuck_ratio != 0.0:
         exhaust *= 1.0 - p.exhaust_stuck_ratio
     inlet = max(inlet, p.inlet_seat_leak_ratio)
     exhaust = max(exhaust, p.exhaust_seat_leak_ratio)
