@@ -14,6 +14,8 @@ from epa_rt.gap.subject import Subject, Values
 
 ORDER = 16      # of the whitening filter
 TWINS = 6       # per recording
+APART = 0.3     # of a nominal parameter's spread, between twins
+RIDGE = 0.01    # white part of the variance: no band is trusted to be much quieter than the rest
 LEAST = 1e-12   # what no floor falls below, in its link's unit: data without noise
 SURE = 4.0      # deviations by which a bias must stand out from what few twins leave by chance
 
@@ -62,7 +64,7 @@ def floors(subject: Subject, recordings: Sequence[Recording], values: Values, re
         if not any(np.isfinite(own[r.name][link.name]).any() for r in recordings):
             continue
         bias, noise = _of_twins({name: [twin[link.name] for twin in made] for name, made in twins.items()})
-        again = _of_repeats(recordings, own, link.name, repeats or ())
+        again = _of_repeats(recordings, own, link.name, repeats or ()) or _of_laps(subject, recordings, values, link.name)
         source = "repeats" if again else ("twin" if noise else "sensors")
         floor = _fitted(link.name, again or noise or [_rough(own[r.name][link.name]) for r in recordings], source)
         found[link.name] = _with_bias(floor, bias)
@@ -75,13 +77,22 @@ def _residuals(subject: Subject, recording: Recording, values: Values) -> dict[s
 
 
 def _twins(subject: Subject, recording: Recording, values: Values, seed: int) -> list[dict[str, np.ndarray]]:
-    """Residuals of TWINS free runs of a recording, judged where the recording is; none where there is no model of the whole."""
+    """Residuals of TWINS free runs of a recording, judged where the recording is; none where there is no model of the whole.
+
+    Each twin is another plant near ``values`` and is judged as that plant: rounding that hangs on the commands is then the
+    same in all and counts as bias, rounding that hangs on chance does not.
+    """
+    random = np.random.default_rng(seed)
     found = []
     for i in range(TWINS):
-        twin = subject.free_run(recording, values, seed * TWINS + i + 1)
+        own = dict(values)
+        for knob in subject.nominal:
+            at = own.get(knob.key, knob.value) + APART * knob.spread * random.standard_normal()
+            own[knob.key] = float(np.clip(at, knob.low, knob.high))
+        twin = subject.free_run(recording, own, int(random.integers(1, 2**31)))
         if twin is None:
             return []
-        found.append(_residuals(subject, twin, values))
+        found.append(_residuals(subject, twin, own))
     return found
 
 
@@ -123,6 +134,13 @@ def _of_repeats(recordings: Sequence[Recording], own: Mapping[str, Mapping[str, 
     return [x for x in found if np.isfinite(x).sum() > 4 * ORDER]
 
 
+def _of_laps(subject: Subject, recordings: Sequence[Recording], values: Values, link: str) -> list[np.ndarray]:
+    """What the laps of a recording differ by, where its subject can say so (``repeats(recording, values)``, optional)."""
+    laps = getattr(subject, "repeats", None)
+    found = [laps(recording, values) for recording in recordings] if laps else []
+    return [one[link] for one in found if one and np.isfinite(one[link]).sum() > 4 * ORDER]
+
+
 def _trials(recording: Recording, every: int = 10) -> list[slice]:
     return [slice(span.start // every, span.stop // every) for span in recording.spans if span.trial] or [slice(None)]
 
@@ -157,6 +175,6 @@ def levinson(covariance: np.ndarray) -> tuple[np.ndarray, float]:
     from scipy.linalg import solve_toeplitz
 
     steady = covariance.copy()
-    steady[0] *= 1.0 + 1e-9
+    steady[0] *= 1.0 + RIDGE
     ar = solve_toeplitz(steady[:-1], steady[1:])
     return ar, float(np.sqrt(max(steady[0] - ar @ steady[1:], 1e-9 * steady[0])))

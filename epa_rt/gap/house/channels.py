@@ -30,13 +30,13 @@ class Channel(NamedTuple):
     low: float
     high: float
 
-    def quantised(self, values: np.ndarray, shift: float = 0.0) -> np.ndarray:
-        """(N,) port values as the device presents them; ``shift`` (in steps) moves its grid."""
+    def quantised(self, values: np.ndarray) -> np.ndarray:
+        """(N,) port values as the device presents them."""
         if self.step == 0.0:
             return values
-        steps = (values - self.anchor) / self.step + shift
+        steps = (values - self.anchor) / self.step
         counts = np.floor(steps) if self.floors else np.floor(steps + 0.5)
-        return np.clip((counts - shift) * self.step + self.anchor, self.low, self.high)
+        return np.clip(counts * self.step + self.anchor, self.low, self.high)
 
     def to_column(self, port_values: np.ndarray) -> np.ndarray:
         return (port_values - self.offset) / self.scale

@@ -73,7 +73,7 @@ class Bench:
         if port is None:
             zero = self.zero()
             return zero, zero, zero
-        gain, late = instruments.gain_of(self.sensors, port), self.cycles("joint_skew_s") if port == "joint_angle_rad" else 0.0
+        gain, late = instruments.line_of(self.sensors, port)[0], self.cycles("joint_skew_s") if port == "joint_angle_rad" else 0.0
         place = instruments.straight(self.sensors, port, p.smooth["place"], p.period_s)
         return tuple(instruments.moved(x, late) for x in (place, p.smooth["place_speed"] / gain, p.smooth["place_acceleration"] / gain))
 

@@ -47,8 +47,10 @@ def shown(sensors, port: str, value: np.ndarray, period_s: float) -> np.ndarray:
     return value if gain == 1.0 and offset == 0.0 else gain * value + offset
 
 
-def gain_of(sensors, port: str) -> float:
-    return float(sensors[_FIELDS[port][0]])
+def line_of(sensors, port: str) -> tuple[float, float]:
+    """Gain and offset of a channel."""
+    gain, offset = _FIELDS[port]
+    return float(sensors[gain]), float(sensors[offset])
 
 
 def moved(values: np.ndarray, cycles: float) -> np.ndarray:

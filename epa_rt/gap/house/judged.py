@@ -32,7 +32,7 @@ def judged(prepared: Prepared, params: np.ndarray, link: str) -> np.ndarray:
     if link in ("drive", "motor", "torque"):
         off = prepared.commands["enabled"] < 0.5
         bad |= off | _after(off, round(ENABLED_S / period))
-    if link in ("drive", "motor", "encoder"):
+    if link in ("drive", "motor", "torque", "encoder"):
         bad |= prepared.standing
     edge = np.zeros(prepared.count, bool)
     edge[:round(START_S / period)] = True

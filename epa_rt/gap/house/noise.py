@@ -1,11 +1,14 @@
 """How noisy a recording's instruments are, from the recording alone, with their steps taken into account."""
 
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from epa_rt.gap.house.channels import Channel
-from epa_rt.gap.house.prepared import Prepared
+
+if TYPE_CHECKING:
+    from epa_rt.gap.house.prepared import Prepared
 
 WINDOW = 32          # samples
 CALM = 0.25          # quantile of the windows that is taken for noise alone: elsewhere the signal itself may be rough
@@ -13,7 +16,7 @@ SURE = 0.1           # of a step: less noise than this cannot be told from none
 _THIRD = np.array([1.0, -3.0, 3.0, -1.0]) / np.sqrt(20.0)  # white noise passes with its own size, a parabola not at all
 
 
-def noise_of(prepared: Prepared, channels: dict[str, Channel], made: Prepared | None = None) -> dict[str, float]:
+def noise_of(prepared: "Prepared", channels: dict[str, Channel], made: "Prepared | None" = None) -> dict[str, float]:
     """Port to the standard deviation of its noise before rounding, in the port's unit.
 
     ``made``: the same recording as the noise-free plant would have made it; what both have in common is no noise.

@@ -8,6 +8,7 @@ from epa_rt.config.rig import Rig
 from epa_rt.gap.house import smooth
 from epa_rt.gap.house.channels import Channel
 from epa_rt.gap.house.commands import commands_of
+from epa_rt.gap.house.rounding import unrounded
 from epa_rt.gap.house.whole import on_grid
 from epa_rt.gap.recording import Recording
 
@@ -60,6 +61,8 @@ def prepare(rig: Rig, channels: dict[str, Channel], hold_s: float, recording: Re
         readings[port] = smooth.bridged(raw) * channel.scale + channel.offset
         if channel.floors:
             readings[port] = readings[port] + 0.5 * channel.step  # a counter cuts downward
+        if "gauge" in port:
+            readings[port] = unrounded(readings[port], channel)
     commands = commands_of(rig, columns)
     hold = max(int(hold_s / period + 0.5), 1)
     angle_raw = readings.get("motor_angle_rad", np.zeros(len(commands)))

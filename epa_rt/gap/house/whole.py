@@ -29,8 +29,7 @@ def run_whole(rig: Rig, channels: dict[str, Channel], params: np.ndarray, subste
               noise: dict[str, float] | None, seed: int, hold_phase: int) -> Recording:
     """A recording of the plant ``params`` (1,) under the sent commands, from rest.
 
-    ``noise``: port to standard deviation; with it readings are noisy and quantised (each device's grid moved by a random
-    part of a step, so that two runs do not share their rounding), without it (None) neither. ``hold_phase``: row on which
+    ``noise``: port to standard deviation; with it readings are noisy and quantised, without it (None) neither. ``hold_phase``: row on which
     the encoder first renews.
     """
     columns, place = on_grid(recording)
@@ -49,7 +48,7 @@ def run_whole(rig: Rig, channels: dict[str, Channel], params: np.ndarray, subste
         values = readings[port][place]
         if noise is not None:
             values = values + noise.get(port, 0.0) * random.standard_normal(len(values))
-            values = channel.quantised(values, random.random())
+            values = channel.quantised(values)
         elif channel.floors:
             values = values - 0.5 * channel.step  # as a counter shows them on average
         made[channel.column] = channel.to_column(values)
