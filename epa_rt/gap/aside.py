@@ -1,11 +1,12 @@
 """Trials set aside: a subject that judges only some samples of its recordings."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from epa_rt.gap.alongside import trials
-from epa_rt.gap.recording import Recording
+from epa_rt.gap.recording import Recording, Span
 from epa_rt.gap.subject import Subject, Values
 
 
@@ -16,7 +17,7 @@ class Part:
         self._subject, self._windows = subject, windows
         self.name, self.rate_hz, self.links = subject.name, subject.rate_hz, subject.links
         self.nominal, self.catalogue, self.knobs = subject.nominal, subject.catalogue, subject.knobs
-        self.touched, self.patched, self.free_run = subject.touched, subject.patched, subject.free_run
+        self.touched, self.patched = subject.touched, subject.patched
         self.repeats = getattr(subject, "repeats", None)   # of the whole recording: its laps
 
     def prepare(self, recording: Recording) -> tuple[object, Recording]:
@@ -30,6 +31,18 @@ class Part:
             a, b = (round(edge * recording.period_s * self.rate_hz) for edge in (start, stop))
             outside[a:b] = False
         return np.where(outside, np.nan, found)
+
+    def free_run(self, recording: Recording, values: Values, seed: int | None) -> Recording | None:
+        found = self._subject.free_run(recording, values, seed)
+        return found and replace(found, name=recording.name)   # so that its windows are those of the recording
+
+    def only(self, recordings: Sequence[Recording]) -> tuple[Recording, ...]:
+        """The recordings that have a window, with those trials alone that lie in one: what is to be judged in free run."""
+        return tuple(replace(one, spans=tuple(replace(span, trial=span.trial and self._inside(one.name, span)) for span in one.spans))
+                     for one in recordings if self._windows.get(one.name))
+
+    def _inside(self, name: str, span: Span) -> bool:
+        return any(start <= span.start and span.stop <= stop for start, stop in self._windows[name])
 
     def features(self, prepared: tuple[object, Recording], link: str) -> Mapping[str, np.ndarray]:
         return self._subject.features(prepared[0], link)

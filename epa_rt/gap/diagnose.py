@@ -49,7 +49,7 @@ def diagnose(subject: Subject, recordings: Sequence[Recording], holdout: Sequenc
     fitted, judged = halves or (subject, subject)
     found = attributed(fitted, recordings, tuple(without), repeats, seed, floors, progress, stop)
     progress("how far", 0.8)
-    rows = _how_far(judged, holdout or recordings, found, floors, seed, progress) if how_far else ()
+    rows = _how_far(judged, holdout or (judged.only(recordings) if halves else recordings), found, floors, seed, lambda stage, share: progress(stage, 0.8 + 0.15 * share)) if how_far else ()
     progress("what is left", 0.95)
     answer = composed(fitted, recordings, found, rows)
     done = answer.as_json() | {"seconds": time.monotonic() - begun}
