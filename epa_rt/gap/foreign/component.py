@@ -99,6 +99,8 @@ class Component:
     features: Callable[[object, str], Mapping[str, np.ndarray]]
     free_run: Callable[[object, Numbers], Mapping[str, np.ndarray]] | None = None
     menu: Callable[[Numbers], tuple[Experiment, ...]] | None = None
+    settled: float = 2.0  # cut-off periods after which the filters have forgotten a hole or an end; 5 where two follow each other
+    flat: bool = False   # weigh all frequencies up to the low-pass alike, whatever the colour of what laps differ by
     needs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # roles that a link needs beside its output
 
 

@@ -77,5 +77,5 @@ COMPONENT = Component(
     links=((Link("force", "piston", "piston_force_n", "N", "pressure and motion to the force at the rod"), "force"),),
     parameters=(*_OWN, *(p for law in LAWS for p in law.parameters)),
     effects=(*(law.effect for law in LAWS), *_EFFECTS),
-    prepare=prepare, residual=residual, features=features, needs={"force": ("position", "pressure")},
+    prepare=prepare, residual=residual, features=features, settled=5.0, needs={"force": ("position", "pressure")},
 )

@@ -59,3 +59,10 @@ def lap_differences(residual: np.ndarray, lag: float) -> np.ndarray:
     if usable > 0:
         later[:usable] = (1.0 - part) * residual[whole:whole + usable] + part * residual[whole + 1:whole + 1 + usable]
     return (later - residual) / np.sqrt(2.0)
+
+
+def colourless(x: np.ndarray) -> np.ndarray:
+    """The same numbers in another order, NaN where they were: their size without their colour."""
+    found, good = x.copy(), np.isfinite(x)
+    found[good] = np.random.default_rng(0).permutation(x[good])
+    return found

@@ -91,7 +91,7 @@ def _p(key: str, unit: str, of: str | None, low: float, high: float, spread: flo
 _ROWS = (
     _p("joint.gain_per_s", "1/s", None, 0.1, 1e3, 0.2, None),
     _p("joint.lag_s", "s", None, 1e-3, 5.0, 0.3, None),
-    Parameter("sensor.zero_rad", "rad", None, -0.5, 0.5, 0.01, LINK, absolute=True),
+    Parameter("sensor.zero_rad", "rad", None, -0.1, 0.1, 0.01, LINK, absolute=True),
     _p("drive.gain_loss_ratio", "1", "gain_loss", -2.0, 0.95, 0.2),
     _p("drive.deadband_rad", "rad", "deadband", 0.0, 0.5, 0.01),
     _p("drive.delay_s", "s", "delay", 0.0, 0.5, 0.02),

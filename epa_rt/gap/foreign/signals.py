@@ -7,7 +7,6 @@ import numpy as np
 from epa_rt.gap.recording import Recording, Span
 
 ORDER = 4           # of the Butterworth low-pass, run forwards and backwards
-SETTLED = 2.0       # cut-off periods after which a filter has forgotten a hole or an end
 
 
 @dataclass
@@ -41,11 +40,11 @@ class Signals:
         """Central difference per second, (N,)."""
         return np.gradient(values) * self.rate_hz
 
-    def settled(self, valid: np.ndarray) -> np.ndarray:
-        """Where a filtered signal is free of holes and of the recording's ends, (N,) bool."""
+    def settled(self, valid: np.ndarray, periods: float) -> np.ndarray:
+        """Where a filtered signal is free of holes and of the recording's ends, (N,) bool: so many cut-off periods away."""
         if self.lowpass_hz >= 0.5 * self.rate_hz:
             return valid.copy()
-        reach = int(np.ceil(SETTLED / self.lowpass_hz * self.rate_hz))
+        reach = int(np.ceil(periods / self.lowpass_hz * self.rate_hz))
         bad = np.concatenate([[1.0], np.where(valid, 0.0, 1.0), [1.0]])
         near = np.convolve(bad, np.ones(2 * reach + 1), mode="same") > 0.5
         return ~near[1:-1]

@@ -9,7 +9,7 @@ from epa_rt.gap.foreign.baseline import Baseline
 from epa_rt.gap.foreign.component import Experiment, scaled
 from epa_rt.gap.foreign.plant_file import ForeignPlant, plant_text, sized
 from epa_rt.gap.foreign.readings import as_read
-from epa_rt.gap.foreign.repeats import lap_differences, lap_samples
+from epa_rt.gap.foreign.repeats import colourless, lap_differences, lap_samples
 from epa_rt.gap.foreign.rig_file import ForeignRig
 from epa_rt.gap.foreign.signals import Signals, lowpass, on_grid
 from epa_rt.gap.recording import Recording
@@ -34,6 +34,8 @@ class ForeignSubject:
     def __init__(self, rig: ForeignRig, plant: ForeignPlant, leave_out: frozenset[str] = frozenset(), baseline: Baseline | None = None) -> None:
         component = rig.component
         self.name, self.rate_hz = rig.name, rig.rate_hz
+        unsaid = {channel.role: f"cmd_{channel.role}" for channel in component.channels if not channel.required}
+        rig = replace(rig, channels={**unsaid, **rig.channels})
         self.rig, self.plant, self.leave_out, self.baseline = rig, plant, leave_out, baseline
         self.links: tuple[Link, ...] = tuple(link._replace(channel=rig.channels.get(role, link.channel)) for link, role in component.links)
         self._roles = {link.name: role for link, role in component.links}
@@ -73,7 +75,7 @@ class ForeignSubject:
     def _judged(self, signals: Signals, link: str) -> np.ndarray:
         needed = (self._roles[link], *self.rig.component.needs.get(link, ()))
         valid = np.logical_and.reduce([signals.valid[role] for role in needed])
-        return signals.settled(valid)[::signals.stride]
+        return signals.settled(valid, self.rig.component.settled)[::signals.stride]
 
     def _numbers(self, values: Values) -> dict[str, float]:
         unknown = [key for key in values if key not in self._parameters]
@@ -115,7 +117,8 @@ class ForeignSubject:
         lap = lap_samples(measured, ready.signals.rate_hz)
         if lap is None:
             return None
-        return {link.name: lap_differences(self.residual(ready, values or {}, link.name), lap / ready.signals.stride) for link in self.links}
+        apart = {link.name: lap_differences(self.residual(ready, values or {}, link.name), lap / ready.signals.stride) for link in self.links}
+        return {name: colourless(x) for name, x in apart.items()} if self.rig.component.flat else apart
 
     def patched(self, values: Values, effects: Sequence[str]) -> str:
         """Text of a plant file with these values, which reads back to the same numbers."""
