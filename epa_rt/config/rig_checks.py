@@ -31,6 +31,7 @@ def check_rig(rig: "Rig", located: Located) -> None:
     check_roles(rig, located)
     _check_muscles(rig, located)
     _check_drive(rig, located)
+    _check_safety(rig, located)
 
 
 def _check_bus(rig: "Rig", located: Located) -> None:
@@ -129,3 +130,11 @@ def _check_drive(rig: "Rig", located: Located) -> None:
                 raise located.error((section, "places", name), f"{place:g}", f"a place within [{limits[0]:g}, {limits[1]:g}], the limits of {axis.position}")
     if rig.joint and motor.position_target is None:
         raise located.error(("joint",), "a joint on a motor without position_target", "a motor that takes a position")
+
+
+def _check_safety(rig: "Rig", located: Located) -> None:
+    """Lost cycles are only judged once there are enough of them: by then the reaction must still be possible."""
+    reaction, most = rig.safety.reaction, int(rig.safety.reaction / rig.period_s + 1e-9)
+    if rig.safety.lost_cycles > most:
+        raise located.error(("safety", "lost_cycles"), f"{rig.safety.lost_cycles} cycles of {1e3 * rig.period_s:g} ms",
+                            f"at most {most}, which fit into the reaction time of {1e3 * reaction:g} ms")

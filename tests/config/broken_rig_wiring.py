@@ -68,6 +68,7 @@ STARTUP = table(
     ("start-up value too large", "device: EL3004}", "device: EL3004, startup: [{object: '0x8000:06', type: u8, value: 256}]}", "name: analog_in", "256", "0 to 255"),
     ("start-up value that is true", "device: EL3004}", "device: EL3004, startup: [{object: '0x8000:06', type: u8, value: true}]}", "name: analog_in", "True", "a whole number"),
     ("start-up object in decimals", "device: EL3004}", "device: EL3004, startup: [{object: '32768:6', type: u8, value: 1}]}", "name: analog_in", "'32768:6'", "pattern"),
+    ("more lost cycles than the reaction allows", "lost_cycles: 3", "lost_cycles: 21", "lost_cycles", "21 cycles of 1 ms", "at most 20"),
     ("watchdog longer than it goes", "lost_cycles: 3", "lost_cycles: 3\n  watchdog: 10 s", "watchdog", "'10 s'", "0.001 to 6 s"),
     ("a recovery that there is not", "overrun:", "master: {recovery: always}\noverrun:", "master", "'always'", "'stop' or 'continue'"),
 )
