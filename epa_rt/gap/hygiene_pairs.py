@@ -11,6 +11,7 @@ from epa_rt.gap.recording import Recording
 
 _SMOOTH_S = 0.02
 _GAIN_OFF = 0.3          # |gain - 1| above which it is no sensor's error
+_FOREIGN_OFF = 5.0       # the gain above which a speed of others is in another unit
 _ALIKE = 0.7             # correlation below which two channels do not show the same motion
 _SAME = 0.95             # correlation above which they do, but for sign and size
 _APART = 0.08            # of the usual speed: how far speed and slope may be apart ...
@@ -53,7 +54,11 @@ def _speed_and_slope(recording: Recording, rig: Rig | None, position: str, speed
     if alike > _SAME and abs(np.log(gain)) > np.log(1.0 + _GAIN_OFF):
         wrong = _stranger(recording, rig, position, speed, gain)
         factor = gain if wrong != position else 1.0 / gain
-        return [_of(recording, "refuse", "units", wrong, f"found {speed} to be {gain:.4g} times the slope of {position}, expected 1; {_which(wrong, position, speed)} and looks off by {nearest_factor(factor)}")]
+        # a servo of others may make its speed in ways of its own; a wrong unit is further off
+        severity = "refuse" if rig is not None or not 1.0 / _FOREIGN_OFF < gain < _FOREIGN_OFF else "note"
+        return [_of(recording, severity, "units", wrong, f"found {speed} to be {gain:.4g} times the slope of {position}, expected 1; {_which(wrong, position, speed)} and looks off by {nearest_factor(factor)}")]
+    if rig is None:
+        return []
     usual = min(np.percentile(np.abs(v), 99.0), np.percentile(np.abs(slope), 99.0))  # a jump of one of them is not usual
     apart = np.abs(v - gain * slope) > _APART * usual if usual > 0.0 else np.zeros(len(v), bool)
     long = [(a, b) for a, b in stretches(apart) if b - a >= round(_APART_S / recording.period_s)]

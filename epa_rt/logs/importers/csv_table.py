@@ -20,8 +20,11 @@ def read_csv(path: Path, form: Format, wanted: Sequence[str | int]) -> Table:
 
     Raises ImportRefused for the first thing that does not fit, with file, line and column.
     """
-    rows, lines, header = _rows(path, form)
+    rows, lines, header, ended = _rows(path, form)
     places = {column: _place(path, form, header, rows, lines, column) for column in wanted}
+    if form.final_newline and not ended:
+        raise ImportRefused(f"{path}:{lines[-1]}: found a last line without a line end, as of a file cut in the middle, expected a whole line "
+                            "(where the files end so, say 'final_newline: false' under format)")
     columns = {}
     for column, (index, element) in places.items():
         values = np.empty(len(rows))
@@ -32,8 +35,8 @@ def read_csv(path: Path, form: Format, wanted: Sequence[str | int]) -> Table:
     return Table(str(path), columns, lambda row: f"{path}:{lines[row]}")
 
 
-def _rows(path: Path, form: Format) -> tuple[list[list[str]], list[int], list[str] | None]:
-    """Rows of cells, the line on which each begins, and the header's names."""
+def _rows(path: Path, form: Format) -> tuple[list[list[str]], list[int], list[str] | None, bool]:
+    """Rows of cells, the line on which each begins, the header's names, and whether the last line has its end."""
     text = _text(path, form)
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=form.delimiter, strict=True)
     rows, lines, header, width, line = [], [], None, 0, 1
@@ -55,10 +58,7 @@ def _rows(path: Path, form: Format) -> tuple[list[list[str]], list[int], list[st
         raise ImportRefused(f"{path}:{line}: found a line that is not CSV ({error}), expected cells between {form.delimiter!r}") from None
     if not rows:
         raise ImportRefused(f"{path}:{line}: found no row of numbers, expected some{' below the header' if header else ''}")
-    if form.final_newline and not text.endswith(("\n", "\r")):
-        raise ImportRefused(f"{path}:{lines[-1]}: found a last line without a line end, as of a file cut in the middle, expected a whole line "
-                            "(where the files end so, say 'final_newline: false' under format)")
-    return rows, lines, header
+    return rows, lines, header, text.endswith(("\n", "\r"))
 
 
 def _text(path: Path, form: Format) -> str:

@@ -1,0 +1,123 @@
+"""Foreign recordings become logs of ours, with the numbers that they had."""
+
+import hashlib
+import json
+
+import numpy as np
+import pytest
+
+from epa_rt.cli.main import main
+from epa_rt.gap.read import read_recording
+from epa_rt.logs.reader import LogReader
+from foreign_files import CSV, FORCE, MAT, MCAP, POSITION, ROWS, T, csv_text, mat_bytes, mcap_json, mcap_protobuf
+
+
+@pytest.fixture
+def files(tmp_path):
+    (tmp_path / "cart.csv").write_text(csv_text())
+    (tmp_path / "cart.mat").write_bytes(mat_bytes())
+    mcap_json(tmp_path / "json.mcap")
+    mcap_protobuf(tmp_path / "protobuf.mcap")
+    return tmp_path
+
+
+@pytest.mark.parametrize(("name", "mapping", "close"), [("cart.csv", CSV, 1e-6), ("cart.mat", MAT, 1e-12), ("json.mcap", MCAP, 1e-12), ("protobuf.mcap", MCAP, 1e-6)])
+def test_columns_come_out_in_si(files, imported, name, mapping, close):
+    code, said, log = imported(mapping, files / name)
+    assert code == 0 and f"{ROWS} rows" in said
+    recording = read_recording(log)
+    assert recording.found == () and (recording.rig, recording.experiment, recording.period_s) == ("cart", "cart", 0.01)
+    assert np.array_equal(recording.cycle, np.arange(ROWS))
+    for column, truth in (("cart_position_m", POSITION), ("cart_force_n", FORCE), ("cmd_cart_force_n", FORCE)):
+        assert np.allclose(recording.columns[column], truth, rtol=close, atol=10 * close)
+    trials = [span for span in recording.spans if span.trial]
+    assert [(s.name, s.start, s.stop) for s in trials] == ([("first", 50, 100)] if "trials" in mapping else [("recording", 0, ROWS)])
+    assert json.loads(recording.attachments["sources.json"])[0]["sha256"] == hashlib.sha256((files / name).read_bytes()).hexdigest()
+
+
+def test_the_log_is_whole_and_opens_in_the_other_verbs(files, imported, capsys):
+    _, _, log = imported(CSV, files / "cart.csv")
+    with LogReader(log) as reader:
+        assert reader.missing == [] and reader.outcome == "imported"
+    assert main(["info", str(log), "--check"]) == 0
+    assert "nothing, every checksum compared" in capsys.readouterr().out
+    assert main(["plot", str(log), "cart_position_m"]) == 0
+
+
+def test_the_same_files_give_the_same_bytes(files, imported):
+    logs = [imported(CSV, files / "cart.csv")[2] for _ in range(2)]
+    assert logs[0].read_bytes() == logs[1].read_bytes()
+
+
+def test_dry_shows_and_writes_nothing(files, imported):
+    code, said, log = imported(CSV, files / "cart.csv", arguments=("--dry",))
+    assert code == 0 and "cart_position_m" in said and "-0.1 to 0.1" in said and not log.exists()
+
+
+def test_no_log_is_overwritten(files, tmp_path, capsys):
+    (tmp_path / "m.yaml").write_text(CSV)
+    (tmp_path / "there.mcap").write_bytes(b"precious")
+    assert main(["import", str(tmp_path / "m.yaml"), str(files / "cart.csv"), "-o", str(tmp_path / "there.mcap")]) == 2
+    assert "no log is overwritten" in capsys.readouterr().err and (tmp_path / "there.mcap").read_bytes() == b"precious"
+
+
+def test_rows_that_are_missing_become_lost_cycles(files, imported, tmp_path):
+    lines = csv_text().splitlines(keepends=True)
+    (tmp_path / "gap.csv").write_text("".join(lines[:50] + lines[57:]))
+    code, said, log = imported(CSV, tmp_path / "gap.csv")
+    assert code == 0 and "7 cycles in 1 gap have no row" in said
+    assert np.diff(read_recording(log).cycle).max() == 8
+
+
+def test_resampling_is_said_and_right(imported, tmp_path):
+    t = T + 0.004 * np.sin(np.arange(ROWS))
+    (tmp_path / "jitter.csv").write_text(csv_text(t - t[0], 3.0 * t, FORCE))
+    code, said, _ = imported(CSV, tmp_path / "jitter.csv")
+    assert code == 2 and "ms off a grid of 10 ms" in said and "jitter.csv:" in said
+    code, said, log = imported(CSV.replace("period: 10 ms", "period: 10 ms, resample: linear"), tmp_path / "jitter.csv")
+    recording = read_recording(log)
+    assert code == 0 and f"{ROWS} rows were put onto {recording.samples} cycles" in said
+    assert np.allclose(recording.columns["cart_position_m"], 3.0 * (t[0] + recording.cycle * 0.01), atol=1e-6)
+
+
+def test_resampling_leaves_gaps_open(imported, tmp_path):
+    t = np.delete(T + 0.0011 * (np.arange(ROWS) % 2), np.arange(60, 90))
+    (tmp_path / "pause.csv").write_text(csv_text(t, t, t))
+    code, said, log = imported(CSV.replace("period: 10 ms", "period: 10 ms, resample: linear, max_gap: 50 ms"), tmp_path / "pause.csv")
+    assert code == 0 and "1 gap" in said
+    assert 28 <= np.diff(read_recording(log).cycle).max() <= 31
+
+
+def test_missing_values_are_allowed_by_name_only_and_counted(imported, tmp_path):
+    lines = csv_text().splitlines()
+    lines[20] = lines[20].replace(lines[20].split(";")[2], "n/a")
+    (tmp_path / "holes.csv").write_text("\n".join(lines) + "\n")
+    code, said, _ = imported(CSV, tmp_path / "holes.csv")
+    assert code == 2 and "holes.csv:21: column 'force': found 'n/a', expected a number" in said
+    code, said, log = imported(CSV.replace("csv, ", "csv, missing: [n/a], "), tmp_path / "holes.csv")
+    assert code == 0 and "cart_force_n has no value on 1 of 200 rows" in said
+    assert np.flatnonzero(np.isnan(read_recording(log).columns["cart_force_n"])).tolist() == [19]
+
+
+def test_pressures_say_what_they_are_against(imported, files):
+    for word, zero in (("gauge", 101325.0), ("abs", 0.0), ("difference", 0.0)):
+        text = CSV.replace("cart_force_n: {column: force, unit: N}", f"cart_pressure_pa: {{column: force, unit: bar {word}}}", 1)
+        _, _, log = imported(text, files / "cart.csv")
+        assert np.allclose(read_recording(log).columns["cart_pressure_pa"], 1e5 * FORCE + zero, atol=1.0)
+
+
+def test_trials_by_a_column(imported, tmp_path):
+    lap = np.repeat([0, 1, 2, 0], 50)
+    rows = csv_text().splitlines()
+    (tmp_path / "laps.csv").write_text("\n".join([rows[0] + ";lap", *(f"{row};{k}" for row, k in zip(rows[1:], lap, strict=True))]) + "\n")
+    _, _, log = imported(CSV.replace("trials: [{name: first, begin: 0.5 s, end: 1 s}]", "trials: {column: lap}"), tmp_path / "laps.csv")
+    assert [(s.name, s.start, s.stop, s.trial) for s in read_recording(log).spans] == [
+        ("between", 0, 50, False), ("trial 1", 50, 100, True), ("trial 2", 100, 150, True), ("between", 150, 200, False)]
+
+
+def test_a_rig_file_is_attached_and_must_be_of_that_rig(imported, files, tmp_path):
+    (tmp_path / "rig.yaml").write_text("rig: cart\nmass: 2 kg\n")
+    _, _, log = imported(CSV.replace("rig: cart\n", "rig: cart\nrig_file: rig.yaml\n"), files / "cart.csv")
+    assert read_recording(log).attachments["rig.yaml"] == b"rig: cart\nmass: 2 kg\n"
+    code, said, _ = imported(CSV.replace("rig: cart\n", "rig: wagon\nrig_file: rig.yaml\n"), files / "cart.csv")
+    assert code == 2 and "found 'cart', expected 'wagon'" in said
