@@ -44,6 +44,8 @@ def rates(g, h, pressure, mass, volume, volume_rate, supply, inlet, exhaust):
         drawn += (1.0 - inlet) * laminar(h.seat_in_ratio * g.inlet_conductance_m3_s_pa, supply, pressure)
     if h.seat_out_ratio != 0.0:
         lost += (1.0 - exhaust) * laminar(h.seat_out_ratio * g.exhaust_conductance_m3_s_pa, pressure, around)
+    swell = h.swell_per_pa * g.dead_volume_m3  # hidden: tubes that widen under pressure
+    volume += swell * (pressure - around)
     warm = g.gas_constant_j_kg_k * g.temperature_k
     if h.leak_per_s != 0.0:
         lost += h.leak_per_s * (pressure * pressure - around * around) / (7.0 * around) * volume / warm
@@ -53,7 +55,7 @@ def rates(g, h, pressure, mass, volume, volume_rate, supply, inlet, exhaust):
         own = pressure * volume / mass
         enthalpy = (warm if drawn > 0.0 else own) * drawn - (own if lost > 0.0 else warm) * lost
         rate = 1.4 * (enthalpy - pressure * volume_rate) / volume - (pressure - mass * warm / volume) / h.gas_time_s
-    return rate, drawn - lost, drawn
+    return rate / (1.0 + pressure * swell / volume), drawn - lost, drawn
 
 
 @compiled

@@ -31,7 +31,7 @@ def end_stop(w, place, rate, low, high):
 def acceleration(w, h, place, rate, bristle, force):
     """Acceleration of the load under ``force`` along its coordinate, and the rate of the hidden bristles.
 
-    Hidden: dry friction as tanh or as bristles, a payload off the shank's centre, a tilted frame, a passive spring.
+    Hidden: dry friction as tanh or as bristles, a payload off the shank's centre, a tilted frame, a passive spring, air drag.
     """
     if w.kind_code == 1.0:
         total = w.bias_n + force - w.viscous_n_s_m * rate + end_stop(w, place, rate, w.low_m, w.high_m)
@@ -42,7 +42,7 @@ def acceleration(w, h, place, rate, bristle, force):
     weight = w.mass_kg * w.mass_lever_m + h.payload_kg * h.payload_lever_m
     moment = w.inertia_kg_m2 + h.payload_kg * h.payload_lever_m ** 2
     total = (arm * force - weight * w.gravity_m_s2 * math.sin(w.hang_rad + h.tilt_rad + place) - w.viscous_nm_s_rad * rate
-             + end_stop(w, place, rate, w.low_rad, w.high_rad) - h.knee_spring_nm_rad * place)
+             + end_stop(w, place, rate, w.low_rad, w.high_rad) - h.knee_spring_nm_rad * place - h.knee_air_nm_s2 * rate * abs(rate))
     bending = 0.0
     if h.knee_dry_nm != 0.0:
         total -= h.knee_dry_nm * math.tanh(rate / h.knee_dry_rad_s)

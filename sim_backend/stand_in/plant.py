@@ -7,23 +7,29 @@ import numpy as np
 from sim_backend.stand_in import knee, motor, muscle, sensors
 from sim_backend.stand_in.compiled import compiled
 from sim_backend.stand_in.records import (
-    ANGLE, CURRENT, INTEGRAL, LAG, LAG2, MASS, OPEN, PADE, PLACE, PLAY, PRESSURE, RATE, RING, STATE, STATES,
+    ANGLE, CURRENT, INTEGRAL, LAG, LAG2, MASS, OPEN, PADE, PLACE, PRESSURE, RATE, RING, SPEED, STATE, STATES,
 )
-from sim_backend.stand_in.whole import rates, tension, travel_of
+from sim_backend.stand_in.whole import followed, rates, tension, travel_of
 
 SUBSTEPS = 8
 
 
 @compiled
-def _see_valves(s, h, moment, period_s):
+def _mean_valve(s, v, start, width):
+    """Mean command of a valve over ``width`` cycles from ``start`` on, at most one change of cycle in between."""
+    first = int(math.floor(start))
+    before, after = s.valves[first % RING, v], s.valves[(first + 1) % RING, v]
+    past = min(max((start + width - first - 1.0) / width, 0.0), 1.0)
+    return before + (after - before) * past if past > 1e-9 else before
+
+
+@compiled
+def _see_valves(s, h, start, width, period_s):
     """Valve commands as the valves see them; hidden: they take ``valve_open_s`` to open and a part of it to close."""
-    late, early = moment, moment
-    if h.valve_open_s != 0.0:
-        late = moment - h.valve_open_s / period_s
-        early = moment - h.valve_open_s * h.valve_close_ratio / period_s
+    late = h.valve_open_s / period_s
+    early = late * h.valve_close_ratio
     for v in range(4):
-        opening = s.valves[int(math.floor(late)) % RING, v]
-        s.seen[v] = min(opening, s.valves[int(math.floor(early)) % RING, v])
+        s.seen[v] = min(_mean_valve(s, v, start - late, width), _mean_valve(s, v, start - early, width))
 
 
 @compiled
@@ -47,8 +53,13 @@ def _step(p, s, h_s, before, after, decay, share):
 def _keep(p, s):
     """Elements with memory and valves that are shut, after a step."""
     y = s.y
-    travel, travel_speed, _ = travel_of(p, y)
+    travel, travel_speed, _ = travel_of(p, s, y)
     q, q_speed, _ = knee.coordinate(p.load, p.hidden, y[PLACE], y[RATE])
+    if p.hidden.play_m != 0.0:
+        wound, _ = motor.wound(p.transmission, p.hidden, y[ANGLE])
+        for j in range(3):
+            half = 0.5 * p.hidden.play_m * (1.0 + (j - 1) * p.hidden.play_spread_ratio)
+            s.play_m[j], _ = followed(wound, s.play_m[j], half, y[SPEED])
     for i in range(2):
         if p.muscle[i].present > 0.5:
             force, _, _, braid, _ = tension(p, s, y, i, travel, travel_speed, q, q_speed)
@@ -58,6 +69,13 @@ def _keep(p, s):
     for v in range(4):
         if s.seen[v] == 0.0 and y[OPEN + v] < 1e-6:
             y[OPEN + v] = 0.0
+
+
+@compiled
+def _follow(x, before, after, lag):
+    """A first-order lag after one step along a straight line, exactly; ``lag`` in steps."""
+    behind = (after - before) * lag
+    return after - behind + (x - before + behind) * math.exp(-1.0 / lag)
 
 
 @compiled
@@ -73,12 +91,12 @@ def _cycle(p, s, command, out, period_s, substeps):
     decay = math.exp(-z)
     share = 1.0 - (1.0 - decay) / z
     pade, line = p.hidden.pade_s, s.line
-    fade = math.exp(-2.0 * step_s / pade) if pade != 0.0 else 0.0
+    lag = 0.5 * pade / step_s  # in steps
     if begins != 0:
         for c in range(3):
             s.y[PADE + c] = line[2 + 2 * c]
     for j in range(substeps):
-        _see_valves(s, p.hidden, s.cycle + (j + 0.5) / substeps, period_s)
+        _see_valves(s, p.hidden, s.cycle + j / substeps, 1.0 / substeps, period_s)
         a, b = j / substeps, (j + 1) / substeps
         before = (line[2] + (line[3] - line[2]) * a, line[4] + (line[5] - line[4]) * a, line[6] + (line[7] - line[6]) * a)
         after = (line[2] + (line[3] - line[2]) * b, line[4] + (line[5] - line[4]) * b, line[6] + (line[7] - line[6]) * b)
@@ -86,8 +104,7 @@ def _cycle(p, s, command, out, period_s, substeps):
             _step(p, s, step_s, before, after, decay, share)
         else:  # hidden delay: Pade's all-pass of first order on every target
             x0, x1, x2 = s.y[PADE], s.y[PADE + 1], s.y[PADE + 2]
-            m0, m1, m2 = 0.5 * (before[0] + after[0]), 0.5 * (before[1] + after[1]), 0.5 * (before[2] + after[2])
-            n0, n1, n2 = m0 + (x0 - m0) * fade, m1 + (x1 - m1) * fade, m2 + (x2 - m2) * fade
+            n0, n1, n2 = _follow(x0, before[0], after[0], lag), _follow(x1, before[1], after[1], lag), _follow(x2, before[2], after[2], lag)
             _step(p, s, step_s, (2.0 * x0 - before[0], 2.0 * x1 - before[1], 2.0 * x2 - before[2]),
                   (2.0 * n0 - after[0], 2.0 * n1 - after[1], 2.0 * n2 - after[2]), decay, share)
             s.y[PADE], s.y[PADE + 1], s.y[PADE + 2] = n0, n1, n2
@@ -118,7 +135,8 @@ def new_state(params: np.ndarray) -> np.ndarray:
     for _ in range(30):
         travel, slope = motor.wound(p["transmission"], h, angle)
         angle -= (travel - float(w["start_travel_m"])) / slope
-    y[ANGLE], y[PLAY] = angle, float(w["start_travel_m"])
+    y[ANGLE] = angle
+    s["play_m"][:] = float(w["start_travel_m"])
     y[PLACE] = _hanging(p)
     q, _, _ = knee.coordinate(w, h, y[PLACE], 0.0)
     for i in range(2):

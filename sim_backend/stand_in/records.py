@@ -13,11 +13,11 @@ HIDDEN_FIELDS: tuple[tuple[str, float], ...] = (
     ("ripple_ratio", 0.0), ("ripple_phase_rad", 0.0), ("sag_ohm", 0.0), ("heat_loss_per_k", 0.0), ("housing_k_w", 2.5),
     ("housing_time_s", 25.0), ("windage_nm_s2", 0.0), ("rub_nm", 0.0), ("rub_phase_rad", 0.0),
     # transmission
-    ("mesh_loss_ratio", 0.0), ("gear_dry_n", 0.0), ("gear_smooth_rad_s", 3.0), ("play_m", 0.0), ("play_time_s", 8e-4),
+    ("mesh_loss_ratio", 0.0), ("gear_dry_n", 0.0), ("gear_smooth_rad_s", 3.0), ("play_m", 0.0), ("play_spread_ratio", 0.4),
     ("wobble_ratio", 0.0), ("wobble_phase_rad", 0.0), ("layer_per_rad", 0.0),
     # gas
     ("leak_per_s", 0.0), ("gas_time_s", 0.0), ("regulator_pa_s_kg", 0.0), ("regulator_hz", 4.0), ("seat_in_ratio", 0.0),
-    ("seat_out_ratio", 0.0),
+    ("seat_out_ratio", 0.0), ("swell_per_pa", 0.0),
     # muscle
     ("slip_ratio", 0.0), ("slip_m", 2e-4), ("bouc_ratio", 0.0), ("bouc_m", 1.5e-3), ("lugre_ratio", 0.0), ("lugre_m", 4e-4),
     ("lugre_speed_m_s", 0.01), ("lugre_rise_ratio", 0.4), ("coulomb_ratio", 0.0), ("coulomb_m_s", 0.002), ("lowspeed_ratio", 0.0),
@@ -27,7 +27,7 @@ HIDDEN_FIELDS: tuple[tuple[str, float], ...] = (
     ("frame_damping_ratio", 0.08),
     # load
     ("knee_dry_nm", 0.0), ("knee_dry_rad_s", 0.02), ("knee_bristle_nm", 0.0), ("knee_bristle_rad", 0.004), ("payload_kg", 0.0),
-    ("payload_lever_m", 0.2), ("tilt_rad", 0.0), ("arm_slope_per_rad", 0.0), ("arm_curve_per_rad2", 0.0), ("knee_spring_nm_rad", 0.0),
+    ("payload_lever_m", 0.2), ("tilt_rad", 0.0), ("arm_slope_per_rad", 0.0), ("arm_curve_per_rad2", 0.0), ("knee_spring_nm_rad", 0.0), ("knee_air_nm_s2", 0.0),
     # sensors
     ("pressure_time_s", 0.0), ("pressure_gain_ratio", 0.0), ("pressure_offset_pa", 0.0), ("pressure_drift_pa", 0.0),
     ("pressure_stick_pa", 0.0), ("force_gain_ratio", 0.0), ("force_offset_n", 0.0), ("force_drift_n", 0.0), ("drift_time_s", 12.0),
@@ -40,7 +40,7 @@ STAND_IN = np.dtype([(name, PARAMS.fields[name][0]) for name in PARAMS.names] + 
 
 # what the integrator moves: indices into the state's ``y``
 ANGLE, SPEED, CURRENT, INTEGRAL, STUCK, HEAT, HOUSING = range(7)
-PLACE, RATE, KNEE_STUCK, KNEE_BRISTLE, FLOW, FLOW_RATE, PLAY, FRAME, FRAME_RATE = range(7, 16)
+PLACE, RATE, KNEE_BRISTLE, FLOW, FLOW_RATE, FRAME, FRAME_RATE = range(7, 14)
 PRESSURE, MASS, BOUC, LUGRE = 16, 18, 20, 22       # two each, one per muscle
 RELAX = 24                                          # three per muscle
 OPEN = 30                                           # inlet 0, inlet 1, exhaust 0, exhaust 1
@@ -55,7 +55,7 @@ STATE = np.dtype(
     [("cycle", "i8"), ("y", "f8", (STATES,)), ("work", "f8", (3, STATES)), ("slip_m", "f8", (2, ELEMENTS)), ("pull_n", "f8", (2,)),
      ("length_m", "f8", (2,)), ("line", "f8", (8,)),  # enabled, mode, target start, end, slope start, end, speed start, end
      ("torque_nm", "f8"), ("valves", "f8", (RING, 4)), ("seen", "f8", (4,)), ("encoder", "f8", (RING, 2)), ("held", "f8", (2,)),
-     ("stick_pa", "f8", (2,))],
+     ("stick_pa", "f8", (2,)), ("play_m", "f8", (3,))],
     align=True,
 )
 

@@ -72,7 +72,7 @@ def read(p, s, out, period_s):
     """Writes the readings of cycle ``s.cycle``."""
     h, z, y, k = p.hidden, p.sensors, s.y, s.cycle
     seconds = k * period_s
-    travel, travel_speed, _ = travel_of(p, y)
+    travel, travel_speed, _ = travel_of(p, s, y)
     q, q_speed, _ = knee.coordinate(p.load, h, y[PLACE], y[RATE])
     encoder(p, s, y, period_s)
     force, _, _, _, _ = tension(p, s, y, 0, travel, travel_speed, q, q_speed)

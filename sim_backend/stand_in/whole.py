@@ -6,19 +6,31 @@ from sim_backend.stand_in import gas, knee, motor, muscle
 from sim_backend.stand_in.compiled import compiled
 from sim_backend.stand_in.records import (
     ANGLE, BOUC, CURRENT, FLOW, FLOW_RATE, FORCE_LAG, FRAME, FRAME_RATE, HEAT, HOUSING, INTEGRAL, KNEE_BRISTLE, LAG, LAG2, LUGRE,
-    MASS, OPEN, PLACE, PLAY, PRESSURE, RATE, RELAX, SPEED, STUCK,
+    MASS, OPEN, PLACE, PRESSURE, RATE, RELAX, SPEED, STUCK,
 )
 
 
 @compiled
-def travel_of(p, y):
-    """Travel of the strap and its speed; hidden play follows with rounded, viscous flanks."""
+def followed(wound, before, half, speed):
+    """Travel behind one play: it stays until the play is used up. Second value: 1 where ``speed`` carries it along."""
+    if before >= wound + half - 1e-12:
+        return min(before, wound + half), (1.0 if speed < 0.0 else 0.0)
+    if before <= wound - half + 1e-12:
+        return max(before, wound - half), (1.0 if speed > 0.0 else 0.0)
+    return before, 0.0
+
+
+@compiled
+def travel_of(p, s, y):
+    """Travel of the strap and its speed; hidden: three plays of different width beside each other, so that flanks are round."""
     wound, slope = motor.wound(p.transmission, p.hidden, y[ANGLE])
     if p.hidden.play_m == 0.0:
         return wound, slope * y[SPEED], slope
-    off, half = wound - y[PLAY], 0.5 * p.hidden.play_m
-    past = off - half if off > half else (off + half if off < -half else 0.0)
-    return y[PLAY], past / p.hidden.play_time_s, slope
+    half, spread = 0.5 * p.hidden.play_m, p.hidden.play_spread_ratio
+    a, on_a = followed(wound, s.play_m[0], half * (1.0 - spread), y[SPEED])
+    b, on_b = followed(wound, s.play_m[1], half, y[SPEED])
+    c, on_c = followed(wound, s.play_m[2], half * (1.0 + spread), y[SPEED])
+    return (a + b + c) / 3.0, (on_a + on_b + on_c) / 3.0 * slope * y[SPEED], slope
 
 
 @compiled
@@ -62,7 +74,7 @@ def _muscle_rates(p, s, y, dy, i, speed, volume, volume_rate):
 def rates(p, s, y, dy, target, slope, wanted_speed):
     """Rates at y; ``dy[CURRENT]`` is the current that the loops want and the voltage allows, not a rate."""
     h, d, t, w = p.hidden, p.drive, p.transmission, p.load
-    travel, travel_speed, per_angle = travel_of(p, y)
+    travel, travel_speed, per_angle = travel_of(p, s, y)
     q, q_speed, _ = knee.coordinate(w, h, y[PLACE], y[RATE])
     spool, along, drawn = 0.0, 0.0, 0.0
     force0 = 0.0
@@ -95,7 +107,6 @@ def rates(p, s, y, dy, target, slope, wanted_speed):
     dy[SPEED], dy[ANGLE] = total / d.inertia_kg_m2, y[SPEED]
     dy[PLACE] = y[RATE]
     dy[RATE], dy[KNEE_BRISTLE] = knee.acceleration(w, h, y[PLACE], y[RATE], y[KNEE_BRISTLE], along)
-    dy[PLAY] = travel_speed
     if h.frame_m_n != 0.0:  # hidden: the frame behind the load cell gives way and swings
         f = 2.0 * math.pi * h.frame_hz
         dy[FRAME] = y[FRAME_RATE]

@@ -1,0 +1,103 @@
+"""What cases a benchmark has: kinds in fixed shares, effects in turn, rigs, plans and noise levels spread over them."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from epa_rt.gap.blind.plans import NARROW, RICH, STILL
+from epa_rt.models.catalogue import BY_NAME as CATALOGUE
+from sim_backend.stand_in.effects import BY_NAME, EFFECTS, Hidden
+
+SHARES = {"single": 0.40, "same_law": 0.10, "pair": 0.12, "none": 0.10, "withheld": 0.14, "not_excited": 0.07, "not_separable": 0.07}
+KINDS = tuple(SHARES)
+NOISE = (0.4, 1.0, 2.5)
+KNEE_SHARE = 0.25
+# strength in multiples of the detection limit, from and to; drawn evenly in the logarithm
+MULTIPLES = {"single": (0.5, 50.0), "same_law": (1.0, 50.0), "pair": (4.0, 40.0), "withheld": (3.0, 50.0), "not_separable": (4.0, 30.0)}
+# the catalogue's own laws that bench and knee can show; strengths between neutral and the start's
+SAME_LAWS = ("leak", "fill_heat", "strap_compliance", "bladder_spring", "threshold_pressure", "creep", "braid_dahl", "gear_friction",
+             "gear_efficiency", "transport_delay", "cogging", "force_offset", "muscle0_gauge_offset", "motor_stribeck", "end_fittings")
+
+
+class Spec(NamedTuple):
+    """One case before anything is known of strengths. ``effects``: candidates in the order in which they are tried, a pair
+    needs two of them; names of the stand-in, for 'same_law' of the catalogue.
+    """
+
+    index: int
+    kind: str
+    rig: str
+    plan: str
+    noise: float
+    effects: tuple[str, ...]
+    multiple: float
+
+
+def families(effect: Hidden) -> tuple[str, ...]:
+    """Families of the catalogue that mean this effect; empty where the catalogue has no such thing."""
+    return tuple(dict.fromkeys(CATALOGUE[name].family for name in effect.answers if name in CATALOGUE))
+
+
+def left_out(effect: Hidden) -> list[str]:
+    """Every name of the catalogue that means this effect or is of its families."""
+    own = families(effect)
+    return [name for name, item in CATALOGUE.items() if item.family in own]
+
+
+def draw(seed: int, cases: int, kinds: tuple[str, ...] = KINDS) -> list[Spec]:
+    """The cases of a benchmark, in mixed order."""
+    rng = np.random.default_rng([seed, 0])
+    counts = _counts(cases, kinds)
+    specs: list[Spec] = []
+    for kind, count in counts.items():
+        effects = _turns(kind, count, rng)
+        ranks = rng.permutation(count)
+        for i in range(count):
+            names, rig = effects[i]
+            low, high = MULTIPLES.get(kind, (1.0, 1.0))
+            place = (ranks[i] + rng.uniform()) / count
+            plan = {"not_excited": STILL, "not_separable": NARROW}.get(kind, RICH)
+            specs.append(Spec(0, kind, rig, plan, NOISE[(i + int(rng.integers(3))) % 3], names, float(low * (high / low) ** place)))
+    return [specs[k]._replace(index=n) for n, k in enumerate(rng.permutation(len(specs)))]
+
+
+def _counts(cases: int, kinds: tuple[str, ...]) -> dict[str, int]:
+    total = sum(SHARES[kind] for kind in kinds)
+    wanted = {kind: cases * SHARES[kind] / total for kind in kinds}
+    counts = {kind: int(value) for kind, value in wanted.items()}
+    for kind in sorted(kinds, key=lambda kind: counts[kind] - wanted[kind])[: cases - sum(counts.values())]:
+        counts[kind] += 1
+    return counts
+
+
+def _turns(kind: str, count: int, rng: np.random.Generator) -> list[tuple[tuple[str, ...], str]]:
+    """Candidates and rig of every case of a kind. What is easily shown on one rig only goes there."""
+    out = []
+    known = [effect.name for effect in EFFECTS if families(effect)]
+    never = [effect.name for effect in EFFECTS if not families(effect)]
+    if kind == "withheld":  # every family in turn, every third case what the catalogue never had
+        one_each = list({families(BY_NAME[name]): name for name in rng.permutation(known)}.values())
+        mixed = [name for pair in zip(rng.permutation(one_each), np.resize(rng.permutation(one_each), len(one_each)), strict=True) for name in pair]
+        pool = [never.pop(0) if (i % 3 == 2 and never) else mixed[i % len(mixed)] for i in range(count)]
+    elif kind == "same_law":
+        pool = [str(name) for name in np.resize(rng.permutation([name for name in SAME_LAWS if name in CATALOGUE]), count)]
+    elif kind == "none":
+        return [((), "knee" if rng.uniform() < KNEE_SHARE else "bench") for _ in range(count)]
+    else:
+        pool = [str(name) for name in np.resize(rng.permutation(known), count)]
+    for name in pool:
+        rigs = BY_NAME[name].rigs if name in BY_NAME else ("bench",)
+        rig = "knee" if "knee" in rigs and ("bench" not in rigs or rng.uniform() < KNEE_SHARE) else "bench"
+        others = [n for n in rng.permutation(known) if n != name and rig in BY_NAME[n].rigs] if kind != "same_law" else []
+        if kind == "pair":
+            own = families(BY_NAME[name])
+            others = [n for n in others if not set(families(BY_NAME[n])) & set(own)]
+        out.append(((name, *(str(n) for n in others[:4])) if kind in ("pair", "not_excited", "not_separable") else (name,), rig))
+    return out
+
+
+
+
+def one_of_each() -> list[Spec]:
+    """Every hidden effect once, withheld, well above detection: the cases of the leave-one-out matrix."""
+    return [Spec(i, "withheld", effect.rigs[0], RICH, 1.0, (effect.name,), 20.0) for i, effect in enumerate(EFFECTS)]

@@ -1,0 +1,113 @@
+"""How strong a case's hidden effects are, and what an oracle that knows the law says of them."""
+
+from typing import Any
+
+import numpy as np
+
+from epa_rt.gap.blind.oracle import LIMIT, Bench, distance, distance_to_rival, left, strength_for
+from epa_rt.models.catalogue import BY_NAME as CATALOGUE
+from sim_backend.stand_in.draw import Spec, families
+from sim_backend.stand_in.effects import BY_NAME, Hidden
+from sim_backend.stand_in.truth import TruePlant, catalogue_fields, readings
+
+
+class Unfit(Exception):
+    """No candidate gives a case of the kind that was asked for."""
+
+
+class Workshop:
+    """One case's plant, its oracle's bench and the commands of its logs."""
+
+    def __init__(self, spec: Spec, plant: TruePlant, bench: Bench, commands: list[np.ndarray], rng: np.random.Generator):
+        self.spec, self.plant, self.bench, self.commands, self.rng = spec, plant, bench, commands, rng
+
+    def effects(self) -> list[dict[str, Any]]:
+        """The hidden effects with their fields and what the oracle says. Raises Unfit."""
+        kind, names = self.spec.kind, self.spec.effects
+        if kind == "none":
+            return []
+        if kind == "same_law":
+            return [self._same_law(names[0])]
+        if kind == "pair":
+            return self._pair()
+        wanted = {"not_excited": self._unseen, "not_separable": self._ambiguous}.get(kind, self._judged)
+        for name in names:
+            found = wanted(BY_NAME[name])
+            if found is not None:
+                return [found]
+        raise Unfit(f"found none of {', '.join(names)}, expected one that makes a case of kind {kind}")
+
+    def _shapes(self, effect: Hidden) -> dict[str, float]:
+        return {name: float(self.rng.uniform(low, high)) for name, low, high in effect.shapes}
+
+    def _with(self, *named: tuple[str, dict[str, float]]) -> np.ndarray:
+        return readings(self.plant._replace(effects=tuple(named)), self.commands)
+
+    def _judged(self, effect: Hidden, multiple: float | None = None) -> dict[str, Any]:
+        """An effect at the wanted multiple of its detection limit, with its rivals' distances."""
+        shapes = self._shapes(effect)
+        sign = -1.0 if effect.either_sign and self.rng.uniform() < 0.5 else 1.0
+        wanted = LIMIT * (self.spec.multiple if multiple is None else multiple)
+
+        def at(strength: float) -> float:
+            return distance(self.bench, self._with((effect.name, {**shapes, effect.field: sign * strength})))
+
+        strength, _ = strength_for(wanted, at, effect.typical, effect.most)
+        return self.judged(effect, {**shapes, effect.field: sign * strength})
+
+    def judged(self, effect: Hidden, fields: dict[str, float]) -> dict[str, Any]:
+        """What the oracle says of an effect with these fields."""
+        seen = self._with((effect.name, fields))
+        reached = distance(self.bench, seen)
+        rivals = {name: self._rival(BY_NAME[name], seen) for name in effect.rivals
+                  if self.spec.rig in BY_NAME[name].rigs and not set(families(BY_NAME[name])) & set(families(effect))}
+        return _record(effect, fields, reached, rivals)
+
+    def _rival(self, rival: Hidden, seen: np.ndarray) -> float:
+        """Distance left where a rival of free strength may explain the readings; its signature at a strength of like size."""
+        shapes = {name: 0.5 * (low + high) for name, low, high in rival.shapes}
+        typical = self._with((rival.name, {**shapes, rival.field: rival.typical}))
+        size = np.linalg.norm(self.bench.white(seen)) / max(np.linalg.norm(self.bench.white(typical)), 1e-9)
+        strength = rival.typical * float(np.clip(size, 0.02, 5.0))
+        return distance_to_rival(self.bench, seen, self._with((rival.name, {**shapes, rival.field: min(strength, rival.most)})))
+
+    def _unseen(self, effect: Hidden) -> dict[str, Any] | None:
+        """An effect of typical strength that these logs do not show."""
+        found = self.judged(effect, {**self._shapes(effect), effect.field: effect.typical})
+        return found if found["distance"] < 0.5 * LIMIT else None
+
+    def _ambiguous(self, effect: Hidden) -> dict[str, Any] | None:
+        """An effect that these logs show but cannot tell from another family's."""
+        found = self._judged(effect)
+        seen = found["distance"] >= 2.0 * LIMIT
+        return found if seen and any(value < LIMIT for value in found["rivals"].values()) else None
+
+    def _pair(self) -> list[dict[str, Any]]:
+        """Two effects of which each is still seen where the other may take what it can."""
+        first = self._judged(BY_NAME[self.spec.effects[0]])
+        for name in self.spec.effects[1:]:
+            second = self._judged(BY_NAME[name], float(np.exp(self.rng.uniform(np.log(4.0), np.log(40.0)))))
+            a, b = (self.bench.white(self._with((item["name"], item["fields"]))) for item in (first, second))
+            alone = min(left(a, self.bench.nominal, [b]), left(b, self.bench.nominal, [a]))
+            if alone >= 2.0 * LIMIT:
+                return [first, second]
+        raise Unfit(f"found no partner for {self.spec.effects[0]} among {', '.join(self.spec.effects[1:])}, expected two that stand apart")
+
+    def _same_law(self, name: str) -> dict[str, Any]:
+        """An effect of the catalogue, by the catalogue's own law."""
+        effect, start = CATALOGUE[name], int(self.rng.integers(len(CATALOGUE[name].starts)))
+        if name == "fill_heat":
+            start = 1
+
+        def at(share: float) -> float:
+            return distance(self.bench, self._with((name, catalogue_fields(name, start, share))))
+
+        share, reached = strength_for(LIMIT * self.spec.multiple, at, 1.0, 3.0)
+        return {"name": name, "law": "the catalogue's own", "fields": catalogue_fields(name, start, share), "answers": [name],
+                "families": [effect.family], "blocks": [effect.block, "sensors"] if effect.block == "sensors" else [effect.block],
+                "distance": reached, "multiple": reached / LIMIT, "rivals": {}, "same_law": True}
+
+
+def _record(effect: Hidden, fields: dict[str, float], reached: float, rivals: dict[str, float]) -> dict[str, Any]:
+    return {"name": effect.name, "law": effect.law, "fields": fields, "answers": list(effect.answers), "families": list(families(effect)),
+            "blocks": list(effect.blocks), "distance": reached, "multiple": reached / LIMIT, "rivals": rivals, "same_law": False}
