@@ -1,9 +1,8 @@
 """Functions of the tests in a network of their own: ``call("tests.bus.driver.cases:opens", rig="bench")``.
 
 `unshare` starts one hall per test process. It loads what is heavy once and forks for every call, so that a call costs some
-milliseconds and meets nothing that another has left. ``checked`` is for what runs by the clock: watchmen, one pinned to
-each core, measure how long this machine let no ordinary process run, and a check that fails beside such a stall is
-repeated, twice at most, and told of at the end of the tests.
+milliseconds and meets nothing that another has left. Its watchmen, one pinned to each core, measure how long this machine
+let no ordinary process run; a test on a bus that fails beside such a stall is ``repeated``, and told of at the end.
 """
 
 import atexit
@@ -20,6 +19,7 @@ import time
 import traceback
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -28,7 +28,8 @@ from tests.bus.watchmen import Watchmen
 
 ROOT = Path(__file__).resolve().parents[2]
 UNSHARE = ("unshare", "--user", "--map-root-user", "--net")
-STALL_S = 0.05  # longer than any ordinary process waits for its turn on two busy cores
+STALL_S = 0.05  # longer than any ordinary process waits for its turn on two busy cores: what runs by the clock cannot bear it
+LOCK_STEP_STALL_S = 0.15  # bring-up waits so long for an answer
 TRIES = 3
 _LONGEST_S = 240.0  # a bound for what hangs, not a figure
 STALLS: list[str] = []  # what was repeated, for the summary
@@ -47,34 +48,27 @@ def why_not() -> str | None:
 
 def call(where: str, **arguments: object) -> object:
     """Runs ``module:function(**arguments)`` in the hall; all of it JSON. Raises CallFailed."""
-    return _asked(where, arguments)[0]
-
-
-def checked(check: Callable[[dict], None], where: str, longest_stall_s: float = STALL_S, **arguments: object) -> dict:
-    """The same, and ``check(result)``, which asserts. Only a stall of more than ``longest_stall_s`` that the watchmen saw
-    makes a failure run again: what the machine did not do must not be read as what the driver does.
-    """
-    for tried in range(1, TRIES + 1):
-        stalls: list[float] = []
-        try:
-            result = _asked(where, arguments, stalls)[0]
-            check(result)
-            return result
-        except AssertionError as error:
-            if tried == TRIES or not stalls or stalls[0] < longest_stall_s:
-                raise
-            first = str(error).strip().splitlines()[0][:160] if str(error).strip() else "an assertion"
-            STALLS.append(f"{where} {arguments or ''}: run {tried} failed ({first}) while this machine stood still for {stalls[0]:.2f} s; run again")
-    raise AssertionError("never here")
-
-
-def _asked(where: str, arguments: dict, stalls: list[float] | None = None) -> tuple[object, str]:
     answer = _hall().ask({"where": where, "arguments": arguments})
-    if stalls is not None:
-        stalls.append(answer["stall_s"])
     if not answer["ok"]:
         raise CallFailed(f"{where} {arguments}: {answer['error']}\n{answer['said'][-6000:]}")
-    return answer["result"], answer["said"]
+    return answer["result"]
+
+
+def repeated(what: str, run: Callable[[], Any], longest_stall_s: float) -> Any:
+    """``run()``, and again, twice at most, where it raised while the watchmen saw this machine stand still for longer than
+    ``longest_stall_s``: what the machine did not do must not be read as what the driver does. Nothing else repeats it.
+    """
+    hall = _hall()
+    for tried in range(1, TRIES + 1):
+        began_s = time.monotonic()
+        try:
+            return run()
+        except Exception as error:
+            stall_s = hall.ask({"since_s": began_s})["stall_s"]
+            if tried == TRIES or stall_s < longest_stall_s:
+                raise
+            first = (str(error).strip().splitlines() or [type(error).__name__])[0][:160]
+            STALLS.append(f"{what}: run {tried} failed ({first}) while this machine stood still for {stall_s:.2f} s; run again")
 
 
 class Hall:
@@ -119,7 +113,8 @@ def serve() -> None:
     _load()
     for line in sys.stdin:
         request = json.loads(line)
-        answers.write(json.dumps({"number": request["number"], **_one(request, watchmen)}) + "\n")
+        answer = _one(request) if "where" in request else {"stall_s": watchmen.longest_s(request["since_s"])}
+        answers.write(json.dumps({"number": request["number"], **answer}) + "\n")
         answers.flush()
     answers.close()
 
@@ -137,20 +132,18 @@ def _load() -> None:
     plant.warm_up()
 
 
-def _one(request: dict, watchmen: Watchmen) -> dict:
+def _one(request: dict) -> dict:
     _take_down_interfaces()
     with tempfile.TemporaryFile("w+") as said, tempfile.TemporaryFile("w+") as told:
-        watchmen.begin()
         child = os.fork()
         if child == 0:
             _run(request, said.fileno(), told)
         in_time = _wait(child)
-        stall_s = watchmen.longest_s()
         said.seek(0)
         told.seek(0)
         text = told.read()
         answer = json.loads(text) if text else {"ok": False, "error": "died" if in_time else f"not done after {_LONGEST_S:g} s"}
-        return {**answer, "said": said.read(), "stall_s": stall_s}
+        return {**answer, "said": said.read()}
 
 
 def _run(request: dict, said: int, told: object) -> None:

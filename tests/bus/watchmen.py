@@ -14,14 +14,13 @@ _SLOT = 16 * (1 + _ROWS)  # (last wake-up, number of gaps), then (end, length) o
 
 
 class Watchmen:
-    """Watches from its making until this process ends. ``begin`` marks a time; ``longest_s`` tells of what came after."""
+    """Watches from its making until this process ends."""
 
     def __init__(self):
         self._cores = sorted(os.sched_getaffinity(0))
         self._seen = mmap.mmap(-1, _SLOT * len(self._cores))
-        self._began_s = time.monotonic()
         for i in range(len(self._cores)):
-            struct.pack_into("dq", self._seen, i * _SLOT, self._began_s, 0)
+            struct.pack_into("dq", self._seen, i * _SLOT, time.monotonic(), 0)
         self.numbers = [self._begin_watch(i * _SLOT, core) for i, core in enumerate(self._cores)]
 
     def close(self) -> None:
@@ -53,17 +52,16 @@ class Watchmen:
         finally:
             os._exit(0)
 
-    def begin(self) -> None:
-        self._began_s = time.monotonic()
-
-    def longest_s(self) -> float:
-        """The longest time since ``begin`` for which a watchman was not let run; also one that still waits."""
+    def longest_s(self, since_s: float) -> float:
+        """The longest time, ending after ``since_s`` of the monotonic clock, for which a watchman was not let run; also one
+        that still waits.
+        """
         longest_s, now_s = 0.0, time.monotonic()
         for i in range(len(self._cores)):
             last_s, count = struct.unpack_from("dq", self._seen, i * _SLOT)
             longest_s = max(longest_s, now_s - last_s - _TICK_S)
             for row in range(max(0, count - _ROWS), count):
                 end_s, gap_s = struct.unpack_from("dd", self._seen, i * _SLOT + 16 * (1 + row % _ROWS))
-                if end_s >= self._began_s:
+                if end_s >= since_s:
                     longest_s = max(longest_s, gap_s)
         return longest_s

@@ -2,21 +2,16 @@
 
 import pytest
 
-from tests.bus.own_network import REAL_TIME, call, checked, why_not
+from tests.bus.own_network import REAL_TIME, call
 
 OP, INIT = 8, 1
 
-pytestmark = [pytest.mark.skipif(why_not() is not None, reason=f"no network of one's own: {why_not()}"), pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.network, pytest.mark.timeout(300)]
 
 
 def bus_case(name: str, **arguments: object) -> dict:
     """A case of cases.py, where it has a bus."""
     return call(f"tests.bus.driver.cases:{name}", **arguments)
-
-
-def timed_case(check, name: str, **arguments: object) -> dict:
-    """One that runs by the clock; ``check`` asserts."""
-    return checked(check, f"tests.bus.driver.cases:{name}", **arguments)
 
 
 SAID = "drive (slave 5, EPOS4)"
@@ -103,18 +98,16 @@ def test_lock_step_gives_the_simulations_image_byte_for_byte(rig, experiment, cy
 @pytest.mark.parametrize(("rig", "loop"), [("bench", "motor_speed"), ("bench", "motor_position"), ("bench_analog", "motor_speed"),
                                            ("mass", "motor_speed"), ("knee", "motor_speed")])
 def test_reaches_op_twice_and_runs_an_experiment_in_real_time(rig, loop):
-    def check(result):
-        opened = result["opened"]
-        assert set(opened["states"].values()) == {OP} and opened["drive_off"] is not False
-        assert opened["expected"] == opened["actual"] and opened["ok"] == opened["of"]
-        assert any(text.startswith("locked to the reference clock") for text in opened["events"])
-        assert (result["outcome"], result["cause"]) == ("completed", "")
-        assert result["confirmed"] and result["drive_off"]
-        assert not any(bytes.fromhex(result["outputs_after"])) and set(result["states_after"].values()) == {INIT}
-        if result["jump"] is not None:
-            assert abs(result["jump"]) <= 2  # the motor stands; its encoder may flicker
-
-    timed_case(check, "runs", rig=rig, loop=loop)
+    result = bus_case("runs", rig=rig, loop=loop)
+    opened = result["opened"]
+    assert set(opened["states"].values()) == {OP} and opened["drive_off"] is not False
+    assert opened["expected"] == opened["actual"] and opened["ok"] == opened["of"]
+    assert any(text.startswith("locked to the reference clock") for text in opened["events"])
+    assert (result["outcome"], result["cause"]) == ("completed", "")
+    assert result["confirmed"] and result["drive_off"]
+    assert not any(bytes.fromhex(result["outputs_after"])) and set(result["states_after"].values()) == {INIT}
+    if result["jump"] is not None:
+        assert abs(result["jump"]) <= 2  # the motor stands; its encoder may flicker
 
 
 def test_a_terminal_that_falls_to_safeop_is_named():
@@ -125,8 +118,9 @@ def test_a_terminal_that_falls_to_safeop_is_named():
     assert result["cycles"] <= 1511 and result["drive_off"] and not any(bytes.fromhex(result["outputs_after"]))
 
 
-def test_a_terminal_that_falls_is_taken_back_where_the_rig_says_so():
-    result = bus_case("troubled", trouble="fall", slave="analog_in", recovery="continue")
+@pytest.mark.parametrize("real_time", [False, pytest.param(True, marks=REAL_TIME)])
+def test_a_terminal_that_falls_is_taken_back_where_the_rig_says_so(real_time):
+    result = bus_case("troubled", trouble="fall", slave="analog_in", recovery="continue", real_time=real_time)
     assert (result["outcome"], result["cause"]) == ("completed", "")
     assert [kind for kind, _text in result["events"]].count("recovery") == 2
     assert result["events"][-1][1] == "analog_in (slave 3, EL3004) is in OP again"
@@ -171,15 +165,13 @@ def test_frames_that_stay_away_end_the_run():
 @REAL_TIME
 @pytest.mark.parametrize("drift_ppm", [50.0, -50.0])
 def test_follows_a_drifting_reference_clock_from_500_us_off(drift_ppm):
-    def check(result):
-        true = result["true"]
-        assert max(map(abs, true[:10])) > 300_000 and result["locked"]
-        # the frame is what is locked; its edge stands a constant way before it
-        mean = sum(true[1500:]) / len(true[1500:])
-        assert abs(mean) < 200_000
-        assert (sum((t - mean) ** 2 for t in true[1500:]) / len(true[1500:])) ** 0.5 < 20_000
-
-    timed_case(check, "follows", drift_ppm=drift_ppm, off_ns=500_000, cycles=3000)
+    result = bus_case("follows", drift_ppm=drift_ppm, off_ns=500_000, cycles=3000)
+    true = result["true"]
+    assert max(map(abs, true[:10])) > 300_000 and result["locked"]
+    # the frame is what is locked; its edge stands a constant way before it
+    mean = sum(true[1500:]) / len(true[1500:])
+    assert abs(mean) < 200_000
+    assert (sum((t - mean) ** 2 for t in true[1500:]) / len(true[1500:])) ** 0.5 < 20_000
 
 
 def test_scan_of_the_rigs_own_bus():

@@ -4,10 +4,10 @@ import re
 
 import pytest
 
-from tests.bus.own_network import call, why_not
+from tests.bus.own_network import call
 
 
-@pytest.mark.skipif(why_not() is not None, reason=f"no network of one's own: {why_not()}")
+@pytest.mark.network
 @pytest.mark.timeout(300)
 def test_the_conformance_suite_passes_over_the_emulated_bus():
     done = call("tests.bus.driver.conformance_run:run_suite")

@@ -10,11 +10,9 @@ import pytest
 from epa_rt.cli.bus import _FAULTS
 from sim_backend.bus.bus_faults import ALL_FAULTS
 from sim_backend.bus.control import ControlClient, ControlError, ControlServer
-from sim_backend.bus.namespace import refusal, run_beside
+from sim_backend.bus.namespace import run_beside
 from tests.bus.emulator.conftest import RIGS
 
-REFUSED = refusal()
-in_network = pytest.mark.skipif(REFUSED is not None, reason=f"no network of one's own here: {REFUSED}")
 
 
 def test_help_names_every_kind_of_fault():
@@ -33,8 +31,7 @@ def test_every_kind_can_be_injected_and_cleared(wire):
     assert len(before[0]) == wire.input_size
 
 
-@in_network
-@pytest.mark.xdist_group("bus")
+@pytest.mark.network
 def test_status_truth_fault_and_stop_by_hand():
     script = textwrap.dedent("""
         import subprocess, sys

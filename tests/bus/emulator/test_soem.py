@@ -7,11 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from sim_backend.bus.namespace import refusal, run_beside
+from sim_backend.bus.namespace import run_beside
 from tests.bus.emulator.conftest import RIGS
 
-REFUSED = refusal()
-pytestmark = [pytest.mark.skipif(REFUSED is not None, reason=f"no network of one's own here: {REFUSED}"), pytest.mark.xdist_group("bus")]
+pytestmark = pytest.mark.network
 MASTER = Path(__file__).with_name("soem_master.py")
 
 

@@ -8,9 +8,9 @@ import pytest
 from epa_rt.logs.reader import LogReader
 from tests.bus.faults.runs import ROOT, experiment_file, rig_file
 from tests.bus.faults.scenarios import Scenario
-from tests.bus.own_network import REAL_TIME, why_not
+from tests.bus.own_network import REAL_TIME
 
-pytestmark = [pytest.mark.skipif(why_not() is not None, reason=f"no network of one's own: {why_not()}"), pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.network, pytest.mark.timeout(300)]
 
 
 def epa(*arguments: object) -> subprocess.CompletedProcess:

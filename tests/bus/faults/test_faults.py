@@ -3,13 +3,13 @@
 import pytest
 
 from tests.bus.faults.runs import facts_of_run
-from tests.bus.faults.scenarios import Scenario, all_scenarios
-from tests.bus.own_network import REAL_TIME, why_not
+from tests.bus.faults.scenarios import all_scenarios
+from tests.bus.own_network import REAL_TIME
 
 ALL = all_scenarios()
 DEPARTS_M = 0.25e-3  # a lost frame at 50 mm/s is 0.05 mm; the position loop takes some milliseconds to make it good
 
-pytestmark = [pytest.mark.skipif(why_not() is not None, reason=f"no network of one's own: {why_not()}"), pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.network, pytest.mark.timeout(300)]
 
 
 def cases(goes_on: bool) -> list:
@@ -32,10 +32,7 @@ def assert_log_whole(facts: dict) -> None:
 
 @pytest.mark.parametrize("name", cases(goes_on=False))
 def test_a_fault_that_ends_the_run_leaves_the_rig_safe_in_time(name):
-    facts_of_run(name, lambda facts: assert_safe_in_time(ALL[name], facts))
-
-
-def assert_safe_in_time(scenario: Scenario, facts: dict) -> None:
+    scenario, facts = ALL[name], facts_of_run(name)
     assert_log_whole(facts)
     assert facts["code"] == scenario.code and scenario.says in facts["sentence"]
     first_bad = facts["noticed_at"] if scenario.visible is None else facts["injected_at"] + scenario.visible
@@ -50,10 +47,7 @@ def assert_safe_in_time(scenario: Scenario, facts: dict) -> None:
 
 @pytest.mark.parametrize("name", cases(goes_on=True))
 def test_a_fault_that_can_be_survived_is_counted_and_nothing_jumps(name):
-    facts_of_run(name, lambda facts: assert_counted(ALL[name], facts))
-
-
-def assert_counted(scenario: Scenario, facts: dict) -> None:
+    scenario, facts = ALL[name], facts_of_run(name)
     assert_log_whole(facts)
     assert (facts["code"], facts["outcome"]) == (0, "completed")
     bad = facts["bad"]

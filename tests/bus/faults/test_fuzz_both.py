@@ -15,7 +15,6 @@ from tests.bus.emulator.conftest import bus_of
 from tests.bus.faults.damage import WAYS, damaged
 from tests.bus.faults.fuzzed import fuzz_emulator
 from tests.bus.faults.runs import ROOT
-from tests.bus.own_network import why_not
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +49,7 @@ def test_damage_is_a_matter_of_the_seed_alone(seed):
     assert damaged(frame, random.Random(seed)) == damaged(frame, random.Random(seed))
 
 
-@pytest.mark.skipif(why_not() is not None, reason=f"no network of one's own: {why_not()}")
+@pytest.mark.network
 def test_the_driver_counts_them_and_sends_what_it_sent():
     done = subprocess.run([sys.executable, "-W", "error", "scripts/fuzz_bus.py", "--frames", "2000", "--seed", "3"], cwd=ROOT, capture_output=True, text=True,
                           timeout=250, check=False)

@@ -13,11 +13,11 @@ from epa_rt.config.rig import load_rig
 from epa_rt.config.rig_checks import entries_of
 from epa_rt.logs.reader import LogReader
 from epa_rt.signals.image import image_of
-from sim_backend.bus.namespace import refusal, run_beside
+from sim_backend.bus.namespace import run_beside
 from tests.bus.others import dissected
 from tests.bus.others.dissected import DOWNLOAD, READS_ONLY, UPLOAD, WRITES
 from tests.bus.others.places import ROOT
-from tests.bus.own_network import REAL_TIME
+from tests.bus.own_network import REAL_TIME, STALL_S, repeated
 
 CYCLES, FIRST_STATION = 10_000, 0x1001
 STARTUP = "{name: analog_in, device: EL3004, startup: [{object: 0x8000:15, type: u16, value: 1}, {object: 0x8010:15, type: u16, value: 2}]}"
@@ -25,15 +25,18 @@ PATIENT = {  # for a busy machine: late cycles, even many of them, do not end th
     "reaction: 20 ms": "reaction: 100 ms", "lost_cycles: 3": "lost_cycles: 100\n  watchdog: 2 s", "overrun: {": "master: {frame_timeout: 100 ms}\noverrun: {",
     "stale_after: 20": "stale_after: 500", "following_error: 4 mm": "following_error: 20 mm",
 }
-REFUSED = refusal()
 pytestmark = [pytest.mark.skipif(not dissected.is_there(), reason="there is no tshark: apt-get install tshark"),
-              pytest.mark.skipif(REFUSED is not None, reason=f"no network of one's own: {REFUSED}"), REAL_TIME]
+              pytest.mark.network, REAL_TIME]
 
 
 @pytest.fixture(scope="module")
 def seen(tmp_path_factory):
     """The capture, what the driver told of itself, and the rig."""
-    folder = tmp_path_factory.mktemp("wire")
+    return repeated("capture", lambda: captured(tmp_path_factory.mktemp("wire")), STALL_S)
+
+
+def captured(folder):
+    """One run beside the capture."""
     text = (ROOT / "config/rigs/bench.yaml").read_text()
     for old, new in ({"{name: analog_in, device: EL3004}": STARTUP, "../plants": str(ROOT / "config/plants")} | PATIENT).items():
         assert old in text

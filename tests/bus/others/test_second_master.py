@@ -14,13 +14,13 @@ from epa_rt.config.devices import DEVICES
 from epa_rt.config.rig import load_rig
 from epa_rt.config.rig_checks import entries_of
 from epa_rt.signals.image import image_of
-from sim_backend.bus.namespace import refusal, run_beside
+from sim_backend.bus.namespace import run_beside
 from tests.bus.others.places import ROOT
+from tests.bus.own_network import STALL_S, repeated
 
 PYTHON = os.environ.get("EPA_KICKCAT_PYTHON") or (sys.executable if importlib.util.find_spec("kickcat") else None)
-REFUSED = refusal()
 pytestmark = [pytest.mark.skipif(PYTHON is None, reason="there is no kickcat: pip install kickcat, or EPA_KICKCAT_PYTHON"),
-              pytest.mark.skipif(REFUSED is not None, reason=f"no network of one's own: {REFUSED}"), pytest.mark.xdist_group("bus")]
+              pytest.mark.network, pytest.mark.xdist_group("kickcat")]
 RIGS = ("bench", "bench_analog", "knee")
 VOLTS = bytes.fromhex("1111222233334444")
 
@@ -29,9 +29,13 @@ VOLTS = bytes.fromhex("1111222233334444")
 def seen(request):
     """The rig, and what kickcat told of it."""
     rig_file = ROOT / f"config/rigs/{request.param}.yaml"
-    done = run_beside([PYTHON, "-m", "tests.bus.others.kickcat_run", str(rig_file)], rig_file)
-    assert done.returncode == 0, done.stderr
-    return load_rig(rig_file), json.loads(done.stdout.splitlines()[-1])
+
+    def run():
+        done = run_beside([PYTHON, "-m", "tests.bus.others.kickcat_run", str(rig_file)], rig_file)
+        assert done.returncode == 0, done.stderr
+        return json.loads(done.stdout.splitlines()[-1])
+
+    return load_rig(rig_file), repeated(f"kickcat on {request.param}", run, STALL_S)
 
 
 def test_it_finds_every_slave_and_reads_who_they_are(seen):
