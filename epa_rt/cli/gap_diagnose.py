@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, STOPPED, VerbError
 from epa_rt.cli.gap_inputs import Opened, add_log_arguments, add_rig_arguments, opened, task_parser
+from epa_rt.cli.gap_plan import planned
 from epa_rt.cli.gap_progress import progress_shown
 from epa_rt.cli.gap_write import check_writable, write_whole
 
@@ -56,7 +57,11 @@ def run(arguments: argparse.Namespace) -> int:
     gate, code = None, COMPLETED
     try:
         with progress_shown(arguments.quiet) as progress:
-            diagnosis, gate = _confirmed(given, diagnosis, arguments, progress)
+            if not arguments.no_plan:
+                diagnosis = replace(diagnosis, next_experiment=planned(given, diagnosis, progress))
+                write_answer(diagnosis, arguments)
+            gate = _confirmed(given, diagnosis, arguments, progress)
+            diagnosis = replace(diagnosis, gate=gate and gate.report)
     except KeyboardInterrupt:
         print("epa gap: interrupted; what was found until then stands", file=sys.stderr)
         code = STOPPED
@@ -87,21 +92,15 @@ def _diagnosed(given: Opened, arguments: argparse.Namespace, progress: Progress)
     return replace(found, found_first=given.found, inputs=found.inputs | inputs)
 
 
-def _confirmed(given: Opened, diagnosis: "Diagnosis", arguments: argparse.Namespace, progress: Progress) -> "tuple[Diagnosis, Gate | None]":
-    """With the next experiment and the gate, where they are asked for and can be had."""
-    from epa_rt.cli.gap_plan import planned
-
-    if not arguments.no_plan:
-        diagnosis = replace(diagnosis, next_experiment=planned(given, diagnosis, progress))
-        write_answer(diagnosis, arguments)
-    if not diagnosis.effects or (given.rig is None and arguments.patch is None):
-        return diagnosis, None
-    if given.rig is None or arguments.no_gate:
-        if arguments.patch:
-            write_whole(arguments.patch, _patched(given, diagnosis))
-        return diagnosis, None
-    gate = gated(given, diagnosis, arguments.patch, progress)
-    return replace(diagnosis, gate=gate.report), gate
+def _confirmed(given: Opened, diagnosis: "Diagnosis", arguments: argparse.Namespace, progress: Progress) -> "Gate | None":
+    """The gate, where effects are named and the rig can be simulated; the patched plant file where it is asked for."""
+    if not diagnosis.effects:
+        return None
+    if given.rig is not None and not arguments.no_gate:
+        return gated(given, diagnosis, arguments.patch, progress)
+    if arguments.patch:
+        write_whole(arguments.patch, _patched(given, diagnosis))
+    return None
 
 
 def _patched(given: Opened, diagnosis: "Diagnosis") -> str:

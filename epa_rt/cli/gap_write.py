@@ -11,7 +11,7 @@ from epa_rt.cli.report import MAGIC
 def write_whole(path: Path, text: str) -> None:
     """Writes a file in one step, making its folder. Raises VerbError where it cannot, or where it would write over a log."""
     try:
-        if path.is_file() and path.open("rb").read(len(MAGIC)) == MAGIC:
+        if path.is_file() and _is_log(path):
             raise VerbError(f"{path}: found a log, expected another name (no log is overwritten)")
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile("w", encoding="utf-8", dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
@@ -20,6 +20,11 @@ def write_whole(path: Path, text: str) -> None:
         os.replace(file.name, path)
     except OSError as error:
         raise VerbError(f"{path}: cannot be written ({error.strerror})", FAILED) from None
+
+
+def _is_log(path: Path) -> bool:
+    with path.open("rb") as file:
+        return file.read(len(MAGIC)) == MAGIC
 
 
 def check_writable(path: Path | None, endings: tuple[str, ...]) -> None:

@@ -13,6 +13,7 @@ from epa_rt.gap.refit import refit, settled
 from epa_rt.gap.subject import Subject
 
 MOST_RIVALS = 3
+Floors = Callable[[Subject, Sequence[Recording], Mapping[str, float]], Mapping[str, Floor]]
 
 
 class Answers(NamedTuple):
@@ -43,13 +44,13 @@ def sets_apart(diagnosis: Diagnosis, subject: Subject, within_family: bool = Fal
 
 
 def answers(subject: Subject, recordings: Sequence[Recording], diagnosis: Diagnosis, within_family: bool = False,
-            floors: Mapping[str, Floor] | None = None, progress: Callable[[str, float], None] = lambda stage, share: None) -> Answers:
-    """Each set of ``sets_apart`` refitted to the logs. ``floors`` None: those at the diagnosis' refitted nominal values."""
+            floors: Floors = floors_of, progress: Callable[[str, float], None] = lambda stage, share: None) -> Answers:
+    """Each set of ``sets_apart`` refitted to the logs."""
     sets = sets_apart(diagnosis, subject, within_family)
     if len(sets) < 2:
         return Answers((), {})
     start = dict(diagnosis.refitted)
-    problem = Problem(subject, recordings, floors or floors_of(subject, recordings, start))
+    problem = Problem(subject, recordings, floors(subject, recordings, start))
     rivals, values = [], {}
     for k, names in enumerate(sets):
         progress(f"rival {names[-1]}", k / len(sets))
@@ -59,10 +60,10 @@ def answers(subject: Subject, recordings: Sequence[Recording], diagnosis: Diagno
     return Answers(tuple(rivals), values)
 
 
-def distance_between(subject: Subject, found: Answers) -> Distance:
+def distance_between(subject: Subject, found: Answers, floors: Floors = floors_of) -> Distance:
     """Chi-square of the second rival over the first on data that the first one's plant made, both refitted to them."""
     def distance(recording: Recording, truth: Rival, other: Rival) -> float:
-        problem = Problem(subject, [recording], floors_of(subject, [recording], found.values[truth.names]))
+        problem = Problem(subject, [recording], floors(subject, [recording], found.values[truth.names]))
         best = settled(problem, truth.names, found.values[truth.names], rounds=1).normal.chi
         return max(settled(problem, other.names, found.values[other.names]).normal.chi - best, 0.0)
 

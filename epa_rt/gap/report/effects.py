@@ -3,7 +3,6 @@
 from epa_rt.gap.diagnosis import Diagnosis, Named, Number
 from epa_rt.gap.report.words import parameter_words, percent, plain
 from epa_rt.report.markup import Html, folded, join, note, paragraph, table, tag
-from epa_rt.report.shown import number
 
 
 def effects(diagnosis: Diagnosis) -> Html:
@@ -29,7 +28,7 @@ def not_tested(diagnosis: Diagnosis) -> Html:
 def _effect(rank: int, effect: Named) -> Html:
     family = f", family {effect.family}" if effect.family != effect.name else ""
     head = tag("h3", join([f"{rank}. {plain(effect.name)} ", tag("span", join([tag("code", effect.name), f"{family}, block {effect.block}"]), class_="soft")]))
-    sure = paragraph(f"Stays first in {percent(effect.confidence)} of the resamples; explains {number(effect.gain, 3)} units of noise (chi-square).")
+    sure = paragraph(f"Stays first in {percent(effect.confidence)} of the resamples; explains {effect.gain:,.0f} units of noise (chi-square, on trials left out).")
     parts = [head, sure, _numbers(effect.parameters, "without")]
     if effect.not_separable_from:
         others = ", ".join(map(plain, effect.not_separable_from))

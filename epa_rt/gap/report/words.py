@@ -81,7 +81,7 @@ def plain(name: str) -> str:
 
 def region_words(region: str) -> str:
     """'muscle speed > 0' of 'muscle_speed_m_s > 0'."""
-    return _NAME.sub(lambda found: spoken(found.group()), region)
+    return _NAME.sub(lambda found: spoken(found.group().removesuffix("_m_s2").removesuffix("_rad_s2")), region)
 
 
 def channel_words(channel: str) -> str:

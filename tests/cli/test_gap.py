@@ -1,0 +1,177 @@
+"""epa gap from the outside: a run with an effect, its diagnosis, its patch; bad input in one sentence."""
+
+import dataclasses
+import json
+
+import jsonschema
+import pytest
+
+from epa_rt.cli.main import main
+from tests.cli.shell import EXPERIMENTS, RIGS, ROOT, epa
+
+RIG = RIGS / "bench.yaml"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("gap")
+
+
+@pytest.fixture(scope="module")
+def logs(folder):
+    """Two runs of a bench whose braid rubs, which its plant file does not know."""
+    plant = (ROOT / "config/plants/bench.yaml").read_text(encoding="utf-8")
+    real = folder / "real.yaml"
+    real.write_text(plant + "\neffects:\n  braid_maxwell_slip: {slip: 0.06}\n", encoding="utf-8")
+    paths = [folder / f"run{seed}.mcap" for seed in (1, 2)]
+    for seed, path in enumerate(paths, 1):
+        done = epa("run", EXPERIMENTS / "identification_short.yaml", "--rig", RIG, "--plant", real, "--seed", seed, "-o", path, "--quiet")
+        assert done.returncode == 0, done.stderr
+    return paths
+
+
+@pytest.fixture(scope="module")
+def log(logs):
+    return logs[0]
+
+
+@pytest.fixture(scope="module")
+def diagnosed(folder, logs):
+    """The whole command once: what it printed, and what it wrote."""
+    done = epa("gap", "diagnose", "--rig", RIG, logs[0], "--holdout", logs[1], "--json", folder / "gap.json", "--html", folder / "gap.html",
+               "--patch", folder / "patched.yaml", "--picture", folder / "gap.svg", "--no-plan")
+    assert done.returncode == 0, done.stderr
+    return done, json.loads((folder / "gap.json").read_text(encoding="utf-8"))
+
+
+def test_the_diagnosis_names_the_place_and_the_kind_of_effect(diagnosed):
+    done, answer = diagnosed
+    assert answer["location"][0]["block"] == "muscle" and answer["effects"][0]["family"].startswith("braid friction")
+    assert answer["verdict"].upper().replace("_", " ") in done.stdout and "all channels" in done.stdout
+    assert "effect 1" in done.stderr, "progress is shown"
+
+
+def test_what_it_wrote_fits_the_schema_and_says_what_it_read(diagnosed, log, logs):
+    from epa_rt.gap.report.as_json import schema
+
+    _, answer = diagnosed
+    jsonschema.validate(answer, schema())
+    assert answer["inputs"]["rig"] == str(RIG) and answer["inputs"]["logs"] == [str(log)] and answer["inputs"]["holdout"] == [str(logs[1])]
+    assert answer["seconds"] > 0.0 and answer["found_first"] == []
+
+
+def test_the_gate_comes_as_near_as_was_predicted(diagnosed):
+    gate = diagnosed[1]["gate"]
+    assert gate["passed"] and gate["achieved_share"] == pytest.approx(gate["predicted_share"], abs=0.05)
+    assert gate["achieved_share"] > 0.95
+
+
+def test_page_and_picture_are_there_and_whole(diagnosed, folder):
+    assert "Where the gap lies" in (folder / "gap.html").read_text(encoding="utf-8")
+    assert (folder / "gap.svg").read_text(encoding="utf-8").startswith("<svg") and "the rig" in (folder / "gap.svg").read_text(encoding="utf-8")
+
+
+def test_patch_writes_the_same_plant_file_from_the_json(diagnosed, folder, capsys):
+    from epa_rt.models.plant_file import load_plant
+
+    assert main(["gap", "patch", str(folder / "gap.json"), "--rig", str(RIG), "-o", str(folder / "again.yaml")]) == 0
+    assert diagnosed[1]["effects"][0]["name"] in capsys.readouterr().out
+    first, again = load_plant(folder / "patched.yaml"), load_plant(folder / "again.yaml")
+    assert first.params.tobytes() == again.params.tobytes() and first.effects == again.effects != ()
+
+
+def test_patch_does_not_write_over_the_plant_that_was_diagnosed(diagnosed, folder, capsys):
+    plant = folder / "own.yaml"
+    plant.write_text((ROOT / "config/plants/bench.yaml").read_text(encoding="utf-8"), encoding="utf-8")
+    assert main(["gap", "patch", str(folder / "gap.json"), "--rig", str(RIG), "--plant", str(plant), "-o", str(plant)]) == 2
+    assert "expected another name" in capsys.readouterr().err
+
+
+def test_localise_says_where_without_a_cause(log, folder, capsys):
+    assert main(["gap", "localise", "--rig", str(RIG), str(log), "--json", str(folder / "where.json"), "--quiet"]) == 0
+    where = json.loads((folder / "where.json").read_text(encoding="utf-8"))["location"]
+    assert where[0]["block"] == "muscle" and "muscle force" in capsys.readouterr().out
+
+
+def test_plan_has_nothing_to_tell_apart_without_rivals(diagnosed, folder, log, capsys):
+    answer = json.loads((folder / "gap.json").read_text(encoding="utf-8"))
+    for effect in answer["effects"]:
+        effect["not_separable_from"] = []
+    alone = folder / "alone.json"
+    alone.write_text(json.dumps(answer), encoding="utf-8")
+    assert main(["gap", "plan", str(alone), "--rig", str(RIG), str(log), "--quiet"]) == 0
+    assert "nothing to tell apart" in capsys.readouterr().out
+
+
+def test_the_catalogue_lists_every_effect_with_its_knobs(capsys):
+    from epa_rt.models.catalogue import CATALOGUE
+
+    assert main(["gap", "catalogue", "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)
+    assert [row["name"] for row in rows] == [effect.name for effect in CATALOGUE] and len(rows) >= 35
+    assert all({"key", "unit", "neutral", "low", "high", "typical"} == set(knob) for row in rows for knob in row["knobs"])
+    assert all(row["family"] and row["block"] and row["equation"] and row["source"] and row["knobs"] for row in rows)
+    assert main(["gap", "catalogue"]) == 0
+    text = capsys.readouterr().out
+    assert f"{len(rows)} effects" in text and all(row["name"] in text for row in rows)
+
+
+@pytest.mark.parametrize("arguments, words", [
+    (["diagnose", "{log}", "--leave-out", "gremlin"], "found 'gremlin', expected an effect"),
+    (["diagnose", "{log}", "--html", "page.txt"], "found the ending '.txt', expected .html or .htm"),
+    (["diagnose", "{log}", "{log}"], "expected every log once"),
+    (["diagnose", "nothing.mcap"], "nothing.mcap"),
+    (["diagnose", "{rig}"], "expected an MCAP log"),
+    (["diagnose", "{log}", "--plant", "{rig}"], "bench.yaml:"),
+    (["localise", "{log}", "--json", "where.txt"], "expected .json"),
+    (["patch", "{rig}", "-o", "x.yaml"], "found no JSON"),
+    (["plan", "{log}", "{log}"], "expected a diagnosis"),
+])
+def test_bad_input_is_one_sentence_with_exit_2(arguments, words, log, capsys):
+    filled = [one.format(log=log, rig=RIG) for one in arguments]
+    assert main(["gap", filled[0], "--rig", str(RIG), *filled[1:]]) == 2
+    error = capsys.readouterr().err
+    assert words in error and error.count("\n") == 1
+
+
+def test_a_log_is_never_written_over(log, capsys):
+    before = log.read_bytes()
+    renamed = log.with_suffix(".json")
+    renamed.write_bytes(before)
+    assert main(["gap", "localise", "--rig", str(RIG), str(log), "--json", str(renamed), "--quiet"]) == 2
+    assert "no log is overwritten" in capsys.readouterr().err and renamed.read_bytes() == before
+
+
+def test_an_interruption_after_the_diagnosis_keeps_what_was_written(diagnosed, folder, log, monkeypatch, capsys):
+    from epa_rt.cli import gap_diagnose
+
+    answer = dataclasses.replace(_answer(folder), gate=None)
+    monkeypatch.setattr(gap_diagnose, "_diagnosed", lambda *_: answer)
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(gap_diagnose, "gated", interrupted)
+    out = folder / "interrupted.json"
+    assert main(["gap", "diagnose", "--rig", str(RIG), str(log), "--json", str(out), "--no-plan", "--quiet"]) == 130
+    written = json.loads(out.read_text(encoding="utf-8"))
+    assert written["effects"] and written["gate"] is None
+    found = capsys.readouterr()
+    assert "what was found until then stands" in found.err and "all channels" in found.out
+
+
+def test_what_is_wrong_with_the_logs_is_said_before_any_effect(diagnosed, folder, log, monkeypatch, capsys):
+    from epa_rt.cli import gap_diagnose
+
+    given = gap_diagnose.opened
+    monkeypatch.setattr(gap_diagnose, "opened", lambda *a: dataclasses.replace(given(*a), found=("run: 12 of 29000 cycles are missing",)))
+    monkeypatch.setattr(gap_diagnose, "_diagnosed", lambda *_: _answer(folder))
+    assert main(["gap", "diagnose", "--rig", str(RIG), str(log), "--no-plan", "--no-gate", "--quiet"]) == 0
+    text = capsys.readouterr().out
+    assert text.index("cycles are missing") < text.index("Confidence")
+
+
+def _answer(folder):
+    from epa_rt.gap.patch import load_diagnosis
+
+    return load_diagnosis(folder / "gap.json")

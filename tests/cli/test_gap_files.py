@@ -1,0 +1,61 @@
+"""What epa gap writes and shows on its way: whole files or none, progress in a file and on a terminal."""
+
+import io
+import sys
+
+import pytest
+
+from epa_rt.cli.exits import VerbError
+from epa_rt.cli.gap_progress import progress_shown
+from epa_rt.cli.gap_write import check_writable, write_whole
+
+
+def test_a_file_is_replaced_in_one_step_and_nothing_else_is_left(tmp_path):
+    path = tmp_path / "deep/er/gap.json"
+    write_whole(path, "one")
+    write_whole(path, "two")
+    assert path.read_text() == "two" and [file.name for file in path.parent.iterdir()] == ["gap.json"]
+    assert path.stat().st_mode & 0o777 == 0o644
+
+
+def test_a_folder_that_cannot_be_made_is_one_sentence(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(VerbError, match="cannot be written"):
+        write_whole(tmp_path / "file/gap.json", "x")
+
+
+@pytest.mark.parametrize("name, words", [("gap.txt", "expected .json"), ("gap", "found the ending ''")])
+def test_endings_are_checked_before_any_work(name, words, tmp_path):
+    with pytest.raises(VerbError, match=words):
+        check_writable(tmp_path / name, (".json",))
+    (tmp_path / "folder.json").mkdir()
+    with pytest.raises(VerbError, match="found a folder"):
+        check_writable(tmp_path / "folder.json", (".json",))
+    check_writable(None, (".json",))
+
+
+def test_progress_in_a_file_is_a_line_per_stage(capsys):
+    with progress_shown(quiet=False) as progress:
+        for stage, share in (("floors", 0.0), ("floors", 0.1), ("effect 1", 0.15), ("effect 1", 0.2)):
+            progress(stage, share)
+    assert capsys.readouterr().err.splitlines() == ["  0 % floors", " 15 % effect 1"]
+
+
+def test_quiet_says_nothing(capsys):
+    with progress_shown(quiet=True) as progress:
+        progress("floors", 0.5)
+    assert capsys.readouterr() == ("", "")
+
+
+def test_on_a_terminal_one_bar_goes_and_is_taken_away(monkeypatch):
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    screen = Terminal()
+    monkeypatch.setattr(sys, "stderr", screen)
+    monkeypatch.setenv("TERM", "xterm")
+    with progress_shown(quiet=False) as progress:
+        progress("floors", 0.25)
+        progress("done", 2.0)
+    assert "done" in screen.getvalue() and "100 %" in screen.getvalue()
