@@ -13,20 +13,30 @@ FEWEST = 4         # samples that make a place known
 
 @dataclass(frozen=True)
 class Baseline:
-    """``by``: 'time' where both run in step, 'stroke' where they pass the same places in the same directions."""
+    """Runs of one experiment. ``by``: 'time' where they run in step, 'stroke' where they pass the same places in the same
+    directions."""
 
-    repeat: Recording
+    runs: tuple[Recording, ...]
     by: Literal["time", "stroke"] = "time"
 
-    def taken_off(self, subject, ready, link: str) -> np.ndarray:
-        """(n,) of the residual's rate, NaN where the repeat says nothing."""
-        plain = type(subject)(subject.rig, subject.plant, subject.leave_out)
-        before = plain.prepare(self.repeat)
-        left = plain.residual(before, {}, link)
-        count = len(ready.judged[link])
+    def taken_off(self, plain, ready, link: str) -> np.ndarray:
+        """(n,) mean of what ``plain`` (the subject without a baseline) leaves of the runs, NaN where they say nothing."""
+        return np.mean([self._seen_from(plain, ready, plain.prepare(run), link) for run in self.runs], axis=0)
+
+    def apart(self, plain, link: str) -> np.ndarray | None:
+        """What one more run may differ by from the mean of these, end to end with NaN between; None for a single run."""
+        ready = [plain.prepare(run) for run in self.runs]
+        grown = np.sqrt(0.5 * (1.0 + 1.0 / len(ready)))
+        pairs = [grown * (plain.residual(ready[i], {}, link) - self._seen_from(plain, ready[i], ready[j], link))
+                 for j in range(len(ready)) for i in range(j)]
+        return np.concatenate([part for pair in pairs for part in (pair, [np.nan])]) if pairs else None
+
+    def _seen_from(self, plain, ready, run, link: str) -> np.ndarray:
+        """What is left of ``run``, at the samples of ``ready``."""
+        left, count = plain.residual(run, {}, link), len(ready.judged[link])
         if self.by == "time":
             return np.concatenate([left[:count], np.full(max(0, count - len(left)), np.nan)])
-        known, here = subject.features(before, link), subject.features(ready, link)
+        known, here = plain.features(run, link), plain.features(ready, link)
         return _by_stroke(known["position_m"], known["speed_m_s"], left, here["position_m"], here["speed_m_s"])
 
 

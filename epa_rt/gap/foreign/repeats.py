@@ -62,7 +62,8 @@ def lap_differences(residual: np.ndarray, lag: float) -> np.ndarray:
 
 
 def colourless(x: np.ndarray) -> np.ndarray:
-    """The same numbers in another order, NaN where they were: their size without their colour."""
+    """The same sizes in another order and with other signs, NaN where they were: neither colour nor mean."""
+    random = np.random.default_rng(0)
     found, good = x.copy(), np.isfinite(x)
-    found[good] = np.random.default_rng(0).permutation(x[good])
+    found[good] = random.permutation(x[good]) * random.choice([-1.0, 1.0], int(good.sum()))
     return found

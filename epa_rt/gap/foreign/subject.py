@@ -59,7 +59,8 @@ class ForeignSubject:
         ready = self._ready(recording, self._channels(recording))
         if self.baseline is None:
             return ready
-        beside = {link.name: self.baseline.taken_off(self, ready, link.name) for link in self.links}
+        plain = ForeignSubject(self.rig, self.plant, self.leave_out)
+        beside = {link.name: self.baseline.taken_off(plain, ready, link.name) for link in self.links}
         judged = {name: ready.judged[name] & np.isfinite(beside[name]) for name in beside}
         return replace(ready, beside=beside, judged=judged)
 
@@ -111,7 +112,11 @@ class ForeignSubject:
         return replace(recording, columns=columns)
 
     def repeats(self, recording: Recording, values: Values | None = None) -> dict[str, np.ndarray] | None:
-        """By link what laps of one recording differ by, (n,) with NaN, of the size of one lap's own scatter; None without laps."""
+        """By link what laps of a recording (or the runs it is held against) differ by, NaN between; None without any."""
+        if self.baseline is not None:
+            plain = ForeignSubject(self.rig, self.plant, self.leave_out)
+            found = {link.name: self.baseline.apart(plain, link.name) for link in self.links}
+            return found if all(x is not None for x in found.values()) else None
         ready = self._ready(recording, self._channels(recording))
         measured = {role: ready.signals.columns[role] for role in self.rig.channels if role in ready.signals.columns}
         lap = lap_samples(measured, ready.signals.rate_hz)
@@ -128,12 +133,13 @@ class ForeignSubject:
         """Experiments that this rig could run next; none where its kind has no model of the whole."""
         return self.rig.component.menu(self.rig.settings) if self.rig.component.menu else ()
 
-    def against(self, repeat: Recording, by: str = "time") -> "ForeignSubject":
-        """The same rig with a repeat in the plant's place: what the plant leaves of the repeat counts as known.
+    def against(self, *runs: Recording, by: str = "time") -> "ForeignSubject":
+        """The same rig with repeats in the plant's place: what the plant leaves of them counts as known.
 
-        ``by``: 'time' where both run in step; 'stroke' where they go through the same places in the same directions.
+        ``by``: 'time' where the runs are in step; 'stroke' where they go through the same places in the same directions.
+        Two runs or more give the floor as well.
         """
-        return ForeignSubject(self.rig, self.plant, self.leave_out, Baseline(repeat, by))
+        return ForeignSubject(self.rig, self.plant, self.leave_out, Baseline(runs, by))
 
 
 def _knob(row, value: float) -> Knob:
