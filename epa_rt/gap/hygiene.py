@@ -17,7 +17,7 @@ from epa_rt.gap.hygiene_valves import check_valves
 from epa_rt.gap.read import misfits
 from epa_rt.gap.recording import Recording, Span
 
-_REFUSED = ("recorded on the rig", "has no column for", "recorded at a period", "with reads", "with inverted")
+_REFUSED = ("recorded on the rig", "has no column for", "recorded at a period", "with reads", "with inverted", "is not what its raw bytes say")
 _WITHOUT_RIG = (check_time, check_values, check_pairs)
 _ORDER = {"refuse": 0, "exclude": 1, "note": 2}
 
@@ -51,7 +51,8 @@ def clean(recordings: Sequence[Recording], findings: Sequence[Finding]) -> tuple
             for start, stop in finding.rows if finding.severity == "exclude" else ():
                 for name in [finding.channel] if finding.channel else measured_names(recording):
                     columns[name][start:stop] = np.nan
-        sentences = tuple(dict.fromkeys((*recording.found, *(finding.says for finding in own))))
+        said = [finding.says for finding in own]
+        sentences = tuple(dict.fromkeys((*(s for s in recording.found if f"{recording.name}: {s}" not in said), *said)))
         cleaned.append(_on_grid(dataclasses.replace(recording, columns=columns, found=sentences)))
     return tuple(cleaned)
 

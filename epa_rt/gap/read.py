@@ -12,7 +12,7 @@ from epa_rt.config.source import ConfigError, parse_yaml
 from epa_rt.gap.recording import Recording, Span
 from epa_rt.logs.layout import FLAG_WORKING_COUNTER_OK
 from epa_rt.logs.reader import Event, LogError, LogReader
-from epa_rt.signals.sent import sent_columns
+from epa_rt.signals.sent import received_columns, sent_columns
 
 RIG_FILE = "rig.yaml"
 _CYCLE = ("cycle", "t_ns", "flags", "state", "phase", "invalid_mask", "stale_mask")
@@ -29,7 +29,7 @@ def read_recording(path: str | os.PathLike) -> Recording:
     """
     with LogReader(path) as log:
         groups = log.layout.groups()
-        tables = log.tables({"/cycle": [*_CYCLE, "outputs_raw"], **{f"/{name}": None for name in groups if name != "estimate"}})
+        tables = log.tables({"/cycle": [*_CYCLE, "inputs_raw", "outputs_raw"], **{f"/{name}": None for name in groups if name != "estimate"}})
         cycle, events = tables["/cycle"], log.events()
         if not len(cycle["cycle"]):
             raise LogError(f"{path}: found no sample, expected a log with some")
@@ -37,7 +37,9 @@ def read_recording(path: str | os.PathLike) -> Recording:
         columns, lost = _measured(tables.get("/measured", {}), cycle)
         columns |= tables.get("/reference", {}) | tables.get("/command", {})
         if log.layout.outputs_bytes:
-            columns |= _sent(path, log.attachments, cycle["outputs_raw"])
+            rig = _attached_rig(path, log.attachments)
+            lost += _changed(path, rig, columns, cycle["inputs_raw"])
+            columns |= _sent(path, rig, cycle["outputs_raw"])
         found = [*log.missing, *_faults(events), *lost]
         if ending is not None and ending.outcome not in ("completed", "imported") and not any(e.kind == "trip" for e in events):
             found.append(f"the run was not completed: {ending.outcome}{': ' + ending.cause if ending.cause else ''}")
@@ -99,11 +101,27 @@ def _attached_rig(path: str | os.PathLike, attachments: dict[str, bytes]) -> Rig
         raise LogError(f"{path}[{RIG_FILE}]: found bytes that are not UTF-8 text (offset {error.start}), expected YAML") from None
 
 
-def _sent(path: str | os.PathLike, attachments: dict[str, bytes], outputs_raw: np.ndarray) -> dict[str, np.ndarray]:
+def _sent(path: str | os.PathLike, rig: Rig, outputs_raw: np.ndarray) -> dict[str, np.ndarray]:
     try:
-        return sent_columns(_attached_rig(path, attachments), outputs_raw)
+        return sent_columns(rig, outputs_raw)
     except ValueError as error:
         raise LogError(f"{path}: {error}") from None
+
+
+def _changed(path: str | os.PathLike, rig: Rig, measured: dict[str, np.ndarray], inputs_raw: np.ndarray) -> list[str]:
+    """Channels whose columns are not what the raw bytes say: changed after they were recorded, or read with another calibration."""
+    try:
+        received = received_columns(rig, inputs_raw)
+    except ValueError as error:
+        raise LogError(f"{path}: {error}") from None
+    sentences = []
+    for name in (n for n in received if n in measured):
+        known = np.isfinite(measured[name])
+        off = known & ~np.isclose(measured[name], received[name], rtol=1e-9, atol=1e-12)
+        if off.any():
+            row = int(np.argmax(off))
+            sentences.append(f"{name} is not what its raw bytes say: found {measured[name][row]:.6g}, expected {received[name][row]:.6g} ({int(off.sum())} rows)")
+    return sentences
 
 
 def _measured(columns: dict[str, np.ndarray], cycle: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], list[str]]:

@@ -94,3 +94,16 @@ def test_what_does_not_fit_the_rig_is_said(tmp_path):
     assert "muscle_force_n was recorded with calibration" in said and "0 N to 250 N" in said and "period of 2 ms" in said
     found = read_recordings([log_of("bench", "identification_short")], rig_of_name("bench_analog"))[0].found
     assert any("expected 'bench_analog'" in sentence for sentence in found)
+
+
+def test_a_column_that_its_raw_bytes_do_not_say_is_found(monkeypatch):
+    import epa_rt.gap.read as read
+
+    def another(rig, raw):
+        columns = received(rig, raw)
+        return columns | {"muscle_force_n": columns["muscle_force_n"] * 1000.0}
+
+    received = read.received_columns
+    monkeypatch.setattr(read, "received_columns", another)
+    found = read_recording(log_of("bench", "identification_short")).found
+    assert len(found) == 1 and found[0].startswith("muscle_force_n is not what its raw bytes say")
