@@ -1,7 +1,7 @@
 """The data-driven residual model: how much of a link's residual can be explained at all, and by what.
 
 It is the yardstick of the open set: an effect that explains little of what this explains is not the cause. A ridge
-regression on the terms of ``library.py`` in whitened space, always judged on blocks that it has not seen.
+regression on the terms of ``regressors.py`` in whitened space, always judged on blocks that it has not seen.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from epa_rt.gap.floor import Floor
-from epa_rt.gap.library import terms
+from epa_rt.gap.regressors import terms
 
 BLOCK_S = 10.0
 FOLDS = 5
