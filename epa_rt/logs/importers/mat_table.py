@@ -1,13 +1,13 @@
 """MAT files up to version 7 (scipy.io): vectors, columns of matrices, fields of structures, scalars."""
 
 import math
-import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from epa_rt.logs.importers.mat_child import MatError, load_apart
 from epa_rt.logs.importers.table import ImportRefused, Table, element_of, shown
 
 _LARGEST = 1 << 31
@@ -30,8 +30,6 @@ def read_mat(path: Path, wanted: Sequence[str | int], constants: Sequence[str] =
 
 
 def _load(path: Path) -> dict[str, Any]:
-    from scipy.io import loadmat
-
     try:
         with path.open("rb") as file:
             head = file.read(600)
@@ -43,14 +41,9 @@ def _load(path: Path) -> dict[str, Any]:
     if _HDF5 in (head[:8], head[512:520]):
         raise ImportRefused(f"{path}: found a MAT file of version 7.3 (HDF5), expected version 7 or older (in MATLAB: save(..., '-v7'))")
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            return loadmat(path, simplify_cells=True)
-    except NotImplementedError:
-        raise ImportRefused(f"{path}: found a MAT file of a version that cannot be read, expected version 4 to 7") from None
-    except Exception as error:  # a damaged file makes the library raise nearly anything
-        reason = " ".join(str(error).split())[:120]
-        raise ImportRefused(f"{path}: found a file that is no whole MAT file ({type(error).__name__}: {reason}), expected version 4 to 7") from None
+        return load_apart(path)
+    except MatError as error:
+        raise ImportRefused(f"{path}: found a file that is no whole MAT file ({error}), expected version 4 to 7") from None
 
 
 def _variable(path: Path, content: dict[str, Any], name: str) -> Any:

@@ -173,13 +173,36 @@ def _damaged(draw, content: bytes) -> bytes:
     return bytes(data)
 
 
-@pytest.mark.parametrize("kind", ["csv", "mat", "mcap", "protobuf"])
-@pytest.mark.parametrize("what", ["file", "mapping"])
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
-@given(data=st.data())
-def test_damage_is_one_sentence_or_none_at_all(kind, what, data, imported, tmp_path):
+def _one_sentence(kind, what, data, imported, tmp_path):
     """``imported`` holds that an exit code other than 0 is 2, with one line and no file left behind."""
     mapping, file = write_all(tmp_path)[kind]
     damaged = mapping if what == "mapping" else file
     damaged.write_bytes(_damaged(data.draw, damaged.read_bytes()))
     imported(mapping, file)
+
+
+_QUICK = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+
+
+@pytest.mark.parametrize("kind", ["csv", "mcap", "protobuf"])
+@pytest.mark.parametrize("what", ["file", "mapping"])
+@_QUICK
+@given(data=st.data())
+def test_damage_is_one_sentence_or_none_at_all(kind, what, data, imported, tmp_path):
+    _one_sentence(kind, what, data, imported, tmp_path)
+
+
+@settings(_QUICK, max_examples=10)
+@given(data=st.data())
+def test_damage_to_a_mat_file_is_one_sentence_or_none_at_all(data, imported, tmp_path):
+    """Few examples, for each is read in a process of its own."""
+    _one_sentence("mat", "file", data, imported, tmp_path)
+
+
+def test_a_mat_file_on_which_its_reader_crashes(imported, tmp_path, monkeypatch):
+    from epa_rt.logs.importers import mat_child
+
+    run = mat_child.subprocess.run
+    monkeypatch.setattr(mat_child.subprocess, "run", lambda command, **rest: run([command[0], "-c", "import os; os.abort()"], **rest))
+    (tmp_path / "a.mat").write_bytes(mat_bytes())
+    assert "its reader crashes on it" in imported(MAT, tmp_path / "a.mat")[1]
