@@ -93,7 +93,7 @@ def _derived(readings: dict[str, np.ndarray], period_s: float) -> dict[str, np.n
     taps = smooth.gaussian_taps(smooth.PLACE_CYCLES)
     for port in ("joint_angle_rad", "load_position_m"):
         if port in readings:
-            found["place"] = smooth.smoothed(readings[port], taps)
+            found["place"] = smooth.flat_smoothed(readings[port], taps)
             found["place_speed"] = smooth.slope(found["place"], period_s)
             found["place_acceleration"] = smooth.slope(found["place_speed"], period_s)
     return found

@@ -8,7 +8,7 @@ EVERY = 10           # residuals keep every tenth cycle
 HALF = 25            # half length of the residuals' low-pass (cycles)
 CUT = 0.042          # its edge, per cycle
 FUSE_CYCLES = 19.0   # deviation of the Gaussian below which the angle's slope is believed, above it the speed reading
-PLACE_CYCLES = 6.0   # Gaussian on a joint's or mass's position: a converter's steps would be jerks
+PLACE_CYCLES = 6.0   # Gaussian (twice, flat) on a joint's or mass's position: a converter's steps would be jerks
 
 
 def _lowpass_taps() -> np.ndarray:
@@ -57,6 +57,12 @@ def smoothed(values: np.ndarray, taps: np.ndarray) -> np.ndarray:
     out = np.empty(len(padded))
     decimated(padded, taps, 1, out)
     return out[half:-half]
+
+
+def flat_smoothed(values: np.ndarray, taps: np.ndarray) -> np.ndarray:
+    """(N,) as ``smoothed``, its pass band made flat: what it takes off, smoothed once more, is given back."""
+    once = smoothed(values, taps)
+    return once + smoothed(values - once, taps)
 
 
 def slope(values: np.ndarray, period_s: float) -> np.ndarray:

@@ -40,13 +40,14 @@ class HouseSubject:
         self.links: tuple[Link, ...] = links_of(rig, self.channels, plant.params)
         names = tuple(link.name for link in self.links)
         self._reach: dict[str, tuple[str, ...]] = {}
-        self._noises: dict[int, tuple[Recording, int, dict[str, float]]] = {}
+        self._noises: list[tuple[Recording, dict[str, float], int, dict[str, float]]] = []
         self.nominal: tuple[Knob, ...] = tuple(knob(n.key, plant.params) for n in NOMINAL if self._touch(n.key, names))
+        self._own = {k.key for k in self.nominal}
         self.catalogue: tuple[Effect, ...] = tuple(
             effect for effect in CATALOGUE if not {effect.name, effect.family} & leave_out
             and applies(effect, plant.params) and any(self._touch(key, names) for key in effect.knobs))
         self.knobs: Mapping[str, Knob] = {k.key: k for k in self.nominal} | {
-            key: knob(key, plant.params) for effect in self.catalogue for key in effect.knobs if key not in {k.key for k in self.nominal}}
+            key: knob(key, plant.params) for effect in self.catalogue for key in effect.knobs if key not in self._own}
 
     def _touch(self, key: str, names: tuple[str, ...]) -> tuple[str, ...]:
         if key not in self._reach:
@@ -79,7 +80,7 @@ class HouseSubject:
         return features(Bench(prepared, self.plant.params), link)
 
     def free_run(self, recording: Recording, values: Values, seed: int | None) -> Recording | None:
-        phase, noise = self._noise(recording) if seed is not None else (self._prepared(recording).phase, None)
+        phase, noise = self._noise(recording, values) if seed is not None else (self._prepared(recording).phase, None)
         return self._run(recording, values, noise, seed or 0, phase)
 
     def _run(self, recording: Recording, values: Values, noise: dict[str, float] | None, seed: int, phase: int) -> Recording:
@@ -88,17 +89,20 @@ class HouseSubject:
     def _prepared(self, recording: Recording) -> Prepared:
         return prepare(self.rig, self.channels, float(self.plant.params["sensors"]["encoder_hold_s"][0]), recording)
 
-    def _noise(self, recording: Recording) -> tuple[int, dict[str, float]]:
-        """On which cycle the encoder renews, and port to noise; kept for the recordings seen last."""
-        kept = self._noises.get(id(recording))
-        if kept is None or kept[0] is not recording:
+    def _noise(self, recording: Recording, values: Values) -> tuple[int, dict[str, float]]:
+        """On which cycle the encoder renews, and port to noise; kept for the recordings seen last, by plants that are alike."""
+        kept = [one for one in self._noises if one[0] is recording and self._alike(one[1], values)]
+        if not kept:
             prepared = self._prepared(recording)
-            made = self._prepared(self._run(recording, {}, None, 0, prepared.phase))
-            kept = (recording, prepared.phase, noise_of(prepared, self.channels, made))
-            if len(self._noises) > 16:
-                self._noises.clear()
-            self._noises[id(recording)] = kept
-        return kept[1], kept[2]
+            made = self._prepared(self._run(recording, values, None, 0, prepared.phase))
+            kept = [(recording, dict(values), prepared.phase, noise_of(prepared, self.channels, made))]
+            self._noises = [*self._noises[-15:], kept[0]]
+        return kept[0][2], kept[0][3]
+
+    def _alike(self, values: Values, others: Values) -> bool:
+        """Whether two plants differ by less than the spread of every nominal parameter."""
+        return values.keys() - self._own == others.keys() - self._own and all(
+            abs(values.get(k.key, k.value) - others.get(k.key, k.value)) < k.spread for k in self.nominal)
 
     def patched(self, values: Values, effects: Sequence[str]) -> str:
         known = effect_rows()
