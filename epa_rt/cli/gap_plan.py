@@ -40,8 +40,8 @@ def run(arguments: argparse.Namespace) -> int:
     except PatchError as error:
         raise VerbError(str(error)) from None
     given = opened(arguments)
-    if given.rig is None:
-        raise VerbError(f"{arguments.rig}: found a rig that is not simulated, expected one of this house (only those have a menu of experiments)")
+    if given.rig is None and not given.subject.menu():
+        raise VerbError(f"{arguments.rig}: found a rig without a menu of experiments, expected one of this house, or a kind that can be run forward")
     with progress_shown(arguments.quiet) as progress:
         plan = planned(given, diagnosis, progress, within_family=True)
     if plan is None:
@@ -62,9 +62,14 @@ def planned(given: Opened, diagnosis: "Diagnosis", progress: "Callable[[str, flo
     from epa_rt.gap.plan import next_experiment
     from epa_rt.gap.rivals import answers, distance_between, sets_apart
 
-    if given.rig is None or len(sets_apart(diagnosis, given.subject, within_family)) < 2:
+    if len(sets_apart(diagnosis, given.subject, within_family)) < 2 or (given.rig is None and not given.subject.menu()):
         return None
     found = answers(given.subject, given.recordings, diagnosis, within_family, progress=lambda stage, share: progress(stage, 0.2 * share))
+    if given.rig is None:
+        from epa_rt.gap.foreign.next import items, simulated
+
+        return next_experiment(found.rivals, items(given.subject), lambda item, plant: simulated(given.subject, item, plant, given.recordings[0]),
+                               distance_between(given.subject, found), lambda stage, share: progress(stage, 0.2 + 0.8 * share))
     with tempfile.TemporaryDirectory(prefix="epa-gap-") as folder:
         simulator = Simulator(Path(folder))
         return next_experiment(found.rivals, menu(given.rig), lambda item, plant: simulator.new(item, plant, given.recordings[0]),

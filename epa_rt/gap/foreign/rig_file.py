@@ -28,13 +28,14 @@ class RigText(Frozen):
     channels: dict[Name, str]
     settings: dict[Name, str | float] = {}
     steps: dict[Name, str | float] = {}         # by role: what a reading jumps by
+    repeats_to: dict[Name, str | float] = {}    # by role: rms by which one run differs from the mean of its like
     slow_noise: dict[Name, SlowNoise] = {}      # by role: what repeats differ by beyond sample noise
 
 
 @dataclass(frozen=True)
 class ForeignRig:
     """``channels``: role to column name; ``settings``: every setting of the kind in SI; ``steps``: role to a reading's step,
-    ``slow_noise``: role to rms and time constant, where said."""
+    ``slow_noise``: role to rms and time constant, ``repeats_to``: role to rms, where said."""
 
     name: str
     component: Component
@@ -45,6 +46,7 @@ class ForeignRig:
     settings: dict[str, float]
     steps: dict[str, float] = field(default_factory=dict)
     slow_noise: dict[str, tuple[float, float]] = field(default_factory=dict)
+    repeats_to: dict[str, float] = field(default_factory=dict)
 
 
 def load_rig(path: Path) -> ForeignRig:
@@ -67,7 +69,8 @@ def load_rig(path: Path) -> ForeignRig:
             raise source.error(("channels",), "nothing", f"the key '{channel.role}': the column with {channel.says}")
     plant = (path.parent / text.plant) if text.plant else None
     return ForeignRig(text.rig, component, plant, text.rate, text.lowpass, dict(text.channels), _settings(source, component, text.settings),
-                      _by_role(source, component, "steps", text.steps), _slow_noise(source, component, text.slow_noise))
+                      _by_role(source, component, "steps", text.steps), _slow_noise(source, component, text.slow_noise),
+                      _by_role(source, component, "repeats_to", text.repeats_to))
 
 
 def _by_role(source: Located, component: Component, section: str, written: dict[str, Any], last: tuple[str, ...] = ()) -> dict[str, float]:

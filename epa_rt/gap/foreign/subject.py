@@ -112,7 +112,7 @@ class ForeignSubject:
         return replace(recording, columns=columns)
 
     def repeats(self, recording: Recording, values: Values | None = None) -> dict[str, np.ndarray] | None:
-        """By link what laps of a recording (or the runs it is held against) differ by, NaN between; None without any."""
+        """By link what laps of a recording (or the runs it is held against) differ by, NaN between; else what the rig file says, or None."""
         if self.baseline is not None:
             plain = ForeignSubject(self.rig, self.plant, self.leave_out)
             found = {link.name: self.baseline.apart(plain, link.name) for link in self.links}
@@ -121,9 +121,17 @@ class ForeignSubject:
         measured = {role: ready.signals.columns[role] for role in self.rig.channels if role in ready.signals.columns}
         lap = lap_samples(measured, ready.signals.rate_hz)
         if lap is None:
-            return None
+            return self._said(ready)
         apart = {link.name: lap_differences(self.residual(ready, values or {}, link.name), lap / ready.signals.stride) for link in self.links}
         return {name: colourless(x) for name, x in apart.items()} if self.rig.component.flat else apart
+
+    def _said(self, ready: Ready) -> dict[str, np.ndarray] | None:
+        """White noise of the size to which the rig file says that runs repeat; None where it does not say so."""
+        sizes = {link.name: self.rig.repeats_to.get(self._roles[link.name]) for link in self.links}
+        if None in sizes.values():
+            return None
+        random = np.random.default_rng(0)
+        return {name: size * random.standard_normal(len(ready.judged[name])) for name, size in sizes.items()}
 
     def patched(self, values: Values, effects: Sequence[str]) -> str:
         """Text of a plant file with these values, which reads back to the same numbers."""
