@@ -13,12 +13,12 @@ from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.refit import Fit, settled
 from epa_rt.gap.remainder import remainders
-from epa_rt.gap.select import Role, Selection, select
+from epa_rt.gap.select import Role, Selection, rescaled, select
 from epa_rt.gap.separate import alike, intervals, shares
 from epa_rt.gap.shrink import shrinkage
 from epa_rt.gap.subject import Subject
 from epa_rt.gap.verdict import coverage, decided, gaps, said, untested
-from epa_rt.gap.yardstick import Left, left_at
+from epa_rt.gap.yardstick import Left, left_at, on_noise
 
 MOVED = 3.0   # spreads beyond which a nominal parameter is reported
 Progress = Callable[[str, float], None]
@@ -69,18 +69,20 @@ def attributed(subject: Subject, recordings: Sequence[Recording], without: Seque
     problem = Problem(subject, recordings, level, without=without, prepared=first.prepared, stop=stop)
     progress("nominal parameters", 0.1)
     base = settled(problem, values=rough.values)
-    lefts = {id(base): left_at(problem, base)}
+    noise = on_noise(problem, base, seed)
+    lefts: dict[int, Left] = {}
+    kept: list[Point] = []  # so that an id stays a point's own
 
-    def explainable(point: Point) -> tuple[float, float]:
+    def left(point: Point) -> Left:
         if id(point) not in lefts:
-            lefts[id(point)] = left_at(problem, point)
-        return lefts[id(point)].amount, lefts[id(point)].misfit
+            kept.append(point)
+            lefts[id(point)] = left_at(problem, point, noise)
+        return lefts[id(point)]
 
-    selection = select(problem, base, explainable, progress=lambda stage, share: progress(stage, 0.15 + 0.6 * share))
-    explainable(selection.final)
-    after = lefts[id(selection.final)]
-    sets = tuple(alike(role, after.misfit) for role in selection.roles)
-    return Attribution(problem, selection, lefts[id(base)], after, sets)
+    scaled, base = rescaled(problem, base, left(base))
+    selection = select(scaled, base, left, progress=lambda stage, share: progress(stage, 0.15 + 0.6 * share))
+    sets = tuple(alike(role) for role in selection.roles)
+    return Attribution(selection.problem, selection, left(base), left(selection.final), sets)
 
 
 def composed(subject: Subject, recordings: Sequence[Recording], found: Attribution, rows: Sequence[Shrinkage] = ()) -> Diagnosis:
@@ -88,9 +90,9 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     problem, selection = found.problem, found.selection
     named = tuple(_named(found, role, group) for role, group in zip(selection.roles, found.sets, strict=True))
     covered = coverage(found.before, found.after)
-    where = gaps(found.before)
+    where = gaps(found.before, found.after)
     screening = selection.roles[0].screening if selection.roles else selection.refused.screening if selection.refused else None
-    silent = untested(screening.typical() if screening else {}, 1.0, tuple(problem.effects))
+    silent = untested(screening.typical() if screening else {}, tuple(problem.effects))
     rivals = [[n for n in one.not_separable_from if problem.effects[n].family != one.family] for one in named]
     verdict = decided(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1))
     if verdict == "not_in_catalogue":
@@ -110,7 +112,7 @@ def _named(found: Attribution, role: Role, group: Sequence[Fit]) -> Named:
     effect = problem.effects[role.best.effect]
     width = intervals(final.normal, effect.knobs)
     return Named(effect.name, effect.family, effect.block, tuple(_number(problem, final, key, width[key]) for key in effect.knobs),
-                 shares(problem, role)[effect.name], float(role.gains[0].sum() / found.after.misfit),
+                 shares(problem, role)[effect.name], float(role.gains[0].sum()),
                  tuple(fit.effect for fit in group if fit.effect != effect.name))
 
 

@@ -4,6 +4,7 @@ Cut into blocks of a second or two that all links share, for everything that res
 whole trials for what is judged on data that it was not fitted to.
 """
 
+import copy
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -41,7 +42,7 @@ class Problem:
         self.links = tuple(link.name for link in subject.links if link.name in floors)
         self.block_of_link = {link.name: link.block for link in subject.links}
         left_out = set(without)
-        self.effects: dict[str, Effect] = {e.name: e for e in subject.catalogue if e.name not in left_out}
+        self.effects: dict[str, Effect] = {e.name: e for e in subject.catalogue if not {e.name, e.family} & left_out}
         self.knobs: Mapping[str, Knob] = subject.knobs
         self.nominal = tuple(knob.key for knob in subject.nominal)
         self.prepared = dict(prepared) if prepared else {r.name: subject.prepare(r) for r in recordings}
@@ -74,6 +75,12 @@ class Problem:
         self.fold_of_block = np.array([order[chunk] % FOLDS for chunk in chunks])
         self.edges = {link: np.searchsorted(np.concatenate(ids[link]), np.arange(first + 1)) for link in self.links}
         self.links = tuple(link for link in self.links if self.edges[link][-1] > 0)
+
+    def rescaled(self, misfit: Mapping[str, float]) -> "Problem":
+        """The same problem with residuals divided by the root of another s^2, link by link."""
+        made = copy.copy(self)
+        made.scale = {link: float(np.sqrt(misfit[link])) for link in self.links}
+        return made
 
     def samples(self, link: str) -> int:
         return int(self.edges[link][-1])

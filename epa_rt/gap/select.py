@@ -4,7 +4,7 @@ A role is the place of one found effect while all others are on. Its candidates 
 best one, what else would do as well, and the swap of an early choice that a later one shows to be wrong.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,23 +13,25 @@ from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import Fit, refit, settled
 from epa_rt.gap.screen import STRONGEST, WEAKEST, Screening, scaled, screen
+from epa_rt.gap.yardstick import Left
 
 MOST_EFFECTS = 3
 BEST = 8             # candidates by expected gain that are refitted
 PER_LINK = 1         # further ones that gain most in a link with an excess of its own
 STARTS = 2           # starting points of a refit
+RESCALE = 0.2        # change of log s^2 that is worth settling again
 
 
 @dataclass(frozen=True)
 class Rules:
     """When a further effect is believed; the figures are from the development cases.
 
-    ``gain``: fall of chi-square on trials left out, in units of s^2. ``z``: of that fall over blocks. ``share_first``,
+    ``gain``: fall of chi-square on trials left out (residuals in units of s). ``z``: of that fall over blocks. ``share_first``,
     ``share_more``: least part of what is left to explain that the first and any further effect must explain.
     """
 
     gain: float = 30.0
-    z: float = 3.0
+    z: float = 2.5
     share_first: float = 0.10
     share_more: float = 0.30
 
@@ -53,19 +55,20 @@ class Role:
 class Selection:
     """``base``: no effect on. ``roles``: one for each effect found. ``final``: all found effects on, polished.
 
-    ``refused``: the role that was tried last and not believed.
+    ``problem``: scaled by what was left in the end. ``refused``: the role that was tried last and not believed.
     """
 
+    problem: Problem
     base: Point
     roles: tuple[Role, ...]
     final: Point
     refused: Role | None
 
 
-Explainable = Callable[[Point], tuple[float, float]]   # chi-square left to explain at a point, and s^2 there
+LeftAt = Callable[[Point], Left]
 
 
-def select(problem: Problem, base: Point, explainable: Explainable, rules: Rules = Rules(),
+def select(problem: Problem, base: Point, left_at: LeftAt, rules: Rules = Rules(),
            progress: Callable[[str, float], None] = lambda stage, share: None) -> Selection:
     """Effects that explain the residual at ``base`` (nominal parameters refitted), one after the other."""
     roles: list[Role] = []
@@ -73,7 +76,7 @@ def select(problem: Problem, base: Point, explainable: Explainable, rules: Rules
     for depth in range(MOST_EFFECTS):
         progress(f"effect {depth + 1}", depth / MOST_EFFECTS)
         role = played(problem, point, pairs=depth == 0)
-        if role is None or not believed(problem, role, explainable, rules, first=depth == 0):
+        if role is None or not believed(problem, role, left_at, rules, first=depth == 0):
             refused = role
             break
         effects = (*point.effects, role.best.effect)
@@ -81,7 +84,18 @@ def select(problem: Problem, base: Point, explainable: Explainable, rules: Rules
         roles.append(role)
         if depth > 0:
             roles, point = _tried_again(problem, roles, point)
-    return Selection(base, tuple(roles), point, refused)
+        problem, point = rescaled(problem, point, left_at(point))
+    return Selection(problem, base, tuple(roles), point, refused)
+
+
+def rescaled(problem: Problem, point: Point, left: Left) -> tuple[Problem, Point]:
+    """Links whose s^2 has fallen count for more; the point is settled again where that changed anything."""
+    before = {link: scale**2 for link, scale in problem.scale.items()}
+    after = {link: min(before[link], left.misfit(link)) if point.effects else left.misfit(link) for link in problem.links}
+    if all(abs(np.log(after[link] / before[link])) < RESCALE for link in problem.links):
+        return problem, point
+    problem = problem.rescaled(after)
+    return problem, settled(problem, point.effects, point.values, rounds=2)
 
 
 def _tried_again(problem: Problem, roles: list[Role], final: Point) -> tuple[list[Role], Point]:
@@ -146,12 +160,11 @@ def _starts(problem: Problem, screening: Screening, effect: str) -> list[dict[st
     return [scaled(problem, effect, s.start, float(np.sign(s.amplitude) or 1.0) * min(max(abs(s.amplitude), WEAKEST), STRONGEST)) for s in own]
 
 
-def believed(problem: Problem, role: Role, explainable: Explainable, rules: Rules, first: bool) -> bool:
+def believed(problem: Problem, role: Role, left_at: LeftAt, rules: Rules, first: bool) -> bool:
     """Whether the best candidate of a role gains enough on trials left out, beyond chance and beyond the method's misfit."""
-    left, misfit = explainable(role.point)
     gain = role.gains[0]
-    share = gain.sum() / max(left, 1e-9)
-    return bool(gain.sum() > rules.gain * misfit and z_of_sum(gain) > rules.z and share > (rules.share_first if first else rules.share_more))
+    share = gain.sum() / max(left_at(role.point).amount(problem.scale), 1e-9)
+    return bool(gain.sum() > rules.gain and z_of_sum(gain) > rules.z and share > (rules.share_first if first else rules.share_more))
 
 
 def z_of_sum(per_block: np.ndarray) -> float:
@@ -159,8 +172,3 @@ def z_of_sum(per_block: np.ndarray) -> float:
     used = per_block[per_block != 0.0]
     scatter = np.sqrt(len(used)) * np.std(used) if len(used) > 1 else np.inf
     return float(used.sum() / scatter) if scatter > 0.0 else 0.0
-
-
-def numbers_of(values: Mapping[str, float], problem: Problem, keys: Sequence[str]) -> dict[str, float]:
-    """Values of knobs, the plant file's where they were never moved."""
-    return {key: values.get(key, problem.knobs[key].value) for key in keys}

@@ -22,7 +22,7 @@ TWO_SIDED_95 = 1.96
 class Alike:
     """When two refits count as the same; the figures are from the development cases.
 
-    ``chance``: difference of chi-square on trials left out, in units of s^2. ``part``: of what the better one explains.
+    ``chance``: difference of chi-square on trials left out (residuals in units of s). ``part``: of what the better one explains.
     ``z``: of the difference over blocks.
     """
 
@@ -31,10 +31,10 @@ class Alike:
     z: float = 2.0
 
 
-def alike(role: Role, misfit: float, rule: Alike = Alike()) -> tuple[Fit, ...]:
+def alike(role: Role, rule: Alike = Alike()) -> tuple[Fit, ...]:
     """The role's best fit and all that this data cannot tell from it, best first."""
     best = role.gains[0]
-    within = max(rule.chance * misfit, rule.part * best.sum())
+    within = max(rule.chance, rule.part * best.sum())
     return tuple(fit for fit, gain in zip(role.fits, role.gains, strict=True)
                  if (best - gain).sum() < within or (z_of_sum(best - gain) < rule.z and gain.sum() > 0.5 * best.sum()))
 

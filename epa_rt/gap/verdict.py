@@ -13,14 +13,16 @@ from epa_rt.gap.yardstick import Left
 class Bars:
     """Where one verdict ends and the next begins; the figures are from the development cases.
 
-    ``gap``: chi-square per sample above which a link has a gap worth a word, however many samples prove it.
+    ``gap``: explainable chi-square per sample from which a link has a gap worth a word, however many samples prove it;
+    ``sure``: the same summed over its samples, so that few samples do not invent one.
     ``covered``: part of what could be explained that the effects must explain to be the cause. ``whole``: part from which
     they are all of it; else ``small`` must hold: what is left, in multiples of the floor's variance.
     ``tested``: expected chi-square of an effect of typical strength below which the logs could not have shown it.
     ``mostly``: part of the catalogue not tested from which silence means nothing.
     """
 
-    gap: float = 1.2
+    gap: float = 0.05
+    sure: float = 300.0
     covered: float = 0.6
     whole: float = 0.9
     small: float = 1.5
@@ -41,23 +43,29 @@ class Coverage:
     left: float
 
 
-def gaps(before: Left, bars: Bars = BARS) -> tuple[str, ...]:
-    """Links whose residual exceeds the floor by more than a trifle, the largest explainable part first."""
-    found = {name: fit.samples * (fit.before - fit.after) for name, fit in before.links.items() if fit.before > bars.gap}
-    return tuple(sorted(found, key=lambda name: -found[name]))
+def gaps(before: Left, after: Left, bars: Bars = BARS) -> tuple[str, ...]:
+    """Links with a residual that the generic model or the effects explain beyond a trifle, the largest first."""
+    most = {name: _most(before, after, name) for name in before.links}
+    sums = {name: before.links[name].samples * part for name, part in most.items() if part > bars.gap}
+    return tuple(sorted((name for name in sums if sums[name] > bars.sure), key=lambda name: -sums[name]))
 
 
-def coverage(before: Left, after: Left, bars: Bars = BARS) -> Coverage:
-    """What the effects explain against what could be explained, by the better of two yardsticks.
+def _most(before: Left, after: Left, name: str) -> float:
+    """Chi-square per sample of a link that could be explained, by the better of three yardsticks.
 
     The generic model at the start may know less than the effects do; then what it still finds after them counts.
     """
+    first, last = before.links[name], after.links[name]
+    return max(first.before - max(min(first.after, last.after, last.before), 1.0), 0.0)
+
+
+def coverage(before: Left, after: Left, bars: Bars = BARS) -> Coverage:
+    """What the effects explain against what could be explained."""
     explained, explainable, by_link, left = 0.0, 0.0, {}, 0.0
-    for name in gaps(before, bars):
-        first, last = before.links[name], after.links[name]
-        most = first.before - max(min(first.after, last.after, last.before), 1.0)
-        own = first.before - last.before
-        by_link[name] = own / most if most > 0.0 else 1.0
+    for name in gaps(before, after, bars):
+        first, last, most = before.links[name], after.links[name], _most(before, after, name)
+        own = min(first.before - last.before, most)
+        by_link[name] = own / most
         explained, explainable = explained + first.samples * own, explainable + first.samples * most
         left = max(left, last.before - max(last.after, 1.0))
     return Coverage(explained / explainable if explainable > 0.0 else 1.0, by_link, left)
@@ -75,9 +83,9 @@ def decided(gap: bool, effects: Sequence[str], found: Coverage, ambiguous: bool,
     return "explained" if found.part > bars.whole or found.left < bars.small else "partly_explained"
 
 
-def untested(typical: Mapping[str, float], misfit: float, names: Sequence[str], bars: Bars = BARS) -> tuple[str, ...]:
+def untested(typical: Mapping[str, float], names: Sequence[str], bars: Bars = BARS) -> tuple[str, ...]:
     """Effects of which a typical strength would have stayed below detection, nominal parameters projected out."""
-    return tuple(name for name in names if typical.get(name, 0.0) < bars.tested * misfit)
+    return tuple(name for name in names if typical.get(name, 0.0) < bars.tested)
 
 
 def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]], links: Sequence[str], part: float, not_tested: int, of: int) -> str:

@@ -1,37 +1,51 @@
-"""What there is left to explain at all: the generic model's answer by link, at a set of values."""
+"""What there is left to explain at all: the generic model's answer by link, held against what it makes of mere noise."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from epa_rt.gap.generic import GenericFit
 from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.remainder import generic_of
 
+TWIN_SEED = 7001   # a twin that made no floor
+
 
 @dataclass(frozen=True)
 class Left:
-    """By link: the generic fit. ``amount``: chi-square that could be explained, over all links. ``misfit``: s^2 where that lies."""
+    """By link: the generic fit, whose ``after`` is never better than what it reaches on noise alone."""
 
     links: Mapping[str, GenericFit]
 
-    @property
-    def amount(self) -> float:
-        return sum(_explainable(fit) for fit in self.links.values())
+    def misfit(self, link: str) -> float:
+        """s^2 of a link: chi-square per sample that nothing explains, at least 1."""
+        return self.links[link].misfit
 
-    @property
-    def misfit(self) -> float:
-        total = self.amount
-        if total <= 0.0:
-            return max((fit.misfit for fit in self.links.values()), default=1.0)
-        return sum(_explainable(fit) * fit.misfit for fit in self.links.values()) / total
+    def amount(self, scale: Mapping[str, float]) -> float:
+        """Chi-square that could be explained, over all links; ``scale``: link to what residuals are divided by."""
+        return sum(fit.samples * explainable(fit) / scale[name] ** 2 for name, fit in self.links.items() if name in scale)
 
 
-def _explainable(fit: GenericFit) -> float:
-    return fit.samples * max(fit.before - max(fit.after, 1.0), 0.0)
+def explainable(fit: GenericFit) -> float:
+    """Chi-square per sample beyond noise and beyond what the generic model leaves."""
+    return max(fit.before - max(fit.after, 1.0), 0.0)
 
 
-def left_at(problem: Problem, point: Point) -> Left:
-    """The generic model fitted to every link's residual at a point."""
+def left_at(problem: Problem, point: Point, on_noise: Mapping[str, float]) -> Left:
+    """The generic model fitted to every link's residual at a point. ``on_noise``: as ``on_noise`` has it."""
     made = problem.each(lambda link: generic_of(problem.subject, problem.prepared, point.values, problem.floors, link), problem.links)
-    return Left(dict(zip(problem.links, made, strict=True)))
+    return Left({link: replace(fit, after=min(fit.after / on_noise[link], fit.before)) for link, fit in zip(problem.links, made, strict=True)})
+
+
+def on_noise(problem: Problem, point: Point, seed: int = 0) -> dict[str, float]:
+    """Share of chi-square that the generic model leaves of a twin without a gap, by link: below 1 where the noise itself
+    has a shape. 1 where the rig has no model of the whole.
+    """
+    subject = problem.subject
+    twins = {r.name: subject.free_run(r, point.values, TWIN_SEED + seed) for r in problem.recordings}
+    if any(twin is None for twin in twins.values()):
+        return dict.fromkeys(problem.links, 1.0)
+    prepared = {name: subject.prepare(twin) for name, twin in twins.items()}
+    made = problem.each(lambda link: generic_of(subject, prepared, point.values, problem.floors, link), problem.links)
+    return {link: min(fit.after / fit.before, 1.0) if fit.before > 0.0 and fit.samples else 1.0
+            for link, fit in zip(problem.links, made, strict=True)}
