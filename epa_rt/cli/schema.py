@@ -1,4 +1,4 @@
-"""Write the JSON schemas of rig and experiment files, so that an editor completes and checks them.
+"""Write the JSON schemas of rig, plant and experiment files, so that an editor completes and checks them.
 
   epa schema -o config/schema
 Then, in the first line of a rig file:  # yaml-language-server: $schema=../schema/rig.json
@@ -19,8 +19,9 @@ def schemas() -> dict[str, dict]:
     """JSON schema by file kind."""
     from epa_rt.config.experiment import ExperimentFile
     from epa_rt.config.rig import Rig
+    from epa_rt.models.catalogue_page import plant_schema
 
-    return {"rig": Rig.model_json_schema(), "experiment": ExperimentFile.model_json_schema(by_alias=True)}
+    return {"rig": Rig.model_json_schema(), "plant": plant_schema(), "experiment": ExperimentFile.model_json_schema(by_alias=True)}
 
 
 def main(arguments: argparse.Namespace) -> int:
