@@ -130,6 +130,9 @@ def _load() -> None:
     rig = load_rig(ROOT / "config/rigs/bench.yaml")
     plant = BusPlant(rig, load_plant(ROOT / "config/rigs" / rig.plant), 1)
     plant.warm_up()
+    from epa_rt.cli.main import parser
+
+    parser()
 
 
 def _one(request: dict) -> dict:

@@ -30,6 +30,8 @@ SCENARIOS: dict[str, Scenario] = {
                                      visible=None),
     "sensor_stuck, speed": Scenario(one("sensor_stuck", "motor_speed_m_s"), "position and speed of the drive contradict each other", _MOTION, 3, "contradiction: motor_travel_m",
                                     visible=None),
+    "knee: sensor_stuck, angle": Scenario(one("sensor_stuck", "knee_angle_rad"), "4 degrees away from its reference for 50 ms", _FOLLOWING, 3, "following error: knee_angle_rad",
+                                          rig="knee", visible=None),
     "encoder_jump, 2000 counts": Scenario(one("encoder_jump"), "1.6 mm in one cycle", _MOTION, 3, "position jump: motor_travel_m"),
     "encoder_jump, 60000 counts": Scenario(one("encoder_jump", value=60000.0), "outside the limits of the travel", "loop: limits", 3, "over-travel: motor_travel_m"),
     "valve_stuck_open, inlet, moving": Scenario(one("valve_stuck_open", _INLET), "a gain that heat cannot explain, or the limit of the pressure", _LOGIC, 3,
