@@ -13,10 +13,14 @@ KINDS = tuple(SHARES)
 NOISE = (0.4, 1.0, 2.5)
 KNEE_SHARE = 0.25
 # strength in multiples of the detection limit, from and to; drawn evenly in the logarithm
-MULTIPLES = {"single": (0.5, 50.0), "same_law": (1.0, 50.0), "pair": (4.0, 40.0), "withheld": (3.0, 50.0), "not_separable": (4.0, 30.0)}
+MULTIPLES = {"single": (0.5, 50.0), "same_law": (1.0, 50.0), "pair": (4.0, 40.0), "withheld": (3.0, 50.0), "not_separable": (2.2, 4.0)}
 # the catalogue's own laws that bench and knee can show; strengths between neutral and the start's
 SAME_LAWS = ("leak", "fill_heat", "strap_compliance", "bladder_spring", "threshold_pressure", "creep", "braid_dahl", "gear_friction",
              "gear_efficiency", "transport_delay", "cogging", "force_offset", "muscle0_gauge_offset", "motor_stribeck", "end_fittings")
+
+
+# what one pressure and one small sine show so much alike that the oracle found pairs of them it cannot tell apart
+ALIKE = ("rubber_threshold", "thermal_gas", "slow_gauge", "rubber_wall")
 
 
 class Spec(NamedTuple):
@@ -81,6 +85,8 @@ def _turns(kind: str, count: int, rng: np.random.Generator) -> list[tuple[tuple[
         pool = [never.pop(0) if (i % 3 == 2 and never) else mixed[i % len(mixed)] for i in range(count)]
     elif kind == "same_law":
         pool = [str(name) for name in np.resize(rng.permutation([name for name in SAME_LAWS if name in CATALOGUE]), count)]
+    elif kind == "not_separable":
+        return [(tuple(str(name) for name in rng.permutation(ALIKE)), "bench") for _ in range(count)]
     elif kind == "none":
         return [((), "knee" if rng.uniform() < KNEE_SHARE else "bench") for _ in range(count)]
     else:
@@ -92,7 +98,7 @@ def _turns(kind: str, count: int, rng: np.random.Generator) -> list[tuple[tuple[
         if kind == "pair":
             own = families(BY_NAME[name])
             others = [n for n in others if not set(families(BY_NAME[n])) & set(own)]
-        out.append(((name, *(str(n) for n in others[:4])) if kind in ("pair", "not_excited", "not_separable") else (name,), rig))
+        out.append(((name, *(str(n) for n in others[:4])) if kind in ("pair", "not_excited") else (name,), rig))
     return out
 
 

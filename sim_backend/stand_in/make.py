@@ -17,12 +17,12 @@ from epa_rt.models.plant_file import PlantFile, load_plant
 from sim_backend.backend import SimBackend
 from sim_backend.stand_in.draw import Spec, families, left_out
 from sim_backend.stand_in.effects import BY_NAME
-from sim_backend.stand_in.replayed import commands_of_log
+from sim_backend.stand_in.replayed import commands_of
 from sim_backend.stand_in.strengths import Unfit, Workshop
 from sim_backend.stand_in.truth import TruePlant, bench_of, competing, perturbed
 
-Record = Callable[[Path, Path, Path, SimBackend, Path], str]
-"""(experiment, rig, plant, backend, log) to the run's outcome."""
+Record = Callable[[Path, Path, Path, SimBackend, Path | None], tuple[str, np.ndarray]]
+"""(experiment, rig, plant, backend, log) to the run's outcome and, where ``log`` is None, the output images (N, bytes)."""
 TRIES = 4
 
 
@@ -77,8 +77,10 @@ def _noisier(params: np.ndarray, factor: float) -> np.ndarray:
     return params
 
 
-def _run(experiment: Path, folder: Folder, rig: Rig, believed: PlantFile, plant: TruePlant, seed: int, record: Record, log: Path) -> str:
-    log.unlink(missing_ok=True)
+def _run(experiment: Path, folder: Folder, rig: Rig, believed: PlantFile, plant: TruePlant, seed: int, record: Record,
+         log: Path | None = None) -> tuple[str, np.ndarray]:
+    if log is not None:
+        log.unlink(missing_ok=True)
     true = dataclasses.replace(believed, params=plant.params, substeps=plant.substeps)
     return record(experiment, folder.rig, folder.plant, SimBackend(rig, true, seed, None, plant.physics), log)
 
@@ -87,10 +89,8 @@ def _reference(folder: Folder, rig: Rig, believed: PlantFile, plant: TruePlant, 
     """Commands of the logs as the rig without its hidden effect would have got them."""
     commands = []
     for experiment, seed in zip(folder.logs, seeds, strict=False):
-        log = folder.path / "reference.mcap"
-        outcome = _run(experiment, folder, rig, believed, plant, seed, record, log)
-        commands.append(commands_of_log(rig, log))
-        log.unlink()
+        outcome, outputs = _run(experiment, folder, rig, believed, plant, seed, record)
+        commands.append(commands_of(rig, outputs))
         if outcome != "completed":
             raise Unfit(f"found {experiment.stem} {outcome} without any effect, expected a run that completes")
     return commands
@@ -101,7 +101,7 @@ def _recorded(folder: Folder, rig: Rig, believed: PlantFile, plant: TruePlant, s
     effects = shop.effects()
     for _ in range(TRIES):
         true = plant._replace(effects=tuple((e["name"], e["fields"]) for e in effects))
-        outcomes = [_run(e, folder, rig, believed, true, seed, record, folder.path / place / f"{e.stem}.mcap")
+        outcomes = [_run(e, folder, rig, believed, true, seed, record, folder.path / place / f"{e.stem}.mcap")[0]
                     for (e, place), seed in zip([*((e, "logs") for e in folder.logs), *((e, "holdout") for e in folder.holdout)], seeds, strict=False)]
         if all(outcome == "completed" for outcome in outcomes):
             return effects
