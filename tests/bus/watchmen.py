@@ -8,8 +8,8 @@ import time
 
 from sim_backend.bus.namespace import die_with_parent
 
-_TICK_S, _SEEN_S = 0.005, 0.010
-_ROWS = 256
+_TICK_S, _SEEN_S = 0.005, 0.030
+_ROWS = 4096
 _SLOT = 16 * (1 + _ROWS)  # (last wake-up, number of gaps), then (end, length) of the last gaps
 
 
