@@ -66,10 +66,13 @@ class Bench:
         late = self.cycles("encoder_skew_s")
         return instruments.moved(angle, late), instruments.moved(speed, late), instruments.moved(acceleration, late)
 
+    def place_port(self) -> str | None:
+        return next((port for port in ("joint_angle_rad", "load_position_m") if port in self.prepared.readings), None)
+
     def place(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Position of the load (rad of a knee, m of a mass), its speed and acceleration; zeros where it is fixed."""
         p = self.prepared
-        port = next((port for port in ("joint_angle_rad", "load_position_m") if port in p.readings), None)
+        port = self.place_port()
         if port is None:
             zero = self.zero()
             return zero, zero, zero
@@ -101,11 +104,11 @@ class Bench:
 
     def gauge(self, i: int) -> np.ndarray:
         """(N,) gauge pressure of muscle i, what its sensor does taken off."""
-        value, lag_s = self.lagging_gauge(i), float(self.sensors["pressure_lag_s"])
+        port, value, lag_s = f"muscle{i}_gauge_pa", self.lagging_gauge(i), float(self.sensors["pressure_lag_s"])
         if lag_s == 0.0:
             return value
-        plain = value is self.prepared.readings[f"muscle{i}_gauge_pa"]
-        return value + lag_s * (self.prepared.smooth[f"muscle{i}_gauge_pa_slope"] if plain else smooth.slope(value, self.prepared.period_s))
+        slope = instruments.moved(self.prepared.smooth[f"{port}_slope"], self.cycles("gauge_skew_s"))
+        return value + lag_s / instruments.line_of(self.sensors, port)[0] * slope
 
     def force(self, i: int) -> np.ndarray:
         """(N,) force of muscle i: measured where there is a cell, else predicted from its measured pressure."""
@@ -214,9 +217,13 @@ def muscle_residual(bench: Bench) -> np.ndarray:
 
 
 def load_residual(bench: Bench) -> np.ndarray:
-    out = np.empty(bench.prepared.count)
-    load_link.load_balance(bench.params, *bench.place(), bench.force(0), bench.force(1), bench.prepared.period_s, out)
-    return out
+    p = bench.prepared
+    place, speed, _ = bench.place()
+    out = np.empty(p.count)
+    load_link.load_acceleration(bench.params, place, speed, bench.force(0), bench.force(1), p.period_s, out)
+    port = bench.place_port()
+    out = instruments.moved(out, -bench.cycles("joint_skew_s") if port == "joint_angle_rad" else 0.0)
+    return p.smooth["place_acceleration"] - instruments.line_of(bench.sensors, port)[0] * out
 
 
 RESIDUALS: dict[str, Callable[[Bench], np.ndarray]] = {

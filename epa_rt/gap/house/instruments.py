@@ -78,11 +78,16 @@ def cell(sensors, force: np.ndarray, period_s: float) -> np.ndarray:
         _swung(float(sensors["frame_mode_ratio"]), float(sensors["frame_hz"]), float(sensors["frame_damping_ratio"]), force, period_s, out)
         force = out
     force = moved(force, -float(sensors["force_skew_s"]) / period_s)
-    if sensors["force_lag_s"] != 0.0:
-        out = np.empty(len(force))
-        _lagged(float(sensors["force_lag_s"]), force, period_s, out)
-        force = out
-    return force
+    return late(force, float(sensors["force_lag_s"]), period_s)
+
+
+def late(values: np.ndarray, lag_s: float, period_s: float) -> np.ndarray:
+    """(N,) behind a first-order lag, settled at first."""
+    if lag_s == 0.0:
+        return values
+    out = np.empty(len(values))
+    _lagged(lag_s, np.ascontiguousarray(values), period_s, out)
+    return out
 
 
 def before_cell(sensors, force: np.ndarray, slope: np.ndarray, period_s: float) -> np.ndarray:

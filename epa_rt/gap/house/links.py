@@ -28,8 +28,8 @@ def links_of(rig: Rig, channels: dict[str, Channel], params: np.ndarray) -> tupl
     if moves and {"force_n", "muscle0_gauge_pa"} <= has.keys():
         found.append(Link("muscle0", "muscle", has["force_n"], "N", "pressure, length and speed to force"))
     if place in has and "force_n" in has and (params["muscle"]["present"][0, 1] < 0.5 or "muscle1_gauge_pa" in has):
-        unit = "N*m" if kind == KNEE else "N"
-        found.append(Link("load", "load", has[place], unit, "muscle forces to the load's acceleration, as a balance"))
+        unit = "rad/s^2" if kind == KNEE else "m/s^2"
+        found.append(Link("load", "load", has[place], unit, "muscle forces to the load's acceleration"))
     if moves:
         found.append(Link("encoder", "sensors", has["motor_speed_rad_s"], "rad/s", "slope of the motor angle to its speed reading"))
     return tuple(found)

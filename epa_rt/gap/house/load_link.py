@@ -1,20 +1,23 @@
-"""Torque or force balance of the load along its measured motion."""
+"""Acceleration of the load from the muscles' forces along its measured motion."""
+
+import math
 
 from epa_rt.gap.house.compiled import compiled
 from epa_rt.models.blocks import load
 
 
 @compiled
-def load_balance(params, place, speed, acceleration, force0, force1, period_s, out):
-    """Inertia's torque (N m; of a mass its force, N) measured minus predicted from the muscles' forces, (N,)."""
+def load_acceleration(params, place, speed, force0, force1, period_s, out):
+    """Acceleration (rad/s^2 or m/s^2, (N,)) that forces (N) give a load at a measured place and speed.
+
+    Predicted, not the balance of torques: the noise of a measured acceleration must not go into any knob's derivative.
+    """
     p = params[0].load
     stuck = 0.0
-    inertia = p.mass_kg + p.payload_kg
-    if p.kind_code == load.KNEE:
-        inertia = p.inertia_kg_m2 + p.payload_kg * p.mass_lever_m * p.mass_lever_m
+    fade = math.exp(-period_s / p.presliding_time_s)
     for k in range(len(place)):
-        pull = load.along_load(p, force0[k], force1[k])
-        predicted, rate = load.rates(p, place[k], speed[k], stuck, pull)
-        step = period_s * rate
-        stuck += step
-        out[k] = inertia * (acceleration[k] - predicted)
+        out[k], rate = load.rates(p, place[k], speed[k], stuck, load.along_load(p, force0[k], force1[k]))
+        if rate == speed[k]:
+            stuck += period_s * rate
+        else:
+            stuck += p.presliding_time_s * rate * (1.0 - fade)

@@ -89,7 +89,7 @@ def _derived(readings: dict[str, np.ndarray], period_s: float) -> dict[str, np.n
     found = {}
     for port, values in readings.items():
         if "gauge" in port:
-            found[f"{port}_slope"] = smooth.slope(values, period_s)
+            found[f"{port}_slope"] = smooth.slope(smooth.flat_smoothed(values, smooth.gaussian_taps(smooth.SLOPE_CYCLES)), period_s)
     taps = smooth.gaussian_taps(smooth.PLACE_CYCLES)
     for port in ("joint_angle_rad", "load_position_m"):
         if port in readings:

@@ -10,6 +10,8 @@ CUT = 0.042          # its edge, per cycle
 FUSE_CYCLES = 19.0   # deviation of the Gaussian below which the angle's slope is believed, above it the speed reading
 PLACE_CYCLES = 6.0   # Gaussian (twice, flat) on a joint's or mass's position: a converter's steps would be jerks
 
+SLOPE_CYCLES = 15.0  # the same on a pressure before its slope takes the sensor's lag off: noise there would pull on the lag
+
 
 def _lowpass_taps() -> np.ndarray:
     k = np.arange(-HALF, HALF + 1)
