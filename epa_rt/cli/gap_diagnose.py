@@ -119,9 +119,10 @@ def gated(given: Opened, diagnosis: "Diagnosis", patch: Path | None, progress: P
         path = patch or Path(folder) / f"{given.plant.stem}_patched.yaml"
         write_whole(path, _patched(given, diagnosis))
         try:
-            return gate(given.subject, real, given.plant, path, Simulator(Path(folder)).again, diagnosis.shrinkage, progress)
+            found = gate(given.subject, real, given.plant, path, Simulator(Path(folder)).again, diagnosis.shrinkage, progress)
         except GateError as error:
             raise VerbError(str(error)) from None
+    return found._replace(report=found.report | {"plant_file": str(patch) if patch else None})
 
 
 def write_answer(diagnosis: "Diagnosis", arguments: argparse.Namespace) -> None:

@@ -27,14 +27,11 @@ class Figure(NamedTuple):
 
 
 def unit_of(subject: Subject, channel: str) -> str:
-    """SI unit of a channel: its link's, else what its name ends in; '' where neither says."""
-    for link in subject.links:
-        if link.channel == channel:
-            return link.unit
+    """SI unit of a channel: what its name ends in, else that of the link that ends in it; '' where neither says."""
     try:
         return si_unit_of(channel)
     except UnitError:
-        return ""
+        return next((link.unit for link in subject.links if link.channel == channel), "")
 
 
 def channels(real: Recording, other: Recording) -> tuple[str, ...]:
@@ -68,6 +65,17 @@ def misfit(real: Recording, other: Recording, channel: str, rate_hz: float) -> l
         whole = len(difference) // step * step
         found.append(difference[:whole].reshape(-1, step).mean(axis=1))
     return found
+
+
+def step_of(recording: Recording, channel: str) -> float:
+    """The smallest step in which a channel was recorded over the trials; 0 where hardly a value comes twice."""
+    values = np.concatenate([recording.columns[channel][span.start:span.stop] for span in trials(recording)])
+    values = values[np.isfinite(values)]
+    levels = np.unique(values)
+    if len(levels) < 2 or len(levels) > 0.5 * len(values):
+        return 0.0
+    steps = np.diff(levels)
+    return float(steps[steps > 1e-9 * (levels[-1] - levels[0])].min())
 
 
 def figures(recording: Recording, references: Recording | None = None) -> tuple[Figure, ...]:

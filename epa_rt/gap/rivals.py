@@ -3,24 +3,29 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from epa_rt.gap.diagnosis import Diagnosis
 from epa_rt.gap.floor import Floor
 from epa_rt.gap.floor import floors as floors_of
 from epa_rt.gap.plan import Distance, Rival
+from epa_rt.gap.point import z_of
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.refit import refit, settled
 from epa_rt.gap.subject import Subject
 
 MOST_RIVALS = 3
+REFIT_ROUNDS = 2
 Floors = Callable[[Subject, Sequence[Recording], Mapping[str, float]], Mapping[str, Floor]]
 
 
 class Answers(NamedTuple):
-    """``rivals`` as the plan takes them; ``values``: knob values of each by its names."""
+    """``rivals`` as the plan takes them; ``values``: knob values of each by its names. ``floors``: of the logs, by link."""
 
     rivals: tuple[Rival, ...]
     values: Mapping[tuple[str, ...], Mapping[str, float]]
+    floors: Mapping[str, Floor]
 
 
 def sets_apart(diagnosis: Diagnosis, subject: Subject, within_family: bool = False) -> tuple[tuple[str, ...], ...]:
@@ -48,7 +53,7 @@ def answers(subject: Subject, recordings: Sequence[Recording], diagnosis: Diagno
     """Each set of ``sets_apart`` refitted to the logs."""
     sets = sets_apart(diagnosis, subject, within_family)
     if len(sets) < 2:
-        return Answers((), {})
+        return Answers((), {}, {})
     start = dict(diagnosis.refitted)
     problem = Problem(subject, recordings, floors(subject, recordings, start))
     rivals, values = [], {}
@@ -57,17 +62,25 @@ def answers(subject: Subject, recordings: Sequence[Recording], diagnosis: Diagno
         found = _fitted(problem, names, start)
         rivals.append(Rival(names, subject.patched(found, names)))
         values[names] = found
-    return Answers(tuple(rivals), values)
+    return Answers(tuple(rivals), values, problem.floors)
 
 
-def distance_between(subject: Subject, found: Answers, floors: Floors = floors_of) -> Distance:
-    """Chi-square of the second rival over the first on data that the first one's plant made, both refitted to them."""
+def distance_between(subject: Subject, found: Answers) -> Distance:
+    """Chi-square of the second rival, refitted, over the first on data that the first one's plant made.
+
+    With the floors of the logs, since the new data come from the same sensors.
+    """
     def distance(recording: Recording, truth: Rival, other: Rival) -> float:
-        problem = Problem(subject, [recording], floors(subject, [recording], found.values[truth.names]))
-        best = settled(problem, truth.names, found.values[truth.names], rounds=1).normal.chi
-        return max(settled(problem, other.names, found.values[other.names]).normal.chi - best, 0.0)
+        problem = Problem(subject, [recording], found.floors)
+        return max(settled(problem, other.names, found.values[other.names], rounds=REFIT_ROUNDS).normal.chi - _chi(problem, found.values[truth.names]), 0.0)
 
     return distance
+
+
+def _chi(problem: Problem, values: Mapping[str, float]) -> float:
+    """Chi-square at these values, with what the nominal parameters pay; as a Point has it."""
+    residuals = problem.each(lambda link: problem.residual(values, link), problem.links)
+    return sum(float(r @ r) for r in residuals) + float(np.sum(z_of(problem, problem.nominal, values) ** 2))
 
 
 def _fitted(problem: Problem, names: tuple[str, ...], start: Mapping[str, float]) -> dict[str, float]:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from epa_rt.gap.alongside import BLOCK_S, channels, figure_misfits, misfit, unit_of
+from epa_rt.gap.alongside import BLOCK_S, channels, figure_misfits, misfit, step_of, unit_of
 from epa_rt.gap.diagnosis import Baseline, Mode, Shrinkage
 from epa_rt.gap.floor import Floor
 from epa_rt.gap.localise import unbiased
@@ -65,28 +65,39 @@ def _free_run(subject: Subject, recordings: Sequence[Recording], before: Values,
                                                   *_rows(asked[baseline], "free_run", baseline, "twin", overall=False))]
 
 
-def channel_squares(subject: Subject, real: Recording, before: Recording, after: Recording,
-                    twins: Sequence[Recording]) -> dict[tuple[str, str], Squares]:
-    """Misfits of two runs against the real one by channel; the floor is that of ``twins`` of ``after`` against it."""
+def channel_squares(subject: Subject, real: Recording, before: Recording, after: Recording, twins: Sequence[Recording],
+                    noise: Mapping[str, float] | None = None) -> dict[tuple[str, str], Squares]:
+    """Misfits of two runs against the real one by channel, over the trials.
+
+    The floor is what ``twins`` of ``after`` differ by from it, and never below the channel's own step. Where the runs carry
+    the simulation's noise and not the recording's, ``noise`` (channel to rms) is the recording's own.
+    """
     found = {}
     for name in channels(real, after):
         parts = [misfit(real, before, name, subject.rate_hz), misfit(real, after, name, subject.rate_hz)]
-        noise = [misfit(twin, after, name, subject.rate_hz) for twin in twins]
-        rows = [squares(b, a, _rms([one[i] for one in noise if i < len(one)]), _per_block(subject)) for i, (b, a) in enumerate(zip(*parts))]
+        apart = _rms([one for twin in twins for one in misfit(twin, after, name, subject.rate_hz)])
+        floor = max(_with_noise(apart, (noise or {}).get(name, 0.0)), step_of(real, name) / np.sqrt(12.0))
+        rows = [squares(b, a, floor, _per_block(subject)) for b, a in zip(*parts, strict=True)]
         if rows:
             found[name, unit_of(subject, name)] = Squares(*(np.concatenate(column) for column in zip(*rows, strict=True)))
     return found
 
 
-def figure_squares(real: Recording, before: Recording, after: Recording, twins: Sequence[Recording]) -> dict[tuple[str, str], Squares]:
+def figure_squares(real: Recording, before: Recording, after: Recording, twins: Sequence[Recording],
+                   noise: Mapping[str, float] | None = None) -> dict[tuple[str, str], Squares]:
     """The same for what an operator asks for; a trial is a block."""
-    noise = [{name: parts[0] for name, _, parts in figure_misfits(after, [twin])} for twin in twins]
+    apart = [{name: parts[0] for name, _, parts in figure_misfits(after, [twin])} for twin in twins]
     found = {}
     for name, unit, (before_error, after_error) in figure_misfits(real, [before, after]):
-        if all(name in one for one in noise):
-            floor = _rms([one[name] for one in noise])
+        if all(name in one for one in apart):
+            floor = _with_noise(_rms([one[name] for one in apart]), (noise or {}).get(name, 0.0))
             found[name, unit] = squares(before_error, after_error, floor, 1)
     return found
+
+
+def _with_noise(apart: float, noise: float) -> float:
+    """Two runs of one plant are ``apart`` by the noise of both; of the recording and a run, one carries ``noise``."""
+    return max(apart, float(np.sqrt(0.5 * apart**2 + noise**2)))
 
 
 def _rows(found: _Misfits, mode: Mode, baseline: Baseline, source: str, overall: bool = True) -> list[Shrinkage]:

@@ -7,7 +7,7 @@ import pytest
 
 from epa_rt.gap.gate import GateError, gate
 from epa_rt.gap.shrink import OVERALL, shrinkage
-from tests.gap.damper import Damper, recorded, white_floor
+from tests.gap.damper import NOISE_N, Damper, noise, recorded, white_floor
 
 PLANT = Path(__file__).resolve().parents[2] / "config/plants/bench.yaml"
 TRUTH = {"muscle.coulomb_n": 1.0}
@@ -39,8 +39,9 @@ def test_a_patch_that_does_what_it_promised_passes(patched):
     found = gate(Damper(), recorded(TRUTH), PLANT, patched, run_again, promise(TRUTH)).report
     assert found["passed"] and abs(found["points"]) < 5.0
     assert found["achieved_share"] == pytest.approx(1.0, abs=0.03)
-    assert [plant for plant, _ in run_again.asked] == [PLANT, patched, patched]
-    assert run_again.asked[1][1] != run_again.asked[2][1], "the floor is that of other noise"
+    assert [plant for plant, _ in run_again.asked[:2]] == [PLANT, patched]
+    seeds = [seed for plant, seed in run_again.asked if plant == patched]
+    assert len(set(seeds)) == len(seeds) == 5, "the floor is that of other noise, and no twin began on another cycle"
 
 
 def test_a_file_that_does_less_than_promised_fails(patched):
@@ -71,3 +72,24 @@ def test_a_run_that_reaches_no_trial_is_one_sentence(patched):
 
     with pytest.raises(GateError, match="before its first trial"):
         gate(Damper(), recorded(TRUTH), PLANT, patched, run_again, ())
+
+
+def test_twins_stop_once_one_begins_on_another_cycle(patched):
+    inner = simulator(TRUTH)
+
+    def run_again(plant, real, seed):
+        shifted = [replace(span, start=span.start + 10 * (seed == 13), stop=span.stop) for span in real.spans]
+        return replace(inner(plant, real, seed), spans=tuple(shifted))
+
+    gate(Damper(), recorded(TRUTH), PLANT, patched, run_again, promise(TRUTH))
+    assert [seed for _, seed in inner.asked] == [11, 11, 12, 13]
+
+
+def test_a_rig_noisier_than_its_plant_file_is_not_held_against_the_patch(patched):
+    """The recording's own noise, found in free run, is part of the floor."""
+    loud = recorded(TRUTH)
+    loud = replace(loud, columns=loud.columns | {"force_n": loud.columns["force_n"] + 4.0 * noise(loud.samples, 9)})
+    rows = [replace(row, floor=5.0 * row.floor) if row.channel == "force_n" else row for row in promise(TRUTH)]
+    found = gate(Damper(), loud, PLANT, patched, simulator(TRUTH), rows).report
+    force = next(row for row in found["channels"] if row["channel"] == "force_n")
+    assert force["floor"] > 4.0 * NOISE_N and force["achieved_share"] == pytest.approx(1.0, abs=0.2)

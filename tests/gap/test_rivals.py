@@ -43,7 +43,7 @@ def test_the_rivals_carry_their_own_numbers_and_plants(found):
 
 
 def test_data_that_excite_the_difference_put_rivals_apart_and_data_that_do_not_leave_them(found):
-    distance = distance_between(toy.Toy(), found, toy.floors)
+    distance = distance_between(toy.Toy(), found)
     moving, still = (toy.recording(name, 5, found.values[("dahl",)], seconds=20.0, still=flag) for name, flag in (("moving", False), ("still", True)))
     assert distance(moving, *found.rivals) > 1000.0
     assert distance(still, *found.rivals) < 25.0

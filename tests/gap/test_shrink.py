@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from epa_rt.gap.alongside import best_pressure, channels, paired
+from epa_rt.gap.alongside import best_pressure, channels, paired, step_of
 from epa_rt.gap.shrink import ALL, OVERALL, shrinkage
 from tests.gap.damper import NOISE_N, Damper, recorded, white_floor
 
@@ -89,3 +89,12 @@ def test_a_run_that_ended_early_is_compared_as_far_as_it_went():
     ((a, b),) = paired(real, short)
     assert (a.stop - a.start) == (b.stop - b.start) == 4900
     assert "force_n" in channels(real, short) and "ref_travel_m" not in channels(real, short)
+
+
+def test_a_channel_is_never_judged_finer_than_its_own_step():
+    step = 0.5
+    real = recorded(TRUTH)
+    coarse = replace(real, columns=real.columns | {"force_n": np.round(real.columns["force_n"] / step) * step})
+    assert step_of(coarse, "force_n") == pytest.approx(step)
+    one = row(shrinkage(Damper(), [coarse], {}, TRUTH, FLOORS), "force_n", "free_run")
+    assert one.floor == pytest.approx(step / np.sqrt(12.0), rel=0.01)
