@@ -11,6 +11,7 @@ from epa_rt.gap.recording import Recording
 from epa_rt.models.blocks.muscle import NO_LOAD
 
 SMOOTH_S = 0.021        # window of the derivative: longer than the encoder's hold, shorter than any stroke
+HEAD_S = 0.05
 FEWEST_SAMPLES = 500
 LEAST_STROKE_M = 1e-3
 SAME_PRESSURE_PA = 8e3  # no-load pressures closer than this count as one
@@ -24,12 +25,13 @@ class IdentifyError(ValueError):
 class Trial:
     """One trial, (n,) each: gauge pressure (Pa), length (m), speed of lengthening (m/s), force (N) at ``period_s``.
 
-    ``p0_pa``: gauge pressure at the start of the trial. ``log``: name of the recording.
+    ``p0_pa``: gauge pressure at the start of the trial, over HEAD_S. ``log``: name of the recording.
     """
 
     name: str
     log: str
     p0_pa: float
+    atmosphere_pa: float
     period_s: float
     gauge_pa: np.ndarray
     length_m: np.ndarray
@@ -65,7 +67,8 @@ def normalisation(params: np.ndarray) -> Normalisation:
 def trials(recordings: Sequence[Recording], rig: Rig, params: np.ndarray) -> list[Trial]:
     """Every trial of all recordings in which the muscle moves.
 
-    Samples without a value are cut off at the ends, refused in the middle. Raises IdentifyError.
+    Samples without a value are cut off at the ends, refused in the middle. The pressure sensor's lag, as the plant file
+    has it, is taken back: gas that answers late looks like damping. Raises IdentifyError.
     """
     pressure, force, travel = _signals(rig)
     found = []
@@ -73,14 +76,26 @@ def trials(recordings: Sequence[Recording], rig: Rig, params: np.ndarray) -> lis
         missing = [name for name in (pressure, force, travel) if name not in recording.columns]
         if missing:
             raise IdentifyError(f"{recording.path}: found no column {', '.join(missing)}, expected pressure, force and travel of a muscle")
-        rest, ratio = float(params["load"]["rest0_m"][0]), float(params["load"]["travel0_ratio"][0])
         for span in recording.spans:
             if span.trial:
                 columns = [recording.columns[name][span.start:span.stop] for name in (pressure, force, travel)]
-                found.append(_trial(recording, span.name, rig.atmosphere_pa, rest, ratio, *columns))
+                found.append(_trial(recording, span.name, rig.atmosphere_pa, params, *columns))
     if not found:
         raise IdentifyError(f"found no trial in {', '.join(r.path for r in recordings)}, expected phases marked 'trial: true'")
     return found
+
+
+def remarks(found: Sequence[Trial]) -> tuple[str, ...]:
+    """What these trials cannot tell, in sentences."""
+    said = []
+    if pressures(found).max() == 0:
+        said.append(f"one no-load pressure only ({found[0].p0_pa / 1e3:.0f} kPa): nothing can be left out by pressure, and what depends on pressure "
+                    "is told from what depends on length only by what the stroke changes")
+    moving = np.concatenate([np.abs(t.speed_m_s) for t in found])
+    moving = moving[moving > 0.2 * moving.max()]
+    if np.std(moving) < 0.05 * np.mean(moving):
+        said.append(f"one speed only ({np.mean(moving) * 1e3:.1f} mm/s): damping cannot be told from friction")
+    return tuple(said)
 
 
 def _signals(rig: Rig) -> tuple[str, str, str]:
@@ -91,7 +106,7 @@ def _signals(rig: Rig) -> tuple[str, str, str]:
     return rig.muscles[0].pressure, force, rig.motor.position
 
 
-def _trial(recording: Recording, name: str, atmosphere_pa: float, rest_m: float, ratio: float, pressure, force, travel) -> Trial:
+def _trial(recording: Recording, name: str, atmosphere_pa: float, params: np.ndarray, pressure, force, travel) -> Trial:
     whole = np.isfinite(pressure) & np.isfinite(force) & np.isfinite(travel)
     where = f"{recording.path}: trial '{name}'"
     if whole.sum() < FEWEST_SAMPLES:
@@ -100,18 +115,43 @@ def _trial(recording: Recording, name: str, atmosphere_pa: float, rest_m: float,
     if not whole[first:last].all():
         at = first + int(np.argmin(whole[first:last]))
         raise IdentifyError(f"{where}: found no valid value at sample {at} ({at * recording.period_s:.3f} s into the trial), expected a trial without holes")
-    fresh = _renewed(np.asarray(travel[first:last], float))
-    length = rest_m + ratio * fresh
+    length = float(params["load"]["rest0_m"][0]) + float(params["load"]["travel0_ratio"][0]) * renewed(np.asarray(travel[first:last], float))
     if np.ptp(length) < LEAST_STROKE_M:
         raise IdentifyError(f"{where}: found a stroke of {np.ptp(length) * 1e3:.2f} mm, expected at least {LEAST_STROKE_M * 1e3:g} mm to identify anything")
-    window = max(5, round(SMOOTH_S / recording.period_s) // 2 * 2 + 1)
-    speed = savgol_filter(length, window, 2, deriv=1, delta=recording.period_s)
     gauge = np.asarray(pressure[first:last], float) - atmosphere_pa
-    head = max(1, round(0.05 / recording.period_s))
-    return Trial(name, recording.name, float(np.mean(gauge[:head])), recording.period_s, gauge, length, speed, np.asarray(force[first:last], float))
+    found = trial_of(name, recording.name, recording.period_s, gauge, length, np.asarray(force[first:last], float), atmosphere_pa,
+                     float(params["sensors"]["pressure_lag_s"][0]))
+    if not closed_path(found.length_m).any():
+        raise IdentifyError(f"{where}: found motion that never comes back, expected the muscle stretched and released at least twice")
+    return found
 
 
-def _renewed(travel: np.ndarray) -> np.ndarray:
+def trial_of(name: str, log: str, period_s: float, gauge_pa: np.ndarray, length_m: np.ndarray, force_n: np.ndarray, atmosphere_pa: float,
+             pressure_lag_s: float = 0.0) -> Trial:
+    """A trial from (n,) of measured gauge pressure, length and force: speed by a derivative without delay, sensor lag taken back."""
+    window = max(5, round(SMOOTH_S / period_s) // 2 * 2 + 1)
+    speed = savgol_filter(length_m, window, 2, deriv=1, delta=period_s)
+    if pressure_lag_s:
+        gauge_pa = gauge_pa + pressure_lag_s * savgol_filter(gauge_pa, window, 2, deriv=1, delta=period_s)
+    head = max(1, round(HEAD_S / period_s))
+    return Trial(name, log, float(np.mean(gauge_pa[:head])), atmosphere_pa, period_s, gauge_pa, length_m, speed, force_n)
+
+
+def closed_path(length: np.ndarray) -> np.ndarray:
+    """Steps of length, (n,), zero outside whole loops: from the first to the last time that the middle length is passed upwards.
+
+    Force times these is the work lost in loops; elastic energy left at the end of a trial does not count.
+    """
+    middle, steps = 0.5 * (length.min() + length.max()), np.gradient(length)
+    upwards = np.flatnonzero((length[:-1] < middle) & (length[1:] >= middle))
+    if len(upwards) < 2:
+        return np.zeros(len(length))
+    steps[:upwards[0] + 1] = 0.0
+    steps[upwards[-1] + 1:] = 0.0
+    return steps
+
+
+def renewed(travel: np.ndarray) -> np.ndarray:
     """A held encoder's readings re-interpolated: where every second sample at most is new, only the new ones count."""
     change = np.flatnonzero(np.diff(travel) != 0.0) + 1
     if len(change) < 100:

@@ -10,20 +10,22 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from epa_rt.identify.data import Normalisation, Trial
+from epa_rt.identify.data import HEAD_S, Normalisation, Trial, closed_path
 
 BLOCK_S = 2.0           # longer than what a residual remembers of a stroke
 RESAMPLES = 300
 
 
 class Scaled(NamedTuple):
-    """One stretch of a trial, normalised: pressure, elongation, contraction speed, force, and the geometry's force (eq. 1)."""
+    """One stretch of a trial, normalised: pressure, elongation, contraction speed, force, the geometry's force (eq. 1), the
+    same at the pressure that Boyle gives from the trial's start (eqs. 1-3)."""
 
     p: np.ndarray
     l: np.ndarray
     v: np.ndarray
     f: np.ndarray
     geometric: np.ndarray
+    boyle: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,7 @@ class Model:
     """``columns``: Scaled to (n, k); ``fixed``: what needs no coefficient, (n,) or None.
 
     ``mix``: for a coefficient that does not enter linearly, its value to the (k, j) matrix that makes the k terms from j
-    coefficients; searched within ``mix_range``. ``damping`` and ``hysteresis``: as Table 1 asks.
+    coefficients; searched within ``mix_range``.
     """
 
     name: str
@@ -42,43 +44,58 @@ class Model:
     mix: Callable[[float], np.ndarray] | None = None
     mix_name: str = ""
     mix_range: tuple[float, float] = (0.0, 0.0)
-    damping: bool = False
-    hysteresis: bool = False
 
 
 @dataclass(frozen=True)
 class Sums:
     """Of each block: ``matrix`` (B, k, k), ``right`` (B, k), ``square`` (B,) of the target (force minus fixed), ``force``
     (B, 3): sum, sum of squares and count of the force; ``work`` (B, k + 2): columns, fixed part and force integrated over
-    elongation. ``trial`` (B,)."""
+    the elongation of whole loops; ``drag`` (B, k + 1): what halving the speed takes off the columns, times speed, and speed
+    squared. ``trial`` (B,)."""
 
     matrix: np.ndarray
     right: np.ndarray
     square: np.ndarray
     force: np.ndarray
     work: np.ndarray
+    drag: np.ndarray
     trial: np.ndarray
 
 
 def scaled(trial: Trial, norm: Normalisation, braid_length_m: float, turns: float) -> Scaled:
-    """A trial in normalised quantities. Source: eq. 1 for the geometry's force."""
-    area = (3.0 * trial.length_m**2 - braid_length_m**2) / (4.0 * np.pi * turns**2)
+    """A trial in normalised quantities. Source: eqs. 1 and 3; shorter than no-load length the strap is slack."""
+    length, b2 = np.maximum(trial.length_m, norm.no_load_m), braid_length_m**2
+    area = (3.0 * length**2 - b2) / (4.0 * np.pi * turns**2)
+    volume = (b2 - length**2) * length
+    head = max(1, round(HEAD_S / trial.period_s))
+    boyle = (trial.p0_pa + trial.atmosphere_pa) * np.mean(volume[:head]) / volume - trial.atmosphere_pa
     return Scaled(trial.gauge_pa / norm.pressure_pa, (trial.length_m - norm.no_load_m) / norm.length_m, -trial.speed_m_s / norm.speed_m_s,
-                  trial.force_n / norm.force_n, trial.gauge_pa * np.where(trial.length_m > norm.no_load_m, area, 0.0) / norm.force_n)
+                  trial.force_n / norm.force_n, trial.gauge_pa * area / norm.force_n, boyle * area / norm.force_n)
 
 
 def sums(model: Model, data: Sequence[Scaled], period_s: float) -> Sums:
     """The normal equations of every block of every trial."""
     rows, step = [], max(1, round(BLOCK_S / period_s))
     for index, whole in enumerate(data):
+        moved = closed_path(whole.l)
         for start in range(0, len(whole.f), step):
             part = Scaled(*(values[start:start + step] for values in whole))
-            columns = model.columns(part)
-            fixed = model.fixed(part) if model.fixed else np.zeros(len(part.f))
-            target, moved = part.f - fixed, np.gradient(part.l) if len(part.l) > 1 else np.zeros(len(part.l))
-            rows.append((columns.T @ columns, columns.T @ target, target @ target, (part.f.sum(), part.f @ part.f, len(part.f)),
-                         (*(moved @ columns), moved @ fixed, moved @ part.f), index))
-    return Sums(*(np.array([row[i] for row in rows], float) for i in range(5)), np.array([row[5] for row in rows]))
+            rows.append((*_block(model, part, moved[start:start + step]), index))
+    return Sums(*(np.array([row[i] for row in rows], float) for i in range(6)), np.array([row[6] for row in rows]))
+
+
+def _block(model: Model, part: Scaled, moved: np.ndarray) -> tuple:
+    columns = model.columns(part)
+    fixed = model.fixed(part) if model.fixed else np.zeros(len(part.f))
+    target, slower = part.f - fixed, model.columns(part._replace(v=0.5 * part.v))
+    return (columns.T @ columns, columns.T @ target, target @ target, (part.f.sum(), part.f @ part.f, len(part.f)),
+            (*(moved @ columns), moved @ fixed, moved @ part.f), (*(part.v @ (columns - slower)), part.v @ part.v))
+
+
+def predicted(model: Model, fitted: "Fitted", data: Scaled) -> np.ndarray:
+    """Normalised force (n,) of a fitted model."""
+    fixed = model.fixed(data) if model.fixed else np.zeros(len(data.f))
+    return model.columns(data) @ fitted.coefficients + fixed
 
 
 @dataclass(frozen=True)
@@ -104,13 +121,16 @@ def fit(model: Model, data: Sums, weights: np.ndarray, mixed: float | None = Non
     return Fitted(mix @ free, free, mixed, _condition(mix.T @ matrix @ mix))
 
 
-def _searched(model: Model, matrix: np.ndarray, right: np.ndarray) -> float:
-    """The value of the nonlinear coefficient with the least squared error: a coarse grid, then refined."""
+def _searched(model: Model, matrix: np.ndarray, right: np.ndarray, near: float | None = None) -> float:
+    """The value of the nonlinear coefficient with the least squared error: a coarse grid, then refined; ``near``: no grid."""
     def error(value: float) -> float:
         mix = model.mix(value)
         inner, own = mix.T @ matrix @ mix, mix.T @ right
         return -float(own @ _solve(inner, own))
 
+    if near is not None:
+        reach = 0.1 * (model.mix_range[1] - model.mix_range[0])
+        return float(minimize_scalar(error, bounds=(near - reach, near + reach), method="bounded", options={"xatol": 1e-3 * reach}).x)
     grid = np.linspace(*model.mix_range, 25)
     best = int(np.argmin([error(value) for value in grid]))
     low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
@@ -143,8 +163,15 @@ def error_of(data: Sums, coefficients: np.ndarray, inside: np.ndarray) -> float:
 
 
 def resampled(model: Model, data: Sums, fitted: Fitted, seed: int = 0) -> np.ndarray:
-    """(RESAMPLES, j) coefficients of block-bootstrap resamples; the mix stays where it was found."""
+    """(RESAMPLES, j) coefficients of block-bootstrap resamples, the mixed one last where there is one."""
     rng = np.random.default_rng(seed)
     blocks = len(data.square)
     weights = rng.multinomial(blocks, np.full(blocks, 1.0 / blocks), size=RESAMPLES).astype(float)
-    return np.array([fit(model, data, row, fitted.mixed).free for row in weights])
+    return np.array([_again(model, data, row, fitted.mixed) for row in weights])
+
+
+def _again(model: Model, data: Sums, weights: np.ndarray, mixed: float | None) -> np.ndarray:
+    if mixed is None:
+        return fit(model, data, weights).free
+    found = _searched(model, np.tensordot(weights, data.matrix, 1), weights @ data.right, mixed)
+    return np.append(fit(model, data, weights, found).free, found)

@@ -2,21 +2,20 @@
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import lsq_linear
 
 from epa_rt.identify.data import Trial
+from epa_rt.identify.physical_score import physical_score
 from epa_rt.identify.scores import Score
 from epa_rt.models.blocks.muscle import muscle_over_log
 from epa_rt.models.knobs import read_knob, row_of, write_knob
 
 MEAN_S = 0.02          # residuals are averaged over so long before they are fitted
-BLOCK_S = 2.0
 ROUNDS = 8
 ARRIVED = 1e-4
-TWO_SIDED_95 = 1.96
 WORKERS = 2
 
 
@@ -31,24 +30,29 @@ class Physical:
     scales: tuple[float, ...]
 
 
+_HELD = ("muscle0.end_length_m", "muscle0.bladder_stiffness_n_m", "muscle0.lock_stiffness_n_m", "muscle0.lock_length_m")
+_HELD_STARTS, _HELD_SCALES = (0.0, 100.0, 1e4, None), (1e-3, 100.0, 5e3, 1e-3)
 MODELS: tuple[Physical, ...] = (
-    Physical("physical: McKibben, damping, braid friction", "eq. 1 with b and n, viscous damping, Maxwell slip",
-             ("muscle.braid_length_m", "muscle.braid_turns_ratio", "muscle.viscous_n_s_m", "muscle.slip_ratio"),
+    Physical("physical", "eq. 1 with b and n, viscous damping, braid friction as Maxwell slip",
+             ("muscle0.braid_length_m", "muscle0.braid_turns_ratio", "muscle0.viscous_n_s_m", "muscle0.slip_ratio"),
              (None, None, None, 0.03), (1e-3, 0.05, 2.0, 0.02)),
-    Physical("physical: and fittings, bladder, lock", "the same with end fittings, bladder spring and a locking braid",
-             ("muscle.braid_turns_ratio", "muscle.viscous_n_s_m", "muscle.slip_ratio", "muscle.end_length_m",
-              "muscle.bladder_stiffness_n_m", "muscle.lock_stiffness_n_m", "muscle.lock_length_m"),
-             (None, None, 0.03, 0.0, 100.0, 1e4, None), (0.05, 2.0, 0.02, 1e-3, 100.0, 5e3, 1e-3)),
+    Physical("physical, held", "the same with end fittings, bladder spring and a braid that locks; b as in the plant file",
+             ("muscle0.braid_turns_ratio", "muscle0.viscous_n_s_m", "muscle0.slip_ratio", *_HELD),
+             (None, None, 0.03, *_HELD_STARTS), (0.05, 2.0, 0.02, *_HELD_SCALES)),
+    Physical("physical, held, Dahl", "the same with Dahl friction in place of Maxwell slip",
+             ("muscle0.braid_turns_ratio", "muscle0.viscous_n_s_m", "muscle0.dahl_ratio", "muscle0.dahl_m", *_HELD),
+             (None, None, 0.03, 1e-3, *_HELD_STARTS), (0.05, 2.0, 0.02, 5e-4, *_HELD_SCALES)),
 )
 
 
 @dataclass(frozen=True)
 class PhysicalFit:
-    """``params``: (1,) PARAMS with the fitted numbers; ``errors``: force, predicted minus measured, per trial (m,) averages."""
+    """``params``: (1,) PARAMS with the fitted numbers; ``at_bound``: those that stand at an end of what the plant allows."""
 
     model: Physical
     params: np.ndarray
     score: Score
+    at_bound: tuple[str, ...] = ()
 
 
 def predicted(params: np.ndarray, trial: Trial) -> np.ndarray:
@@ -56,11 +60,12 @@ def predicted(params: np.ndarray, trial: Trial) -> np.ndarray:
     return muscle_over_log(params, trial.gauge_pa, trial.length_m, trial.speed_m_s, 0, trial.period_s)
 
 
-def fit_physical(model: Physical, params: np.ndarray, data: Sequence[Trial], groups: np.ndarray,
+def fit_physical(model: Physical, params: np.ndarray, data: Sequence[Trial], groups: np.ndarray, holdout: str = "both",
                  progress: Callable[[str, float], None] = lambda stage, share: None) -> PhysicalFit:
-    """Fits one model from a plant's ``params``; ``groups`` (trials,) as for the linear models.
+    """Fits one model from a plant's ``params``; ``groups`` (trials,) and ``holdout`` as for the linear models.
 
-    Scores on trials left out are those of the fit's linearisation: one Gauss-Newton solution without the trial.
+    What is not fitted stays as in the plant file. Scores on trials left out are those of the fit's linearisation: one
+    Gauss-Newton solution without the trial, within the same bounds.
     """
     start = params.copy()
     lock = max(float(t.length_m.max()) for t in data) - 4e-3
@@ -84,7 +89,16 @@ def fit_physical(model: Physical, params: np.ndarray, data: Sequence[Trial], gro
         if arrived:
             break
     fitted = _with(start, model.keys, at)
-    return PhysicalFit(model, fitted, _score(model, fitted, at, data, groups, residual, table))
+    forces = [predicted(fitted, trial) for trial in data]
+    slower = [predicted(fitted, replace(trial, speed_m_s=0.5 * trial.speed_m_s)) for trial in data]
+    low, high = limits(model)
+    judged = physical_score(model, at, data, groups, holdout, residual, table, forces, slower, (low, high))
+    return PhysicalFit(model, fitted, judged, tuple(key for key, v, a, b in zip(model.keys, at, low, high, strict=True) if v <= a or v >= b))
+
+
+def limits(model: Physical) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest value of every fitted number that a plant file may have."""
+    return np.array([row_of(key)[1].low for key in model.keys]), np.array([row_of(key)[1].high for key in model.keys])
 
 
 def _with(params: np.ndarray, keys: Sequence[str], values: np.ndarray) -> np.ndarray:
@@ -120,8 +134,7 @@ def _table(model: Physical, params: np.ndarray, values: np.ndarray, data: Sequen
 
 def _stepped(model: Physical, params, values, data, residual, table, damping):
     """A better set of numbers, its residuals and the next damping; None where no step helps."""
-    low = np.array([row_of(key)[1].low for key in model.keys])
-    high = np.array([row_of(key)[1].high for key in model.keys])
+    low, high = limits(model)
     scales = np.array(model.scales)
     matrix, right = np.concatenate(table), np.concatenate(residual)
     size = np.sqrt((matrix**2).sum(axis=0)) + 1e-12
@@ -138,42 +151,3 @@ def _stepped(model: Physical, params, values, data, residual, table, damping):
 
 def _square(residual: list[np.ndarray]) -> float:
     return float(sum(r @ r for r in residual))
-
-
-def _score(model: Physical, params: np.ndarray, values: np.ndarray, data: Sequence[Trial], groups: np.ndarray, residual, table) -> Score:
-    full = [trial.force_n - predicted(params, trial) for trial in data]
-    force = np.concatenate([trial.force_n for trial in data])
-    total, error = float(np.sum((force - force.mean()) ** 2)), _square(full)
-    works = [(float(trial.force_n @ np.gradient(trial.length_m)), float(r @ np.gradient(trial.length_m))) for trial, r in zip(data, full, strict=True)]
-    labels = np.arange(len(data))
-    scale = _square(full) / max(_square(residual), 1e-300)
-    left = [_left_out(residual, table, label) * scale for label in (labels, groups)]
-    width = intervals(residual, table, data) * np.array(model.scales)
-    return Score(model.name, dict(zip(model.keys, values.tolist(), strict=True)),
-                 {key: (float(v - w), float(v + w)) for key, v, w in zip(model.keys, values, width, strict=True)},
-                 1.0 - error / total, float(np.sqrt(error / len(force))), 1.0 - left[0] / total, 1.0 - left[1] / total,
-                 float(np.sqrt(left[0] / len(force))), float(np.mean([abs(lost / work) for work, lost in works if work])),
-                 tuple(work for work, _ in works), float(np.linalg.cond(np.concatenate(table) / (np.sqrt((np.concatenate(table)**2).sum(axis=0)) + 1e-12))))
-
-
-def _left_out(residual: list[np.ndarray], table: list[np.ndarray], label: np.ndarray) -> float:
-    """Squared error of each label's trials at the linearised optimum of the others; NaN where there is one label."""
-    if len(np.unique(label)) < 2:
-        return float("nan")
-    total = 0.0
-    for one in np.unique(label):
-        rest = [i for i in range(len(label)) if label[i] != one]
-        step = np.linalg.lstsq(np.concatenate([table[i] for i in rest]), -np.concatenate([residual[i] for i in rest]), rcond=1e-10)[0]
-        total += sum(float(np.sum((residual[i] + table[i] @ step) ** 2)) for i in range(len(label)) if label[i] == one)
-    return total
-
-
-def intervals(residual: list[np.ndarray], table: list[np.ndarray], data: Sequence[Trial]) -> np.ndarray:
-    """(k,) half widths of 95 % intervals, in scales: sandwich covariance over blocks of 2 s, so that colour counts."""
-    step = max(1, round(BLOCK_S / MEAN_S))
-    pushes = [t[s:s + step].T @ r[s:s + step] for t, r in zip(table, residual, strict=True) for s in range(0, len(r), step)]
-    matrix = sum(t.T @ t for t in table)
-    inverse = np.linalg.pinv(matrix, rcond=1e-12, hermitian=True)
-    few = len(pushes) / max(len(pushes) - len(matrix), 1)
-    covariance = inverse @ (few * sum(np.outer(p, p) for p in pushes)) @ inverse
-    return TWO_SIDED_95 * np.sqrt(np.maximum(np.diag(covariance), 0.0))

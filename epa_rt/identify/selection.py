@@ -13,6 +13,7 @@ import numpy as np
 from epa_rt.identify.linear import Model, Scaled, Sums
 
 ORDER = 3
+MOST = 24              # terms that the greedy way goes up to
 FEWEST = 5             # as many as eq. 8 has
 RISE = 0.005           # fall of R2 below that of all terms at which the paper's elimination stops
 TERMS = tuple(product(range(ORDER + 1), repeat=3))
@@ -104,7 +105,7 @@ def select_terms(data: Sums, effective_samples: float, progress: Callable[[str, 
     progress("terms: elimination of the least R2", 0.4)
     backward = _backward(system)
     progress("terms: greedy forward", 0.7)
-    forward = _forward(system, 12)
+    forward = _forward(system, MOST)
     own = system.step([TERMS.index(t) for t in EQ8], None)
     return [paper, backward, *_stopped(system, forward, effective_samples),
             Selected("terms of eq. 8", (own,), own, "as published")]
@@ -151,7 +152,7 @@ def _stopped(system: _System, forward, effective: float) -> list[Selected]:
     bic = [effective * np.log(max(1.0 - step.r2, 1e-12)) + len(terms) * np.log(effective) for terms, step in forward]
     best = int(np.argmin(bic))
     return [Selected("forward: add the most R2", path, path[FEWEST - 1], f"{FEWEST} terms, as many as eq. 8"),
-            Selected("forward, stopped by BIC", path[:best + 1], path[best], f"{effective:.0f} effective samples")]
+            Selected("forward, stopped by BIC", path[:best + 1], path[best], f"{effective:.0f} effective samples{'' if best < len(path) - 1 else f'; its path ends at {MOST} terms'}")]
 
 
 def effective_samples(residuals: Sequence[np.ndarray]) -> float:
@@ -161,4 +162,4 @@ def effective_samples(residuals: Sequence[np.ndarray]) -> float:
     variance = float(np.mean(np.concatenate(residuals) ** 2))
     if len(batches) < 2 or variance == 0.0:
         return float(count)
-    return float(np.clip(variance / max(float(np.var(batches)), 1e-300), 10.0, count))
+    return float(np.clip(len(batches) * variance / max(float(np.var(batches)), 1e-300), 10.0, count))

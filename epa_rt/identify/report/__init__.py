@@ -1,0 +1,1 @@
+"""What an identification found, on the terminal and as a page."""
