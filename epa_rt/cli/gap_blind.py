@@ -12,7 +12,7 @@ from pathlib import Path
 from epa_rt.cli.exits import BAD_INPUT, COMPLETED, VerbError
 from epa_rt.cli.gap_inputs import task_parser
 
-DIAGNOSER = "epa_rt.gap.diagnose:diagnose_files"
+DIAGNOSER = "epa_rt.cli.gap_blind_diagnose:diagnose_files"
 
 
 def add_parser(tasks: "argparse._SubParsersAction") -> None:

@@ -1,0 +1,34 @@
+"""The diagnosis as the blind benchmark calls it: files in, answer out, with the gate."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from epa_rt.gap.diagnosis import Diagnosis
+
+
+def diagnose_files(rig: Path, plant: Path, logs: Sequence[Path], holdout: Sequence[Path], leave_out: Sequence[str]) -> "Diagnosis":
+    """Diagnoses the logs of a rig against a plant file, with effects left out of the catalogue (those it has for this rig)."""
+    from dataclasses import replace
+
+    from epa_rt.cli.gap_diagnose import gated
+    from epa_rt.cli.gap_inputs import Opened
+    from epa_rt.config.rig import load_rig
+    from epa_rt.gap.diagnose import diagnose
+    from epa_rt.gap.read import read_recordings
+    from epa_rt.gap.subjects import open_subject
+
+    typed, subject = load_rig(rig), open_subject(rig, plant)
+    recordings, other = read_recordings(list(logs), typed), read_recordings(list(holdout), typed)
+    found = tuple(f"{r.name}: {sentence}" for r in (*recordings, *other) for sentence in r.found)
+    known = {effect.name for effect in subject.catalogue}
+    answer = diagnose(subject, recordings, other, without=[name for name in leave_out if name in known])
+    answer = replace(answer, found_first=found)
+    if not answer.effects:
+        return answer
+    given = Opened(subject, typed, plant, recordings, other, found)
+    try:
+        return replace(answer, gate=gated(given, answer, None, lambda stage, share: None).report)
+    except Exception as error:  # the answer stands without its gate, and the figures count the gate as missing
+        return replace(answer, gate={"error": f"{type(error).__name__}: {error}"})

@@ -1,0 +1,173 @@
+"""Every figure of the benchmark and how it is counted. The only place that defines them.
+
+A *case* is a pair (truth, said): the truth as it was sealed, and the answer's JSON. An answer that ended in an error counts
+as wrong everywhere. *Judged* are cases whose effect is at least twice the detection limit (oracle.py), is seen in these logs,
+and is told from its rivals by the oracle. A name is *right* where it is one of the truth's answers, or of their family.
+The *block said* is that of the first effect named, else of the first place of the gap.
+"""
+
+import math
+import statistics
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, NamedTuple
+
+SURE = 0.8        # from this confidence on a name counts as given with confidence
+TWICE = 2.0       # multiples of the detection limit
+Case = tuple[dict[str, Any], dict[str, Any]]
+
+
+class Figure(NamedTuple):
+    """``value`` with its count of ``right`` out of ``of`` and Wilson's 95 % interval; None where no case is of this kind."""
+
+    key: str
+    says: str
+    bar: str
+    value: float | None
+    right: int | None
+    of: int
+    low: float | None = None
+    high: float | None = None
+
+
+def wilson(right: int, of: int, z: float = 1.96) -> tuple[float, float]:
+    """Wilson's interval of a share. Source: Wilson 1927."""
+    p, centre = right / of, right / of + z * z / (2 * of)
+    half = z * math.sqrt(p * (1 - p) / of + z * z / (4 * of * of))
+    return max((centre - half) / (1 + z * z / of), 0.0), min((centre + half) / (1 + z * z / of), 1.0)
+
+
+def named(said: dict) -> list[dict]:
+    """Effects that the answer names; none where it says that there is nothing, or nothing of the catalogue."""
+    return [] if said.get("verdict") in ("no_gap", "not_in_catalogue", "not_excited", None) else list(said.get("effects") or ())
+
+
+def right(effect: dict, name: str, family: str | None = None) -> bool:
+    """Whether a name (and family) said means the truth's effect."""
+    return name in effect["answers"] or (family is not None and family in effect["families"])
+
+
+def block_said(said: dict) -> str | None:
+    """The block that the answer points at first."""
+    for entry in (*named(said), *(said.get("location") or ())):
+        return entry["block"]
+    return None
+
+
+def strong(truth: dict) -> bool:
+    """Every effect at least twice its detection limit."""
+    return bool(truth["effects"]) and all(e["multiple"] >= TWICE for e in truth["effects"])
+
+
+def judged(truth: dict) -> bool:
+    """A single effect of the catalogue that these logs show and tell from its rivals."""
+    return truth["kind"] in ("single", "same_law") and strong(truth) and truth["separable"] and bool(truth["effects"][0]["families"])
+
+
+def _first_right(truth: dict, said: dict) -> bool:
+    first = named(said)[:1]
+    return bool(first) and right(truth["effects"][0], first[0]["name"], first[0].get("family"))
+
+
+def _in_set(truth: dict, said: dict) -> bool:
+    names = [(e["name"], e.get("family")) for e in named(said)] + [(n, None) for e in named(said) for n in e.get("not_separable_from") or ()]
+    return any(right(truth["effects"][0], name, family) for name, family in names)
+
+
+def _both(truth: dict, said: dict) -> bool:
+    return all(any(right(effect, n["name"], n.get("family")) for n in named(said)) for effect in truth["effects"])
+
+
+def _withheld(truth: dict, said: dict) -> bool:
+    places = said.get("location") or ()
+    return said.get("verdict") == "not_in_catalogue" and bool(places) and places[0]["block"] in truth["effects"][0]["blocks"]
+
+
+def _wrong_and_sure(truth: dict, said: dict) -> bool:
+    return any(n.get("confidence", 1.0) >= SURE and not right(truth["effects"][0], n["name"]) for n in named(said)[:1])
+
+
+def _block(truth: dict, said: dict) -> bool:
+    return block_said(said) in {block for effect in truth["effects"] for block in effect["blocks"]}
+
+
+def _not_tested(truth: dict, said: dict) -> bool:
+    return not named(said) and (said.get("verdict") == "not_excited" or any(right(truth["effects"][0], n) for n in said.get("not_tested") or ()))
+
+
+def _share(key: str, says: str, bar: str, cases: Iterable[Case], count: Callable[[dict, dict], bool]) -> Figure:
+    outcomes = [count(truth, said) for truth, said in cases]
+    if not outcomes:
+        return Figure(key, says, bar, None, None, 0)
+    hits = sum(outcomes)
+    return Figure(key, says, bar, hits / len(outcomes), hits, len(outcomes), *wilson(hits, len(outcomes)))
+
+
+def _intervals(cases: Iterable[Case]) -> Iterable[Case]:
+    """Every parameter of a right-named effect whose law is the catalogue's own, as a pair (truth, Number)."""
+    for truth, said in cases:
+        for effect in truth["effects"] if truth["kind"] == "same_law" else ():
+            for n in named(said)[:1]:
+                if n["name"] in effect["answers"]:
+                    for number in n.get("parameters") or ():
+                        found = [v for key, v in effect["fields"].items() if key.split(".")[-1] == number["name"].split(".")[-1]]
+                        if found:
+                            yield {"value": found[0]}, number
+
+
+def closed(said: dict) -> float | None:
+    """Share of the gap closed on held-out logs, teacher-forced, on the channel where the gap is largest."""
+    places = said.get("location") or ()
+    rows = [row for row in said.get("shrinkage") or () if row["mode"] == "teacher_forced" and row["closed_share"] is not None
+            and places and row["channel"] == places[0]["channel"]]
+    return statistics.median(row["closed_share"] for row in rows) if rows else None
+
+
+def _middle(key: str, says: str, bar: str, values: Sequence[float]) -> Figure:
+    return Figure(key, says, bar, statistics.median(values) if values else None, None, len(values))
+
+
+def figures(cases: Sequence[Case]) -> list[Figure]:
+    """All figures of issue 4's table, in its order, and three more."""
+    of = {kind: [(t, s) for t, s in cases if t["kind"] == kind] for kind in {t["kind"] for t, _ in cases}}
+    single = [(t, s) for t, s in cases if judged(t)]
+    withheld = [(t, s) for t, s in of.get("withheld", ()) if strong(t)]
+    placed = [(t, s) for t, s in cases if t["kind"] in ("single", "same_law", "withheld") and strong(t)]
+    hidden = [(t, s) for t, s in cases if t["kind"] in ("single", "same_law", "pair") and strong(t)]
+    gates = [s["gate"] for _, s in cases if s.get("gate") and s["gate"].get("passed") is not None]
+    return [
+        _share("first", "right first effect (family)", ">= 95 %", single, _first_right),
+        _share("in_set", "truth within the reported set", ">= 99 %", [*single, *((t, s) for t, s in of.get("not_separable", ()) if strong(t))], _in_set),
+        _share("pair", "both of a pair", ">= 85 %", of.get("pair", ()), _both),
+        _share("none", "false name where there is none", "<= 2 %", of.get("none", ()), lambda t, s: bool(named(s))),
+        _share("withheld", "not_in_catalogue with the right block where withheld", ">= 90 %", withheld, _withheld),
+        _share("wrong_sure", "wrong name with confidence where withheld", "<= 5 %", withheld, _wrong_and_sure),
+        _share("block", "right block", ">= 97 %", placed, _block),
+        _share("intervals", "95 % intervals that hold the truth, same law", "90-99 %", _intervals(cases),
+               lambda t, n: n["low"] <= t["value"] <= n["high"]),
+        _middle("closed", "median share of the gap closed, held out", ">= 95 %", [c for _, s in hidden if (c := closed(s)) is not None]),
+        _share("gate", "predicted within 5 points of achieved in the gate", ">= 90 %", [({}, g) for g in gates],
+               lambda _, g: bool(g["passed"])),
+        _share("not_excited", "said to be not excited or not tested", "", of.get("not_excited", ()), _not_tested),
+        _share("not_separable", "said to be not separable", "", of.get("not_separable", ()), lambda t, s: s.get("verdict") == "not_separable"),
+        _share("errors", "diagnoses that ended in an error", "0 %", cases, lambda t, s: "error" in s),
+        _middle("seconds", "seconds per diagnosis, median", "<= 120 s", [s["wall_seconds"] for _, s in cases if "wall_seconds" in s]),
+    ]
+
+
+def table(found: Sequence[Figure]) -> str:
+    """The figures as a table for docs/gap.md."""
+    lines = ["| Figure | Bar | Found | Count | 95 % interval |", "|---|---|---|---|---|"]
+    for f in found:
+        value = "-" if f.value is None else f"{f.value:.1f} s" if f.key == "seconds" else f"{100 * f.value:.1f} %"
+        interval = "" if f.low is None else f"{100 * f.low:.0f}-{100 * f.high:.0f} %"
+        lines.append(f"| {f.says} | {f.bar} | {value} | {f'{f.right}/' if f.right is not None else ''}{f.of} | {interval} |")
+    return "\n".join(lines)
+
+
+def closing_line(found: Sequence[Figure]) -> str:
+    """All figures in one line."""
+    parts = []
+    for f in found:
+        if f.value is not None:
+            parts.append(f"{f.key} {f.value:.0f} s" if f.key == "seconds" else f"{f.key} {100 * f.value:.0f} % of {f.of}")
+    return "; ".join(parts)

@@ -1,0 +1,27 @@
+"""Leave one out: every hidden effect, its family left out of the catalogue, and what is said instead."""
+
+import json
+from pathlib import Path
+
+from epa_rt.gap.blind.confusion import draw, said_family
+from epa_rt.gap.blind.figures import SURE, block_said, named
+from epa_rt.gap.blind.score import diagnose_all
+from epa_rt.gap.blind.seal import can_hide, opened
+
+
+def matrix(cases: Path, sealed: Path, diagnoser: str, jobs: int) -> str:
+    """Diagnoses the cases (resumable), draws ``matrix.html`` beside them, and returns a table and a closing line."""
+    answers = cases / "answers"
+    diagnose_all(sorted(path.parent for path in cases.glob("case_*/case.json")), answers, sealed, diagnoser, jobs, can_hide())
+    table: dict[str, dict[str, int]] = {}
+    lines, refused, wrong = ["| Hidden, left out | Times its limit | Said instead | Block |", "|---|---|---|---|"], 0, 0
+    truths = opened(sealed, cases)["cases"]
+    for truth in truths:
+        said = json.loads((answers / f"{truth['case']}.json").read_text(encoding="utf-8"))
+        effect, instead = truth["effects"][0], said_family(said)
+        table[effect["name"]] = {instead: 1}
+        refused += said.get("verdict") == "not_in_catalogue" and block_said(said) in effect["blocks"]
+        wrong += any(n.get("confidence", 1.0) >= SURE for n in named(said)[:1])
+        lines.append(f"| {effect['name']} ({', '.join(effect['families']) or 'never had'}) | {effect['multiple']:.1f} | {instead} | {block_said(said)} |")
+    draw(table, cases / "matrix.html", "Each effect hidden and left out of the catalogue: what is said instead")
+    return "\n".join([*lines, f"{refused} of {len(truths)} said to be not in the catalogue, in the right block; {wrong} given a wrong name with confidence"])

@@ -1,0 +1,65 @@
+"""Scoring: every case diagnosed by a process that cannot read the truth, the truth opened last, the figures counted."""
+
+import json
+import os
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from epa_rt.gap.blind.figures import closing_line, figures, table
+from epa_rt.gap.blind.seal import can_hide, hidden_command, opened, python_command
+
+LONGEST_S = 3600
+
+
+def score(cases: Path, sealed: Path, out: Path, html: Path, diagnoser: str, jobs: int) -> str:
+    """Diagnoses what is not yet diagnosed, writes JSON and picture; returns the table and the closing line.
+
+    Answers are kept beside ``out`` and are not asked for again. Raises SealError where the truth does not fit the logs.
+    """
+    folders = sorted(path.parent for path in cases.glob("case_*/case.json"))
+    answers, hides = out.with_suffix(".answers"), can_hide()
+    diagnose_all(folders, answers, sealed, diagnoser, jobs, hides)
+    truth = opened(sealed, cases)
+    judged = [(case, json.loads((answers / f"{case['case']}.json").read_text(encoding="utf-8"))) for case in truth["cases"]]
+    found = figures(judged)
+    out.write_text(json.dumps({"figures": [f._asdict() for f in found], "hidden_from_the_diagnosis": hides, "diagnoser": diagnoser,
+                               "cases": [{"truth": t, "said": s} for t, s in judged]}, indent=1), encoding="utf-8")
+    from epa_rt.gap.blind.confusion import confusion
+
+    confusion(judged, html)
+    warning = "" if hides else "\nthe truth lay under file mode only: no mount namespace can be made here"
+    return f"{table(found)}{warning}\n{closing_line(found)}"
+
+
+def diagnose_all(folders: list[Path], answers: Path, sealed: Path, diagnoser: str, jobs: int, hides: bool) -> None:
+    """One process per case, ``jobs`` at once; what is there already is left as it is."""
+    answers.mkdir(parents=True, exist_ok=True)
+    waiting = [folder for folder in folders if not (answers / f"{folder.name}.json").exists()]
+    done = len(folders) - len(waiting)
+
+    def one(folder: Path) -> None:
+        nonlocal done
+        diagnose_one(folder.resolve(), (answers / f"{folder.name}.json").resolve(), sealed, diagnoser, hides)
+        done += 1
+        print(f"\r{done} of {len(folders)} cases diagnosed", end="", file=sys.stderr, flush=True)
+
+    with ThreadPoolExecutor(jobs) as pool:
+        list(pool.map(one, waiting))
+    print(file=sys.stderr)
+
+
+def diagnose_one(folder: Path, out: Path, sealed: Path, diagnoser: str, hides: bool) -> None:
+    """Runs the worker on one case; a process that dies leaves an answer that says so."""
+    command = python_command("epa_rt.gap.blind.worker", os.fspath(folder), os.fspath(out), diagnoser)
+    if hides and sealed.exists():
+        command = hidden_command(sealed, command)
+    threads = {"OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    try:
+        found = subprocess.run(command, env={**os.environ, **threads}, capture_output=True, text=True, timeout=LONGEST_S)
+        reason = f"exit code {found.returncode}: {found.stderr[-2000:]}"
+    except subprocess.TimeoutExpired:
+        reason = f"no answer within {LONGEST_S} s"
+    if not out.exists():
+        out.write_text(json.dumps({"error": reason}), encoding="utf-8")

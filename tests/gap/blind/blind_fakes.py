@@ -1,0 +1,26 @@
+"""Diagnosers that are called in the benchmark's worker processes by tests."""
+
+import os
+from pathlib import Path
+
+
+def careful(rig, plant, logs, holdout, leave_out):
+    """Says that there is nothing; fails where a file is missing."""
+    assert all(Path(path).exists() for path in (rig, plant, *logs, *holdout))
+    return {"verdict": "no_gap", "says": "nothing", "effects": [], "location": [], "left_out": list(leave_out)}
+
+
+def cheater(rig, plant, logs, holdout, leave_out):
+    """Tries to read the sealed truth beside the cases, and says what it got."""
+    sealed = Path(rig).parent.parent.with_name(Path(rig).parent.parent.name + ".sealed")
+    got = {}
+    for name in ("truth.sealed", "truth.key"):
+        try:
+            got[name] = len((sealed / name).read_bytes())
+        except OSError as error:
+            got[name] = type(error).__name__
+    return {"verdict": "no_gap", "effects": [], "got": got, "listed": os.listdir(sealed) if sealed.exists() else None}
+
+
+def broken(rig, plant, logs, holdout, leave_out):
+    raise ValueError("found nothing to say")

@@ -1,0 +1,93 @@
+"""How the benchmark counts."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from epa_rt.gap.blind.figures import closing_line, figures, table, wilson
+from epa_rt.gap.blind.oracle import LIMIT, Bench, distance, distance_to_rival, noise_of, strength_for
+
+
+def truth(kind="single", families=("leak",), multiple=10.0, separable=True, name="laminar_leak", **more):
+    effect = {"name": name, "answers": list(families), "families": list(families), "blocks": ["gas"], "multiple": multiple, "fields": {"gas.leak_per_s": 1e-3}}
+    return {"kind": kind, "effects": [] if kind == "none" else [effect], "separable": separable, **more}
+
+
+def said(verdict, name=None, family=None, confidence=1.0, block="gas", **more):
+    effects = [{"name": name, "family": family or name, "block": block, "confidence": confidence, **more}] if name else []
+    return {"verdict": verdict, "effects": effects, "location": [{"block": block, "channel": "p"}]}
+
+
+def value(cases, key):
+    return next(f for f in figures(cases) if f.key == key)
+
+
+def test_wilson_is_the_textbooks():
+    assert wilson(8, 10) == pytest.approx((0.4902, 0.9433), abs=1e-4)
+    assert wilson(0, 20)[0] == 0.0
+    assert wilson(20, 20)[1] == pytest.approx(1.0)
+
+
+@settings(deadline=None, database=None, derandomize=True)
+@given(st.integers(1, 200), st.data())
+def test_wilson_holds_the_share(of, data):
+    right = data.draw(st.integers(0, of))
+    low, high = wilson(right, of)
+    assert low - 1e-9 <= right / of <= high + 1e-9
+
+
+def test_first_effect_counts_by_family_and_only_where_the_data_allow():
+    cases = [(truth(), said("explained", "valve_seat_leak", "leak")), (truth(), said("explained", "creep")),
+             (truth(multiple=1.5), said("no_gap")), (truth(separable=False), said("explained", "creep"))]
+    found = value(cases, "first")
+    assert (found.right, found.of) == (1, 2)
+
+
+def test_a_withheld_effect_needs_verdict_and_block():
+    cases = [(truth("withheld"), said("not_in_catalogue")), (truth("withheld"), said("not_in_catalogue", block="muscle")),
+             (truth("withheld"), said("explained", "creep")), (truth("withheld"), said("explained", "creep", confidence=0.4))]
+    assert (value(cases, "withheld").right, value(cases, "withheld").of) == (1, 4)
+    assert value(cases, "wrong_sure").right == 1
+
+
+def test_intervals_count_only_where_the_law_is_the_same():
+    number = {"name": "gas.leak_per_s", "low": 5e-4, "high": 2e-3}
+    cases = [(truth("same_law"), said("explained", "leak", parameters=[number])), (truth(), said("explained", "leak", parameters=[number])),
+             (truth("same_law"), said("explained", "leak", parameters=[{**number, "high": 9e-4}]))]
+    found = value(cases, "intervals")
+    assert (found.right, found.of) == (1, 2)
+
+
+def test_a_pair_needs_both_and_none_needs_silence():
+    pair = {**truth("pair"), "effects": truth()["effects"] + truth(families=("creep",))["effects"]}
+    both = {"verdict": "explained", "effects": said("explained", "leak")["effects"] + said("explained", "creep")["effects"], "location": []}
+    cases = [(pair, both), (pair, said("explained", "leak")), (truth("none"), said("no_gap")), (truth("none"), said("partly_explained", "leak"))]
+    assert (value(cases, "pair").right, value(cases, "pair").of) == (1, 2)
+    assert (value(cases, "none").right, value(cases, "none").of) == (1, 2)
+    assert "none 50 % of 2" in closing_line(figures(cases))
+    assert table(figures(cases)).count("\n") == len(figures(cases)) + 1
+
+
+def test_oracle_sees_what_nominal_parameters_cannot_hide():
+    rng = np.random.default_rng(1)
+    n = 4000
+    nominal = rng.standard_normal((n, 3))
+    bench = Bench(np.zeros((n, 1)), np.ones(1), nominal * 10.0)
+    own, rival = rng.standard_normal(n), rng.standard_normal(n)
+    strong = 20.0 * own / np.linalg.norm(own)
+    assert distance(bench, strong[:, None]) == pytest.approx(20.0, rel=0.02)
+    assert distance(bench, nominal[:, :1]) < 0.2
+    assert distance_to_rival(bench, strong[:, None], own[:, None]) < 0.1
+    assert distance_to_rival(bench, strong[:, None], rival[:, None]) > 19.0
+    strength, reached = strength_for(4 * LIMIT, lambda s: 3.0 * s, 1.0, 100.0)
+    assert reached == pytest.approx(4 * LIMIT, rel=0.25)
+    assert strength == pytest.approx(4 * LIMIT / 3.0, rel=0.25)
+    assert strength_for(1e6, lambda s: 3.0 * s, 1.0, 5.0)[0] == 5.0
+
+
+def test_steps_that_do_not_average_out_raise_the_noise():
+    rng = np.random.default_rng(2)
+    clean = np.zeros((20000, 1))
+    white, slow = rng.standard_normal((20000, 1)), np.repeat(rng.standard_normal((200, 1)), 100, axis=0)
+    assert noise_of(slow, clean)[0] > 5.0 * noise_of(white, clean)[0]

@@ -1,0 +1,100 @@
+"""The stand-in against the plant it stands for, and its hidden effects one by one."""
+
+import ast
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import epa_rt.models.plant as nominal_physics
+from epa_rt.cli.gap_blind_make import _record
+from epa_rt.config.rig import load_rig
+from epa_rt.models.catalogue import BY_NAME as CATALOGUE
+from epa_rt.models.plant_file import load_plant
+from sim_backend.backend import SimBackend
+from sim_backend.stand_in import effects
+from sim_backend.stand_in.records import HIDDEN, with_hidden
+from sim_backend.stand_in.replayed import commands_of, run_again
+from sim_backend.stand_in.truth import STEPS
+
+ROOT = Path(__file__).resolve().parents[3]
+CONFIG = ROOT / "config"
+# rad/s and A: the larger of a sensor's step and the plant's own noise
+AGREES = {**STEPS, "motor_current_a": 5e-3}
+
+
+def silent(rig: str) -> np.ndarray:
+    params = load_plant(CONFIG / "plants" / f"{rig}.yaml").params
+    for name in params["sensors"].dtype.names:
+        if "_noise_" in name:
+            params["sensors"][name] = 0.0
+    return params
+
+
+def commands(rig: str, experiment: str) -> np.ndarray:
+    typed, plant = load_rig(CONFIG / "rigs" / f"{rig}.yaml"), load_plant(CONFIG / "plants" / f"{rig}.yaml")
+    outcome, outputs = _record(CONFIG / "experiments" / f"{experiment}.yaml", CONFIG / "rigs" / f"{rig}.yaml",
+                               CONFIG / "plants" / f"{rig}.yaml", SimBackend(typed, plant, 1), None)
+    assert outcome == "completed"
+    return commands_of(typed, outputs)
+
+
+@pytest.fixture(scope="module")
+def logs() -> dict[str, np.ndarray]:
+    return {"bench": commands("bench", "identification_short"), "knee": commands("knee", "knee_chirp_short")}
+
+
+@pytest.mark.parametrize("rig", ["bench", "knee"])
+def test_stand_in_and_plant_agree_within_a_sensor_step(logs, rig):
+    params = silent(rig)
+    ours = run_again(params, logs[rig], 1e-3, 2, nominal_physics)
+    theirs = run_again(with_hidden(params), logs[rig], 1e-3)
+    for channel, step in AGREES.items():
+        assert np.max(np.abs(ours[channel] - theirs[channel])) <= step, channel
+    assert np.max(np.abs(ours["supply_gauge_pa"] - theirs["supply_gauge_pa"])) <= 1.0
+    assert np.ptp(ours["force_n"]) > 20.0  # something happened
+
+
+def test_every_hidden_effect_shows_and_is_absent_at_zero(logs):
+    silent_on = {"sagging_supply"}  # the drive never reaches its voltage here
+    for rig in ("bench", "knee"):
+        params, short = silent(rig), logs[rig][:14000]
+        bare = run_again(with_hidden(params), short, 1e-3, 4).view("f8")
+        for effect in (e for e in effects.EFFECTS if rig in e.rigs):
+            shapes = {name: high for name, _, high in effect.shapes}
+            assert np.array_equal(run_again(with_hidden(params, **shapes), short[:3000], 1e-3, 4).view("f8"), bare[: 3000 * 11]), effect.name
+            out = run_again(with_hidden(params, **shapes, **{effect.field: effect.typical}), short, 1e-3, 4).view("f8")
+            assert np.all(np.isfinite(out)), effect.name
+            assert effect.name in silent_on or not np.array_equal(out, bare), effect.name
+
+
+def test_hidden_effects_are_many_and_named_in_the_catalogues_words():
+    known = {answer for e in effects.EFFECTS for answer in e.answers if answer in CATALOGUE}
+    assert sum(any(answer in CATALOGUE for answer in e.answers) for e in effects.EFFECTS) >= 30
+    assert any(not any(answer in CATALOGUE for answer in e.answers) for e in effects.EFFECTS)
+    assert len({CATALOGUE[name].family for name in known}) >= 25
+    for effect in effects.EFFECTS:
+        assert effect.field in HIDDEN.names
+        assert all(rival in effects.BY_NAME for rival in effect.rivals)
+        assert all(name in HIDDEN.names for name, _, _ in effect.shapes)
+
+
+def test_the_stand_in_shares_no_law_with_the_plant():
+    for path in (ROOT / "sim_backend" / "stand_in").glob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = [node.module or ""] if isinstance(node, ast.ImportFrom) else [a.name for a in node.names] if isinstance(node, ast.Import) else []
+            assert not [n for n in names if n.startswith("epa_rt.models.blocks") or n == "epa_rt.models.chain"], path.name
+
+
+def test_noise_of_the_stand_in_is_normal_and_follows_its_seed(logs):
+    params = with_hidden(load_plant(CONFIG / "plants" / "bench.yaml").params)
+    still = np.zeros(20000, logs["bench"].dtype)
+    first, again = run_again(params, still, 1e-3), run_again(params, still, 1e-3)
+    params["sensors"]["seed"] = 2
+    other = run_again(params, still, 1e-3)
+    assert np.array_equal(first["force_n"], again["force_n"])
+    for values in (first["force_n"] / 0.3, other["force_n"] / 0.3):
+        assert abs(values.mean()) < 0.03
+        assert abs(values.std() - 1.0) < 0.03
+        assert abs(np.corrcoef(values[:-1], values[1:])[0, 1]) < 0.03
+    assert abs(np.corrcoef(first["force_n"], other["force_n"])[0, 1]) < 0.03
