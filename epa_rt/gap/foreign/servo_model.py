@@ -39,7 +39,9 @@ def run(command_rad: np.ndarray, gain_ratio: np.ndarray, preload_rad_s: np.ndarr
                 continue
             free = (speed + share * push) / (1.0 + share * (1.0 + n[VISCOUS]))
             held = share * n[COULOMB] / (1.0 + share * (1.0 + n[VISCOUS]))
-            speed = 0.0 if abs(free) <= held else (free - held if free > 0.0 else free + held)
+            after = 0.0 if abs(free) <= held else (free - held if free > 0.0 else free + held)
+            turned = speed * after < 0.0 and abs(push) <= n[COULOMB] + n[STICTION]
+            speed = 0.0 if turned else after
             motor += dt * speed
             half = 0.5 * n[BACKLASH] if preload_rad_s[k] == 0.0 else 0.0
             if n[COMPLIANCE] > RIGID_S2:

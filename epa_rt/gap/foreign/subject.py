@@ -107,8 +107,8 @@ class ForeignSubject:
         for role, made in run.items():
             if seed is not None and role in ready.signals.columns:
                 made = as_read(made, ready.signals, role, self.rig, rng)
-            made = np.where(ready.signals.valid[role], made, np.nan) if role in ready.signals.valid and ready.signals.valid[role].any() else made
-            columns[self.rig.channels[role]] = made[places]
+            read = np.isfinite(recording.columns[self.rig.channels[role]])
+            columns[self.rig.channels[role]] = np.where(read, made[places], np.nan) if read.any() else made[places]
         return replace(recording, columns=columns)
 
     def repeats(self, recording: Recording, values: Values | None = None) -> dict[str, np.ndarray] | None:

@@ -1,0 +1,33 @@
+"""The SO-101 arm's servos: friction and the servo's dead zone look alike on the one channel, and what would tell them apart."""
+
+import pytest
+
+from epa_rt.gap.diagnose import diagnose
+from epa_rt.gap.foreign import open_foreign
+from epa_rt.gap.foreign.next import items, simulated
+from epa_rt.gap.plan import DECIDES, next_experiment
+from epa_rt.gap.rivals import answers, distance_between
+from tests.gap.foreign.real import RIGS, recording
+
+
+@pytest.fixture(scope="module")
+def step_response(folder):
+    return recording(folder, "sage_so101", "sage_so101/step_response/control.csv", "sage_so101/step_response/state_motor.csv")
+
+
+@pytest.mark.parametrize("joint", ["wrist_roll", "wrist_pitch"])
+def test_friction_and_dead_zone_cannot_be_told_apart_in_step_response(step_response, joint):
+    found = diagnose(open_foreign(RIGS / f"so101_{joint}.yaml"), [step_response], how_far=False)
+    first = found.effects[0]
+    assert found.verdict == "not_separable"
+    assert {first.name, *first.not_separable_from} >= {"coulomb", "deadband"}
+
+
+def test_the_experiment_that_would_tell(step_response):
+    subject = open_foreign(RIGS / "so101_wrist_roll.yaml")
+    found = answers(subject, [step_response], diagnose(subject, [step_response], how_far=False))
+    few = [item for item in items(subject) if item.name in ("steps", "slow_triangle")]
+    best = next_experiment(found.rivals, few, lambda item, plant: simulated(subject, item, plant, step_response), distance_between(subject, found))
+    assert best.expected_distance > DECIDES
+    assert best.settings["weight"] != "0 rad/s of the motor's speed" or best.settings["position_gain"] != "1 x"
+    assert "samples" in best.file
