@@ -114,7 +114,7 @@ def gated(given: Opened, diagnosis: "Diagnosis", patch: Path | None, progress: P
     from epa_rt.cli.gap_simulate import Simulator
     from epa_rt.gap.gate import GateError, gate
 
-    real = (given.holdout or given.recordings)[0]
+    real = _shortest(given)
     with tempfile.TemporaryDirectory(prefix="epa-gap-") as folder:
         path = patch or Path(folder) / f"{given.plant.stem}_patched.yaml"
         write_whole(path, _patched(given, diagnosis))
@@ -152,9 +152,14 @@ def _write_pictures(given: Opened, diagnosis: "Diagnosis", gate: "Gate | None", 
 def _curves(given: Opened, diagnosis: "Diagnosis", traces: "Callable") -> tuple:
     from epa_rt.gap.floor import floors
 
-    recordings: "tuple[Recording, ...]" = given.holdout or given.recordings
+    recordings = [_shortest(given)]
     return traces(given.subject, recordings, diagnosis.refitted, diagnosis.fitted, floors(given.subject, recordings, diagnosis.refitted),
                   channel=_worst(diagnosis))
+
+
+def _shortest(given: Opened) -> "Recording":
+    """Of the logs to be judged the one that is run again and drawn."""
+    return min(given.holdout or given.recordings, key=lambda one: one.samples)
 
 
 def _worst(diagnosis: "Diagnosis") -> str | None:

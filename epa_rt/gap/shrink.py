@@ -14,6 +14,7 @@ from epa_rt.gap.subject import Subject, Values
 
 OVERALL, ALL = "all channels", "all"
 FLOOR_SEEDS = (1, 2, 3)
+UNMOVED = 0.01    # of a channel's step: twins that differ by less do not differ
 _Misfits = dict[tuple[str, str], dict[str, Squares]]   # (channel, unit) to recording name to squares
 
 
@@ -69,14 +70,15 @@ def channel_squares(subject: Subject, real: Recording, before: Recording, after:
                     noise: Mapping[str, float] | None = None) -> dict[tuple[str, str], Squares]:
     """Misfits of two runs against the real one by channel, over the trials.
 
-    The floor is what ``twins`` of ``after`` differ by from it, and never below the channel's own step. Where the runs carry
-    the simulation's noise and not the recording's, ``noise`` (channel to rms) is the recording's own.
+    The floor is what ``twins`` of ``after`` differ by from it; the channel's own step where they do not. Where the runs
+    carry the simulation's noise and not the recording's, ``noise`` (channel to rms) is the recording's own.
     """
     found = {}
     for name in channels(real, after):
         parts = [misfit(real, before, name, subject.rate_hz), misfit(real, after, name, subject.rate_hz)]
         apart = _rms([one for twin in twins for one in misfit(twin, after, name, subject.rate_hz)])
-        floor = max(_with_noise(apart, (noise or {}).get(name, 0.0)), step_of(real, name) / np.sqrt(12.0))
+        step, floor = step_of(real, name), _with_noise(apart, (noise or {}).get(name, 0.0))
+        floor = floor if floor > UNMOVED * step else step / np.sqrt(12.0)
         rows = [squares(b, a, floor, _per_block(subject)) for b, a in zip(*parts, strict=True)]
         if rows:
             found[name, unit_of(subject, name)] = Squares(*(np.concatenate(column) for column in zip(*rows, strict=True)))

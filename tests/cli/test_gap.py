@@ -134,6 +134,12 @@ def test_bad_input_is_one_sentence_with_exit_2(arguments, words, log, capsys):
     assert words in error and error.count("\n") == 1
 
 
+def test_a_log_of_another_rig_is_said_before_anything_is_fitted(log, capsys):
+    assert main(["gap", "diagnose", "--rig", str(RIGS / "knee.yaml"), str(log)]) == 2
+    found = capsys.readouterr()
+    assert "recorded on the rig 'bench', expected 'knee'" in found.err and found.err.count("\n") == 1 and not found.out
+
+
 def test_a_log_is_never_written_over(log, capsys):
     before = log.read_bytes()
     renamed = log.with_suffix(".json")

@@ -7,9 +7,9 @@ import numpy as np
 from epa_rt.gap.diagnosis import Diagnosis
 from epa_rt.gap.report.curves import path, tick_text, ticks
 from epa_rt.gap.report.traces import Trace
-from epa_rt.gap.report.words import channel_words, percent, plain, size
+from epa_rt.gap.report.words import channel_words, percent, plain
 from epa_rt.report.charts import FONT
-from epa_rt.report.shown import Shown
+from epa_rt.report.shown import Shown, number
 
 WIDTH, HEIGHT, LEFT, RIGHT = 1080, 640, 74, 836
 _TOP, _BOTTOM = (128, 372), (430, 590)
@@ -35,7 +35,7 @@ def gap_picture(diagnosis: Diagnosis, trace: Trace) -> str:
              _text(LEFT, 112, f"{channel}, {scale.unit}"), *_key(),
              *_panel(trace.t_s, [(kind, left[kind]) for kind in ("before", "after")], _BOTTOM, floor),
              _text(LEFT, 416, f"what is left: rig minus simulation, {scale.unit} (grey: noise, ± 2 rms)"),
-             _text((LEFT + RIGHT) / 2, 630, "time, s", "tick", "middle"), *_bars(left, floor, trace.unit, scale.factor), *_closed(diagnosis, left, floor, trace)]
+             _text((LEFT + RIGHT) / 2, 630, "time, s", "tick", "middle"), *_bars(left, floor, scale.unit), *_closed(diagnosis, left, floor, trace)]
     style = _STYLE % FONT.replace('"', "'")
     return (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}"><style>{style}</style>'
             f'<rect class="page" width="{WIDTH}" height="{HEIGHT}"/>{"".join(parts)}</svg>\n')
@@ -71,16 +71,15 @@ def _key() -> list[str]:
     return found
 
 
-def _bars(left: dict[str, np.ndarray], floor: float, unit: str, factor: float) -> list[str]:
+def _bars(left: dict[str, np.ndarray], floor: float, unit: str) -> list[str]:
     """Upright bars of what is left, beside the noise."""
     rms = {kind: float(np.sqrt(np.nanmean(values**2))) for kind, values in left.items()}
-    highest, base, height = max(*rms.values(), floor), 590.0, 160.0
-    x, parts = 876, [_text(876, 416, "rms of what is left")]
+    highest, base, x = max(*rms.values(), floor), 590.0, 876
+    parts = [_text(x, 416, f"rms of what is left, {unit}")]
     for i, (words, kind, value) in enumerate((("before", "before", rms["before"]), ("after", "after", rms["after"]), ("noise", "band", floor))):
-        tall = height * value / highest * 0.82
-        at = x + 62 * i
+        tall, at = 132.0 * value / highest, x + 64 * i
         parts += [f'<rect class="{kind}" x="{at}" width="44" y="{base - tall:.1f}" height="{tall:.1f}"/>', _text(at + 22, base + 17, words, "tick", "middle"),
-                  _text(at + 22, base - tall - 6, size(value / factor, unit, 2), "tick", "middle")]
+                  _text(at + 22, base - tall - 6, number(value, 2), "tick", "middle")]
     return parts
 
 

@@ -9,6 +9,7 @@ from epa_rt.gap.diagnosis import Diagnosis
 from epa_rt.gap.report.curves import path, ticks
 from epa_rt.gap.report.map import AT_FLOOR, heat
 from epa_rt.gap.report.page import gap_page
+from epa_rt.gap.report.picture import gap_picture
 from epa_rt.gap.report.traces import traces
 from tests.gap.report.answers import ANSWERS, EXPLAINED, GATE, NOT_SEPARABLE, SLIP, curves
 from tests.gap.damper import Damper, recorded, white_floor
@@ -82,3 +83,13 @@ def test_curves_are_of_the_channel_with_the_gap_and_after_is_closer():
         real = by.get("measured", 0.0)
         assert np.nanstd(real - by["before"]) > 3.0 * np.nanstd(real - by["after"])
         assert len(trace.t_s) == len(by["before"])
+
+
+def test_the_picture_stands_alone_and_says_what_was_closed_over_the_whole_log():
+    from xml.etree import ElementTree
+
+    text = gap_picture(EXPLAINED, curves()[0])
+    words = ["".join(node.itertext()) for node in ElementTree.fromstring(text).iter("{http://www.w3.org/2000/svg}text")]
+    assert "98.6 %" in words and "over all trials of the log" in words and any("braid maxwell slip" in one for one in words)
+    alone = gap_picture(replace(EXPLAINED, gate=None), curves()[0])
+    assert "in these seconds" in alone and "on the recorded commands" in alone
