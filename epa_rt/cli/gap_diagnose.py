@@ -89,7 +89,8 @@ def _diagnosed(given: Opened, arguments: argparse.Namespace, progress: Progress)
     set_aside = bool(given.holdout) or split(given.subject, given.recordings) is not None
     inputs = {"rig": str(arguments.rig), "plant": str(given.plant or arguments.plant or ""), "logs": [str(r.path) for r in given.recordings],
               "holdout": [str(r.path) for r in given.holdout], "left_out": list(arguments.leave_out), "set_aside": set_aside}
-    return replace(found, found_first=given.found, inputs=found.inputs | inputs)
+    named = {effect.name for effect in found.effects}
+    return replace(found, found_first=given.found, inputs=found.inputs | inputs, not_tested=tuple(name for name in found.not_tested if name not in named))
 
 
 def _confirmed(given: Opened, diagnosis: "Diagnosis", arguments: argparse.Namespace, progress: Progress) -> "Gate | None":
