@@ -79,7 +79,7 @@ def _residuals(subject: Subject, recording: Recording, values: Values) -> dict[s
 def _twins(subject: Subject, recording: Recording, values: Values, seed: int) -> list[dict[str, np.ndarray]]:
     """Residuals of TWINS free runs of a recording, judged where the recording is; none where there is no model of the whole.
 
-    Each twin is another plant near ``values`` and is judged as that plant: rounding that hangs on the commands is then the
+    Each but the first is another plant near ``values`` and is judged as that plant: rounding that hangs on the commands is then the
     same in all and counts as bias, rounding that hangs on chance does not.
     """
     random = np.random.default_rng(seed)
@@ -87,7 +87,7 @@ def _twins(subject: Subject, recording: Recording, values: Values, seed: int) ->
     for i in range(TWINS):
         own = dict(values)
         for knob in subject.nominal:
-            at = own.get(knob.key, knob.value) + APART * knob.spread * random.standard_normal()
+            at = own.get(knob.key, knob.value) + (APART if i else 0.0) * knob.spread * random.standard_normal()
             own[knob.key] = float(np.clip(at, knob.low, knob.high))
         twin = subject.free_run(recording, own, int(random.integers(1, 2**31)))
         if twin is None:

@@ -8,7 +8,11 @@ from epa_rt.gap.house import gas_link, instruments, load_link, motion, motor_lin
 from epa_rt.gap.house.prepared import Prepared
 from epa_rt.models.ports import STATE
 
-_NONE = np.zeros(0)
+# Of the current behind the torque reading, the part taken from the motion's balance, the rest from the current reading:
+# so the current's noise, which the motor link has too, is not counted twice.
+NEEDED = 0.75
+
+
 class Bench:
     """One set of parameters against one prepared recording. Everything it makes is its own or only read."""
 
@@ -117,15 +121,22 @@ class Bench:
             value = self.true("force_n")
             if s["force_crosstalk_n_pa"] != 0.0:
                 value = value - float(s["force_crosstalk_n_pa"]) * self.true("muscle0_gauge_pa")
-            slope = smooth.slope(value, p.period_s) if s["force_lag_s"] != 0.0 else self.zero()
-            return instruments.before_cell(s, value, slope, p.period_s)
+            return value - self.late_part() if instruments.is_dynamic(s) else value
         if self.params["muscle"]["present"][0, i] < 0.5:
             return self.zero()
-        return self.predicted_force(i, _NONE)
+        return self.predicted_force(i)
 
-    def predicted_force(self, i: int, held_n: np.ndarray) -> np.ndarray:
-        line, out = self.line(i), np.empty(self.prepared.count)
-        motion.pulls(self.params, i, self.gauge(i), line[0], line[1], held_n, self.prepared.period_s, out)
+    def late_part(self) -> np.ndarray:
+        """(N,) what frame, age and lag add to the force, from a prediction: taken from the reading, its noise would swing too."""
+        calm = self.predicted_force(0, calm=True)
+        return instruments.cell(self.sensors, calm, self.prepared.period_s) - calm
+
+    def predicted_force(self, i: int, calm: bool = False) -> np.ndarray:
+        """(N,) from measured pressure, ``calm``: smoothed, and length."""
+        line, out, gauge = self.line(i), np.empty(self.prepared.count), self.gauge(i)
+        if calm:
+            gauge = smooth.flat_smoothed(gauge, smooth.gaussian_taps(smooth.SLOPE_CYCLES))
+        motion.pulls(self.params, i, gauge, line[0], line[1], self.prepared.period_s, out)
         return out
 
     def pressure(self, i: int) -> tuple[np.ndarray, np.ndarray]:
@@ -186,10 +197,13 @@ def motor_residual(bench: Bench) -> np.ndarray:
 
 
 def torque_residual(bench: Bench) -> np.ndarray:
-    angle, _, _ = bench.motor()
-    out = np.empty(bench.prepared.count)
-    motor_link.shaft_torque(bench.params, bench.true("motor_current_a"), angle, bench.heat(), out)
-    return bench.prepared.readings["motor_torque_nm"] - bench.shown("motor_torque_nm", out)
+    p = bench.prepared
+    angle, speed, acceleration = bench.motor()
+    needed, out = np.empty(p.count), np.empty(p.count)
+    motor_link.balance_current(bench.params, angle, speed, acceleration, bench.spool(), bench.heat(), p.period_s, needed)
+    current = NEEDED * needed + (1.0 - NEEDED) * bench.true("motor_current_a")
+    motor_link.shaft_torque(bench.params, current, angle, bench.heat(), out)
+    return p.readings["motor_torque_nm"] - bench.shown("motor_torque_nm", out)
 
 
 def encoder_residual(bench: Bench) -> np.ndarray:
@@ -209,8 +223,9 @@ def gas_residual(bench: Bench, i: int) -> np.ndarray:
 
 
 def muscle_residual(bench: Bench) -> np.ndarray:
-    strapped = bench.params["muscle"]["strap_compliance_m_n"][0, 0] != 0.0
-    predicted = instruments.cell(bench.sensors, bench.predicted_force(0, bench.force(0) if strapped else _NONE), bench.prepared.period_s)
+    predicted = bench.predicted_force(0)
+    if instruments.is_dynamic(bench.sensors):
+        predicted = predicted + bench.late_part()
     if bench.sensors["force_crosstalk_n_pa"] != 0.0:
         predicted = predicted + float(bench.sensors["force_crosstalk_n_pa"]) * bench.gauge(0)
     return bench.prepared.readings["force_n"] - bench.shown("force_n", predicted)

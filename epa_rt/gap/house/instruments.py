@@ -11,8 +11,6 @@ from epa_rt.gap.house.compiled import compiled
 from epa_rt.models.blocks.instruments import lagged
 from epa_rt.models.tables_load import CHANNELS, split
 
-MOST_NOISE = 4.0  # times: a swinging frame is taken back only so far
-
 _STEMS = {channel: split(channel) for channel, _ in CHANNELS}
 _FIELDS = {channel: (f"{stem}_gain_ratio", f"{stem}_offset{suffix}") for channel, (stem, suffix) in _STEMS.items()}
 _BOWS = {"muscle0_gauge_pa": "muscle0_gauge_bow_per_pa", "muscle1_gauge_pa": "muscle1_gauge_bow_per_pa", "force_n": "force_bow_per_n"}
@@ -90,14 +88,9 @@ def late(values: np.ndarray, lag_s: float, period_s: float) -> np.ndarray:
     return out
 
 
-def before_cell(sensors, force: np.ndarray, slope: np.ndarray, period_s: float) -> np.ndarray:
-    """(N,) the way back of ``cell``; ``slope`` (N,) of the same force."""
-    if sensors["force_lag_s"] != 0.0:
-        force = force + float(sensors["force_lag_s"]) * slope
-    force = moved(force, float(sensors["force_skew_s"]) / period_s)
-    if sensors["frame_mode_ratio"] != 0.0:
-        force = _unswung(float(sensors["frame_mode_ratio"]), float(sensors["frame_hz"]), float(sensors["frame_damping_ratio"]), force, period_s)
-    return force
+def is_dynamic(sensors) -> bool:
+    """Whether frame, age or lag stand between the force and its cell."""
+    return sensors["frame_mode_ratio"] != 0.0 or sensors["force_skew_s"] != 0.0 or sensors["force_lag_s"] != 0.0
 
 
 @compiled
@@ -124,14 +117,3 @@ def _swung(ratio, frame_hz, damping, force, period_s, out):
         place = force[k] - behind + fade * (away * c + (away_rate + damp * away) * s)
         speed = slope + fade * (away_rate * c - (damp * away_rate + rate * rate * away) * s)
         out[k] = force[k] + ratio * (place - force[k])
-
-
-def _unswung(ratio: float, frame_hz: float, damping: float, force: np.ndarray, period_s: float) -> np.ndarray:
-    """The force before a swinging frame: its response is taken back where that makes no more than MOST_NOISE of noise."""
-    count = len(force)
-    padded = np.concatenate([force, np.linspace(force[-1], force[0], 1024)])
-    f = np.fft.rfftfreq(len(padded), period_s) / frame_hz
-    response = 1.0 + ratio * (1.0 / (1.0 - f**2 + 2j * damping * f) - 1.0)
-    back = np.conj(response) / (np.abs(response) ** 2 + 0.25 / MOST_NOISE**2)
-    back /= back[0].real
-    return np.fft.irfft(np.fft.rfft(padded) * back, len(padded))[:count]

@@ -8,7 +8,7 @@ from epa_rt.gap.house.prepared import START_S, Prepared
 from epa_rt.models.blocks.load import KNEE, MASS
 
 NEEDS = {
-    "drive": ("motor_angle_rad", "motor_speed_rad_s", "motor_current_a"), "torque": ("motor_current_a", "motor_torque_nm", "motor_angle_rad"),
+    "drive": ("motor_angle_rad", "motor_speed_rad_s", "motor_current_a"), "torque": ("motor_current_a", "motor_torque_nm", "motor_angle_rad", "motor_speed_rad_s", "force_n"),
     "motor": ("motor_angle_rad", "motor_speed_rad_s", "motor_current_a", "force_n"), "encoder": ("motor_angle_rad", "motor_speed_rad_s"),
     "gas0": ("muscle0_gauge_pa", "motor_angle_rad"), "gas1": ("muscle1_gauge_pa",),
     "muscle0": ("force_n", "muscle0_gauge_pa", "motor_angle_rad"), "load": ("force_n",),

@@ -19,8 +19,8 @@ def links_of(rig: Rig, channels: dict[str, Channel], params: np.ndarray) -> tupl
         found.append(Link("drive", "drive", has["motor_current_a"], "A", "commands and motor motion to current"))
         if "force_n" in has:
             found.append(Link("motor", "drive", has["motor_current_a"], "A", "motor motion and force to current"))
-        if "motor_torque_nm" in has:
-            found.append(Link("torque", "drive", has["motor_torque_nm"], "N*m", "current and motor angle to torque"))
+        if {"force_n", "motor_torque_nm"} <= has.keys():
+            found.append(Link("torque", "drive", has["motor_torque_nm"], "N*m", "motor motion, force and current to torque"))
     for i in (0, 1):
         port = f"muscle{i}_gauge_pa"
         if moves and port in has and params["muscle"]["present"][0, i] > 0.5:

@@ -35,24 +35,18 @@ def line_lengths(params, i, angle, speed, place, place_speed, out):
 
 
 @compiled
-def pulls(params, i, gauge, length, speed, held_n, period_s, out):
-    """Force of muscle i (N,) from gauge pressure, line length and its speed; ``held_n`` (N,) stretches its strap, or (0,)
-    where the predicted force itself does.
-    """
+def pulls(params, i, gauge, length, speed, period_s, out):
+    """Force of muscle i (N,) from gauge pressure, line length and its speed; the force of the cycle before stretches the strap."""
     m = params[0].muscle[i]
     memory = np.zeros(MEMORY)
     creep, strap, before = 0.0, 0.0, length[0]
     for k in range(len(length)):
-        if len(held_n):
-            strap = held_n[k]
         fitted = length[k] - m.strap_compliance_m_n * strap
-        moved = fitted - before
-        braid.settle(m, memory, moved, speed[k])
+        braid.settle(m, memory, fitted - before, speed[k])
         if m.creep_stiffness_n_m != 0.0:
             fall = math.exp(-period_s / m.creep_time_s)
             creep = fall * creep + m.creep_stiffness_n_m * m.creep_time_s * (1.0 - fall) * 0.5 * (speed[k] + speed[max(k - 1, 0)])
         _, slope = muscle.shape(m, 0.0, fitted)
-        out[k] = muscle.tension(m, slope, gauge[k], fitted, speed[k], memory, 0.0, creep)
-        if not len(held_n):
-            strap = out[k]
+        strap = muscle.tension(m, slope, gauge[k], fitted, speed[k], memory, 0.0, creep)
+        out[k] = strap
         before = fitted

@@ -11,24 +11,23 @@ from epa_rt.models.tables_load import CHANNELS, split
 
 _GASES = ("gas0", "gas1")
 _LENGTHS = (*_GASES, "muscle0")
+_MOTOR = ("motor", "torque")
 _DRIVE = {  # rows of the drive; others reach the drive's own loop alone
-    "torque_constant_nm_a": ("drive", "motor", "torque"), "inertia_kg_m2": ("motor",), "viscous_nm_s_rad": ("motor",), "coulomb_nm": ("motor",), "viscous_asymmetry_ratio": ("motor",),
-    "friction_wave_ratio": ("motor",), "friction_wave_per_turn_ratio": ("motor",), "friction_wave_phase_rad": ("motor",),
-    "presliding_stiffness_nm_rad": ("motor",), "presliding_time_s": ("motor",), "stribeck_ratio": ("motor",), "stribeck_speed_rad_s": ("motor",),
-    "cogging_nm": ("motor", "torque"), "cogging_per_turn_ratio": ("motor", "torque"), "torque_ripple_ratio": ("motor", "torque"),
-    "ripple_per_turn_ratio": ("motor", "torque"), "cogging_phase_rad": ("motor", "torque"), "ripple_phase_rad": ("motor", "torque"),
-    "torque_saturation_per_a": ("motor", "torque"), "torque_loss_per_k": ("drive", "motor", "torque"),
-    "winding_thermal_k_w": ("motor", "torque"), "winding_time_s": ("motor", "torque"), "winding_ohm": ("drive", "motor", "torque"),
-}
-_TRANSMISSION = {"gear_efficiency_ratio": ("motor",), "gear_friction_n": ("motor",), "backlash_rad": _LENGTHS}
+    "torque_constant_nm_a": ("drive", *_MOTOR), "torque_loss_per_k": ("drive", *_MOTOR), "winding_ohm": ("drive", *_MOTOR),
+} | dict.fromkeys((
+    "inertia_kg_m2", "viscous_nm_s_rad", "coulomb_nm", "viscous_asymmetry_ratio", "friction_wave_ratio", "friction_wave_per_turn_ratio",
+    "friction_wave_phase_rad", "presliding_stiffness_nm_rad", "presliding_time_s", "stribeck_ratio", "stribeck_speed_rad_s", "cogging_nm",
+    "cogging_per_turn_ratio", "cogging_phase_rad", "torque_ripple_ratio", "ripple_per_turn_ratio", "ripple_phase_rad",
+    "torque_saturation_per_a", "winding_thermal_k_w", "winding_time_s"), _MOTOR)
+_TRANSMISSION = {"gear_efficiency_ratio": _MOTOR, "gear_friction_n": _MOTOR, "backlash_rad": _LENGTHS}
 _SHAPE = ("braid_length_m", "braid_turns_ratio", "end_length_m")  # of the muscle: they make its volume too
 _SENSORS = (  # first part of a row's name, longer ones first
-    ("motor_angle", ("drive", "motor", *_LENGTHS, "encoder")), ("motor_speed", ("drive", "motor", *_LENGTHS, "encoder")),
-    ("motor_current", ("drive", "motor", "torque")), ("motor_torque", ("torque",)), ("muscle0_gauge", ("gas0", "muscle0")),
+    ("motor_angle", ("drive", *_MOTOR, *_LENGTHS, "encoder")), ("motor_speed", ("drive", *_MOTOR, *_LENGTHS, "encoder")),
+    ("motor_current", ("drive", *_MOTOR)), ("motor_torque", ("torque",)), ("muscle0_gauge", ("gas0", "muscle0")),
     ("muscle1_gauge", ("gas1", "load")), ("pressure_lag", (*_GASES, "muscle0", "load")), ("gauge_crosstalk", ("gas0", "muscle0")),
-    ("gauge_", (*_GASES, "muscle0", "load")), ("force", ("muscle0", "motor", "load")), ("frame_", ("muscle0", "motor", "load")),
-    ("joint_", (*_LENGTHS, "load")), ("load_position", (*_LENGTHS, "load")), ("encoder_skew", ("drive", "motor", *_LENGTHS)),
-    ("encoder_", ("drive", "motor", *_LENGTHS, "encoder")),
+    ("gauge_", (*_GASES, "muscle0", "load")), ("force", ("muscle0", *_MOTOR, "load")), ("frame_", ("muscle0", *_MOTOR, "load")),
+    ("joint_", (*_LENGTHS, "load")), ("load_position", (*_LENGTHS, "load")), ("encoder_skew", ("drive", *_MOTOR, *_LENGTHS)),
+    ("encoder_", ("drive", *_MOTOR, *_LENGTHS, "encoder")),
 )
 _STEMS = tuple((split(channel)[0], channel) for channel, _ in CHANNELS)
 
@@ -43,7 +42,7 @@ def reached(key: str, params: np.ndarray, ports: Collection[str]) -> tuple[str, 
     if block == "drive":
         return _DRIVE.get(row.name, ("drive",))
     if block == "transmission":
-        return _TRANSMISSION.get(row.name, ("motor", *_LENGTHS))
+        return _TRANSMISSION.get(row.name, (*_MOTOR, *_LENGTHS))
     if block == "gas":
         return gases
     if block == "muscle":

@@ -27,6 +27,7 @@ from epa_rt.models.knobs import write_knob
 from epa_rt.models.parameters import effects as effect_rows
 from epa_rt.models.plant_file import PlantFile, load_plant, save_plant
 
+MOST_PLANTS = 4  # per recording, beside which its noise is looked for
 ABSURD = 1e12  # stands for a prediction that is no number
 
 
@@ -90,19 +91,20 @@ class HouseSubject:
         return prepare(self.rig, self.channels, float(self.plant.params["sensors"]["encoder_hold_s"][0]), recording)
 
     def _noise(self, recording: Recording, values: Values) -> tuple[int, dict[str, float]]:
-        """On which cycle the encoder renews, and port to noise; kept for the recordings seen last, by plants that are alike."""
-        kept = [one for one in self._noises if one[0] is recording and self._alike(one[1], values)]
-        if not kept:
+        """On which cycle the encoder renews, and port to noise: the least that a plant seen so far leaves of the recording."""
+        kept = [one for one in self._noises if one[0] is recording]
+        if not kept or (len(kept) < MOST_PLANTS and not any(self._apart(one[1], values) < 0.5 for one in kept)):
             prepared = self._prepared(recording)
             made = self._prepared(self._run(recording, values, None, 0, prepared.phase))
-            kept = [(recording, dict(values), prepared.phase, noise_of(prepared, self.channels, made))]
-            self._noises = [*self._noises[-15:], kept[0]]
-        return kept[0][2], kept[0][3]
+            kept.append((recording, dict(values), prepared.phase, noise_of(prepared, self.channels, made)))
+            self._noises = [*self._noises[-15:], kept[-1]]
+        return kept[0][2], {port: min(one[3][port] for one in kept) for port in kept[0][3]}
 
-    def _alike(self, values: Values, others: Values) -> bool:
-        """Whether two plants differ by less than the spread of every nominal parameter."""
-        return values.keys() - self._own == others.keys() - self._own and all(
-            abs(values.get(k.key, k.value) - others.get(k.key, k.value)) < k.spread for k in self.nominal)
+    def _apart(self, values: Values, others: Values) -> float:
+        """Largest difference of a nominal parameter between two plants, in spreads; infinite where effects differ."""
+        if any(values.get(key) != others.get(key) for key in (values.keys() | others.keys()) - self._own):
+            return np.inf
+        return max((abs(values.get(k.key, k.value) - others.get(k.key, k.value)) / k.spread for k in self.nominal), default=0.0)
 
     def patched(self, values: Values, effects: Sequence[str]) -> str:
         known = effect_rows()
