@@ -55,8 +55,8 @@ def _interval(one: Number) -> Html:
         return f"{100.0 * (x - low) / span:.1f}%"
 
     width = f"{100.0 * (one.high - one.low) / span:.1f}%"
-    return tag("span", join([tag("i", "", class_="neutral", style=f"left:{at(one.neutral)}"), tag("i", "", class_="range", style=f"left:{at(one.low)};width:{width}"),
-                             tag("i", "", class_="dot", style=f"left:{at(one.value)}")]), class_="interval")
+    marks = (("neutral", f"left:{at(one.neutral)}"), ("range", f"left:{at(one.low)};width:{width}"), ("dot", f"left:{at(one.value)}"))
+    return tag("span", join(tag("i", "", class_=name, style=style) for name, style in marks), class_="interval")
 
 
 def catalogue_note(diagnosis: Diagnosis) -> Html:

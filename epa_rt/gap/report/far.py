@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 
 from epa_rt.gap.diagnosis import Diagnosis, Shrinkage
-from epa_rt.gap.report.words import BASELINES, MODES, SOURCES, channel_words, judged_on, percent, share_words, size, times
-from epa_rt.gap.shrink import ALL
+from epa_rt.gap.report.words import BASELINES, MODES, SOURCES, channel_words, judged_on, percent, share_words, shown_rows, size, times
 from epa_rt.report.markup import Html, folded, join, note, paragraph, table, tag
 
 _HEADS = {"teacher_forced": "Block by block, each fed with what was measured", "free_run": "The whole plant in free run, fed with the commands only"}
@@ -14,11 +13,12 @@ def how_far(diagnosis: Diagnosis) -> Html:
     """Bars over all logs against the refitted nominal plant; every row in a table that opens."""
     rows = diagnosis.shrinkage
     if not rows:
-        return paragraph("Not shown: nothing was named, so there is nothing to measure.")
+        return paragraph("Not shown: no shrinkage was measured.")
     parts = [note(f"Measured on {judged_on(diagnosis)}. ", _key(), " The share closed is 1 − (after² − floor²)/(before² − floor²), never clipped: "
-                  "below zero the patch makes it worse. Its 95 % interval stands in brackets. Before: ", BASELINES["refitted"], ".")]
+                  "below zero the patch makes it worse. Its 95 % interval stands in brackets. Before: ", BASELINES["refitted" if diagnosis.effects else "plant_file"], "; after: ",
+                  "with the effects." if diagnosis.effects else "nominal parameters refitted (no effect is named).")]
     for mode, head in _HEADS.items():
-        chosen = [row for row in rows if row.mode == mode and row.log == ALL and row.baseline == "refitted"]
+        chosen = [row for row in shown_rows(diagnosis) if row.mode == mode]
         if chosen:
             source = chosen[0].floor_source
             parts += [tag("h3", head), tag("div", join(map(_bars, chosen)), class_="bars"), note(f"Floor from {SOURCES.get(source, source)}.")]
@@ -44,7 +44,7 @@ def _points(points: float | None) -> str:
 
 
 def _key() -> Html:
-    return join([tag("span", "before", class_="swatch before"), " ", tag("span", "after", class_="swatch after"), " ", tag("span", "noise floor", class_="swatch floor")])
+    return join((tag("span", words, class_=f"swatch {words.split()[-1]}") for words in ("before", "after", "noise floor")), " ")
 
 
 def _bars(row: Shrinkage) -> Html:
@@ -55,8 +55,9 @@ def _bars(row: Shrinkage) -> Html:
 
     floor = tag("i", "", class_="floor", style=f"--at:{row.floor / longest:.4f}")
     words = join([tag("strong", share_words(row)), "" if row.closed_share is None else " closed", tag("span", f"{times(row.times_floor)} floor left", class_="soft")])
-    return tag("div", join([tag("span", channel_words(row.channel), class_="name"), tag("span", join([bar(row.before, "before"), bar(row.after, "after"), floor]), class_="pair"),
-                            tag("span", words, class_="says")]), class_="row")
+    pair = join([bar(row.before, "before"), bar(row.after, "after"), floor])
+    parts = ((channel_words(row.channel), "name"), (pair, "pair"), (words, "says"))
+    return tag("div", join(tag("span", content, class_=name) for content, name in parts), class_="row")
 
 
 def _table(rows: Sequence[Shrinkage]) -> Html:

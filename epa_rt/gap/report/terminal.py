@@ -7,8 +7,8 @@ from rich.console import Console
 from rich.table import Table
 
 from epa_rt.gap.diagnosis import Diagnosis
-from epa_rt.gap.report.words import MODES, VERDICTS, channel_words, judged_on, parameter_words, percent, plain, region_words, share_words, size, times
-from epa_rt.gap.shrink import ALL, OVERALL
+from epa_rt.gap.report.words import BASELINES, MODES, VERDICTS, channel_words, judged_on, parameter_words, percent, plain, region_words, share_words, shown_rows, size, times
+from epa_rt.gap.shrink import OVERALL
 
 MOST_PLACES, MOST_NOT_TESTED = 8, 12
 
@@ -72,10 +72,10 @@ def _effects(diagnosis: Diagnosis, out: Console) -> None:
 
 
 def _far(diagnosis: Diagnosis, out: Console) -> None:
-    rows = [row for row in diagnosis.shrinkage if row.log == ALL and row.baseline == "refitted"]
+    rows = shown_rows(diagnosis)
     if not rows:
         return
-    out.print(f"How far, on {judged_on(diagnosis)}:")
+    out.print(f"How far, on {judged_on(diagnosis)}; before: {BASELINES[rows[0].baseline]}, after: {'with the effects' if diagnosis.effects else 'refitted'}")
     table = Table("Channel", "Mode", "Before", "After", "Floor", "Gap closed (95 %)", "Floor left", box=box.SIMPLE_HEAD, pad_edge=False)
     for row in rows:
         table.add_row(channel_words(row.channel), MODES[row.mode], size(row.before, row.unit), size(row.after, row.unit), size(row.floor, row.unit),

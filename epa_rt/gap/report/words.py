@@ -89,13 +89,16 @@ def channel_words(channel: str) -> str:
     return channel if channel == OVERALL else region_words(channel)
 
 
-def headline(rows: tuple[Shrinkage, ...]) -> Shrinkage | None:
-    """The one row that says how far: block by block if there is one, all channels, all logs, against the refit."""
-    for mode in MODES:
-        for row in rows:
-            if (row.channel, row.log, row.mode, row.baseline) == (OVERALL, ALL, mode, "refitted"):
-                return row
-    return None
+def shown_rows(diagnosis: Diagnosis) -> list[Shrinkage]:
+    """Rows over all logs: against the refitted plant where effects are named, else what refitting it did to the plant file."""
+    baseline = "refitted" if diagnosis.effects else "plant_file"
+    return [row for row in diagnosis.shrinkage if row.log == ALL and row.baseline == baseline]
+
+
+def headline(diagnosis: Diagnosis) -> Shrinkage | None:
+    """The one row that says how far: block by block if there is one, all channels, all logs."""
+    rows = {row.mode: row for row in shown_rows(diagnosis) if row.channel == OVERALL}
+    return next((rows[mode] for mode in MODES if mode in rows), None)
 
 
 def where_words(diagnosis: Diagnosis) -> str:
@@ -110,10 +113,11 @@ def which_words(diagnosis: Diagnosis) -> str:
 
 
 def far_words(diagnosis: Diagnosis) -> str:
-    row = headline(diagnosis.shrinkage)
+    row = headline(diagnosis)
     if row is None:
         return "not measured"
-    return f"{share_words(row)} of the gap closed; {times(row.before)} → {times(row.after)} floor" if row.closed_share is not None else "no gap to close"
+    by = "" if diagnosis.effects else " by refitting nominal parameters"
+    return f"{share_words(row)} of the gap closed{by}; {times(row.before)} → {times(row.after)} floor" if row.closed_share is not None else "no gap to close"
 
 
 def next_words(diagnosis: Diagnosis) -> str:
@@ -129,4 +133,4 @@ def judged_on(diagnosis: Diagnosis) -> str:
         return f"held-out {'log' if len(held) == 1 else 'logs'} {', '.join(Path(str(one)).stem for one in held)}, which no fit has seen"
     if diagnosis.inputs.get("set_aside", True):
         return "trials that were set aside, which no fit has seen"
-    return "the very trials that were fitted, because nothing could be set aside: too good to be believed"
+    return "the very trials that were fitted (nothing could be set aside, so the figures flatter)"
