@@ -3,6 +3,7 @@
   epa gap blind make --seed 7 --cases 120 -o out/blind        logs there, truth sealed in out/blind.sealed
   epa gap blind score out/blind --json blind.json             diagnoses every case, then opens the truth
   epa gap blind matrix --seed 7 -o out/matrix                 each effect hidden and left out: what is said instead
+  epa gap blind rivals out/blind --json rivals.json           the same cases by CMA-ES, least squares, sparse regression, RMSE
 """
 
 import argparse
@@ -12,6 +13,7 @@ from pathlib import Path
 from epa_rt.cli.exits import BAD_INPUT, COMPLETED, VerbError
 from epa_rt.cli.gap_inputs import task_parser
 
+RIVALS = ("cma_es", "least_squares", "sparse", "rmse")
 DIAGNOSER = "epa_rt.cli.gap_blind_diagnose:diagnose_files"
 
 
@@ -30,16 +32,21 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     matrix = parts.add_parser("matrix", help="each effect hidden and left out of the catalogue: what is said instead")
     matrix.add_argument("--seed", type=int, required=True)
     matrix.add_argument("-o", "--out", type=Path, required=True)
+    rivals = parts.add_parser("rivals", help="the same cases by what libraries offer")
+    rivals.add_argument("cases", type=Path, metavar="DIR")
+    rivals.add_argument("--json", type=Path, required=True, help="figures of every rival; its answers are kept beside")
+    rivals.add_argument("--only", nargs="+", default=list(RIVALS), choices=RIVALS)
     for part in (score, matrix):
         part.add_argument("--diagnoser", default=DIAGNOSER, help=argparse.SUPPRESS)
-    score.add_argument("--sealed", type=Path, help="folder of the sealed truth (default: DIR.sealed)")
-    for part in (make, score, matrix):
+    for part in (score, rivals):
+        part.add_argument("--sealed", type=Path, help="folder of the sealed truth (default: DIR.sealed)")
+    for part in (make, score, matrix, rivals):
         part.add_argument("--jobs", type=int, default=2, help="processes at once (default: %(default)s)")
         part.add_argument("--config", type=Path, default=Path("config"), help="folder with rigs and plants (default: %(default)s)")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    return {"make": _make, "score": _score, "matrix": _matrix}[arguments.part](arguments)
+    return {"make": _make, "score": _score, "matrix": _matrix, "rivals": _rivals}[arguments.part](arguments)
 
 
 def sealed_of(cases: Path, chosen: Path | None) -> Path:
@@ -54,9 +61,10 @@ def _make(arguments: argparse.Namespace) -> int:
     unknown = [kind for kind in arguments.kinds or () if kind not in KINDS]
     if unknown:
         raise VerbError(f"--kinds: found {', '.join(unknown)}, expected some of {', '.join(KINDS)}")
-    if arguments.out.exists() and any(arguments.out.iterdir()):
-        raise VerbError(f"{arguments.out}: found a folder with files, expected a new one")
-    make_all(arguments.seed, arguments.cases, tuple(arguments.kinds or KINDS), arguments.out, sealed_of(arguments.out, arguments.sealed),
+    sealed = sealed_of(arguments.out, arguments.sealed)
+    if (arguments.out / "truth.sha256").exists() or (arguments.out.exists() and any(arguments.out.iterdir()) and not (sealed / "parts").exists()):
+        raise VerbError(f"{arguments.out}: found a folder with files, expected a new one (or one whose making was interrupted)")
+    make_all(arguments.seed, arguments.cases, tuple(arguments.kinds or KINDS), arguments.out, sealed,
              arguments.config, arguments.jobs)
     return COMPLETED
 
@@ -70,6 +78,25 @@ def _score(arguments: argparse.Namespace) -> int:
                     arguments.html or arguments.json.with_suffix(".html"), arguments.diagnoser, arguments.jobs))
     except SealError as error:
         raise VerbError(str(error), BAD_INPUT) from None
+    return COMPLETED
+
+
+def _rivals(arguments: argparse.Namespace) -> int:
+    """Scores every rival as the diagnosis is scored, and sets what they get right and how long they take side by side."""
+    import json
+
+    sealed, rows = sealed_of(arguments.cases, arguments.sealed), []
+    from epa_rt.gap.blind.score import score
+
+    for name in arguments.only:
+        out = arguments.json.with_name(f"{arguments.json.stem}_{name}.json")
+        score(arguments.cases, sealed, out, out.with_suffix(".html"), f"epa_rt.gap.blind.rivals:{name}", arguments.jobs)
+        rows.append({"rival": name, **{f["key"]: f["value"] for f in json.loads(out.read_text(encoding="utf-8"))["figures"]}})
+    arguments.json.write_text(json.dumps(rows, indent=1), encoding="utf-8")
+    shown = ("first", "pair", "none", "withheld", "wrong_sure", "block", "seconds")
+    print("\n".join(["| Rival | " + " | ".join(shown) + " |", "|---" * (len(shown) + 1) + "|",
+                     *("| " + " | ".join([row["rival"], *("-" if row[k] is None else f"{row[k]:.1f} s" if k == "seconds" else f"{100 * row[k]:.0f} %" for k in shown)]) + " |"
+                       for row in rows)]))
     return COMPLETED
 
 

@@ -1,5 +1,6 @@
 """Making blind cases: worker processes that record, one after the other, and the seal over what they hid."""
 
+import json
 import shutil
 import sys
 import time
@@ -32,14 +33,20 @@ def make_matrix(seed: int, out: Path, sealed: Path, config: Path, jobs: int) -> 
 
 
 def record_all(seed: int, specs: "list[Spec]", out: Path, sealed: Path, config: Path, jobs: int) -> None:
-    """Records every case in a process of its own and seals the truth."""
+    """Records every case in a process of its own and seals the truth.
+
+    Until then each case's truth lies beside the seal, so that a making that was interrupted goes on where it was.
+    """
     from epa_rt.gap.blind.seal import seal
     from sim_backend.stand_in.draw import KINDS
 
     began_s, truths = time.monotonic(), []
     out.mkdir(parents=True, exist_ok=True)
+    parts = sealed / "parts"
+    parts.mkdir(parents=True, exist_ok=True)
+    sealed.chmod(0o700)
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        waiting = [pool.submit(_one, seed, spec, out, config) for spec in specs]
+        waiting = [pool.submit(_one, seed, spec, out, config, parts) for spec in specs]
         for done in as_completed(waiting):
             truths.append(done.result())
             print(f"\r{len(truths)} of {len(specs)} cases made", end="", file=sys.stderr, flush=True)
@@ -48,20 +55,26 @@ def record_all(seed: int, specs: "list[Spec]", out: Path, sealed: Path, config: 
     truths.sort(key=lambda truth: truth["case"])
     found = seal({"seed": seed, "cases": truths}, sealed, out)
     counts = {kind: sum(t["kind"] == kind for t in truths) for kind in KINDS}
+    shutil.rmtree(parts)
     seconds = time.monotonic() - began_s
     print(f"{len(truths)} cases in {seconds:.0f} s: {', '.join(f'{n} {kind}' for kind, n in counts.items() if n)}; truth in {sealed}, sha256 {found[:16]}")
 
 
-def _one(seed: int, spec: "Spec", out: Path, config: Path) -> "dict | None":
-    """One case; where its candidates do not fit, the next draw of the same kind."""
+def _one(seed: int, spec: "Spec", out: Path, config: Path, parts: Path) -> "dict | None":
+    """One case; where its candidates do not fit, the next draw of the same kind. None where nothing fits."""
     from sim_backend.stand_in.draw import draw
     from sim_backend.stand_in.make import make_case
     from sim_backend.stand_in.strengths import Unfit
 
     path, reason = out / f"case_{spec.index:03d}", ""
+    part = parts / f"{seed}-{path.name}.json"
+    if part.exists() and (path / "case.json").exists():
+        return json.loads(part.read_text(encoding="utf-8"))
     for turn in range(REDRAWS if spec.kind != "same_law" else 2):
         try:
-            return {**make_case(seed + 1000003 * turn, spec, path, config, _record), "redrawn": turn}
+            truth = {**make_case(seed + 1000003 * turn, spec, path, config, _record), "redrawn": turn}
+            part.write_text(json.dumps(truth), encoding="utf-8")
+            return truth
         except Unfit as error:
             reason = str(error)
             shutil.rmtree(path, ignore_errors=True)
