@@ -172,9 +172,10 @@ def autocovariance(noise: Sequence[np.ndarray], order: int) -> np.ndarray:
 
 def levinson(covariance: np.ndarray) -> tuple[np.ndarray, float]:
     """Predictor (order,) and the deviation of what it cannot predict, from autocovariances (order + 1,)."""
-    from scipy.linalg import solve_toeplitz
+    from scipy.linalg import solve_toeplitz, toeplitz
 
     steady = covariance.copy()
     steady[0] *= 1.0 + RIDGE
     ar = solve_toeplitz(steady[:-1], steady[1:])
-    return ar, float(np.sqrt(max(steady[0] - ar @ steady[1:], 1e-9 * steady[0])))
+    left = covariance[0] - 2.0 * ar @ covariance[1:] + ar @ toeplitz(covariance[:-1]) @ ar
+    return ar, float(np.sqrt(max(left, 1e-9 * covariance[0])))

@@ -1,16 +1,11 @@
-"""Residuals of the links of this house's rigs: instruments corrected where they go in, imitated where they come out."""
+"""What a set of parameters makes of a recording: motion, forces and pressures, instruments corrected where they go in."""
 
 from collections.abc import Callable
 
 import numpy as np
 
-from epa_rt.gap.house import gas_link, instruments, load_link, motion, motor_link, smooth
+from epa_rt.gap.house import gas_link, instruments, motion, motor_link, smooth
 from epa_rt.gap.house.prepared import Prepared
-from epa_rt.models.ports import STATE
-
-# Of the current behind the torque reading, the part taken from the motion's balance, the rest from the current reading:
-# so the current's noise, which the motor link has too, is not counted twice.
-NEEDED = 0.75
 
 
 class Bench:
@@ -178,70 +173,3 @@ class Bench:
         if self.params["load"]["travel1_ratio"][0] != 0.0 and self.params["muscle"]["present"][0, 1] > 0.5:
             found = found + self.force(1) * float(self.params["load"]["travel1_ratio"][0])
         return found
-
-
-def drive_residual(bench: Bench) -> np.ndarray:
-    p = bench.prepared
-    angle, speed, _ = bench.motor()
-    out = np.empty(p.count)
-    measured = bench.true("motor_current_a")
-    motor_link.drive_current(bench.params, np.zeros(1, STATE), p.commands, angle, speed, measured, p.standing, bench.heat(), p.period_s, out)
-    return p.readings["motor_current_a"] - bench.shown("motor_current_a", out)
-
-
-def motor_residual(bench: Bench) -> np.ndarray:
-    p = bench.prepared
-    out = np.empty(p.count)
-    motor_link.balance_current(bench.params, *bench.motor(), bench.spool(), bench.heat(), p.period_s, out)
-    return p.readings["motor_current_a"] - bench.shown("motor_current_a", out)
-
-
-def torque_residual(bench: Bench) -> np.ndarray:
-    p = bench.prepared
-    angle, speed, acceleration = bench.motor()
-    needed, out = np.empty(p.count), np.empty(p.count)
-    motor_link.balance_current(bench.params, angle, speed, acceleration, bench.spool(), bench.heat(), p.period_s, needed)
-    current = NEEDED * needed + (1.0 - NEEDED) * bench.true("motor_current_a")
-    motor_link.shaft_torque(bench.params, current, angle, bench.heat(), out)
-    return p.readings["motor_torque_nm"] - bench.shown("motor_torque_nm", out)
-
-
-def encoder_residual(bench: Bench) -> np.ndarray:
-    p = bench.prepared
-    out = np.empty(p.count)
-    motion.true_angle(bench.sensors, p.renewed["motor_angle_rad"], bench.zero(), 1.0, out)
-    return p.renewed["motor_speed_rad_s"] - bench.shown("motor_speed_rad_s", smooth.slope(out, p.period_s))
-
-
-def gas_residual(bench: Bench, i: int) -> np.ndarray:
-    _, seen = bench.pressure(i)
-    port = f"muscle{i}_gauge_pa"
-    gauge = instruments.moved(seen - float(bench.params["gas"]["atmosphere_pa"][0, i]), -bench.cycles("gauge_skew_s"))
-    if i == 0 and bench.sensors["gauge_crosstalk_pa_n"] != 0.0 and "force_n" in bench.prepared.readings:
-        gauge = gauge + float(bench.sensors["gauge_crosstalk_pa_n"]) * bench.force(0)
-    return bench.prepared.readings[port] - bench.shown(port, gauge)
-
-
-def muscle_residual(bench: Bench) -> np.ndarray:
-    predicted = bench.predicted_force(0)
-    if instruments.is_dynamic(bench.sensors):
-        predicted = predicted + bench.late_part()
-    if bench.sensors["force_crosstalk_n_pa"] != 0.0:
-        predicted = predicted + float(bench.sensors["force_crosstalk_n_pa"]) * bench.gauge(0)
-    return bench.prepared.readings["force_n"] - bench.shown("force_n", predicted)
-
-
-def load_residual(bench: Bench) -> np.ndarray:
-    p = bench.prepared
-    place, speed, _ = bench.place()
-    out = np.empty(p.count)
-    load_link.load_acceleration(bench.params, place, speed, bench.force(0), bench.force(1), p.period_s, out)
-    port = bench.place_port()
-    out = instruments.moved(out, -bench.cycles("joint_skew_s") if port == "joint_angle_rad" else 0.0)
-    return p.smooth["place_acceleration"] - instruments.line_of(bench.sensors, port)[0] * out
-
-
-RESIDUALS: dict[str, Callable[[Bench], np.ndarray]] = {
-    "drive": drive_residual, "motor": motor_residual, "gas0": lambda b: gas_residual(b, 0), "gas1": lambda b: gas_residual(b, 1),
-    "muscle0": muscle_residual, "load": load_residual, "encoder": encoder_residual, "torque": torque_residual,
-}

@@ -11,12 +11,13 @@ import numpy as np
 from epa_rt.config.rig import Rig, load_rig
 from epa_rt.gap.house import smooth
 from epa_rt.gap.house.channels import Channel, channels_of
-from epa_rt.gap.house.evaluate import RESIDUALS, Bench
+from epa_rt.gap.house.evaluate import Bench
 from epa_rt.gap.house.judged import judged
 from epa_rt.gap.house.links import links_of
 from epa_rt.gap.house.noise import noise_of
 from epa_rt.gap.house.prepared import Prepared, prepare
 from epa_rt.gap.house.reach import applies, reached
+from epa_rt.gap.house.residuals import RESIDUALS
 from epa_rt.gap.house.states import features
 from epa_rt.gap.house.whole import run_whole
 from epa_rt.gap.recording import Recording

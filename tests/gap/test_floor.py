@@ -1,0 +1,60 @@
+"""The noise floor is what a rig without a gap leaves: unit white noise after whitening, and more where there is a gap."""
+
+import numpy as np
+import pytest
+
+from epa_rt.gap.floor import Floor, autocovariance, floors, levinson
+from tests.gap.house.runs import plant_with, recorded, subject
+
+
+def whitened(house, floor_of, log):
+    prepared = house.prepare(log)
+    for link in house.links:
+        floor = floor_of[link.name]
+        white = floor.whiten(house.residual(prepared, {}, link.name) - floor.bias.get(log.name, 0.0))
+        yield link.name, white[np.isfinite(white)]
+
+
+def loudest_echo(white: np.ndarray) -> float:
+    """Largest autocorrelation of lags 1 to 20, in its standard deviations."""
+    return max(abs(white[lag:] @ white[:-lag]) / np.sqrt(len(white)) for lag in range(1, 21))
+
+
+@pytest.mark.parametrize("rig", ["bench", "knee"])
+def test_another_run_of_the_same_plant_is_white_and_of_unit_size(rig):
+    house, log = subject(rig), recorded(rig, 2)
+    for link, white in whitened(house, floors(house, [log], {}), log):
+        size = np.sqrt(np.mean(white**2))
+        assert 0.65 < size < 1.12, f"{link}: {size:.3f}"  # below 1 where rounding is all the noise: one twin has this very rounding
+        assert loudest_echo(white) < 8.0, link
+
+
+def test_another_plant_is_not():
+    house = subject("bench")
+    log = recorded("bench", 2, plant_with("bench", "other", muscle__slip_ratio=0.05, gas__leak_per_s=1e-3, drive__coulomb_nm=4e-3))
+    found = {link: np.sqrt(np.mean(white**2)) for link, white in whitened(house, floors(house, [log], {}), log)}
+    assert min(found["muscle0"], found["gas0"], found["motor"]) > 1.5
+
+
+def test_repeats_give_the_floor_where_there_are_some():
+    house = subject("bench")
+    logs = [recorded("bench", seed) for seed in (1, 2)]
+    floor = floors(house, logs, {}, repeats=[[log.name for log in logs]])
+    twin = floors(house, logs[:1], {})
+    assert all(one.source == "repeats" for one in floor.values())
+    assert floor["muscle0"].rms == pytest.approx(twin["muscle0"].rms, rel=0.25)
+
+
+def test_coloured_noise_becomes_white_and_gaps_stay_gaps():
+    random = np.random.default_rng(0)
+    x = random.standard_normal(20000)
+    for k in range(2, len(x)):
+        x[k] += 0.5 * x[k - 1] - 0.3 * x[k - 2]
+    x[700:720] = np.nan
+    ar, innovation = levinson(autocovariance([x], 16))
+    floor = Floor("any", 1.0, ar, innovation)
+    white = floor.whiten(x)
+    assert np.isnan(white[:16]).all() and np.isnan(white[700:736]).all() and np.isfinite(white[736:]).all()
+    assert np.sqrt(np.nanmean(white**2)) == pytest.approx(1.0, abs=0.02)
+    assert loudest_echo(white[736:]) < 4.0
+    assert np.array_equal(floor.whiten(np.column_stack([x, 2 * x]))[:, 1], 2 * white, equal_nan=True)
