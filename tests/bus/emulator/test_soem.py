@@ -37,7 +37,7 @@ def test_every_rig_comes_to_op_and_exchanges_data(name, options):
     assert bytes.fromhex(seen["inputs"])[16] & 0x4F == 0x40  # the drive: switch on disabled
 
 
-@pytest.mark.parametrize("name", ["bench", "bench_analog", "mass", "knee"])
+@pytest.mark.parametrize("name", ["bench", "bench_analog"])  # all rigs: through the driver, and in memory
 def test_in_lock_step_soem_reads_the_simulated_backends_bytes(name):
     assert master(name, "compare", 1500, options=["--lock-step"]) == {"differs": None}
 

@@ -79,12 +79,14 @@ def process_data(path: Path, master: str) -> list[Process]:
     """Every LRW with its answer, and the reference clock's datagram behind it (FRMW to 0x0910)."""
     fields = ["eth.src", "ecat.sub1.idx", "ecat.sub1.data", "ecat.sub1.cnt", "ecat.sub2.cnt", "ecat.reg.dc.systime"]
     found: list[Process] = []
+    asked: dict[str, Process] = {}
     for row in tshark(path, fields, "ecat.sub1.cmd == 0x0c && ecat.sub2.cmd == 0x0e && ecat.sub2.ado == 0x0910"):
         data = bytes.fromhex(row["ecat.sub1.data"].replace(":", ""))
         if row["eth.src"] == master:
             found.append(Process(data))
+            asked[row["ecat.sub1.idx"]] = found[-1]
         else:
-            last = found[-1]
+            last = asked[row["ecat.sub1.idx"]]
             assert last.back is None, "two answers to one frame"
             last.back, last.time_ns = data, int(row["ecat.reg.dc.systime"], 0)
             last.counters = int(row["ecat.sub1.cnt"], 0), int(row["ecat.sub2.cnt"], 0)
