@@ -125,7 +125,7 @@ def _plant_file(arguments: argparse.Namespace, plant: "PlantFile", found, trials
         f"Muscle identified by 'epa identify' from {', '.join(path.name for path in arguments.logs)}: {score.name}, R2 {score.r2:.4f}, RMS {score.rms_n:.2f} N.",
         f"Lengths {min(t.length_m.min() for t in trials) * 1e3:.1f} to {max(t.length_m.max() for t in trials) * 1e3:.1f} mm, gauge pressures "
         f"{min(t.gauge_pa.min() for t in trials) / 1e3:.0f} to {max(t.gauge_pa.max() for t in trials) / 1e3:.0f} kPa; nothing is known outside.",
-        f"The gas is as it was; these logs say exponent {gas.polytropic_ratio:.3f} and leak {gas.leak_per_s:.1e} 1/s beside {gas.dead_volume_m3 * 1e6:.1f} cm^3 of dead volume."))
+        f"Gas: exponent {gas.polytropic_ratio:.3f} and leak {gas.leak_per_s:.1e} 1/s beside {gas.dead_volume_m3 * 1e6:.1f} cm^3 of dead volume, which is the plant file's."))
 
 
 def _json_text(found) -> str:

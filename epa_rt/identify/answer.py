@@ -53,7 +53,8 @@ def as_json(found: Answer) -> dict[str, Any]:
         "inputs": found.inputs, "remarks": found.remarks, "normalisation": asdict(found.normalisation) | {"says": found.normalisation.said()},
         "trials": found.trials, "models": [_score(score) for score in found.scores],
         "static_geometry": {"braid_length_m": found.geometry[0], "braid_turns_ratio": found.geometry[1]},
-        "at_bound": {fit.model.name: fit.at_bound for fit in found.physical}, "gas": asdict(found.gas) if found.gas else None,
+        "at_bound": {fit.model.name: fit.at_bound for fit in found.physical},
+        "unseen": {fit.model.name: fit.unseen for fit in found.physical}, "gas": asdict(found.gas) if found.gas else None,
         "terms": [{"name": way.name, "why": way.why, "chosen": asdict(way.chosen), "path": [_short(step) for step in way.path]} for way in found.selected],
         "effective_samples": found.effective_samples, "seconds": found.seconds})
 

@@ -89,6 +89,7 @@ def _checked(found: Sequence[Trial], norm: Normalisation, groups: np.ndarray, as
 def _weak(polynomial: Score, physical: Sequence[PhysicalFit], found: Sequence[Trial], norm: Normalisation) -> list[str]:
     """What is wrong with the fits themselves."""
     said = [f"{fit.model.name}: {', '.join(fit.at_bound)} at an end of what the plant allows; its interval means nothing" for fit in physical if fit.at_bound]
+    said += [f"{fit.model.name}: {', '.join(fit.unseen)} changes nothing in these trials and is not identified" for fit in physical if fit.unseen]
     _, c2, c3, c4, _ = polynomial.coefficients.values()
     pressure = np.linspace(min(t.gauge_pa.min() for t in found), max(t.gauge_pa.max() for t in found), 50) / norm.pressure_pa
     fastest = max(float(np.abs(t.speed_m_s).max()) for t in found) / norm.speed_m_s

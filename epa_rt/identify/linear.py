@@ -159,7 +159,7 @@ def _condition(matrix: np.ndarray) -> float:
 def error_of(data: Sums, coefficients: np.ndarray, inside: np.ndarray) -> float:
     """Squared error over the blocks ``inside`` (B,) of bool."""
     matrix, right = data.matrix[inside].sum(axis=0), data.right[inside].sum(axis=0)
-    return float(data.square[inside].sum() - 2.0 * coefficients @ right + coefficients @ matrix @ coefficients)
+    return max(float(data.square[inside].sum() - 2.0 * coefficients @ right + coefficients @ matrix @ coefficients), 0.0)  # rounding
 
 
 def resampled(model: Model, data: Sums, fitted: Fitted, seed: int = 0) -> np.ndarray:

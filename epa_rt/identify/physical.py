@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from epa_rt.identify.data import Trial
-from epa_rt.identify.physical_score import physical_score
+from epa_rt.identify.physical_score import physical_score, seen
 from epa_rt.identify.scores import Score
 from epa_rt.models.blocks.muscle import muscle_over_log
 from epa_rt.models.knobs import read_knob, row_of, write_knob
@@ -47,12 +47,14 @@ MODELS: tuple[Physical, ...] = (
 
 @dataclass(frozen=True)
 class PhysicalFit:
-    """``params``: (1,) PARAMS with the fitted numbers; ``at_bound``: those that stand at an end of what the plant allows."""
+    """``params``: (1,) PARAMS with the fitted numbers; ``at_bound``: those that stand at an end of what the plant allows, ``unseen``: those
+    that change nothing in these trials, which say nothing of them."""
 
     model: Physical
     params: np.ndarray
     score: Score
     at_bound: tuple[str, ...] = ()
+    unseen: tuple[str, ...] = ()
 
 
 def predicted(params: np.ndarray, trial: Trial) -> np.ndarray:
@@ -93,7 +95,8 @@ def fit_physical(model: Physical, params: np.ndarray, data: Sequence[Trial], gro
     slower = [predicted(fitted, replace(trial, speed_m_s=0.5 * trial.speed_m_s)) for trial in data]
     low, high = limits(model)
     judged = physical_score(model, at, data, groups, holdout, residual, table, forces, slower, (low, high))
-    return PhysicalFit(model, fitted, judged, tuple(key for key, v, a, b in zip(model.keys, at, low, high, strict=True) if v <= a or v >= b))
+    unseen = tuple(key for key, felt in zip(model.keys, seen(table), strict=True) if not felt)
+    return PhysicalFit(model, fitted, judged, tuple(key for key, v, a, b in zip(model.keys, at, low, high, strict=True) if key not in unseen and (v <= a or v >= b)), unseen)
 
 
 def limits(model: Physical) -> tuple[np.ndarray, np.ndarray]:

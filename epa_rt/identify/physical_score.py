@@ -16,7 +16,13 @@ if TYPE_CHECKING:
 
 BLOCK_S = 2.0
 TWO_SIDED_95 = 1.96
+UNSEEN_N = 1e-4         # a number that moves no force by more per its typical size is not seen
 Limits = tuple[np.ndarray, np.ndarray]
+
+
+def seen(table: Sequence[np.ndarray]) -> np.ndarray:
+    """(k,) of bool: which numbers change the force at all."""
+    return np.max([np.abs(part).max(axis=0) for part in table], axis=0) > UNSEEN_N
 
 
 def physical_score(model: Physical, values: np.ndarray, data: Sequence[Trial], groups: np.ndarray, holdout: str, residual: list[np.ndarray],
@@ -37,9 +43,11 @@ def physical_score(model: Physical, values: np.ndarray, data: Sequence[Trial], g
     works = np.array([(f @ closed_path(t.length_m), t.force_n @ closed_path(t.length_m)) for t, f in zip(data, forces, strict=True)])
     speed = np.concatenate([t.speed_m_s for t in data])
     damping = 2.0 * float(speed @ (np.concatenate(forces) - np.concatenate(slower))) / float(speed @ speed)
-    columns = np.concatenate(table)
+    felt = seen(table)
+    columns = np.concatenate(table)[:, felt]
+    width[~felt] = np.nan
     return Score(model.name, model.says, dict(zip(model.keys, values.tolist(), strict=True)),
-                 {key: (max(float(v - w), float(a)), min(float(v + w), float(b)))
+                 {key: (float(np.maximum(v - w, a)), float(np.minimum(v + w, b)))
                   for key, v, w, a, b in zip(model.keys, values, width, *limits, strict=True)},
                  1.0 - error / total, float(np.sqrt(error / len(measured))), 1.0 - left["trial"] / total, 1.0 - left["pressure"] / total,
                  float(np.sqrt(left["trial"] / len(measured))), loop_figures(works)[0], tuple((float(a), float(b)) for a, b in works),

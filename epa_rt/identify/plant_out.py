@@ -8,10 +8,11 @@ import numpy as np
 
 from epa_rt.identify.answer import Answer
 from epa_rt.identify.data import Normalisation, Trial
+from epa_rt.identify.gas import GasFit
 from epa_rt.identify.models import POLYNOMIAL, SIGN_RAMP, TANG_ALL
 from epa_rt.identify.physical import PhysicalFit
 from epa_rt.identify.scores import Score
-from epa_rt.models.knobs import write_knob
+from epa_rt.models.knobs import read_knob, row_of, write_knob
 from epa_rt.models.plant_file import PlantFile, save_plant
 
 CHOICES = ("best", "polynomial", "tang", "physical")
@@ -29,10 +30,22 @@ def chosen_plant(choice: str, plant: PlantFile, found: Answer, data: Sequence[Tr
     physical = min(found.physical, key=lambda fit: _judged(fit.score), default=None)
     ways = {"polynomial": linear[POLYNOMIAL], "tang": linear[TANG_ALL]} | ({"physical": physical.score} if physical else {})
     choice = min(ways, key=lambda name: _judged(ways[name])) if choice == "best" else choice
+    plant = _with_gas(plant, found.gas)
     if choice == "physical" and physical is not None:
         return physical_plant(plant, physical), physical.score
     make = {"polynomial": polynomial_plant, "tang": tang_plant}[choice]
     return make(plant, ways[choice], found.normalisation, data), ways[choice]
+
+
+def _with_gas(plant: PlantFile, gas: GasFit | None) -> PlantFile:
+    """The plant with the identified exponent and leak, within what a plant file may have."""
+    if gas is None:
+        return plant
+    params = plant.params.copy()
+    for key, value in (("gas0.polytropic_ratio", gas.polytropic_ratio), ("gas0.leak_per_s", gas.leak_per_s)):
+        row = row_of(key)[1]
+        write_knob(params, key, float(np.clip(value, row.low, row.high)))
+    return PlantFile(plant.name, params, plant.substeps, tuple(dict.fromkeys((*plant.effects, "polytropic", "leak"))))
 
 
 def _judged(score: Score) -> float:
@@ -69,8 +82,13 @@ def tang_plant(plant: PlantFile, found: Score, norm: Normalisation, data: Sequen
 
 def physical_plant(plant: PlantFile, found: PhysicalFit) -> PlantFile:
     """The plant with the fitted numbers of the physical muscle, its effects named."""
-    named = tuple(SWITCHED[key.split(".")[1]] for key in found.model.keys if key.split(".")[1] in SWITCHED)
-    return PlantFile(f"{plant.name}_identified_physical", found.params.copy(), plant.substeps, tuple(dict.fromkeys((*plant.effects, *named))))
+    params = plant.params.copy()
+    write_knob(params, "muscle0.law_code", MCKIBBEN)
+    keys = [key for key in found.model.keys if key not in found.unseen]
+    for key in keys:
+        write_knob(params, key, read_knob(found.params, key))
+    named = tuple(SWITCHED[key.split(".")[1]] for key in keys if key.split(".")[1] in SWITCHED)
+    return PlantFile(f"{plant.name}_identified_physical", params, plant.substeps, tuple(dict.fromkeys((*plant.effects, *named))))
 
 
 def _bare(plant: PlantFile, law: float) -> np.ndarray:

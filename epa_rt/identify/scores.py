@@ -64,7 +64,7 @@ def score(model: Model, data: Sums, groups: np.ndarray, norm: Normalisation, hol
     left_trial = _left_out(model, data, data.trial) if holdout in ("trial", "both") else float("nan")
     left_pressure = _left_out(model, data, groups[data.trial]) if holdout in ("pressure", "both") else float("nan")
     count = data.force[:, 2].sum()
-    inside = max(error_of(data, found.coefficients, everything > 0), 0.0)
+    inside = error_of(data, found.coefficients, everything > 0)
     names = (*free_names(model), *((model.mix_name,) if model.mix else ()))
     values = found.free.tolist() + ([found.mixed] if model.mix else [])
     spread = resampled(model, data, found) if names else np.zeros((1, 0))

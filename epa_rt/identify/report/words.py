@@ -36,7 +36,7 @@ def coefficients(score: Score) -> list[tuple[str, str, str, str]]:
             scale, unit = SHOWN.get(row.unit, (1.0, row.unit))
             shown = stem_of(row).replace("_", " ")
         digits = _digits(high * scale - low * scale, value * scale)
-        rows.append((shown, f"{value * scale:.{digits}f}", f"{low * scale:.{digits}f} to {high * scale:.{digits}f}", unit))
+        rows.append((shown, f"{value * scale:.{digits}f}", f"{low * scale:.{digits}f} to {high * scale:.{digits}f}" if math.isfinite(low) else "not seen", unit))
     return rows
 
 
