@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from epa_rt.gap.aside import split
 from epa_rt.gap.diagnosis import Diagnosis, Named, Number, Shrinkage
@@ -49,21 +49,26 @@ def diagnose(subject: Subject, recordings: Sequence[Recording], holdout: Sequenc
     fitted, judged = halves or (subject, subject)
     found = attributed(fitted, recordings, tuple(without), repeats, seed, floors, progress, stop)
     progress("how far", 0.8)
-    rows = _how_far(judged, holdout or (judged.only(recordings) if halves else recordings), found, floors, seed, lambda stage, share: progress(stage, 0.8 + 0.15 * share)) if how_far else ()
+    rows: tuple[Shrinkage, ...] = ()
+    if how_far:
+        logs = holdout or (judged.only(recordings) if halves else recordings)
+        rows = _how_far(judged, logs, found, floors, seed, lambda stage, share: progress(stage, 0.8 + 0.15 * share))
     progress("what is left", 0.95)
     answer = composed(fitted, recordings, found, rows)
-    done = answer.as_json() | {"seconds": time.monotonic() - begun}
     progress("done", 1.0)
-    return Diagnosis(**{**{f: getattr(answer, f) for f in done}, "seconds": done["seconds"],
-                        "inputs": {"subject": subject.name, "logs": [r.name for r in recordings], "holdout": [r.name for r in holdout],
-                                   "without": list(without)}})
+    inputs = {"subject": subject.name, "logs": [r.name for r in recordings], "holdout": [r.name for r in holdout], "without": list(without)}
+    return replace(answer, seconds=time.monotonic() - begun, inputs=inputs)
 
 
 def attributed(subject: Subject, recordings: Sequence[Recording], without: Sequence[str] = (), repeats=None, seed: int = 0, floors=floors_of,
                progress: Progress = lambda stage, share: None, stop: Callable[[], bool] | None = None) -> Attribution:
-    """Floors at the refitted nominal parameters, selection, and what cannot be told apart."""
+    """Floors at the refitted nominal parameters, selection, and what cannot be told apart.
+
+    A first, rough refit of the nominal parameters takes the floors of the first log alone: what it finds only says at
+    which values the floors of all logs are made.
+    """
     progress("floors", 0.0)
-    first = Problem(subject, recordings, floors(subject, recordings, {}, repeats=repeats, seed=seed), without=without, stop=stop)
+    first = Problem(subject, recordings, floors(subject, recordings[:1], {}, seed=seed), without=without, stop=stop)
     rough = settled(first, rounds=2)
     level = floors(subject, recordings, rough.values, repeats=repeats, seed=seed)
     problem = Problem(subject, recordings, level, without=without, prepared=first.prepared, stop=stop)

@@ -26,14 +26,19 @@ RESCALE = 0.2        # change of log s^2 that is worth settling again
 class Rules:
     """When a further effect is believed; the figures are from the development cases.
 
-    ``gain``: fall of chi-square on trials left out (residuals in units of s). ``z``: of that fall over blocks. ``share_first``,
-    ``share_more``: least part of what is left to explain that the first and any further effect must explain.
+    ``gain``: fall of chi-square on trials left out (residuals in units of s). ``z``: of that fall over blocks; an effect
+    that shows at a few valve strokes has no large one. ``share``: least part of what is left to explain. Further effects
+    also mend what another formula of the first one left, so they need more: ``gain_more``, ``z_more``, ``share_more``, and
+    at least ``beside`` of what the first one gained.
     """
 
     gain: float = 30.0
-    z: float = 2.5
-    share_first: float = 0.10
+    z: float = 2.0
+    share: float = 0.10
+    gain_more: float = 60.0
+    z_more: float = 2.5
     share_more: float = 0.30
+    beside: float = 0.005
 
 
 @dataclass(frozen=True)
@@ -76,7 +81,7 @@ def select(problem: Problem, base: Point, left_at: LeftAt, rules: Rules = Rules(
     for depth in range(MOST_EFFECTS):
         progress(f"effect {depth + 1}", depth / MOST_EFFECTS)
         role = played(problem, point, pairs=depth == 0)
-        if role is None or not believed(problem, role, left_at, rules, first=depth == 0):
+        if role is None or not believed(problem, role, left_at, rules, roles[0] if roles else None):
             refused = role
             break
         effects = (*point.effects, role.best.effect)
@@ -160,11 +165,13 @@ def _starts(problem: Problem, screening: Screening, effect: str) -> list[dict[st
     return [scaled(problem, effect, s.start, float(np.sign(s.amplitude) or 1.0) * min(max(abs(s.amplitude), WEAKEST), STRONGEST)) for s in own]
 
 
-def believed(problem: Problem, role: Role, left_at: LeftAt, rules: Rules, first: bool) -> bool:
+def believed(problem: Problem, role: Role, left_at: LeftAt, rules: Rules, first: Role | None) -> bool:
     """Whether the best candidate of a role gains enough on trials left out, beyond chance and beyond the method's misfit."""
-    gain = role.gains[0]
-    share = gain.sum() / max(left_at(role.point).amount(problem.scale), 1e-9)
-    return bool(gain.sum() > rules.gain and z_of_sum(gain) > rules.z and share > (rules.share_first if first else rules.share_more))
+    gain, z = float(role.gains[0].sum()), z_of_sum(role.gains[0])
+    share = gain / max(left_at(role.point).amount(problem.scale), 1e-9)
+    if first is None:
+        return gain > rules.gain and z > rules.z and share > rules.share
+    return gain > max(rules.gain_more, rules.beside * float(first.gains[0].sum())) and z > rules.z_more and share > rules.share_more
 
 
 def z_of_sum(per_block: np.ndarray) -> float:

@@ -15,17 +15,21 @@ class Bars:
 
     ``gap``: explainable chi-square per sample from which a link has a gap worth a word, however many samples prove it;
     ``sure``: the same summed over its samples, so that few samples do not invent one.
-    ``covered``: part of what could be explained that the effects must explain to be the cause. ``whole``: part from which
-    they are all of it; else ``small`` must hold: what is left, in multiples of the floor's variance.
-    ``tested``: expected chi-square of an effect of typical strength below which the logs could not have shown it.
-    ``mostly``: part of the catalogue not tested from which silence means nothing.
+    ``noise``: chi-square per sample that the method itself may leave of a rig without a gap. ``covered``: part of the excess
+    over that which the effects must explain to be the cause, over all links and (``covered_link``) in each that has at
+    least ``major`` of the excess. ``whole``: part from which they are all of it; else ``small`` must hold: what is left
+    over the noise. ``tested``: expected chi-square of an effect of typical strength below which the logs could not have
+    shown it. ``mostly``: part of the catalogue not tested from which silence means nothing.
     """
 
     gap: float = 0.05
     sure: float = 300.0
+    noise: float = 1.4
     covered: float = 0.6
+    covered_link: float = 0.5
+    major: float = 0.1
     whole: float = 0.9
-    small: float = 1.5
+    small: float = 1.0
     tested: float = 40.0
     mostly: float = 0.6
 
@@ -35,11 +39,11 @@ BARS = Bars()
 
 @dataclass(frozen=True)
 class Coverage:
-    """Of links with a gap: ``part`` explained of what could be explained, over all; ``by_link`` the same; ``left`` the
-    largest chi-square per sample that is still explainable in any."""
+    """``part`` of the excess over the noise that the effects explain, over all links; ``least``: the smallest part in a link
+    that has much of it; ``left``: the largest chi-square per sample over the noise that stays in any of those."""
 
     part: float
-    by_link: Mapping[str, float]
+    least: float
     left: float
 
 
@@ -60,15 +64,15 @@ def _most(before: Left, after: Left, name: str) -> float:
 
 
 def coverage(before: Left, after: Left, bars: Bars = BARS) -> Coverage:
-    """What the effects explain against what could be explained."""
-    explained, explainable, by_link, left = 0.0, 0.0, {}, 0.0
-    for name in gaps(before, after, bars):
-        first, last, most = before.links[name], after.links[name], _most(before, after, name)
-        own = min(first.before - last.before, most)
-        by_link[name] = own / most
-        explained, explainable = explained + first.samples * own, explainable + first.samples * most
-        left = max(left, last.before - max(last.after, 1.0))
-    return Coverage(explained / explainable if explainable > 0.0 else 1.0, by_link, left)
+    """What the effects explain of all that lies above the noise, whether or not the generic model could."""
+    excess = {name: fit.samples * max(fit.before - bars.noise, 0.0) for name, fit in before.links.items()}
+    total = sum(excess.values())
+    if total <= 0.0:
+        return Coverage(1.0, 1.0, 0.0)
+    stays = {name: after.links[name].samples * max(after.links[name].before - bars.noise, 0.0) for name in excess}
+    major = [name for name, amount in excess.items() if amount > bars.major * total]
+    return Coverage(1.0 - sum(stays.values()) / total, min(1.0 - stays[name] / excess[name] for name in major),
+                    max(after.links[name].before - bars.noise for name in major))
 
 
 def decided(gap: bool, effects: Sequence[str], found: Coverage, ambiguous: bool, untested: float, bars: Bars = BARS) -> Verdict:
@@ -76,7 +80,7 @@ def decided(gap: bool, effects: Sequence[str], found: Coverage, ambiguous: bool,
     the catalogue that the logs could not have shown."""
     if not gap and not effects:
         return "not_excited" if untested > bars.mostly else "no_gap"
-    if not effects or found.part < bars.covered:
+    if not effects or found.part < bars.covered or found.least < bars.covered_link:
         return "not_in_catalogue"
     if ambiguous:
         return "not_separable"

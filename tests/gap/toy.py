@@ -5,6 +5,7 @@ formulas than the catalogue's.
 """
 
 import numpy as np
+from numba import njit
 from scipy.signal import lfilter
 
 from epa_rt.gap.recording import Recording, Span
@@ -32,7 +33,8 @@ NOMINAL = (
 )
 _ROWS = (  # effect, family, block, knobs (key, typical, low, high), further starts
     ("motor_friction", "motor friction", "drive", (("drive.coulomb_a", 0.1, 0.0, 1.0),), ()),
-    ("cogging", "motor torque over its place", "drive", (("drive.cogging_a", 0.1, 0.0, 1.0), ("drive.cogging_per_m", 150.0, 50.0, 400.0)), ((0.1, 250.0),)),
+    ("cogging", "motor torque over its place", "drive",
+     (("drive.cogging_a", 0.1, 0.0, 1.0), ("drive.cogging_per_m", 150.0, 50.0, 400.0)), ((0.1, 250.0),)),
     ("bent_gain", "bent gain", "drive", (("drive.gain_cubic", 0.1, -1.0, 1.0),), ((-0.1,),)),
     ("current_offset", "current zero", "sensors", (("sensors.current_offset_a", 0.05, -1.0, 1.0),), ((-0.05,),)),
     ("leak", "leak", "gas", (("gas.leak_ratio", 0.05, 0.0, 1.0),), ()),
@@ -77,7 +79,8 @@ class Toy:
         return found
 
     def features(self, prepared: Recording, link: str) -> dict[str, np.ndarray]:
-        names = {"drive": ("command_v", "position_m", "speed_m_s"), "gas": ("valve_ratio", "pressure_pa"), "spring": ("pressure_pa", "position_m", "speed_m_s")}
+        names = {"drive": ("command_v", "position_m", "speed_m_s"), "gas": ("valve_ratio", "pressure_pa"),
+                 "spring": ("pressure_pa", "position_m", "speed_m_s")}
         return {name: prepared.columns[name] for name in names[link]}
 
     def free_run(self, recording, values, seed):
@@ -101,7 +104,8 @@ def predicted(c, values, link: str) -> np.ndarray:
         valve = np.interp(time - v["gas.delay_s"], time, c["valve_ratio"])
         flow = v["gas.flow_pa_s"] * valve * (1.0 - v["gas.droop_ratio"] * valve)
         return _first_order(flow, v["gas.loss_per_s"] * (1.0 + v["gas.leak_ratio"])) + v["sensors.pressure_offset_pa"]
-    force = v["spring.area_m2"] * pressure * (1.0 + v["spring.heat_ratio"] * c["warm_ratio"]) + v["spring.stiffness_n_m"] * x + v["spring.viscous_n_s_m"] * speed
+    force = v["spring.area_m2"] * pressure * (1.0 + v["spring.heat_ratio"] * c["warm_ratio"])
+    force = force + v["spring.stiffness_n_m"] * x + v["spring.viscous_n_s_m"] * speed
     force = force + v["spring.cubic_n_m3"] * x**3 + v["spring.coulomb_n"] * np.tanh(speed / 0.01) + v["spring.dahl_n"] * stop(x, v["spring.dahl_m"])
     return v["sensors.force_gain"] * force + v["sensors.force_offset_n"]
 
@@ -111,10 +115,12 @@ def _first_order(flow: np.ndarray, loss_per_s: float) -> np.ndarray:
     return lfilter([(1.0 - keep) / loss_per_s], [1.0, -keep], flow)
 
 
+@njit(nogil=True)
 def stop(x: np.ndarray, half: float) -> np.ndarray:
     """Pre-sliding friction that saturates after ``half`` of travel, -1 to 1, smooth in ``half``."""
-    state, found, steps = 0.0, np.empty(len(x)), np.diff(x, prepend=x[0]) / half
-    for k, d in enumerate(steps):
+    state, found = 0.0, np.zeros(len(x))
+    for k in range(1, len(x)):
+        d = (x[k] - x[k - 1]) / half
         state = state * np.exp(-abs(d)) + np.sign(d) * (1.0 - np.exp(-abs(d)))
         found[k] = state
     return found
@@ -129,7 +135,8 @@ def recording(name: str, seed: int, values=None, seconds: float = 40.0, extra=No
     x = np.zeros(n) if still else 0.02 * np.sin(2 * np.pi * 0.31 * drift * t) + 0.01 * np.sin(2 * np.pi * 0.83 * drift * t + 1.0)
     columns = {
         "position_m": x, "speed_m_s": np.gradient(x) * RATE_HZ, "command_v": 0.8 * np.sin(2 * np.pi * 0.47 * drift * t) + 0.1,
-        "valve_ratio": (np.sin(2 * np.pi * 0.11 * drift * t) > 0) * (0.5 + 0.5 * (np.sin(2 * np.pi * 0.05 * t) > 0)), "warm_ratio": 1.0 - np.exp(-t / 15.0),
+        "valve_ratio": (np.sin(2 * np.pi * 0.11 * drift * t) > 0) * (0.5 + 0.5 * (np.sin(2 * np.pi * 0.05 * t) > 0)),
+        "warm_ratio": 1.0 - np.exp(-t / 15.0),
     }
     columns["pressure_pa"] = np.zeros(n)
     gas = predicted(columns, values or {}, "gas")
