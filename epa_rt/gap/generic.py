@@ -39,25 +39,60 @@ class GenericFit:
         return max(self.after, 1.0)
 
 
+@dataclass(frozen=True)
+class Design:
+    """Whitened terms of a link over several recordings, made once and used for every residual of theirs.
+
+    ``blocks``: per block its recording, its rows in there, which of them count, its terms (n, k) and its fold.
+    ``matrices``: by fold (k, k). ``judged``: recording name to which samples have a residual and all terms.
+    """
+
+    names: tuple[str, ...]
+    slices: Mapping[str, slice]
+    floor: Floor
+    judged: Mapping[str, np.ndarray]
+    blocks: tuple[tuple[str, slice, np.ndarray, np.ndarray, int], ...]
+    matrices: tuple[np.ndarray, ...]
+
+
 @dataclass
 class _Grams:
     """Normal equations by fold: G (k, k), b (k,), r'r and the number of samples."""
 
-    matrices: list[np.ndarray]
+    matrices: Sequence[np.ndarray]
     rights: list[np.ndarray]
     squares: list[float]
     samples: list[int]
 
 
-def fit_generic(link: str, residuals: Mapping[str, np.ndarray], states: Mapping[str, Mapping[str, np.ndarray]], floor: Floor,
-                rate_hz: float, ranked: bool = True) -> GenericFit:
+def designed(residuals: Mapping[str, np.ndarray], states: Mapping[str, Mapping[str, np.ndarray]], floor: Floor, rate_hz: float) -> Design:
+    """The terms of a link. ``residuals``: recording name to (n,), NaN where not judged; ``states``: to ``Subject.features``."""
+    names, columns, slices = _columns(states, rate_hz)
+    size = round(BLOCK_S * rate_hz)
+    judged, blocks = {}, []
+    width = next(iter(columns.values())).shape[1] + 1  # the last column is the mean
+    matrices = [np.zeros((width, width)) for _ in range(FOLDS)]
+    for recording, residual in residuals.items():
+        table = np.column_stack([columns[recording], np.ones(len(residual))])
+        judged[recording] = np.isfinite(residual) & np.isfinite(table).all(axis=1)
+        table[~judged[recording]] = np.nan
+        for start in range(0, len(table), size):
+            rows, fold = slice(start, min(start + size, len(table))), len(blocks) % FOLDS
+            white = floor.whiten(table[rows])
+            keep = np.isfinite(white).all(axis=1)
+            white = white[keep]
+            matrices[fold] += white.T @ white
+            blocks.append((recording, rows, keep, white.astype(np.float32), fold))
+    return Design(tuple(names), slices, floor, judged, tuple(blocks), tuple(matrices))
+
+
+def fit_generic(link: str, residuals: Mapping[str, np.ndarray], design: Design, ranked: bool = True) -> GenericFit:
     """Fits and judges the model for one link over several recordings.
 
-    ``residuals``: recording name to (n,), in the link's unit, bias already taken off, NaN where not judged; ``states``:
-    recording name to ``Subject.features``. ``ranked`` False leaves the (slower) ranking of the groups out.
+    ``residuals``: recording name to (n,), in the link's unit, bias already taken off, NaN where those of ``design`` were.
+    ``ranked`` False leaves the (slower) ranking of the groups out.
     """
-    names, columns, slices = _columns(states, rate_hz)
-    grams = _grams(residuals, columns, floor, round(BLOCK_S * rate_hz))
+    grams = _grams(residuals, design)
     total = sum(grams.samples)
     if total == 0:
         return GenericFit(link, 0, 1.0, 1.0, 0.0, ())
@@ -66,7 +101,7 @@ def fit_generic(link: str, residuals: Mapping[str, np.ndarray], states: Mapping[
     after = min(_left_out(grams, everything, ridge) for ridge in RIDGES) / total
     after = min(after, before)
     excess = max(before - 1.0, 1e-12)
-    order = _ranking(grams, names, slices, before, excess, total) if ranked and before > after else ()
+    order = _ranking(grams, design.names, design.slices, before, excess, total) if ranked and before > after else ()
     return GenericFit(link, total, before, after, (before - after) / excess, order)
 
 
@@ -86,24 +121,16 @@ def _columns(states: Mapping[str, Mapping[str, np.ndarray]], rate_hz: float):
     return shared, {recording: (values - centre) / spread for recording, values in stacked.items()}, slices
 
 
-def _grams(residuals, columns, floor: Floor, block: int) -> _Grams:
-    width = next(iter(columns.values())).shape[1] + 1  # the last column is the mean
-    grams = _Grams([np.zeros((width, width)) for _ in range(FOLDS)], [np.zeros(width) for _ in range(FOLDS)],
-                   [0.0] * FOLDS, [0] * FOLDS)
-    fold = 0
-    for recording, residual in residuals.items():
-        table = np.column_stack([residual, columns[recording], np.ones(len(residual))])
-        table[~np.isfinite(table).all(axis=1)] = np.nan
-        for start in range(0, len(table), block):
-            white = floor.whiten(table[start:start + block])
-            white = white[np.isfinite(white).all(axis=1)]
-            r, f = white[:, 0], white[:, 1:]
-            grams.matrices[fold] += f.T @ f
-            grams.rights[fold] += f.T @ r
-            grams.squares[fold] += float(r @ r)
-            grams.samples[fold] += len(r)
-            fold = (fold + 1) % FOLDS
-    return grams
+def _grams(residuals: Mapping[str, np.ndarray], design: Design) -> _Grams:
+    rights = [np.zeros(len(design.matrices[0])) for _ in range(FOLDS)]
+    squares, samples = [0.0] * FOLDS, [0] * FOLDS
+    for recording, rows, keep, white, fold in design.blocks:
+        whole = np.where(design.judged[recording][rows], residuals[recording][rows], np.nan)
+        r = design.floor.whiten(whole)[keep]
+        rights[fold] += r @ white
+        squares[fold] += float(r @ r)
+        samples[fold] += len(r)
+    return _Grams(design.matrices, rights, squares, samples)
 
 
 def _left_out(grams: _Grams, chosen: np.ndarray, ridge: float) -> float:

@@ -1,12 +1,13 @@
 """What is left after the named effects: which variables, memories and rates it depends on, and how much they explain."""
 
+import threading
 from collections.abc import Mapping
 
 import numpy as np
 
 from epa_rt.gap.diagnosis import Remainder
 from epa_rt.gap.floor import Floor
-from epa_rt.gap.generic import GenericFit, fit_generic
+from epa_rt.gap.generic import Design, GenericFit, designed, fit_generic
 from epa_rt.gap.localise import unbiased
 from epa_rt.gap.subject import Subject, Values
 
@@ -21,8 +22,27 @@ def generic_of(subject: Subject, prepared: Mapping[str, object], values: Values,
     residuals = {name: r for name, r in residuals.items() if np.isfinite(r).any()}
     if not residuals:
         return GenericFit(link, 0, 1.0, 1.0, 0.0, ())
-    states = {name: subject.features(prepared[name], link) for name in residuals}
-    return fit_generic(link, residuals, states, floor, subject.rate_hz, ranked)
+    return fit_generic(link, residuals, _design(subject, prepared, residuals, floor, link), ranked)
+
+
+_KEPT: dict[tuple, tuple[object, Design]] = {}   # the last few, with what their keys stand for
+_MOST_KEPT = 12
+_LOCK = threading.Lock()
+
+
+def _design(subject: Subject, prepared: Mapping[str, object], residuals: Mapping[str, np.ndarray], floor: Floor, link: str) -> Design:
+    """The whitened terms of a link, kept: they hang on the recordings and the floor alone, and a diagnosis asks again and again."""
+    key = (link, id(floor), tuple((name, id(prepared[name])) for name in residuals))
+    with _LOCK:
+        kept = _KEPT.get(key)
+    if kept is None:
+        states = {name: subject.features(prepared[name], link) for name in residuals}
+        kept = ((floor, [prepared[name] for name in residuals]), designed(residuals, states, floor, subject.rate_hz))
+        with _LOCK:
+            while len(_KEPT) >= _MOST_KEPT:
+                _KEPT.pop(next(iter(_KEPT)))
+            _KEPT[key] = kept
+    return kept[1]
 
 
 def remainders(subject: Subject, prepared: Mapping[str, object], before: Values, after: Values, floors: Mapping[str, Floor]) -> tuple[Remainder, ...]:
