@@ -17,7 +17,7 @@ from epa_rt.gap.select import Role, Selection, rescaled, select
 from epa_rt.gap.separate import alike, intervals, shares
 from epa_rt.gap.shrink import shrinkage
 from epa_rt.gap.subject import Subject
-from epa_rt.gap.verdict import coverage, decided, gaps, said, untested
+from epa_rt.gap.verdict import above_noise, coverage, decided, gaps, said, untested
 from epa_rt.gap.yardstick import Left, left_at, on_noise
 
 MOVED = 3.0   # spreads beyond which a nominal parameter is reported
@@ -86,8 +86,9 @@ def attributed(subject: Subject, recordings: Sequence[Recording], without: Seque
 
     scaled, base = rescaled(problem, base, left(base))
     selection = select(scaled, base, left, progress=lambda stage, share: progress(stage, 0.15 + 0.6 * share))
-    sets = tuple(alike(role) for role in selection.roles)
-    return Attribution(selection.problem, selection, left(base), left(selection.final), sets)
+    after = left(selection.final)
+    sets = tuple(alike(role, above_noise(after, selection.problem.scale)) for role in selection.roles)
+    return Attribution(selection.problem, selection, left(base), after, sets)
 
 
 def composed(subject: Subject, recordings: Sequence[Recording], found: Attribution, rows: Sequence[Shrinkage] = ()) -> Diagnosis:

@@ -75,6 +75,11 @@ def coverage(before: Left, after: Left, bars: Bars = BARS) -> Coverage:
                     max(after.links[name].before - bars.noise for name in major))
 
 
+def above_noise(left: Left, scale: Mapping[str, float], bars: Bars = BARS) -> float:
+    """Chi-square over all links, in units of ``scale``, above what the method itself may leave."""
+    return sum(fit.samples * max(fit.before - bars.noise, 0.0) / scale[name] ** 2 for name, fit in left.links.items() if name in scale)
+
+
 def decided(gap: bool, effects: Sequence[str], found: Coverage, ambiguous: bool, untested: float, bars: Bars = BARS) -> Verdict:
     """``gap``: any link has one. ``ambiguous``: an effect cannot be told from one of another family. ``untested``: part of
     the catalogue that the logs could not have shown."""
