@@ -114,7 +114,7 @@ _LOAD: tuple[Hidden, ...] = (
     H("tilt", "tilt_rad", 0.03, 0.15, ("gravity_misalignment",), ("load",), "the frame leans", KNEE, either_sign=True,
       rivals=("cuff", "arm", "joint_zero")),
     H("arm", "arm_slope_per_rad", 0.2, 0.8, ("moment_arm",), ("load",), "slope and curvature", KNEE,
-      shapes=(("arm_curve_per_rad2", -0.3, 0.3),), either_sign=True, rivals=("cuff", "tilt")),
+      shapes=(("arm_curve_per_rad", -1.0, 1.0),), either_sign=True, rivals=("cuff", "tilt")),
     H("knee_air", "knee_air_nm_s2", 0.05, 2.0, (), ("load",), "drag with the speed squared", KNEE, rivals=("knee_rubs",)),
     H("knee_ligament", "knee_spring_nm_rad", 0.5, 5.0, ("knee_spring",), ("load",), "a passive spring of the joint", KNEE,
       rivals=("arm", "cuff", "tilt")),

@@ -10,7 +10,7 @@ def coordinate(w, h, place, rate):
     """Load coordinate, its speed and its slope over the place; hidden: a moment arm with slope and curvature."""
     if w.kind_code != 2.0:
         return place, rate, 1.0
-    s, c = h.arm_slope_per_rad, h.arm_curve_per_rad2
+    s, c = h.arm_slope_per_rad, h.arm_slope_per_rad * h.arm_curve_per_rad
     arm = w.lever_m * (1.0 + s * place + c * place * place)
     return w.lever_m * place * (1.0 + s * place / 2.0 + c * place * place / 3.0), arm * rate, arm
 

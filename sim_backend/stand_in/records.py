@@ -27,7 +27,7 @@ HIDDEN_FIELDS: tuple[tuple[str, float], ...] = (
     ("frame_damping_ratio", 0.08),
     # load
     ("knee_dry_nm", 0.0), ("knee_dry_rad_s", 0.02), ("knee_bristle_nm", 0.0), ("knee_bristle_rad", 0.004), ("payload_kg", 0.0),
-    ("payload_lever_m", 0.2), ("tilt_rad", 0.0), ("arm_slope_per_rad", 0.0), ("arm_curve_per_rad2", 0.0), ("knee_spring_nm_rad", 0.0), ("knee_air_nm_s2", 0.0),
+    ("payload_lever_m", 0.2), ("tilt_rad", 0.0), ("arm_slope_per_rad", 0.0), ("arm_curve_per_rad", 0.0), ("knee_spring_nm_rad", 0.0), ("knee_air_nm_s2", 0.0),
     # sensors
     ("pressure_time_s", 0.0), ("pressure_gain_ratio", 0.0), ("pressure_offset_pa", 0.0), ("pressure_drift_pa", 0.0),
     ("pressure_stick_pa", 0.0), ("force_gain_ratio", 0.0), ("force_offset_n", 0.0), ("force_drift_n", 0.0), ("drift_time_s", 12.0),

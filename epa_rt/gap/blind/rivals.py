@@ -173,7 +173,7 @@ def sparse(rig: Path, plant: Path, logs: Sequence[Path], holdout: Sequence[Path]
             fitted.append(out)
     explained, zero = np.concatenate(fitted)[np.isfinite(arena._base)], arena.residual({})
     best = max(((_cosine(zero - arena.residual(arena.switched(e, start, 1.0)), explained), i, e)
-                for i, e in enumerate(arena.effects) for start in e.starts), default=None)
+                for i, e in enumerate(arena.effects) for start in e.starts[:1]), default=None)
     after = float(np.sqrt(np.mean((zero - explained) ** 2)))
     return arena.said(float(np.sqrt(np.mean(zero**2))), after, [best[2]] if best else [])
 
