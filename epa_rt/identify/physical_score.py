@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import lsq_linear
+from scipy.stats import t as t_law
 
 from epa_rt.identify.data import Trial, closed_path
 from epa_rt.identify.scores import Score, loop_figures
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
     from epa_rt.identify.physical import Physical
 
 BLOCK_S = 2.0
-TWO_SIDED_95 = 1.96
 UNSEEN_N = 1e-4         # a number that moves no force by more per its typical size is not seen
 Limits = tuple[np.ndarray, np.ndarray]
 
@@ -75,12 +75,16 @@ def _optimum(residual: list[np.ndarray], table: list[np.ndarray], which: Sequenc
 
 
 def intervals(residual: list[np.ndarray], table: list[np.ndarray], step: float) -> np.ndarray:
-    """(k,) half widths of 95 % intervals, in scales: sandwich covariance over blocks of ``step`` values, so that colour counts."""
+    """(k,) half widths of 95 % intervals, in scales: the jackknife over blocks of ``step`` values, so that colour counts, and so
+    that numbers which only a few blocks show (a lock at the end of long strokes) are not believed more than these blocks agree:
+    Student's t with as many degrees of freedom as blocks matter (Satterthwaite; normal values have a fourth moment of 3)."""
     step = max(1, round(step))
-    pushes = [t[s:s + step].T @ r[s:s + step] for t, r in zip(table, residual, strict=True) for s in range(0, len(r), step)]
-    matrix = sum(t.T @ t for t in table)
-    size = np.sqrt(np.diag(matrix)) + 1e-12
-    inverse = np.linalg.pinv(matrix / np.outer(size, size), rcond=1e-12, hermitian=True) / np.outer(size, size)
-    few = len(pushes) / max(len(pushes) - len(matrix), 1)
-    covariance = inverse @ (few * sum(np.outer(p, p) for p in pushes)) @ inverse
-    return TWO_SIDED_95 * np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    blocks = [(t[s:s + step], r[s:s + step]) for t, r in zip(table, residual, strict=True) for s in range(0, len(r), step)]
+    matrices, pushes = np.array([t.T @ t for t, _ in blocks]), np.array([t.T @ r for t, r in blocks])
+    size = np.sqrt(np.diag(matrices.sum(axis=0))) + 1e-12
+    matrices, pushes = matrices / np.outer(size, size), pushes / size
+    without = np.linalg.pinv(matrices.sum(axis=0) - matrices, rcond=1e-12, hermitian=True)
+    found = np.einsum("bij,bj->bi", without, pushes.sum(axis=0) - pushes) / size
+    count, moves = len(blocks), found - found.mean(axis=0)
+    freedom = 3.0 * (moves**2).sum(axis=0) ** 2 / np.maximum((moves**4).sum(axis=0), 1e-300)
+    return t_law.ppf(0.975, np.clip(freedom, 1.0, max(count - len(size), 1))) * np.sqrt((count - 1) * np.mean(moves**2, axis=0))

@@ -75,7 +75,7 @@ def _coefficients(found: Answer) -> Html:
     rows = [[score.name if i == 0 else "", *row] for score in found.scores for i, row in enumerate(coefficients(score))]
     b, n = found.geometry
     return join([table(("Model", "Coefficient", "Value", "95 % interval", "Unit"), rows, (0, 1, 4)),
-                 note("Intervals allow for autocorrelation: blocks of 2 s, resampled for the linear models, a sandwich covariance for the physical ones. They hold "
+                 note("Intervals allow for autocorrelation: blocks of 2 s, resampled for the linear models, left out one by one (jackknife) for the physical ones. They hold "
                       "for the model as it is written; where the model is wrong they say how far its best fit is known, no more."),
                  paragraph(f"“Static, b and n fitted” is a muscle with b = {b * 1e3:.2f} mm and n = {n:.3f}."), _gas(found)])
 
@@ -89,12 +89,13 @@ def _gas(found: Answer) -> Html:
 
 
 def _terms(found: Answer) -> Html:
-    rows = []
+    rows, words = [], []
     for way in found.selected:
         five = next((step for step in way.path if len(step.terms) == 5), None)
-        rows.append([way.name, str(len(way.chosen.terms)), number(way.chosen.r2), condition(way.chosen.condition), number(five.r2) if five else "",
-                     ", ".join(five.terms) if five else "", way.why])
-    return join([table(("Way", "Terms where it stops", "R²", "Condition", "R² at five terms", "The five terms", "Why it stops"), rows, (0, 5, 6)),
+        rows.append([way.name, str(len(way.chosen.terms)), number(way.chosen.r2), condition(way.chosen.condition), number(five.r2) if five else ""])
+        words.append([way.name, ", ".join(five.terms) if five else "", way.why])
+    return join([table(("Way", "Terms where it stops", "R²", "Condition", "R² at five terms"), rows),
+                 table(("Way", "Its five terms", "Why it stops"), words, (0, 1, 2)),
                  embed(terms(found.selected, "R² and condition number of the regressors over the number of terms, on each way.")),
                  note(f"All products of P, L and v up to the third power each: 64 terms, nearly collinear. Effective samples: {found.effective_samples:.0f}. "
                       "The size of a coefficient in such a fit says little about what its term is worth, which is why the paper's elimination ends elsewhere.")])

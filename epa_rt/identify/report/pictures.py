@@ -12,6 +12,7 @@ from epa_rt.report.charts import FONT, INK, REFERENCE, SERIES, Figure, Line, Pan
 SPEEDS = [[0.0, "#3b1f5b"], [0.25, "#2c6a8a"], [0.5, "#45a86f"], [0.75, "#c9ab1c"], [1.0, "#b8560f"]]
 LENGTH, PRESSURE, FORCE, SPEED = "length, mm", "gauge pressure, kPa", "force, N", "contraction<br>speed, mm/s"
 CLOUD_PX, ROW_PX = 470, 250
+LOWEST_R2 = 0.85       # what lies below is not worth a closer look
 WAYS = (("length_mm", LENGTH, "force_n", FORCE), ("gauge_kpa", PRESSURE, "force_n", FORCE), ("length_mm", LENGTH, "gauge_kpa", PRESSURE))
 
 
@@ -92,12 +93,13 @@ def loops(stretch: Stretch, caption: str) -> Figure:
 def terms(ways: Sequence[Selected], caption: str) -> Figure:
     """R2 and condition over the number of terms on each way."""
     paths = [way for way in ways if len(way.path) > 1 and "BIC" not in way.name]
+
     def lines(value) -> list[Line]:
-        drawn = [Line(np.array([len(s.terms) for s in way.path], float), np.array([value(s) for s in way.path]), way.name, SERIES[i], 1.6, mode="lines+markers")
+        drawn = [Line(np.array([len(s.terms) for s in way.path], float), np.array([value(s) for s in way.path]), way.name.partition(":")[0], SERIES[i], 1.6, mode="lines+markers")
                  for i, way in enumerate(paths)]
         own = [way.path[0] for way in ways if len(way.path) == 1]
         return [*drawn, *(Line(np.array([float(len(s.terms))]), np.array([value(s)]), "eq. 8", INK, mode="markers") for s in own)]
 
     worst = min(step.r2 for way in ways for step in way.path if len(step.terms) >= 5)
-    return stack([Panel("R2", "", lines(lambda s: s.r2), 240, (worst - 0.01, 1.0)), Panel("condition", "powers of ten", lines(lambda s: np.log10(s.condition)), 150)],
+    return stack([Panel("R2", "", lines(lambda s: s.r2), 240, (max(worst - 0.01, LOWEST_R2), 1.0)), Panel("condition", "powers of ten", lines(lambda s: np.log10(s.condition)), 150)],
                  "terms", caption=caption)

@@ -34,7 +34,8 @@ def coefficients(score: Score) -> list[tuple[str, str, str, str]]:
         if name.startswith("muscle0."):
             row = row_of(name)[1]
             scale, unit = SHOWN.get(row.unit, (1.0, row.unit))
-            shown = stem_of(row).replace("_", " ")
+            twice = sum(key.startswith(f"muscle0.{stem_of(row)}_") for key in score.coefficients) > 1
+            shown = (row.name if twice else stem_of(row)).replace("_", " ")
         digits = _digits(high * scale - low * scale, value * scale)
         rows.append((shown, f"{value * scale:.{digits}f}", f"{low * scale:.{digits}f} to {high * scale:.{digits}f}" if math.isfinite(low) else "not seen", unit))
     return rows
