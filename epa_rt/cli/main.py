@@ -10,6 +10,8 @@ first hour:
   epa replay out/*.mcap                                 same inputs, same bytes?
   epa gap diagnose --rig config/rigs/bench.yaml out/*.mcap
                                                         why do rig and simulation disagree?
+  epa identify out/*.mcap --rig config/rigs/bench.yaml -o muscle.yaml --html muscle.html
+                                                        which force law, with which numbers?
 """
 
 import argparse
@@ -21,7 +23,7 @@ from collections.abc import Sequence
 
 from epa_rt.cli.exits import EPILOGUE, STOPPED, VerbError
 
-VERBS = ("check", "run", "bus", "replay", "info", "plot", "report", "gap", "identify", "import", "schema", "scan", "doctor")
+VERBS = ("check", "run", "bus", "replay", "info", "plot", "report", "gap", "identify", "study", "import", "schema", "scan", "doctor")
 _FILES = {"import": "import_"}  # verbs that Python has another use for
 
 

@@ -1,5 +1,6 @@
 """epa identify from the outside: a run, its identification, the identified plant run again; bad input in one sentence."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -81,6 +82,15 @@ def test_no_log_is_one_sentence(tmp_path, capsys):
     other.write_bytes(b"nothing")
     assert main(["identify", str(other), "--quiet"]) == 2 and main(["identify", str(tmp_path / "none.mcap"), "--quiet"]) == 2
     assert capsys.readouterr().err.count("\n") == 2
+
+
+def test_logs_of_two_rigs_are_refused(log, monkeypatch, capsys, tmp_path):
+    import epa_rt.cli.gap_inputs
+
+    real = epa_rt.cli.gap_inputs.read([log], None)[0]
+    monkeypatch.setattr(epa_rt.cli.gap_inputs, "read", lambda logs, rig: (real, dataclasses.replace(real, rig="knee")))
+    assert main(["identify", str(log), str(tmp_path / "other.mcap"), "--quiet"]) == 2
+    assert "found logs of the rigs bench, knee, expected those of one" in capsys.readouterr().err
 
 
 def test_a_log_twice_is_refused(log, capsys):
