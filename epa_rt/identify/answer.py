@@ -1,9 +1,9 @@
 """What an identification found: models with their scores, chosen terms, what the trials were, and all of it as JSON."""
 
-import math
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from epa_rt.gap.report.as_json import finite
 from epa_rt.identify.data import Normalisation, Trial
 from epa_rt.identify.gas import GasFit
 from epa_rt.identify.linear import Fitted, Model
@@ -65,14 +65,3 @@ def _score(score: Score) -> dict[str, Any]:
 
 def _short(step: Step) -> dict[str, Any]:
     return {"changed": step.changed, "terms": len(step.terms), "r2": step.r2, "condition": step.condition}
-
-
-def finite(value: Any) -> Any:
-    """Plain JSON data: NaN and infinity as None, numpy numbers as Python's, tuples as lists."""
-    if isinstance(value, dict):
-        return {str(key): finite(inner) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [finite(inner) for inner in value]
-    if hasattr(value, "tolist"):
-        return finite(value.tolist())
-    return (value if math.isfinite(value) else None) if isinstance(value, float) else value
