@@ -101,7 +101,7 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     silent = untested(screening.typical() if screening else {}, tuple(problem.effects))
     rivals = [[n for n in one.not_separable_from if problem.effects[n].family != one.family] for one in named]
     verdict = decided(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1))
-    if verdict == "not_in_catalogue":
+    if verdict in ("not_in_catalogue", "no_gap"):
         named = ()
     says = said(verdict, [one.name for one in named], rivals, where, covered.part, len(silent), len(problem.effects))
     values = selection.final.values if named else selection.base.values

@@ -13,7 +13,7 @@ from epa_rt.gap.point import Normal, Point, by_block, frozen_at, linearised, pri
 from epa_rt.gap.problem import Problem
 
 ROUNDS = 10
-POLISH_ROUNDS = 4
+POLISH_ROUNDS = 10
 ENOUGH = 2e-4        # relative fall of chi-square below which a refit has arrived
 
 

@@ -32,10 +32,10 @@ class Rules:
     at least ``beside`` of what the first one gained.
     """
 
-    gain: float = 30.0
+    gain: float = 120.0
     z: float = 2.0
     share: float = 0.10
-    gain_more: float = 60.0
+    gain_more: float = 120.0
     z_more: float = 2.5
     share_more: float = 0.30
     beside: float = 0.005

@@ -17,9 +17,10 @@ class Bars:
     ``sure``: the same summed over its samples, so that few samples do not invent one.
     ``noise``: chi-square per sample that the method itself may leave of a rig without a gap. ``covered``: part of the excess
     over that which the effects must explain to be the cause, over all links and (``covered_link``) in each that has at
-    least ``major`` of the excess. ``whole``: part from which they are all of it; else ``small`` must hold: what is left
-    over the noise. ``tested``: expected chi-square of an effect of typical strength below which the logs could not have
-    shown it. ``mostly``: part of the catalogue not tested from which silence means nothing.
+    least ``major`` of the excess. ``trifle``: what stays over the noise without being a gap. ``whole``: part from which they
+    are all of it; else ``small`` must hold: what is left over the noise. ``tested``: expected chi-square of an effect of
+    typical strength below which the logs could not have shown it. ``mostly``: part of the catalogue not tested from which
+    silence means nothing.
     """
 
     gap: float = 0.05
@@ -28,6 +29,7 @@ class Bars:
     covered: float = 0.6
     covered_link: float = 0.5
     major: float = 0.1
+    trifle: float = 0.5
     whole: float = 0.9
     small: float = 1.0
     tested: float = 40.0
@@ -85,6 +87,8 @@ def decided(gap: bool, effects: Sequence[str], found: Coverage, ambiguous: bool,
     the catalogue that the logs could not have shown."""
     if not gap and not effects:
         return "not_excited" if untested > bars.mostly else "no_gap"
+    if effects and (found.part < bars.covered or found.least < bars.covered_link) and found.left < bars.trifle:
+        return "no_gap"
     if not effects or found.part < bars.covered or found.least < bars.covered_link:
         return "not_in_catalogue"
     if ambiguous:
