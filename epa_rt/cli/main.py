@@ -23,7 +23,7 @@ from collections.abc import Sequence
 
 from epa_rt.cli.exits import EPILOGUE, STOPPED, VerbError
 
-VERBS = ("check", "run", "bus", "replay", "info", "plot", "report", "gap", "identify", "import", "schema", "scan", "doctor")
+VERBS = ("check", "run", "bus", "replay", "info", "plot", "report", "gap", "identify", "study", "import", "schema", "scan", "doctor")
 _FILES = {"import": "import_"}  # verbs that Python has another use for
 
 

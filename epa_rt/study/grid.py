@@ -1,0 +1,132 @@
+"""Grids of points: on all cores or a Dask cluster, every result stored as it comes, so that a broken run goes on where it was."""
+
+import hashlib
+import json
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+Point = tuple[float, ...]
+Task = Callable[[Point], dict[str, float]]
+CHUNK = 6  # points per job: small enough that little is lost, large enough that sending does not matter
+_PACKAGE = Path(__file__).resolve().parents[1]
+_ROOMS = ("models", "study")  # whose code a result depends on
+
+
+class GridError(Exception):
+    """One sentence: what was found, what was expected."""
+
+
+class How(NamedTuple):
+    """Where a grid runs. ``cluster``: address of a Dask scheduler (tcp://...), else ``jobs`` of this machine (-1: all cores)."""
+
+    jobs: int = -1
+    cluster: str | None = None
+    threads: bool = True  # compiled tasks let other threads run; tasks in Python want processes
+
+
+def code_digest() -> str:
+    """Digest of the code that results depend on: what computes them, not what draws them."""
+    digest = hashlib.sha256()
+    for room in _ROOMS:
+        for file in sorted((_PACKAGE / room).rglob("*.py")):
+            if "report" not in file.parts:
+                digest.update(file.relative_to(_PACKAGE).as_posix().encode() + b"\0" + file.read_bytes())
+    return digest.hexdigest()
+
+
+def key_of(*inputs: Any) -> str:
+    """Key of a grid's inputs (bytes, numbers, text) and the code's version."""
+    digest = hashlib.sha256(code_digest().encode())
+    for one in inputs:
+        digest.update(one if isinstance(one, bytes) else repr(one).encode())
+        digest.update(b"\0")
+    return digest.hexdigest()[:24]
+
+
+class Store:
+    """Results of one grid in one file: a JSON line per point, found by the key of its inputs. ``folder`` None: kept nowhere."""
+
+    def __init__(self, folder: Path | None, name: str, key: str):
+        self.path = folder / f"{name}-{key}.jsonl" if folder else None
+
+    def read(self) -> dict[Point, dict[str, float]]:
+        """What is there. A line cut off by an interruption is left out."""
+        found: dict[Point, dict[str, float]] = {}
+        if self.path is None or not self.path.exists():
+            return found
+        for line in self.path.read_text("utf-8").splitlines():
+            try:
+                held = json.loads(line)
+                found[tuple(held["at"])] = {name: math.nan if value is None else value for name, value in held["found"].items()}
+            except (ValueError, KeyError, TypeError, AttributeError):
+                continue
+        return found
+
+    def add(self, results: Sequence[tuple[Point, dict[str, float]]]) -> None:
+        """Appends whole lines. Raises GridError where it cannot write."""
+        if self.path is None:
+            return
+        lines = [json.dumps({"at": at, "found": {name: value if math.isfinite(value) else None for name, value in found.items()}})
+                 for at, found in results]
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            with self.path.open("a", encoding="utf-8") as file:
+                file.write("".join(f"\n{line}" for line in lines) + "\n")  # the leading newline ends a line that was cut off
+        except OSError as error:
+            raise GridError(f"{self.path}: cannot be written ({error.strerror})") from None
+
+
+def solve(task: Task, points: Sequence[Point], store: Store, how: How = How(),
+          progress: Callable[[str, float], None] = lambda stage, share: None, stage: str = "points") -> list[dict[str, float]]:
+    """``task`` at every point, in the points' order; those in ``store`` are not computed again.
+
+    ``task`` must be picklable. Raises GridError (no cluster at the address, no place for results).
+    """
+    known = store.read()
+    missing = [at for at in points if at not in known]
+    progress(stage, 1.0 - len(missing) / max(len(points), 1))
+    chunks = [missing[i:i + CHUNK] for i in range(0, len(missing), CHUNK)]
+    for results in _run(task, chunks, how):
+        store.add(results)
+        known.update(results)
+        missing_now = len(points) - sum(1 for at in points if at in known)
+        progress(stage, 1.0 - missing_now / len(points))
+    return [known[at] for at in points]
+
+
+def _chunk(task: Task, points: Sequence[Point]) -> list[tuple[Point, dict[str, float]]]:
+    return [(at, task(at)) for at in points]
+
+
+def _run(task: Task, chunks: Sequence[Sequence[Point]], how: How):
+    """Yields each chunk's results as they come."""
+    if not chunks:
+        return
+    if how.cluster is None and how.jobs == 1:
+        for points in chunks:
+            yield _chunk(task, points)
+        return
+    from joblib import Parallel, delayed, parallel_config
+
+    jobs = [delayed(_chunk)(task, points) for points in chunks]
+    if how.cluster is None:
+        yield from Parallel(n_jobs=how.jobs, backend="threading" if how.threads else "loky", return_as="generator_unordered")(jobs)
+        return
+    client = _client(how.cluster)
+    try:
+        with parallel_config(backend="dask", client=client):
+            yield from Parallel(n_jobs=-1, return_as="generator_unordered")(jobs)
+    finally:
+        client.close()
+
+
+def _client(address: str):
+    from distributed import Client
+
+    try:
+        return Client(address, timeout="5s", set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        raise GridError(f"--cluster: found no Dask scheduler at {address} ({reason[:120]}), expected an address such as tcp://host:8786") from None

@@ -1,0 +1,69 @@
+"""epa study from the outside: a small serial study, its rule run on the mass rig, bad input in one sentence."""
+
+import json
+
+import pytest
+
+from epa_rt.cli.main import main
+from tests.cli.shell import RIGS, ROOT
+
+STUDY = """study: serial
+plant: {plants}/mass.yaml
+beside: [{plants}/serial_eq8.yaml]
+mean: 15 mm
+amplitude: 10 mm
+pressure: [500 kPa abs, 700 kPa abs, 900 kPa abs]
+frequency: [15 rad/s, 20 rad/s, 80 rad/s]
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("study")
+
+
+@pytest.fixture(scope="module")
+def study(folder):
+    path = folder / "study.yaml"
+    path.write_text(STUDY.format(plants=ROOT / "config/plants"), encoding="utf-8")
+    assert main(["study", "serial", str(path), "--store", str(folder / "store"), "--jobs", "1", "--json", str(folder / "a.json"), "--html", str(folder / "a.html"),
+                 "--rule", str(folder / "rule.yaml"), "--quiet"]) == 0
+    return path
+
+
+def test_it_writes_figures_claims_and_a_page(study, folder):
+    answer = json.loads((folder / "a.json").read_text(encoding="utf-8"))
+    assert len(answer["maps"]["stroke_m"]) == 3 and len(answer["maps"]["stroke_m"][0]) == 3
+    assert all(value is None for row in answer["beside"]["serial_eq8"]["stroke_m"] for value in row)  # ran away
+    assert any("eq. (8)" in claim["where"] and claim["holds"] is False for claim in answer["claims"])
+    page = (folder / "a.html").read_text(encoding="utf-8")
+    assert page.count('class="chart"') >= 7 and "runs away at all 9 points" in page
+
+
+def test_results_are_kept(study, folder, capsys):
+    before = sorted((path.name, path.stat().st_size) for path in (folder / "store").iterdir())
+    assert main(["study", "serial", str(study), "--store", str(folder / "store"), "--jobs", "1", "--quiet"]) == 0
+    assert sorted((path.name, path.stat().st_size) for path in (folder / "store").iterdir()) == before
+
+
+def test_the_rule_becomes_an_experiment_that_runs(study, folder):
+    assert main(["study", "rule", str(folder / "rule.yaml"), "--frequency", "20 rad/s", "--seconds", "3", "-o", str(folder / "best.yaml")]) == 0
+    assert main(["run", str(folder / "best.yaml"), "--rig", str(RIGS / "mass.yaml"), "-o", str(folder / "best.mcap"), "--quiet"]) == 0
+
+
+@pytest.mark.parametrize(("frequency", "said"), [("200 rad/s", "where the rule holds"), ("20 kPa", "found"), ("fast", "found")])
+def test_a_frequency_that_no_rule_covers(study, folder, capsys, frequency, said):
+    assert main(["study", "rule", str(folder / "rule.yaml"), "--frequency", frequency, "-o", str(folder / "no.yaml")]) == 2
+    told = capsys.readouterr().err
+    assert said in told and told.count("\n") == 1
+
+
+@pytest.mark.parametrize("bad", [["--json", "a.txt"], ["--html", "a.json"], ["--rule", "a.json"]])
+def test_a_wrong_ending_is_refused_before_any_work(study, bad, capsys):
+    assert main(["study", "serial", str(study), *bad]) == 2
+    assert "expected" in capsys.readouterr().err
+
+
+def test_a_study_that_is_not_there(capsys):
+    assert main(["study", "serial", "none.yaml"]) == 2
+    assert "none.yaml:1: found no such file" in capsys.readouterr().err
