@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from epa_rt.gap.blind.figures import closing_line, figures, table
 from epa_rt.gap.blind.seal import can_hide, hidden_command, opened, python_command
 
 LONGEST_S = 3600
+STOPPED = (-2, -15, 130)  # exit codes of a worker that took the operator's Ctrl-C itself
 
 
 def score(cases: Path, sealed: Path, out: Path, html: Path, diagnoser: str, jobs: int) -> str:
@@ -34,32 +36,66 @@ def score(cases: Path, sealed: Path, out: Path, html: Path, diagnoser: str, jobs
 
 
 def diagnose_all(folders: list[Path], answers: Path, sealed: Path, diagnoser: str, jobs: int, hides: bool) -> None:
-    """One process per case, ``jobs`` at once; what is there already is left as it is."""
+    """One process per case, ``jobs`` at once; what is there already is left as it is.
+
+    After Ctrl-C the cases under way have no answer and are asked again the next time.
+    """
     answers.mkdir(parents=True, exist_ok=True)
     waiting = [folder for folder in folders if not (answers / f"{folder.name}.json").exists()]
-    done = len(folders) - len(waiting)
+    done, running = len(folders) - len(waiting), Running()
 
     def one(folder: Path) -> None:
         nonlocal done
-        diagnose_one(folder.resolve(), (answers / f"{folder.name}.json").resolve(), sealed, diagnoser, hides)
+        diagnose_one(folder.resolve(), (answers / f"{folder.name}.json").resolve(), sealed, diagnoser, hides, running)
         done += 1
         print(f"\r{done} of {len(folders)} cases diagnosed", end="", file=sys.stderr, flush=True)
 
     with ThreadPoolExecutor(jobs) as pool:
-        list(pool.map(one, waiting))
+        try:
+            list(pool.map(one, waiting))
+        except BaseException:
+            running.stop()
+            raise
     print(file=sys.stderr)
 
 
-def diagnose_one(folder: Path, out: Path, sealed: Path, diagnoser: str, hides: bool) -> None:
-    """Runs the worker on one case; a process that dies leaves an answer that says so."""
+class Running:
+    """Processes under way, so that they can be ended together."""
+
+    def __init__(self) -> None:
+        self._lock, self._processes, self.stopped = threading.Lock(), set(), False
+
+    def start(self, command: list[str], env: dict[str, str]) -> subprocess.Popen | None:
+        """None once stopped."""
+        with self._lock:
+            if self.stopped:
+                return None
+            process = subprocess.Popen(command, env=env, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+            self._processes.add(process)
+            return process
+
+    def stop(self) -> None:
+        with self._lock:
+            self.stopped = True
+            for process in self._processes:
+                process.terminate()
+
+
+def diagnose_one(folder: Path, out: Path, sealed: Path, diagnoser: str, hides: bool, running: Running) -> None:
+    """Runs the worker on one case; a process that dies leaves an answer that says so, one that was stopped leaves none."""
     command = python_command("epa_rt.gap.blind.worker", os.fspath(folder), os.fspath(out), diagnoser)
     if hides and sealed.exists():
         command = hidden_command(sealed, command)
     threads = {"OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    process = running.start(command, {**os.environ, **threads})
+    if process is None:
+        return
     try:
-        found = subprocess.run(command, env={**os.environ, **threads}, capture_output=True, text=True, timeout=LONGEST_S)
-        reason = f"exit code {found.returncode}: {found.stderr[-2000:]}"
+        _, said = process.communicate(timeout=LONGEST_S)
+        reason = f"exit code {process.returncode}: {said[-2000:]}"
     except subprocess.TimeoutExpired:
+        process.kill()
+        process.communicate()
         reason = f"no answer within {LONGEST_S} s"
-    if not out.exists():
+    if not out.exists() and not running.stopped and process.returncode not in STOPPED:
         out.write_text(json.dumps({"error": reason}), encoding="utf-8")
