@@ -12,9 +12,11 @@ import numpy as np
 from epa_rt.gap.floor import Floor
 from epa_rt.gap.regressors import terms
 
-BLOCK_S = 10.0
+BLOCK_S = 4.0               # short enough that every fold sees all that an experiment does
 FOLDS = 5
-RIDGES = (1e-1, 1e1, 1e3)   # in units of the floor's variance; columns have unit variance before whitening
+RIDGES = (1e-4, 1e-3, 1e-2, 1e-1, 1.0)   # per sample, of columns that have unit square once whitened
+RANKED_RIDGE = 1e-2
+CLIP = 4.0                  # deviations beyond which a term is cut off: a rare extreme on a block left out would rule the whole sum
 MOST_GROUPS = 6
 
 
@@ -70,8 +72,6 @@ def designed(residuals: Mapping[str, np.ndarray], states: Mapping[str, Mapping[s
     names, columns, slices = _columns(states, rate_hz)
     size = round(BLOCK_S * rate_hz)
     judged, blocks = {}, []
-    width = next(iter(columns.values())).shape[1] + 1  # the last column is the mean
-    matrices = [np.zeros((width, width)) for _ in range(FOLDS)]
     for recording, residual in residuals.items():
         table = np.column_stack([columns[recording], np.ones(len(residual))])
         judged[recording] = np.isfinite(residual) & np.isfinite(table).all(axis=1)
@@ -80,10 +80,21 @@ def designed(residuals: Mapping[str, np.ndarray], states: Mapping[str, Mapping[s
             rows, fold = slice(start, min(start + size, len(table))), len(blocks) % FOLDS
             white = floor.whiten(table[rows])
             keep = np.isfinite(white).all(axis=1)
-            white = white[keep]
-            matrices[fold] += white.T @ white
-            blocks.append((recording, rows, keep, white.astype(np.float32), fold))
-    return Design(tuple(names), slices, floor, judged, tuple(blocks), tuple(matrices))
+            blocks.append((recording, rows, keep, white[keep], fold))
+    return Design(tuple(names), slices, floor, judged, *_scaled(blocks))
+
+
+def _scaled(blocks: list) -> tuple[tuple, tuple[np.ndarray, ...]]:
+    """Blocks with every whitened column scaled to unit mean square, so that one ridge fits them all, and their matrices by fold."""
+    samples = max(sum(len(white) for *_, white, _ in blocks), 1)
+    size = np.sqrt(sum(np.sum(white**2, axis=0) for *_, white, _ in blocks) / samples)
+    scale = np.divide(1.0, size, out=np.zeros_like(size), where=size > 0.0)
+    made = [(*place, (white * scale).astype(np.float32), fold) for *place, white, fold in blocks]
+    matrices = [np.zeros((len(size), len(size))) for _ in range(FOLDS)]
+    for *_, white, fold in made:
+        wide = white.astype(float)
+        matrices[fold] += wide.T @ wide
+    return tuple(made), tuple(matrices)
 
 
 def fit_generic(link: str, residuals: Mapping[str, np.ndarray], design: Design, ranked: bool = True) -> GenericFit:
@@ -118,7 +129,7 @@ def _columns(states: Mapping[str, Mapping[str, np.ndarray]], rate_hz: float):
     everything = np.concatenate(list(stacked.values()))
     centre, spread = np.nanmean(everything, axis=0), np.nanstd(everything, axis=0)
     spread[~(spread > 0.0)] = 1.0
-    return shared, {recording: (values - centre) / spread for recording, values in stacked.items()}, slices
+    return shared, {recording: np.clip((values - centre) / spread, -CLIP, CLIP) for recording, values in stacked.items()}, slices
 
 
 def _grams(residuals: Mapping[str, np.ndarray], design: Design) -> _Grams:
@@ -137,10 +148,11 @@ def _left_out(grams: _Grams, chosen: np.ndarray, ridge: float) -> float:
     """Chi-square on every fold of the model fitted to the others, summed; folds without samples are passed over."""
     pick = np.ix_(chosen, chosen)
     matrix, right = sum(grams.matrices)[pick], sum(grams.rights)[chosen]
+    priced = (ridge * max(sum(grams.samples), 1)) * np.eye(len(chosen))
     total = 0.0
     for m, b, square in zip(grams.matrices, grams.rights, grams.squares, strict=True):
         inner, own = m[pick], b[chosen]
-        fitted = np.linalg.solve(matrix - inner + ridge * np.eye(len(chosen)), right - own)
+        fitted = np.linalg.solve(matrix - inner + priced, right - own)
         total += square - 2.0 * fitted @ own + fitted @ inner @ fitted
     return total
 
@@ -150,7 +162,7 @@ def _ranking(grams: _Grams, names: Sequence[str], slices: Mapping[str, slice], b
     chosen = np.array([grams.matrices[0].shape[0] - 1])
     best, order, free = before, [], list(names)
     for _ in range(MOST_GROUPS):
-        scored = [(_left_out(grams, np.concatenate([chosen, np.arange(grams.matrices[0].shape[0])[slices[name]]]), RIDGES[1]) / total, name)
+        scored = [(_left_out(grams, np.concatenate([chosen, np.arange(grams.matrices[0].shape[0])[slices[name]]]), RANKED_RIDGE) / total, name)
                   for name in free]
         if not scored:
             break
