@@ -10,6 +10,7 @@ from epa_rt.cli.main import main
 from tests.cli.shell import EXPERIMENTS, RIGS, ROOT, epa
 
 RIG = RIGS / "bench.yaml"
+pytestmark = pytest.mark.xdist_group("epa gap")  # one process makes and diagnoses the runs, not each
 
 
 @pytest.fixture(scope="module")

@@ -11,6 +11,7 @@ from epa_rt.gap.read import read_recording
 from tests.cli.shell import EXPERIMENTS, RIGS, ROOT, epa
 
 RIG = RIGS / "bench.yaml"
+pytestmark = pytest.mark.xdist_group("epa identify")  # its fixtures cost more than its tests
 
 
 @pytest.fixture(scope="module")

@@ -11,6 +11,7 @@ from epa_rt.gap.foreign import open_foreign
 from epa_rt.gap.foreign.baseline import cut
 from tests.gap.foreign.real import RIGS, recording
 
+pytestmark = pytest.mark.xdist_group("emps")  # its fixtures cost more than its tests
 LAP = 6240
 
 
