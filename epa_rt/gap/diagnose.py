@@ -13,7 +13,8 @@ from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.refit import Fit, settled
 from epa_rt.gap.remainder import remainders
-from epa_rt.gap.select import Role, Selection, rescaled, select
+from epa_rt.gap.role import Role
+from epa_rt.gap.select import Selection, rescaled, select
 from epa_rt.gap.separate import alike, intervals, shares
 from epa_rt.gap.shrink import shrinkage
 from epa_rt.gap.subject import Subject
@@ -88,7 +89,7 @@ def attributed(subject: Subject, recordings: Sequence[Recording], without: Seque
     selection = select(scaled, base, left, progress=lambda stage, share: progress(stage, 0.15 + 0.6 * share))
     after = left(selection.final)
     sets = tuple(alike(role, above_noise(after, selection.problem.scale)) for role in selection.roles)
-    return Attribution(selection.problem, selection, left(base), after, sets)
+    return Attribution(selection.problem, selection, left(selection.base), after, sets)
 
 
 def composed(subject: Subject, recordings: Sequence[Recording], found: Attribution, rows: Sequence[Shrinkage] = ()) -> Diagnosis:

@@ -14,6 +14,8 @@ from epa_rt.gap.problem import Problem
 
 ROUNDS = 10
 POLISH_ROUNDS = 10
+LENGTHS = (1.0, 0.4, 0.1)   # of a Gauss-Newton step
+DAMPINGS = (1.0, 100.0)     # where the whole step is too bold in every length
 ENOUGH = 2e-4        # relative fall of chi-square below which a refit has arrived
 
 
@@ -43,11 +45,12 @@ def settled(problem: Problem, effects: tuple[str, ...] = (), values: Mapping[str
 
 
 def _searched(problem: Problem, point: Point) -> dict[str, float] | None:
-    """Values after the best of a few lengths of the Gauss-Newton step, None where none helps."""
+    """Values after the first of a few lengths of the Gauss-Newton step, then of damped ones, that helps; None where none does."""
     normal = point.normal
-    whole = solve(normal.matrix.sum(axis=(0, 1)), normal.vector.sum(axis=(0, 1)), normal.prior, normal.z, ~normal.frozen)
-    for length in (1.0, 0.4, 0.1):
-        values = moved(problem, normal.keys, point.values, length * whole)
+    system = (normal.matrix.sum(axis=(0, 1)), normal.vector.sum(axis=(0, 1)), normal.prior, normal.z, ~normal.frozen)
+    steps = [lambda part=part: part * solve(*system) for part in LENGTHS] + [lambda by=by: solve(*system, damping=by) for by in DAMPINGS]
+    for step in steps:
+        values = moved(problem, normal.keys, point.values, step())
         chi = sum(float(r @ r) for r in problem.each(lambda link, at=values: problem.residual(at, link), problem.links))
         chi += float(normal.prior @ z_of(problem, normal.keys, values) ** 2)
         if chi < normal.chi:

@@ -12,7 +12,7 @@ import numpy as np
 from epa_rt.gap.point import Normal
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import Fit
-from epa_rt.gap.select import Role, z_of_sum
+from epa_rt.gap.role import Role, z_of_sum
 
 RESAMPLES = 300
 TWO_SIDED_95 = 1.96
@@ -31,7 +31,7 @@ class Alike:
     rest: float = 0.5
     part: float = 0.05
     z: float = 2.0
-    most: float = 0.5
+    most: float = 0.9
 
 
 def alike(role: Role, left: float, rule: Alike = Alike()) -> tuple[Fit, ...]:

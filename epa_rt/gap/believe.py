@@ -1,0 +1,85 @@
+"""Whether an effect is believed: beyond chance, beyond the method's own misfit, and not as a mender of another one's formula."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from epa_rt.gap.point import Point
+from epa_rt.gap.problem import Problem
+from epa_rt.gap.refit import Fit
+from epa_rt.gap.role import Role, z_of_sum
+from epa_rt.gap.yardstick import Left
+
+LeftAt = Callable[[Point], Left]
+
+
+@dataclass(frozen=True)
+class Rules:
+    """When an effect is believed; the figures are from the development cases.
+
+    ``gain``: fall of chi-square on trials left out (residuals in units of s). ``z``: of that fall over blocks; an effect
+    that shows at a few valve strokes has no large one. ``share``: least part of what is left to explain. ``size``: least
+    strength, as a part of the typical one; below it nobody would act on the name.
+    Further effects also mend what another formula of the first ones left, so they need more: ``z_more``, ``share_more``, and
+    half of what they gain must lie in links where it is more than ``mends`` of what the others explain there: another
+    formula of the same physics leaves a tenth of the chi-square it explains, an effect of its own leaves more or shows elsewhere.
+    """
+
+    gain: float = 120.0
+    z: float = 2.0
+    share: float = 0.10
+    size: float = 0.02
+    z_more: float = 2.5
+    share_more: float = 0.20
+    mends: float = 0.15
+
+
+def believed(problem: Problem, role: Role, base: Point, left_at: LeftAt, rules: Rules) -> bool:
+    """Whether the best candidate of a role is more than chance, misfit or mending. ``base``: no effect on, at any scale."""
+    gain, z = float(role.gains[0].sum()), z_of_sum(role.gains[0])
+    share = gain / max(left_at(role.point).amount(problem.scale), 1e-9)
+    if gain <= rules.gain or strength(problem, role.best) < rules.size:
+        return False
+    if not role.point.effects:
+        return z > rules.z and share > rules.share
+    return z > rules.z_more and share > rules.share_more and not mends(problem, role, base, rules.mends)
+
+
+def strength(problem: Problem, fit: Fit) -> float:
+    """An effect's strength as a part of its typical one: the largest over the knobs that switch it off."""
+    one = problem.effects[fit.effect]
+    found = []
+    for start in one.starts:
+        typical = dict(zip(one.knobs, start, strict=True))
+        for key in problem.strength(fit.effect):
+            neutral = problem.knobs[key].value
+            if typical[key] != neutral:
+                found.append(abs(fit.values.get(key, neutral) - neutral) / abs(typical[key] - neutral))
+    return max(found, default=1.0)
+
+
+def mends(problem: Problem, role: Role, base: Point, part: float) -> bool:
+    """Whether most of what an effect gains lies where the others explain far more."""
+    own = (role.point.normal.square - role.best.normal.square).sum(axis=1)
+    others = explained(problem, base, role.point)
+    gained = np.maximum(own, 0.0)
+    return float(gained[own > part * others].sum()) < 0.5 * float(gained.sum())
+
+
+def explained(problem: Problem, base: Point, point: Point) -> np.ndarray:
+    """(L,) chi-square that the effects of a point take off each link, both in the problem's present scale."""
+    now = [float(base_square(problem, base, link)) for link in problem.links]
+    return np.maximum(np.array(now) - point.normal.square.sum(axis=1), 0.0)
+
+
+def base_square(problem: Problem, base: Point, link: str) -> float:
+    """Chi-square of a link without effects in the problem's present scale, which changes as misfits fall."""
+    residual = problem.residual(base.values, link)
+    return float(residual @ residual)
+
+
+def dispensable(problem: Problem, roles: Sequence[Role], base: Point, left_at: LeftAt, rules: Rules) -> int | None:
+    """The weakest role that is no longer believed with the others on; None where all are."""
+    order = sorted(range(len(roles)), key=lambda i: float(roles[i].gains[0].sum()))
+    return next((i for i in order if not believed(problem, roles[i], base, left_at, rules)), None)

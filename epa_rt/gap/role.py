@@ -1,0 +1,107 @@
+"""A role: the place of one found effect while all others are on. Its candidates are refitted side by side.
+
+That gives the best one, what else would do as well, and the swap of an early choice that a later one shows to be wrong.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from epa_rt.gap.point import Point
+from epa_rt.gap.problem import Problem
+from epa_rt.gap.refit import Fit, refit, settled
+from epa_rt.gap.screen import STRONGEST, WEAKEST, Screening, scaled, screen
+
+BEST = 8             # candidates by expected gain that are refitted
+PER_LINK = 1         # further ones that gain most in a link with an excess of its own
+STARTS = 2           # starting points of a refit
+ALL_ALIKE = 0.5      # of the best gain: where half of unlike candidates gain as much, it is the nominal parameters that were off
+NOT_LITTLE = 100.0   # chi-square below which that does not matter
+
+
+@dataclass(frozen=True)
+class Role:
+    """``point``: everything else on. ``fits``: the candidates, best first. ``gains`` (C, B): what each one's chi-square falls
+    in every block, on trials left out. ``screening``: of the whole catalogue at ``point``."""
+
+    point: Point
+    fits: tuple[Fit, ...]
+    gains: np.ndarray
+    screening: Screening
+
+    @property
+    def best(self) -> Fit:
+        return self.fits[0]
+
+
+def played(problem: Problem, point: Point, also: Sequence[str] = (), pairs: bool = False) -> Role | None:
+    """Candidates of one role, refitted and ranked by what they gain on trials left out.
+
+    Where most of them gain alike although they have nothing in common, ``point`` was not at its optimum: it is settled again
+    from where the best one took the nominal parameters. Families that are on already are not asked again.
+    """
+    role = _played(problem, point, also, pairs)
+    if role is None or not _all_alike(role):
+        return role
+    keys = point.normal.keys
+    again = settled(problem, point.effects, {key: value for key, value in role.best.values.items() if key in keys})
+    return role if again.normal.chi > point.normal.chi - NOT_LITTLE else _played(problem, again, also, pairs)
+
+
+def _all_alike(role: Role) -> bool:
+    total = role.gains.sum(axis=1)
+    return len(total) > 3 and total[0] > NOT_LITTLE and float(np.median(total)) > ALL_ALIKE * total[0]
+
+
+def _played(problem: Problem, point: Point, also: Sequence[str], pairs: bool) -> Role | None:
+    screening = screen(problem, point)
+    on = {problem.effects[name].family for name in point.effects}
+    names = [n for n in dict.fromkeys((*also, *candidates(problem, point, screening, pairs))) if problem.effects[n].family not in on]
+    if not names:
+        return None
+    jobs = [(name, start) for name in names for start in _starts(problem, screening, name)]
+    fits: dict[str, Fit] = {}
+    for (name, _), fit in zip(jobs, problem.each(lambda job: refit(problem, point, *job), jobs), strict=True):
+        if name not in fits or fit.chi < fits[name].chi:
+            fits[name] = fit
+    scored = [(gains(problem, point, fit), fit) for fit in fits.values()]
+    scored.sort(key=lambda pair: -pair[0].sum())
+    return Role(point, tuple(fit for _, fit in scored), np.array([g for g, _ in scored]), screening)
+
+
+def gains(problem: Problem, point: Point, fit: Fit) -> np.ndarray:
+    """(B,) fall of chi-square in every block under fits to the other trials; what the nominal parameters pay is spread evenly."""
+    before = point.normal.left_out(problem.fold_of_block).sum(axis=0)
+    after = fit.normal.left_out(problem.fold_of_block).sum(axis=0)
+    paid = fit.normal.prior @ fit.normal.z**2 - point.normal.prior @ point.normal.z**2
+    return before - after - paid / len(before)
+
+
+def candidates(problem: Problem, point: Point, screening: Screening, pairs: bool) -> list[str]:
+    """Effects worth a refit: the best overall, the best of each link, and the members of the best pair."""
+    best = screening.best()
+    order = sorted(best, key=lambda name: -best[name].gain)
+    names = order[:BEST]
+    for link in problem.links:
+        own = [name for name in order if link in problem.touched(problem.effects[name].knobs)]
+        names += own[:PER_LINK]
+    if pairs:
+        names += [name for pair in screening.pairs(2, order[:30]) for name in pair]
+    return list(dict.fromkeys(names))
+
+
+def _starts(problem: Problem, screening: Screening, effect: str) -> list[dict[str, float]]:
+    """The most promising starting points of an effect, at the strength that screening found."""
+    own = sorted((s for s in screening.signatures if s.effect == effect), key=lambda s: -s.gain)[:STARTS]
+    if not own:
+        one = problem.effects[effect]
+        return [dict(zip(one.knobs, one.starts[0], strict=True))]
+    return [scaled(problem, effect, s.start, float(np.sign(s.amplitude) or 1.0) * min(max(abs(s.amplitude), WEAKEST), STRONGEST)) for s in own]
+
+
+def z_of_sum(per_block: np.ndarray) -> float:
+    """A sum over blocks in units of its standard deviation by the blocks' own scatter."""
+    used = per_block[per_block != 0.0]
+    scatter = np.sqrt(len(used)) * np.std(used) if len(used) > 1 else np.inf
+    return float(used.sum() / scatter) if scatter > 0.0 else 0.0
