@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 Point = tuple[float, ...]
-Task = Callable[[Point], dict[str, float]]
+Found = dict[str, Any]  # numbers, or lists of them; NaN only alone
+Task = Callable[[Point], Found]
 CHUNK = 6  # points per job: small enough that little is lost, large enough that sending does not matter
-_PACKAGE = Path(__file__).resolve().parents[1]
-_ROOMS = ("models", "study")  # whose code a result depends on
+ROOMS = ("epa_rt/models", "epa_rt/study")  # whose code a result depends on
+LOOP_ROOMS = ("epa_rt/config", "epa_rt/control", "epa_rt/experiments", "epa_rt/logs", "epa_rt/loop", "epa_rt/safety", "epa_rt/signals", "sim_backend")
+_ROOT = Path(__file__).resolve().parents[2]
 
 
 class GridError(Exception):
@@ -24,15 +26,16 @@ class How(NamedTuple):
     jobs: int = -1
     cluster: str | None = None
     threads: bool = True  # compiled tasks let other threads run; tasks in Python want processes
+    chunk: int = CHUNK
 
 
-def code_digest() -> str:
-    """Digest of the code that results depend on: what computes them, not what draws them."""
+def code_digest(rooms: Sequence[str] = ROOMS) -> str:
+    """Digest of the code that results depend on: what computes them, not what draws or judges them."""
     digest = hashlib.sha256()
-    for room in _ROOMS:
-        for file in sorted((_PACKAGE / room).rglob("*.py")):
-            if "report" not in file.parts:
-                digest.update(file.relative_to(_PACKAGE).as_posix().encode() + b"\0" + file.read_bytes())
+    for room in rooms:
+        for file in sorted((_ROOT / room).rglob("*.py")):
+            if "report" not in file.parts and "claims" not in file.name:
+                digest.update(file.relative_to(_ROOT).as_posix().encode() + b"\0" + file.read_bytes())
     return digest.hexdigest()
 
 
@@ -51,9 +54,9 @@ class Store:
     def __init__(self, folder: Path | None, name: str, key: str):
         self.path = folder / f"{name}-{key}.jsonl" if folder else None
 
-    def read(self) -> dict[Point, dict[str, float]]:
+    def read(self) -> dict[Point, Found]:
         """What is there. A line cut off by an interruption is left out."""
-        found: dict[Point, dict[str, float]] = {}
+        found: dict[Point, Found] = {}
         if self.path is None or not self.path.exists():
             return found
         for line in self.path.read_text("utf-8").splitlines():
@@ -64,11 +67,11 @@ class Store:
                 continue
         return found
 
-    def add(self, results: Sequence[tuple[Point, dict[str, float]]]) -> None:
+    def add(self, results: Sequence[tuple[Point, Found]]) -> None:
         """Appends whole lines. Raises GridError where it cannot write."""
         if self.path is None:
             return
-        lines = [json.dumps({"at": at, "found": {name: value if math.isfinite(value) else None for name, value in found.items()}})
+        lines = [json.dumps({"at": at, "found": {name: None if value != value else value for name, value in found.items()}})
                  for at, found in results]
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
@@ -79,7 +82,7 @@ class Store:
 
 
 def solve(task: Task, points: Sequence[Point], store: Store, how: How = How(),
-          progress: Callable[[str, float], None] = lambda stage, share: None, stage: str = "points") -> list[dict[str, float]]:
+          progress: Callable[[str, float], None] = lambda stage, share: None, stage: str = "points") -> list[Found]:
     """``task`` at every point, in the points' order; those in ``store`` are not computed again.
 
     ``task`` must be picklable. Raises GridError (no cluster at the address, no place for results).
@@ -87,7 +90,7 @@ def solve(task: Task, points: Sequence[Point], store: Store, how: How = How(),
     known = store.read()
     missing = [at for at in points if at not in known]
     progress(stage, 1.0 - len(missing) / max(len(points), 1))
-    chunks = [missing[i:i + CHUNK] for i in range(0, len(missing), CHUNK)]
+    chunks = [missing[i:i + how.chunk] for i in range(0, len(missing), how.chunk)]
     for results in _run(task, chunks, how):
         store.add(results)
         known.update(results)
@@ -96,7 +99,7 @@ def solve(task: Task, points: Sequence[Point], store: Store, how: How = How(),
     return [known[at] for at in points]
 
 
-def _chunk(task: Task, points: Sequence[Point]) -> list[tuple[Point, dict[str, float]]]:
+def _chunk(task: Task, points: Sequence[Point]) -> list[tuple[Point, Found]]:
     return [(at, task(at)) for at in points]
 
 

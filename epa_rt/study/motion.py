@@ -15,11 +15,15 @@ RUNAWAY_M = 0.1
 
 @dataclass(frozen=True)
 class Drive:
-    """The servo of a study: PID (kp, ki 1/s, kd s) on the load coordinate, lag of the travel (s), step of the integrator (s)."""
+    """The servo of a study: PID (kp, ki 1/s, kd s) on the load coordinate, lag of the travel (s), step of the integrator (s).
+
+    Figures are taken after ``settle_periods``, at least LEAST_SETTLE_S.
+    """
 
     pid: tuple[float, float, float] = PID
     lag_s: float = LAG_S
     step_s: float = STEP_S
+    settle_periods: int = SETTLE_PERIODS
 
 
 @dataclass(frozen=True)
@@ -67,7 +71,7 @@ def trace(params: np.ndarray, no_load_pa: tuple[float, float], mean: float, ampl
     state[:] = np.zeros(1, STATE)
     loop.fill(params, state, pressures, mean, start)
     period = 2.0 * np.pi / omega_rad_s
-    settle = max(LEAST_SETTLE_S, SETTLE_PERIODS * period)
+    settle = max(LEAST_SETTLE_S, drive.settle_periods * period)
     keep_from = round(np.ceil(settle / period) * period / drive.step_s)
     steps = keep_from + round(MEASURED_PERIODS * period / drive.step_s) + 1
     every = max(1, round(period / drive.step_s / 400))

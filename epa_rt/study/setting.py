@@ -49,12 +49,16 @@ class Setting:
         """One absolute pressure (Pa); it must say 'abs'."""
         return self._value(where, text, lambda said: parse_pressure(said, math.nan))
 
-    def plant(self, key: str) -> PlantFile:
-        """The plant file named under ``key``, beside this file."""
+    def name(self, key: str) -> str:
+        """The name of a file."""
         name = self._there(key)
         if not isinstance(name, str):
-            raise self.source.error((key,), repr(name), "the name of a plant file")
-        return load_plant(Path(self.source.path).parent / name)
+            raise self.source.error((key,), repr(name), "the name of a file")
+        return name
+
+    def plant(self, key: str) -> PlantFile:
+        """The plant file named under ``key``, beside this file."""
+        return load_plant(Path(self.source.path).parent / self.name(key))
 
     def plants(self, key: str) -> tuple[PlantFile, ...]:
         """The plant files listed under ``key``; none where it is not there."""

@@ -67,3 +67,50 @@ def test_a_wrong_ending_is_refused_before_any_work(study, bad, capsys):
 def test_a_study_that_is_not_there(capsys):
     assert main(["study", "serial", "none.yaml"]) == 2
     assert "none.yaml:1: found no such file" in capsys.readouterr().err
+
+
+KNEE = """study: knee
+rig: {rigs}/knee.yaml
+spam: [225 kPa abs]
+ppam: [145 kPa abs, 170 kPa abs]
+peak_to_peak: 10 deg
+from: 1 Hz
+to: 2 Hz
+seconds: 8 s
+catalogue_spam: [225 kPa abs]
+catalogue_ppam: [145 kPa abs, 170 kPa abs]
+catalogue_frequency: [1 Hz, 2 Hz]
+"""
+
+
+def test_a_small_knee_study_through_the_loop(folder, capsys):
+    path = folder / "knee.yaml"
+    path.write_text(KNEE.format(rigs=RIGS), encoding="utf-8")
+    arguments = ["study", "knee", str(path), "--store", str(folder / "store"), "--jobs", "1", "--json", str(folder / "k.json"), "--html", str(folder / "k.html"), "--quiet"]
+    assert main(arguments) == 0
+    answer = json.loads((folder / "k.json").read_text(encoding="utf-8"))
+    energy = {one["ppam_pa"]: sum(one["energy_a2_s"]) for one in answer["conditions"]}
+    assert energy[170e3] < energy[145e3] < energy[None]
+    assert answer["claims"][0]["holds"] is True
+    assert (folder / "k.html").read_text(encoding="utf-8").count('class="chart"') >= 5
+    first = capsys.readouterr().out
+    assert main(arguments) == 0  # from the store
+    assert capsys.readouterr().out == first
+
+
+def test_a_condition_that_trips_is_one_sentence(folder, capsys):
+    path = folder / "far.yaml"
+    path.write_text(KNEE.format(rigs=RIGS).replace("10 deg", "40 deg"), encoding="utf-8")
+    assert main(["study", "knee", str(path), "--store", str(folder / "store"), "--jobs", "1", "--quiet"]) == 2
+    told = capsys.readouterr().err
+    assert "expected" in told or "tripped" in told
+    assert told.count("\n") == 1
+
+
+def test_arrangements(folder, capsys):
+    path = folder / "arrangements.yaml"
+    path.write_text(f"study: arrangements\nplant: {ROOT}/config/plants/serial.yaml\nmean: 0 mm\namplitude: 10 mm\npressure: [300 kPa abs, 800 kPa abs]\nfrequency: [40 rad/s]\n", encoding="utf-8")
+    assert main(["study", "arrangements", str(path), "--store", str(folder / "store"), "--jobs", "1", "--html", str(folder / "w.html"), "--json", str(folder / "w.json"), "--quiet"]) == 0
+    told = capsys.readouterr().out
+    assert "antagonistic" in told and "least mean of I²" in told
+    assert set(json.loads((folder / "w.json").read_text(encoding="utf-8"))["least"]) == {"serial", "parallel", "both", "antagonistic"}

@@ -1,0 +1,28 @@
+"""One condition of the knee study, through the loop on the simulated rig."""
+
+import tempfile
+from pathlib import Path
+
+from epa_rt.cli.exits import VerbError
+
+
+def run_condition(rig: Path, text: str) -> tuple[dict, float]:
+    """Runs an experiment on a rig's simulated plant; columns of its trial from its start, and the cycle (s). Raises VerbError where it
+    does not complete.
+    """
+    from epa_rt.cli.inputs import load_inputs
+    from epa_rt.cli.run import run_simulated
+    from epa_rt.gap.read import read_recording
+
+    with tempfile.TemporaryDirectory() as place:
+        experiment = Path(place) / "condition.yaml"
+        experiment.write_text(text, encoding="utf-8")
+        inputs = load_inputs(experiment, rig, None, with_plant=True)
+        summary, result = run_simulated(inputs, Path(place) / "condition.mcap", 1, None, progress=False)
+        if result.outcome == "stopped":
+            raise KeyboardInterrupt
+        if result.outcome != "completed" or summary.failure:
+            raise VerbError(f"{inputs.experiment.description or inputs.experiment.name}: {result.outcome}{': ' + result.cause if result.cause else ''}")
+        recording = read_recording(summary.path)
+    trial = next(span for span in recording.spans if span.trial)
+    return {name: column[trial.start:trial.stop] for name, column in recording.columns.items()}, recording.period_s
