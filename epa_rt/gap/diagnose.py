@@ -18,7 +18,7 @@ from epa_rt.gap.select import Selection, rescaled, select
 from epa_rt.gap.separate import alike, intervals, shares
 from epa_rt.gap.shrink import shrinkage
 from epa_rt.gap.subject import Subject
-from epa_rt.gap.verdict import above_noise, coverage, decided, gaps, said, untested
+from epa_rt.gap.verdict import above_noise, absorbed, beyond_belief, coverage, decided, gaps, informed, said, untested
 from epa_rt.gap.yardstick import Left, left_at, on_noise
 
 MOVED = 3.0   # spreads beyond which a nominal parameter is reported
@@ -97,21 +97,37 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     problem, selection = found.problem, found.selection
     named = tuple(_named(found, role, group) for role, group in zip(selection.roles, found.sets, strict=True))
     covered = coverage(found.before, found.after)
-    where = gaps(found.before, found.after)
     screening = selection.roles[0].screening if selection.roles else selection.refused.screening if selection.refused else None
     silent = untested(screening.typical() if screening else {}, tuple(problem.effects))
+    judged = informed({link: [e.name for e in problem.effects.values() if link in problem.touched(e.knobs)] for link in problem.links}, silent)
+    where = tuple(link for link in gaps(found.before, found.after) if link in judged)
+    odd = _odd(found, [one.block for one in named])
     rivals = [[n for n in one.not_separable_from if problem.effects[n].family != one.family] for one in named]
-    verdict = decided(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1))
+    verdict = decided(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1), bool(odd))
     if verdict in ("not_in_catalogue", "no_gap"):
         named = ()
-    says = said(verdict, [one.name for one in named], rivals, where, covered.part, len(silent), len(problem.effects))
+    says = said(verdict, [one.name for one in named], rivals, where, covered.part, len(silent), len(problem.effects), odd)
+    seen_at = {key: value for key, value in selection.base.values.items() if (where and not selection.roles) or key not in odd}
     values = selection.final.values if named else selection.base.values
     normal = (selection.final if named else selection.base).normal
     return Diagnosis(
         verdict=verdict, says=says, found_first=tuple(f"{r.name}: {what}" for r in recordings for what in r.found),
-        location=localise(subject, problem.prepared, selection.base.values, problem.floors), effects=named,
+        location=localise(subject, problem.prepared, seen_at, problem.floors), effects=named,
         nominal_moved=_moved(problem, normal), not_tested=silent, shrinkage=tuple(rows), refitted=dict(selection.base.values), fitted=dict(values),
         remainder=remainders(subject, problem.prepared, selection.base.values, values, problem.floors))
+
+
+def _odd(found: Attribution, blocks: Sequence[str]) -> tuple[str, ...]:
+    """Nominal parameters beyond belief: all where no effect is named, else those of other blocks if they hide more than the effects explain.
+
+    In an effect's own block they make up for the difference between its formula and the rig's.
+    """
+    roles = found.selection.roles
+    if not roles:
+        return beyond_belief(found.selection.base.normal)
+    normal = found.selection.final.normal
+    odd = tuple(key for key in beyond_belief(normal) if key.split(".")[0] not in blocks)
+    return odd if absorbed(normal, odd) > sum(float(role.gains[0].sum()) for role in roles) else ()
 
 
 def _named(found: Attribution, role: Role, group: Sequence[Fit]) -> Named:

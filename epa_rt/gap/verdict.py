@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from epa_rt.gap.diagnosis import Verdict
+from epa_rt.gap.point import Normal
 from epa_rt.gap.yardstick import Left
 
 
@@ -17,10 +18,13 @@ class Bars:
     ``sure``: the same summed over its samples, so that few samples do not invent one.
     ``noise``: chi-square per sample that the method itself may leave of a rig without a gap. ``covered``: part of the excess
     over that which the effects must explain to be the cause, over all links and (``covered_link``) in each that has at
-    least ``major`` of the excess. ``trifle``: what stays over the noise without being a gap. ``whole``: part from which they
-    are all of it; else ``small`` must hold: what is left over the noise. ``tested``: expected chi-square of an effect of
+    least ``major`` of the excess. ``trifle``: what stays over the noise without being a gap. They are all of it where no more
+    than ``small`` is left over the noise, or where they explain ``whole`` of the excess and leave less than ``few``, three
+    times the floor: another formula of the right physics leaves that much of a large gap, and the simulation then serves; at
+    ten times the floor something real is missing, whatever part it is of the gap. ``tested``: expected chi-square of an effect of
     typical strength below which the logs could not have shown it. ``mostly``: part of the catalogue not tested from which
-    silence means nothing.
+    silence means nothing, and so does the residual of a link of whose effects that many were not tested. ``belief``: spreads
+    beyond which a nominal parameter is a gap of its own: no plant file is that wrong, so it stands for something else.
     """
 
     gap: float = 0.05
@@ -31,9 +35,11 @@ class Bars:
     major: float = 0.1
     trifle: float = 0.5
     whole: float = 0.9
+    few: float = 8.0
     small: float = 1.0
     tested: float = 40.0
     mostly: float = 0.6
+    belief: float = 8.0
 
 
 BARS = Bars()
@@ -82,9 +88,13 @@ def above_noise(left: Left, scale: Mapping[str, float], bars: Bars = BARS) -> fl
     return sum(fit.samples * max(fit.before - bars.noise, 0.0) / scale[name] ** 2 for name, fit in left.links.items() if name in scale)
 
 
-def decided(gap: bool, effects: Sequence[str], found: Coverage, ambiguous: bool, untested: float, bars: Bars = BARS) -> Verdict:
+def decided(gap: bool, effects: Sequence[str], found: Coverage, ambiguous: bool, untested: float, odd: bool = False,
+            bars: Bars = BARS) -> Verdict:
     """``gap``: any link has one. ``ambiguous``: an effect cannot be told from one of another family. ``untested``: part of
-    the catalogue that the logs could not have shown."""
+    the catalogue that the logs could not have shown. ``odd``: a nominal parameter is beyond
+    belief and hides more than the effects explain."""
+    if odd:
+        return "not_in_catalogue"
     if not gap and not effects:
         return "not_excited" if untested > bars.mostly else "no_gap"
     if effects and (found.part < bars.covered or found.least < bars.covered_link) and found.left < bars.trifle:
@@ -93,7 +103,7 @@ def decided(gap: bool, effects: Sequence[str], found: Coverage, ambiguous: bool,
         return "not_in_catalogue"
     if ambiguous:
         return "not_separable"
-    return "explained" if found.part > bars.whole or found.left < bars.small else "partly_explained"
+    return "explained" if found.left < bars.small or (found.part > bars.whole and found.left < bars.few) else "partly_explained"
 
 
 def untested(typical: Mapping[str, float], names: Sequence[str], bars: Bars = BARS) -> tuple[str, ...]:
@@ -101,7 +111,30 @@ def untested(typical: Mapping[str, float], names: Sequence[str], bars: Bars = BA
     return tuple(name for name in names if typical.get(name, 0.0) < bars.tested)
 
 
-def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]], links: Sequence[str], part: float, not_tested: int, of: int) -> str:
+def informed(links: Mapping[str, Sequence[str]], silent: Sequence[str], bars: Bars = BARS) -> tuple[str, ...]:
+    """Links that these logs can judge. ``links``: to the effects that touch each; ``silent``: effects that were not tested."""
+    return tuple(name for name, own in links.items() if own and len(set(own) & set(silent)) <= bars.mostly * len(own))
+
+
+def beyond_belief(normal: Normal, bars: Bars = BARS) -> tuple[str, ...]:
+    """Nominal parameters that were refitted to values which nobody believes, the worst first."""
+    far = [(abs(z), key) for key, z, prior in zip(normal.keys, normal.z, normal.prior, strict=True) if prior and abs(z) > bars.belief]
+    return tuple(key for _, key in sorted(far, reverse=True))
+
+
+def absorbed(normal: Normal, keys: Sequence[str]) -> float:
+    """Chi-square by which a fit would be worse with these parameters back within belief, the others free; linearised."""
+    if not keys:
+        return 0.0
+    free = np.flatnonzero(~normal.frozen)
+    inverse = np.linalg.inv(normal.matrix.sum(axis=(0, 1))[np.ix_(free, free)] + np.diag(normal.prior[free] + 1e-9))
+    at = [int(np.flatnonzero(free == normal.keys.index(key))[0]) for key in keys if normal.keys.index(key) in free]
+    z = np.array([normal.z[free[i]] for i in at])
+    return float(z @ np.linalg.solve(inverse[np.ix_(at, at)], z)) if at else 0.0
+
+
+def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]], links: Sequence[str], part: float, not_tested: int, of: int,
+         odd: Sequence[str] = ()) -> str:
     """The verdict in one or two sentences."""
     names = " and ".join(effects)
     where = ", ".join(links)
@@ -109,8 +142,11 @@ def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]]
         return f"Nothing is left beyond the noise floor once the nominal parameters are refitted; {of - not_tested} of {of} effects would have shown."
     if verdict == "not_excited":
         return f"No gap shows, but these logs could not have shown {not_tested} of {of} effects at a typical strength."
+    if verdict == "not_in_catalogue" and odd and not where:
+        return f"These logs only agree with the plant at values of {', '.join(odd)} that nobody believes: something like it is missing, " \
+               "and no effect of the catalogue explains it better."
     if verdict == "not_in_catalogue":
-        return f"There is a gap in {where}, and no effect of the catalogue explains it."
+        return f"There is a gap in {where or 'the residual'}, and no effect of the catalogue explains it."
     if verdict == "not_separable":
         return f"{names} explains {_percent(part)} of what can be explained in {where}; this data cannot tell it from " \
                f"{'; '.join(', '.join(s) for s in sets if s)}."
