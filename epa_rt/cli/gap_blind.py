@@ -2,6 +2,8 @@
 
   epa gap blind make --seed 7 --cases 120 -o out/blind        logs there, truth sealed in out/blind.sealed
   epa gap blind score out/blind --json blind.json             diagnoses every case, then opens the truth
+  epa gap blind score out/blind --json blind.json --next      where effects cannot be told apart, runs the proposed experiment too
+  epa gap blind oracle out/blind --json oracle.json           what the data allow: told the laws, it only fits them (run it last)
   epa gap blind matrix --seed 7 -o out/matrix                 each effect hidden and left out: what is said instead
   epa gap blind rivals out/blind --json rivals.json           the same cases by CMA-ES, least squares, sparse regression, RMSE
 """
@@ -29,6 +31,10 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     score.add_argument("cases", type=Path, metavar="DIR")
     score.add_argument("--json", type=Path, required=True, help="all figures and what was said of every case")
     score.add_argument("--html", type=Path, help="confusion picture (default: beside the JSON)")
+    score.add_argument("--next", action="store_true", help="run the proposed next experiments on the hidden rig and diagnose again")
+    oracle = parts.add_parser("oracle", help="what the data allow: a diagnoser that is told the laws and only fits them; its answers tell the truth")
+    oracle.add_argument("cases", type=Path, metavar="DIR")
+    oracle.add_argument("--json", type=Path, required=True, help="figures and every law's chi-square")
     matrix = parts.add_parser("matrix", help="each effect hidden and left out of the catalogue: what is said instead")
     matrix.add_argument("--seed", type=int, required=True)
     matrix.add_argument("-o", "--out", type=Path, required=True)
@@ -38,15 +44,15 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     rivals.add_argument("--only", nargs="+", default=list(RIVALS), choices=RIVALS)
     for part in (score, matrix):
         part.add_argument("--diagnoser", default=DIAGNOSER, help=argparse.SUPPRESS)
-    for part in (score, rivals):
+    for part in (score, rivals, oracle):
         part.add_argument("--sealed", type=Path, help="folder of the sealed truth (default: DIR.sealed)")
-    for part in (make, score, matrix, rivals):
+    for part in (make, score, matrix, rivals, oracle):
         part.add_argument("--jobs", type=int, default=2, help="processes at once (default: %(default)s)")
         part.add_argument("--config", type=Path, default=Path("config"), help="folder with rigs and plants (default: %(default)s)")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    return {"make": _make, "score": _score, "matrix": _matrix, "rivals": _rivals}[arguments.part](arguments)
+    return {"make": _make, "score": _score, "matrix": _matrix, "rivals": _rivals, "oracle": _oracle}[arguments.part](arguments)
 
 
 def sealed_of(cases: Path, chosen: Path | None) -> Path:
@@ -73,9 +79,26 @@ def _score(arguments: argparse.Namespace) -> int:
     from epa_rt.gap.blind.score import score
     from epa_rt.gap.blind.seal import SealError
 
+    sealed, again = sealed_of(arguments.cases, arguments.sealed), None
+    if arguments.next:
+        from epa_rt.cli.gap_blind_next import add_next
+
+        def again(judged: list, answers: Path, hides: bool) -> None:
+            add_next(arguments.cases, sealed, judged, answers, arguments.diagnoser, hides)
     try:
-        print(score(arguments.cases, sealed_of(arguments.cases, arguments.sealed), arguments.json,
-                    arguments.html or arguments.json.with_suffix(".html"), arguments.diagnoser, arguments.jobs))
+        print(score(arguments.cases, sealed, arguments.json, arguments.html or arguments.json.with_suffix(".html"), arguments.diagnoser,
+                    arguments.jobs, again))
+    except SealError as error:
+        raise VerbError(str(error), BAD_INPUT) from None
+    return COMPLETED
+
+
+def _oracle(arguments: argparse.Namespace) -> int:
+    from epa_rt.cli.gap_blind_oracle import oracle_all
+    from epa_rt.gap.blind.seal import SealError
+
+    try:
+        print(oracle_all(arguments.cases, sealed_of(arguments.cases, arguments.sealed), arguments.json, arguments.jobs))
     except SealError as error:
         raise VerbError(str(error), BAD_INPUT) from None
     return COMPLETED

@@ -9,11 +9,15 @@ if TYPE_CHECKING:
 
 
 def diagnose_files(rig: Path, plant: Path, logs: Sequence[Path], holdout: Sequence[Path], leave_out: Sequence[str]) -> "Diagnosis":
-    """Diagnoses the logs of a rig against a plant file, with effects left out of the catalogue (those it has for this rig)."""
+    """Diagnoses the logs of a rig against a plant file, with effects left out of the catalogue (those it has for this rig).
+
+    Where effects cannot be told apart it looks for the next experiment; where any is named, for what the gate says.
+    """
     from dataclasses import replace
 
     from epa_rt.cli.gap_diagnose import gated
     from epa_rt.cli.gap_inputs import Opened
+    from epa_rt.cli.gap_plan import planned
     from epa_rt.config.rig import load_rig
     from epa_rt.gap.diagnose import diagnose
     from epa_rt.gap.read import read_recordings
@@ -29,6 +33,8 @@ def diagnose_files(rig: Path, plant: Path, logs: Sequence[Path], holdout: Sequen
         return answer
     given = Opened(subject, typed, plant, recordings, other, found)
     try:
+        if answer.verdict == "not_separable":
+            answer = replace(answer, next_experiment=planned(given, answer, lambda stage, share: None))
         return replace(answer, gate=gated(given, answer, None, lambda stage, share: None).report)
-    except Exception as error:  # the answer stands without its gate, and the figures count the gate as missing
+    except Exception as error:  # the answer stands without them, and the figures count the gate as missing, the experiment as none
         return replace(answer, gate={"error": f"{type(error).__name__}: {error}"})

@@ -19,7 +19,7 @@ from sim_backend.stand_in.draw import Spec, families, left_out
 from sim_backend.stand_in.effects import BY_NAME
 from sim_backend.stand_in.replayed import commands_of
 from sim_backend.stand_in.strengths import Unfit, Workshop
-from sim_backend.stand_in.truth import TruePlant, bench_of, competing, perturbed
+from sim_backend.stand_in.truth import TruePlant, bench_of, competing, noisier, perturbed
 
 Record = Callable[[Path, Path, Path, SimBackend, Path | None], tuple[str, np.ndarray]]
 """(experiment, rig, plant, backend, log) to the run's outcome and, where ``log`` is None, the output images (N, bytes)."""
@@ -57,7 +57,7 @@ def make_case(seed: int, spec: Spec, path: Path, config: Path, record: Record) -
     rng = np.random.default_rng([seed, 1, spec.index])
     folder = Folder(path, config / "rigs" / f"{spec.rig}.yaml", config / "plants" / f"{spec.rig}.yaml", plan_of(spec.rig, spec.plan, rng))
     rig, believed = load_rig(folder.rig), load_plant(folder.plant)
-    plant = TruePlant(_noisier(perturbed(believed.params, rng), spec.noise), same_law=spec.kind == "same_law")
+    plant = TruePlant(noisier(perturbed(believed.params, rng), spec.noise), same_law=spec.kind == "same_law")
     seeds = [int(s) for s in rng.integers(1, 2**31, 16)]
     commands = _reference(folder, rig, believed, plant, seeds, record)
     shop = Workshop(spec, plant, bench_of(plant, commands), commands, rng)
@@ -68,13 +68,6 @@ def make_case(seed: int, spec: Spec, path: Path, config: Path, record: Record) -
             "nominal": {item.key: read_knob(plant.nominal, item.key) for item in competing(plant.nominal)},
             "excited": all(e["multiple"] >= 1.0 for e in effects),
             "separable": all(value >= LIMIT for e in effects for value in e["rivals"].values())}
-
-
-def _noisier(params: np.ndarray, factor: float) -> np.ndarray:
-    for name in params["sensors"].dtype.names:
-        if "_noise_" in name:
-            params["sensors"][name] *= factor
-    return params
 
 
 def _run(experiment: Path, folder: Folder, rig: Rig, believed: PlantFile, plant: TruePlant, seed: int, record: Record,

@@ -13,21 +13,24 @@ from sim_backend.wiring import wire_drive, wire_valves
 
 
 def commands_of_log(rig: Rig, path: Path | str) -> np.ndarray:
-    """What the plant was told in every cycle of a log, (N,) COMMAND: the outputs of the cycle before, as latched."""
+    """What acted on the plant in the cycle whose end row k of a log samples, (N,) COMMAND."""
     with LogReader(path) as log:
         outputs = log.raw()[1]
     return commands_of(rig, outputs)
 
 
 def commands_of(rig: Rig, outputs: np.ndarray) -> np.ndarray:
-    """As ``commands_of_log`` from output images, (N, bytes) u8."""
+    """As ``commands_of_log`` from output images, (N, bytes) u8: row k is computed from what row k samples, sent with the next
+    exchange and acts in the cycle after it.
+    """
     valves, drive = wire_valves(rig), wire_drive(rig)
     machine, command = np.zeros(1, MACHINE), np.zeros(1, COMMAND)
     out = np.zeros(len(outputs), COMMAND)
     latch_outputs(np.zeros(outputs.shape[1], np.uint8), valves, drive, machine, command, True)
     for k in range(len(outputs)):
         out[k] = command[0]
-        latch_outputs(np.ascontiguousarray(outputs[k]), valves, drive, machine, command, True)
+        if k > 0:
+            latch_outputs(np.ascontiguousarray(outputs[k - 1]), valves, drive, machine, command, True)
     return out
 
 

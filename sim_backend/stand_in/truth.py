@@ -48,6 +48,22 @@ class TruePlant(NamedTuple):
         return params
 
 
+def true_plant(believed: np.ndarray, truth: Mapping) -> TruePlant:
+    """The plant of a sealed truth: ``believed`` (1,) PARAMS with its nominal parameters, its noise and its effects."""
+    nominal = noisier(believed.copy(), truth["noise"])
+    for key, value in truth["nominal"].items():
+        write_knob(nominal, key, value)
+    return TruePlant(nominal, tuple((e["name"], e["fields"]) for e in truth["effects"]), truth["same_law"])
+
+
+def noisier(params: np.ndarray, factor: float) -> np.ndarray:
+    """Parameters with every sensor's noise times ``factor``; changed in place."""
+    for name in params["sensors"].dtype.names:
+        if "_noise_" in name:
+            params["sensors"][name] *= factor
+    return params
+
+
 def channels_of(nominal: np.ndarray) -> tuple[str, ...]:
     """Channels that the rigs of this plant measure."""
     knee = nominal["load"]["kind_code"][0] == 2.0

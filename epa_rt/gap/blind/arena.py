@@ -1,6 +1,6 @@
 """What the rivals share: a case's logs as one residual over one vector of parameters, and how a fitted vector is read.
 
-One amplitude per effect (0 off, 1 typical) stands beside the nominal parameters. Only WINDOWS stretches of WINDOW_S of every log's
+One amplitude per effect (0 off, 1 typical) stands beside the nominal parameters. Only a few stretches of WINDOW_S of every log's
 trials are looked at, so that one evaluation costs tens of milliseconds; what drifts over a whole log is seen less for it.
 """
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from epa_rt.gap.recording import Recording, Span
 
-WINDOWS, WINDOW_S = 2, 4.0
+WINDOW_S = 4.0
 LEAST = 0.02         # share of the RMSE that an effect must be worth to be named
 REACH = 3.0          # amplitudes run from -REACH or 0 to REACH, nominal parameters so many of their spreads
 MOST = 1e3           # times the noise, beyond which a residual counts no more
@@ -21,13 +21,13 @@ MOST = 1e3           # times the noise, beyond which a residual counts no more
 class Arena:
     """The logs of a case against the whole catalogue."""
 
-    def __init__(self, rig: Path, plant: Path, logs: Sequence[Path], leave_out: Sequence[str]):
+    def __init__(self, rig: Path, plant: Path, logs: Sequence[Path], leave_out: Sequence[str], stretches: int = 2):
         from epa_rt.config.rig import load_rig
         from epa_rt.gap.read import read_recordings
         from epa_rt.gap.subjects import open_subject
 
         self.subject = open_subject(rig, plant)
-        parts = [part for recording in read_recordings(list(logs), load_rig(rig)) for part in windows(recording)]
+        parts = [part for recording in read_recordings(list(logs), load_rig(rig)) for part in windows(recording, stretches)]
         self.prepared = [self.subject.prepare(part) for part in parts]
         self.effects = [effect for effect in self.subject.catalogue if effect.name not in leave_out]
         self.nominal = list(self.subject.nominal)
@@ -130,13 +130,13 @@ class Arena:
                 "location": [{"block": link.block, "channel": link.channel} for link in worst], "shrinkage": []}
 
 
-def windows(recording: Recording) -> list[Recording]:
-    """WINDOWS stretches of at most WINDOW_S, spread evenly over the trials; each a recording of its own."""
+def windows(recording: Recording, count: int) -> list[Recording]:
+    """``count`` stretches of at most WINDOW_S, spread evenly over the trials; each a recording of its own."""
     trials = [span for span in recording.spans if span.trial] or [Span("log", 0, recording.samples, True)]
     length, total = round(WINDOW_S / recording.period_s), sum(span.stop - span.start for span in trials)
     found = []
-    for i in range(WINDOWS):
-        middle = (i + 0.5) / WINDOWS * total
+    for i in range(count):
+        middle = (i + 0.5) / count * total
         for span in trials:
             if middle < span.stop - span.start:
                 break

@@ -94,6 +94,20 @@ def _not_tested(truth: dict, said: dict) -> bool:
     return not named(said) and (said.get("verdict") == "not_excited" or any(right(truth["effects"][0], n) for n in said.get("not_tested") or ()))
 
 
+def _separated(truth: dict, said: dict) -> bool:
+    """After the proposed experiment the answer names something, and all of its set is the truth's."""
+    after = said["after_next"]
+    names = [(e["name"], e.get("family")) for e in named(after)] + [(n, family_of(n)) for e in named(after) for n in e.get("not_separable_from") or ()]
+    return bool(names) and after["verdict"] != "not_separable" and all(any(right(e, *name) for e in truth["effects"]) for name in names)
+
+
+def family_of(name: str) -> str | None:
+    """Family of a name of the catalogue."""
+    from epa_rt.models.catalogue import BY_NAME
+
+    return BY_NAME[name].family if name in BY_NAME else None
+
+
 def _share(key: str, says: str, bar: str, cases: Iterable[Case], count: Callable[[dict, dict], bool]) -> Figure:
     outcomes = [count(truth, said) for truth, said in cases]
     if not outcomes:
@@ -127,7 +141,7 @@ def _middle(key: str, says: str, bar: str, values: Sequence[float]) -> Figure:
 
 
 def figures(cases: Sequence[Case]) -> list[Figure]:
-    """All figures of issue 4's table, in its order, and three more."""
+    """All figures of issue 4's table, in its order, and a few more."""
     of = {kind: [(t, s) for t, s in cases if t["kind"] == kind] for kind in {t["kind"] for t, _ in cases}}
     single = [(t, s) for t, s in cases if judged(t)]
     withheld = [(t, s) for t, s in of.get("withheld", ()) if strong(t)]
@@ -147,6 +161,7 @@ def figures(cases: Sequence[Case]) -> list[Figure]:
         _middle("closed", "median share of the gap closed, held out", ">= 95 %", [c for _, s in hidden if (c := closed(s)) is not None]),
         _share("gate", "predicted within 5 points of achieved in the gate", ">= 90 %", [({}, g) for g in gates],
                lambda _, g: bool(g["passed"])),
+        _share("next", "separated after the proposed next experiment", ">= 80 %", [(t, s) for t, s in cases if "after_next" in s], _separated),
         _share("not_excited", "said to be not excited or not tested", "", of.get("not_excited", ()), _not_tested),
         _share("not_separable", "said to be not separable", "", of.get("not_separable", ()), lambda t, s: s.get("verdict") == "not_separable"),
         _share("errors", "diagnoses that ended in an error", "0 %", cases, lambda t, s: "error" in s),

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import threading
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -15,16 +16,23 @@ LONGEST_S = 3600
 STOPPED = (-2, -15, 130)  # exit codes of a worker that took the operator's Ctrl-C itself
 
 
-def score(cases: Path, sealed: Path, out: Path, html: Path, diagnoser: str, jobs: int) -> str:
+Again = Callable[[list[tuple[dict, dict]], Path, bool], None]
+
+
+def score(cases: Path, sealed: Path, out: Path, html: Path, diagnoser: str, jobs: int, again: Again | None = None) -> str:
     """Diagnoses what is not yet diagnosed, writes JSON and picture; returns the table and the closing line.
 
-    Answers are kept beside ``out`` and are not asked for again. Raises SealError where the truth does not fit the logs.
+    Answers are kept beside ``out`` and are not asked for again. ``again`` is called with pairs (truth, said), the answers' folder
+    and whether the truth can be hidden, and may add an ``after_next`` to what was said. Raises SealError where the truth does not
+    fit the logs.
     """
     folders = sorted(path.parent for path in cases.glob("case_*/case.json"))
     answers, hides = out.with_suffix(".answers"), can_hide()
     diagnose_all(folders, answers, sealed, diagnoser, jobs, hides)
     truth = opened(sealed, cases)
     judged = [(case, json.loads((answers / f"{case['case']}.json").read_text(encoding="utf-8"))) for case in truth["cases"]]
+    if again is not None:
+        again(judged, answers, hides)
     found = figures(judged)
     out.write_text(json.dumps({"figures": [f._asdict() for f in found], "hidden_from_the_diagnosis": hides, "diagnoser": diagnoser,
                                "cases": [{"truth": t, "said": s} for t, s in judged]}, indent=1), encoding="utf-8")
@@ -46,8 +54,9 @@ def diagnose_all(folders: list[Path], answers: Path, sealed: Path, diagnoser: st
 
     def one(folder: Path) -> None:
         nonlocal done
-        diagnose_one(folder.resolve(), (answers / f"{folder.name}.json").resolve(), sealed, diagnoser, hides, running)
-        done += 1
+        out = answers / f"{folder.name}.json"
+        diagnose_one(folder.resolve(), out.resolve(), sealed, diagnoser, hides, running)
+        done += out.exists()
         print(f"\r{done} of {len(folders)} cases diagnosed", end="", file=sys.stderr, flush=True)
 
     with ThreadPoolExecutor(jobs) as pool:

@@ -24,3 +24,28 @@ def cheater(rig, plant, logs, holdout, leave_out):
 
 def broken(rig, plant, logs, holdout, leave_out):
     raise ValueError("found nothing to say")
+
+
+SHORT = """experiment: next
+loop: motor_position
+seed: 1
+phases:
+  - {name: go_to_no_load, move: {to: no_load, speed: 20 mm/s}}
+  - {name: rest, trial: true, for: 1 s}
+"""
+FORCE = {"name": "force_offset", "family": "force offset", "block": "sensors", "confidence": 0.5, "not_separable_from": ["end_fittings"]}
+
+
+def doubting(rig, plant, logs, holdout, leave_out):
+    """Cannot tell two effects apart until it is given one more log."""
+    if len(logs) == 1:
+        return {"verdict": "not_separable", "effects": [FORCE], "location": [], "next_experiment": {"file": SHORT}}
+    from epa_rt.gap.read import read_recording
+
+    read = read_recording(Path(logs[-1]))
+    return {"verdict": "explained", "effects": [{**FORCE, "not_separable_from": []}], "location": [], "samples": read.samples}
+
+
+def helpless(rig, plant, logs, holdout, leave_out):
+    """Cannot tell apart and proposes nothing."""
+    return {"verdict": "not_separable", "effects": [FORCE], "location": [], "next_experiment": None}

@@ -1,0 +1,69 @@
+"""The proposed experiment is run on the hidden rig and counted; the oracle is told the law and finds it."""
+
+import json
+import os
+import shutil
+from pathlib import Path
+
+from epa_rt.cli.gap_blind_next import add_next
+from epa_rt.cli.gap_blind_oracle import judge, oracle_all
+from epa_rt.gap.blind.score import score
+from epa_rt.gap.blind.seal import seal
+
+HERE = Path(__file__).parent
+
+
+def sealed_case(short_case, tmp_path) -> tuple[Path, Path]:
+    folder, truth = short_case
+    cases = tmp_path / "cases"
+    shutil.copytree(folder, cases / "case_000")
+    seal({"seed": 1, "cases": [truth]}, tmp_path / "cases.sealed", cases)
+    return cases, tmp_path / "cases.sealed"
+
+
+def scored(cases: Path, sealed: Path, diagnoser: str) -> dict:
+    out = cases.parent / "score.json"
+
+    def again(judged, answers, hides):
+        add_next(cases, sealed, judged, answers, f"blind_fakes:{diagnoser}", hides)
+
+    score(cases, sealed, out, out.with_suffix(".html"), f"blind_fakes:{diagnoser}", 1, again)
+    return json.loads(out.read_text())
+
+
+def test_an_experiment_that_tells_apart_counts_as_separated(short_case, tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(HERE), str(HERE.parents[2])]))
+    cases, sealed = sealed_case(short_case, tmp_path)
+    found = scored(cases, sealed, "doubting")
+    after = found["cases"][0]["said"]["after_next"]
+    assert after["samples"] > 1000  # the second diagnosis has read a log that the first one did not have
+    assert {path.name for path in (cases / "case_000" / "next").iterdir()} == {"next.yaml", "next.mcap", "case.json"}
+    figure = next(f for f in found["figures"] if f["key"] == "next")
+    assert (figure["right"], figure["of"]) == (1, 1)
+
+
+def test_an_answer_without_an_experiment_is_not_separated(short_case, tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(HERE), str(HERE.parents[2])]))
+    cases, sealed = sealed_case(short_case, tmp_path)
+    figure = next(f for f in scored(cases, sealed, "helpless")["figures"] if f["key"] == "next")
+    assert (figure["right"], figure["of"]) == (0, 1)
+
+
+def test_the_oracle_prefers_the_true_law_and_finds_its_strength(short_case):
+    folder, truth = short_case
+    said = judge(folder, truth)
+    chi = dict(said["chi"])
+    assert chi["force_zero"] < chi["end_cones"]
+    assert chi["nothing"] > chi["force_zero"] + 25.0
+    assert abs(said["fitted"]["force_zero.force_offset_n"] - 8.0) < 1.0
+    assert [e["name"] for e in said["effects"]] == ["force_offset"]
+
+
+def test_the_oracles_answers_are_counted_as_a_diagnosis_is(short_case, tmp_path):
+    cases, sealed = sealed_case(short_case, tmp_path)
+    answers = tmp_path / "oracle.answers"
+    answers.mkdir()
+    kept = {"verdict": "explained", "effects": [{"name": "force_offset", "family": "force offset", "block": "sensors"}], "location": [], "wall_seconds": 1.0}
+    (answers / "case_000.json").write_text(json.dumps(kept))
+    text = oracle_all(cases, sealed, tmp_path / "oracle.json", 1)
+    assert "first 100 % of 1" in text.splitlines()[-1]
