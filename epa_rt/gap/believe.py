@@ -24,6 +24,8 @@ class Rules:
     Further effects also mend what another formula of the first ones left, so they need more: ``z_more``, ``share_more``, and
     half of what they gain must lie in links where it is more than ``mends`` of what the others explain there: another
     formula of the same physics leaves a tenth of the chi-square it explains, an effect of its own leaves more or shows elsewhere.
+    What mends a formula looks like it: where no signature's cosine with the others' is above ``resembles``, ``mends_unlike`` will do.
+    And it mends only some of it: an effect that closes ``closes`` of all that lies above the noise in its links needs ``trifling``.
     """
 
     gain: float = 120.0
@@ -33,17 +35,21 @@ class Rules:
     z_more: float = 2.5
     share_more: float = 0.20
     mends: float = 0.15
+    resembles: float = 0.1
+    mends_unlike: float = 0.05
+    closes: float = 0.5
+    trifling: float = 0.02
 
 
-def believed(problem: Problem, role: Role, base: Point, left_at: LeftAt, rules: Rules) -> bool:
-    """Whether the best candidate of a role is more than chance, misfit or mending. ``base``: no effect on, at any scale."""
+def believed(problem: Problem, role: Role, first: Role, left_at: LeftAt, rules: Rules) -> bool:
+    """Whether the best candidate of a role is more than chance, misfit or mending. ``first``: the role with no effect on, at any scale."""
     gain, z = float(role.gains[0].sum()), z_of_sum(role.gains[0])
     share = gain / max(left_at(role.point).amount(problem.scale), 1e-9)
     if gain <= rules.gain or strength(problem, role.best) < rules.size:
         return False
     if not role.point.effects:
         return z > rules.z and share > rules.share
-    return z > rules.z_more and share > rules.share_more and not mends(problem, role, base, rules.mends)
+    return z > rules.z_more and share > rules.share_more and not mends(problem, role, first, rules)
 
 
 def strength(problem: Problem, fit: Fit) -> float:
@@ -59,12 +65,22 @@ def strength(problem: Problem, fit: Fit) -> float:
     return max(found, default=1.0)
 
 
-def mends(problem: Problem, role: Role, base: Point, part: float) -> bool:
+def mends(problem: Problem, role: Role, first: Role, rules: Rules) -> bool:
     """Whether most of what an effect gains lies where the others explain far more."""
     own = (role.point.normal.square - role.best.normal.square).sum(axis=1)
-    others = explained(problem, base, role.point)
+    others = explained(problem, first.point, role.point)
+    resembling = max(first.screening.cosine(name, role.best.effect) for name in role.point.effects)
+    part = rules.mends if resembling > rules.resembles else rules.mends_unlike
     gained = np.maximum(own, 0.0)
+    if gained.sum() > rules.closes * _above_noise(problem, role)[own > 0.0].sum():
+        part = rules.trifling
     return float(gained[own > part * others].sum()) < 0.5 * float(gained.sum())
+
+
+def _above_noise(problem: Problem, role: Role) -> np.ndarray:
+    """(L,) chi-square above that of the floor's own noise, before the role's effect."""
+    noise = np.array([problem.samples(link) / problem.scale[link] ** 2 for link in problem.links])
+    return np.maximum(role.point.normal.square.sum(axis=1) - noise, 0.0)
 
 
 def explained(problem: Problem, base: Point, point: Point) -> np.ndarray:
@@ -79,7 +95,7 @@ def base_square(problem: Problem, base: Point, link: str) -> float:
     return float(residual @ residual)
 
 
-def dispensable(problem: Problem, roles: Sequence[Role], base: Point, left_at: LeftAt, rules: Rules) -> int | None:
+def dispensable(problem: Problem, roles: Sequence[Role], first: Role, left_at: LeftAt, rules: Rules) -> int | None:
     """The weakest role that is no longer believed with the others on; None where all are."""
     order = sorted(range(len(roles)), key=lambda i: float(roles[i].gains[0].sum()))
-    return next((i for i in order if not believed(problem, roles[i], base, left_at, rules)), None)
+    return next((i for i in order if not believed(problem, roles[i], first, left_at, rules)), None)

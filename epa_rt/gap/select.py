@@ -37,13 +37,12 @@ def select(problem: Problem, base: Point, left_at: LeftAt, rules: Rules = Rules(
            progress: Callable[[str, float], None] = lambda stage, share: None) -> Selection:
     """Effects that explain the residual at ``base`` (nominal parameters refitted), one after the other."""
     roles: list[Role] = []
-    point, refused = base, None
+    point, first, refused = base, None, None
     for depth in range(MOST_EFFECTS):
         progress(f"effect {depth + 1}", depth / MOST_EFFECTS)
         role = played(problem, point, pairs=depth == 0)
-        if role is not None and not depth:
-            base = role.point
-        if role is None or not believed(problem, role, base, left_at, rules):
+        first = first or role
+        if role is None or not believed(problem, role, first, left_at, rules):
             refused = role
             break
         point = settled(problem, (*role.point.effects, role.best.effect), role.best.values)
@@ -52,8 +51,8 @@ def select(problem: Problem, base: Point, left_at: LeftAt, rules: Rules = Rules(
             roles, point = _tried_again(problem, roles, point)
         problem, point = rescaled(problem, point, left_at(point))
     if len(roles) > 1:
-        roles, point = _pruned(problem, roles, point, base, left_at, rules)
-    return Selection(problem, base, tuple(roles), point, refused)
+        roles, point = _pruned(problem, roles, point, first, left_at, rules)
+    return Selection(problem, first.point if first else base, tuple(roles), point, refused)
 
 
 def rescaled(problem: Problem, point: Point, left: Left) -> tuple[Problem, Point]:
@@ -86,7 +85,7 @@ def _again(problem: Problem, final: Point, i: int) -> Role | None:
     return played(problem, without, also=(final.effects[i],))
 
 
-def _pruned(problem: Problem, roles: list[Role], final: Point, base: Point, left_at: LeftAt, rules: Rules) -> tuple[list[Role], Point]:
+def _pruned(problem: Problem, roles: list[Role], final: Point, first: Role, left_at: LeftAt, rules: Rules) -> tuple[list[Role], Point]:
     """Roles that were played before another one was swapped are played again; those not believed any more are dropped."""
     while True:
         for i in range(len(roles)):
@@ -94,7 +93,7 @@ def _pruned(problem: Problem, roles: list[Role], final: Point, base: Point, left
                 roles[i] = _again(problem, final, i) or roles[i]
                 if roles[i].best.effect != final.effects[i]:
                     final = settled(problem, _swapped(final.effects, i, roles[i].best.effect), roles[i].best.values)
-        drop = dispensable(problem, roles, base, left_at, rules)
+        drop = dispensable(problem, roles, first, left_at, rules)
         if drop is None:
             return roles, final
         roles = [role for i, role in enumerate(roles) if i != drop]

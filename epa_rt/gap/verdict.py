@@ -15,7 +15,8 @@ class Bars:
     """Where one verdict ends and the next begins; the figures are from the development cases.
 
     ``gap``: explainable chi-square per sample from which a link has a gap worth a word, however many samples prove it;
-    ``sure``: the same summed over its samples, so that few samples do not invent one.
+    ``sure``: the same summed over its samples, so that few samples do not invent one. ``predictable``: part of a link's excess
+    over the floor that the effects or the generic model must foresee on data left out; less is noise that the floor does not know.
     ``noise``: chi-square per sample that the method itself may leave of a rig without a gap. ``covered``: part of the excess
     over that which the effects must explain to be the cause, over all links and (``covered_link``) in each that has at
     least ``major`` of the excess. ``trifle``: what stays over the noise without being a gap. They are all of it where no more
@@ -29,6 +30,7 @@ class Bars:
 
     gap: float = 0.05
     sure: float = 300.0
+    predictable: float = 0.2
     noise: float = 1.4
     covered: float = 0.6
     covered_link: float = 0.5
@@ -58,7 +60,8 @@ class Coverage:
 def gaps(before: Left, after: Left, bars: Bars = BARS) -> tuple[str, ...]:
     """Links with a residual that the generic model or the effects explain beyond a trifle, the largest first."""
     most = {name: _most(before, after, name) for name in before.links}
-    sums = {name: before.links[name].samples * part for name, part in most.items() if part > bars.gap}
+    sums = {name: before.links[name].samples * part for name, part in most.items()
+            if part > max(bars.gap, bars.predictable * (before.links[name].before - 1.0))}
     return tuple(sorted((name for name in sums if sums[name] > bars.sure), key=lambda name: -sums[name]))
 
 
