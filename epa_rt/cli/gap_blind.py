@@ -5,7 +5,7 @@
   epa gap blind score out/blind --json blind.json --next      where effects cannot be told apart, runs the proposed experiment too
   epa gap blind oracle out/blind --json oracle.json           what the data allow: told the laws, it only fits them (run it last)
   epa gap blind matrix --seed 7 -o out/matrix                 each effect hidden and left out: what is said instead
-  epa gap blind rivals out/blind --json rivals.json           the same cases by CMA-ES, least squares, sparse regression, RMSE
+  epa gap blind rivals out/blind --json rivals.json --beside blind.json   the same cases by CMA-ES, least squares, sparse regression, RMSE
 """
 
 import argparse
@@ -42,6 +42,7 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     rivals.add_argument("cases", type=Path, metavar="DIR")
     rivals.add_argument("--json", type=Path, required=True, help="figures of every rival; its answers are kept beside")
     rivals.add_argument("--only", nargs="+", default=list(RIVALS), choices=RIVALS)
+    rivals.add_argument("--beside", type=Path, metavar="JSON", help="what score wrote for the same cases: a row of its own in the table")
     for part in (score, matrix):
         part.add_argument("--diagnoser", default=DIAGNOSER, help=argparse.SUPPRESS)
     for part in (score, rivals, oracle):
@@ -115,11 +116,17 @@ def _rivals(arguments: argparse.Namespace) -> int:
         out = arguments.json.with_name(f"{arguments.json.stem}_{name}.json")
         score(arguments.cases, sealed, out, out.with_suffix(".html"), f"epa_rt.gap.blind.rivals:{name}", arguments.jobs)
         rows.append({"rival": name, **{f["key"]: f["value"] for f in json.loads(out.read_text(encoding="utf-8"))["figures"]}})
+    best = max((row["first"] for row in rows if row["first"] is not None), default=None)
+    if arguments.beside is not None:
+        ours = json.loads(arguments.beside.read_text(encoding="utf-8"))["figures"]
+        rows.insert(0, {"rival": "epa gap diagnose", **{f["key"]: f["value"] for f in ours}})
     arguments.json.write_text(json.dumps(rows, indent=1), encoding="utf-8")
     shown = ("first", "pair", "none", "withheld", "wrong_sure", "block", "seconds")
     print("\n".join(["| Rival | " + " | ".join(shown) + " |", "|---" * (len(shown) + 1) + "|",
-                     *("| " + " | ".join([row["rival"], *("-" if row[k] is None else f"{row[k]:.1f} s" if k == "seconds" else f"{100 * row[k]:.0f} %" for k in shown)]) + " |"
+                     *("| " + " | ".join([row["rival"], *("-" if row.get(k) is None else f"{row[k]:.1f} s" if k == "seconds" else f"{100 * row[k]:.0f} %" for k in shown)]) + " |"
                        for row in rows)]))
+    if arguments.beside is not None and best is not None and rows[0]["first"] is not None:
+        print(f"ahead of the best rival in naming the effect by {100 * (rows[0]['first'] - best):.0f} points")
     return COMPLETED
 
 

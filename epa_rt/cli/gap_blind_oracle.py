@@ -19,8 +19,9 @@ def oracle_all(cases: Path, sealed: Path, out: Path, jobs: int) -> str:
 
     Opens the truth first and its answers tell it: to be run when the diagnoses are done. Raises SealError.
     """
-    from epa_rt.gap.blind.figures import closing_line, figures, table
+    from epa_rt.gap.blind.figures import figures
     from epa_rt.gap.blind.seal import opened
+    from epa_rt.gap.blind.shown import closing_line, table
 
     truths = [truth for truth in opened(sealed, cases)["cases"] if truth["effects"]]
     answers = out.with_suffix(".answers")

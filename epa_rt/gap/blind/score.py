@@ -9,8 +9,9 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from epa_rt.gap.blind.figures import closing_line, figures, table
+from epa_rt.gap.blind.figures import figures
 from epa_rt.gap.blind.seal import can_hide, hidden_command, opened, python_command
+from epa_rt.gap.blind.shown import closing_line, table
 
 LONGEST_S = 3600
 STOPPED = (-2, -15, 130)  # exit codes of a worker that took the operator's Ctrl-C itself

@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from epa_rt.gap.blind.figures import closing_line, figures, table, wilson
+from epa_rt.gap.blind.figures import figures, wilson
 from epa_rt.gap.blind.oracle import LIMIT, Bench, distance, distance_to_rival, noise_of, strength_for
+from epa_rt.gap.blind.shown import closing_line, table
 
 
 def truth(kind="single", families=("leak",), multiple=10.0, separable=True, name="laminar_leak", **more):
@@ -91,3 +92,23 @@ def test_steps_that_do_not_average_out_raise_the_noise():
     clean = np.zeros((20000, 1))
     white, slow = rng.standard_normal((20000, 1)), np.repeat(rng.standard_normal((200, 1)), 100, axis=0)
     assert noise_of(slow, clean)[0] > 5.0 * noise_of(white, clean)[0]
+
+
+def test_what_was_closed_is_the_whole_gap_against_the_refitted_plant():
+    row = {"channel": "all channels", "log": "all", "mode": "teacher_forced", "baseline": "refitted", "closed_share": 0.9}
+    others = [{**row, "baseline": "plant_file", "closed_share": 1.0}, {**row, "mode": "free_run", "closed_share": 0.1}, {**row, "channel": "p", "closed_share": 0.2}]
+    cases = [(truth(), said("explained", "leak") | {"shrinkage": [*others, row]}), (truth(), {"error": "died"}), (truth(), said("explained", "leak"))]
+    assert (value(cases, "closed").value, value(cases, "closed").of) == (pytest.approx(0.45), 2)
+
+
+def test_a_gate_that_ended_in_an_error_is_missed():
+    gates = [{"passed": True, "points": 1.0}, {"error": "died"}, {"passed": False, "points": None}]
+    assert (value([(truth(), said("explained", "leak") | {"gate": g}) for g in gates], "gate").right,
+            value([(truth(), said("explained", "leak") | {"gate": g}) for g in gates], "gate").of) == (1, 2)
+
+
+def test_a_next_experiment_must_leave_nothing_but_the_truth():
+    apart = said("explained", "leak", "leak") | {"not_separable_from": []}
+    alike = said("explained", "leak", "leak", not_separable_from=["creep"])
+    cases = [(truth("not_separable"), said("not_separable", "leak") | {"after_next": after}) for after in (apart, alike, {"error": "none"})]
+    assert (value(cases, "next").right, value(cases, "next").of) == (1, 3)
