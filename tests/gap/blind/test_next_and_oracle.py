@@ -5,10 +5,15 @@ import os
 import shutil
 from pathlib import Path
 
+import numpy as np
+import pytest
+
 from epa_rt.cli.gap_blind_next import add_next
-from epa_rt.cli.gap_blind_oracle import judge, oracle_all
+from epa_rt.cli.gap_blind_oracle import _fitting, judge, oracle_all
 from epa_rt.gap.blind.score import score
 from epa_rt.gap.blind.seal import seal
+from epa_rt.models.plant_file import load_plant
+from sim_backend.stand_in.truth import readings, true_plant
 
 HERE = Path(__file__).parent
 
@@ -67,3 +72,12 @@ def test_the_oracles_answers_are_counted_as_a_diagnosis_is(short_case, tmp_path)
     (answers / "case_000.json").write_text(json.dumps(kept))
     text = oracle_all(cases, sealed, tmp_path / "oracle.json", 1)
     assert "first 100 % of 1" in text.splitlines()[-1]
+
+
+def test_the_hidden_rig_run_again_over_a_logs_commands_reads_what_the_log_says(short_case):
+    """Commands, their age and every channel's scale: what is left is the sensors' noise alone."""
+    folder, truth = short_case
+    fitting = _fitting(folder, truth)
+    plant = true_plant(load_plant(folder / "plant.yaml").params, truth)
+    off = (fitting.measured - readings(plant, fitting.commands)) / fitting.noise
+    assert np.sqrt(np.mean(off**2, axis=0)) == pytest.approx(np.full(off.shape[1], 0.1), abs=0.2)  # noise counts five times: INDEPENDENT_HZ
