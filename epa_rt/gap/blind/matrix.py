@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from epa_rt.gap.blind.confusion import draw, said_family
+from epa_rt.gap.blind.confusion import NOTHING, draw, said_family
 from epa_rt.gap.blind.figures import SURE, block_said, named
 from epa_rt.gap.blind.score import diagnose_all
 from epa_rt.gap.blind.seal import can_hide, opened
@@ -23,5 +23,6 @@ def matrix(cases: Path, sealed: Path, diagnoser: str, jobs: int) -> str:
         refused += said.get("verdict") == "not_in_catalogue" and block_said(said) in effect["blocks"]
         wrong += any(n.get("confidence", 1.0) >= SURE for n in named(said)[:1])
         lines.append(f"| {effect['name']} ({', '.join(effect['families']) or 'never had'}) | {effect['multiple']:.1f} | {instead} | {block_said(said)} |")
-    draw(table, cases / "matrix.html", "Each effect hidden and left out of the catalogue: what is said instead")
+    draw(table, cases / "matrix.html", "Each effect hidden and left out of the catalogue: what is said instead",
+         lambda row, cell: cell == NOTHING["not_in_catalogue"])
     return "\n".join([*lines, f"{refused} of {len(truths)} said to be not in the catalogue, in the right block; {wrong} given a wrong name with confidence"])
