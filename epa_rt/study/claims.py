@@ -50,7 +50,7 @@ def serial_claims(maps: Maps, beside: dict[str, Maps]) -> list[Claim]:
                            bool(np.all(np.diff(valley) >= 0.0) and valley[-1] > valley[0]), "Peak power is the spool's |F v|; it is least near resonance, just above the pressure at which the braid no longer reaches its lock."))
         apart = maps.best_pressure_pa("peak_power_w") - maps.best_pressure_pa("stroke_m")
         found.append(Claim("3.2, Fig. 8", "The best pressure for power is not the one for displacement", f"differs at {int(np.sum(apart != 0))} of {len(omega)} frequencies, by at most {np.abs(apart).max() / 1e3:.0f} kPa",
-                           bool(np.any(apart != 0)), "With a physical muscle both lie near resonance and are nearly the same rule; the paper's Fig. 7 and Fig. 8 differ more."))
+                           bool(np.mean(apart != 0) > 0.5), "Judged by more than half of the frequencies. With a physical muscle both lie at the low edge of the same valley and are nearly one rule."))
     found += [_beside(name, one) for name, one in beside.items()]
     return found
 
@@ -80,10 +80,11 @@ def _beside(name: str, maps: Maps) -> Claim:
         "serial_eq8_no_c3": "Without C3 the damping C2 P + C4 P^2 is left, which turns negative above a normalised pressure of 1.158.",
         "serial_eq8_bounded": "Held in its range it does not run away, but its force saturates with speed: at high frequencies the motor has to move more than the mass.",
     }.get(name, "")
+    most = 0.0
     if ran.all():
         ours = f"runs away at all {ran.size} points, within {np.nanmax(maps.of['runaway_s']) * 1e3:.0f} ms"
     else:
         best = maps.best_pressure_pa("stroke_m")[np.argmin(np.abs(maps.asked.frequency_rad_s - 80.0))] / 1e3
         most = 50.0 * np.nanmax(maps.of["stroke_m"]) / maps.asked.amplitude_m
         ours = f"runs away at {ran.sum()} of {ran.size} points" + (f" ({', '.join(where)} kPa)" if where else "") + (f"; at 80 rad/s best at {best:.0f} kPa; the motor moves up to {most:.0f} % of the mass motion" if np.isfinite(best) else "")
-    return Claim("2.2, eq. (8)", f"Eq. (8) simulates the serial actuator ({name})", ours, False if ran.any() else None, why)
+    return Claim("2.2, eq. (8)", f"Eq. (8) simulates the serial actuator ({name})", ours, False if ran.any() or most > 100.0 else None, why)

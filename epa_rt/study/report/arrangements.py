@@ -20,9 +20,10 @@ def said(least: tuple[float, float, float], factor: float) -> str:
 
 def arrangements_figures(found: Compared) -> dict[str, Figure]:
     omega = found.asked.frequency_rad_s
+    styles = {"serial": (5.0, "solid"), "both": (5.0, "solid"), "parallel": (2.0, "dash"), "antagonistic": (2.0, "dash")}  # the pairs that may coincide: thick below thin
     panels = [Panel(f"least {words}", UNITS[goal][1], [
-        Line(omega, np.array([one[0] for one in found.least(name, goal)]) * UNITS[goal][0], name, SERIES[i], 2.2, ("solid", "dash", "solid", "dash")[i], mode="lines+markers")
-        for i, name in enumerate(NAMES_OF)], 170) for goal, words in GOALS.items()]
+        Line(omega, np.array([one[0] for one in found.least(name, goal)]) * UNITS[goal][0], name, SERIES[i], width, dash)
+        for i, (name, (width, dash)) in enumerate(styles.items())], 170) for goal, words in GOALS.items()]
     return {"arrangements": stack(panels, "frequency, rad/s", caption="The least that each arrangement takes, each at its own best pressures.")}
 
 
