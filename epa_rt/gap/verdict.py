@@ -60,18 +60,21 @@ class Coverage:
 
 def gaps(before: Left, after: Left, bars: Bars = BARS) -> tuple[str, ...]:
     """Links with a residual that the generic model or the effects explain beyond a trifle, the largest first."""
-    most = {name: _most(before, after, name) for name in before.links}
+    most = {name: _most(before, after, name, bars) for name in before.links}
     sums = {name: before.links[name].samples * part for name, part in most.items()
             if part > max(bars.gap, bars.predictable * (before.links[name].before - 1.0))}
     return tuple(sorted((name for name in sums if sums[name] > bars.sure), key=lambda name: -sums[name]))
 
 
-def _most(before: Left, after: Left, name: str) -> float:
+def _most(before: Left, after: Left, name: str, bars: Bars) -> float:
     """Chi-square per sample of a link that could be explained, by the better of three yardsticks.
 
-    The generic model at the start may know less than the effects do; then what it still finds after them counts.
+    The generic model at the start may know less than the effects do; then what it still finds after them counts. Its word
+    alone is none where the link is no further off than the method itself may be.
     """
     first, last = before.links[name], after.links[name]
+    if first.before < bars.noise:
+        return max(first.before - max(last.before, 1.0), 0.0)
     return max(first.before - max(min(first.after, last.after, last.before), 1.0), 0.0)
 
 
