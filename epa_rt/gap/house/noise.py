@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 WINDOW = 32          # samples
 CALM = 0.1          # quantile of the windows that is taken for noise alone: elsewhere the signal itself may be rough
 SURE = 0.1           # of a step: less noise than this cannot be told from none
+LOUD = 0.8           # of a step: noise that spreads the rounding error by itself
 _THIRD = np.array([1.0, -3.0, 3.0, -1.0]) / np.sqrt(20.0)  # white noise passes with its own size, a parabola not at all
 
 
@@ -39,9 +40,9 @@ def noise_level(values: np.ndarray, step: float) -> float:
     windows = values[: count * WINDOW].reshape(count, WINDOW)
     rough, moved = _rough(windows), np.abs(windows[:, WINDOW // 2:].mean(axis=1) - windows[:, :WINDOW // 2].mean(axis=1))
     white = float(np.quantile(rough, CALM)) / _quantile_of_white()
-    if white > (0.8 * step) ** 2:  # the noise itself spreads the rounding error
+    if white > (LOUD * step) ** 2:  # the noise itself spreads the rounding error
         return float(np.sqrt(white - step**2 / 12.0))
-    still = moved < 0.3 * step
+    still = (moved < 0.3 * step) & (rough < 2.0 * (LOUD * step) ** 2)  # rougher than that moves within the window
     if still.sum() < 8:
         found = float(np.sqrt(max(white - step**2 / 12.0, 0.0)))
     else:

@@ -11,6 +11,8 @@ from epa_rt.gap.recording import Recording
 from epa_rt.models.plant import new_state, run
 from epa_rt.models.ports import SENSORS
 
+DITHERED = 0.2  # noise in steps from which on a converter's rounding hangs on the noise
+
 
 def on_grid(recording: Recording) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Columns on a gapless grid of cycles (NaN where cycles were lost), and each row's place on it (N,)."""
@@ -30,7 +32,8 @@ def run_whole(rig: Rig, channels: dict[str, Channel], params: np.ndarray, subste
     """A recording of the plant ``params`` (1,) under the sent commands, from rest.
 
     ``noise``: port to standard deviation; with it readings are noisy and quantised, without it (None) neither. ``hold_phase``: row on which
-    the encoder first renews.
+    the encoder first renews. Where noise does not dither the steps, the steps lie at a place of chance, and the readings with them: the
+    rounding of a rig whose motion differs by a fraction of a count is another one, and none of it may count as known.
     """
     columns, place = on_grid(recording)
     commands = commands_of(rig, columns)
@@ -47,8 +50,10 @@ def run_whole(rig: Rig, channels: dict[str, Channel], params: np.ndarray, subste
     for port, channel in channels.items():
         values = readings[port][place]
         if noise is not None:
-            values = values + noise.get(port, 0.0) * random.standard_normal(len(values))
-            values = channel.quantised(values)
+            size, shift = noise.get(port, 0.0), channel.step * random.uniform(-0.5, 0.5)
+            if size >= DITHERED * channel.step:
+                shift = 0.0
+            values = channel.quantised(values + shift + size * random.standard_normal(len(values))) - shift
         elif channel.floors:
             values = values - 0.5 * channel.step  # as a counter shows them on average
         made[channel.column] = channel.to_column(values)
