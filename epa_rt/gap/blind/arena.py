@@ -1,34 +1,30 @@
 """What the rivals share: a case's logs as one residual over one vector of parameters, and how a fitted vector is read.
 
-One amplitude per effect (0 off, 1 typical) stands beside the nominal parameters. Only a few stretches of WINDOW_S of every log's
-trials are looked at, so that one evaluation costs tens of milliseconds; what drifts over a whole log is seen less for it.
+One amplitude per effect (0 off, 1 typical) stands beside the nominal parameters. Logs are looked at whole: a drive's integrator
+and a leak have a history that a stretch cut out of a log has not.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from epa_rt.gap.recording import Recording, Span
-
-WINDOW_S = 4.0
 LEAST = 0.02         # share of the RMSE that an effect must be worth to be named
 REACH = 3.0          # amplitudes run from -REACH or 0 to REACH, nominal parameters so many of their spreads
+INSIDE = 1e-3        # by which 0 lies within the bounds of a one-sided amplitude; the knobs themselves stay at neutral
 MOST = 1e3           # times the noise, beyond which a residual counts no more
 
 
 class Arena:
     """The logs of a case against the whole catalogue."""
 
-    def __init__(self, rig: Path, plant: Path, logs: Sequence[Path], leave_out: Sequence[str], stretches: int = 2):
+    def __init__(self, rig: Path, plant: Path, logs: Sequence[Path], leave_out: Sequence[str]):
         from epa_rt.config.rig import load_rig
         from epa_rt.gap.read import read_recordings
         from epa_rt.gap.subjects import open_subject
 
         self.subject = open_subject(rig, plant)
-        parts = [part for recording in read_recordings(list(logs), load_rig(rig)) for part in windows(recording, stretches)]
-        self.prepared = [self.subject.prepare(part) for part in parts]
+        self.prepared = [self.subject.prepare(recording) for recording in read_recordings(list(logs), load_rig(rig))]
         self.effects = [effect for effect in self.subject.catalogue if effect.name not in leave_out]
         self.nominal = list(self.subject.nominal)
         self.size = len(self.nominal) + len(self.effects)
@@ -42,13 +38,15 @@ class Arena:
             if noise > 0.0:
                 self.links.append(name)
                 self.scale[name], self.good[name] = noise, np.isfinite(np.concatenate(raw))
+        self.strength = {effect.name: self._strength(effect) for effect in self.effects}
         n = len(self.nominal)
         self.high = np.full(self.size, REACH)
-        self.low = np.array([-REACH] * n + [-REACH if self._two_sided(effect) else 0.0 for effect in self.effects])
+        self.low = np.array([-REACH] * n + [-REACH if self._two_sided(effect) else -INSIDE for effect in self.effects])
 
     def _two_sided(self, effect) -> bool:
-        knob = self.subject.knobs[effect.knobs[0]]
-        return knob.low < knob.value and any(start[0] < knob.value for start in effect.starts)
+        """Whether every knob that gives it its strength may lie on either side of neutral."""
+        knobs = [self.subject.knobs[key] for key in self.strength[effect.name]]
+        return all(knob.low < knob.value < knob.high for knob in knobs)
 
     def values(self, z: np.ndarray) -> dict[str, float]:
         """Knob values of a parameter vector."""
@@ -59,14 +57,22 @@ class Arena:
         return out
 
     def switched(self, effect, start: Sequence[float], amplitude: float) -> dict[str, float]:
-        """Knobs of one effect, an amplitude of the way from neutral to a start; those that only shape it as the start says."""
-        knobs, first = [self.subject.knobs[key] for key in effect.knobs], True
+        """Knobs of one effect: those that switch it off, an amplitude of the way from neutral to a start; the others as the start says."""
         out = {}
-        for knob, wanted in zip(knobs, start, strict=True):
-            share = amplitude if first else 1.0
-            out[knob.key] = float(np.clip(knob.value + share * (wanted - knob.value), knob.low, knob.high))
-            first = first and wanted == knob.value
+        for key, wanted in zip(effect.knobs, start, strict=True):
+            knob, share = self.subject.knobs[key], amplitude if key in self.strength[effect.name] else 1.0
+            out[key] = float(np.clip(knob.value + share * (wanted - knob.value), knob.low, knob.high))
         return out
+
+    def _strength(self, effect) -> set[str]:
+        """Knobs that switch an effect off on their own; all where none does."""
+        if len(effect.knobs) == 1:
+            return set(effect.knobs)
+        start = dict(zip(effect.knobs, effect.starts[0], strict=True))
+        links = {link for key in effect.knobs for link in self.subject.touched(key)}
+        off = {key for key in effect.knobs if start[key] != self.subject.knobs[key].value and all(
+            np.array_equal(self.link({**start, key: self.subject.knobs[key].value}, link), self.link({}, link)) for link in self.links if link in links)}
+        return off or set(effect.knobs)
 
     def touched(self, i: int) -> list[str]:
         """Links that entry i of the vector may change."""
@@ -76,7 +82,7 @@ class Arena:
         return [link for link in self.links if link in found]
 
     def link(self, values: dict[str, float], link: str) -> np.ndarray:
-        """One link over all windows in units of its noise; samples that are not judged are left out."""
+        """One link over all logs in units of its noise; samples that are not judged are left out."""
         key = tuple(sorted(item for item in values.items() if link in self.subject.touched(item[0])))
         kept = self._kept.setdefault(link, {})
         if key not in kept:
@@ -128,27 +134,3 @@ class Arena:
         return {"verdict": "explained" if found else "no_gap", "says": f"RMSE {before:.3g} to {after:.3g} times the noise",
                 "effects": [{"name": e.name, "family": e.family, "block": e.block, "confidence": 1.0, "parameters": []} for e in found],
                 "location": [{"block": link.block, "channel": link.channel} for link in worst], "shrinkage": []}
-
-
-def windows(recording: Recording, count: int) -> list[Recording]:
-    """``count`` stretches of at most WINDOW_S, spread evenly over the trials; each a recording of its own."""
-    trials = [span for span in recording.spans if span.trial] or [Span("log", 0, recording.samples, True)]
-    length, total = round(WINDOW_S / recording.period_s), sum(span.stop - span.start for span in trials)
-    found = []
-    for i in range(count):
-        middle = (i + 0.5) / count * total
-        for span in trials:
-            if middle < span.stop - span.start:
-                break
-            middle -= span.stop - span.start
-        stop = min(max(span.start + int(middle) + length // 2, span.start + length), span.stop)
-        found.append(_cut(recording, max(stop - length, span.start), stop, f"{recording.name} {i}"))
-    return found
-
-
-def _cut(recording: Recording, start: int, stop: int, name: str) -> Recording:
-    rows = slice(start, stop)
-    spans = tuple(Span(s.name, max(s.start - start, 0), min(s.stop, stop) - start, s.trial) for s in recording.spans
-                  if s.start < stop and s.stop > start)
-    return replace(recording, name=name, cycle=recording.cycle[rows], columns={key: values[rows] for key, values in recording.columns.items()},
-                   spans=spans, t_ns=None if recording.t_ns is None else recording.t_ns[rows])
