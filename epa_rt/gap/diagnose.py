@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 from epa_rt.gap.aside import split
 from epa_rt.gap.diagnosis import Diagnosis, Named, Number, Shrinkage
+from epa_rt.gap.fed import source_first
 from epa_rt.gap.floor import floors as floors_of
 from epa_rt.gap.localise import localise
 from epa_rt.gap.point import Normal, Point
@@ -110,9 +111,10 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     seen_at = {key: value for key, value in selection.base.values.items() if (where and not selection.roles) or key not in odd}
     values = selection.final.values if named else selection.base.values
     normal = (selection.final if named else selection.base).normal
+    places = localise(subject, problem.prepared, seen_at, problem.floors)
     return Diagnosis(
         verdict=verdict, says=says, found_first=tuple(f"{r.name}: {what}" for r in recordings for what in r.found),
-        location=localise(subject, problem.prepared, seen_at, problem.floors), effects=named,
+        location=places if named else source_first(places), effects=named,
         nominal_moved=_moved(problem, normal), not_tested=silent, shrinkage=tuple(rows), refitted=dict(selection.base.values), fitted=dict(values),
         remainder=remainders(subject, problem.prepared, selection.base.values, values, problem.floors))
 
