@@ -2,8 +2,10 @@
 
 import pytest
 
+from epa_rt.gap.diagnosis import Place
+from epa_rt.gap.fed import source_first
 from epa_rt.gap.generic import GenericFit
-from epa_rt.gap.verdict import coverage, decided, gaps, untested
+from epa_rt.gap.verdict import coverage, decided, gaps, informed, untested
 from epa_rt.gap.yardstick import Left
 
 
@@ -12,8 +14,8 @@ def left(**links: tuple[float, float]) -> Left:
     return Left({name: GenericFit(name, 5000, before, after, 0.0, ()) for name, (before, after) in links.items()})
 
 
-def verdict(before: Left, after: Left, effects=("leak",), ambiguous=False, silent=0.0):
-    return decided(bool(gaps(before, after)), effects, coverage(before, after), ambiguous, silent)
+def verdict(before: Left, after: Left, effects=("leak",), ambiguous=False, silent=0.0, odd=False):
+    return decided(bool(gaps(before, after)), effects, coverage(before, after), ambiguous, silent, odd)
 
 
 def test_noise_is_no_gap_and_silence_of_logs_that_show_little_means_nothing():
@@ -46,3 +48,33 @@ def test_name_that_may_be_another_family_is_not_separable():
 
 def test_effect_without_a_signature_was_not_tested():
     assert untested({"leak": 1e4, "droop": 3.0}, ("leak", "droop", "backlash")) == ("droop", "backlash")
+
+
+@pytest.mark.parametrize(("rest", "said"), [(6.0, "explained"), (40.0, "partly_explained")])
+def test_large_gap_is_explained_only_where_little_stays_in_multiples_of_the_floor(rest, said):
+    assert verdict(left(gas=(1500.0, 20.0)), left(gas=(rest, rest))) == said
+
+
+def test_nominal_parameter_that_hides_more_than_the_effects_explain_is_a_gap_in_no_catalogue():
+    quiet = left(gas=(1.1, 1.1))
+    assert verdict(quiet, quiet, (), odd=True) == "not_in_catalogue"
+    assert verdict(left(gas=(9.0, 9.0)), quiet, odd=True) == "not_in_catalogue"
+
+
+def test_noise_that_nothing_foresees_and_a_shape_within_the_methods_own_misfit_are_no_gap():
+    assert not gaps(left(drive=(5.0, 4.7)), left(drive=(5.0, 4.7)))
+    assert not gaps(left(load=(1.2, 1.0)), left(load=(1.2, 1.0)))
+    assert gaps(left(load=(1.2, 1.2)), left(load=(1.0, 1.0))) == ("load",)
+
+
+def test_link_of_whose_effects_few_were_tested_is_not_judged():
+    assert informed({"gas": ("leak", "droop"), "drive": ("cogging", "backlash")}, ("cogging", "backlash", "leak")) == ("gas",)
+
+
+def test_block_that_feeds_the_others_comes_first_where_it_is_off_as_well():
+    def place(block: str, significance: float) -> Place:
+        return Place(block=block, link=block, channel="", unit="", rms=1.0, floor=1.0, excess=0.0, times_floor=1.0,
+                     significance=significance, state={}, band_hz={}, time_s={})
+
+    assert [p.block for p in source_first((place("drive", 900.0), place("load", 500.0), place("muscle", 100.0), place("gas", 1.0)))][0] == "muscle"
+    assert [p.block for p in source_first((place("drive", 900.0), place("muscle", 8.0)))][0] == "drive"
