@@ -23,8 +23,10 @@ from epa_rt.study.claims import Claim  # noqa: E402
 from epa_rt.study.serial import load_serial, solve  # noqa: E402
 
 PICTURES = {"serial_traces": "Fig. 5", "serial_stroke": "Fig. 6", "serial_map_stroke": "Fig. 7", "serial_map_power": "Fig. 8", "serial_rule": "Best pressure over frequency",
-            "serial_map_stroke_serial_eq8_no_c3": "Fig. 7 by eq. (8) without C3; white: runs away", "knee_saved": "Fig. 9", "knee_swing": "Achieved swing beside it",
+            "serial_map_stroke_serial_eq8_no_c3": "Fig. 7 by eq. (8) without C3; white: runs away", "knee_saved": "Fig. 9", "knee_geared_knee_saved": "Fig. 9 on the knee with a slower gear", "knee_swing": "Achieved swing beside it",
             "knee_catalogue_0_5_hz": "Catalogue at 0.5 Hz", "knee_catalogue_2_0_hz": "Catalogue at 2 Hz", "knee_catalogue_best": "Its optimum over frequency", "arrangements": "Arrangements"}
+LEADS = {"Knee with a slower gear (3.3)": (
+    "The same nine conditions on a knee drawn by `python scripts/knee_crossing.py` from engineering ranges because its pressures cross: gear 32 on a spool of 23 mm, a thin parallel", "muscle with some friction. They do at equal motion; through the loop the rig's PID lets the swing fall as the pressure rises, and less motion hides the crossing.", "")}
 SHOWN = ROOT / "docs/pictures/study"
 PAPER_R2 = {"static, geometry": 0.916, "Tang, geometric": 0.921, "polynomial": 0.971}
 WITHIN = 0.02
@@ -45,13 +47,14 @@ def identification(folder: Path) -> dict:
     return json.loads(answer.read_text(encoding="utf-8"))
 
 
-def study(name: str, folder: Path) -> dict:
+def study(task: str, folder: Path, name: str = "") -> dict:
+    name = name or task
     answer = folder / f"{name}.json"
-    pictures = folder / "pictures"
-    epa("study", name, f"config/studies/{name}.yaml", "--store", folder / "store", "--json", answer, "--html", folder / f"{name}.html", "--pictures", pictures, "--quiet")
+    pictures = folder / "pictures" / name
+    epa("study", task, f"config/studies/{name}.yaml", "--store", folder / "store", "--json", answer, "--html", folder / f"{name}.html", "--pictures", pictures, "--quiet")
     SHOWN.mkdir(parents=True, exist_ok=True)
-    for picture in filter(lambda one: one.stem in PICTURES, pictures.iterdir()):
-        shutil.copy(picture, SHOWN)
+    for picture in filter(lambda one: (one.stem if name == task else f"{name}_{one.stem}") in PICTURES, pictures.iterdir()):
+        shutil.copy(picture, SHOWN / (picture.name if name == task else f"{name}_{picture.name}"))
     return json.loads(answer.read_text(encoding="utf-8"))
 
 
@@ -110,11 +113,11 @@ def page(parts: dict[str, list[Claim]], compared: dict) -> str:
     claims = [claim for part in parts.values() for claim in part]
     count = {verdict: sum(claim.verdict == verdict for claim in claims) for verdict in ("holds", "does not hold", "open")}
     lines = ["# What of the paper holds", "",
-             "Made by `python scripts/reproduction.py`; every figure comes from the run that wrote this page. Plants: `config/plants/bench_paper.yaml`, `serial.yaml`, `knee.yaml`. How the",
+             "Made by `python scripts/reproduction.py`; every figure comes from the run that wrote this page. Plants: `config/plants/bench_paper.yaml`, `serial.yaml`, `knee.yaml`, `knee_geared.yaml`. How the",
              "figures are computed: [identification.md](identification.md), [study.md](study.md). These are physical models, not the paper's rigs: *holds* means that such a model gives it too.", "",
              f"{len(claims)} claims: {count['holds']} hold, {count['does not hold']} do not, {count['open']} are open in the paper's own words.", ""]
     for title, part in parts.items():
-        lines += [f"## {title}", "", "| Where | Claim | Found here | Verdict | Why |", "|---|---|---|---|---|", *map(row, part), ""]
+        lines += [f"## {title}", "", *LEADS.get(title, ()), "| Where | Claim | Found here | Verdict | Why |", "|---|---|---|---|---|", *map(row, part), ""]
     lines += ["## Arrangements (4, outlook)", "", "The least that each takes at its own best pressures, one muscle and one load; in brackets the pressures of muscle 0 and 1, kPa absolute.", "",
               *arrangements(compared), "", "A serial muscle takes way off the motor, a parallel one force; no wiring is best for all. The antagonist adds tension and, under a load that already pulls, next to nothing else.", ""]
     lines += ["## Pictures", ""] + [line for name, words in PICTURES.items() for line in (f"**{words}**", "", f"![{words}](pictures/study/{name}.png)", "")]
@@ -142,8 +145,9 @@ def main() -> None:
     folder.mkdir(parents=True, exist_ok=True)
     found = identification(folder)
     serial, knee, compared = (study(name, folder) for name in ("serial", "knee", "arrangements"))
+    geared = study("knee", folder, "knee_geared")
     parts = {"Identification (3.1)": identification_claims(found), "Serial actuator (3.2)": [*(Claim(**one) for one in serial["claims"]), *consistency(serial)],
-             "Knee (3.3)": [Claim(**one) for one in knee["claims"]]}
+             "Knee (3.3)": [Claim(**one) for one in knee["claims"]], "Knee with a slower gear (3.3)": [Claim(**one) for one in geared["claims"]]}
     arguments.output.write_text(page(parts, compared), encoding="utf-8")
     print(arguments.output)
 

@@ -29,7 +29,7 @@ def run(arguments: argparse.Namespace) -> int:
     from epa_rt.models.plant_file import load_plant
     from epa_rt.study.grid import LOOP_ROOMS, GridError, code_digest
     from epa_rt.study.knee import load_knee
-    from epa_rt.study.knee_claims import catalogue_claims, equal_motion_claim, knee_claims
+    from epa_rt.study.knee_claims import catalogue_claims, equal_motion_claims, knee_claims
     from epa_rt.study.knee_study import run_catalogue, run_conditions, run_equal_motion
     from epa_rt.study.report.knee import catalogue_figures, knee_page, saved_figure, swing_figure
 
@@ -47,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
             equal = run_equal_motion(asked, params, how(arguments))
     except GridError as error:
         raise VerbError(str(error)) from None
-    claims = [*knee_claims(found), equal_motion_claim(equal), *catalogue_claims(catalogue)]
+    claims = [*knee_claims(found), *equal_motion_claims(equal), *catalogue_claims(catalogue)]
     _show(found, claims)
     figures = {}
     if arguments.html or arguments.pictures:

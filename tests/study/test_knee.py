@@ -106,3 +106,27 @@ def test_a_bad_study_file_is_one_sentence(old, new, said, tmp_path):
     path.write_text(text.replace(old, new, 1), encoding="utf-8")
     with pytest.raises(ConfigError, match=said):
         load_knee(path)
+
+
+def test_on_the_slower_gear_the_pressures_change_places():
+    """Fig. 9's statement: more pressure saves more at low frequency and less at high, and both always save."""
+    params = load_plant(ROOT / "config/plants/knee_geared.yaml").params
+    energy = np.array([[at_setting(params, 0.005, (185e3, p, 2.0 * np.pi * hz))["energy_a2_s"] for hz in (1.0, 2.0)] for p in (101325.0, 145e3, 170e3)])
+    saved = 1.0 - energy[1:] / energy[0]
+    assert (saved > 0.0).all()
+    assert saved[1, 0] > saved[0, 0] and saved[1, 1] < saved[0, 1]
+
+
+def test_equal_motion_tells_a_crossing_from_none(asked):
+    from epa_rt.study.knee_claims import equal_motion_claims
+    from epa_rt.study.knee_study import EqualMotion
+
+    rising = np.linspace(-0.2, 0.2, len(asked.catalogue_rad_s))
+
+    def made(high):
+        return EqualMotion(asked, {(s, p): 1.0 - {NONE: 0.0 * rising, 145e3: 0.3 + 0.0 * rising, 170e3: high}[p] for s, p in asked.conditions}, np.ones(1))
+
+    assert [claim.holds for claim in equal_motion_claims(made(0.3 - rising))] == [True, True]
+    assert "cross at 1.25 Hz" in equal_motion_claims(made(0.3 - rising))[1].ours
+    assert [claim.holds for claim in equal_motion_claims(made(0.4 + 0.0 * rising))] == [True, False]
+    assert equal_motion_claims(made(-0.1 - rising))[0].holds is False
