@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from epa_rt.gap.blind.figures import figures
-from epa_rt.gap.blind.seal import can_hide, hidden_command, opened, python_command
+from epa_rt.gap.blind.seal import SealError, can_hide, hidden_command, opened, python_command
 from epa_rt.gap.blind.shown import closing_line, table
 
 LONGEST_S = 3600
@@ -31,6 +31,9 @@ def score(cases: Path, sealed: Path, out: Path, html: Path, diagnoser: str, jobs
     answers, hides = out.with_suffix(".answers"), can_hide()
     diagnose_all(folders, answers, sealed, diagnoser, jobs, hides)
     truth = opened(sealed, cases)
+    missing = [case["case"] for case in truth["cases"] if not (answers / f"{case['case']}.json").exists()]
+    if missing:
+        raise SealError(f"{cases}: found no {', '.join(missing[:5])}, expected every case that was sealed")
     judged = [(case, json.loads((answers / f"{case['case']}.json").read_text(encoding="utf-8"))) for case in truth["cases"]]
     if again is not None:
         again(judged, answers, hides)

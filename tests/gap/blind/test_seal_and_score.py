@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 from pathlib import Path
 
 import pytest
@@ -86,6 +87,12 @@ def test_score_goes_on_where_it_was_interrupted_and_counts(cases):
     assert values["first"]["value"] == 0.0
     assert text.splitlines()[-1].startswith("first 0 % of 1")
     assert (cases.parent / "careful.html").stat().st_size > 1000
+
+
+def test_a_case_that_was_taken_away_is_missed(cases):
+    shutil.rmtree(cases / "case_001")
+    with pytest.raises(SealError, match="found no case_001"):
+        scored(cases, "careful")
 
 
 def test_a_diagnosis_that_dies_counts_as_wrong(cases):
