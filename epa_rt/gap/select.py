@@ -52,7 +52,7 @@ def select(problem: Problem, base: Point, left_at: LeftAt, rules: Rules = Rules(
         problem, point = rescaled(problem, point, left_at(point))
     if len(roles) > 1:
         roles, point = _pruned(problem, roles, point, first, left_at, rules)
-    return Selection(problem, first.point if first else base, tuple(roles), point, refused)
+    return Selection(problem, first.point if first else base, tuple(roles), point, refused if roles or refused else first)
 
 
 def rescaled(problem: Problem, point: Point, left: Left) -> tuple[Problem, Point]:
