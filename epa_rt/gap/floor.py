@@ -83,13 +83,14 @@ def _twins(subject: Subject, recording: Recording, values: Values, seed: int) ->
     same in all and counts as bias, rounding that hangs on chance does not.
     """
     random = np.random.default_rng(seed)
+    first = int(random.integers(1, 2**31))  # seeds in a row: a subject may spread evenly over them what few twins would sample badly
     found = []
     for i in range(TWINS):
         own = dict(values)
         for knob in subject.nominal:
             at = own.get(knob.key, knob.value) + (APART if i else 0.0) * knob.spread * random.standard_normal()
             own[knob.key] = float(np.clip(at, knob.low, knob.high))
-        twin = subject.free_run(recording, own, int(random.integers(1, 2**31)))
+        twin = subject.free_run(recording, own, first + i)
         if twin is None:
             return []
         found.append(_residuals(subject, twin, own))

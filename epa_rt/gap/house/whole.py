@@ -13,6 +13,8 @@ from epa_rt.models.ports import SENSORS
 
 DITHERED = 0.2  # noise in steps from which on a converter's rounding hangs on the noise
 
+_EVEN = (0.6180339887498949, 0.7548776662466927)  # spread the places of steps evenly over seeds in a row, and over channels
+
 
 def on_grid(recording: Recording) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Columns on a gapless grid of cycles (NaN where cycles were lost), and each row's place on it (N,)."""
@@ -47,10 +49,10 @@ def run_whole(rig: Rig, channels: dict[str, Channel], params: np.ndarray, subste
     run(params, state, commands, recording.period_s, substeps, readings)
     made = dict(recording.columns)
     random = np.random.default_rng(seed)
-    for port, channel in channels.items():
+    for i, (port, channel) in enumerate(channels.items()):
         values = readings[port][place]
         if noise is not None:
-            size, shift = noise.get(port, 0.0), channel.step * random.uniform(-0.5, 0.5)
+            size, shift = noise.get(port, 0.0), channel.step * ((seed * _EVEN[0] + i * _EVEN[1]) % 1.0 - 0.5)
             if size >= DITHERED * channel.step:
                 shift = 0.0
             values = channel.quantised(values + shift + size * random.standard_normal(len(values))) - shift
