@@ -22,11 +22,11 @@ class PictureError(Exception):
 
 
 def study_page(title: str, lead: Sequence[str], figures: Mapping[str, Figure], claims: Sequence[Claim], more: Sequence[Section] = ()) -> str:
-    """A self-contained page: lead, claims, one section per figure (its key is its title), further sections."""
+    """A self-contained page: lead, one section per figure (its key is its title), further sections, claims."""
     head = join([tag("h1", title), *(paragraph(one) for one in lead)])
-    sections = [Section("claims", "Claims of the paper", claims_table(claims))] if claims else []
-    sections += [Section(f"picture{i}", name, embed(figure)) for i, (name, figure) in enumerate(figures.items())]
-    return page(title, head, [*sections, *more])
+    sections = [Section(f"picture{i}", name, embed(figure)) for i, (name, figure) in enumerate(figures.items())]
+    judged = [Section("claims", "Claims of the paper", claims_table(claims))] if claims else []
+    return page(title, head, [*sections, *more, *judged])
 
 
 def claims_table(claims: Sequence[Claim]) -> Html:
