@@ -55,6 +55,7 @@ def judge(folder: Path, truth: dict) -> dict:
     nothing = fitting.fit(Law((), (), truth["same_law"]))
     z = fitting.last
     fits = [fitting.fit(law, z) for law in (own, *rivals)]
+    fits = [fit._replace(chi=min(fit.chi, nothing.chi)) for fit in fits]  # at no strength every law is nothing
     return {**_said(truth, nothing, fits), "wall_seconds": time.process_time() - begun_s, "runs": fitting.runs,
             "chi": [["nothing", nothing.chi], *([" + ".join(f.law.effects), f.chi] for f in fits)], "fitted": fits[0].values}
 
