@@ -35,3 +35,15 @@ def test_two_seeds_differ_and_one_seed_does_not():
     one, same, other = (house.free_run(log, {}, seed).columns["muscle_force_n"] for seed in (1, 1, 2))
     assert np.array_equal(one, same) and not np.array_equal(one, other)
     assert np.std(one - other) == pytest.approx(np.sqrt(2) * np.hypot(0.3, 0.2441 / np.sqrt(12)), rel=0.05)
+
+
+def test_rounding_that_no_noise_dithers_is_another_one_in_every_twin():
+    house, log = subject("bench"), recorded("bench", 1)
+    channel = house.channels["motor_speed_rad_s"]
+    clean, step = house.free_run(log, {}, None).columns[channel.column], channel.step / abs(channel.scale)
+    errors = [house.free_run(log, {}, seed).columns[channel.column] - clean for seed in range(1, 7)]
+    assert max(np.abs(error).max() for error in errors) < 0.501 * step
+    held = np.abs(np.diff(clean)) < 0.01 * step  # a speed that stands on one count
+    assert held.sum() > 1000
+    spread = np.std([error[1:][held] for error in errors], axis=0)
+    assert np.quantile(spread, 0.1) > 0.1 * step  # at one place of the steps all six would round alike
