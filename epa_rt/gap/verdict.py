@@ -17,7 +17,8 @@ class Bars:
     ``gap``: explainable chi-square per sample from which a link has a gap worth a word, however many samples prove it;
     ``sure``: the same summed over its samples, so that few samples do not invent one. ``predictable``: part of a link's excess
     over the floor that the effects or the generic model must foresee on data left out; less is noise that the floor does not know.
-    ``noise``: chi-square per sample that the method itself may leave of a rig without a gap. ``covered``: part of the excess
+    ``alone``: chi-square per sample below which the generic model's word alone is no gap: the torque balances of gap-free stand-in
+    rigs reach it. ``noise``: chi-square per sample that the method itself may leave of a rig without a gap. ``covered``: part of the excess
     over that which the effects must explain to be the cause, over all links and (``covered_link``) in each that has at
     least ``major`` of the excess. ``trifle``: what stays over the noise without being a gap. They are all of it where no more
     than ``small`` is left over the noise, or where they explain ``whole`` of the excess and leave less than ``few``, three
@@ -32,6 +33,7 @@ class Bars:
     gap: float = 0.05
     sure: float = 300.0
     predictable: float = 0.2
+    alone: float = 1.6
     noise: float = 1.4
     covered: float = 0.6
     covered_link: float = 0.5
@@ -73,7 +75,7 @@ def _most(before: Left, after: Left, name: str, bars: Bars) -> float:
     alone is none where the link is no further off than the method itself may be.
     """
     first, last = before.links[name], after.links[name]
-    if first.before < bars.noise:
+    if first.before < bars.alone:
         return max(first.before - max(last.before, 1.0), 0.0)
     return max(first.before - max(min(first.after, last.after, last.before), 1.0), 0.0)
 
