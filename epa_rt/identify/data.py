@@ -68,9 +68,13 @@ def trials(recordings: Sequence[Recording], rig: Rig, params: np.ndarray) -> lis
     """Every trial of all recordings in which the muscle moves.
 
     Samples without a value are cut off at the ends, refused in the middle. The pressure sensor's lag, as the plant file
-    has it, is taken back: gas that answers late looks like damping. Raises IdentifyError.
+    has it, is taken back: gas that answers late looks like damping. Raises IdentifyError, also where a load moves the muscle.
     """
     pressure, force, travel = _signals(rig)
+    load = params["load"][0]
+    if load["kind_code"] != 0.0 and load["load0_ratio"] != 0.0:
+        raise IdentifyError(f"found a plant file whose load moves the muscle as well (load: kind_code: {load['kind_code']:g}, load0: {load['load0_ratio']:g}), "
+                            "expected a muscle held by the load cell (kind_code: 0): its length is read from the motor's travel alone")
     found = []
     for recording in recordings:
         missing = [name for name in (pressure, force, travel) if name not in recording.columns]

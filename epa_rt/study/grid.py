@@ -55,17 +55,21 @@ class Store:
         self.path = folder / f"{name}-{key}.jsonl" if folder else None
 
     def read(self) -> dict[Point, Found]:
-        """What is there. A line cut off by an interruption is left out."""
+        """What is there. A line that was cut off or spoilt is left out. Raises GridError where the file cannot be read."""
         found: dict[Point, Found] = {}
         if self.path is None or not self.path.exists():
             return found
-        for line in self.path.read_text("utf-8").splitlines():
+        try:
+            lines = self.path.read_text("utf-8", errors="replace").splitlines()
+        except OSError as error:
+            raise GridError(f"{self.path}: cannot be read ({error.strerror})") from None
+        for line in lines:
             try:
                 held = json.loads(line)
-                found[tuple(held["at"])] = {name: math.nan if value is None else value for name, value in held["found"].items()}
+                found[tuple(map(float, held["at"]))] = {name: _number(value) for name, value in held["found"].items()}
             except (ValueError, KeyError, TypeError, AttributeError):
                 continue
-        return found
+        return _alike(found)
 
     def add(self, results: Sequence[tuple[Point, Found]]) -> None:
         """Appends whole lines. Raises GridError where it cannot write."""
@@ -79,6 +83,19 @@ class Store:
                 file.write("".join(f"\n{line}" for line in lines) + "\n")  # the leading newline ends a line that was cut off
         except OSError as error:
             raise GridError(f"{self.path}: cannot be written ({error.strerror})") from None
+
+
+def _number(value: Any) -> float | list[float]:
+    if isinstance(value, list):
+        return [float(one) for one in value]
+    return math.nan if value is None else float(value)
+
+
+def _alike(found: dict[Point, Found]) -> dict[Point, Found]:
+    """Those that have the figures that most have: a line that lost one is computed again."""
+    names = [frozenset(one) for one in found.values()]
+    usual = max(set(names), key=names.count, default=frozenset())
+    return {at: one for at, one in found.items() if frozenset(one) == usual}
 
 
 def solve(task: Task, points: Sequence[Point], store: Store, how: How = How(),
@@ -130,6 +147,6 @@ def _client(address: str):
 
     try:
         return Client(address, timeout="5s", set_as_default=False)
-    except (OSError, ValueError, TypeError) as error:
+    except Exception as error:  # what a bad address raises depends on how it is bad, up to a bare RuntimeError
         reason = (str(error).splitlines() or [type(error).__name__])[0]
         raise GridError(f"--cluster: found no Dask scheduler at {address} ({reason[:120]}), expected an address such as tcp://host:8786") from None

@@ -53,9 +53,19 @@ def load_knee(path: Path) -> Knee:
     rig = said.name("rig")
     atmosphere_pa = 101325.0
     seconds = said.quantity("seconds", "s", 2.0 * FADE_S, 3600.0)
-    return Knee(path.stem, path.parent / rig, said.pressures("spam", atmosphere_pa), said.pressures("ppam", atmosphere_pa),
+    asked = Knee(path.stem, path.parent / rig, said.pressures("spam", atmosphere_pa), said.pressures("ppam", atmosphere_pa),
                 said.quantity("peak_to_peak", "rad", 1e-3, 1.0), said.quantity("from", "Hz", 0.05, 20.0), said.quantity("to", "Hz", 0.05, 20.0), seconds,
                 said.pressures("catalogue_spam", atmosphere_pa), said.pressures("catalogue_ppam", atmosphere_pa), said.frequencies("catalogue_frequency"))
+    if not _edges(asked).size > 1:
+        raise said.source.error(("seconds",), f"{seconds:g} s", f"a chirp long enough for one whole period beside its fades ({FADE_S:g} s at each end)")
+    return asked
+
+
+def _edges(asked: Knee) -> np.ndarray:
+    """Turns of the chirp at which its whole periods begin and end, without those in which it fades."""
+    t = np.array([FADE_S, asked.seconds - FADE_S])
+    first, last = (asked.from_hz + 0.5 * (asked.to_hz - asked.from_hz) / asked.seconds * t) * t
+    return np.arange(math.ceil(first), math.floor(last) + 1)
 
 
 def experiment_text(asked: Knee, spam_pa: float, ppam_pa: float) -> str:
@@ -91,8 +101,7 @@ def periods(asked: Knee, current_a: np.ndarray, angle_rad: np.ndarray, period_s:
     t = np.arange(len(current_a)) * period_s
     rate = (asked.to_hz - asked.from_hz) / asked.seconds
     turns = (asked.from_hz + 0.5 * rate * t) * t
-    wanted = np.arange(math.ceil(np.interp(FADE_S, t, turns)), math.floor(np.interp(asked.seconds - FADE_S, t, turns)) + 1)
-    edges = np.searchsorted(turns, wanted)
+    edges = np.searchsorted(turns, _edges(asked))
     rows = [(asked.from_hz + rate * 0.5 * (t[a] + t[min(b, len(t) - 1)]), float(np.sum(current_a[a:b] ** 2) * period_s), float(np.ptp(angle_rad[a:b])), float(np.abs(current_a[a:b]).max()))
             for a, b in zip(edges[:-1], edges[1:], strict=True) if b < len(t)]
     return Periods(*(np.array(column) for column in zip(*rows, strict=True))) if rows else Periods(*(np.zeros(0),) * 4)

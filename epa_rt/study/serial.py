@@ -62,10 +62,16 @@ def load_serial(path: Path) -> Serial:
     plant = said.plant("plant")
     if plant.params["load"]["kind_code"][0] != 1.0:
         raise said.source.error(("plant",), f"'{plant.name}', whose load is no mass", "a plant with load: kind_code: 1")
+    beside = said.plants("beside")
+    for i, one in enumerate(beside):
+        if one.params["load"]["kind_code"][0] != 1.0:
+            raise said.source.error(("beside", i), f"'{one.name}', whose load is no mass", "a plant with load: kind_code: 1")
+        if one.name in (plant.name, *(other.name for other in beside[:i])):
+            raise said.source.error(("beside", i), f"a second plant named '{one.name}'", "plants that name themselves apart ('plant:' in their files)")
     atmosphere_pa = float(plant.params["gas"]["atmosphere_pa"][0, 0])
     lag = said.quantity("servo_lag", "s", 1e-4, 0.1, LAG_S)
     pid = (said.quantity("kp", "1", 0.0, 1e3, PID[0]), said.quantity("ki", "1/s", 0.0, 1e5, PID[1]), said.quantity("kd", "s", 0.0, 10.0, PID[2]))
-    return Serial(path.stem, plant, said.plants("beside"), said.quantity("mean", "m", -1.0, 1.0),
+    return Serial(path.stem, plant, beside, said.quantity("mean", "m", -1.0, 1.0),
                   said.quantity("amplitude", "m", 1e-4, 0.1), said.pressures("pressure", atmosphere_pa), said.frequencies("frequency"),
                   Drive(pid, lag, min(STEP_S, lag / STEPS_PER_LAG)))
 

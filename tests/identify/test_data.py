@@ -8,6 +8,7 @@ import pytest
 from epa_rt.config.rig import load_rig
 from epa_rt.gap.recording import Recording, Span
 from epa_rt.identify.data import IdentifyError, trials
+from epa_rt.models.plant_file import load_plant
 from tests.identify.made import ATMOSPHERE_PA, ROOT, SLIP, made, motion, params
 
 RIG = load_rig(ROOT / "config/rigs/bench.yaml")
@@ -73,3 +74,9 @@ def test_a_rig_without_a_force_signal_is_refused(recording):
     blind = RIG.model_copy(update={"signals": tuple(row for row in RIG.signals if row.port != "force_n")})
     with pytest.raises(IdentifyError, match="has no muscle with force"):
         trials([recording], blind, params())
+
+
+@pytest.mark.parametrize("plant", ["knee", "mass"])
+def test_a_load_that_moves_the_muscle_is_refused(recording, plant):
+    with pytest.raises(IdentifyError, match="a plant file whose load moves the muscle as well"):
+        trials([recording], RIG, load_plant(ROOT / f"config/plants/{plant}.yaml").params)

@@ -99,8 +99,26 @@ def test_a_dask_cluster_gives_the_same(job, wanted, cluster, tmp_path):
     assert grid.solve(job, POINTS, store, grid.How(cluster=cluster)) == wanted
 
 
-@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense://x"])
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense://x", "nonsense"])
 @pytest.mark.filterwarnings("ignore")
 def test_no_cluster_is_one_sentence(job, address):
     with pytest.raises(grid.GridError, match="--cluster: found no Dask scheduler"):
         grid.solve(job, POINTS[:1], grid.Store(None, "x", "y"), grid.How(cluster=address))
+
+
+@pytest.mark.parametrize("spoil", [lambda text: b"\xff\xfe\x00" + text, lambda text: text.replace(b'"stroke_m"', b'"stroke"', 1), lambda text: text.replace(b'"stroke_m": ', b'"stroke_m": "much", "x": ', 1),
+                                   lambda text: text.replace(b'"at": [', b'"at": ["a", ', 1)], ids=("binary", "figure lost", "figure of text", "place of text"))
+def test_a_spoilt_line_is_computed_again(job, wanted, tmp_path, spoil):
+    store = grid.Store(tmp_path, "serial", "key")
+    grid.solve(job, POINTS, store, grid.How(jobs=1))
+    store.path.write_bytes(spoil(store.path.read_bytes().lstrip()))
+    rest = Counted(job)
+    assert grid.solve(rest, POINTS, store, grid.How(jobs=1)) == wanted
+    assert rest.calls == 1
+
+
+def test_a_store_that_cannot_be_read_says_so(job, tmp_path):
+    store = grid.Store(tmp_path, "serial", "key")
+    store.path.mkdir()
+    with pytest.raises(grid.GridError, match="cannot be read"):
+        grid.solve(job, POINTS, store, grid.How(jobs=1))

@@ -98,7 +98,7 @@ def test_more_support_takes_less_current():
     assert more["motion_m"] == pytest.approx(0.01, rel=0.03)
 
 
-@pytest.mark.parametrize(("old", "new", "said"), [("185 kPa abs,", "185 kPa,", "says what it is against"), ("seconds: 5 min", "seconds: 1 s", "4 to 3600 s"), ("rig: ../rigs/knee.yaml", "rig: 3", "the name of a file")])
+@pytest.mark.parametrize(("old", "new", "said"), [("185 kPa abs,", "185 kPa,", "says what it is against"), ("seconds: 5 min", "seconds: 1 s", "4 to 3600 s"), ("seconds: 5 min", "seconds: 4.5 s", "one whole period"), ("rig: ../rigs/knee.yaml", "rig: 3", "the name of a file")])
 def test_a_bad_study_file_is_one_sentence(old, new, said, tmp_path):
     text = STUDY.read_text(encoding="utf-8")
     assert old in text
@@ -130,3 +130,16 @@ def test_equal_motion_tells_a_crossing_from_none(asked):
     assert "cross at 1.25 Hz" in equal_motion_claims(made(0.3 - rising))[1].ours
     assert [claim.holds for claim in equal_motion_claims(made(0.4 + 0.0 * rising))] == [True, False]
     assert equal_motion_claims(made(-0.1 - rising))[0].holds is False
+
+
+def test_one_parallel_pressure_has_no_order(asked):
+    alone = dataclasses.replace(asked, ppam_pa=np.array([145e3]))
+    found = conditions(alone, lambda spam, ppam, hz: {NONE: 1.0, 145e3: 0.6}[ppam] + 0.0 * hz)
+    assert [claim.claim[:20] for claim in knee_claims(found)] == ["For a fixed SPAM the", "The movement pattern"]
+
+
+def test_the_price_of_keeping_off_the_edge(asked):
+    small = dataclasses.replace(asked, catalogue_spam_pa=np.array([1e5, 2e5, 3e5]), catalogue_ppam_pa=np.array([1.4e5]), catalogue_rad_s=2.0 * np.pi * np.array([1.0, 2.0]))
+    energy = np.array([[[1.0], [1.5], [3.0]], [[2.0], [0.5], [0.9]]])
+    found = Catalogue(small, {"energy_a2_s": energy, "motion_m": np.full(energy.shape, 0.01), "wanted_m": np.array(0.01)})
+    assert "one inside it takes 0.0 to 50.0 % more" in catalogue_claims(found)[0].why

@@ -1,5 +1,7 @@
 """Maps, the rule they give, and the experiment that the rule gives; study files with errors."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -70,6 +72,30 @@ def test_claims_can_fail():
     least = next(claim for claim in good if "near 800" in claim)
     assert good[rises] and good[least]
     assert not bad[rises] and not bad[least]
+
+
+def test_one_pressure_and_none_that_follows_have_their_words():
+    good = maps()
+    one = Maps(dataclasses.replace(good.asked, pressure_pa=np.array([800e3])), {name: figure[:, 14:15] for name, figure in good.of.items()})
+    assert any("800 kPa (the only one tried)" in claim.ours for claim in serial_claims(one, {}))
+    none = serial_claims(maps(motion_m=np.full((19, 19), np.nan)), {})
+    assert [(claim.holds, claim.ours) for claim in none] == [(False, "at no pressure and frequency of this study")]
+
+
+def test_claims_are_of_the_plant_and_the_pid_they_name():
+    good = maps()
+    asked = dataclasses.replace(good.asked, drive=dataclasses.replace(good.asked.drive, pid=(20.0, 50.0, 0.12)), plant=dataclasses.replace(good.asked.plant, name="other"))
+    found = serial_claims(Maps(asked, good.of), {"serial_eq8": good, "other muscle": good})
+    assert not any("The PID" in claim.claim for claim in found)
+    assert [claim.claim for claim in found if claim.why] == ["Eq. (8) simulates the serial actuator (serial_eq8)"]
+
+
+@pytest.mark.parametrize(("plant", "said"), [("knee", "whose load is no mass"), ("serial", "a second plant named 'serial'")])
+def test_a_plant_beside_must_be_another_mass(tmp_path, plant, said):
+    path = tmp_path / "serial.yaml"
+    path.write_text(STUDY.read_text(encoding="utf-8").replace("../plants/serial_eq8_no_c3.yaml", f"../plants/{plant}.yaml").replace("../plants", str(ROOT / "config/plants")), encoding="utf-8")
+    with pytest.raises(ConfigError, match=said):
+        load_serial(path)
 
 
 @pytest.mark.parametrize(("old", "new", "said"), [
