@@ -10,9 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from epa_rt.identify.data import HEAD_S, Normalisation, Trial, closed_path
+from epa_rt.identify.data import BLOCK_S, HEAD_S, Normalisation, Trial, closed_path
 
-BLOCK_S = 2.0           # longer than what a residual remembers of a stroke
 RESAMPLES = 300
 
 

@@ -3,6 +3,7 @@
 import hashlib
 import json
 import math
+import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,6 +14,7 @@ Task = Callable[[Point], Found]
 CHUNK = 6  # points per job: small enough that little is lost, large enough that sending does not matter
 ROOMS = ("epa_rt/models", "epa_rt/study")  # whose code a result depends on
 LOOP_ROOMS = ("epa_rt/config", "epa_rt/control", "epa_rt/experiments", "epa_rt/logs", "epa_rt/loop", "epa_rt/safety", "epa_rt/signals", "sim_backend")
+ADDRESS = re.compile(r"(\w+://)?(\[[0-9A-Fa-f:]+\]|[^:/\[\]\s]+):\d{1,5}")
 _ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -145,8 +147,11 @@ def _run(task: Task, chunks: Sequence[Sequence[Point]], how: How):
 def _client(address: str):
     from distributed import Client
 
+    wanted = "expected an address such as tcp://host:8786"
+    if not ADDRESS.fullmatch(address):  # a client that was made of such a one complains when it is cleaned up
+        raise GridError(f"--cluster: found no Dask scheduler at {address} (no HOST:PORT), {wanted}")
     try:
         return Client(address, timeout="5s", set_as_default=False)
     except Exception as error:  # what a bad address raises depends on how it is bad, up to a bare RuntimeError
         reason = (str(error).splitlines() or [type(error).__name__])[0]
-        raise GridError(f"--cluster: found no Dask scheduler at {address} ({reason[:120]}), expected an address such as tcp://host:8786") from None
+        raise GridError(f"--cluster: found no Dask scheduler at {address} ({reason[:120]}), {wanted}") from None

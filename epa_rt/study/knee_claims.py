@@ -3,7 +3,7 @@
 import numpy as np
 
 from epa_rt.study.claims import Claim
-from epa_rt.study.knee_study import Catalogue, Conditions, EqualMotion
+from epa_rt.study.knee_study import FOLLOWED_RATIO, Catalogue, Conditions, EqualMotion
 
 SUPPORT = "I^2 is mostly the torque that holds the shank against gravity. A parallel muscle carries part of that, and more pressure carries more, at every frequency."
 
@@ -66,7 +66,9 @@ def _always_low(found: Conditions) -> Claim:
 
 def equal_motion_claims(found: EqualMotion) -> list[Claim]:
     """Whether saving and order are those of the pressures, or of different motion."""
-    asked = found.asked
+    asked, motion = found.asked, found.motion_ratio
+    if not (np.isfinite(motion).all() and motion.min() >= FOLLOWED_RATIO and motion.max() <= 2.0 - FOLLOWED_RATIO):
+        return [Claim("3.3, Fig. 9", "PPAM saves also at equal motion (ideal servo; beyond the paper)", f"no equal motion: {100 * np.nanmin(motion):.0f} to {100 * np.nanmax(motion):.0f} % of the wanted swing", None, "")]
     low, high = float(asked.ppam_pa.min()), float(asked.ppam_pa.max())
     each = [(s, found.saved(s, low), found.saved(s, high)) for s in map(float, asked.spam_pa)]
     words = "; ".join(f"SPAM {s / 1e3:.0f}: {100 * a.min():.0f} to {100 * a.max():.0f} % with {low / 1e3:.0f}, {100 * b.min():.0f} to {100 * b.max():.0f} % with {high / 1e3:.0f} kPa" for s, a, b in each)

@@ -7,7 +7,7 @@ import pytest
 
 from epa_rt.config.rig import load_rig
 from epa_rt.gap.recording import Recording, Span
-from epa_rt.identify.data import IdentifyError, trials
+from epa_rt.identify.data import IdentifyError, remarks, trials
 from epa_rt.models.plant_file import load_plant
 from tests.identify.made import ATMOSPHERE_PA, ROOT, SLIP, made, motion, params
 
@@ -80,3 +80,9 @@ def test_a_rig_without_a_force_signal_is_refused(recording):
 def test_a_load_that_moves_the_muscle_is_refused(recording, plant):
     with pytest.raises(IdentifyError, match="a plant file whose load moves the muscle as well"):
         trials([recording], RIG, load_plant(ROOT / f"config/plants/{plant}.yaml").params)
+
+
+def test_few_blocks_are_said(recording):
+    found = trials([recording], RIG, params())
+    assert any("4 s of trials are 2 blocks of 2 s" in said for said in remarks(found))
+    assert not any("blocks" in said for said in remarks(found * 15))

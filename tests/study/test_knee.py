@@ -130,6 +130,8 @@ def test_equal_motion_tells_a_crossing_from_none(asked):
     assert "cross at 1.25 Hz" in equal_motion_claims(made(0.3 - rising))[1].ours
     assert [claim.holds for claim in equal_motion_claims(made(0.4 + 0.0 * rising))] == [True, False]
     assert equal_motion_claims(made(-0.1 - rising))[0].holds is False
+    apart = equal_motion_claims(dataclasses.replace(made(0.3 - rising), motion_ratio=np.array([0.02, 1.31])))
+    assert [(claim.holds, claim.ours) for claim in apart] == [(None, "no equal motion: 2 to 131 % of the wanted swing")]
 
 
 def test_one_parallel_pressure_has_no_order(asked):

@@ -1,5 +1,7 @@
 """The serial study's figures and page."""
 
+import numpy as np
+
 from epa_rt.report.charts import Figure
 from epa_rt.report.sections.section import Section
 from epa_rt.study.claims import Claim
@@ -12,15 +14,18 @@ TRACED_PA, TRACED_RAD_S = (500e3, 600e3, 800e3), 80.0
 
 
 def serial_figures(maps: Maps, beside: dict[str, Maps]) -> dict[str, Figure]:
-    """Figures by the name of their file."""
+    """Figures by the name of their file; none where the mass ran away everywhere."""
     asked = maps.asked
+    if not np.isfinite(maps.of["stroke_m"]).any():
+        return {}  # the mass ran away everywhere
     mid = float(asked.frequency_rad_s[abs(asked.frequency_rad_s - TRACED_RAD_S).argmin()])
     inside = [p for p in TRACED_PA if asked.pressure_pa.min() <= p <= asked.pressure_pa.max()] or [float(asked.pressure_pa[len(asked.pressure_pa) // 2])]
     atmosphere = float(asked.plant.params["gas"]["atmosphere_pa"][0, 1])
     drawn = [(p, trace(asked.plant.params, (p, atmosphere), asked.mean_m, asked.amplitude_m, mid, asked.drive)[0]) for p in inside]
     chosen = sorted({float(w) for w in asked.frequency_rad_s[[len(asked.frequency_rad_s) * i // 5 for i in (2, 3, 4)]]} | {mid})
-    found = {
-        "serial_traces": traces([d for d in drawn if len(d[1])], f"Mass and motor at {mid:g} rad/s (Fig. 5)."),
+    drawn = [d for d in drawn if len(d[1])]
+    found = {"serial_traces": traces(drawn, f"Mass and motor at {mid:g} rad/s (Fig. 5).")} if drawn else {}
+    found |= {
         "serial_stroke": over_pressure(maps, chosen, "Stroke, peak power and tension over pressure (Fig. 6)."),
         "serial_map_stroke": maps_figure(maps, "stroke_m", 100.0, "cm", "The motor's stroke, peak to peak; the line is the least at each frequency (Fig. 7)."),
         "serial_map_power": maps_figure(maps, "peak_power_w", 1.0, "W", "Peak of |F v| at the spool; the line is the least at each frequency (Fig. 8)."),
