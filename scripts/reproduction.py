@@ -1,12 +1,13 @@
 """docs/reproduction.md: one row per claim of the paper, with our figure, whether it holds, and why.
 
 Runs the identification (7 x 200 s through the loop), the serial study, the knee study and the arrangements into FOLDER, keeps
-what is there already (studies go on where they were; the identification's JSON is kept), and writes the page.
+what is there already and comes from the same files and code (studies go on where they were), and writes the page.
 
   python scripts/reproduction.py [FOLDER] [-o docs/reproduction.md]
 """
 
 import argparse
+import hashlib
 import json
 import shutil
 import subprocess
@@ -20,6 +21,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from epa_rt.study.claims import Claim  # noqa: E402
+from epa_rt.study.grid import LOOP_ROOMS, code_digest  # noqa: E402
 from epa_rt.study.serial import load_serial, solve  # noqa: E402
 
 PICTURES = {"serial_traces": "Fig. 5", "serial_stroke": "Fig. 6", "serial_map_stroke": "Fig. 7", "serial_map_power": "Fig. 8", "serial_rule": "Best pressure over frequency",
@@ -40,7 +42,11 @@ def epa(*arguments: object) -> None:
 
 
 def identification(folder: Path) -> dict:
-    answer = folder / "bench_paper.json"
+    """Run and identified again where its files or its code are not those of the answer that is there."""
+    digest = hashlib.sha256(code_digest(("epa_rt/identify", "epa_rt/models", *LOOP_ROOMS)).encode())
+    for name in ("experiments/identification.yaml", "rigs/bench.yaml", "plants/bench.yaml", "plants/bench_paper.yaml"):
+        digest.update((ROOT / "config" / name).read_bytes())
+    answer = folder / f"bench_paper-{digest.hexdigest()[:24]}.json"
     if not answer.exists():
         log = folder / "bench_paper.mcap"
         log.unlink(missing_ok=True)  # of a run that was interrupted before its identification

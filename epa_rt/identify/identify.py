@@ -17,6 +17,7 @@ from epa_rt.identify.physical import MODELS as PHYSICAL
 from epa_rt.identify.physical import PhysicalFit, fit_physical
 from epa_rt.identify.scores import Score, score
 from epa_rt.identify.selection import all_terms, effective_samples, select_terms
+from epa_rt.models.blocks.muscle import NO_LOAD
 
 HOLDOUTS = ("both", "trial", "pressure", "none")
 Progress = Callable[[str, float], None]
@@ -78,6 +79,10 @@ def _checked(found: Sequence[Trial], norm: Normalisation, groups: np.ndarray, as
     if max(float(t.length_m.max()) for t in found) < norm.no_load_m + 1e-3:
         raise IdentifyError(f"found lengths up to {max(t.length_m.max() for t in found) * 1e3:.1f} mm, expected some beyond the no-load length of "
                             f"{norm.no_load_m * 1e3:.1f} mm that the plant file gives the muscle")
+    braid_m = norm.no_load_m / NO_LOAD
+    if max(float(t.length_m.max()) for t in found) >= braid_m:
+        raise IdentifyError(f"found lengths up to {max(t.length_m.max() for t in found) * 1e3:.1f} mm, expected all shorter than the braid, which is "
+                            f"{braid_m * 1e3:.1f} mm in the plant file (braid_length; rest0 is the length at travel 0)")
     if asked.holdout == "pressure" and groups.max() == 0:
         raise IdentifyError(f"found one no-load pressure ({found[0].p0_pa / 1e3:.0f} kPa), expected several to leave one out")
     if asked.holdout == "trial" and len(found) == 1:

@@ -59,10 +59,12 @@ class Store:
     def read(self) -> dict[Point, Found]:
         """What is there. A line that was cut off or spoilt is left out. Raises GridError where the file cannot be read."""
         found: dict[Point, Found] = {}
-        if self.path is None or not self.path.exists():
+        if self.path is None:
             return found
         try:
             lines = self.path.read_text("utf-8", errors="replace").splitlines()
+        except (FileNotFoundError, NotADirectoryError):  # add() says what is wrong with the folder
+            return found
         except OSError as error:
             raise GridError(f"{self.path}: cannot be read ({error.strerror})") from None
         for line in lines:

@@ -78,6 +78,21 @@ def test_bad_input_is_one_sentence(log, capsys, arguments, words):
     assert words in said and said.count("\n") == 1
 
 
+@pytest.mark.parametrize(("old", "new", "words"), [
+    ("rest0: 12 cm", "rest0: 30 cm", "expected all shorter than the braid"),
+    ("braid_length: 20.78 cm", "braid_length: 14 cm", "expected all shorter than the braid"),
+    ("braid_length: 20.78 cm", "braid_length: 30 cm", "expected some beyond the no-load length"),
+    ("kind_code: 0", "kind_code: 1\n  load0: 1", "whose load moves the muscle as well"),
+], ids=("length", "short braid", "long braid", "moving load"))
+def test_a_plant_file_that_cannot_be_this_rig_is_one_sentence(log, capsys, tmp_path, old, new, words):
+    text = (ROOT / "config/plants/bench.yaml").read_text(encoding="utf-8")
+    assert old in text
+    (tmp_path / "p.yaml").write_text(text.replace(old, new), encoding="utf-8")
+    assert main(["identify", str(log), "--rig", str(RIG), "--plant", str(tmp_path / "p.yaml"), "--quiet"]) == 2
+    said = capsys.readouterr().err
+    assert words in said and said.count("\n") == 1
+
+
 def test_no_log_is_one_sentence(tmp_path, capsys):
     other = tmp_path / "x.mcap"
     other.write_bytes(b"nothing")
