@@ -15,7 +15,6 @@ import json
 import os
 import resource
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
@@ -66,19 +65,12 @@ def loop(which: str, chosen: argparse.Namespace, seconds: float) -> dict[str, np
 
 def run_beside(command: list[str], rig: Path, serve_arguments: list[str], timeout_s: float) -> subprocess.CompletedProcess:
     """As sim_backend.bus.namespace does it, but for root without a user namespace, in which not even root may SCHED_FIFO."""
-    from sim_backend.bus.namespace import command_beside
+    from sim_backend.bus.namespace import command_beside, run_line
 
     line = command_beside(command, rig, serve_arguments)
     if os.geteuid() == 0:
         line = [word for word in line if word not in ("--user", "--map-root-user")]
-    process = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
-    try:
-        out, errors = process.communicate(timeout=timeout_s)
-    except BaseException:
-        os.killpg(process.pid, signal.SIGKILL)
-        process.communicate()
-        raise
-    return subprocess.CompletedProcess(line, process.returncode, out, errors)
+    return run_line(line, timeout_s)
 
 
 @contextlib.contextmanager

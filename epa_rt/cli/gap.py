@@ -8,22 +8,14 @@
 """
 
 import argparse
-import importlib.util
+
+from epa_rt.cli.tasks import add_tasks, run_task
 
 TASKS = ("diagnose", "localise", "plan", "patch", "catalogue", "blind")
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
-    tasks = verb.add_subparsers(dest="task", metavar="TASK", required=True)
-    for task in filter(_is_there, TASKS):
-        module = importlib.import_module(f"epa_rt.cli.gap_{task}")
-        module.add_parser(tasks)
-        tasks.choices[task].set_defaults(run=module.run)
+    add_tasks(verb, "gap", TASKS)
 
 
-def _is_there(task: str) -> bool:
-    return importlib.util.find_spec(f"epa_rt.cli.gap_{task}") is not None
-
-
-def main(arguments: argparse.Namespace) -> int:
-    return arguments.run(arguments)
+main = run_task

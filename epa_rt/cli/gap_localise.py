@@ -10,8 +10,8 @@ from pathlib import Path
 
 from epa_rt.cli.exits import COMPLETED
 from epa_rt.cli.gap_inputs import add_log_arguments, add_rig_arguments, opened, task_parser
-from epa_rt.cli.gap_progress import progress_shown
-from epa_rt.cli.gap_write import check_writable, write_whole
+from epa_rt.cli.progress import progress_shown
+from epa_rt.cli.write import check_writable, write_whole
 
 
 def add_parser(tasks: "argparse._SubParsersAction") -> None:

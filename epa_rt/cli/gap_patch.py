@@ -8,7 +8,7 @@ from pathlib import Path
 
 from epa_rt.cli.exits import COMPLETED, VerbError
 from epa_rt.cli.gap_inputs import add_rig_arguments, open_rig, task_parser
-from epa_rt.cli.gap_write import check_writable, write_whole
+from epa_rt.cli.write import check_writable, write_whole
 
 
 def add_parser(tasks: "argparse._SubParsersAction") -> None:

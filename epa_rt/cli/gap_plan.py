@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, VerbError
 from epa_rt.cli.gap_inputs import Opened, add_log_arguments, add_rig_arguments, opened, task_parser
-from epa_rt.cli.gap_progress import progress_shown
-from epa_rt.cli.gap_write import check_writable, write_whole
+from epa_rt.cli.progress import progress_shown
+from epa_rt.cli.write import check_writable, write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -37,8 +37,8 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
 
 
 def main(arguments: argparse.Namespace) -> int:
-    from epa_rt.cli.gap_progress import progress_shown
-    from epa_rt.cli.gap_write import check_writable, write_whole
+    from epa_rt.cli.progress import progress_shown
+    from epa_rt.cli.write import check_writable, write_whole
     from epa_rt.identify.data import IdentifyError
     from epa_rt.identify.identify import Asked, identify
     from epa_rt.identify.report.terminal import console, show

@@ -6,22 +6,14 @@
 """
 
 import argparse
-import importlib.util
+
+from epa_rt.cli.tasks import add_tasks, run_task
 
 TASKS = ("serial", "rule", "knee", "arrangements")
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
-    tasks = verb.add_subparsers(dest="task", metavar="TASK", required=True)
-    for task in filter(_is_there, TASKS):
-        module = importlib.import_module(f"epa_rt.cli.study_{task}")
-        module.add_parser(tasks)
-        tasks.choices[task].set_defaults(run=module.run)
+    add_tasks(verb, "study", TASKS)
 
 
-def _is_there(task: str) -> bool:
-    return importlib.util.find_spec(f"epa_rt.cli.study_{task}") is not None
-
-
-def main(arguments: argparse.Namespace) -> int:
-    return arguments.run(arguments)
+main = run_task

@@ -7,7 +7,7 @@ import argparse
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, VerbError
-from epa_rt.cli.study_grid import add_grid_arguments, check_grid_arguments, how, write_answers
+from epa_rt.cli.study_grid import add_grid_arguments, check_grid_arguments, grid_progress, how, write_answers
 
 if TYPE_CHECKING:
     from epa_rt.study.arrangements import Compared
@@ -19,18 +19,13 @@ def add_parser(tasks: argparse._SubParsersAction) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from epa_rt.cli.gap_progress import progress_shown
     from epa_rt.study.arrangements import compare, load_arrangements
-    from epa_rt.study.grid import GridError
     from epa_rt.study.report.arrangements import arrangements_figures, arrangements_page
 
     check_grid_arguments(arguments)
     asked = load_arrangements(arguments.study)
-    try:
-        with progress_shown(arguments.quiet) as progress:
-            found = compare(asked, arguments.store, how(arguments), progress)
-    except GridError as error:
-        raise VerbError(str(error)) from None
+    with grid_progress(arguments.quiet) as progress:
+        found = compare(asked, arguments.store, how(arguments), progress)
     _show(found)
     figures = arrangements_figures(found) if arguments.html or arguments.pictures else {}
     page = arrangements_page(found, figures) if arguments.html else None

@@ -2,7 +2,8 @@
 
 import argparse
 import json
-import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -34,7 +35,7 @@ def add_grid_arguments(parser: argparse.ArgumentParser) -> None:
 
 def check_grid_arguments(arguments: argparse.Namespace) -> None:
     """Raises VerbError before any work where a file could not be written in the end."""
-    from epa_rt.cli.gap_write import check_writable
+    from epa_rt.cli.write import check_writable
 
     check_writable(arguments.json, (".json",))
     check_writable(arguments.html, (".html", ".htm"))
@@ -49,14 +50,28 @@ def how(arguments: argparse.Namespace, threads: bool = True) -> "How":
     return How(arguments.jobs, arguments.cluster, threads)
 
 
+@contextmanager
+def grid_progress(quiet: bool) -> Iterator[Callable[[str, float], None]]:
+    """Progress of a grid; what stops the grid becomes one sentence to the operator. Raises VerbError."""
+    from epa_rt.cli.progress import progress_shown
+    from epa_rt.study.grid import GridError
+
+    try:
+        with progress_shown(quiet) as progress:
+            yield progress
+    except GridError as error:
+        raise VerbError(str(error)) from None
+
+
 def write_answers(arguments: argparse.Namespace, answer: dict[str, Any], page: str | None, figures: "dict[str, Figure]") -> list[Path]:
     """Writes what was asked for; the files that came of it."""
-    from epa_rt.cli.gap_write import write_whole
+    from epa_rt.cli.write import write_whole
+    from epa_rt.gap.report.as_json import finite
     from epa_rt.study.report.page import PictureError, write_pictures
 
     written = []
     if arguments.json:
-        write_whole(arguments.json, json.dumps(plain(answer), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+        write_whole(arguments.json, json.dumps(finite(answer), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
         written.append(arguments.json)
     if arguments.html and page:
         write_whole(arguments.html, page)
@@ -67,14 +82,3 @@ def write_answers(arguments: argparse.Namespace, answer: dict[str, Any], page: s
         except (PictureError, OSError) as error:
             raise VerbError(str(error), FAILED) from None
     return written
-
-
-def plain(value: Any) -> Any:
-    """Numbers, lists and dicts as JSON knows them; NaN becomes null."""
-    if isinstance(value, dict):
-        return {str(key): plain(one) for key, one in value.items()}
-    if hasattr(value, "tolist"):
-        return plain(value.tolist())
-    if isinstance(value, (list, tuple)):
-        return [plain(one) for one in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -10,7 +10,7 @@ import argparse
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, VerbError
-from epa_rt.cli.study_grid import add_grid_arguments, check_grid_arguments, how, write_answers
+from epa_rt.cli.study_grid import add_grid_arguments, check_grid_arguments, grid_progress, how, write_answers
 
 if TYPE_CHECKING:
     from epa_rt.study.claims import Claim
@@ -23,11 +23,10 @@ def add_parser(tasks: argparse._SubParsersAction) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from epa_rt.cli.gap_progress import progress_shown
     from epa_rt.cli.study_condition import run_condition
     from epa_rt.config.rig import load_rig
     from epa_rt.models.plant_file import load_plant
-    from epa_rt.study.grid import LOOP_ROOMS, GridError, code_digest
+    from epa_rt.study.grid import LOOP_ROOMS, code_digest
     from epa_rt.study.knee import load_knee
     from epa_rt.study.knee_claims import catalogue_claims, equal_motion_claims, knee_claims
     from epa_rt.study.knee_study import run_catalogue, run_conditions, run_equal_motion
@@ -40,13 +39,10 @@ def run(arguments: argparse.Namespace) -> int:
     if params["load"]["kind_code"][0] != 2.0:
         raise VerbError(f"{plant_path}: found a plant whose load is no knee, expected load: kind_code: 2")
     version = b"\0".join([asked.rig.read_bytes(), plant_path.read_bytes(), code_digest(LOOP_ROOMS).encode()])
-    try:
-        with progress_shown(arguments.quiet) as progress:
-            found = run_conditions(asked, run_condition, version, arguments.store, arguments.jobs, progress)
-            catalogue = run_catalogue(asked, params, arguments.store, how(arguments), progress)
-            equal = run_equal_motion(asked, params, how(arguments))
-    except GridError as error:
-        raise VerbError(str(error)) from None
+    with grid_progress(arguments.quiet) as progress:
+        found = run_conditions(asked, run_condition, version, arguments.store, arguments.jobs, progress)
+        catalogue = run_catalogue(asked, params, arguments.store, how(arguments), progress)
+        equal = run_equal_motion(asked, params, how(arguments))
     claims = [*knee_claims(found), *equal_motion_claims(equal), *catalogue_claims(catalogue)]
     _show(found, claims)
     figures = {}

@@ -19,7 +19,7 @@ def add_parser(tasks: argparse._SubParsersAction) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from epa_rt.cli.gap_write import check_writable, write_whole
+    from epa_rt.cli.write import check_writable, write_whole
     from epa_rt.config.units import UnitError
     from epa_rt.study.rule import experiment_text, load_rule
     from epa_rt.study.setting import angular

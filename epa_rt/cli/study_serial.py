@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, VerbError
-from epa_rt.cli.study_grid import add_grid_arguments, check_grid_arguments, how, write_answers
+from epa_rt.cli.study_grid import add_grid_arguments, check_grid_arguments, grid_progress, how, write_answers
 
 if TYPE_CHECKING:
     from epa_rt.study.claims import Claim
@@ -29,10 +29,8 @@ def add_parser(tasks: argparse._SubParsersAction) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from epa_rt.cli.gap_progress import progress_shown
-    from epa_rt.cli.gap_write import check_writable, write_whole
+    from epa_rt.cli.write import check_writable, write_whole
     from epa_rt.study.claims import serial_claims
-    from epa_rt.study.grid import GridError
     from epa_rt.study.report.serial import serial_figures, serial_page
     from epa_rt.study.rule import rule_of, rule_text
     from epa_rt.study.serial import load_serial, solve
@@ -40,13 +38,10 @@ def run(arguments: argparse.Namespace) -> int:
     check_grid_arguments(arguments)
     check_writable(arguments.rule, (".yaml", ".yml"))
     asked = load_serial(arguments.study)
-    try:
-        with progress_shown(arguments.quiet) as progress:
-            maps = solve(asked, arguments.store, how(arguments), progress)
-            plants = () if arguments.no_beside else asked.beside
-            beside = {plant.name: solve(asked, arguments.store, how(arguments), progress, plant) for plant in plants}
-    except GridError as error:
-        raise VerbError(str(error)) from None
+    with grid_progress(arguments.quiet) as progress:
+        maps = solve(asked, arguments.store, how(arguments), progress)
+        plants = () if arguments.no_beside else asked.beside
+        beside = {plant.name: solve(asked, arguments.store, how(arguments), progress, plant) for plant in plants}
     claims = serial_claims(maps, beside)
     _show(maps, claims)
     written: list[Path] = []

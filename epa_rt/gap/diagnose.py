@@ -116,7 +116,7 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
         verdict=verdict, says=says, found_first=tuple(f"{r.name}: {what}" for r in recordings for what in r.found),
         location=places if named else source_first(places), effects=named,
         nominal_moved=_moved(problem, normal), not_tested=silent, shrinkage=tuple(rows), refitted=dict(selection.base.values), fitted=dict(values),
-        remainder=remainders(subject, problem.prepared, selection.base.values, values, problem.floors))
+        remainder=remainders(subject, problem.prepared, selection.base.values, values, problem.floors, problem.designs))
 
 
 def _odd(found: Attribution, blocks: Sequence[str]) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from epa_rt.gap.floor import Floor
+from epa_rt.gap.generic import Design
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import Subject, Values
 from epa_rt.models.effect import Effect, Knob
@@ -51,6 +52,7 @@ class Problem:
         self._lock = threading.Lock()
         self.evaluations = 0
         self._strength: dict[str, tuple[str, ...]] = {}
+        self.designs: dict[str, Design] = {}  # of the generic model, by link: they hang on recordings and floors alone
         self._lay_out()
 
     def _lay_out(self) -> None:

@@ -1,6 +1,5 @@
 """What is left after the named effects: which variables, memories and rates it depends on, and how much they explain."""
 
-import threading
 from collections.abc import Mapping
 
 import numpy as np
@@ -11,53 +10,43 @@ from epa_rt.gap.generic import Design, GenericFit, designed, fit_generic
 from epa_rt.gap.localise import unbiased
 from epa_rt.gap.subject import Subject, Values
 
+Designs = dict[str, Design]
 WORTH_DESCRIBING = 1.3     # whitened chi-square per sample below which nothing is left that could be described
 
 
 def generic_of(subject: Subject, prepared: Mapping[str, object], values: Values, floors: Mapping[str, Floor], link: str,
-               ranked: bool = False) -> GenericFit:
-    """The generic model of one link's residual at these values, over all recordings."""
+               ranked: bool = False, designs: Designs | None = None) -> GenericFit:
+    """The generic model of one link's residual at these values, over all recordings.
+
+    ``designs``: the whitened terms by link, kept by who asks again for the same recordings and floors.
+    """
     floor = floors[link]
     residuals = {name: unbiased(subject.residual(one, values, link), floor, name) for name, one in prepared.items()}
     residuals = {name: r for name, r in residuals.items() if np.isfinite(r).any()}
     if not residuals:
         return GenericFit(link, 0, 1.0, 1.0, 0.0, ())
-    return fit_generic(link, residuals, _design(subject, prepared, residuals, floor, link), ranked)
-
-
-_KEPT: dict[tuple, tuple[object, Design]] = {}   # the last few, with what their keys stand for
-_MOST_KEPT = 12
-_LOCK = threading.Lock()
-
-
-def _design(subject: Subject, prepared: Mapping[str, object], residuals: Mapping[str, np.ndarray], floor: Floor, link: str) -> Design:
-    """The whitened terms of a link, kept: they hang on the recordings and the floor alone, and a diagnosis asks again and again."""
-    key = (link, id(floor), tuple((name, id(prepared[name])) for name in residuals))
-    with _LOCK:
-        kept = _KEPT.get(key)
-    if kept is None:
+    designs = {} if designs is None else designs
+    if link not in designs:
         states = {name: subject.features(prepared[name], link) for name in residuals}
-        kept = ((floor, [prepared[name] for name in residuals]), designed(residuals, states, floor, subject.rate_hz))
-        with _LOCK:
-            while len(_KEPT) >= _MOST_KEPT:
-                _KEPT.pop(next(iter(_KEPT)))
-            _KEPT[key] = kept
-    return kept[1]
+        designs[link] = designed(residuals, states, floor, subject.rate_hz)
+    return fit_generic(link, residuals, designs[link], ranked)
 
 
-def remainders(subject: Subject, prepared: Mapping[str, object], before: Values, after: Values, floors: Mapping[str, Floor]) -> tuple[Remainder, ...]:
+def remainders(subject: Subject, prepared: Mapping[str, object], before: Values, after: Values, floors: Mapping[str, Floor],
+               designs: Designs | None = None) -> tuple[Remainder, ...]:
     """What is left at ``after`` (named effects on) in every link, and how much of what could be explained was.
 
-    ``before``: values with the nominal parameters refitted and no effect. Links at their floor are left out.
+    ``before``: values with the nominal parameters refitted and no effect. Links at their floor are left out. ``designs``: as
+    for ``generic_of``.
     """
-    found = []
+    found, designs = [], {} if designs is None else designs
     for link in subject.links:
         if link.name not in floors:
             continue
-        rest = generic_of(subject, prepared, after, floors, link.name, ranked=True)
+        rest = generic_of(subject, prepared, after, floors, link.name, ranked=True, designs=designs)
         if rest.samples == 0 or rest.before < WORTH_DESCRIBING:
             continue
-        first = generic_of(subject, prepared, before, floors, link.name)
+        first = generic_of(subject, prepared, before, floors, link.name, designs=designs)
         explainable = first.before - first.after
         residual = np.concatenate([unbiased(subject.residual(one, after, link.name), floors[link.name], name) for name, one in prepared.items()])
         found.append(Remainder(

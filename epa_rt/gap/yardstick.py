@@ -33,7 +33,7 @@ def explainable(fit: GenericFit) -> float:
 
 def left_at(problem: Problem, point: Point, on_noise: Mapping[str, float]) -> Left:
     """The generic model fitted to every link's residual at a point. ``on_noise``: as ``on_noise`` has it."""
-    made = problem.each(lambda link: generic_of(problem.subject, problem.prepared, point.values, problem.floors, link), problem.links)
+    made = problem.each(lambda link: generic_of(problem.subject, problem.prepared, point.values, problem.floors, link, designs=problem.designs), problem.links)
     return Left({link: replace(fit, after=min(fit.after / on_noise[link], fit.before)) for link, fit in zip(problem.links, made, strict=True)})
 
 

@@ -39,8 +39,13 @@ def run_beside(command: Sequence[str], rig: Path | str, serve_arguments: Sequenc
     """Runs a command beside an emulated bus; returns its exit code and output. ``serve_arguments`` as for
     `epa bus serve` (--lock-step, --seed N, --plant P, --control SOCKET). Raises subprocess.TimeoutExpired.
     """
-    process = subprocess.Popen(command_beside(command, rig, serve_arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                               env={**os.environ, **(environment or {})}, start_new_session=True)
+    return run_line(command_beside(command, rig, serve_arguments), timeout_s, environment)
+
+
+def run_line(line: Sequence[str], timeout_s: float, environment: dict[str, str] | None = None) -> subprocess.CompletedProcess:
+    """Runs a command line in a session of its own, all of which is killed where it takes too long. Raises subprocess.TimeoutExpired."""
+    process = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ, **(environment or {})},
+                               start_new_session=True)
     try:
         out, errors = process.communicate(timeout=timeout_s)
     except BaseException:

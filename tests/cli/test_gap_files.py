@@ -6,8 +6,8 @@ import sys
 import pytest
 
 from epa_rt.cli.exits import VerbError
-from epa_rt.cli.gap_progress import progress_shown
-from epa_rt.cli.gap_write import check_writable, write_whole
+from epa_rt.cli.progress import progress_shown
+from epa_rt.cli.write import check_writable, write_whole
 
 
 def test_a_file_is_replaced_in_one_step_and_nothing_else_is_left(tmp_path):
