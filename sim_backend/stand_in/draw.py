@@ -13,14 +13,15 @@ KINDS = tuple(SHARES)
 NOISE = (0.4, 1.0, 2.5)
 KNEE_SHARE = 0.25
 # strength in multiples of the detection limit, from and to; drawn evenly in the logarithm
-MULTIPLES = {"single": (0.5, 50.0), "same_law": (1.0, 50.0), "pair": (4.0, 40.0), "withheld": (3.0, 50.0), "not_separable": (2.2, 4.0)}
+MULTIPLES = {"single": (0.5, 50.0), "same_law": (1.0, 50.0), "pair": (4.0, 40.0), "withheld": (3.0, 50.0), "not_separable": (3.0, 12.0)}  # there: at most
 # the catalogue's own laws that bench and knee can show; strengths between neutral and the start's
 SAME_LAWS = ("leak", "fill_heat", "strap_compliance", "bladder_spring", "threshold_pressure", "creep", "braid_dahl", "gear_friction",
              "gear_efficiency", "transport_delay", "cogging", "force_offset", "muscle0_gauge_offset", "motor_stribeck", "end_fittings")
 
 
-# what one pressure and one small sine show so much alike that the oracle found pairs of them it cannot tell apart
-ALIKE = ("rubber_threshold", "thermal_gas", "slow_gauge", "rubber_wall")
+# what one pressure and one small sine show so much alike that the oracle cannot tell them from one of their rivals at twice the limit
+ALIKE = ("late_command", "old_encoder", "thermal_gas", "slow_gauge", "braid_tanh", "braid_low_speed", "wet_braid", "slow_force",
+         "mesh_loss", "dry_gear", "rubber_wall", "rubber_threshold")
 
 
 class Spec(NamedTuple):
@@ -86,7 +87,8 @@ def _turns(kind: str, count: int, rng: np.random.Generator) -> list[tuple[tuple[
     elif kind == "same_law":
         pool = [str(name) for name in np.resize(rng.permutation([name for name in SAME_LAWS if name in CATALOGUE]), count)]
     elif kind == "not_separable":
-        return [(tuple(str(name) for name in rng.permutation(ALIKE)), "bench") for _ in range(count)]
+        turns = np.resize(rng.permutation(ALIKE), count)  # each in turn, another where it does not fit
+        return [(tuple(dict.fromkeys(str(name) for name in (first, *rng.permutation(ALIKE)))), "bench") for first in turns]
     elif kind == "none":
         return [((), "knee" if rng.uniform() < KNEE_SHARE else "bench") for _ in range(count)]
     else:

@@ -10,6 +10,9 @@ from sim_backend.stand_in.draw import Spec, families
 from sim_backend.stand_in.effects import BY_NAME, Hidden
 from sim_backend.stand_in.truth import TruePlant, catalogue_fields, readings
 
+TWICE = 2.0      # multiples of the limit from which an effect counts as seen
+SO_NEAR = 0.8    # of the limit: how far off the nearest rival of a case is that is not to be separable
+
 
 class Unfit(Exception):
     """No candidate gives a case of the kind that was asked for."""
@@ -77,9 +80,15 @@ class Workshop:
         return found if found["distance"] < 0.5 * LIMIT else None
 
     def _ambiguous(self, effect: Hidden) -> dict[str, Any] | None:
-        """An effect that these logs show but cannot tell from another family's."""
-        found = self._judged(effect)
-        seen = found["distance"] >= 2.0 * LIMIT
+        """An effect that these logs show but cannot tell from another family's, as strong as it may be for that and as the case has it."""
+        found = self._judged(effect, 2.0 * TWICE)
+        nearest = min(found["rivals"].values(), default=np.inf)
+        multiple = min(found["multiple"] * SO_NEAR * LIMIT / max(nearest, 1e-9), self.spec.multiple)
+        if multiple < TWICE:
+            return None
+        strength = found["fields"][effect.field] * multiple / found["multiple"]
+        found = self.judged(effect, {**found["fields"], effect.field: float(np.clip(strength, -effect.most, effect.most))})
+        seen = found["multiple"] >= TWICE
         return found if seen and any(value < LIMIT for value in found["rivals"].values()) else None
 
     def _pair(self) -> list[dict[str, Any]]:
