@@ -134,6 +134,19 @@ class Bench:
         motion.pulls(self.params, i, gauge, line[0], line[1], self.prepared.period_s, out)
         return out
 
+    def modelled_force(self, i: int) -> np.ndarray:
+        """(N,) from length and, while the valves are shut, the pressure that the gas then must have, levelled to the readings of the
+        whole span: neither a converter's steps nor the noise of the force cell are in it. Else from the measured pressure.
+        """
+        if self.params["muscle"]["present"][0, i] < 0.5 or f"muscle{i}_gauge_pa" not in self.prepared.readings:
+            return self.force(i)
+        gauge, model = self.gauge(i).copy(), self.pressure(i)[0] - float(self.params["gas"]["atmosphere_pa"][0, i])
+        for start, stop in self.prepared.shut[i]:
+            gauge[start:stop] = model[start:stop]
+        line, out = self.line(i), np.empty(self.prepared.count)
+        motion.pulls(self.params, i, gauge, line[0], line[1], self.prepared.period_s, out)
+        return out
+
     def pressure(self, i: int) -> tuple[np.ndarray, np.ndarray]:
         """Absolute pressure of muscle i (N,), true and as a lagging sensor has it."""
         others = np.zeros(self.prepared.count)

@@ -11,9 +11,10 @@ NEEDS = {
     "drive": ("motor_angle_rad", "motor_speed_rad_s", "motor_current_a"), "torque": ("motor_current_a", "motor_torque_nm", "motor_angle_rad", "motor_speed_rad_s", "force_n"),
     "motor": ("motor_angle_rad", "motor_speed_rad_s", "motor_current_a", "force_n"), "encoder": ("motor_angle_rad", "motor_speed_rad_s"),
     "gas0": ("muscle0_gauge_pa", "motor_angle_rad"), "gas1": ("muscle1_gauge_pa",),
-    "muscle0": ("force_n", "muscle0_gauge_pa", "motor_angle_rad"), "load": ("force_n",),
+    "muscle0": ("force_n", "muscle0_gauge_pa", "motor_angle_rad"), "load": ("muscle0_gauge_pa", "motor_angle_rad"),
 }
 ENABLED_S = 0.1        # after the drive came on
+LOAD_S = 0.4           # after what a load's link may not be judged by: its low-pass remembers (residuals.LOAD_HZ)
 STOP_MARGIN = {KNEE: 0.03, MASS: 1.5e-3}  # rad, m: nearer to an end stop its unknown contact counts
 
 
@@ -29,6 +30,7 @@ def judged(prepared: Prepared, params: np.ndarray, link: str) -> np.ndarray:
         if params["muscle"]["present"][0, 1] > 0.5:
             bad |= prepared.bad.get("muscle1_gauge_pa", False)
         bad |= _near_stop(prepared, params)
+        bad |= _after(bad, round(LOAD_S / period))
     if link in ("drive", "motor", "torque"):
         off = prepared.commands["enabled"] < 0.5
         bad |= off | _after(off, round(ENABLED_S / period))

@@ -33,7 +33,20 @@ _STEMS = tuple((split(channel)[0], channel) for channel, _ in CHANNELS)
 
 
 def reached(key: str, params: np.ndarray, ports: Collection[str]) -> tuple[str, ...]:
-    """Names of links (of any rig) whose residual may change with a number of the plant; ``ports`` are those the rig shows."""
+    """Names of links (of any rig) whose residual may change with a number of the plant; ``ports`` are those the rig shows.
+
+    A load is moved by the forces that pressures and lengths make, so that what reaches those reaches its link.
+    """
+    found = _reached(key, params, ports)
+    if params["load"]["kind_code"][0] == FIXED:
+        return tuple(link for link in found if link != "load")
+    cell = row_of(key)[1].name.startswith(("force", "frame_")) and "muscle0_gauge_pa" in ports
+    if cell:
+        return tuple(link for link in found if link != "load")
+    return (*found, "load") if "load" not in found and not {*_GASES, "muscle0"}.isdisjoint(found) else found
+
+
+def _reached(key: str, params: np.ndarray, ports: Collection[str]) -> tuple[str, ...]:
     block, row, muscle = row_of(key)
     kind, both = float(params["load"]["kind_code"][0]), params["muscle"]["present"][0, 1] > 0.5
     gases = _GASES if muscle is None else (f"gas{muscle}",)
@@ -55,10 +68,7 @@ def reached(key: str, params: np.ndarray, ports: Collection[str]) -> tuple[str, 
     stem = next((channel for stem, channel in _STEMS if row.name.startswith(f"{stem}_")), None)
     if (stem is not None and stem not in ports) or (row.name.startswith("joint_") and "joint_angle_rad" not in ports):
         return ()
-    found = next((links for start, links in _SENSORS if row.name.startswith(start)), ())
-    if not both and row.name.startswith(("pressure_lag", "gauge_")):
-        found = tuple(link for link in found if link != "load")
-    return found if kind != FIXED else tuple(link for link in found if link != "load")
+    return next((links for start, links in _SENSORS if row.name.startswith(start)), ())
 
 
 def applies(effect: Effect, params: np.ndarray) -> bool:

@@ -11,6 +11,9 @@ from epa_rt.models.ports import STATE
 # Of the current behind the torque reading, the part taken from the motion's balance, the rest from the current reading:
 # so the current's noise, which the motor link has too, is not counted twice.
 NEEDED = 0.75
+# Two poles on the load's balance: a measured acceleration is noise that grows with the frequency squared, which would bury how well
+# slow motion is known. Behind them a converter's steps are white noise above this, and below it the forces' noise rules.
+LOAD_HZ = 4.0
 
 
 def drive_residual(bench: Bench) -> np.ndarray:
@@ -68,10 +71,10 @@ def load_residual(bench: Bench) -> np.ndarray:
     p = bench.prepared
     place, speed, _ = bench.place()
     out = np.empty(p.count)
-    load_link.load_acceleration(bench.params, place, speed, bench.force(0), bench.force(1), p.period_s, out)
+    load_link.load_acceleration(bench.params, place, speed, bench.modelled_force(0), bench.modelled_force(1), p.period_s, out)
     port = bench.place_port()
     out = instruments.moved(out, -bench.cycles("joint_skew_s") if port == "joint_angle_rad" else 0.0)
-    return p.smooth["place_acceleration"] - instruments.line_of(bench.sensors, port)[0] * out
+    return smooth.two_poles(p.smooth["place_acceleration"] - instruments.line_of(bench.sensors, port)[0] * out, LOAD_HZ, p.period_s)
 
 
 RESIDUALS: dict[str, Callable[[Bench], np.ndarray]] = {

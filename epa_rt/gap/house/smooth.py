@@ -1,6 +1,7 @@
 """Zero-phase filters on the bus's grid: the one low-pass of all residuals, held encoder readings, clean derivatives."""
 
 import numpy as np
+from scipy.signal import lfilter
 
 from epa_rt.gap.house.compiled import compiled
 
@@ -65,6 +66,13 @@ def flat_smoothed(values: np.ndarray, taps: np.ndarray) -> np.ndarray:
     """(N,) as ``smoothed``, its pass band made flat: what it takes off, smoothed once more, is given back."""
     once = smoothed(values, taps)
     return once + smoothed(values - once, taps)
+
+
+def two_poles(values: np.ndarray, hertz: float, period_s: float) -> np.ndarray:
+    """(N,) through two equal first-order low-passes, one after the other, from rest at the first value."""
+    keep = np.exp(-2.0 * np.pi * hertz * period_s)
+    once = [(1.0 - keep) ** 2], [1.0, -2.0 * keep, keep * keep]
+    return values[0] + lfilter(*once, values - values[0])
 
 
 def slope(values: np.ndarray, period_s: float) -> np.ndarray:

@@ -57,9 +57,9 @@ def _gas(bench: Bench, i: int) -> dict[str, np.ndarray]:
 def _load(bench: Bench) -> dict[str, np.ndarray]:
     place, speed, acceleration = bench.place()
     unit = "rad" if "joint_angle_rad" in bench.prepared.readings else "m"
-    found = {f"place_{unit}": place, f"speed_{unit}_s": speed, f"acceleration_{unit}_s2": acceleration, "force_n": bench.force(0)}
+    found = {f"place_{unit}": place, f"speed_{unit}_s": speed, f"acceleration_{unit}_s2": acceleration, "force_n": bench.modelled_force(0)}
     if bench.params["muscle"]["present"][0, 1] > 0.5:
-        found["force1_n"] = bench.force(1)
+        found["force1_n"] = bench.modelled_force(1)
     return found
 
 
