@@ -59,7 +59,7 @@ def rates(p, s, y, dy, seen, part):
     dy[CURRENT], dy[INTEGRAL], dy[HEAT] = drive.rates(
         d, seen, part, angle, speed, y[INTEGRAL], current, y[HEAT])
     load_torque = load.along_spool(l, force0, force1) * per_angle
-    low, high = transmission.friction_limits(t, load_torque)
+    low, high = transmission.friction_limits(t, load_torque, speed)
     torque = motor.motor_torque(d, current, angle, y[HEAT])
     dy[SPEED], dy[STICTION] = motor.acceleration(d, torque, load_torque, low, high, y[STICTION], speed, angle)
     dy[ANGLE] = speed
@@ -86,7 +86,7 @@ def write_truth(p, s):
     y, out = s.smooth, s.truth
     travel, travel_speed, q, q_speed = motion(p, s)
     out.motor_angle_rad, out.motor_speed_rad_s, out.motor_current_a = y[ANGLE], y[SPEED], y[CURRENT]
-    out.motor_torque_nm = motor.motor_torque(p.drive, y[CURRENT], y[ANGLE], y[HEAT])
+    out.motor_torque_nm = drive.reported_torque(p.drive, y[CURRENT])
     out.winding_heat_k = y[HEAT]
     out.travel_m, out.travel_speed_m_s = travel, travel_speed
     out.supply_pa = gas.supply_pressure(p.gas[0], y[SUPPLY_FLOW])

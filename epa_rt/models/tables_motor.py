@@ -7,6 +7,7 @@ from epa_rt.models.tables import Table
 
 MAXON = "maxon EC-max 40 120 W 48 V (283870)"
 FACTS = "engineering estimate"
+REGULAR = "regularised Coulomb friction, Armstrong-Helouvry 1994; engineering estimate"
 EPOS = "EPOS4 cascade, tuned here"
 
 BUS: Table = (
@@ -54,6 +55,7 @@ TRANSMISSION: Table = (
     P("spool_radius_m", "m", 0.010, 1e-3, 0.5, "radius at which the strap leaves the spool", "chosen"),
     P("gear_efficiency_ratio", "1", 1.0, 0.2, 1.0, "output over input power, either way", FACTS, "gear_efficiency"),
     P("gear_friction_n", "N", 0.0, 0.0, 500.0, "dry friction of the gear, as force at the spool", FACTS, "gear_friction"),
+    P("gear_friction_speed_rad_s", "rad/s", 0.0, 0.0, 50.0, "motor speed at which half of that friction is there; at 0 it is there at once", REGULAR),
     P("backlash_rad", "rad", 0.0, 0.0, 0.2, "total play at the gear's output", FACTS, "backlash"),
     P("eccentricity_ratio", "1", 0.0, 0.0, 0.3, "eccentricity over radius of the spool", FACTS, "spool_eccentricity"),
     P("eccentricity_phase_rad", "rad", 0.0, -2 * pi, 2 * pi, "spool angle of the largest radius, negative", FACTS),

@@ -8,7 +8,7 @@ from epa_rt.models.ports import COMMAND, SENSORS
 
 RPM = 2 * np.pi / 60
 SENSOR_STEP = {
-    "motor_angle_rad": 2 * np.pi / 4096, "motor_speed_rad_s": RPM, "motor_current_a": 1e-3,
+    "motor_angle_rad": 2 * np.pi / 4096, "motor_speed_rad_s": RPM, "motor_current_a": 1e-3, "motor_torque_nm": 1.7e-4,
     "muscle0_gauge_pa": 1200.0, "muscle1_gauge_pa": 1200.0, "supply_gauge_pa": 1200.0, "force_n": 0.24,
     "joint_angle_rad": np.deg2rad(0.02), "joint_speed_rad_s": RPM, "load_position_m": 1e-5,
 }

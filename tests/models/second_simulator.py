@@ -151,8 +151,8 @@ class SecondSimulator:
 
     def run(self, commands):
         """Noise-free readings, one dict of lists over the log."""
-        out = {name: [] for name in ("motor_angle_rad", "motor_speed_rad_s", "motor_current_a", "muscle0_gauge_pa",
-                                     "muscle1_gauge_pa", "force_n", "joint_angle_rad", "joint_speed_rad_s")}
+        out = {name: [] for name in ("motor_angle_rad", "motor_speed_rad_s", "motor_current_a", "motor_torque_nm",
+                                     "muscle0_gauge_pa", "muscle1_gauge_pa", "force_n", "joint_angle_rad", "joint_speed_rad_s")}
         hold = max(int(self.p["sensors"]["encoder_hold_s"] / PERIOD_S + 0.5), 1)
         read, before = [0.0, 0.0], [0.0, 0.0]
         lag = float(self.p["sensors"]["pressure_lag_s"])
@@ -179,6 +179,7 @@ class SecondSimulator:
             out["motor_angle_rad"].append(self.y[ANGLE] if fresh else out["motor_angle_rad"][-1])
             out["motor_speed_rad_s"].append(self.y[SPEED] if fresh else out["motor_speed_rad_s"][-1])
             out["motor_current_a"].append(self.y[CURRENT])
+            out["motor_torque_nm"].append(self.p["drive"]["torque_constant_nm_a"] * self.y[CURRENT])
             out["muscle0_gauge_pa"].append(read[0])
             out["muscle1_gauge_pa"].append(read[1])
             out["force_n"].append(force[0])

@@ -57,22 +57,23 @@ def test_acts_in_its_block_alone(effect, i):
 def test_block_alone_accounts_for_its_effect_in_the_whole_plant(effect):
     """A plant with the effect: its block alone with the effect gives what the plant gave, without it not.
 
-    The shaft's balance sees the acceleration only as a slope between cycles, hence its wider bound.
+    The shaft's balance sees the acceleration only as a slope between cycles: it is held to means over 0.1 s, and less closely.
     """
     scene = scene_of(effect)
     given_it = switched_on(scene.params, effect, effect.starts[0])
     out, truth = truths(given_it, scene)
     wanted = real(given_it, out, truth)
     left, before = (alone(effect.block, params, scene, truth) for params in (given_it, scene.params))
-    shares = {name: rms(left[name] - wanted[name]) / rms(before[name] - wanted[name])
+    shares = {name: rms(left[name] - wanted[name], name) / rms(before[name] - wanted[name], name)
               for name in left if name in wanted and left[name].tobytes() != before[name].tobytes()}
     best = min(shares, key=shares.get)
-    assert shares[best] < (0.7 if best == "needed_a" else 0.05), shares
+    assert shares[best] < (0.3 if best == "needed_a" else 0.05), shares
     assert max(shares.values()) < 1.0, shares
 
 
-def rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values[5:] ** 2)))
+def rms(values: np.ndarray, name: str) -> float:
+    values = values[100:].reshape(-1, 100).mean(axis=1) if name == "needed_a" else values[5:]
+    return float(np.sqrt(np.mean(values**2)))
 
 
 @pytest.mark.parametrize("effect", CATALOGUE, ids=lambda e: e.name)
@@ -82,7 +83,6 @@ def test_typical_strength_moves_a_reading_by_a_tenth_of_its_step(effect):
     without = simulate(scene.params, scene.commands, scene.substeps)
     given_it = simulate(switched_on(scene.params, effect, effect.starts[0]), scene.commands, scene.substeps)
     moved = {name: np.max(np.abs(given_it[name] - without[name])) / step for name, step in SENSOR_STEP.items()}
-    moved["motor_torque_nm"] = np.max(np.abs(given_it["motor_torque_nm"] - without["motor_torque_nm"])) / 1e-4
     assert max(moved.values()) > 0.1, moved
 
 

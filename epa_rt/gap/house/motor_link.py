@@ -65,24 +65,18 @@ def balance_current(params, angle, speed, acceleration, spool_n, heat, period_s,
     stuck = 0.0
     for k in range(len(angle)):
         load = spool_n[k] * transmission.travel_per_angle(t, angle[k])
-        low, high = transmission.friction_limits(t, load)
         b = max(k - 1, 0)
         for j in range(STEPS):
             w = speed[b] + (speed[k] - speed[b]) * (j + 0.5) / STEPS
+            low, high = transmission.friction_limits(t, load, w)
             dry = motor.dry_limit(p, w, angle[k])
             force, rate = slider(p.presliding_stiffness_nm_rad, p.presliding_time_s, stuck, w, low - dry, high + dry)
             if rate == w:
                 stuck += h * w
             else:
                 stuck = force / p.presliding_stiffness_nm_rad + (stuck - force / p.presliding_stiffness_nm_rad) * fade
+        low, high = transmission.friction_limits(t, load, speed[k])
         dry = motor.dry_limit(p, speed[k], angle[k])
         friction, _ = slider(p.presliding_stiffness_nm_rad, p.presliding_time_s, stuck, speed[k], low - dry, high + dry)
         torque = p.inertia_kg_m2 * acceleration[k] + friction + motor.drag(p, speed[k]) + load
         out[k] = motor.current_for(p, torque, angle[k], heat[k])
-
-
-@compiled
-def shaft_torque(params, current, angle, heat, out):
-    """Torque (N m, (N,)) that a current (A) makes at an angle (rad) and winding heat (K)."""
-    for k in range(len(out)):
-        out[k] = motor.motor_torque(params[0].drive, current[k], angle[k], heat[k])

@@ -6,7 +6,7 @@ import numpy as np
 
 from epa_rt.models.blocks import bus
 from epa_rt.models.blocks.exponential import lag_weights
-from epa_rt.models.blocks.motor import heat_rate, motor_torque, torque_constant
+from epa_rt.models.blocks.motor import heat_rate, torque_constant
 from epa_rt.models.compiled import compiled
 from epa_rt.models.ports import RING, STATE
 
@@ -54,6 +54,15 @@ def current_rate(p, wanted, current, speed, heat_k):
 
 
 @compiled
+def reported_torque(p, current):
+    """Torque (N m) as the drive reports it: made from its current and the torque constant it was set up with, cold.
+
+    Saturation, ripple, cogging and heat are unknown to it; what turns the shaft is ``motor.motor_torque``.
+    """
+    return p.torque_constant_nm_a * current
+
+
+@compiled
 def integral_at_edge(row, before, integral, current):
     """The speed loop's integral at the start of a cycle, from the commands now and before (enabled, mode first).
 
@@ -86,7 +95,7 @@ def rates(p, motor, part, angle, speed, integral, current, heat):
 
 
 def drive_over_log(params, commands, angle_rad, speed_rad_s, period_s, substeps=4):
-    """Current (A) and torque (N m) at the end of each cycle from logged commands and the *measured* motor motion.
+    """Current (A) and reported torque (N m) at the end of each cycle from logged commands and the *measured* motor motion.
 
     ``commands`` (N,) COMMAND, delayed as the bus block says; angle and speed (N,) at the cycle ends, in between the
     cubic through them. Returns two (N,) arrays; starts without current.
@@ -114,7 +123,7 @@ def _over_log(params, state, commands, angle, speed, period_s, substeps, out):
                                             j / substeps, 1.0 / substeps, current, integral, heat, period_s)
         s.cycle += 1
         out[0, k] = current
-        out[1, k] = motor_torque(p, current, angle[k], heat)
+        out[1, k] = reported_torque(p, current)
 
 
 @compiled

@@ -41,7 +41,7 @@ def cogging(p, angle):
 
 @compiled
 def motor_torque(p, current, angle, heat_k):
-    """Electromagnetic torque (N m) with saturation, ripple and cogging."""
+    """Torque on the shaft (N m) with saturation, ripple and cogging; the drive reports another: ``drive.reported_torque``."""
     torque = torque_constant(p, heat_k) * current
     if p.torque_saturation_per_a != 0.0:
         torque /= 1.0 + p.torque_saturation_per_a * abs(current)
@@ -111,7 +111,7 @@ def _over_log(params, angle, speed, accelerated, force, period_s, out):
     stiction, heat, current = 0.0, 0.0, 0.0
     for k in range(angle.shape[0]):
         load_torque = force[k] * travel_per_angle(t, angle[k])
-        low, high = friction_limits(t, load_torque)
+        low, high = friction_limits(t, load_torque, speed[k])
         dry = dry_limit(p, speed[k], angle[k])
         before = speed[max(k - 1, 0)]
         for j in range(SLIDER_STEPS):

@@ -1,0 +1,122 @@
+"""Motor and gear: what the drive reports of its torque, and the gear's friction, which gives no energy."""
+
+import numpy as np
+import pytest
+from catalogue_scenes import opened, truths
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from epa_rt.models.blocks import motor, transmission
+from epa_rt.models.blocks.drive import drive_over_log
+from epa_rt.models.blocks.friction import slider
+from epa_rt.models.compiled import compiled
+from epa_rt.models.parameters import neutral_params
+
+HIDDEN_FROM_THE_DRIVE = dict(cogging_nm=4e-3, torque_ripple_ratio=0.05, torque_saturation_per_a=0.02, torque_loss_per_k=2e-3)
+
+
+def gear(**values) -> np.ndarray:
+    params = neutral_params()
+    for name, value in values.items():
+        params["transmission"][name] = value
+    return params
+
+
+@compiled
+def torques(params, current, angle, heat, out):
+    for k in range(len(out)):
+        out[k] = motor.motor_torque(params[0].drive, current[k], angle[k], heat[k])
+
+
+@compiled
+def limits(params, load_torque, speed, out):
+    for k in range(out.shape[1]):
+        out[0, k], out[1, k] = transmission.friction_limits(params[0].transmission, load_torque[k], speed[k])
+
+
+@compiled
+def rubbed(params, load_torque, speed, step_s, force, stuck):
+    """Friction of motor and gear along a motion, and the deflection of its spring at the end of each step."""
+    d, z = params[0].drive, 0.0
+    for k in range(len(speed)):
+        low, high = transmission.friction_limits(params[0].transmission, load_torque[k], speed[k])
+        dry = motor.dry_limit(d, speed[k], 0.0)
+        force[k], rate = slider(d.presliding_stiffness_nm_rad, d.presliding_time_s, z, speed[k], low - dry, high + dry)
+        z += step_s * rate
+        stuck[k] = z
+
+
+def limits_of(params: np.ndarray, load_torque, speed) -> np.ndarray:
+    load_torque, speed = np.broadcast_arrays(np.atleast_1d(np.asarray(load_torque, float)), np.asarray(speed, float))
+    out = np.empty((2, len(speed)))
+    limits(params, np.ascontiguousarray(load_torque), np.ascontiguousarray(speed), out)
+    return out
+
+
+@pytest.mark.parametrize("effects", [{}, HIDDEN_FROM_THE_DRIVE], ids=["plain", "hidden"])
+def test_the_drive_reports_its_current_times_the_constant_it_was_set_up_with(effects):
+    scene = opened("bench")
+    params = scene.params.copy()
+    for name, value in effects.items():
+        params["drive"][name] = value
+    out, truth = truths(params, scene)
+    constant = float(params["drive"]["torque_constant_nm_a"][0])
+    assert np.array_equal(truth["motor_torque_nm"], constant * truth["motor_current_a"])
+    assert np.array_equal(out["motor_torque_nm"], truth["motor_torque_nm"])
+    current, reported = drive_over_log(params, scene.commands, truth["motor_angle_rad"], truth["motor_speed_rad_s"], 1e-3, scene.substeps)
+    assert np.array_equal(reported, constant * current)
+    on_the_shaft = np.empty(len(truth))
+    torques(params, truth["motor_current_a"], truth["motor_angle_rad"], truth["winding_heat_k"], on_the_shaft)
+    apart = np.max(np.abs(on_the_shaft - truth["motor_torque_nm"]))
+    assert apart == 0.0 if not effects else apart > 2e-3
+
+
+def test_dry_friction_of_the_gear_is_sharp_or_builds_up_with_speed():
+    dry = 10.0 * 0.010 / 19.0
+    speed = np.array([0.0, 1e-9, 0.3, 5.0, -5.0, 45.0, 900.0])
+    assert np.array_equal(limits_of(gear(gear_friction_n=10.0), 0.0, speed), np.stack([np.full(7, -dry), np.full(7, dry)]))
+    low, high = limits_of(gear(gear_friction_n=10.0, gear_friction_speed_rad_s=5.0), 0.0, speed)
+    assert np.array_equal(low, -high)
+    assert high == pytest.approx(dry * np.array([0.0, 2e-10, 0.3 / 5.3, 0.5, 0.5, 0.9, 900.0 / 905.0]), rel=1e-12)
+
+
+@pytest.mark.parametrize("efficiency", [1.0, 0.7])
+def test_without_dry_friction_the_speed_of_its_build_up_is_nothing(efficiency):
+    load, speed = np.linspace(-0.1, 0.1, 41), np.linspace(40.0, -40.0, 41)
+    plain = limits_of(gear(gear_efficiency_ratio=efficiency), load, speed)
+    shaped = limits_of(gear(gear_efficiency_ratio=efficiency, gear_friction_speed_rad_s=7.0), load, speed)
+    assert plain.tobytes() == shaped.tobytes()
+
+
+corners = st.lists(st.floats(-60.0, 60.0), min_size=3, max_size=8)
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(corners, st.floats(0.0, 500.0), st.floats(0.0, 50.0), st.floats(0.2, 1.0), st.floats(-0.3, 0.3))
+@example([60.0, -60.0, 0.5, -0.5, 0.0], 500.0, 50.0, 0.2, 0.3)
+@example([60.0, -60.0, 0.5, -0.5, 0.0], 500.0, 1e-6, 1.0, 0.0)
+def test_friction_of_motor_and_gear_never_gives_more_energy_than_it_took(turns, dry_n, build_up, efficiency, load):
+    """Work in minus what its spring holds never falls, at any moment, whatever the limits do."""
+    params = gear(gear_friction_n=dry_n, gear_friction_speed_rad_s=build_up, gear_efficiency_ratio=efficiency)
+    step_s = 1e-5
+    speed = np.interp(np.linspace(0.0, 1.0, 4000), np.linspace(0.0, 1.0, len(turns)), turns)
+    force, stuck = np.empty(len(speed)), np.empty(len(speed))
+    rubbed(params, load * np.cos(np.linspace(0.0, 20.0, len(speed))), speed, step_s, force, stuck)
+    stiffness, before = float(params["drive"]["presliding_stiffness_nm_rad"][0]), np.concatenate([[0.0], stuck[:-1]])
+    lost = force * speed * step_s - 0.5 * stiffness * (stuck**2 - before**2)
+    slack = 0.5 * stiffness * (stuck - before) ** 2  # what the explicit step itself adds to the spring
+    assert np.all(lost >= -slack - 1e-15)
+
+
+def test_the_plant_with_such_friction_needs_less_current_where_it_turns_slowly():
+    """Against the same weight of friction, sharp or built up: alike at speed, less near standstill."""
+    scene = opened("bench")
+    sharp, soft = scene.params.copy(), scene.params.copy()
+    sharp["transmission"]["gear_friction_n"] = soft["transmission"]["gear_friction_n"] = 40.0
+    soft["transmission"]["gear_friction_speed_rad_s"] = 5.0
+    one, other = truths(sharp, scene)[1], truths(soft, scene)[1]
+    less = np.abs(one["motor_current_a"]) - np.abs(other["motor_current_a"])
+    with_motor = one["motor_current_a"] * one["motor_speed_rad_s"] > 0.0
+    slow, fast = (np.abs(one["motor_speed_rad_s"]) < 3.0) & with_motor, (np.abs(one["motor_speed_rad_s"]) > 40.0) & with_motor
+    assert slow.sum() > 100 and fast.sum() > 100
+    assert np.median(less[slow]) > 3.0 * abs(np.median(less[fast]))
