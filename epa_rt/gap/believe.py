@@ -30,8 +30,10 @@ class Rules:
 
     gain: float = 120.0
     z: float = 2.0
+    z_much: float = 1.5
+    much: float = 0.6
     share: float = 0.10
-    size: float = 0.02
+    size: float = 0.004
     z_more: float = 2.5
     share_more: float = 0.20
     mends: float = 0.15
@@ -48,7 +50,7 @@ def believed(problem: Problem, role: Role, first: Role, left_at: LeftAt, rules: 
     if gain <= rules.gain or strength(problem, role.best) < rules.size:
         return False
     if not role.point.effects:
-        return z > rules.z and share > rules.share
+        return share > rules.share and (z > rules.z or (share > rules.much and z > rules.z_much))
     return z > rules.z_more and share > rules.share_more and not mends(problem, role, first, rules)
 
 

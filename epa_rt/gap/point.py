@@ -1,10 +1,13 @@
 """A set of values at which every link's residual and its derivatives are known, and normal equations by block."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from epa_rt.gap.problem import Problem
+
+
+HELD = 0.02   # part of all information on an effect's knob that holds it while a fold is left out
 
 
 @dataclass(frozen=True)
@@ -28,22 +31,31 @@ class Normal:
         """Chi-square with the priors' part."""
         return float(self.square.sum() + self.prior @ self.z**2)
 
+    def weighted(self, by: np.ndarray) -> "Normal":
+        """The same where link l counts ``by[l]`` times, (L,)."""
+        return replace(self, matrix=self.matrix * by[:, None, None, None], vector=self.vector * by[:, None, None], square=self.square * by[:, None])
+
     def loss(self, step: np.ndarray) -> np.ndarray:
         """(L, B) chi-square after a step (k,) in spreads, linearised."""
         return self.square + 2.0 * self.vector @ step + np.einsum("i,lbij,j->lb", step, self.matrix, step, optimize=True)
 
-    def solved(self, weights: np.ndarray) -> np.ndarray:
-        """(k,) step to the optimum where block b counts ``weights[b]`` times."""
-        matrix = np.einsum("b,lbij->ij", weights, self.matrix, optimize=True)
+    def solved(self, weights: np.ndarray, held: np.ndarray | float = 0.0) -> np.ndarray:
+        """(k,) step to the optimum where block b counts ``weights[b]`` times; ``held`` (k,) pulls each key to where it is."""
+        matrix = np.einsum("b,lbij->ij", weights, self.matrix, optimize=True) + np.diag(np.broadcast_to(held, len(self.z)))
         vector = np.einsum("b,lbi->i", weights, self.vector, optimize=True)
         return solve(matrix, vector, self.prior, self.z, ~self.frozen)
 
     def left_out(self, fold_of_block: np.ndarray) -> np.ndarray:
-        """(L, B) chi-square of every block under the fit to the other folds."""
+        """(L, B) chi-square of every block under the fit to the other folds.
+
+        An effect's knobs are held to where all folds want them by ``HELD`` of all that the folds say of them: where one trial alone
+        shows a knob, the others would throw it anywhere.
+        """
         found = np.empty_like(self.square)
+        held = HELD * np.einsum("lbii->i", self.matrix) * (self.prior == 0.0)
         for fold in np.unique(fold_of_block):
             inside = fold_of_block == fold
-            found[:, inside] = self.loss(self.solved((~inside).astype(float)))[:, inside]
+            found[:, inside] = self.loss(self.solved((~inside).astype(float), held))[:, inside]
         return found
 
 

@@ -8,6 +8,7 @@ import copy
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from itertools import combinations
 
 import numpy as np
 
@@ -123,15 +124,23 @@ class Problem:
         return (self.residual({**values, key: at + step}, link) - here) * (self.spread(key) / step)
 
     def strength(self, effect: str) -> tuple[str, ...]:
-        """Knobs that switch an effect off on their own; the others shape it. All knobs where none does."""
+        """Knobs that switch an effect off, each on its own or, where none does, the fewest together; the others shape it."""
         if len(self.effects[effect].knobs) == 1:
             return self.effects[effect].knobs
         if effect not in self._strength:
             one = self.effects[effect]
             start, links = dict(zip(one.knobs, one.starts[0], strict=True)), self.touched(one.knobs)
-            off = [k for k in one.knobs if start[k] != self.knobs[k].value and
-                   all(np.array_equal(self.residual({**start, k: self.knobs[k].value}, link), self.residual({}, link)) for link in links)]
-            self._strength[effect] = tuple(off) or one.knobs
+            bare = {link: self.residual({}, link) for link in links}
+            moved = [k for k in one.knobs if start[k] != self.knobs[k].value]
+            moved = [k for k in moved if self.knobs[k].value == 0.0] or moved  # a place where something begins is no strength
+
+            def off(keys: tuple[str, ...]) -> bool:
+                values = {**start, **{k: self.knobs[k].value for k in keys}}
+                return all(np.array_equal(self.residual(values, link), bare[link]) for link in links)
+
+            alone = tuple(k for k in moved if off((k,)))
+            together = (keys for size in range(2, len(moved) + 1) for keys in combinations(moved, size) if off(keys))
+            self._strength[effect] = alone or next(together, one.knobs)
         return self._strength[effect]
 
     def each(self, function, items: Sequence) -> list:

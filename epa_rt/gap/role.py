@@ -3,8 +3,8 @@
 That gives the best one, what else would do as well, and the swap of an early choice that a later one shows to be wrong.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,16 +23,24 @@ NOT_LITTLE = 100.0   # chi-square below which that does not matter
 @dataclass(frozen=True)
 class Role:
     """``point``: everything else on. ``fits``: the candidates, best first. ``gains`` (C, B): what each one's chi-square falls
-    in every block, on trials left out. ``screening``: of the whole catalogue at ``point``."""
+    in every block, on trials left out. ``screening``: of the whole catalogue at ``point``. ``scale``: of the problem that it was played in."""
 
     point: Point
     fits: tuple[Fit, ...]
     gains: np.ndarray
     screening: Screening
+    scale: Mapping[str, float]
 
     @property
     def best(self) -> Fit:
         return self.fits[0]
+
+    def at_scale_of(self, problem: Problem) -> "Role":
+        """The same role where links count as they do in ``problem``: misfits that fell since make their links count for more."""
+        by = np.array([(self.scale[link] / problem.scale[link]) ** 2 for link in problem.links])
+        point = replace(self.point, normal=self.point.normal.weighted(by))
+        fits = tuple(replace(fit, normal=fit.normal.weighted(by)) for fit in self.fits)
+        return Role(point, fits, np.array([gains(problem, point, fit) for fit in fits]), self.screening, dict(problem.scale))
 
 
 def played(problem: Problem, point: Point, also: Sequence[str] = (), pairs: bool = False) -> Role | None:
@@ -67,7 +75,7 @@ def _played(problem: Problem, point: Point, also: Sequence[str], pairs: bool) ->
             fits[name] = fit
     scored = [(gains(problem, point, fit), fit) for fit in fits.values()]
     scored.sort(key=lambda pair: -pair[0].sum())
-    return Role(point, tuple(fit for _, fit in scored), np.array([g for g, _ in scored]), screening)
+    return Role(point, tuple(fit for _, fit in scored), np.array([g for g, _ in scored]), screening, dict(problem.scale))
 
 
 def gains(problem: Problem, point: Point, fit: Fit) -> np.ndarray:

@@ -50,6 +50,7 @@ def select(problem: Problem, base: Point, left_at: LeftAt, rules: Rules = Rules(
         if depth > 0:
             roles, point = _tried_again(problem, roles, point)
         problem, point = rescaled(problem, point, left_at(point))
+    roles = [role.at_scale_of(problem) for role in roles]
     if len(roles) > 1:
         roles, point = _pruned(problem, roles, point, first, left_at, rules)
     return Selection(problem, first.point if first else base, tuple(roles), point, refused if roles or refused else first)
