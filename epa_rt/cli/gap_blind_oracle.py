@@ -82,7 +82,8 @@ def _fitting(folder: Path, truth: dict) -> "Fitting":
         ports = [channels[name] for name in stand_in.channels_of(believed.nominal)]
         parts.append(averaged(np.column_stack([columns[c.column] * c.scale + c.offset + (0.5 * c.step if c.floors else 0.0) for c in ports])))
     noise = noise_of(stand_in.readings(believed, commands, noisy=True), stand_in.readings(believed, commands))
-    return Fitting(believed, commands, np.concatenate(parts), noise)
+    judged = stand_in.judged_rows(stand_in.true_plant(load_plant(folder / "plant.yaml").params, truth)._replace(effects=()), commands)
+    return Fitting(believed, commands, np.concatenate(parts), noise, judged)
 
 
 def _laws(truth: dict) -> "tuple[Law, list[Law]]":

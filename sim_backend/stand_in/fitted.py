@@ -78,20 +78,23 @@ def together(first: Law, second: Law) -> Law:
 
 
 class Fitting:
-    """A case's logs: ``measured`` readings (n, channels), averaged as the oracle's are, over ``commands``; ``noise`` (channels,)."""
+    """A case's logs: ``measured`` readings (n, channels), averaged as the oracle's are, over ``commands``; ``noise`` (channels,);
+    ``judged``: rows (n,) bool that count, None for all; ``kept``: nominal derivatives to begin with, made elsewhere.
+    """
 
-    def __init__(self, believed: TruePlant, commands: Sequence[np.ndarray], measured: np.ndarray, noise: np.ndarray):
-        self.believed, self.commands, self.measured, self.noise = believed, commands, measured, noise
+    def __init__(self, believed: TruePlant, commands: Sequence[np.ndarray], measured: np.ndarray, noise: np.ndarray,
+                 judged: np.ndarray | None = None, kept: np.ndarray | None = None):
+        self.believed, self.commands, self.measured, self.noise, self.judged = believed, commands, measured, noise, judged
         self.items = competing(believed.nominal)
         self.spread = [max(i.relative * abs(read_knob(believed.nominal, i.key)), i.least) for i in self.items]
         values = [abs(read_knob(believed.nominal, i.key)) for i in self.items]
         self.low = [-min(FAR, (1.0 - LEAST) * value / spread) if value else -FAR for value, spread in zip(values, self.spread, strict=True)]
-        self.runs, self._kept = 0, None
+        self.runs, self._kept = 0, kept
 
-    def fit(self, law: Law, z: np.ndarray | None = None) -> Fitted:
+    def fit(self, law: Law, z: np.ndarray | None = None, outer: int = OUTER) -> Fitted:
         """The best fit from the law's own starts, nominal parameters from ``z`` (in spreads); its own are then in ``last``.
 
-        With ``z`` the first rounds take the nominal derivatives that the fit before without effects ended with.
+        With ``z`` the first rounds take the nominal derivatives that the fit before without effects ended with (or ``kept``).
         """
         k = len(self.items)
         scale = np.array([f.scale for f in law.free])
@@ -100,7 +103,7 @@ class Fitting:
         x = np.clip(np.concatenate([np.zeros(k) if z is None else z, [f.start / f.scale for f in law.free]]), low, high)
         began, at = self.runs, self._white(law, x)
         chi = self._chi(at, x)
-        for turn in range(OUTER):
+        for turn in range(outer):
             keep = turn == 0 and z is not None and self._kept is not None
             before, nominal = chi, self._kept if keep else self._columns(law, x, at, range(k), NOMINAL_STEP, high)
             for _ in range(INNER):
@@ -118,6 +121,11 @@ class Fitting:
             self._kept = nominal
         self.last = x[:k]
         return Fitted(law, chi, {f"{f.effect}.{f.field}": float(v * s) for f, v, s in zip(law.free, x[k:], scale, strict=True)}, self.runs - began)
+
+    def chi_at(self, law: Law, z: np.ndarray) -> float:
+        """Chi-square at the law's own starts and nominal parameters at ``z`` (in spreads)."""
+        x = np.concatenate([np.clip(z, self.low, FAR), [f.start / f.scale for f in law.free]])
+        return self._chi(self._white(law, x), x)
 
     def _stepped(self, law: Law, table: np.ndarray, x, at, chi, low, high):
         k, damping = len(self.items), 1e-6
@@ -158,4 +166,4 @@ class Fitting:
         for free, value in zip(law.free, x[k:], strict=True):
             fields[free.effect][free.field] = value * free.scale
         plant = TruePlant(nominal, tuple(fields.items()), law.same_law)
-        return Bench(readings(plant, self.commands), self.noise, np.zeros((0, 0))).white(self.measured)
+        return Bench(readings(plant, self.commands), self.noise, np.zeros((0, 0)), self.judged).white(self.measured)

@@ -4,13 +4,16 @@ from typing import Any
 
 import numpy as np
 
-from epa_rt.gap.blind.oracle import LIMIT, Bench, distance, distance_to_rival, left, strength_for
+from epa_rt.gap.blind.oracle import LIMIT, Bench, distance, left, strength_for
 from epa_rt.models.catalogue import BY_NAME as CATALOGUE
+from sim_backend.stand_in.distances import Apart
 from sim_backend.stand_in.draw import Spec, families
 from sim_backend.stand_in.effects import BY_NAME, Hidden
+from sim_backend.stand_in.fitted import law_of
 from sim_backend.stand_in.truth import TruePlant, catalogue_fields, readings
 
 TWICE = 2.0      # multiples of the limit from which an effect counts as seen
+LOST = 1.4       # a single effect is made stronger where its fitted distance is so many times below what was asked for
 SO_NEAR = 0.8    # of the limit: how far off the nearest rival of a case is that is not to be separable
 
 
@@ -33,7 +36,7 @@ class Workshop:
             return [self._same_law(names[0])]
         if kind == "pair":
             return self._pair()
-        wanted = {"not_excited": self._unseen, "not_separable": self._ambiguous}.get(kind, self._judged)
+        wanted = {"not_excited": self._unseen, "not_separable": self._ambiguous}.get(kind, self._single)
         for name in names:
             found = wanted(BY_NAME[name])
             if found is not None:
@@ -46,8 +49,18 @@ class Workshop:
     def _with(self, *named: tuple[str, dict[str, float]]) -> np.ndarray:
         return readings(self.plant._replace(effects=tuple(named)), self.commands)
 
-    def _judged(self, effect: Hidden, multiple: float | None = None) -> dict[str, Any]:
-        """An effect at the wanted multiple of its detection limit, with its rivals' distances."""
+    def _single(self, effect: Hidden) -> dict[str, Any] | None:
+        """An effect at the wanted multiple of its limit; once made stronger by what a fit of the nominal parameters took of it."""
+        found = self._judged(effect)
+        wanted = min(found["linear"], LIMIT * self.spec.multiple)
+        strength, lost = found["fields"][effect.field], wanted / max(found["distance"], 1e-9)
+        if lost > LOST and abs(strength) < effect.most:
+            strength = float(np.clip(strength * lost, -effect.most, effect.most))
+            found = self.judged(effect, {**found["fields"], effect.field: strength})
+        return None if self.spec.kind == "withheld" and found["multiple"] < TWICE else found
+
+    def _judged(self, effect: Hidden, multiple: float | None = None, fitted: bool = True) -> dict[str, Any]:
+        """An effect at the wanted multiple of its detection limit (linear), with its rivals' distances."""
         shapes = self._shapes(effect)
         sign = -1.0 if effect.either_sign and self.rng.uniform() < 0.5 else 1.0
         wanted = LIMIT * (self.spec.multiple if multiple is None else multiple)
@@ -56,23 +69,17 @@ class Workshop:
             return distance(self.bench, self._with((effect.name, {**shapes, effect.field: sign * strength})))
 
         strength, _ = strength_for(wanted, at, effect.typical, effect.most)
-        return self.judged(effect, {**shapes, effect.field: sign * strength})
+        return self.judged(effect, {**shapes, effect.field: sign * strength}, fitted)
 
-    def judged(self, effect: Hidden, fields: dict[str, float]) -> dict[str, Any]:
-        """What the oracle says of an effect with these fields."""
-        seen = self._with((effect.name, fields))
-        reached = distance(self.bench, seen)
-        rivals = {name: self._rival(BY_NAME[name], seen) for name in effect.rivals
-                  if self.spec.rig in BY_NAME[name].rigs and not set(families(BY_NAME[name])) & set(families(effect))}
-        return _record(effect, fields, reached, rivals)
+    def judged(self, effect: Hidden, fields: dict[str, float], fitted: bool = True) -> dict[str, Any]:
+        """What the oracle says of an effect with these fields; distances linear where not ``fitted``."""
+        apart = self._apart(fitted, (effect.name, fields))
+        names = [name for name in effect.rivals
+                 if self.spec.rig in BY_NAME[name].rigs and not set(families(BY_NAME[name])) & set(families(effect))]
+        return _record(effect, fields, apart, apart.rivals(names, fitted))
 
-    def _rival(self, rival: Hidden, seen: np.ndarray) -> float:
-        """Distance left where a rival of free strength may explain the readings; its signature at a strength of like size."""
-        shapes = {name: 0.5 * (low + high) for name, low, high in rival.shapes}
-        typical = self._with((rival.name, {**shapes, rival.field: rival.typical}))
-        size = np.linalg.norm(self.bench.white(seen)) / max(np.linalg.norm(self.bench.white(typical)), 1e-9)
-        strength = rival.typical * float(np.clip(size, 0.02, 5.0))
-        return distance_to_rival(self.bench, seen, self._with((rival.name, {**shapes, rival.field: min(strength, rival.most)})))
+    def _apart(self, fitted: bool, *named: tuple[str, dict[str, float]]) -> Apart:
+        return Apart(self.plant, self.bench, self.commands, self._with(*named), fitted)
 
     def _unseen(self, effect: Hidden) -> dict[str, Any] | None:
         """An effect of typical strength that these logs do not show."""
@@ -81,7 +88,7 @@ class Workshop:
 
     def _ambiguous(self, effect: Hidden) -> dict[str, Any] | None:
         """An effect that these logs show but cannot tell from another family's, as strong as it may be for that and as the case has it."""
-        found = self._judged(effect, 2.0 * TWICE)
+        found = self._judged(effect, 2.0 * TWICE, fitted=False)
         nearest = min(found["rivals"].values(), default=np.inf)
         multiple = min(found["multiple"] * SO_NEAR * LIMIT / max(nearest, 1e-9), self.spec.multiple)
         if multiple < TWICE:
@@ -97,8 +104,10 @@ class Workshop:
         for name in self.spec.effects[1:]:
             second = self._judged(BY_NAME[name], float(np.exp(self.rng.uniform(np.log(4.0), np.log(40.0)))))
             a, b = (self.bench.white(self._with((item["name"], item["fields"]))) for item in (first, second))
-            alone = min(left(a, self.bench.nominal, [b]), left(b, self.bench.nominal, [a]))
-            if alone >= 2.0 * LIMIT:
+            if min(left(a, self.bench.nominal, [b]), left(b, self.bench.nominal, [a])) < TWICE * LIMIT:
+                continue
+            both = self._apart(False, *((item["name"], item["fields"]) for item in (first, second)))
+            if all(both.beside(law_of(item["name"], item["fields"])) >= TWICE * LIMIT for item in (first, second)):
                 return [first, second]
         raise Unfit(f"found no partner for {self.spec.effects[0]} among {', '.join(self.spec.effects[1:])}, expected two that stand apart")
 
@@ -111,12 +120,17 @@ class Workshop:
         def at(share: float) -> float:
             return distance(self.bench, self._with((name, catalogue_fields(name, start, share))))
 
-        share, reached = strength_for(LIMIT * self.spec.multiple, at, 1.0, 3.0)
+        share, _ = strength_for(LIMIT * self.spec.multiple, at, 1.0, 3.0)
+        apart = self._apart(True, (name, catalogue_fields(name, start, share)))
         return {"name": name, "law": "the catalogue's own", "fields": catalogue_fields(name, start, share), "answers": [name],
                 "families": [effect.family], "blocks": [effect.block, "sensors"] if effect.block == "sensors" else [effect.block],
-                "distance": reached, "multiple": reached / LIMIT, "rivals": {}, "same_law": True}
+                **_said(apart), "rivals": {}, "same_law": True}
 
 
-def _record(effect: Hidden, fields: dict[str, float], reached: float, rivals: dict[str, float]) -> dict[str, Any]:
+def _said(apart: Apart) -> dict[str, float]:
+    return {"distance": apart.distance, "linear": apart.linear, "multiple": apart.distance / LIMIT}
+
+
+def _record(effect: Hidden, fields: dict[str, float], apart: Apart, rivals: dict[str, float]) -> dict[str, Any]:
     return {"name": effect.name, "law": effect.law, "fields": fields, "answers": list(effect.answers), "families": list(families(effect)),
-            "blocks": list(effect.blocks), "distance": reached, "multiple": reached / LIMIT, "rivals": rivals, "same_law": False}
+            "blocks": list(effect.blocks), **_said(apart), "rivals": rivals, "same_law": False}

@@ -1,11 +1,11 @@
 """The true plant of a case: what moves it, its parameters, and its readings over given commands."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from epa_rt.gap.blind.oracle import Bench, averaged, noise_of
+from epa_rt.gap.blind.oracle import Bench, averaged, clear_of_stops, noise_of
 from epa_rt.models import plant as catalogue_physics
 from epa_rt.models.catalogue import BY_NAME as CATALOGUE
 from epa_rt.models.catalogue import NOMINAL, read_knob, write_knob
@@ -15,6 +15,7 @@ from sim_backend.stand_in.records import with_hidden
 STEPS = {"motor_angle_rad": 2 * np.pi / 4096, "motor_speed_rad_s": 2 * np.pi / 60, "motor_current_a": 1e-3,
          "muscle0_gauge_pa": 1220.7, "muscle1_gauge_pa": 1220.7, "force_n": 0.2441, "joint_angle_rad": np.deg2rad(0.0195)}
 ORACLE_SUBSTEPS = 4
+STOPS = {1.0: ("load_position_m", "low_m", "high_m", 1.5e-3), 2.0: ("joint_angle_rad", "low_rad", "high_rad", 0.03)}  # margins: gap/house/judged.py
 MOVE = 0.5  # standard deviations by which the oracle moves a nominal parameter
 
 
@@ -72,37 +73,49 @@ def channels_of(nominal: np.ndarray) -> tuple[str, ...]:
 
 def readings(plant: TruePlant, commands: Sequence[np.ndarray], noisy: bool = False) -> np.ndarray:
     """Averaged readings over all logs in a row, (n, channels); with ``noisy`` noise and converter steps are in them."""
-    params, names = plant.params.copy(), channels_of(plant.nominal)
+    names, steps = channels_of(plant.nominal), np.array([STEPS[name] for name in channels_of(plant.nominal)])
+    parts = []
+    for out in _outputs(plant, commands, noisy):
+        values = np.column_stack([out[name] for name in names])
+        parts.append(averaged(np.floor(values / steps + 0.5) * steps if noisy else values))
+    return np.concatenate(parts)
+
+
+def judged_rows(plant: TruePlant, commands: Sequence[np.ndarray]) -> np.ndarray | None:
+    """Rows (n,) bool of ``readings`` that count: those clear of the load's end stops. None where nothing can reach a stop: all count."""
+    kind, load = float(plant.nominal["load"]["kind_code"][0]), plant.nominal["load"][0]
+    if kind not in STOPS:
+        return None
+    place, low, high, margin = STOPS[kind]
+    return np.concatenate([clear_of_stops(averaged(out[place][:, None])[:, 0], load[low], load[high], margin) for out in _outputs(plant, commands)])
+
+
+def _outputs(plant: TruePlant, commands: Sequence[np.ndarray], noisy: bool = False) -> Iterator[np.ndarray]:
+    """What the sensors read over each log, (N,) SENSORS."""
+    params = plant.params.copy()
     if not noisy:
         for name in params["sensors"].dtype.names:
             if "_noise_" in name:
                 params["sensors"][name] = 0.0
     from sim_backend.stand_in.replayed import run_again
 
-    parts = []
     for i, log in enumerate(commands):
         params["sensors"]["seed"] = 77 + i
-        out = run_again(params, log, 1e-3, plant.substeps if plant.same_law else ORACLE_SUBSTEPS, plant.physics)
-        values = np.column_stack([out[name] for name in names])
-        if noisy:
-            steps = np.array([STEPS[name] for name in names])
-            values = np.floor(values / steps + 0.5) * steps
-        parts.append(averaged(values))
-    return np.concatenate(parts)
+        yield run_again(params, log, 1e-3, plant.substeps if plant.same_law else ORACLE_SUBSTEPS, plant.physics)
 
 
 def bench_of(plant: TruePlant, commands: Sequence[np.ndarray]) -> Bench:
     """The oracle's bench around a plant without effects."""
     bare = plant._replace(effects=())
     base = readings(bare, commands)
-    noise = noise_of(readings(bare, commands, noisy=True), base)
+    bench = Bench(base, noise_of(readings(bare, commands, noisy=True), base), np.zeros((0, 0)), judged_rows(bare, commands))
     columns = []
     for item in competing(plant.nominal):
         moved = bare.nominal.copy()
         spread = max(item.relative * abs(read_knob(moved, item.key)), item.least)
         write_knob(moved, item.key, read_knob(moved, item.key) + MOVE * spread)
-        columns.append(((readings(bare._replace(nominal=moved), commands) - base) / noise).ravel() / MOVE)
-    return Bench(base, noise, np.column_stack(columns))
+        columns.append(bench.white(readings(bare._replace(nominal=moved), commands)) / MOVE)
+    return bench._replace(nominal=np.column_stack(columns))
 
 
 def competing(nominal: np.ndarray) -> tuple:

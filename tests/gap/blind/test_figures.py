@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from epa_rt.gap.blind.figures import figures, wilson
-from epa_rt.gap.blind.oracle import LIMIT, Bench, distance, distance_to_rival, noise_of, strength_for
+from epa_rt.gap.blind.oracle import LIMIT, Bench, clear_of_stops, distance, explained, left, noise_of, strength_for
 from epa_rt.gap.blind.shown import closing_line, table
 
 
@@ -79,12 +79,25 @@ def test_oracle_sees_what_nominal_parameters_cannot_hide():
     strong = 20.0 * own / np.linalg.norm(own)
     assert distance(bench, strong[:, None]) == pytest.approx(20.0, rel=0.02)
     assert distance(bench, nominal[:, :1]) < 0.2
-    assert distance_to_rival(bench, strong[:, None], own[:, None]) < 0.1
-    assert distance_to_rival(bench, strong[:, None], rival[:, None]) > 19.0
+    assert left(strong, bench.nominal, [own]) < 0.1
+    assert left(strong, bench.nominal, [rival]) > 19.0
+    assert explained(strong, bench.nominal, [own])[1][-1] == pytest.approx(20.0 / np.linalg.norm(own), rel=1e-3)
     strength, reached = strength_for(4 * LIMIT, lambda s: 3.0 * s, 1.0, 100.0)
     assert reached == pytest.approx(4 * LIMIT, rel=0.25)
     assert strength == pytest.approx(4 * LIMIT / 3.0, rel=0.25)
     assert strength_for(1e6, lambda s: 3.0 * s, 1.0, 5.0)[0] == 5.0
+    assert strength_for(100.0, lambda s: 30.0 * s if s < 2.0 else 3000.0 * s, 1.0, 4.0)[0] == 1.0  # the nearest of all tried, not the last
+
+
+def test_rows_at_an_end_stop_and_until_the_swing_is_over_do_not_count():
+    place = np.concatenate([np.full(50, -0.28), np.full(900, 0.1), np.full(50, -0.26)])  # rad, 100 Hz
+    rows = clear_of_stops(place, -0.28, 0.5, 0.03)
+    assert np.flatnonzero(rows)[[0, -1]].tolist() == [350, 949]
+    assert rows[350:950].all()
+    bench = Bench(np.zeros((1000, 2)), np.ones(2), np.zeros((1200, 1)), rows)
+    there = np.where(rows, 0.0, 1.0)[:, None] * np.ones(2)
+    assert distance(bench, there) == 0.0
+    assert distance(bench, 1.0 - there) == pytest.approx(np.sqrt(1200.0))
 
 
 def test_steps_that_do_not_average_out_raise_the_noise():
