@@ -15,18 +15,20 @@ from sim_backend.stand_in.truth import TruePlant, readings
 
 LEAST = 0.5       # of the limit, below which a distance is left linear: nothing depends on it
 RENEWED = 8.0     # limits below which the fit goes on with fresh derivatives: above, they took off 4 % at most (docs/blind-benchmark.md)
-RIVAL = (1.0, 4.0)  # limits between which the nearest rival's distance is fitted: what says separable or not
+RIVAL = 4.0       # limits below which the nearest rival's distance is fitted: what says separable or not
 
 
 class Apart:
-    """Noise-free readings ``seen`` (n, channels) of a plant with an effect against the same plant without. ``linear`` and ``distance`` (never above it: fitted
-    where so asked). ``plant``: its effects are left out; ``bench`` around it.
+    """Noise-free readings ``seen`` (n, channels) of a plant with an effect against the same plant without. ``linear`` and ``distance`` (never
+    above it: fitted where so asked); ``shown``: what a fit of the nearest rival has reached, infinite where none was made. ``plant``: its
+    effects are left out; ``bench`` around it.
     """
 
     def __init__(self, plant: TruePlant, bench: Bench, commands: Sequence[np.ndarray], seen: np.ndarray, fitted: bool = True):
         self.plant, self.bench, self.commands, self.seen = plant._replace(effects=()), bench, commands, seen
         self.fitting, self.z = self._fitting(-bench.nominal), np.zeros(bench.nominal.shape[1])
         self.linear = self.distance = distance(bench, seen)
+        self.shown = np.inf
         for limit, kept in ((np.inf, -bench.nominal), (RENEWED * LIMIT, None)):
             if fitted and LEAST * LIMIT <= self.distance < limit:
                 self.fitting = self._fitting(kept)
@@ -45,12 +47,13 @@ class Apart:
         found = {name: self._linear(BY_NAME[name]) for name in names}
         near = {name: min(left, self.distance) for name, (left, _, _) in found.items()}
         nearest = min(near, key=near.get, default=None)
-        if fitted and nearest is not None and RIVAL[0] * LIMIT <= near[nearest] < RIVAL[1] * LIMIT:
-            near[nearest] = min(near[nearest], self._fitted(nearest, *found[nearest][1:]))
+        if fitted and nearest is not None and near[nearest] < RIVAL * LIMIT:
+            self.shown = self._fitted(nearest, *found[nearest][1:])
+            near[nearest] = min(near[nearest], self.shown)
         return near
 
     def _linear(self, rival: Hidden) -> tuple[float, np.ndarray, float]:
-        """Distance, nominal parameters and strength of the rival that leave it; its signature at a strength of like size."""
+        """Distance, nominal parameters and strength of the rival that leave it, within what it may be; its signature at a strength of like size."""
         shapes = {name: 0.5 * (low + high) for name, low, high in rival.shapes}
         white, nominal = self.bench.white(self.seen), self.bench.nominal
 
@@ -59,14 +62,18 @@ class Apart:
 
         size = np.linalg.norm(white) / max(np.linalg.norm(signature(rival.typical)), 1e-9)
         strength = min(rival.typical * float(np.clip(size, 0.02, 5.0)), rival.most)
-        left, x = explained(white, nominal, [signature(strength)])
-        return left, x[:-1], float(x[-1]) * strength
+        column = signature(strength)
+        left, x = explained(white, nominal, [column])
+        wanted = float(x[-1]) * strength
+        allowed = float(np.clip(wanted, -rival.most if rival.either_sign else 0.0, rival.most))
+        if allowed != wanted:
+            left, x = explained(white - column * (allowed / strength), nominal)
+        return left, x[: nominal.shape[1]], allowed
 
     def _fitted(self, name: str, z: np.ndarray, strength: float) -> float:
         """From what is best linear, or from a weak rival beside what is fitted without: whichever is nearer."""
         rival = BY_NAME[name]
-        low = -rival.most if rival.either_sign else 0.0
-        strong = law_of(name, {rival.field: float(np.clip(strength, low, rival.most))})
+        strong = law_of(name, {rival.field: strength})
         weak = law_of(name, share=0.1 if rival.either_sign else 0.3)
         law, start = min(((strong, z), (weak, self.z)), key=lambda at: self.fitting.chi_at(*at))
         return float(np.sqrt(self.fitting.fit(law, start, outer=1).chi))

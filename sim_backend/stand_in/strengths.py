@@ -87,7 +87,7 @@ class Workshop:
         return found if found["distance"] < 0.5 * LIMIT else None
 
     def _ambiguous(self, effect: Hidden) -> dict[str, Any] | None:
-        """An effect that these logs show but cannot tell from another family's, as strong as it may be for that and as the case has it."""
+        """An effect that these logs show but cannot tell from another family's (a fit in free run has to show it), as strong as it may be."""
         found = self._judged(effect, 2.0 * TWICE, fitted=False)
         nearest = min(found["rivals"].values(), default=np.inf)
         multiple = min(found["multiple"] * SO_NEAR * LIMIT / max(nearest, 1e-9), self.spec.multiple)
@@ -95,8 +95,7 @@ class Workshop:
             return None
         strength = found["fields"][effect.field] * multiple / found["multiple"]
         found = self.judged(effect, {**found["fields"], effect.field: float(np.clip(strength, -effect.most, effect.most))})
-        seen = found["multiple"] >= TWICE
-        return found if seen and any(value < LIMIT for value in found["rivals"].values()) else None
+        return found if found["multiple"] >= TWICE and found.get("shown", np.inf) < LIMIT else None
 
     def _pair(self) -> list[dict[str, Any]]:
         """Two effects of which each is still seen where the other may take what it can."""
@@ -128,7 +127,8 @@ class Workshop:
 
 
 def _said(apart: Apart) -> dict[str, float]:
-    return {"distance": apart.distance, "linear": apart.linear, "multiple": apart.distance / LIMIT}
+    shown = {"shown": apart.shown} if np.isfinite(apart.shown) else {}
+    return {"distance": apart.distance, "linear": apart.linear, "multiple": apart.distance / LIMIT, **shown}
 
 
 def _record(effect: Hidden, fields: dict[str, float], apart: Apart, rivals: dict[str, float]) -> dict[str, Any]:

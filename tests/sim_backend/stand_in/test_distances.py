@@ -13,6 +13,7 @@ from epa_rt.models.plant_file import load_plant
 from sim_backend.backend import SimBackend
 from sim_backend.stand_in import truth
 from sim_backend.stand_in.distances import Apart
+from sim_backend.stand_in.effects import BY_NAME
 from sim_backend.stand_in.fitted import law_of
 from sim_backend.stand_in.replayed import commands_of
 
@@ -76,4 +77,15 @@ def test_what_nominal_parameters_cannot_imitate_stays_and_its_own_law_explains_i
     assert apart.distance > 4.0 * LIMIT
     assert apart.beside(law_of("knee_rubs", {"knee_dry_nm": 0.015, "knee_dry_rad_s": 0.03})) < 0.2 * apart.distance
     rivals = apart.rivals(("knee_bristles",), fitted=True)
-    assert rivals["knee_bristles"] <= apart.distance
+    assert rivals["knee_bristles"] <= min(apart.distance, apart.shown)
+
+
+def test_a_rival_stays_within_what_it_may_be(knee):
+    """A payload is never negative: one that the rig lost is not explained by it."""
+    plant, commands, bench = knee
+    stronger = seen(knee, "tilt", tilt_rad=0.05)
+    for sign in (1.0, -1.0):
+        apart = Apart(plant, bench, commands, bench.base + sign * (stronger - bench.base), fitted=False)
+        _, _, strength = apart._linear(BY_NAME["cuff"])
+        assert 0.0 <= strength <= BY_NAME["cuff"].most
+        assert apart.rivals(("cuff",), fitted=False)["cuff"] <= apart.distance + 1e-9
