@@ -22,6 +22,7 @@ NOMINAL: tuple[Nominal, ...] = (
     Nominal("drive.viscous_nm_s_rad", 0.30, 3e-7),
     Nominal("drive.coulomb_nm", 0.20, 2e-4),
     Nominal("drive.current_lag_s", 0.20),
+    Nominal("sensors.motor_torque_gain_ratio", 0.02),
     Nominal("gas.dead_volume_m3", 0.10),
     Nominal("gas.inlet_conductance_m3_s_pa", 0.05),
     Nominal("gas.exhaust_conductance_m3_s_pa", 0.05),

@@ -27,12 +27,11 @@ def _calibration() -> tuple[Effect, ...]:
     for channel, _ in CHANNELS:
         stem, suffix = split(channel)
         zero = ZERO[channel]
-        found += [
-            Effect(f"{stem}_gain", f"{said(stem)} scale", "sensors", (f"sensors.{stem}_gain_ratio",),
-                   ((1.0 + SCALE,), (1.0 - SCALE,)), f"the {said(stem)} reading is scaled", SENSORS, FACTS),
-            Effect(f"{stem}_offset", f"{said(stem)} zero", "sensors", (f"sensors.{stem}_offset{suffix}",),
-                   ((zero,), (-zero,)), f"the {said(stem)} reading is shifted", SENSORS, FACTS),
-        ]
+        if channel != "motor_torque_nm":  # what a drive was set up with is a nominal parameter of its own
+            found.append(Effect(f"{stem}_gain", f"{said(stem)} scale", "sensors", (f"sensors.{stem}_gain_ratio",),
+                                ((1.0 + SCALE,), (1.0 - SCALE,)), f"the {said(stem)} reading is scaled", SENSORS, FACTS))
+        found.append(Effect(f"{stem}_offset", f"{said(stem)} zero", "sensors", (f"sensors.{stem}_offset{suffix}",),
+                            ((zero,), (-zero,)), f"the {said(stem)} reading is shifted", SENSORS, FACTS))
     return tuple(found)
 
 

@@ -86,7 +86,7 @@ def write_truth(p, s):
     y, out = s.smooth, s.truth
     travel, travel_speed, q, q_speed = motion(p, s)
     out.motor_angle_rad, out.motor_speed_rad_s, out.motor_current_a = y[ANGLE], y[SPEED], y[CURRENT]
-    out.motor_torque_nm = drive.reported_torque(p.drive, y[CURRENT])
+    out.motor_torque_nm = drive.reported_torque(p.drive, p.sensors.motor_current_gain_ratio * y[CURRENT] + p.sensors.motor_current_offset_a)
     out.winding_heat_k = y[HEAT]
     out.travel_m, out.travel_speed_m_s = travel, travel_speed
     out.supply_pa = gas.supply_pressure(p.gas[0], y[SUPPLY_FLOW])

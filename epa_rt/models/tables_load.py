@@ -36,6 +36,8 @@ LOAD: Table = (
     P("stop_viscous_nm_s_rad", "N*m*s/rad", 5.0, 0.0, 1e3, "end stop damping", FACTS),
     P("presliding_time_s", "s", 2e-3, 5e-4, 0.1, "damper over spring of the sticking load", FACTS),
     P("knee_coulomb_nm", "N*m", 0.0, 0.0, 10.0, "dry friction of the knee", FACTS, "knee_friction"),
+    P("knee_friction_speed_rad_s", "rad/s", 0.0, 0.0, 10.0, "speed at which half of the knee's dry friction is there; 0: all of it at once",
+      "regularised Coulomb friction, e.g. Armstrong-Helouvry 1994; " + FACTS, "knee_friction"),
     P("knee_stiffness_nm_rad", "N*m/rad", 50.0, 0.1, 1e5, "spring of the sticking knee", FACTS),
     P("payload_kg", "kg", 0.0, -10.0, 10.0, "mass added at the shank's centre, or to the mass", FACTS, "payload"),
     P("misalignment_rad", "rad", 0.0, -0.2, 0.2, "error of the hanging angle", FACTS, "gravity_misalignment"),
@@ -63,7 +65,9 @@ def _channel_rows() -> Table:
     for channel, unit in CHANNELS:
         stem, suffix = split(channel)
         rows += [
-            P(f"{stem}_gain_ratio", "1", 1.0, 0.5, 2.0, f"reading of {stem} over its truth", FACTS, f"{stem}_gain"),
+            P(f"{stem}_gain_ratio", "1", 1.0, 0.5, 2.0, f"reading of {stem} over its truth", FACTS, f"{stem}_gain")
+            if channel != "motor_torque_nm" else
+            P("motor_torque_gain_ratio", "1", 1.0, 0.5, 2.0, "torque constant that the drive was set up with over the motor's", "rig"),
             P(f"{stem}_offset{suffix}", unit, 0.0, -1e6, 1e6, f"added to {stem}", FACTS, f"{stem}_offset"),
             P(f"{stem}_noise{suffix}", unit, 0.0, 0.0, 1e6, f"standard deviation of {stem} per cycle", FACTS),
         ]

@@ -89,7 +89,7 @@ def read(p, s, out, period_s):
     out.motor_speed_rad_s = s.held[1] + z.motor_speed_noise_rad_s * normal(z.seed, k, 1)
     current = y[CURRENT] * (1.0 + h.current_gain_ratio) + h.current_offset_a
     out.motor_current_a = current + z.motor_current_noise_a * normal(z.seed, k, 2)
-    out.motor_torque_nm = p.drive.torque_constant_nm_a * current + z.motor_torque_noise_nm * normal(z.seed, k, 3)
+    out.motor_torque_nm = z.motor_torque_gain_ratio * p.drive.torque_constant_nm_a * current + z.motor_torque_noise_nm * normal(z.seed, k, 3)
     off = h.pressure_offset_pa + drift(h, h.pressure_drift_pa, seconds)
     out.muscle0_gauge_pa = _pressure(h, s, y, 0) * (1.0 + h.pressure_gain_ratio) + off + z.muscle0_gauge_noise_pa * normal(z.seed, k, 4)
     out.muscle1_gauge_pa = _pressure(h, s, y, 1) + z.muscle1_gauge_noise_pa * normal(z.seed, k, 5)

@@ -53,7 +53,10 @@ def rates(p, place, speed, stiction, muscle_n):
         return force / (p.mass_kg + p.payload_kg), rate
     if p.kind_code == KNEE:
         _, _, arm = coordinate(p, place, speed)
-        dry, rate = _dry(p, p.knee_stiffness_nm_rad, p.knee_coulomb_nm, stiction, speed)
+        limit = p.knee_coulomb_nm
+        if p.knee_friction_speed_rad_s != 0.0:
+            limit *= abs(speed) / (abs(speed) + p.knee_friction_speed_rad_s)
+        dry, rate = _dry(p, p.knee_stiffness_nm_rad, limit, stiction, speed)
         weight = (p.mass_kg + p.payload_kg) * p.gravity_m_s2 * p.mass_lever_m
         torque = (arm * muscle_n - weight * math.sin(p.hang_rad + p.misalignment_rad + place)
                   - p.viscous_nm_s_rad * speed - dry + stop(p, place, speed, p.low_rad, p.high_rad))
