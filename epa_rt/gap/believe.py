@@ -28,12 +28,13 @@ class Rules:
     And it mends only some of it: an effect that closes ``closes`` of all that lies above the noise in its links needs ``trifling``.
     """
 
-    gain: float = 120.0
+    gain: float = 240.0
     z: float = 2.0
     z_much: float = 1.5
     much: float = 0.6
     share: float = 0.10
     size: float = 0.004
+    size_reading: float = 0.06
     z_more: float = 2.5
     share_more: float = 0.20
     mends: float = 0.15
@@ -47,7 +48,8 @@ def believed(problem: Problem, role: Role, first: Role, left_at: LeftAt, rules: 
     """Whether the best candidate of a role is more than chance, misfit or mending. ``first``: the role with no effect on, at any scale."""
     gain, z = float(role.gains[0].sum()), z_of_sum(role.gains[0])
     share = gain / max(left_at(role.point).amount(problem.scale), 1e-9)
-    if gain <= rules.gain or strength(problem, role.best) < rules.size:
+    size = rules.size_reading if problem.effects[role.best.effect].block == "sensors" else rules.size
+    if gain <= rules.gain or strength(problem, role.best) < size:
         return False
     if not role.point.effects:
         return share > rules.share and (z > rules.z or (share > rules.much and z > rules.z_much))
