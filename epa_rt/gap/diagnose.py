@@ -19,7 +19,7 @@ from epa_rt.gap.select import Selection, rescaled, select
 from epa_rt.gap.separate import alike, intervals, shares
 from epa_rt.gap.shrink import shrinkage
 from epa_rt.gap.subject import Subject
-from epa_rt.gap.verdict import above_noise, absorbed, beyond_belief, coverage, decided, gaps, informed, said, untested
+from epa_rt.gap.verdict import above_noise, absorbed, beyond_belief, coverage, decided, gaps, informed, said, trust, untested
 from epa_rt.gap.yardstick import Left, left_at, on_noise
 
 MOVED = 3.0   # spreads beyond which a nominal parameter is reported
@@ -96,8 +96,8 @@ def attributed(subject: Subject, recordings: Sequence[Recording], without: Seque
 def composed(subject: Subject, recordings: Sequence[Recording], found: Attribution, rows: Sequence[Shrinkage] = ()) -> Diagnosis:
     """The answer in the words of ``diagnosis.py``."""
     problem, selection = found.problem, found.selection
-    named = tuple(_named(found, role, group) for role, group in zip(selection.roles, found.sets, strict=True))
     covered = coverage(found.before, found.after)
+    named = tuple(_named(found, role, group, trust(covered)) for role, group in zip(selection.roles, found.sets, strict=True))
     screening = selection.roles[0].screening if selection.roles else selection.refused.screening if selection.refused else None
     silent = untested(screening.typical() if screening else {}, tuple(problem.effects))
     judged = informed({link: [e.name for e in problem.effects.values() if link in problem.touched(e.knobs)] for link in problem.links}, silent)
@@ -132,12 +132,12 @@ def _odd(found: Attribution, blocks: Sequence[str]) -> tuple[str, ...]:
     return odd if absorbed(normal, odd) > sum(float(role.gains[0].sum()) for role in roles) else ()
 
 
-def _named(found: Attribution, role: Role, group: Sequence[Fit]) -> Named:
+def _named(found: Attribution, role: Role, group: Sequence[Fit], trusted: float) -> Named:
     problem, final = found.problem, found.selection.final
     effect = problem.effects[role.best.effect]
     width = intervals(final.normal, effect.knobs)
     return Named(effect.name, effect.family, effect.block, tuple(_number(problem, final, key, width[key]) for key in effect.knobs),
-                 shares(problem, role)[effect.name], float(role.gains[0].sum()),
+                 trusted * shares(problem, role)[effect.name], float(role.gains[0].sum()),
                  tuple(fit.effect for fit in group if fit.effect != effect.name))
 
 

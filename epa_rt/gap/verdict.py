@@ -92,6 +92,11 @@ def coverage(before: Left, after: Left, bars: Bars = BARS) -> Coverage:
                     max(after.links[name].before - bars.noise for name in major))
 
 
+def trust(found: Coverage, bars: Bars = BARS) -> float:
+    """What a name's confidence counts: all where its effects leave nothing worth a word, else the part that they explain."""
+    return 1.0 if found.left < bars.small else max(found.part, 0.0)
+
+
 def above_noise(left: Left, scale: Mapping[str, float], bars: Bars = BARS) -> float:
     """Chi-square over all links, in units of ``scale``, above what the method itself may leave."""
     return sum(fit.samples * max(fit.before - bars.noise, 0.0) / scale[name] ** 2 for name, fit in left.links.items() if name in scale)

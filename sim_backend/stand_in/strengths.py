@@ -8,7 +8,7 @@ from epa_rt.gap.blind.oracle import LIMIT, Bench, distance, left, strength_for
 from epa_rt.models.catalogue import BY_NAME as CATALOGUE
 from sim_backend.stand_in.distances import Apart
 from sim_backend.stand_in.draw import Spec, families
-from sim_backend.stand_in.effects import BY_NAME, Hidden
+from sim_backend.stand_in.effects import BY_NAME, EFFECTS, Hidden
 from sim_backend.stand_in.fitted import law_of
 from sim_backend.stand_in.truth import TruePlant, catalogue_fields, readings
 
@@ -74,8 +74,9 @@ class Workshop:
     def judged(self, effect: Hidden, fields: dict[str, float], fitted: bool = True) -> dict[str, Any]:
         """What the oracle says of an effect with these fields; distances linear where not ``fitted``."""
         apart = self._apart(fitted, (effect.name, fields))
-        names = [name for name in effect.rivals
-                 if self.spec.rig in BY_NAME[name].rigs and not set(families(BY_NAME[name])) & set(families(effect))]
+        own, withheld = set(families(effect)), self.spec.kind == "withheld"  # then anything that can be named is a rival
+        asked = [item.name for item in EFFECTS if item is not effect and families(item)] if withheld else effect.rivals
+        names = [name for name in asked if self.spec.rig in BY_NAME[name].rigs and not set(families(BY_NAME[name])) & own]
         return _record(effect, fields, apart, apart.rivals(names, fitted))
 
     def _apart(self, fitted: bool, *named: tuple[str, dict[str, float]]) -> Apart:
