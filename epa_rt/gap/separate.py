@@ -22,12 +22,14 @@ TWO_SIDED_95 = 1.96
 class Alike:
     """When two refits count as the same; the figures are from the development cases.
 
-    ``chance``: difference of chi-square on trials left out (residuals in units of s). ``rest``: of what even the best one
+    ``chance``: difference of chi-square on trials left out (residuals in units of s). ``exact``: of what the best one explains; no law
+    is known to a thousandth. ``rest``: of what even the best one
     leaves above the noise, for then both are the wrong formula; never more than ``part`` of what it explains. ``z``: of
     the difference over blocks; a rival that differs by less must still explain ``most`` of what the best one does.
     """
 
     chance: float = 10.0
+    exact: float = 1e-3
     rest: float = 0.5
     part: float = 0.05
     z: float = 2.0
@@ -38,7 +40,7 @@ def alike(role: Role, left: float, rule: Alike = Alike()) -> tuple[Fit, ...]:
     """The role's best fit and all that this data cannot tell from it, best first. ``left``: chi-square above the noise that
     stays with all effects on."""
     best = role.gains[0]
-    within = max(rule.chance, min(rule.rest * left, rule.part * float(best.sum())))
+    within = max(rule.chance, rule.exact * float(best.sum()), min(rule.rest * left, rule.part * float(best.sum())))
     return tuple(fit for fit, gain in zip(role.fits, role.gains, strict=True)
                  if (best - gain).sum() < within or (z_of_sum(best - gain) < rule.z and gain.sum() > rule.most * best.sum()))
 

@@ -61,6 +61,8 @@ SENSOR_EFFECTS: tuple[Effect, ...] = (
     *_curves(),
     Effect("gauge_skew", "pressure timing", "sensors", ("sensors.gauge_skew_s",), ((5e-3,), (1.5e-3,)),
            "pressures are read late", SENSORS, FACTS),
+    Effect("gauge_lag", "pressure timing", "sensors", ("sensors.gauge_lag_s",), ((0.01,), (0.03,)),
+           "the pressure readings come through a slow tube or filter", SENSORS, FACTS),
     Effect("force_skew", "force timing", "sensors", ("sensors.force_skew_s",), ((5e-3,), (1.5e-3,)),
            "the force is read late", SENSORS, FACTS),
     Effect("force_lag", "force timing", "sensors", ("sensors.force_lag_s",), ((5e-3,), (1.5e-3,)),

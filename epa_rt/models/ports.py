@@ -40,6 +40,7 @@ STATE = np.dtype(
      ("travel_m", "f8"),              # spool travel after backlash
      ("ring", "f8", (RING, 13)),      # commands of the last cycles; columns in blocks/bus.py
      ("pressure_reading_pa", "f8", (3,)), ("pressure_before_pa", "f8", (3,)),
+     ("tube_reading_pa", "f8", (2,)), # of the muscles, behind a slow tube or filter; kept only where there is one
      ("encoder_angle_rad", "f8"), ("encoder_speed_rad_s", "f8"),
      ("force_reading_n", "f8"), ("force_before_n", "f8"),
      ("frame_n", "f8"), ("frame_n_s", "f8"), ("frame_before_n", "f8"),  # force that the swinging frame passes on, its rate

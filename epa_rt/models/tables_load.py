@@ -78,6 +78,7 @@ def _instrument_rows() -> Table:
     """What an instrument does beside gain, offset and noise."""
     return (
         P("gauge_skew_s", "s", 0.0, 0.0, 0.06, "age of the pressures that are read", FACTS, "gauge_skew"),
+        P("gauge_lag_s", "s", 0.0, 0.0, 1.0, "first-order lag of a tube or filter behind the pressure sensors of the muscles", FACTS, "gauge_lag"),
         P("force_skew_s", "s", 0.0, 0.0, 0.06, "age of the force that is read", FACTS, "force_skew"),
         P("encoder_skew_s", "s", 0.0, 0.0, 0.06, "age of the motor angle and speed that are read", FACTS, "encoder_skew"),
         P("joint_skew_s", "s", 0.0, 0.0, 0.06, "age of the joint angle and speed that are read", FACTS, "joint_skew"),

@@ -95,15 +95,19 @@ class Bench:
     # --- gas and muscle -----------------------------------------------------------------------------------------
 
     def lagging_gauge(self, i: int) -> np.ndarray:
-        """(N,) gauge pressure of muscle i behind its sensor's lag alone."""
+        """(N,) gauge pressure of muscle i behind its lags alone: the sensor's own and that of a tube or filter."""
         value = self.true(f"muscle{i}_gauge_pa")
         if i == 0 and self.sensors["gauge_crosstalk_pa_n"] != 0.0 and "force_n" in self.prepared.readings:
             value = value - float(self.sensors["gauge_crosstalk_pa_n"]) * self.true("force_n")
         return instruments.moved(value, self.cycles("gauge_skew_s"))
 
+    def lags_s(self) -> tuple[float, float]:
+        """Lags of the pressure readings: the sensor's own, and of a tube or filter behind it."""
+        return float(self.sensors["pressure_lag_s"]), float(self.sensors["gauge_lag_s"])
+
     def gauge(self, i: int) -> np.ndarray:
         """(N,) gauge pressure of muscle i, what its sensor does taken off."""
-        port, value, lag_s = f"muscle{i}_gauge_pa", self.lagging_gauge(i), float(self.sensors["pressure_lag_s"])
+        port, value, lag_s = f"muscle{i}_gauge_pa", self.lagging_gauge(i), sum(self.lags_s())
         if lag_s == 0.0:
             return value
         slope = instruments.moved(self.prepared.smooth[f"{port}_slope"], self.cycles("gauge_skew_s"))
@@ -148,7 +152,7 @@ class Bench:
         return out
 
     def pressure(self, i: int) -> tuple[np.ndarray, np.ndarray]:
-        """Absolute pressure of muscle i (N,), true and as a lagging sensor has it."""
+        """Absolute pressure of muscle i (N,), true and behind its lags, as ``lagging_gauge`` is."""
         others = np.zeros(self.prepared.count)
         if self.params["gas"]["supply_droop_pa_s_kg"][0, 0] != 0.0 and self.params["muscle"]["present"][0, 1 - i] > 0.5:
             others = self._pressures(1 - i, others)[2]
@@ -167,7 +171,7 @@ class Bench:
         atmosphere = float(self.params["gas"]["atmosphere_pa"][0, i])
         gas_link.pressures(self.params, i, float(self.params["bus"]["valve_delay_s"][0]) / p.period_s, self.volume(i),
                            np.ascontiguousarray(p.commands["inlet"][:, i]), np.ascontiguousarray(p.commands["exhaust"][:, i]), others,
-                           self.lagging_gauge(i) + atmosphere, p.shut[i], float(self.sensors["pressure_lag_s"]), p.period_s,
+                           self.lagging_gauge(i) + atmosphere, p.shut[i], self.lags_s(), p.period_s,
                            truth, seen, drawn)
         return truth, seen, drawn
 

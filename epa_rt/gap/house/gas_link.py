@@ -6,6 +6,7 @@ import numpy as np
 
 from epa_rt.gap.house.compiled import compiled
 from epa_rt.models.blocks import gas
+from epa_rt.models.blocks.instruments import lagged
 from epa_rt.models.blocks.muscle import shape
 
 STEPS = 2  # half-steps of a cycle: midpoint rule over each
@@ -43,11 +44,13 @@ def is_tight(g):
 
 
 @compiled
-def march(g, delay, volume, inlet, exhaust, others, lag_s, period_s, k0, k1, s, truth, seen, drawn):
-    """Cycles k0 to k1 from state s (c, mass, droop, openings, lagged reading, pressure before), which it moves."""
+def march(g, delay, volume, inlet, exhaust, others, lags_s, period_s, k0, k1, s, truth, seen, drawn):
+    """Cycles k0 to k1 from state s (c, mass, droop, openings, sensor's reading, pressure before, tube's reading), which it moves."""
+    lag_s, tube_s = lags_s
     h = period_s / STEPS
     decay = math.exp(-0.5 * h / g.valve_lag_s)
     fade = math.exp(-period_s / lag_s) if lag_s > 0.0 else 0.0
+    tube_fade = math.exp(-period_s / tube_s) if tube_s > 0.0 else 0.0
     tight = is_tight(g)
     for k in range(k0, k1):
         before = volume[max(k - 1, 0)]
@@ -66,14 +69,15 @@ def march(g, delay, volume, inlet, exhaust, others, lag_s, period_s, k0, k1, s, 
             s[4] = gas.settled(gas.opening_after(s[4], wanted_out, decay), wanted_out)
             s[0], s[1], s[2] = s[0] + h * d1, s[1] + h * m1, s[2] + h * f1
             drawn[k] += flow / STEPS
-        pressure = gas.pressure(g, s[0], volume[k])
+        pressure, reading = gas.pressure(g, s[0], volume[k]), s[5]
         if lag_s > 0.0:
             behind = (pressure - s[6]) / period_s * lag_s
             s[5] = pressure - behind + (s[5] - s[6] + behind) * fade
         else:
             s[5] = pressure
         s[6] = pressure
-        truth[k], seen[k] = pressure, s[5]
+        s[7] = lagged(s[7], reading, s[5], tube_s, period_s, tube_fade) if tube_s > 0.0 else s[5]
+        truth[k], seen[k] = pressure, s[7]
 
 
 @compiled
@@ -90,37 +94,37 @@ def _level(seen, measured, k0, k1):
 def _raise(s, factor):
     s[0] *= factor
     s[1] *= factor
-    s[5] *= factor
-    s[6] *= factor
+    s[5:] *= factor
 
 
 @compiled
-def pressures(params, i, delay, volume, inlet, exhaust, others, measured, shut, lag_s, period_s, truth, seen, drawn):
-    """Absolute pressure of muscle i (N,) in ``truth``, as a lagging sensor has it in ``seen``, flow drawn in ``drawn``.
+def pressures(params, i, delay, volume, inlet, exhaust, others, measured, shut, lags_s, period_s, truth, seen, drawn):
+    """Absolute pressure of muscle i (N,) in ``truth``, behind both of ``lags_s`` in ``seen``, flow drawn in ``drawn``.
 
-    ``measured``: absolute pressure read (N,), which starts the run and levels every span of ``shut`` (spans, 2).
+    ``lags_s``: the sensor's own, and of a tube or filter behind it. ``measured``: absolute pressure read (N,), which starts the run and
+    levels every span of ``shut`` (spans, 2): behind both lags like ``seen``, for after a fill a slow tube still rises far into a span.
     """
     g = params[0].gas[i]
-    s = np.zeros(7)
+    s = np.zeros(8)
     start = max(measured[0], 1e3) if abs(measured[0] - g.atmosphere_pa) > 5e3 else g.atmosphere_pa
     s[0], s[1] = start * gas.power(volume[0], gas.exponent(g)), start * volume[0] / (g.gas_constant_j_kg_k * g.temperature_k)
-    s[5] = s[6] = start
+    s[5] = s[6] = s[7] = start
     at = 0
     tight = is_tight(g)
     for n in range(len(shut)):
         k0, k1 = shut[n, 0], shut[n, 1]
-        march(g, delay, volume, inlet, exhaust, others, lag_s, period_s, at, k0, s, truth, seen, drawn)
+        march(g, delay, volume, inlet, exhaust, others, lags_s, period_s, at, k0, s, truth, seen, drawn)
         kept = s.copy()
-        march(g, delay, volume, inlet, exhaust, others, lag_s, period_s, k0, k1, s, truth, seen, drawn)
+        march(g, delay, volume, inlet, exhaust, others, lags_s, period_s, k0, k1, s, truth, seen, drawn)
         factor = _level(seen, measured, k0, k1)
         if not (tight and s[3] == 0.0 and s[4] == 0.0):  # not a mere scale: once more from the raised level
             _raise(kept, factor)
             s[:] = kept
-            march(g, delay, volume, inlet, exhaust, others, lag_s, period_s, k0, k1, s, truth, seen, drawn)
+            march(g, delay, volume, inlet, exhaust, others, lags_s, period_s, k0, k1, s, truth, seen, drawn)
             factor = _level(seen, measured, k0, k1)
         _raise(s, factor)
         for k in range(k0, k1):
             truth[k] *= factor
             seen[k] *= factor
         at = k1
-    march(g, delay, volume, inlet, exhaust, others, lag_s, period_s, at, len(volume), s, truth, seen, drawn)
+    march(g, delay, volume, inlet, exhaust, others, lags_s, period_s, at, len(volume), s, truth, seen, drawn)

@@ -1,6 +1,6 @@
 """Instruments of this house both ways: what they show of a truth, and the truth behind what they showed.
 
-Forward in the order of models/blocks/sensors.py: frame, age, lag, crosstalk, bow, warming, gain, offset.
+Forward in the order of models/blocks/sensors.py: frame, age, lags, crosstalk, bow, warming, gain, offset.
 """
 
 import math

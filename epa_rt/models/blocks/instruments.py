@@ -82,6 +82,16 @@ def cell_force(p, state, force, period_s):
 
 
 @compiled
+def behind_tube(p, state, i, before, period_s):
+    """Gauge pressure (Pa) of muscle i as it comes through a slow tube or filter; ``before``: its sensor's own a cycle ago."""
+    if p.gauge_lag_s == 0.0:
+        return state.pressure_reading_pa[i]
+    state.tube_reading_pa[i] = lagged(state.tube_reading_pa[i], before, state.pressure_reading_pa[i], p.gauge_lag_s, period_s,
+                                      math.exp(-period_s / p.gauge_lag_s))
+    return state.tube_reading_pa[i]
+
+
+@compiled
 def warmed(drift, warm_up_s, cycle, period_s):
     """Shift of a reading that warms up with the run: 0 at the first cycle's start, ``drift`` at the end."""
     return 0.0 if drift == 0.0 else drift * (1.0 - math.exp(-(cycle + 1) * period_s / warm_up_s))

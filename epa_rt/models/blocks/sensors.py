@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from epa_rt.models.blocks.instruments import bowed, cell_force, lagged, late, settle, swung, warmed, write_past
+from epa_rt.models.blocks.instruments import behind_tube, bowed, cell_force, lagged, late, settle, swung, warmed, write_past
 from epa_rt.models.blocks.noise import gaussian
 from epa_rt.models.compiled import compiled
 from epa_rt.models.ports import (
@@ -43,6 +43,7 @@ def read(p, state, truth, atmosphere_pa, sensors, period_s):
     if p.gauge_skew_s != 0.0 or p.force_skew_s != 0.0 or p.encoder_skew_s != 0.0 or p.joint_skew_s != 0.0:
         write_past(state.past[k % RING], truth, force, atmosphere_pa)
     decay = math.exp(-period_s / p.pressure_lag_s) if p.pressure_lag_s > 0.0 else 0.0
+    before0, before1 = state.pressure_reading_pa[0], state.pressure_reading_pa[1]
     for i in range(3):
         gauge = (truth.pressure_pa[i] if i < 2 else truth.supply_pa) - atmosphere_pa
         gauge = late(state, PAST_GAUGE + i, gauge, p.gauge_skew_s, period_s)
@@ -52,7 +53,7 @@ def read(p, state, truth, atmosphere_pa, sensors, period_s):
     if k % hold_cycles(p, period_s) == 0:
         state.encoder_angle_rad = encoder(p, late(state, PAST_ANGLE, truth.motor_angle_rad, p.encoder_skew_s, period_s))
         state.encoder_speed_rad_s = late(state, PAST_SPEED, truth.motor_speed_rad_s, p.encoder_skew_s, period_s)
-    gauge0, gauge1 = state.pressure_reading_pa[0], state.pressure_reading_pa[1]
+    gauge0, gauge1 = behind_tube(p, state, 0, before0, period_s), behind_tube(p, state, 1, before1, period_s)
     if p.gauge_crosstalk_pa_n != 0.0:
         gauge0 += p.gauge_crosstalk_pa_n * truth.muscle_force_n[0]
     gauge0 = bowed(gauge0, p.muscle0_gauge_bow_per_pa) + warmed(p.muscle0_gauge_drift_pa, p.gauge_warm_up_s, k, period_s)
@@ -103,6 +104,7 @@ def sensors_over_log(params, truth, period_s):
     state["pressure_reading_pa"][0, :2] = truth["pressure_pa"][0] - atmosphere_pa
     state["pressure_reading_pa"][0, 2] = truth["supply_pa"][0] - atmosphere_pa
     state["pressure_before_pa"] = state["pressure_reading_pa"]
+    state["tube_reading_pa"] = state["pressure_reading_pa"][:, :2]
     settle(state[0], np.ascontiguousarray(truth[:1], TRUTH)[0], atmosphere_pa)
     _over_log(params, state, np.ascontiguousarray(truth, TRUTH), period_s, out)
     return out
