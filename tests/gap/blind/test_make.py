@@ -86,5 +86,6 @@ def test_a_benchmark_has_every_kind_and_decoys():
 def test_what_is_withheld_is_its_whole_family():
     leak = effects.BY_NAME["laminar_leak"]
     assert set(draw.left_out(leak)) == {name for name, e in CATALOGUE.items() if e.family == CATALOGUE["leak"].family}
+    assert set(draw.left_out(effects.BY_NAME["slow_gauge"])) == {"gauge_skew", "gauge_lag"}
     assert draw.left_out(effects.BY_NAME["windage"]) == []
     assert len(draw.one_of_each()) == len(effects.EFFECTS)
