@@ -30,7 +30,7 @@ class Rules:
 
     gain: float = 240.0
     z: float = 2.0
-    z_much: float = 1.5
+    z_much: float = 1.2
     much: float = 0.6
     share: float = 0.10
     size: float = 0.004
