@@ -70,7 +70,10 @@ def strength(problem: Problem, fit: Fit) -> float:
 
 
 def mends(problem: Problem, role: Role, first: Role, rules: Rules) -> bool:
-    """Whether most of what an effect gains lies where the others explain far more."""
+    """Whether most of what an effect gains lies where the others explain far more.
+
+    What it frees in nominal parameters that nobody believes is no mending: they had hidden it.
+    """
     own = (role.point.normal.square - role.best.normal.square).sum(axis=1)
     others = explained(problem, first.point, role.point)
     resembling = max(first.screening.cosine(name, role.best.effect) for name in role.point.effects)
@@ -78,7 +81,9 @@ def mends(problem: Problem, role: Role, first: Role, rules: Rules) -> bool:
     gained = np.maximum(own, 0.0)
     if gained.sum() > rules.closes * _above_noise(problem, role)[own > 0.0].sum():
         part = rules.trifling
-    return float(gained[own > part * others].sum()) < 0.5 * float(gained.sum())
+    before, after = role.point.normal, role.best.normal
+    freed = max(float(before.prior @ before.z**2 - after.prior @ after.z**2), 0.0)
+    return float(gained[own > part * others].sum()) + freed < 0.5 * (float(gained.sum()) + freed)
 
 
 def _above_noise(problem: Problem, role: Role) -> np.ndarray:
