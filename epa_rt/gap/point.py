@@ -7,7 +7,7 @@ import numpy as np
 from epa_rt.gap.problem import Problem
 
 
-HELD = 0.02   # part of all information on an effect's knob that holds it while a fold is left out
+HELD = 0.02   # part of all information on a key that holds it while a fold is left out
 
 
 @dataclass(frozen=True)
@@ -48,11 +48,11 @@ class Normal:
     def left_out(self, fold_of_block: np.ndarray) -> np.ndarray:
         """(L, B) chi-square of every block under the fit to the other folds.
 
-        An effect's knobs are held to where all folds want them by ``HELD`` of all that the folds say of them: where one trial alone
-        shows a knob, the others would throw it anywhere.
+        Every key is held to where all folds want it by ``HELD`` of all that the folds say of it: where one trial alone shows a knob, the
+        others would throw it anywhere, and a nominal parameter back to the plant file.
         """
         found = np.empty_like(self.square)
-        held = HELD * np.einsum("lbii->i", self.matrix) * (self.prior == 0.0)
+        held = HELD * np.einsum("lbii->i", self.matrix)
         for fold in np.unique(fold_of_block):
             inside = fold_of_block == fold
             found[:, inside] = self.loss(self.solved((~inside).astype(float), held))[:, inside]

@@ -3,7 +3,7 @@
 That gives the best one, what else would do as well, and the swap of an early choice that a later one shows to be wrong.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +17,8 @@ BEST = 8             # candidates by expected gain that are refitted
 PER_LINK = 1         # further ones that gain most in a link with an excess of its own
 STARTS = 2           # starting points of a refit
 ALL_ALIKE = 0.5      # of the best gain: where half of unlike candidates gain as much, it is the nominal parameters that were off
+ABSORBED = 4.0       # spreads of a nominal parameter from which candidates that gain CLOSE to the best are fitted more thoroughly
+CLOSE, POLISHED = 0.7, 3
 NOT_LITTLE = 100.0   # chi-square below which that does not matter
 
 
@@ -73,9 +75,27 @@ def _played(problem: Problem, point: Point, also: Sequence[str], pairs: bool) ->
     for (name, _), fit in zip(jobs, problem.each(lambda job: refit(problem, point, *job), jobs), strict=True):
         if name not in fits or fit.chi < fits[name].chi:
             fits[name] = fit
-    scored = [(gains(problem, point, fit), fit) for fit in fits.values()]
-    scored.sort(key=lambda pair: -pair[0].sum())
+    scored = _ranked(problem, point, fits.values())
+    if np.max(np.abs(point.normal.z * point.normal.prior), initial=0.0) > ABSORBED:
+        close = [fit for gain, fit in scored if gain.sum() > CLOSE * scored[0][0].sum()][:POLISHED]
+        polished = {fit.effect: _polished(problem, point, fit) for fit in close}
+        scored = _ranked(problem, point, [polished.get(fit.effect, fit) for _, fit in scored])
     return Role(point, tuple(fit for _, fit in scored), np.array([g for g, _ in scored]), screening, dict(problem.scale))
+
+
+def _ranked(problem: Problem, point: Point, fits: Iterable[Fit]) -> list[tuple[np.ndarray, Fit]]:
+    return sorted(((gains(problem, point, fit), fit) for fit in fits), key=lambda pair: -pair[0].sum())
+
+
+def _polished(problem: Problem, point: Point, fit: Fit) -> Fit:
+    """Fitted with fresh derivatives from the plant file's nominal parameters, where that is better.
+
+    Where those have hidden a gap by going far, a refit with the derivatives they have there does not find its way back.
+    """
+    effects = (*point.effects, fit.effect)
+    own = {key for name in effects for key in problem.effects[name].knobs}
+    end = settled(problem, effects, {key: value for key, value in fit.values.items() if key in own})
+    return fit if end.normal.chi >= fit.chi else Fit(fit.effect, dict(end.values), end.normal.chi, end.normal)
 
 
 def gains(problem: Problem, point: Point, fit: Fit) -> np.ndarray:
