@@ -42,6 +42,7 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     rivals.add_argument("cases", type=Path, metavar="DIR")
     rivals.add_argument("--json", type=Path, required=True, help="figures of every rival; its answers are kept beside")
     rivals.add_argument("--only", nargs="+", default=list(RIVALS), choices=RIVALS)
+    rivals.add_argument("--first", type=int, metavar="N", help="the first N cases alone (kinds are mixed): rivals take their time")
     rivals.add_argument("--beside", type=Path, metavar="JSON", help="what score wrote for the same cases: a row of its own in the table")
     for part in (score, matrix):
         part.add_argument("--diagnoser", default=DIAGNOSER, help=argparse.SUPPRESS)
@@ -110,16 +111,18 @@ def _rivals(arguments: argparse.Namespace) -> int:
     import json
 
     sealed, rows = sealed_of(arguments.cases, arguments.sealed), []
+    from epa_rt.gap.blind.figures import figures
     from epa_rt.gap.blind.score import score
 
     for name in arguments.only:
         out = arguments.json.with_name(f"{arguments.json.stem}_{name}.json")
-        score(arguments.cases, sealed, out, out.with_suffix(".html"), f"epa_rt.gap.blind.rivals:{name}", arguments.jobs)
+        score(arguments.cases, sealed, out, out.with_suffix(".html"), f"epa_rt.gap.blind.rivals:{name}", arguments.jobs, first=arguments.first)
         rows.append({"rival": name, **{f["key"]: f["value"] for f in json.loads(out.read_text(encoding="utf-8"))["figures"]}})
     best = max((row["first"] for row in rows if row["first"] is not None), default=None)
     if arguments.beside is not None:
-        ours = json.loads(arguments.beside.read_text(encoding="utf-8"))["figures"]
-        rows.insert(0, {"rival": "epa gap diagnose", **{f["key"]: f["value"] for f in ours}})
+        theirs = {case["truth"]["case"] for case in json.loads(out.read_text(encoding="utf-8"))["cases"]}
+        ours = [(c["truth"], c["said"]) for c in json.loads(arguments.beside.read_text(encoding="utf-8"))["cases"] if c["truth"]["case"] in theirs]
+        rows.insert(0, {"rival": "epa gap diagnose", **{f.key: f.value for f in figures(ours)}})
     arguments.json.write_text(json.dumps(rows, indent=1), encoding="utf-8")
     shown = ("first", "pair", "none", "withheld", "wrong_sure", "block", "seconds")
     print("\n".join(["| Rival | " + " | ".join(shown) + " |", "|---" * (len(shown) + 1) + "|",

@@ -20,17 +20,19 @@ STOPPED = (-2, -15, 130)  # exit codes of a worker that took the operator's Ctrl
 Again = Callable[[list[tuple[dict, dict]], Path, bool], None]
 
 
-def score(cases: Path, sealed: Path, out: Path, html: Path, diagnoser: str, jobs: int, again: Again | None = None) -> str:
+def score(cases: Path, sealed: Path, out: Path, html: Path, diagnoser: str, jobs: int, again: Again | None = None, first: int | None = None) -> str:
     """Diagnoses what is not yet diagnosed, writes JSON and picture; returns the table and the closing line.
 
     Answers are kept beside ``out`` and are not asked for again. ``again`` is called with pairs (truth, said), the answers' folder
-    and whether the truth can be hidden, and may add an ``after_next`` to what was said. Raises SealError where the truth does not
-    fit the logs.
+    and whether the truth can be hidden, and may add an ``after_next`` to what was said. ``first``: so many cases alone.
+    Raises SealError where the truth does not fit the logs.
     """
-    folders = sorted(path.parent for path in cases.glob("case_*/case.json"))
+    folders = sorted(path.parent for path in cases.glob("case_*/case.json"))[:first]
     answers, hides = out.with_suffix(".answers"), can_hide()
     diagnose_all(folders, answers, sealed, diagnoser, jobs, hides)
     truth = opened(sealed, cases)
+    if first is not None:
+        truth["cases"] = [case for case in truth["cases"] if cases / case["case"] in folders]
     missing = [case["case"] for case in truth["cases"] if not (answers / f"{case['case']}.json").exists()]
     if missing:
         raise SealError(f"{cases}: found no {', '.join(missing[:5])}, expected every case that was sealed")
