@@ -34,32 +34,39 @@ LOGS = (("real_1", 3, "300 kPa gauge, 550 kPa gauge", "50 mm/s"), ("real_2", 4, 
         ("held_out", 5, "380 kPa gauge, 600 kPa gauge", "35 mm/s"))
 
 
-def experiment(name: str, seed: int, pressures: str, speed: str) -> str:
-    """Randomised strokes at two pressures, as the identification does them, cut to 12 s each."""
+def experiment(name: str, seed: int, pressures: str, speed: str, seconds: float = 12.0) -> str:
+    """Randomised strokes at two pressures, as the identification does them, cut to ``seconds`` each."""
     text = (ROOT / "config/experiments/identification_short.yaml").read_text(encoding="utf-8")
     for old, new in (("experiment: identification_short", f"experiment: {name}"), ("seed: 1", f"seed: {seed}"), ("460 kPa gauge, 640 kPa gauge", pressures),
-                     ("speed: 50 mm/s, acceleration", f"speed: {speed}, acceleration"), ("for: 5 s", "for: 12 s"), ("Two trials of 5 s, to see the identification run through", f"Strokes at {pressures}")):
+                     ("speed: 50 mm/s, acceleration", f"speed: {speed}, acceleration"), ("for: 5 s", f"for: {seconds:g} s"), ("Two trials of 5 s, to see the identification run through", f"Strokes at {pressures}")):
         if old not in text:
             raise SystemExit(f"identification_short.yaml: found no '{old}', expected it there")
         text = text.replace(old, new)
     return text
 
 
-def main() -> None:
-    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    arguments.add_argument("out", type=Path)
-    out = arguments.parse_args().out
+def record(out: Path, logs: tuple = LOGS, seconds: float = 12.0) -> list[Path]:
+    """Records the logs on the rig with the hidden effect and returns them."""
     out.mkdir(parents=True, exist_ok=True)
-    believed = load_plant(PLANT)
+    believed, found = load_plant(PLANT), []
     true = dataclasses.replace(believed, params=with_hidden(perturbed(believed.params, np.random.default_rng(SEED)), **HIDDEN), substeps=stand_in.SUBSTEPS)
-    for k, (name, seed, pressures, speed) in enumerate(LOGS):
+    for k, (name, seed, pressures, speed) in enumerate(logs):
         file = out / f"{name}.yaml"
-        file.write_text(experiment(name, seed, pressures, speed), encoding="utf-8")
+        file.write_text(experiment(name, seed, pressures, speed, seconds), encoding="utf-8")
         inputs = load_inputs(file, RIG, None, with_plant=False)
         backend = SimBackend(inputs.rig, true, 100 + k, None, stand_in)
         facts = {"rig": inputs.rig.name, "experiment": name, "backend": "stand-in", "speed": "unpaced", "period_s": f"{inputs.rig.period_s:g}"}
         summary, result = run_recorded(inputs, backend, out / f"{name}.mcap", facts, paced=False, progress=False)
-        print(f"{name}: {result.outcome}, {result.cycles * inputs.rig.period_s:.0f} s, {summary.path}")
+        print(f"{name}: {result.outcome}, {result.cycles * inputs.rig.period_s:.0f} s, {summary.path}", file=sys.stderr)
+        found.append(Path(summary.path))
+    return found
+
+
+def main() -> None:
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    arguments.add_argument("out", type=Path)
+    out = arguments.parse_args().out
+    record(out)
     (out / "hidden.txt").write_text(WORDS + "\n", encoding="utf-8")
 
 
