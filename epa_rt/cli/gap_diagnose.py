@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, STOPPED, VerbError
+from epa_rt.cli.gap_fits import check_spares
 from epa_rt.cli.gap_inputs import Opened, add_log_arguments, add_rig_arguments, opened, task_parser
 from epa_rt.cli.gap_plan import planned
 from epa_rt.cli.progress import progress_shown
@@ -44,18 +45,20 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
+    from epa_rt.config.source import ConfigError
     from epa_rt.gap.report.terminal import console, show, show_found
 
     for path, endings in ((arguments.json, (".json",)), (arguments.html, (".html", ".htm")), (arguments.patch, (".yaml", ".yml")), (arguments.picture, (".svg",))):
         check_writable(path, endings)
     given, out = opened(arguments, arguments.holdout), console()
+    check_spares(arguments.patch, (arguments.rig, given.plant or arguments.plant))
     _known(arguments.leave_out, given)
     show_found(given.found, out)
     with progress_shown(arguments.quiet) as progress:
         diagnosis = _diagnosed(given, arguments, progress)
-    write_answer(diagnosis, arguments)
     gate, code = None, COMPLETED
     try:
+        write_answer(diagnosis, arguments)
         with progress_shown(arguments.quiet) as progress:
             if not arguments.no_plan:
                 diagnosis = replace(diagnosis, next_experiment=planned(given, diagnosis, progress))
@@ -65,11 +68,16 @@ def run(arguments: argparse.Namespace) -> int:
     except KeyboardInterrupt:
         print("epa gap: interrupted; what was found until then stands", file=sys.stderr)
         code = STOPPED
+    except (VerbError, ConfigError):
+        show(replace(diagnosis, found_first=()), out)  # what comes after the diagnosis must not take it away
+        raise
+    show(replace(diagnosis, found_first=()), out)  # before what may fail at a full disk
     write_answer(diagnosis, arguments)
     _write_pictures(given, diagnosis, gate, arguments)
-    show(replace(diagnosis, found_first=()), out)
     for path in (arguments.json, arguments.html, arguments.patch, arguments.picture):
-        if path is not None and path.exists():
+        if path is not None and path == arguments.patch and not diagnosis.effects:
+            out.print(f"{path}: not written, no effect is named")
+        elif path is not None and path.exists():
             out.print(str(path))
     return code
 

@@ -46,6 +46,7 @@ def add_log_arguments(parser: argparse.ArgumentParser) -> None:
 
 def open_rig(rig: Path, plant: Path | None) -> "tuple[Subject, Rig | None, Path | None]":
     """The subject, the typed rig and the plant file's path; the last two None for a rig that is not ours. Raises ConfigError."""
+    from epa_rt.cli.gap_fits import check_plant
     from epa_rt.config.rig import rig_from
     from epa_rt.config.source import load_yaml
     from epa_rt.gap.foreign import is_foreign
@@ -55,16 +56,20 @@ def open_rig(rig: Path, plant: Path | None) -> "tuple[Subject, Rig | None, Path 
         return open_subject(rig, plant), None, plant
     typed = rig_from(load_yaml(rig))
     plant = plant or rig.parent / typed.plant
+    check_plant(typed, plant)
     return open_subject(rig, plant), typed, plant
 
 
 def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opened:
-    """Rig and logs, the logs checked and cleaned. Raises VerbError where a diagnosis of them would mean nothing."""
+    """Rig and logs, the logs checked and cleaned. Raises VerbError, ConfigError where a diagnosis of them would mean nothing."""
+    from epa_rt.cli.gap_fits import check_columns
     from epa_rt.gap.hygiene import check, clean
 
     subject, rig, plant = open_rig(arguments.rig, arguments.plant)
     recordings = read(arguments.logs, rig) + read(holdout, rig)
     _unique(recordings)
+    if rig is None:
+        check_columns(subject, arguments.rig, recordings)
     findings = check(recordings, rig)
     refused = [finding.says for finding in findings if finding.severity == "refuse"]
     if refused:

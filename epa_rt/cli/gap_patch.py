@@ -7,6 +7,7 @@ import argparse
 from pathlib import Path
 
 from epa_rt.cli.exits import COMPLETED, VerbError
+from epa_rt.cli.gap_fits import check_spares
 from epa_rt.cli.gap_inputs import add_rig_arguments, open_rig, task_parser
 from epa_rt.cli.write import check_writable, write_whole
 
@@ -23,6 +24,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     check_writable(arguments.out, (".yaml", ".yml"))
     subject, _, plant = open_rig(arguments.rig, arguments.plant)
+    check_spares(arguments.out, (arguments.rig, arguments.diagnosis))
     if plant is not None and arguments.out.exists() and arguments.out.samefile(plant):
         raise VerbError(f"{arguments.out}: found the plant file that was diagnosed, expected another name (it stays as it is)")
     try:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, VerbError
+from epa_rt.cli.gap_fits import check_spares
 from epa_rt.cli.gap_inputs import Opened, add_log_arguments, add_rig_arguments, opened, task_parser
 from epa_rt.cli.progress import progress_shown
 from epa_rt.cli.write import check_writable, write_whole
@@ -35,6 +36,7 @@ def run(arguments: argparse.Namespace) -> int:
     from epa_rt.gap.patch import PatchError, load_diagnosis
 
     check_writable(arguments.out, (".yaml", ".yml"))
+    check_spares(arguments.out, (arguments.rig, arguments.plant))
     try:
         diagnosis = load_diagnosis(arguments.diagnosis)
     except PatchError as error:

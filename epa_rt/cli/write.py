@@ -35,3 +35,9 @@ def check_writable(path: Path | None, endings: tuple[str, ...]) -> None:
         raise VerbError(f"{path}: found the ending '{path.suffix}', expected {' or '.join(endings)}")
     if path.is_dir():
         raise VerbError(f"{path}: found a folder, expected a name for a file")
+    folder = next(parent for parent in path.absolute().parents if parent.exists())
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise VerbError(f"{path}: found {folder}, in which nothing can be written ({error.strerror}), expected a folder that takes files") from None

@@ -11,6 +11,7 @@ from epa_rt.gap.hygiene_finding import Finding, measured_names
 from epa_rt.gap.hygiene_pairs import check_pairs
 from epa_rt.gap.hygiene_scale import check_scale
 from epa_rt.gap.hygiene_skew import check_skew
+from epa_rt.gap.hygiene_spikes import check_spikes
 from epa_rt.gap.hygiene_time import check_time
 from epa_rt.gap.hygiene_values import check_values
 from epa_rt.gap.hygiene_valves import check_valves
@@ -18,7 +19,7 @@ from epa_rt.gap.read import misfits
 from epa_rt.gap.recording import Recording, Span
 
 _REFUSED = ("recorded on the rig", "has no column for", "recorded at a period", "with reads", "with inverted", "is not what its raw bytes say")
-_WITHOUT_RIG = (check_time, check_values, check_pairs)
+_WITHOUT_RIG = (check_time, check_values, check_pairs, check_spikes)
 _ORDER = {"refuse": 0, "exclude": 1, "note": 2}
 
 
@@ -27,10 +28,10 @@ def check(recordings: Sequence[Recording], rig: Rig | None) -> tuple[Finding, ..
 
     Where one says ``refuse`` a diagnosis would mean nothing; the stretches of ``exclude`` are taken out by ``clean``.
     """
-    found = _mixed(recordings)
+    found = _mixed(recordings) + _twice(recordings)
     for recording in recordings:
         found += _said_by_log(recording, rig)
-        for checks in (check_time, check_values, check_scale, check_ends, check_pairs, check_skew, check_valves):
+        for checks in (check_time, check_values, check_scale, check_ends, check_pairs, check_skew, check_valves, check_spikes):
             own = checks(recording, rig) if rig is not None or checks in _WITHOUT_RIG else []
             found += own
             if any(finding.severity == "refuse" for finding in own):
@@ -63,6 +64,19 @@ def _mixed(recordings: Sequence[Recording]) -> list[Finding]:
         return []
     which = "; ".join(f"{rig or 'no name'}: {', '.join(r.name for r in recordings if r.rig == rig)}" for rig in rigs)
     return [Finding("refuse", "mixed rigs", "", "", f"found logs of {len(rigs)} rigs ({which}), expected logs of one")]
+
+
+def _twice(recordings: Sequence[Recording]) -> list[Finding]:
+    """One recording under two names, or with its beginning as another: it would weigh twice, or judge itself as its own holdout."""
+    found = []
+    for i, one in enumerate(recordings):
+        for other in recordings[i + 1 :]:
+            rows = min(one.samples, other.samples)
+            names = [name for name in measured_names(one) if name in other.columns]
+            if rows and names and all(np.array_equal(one.columns[name][:rows], other.columns[name][:rows], equal_nan=True) for name in names):
+                found.append(Finding("refuse", "twice", other.name, "", f"{other.name}: found every one of its {rows} rows in {one.name} too, expected another recording"
+                                     if rows == other.samples else f"{one.name}: found every one of its {rows} rows in {other.name} too, expected another recording"))
+    return found
 
 
 def _said_by_log(recording: Recording, rig: Rig | None) -> list[Finding]:

@@ -5,15 +5,17 @@ import numpy as np
 from epa_rt.config.rig import Rig
 from epa_rt.config.rig_rows import SignalRow
 from epa_rt.gap.hygiene_finding import Finding, judged_rows, seconds, stretches
-from epa_rt.gap.hygiene_values import scaling_of_row
+from epa_rt.gap.hygiene_values import is_analog, scaling_of_row
 from epa_rt.gap.recording import Recording
 
 FACTORS = {1e3: "a thousand", 1e-3: "a thousandth", 1e5: "100 000 (bar for Pa)", 1e-5: "a 100 000th (Pa for bar)", 1e6: "a million", 1e-6: "a millionth",
            57.29578: "180/pi (degrees for rad)", 0.01745329: "pi/180 (rad for degrees)", 9.5493: "60/2pi (rpm for rad/s)", 0.104720: "2pi/60 (rad/s for rpm)",
            100.0: "a hundred", 0.01: "a hundredth", 10.0: "ten", 0.1: "a tenth"}
 _OUTSIDE_SHARE = 0.01
+_MOST_OUTSIDE = 0.2    # share of rows above which the rest says nothing
 _BESIDE = 0.1          # of the span of the limits: a trip stops a little further on
 _COUNTS_OFF = (0.2, 20.0)
+_PRESENTED = 16.0      # counts that an analog terminal changes by: 12 bit, left-aligned in a word of 16
 _ENOUGH_VALUES = 50
 _ATMOSPHERE_OFF_PA = 40e3
 _REST_S = 0.05
@@ -35,12 +37,18 @@ def check_scale(recording: Recording, rig: Rig) -> list[Finding]:
     return found
 
 
-def nearest_factor(ratio: float) -> str:
-    """A factor in words: a mistake of units that it looks like, or its number."""
+def nearest_factor(ratio: float, unit: str = "") -> str:
+    """A factor in words: a mistake of units that it looks like, or its number. ``unit``: SI unit of the channel, where it is known."""
     if not np.isfinite(ratio) or ratio == 0.0:
         return "no factor"
-    best = min(FACTORS, key=lambda factor: abs(np.log(abs(ratio) / factor)))
+    best = min(factors_of(unit), key=lambda factor: abs(np.log(abs(ratio) / factor)))
     return FACTORS[best] if abs(np.log(abs(ratio) / best)) < 0.35 else f"{abs(ratio):.3g}"
+
+
+def factors_of(unit: str) -> list[float]:
+    """The factors that a channel's unit can be wrong by: only an angle is mistaken for degrees, only a pressure for bar."""
+    angles, pressures = (57.29578, 0.01745329, 9.5493, 0.104720), (1e5, 1e-5)
+    return [factor for factor in FACTORS if not (unit and ((factor in angles and "rad" not in unit) or (factor in pressures and unit != "Pa")))]
 
 
 def _of(recording: Recording, severity: str, kind: str, name: str, sentence: str, rows: list = ()) -> Finding:
@@ -59,13 +67,15 @@ def _outside(recording: Recording, row: SignalRow, values: np.ndarray) -> list[F
         return []
     first = int(np.argmax(outside))
     share = outside.sum() / judged.sum()
-    fits = [factor for factor in FACTORS if _fits(values[judged] / factor, low, high)]
+    fits = [factor for factor in factors_of(row.si_unit) if _fits(values[judged] / factor, low, high)]
     expected = f"{low:.6g} to {high:.6g} {row.si_unit}, the limits at which the rig trips"
     at = f"found {values[first]:.6g} {row.si_unit} at {seconds(recording, first):.3f} s and {share:.0%} of the rows outside of the limits, expected {expected}"
     if share > 0.5:
         like = f"; the values look too large or small by {FACTORS[min(fits, key=lambda f: abs(np.log(f)))]}" if fits else ""
         return [_of(recording, "refuse", "units", row.name, at + like)]
-    return [_of(recording, "refuse" if share > 0.2 else "exclude", "outside limits", row.name, at + "; they are left out", stretches(outside))]
+    if share > _MOST_OUTSIDE:
+        return [_of(recording, "refuse", "outside limits", row.name, at)]
+    return [_of(recording, "exclude", "outside limits", row.name, at + "; they are left out", stretches(outside))]
 
 
 def _fits(values: np.ndarray, low: float, high: float) -> bool:
@@ -100,8 +110,11 @@ def _counts(recording: Recording, rig: Rig, row: SignalRow, values: np.ndarray) 
     ratio = step / abs(scaling.slope)
     if _COUNTS_OFF[0] <= ratio <= _COUNTS_OFF[1]:
         return []
-    return [_of(recording, "refuse", "units", row.name, f"found values in steps of {step:.3g} {row.si_unit}, expected steps of {abs(scaling.slope):.3g} {row.si_unit}, the size of a count: "
-                f"the values look too {'large' if ratio > 1.0 else 'small'} by {nearest_factor(ratio)}")]
+    if is_analog(rig, row.name):
+        ratio /= _PRESENTED
+    expected = abs(scaling.slope) * (_PRESENTED if is_analog(rig, row.name) else 1.0)
+    return [_of(recording, "refuse", "units", row.name, f"found values in steps of {step:.3g} {row.si_unit}, expected steps of about {expected:.3g} {row.si_unit}, the least that "
+                f"it can change by: the values look too {'large' if ratio > 1.0 else 'small'} by {nearest_factor(ratio, row.si_unit)}")]
 
 
 def _atmosphere(recording: Recording, rig: Rig, pressure: str, inlet: str, exhaust: str) -> list[Finding]:

@@ -37,7 +37,7 @@ def check_values(recording: Recording, rig: Rig | None) -> list[Finding]:
         scaling = scaling_of_row(rig, name) if rig is not None else None
         # a converter of 12 bit in a word of 16 makes steps of many counts
         count = max(abs(scaling.slope) if scaling is not None else 0.0, _smallest_step(known))
-        if _is_noisy(values, count, rig is not None and _is_analog(rig, name)):
+        if _is_noisy(values, count, rig is not None and is_analog(rig, name)):
             found += _frozen(recording, name, values)
         elif rig is not None and name not in (rig.motor.position, rig.motor.speed):
             found += _standing(recording, rig, name, values, count) or _still(recording, name, values)
@@ -64,7 +64,8 @@ def _is_noisy(values: np.ndarray, count: float, analog: bool) -> bool:
     return noise_of(values) > _NOISE_COUNTS * count and (analog or noise_of(values[:_AT_REST_ROWS]) > _NOISE_COUNTS * count)
 
 
-def _is_analog(rig: Rig, name: str) -> bool:
+def is_analog(rig: Rig, name: str) -> bool:
+    """Whether a row comes from an analog terminal."""
     slave = rig.row(name).entry.split(".")[0]
     return next(s.device for s in rig.slaves if s.name == slave) == "EL3004"
 
@@ -88,14 +89,14 @@ def _invalid(recording: Recording, name: str, values: np.ndarray, rows: np.ndarr
     severity = "refuse" if share > _MOST_INVALID else "exclude"
     return [_of(recording, severity, "dropped channel" if share > _MOST_INVALID else "invalid", name,
                 f"found no valid value on {count} of {int(rows.sum())} rows ({share:.2%}) in {len(where)} stretches, the longest from {seconds(recording, longest[0]):.3f} s to "
-                f"{seconds(recording, longest[1] - 1):.3f} s, expected values throughout; they are left out", where)]
+                f"{seconds(recording, longest[1] - 1):.3f} s, expected values throughout" + ("" if share > _MOST_INVALID else "; they are left out"), where)]
 
 
 def _constant(recording: Recording, rig: Rig | None, name: str, value: float) -> list[Finding]:
     """An analog sensor that never moves is dead; what a drive says may stand still while the motor is not told to move."""
     told = [v[np.isfinite(v)] for n, v in recording.columns.items() if n.startswith(("cmd_motor", "ref_motor"))]
     severity = "note" if rig is None else "refuse"
-    if rig is not None and not _is_analog(rig, name) and not any(len(v) and np.ptp(v) > 1e-3 for v in told):
+    if rig is not None and not is_analog(rig, name) and not any(len(v) and np.ptp(v) > 1e-3 for v in told):
         return []
     return [_of(recording, severity, "dropped channel", name, f"found {value:.6g} on every row, expected a channel that moves")]
 

@@ -27,6 +27,9 @@ BENCH = [
     *((f"{name} {rows} rows late", late(name, rows), "skew", "refuse", None) for name in (P, F, I) for rows in (30, -30)),
     ("speed 8 rows late", late(V, 8), "skew", "refuse", V),
     *((f"{name} turned round", scaled(name, -1.0), "sign|outside limits|units", "refuse", None) for name in (P, F, X, V, I)),
+    ("pressure spike", written_over(P, 700e3, 9000, 9001), "spike", "exclude", P),
+    ("force spike", written_over(F, 500.0, 9000, 9001), "spike", "exclude", F),
+    ("travel spike", written_over(X, 0.02, 9000, 9001), "spike|disagree", "exclude", None),
     ("1 % lost", lost(0.01), "lost cycles", "exclude", ""),
     ("30 % lost", lost(0.3), "lost cycles", "refuse", ""),
     ("1 % lost, numbered on", lambda r: dataclasses.replace(lost(0.01)(r), cycle=np.arange(len(lost(0.01)(r).cycle))), "clock step|clock", None, ""),
@@ -102,6 +105,24 @@ def test_what_is_excluded_is_taken_out_and_the_rest_stays_as_it_was():
         assert np.array_equal(cleaned.columns[name][~gone], recording.columns[name][~gone])
     assert np.isfinite(cleaned.columns["cmd_motor_speed_m_s"]).all()
     assert any("lost cycles" in sentence for sentence in cleaned.found) and any("no valid value" in sentence for sentence in cleaned.found)
+
+
+@pytest.mark.parametrize("rows", [None, 9000])
+def test_one_recording_under_two_names_is_refused(rows):
+    """A copy, or a copy cut short, would weigh twice, or judge itself as its own holdout."""
+    recording = recording_of("bench", LOGS["bench"])
+    copy = dataclasses.replace(recording if rows is None else rows_left(recording, np.arange(recording.samples) < rows), name="copy")
+    for pair in ([recording, copy], [copy, recording]):
+        twice = [finding for finding in check(pair, rig_of_name("bench")) if finding.kind == "twice"]
+        assert [finding.severity for finding in twice] == ["refuse"] and "copy" in twice[0].says and recording.name in twice[0].says
+    other = recording_of("bench", LOGS["bench"], "noisy")
+    assert not any(finding.kind == "twice" for finding in check([recording, dataclasses.replace(other, name="other")], rig_of_name("bench")))
+
+
+def test_a_factor_is_named_as_a_mistake_that_this_unit_can_be():
+    recording = recording_of("bench", LOGS["bench"])
+    says = [f.says for f in check([scaled(F, 1e-3)(recording)], rig_of_name("bench")) if f.kind == "units"]
+    assert says and says[0].endswith("by a thousandth"), says
 
 
 def test_cycles_twice_are_left_out():

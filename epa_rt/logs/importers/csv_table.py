@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from epa_rt.logs.importers.mapping import Format
-from epa_rt.logs.importers.table import ImportRefused, Table, element_of, shown
+from epa_rt.logs.importers.table import ImportRefused, Table, element_of, shown, why
 
 _LARGEST = 1 << 30  # bytes of a file
 _ENCODINGS = {"utf-8": "utf-8-sig", "latin-1": "latin-1", "utf-16": "utf-16"}
@@ -51,7 +51,8 @@ def _rows(path: Path, form: Format) -> tuple[list[list[str]], list[int], list[st
                     header = _header(path, begin, row)
                     continue
             if len(row) != width:
-                raise ImportRefused(f"{path}:{begin}: found {_columns(len(row))}, expected {width} as in the lines before{_cut(text, begin)}")
+                raise ImportRefused(f"{path}:{begin}: found {_columns(len(row))}, expected {width} as in the lines before{_cut(text, begin)}"
+                                    f"{_delimiter_guess(form, header or rows[0])}{_comma_guess(form, len(row), width)}")
             rows.append(row)
             lines.append(begin)
     except csv.Error as error:
@@ -67,7 +68,7 @@ def _text(path: Path, form: Format) -> str:
             raise ImportRefused(f"{path}:1: found more than {_LARGEST >> 30} GB, expected a smaller file")
         content = path.read_bytes()
     except (OSError, ValueError) as error:
-        raise ImportRefused(f"{path}:1: found {getattr(error, 'strerror', None) or error}, expected a CSV file") from None
+        raise ImportRefused(f"{path}:1: found {why(error)}, expected a CSV file") from None
     if not content.strip():
         raise ImportRefused(f"{path}:1: found an empty file, expected a CSV file")
     if form.encoding != "utf-16" and content[:2] in (b"\xff\xfe", b"\xfe\xff"):
@@ -114,6 +115,11 @@ def _delimiter_guess(form: Format, row: list[str]) -> str:
         return ""
     other = next((sign for sign in ";\t,|" if sign != form.delimiter and sign in row[0]), None)
     return f"; the line has {row[0].count(other)} times {other!r}, which may be the delimiter" if other else ""
+
+
+def _comma_guess(form: Format, found: int, width: int) -> str:
+    """Twice the columns between commas: every number has a decimal comma."""
+    return "; the numbers may have decimal commas, which need another delimiter or quotes" if form.delimiter == "," and found == 2 * width else ""
 
 
 def _element(cell: str, element: int, path: Path, line: int, column: str) -> str:

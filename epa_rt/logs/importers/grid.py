@@ -10,6 +10,7 @@ from epa_rt.logs.importers.table import ImportRefused, Table
 
 MOST_CYCLES = 50_000_000
 _GAP_PERIODS = 3.0
+_TYPICAL_PERIODS = 1.5  # between most rows: more is no lost row but another period
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,10 @@ def grid_of(table: Table, clock: Clock) -> Grid:
     period_s = clock.period or float(t[-1] / (len(t) - 1))
     if t[-1] / period_s > MOST_CYCLES:
         raise ImportRefused(f"{table.place(len(t) - 1)}: found a stamp {t[-1] / period_s:.3g} periods after the first, expected at most {MOST_CYCLES}")
+    typical_s = float(np.median(np.diff(t)))
+    if typical_s > _TYPICAL_PERIODS * period_s and clock.resample is None:
+        raise ImportRefused(f"{table.place(1)}: found rows {typical_s:.6g} s apart as a rule, expected the period of {period_s:.6g} s that the mapping gives "
+                            "(is the clock's unit right?)")
     cycle = np.rint(t / period_s).astype(np.int64)
     off_s = np.abs(t - cycle * period_s)
     jitter_s = 0.1 * period_s if clock.jitter is None else clock.jitter

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from epa_rt.logs.importers.mat_child import MatError, load_apart
-from epa_rt.logs.importers.table import ImportRefused, Table, element_of, shown
+from epa_rt.logs.importers.table import ImportRefused, Table, element_of, shown, why
 
 _LARGEST = 1 << 31
 _HDF5 = b"\x89HDF\r\n\x1a\n"
@@ -35,7 +35,7 @@ def _load(path: Path) -> dict[str, Any]:
             head = file.read(600)
         size = path.stat().st_size
     except (OSError, ValueError) as error:
-        raise ImportRefused(f"{path}: found {getattr(error, 'strerror', None) or error}, expected a MAT file") from None
+        raise ImportRefused(f"{path}: found {why(error)}, expected a MAT file") from None
     if not head or size > _LARGEST:
         raise ImportRefused(f"{path}: found {'an empty file' if not head else 'more than 2 GB'}, expected a MAT file")
     if _HDF5 in (head[:8], head[512:520]):

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from epa_rt.logs.importers.table import ImportRefused, Table, element_of, shown
+from epa_rt.logs.importers.table import ImportRefused, Table, element_of, shown, why
 
 STAMPS = ("log_time", "publish_time")
 _ENCODINGS = ("json", "protobuf")
@@ -49,7 +49,7 @@ def _messages(path: Path, topic: str):
     except ImportRefused:
         raise
     except OSError as error:
-        raise ImportRefused(f"{path}: found {(error.strerror or str(error)).lower()}, expected an MCAP file") from None
+        raise ImportRefused(f"{path}: found {why(error)}, expected an MCAP file") from None
     except (McapError, Exception) as error:  # a damaged file makes the library raise nearly anything
         reason = " ".join(str(error).split())[:120]
         raise ImportRefused(f"{path}: found a file that is no whole MCAP file ({type(error).__name__}: {reason}), expected one") from None

@@ -47,3 +47,10 @@ def shown(text: str, longest: int = 40) -> str:
     """Text of a file as part of a sentence: one line, cut where long."""
     text = "".join(c if c.isprintable() else " " for c in text[: longest + 1])
     return repr(text if len(text) <= longest else text[:longest] + "...")
+
+
+def why(error: Exception) -> str:
+    """Why a file could not be opened, to follow 'found'."""
+    if isinstance(error, IsADirectoryError):
+        return "a folder"
+    return (getattr(error, "strerror", None) or str(error)).lower()

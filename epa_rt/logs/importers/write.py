@@ -37,6 +37,9 @@ def write_log(path: Path, mapping: Mapping, gathered: Gathered, attachments: dic
     partial = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ImportRefused(f"{path}: cannot be written ({error.strerror})") from None
+    try:
         file = McapFile(os.fspath(partial), sync=False)
         try:
             _write(file, mapping, gathered, attachments, sources)
@@ -48,7 +51,8 @@ def write_log(path: Path, mapping: Mapping, gathered: Gathered, attachments: dic
     except (OSError, ValueError) as error:
         raise ImportRefused(f"{path}: cannot be written ({getattr(error, 'strerror', None) or error})") from None
     finally:
-        partial.unlink(missing_ok=True)
+        if partial.exists():  # not so where the folder is a file
+            partial.unlink(missing_ok=True)
 
 
 def _write(file: McapFile, mapping: Mapping, gathered: Gathered, attachments: dict[str, bytes], sources: Sequence[Path]) -> None:

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from epa_rt.cli.main import main
 from foreign_files import CSV, FORCE, MAT, MCAP, POSITION, T, csv_text, mat_bytes, mcap_json, write_all
 
 LINES = csv_text().splitlines()
@@ -25,6 +26,8 @@ CSVS = {
     "header twice": (csv_text().replace("asked", "pos", 1), "bad.csv:1: found the column 'pos' 2 times"),
     "back in time": (line(9, "65.000;1.0;1.0;0.0").replace("60.000;", "66.000;"), "bad.csv:9: found a stamp 0.001 s before that of the row before"),
     "twice the time": (line(9, "60.000;1.0;1.0;0.0"), "bad.csv:9: found the same stamp as on the row before"),
+    "stamps in microseconds": ("\n".join([LINES[0], *(f"{float(row.partition(';')[0]) * 1e3:.3f};{row.partition(';')[2]}" for row in LINES[1:])]) + "\n",
+                               "bad.csv:3: found rows 10 s apart as a rule, expected the period of 0.01 s"),
     "empty": ("", "bad.csv:1: found an empty file"),
     "blank": ("\n\n", "bad.csv:1: found an empty file"),
     "header only": (LINES[0] + "\n", "bad.csv:2: found no row of numbers"),
@@ -43,6 +46,19 @@ def test_csv(name, imported, tmp_path):
     (tmp_path / "bad.csv").write_text(text)
     code, said, _ = imported(CSV, tmp_path / "bad.csv")
     assert code == 2 and expected in said
+
+
+def test_what_may_be_wrong_is_said(imported, tmp_path):
+    """Decimal commas between commas; a header with another delimiter than the rows; an output below a file."""
+    (tmp_path / "a.csv").write_text(csv_text().replace(";", ",").replace(".", ","))
+    assert "found 8 columns, expected 4 as in the lines before; the numbers may have decimal commas" in imported(CSV.replace('";"', '","'), tmp_path / "a.csv")[1]
+    (tmp_path / "b.csv").write_text(csv_text().replace(".", ","))
+    said = imported(CSV.replace('";"', '","'), tmp_path / "b.csv")[1]
+    assert "b.csv:2: found 5 columns, expected 1 as in the lines before; the line has 3 times ';', which may be the delimiter" in said
+    (tmp_path / "c.csv").write_text(csv_text())
+    (tmp_path / "m.yaml").write_text(CSV)
+    assert main(["import", str(tmp_path / "m.yaml"), str(tmp_path / "c.csv"), "-o", str(tmp_path / "c.csv/log.mcap")]) == 2
+    assert (tmp_path / "c.csv").read_text() == csv_text()
 
 
 def test_encodings(imported, tmp_path):

@@ -1,0 +1,102 @@
+"""epa gap refuses what does not belong together before any fit, and loses no answer to a file that cannot be written."""
+
+import shutil
+
+import pytest
+
+from epa_rt.cli.main import main
+from epa_rt.gap.diagnosis import Diagnosis
+from tests.cli.shell import RIGS, ROOT
+from tests.gap.recorded import log_of
+
+RIG = RIGS / "bench.yaml"
+PLANTS = ROOT / "config/plants"
+pytestmark = pytest.mark.xdist_group("epa gap")
+
+
+@pytest.fixture(scope="module")
+def log():
+    return log_of("bench", "identification_short")
+
+
+@pytest.fixture
+def answered(monkeypatch):
+    """A diagnosis that is there at once."""
+    from epa_rt.cli import gap_diagnose
+
+    answer = Diagnosis("no_gap", "Nothing is left beyond the noise floor.")
+    monkeypatch.setattr(gap_diagnose, "_diagnosed", lambda *_: answer)
+
+
+def refused(capsys, *arguments):
+    assert main(["gap", *map(str, arguments), "--quiet"]) == 2
+    found = capsys.readouterr()
+    assert found.err.count("\n") == 1 and not found.out, found
+    return found.err
+
+
+@pytest.mark.parametrize("plant, words", [("knee", "knee.yaml:25: load.kind_code: found a joint"), ("mass", "found a mass on a line")])
+@pytest.mark.parametrize("task", ["diagnose", "localise"])
+def test_a_plant_of_another_rig(task, plant, words, log, capsys):
+    said = refused(capsys, task, "--rig", RIG, "--plant", PLANTS / f"{plant}.yaml", log)
+    assert words in said and "expected a muscle held by the load cell (kind_code 0), which the rig 'bench' has" in said
+
+
+def test_every_rig_takes_its_own_plant():
+    from epa_rt.cli.gap_fits import check_plant
+    from epa_rt.config.rig import load_rig
+
+    for path in RIGS.glob("*.yaml"):
+        rig = load_rig(path)
+        check_plant(rig, path.parent / rig.plant)
+
+
+def test_a_copy_of_a_log_is_no_holdout(log, tmp_path, capsys):
+    shutil.copy(log, tmp_path / "copy.mcap")
+    assert "copy: found every one of its" in refused(capsys, "diagnose", "--rig", RIG, log, "--holdout", tmp_path / "copy.mcap")
+
+
+def test_a_log_of_ours_with_a_rig_of_others(log, capsys):
+    said = refused(capsys, "localise", "--rig", ROOT / "config/rigs_foreign/emps.yaml", log)
+    assert "found a log of the rig 'bench', expected 'emps'" in said
+
+
+def test_a_column_that_the_rig_of_others_names_and_the_log_lacks(tmp_path, capsys):
+    (tmp_path / "m.yaml").write_text("mapping: emps\nrig: emps\nformat: {kind: csv}\nclock: {rate: 100 Hz}\nmeasured: {carriage_position_m: {column: x, unit: m}}\n")
+    (tmp_path / "a.csv").write_text("x\n" + "\n".join(str(k % 7) for k in range(300)) + "\n")
+    assert main(["import", str(tmp_path / "m.yaml"), str(tmp_path / "a.csv"), "-o", str(tmp_path / "a.mcap")]) == 0
+    capsys.readouterr()
+    assert "a.mcap: found no column motor_force_n, expected what " in refused(capsys, "localise", "--rig", ROOT / "config/rigs_foreign/emps.yaml", tmp_path / "a.mcap")
+
+
+def test_a_folder_that_takes_no_file_is_said_before_the_work(log, tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert "in which nothing can be written" in refused(capsys, "diagnose", "--rig", RIG, log, "--json", tmp_path / "file/deep/gap.json")
+
+
+@pytest.mark.parametrize("which", ["rig", "plant"])
+def test_no_input_is_written_over(which, log, tmp_path, capsys):
+    shutil.copy(PLANTS / "bench.yaml", tmp_path / "plant.yaml")
+    shutil.copy(RIG, tmp_path / "rig.yaml")
+    before = (tmp_path / f"{which}.yaml").read_bytes()
+    said = refused(capsys, "diagnose", "--rig", tmp_path / "rig.yaml", "--plant", tmp_path / "plant.yaml", log, "--patch", tmp_path / f"{which}.yaml")
+    assert "found a file that is read here" in said and (tmp_path / f"{which}.yaml").read_bytes() == before
+
+
+def test_an_answer_is_shown_although_its_file_cannot_be_written(log, tmp_path, capsys, monkeypatch, answered):
+    from epa_rt.cli import gap_diagnose
+    from epa_rt.cli.exits import VerbError
+
+    def full(*_):
+        raise VerbError("gap.json: cannot be written (No space left on device)", 4)
+
+    monkeypatch.setattr(gap_diagnose, "write_answer", full)
+    assert main(["gap", "diagnose", "--rig", str(RIG), str(log), "--json", str(tmp_path / "gap.json"), "--quiet"]) == 4
+    found = capsys.readouterr()
+    assert "Nothing is left beyond the noise floor." in found.out and "No space left" in found.err
+
+
+def test_a_patch_of_before_is_not_said_to_be_written(log, tmp_path, capsys, answered):
+    (tmp_path / "old.yaml").write_text("plant: old\n")
+    assert main(["gap", "diagnose", "--rig", str(RIG), str(log), "--patch", str(tmp_path / "old.yaml"), "--quiet"]) == 0
+    assert "not written, no effect is named" in capsys.readouterr().out
