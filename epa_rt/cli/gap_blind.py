@@ -14,6 +14,7 @@ from pathlib import Path
 
 from epa_rt.cli.exits import BAD_INPUT, COMPLETED, VerbError
 from epa_rt.cli.gap_inputs import task_parser
+from epa_rt.cli.write import check_writable
 
 RIVALS = ("cma_es", "least_squares", "sparse", "rmse")
 DIAGNOSER = "epa_rt.cli.gap_blind_diagnose:diagnose_files"
@@ -23,7 +24,7 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     parts = task_parser(tasks, "blind", __doc__).add_subparsers(dest="part", metavar="PART", required=True)
     make = parts.add_parser("make", help="record cases and seal their truth")
     make.add_argument("--seed", type=int, required=True, help="another seed gives other cases; it is sealed with the truth")
-    make.add_argument("--cases", type=int, default=120)
+    make.add_argument("--cases", type=_count, default=120)
     make.add_argument("--kinds", nargs="+", help="only these kinds of cases")
     make.add_argument("-o", "--out", type=Path, required=True, help="folder of the cases; must be new")
     make.add_argument("--sealed", type=Path, help="folder of the sealed truth (default: OUT.sealed)")
@@ -42,19 +43,50 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     rivals.add_argument("cases", type=Path, metavar="DIR")
     rivals.add_argument("--json", type=Path, required=True, help="figures of every rival; its answers are kept beside")
     rivals.add_argument("--only", nargs="+", default=list(RIVALS), choices=RIVALS)
-    rivals.add_argument("--first", type=int, metavar="N", help="the first N cases alone (kinds are mixed): rivals take their time")
+    rivals.add_argument("--first", type=_count, metavar="N", help="the first N cases alone (kinds are mixed): rivals take their time")
     rivals.add_argument("--beside", type=Path, metavar="JSON", help="what score wrote for the same cases: a row of its own in the table")
     for part in (score, matrix):
         part.add_argument("--diagnoser", default=DIAGNOSER, help=argparse.SUPPRESS)
     for part in (score, rivals, oracle):
         part.add_argument("--sealed", type=Path, help="folder of the sealed truth (default: DIR.sealed)")
     for part in (make, score, matrix, rivals, oracle):
-        part.add_argument("--jobs", type=int, default=2, help="processes at once (default: %(default)s)")
+        part.add_argument("--jobs", type=_count, default=2, help="processes at once (default: %(default)s)")
         part.add_argument("--config", type=Path, default=Path("config"), help="folder with rigs and plants (default: %(default)s)")
 
 
+def _count(text: str) -> int:
+    """A whole number of one or more. Raises ArgumentTypeError."""
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"found {text}, expected a whole number, 1 or more")
+    return int(text)
+
+
 def run(arguments: argparse.Namespace) -> int:
-    return {"make": _make, "score": _score, "matrix": _matrix, "rivals": _rivals, "oracle": _oracle}[arguments.part](arguments)
+    from epa_rt.gap.blind.seal import SealError
+
+    check_writable(getattr(arguments, "json", None), (".json",))  # before hours of work
+    check_writable(getattr(arguments, "html", None), (".html", ".htm"))
+    if arguments.part in ("make", "matrix") and not (arguments.config / "rigs").is_dir():
+        raise VerbError(f"{arguments.config}: found no folder rigs in it, expected the folder with rigs and plants (--config)")
+    if arguments.part in ("score", "rivals", "oracle"):
+        _check_sealed(arguments.cases, sealed_of(arguments.cases, arguments.sealed))
+    try:
+        return {"make": _make, "score": _score, "matrix": _matrix, "rivals": _rivals, "oracle": _oracle}[arguments.part](arguments)
+    except SealError as error:
+        raise VerbError(str(error), BAD_INPUT) from None
+
+
+def _check_sealed(cases: Path, sealed: Path) -> None:
+    """That there is something to open in the end; it is not opened here."""
+    if not cases.is_dir():
+        raise VerbError(f"{cases}: found no such folder, expected the cases that epa gap blind make wrote")
+    if not (sealed / "truth.sealed").is_file():
+        raise VerbError(f"{sealed / 'truth.sealed'}: found no such file, expected the sealed truth of {cases} (--sealed)")
+
+
+def _check_folder(out: Path) -> None:
+    if out.exists() and not out.is_dir():
+        raise VerbError(f"{out}: found a file, expected a folder, or a name for a new one")
 
 
 def sealed_of(cases: Path, chosen: Path | None) -> Path:
@@ -63,6 +95,7 @@ def sealed_of(cases: Path, chosen: Path | None) -> Path:
 
 
 def _make(arguments: argparse.Namespace) -> int:
+    _check_folder(arguments.out)
     from epa_rt.cli.gap_blind_make import make_all
     from sim_backend.stand_in.draw import KINDS
 
@@ -79,7 +112,6 @@ def _make(arguments: argparse.Namespace) -> int:
 
 def _score(arguments: argparse.Namespace) -> int:
     from epa_rt.gap.blind.score import score
-    from epa_rt.gap.blind.seal import SealError
 
     sealed, again = sealed_of(arguments.cases, arguments.sealed), None
     if arguments.next:
@@ -87,22 +119,15 @@ def _score(arguments: argparse.Namespace) -> int:
 
         def again(judged: list, answers: Path, hides: bool) -> None:
             add_next(arguments.cases, sealed, judged, answers, arguments.diagnoser, hides)
-    try:
-        print(score(arguments.cases, sealed, arguments.json, arguments.html or arguments.json.with_suffix(".html"), arguments.diagnoser,
-                    arguments.jobs, again))
-    except SealError as error:
-        raise VerbError(str(error), BAD_INPUT) from None
+    print(score(arguments.cases, sealed, arguments.json, arguments.html or arguments.json.with_suffix(".html"), arguments.diagnoser,
+                arguments.jobs, again))
     return COMPLETED
 
 
 def _oracle(arguments: argparse.Namespace) -> int:
     from epa_rt.cli.gap_blind_oracle import oracle_all
-    from epa_rt.gap.blind.seal import SealError
 
-    try:
-        print(oracle_all(arguments.cases, sealed_of(arguments.cases, arguments.sealed), arguments.json, arguments.jobs))
-    except SealError as error:
-        raise VerbError(str(error), BAD_INPUT) from None
+    print(oracle_all(arguments.cases, sealed_of(arguments.cases, arguments.sealed), arguments.json, arguments.jobs))
     return COMPLETED
 
 
@@ -110,6 +135,8 @@ def _rivals(arguments: argparse.Namespace) -> int:
     """Scores every rival as the diagnosis is scored, and sets what they get right and how long they take side by side."""
     import json
 
+    if arguments.beside is not None and not arguments.beside.is_file():
+        raise VerbError(f"{arguments.beside}: found no such file, expected the JSON of epa gap blind score (--beside)")
     sealed, rows = sealed_of(arguments.cases, arguments.sealed), []
     from epa_rt.gap.blind.figures import figures
     from epa_rt.gap.blind.score import score
@@ -137,6 +164,7 @@ def _matrix(arguments: argparse.Namespace) -> int:
     from epa_rt.cli.gap_blind_make import make_matrix
     from epa_rt.gap.blind.matrix import matrix
 
+    _check_folder(arguments.out)
     sealed = sealed_of(arguments.out, None)
     if not (arguments.out / "truth.sha256").exists():
         make_matrix(arguments.seed, arguments.out, sealed, arguments.config, arguments.jobs)

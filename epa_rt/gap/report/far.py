@@ -51,7 +51,9 @@ def _bars(row: Shrinkage) -> Html:
     longest = max(row.before, row.after, row.floor) or 1.0
 
     def bar(value: float, kind: str) -> Html:
-        return tag("span", join([tag("i", "", class_=kind, style=f"width:{100.0 * value / longest:.2f}%"), tag("em", size(value, row.unit))]), class_="track")
+        beyond = 100.0 * max(row.floor - value, 0.0) / longest  # the number stands right of the floor's line, not across it
+        return tag("span", join([tag("i", "", class_=kind, style=f"width:{100.0 * value / longest:.2f}%"),
+                                 tag("em", size(value, row.unit), style=f"margin-left:calc(.45em + {beyond:.2f}%)")]), class_="track")
 
     floor = tag("i", "", class_="floor", style=f"--at:{row.floor / longest:.4f}")
     words = join([tag("strong", share_words(row)), "" if row.closed_share is None else " closed", tag("span", f"{times(row.times_floor)} floor left", class_="soft")])

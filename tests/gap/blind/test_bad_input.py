@@ -1,0 +1,35 @@
+"""epa gap blind refuses bad input in one sentence, before any case is recorded or diagnosed."""
+
+import pytest
+
+from epa_rt.cli.main import main
+
+MAKE = ["make", "--seed", "1", "--cases", "1"]
+
+
+@pytest.mark.parametrize("arguments, words", [
+    ([*MAKE, "-o", "{folder}/file"], "found a file, expected a folder"),
+    (["matrix", "--seed", "1", "-o", "{folder}/file"], "found a file, expected a folder"),
+    ([*MAKE, "-o", "{folder}/new", "--config", "{folder}/nothing"], "found no folder rigs in it"),
+    ([*MAKE, "-o", "{folder}"], "found a folder with files"),
+    ([*MAKE, "-o", "{folder}/new", "--kinds", "gremlin"], "found gremlin, expected some of single"),
+    (["score", "{folder}/nothing", "--json", "{folder}/out.json"], "found no such folder, expected the cases"),
+    (["score", "{folder}", "--json", "{folder}/out.json"], "expected the sealed truth"),
+    (["oracle", "{folder}", "--json", "{folder}/out.json"], "expected the sealed truth"),
+    (["rivals", "{folder}", "--json", "{folder}/out.json"], "expected the sealed truth"),
+    (["score", "{folder}", "--json", "{folder}/file/out.json"], "in which nothing can be written"),
+    (["score", "{folder}", "--json", "{folder}/out.txt"], "expected .json"),
+])
+def test_one_sentence_and_exit_2(arguments, words, tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    assert main(["gap", "blind", *(one.format(folder=tmp_path) for one in arguments)]) == 2
+    error = capsys.readouterr().err.strip()
+    assert words in error and error.count("\n") == 0
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+@pytest.mark.parametrize("flag, text", [("--cases", "0"), ("--cases", "-3"), ("--cases", "many"), ("--jobs", "0")])
+def test_counts_are_one_or_more(flag, text, tmp_path, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["gap", "blind", *MAKE, flag, text, "-o", str(tmp_path / "new")])
+    assert ended.value.code == 2 and f"found {text}, expected a whole number, 1 or more" in capsys.readouterr().err
