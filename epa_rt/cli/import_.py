@@ -38,9 +38,10 @@ def main(arguments: argparse.Namespace) -> int:
     try:
         gathered = gather(mapping, located, arguments.files)
         attachments = attachments_of(mapping, located, arguments.files)
+        if not arguments.dry:
+            write_log(out, mapping, gathered, attachments, arguments.files)  # before a word is printed: whoever reads it may hang up
         print(table_text(mapping, gathered))
         if not arguments.dry:
-            write_log(out, mapping, gathered, attachments, arguments.files)
             print(f"log: {out} ({out.stat().st_size / 1e6:.1f} MB)")
     except ImportRefused as error:
         raise VerbError(str(error)) from None

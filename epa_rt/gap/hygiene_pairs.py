@@ -12,6 +12,7 @@ from epa_rt.gap.recording import Recording
 _SMOOTH_S = 0.02
 _GAIN_OFF = 0.3          # |gain - 1| above which it is no sensor's error
 _FOREIGN_OFF = 5.0       # the gain above which a speed of others is in another unit
+_FOREIGN_GAIN = 10.0     # a position against what it was asked to be: a loop of others may follow badly, not by a factor like this
 _ALIKE = 0.7             # correlation below which two channels do not show the same motion
 _SAME = 0.95             # correlation above which they do, but for sign and size
 _APART = 0.08            # of the usual speed: how far speed and slope may be apart ...
@@ -24,6 +25,9 @@ def check_pairs(recording: Recording, rig: Rig | None) -> list[Finding]:
     found = []
     for position, speed in position_pairs(recording, rig):
         found += _speed_and_slope(recording, rig, position, speed)
+    if rig is None:
+        for position, target in _asked_of_others(recording):
+            found += _target(recording, position, target, _SAME, _FOREIGN_GAIN)
     if rig is not None and not found:
         for position, target in _followed(recording, rig):
             found += _target(recording, position, target)
@@ -110,7 +114,14 @@ def _gain(recording: Recording, name: str, target: str) -> tuple[float, float] |
     return (_correlation(y, u), float(y @ u / (u @ u))) if u @ u > 0.0 else None
 
 
-def _target(recording: Recording, name: str, target: str) -> list[Finding]:
+def _asked_of_others(recording: Recording) -> list[tuple[str, str]]:
+    """Positions and what they were asked to be, by their names."""
+    return [(name, kind + name) for name in recording.columns if name.endswith(("_position_m", "_position_rad", "_angle_rad"))
+            for kind in ("ref_", "cmd_") if kind + name in recording.columns]
+
+
+def _target(recording: Recording, name: str, target: str, least: float = _ALIKE, most: float = 3.0) -> list[Finding]:
+    """Sign and size of a channel against its target, where they are alike by ``least``; ``most``: a gain that is no control error."""
     found = _gain(recording, name, target)
     if found is None:
         return []
@@ -118,9 +129,9 @@ def _target(recording: Recording, name: str, target: str) -> list[Finding]:
     span = np.ptp(recording.columns[target][judged_rows(recording) & np.isfinite(recording.columns[target])])
     if span < (0.02 if name.endswith(("_rad", "_m_s")) else 2e-3):
         return []
-    if alike < -_ALIKE:
+    if alike < -least:
         return [_of(recording, "refuse", "sign", name, f"found it against {target} (correlation {alike:.2f}), expected it to follow")]
-    if alike > _ALIKE and not 1.0 / 3.0 < gain < 3.0:
+    if alike > least and not 1.0 / most < gain < most:
         return [_of(recording, "refuse", "units", name, f"found {gain:.4g} times the motion of {target}, expected it to follow; it looks off by {nearest_factor(gain)}")]
     return []
 

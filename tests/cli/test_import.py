@@ -1,6 +1,10 @@
 """epa import as a process of its own: exit codes and streams."""
 
-from tests.cli.shell import epa
+import os
+import subprocess
+import sys
+
+from tests.cli.shell import ROOT, epa
 
 MAPPING = """mapping: two
 rig: two
@@ -28,3 +32,14 @@ def test_what_is_refused_is_one_sentence_and_exit_code_2(tmp_path):
     assert not (tmp_path / "a.mcap").exists()
     done = epa("import", tmp_path / "m.yaml", tmp_path / "a.csv")
     assert done.returncode == 2 and "found no log to write, expected -o" in done.stderr
+
+
+def test_the_log_is_there_although_nobody_reads_what_is_printed(tmp_path):
+    (tmp_path / "m.yaml").write_text(MAPPING)
+    (tmp_path / "a.csv").write_text("x\n1\n2\n3\n")
+    reads, writes = os.pipe()
+    os.close(reads)
+    with os.fdopen(writes, "wb") as hung_up:
+        subprocess.run([sys.executable, "-m", "epa_rt", "import", tmp_path / "m.yaml", tmp_path / "a.csv", "-o", tmp_path / "a.mcap"], cwd=ROOT,
+                       stdout=hung_up, env=os.environ | {"PYTHONUNBUFFERED": "1"}, check=False)
+    assert (tmp_path / "a.mcap").exists()

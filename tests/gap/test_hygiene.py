@@ -119,6 +119,14 @@ def test_one_recording_under_two_names_is_refused(rows):
     assert not any(finding.kind == "twice" for finding in check([recording, dataclasses.replace(other, name="other")], rig_of_name("bench")))
 
 
+@pytest.mark.parametrize(("factor", "kind", "words"), [(1.0, "", ""), (1.3, "", ""), (1e3, "units", "by a thousand"), (-1.0, "sign", "expected it to follow")])
+def test_a_position_of_others_is_held_against_what_it_was_asked_to_be(factor, kind, words):
+    recording = recording_of("bench", LOGS["bench"])
+    theirs = dataclasses.replace(recording, attachments={}, columns={"cart_position_m": factor * recording.columns[X], "ref_cart_position_m": recording.columns[X]})
+    found = [finding for finding in check([theirs], None) if finding.severity == "refuse"]
+    assert [finding.kind for finding in found] == [kind][: bool(kind)] and all(words in finding.says for finding in found)
+
+
 def test_a_factor_is_named_as_a_mistake_that_this_unit_can_be():
     recording = recording_of("bench", LOGS["bench"])
     says = [f.says for f in check([scaled(F, 1e-3)(recording)], rig_of_name("bench")) if f.kind == "units"]
