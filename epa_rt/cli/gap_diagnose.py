@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, STOPPED, VerbError
-from epa_rt.cli.gap_fits import check_spares
+from epa_rt.cli.gap_fits import check_judged, check_spares
 from epa_rt.cli.gap_inputs import Opened, add_log_arguments, add_rig_arguments, opened, task_parser
 from epa_rt.cli.gap_plan import planned
 from epa_rt.cli.progress import progress_shown
@@ -94,6 +94,7 @@ def _diagnosed(given: Opened, arguments: argparse.Namespace, progress: Progress)
     from epa_rt.gap.diagnose import diagnose
 
     found = diagnose(given.subject, given.recordings, given.holdout, without=arguments.leave_out, progress=progress)
+    check_judged(found.location, given.subject)
     set_aside = bool(given.holdout) or split(given.subject, given.recordings) is not None
     inputs = {"rig": str(arguments.rig), "plant": str(given.plant or arguments.plant or ""), "logs": [str(r.path) for r in given.recordings],
               "holdout": [str(r.path) for r in given.holdout], "left_out": list(arguments.leave_out), "set_aside": set_aside}

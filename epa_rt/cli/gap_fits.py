@@ -41,6 +41,12 @@ def check_columns(subject, rig_file: Path, recordings: "Sequence[Recording]") ->
             raise VerbError(f"{recording.path}: found no column {', '.join(missing)}, expected what {rig_file} names under channels")
 
 
+def check_judged(places: Sequence, subject) -> None:
+    """Raises VerbError where not one block was judged: that would read as if there were no gap."""
+    if not places:
+        raise VerbError(f"found no stretch of these logs on which a block of the rig {subject.name} can be judged, expected longer logs, or such with fewer holes")
+
+
 def check_spares(out: Path | None, inputs: "Sequence[Path | None]") -> None:
     """Raises VerbError where a file to be written is one of those that are read."""
     for path in inputs:

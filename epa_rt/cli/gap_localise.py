@@ -9,6 +9,7 @@ import json
 from pathlib import Path
 
 from epa_rt.cli.exits import COMPLETED
+from epa_rt.cli.gap_fits import check_judged
 from epa_rt.cli.gap_inputs import add_log_arguments, add_rig_arguments, opened, task_parser
 from epa_rt.cli.progress import progress_shown
 from epa_rt.cli.write import check_writable, write_whole
@@ -45,6 +46,7 @@ def run(arguments: argparse.Namespace) -> int:
             level = floors(given.subject, given.recordings, values)
         progress("where", 0.9)
         places = localise(given.subject, problem.prepared, values, level)
+    check_judged(places, given.subject)
     show_location(Diagnosis("no_gap", "", location=places), out)
     if arguments.json:
         document = {"found_first": given.found, "location": [place.__dict__ for place in places]}

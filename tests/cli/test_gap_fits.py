@@ -100,3 +100,13 @@ def test_a_patch_of_before_is_not_said_to_be_written(log, tmp_path, capsys, answ
     (tmp_path / "old.yaml").write_text("plant: old\n")
     assert main(["gap", "diagnose", "--rig", str(RIG), str(log), "--patch", str(tmp_path / "old.yaml"), "--quiet"]) == 0
     assert "not written, no effect is named" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("task", ["diagnose", "localise"])
+def test_logs_on_which_no_block_can_be_judged_are_not_called_free_of_a_gap(task, log, capsys, monkeypatch):
+    from epa_rt.gap import read
+    from tests.gap.recorded import rows_left
+
+    whole = read.read_recording
+    monkeypatch.setattr(read, "read_recording", lambda path: rows_left(one := whole(path), one.cycle < one.cycle[0] + 50))
+    assert "found no stretch of these logs on which a block of the rig bench can be judged" in refused(capsys, task, "--rig", RIG, log)

@@ -27,6 +27,7 @@ BENCH = [
     *((f"{name} {rows} rows late", late(name, rows), "skew", "refuse", None) for name in (P, F, I) for rows in (30, -30)),
     ("speed 8 rows late", late(V, 8), "skew", "refuse", V),
     *((f"{name} turned round", scaled(name, -1.0), "sign|outside limits|units", "refuse", None) for name in (P, F, X, V, I)),
+    ("pressure frozen while it is vented", written_over(P, None, 11600, 12200), "frozen", "exclude", P),
     ("pressure spike", written_over(P, 700e3, 9000, 9001), "spike", "exclude", P),
     ("force spike", written_over(F, 500.0, 9000, 9001), "spike", "exclude", F),
     ("travel spike", written_over(X, 0.02, 9000, 9001), "spike|disagree", "exclude", None),
