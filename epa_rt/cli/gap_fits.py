@@ -32,11 +32,12 @@ def check_plant(rig: "Rig", plant: Path) -> None:
 
 
 def check_columns(subject, rig_file: Path, recordings: "Sequence[Recording]") -> None:
-    """Raises VerbError where a log was recorded on another component rig, or lacks a column that its rig file names."""
+    """Raises VerbError where a log was recorded on another component rig, or lacks a column that its kind cannot do without."""
+    needed = {subject.rig.channels[channel.role] for channel in subject.rig.component.channels if channel.required}
     for recording in recordings:
         if recording.rig and recording.rig != subject.name:
             raise VerbError(f"{recording.path}: found a log of the rig '{recording.rig}', expected '{subject.name}', as {rig_file} says")
-        missing = sorted({name for name in subject.rig.channels.values() if name not in recording.columns})
+        missing = sorted(needed - recording.columns.keys())
         if missing:
             raise VerbError(f"{recording.path}: found no column {', '.join(missing)}, expected what {rig_file} names under channels")
 

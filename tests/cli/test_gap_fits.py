@@ -69,6 +69,19 @@ def test_a_column_that_the_rig_of_others_names_and_the_log_lacks(tmp_path, capsy
     assert "a.mcap: found no column motor_force_n, expected what " in refused(capsys, "localise", "--rig", ROOT / "config/rigs_foreign/emps.yaml", tmp_path / "a.mcap")
 
 
+def test_a_column_that_its_kind_can_do_without_may_lack():
+    """The servo's kind has channels that no log of the SO-101 has."""
+    from types import SimpleNamespace
+
+    from epa_rt.cli.gap_fits import check_columns
+    from epa_rt.gap.subjects import open_subject
+
+    subject = open_subject(ROOT / "config/rigs_foreign/so101_elbow.yaml")
+    needed = [subject.rig.channels[channel.role] for channel in subject.rig.component.channels if channel.required]
+    assert 0 < len(needed) < len(subject.rig.channels)
+    check_columns(subject, RIG, [SimpleNamespace(rig=subject.name, path="a.mcap", columns=dict.fromkeys(needed))])
+
+
 def test_a_folder_that_takes_no_file_is_said_before_the_work(log, tmp_path, capsys):
     (tmp_path / "file").write_text("")
     assert "in which nothing can be written" in refused(capsys, "diagnose", "--rig", RIG, log, "--json", tmp_path / "file/deep/gap.json")
