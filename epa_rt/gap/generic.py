@@ -127,7 +127,10 @@ def _columns(states: Mapping[str, Mapping[str, np.ndarray]], rate_hz: float):
         start += width
     stacked = {recording: np.column_stack([groups[name] for name in shared]) for recording, groups in made.items()}
     everything = np.concatenate(list(stacked.values()))
-    centre, spread = np.nanmean(everything, axis=0), np.nanstd(everything, axis=0)
+    known = np.isfinite(everything)
+    many = np.maximum(known.sum(axis=0), 1)  # a memory of what stands still has no value at all
+    centre = np.where(known, everything, 0.0).sum(axis=0) / many
+    spread = np.sqrt(np.where(known, (everything - centre) ** 2, 0.0).sum(axis=0) / many)
     spread[~(spread > 0.0)] = 1.0
     return shared, {recording: np.clip((values - centre) / spread, -CLIP, CLIP) for recording, values in stacked.items()}, slices
 

@@ -77,4 +77,4 @@ def _forgotten(z: np.ndarray, samples: float) -> np.ndarray:
 
 def _play(z: np.ndarray, half: float) -> np.ndarray:
     """Where in its dead band a state lies (-1 to 1) after its own history: a stop operator, scaled by its half width."""
-    return stop_over_log(np.ascontiguousarray(z), half) / half
+    return stop_over_log(np.ascontiguousarray(z), half) / half if half > 0.0 else np.zeros_like(z)
