@@ -38,7 +38,8 @@ def torque_residual(bench: Bench) -> np.ndarray:
     needed = np.empty(p.count)
     motor_link.balance_current(bench.params, angle, speed, acceleration, bench.spool(), bench.heat(), p.period_s, needed)
     current = NEEDED * needed + (1.0 - NEEDED) * bench.true("motor_current_a")
-    reported = float(bench.params["drive"]["torque_constant_nm_a"][0]) * current  # all that the drive knows of its torque
+    seen = bench.shown("motor_current_a", current)  # all that the drive knows of its torque
+    reported = float(bench.params["drive"]["torque_constant_nm_a"][0]) * seen
     return p.readings["motor_torque_nm"] - bench.shown("motor_torque_nm", reported)
 
 
