@@ -44,7 +44,7 @@ MUSCLE_EFFECTS: tuple[Effect, ...] = (
            ("muscle.preisach_ratio", "muscle.preisach_m", "muscle.preisach_slope_per_m"),
            ((0.05, 4e-3, 20.0), (0.05, 1e-3, 20.0), (0.05, 4e-3, -20.0)),
            "braid friction with memory whose strength depends on the place", MUSCLE, LAWS),
-    Effect("braid_run_in", "braid friction, run-in", "muscle", ("muscle.run_in_ratio", "muscle.run_in_m"),
+    Effect("braid_run_in", PRE_SLIDING, "muscle", ("muscle.run_in_ratio", "muscle.run_in_m"),
            ((0.02, 2.0), (0.02, 0.5), (0.02, 10.0)), "braid friction that wears off with the way travelled", MUSCLE, FACTS),
     Effect("braid_pressure_viscous", "muscle drag", "muscle", ("muscle.pressure_viscous_s_m",), ((0.05,),),
            "drag of the braid grows with pressure", MUSCLE, "paper eq. 6"),
