@@ -97,7 +97,7 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     """The answer in the words of ``diagnosis.py``."""
     problem, selection = found.problem, found.selection
     covered = coverage(found.before, found.after)
-    named = tuple(_named(found, role, group, trust(covered)) for role, group in zip(selection.roles, found.sets, strict=True))
+    named = tuple(_named(found, role, group, trust(found.before, found.after)) for role, group in zip(selection.roles, found.sets, strict=True))
     screening = selection.roles[0].screening if selection.roles else selection.refused.screening if selection.refused else None
     silent = untested(screening.typical() if screening else {}, tuple(problem.effects))
     judged = informed({link: [e.name for e in problem.effects.values() if link in problem.touched(e.knobs)] for link in problem.links}, silent)

@@ -46,7 +46,7 @@ class Named:
     family: str
     block: str
     parameters: tuple[Number, ...]
-    confidence: float               # 0 to 1: share of block-bootstrap resamples in which it stays first, times the part explained where much is left
+    confidence: float               # 0 to 1: share of block-bootstrap resamples in which it stays first, less three times the share of the gap left
     gain: float                     # fall of chi-square over its expectation by chance, in units of the noise
     not_separable_from: tuple[str, ...] = ()
 

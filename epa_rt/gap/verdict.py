@@ -27,7 +27,8 @@ class Bars:
     typical strength below which the logs could not have shown it. ``mostly``: part of the catalogue not tested from which
     silence means nothing, and so does the residual of a link of whose effects that many were not tested. ``belief``: spreads
     beyond which a nominal parameter is a gap of its own: no plant file is that wrong, so it stands for something else
-    (experiments of little motion alone move some by 8).
+    (experiments of little motion alone move some by 8). ``quiet``: chi-square per sample that 14 gap-free rigs left (1.25 in the load's link,
+    less in all others); ``strict``: how many times what is left counts against a name's confidence.
     """
 
     gap: float = 0.05
@@ -45,6 +46,8 @@ class Bars:
     tested: float = 40.0
     mostly: float = 0.6
     belief: float = 12.0
+    quiet: float = 1.2
+    strict: float = 3.0
 
 
 BARS = Bars()
@@ -92,9 +95,14 @@ def coverage(before: Left, after: Left, bars: Bars = BARS) -> Coverage:
                     max(after.links[name].before - bars.noise for name in major))
 
 
-def trust(found: Coverage, bars: Bars = BARS) -> float:
-    """What a name's confidence counts: all where its effects leave nothing worth a word, else the part that they explain."""
-    return 1.0 if found.left < bars.small else max(found.part, 0.0)
+def trust(before: Left, after: Left, bars: Bars = BARS) -> float:
+    """What a name's confidence counts: all where its effects leave no more than gap-free rigs do, nothing where they leave a third of the gap.
+
+    The right law in other words leaves a few percent, a wrong one that comes near leaves more.
+    """
+    excess = sum(fit.samples * max(fit.before - bars.quiet, 0.0) for fit in before.links.values())
+    stays = sum(fit.samples * max(fit.before - bars.quiet, 0.0) for fit in after.links.values())
+    return float(np.clip(1.0 - bars.strict * stays / excess, 0.0, 1.0)) if excess > 0.0 else 1.0
 
 
 def above_noise(left: Left, scale: Mapping[str, float], bars: Bars = BARS) -> float:

@@ -28,7 +28,7 @@ def not_tested(diagnosis: Diagnosis) -> Html:
 def _effect(rank: int, effect: Named) -> Html:
     family = f", family {effect.family}" if effect.family != effect.name else ""
     head = tag("h3", join([f"{rank}. {plain(effect.name)} ", tag("span", join([tag("code", effect.name), f"{family}, block {effect.block}"]), class_="soft")]))
-    sure = paragraph(f"Confidence {percent(effect.confidence)} (how often it stays first in resamples, times the part explained); explains {effect.gain:,.0f} units of noise (chi-square, on trials left out).")
+    sure = paragraph(f"Confidence {percent(effect.confidence)} (how often it stays first in resamples, less three times what its law leaves); explains {effect.gain:,.0f} units of noise (chi-square, on trials left out).")
     parts = [head, sure, _numbers(effect.parameters, "without")]
     if effect.not_separable_from:
         others = ", ".join(map(plain, effect.not_separable_from))
