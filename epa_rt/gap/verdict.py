@@ -85,11 +85,10 @@ def _most(before: Left, after: Left, name: str, bars: Bars) -> float:
 
 def coverage(before: Left, after: Left, bars: Bars = BARS) -> Coverage:
     """What the effects explain of all that lies above the noise, whether or not the generic model could."""
-    excess = {name: fit.samples * max(fit.before - bars.noise, 0.0) for name, fit in before.links.items()}
+    excess, stays = _over(before, bars.noise), _over(after, bars.noise)
     total = sum(excess.values())
     if total <= 0.0:
         return Coverage(1.0, 1.0, 0.0)
-    stays = {name: after.links[name].samples * max(after.links[name].before - bars.noise, 0.0) for name in excess}
     major = [name for name, amount in excess.items() if amount > bars.major * total]
     return Coverage(1.0 - sum(stays.values()) / total, min(1.0 - stays[name] / excess[name] for name in major),
                     max(after.links[name].before - bars.noise for name in major))
@@ -100,14 +99,18 @@ def trust(before: Left, after: Left, bars: Bars = BARS) -> float:
 
     The right law in other words leaves a few percent, a wrong one that comes near leaves more.
     """
-    excess = sum(fit.samples * max(fit.before - bars.quiet, 0.0) for fit in before.links.values())
-    stays = sum(fit.samples * max(fit.before - bars.quiet, 0.0) for fit in after.links.values())
+    excess, stays = sum(_over(before, bars.quiet).values()), sum(_over(after, bars.quiet).values())
     return float(np.clip(1.0 - bars.strict * stays / excess, 0.0, 1.0)) if excess > 0.0 else 1.0
 
 
 def above_noise(left: Left, scale: Mapping[str, float], bars: Bars = BARS) -> float:
     """Chi-square over all links, in units of ``scale``, above what the method itself may leave."""
-    return sum(fit.samples * max(fit.before - bars.noise, 0.0) / scale[name] ** 2 for name, fit in left.links.items() if name in scale)
+    return sum(amount / scale[name] ** 2 for name, amount in _over(left, bars.noise).items() if name in scale)
+
+
+def _over(left: Left, noise: float) -> dict[str, float]:
+    """Chi-square of every link above ``noise`` per sample."""
+    return {name: fit.samples * max(fit.before - noise, 0.0) for name, fit in left.links.items()}
 
 
 def decided(gap: bool, effects: Sequence[str], found: Coverage, ambiguous: bool, untested: float, odd: bool = False,

@@ -5,7 +5,7 @@ import pytest
 from epa_rt.gap.diagnosis import Place
 from epa_rt.gap.fed import source_first
 from epa_rt.gap.generic import GenericFit
-from epa_rt.gap.verdict import coverage, decided, gaps, informed, untested
+from epa_rt.gap.verdict import coverage, decided, gaps, informed, trust, untested
 from epa_rt.gap.yardstick import Left
 
 
@@ -78,3 +78,11 @@ def test_block_that_feeds_the_others_comes_first_where_it_is_off_as_well():
 
     assert [p.block for p in source_first((place("drive", 900.0), place("load", 500.0), place("muscle", 100.0), place("gas", 1.0)))][0] == "muscle"
     assert [p.block for p in source_first((place("drive", 900.0), place("muscle", 8.0)))][0] == "drive"
+
+
+def test_a_name_is_trusted_less_the_more_its_law_leaves():
+    gap = left(muscle0=(11.2, 1.0), gas=(1.0, 1.0))
+    assert trust(gap, left(muscle0=(1.1, 1.0), gas=(1.0, 1.0))) == 1.0           # no more than rigs without a gap leave
+    assert trust(gap, left(muscle0=(2.2, 1.0), gas=(1.0, 1.0))) == pytest.approx(0.7)  # a tenth stays
+    assert trust(gap, left(muscle0=(6.2, 1.0), gas=(1.0, 1.0))) == 0.0
+    assert trust(left(gas=(1.0, 1.0)), left(gas=(1.0, 1.0))) == 1.0

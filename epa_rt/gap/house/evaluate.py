@@ -132,11 +132,8 @@ class Bench:
 
     def predicted_force(self, i: int, calm: bool = False) -> np.ndarray:
         """(N,) from measured pressure, ``calm``: smoothed, and length."""
-        line, out, gauge = self.line(i), np.empty(self.prepared.count), self.gauge(i)
-        if calm:
-            gauge = smooth.flat_smoothed(gauge, smooth.gaussian_taps(smooth.SLOPE_CYCLES))
-        motion.pulls(self.params, i, gauge, line[0], line[1], self.prepared.period_s, out)
-        return out
+        gauge = self.gauge(i)
+        return self._pull(i, smooth.flat_smoothed(gauge, smooth.gaussian_taps(smooth.SLOPE_CYCLES)) if calm else gauge)
 
     def modelled_force(self, i: int) -> np.ndarray:
         """(N,) from length and, while the valves are shut, the pressure that the gas then must have, levelled to the readings of the
@@ -147,6 +144,10 @@ class Bench:
         gauge, model = self.gauge(i).copy(), self.pressure(i)[0] - float(self.params["gas"]["atmosphere_pa"][0, i])
         for start, stop in self.prepared.shut[i]:
             gauge[start:stop] = model[start:stop]
+        return self._pull(i, gauge)
+
+    def _pull(self, i: int, gauge: np.ndarray) -> np.ndarray:
+        """(N,) force of muscle i at a gauge pressure (N,) and its measured length."""
         line, out = self.line(i), np.empty(self.prepared.count)
         motion.pulls(self.params, i, gauge, line[0], line[1], self.prepared.period_s, out)
         return out
