@@ -3,8 +3,8 @@
 from epa_rt.models.blocks import drive, gas, load, motor, muscle, transmission
 from epa_rt.models.compiled import compiled
 from epa_rt.models.ports import (
-    ANGLE, CREEP, CURRENT, GAS_C, GAS_MASS, HEAT, INTEGRAL, LOAD_PLACE, LOAD_SPEED, LOAD_STICTION, SPEED, STICTION,
-    SUPPLY_FLOW,
+    ANGLE, CREEP, CURRENT, GAS_C, GAS_MASS, HEAT, INTEGRAL, LOAD_PLACE, LOAD_SPEED, LOAD_STICTION, SLOW_CREEP, SPEED,
+    STICTION, SUPPLY_FLOW,
 )
 
 
@@ -23,11 +23,11 @@ def pull(p, s, y, i, travel, travel_speed, q, q_speed):
     """Muscle i at state y: its volume, absolute pressure, line length, speed and force."""
     m, g = p.muscle[i], p.gas[i]
     length, speed = lengths(p.load, i, travel, travel_speed, q, q_speed)
-    braid = length - m.strap_compliance_m_n * s.strap_force_n[i]
+    braid = length - muscle.strap_stretch(m, s.strap_force_n[i])
     volume, slope = muscle.shape(m, g.dead_volume_m3, braid)
     pressure = gas.pressure(g, y[GAS_C + i], volume)
     force = muscle.tension(m, slope, pressure - g.atmosphere_pa, braid, speed, s.memory[i], braid - s.length_m[i],
-                           y[CREEP + i])
+                           y[CREEP + i] + y[SLOW_CREEP + i])
     return volume, pressure, braid, speed, force
 
 
@@ -42,6 +42,7 @@ def muscle_rates(p, s, y, dy, i, travel, travel_speed, q, q_speed):
     dy[GAS_C + i], dy[GAS_MASS + i], drawn = gas.rates(
         g, y[GAS_C + i], y[GAS_MASS + i], volume, pressure, supply, s.opening[i, 0], s.opening[i, 1])
     dy[CREEP + i] = muscle.creep_rate(p.muscle[i], y[CREEP + i], speed)
+    dy[SLOW_CREEP + i] = muscle.slow_creep_rate(p.muscle[i], y[SLOW_CREEP + i], speed)
     return force, drawn
 
 

@@ -2,7 +2,7 @@
 
 import math
 
-from epa_rt.models.blocks import braid, bus, drive, gas, sensors
+from epa_rt.models.blocks import braid, bus, drive, gas, muscle, sensors
 from epa_rt.models.blocks.exponential import lag_weights
 from epa_rt.models.chain import lengths, motion, pull, rates, write_truth
 from epa_rt.models.compiled import compiled
@@ -67,7 +67,7 @@ def _settle(p, s, valves):
         m = p.muscle[i]
         if m.present > 0.5:
             length, speed = lengths(p.load, i, travel, travel_speed, q, q_speed)
-            fitted = length - m.strap_compliance_m_n * s.strap_force_n[i]
+            fitted = length - muscle.strap_stretch(m, s.strap_force_n[i])
             if m.strap_compliance_m_n != 0.0:
                 _, _, _, _, s.strap_force_n[i] = pull(p, s, s.smooth, i, travel, travel_speed, q, q_speed)
             moved = fitted - s.length_m[i]

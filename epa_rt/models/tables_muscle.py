@@ -6,6 +6,8 @@ from epa_rt.models.tables import Table
 PAPER = "paper"
 FACTS = "engineering estimate"
 LITERATURE = "ISO 6358 / ISO 8778"
+THERMO = "first law for an open volume of ideal gas"
+HARDENING = "hardening spring, Duffing 1918; engineering estimate"
 
 GAS: Table = (
     P("atmosphere_pa", "Pa", 101325.0, 5e4, 1.2e5, "absolute pressure around the muscle", LITERATURE),
@@ -23,6 +25,9 @@ GAS: Table = (
     P("heat_exchange_per_s", "1/s", 0.0, 0.0, 100.0, "rate at which the gas returns to the temperature around it", FACTS, "fill_heat"),
     P("compression_heating_ratio", "1", 0.0, 0.0, 0.4, "added to n; the gas then cools towards its surroundings", FACTS, "compression_heat"),
     P("compression_cooling_per_s", "1/s", 2.0, 0.0, 100.0, "rate of that cooling", FACTS),
+    P("adiabatic_ratio", "1", 0.0, 0.0, 1.0, "0: isothermal, 1: heat capacities at 1.4; warm from filling and compressing, cold from venting",
+      THERMO, "gas_energy"),
+    P("wall_exchange_per_s", "1/s", 2.0, 0.0, 100.0, "rate at which such gas returns to the temperature around it", FACTS),
     P("supply_droop_pa_s_kg", "Pa*s/kg", 0.0, 0.0, 1e10, "supply pressure lost per mass flow", FACTS, "supply_droop"),
     P("droop_time_s", "s", 0.02, 1e-3, 10.0, "time constant of the regulator", FACTS),
     P("inlet_seat_leak_ratio", "1", 0.0, 0.0, 0.5, "opening that remains of a shut inlet", FACTS, "valve_seat_leak"),
@@ -66,16 +71,23 @@ MUSCLE: Table = (
     P("preisach_ratio", "1", 0.0, 0.0, 0.5, "Preisach friction over static force at the reference length", FACTS, "braid_preisach"),
     P("preisach_m", "m", 4e-3, 1e-5, 8e-3, "break-away displacement of its widest element", FACTS),
     P("preisach_slope_per_m", "1/m", 20.0, -60.0, 60.0, "growth of its strength with length", FACTS),
+    P("coulomb_ratio", "1", 0.0, 0.0, 0.5, "dry friction over static force that builds up with speed", FACTS, "braid_coulomb"),
+    P("coulomb_speed_m_s", "m/s", 2e-3, 1e-5, 1.0, "speed at which it is 0.7 of its limit", FACTS),
     P("pressure_viscous_s_m", "s/m", 0.0, 0.0, 10.0, "drag per speed and static force", FACTS, "braid_pressure_viscous"),
     P("bladder_stiffness_n_m", "N/m", 0.0, 0.0, 1e4, "bladder as a spring past no-load length", FACTS, "bladder_spring"),
+    P("bladder_hardening_per_m", "1/m", 0.0, 0.0, 200.0, "a bladder stretched by its inverse pulls twice as much", HARDENING),
     P("threshold_pa", "Pa", 0.0, 0.0, 2e5, "gauge pressure that the bladder eats", FACTS, "threshold_pressure"),
     P("end_length_m", "m", 0.0, -0.02, 0.02, "braid length minus length between fittings", FACTS, "end_fittings"),
     P("lock_stiffness_n_m", "N/m", 0.0, 0.0, 1e6, "braid past its locking length", FACTS, "braid_lock"),
+    P("lock_hardening_per_m", "1/m", 0.0, 0.0, 2e3, "a lock pulled its inverse too far pulls twice as much", HARDENING),
     P("lock_viscous_n_s_m", "N*s/m", 0.0, 0.0, 1e4, "damping past the locking length", FACTS, "braid_lock"),
     P("lock_length_m", "m", 0.15, 0.01, 5.0, "locking length", FACTS),
     P("strap_compliance_m_n", "m/N", 0.0, 0.0, 1e-3, "stretch of the strap per force", FACTS, "strap_compliance"),
+    P("strap_stiffening_per_n", "1/N", 0.0, 0.0, 1.0, "at its inverse the strap stretches half as much", "saturating stretch; engineering estimate"),
     P("creep_stiffness_n_m", "N/m", 0.0, 0.0, 1e5, "spring of the creep branch", FACTS, "creep"),
     P("creep_time_s", "s", 10.0, 0.05, 1e4, "time constant of the creep branch", FACTS),
+    P("creep_slow_ratio", "1", 0.0, 0.0, 10.0, "spring of a second branch, ten times slower, over the first",
+      "Prony series of two terms; engineering estimate"),
     P("tang_k0_m2", "m^2", 0.0, -1.0, 1.0, "K0 of eq. 5", PAPER + " eq. 5"),
     P("tang_k1_m", "m", 0.0, -10.0, 10.0, "K1 of eq. 5", PAPER + " eq. 5"),
     P("tang_k2_ratio", "1", 0.0, -1e3, 1e3, "K2 of eq. 5", PAPER + " eq. 5"),

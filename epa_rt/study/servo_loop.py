@@ -52,7 +52,7 @@ def _settle(p, s, travel_speed):
         m = p.muscle[i]
         if m.present > 0.5:
             length, speed = lengths(p.load, i, s.smooth[TRAVEL_SLOT], travel_speed, q, q_speed)
-            fitted = length - m.strap_compliance_m_n * s.strap_force_n[i]
+            fitted = length - muscle.strap_stretch(m, s.strap_force_n[i])
             if m.strap_compliance_m_n != 0.0:
                 _, _, _, _, s.strap_force_n[i] = pull(p, s, s.smooth, i, s.smooth[TRAVEL_SLOT], travel_speed, q, q_speed)
             braid.settle(m, s.memory[i], fitted - s.length_m[i], speed)

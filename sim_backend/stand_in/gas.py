@@ -4,6 +4,8 @@ import math
 
 from sim_backend.stand_in.compiled import compiled
 
+WARM_PA = 4e5  # absolute pressure at which the wall cools the gas within ``gas_time_s``; slower at a higher one
+
 
 @compiled
 def nozzle(conductance, b, kelvin, up, down):
@@ -32,7 +34,8 @@ def rates(g, h, pressure, mass, volume, volume_rate, supply, inlet, exhaust):
     """Rates of pressure and mass, and the flow drawn from the supply.
 
     Hidden: a leak that follows the squared pressures, seats that leak through laminar gaps, and an energy balance: the gas
-    warms when compressed and gives its heat to the wall within ``gas_time_s`` (0: at once, the nominal gas).
+    warms when compressed and gives its heat to a wall that takes so much per kelvin, at 4 bar within ``gas_time_s`` (0: at once,
+    the nominal gas).
     """
     around = g.atmosphere_pa
     drawn, lost = 0.0, 0.0
@@ -54,7 +57,7 @@ def rates(g, h, pressure, mass, volume, volume_rate, supply, inlet, exhaust):
     else:
         own = pressure * volume / mass
         enthalpy = (warm if drawn > 0.0 else own) * drawn - (own if lost > 0.0 else warm) * lost
-        rate = 1.4 * (enthalpy - pressure * volume_rate) / volume - (pressure - mass * warm / volume) / h.gas_time_s
+        rate = 1.4 * (enthalpy - pressure * volume_rate) / volume - WARM_PA * (own / warm - 1.0) / h.gas_time_s
     return rate / (1.0 + pressure * swell / volume), drawn - lost, drawn
 
 

@@ -99,7 +99,7 @@ def test_what_shapes_an_effect_is_silent_while_it_is_off(rig, on, places):
     plain = simulate(params, commands, scene.substeps)
     slips = rig == "mass" or any("slip_ratio" in key or "run_in" in key for key in used)
     friction = slips or any(word in key for key in used for word in ("dahl", "lugre", "bouc", "preisach", "pressure_viscous",
-                                                                      "muscle.stribeck"))
+                                                                      "muscle.stribeck", "coulomb_ratio"))
     for key, place in zip(SHAPES, places, strict=True):
         _, row, _ = row_of(key)
         if (key in used or _in_use(key, used, rig, slips, friction)):
@@ -112,7 +112,8 @@ def _in_use(key: str, used: set[str], rig: str, slips: bool, friction: bool) -> 
     """Whether a shape that is no knob of an effect which is on matters all the same."""
     name = key.split(".")[1]
     return (name.startswith("slip") and slips or name == "slip_reference_length_m" and friction
-            or name == "lock_length_m" and rig == "mass"
+            or name in ("lock_length_m", "lock_hardening_per_m") and rig == "mass"
+            or name.startswith("gear_friction") and any(k.startswith("transmission.gear_") for k in used)
             or name == "bouc_wen_unload_ratio" and "muscle.bouc_wen_ratio" in used
             or name == "guide_stiffness_n_m" and "load.coulomb_n" in used
             or name == "knee_stiffness_nm_rad" and "load.knee_coulomb_nm" in used

@@ -80,12 +80,21 @@ def test_dry_friction_of_the_gear_is_sharp_or_builds_up_with_speed():
     assert high == pytest.approx(dry * np.array([0.0, 2e-10, 0.3 / 5.3, 0.5, 0.5, 0.9, 900.0 / 905.0]), rel=1e-12)
 
 
-@pytest.mark.parametrize("efficiency", [1.0, 0.7])
-def test_without_dry_friction_the_speed_of_its_build_up_is_nothing(efficiency):
+def test_without_friction_of_the_gear_the_speed_of_its_build_up_is_nothing():
     load, speed = np.linspace(-0.1, 0.1, 41), np.linspace(40.0, -40.0, 41)
-    plain = limits_of(gear(gear_efficiency_ratio=efficiency), load, speed)
-    shaped = limits_of(gear(gear_efficiency_ratio=efficiency, gear_friction_speed_rad_s=7.0), load, speed)
-    assert plain.tobytes() == shaped.tobytes()
+    plain = limits_of(gear(), load, speed)
+    assert plain.tobytes() == limits_of(gear(gear_friction_speed_rad_s=7.0, gear_friction_sharpness_ratio=3.0), load, speed).tobytes()
+
+
+@given(st.floats(1.0, 8.0), st.floats(0.1, 50.0), st.floats(0.2, 1.0), st.floats(0.0, 500.0))
+def test_friction_of_the_gear_builds_up_from_nothing_to_all_of_it(sharpness, speed_rad_s, efficiency, dry_n):
+    load, speed = np.linspace(-0.1, 0.1, 5), np.linspace(0.0, 1e5, 5)
+    plain = limits_of(gear(gear_efficiency_ratio=efficiency, gear_friction_n=dry_n), load, speed)
+    built = limits_of(gear(gear_efficiency_ratio=efficiency, gear_friction_n=dry_n, gear_friction_speed_rad_s=speed_rad_s,
+                           gear_friction_sharpness_ratio=sharpness), load, speed)
+    assert np.all(built[:, 0] == 0.0)
+    assert np.all(np.abs(built) <= np.abs(plain) * (1.0 + 1e-12))
+    assert built[:, -1] == pytest.approx(plain[:, -1], rel=2e-3, abs=1e-12)
 
 
 corners = st.lists(st.floats(-60.0, 60.0), min_size=3, max_size=8)

@@ -7,7 +7,7 @@ import numpy as np
 from epa_rt.gap.house.compiled import compiled
 from epa_rt.models.blocks import gas
 from epa_rt.models.blocks.instruments import lagged
-from epa_rt.models.blocks.muscle import shape
+from epa_rt.models.blocks.muscle import shape, strap_stretch
 
 STEPS = 2  # half-steps of a cycle: midpoint rule over each
 
@@ -17,7 +17,7 @@ def volumes(params, i, length, strap_n, out):
     """Volume (N,) of muscle i at its line's length, ``strap_n`` (N,) stretching the strap."""
     m, g = params[0].muscle[i], params[0].gas[i]
     for k in range(len(out)):
-        out[k], _ = shape(m, g.dead_volume_m3, length[k] - m.strap_compliance_m_n * strap_n[k])
+        out[k], _ = shape(m, g.dead_volume_m3, length[k] - strap_stretch(m, strap_n[k]))
 
 
 @compiled

@@ -35,18 +35,26 @@ def line_lengths(params, i, angle, speed, place, place_speed, out):
 
 
 @compiled
+def crept(branch, rate, time_s, period_s):
+    """Force of a creep branch (N) after a cycle in which its spring was loaded at ``rate`` (N/s)."""
+    fall = math.exp(-period_s / time_s)
+    return fall * branch + rate * time_s * (1.0 - fall)
+
+
+@compiled
 def pulls(params, i, gauge, length, speed, period_s, out):
     """Force of muscle i (N,) from gauge pressure, line length and its speed; the force of the cycle before stretches the strap."""
     m = params[0].muscle[i]
     memory = np.zeros(MEMORY)
-    creep, strap, before = 0.0, 0.0, length[0]
+    creep, slow, strap, before = 0.0, 0.0, 0.0, length[0]
     for k in range(len(length)):
-        fitted = length[k] - m.strap_compliance_m_n * strap
+        fitted = length[k] - muscle.strap_stretch(m, strap)
         braid.settle(m, memory, fitted - before, speed[k])
         if m.creep_stiffness_n_m != 0.0:
-            fall = math.exp(-period_s / m.creep_time_s)
-            creep = fall * creep + m.creep_stiffness_n_m * m.creep_time_s * (1.0 - fall) * 0.5 * (speed[k] + speed[max(k - 1, 0)])
+            moved = m.creep_stiffness_n_m * 0.5 * (speed[k] + speed[max(k - 1, 0)])
+            creep = crept(creep, moved, m.creep_time_s, period_s)
+            slow = crept(slow, m.creep_slow_ratio * moved, muscle.SLOWER * m.creep_time_s, period_s)
         _, slope = muscle.shape(m, 0.0, fitted)
-        strap = muscle.tension(m, slope, gauge[k], fitted, speed[k], memory, 0.0, creep)
+        strap = muscle.tension(m, slope, gauge[k], fitted, speed[k], memory, 0.0, creep + slow)
         out[k] = strap
         before = fitted

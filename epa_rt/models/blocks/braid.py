@@ -111,6 +111,8 @@ def friction_ratio(p, memory, moved, length, speed):
         ratio += p.bouc_wen_ratio * bouc_wen(p, memory[BOUC_WEN], moved)
     if p.preisach_ratio != 0.0:
         ratio += p.preisach_ratio * preisach(p, memory, moved, length)
+    if p.coulomb_ratio != 0.0:
+        ratio += p.coulomb_ratio * speed / math.hypot(speed, p.coulomb_speed_m_s)
     if p.pressure_viscous_s_m != 0.0:
         ratio += p.pressure_viscous_s_m * speed
     return ratio

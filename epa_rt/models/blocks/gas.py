@@ -10,6 +10,7 @@ from epa_rt.models.compiled import compiled
 REFERENCE_DENSITY = 1.185   # kg/m^3, ISO 8778
 REFERENCE_TEMPERATURE = 293.15
 LAMINAR_RATIO = 0.999       # above it flow is linear in the pressure ratio, so that its slope stays finite
+HEAT_CAPACITY = 0.4         # ratio of heat capacities of air, less 1
 SHUT = 1e-6                 # a valve closing below this opening is shut exactly
 
 
@@ -66,15 +67,16 @@ def droop_rate(p, drawn, supply_flow):
 @compiled
 def exponent(p):
     """Exponent n of the state c = p V^n: the polytropic one and what compression heats beyond it."""
-    return p.polytropic_ratio + p.compression_heating_ratio
+    return p.polytropic_ratio + p.compression_heating_ratio + HEAT_CAPACITY * p.adiabatic_ratio
 
 
 @compiled
 def cooling(p):
     """Rate (1/s) at which the gas returns to the temperature around it."""
-    if p.compression_heating_ratio == 0.0:
-        return p.heat_exchange_per_s
-    return p.heat_exchange_per_s + p.compression_cooling_per_s
+    found = p.heat_exchange_per_s
+    if p.compression_heating_ratio != 0.0:
+        found += p.compression_cooling_per_s
+    return found + p.wall_exchange_per_s if p.adiabatic_ratio != 0.0 else found
 
 
 @compiled
@@ -110,14 +112,18 @@ def rates(p, c, mass, volume, pressure_pa, supply_pa, inlet, exhaust):
     thermal = p.gas_constant_j_kg_k * p.temperature_k
     if p.leak_per_s != 0.0:
         lost += p.leak_per_s * (pressure_pa - p.atmosphere_pa) * volume / thermal
-    back = cooling(p)
+    left, back = lost, cooling(p)
     if back != 0.0:
         heat = back * (mass * thermal / volume - pressure_pa)
     if drawn == 0.0 and lost == 0.0 and heat == 0.0:
         return 0.0, 0.0, 0.0
     gained = drawn * p.fill_heating_ratio if drawn > 0.0 else drawn
+    if p.adiabatic_ratio != 0.0:  # enthalpy over energy; what leaves is as warm as the gas is
+        warmth, capacity = pressure_pa * volume / (mass * thermal), 1.0 + HEAT_CAPACITY * p.adiabatic_ratio
+        gained *= capacity * (1.0 if gained > 0.0 else warmth)
+        lost *= capacity * (warmth if lost > 0.0 else 1.0)
     pressure_rate = thermal * (gained - lost) / volume + heat
-    return c / pressure_pa * pressure_rate, drawn - lost, drawn
+    return c / pressure_pa * pressure_rate, drawn - left, drawn
 
 
 def gas_over_log(params, length_m, inlet, exhaust, period_s, muscle=0, start_pa=None, substeps=4):

@@ -9,6 +9,7 @@ from epa_rt.models.blocks.laws import polynomial, tang
 from epa_rt.models.compiled import compiled
 from epa_rt.models.ports import MEMORY
 
+SLOWER = 10.0  # time constants of the two creep branches, one over the other
 NO_LOAD = 1.0 / math.sqrt(3.0)  # no-load length over thread length: volume is largest, eq. 1 gives no force
 
 
@@ -40,12 +41,24 @@ def braid_friction(p, gauge_pa, memory, moved, length, speed):
 
 
 @compiled
+def hardened(stretch, per_m):
+    """Stretch (m) by which a linear spring would pull as a hardening one does: exactly ``stretch`` at 0 per metre."""
+    return stretch if per_m == 0.0 else stretch * (1.0 + (per_m * stretch) ** 2)
+
+
+@compiled
+def strap_stretch(p, force_n):
+    """Stretch of the strap (m) under a pull (N); a stiffening one never exceeds compliance over stiffening."""
+    return p.strap_compliance_m_n * force_n / (1.0 + p.strap_stiffening_per_n * abs(force_n))
+
+
+@compiled
 def holders(p, stretch, length, speed):
     """Bladder spring past no-load length and braid past its locking length (N)."""
-    force = p.bladder_stiffness_n_m * stretch
+    force = p.bladder_stiffness_n_m * hardened(stretch, p.bladder_hardening_per_m)
     past = length - p.lock_length_m
     if past > 0.0:
-        force += p.lock_stiffness_n_m * past + p.lock_viscous_n_s_m * speed * min(past / p.take_up_m, 1.0)
+        force += p.lock_stiffness_n_m * hardened(past, p.lock_hardening_per_m) + p.lock_viscous_n_s_m * speed * min(past / p.take_up_m, 1.0)
     return force
 
 
@@ -81,6 +94,14 @@ def creep_rate(p, creep_n, speed):
     return p.creep_stiffness_n_m * speed - creep_n / p.creep_time_s
 
 
+@compiled
+def slow_creep_rate(p, creep_n, speed):
+    """The same of a second branch, ``SLOWER`` times slower."""
+    if p.creep_stiffness_n_m == 0.0 or p.creep_slow_ratio == 0.0:
+        return 0.0
+    return p.creep_stiffness_n_m * p.creep_slow_ratio * speed - creep_n / (SLOWER * p.creep_time_s)
+
+
 def muscle_over_log(params, gauge_pa, length_m, speed_m_s, muscle=0, period_s=1e-3):
     """Pulling force (N) of one muscle, (N,), from *measured* gauge pressure, length and speed of lengthening, (N,)."""
     out = np.zeros(len(length_m))
@@ -92,14 +113,15 @@ def muscle_over_log(params, gauge_pa, length_m, speed_m_s, muscle=0, period_s=1e
 @compiled
 def _over_log(params, muscle, gauge, length, speed, period_s, memory, out):
     p = params[0].muscle[muscle]
-    creep, strap = 0.0, 0.0
+    creep, slow, strap = 0.0, 0.0, 0.0
     fitted_before = length[0]
     for k in range(length.shape[0]):
-        fitted = length[k] - p.strap_compliance_m_n * strap
+        fitted = length[k] - strap_stretch(p, strap)
         moved = fitted - fitted_before
         braid.settle(p, memory, moved, speed[k])
         creep += period_s * creep_rate(p, creep, speed[k])
+        slow += period_s * slow_creep_rate(p, slow, speed[k])
         _, slope = shape(p, 0.0, fitted)
-        out[k] = tension(p, slope, gauge[k], fitted, speed[k], memory, 0.0, creep)
+        out[k] = tension(p, slope, gauge[k], fitted, speed[k], memory, 0.0, creep + slow)
         strap = out[k]
         fitted_before = fitted

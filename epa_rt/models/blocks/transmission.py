@@ -42,20 +42,30 @@ def play(p, geared, travel_before):
 
 
 @compiled
+def built_up(p, speed):
+    """Part of the gear's friction that is there at a speed (rad/s, not negative)."""
+    s = speed / p.gear_friction_speed_rad_s
+    if p.gear_friction_sharpness_ratio == 1.0:
+        return s / (1.0 + s)
+    return s / (1.0 + s**p.gear_friction_sharpness_ratio) ** (1.0 / p.gear_friction_sharpness_ratio)
+
+
+@compiled
 def friction_limits(p, load_torque, speed):
     """Low and high limit of the gear's friction torque at the motor (N m), wider the more it transmits.
 
     Moving against the load costs load/eta, moving with it yields load*eta; the difference to the load is friction.
-    Its dry part is there at once, or builds up with the motor's ``speed`` (rad/s): regularised Coulomb friction.
+    It is there at once, or builds up with the motor's ``speed`` (rad/s): regularised Coulomb friction.
     """
     if p.gear_friction_n == 0.0 and p.gear_efficiency_ratio == 1.0:
         return 0.0, 0.0
     dry = p.gear_friction_n * p.spool_radius_m / p.gear_ratio
-    if p.gear_friction_speed_rad_s != 0.0:
-        dry *= abs(speed) / (abs(speed) + p.gear_friction_speed_rad_s)
     eta = p.gear_efficiency_ratio
     against = abs(load_torque) * (1.0 / eta - 1.0)
     along = abs(load_torque) * (1.0 - eta)
+    if p.gear_friction_speed_rad_s != 0.0:
+        there = built_up(p, abs(speed))
+        dry, against, along = dry * there, against * there, along * there
     if load_torque >= 0.0:
         return -dry - along, dry + against
     return -dry - against, dry + along
