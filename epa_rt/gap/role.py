@@ -19,6 +19,7 @@ STARTS = 2           # starting points of a refit
 ALL_ALIKE = 0.5      # of the best gain: where half of unlike candidates gain as much, it is the nominal parameters that were off
 ABSORBED = 4.0       # spreads of a nominal parameter from which candidates that gain CLOSE to the best are fitted more thoroughly
 CLOSE, POLISHED = 0.7, 3
+TIE, TIE_SHARE = 10.0, 5e-4  # difference of gains, and share of the best, that is none
 NOT_LITTLE = 100.0   # chi-square below which that does not matter
 
 
@@ -84,7 +85,12 @@ def _played(problem: Problem, point: Point, also: Sequence[str], pairs: bool) ->
 
 
 def _ranked(problem: Problem, point: Point, fits: Iterable[Fit]) -> list[tuple[np.ndarray, Fit]]:
-    return sorted(((gains(problem, point, fit), fit) for fit in fits), key=lambda pair: -pair[0].sum())
+    """Best first; of those that gain as much as the best one that with the fewest knobs: a lock that begins nowhere is a plain spring."""
+    scored = sorted(((gains(problem, point, fit), fit) for fit in fits), key=lambda pair: -pair[0].sum())
+    most = float(scored[0][0].sum())
+    same = [i for i, (gain, _) in enumerate(scored) if most - gain.sum() <= max(TIE, TIE_SHARE * most)]
+    simplest = min(same, key=lambda i: len(problem.effects[scored[i][1].effect].knobs))
+    return [scored[simplest], *scored[:simplest], *scored[simplest + 1:]]
 
 
 def _polished(problem: Problem, point: Point, fit: Fit) -> Fit:

@@ -63,7 +63,7 @@ MUSCLE_EFFECTS: tuple[Effect, ...] = (
            "the braid is longer or shorter than between its fittings", MUSCLE, FACTS),
     Effect("braid_lock", "braid lock", "muscle",
            ("muscle.lock_stiffness_n_m", "muscle.lock_viscous_n_s_m", "muscle.lock_length_m", "muscle.lock_hardening_per_m"),
-           ((6e4, 50.0, 0.145, 50.0), (6e4, 50.0, 0.15, 0.0), (6e4, 50.0, 0.14, 50.0), (6e4, 50.0, 0.13, 50.0)),
+           ((1e4, 50.0, 0.145, 50.0), (6e4, 50.0, 0.15, 0.0), (1e4, 50.0, 0.14, 50.0), (1e4, 50.0, 0.13, 50.0)),
            "the stretched braid locks", MUSCLE, FACTS),
     Effect("strap_compliance", "strap", "muscle", ("muscle.strap_compliance_m_n", "muscle.strap_stiffening_per_n"), ((1e-5, 5e-3), (1e-5, 0.0)),
            "the strap stretches under force", MUSCLE, FACTS),
