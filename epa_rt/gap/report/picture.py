@@ -7,7 +7,7 @@ import numpy as np
 from epa_rt.gap.diagnosis import Diagnosis
 from epa_rt.gap.report.curves import path, tick_text, ticks
 from epa_rt.gap.report.traces import Trace
-from epa_rt.gap.report.words import channel_words, percent, plain
+from epa_rt.gap.report.words import channel_words, named_words, percent
 from epa_rt.report.charts import FONT
 from epa_rt.report.shown import Shown, number
 
@@ -27,10 +27,11 @@ def gap_picture(diagnosis: Diagnosis, trace: Trace) -> str:
     by = {kind: scale.of(np.asarray(values, float)) for _, kind, values in trace.lines}
     left = {kind: by["measured"] - by[kind] for kind in ("before", "after")}
     floor, channel = trace.floor * scale.factor, channel_words(trace.title.partition(":")[0])
-    names = " and ".join(plain(effect.name) for effect in diagnosis.effects) or "no effect"
+    names = " and ".join(map(named_words, diagnosis.effects)) or "no effect"
+    by_it = "with it" if all(effect.who == "rig" for effect in diagnosis.effects) else "accordingly"
     parts = [_text(LEFT, 40, f"{channel.capitalize()}: the rig and its simulation, before and after", "title"),
-             _text(LEFT, 66, f"The diagnosis named {names}. " + ("The plant file was patched with it and the experiment run again." if diagnosis.gate
-                                                                      else "The plant was run again with it on the recorded commands."), "soft"),
+             _text(LEFT, 66, f"The diagnosis named {names}. " + (f"The plant file was patched {by_it} and the experiment run again." if diagnosis.gate
+                                                                      else f"The plant was patched {by_it} and run again on the recorded commands."), "soft"),
              *_panel(trace.t_s, [("measured", by["measured"]), ("before", by["before"]), ("after", by["after"])], _TOP, None),
              _text(LEFT, 112, f"{channel}, {scale.unit}"), *_key(),
              *_panel(trace.t_s, [(kind, left[kind]) for kind in ("before", "after")], _BOTTOM, floor),
