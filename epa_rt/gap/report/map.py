@@ -20,7 +20,7 @@ def gap_map(diagnosis: Diagnosis) -> Html:
     return join([
         note("Each box is a block of the plant, fed with what was measured and held against what it should give. "
              "1 × is the noise floor: nothing to find there. The stronger the colour, the larger the gap. "
-             "All figures are those after the nominal parameters have been refitted, before any effect is added."),
+             "All figures are those after the plant file's own numbers (its nominal parameters) have been refitted within what is believed of them, before any effect is added."),
         _chain(diagnosis), _legend(),
         tag("div", join([_grid("In which state of the rig", _regions(places), places),
                          _grid("In which frequency band, Hz", _bands(places), places)]), class_="beside"),
