@@ -71,7 +71,8 @@ def _effects(diagnosis: Diagnosis, out: Console) -> None:
     out.print(table)
     out.print(f"Confidence in an effect: {CONFIDENCE}.", style="dim")
     for effect in (one for one in diagnosis.effects if one.who in WHO):
-        out.print(f"{plain(effect.name)}: {WHO[effect.who]}", style="bold")
+        says = ", ".join(f"{one.name} {gone_words(one)[2]} {gone_words(one)[3]}".rstrip() for one in effect.parameters)
+        out.print(f"{plain(effect.name)}: {WHO[effect.who]}; the plant file says {says}", style="bold")
     for one in diagnosis.nominal_moved:
         value, interval, neutral, unit = parameter_words(one)
         out.print(f"moved with it: {one.name} from {neutral} to {value} {unit} ({interval})")

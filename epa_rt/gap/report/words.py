@@ -95,7 +95,7 @@ def parameter_words(one: Number) -> tuple[str, str, str, str]:
 def gone_words(one: Number) -> tuple[str, str, str, str]:
     """The same of an effect that the rig does not have: what shapes it cannot be fitted where it is not."""
     _, _, neutral, unit = parameter_words(replace(one, value=one.neutral))
-    return "gone", f"plant file {neutral}", neutral, unit
+    return "gone", "–", neutral, unit
 
 
 def plain(name: str) -> str:

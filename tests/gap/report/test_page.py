@@ -65,7 +65,7 @@ def test_an_effect_that_only_the_plant_file_has_is_said_to_be_taken_out():
     assert "braid maxwell slip (in the plant file, not in the rig)" in page.sections["where"]
     assert "the patched plant file is without it" in page.sections["which"] and "0.5000" not in page.sections["which"]
     picture = gap_picture(replace(EXPLAINED, effects=(GONE,)), curves()[0])
-    assert "not in the rig). The plant file was patched accordingly" in picture
+    assert "not in the rig).</text>" in picture and "The plant file was patched accordingly" in picture, "two lines where one would be cut"
 
 
 def test_the_gate_shows_no_share_of_noise():
