@@ -26,6 +26,7 @@ def test_a_run_refuses_a_plant_of_another_rig_in_one_sentence(rig, plant, words,
 def test_an_emulated_bus_refuses_it_too(capsys):
     assert main(["bus", "serve", "--rig", str(RIGS / "bench.yaml"), "--interface", "none", "--plant", str(PLANTS / "mass.yaml")]) == 2
     assert "a plant of another rig" in capsys.readouterr().err
+    assert main(["bus", "serve", "--rig", str(RIGS / "bench.yaml"), "--interface", "none"]) == 4, "its own plant is served, had it an interface"
 
 
 def test_every_rig_takes_its_own_plant():
