@@ -92,13 +92,13 @@ def main(arguments: argparse.Namespace) -> int:
 
 
 def _serve(arguments: argparse.Namespace) -> int:
+    from epa_rt.cli.inputs import load_plant_of
     from epa_rt.config.rig import load_rig
-    from epa_rt.models.plant_file import load_plant
     from sim_backend.bus.emulated_bus import EmulatedBus
     from sim_backend.bus.serve import serve
 
     rig = load_rig(arguments.rig)
-    plant = load_plant(arguments.plant or arguments.rig.parent / rig.plant)
+    _, plant = load_plant_of(arguments.rig, rig, arguments.plant)
     bus = EmulatedBus(rig, plant, arguments.seed, arguments.lock_step)
     try:
         serve(bus, arguments.interface, arguments.control, arguments.priority,

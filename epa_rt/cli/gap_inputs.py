@@ -46,18 +46,16 @@ def add_log_arguments(parser: argparse.ArgumentParser) -> None:
 
 def open_rig(rig: Path, plant: Path | None) -> "tuple[Subject, Rig | None, Path | None]":
     """The subject, the typed rig and the plant file's path; the last two None for a rig that is not ours. Raises ConfigError."""
-    from epa_rt.cli.gap_fits import check_plant
-    from epa_rt.config.rig import rig_from
-    from epa_rt.config.source import load_yaml
-    from epa_rt.gap.foreign import is_foreign
-    from epa_rt.gap.subjects import open_subject
+    from epa_rt.cli.inputs import load_plant_of
+    from epa_rt.config.rig import load_rig
+    from epa_rt.gap.foreign import is_foreign, open_foreign
+    from epa_rt.gap.house import HouseSubject
 
     if is_foreign(rig):
-        return open_subject(rig, plant), None, plant
-    typed = rig_from(load_yaml(rig))
-    plant = plant or rig.parent / typed.plant
-    check_plant(typed, plant)
-    return open_subject(rig, plant), typed, plant
+        return open_foreign(rig, plant), None, plant
+    typed = load_rig(rig)
+    _, read_plant = load_plant_of(rig, typed, plant)
+    return HouseSubject(typed, read_plant), typed, plant or rig.parent / typed.plant
 
 
 def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opened:

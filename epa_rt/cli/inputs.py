@@ -1,4 +1,4 @@
-"""Loading the three files of a run, from disk or out of a log."""
+"""Loading the three files of a run, from disk or out of a log; a plant file that is another rig's is refused."""
 
 import argparse
 import json
@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from epa_rt.models.plant_file import PlantFile
 
 RIG, EXPERIMENT, PLANT, VERSION = "rig.yaml", "experiment.yaml", "plant.yaml", "version.json"
+_LOADS = ("a muscle held by the load cell", "a mass on a line", "a joint")  # by kind_code of the plant's load
+_PLACES = ("", "load_position_m", "joint_angle_rad")                        # the port that measures where such a load is
 
 
 @dataclass(frozen=True)
@@ -40,14 +42,60 @@ def load_inputs(experiment: Path, rig: Path, plant: Path | None, with_plant: boo
 
     rig_source = load_yaml(rig)
     rig_typed = rig_from(rig_source)
-    plant_source = load_yaml(plant or rig.parent / rig_typed.plant) if with_plant else None
-    return _typed(rig_source, rig_typed, load_yaml(experiment), plant_source)
+    found = load_plant_of(rig, rig_typed, plant) if with_plant else None
+    return _typed(rig_source, rig_typed, load_yaml(experiment), found)
+
+
+def load_plant_of(rig: Path, typed: "Rig", plant: Path | None) -> "tuple[Located, PlantFile]":
+    """The plant file of a rig as text and as numbers; ``plant`` None: the one that the rig names.
+
+    Raises ConfigError, also where it moves another load than the rig or lacks one of its muscles. The rig's load is the one that
+    it measures; where it measures none, the one of the plant that it names.
+    """
+    from epa_rt.config.source import load_yaml
+    from epa_rt.models.plant_file import read_plant
+
+    own = rig.parent / typed.plant
+    source = load_yaml(plant or own)
+    read = read_plant(source)
+    kind, expected = _kind(read), _measured_kind(typed)
+    if expected is None and plant is not None:
+        expected = _kind_in(own)
+    if expected not in (None, kind):
+        raise source.error(("load", "kind_code"), f"{_LOADS[kind]} (kind_code {kind}), a plant of another rig",
+                           f"{_LOADS[expected]} (kind_code {expected}), which the rig '{typed.name}' has")
+    present = int((read.params["muscle"]["present"][0] > 0.5).sum())
+    if present < len(typed.muscles):
+        raise source.error(("muscle1", "present"), f"a plant with {present} muscle{'s' * (present != 1)}", f"{len(typed.muscles)}, which the rig '{typed.name}' has")
+    return source, read
+
+
+def _kind(plant: "PlantFile") -> int:
+    return int(plant.params["load"]["kind_code"][0])
+
+
+def _measured_kind(rig: "Rig") -> int | None:
+    ports = {row.port for row in rig.inputs}
+    return next((i for i in (2, 1) if _PLACES[i] in ports), None)
+
+
+def _kind_in(own: Path) -> int | None:
+    """The load of the plant that a rig names; None where that file is not there or not sound: it is not the one that is run."""
+    from epa_rt.config.source import ConfigError
+    from epa_rt.models.plant_file import load_plant
+
+    try:
+        return _kind(load_plant(own))
+    except ConfigError:
+        return None
 
 
 def inputs_of_log(path: Path, attachments: dict[str, bytes]) -> Inputs:
     """The same out of a log's attachments. Raises VerbError where one is missing, ConfigError where it is broken."""
     from epa_rt.config.rig import rig_from
     from epa_rt.config.source import parse_yaml
+
+    from epa_rt.models.plant_file import read_plant
 
     def source(name: str) -> "Located":
         if name not in attachments:
@@ -60,20 +108,18 @@ def inputs_of_log(path: Path, attachments: dict[str, bytes]) -> Inputs:
 
     rig_source = source(RIG)
     plant_source = source(PLANT) if PLANT in attachments else None
-    return _typed(rig_source, rig_from(rig_source), source(EXPERIMENT), plant_source)
+    plant = None if plant_source is None else (plant_source, read_plant(plant_source))
+    return _typed(rig_source, rig_from(rig_source), source(EXPERIMENT), plant)
 
 
-def _typed(rig_source: "Located", rig: "Rig", experiment: "Located", plant: "Located | None") -> Inputs:
+def _typed(rig_source: "Located", rig: "Rig", experiment: "Located", plant: "tuple[Located, PlantFile] | None") -> Inputs:
     from epa_rt.experiments.experiment import experiment_from
 
-    typed_plant = None
     attachments = {RIG: rig_source.text.encode(), EXPERIMENT: experiment.text.encode()}
     typed_experiment = experiment_from(experiment, rig)
-    if plant is not None:
-        from epa_rt.models.plant_file import read_plant
-
-        typed_plant = read_plant(plant)
-        attachments[PLANT] = plant.text.encode()
+    plant_source, typed_plant = plant or (None, None)
+    if plant_source is not None:
+        attachments[PLANT] = plant_source.text.encode()
     attachments[VERSION] = json.dumps(code_version(), sort_keys=True).encode()
     return Inputs(rig, typed_experiment, typed_plant, attachments)
 

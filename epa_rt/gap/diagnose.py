@@ -20,6 +20,7 @@ from epa_rt.gap.separate import alike, intervals, shares
 from epa_rt.gap.shrink import shrinkage
 from epa_rt.gap.subject import Subject
 from epa_rt.gap.verdict import above_noise, absorbed, beyond_belief, coverage, decided, gaps, informed, said, trust, untested
+from epa_rt.gap.whose import spoken, who_has
 from epa_rt.gap.yardstick import Left, left_at, on_noise
 
 MOVED = 3.0   # spreads beyond which a nominal parameter is reported
@@ -107,7 +108,7 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     verdict = decided(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1), bool(odd))
     if verdict in ("not_in_catalogue", "no_gap"):
         named = ()
-    says = said(verdict, [one.name for one in named], rivals, where, covered.part, len(silent), len(problem.effects), odd)
+    says = said(verdict, [spoken(one) for one in named], rivals, where, covered.part, len(silent), len(problem.effects), odd)
     seen_at = {key: value for key, value in selection.base.values.items() if (where and not selection.roles) or key not in odd}
     values = selection.final.values if named else selection.base.values
     normal = (selection.final if named else selection.base).normal
@@ -136,9 +137,9 @@ def _named(found: Attribution, role: Role, group: Sequence[Fit], trusted: float)
     problem, final = found.problem, found.selection.final
     effect = problem.effects[role.best.effect]
     width = intervals(final.normal, effect.knobs)
-    return Named(effect.name, effect.family, effect.block, tuple(_number(problem, final, key, width[key]) for key in effect.knobs),
-                 trusted * shares(problem, role)[effect.name], float(role.gains[0].sum()),
-                 tuple(fit.effect for fit in group if fit.effect != effect.name))
+    numbers = tuple(_number(problem, final, key, width[key]) for key in effect.knobs)
+    return Named(effect.name, effect.family, effect.block, numbers, trusted * shares(problem, role)[effect.name], float(role.gains[0].sum()),
+                 tuple(fit.effect for fit in group if fit.effect != effect.name), who_has(problem, effect.name, numbers))
 
 
 def _number(problem: Problem, point: Point, key: str, width: float) -> Number:

@@ -6,6 +6,7 @@ from typing import Literal
 Verdict = Literal["no_gap", "explained", "partly_explained", "not_in_catalogue", "not_excited", "not_separable"]
 Mode = Literal["teacher_forced", "free_run"]
 Baseline = Literal["refitted", "plant_file"]
+Who = Literal["rig", "plant_file", "both"]
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Number:
-    """A parameter with its unit and its 95 % interval."""
+    """A parameter with its unit and its 95 % interval; ``neutral`` is what the plant file says: of an effect that it lacks, the value without it."""
 
     name: str
     value: float
@@ -49,6 +50,7 @@ class Named:
     confidence: float               # 0 to 1: share of block-bootstrap resamples in which it stays first, less three times the share of the gap left
     gain: float                     # fall of chi-square over its expectation by chance, in units of the noise
     not_separable_from: tuple[str, ...] = ()
+    who: Who = "rig"                # has it: the rig alone, the plant file alone (it is to be taken out), or both at other strengths
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,13 @@ is left then, in units of the noise, is the distance that the experiment would p
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from epa_rt.gap.diagnosis import NextExperiment
 from epa_rt.gap.menu import Item
 from epa_rt.gap.recording import Recording
 
-DECIDES = 25.0     # chi-square between two rivals that settles the matter (5 sigma)
+DECIDES = 25.0     # chi-square between two rivals that settles the matter: five standard deviations of the noise
 
 
 class Rival(NamedTuple):
@@ -39,9 +41,9 @@ def next_experiment(rivals: Sequence[Rival], items: Sequence[Item], simulate: Si
     best, item = max(judged, key=lambda pair: pair[0])
     names = tuple(dict.fromkeys(name for rival in rivals for name in rival.names))
     settings = ", ".join(f"{key} {value}" for key, value in item.settings.items())
-    sure = "decides" if best >= DECIDES else "helps, but does not decide"
-    return NextExperiment(item.name, dict(item.settings), names, best, item.text,
-                          f"{item.says} ({settings}): expected distance chi-square {best:.0f}, which {sure}")
+    sure = "decides (5 do)" if best >= DECIDES else "helps, but does not decide (5 do)"
+    says = f"{item.says} ({settings}): the closest two answers would lie {np.sqrt(max(best, 0.0)):.0f} standard deviations of the noise apart, which {sure}"
+    return NextExperiment(item.name, dict(item.settings), names, best, item.text, says)
 
 
 def _least_distance(rivals: Sequence[Rival], item: Item, simulate: Simulate, distance: Distance) -> float | None:

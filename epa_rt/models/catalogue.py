@@ -59,5 +59,5 @@ def knob(key: str, params: np.ndarray) -> Knob:
         nominal = _NOMINAL[plain]
         return Knob(key, row.unit, value, row.low, row.high, max(nominal.relative * abs(value), nominal.least))
     for effect in effects_of(key):
-        return Knob(key, row.unit, value, row.low, row.high, effect_spread(effect, plain, row.neutral), effect.name)
+        return Knob(key, row.unit, value, row.low, row.high, effect_spread(effect, plain, row.neutral), effect.name, row.neutral)
     raise KeyError(f"found '{key}', expected a nominal parameter that competes or a knob of an effect")

@@ -9,7 +9,8 @@ class Knob(NamedTuple):
     ``key`` is where a plant file has it: block (``muscle0`` or ``muscle1`` for one of two, ``muscle`` for both), a dot,
     the row's name with its unit. ``value`` is the plant file's (the neutral one of an effect that is off).
     ``spread``: of a nominal parameter the standard deviation believed before any data is seen, of an effect's knob the
-    distance from neutral to a typical strength. ``effect`` is None for a nominal parameter.
+    distance from neutral to a typical strength. ``effect`` is None for a nominal parameter. ``absent``: of an effect's knob, the value at
+    which the effect is not there, which a plant file that has the effect does not have; None: ``value``.
     """
 
     key: str
@@ -19,6 +20,7 @@ class Knob(NamedTuple):
     high: float
     spread: float
     effect: str | None = None
+    absent: float | None = None
 
 
 class Effect(NamedTuple):

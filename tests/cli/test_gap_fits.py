@@ -42,15 +42,6 @@ def test_a_plant_of_another_rig(task, plant, words, log, capsys):
     assert words in said and "expected a muscle held by the load cell (kind_code 0), which the rig 'bench' has" in said
 
 
-def test_every_rig_takes_its_own_plant():
-    from epa_rt.cli.gap_fits import check_plant
-    from epa_rt.config.rig import load_rig
-
-    for path in RIGS.glob("*.yaml"):
-        rig = load_rig(path)
-        check_plant(rig, path.parent / rig.plant)
-
-
 def test_a_copy_of_a_log_is_no_holdout(log, tmp_path, capsys):
     shutil.copy(log, tmp_path / "copy.mcap")
     assert "copy: found every one of its" in refused(capsys, "diagnose", "--rig", RIG, log, "--holdout", tmp_path / "copy.mcap")

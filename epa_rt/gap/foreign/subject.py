@@ -152,4 +152,4 @@ class ForeignSubject:
 
 def _knob(row, value: float) -> Knob:
     spread = row.spread if row.effect is not None or row.absolute else row.spread * abs(value)
-    return Knob(row.key, row.unit, value, row.low, row.high, spread, row.effect)
+    return Knob(row.key, row.unit, value, row.low, row.high, spread, row.effect, row.neutral if row.effect is not None else None)

@@ -1,7 +1,7 @@
 """Which effects, with their parameters and intervals; what else moved; what was not tested."""
 
 from epa_rt.gap.diagnosis import Diagnosis, Named, Number
-from epa_rt.gap.report.words import parameter_words, percent, plain
+from epa_rt.gap.report.words import CONFIDENCE, gone_words, named_words, parameter_words, percent, plain
 from epa_rt.report.markup import Html, folded, join, note, paragraph, table, tag
 
 
@@ -11,7 +11,7 @@ def effects(diagnosis: Diagnosis) -> Html:
     if not diagnosis.effects:
         parts = [paragraph("No effect is named.")]
     if diagnosis.nominal_moved:
-        parts += [tag("h3", "Nominal parameters that moved with them"), _numbers(diagnosis.nominal_moved, "plant file"),
+        parts += [tag("h3", "Nominal parameters that moved with them"), _numbers(diagnosis.nominal_moved),
                   note("A parameter of the plant file is believed to within its own spread; it moves where the logs insist.")]
     return join(parts)
 
@@ -27,25 +27,38 @@ def not_tested(diagnosis: Diagnosis) -> Html:
 
 def _effect(rank: int, effect: Named) -> Html:
     family = f", family {effect.family}" if effect.family != effect.name else ""
-    head = tag("h3", join([f"{rank}. {plain(effect.name)} ", tag("span", join([tag("code", effect.name), f"{family}, block {effect.block}"]), class_="soft")]))
-    sure = paragraph(f"Confidence {percent(effect.confidence)} (how often it stays first in resamples, less three times what its law leaves); explains {effect.gain:,.0f} units of noise (chi-square, on trials left out).")
-    parts = [head, sure, _numbers(effect.parameters, "without")]
+    head = tag("h3", join([f"{rank}. {named_words(effect)} ", tag("span", join([tag("code", effect.name), f"{family}, block {effect.block}"]), class_="soft")]))
+    sure = paragraph(f"Confidence {percent(effect.confidence)}: {CONFIDENCE}. On trials that it was not fitted to, it lowers the sum of squared errors, "
+                     f"each divided by the rms of the noise, by {effect.gain:,.0f}; one that has no part in the gap lowers it by about 0.")
+    parts = [head, sure, *_whose(effect), _gone(effect.parameters) if effect.who == "plant_file" else _numbers(effect.parameters)]
     if effect.not_separable_from:
         others = ", ".join(map(plain, effect.not_separable_from))
         parts.append(tag("p", join([tag("strong", "Cannot be told apart from "), others, ": these logs fit as well with them."]), class_="warning"))
     return tag("div", join(parts), class_="effect")
 
 
-def _numbers(numbers: tuple[Number, ...], neutral_words: str) -> Html:
+def _whose(effect: Named) -> list[Html]:
+    if effect.who == "rig":
+        return []
+    return [paragraph("The plant file has this effect and the rig does not: the patched plant file is without it." if effect.who == "plant_file"
+                      else "The plant file has this effect already, the rig at another strength.")]
+
+
+def _gone(numbers: tuple[Number, ...]) -> Html:
+    """Of an effect that the rig does not have: what the plant file says. What shapes it cannot be fitted where it is not."""
+    return table(["Parameter", "Plant file", "Unit"], [[one.name, *gone_words(one)[2:]] for one in numbers], (0, 2), "numbers")
+
+
+def _numbers(numbers: tuple[Number, ...]) -> Html:
     rows = []
     for one in numbers:
         value, interval, neutral, unit = parameter_words(one)
         rows.append([one.name, value, interval, unit, neutral, _interval(one)])
-    return table(["Parameter", "Value", "95 % interval", "Unit", neutral_words.capitalize(), "neutral ┃ and interval ━●━"], rows, (0, 3, 5), "numbers")
+    return table(["Parameter", "Value", "95 % interval", "Unit", "Plant file", "plant file ┃ and interval ━●━"], rows, (0, 3, 5), "numbers")
 
 
 def _interval(one: Number) -> Html:
-    """The interval on a line that begins or ends at the neutral value."""
+    """The interval on a line that begins or ends at the plant file's value."""
     low, high = min(one.low, one.neutral, one.value), max(one.high, one.neutral, one.value)
     span = high - low
     if not span > 0.0:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from epa_rt.gap.diagnosis import Diagnosis, Place
-from epa_rt.gap.report.words import channel_words, plain, region_words, size, times
+from epa_rt.gap.report.words import channel_words, named_words, region_words, size, times
 from epa_rt.report.markup import Html, join, note, tag
 
 CHAIN = ("bus", "drive", "transmission", "gas", "muscle", "load", "sensors")
@@ -20,7 +20,7 @@ def gap_map(diagnosis: Diagnosis) -> Html:
     return join([
         note("Each box is a block of the plant, fed with what was measured and held against what it should give. "
              "1 × is the noise floor: nothing to find there. The stronger the colour, the larger the gap. "
-             "All figures are those after the nominal parameters have been refitted, before any effect is added."),
+             "All figures are those after the plant file's own numbers (its nominal parameters) have been refitted within what is believed of them, before any effect is added."),
         _chain(diagnosis), _legend(),
         tag("div", join([_grid("In which state of the rig", _regions(places), places),
                          _grid("In which frequency band, Hz", _bands(places), places)]), class_="beside"),
@@ -41,9 +41,9 @@ def _chain(diagnosis: Diagnosis) -> Html:
     of_block: dict[str, list[Place]] = {}
     for place in diagnosis.location:
         of_block.setdefault(place.block, []).append(place)
-    named = {effect.block: [] for effect in diagnosis.effects}
+    named: dict[str, list[str]] = {effect.block: [] for effect in diagnosis.effects}
     for effect in diagnosis.effects:
-        named[effect.block].append(effect.name)
+        named[effect.block].append(named_words(effect))
     known = [block for block in CHAIN if block in of_block or block in named]
     order = list(CHAIN) if len(known) >= 3 else known
     order += [block for block in (*of_block, *named) if block not in order]
@@ -59,7 +59,7 @@ def _box(block: str, places: Sequence[Place], effects: Sequence[str]) -> Html:
                             if place.excess > 0.0 else f"{channel_words(place.channel)}: at the floor", class_="small")]
     if not places:
         lines.append(tag("span", "not measured on its own", class_="small"))
-    lines += [tag("span", plain(name), class_="named") for name in effects]
+    lines += [tag("span", name, class_="named") for name in effects]
     look = _shade(worst) if places else {"class_": "heat unseen", "style": "--heat:0"}
     return tag("li", tag("div", join(lines), **look))
 

@@ -7,11 +7,12 @@ import numpy as np
 from epa_rt.gap.diagnosis import Diagnosis
 from epa_rt.gap.report.curves import path, tick_text, ticks
 from epa_rt.gap.report.traces import Trace
-from epa_rt.gap.report.words import channel_words, percent, plain
+from epa_rt.gap.report.words import channel_words, named_words, percent
 from epa_rt.report.charts import FONT
 from epa_rt.report.shown import Shown, number
 
 WIDTH, HEIGHT, LEFT, RIGHT = 1080, 640, 74, 836
+FITS = 120  # characters of small print beside each other
 _TOP, _BOTTOM = (128, 372), (430, 590)
 _STYLE = """text{font-family:%s;font-size:15px;fill:#22262b}.page{fill:#fff}.soft{fill:#5d6570}.title{font-size:23px;font-weight:700}.tick{font-size:13px;fill:#5d6570}
 .frame{fill:none;stroke:#d8dbe0}.rule{stroke:#eceef1}path{fill:none;stroke-width:2;stroke-linejoin:round}.measured{stroke:#22262b;stroke-width:4.5;opacity:.45}
@@ -27,11 +28,8 @@ def gap_picture(diagnosis: Diagnosis, trace: Trace) -> str:
     by = {kind: scale.of(np.asarray(values, float)) for _, kind, values in trace.lines}
     left = {kind: by["measured"] - by[kind] for kind in ("before", "after")}
     floor, channel = trace.floor * scale.factor, channel_words(trace.title.partition(":")[0])
-    names = " and ".join(plain(effect.name) for effect in diagnosis.effects) or "no effect"
     parts = [_text(LEFT, 40, f"{channel.capitalize()}: the rig and its simulation, before and after", "title"),
-             _text(LEFT, 66, f"The diagnosis named {names}. " + ("The plant file was patched with it and the experiment run again." if diagnosis.gate
-                                                                      else "The plant was run again with it on the recorded commands."), "soft"),
-             *_panel(trace.t_s, [("measured", by["measured"]), ("before", by["before"]), ("after", by["after"])], _TOP, None),
+             *_told(diagnosis), *_panel(trace.t_s, [("measured", by["measured"]), ("before", by["before"]), ("after", by["after"])], _TOP, None),
              _text(LEFT, 112, f"{channel}, {scale.unit}"), *_key(),
              *_panel(trace.t_s, [(kind, left[kind]) for kind in ("before", "after")], _BOTTOM, floor),
              _text(LEFT, 416, f"what is left: rig minus simulation, {scale.unit} (grey: noise, ± 2 rms)"),
@@ -39,6 +37,16 @@ def gap_picture(diagnosis: Diagnosis, trace: Trace) -> str:
     style = _STYLE % FONT.replace('"', "'")
     return (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}"><style>{style}</style>'
             f'<rect class="page" width="{WIDTH}" height="{HEIGHT}"/>{"".join(parts)}</svg>\n')
+
+
+def _told(diagnosis: Diagnosis) -> list[str]:
+    """What was named and what was done about it, on one line where it fits."""
+    named = f"The diagnosis named {' and '.join(map(named_words, diagnosis.effects)) or 'no effect'}."
+    by_it = "with it" if all(effect.who == "rig" for effect in diagnosis.effects) else "accordingly"
+    done = f"The plant file was patched {by_it} and the experiment run again." if diagnosis.gate else f"The plant was patched {by_it} and run again on the recorded commands."
+    if len(named) + len(done) < FITS:
+        return [_text(LEFT, 66, f"{named} {done}", "soft")]
+    return [_text(LEFT, 62, named, "soft"), _text(LEFT, 83, done, "soft")]
 
 
 def _panel(t_s: np.ndarray, curves: list[tuple[str, np.ndarray]], rows: tuple[int, int], floor: float | None) -> list[str]:

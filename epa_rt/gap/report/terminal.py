@@ -7,7 +7,8 @@ from rich.console import Console
 from rich.table import Table
 
 from epa_rt.gap.diagnosis import Diagnosis
-from epa_rt.gap.report.words import BASELINES, MODES, VERDICTS, channel_words, judged_on, parameter_words, percent, plain, region_words, share_words, shown_rows, size, times
+from epa_rt.gap.report.words import (BASELINES, CONFIDENCE, MODES, VERDICTS, WHO, channel_words, gone_words, judged_on, parameter_words, percent, plain, region_words, share_words,
+                                     shown_rows, sigmas, size, times)
 from epa_rt.gap.shrink import OVERALL
 
 MOST_PLACES, MOST_NOT_TESTED = 8, 12
@@ -47,12 +48,14 @@ def show_location(diagnosis: Diagnosis, out: Console) -> None:
     if not diagnosis.location:
         out.print("where: no link of this rig could be judged with these logs")
         return
-    table = Table("Where", "Block", "Channel", "Gap", "Floor", "x floor", "z", "Largest at", box=box.SIMPLE_HEAD, pad_edge=False)
+    table = Table("Where", "Block", "Channel", "Gap", "Floor", "x floor", "σ", "Largest at", box=box.SIMPLE_HEAD, pad_edge=False)
     for place in diagnosis.location[:MOST_PLACES]:
         peaks = [region_words(max(part, key=part.get)) + unit for part, unit in ((place.state, ""), (place.band_hz, " Hz")) if part]
-        table.add_row(place.link, place.block, channel_words(place.channel), size(place.excess, place.unit), size(place.floor, place.unit),
-                      times(place.times_floor), f"{max(place.significance, 0.0):.0f}", "; ".join(peaks) if place.times_floor > 1.15 else "")
+        table.add_row(place.link, place.block, channel_words(place.channel), size(place.excess, place.unit) if place.excess > 0.0 else "none", size(place.floor, place.unit),
+                      times(place.times_floor), sigmas(place.significance), "; ".join(peaks) if place.times_floor > 1.15 else "")
     out.print(table)
+    out.print("Floor: what noise alone leaves, rms. x floor: all that is left over the floor; 1 × is noise alone.\n"
+              "σ: standard deviations by which that stands above what noise would give; above 4 is beyond doubt.", style="dim")
 
 
 def _effects(diagnosis: Diagnosis, out: Console) -> None:
@@ -61,11 +64,15 @@ def _effects(diagnosis: Diagnosis, out: Console) -> None:
         head = [effect.name, effect.family, effect.block, percent(effect.confidence)]
         others = ", ".join(effect.not_separable_from) or "–"
         for i, one in enumerate(effect.parameters):
-            value, interval, _, unit = parameter_words(one)
+            value, interval, _, unit = parameter_words(one) if effect.who != "plant_file" else gone_words(one)
             table.add_row(*(head if i == 0 else [""] * 4), one.name, value, interval, unit, others if i == 0 else "")
         if not effect.parameters:
             table.add_row(*head, "", "", "", "", others)
     out.print(table)
+    out.print(f"Confidence in an effect: {CONFIDENCE}.", style="dim")
+    for effect in (one for one in diagnosis.effects if one.who in WHO):
+        says = ", ".join(f"{one.name} {gone_words(one)[2]} {gone_words(one)[3]}".rstrip() for one in effect.parameters)
+        out.print(f"{plain(effect.name)}: {WHO[effect.who]}; the plant file says {says}", style="bold")
     for one in diagnosis.nominal_moved:
         value, interval, neutral, unit = parameter_words(one)
         out.print(f"moved with it: {one.name} from {neutral} to {value} {unit} ({interval})")
@@ -81,6 +88,7 @@ def _far(diagnosis: Diagnosis, out: Console) -> None:
         table.add_row(channel_words(row.channel), MODES[row.mode], size(row.before, row.unit), size(row.after, row.unit), size(row.floor, row.unit),
                       share_words(row), times(row.times_floor), style="bold" if row.channel == OVERALL else None)
     out.print(table)
+    out.print("block by block: every block fed with what was measured. free run: the whole plant fed with the commands alone.", style="dim")
     gate = diagnosis.gate
     if gate:
         out.print(f"gate {'passed' if gate['passed'] else 'NOT passed'}: the patched plant, run again, closes {percent(gate['achieved_share'])} of the gap "

@@ -2,9 +2,10 @@
 
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
-from epa_rt.gap.diagnosis import Diagnosis, Number, Shrinkage
+from epa_rt.gap.diagnosis import Diagnosis, Named, Number, Shrinkage
 from epa_rt.gap.shrink import ALL, OVERALL
 from epa_rt.report.sections.section import spoken
 from epa_rt.report.shown import Shown, number, pretty
@@ -20,8 +21,11 @@ VERDICTS = {
 GOOD = ("no_gap", "explained")
 MODES = {"teacher_forced": "block by block", "free_run": "free run"}
 BASELINES = {"refitted": "nominal parameters refitted, no effect", "plant_file": "plant file as it stands"}
-SOURCES = {"repeats": "repeats of the same trial", "twin": "the plant's own twin with the recording's noise",
+SOURCES = {"repeats": "repeats of the same trial", "twin": "a simulated run of the plant itself, with the recording's noise",
            "sensors": "the sensors' own noise (weaker than repeats)"}
+CONFIDENCE = "how often it stays the best explanation when stretches of the logs are drawn anew at random, lowered by the part of the gap that it leaves"
+WHO = {"plant_file": "in the plant file, not in the rig", "both": "in both, at other strengths"}
+CLOSE, ALL_OF_IT, BEYOND = 1.2, 1.05, 99.0  # times the floor; share of a gap; standard deviations
 _SMALL = {"Pa": (1e3, 1.0, "Pa"), "A": (0.1, 1e3, "mA"), "m": (1e-5, 1e6, "µm")}  # below: in this smaller unit
 _SHOWN = Shown()
 _NAME = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)+")
@@ -65,6 +69,20 @@ def share_words(row: Shrinkage) -> str:
     return f"{percent(row.closed_share)} ({low} to {high})"
 
 
+def gate_words(row: dict) -> str:
+    """The share that a channel achieved in the gate; words where the noise decides what the figure is."""
+    if row["achieved_share"] is not None and max(row["before"], row["after"]) < CLOSE * row["floor"]:
+        return "at the floor"
+    if row["achieved_share"] is not None and row["achieved_share"] > ALL_OF_IT:
+        return "down to the floor"
+    return percent(row["achieved_share"])
+
+
+def sigmas(significance: float) -> str:
+    """Standard deviations by which a gap stands above noise; no more than tells."""
+    return f"> {BEYOND:.0f}" if significance > BEYOND else f"{max(significance, 0.0):.0f}"
+
+
 def parameter_words(one: Number) -> tuple[str, str, str, str]:
     """Value, 95 % interval, neutral value and unit, all in the same unit: SI where the reader's would give long numbers."""
     factor, _, unit = _SHOWN.difference_scale(one.unit)
@@ -72,6 +90,12 @@ def parameter_words(one: Number) -> tuple[str, str, str, str]:
         factor, unit = 1.0, one.unit
     value, low, high, neutral = (number(x * factor, 4) for x in (one.value, one.low, one.high, one.neutral))
     return value, f"{low} to {high}", neutral, pretty(unit)
+
+
+def gone_words(one: Number) -> tuple[str, str, str, str]:
+    """The same of an effect that the rig does not have: what shapes it cannot be fitted where it is not."""
+    _, _, neutral, unit = parameter_words(replace(one, value=one.neutral))
+    return "gone", "–", neutral, unit
 
 
 def plain(name: str) -> str:
@@ -109,7 +133,12 @@ def where_words(diagnosis: Diagnosis) -> str:
 
 
 def which_words(diagnosis: Diagnosis) -> str:
-    return ", ".join(plain(effect.name) for effect in diagnosis.effects) or "no effect is named"
+    return ", ".join(named_words(effect) for effect in diagnosis.effects) or "no effect is named"
+
+
+def named_words(effect: Named) -> str:
+    """'braid friction', with who has it where that is not the rig alone."""
+    return plain(effect.name) + (f" ({WHO[effect.who]})" if effect.who in WHO else "")
 
 
 def far_words(diagnosis: Diagnosis) -> str:

@@ -27,6 +27,8 @@ LOCATION = (
 SLIP = Named("braid_maxwell_slip", "braid_friction", "muscle",
              (Number("muscle0.slip_ratio", 0.143, "1", 0.139, 0.148, 0.0), Number("muscle0.slip_reach_m", 1.9e-3, "m", 1.6e-3, 2.2e-3, 2e-3)), 0.98, 48210.0)
 
+GONE = replace(SLIP, who="plant_file", parameters=(Number("muscle0.slip_ratio", 0.0, "1", 0.0, 0.5, 0.06), Number("muscle0.slip_reach_m", 46e-3, "m", 1e-6, 0.1, 2e-3)))
+
 
 def shrunk(channel: str, unit: str, before: float, after: float, floor: float, mode: str, baseline: str = "refitted", log: str = "all") -> Shrinkage:
     share = 1.0 - (after**2 - floor**2) / (before**2 - floor**2) if before > 1.05 * floor else None

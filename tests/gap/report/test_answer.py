@@ -12,8 +12,8 @@ from epa_rt.gap.diagnosis import Diagnosis
 from epa_rt.gap.patch import PatchError, load_diagnosis, patched_text
 from epa_rt.gap.report.as_json import json_text, schema
 from epa_rt.gap.report.terminal import show
-from epa_rt.gap.report.words import parameter_words, percent, size, times
-from tests.gap.report.answers import ANSWERS, EXPLAINED, NO_GAP, NOT_SEPARABLE, SLIP
+from epa_rt.gap.report.words import gate_words, parameter_words, percent, sigmas, size, times
+from tests.gap.report.answers import ANSWERS, EXPLAINED, GONE, NO_GAP, NOT_SEPARABLE, SLIP
 from tests.gap.damper import Damper
 
 ASKED_FOR = {"verdict", "location", "effects", "nominal_moved", "shrinkage", "remainder", "next_experiment", "seconds"}
@@ -84,6 +84,29 @@ def test_the_terminal_says_first_what_was_found_then_verdict_effect_place_and_sh
 def test_a_rig_without_a_gap_shows_no_table_of_effects():
     text = shown(NO_GAP)
     assert "NO GAP" in text and "Confidence" not in text and "Gap closed" not in text
+
+
+def test_the_terminal_explains_its_figures_in_words():
+    text = shown(EXPLAINED)
+    assert "standard deviations by which that stands above what noise would give" in text and " z " not in text and "chi-square" not in text
+    assert "> 99" in text and "how often it stays the best explanation" in text and "fed with the commands alone" in text
+    assert (sigmas(4.4), sigmas(-2.0), sigmas(99.4), sigmas(87968.0)) == ("4", "0", "> 99", "> 99")
+
+
+def test_an_effect_that_the_rig_does_not_have_shows_no_fitted_numbers():
+    text = shown(replace(EXPLAINED, effects=(GONE,)))
+    assert "braid maxwell slip: in the plant file, not in the rig; the plant file says muscle0.slip_ratio 0.06000, muscle0.slip_reach_m 2.000 mm" in text
+    assert "gone" in text
+    assert "0.5000" not in text, "the range of a value on its bound is no interval"
+
+
+def test_shares_of_the_gate_that_the_noise_decides_are_words():
+    def words(before, after, share, floor=1.0):
+        return gate_words({"before": before, "after": after, "floor": floor, "achieved_share": share})
+
+    assert words(1.19, 0.8, 1.98) == words(238.0, 160.0, 1.98, 200.0) == "at the floor"
+    assert words(1.19, 3.0, -20.0) == "−2000 %", "what the patch makes worse is no noise"
+    assert words(1.3, 0.4, 1.74) == "down to the floor" and words(5.0, 1.0, 1.0) == "100 %" and words(1.0, 0.9, None) == "–"
 
 
 def test_text_of_a_log_is_not_taken_for_markup():

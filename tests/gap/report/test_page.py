@@ -11,7 +11,7 @@ from epa_rt.gap.report.map import AT_FLOOR, heat
 from epa_rt.gap.report.page import gap_page
 from epa_rt.gap.report.picture import gap_picture
 from epa_rt.gap.report.traces import traces
-from tests.gap.report.answers import ANSWERS, EXPLAINED, GATE, NOT_SEPARABLE, SLIP, curves
+from tests.gap.report.answers import ANSWERS, EXPLAINED, GATE, GONE, NOT_SEPARABLE, SLIP, curves
 from tests.gap.damper import Damper, recorded, white_floor
 from tests.report.reading import Page
 
@@ -51,6 +51,27 @@ def test_the_map_marks_the_block_of_the_effect_and_says_what_is_not_measured():
     where = Page(gap_page(EXPLAINED)).sections["where"]
     assert "not measured on its own" in where and "braid maxwell slip" in where
     assert "reversal of muscle speed" in where and "20 ×" in where
+
+
+def test_the_page_speaks_no_statistics_without_saying_what_it_is():
+    which = Page(gap_page(EXPLAINED)).sections["which"]
+    assert "chi-square" not in gap_page(EXPLAINED) and "units of noise" not in which
+    assert "how often it stays the best explanation" in which and "each divided by the rms of the noise, by 48,210" in which
+
+
+def test_an_effect_that_only_the_plant_file_has_is_said_to_be_taken_out():
+    text = gap_page(replace(EXPLAINED, effects=(GONE,)))
+    page = Page(text)
+    assert "braid maxwell slip (in the plant file, not in the rig)" in page.sections["where"]
+    assert "the patched plant file is without it" in page.sections["which"] and "0.5000" not in page.sections["which"]
+    picture = gap_picture(replace(EXPLAINED, effects=(GONE,)), curves()[0])
+    assert "not in the rig).</text>" in picture and "The plant file was patched accordingly" in picture, "two lines where one would be cut"
+
+
+def test_the_gate_shows_no_share_of_noise():
+    quiet = GATE["channels"][1] | {"channel": "muscle_pressure_pa", "unit": "Pa", "before": 285.0, "after": 197.0, "floor": 245.0, "achieved_share": 1.98, "points": 58.0}
+    gate = Page(gap_page(replace(EXPLAINED, gate=GATE | {"channels": [*GATE["channels"], quiet]}))).sections["gate"]
+    assert "at the floor" in gate and "198 %" not in gate and "58" not in gate and "98.6 %" in gate
 
 
 def test_colour_grows_with_the_gap_and_starts_above_the_floor():

@@ -1,0 +1,67 @@
+"""epa gap blind rivals --first N: the first cases alone, and our own row counted on those alone."""
+
+import json
+
+import pytest
+
+from epa_rt.cli.main import main
+from epa_rt.gap.blind import score
+from epa_rt.gap.blind.seal import seal
+
+LEAK = {"name": "laminar_leak", "answers": ["leak"], "families": ["leak"], "blocks": ["gas"], "multiple": 9.0, "rivals": {}, "fields": {}}
+NOTHING = {"verdict": "no_gap", "effects": [], "location": []}
+TRUTH = [{"case": f"case_00{i}", "kind": "single" if effects else "none", "effects": effects, "separable": True, "excited": True}
+         for i, effects in enumerate(([], [LEAK], []))]
+
+
+@pytest.fixture
+def blind(tmp_path, monkeypatch):
+    """Three cases, what our diagnosis said of each (it missed the leak), and the cases that the rival is asked for."""
+    cases, asked = tmp_path / "cases", []
+    for case in TRUTH:
+        (cases / case["case"]).mkdir(parents=True)
+        (cases / case["case"] / "case.json").write_text("{}")
+    seal({"seed": 1, "cases": TRUTH}, tmp_path / "cases.sealed", cases)
+    (tmp_path / "ours.json").write_text(json.dumps({"cases": [{"truth": case, "said": NOTHING} for case in TRUTH]}))
+
+    def answered(folder, out, sealed, diagnoser, hides, running):
+        asked.append((folder.name, diagnoser))
+        out.write_text(json.dumps(NOTHING))
+
+    monkeypatch.setattr(score, "diagnose_one", answered)
+    return cases, asked
+
+
+def rows(cases, *more: str) -> list[dict]:
+    out = cases.parent / "rivals.json"
+    arguments = ["gap", "blind", "rivals", str(cases), "--json", str(out), "--only", "rmse", "--beside", str(cases.parent / "ours.json"), "--jobs", "1", *more]
+    assert main(arguments) == 0
+    return json.loads(out.read_text())
+
+
+def test_only_the_first_cases_are_asked_and_counted_for_both(blind, capsys):
+    cases, asked = blind
+    ours, rival = rows(cases, "--first", "1")
+    assert asked == [("case_000", "epa_rt.gap.blind.rivals:rmse")]
+    assert (ours["rival"], rival["rival"]) == ("epa gap diagnose", "rmse")
+    assert ours["none"] == rival["none"] == 0.0 and ours["first"] is rival["first"] is None, "the leak lies beyond the first case"
+    kept = json.loads((cases.parent / "rivals_rmse.json").read_text())
+    assert [one["truth"]["case"] for one in kept["cases"]] == ["case_000"]
+    assert "| rmse | - |" in capsys.readouterr().out
+
+
+def test_more_of_them_later_ask_only_what_is_new_and_all_without_the_option(blind):
+    cases, asked = blind
+    rows(cases, "--first", "1")
+    ours, rival = rows(cases, "--first", "2")
+    assert [name for name, _ in asked] == ["case_000", "case_001"] and ours["first"] == rival["first"] == 0.0
+    rows(cases)
+    assert [name for name, _ in asked] == ["case_000", "case_001", "case_002"]
+
+
+@pytest.mark.parametrize("count", ["0", "-1", "many"])
+def test_no_count_is_refused(blind, count, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        rows(blind[0], "--first", count)
+    assert stopped.value.code == 2 and "expected a whole number, 1 or more" in capsys.readouterr().err
+    assert not blind[1]
