@@ -146,20 +146,20 @@ def _named(found: Attribution, role: Role, group: Sequence[Fit], trusted: float)
 
 def _numbers(problem: Problem, point: Point, effect: str, off: np.ndarray | None) -> tuple[Number, ...]:
     knobs = problem.effects[effect].knobs
-    ends = intervals(point.normal, knobs, off)
-    return tuple(_number(problem, key, point.values.get(key, problem.knobs[key].value), ends[key]) for key in knobs)
+    width = intervals(point.normal, knobs, off)
+    return tuple(_number(problem, key, point.values.get(key, problem.knobs[key].value), width[key]) for key in knobs)
 
 
-def _number(problem: Problem, key: str, value: float, ends: tuple[float, float]) -> Number:
-    """``ends``: of the interval, about the value, in spreads."""
-    knob, (low, high) = problem.knobs[key], (value + end * problem.spread(key) for end in ends)
-    return Number(key, value, knob.unit, max(low, knob.low), min(high, knob.high), knob.value)
+def _number(problem: Problem, key: str, value: float, width: float) -> Number:
+    """``width``: half of the interval, in spreads."""
+    knob, by = problem.knobs[key], width * problem.spread(key)
+    return Number(key, value, knob.unit, max(value - by, knob.low), min(value + by, knob.high), knob.value)
 
 
 def _moved(problem: Problem, normal: Normal, off: np.ndarray | None) -> tuple[Number, ...]:
     """Nominal parameters that went further from the plant file than anybody believed they could."""
-    ends = intervals(normal, problem.nominal, off)
-    return tuple(_number(problem, key, problem.knobs[key].value + z * problem.spread(key), ends[key])
+    width = intervals(normal, problem.nominal, off)
+    return tuple(_number(problem, key, problem.knobs[key].value + z * problem.spread(key), width[key])
                  for key, z in zip(normal.keys, normal.z, strict=True) if problem.knobs[key].effect is None and abs(z) > MOVED)
 
 

@@ -53,11 +53,11 @@ def shares(problem: Problem, role: Role, seed: int = 0) -> dict[str, float]:
     return {fit.effect: float(np.mean(first == i)) for i, fit in enumerate(role.fits)}
 
 
-def intervals(normal: Normal, keys: Sequence[str], astray: np.ndarray | None = None) -> dict[str, tuple[float, float]]:
-    """Ends of each key's 95 % interval about its value, in spreads: sandwich covariance over blocks, the priors believed.
+def intervals(normal: Normal, keys: Sequence[str], astray: np.ndarray | None = None) -> dict[str, float]:
+    """Half width of each key's 95 % interval in spreads: sandwich covariance over blocks, the priors believed.
 
     ``astray`` (n, k): how far fits of twins went from what is true of them (astray.py). What shifts all blocks alike no scatter of blocks
-    shows: where the twins scatter more than the blocks do, their scatter counts; their mean is taken off. The value itself stays inside.
+    shows: where the twins' mean square is more than the blocks give, it takes their place.
     """
     free = ~normal.frozen
     blocks = normal.vector.sum(axis=0)[:, free]
@@ -65,14 +65,11 @@ def intervals(normal: Normal, keys: Sequence[str], astray: np.ndarray | None = N
     inverse = np.linalg.inv(normal.matrix.sum(axis=(0, 1))[np.ix_(free, free)] + np.diag(normal.prior[free] + 1e-9))
     few = len(blocks) / max(len(blocks) - int(free.sum()), 1)
     noise = np.einsum("ij,ij->i", inverse @ (few * blocks.T @ blocks), inverse)
-    belief = np.einsum("ij,j,ij->i", inverse, normal.prior[free], inverse)
-    bias = np.zeros(len(noise))
     if astray is not None:
-        bias, scatter = astray[:, free].mean(axis=0), astray[:, free].var(axis=0, ddof=1)
-        noise = np.maximum(noise, scatter) + scatter / len(astray)   # of the value, and of the bias that is taken off
-    half = TWO_SIDED_95 * np.sqrt(np.maximum(noise + belief, 0.0))
-    found = dict.fromkeys(keys, (-np.inf, np.inf))
-    for place, i in enumerate(np.flatnonzero(free)):
-        if normal.keys[i] in found:
-            found[normal.keys[i]] = (min(-half[place] - bias[place], 0.0), max(half[place] - bias[place], 0.0))
-    return found
+        noise = np.maximum(noise, np.mean(astray[:, free] ** 2, axis=0))
+    belief = np.einsum("ij,j,ij->i", inverse, normal.prior[free], inverse)
+    width = dict.fromkeys(keys, np.inf)
+    for i, square in zip(np.flatnonzero(free), noise + belief, strict=True):
+        if normal.keys[i] in width:
+            width[normal.keys[i]] = TWO_SIDED_95 * float(np.sqrt(max(square, 0.0)))
+    return width
