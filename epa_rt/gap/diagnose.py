@@ -4,7 +4,10 @@ import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from epa_rt.gap.aside import split
+from epa_rt.gap.astray import astray
 from epa_rt.gap.diagnosis import Diagnosis, Named, Number, Shrinkage
 from epa_rt.gap.fed import source_first
 from epa_rt.gap.floor import floors as floors_of
@@ -19,7 +22,7 @@ from epa_rt.gap.select import Selection, rescaled, select
 from epa_rt.gap.separate import alike, intervals, shares
 from epa_rt.gap.shrink import shrinkage
 from epa_rt.gap.subject import Subject
-from epa_rt.gap.verdict import above_noise, absorbed, beyond_belief, coverage, decided, gaps, informed, said, trust, untested
+from epa_rt.gap.verdict import BARS, above_noise, absorbed, beyond_belief, coverage, decided, gaps, informed, said, trust, untested
 from epa_rt.gap.whose import spoken, who_has
 from epa_rt.gap.yardstick import Left, left_at, on_noise
 
@@ -57,7 +60,7 @@ def diagnose(subject: Subject, recordings: Sequence[Recording], holdout: Sequenc
         logs = holdout or (judged.only(recordings) if halves else recordings)
         rows = _how_far(judged, logs, found, floors, seed, lambda stage, share: progress(stage, 0.8 + 0.15 * share))
     progress("what is left", 0.95)
-    answer = composed(fitted, recordings, found, rows)
+    answer = composed(fitted, recordings, found, rows, seed)
     progress("done", 1.0)
     inputs = {"subject": subject.name, "logs": [r.name for r in recordings], "holdout": [r.name for r in holdout], "without": list(without)}
     return replace(answer, seconds=time.monotonic() - begun, inputs=inputs)
@@ -94,7 +97,7 @@ def attributed(subject: Subject, recordings: Sequence[Recording], without: Seque
     return Attribution(selection.problem, selection, left(selection.base), after, sets)
 
 
-def composed(subject: Subject, recordings: Sequence[Recording], found: Attribution, rows: Sequence[Shrinkage] = ()) -> Diagnosis:
+def composed(subject: Subject, recordings: Sequence[Recording], found: Attribution, rows: Sequence[Shrinkage] = (), seed: int = 0) -> Diagnosis:
     """The answer in the words of ``diagnosis.py``."""
     problem, selection = found.problem, found.selection
     covered = coverage(found.before, found.after)
@@ -103,7 +106,7 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     silent = untested(screening.typical() if screening else {}, tuple(problem.effects))
     judged = informed({link: [e.name for e in problem.effects.values() if link in problem.touched(e.knobs)] for link in problem.links}, silent)
     where = tuple(link for link in gaps(found.before, found.after) if link in judged)
-    odd = _odd(found, [one.block for one in named])
+    odd = _odd(found)
     rivals = [[n for n in one.not_separable_from if problem.effects[n].family != one.family] for one in named]
     verdict = decided(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1), bool(odd))
     if verdict in ("not_in_catalogue", "no_gap"):
@@ -112,53 +115,55 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     seen_at = {key: value for key, value in selection.base.values.items() if (where and not selection.roles) or key not in odd}
     values = selection.final.values if named else selection.base.values
     normal = (selection.final if named else selection.base).normal
+    off = astray(problem, selection.final, seed) if named else None
+    named = tuple(replace(one, parameters=_numbers(problem, selection.final, one.name, off)) for one in named)
     places = localise(subject, problem.prepared, seen_at, problem.floors)
     return Diagnosis(
         verdict=verdict, says=says, found_first=tuple(f"{r.name}: {what}" for r in recordings for what in r.found),
         location=places if named else source_first(places), effects=named,
-        nominal_moved=_moved(problem, normal), not_tested=silent, shrinkage=tuple(rows), refitted=dict(selection.base.values), fitted=dict(values),
+        nominal_moved=_moved(problem, normal, off), not_tested=silent, shrinkage=tuple(rows), refitted=dict(selection.base.values), fitted=dict(values),
         remainder=remainders(subject, problem.prepared, selection.base.values, values, problem.floors, problem.designs))
 
 
-def _odd(found: Attribution, blocks: Sequence[str]) -> tuple[str, ...]:
-    """Nominal parameters beyond belief: all where no effect is named, else those of other blocks if they hide more than the effects explain.
+def _odd(found: Attribution) -> tuple[str, ...]:
+    """Nominal parameters beyond belief: where effects are named those that hide more than the effects explain.
 
-    In an effect's own block they make up for the difference between its formula and the rig's.
+    A wrong law drives them there to make up for what it lacks; with the right one they come back.
     """
     roles = found.selection.roles
     if not roles:
         return beyond_belief(found.selection.base.normal)
     normal = found.selection.final.normal
-    odd = tuple(key for key in beyond_belief(normal) if key.split(".")[0] not in blocks)
+    odd = beyond_belief(normal, BARS.belief_named)
     return odd if absorbed(normal, odd) > sum(float(role.gains[0].sum()) for role in roles) else ()
 
 
 def _named(found: Attribution, role: Role, group: Sequence[Fit], trusted: float) -> Named:
+    """With the intervals of the blocks' scatter alone."""
     problem, final = found.problem, found.selection.final
     effect = problem.effects[role.best.effect]
-    width = intervals(final.normal, effect.knobs)
-    numbers = tuple(_number(problem, final, key, width[key]) for key in effect.knobs)
+    numbers = _numbers(problem, final, effect.name, None)
     return Named(effect.name, effect.family, effect.block, numbers, trusted * shares(problem, role)[effect.name], float(role.gains[0].sum()),
                  tuple(fit.effect for fit in group if fit.effect != effect.name), who_has(problem, effect.name, numbers))
 
 
-def _number(problem: Problem, point: Point, key: str, width: float) -> Number:
+def _numbers(problem: Problem, point: Point, effect: str, off: np.ndarray | None) -> tuple[Number, ...]:
+    knobs = problem.effects[effect].knobs
+    width = intervals(point.normal, knobs, off)
+    return tuple(_number(problem, key, point.values.get(key, problem.knobs[key].value), width[key]) for key in knobs)
+
+
+def _number(problem: Problem, key: str, value: float, width: float) -> Number:
     """``width``: half of the interval, in spreads."""
-    knob, value = problem.knobs[key], point.values.get(key, problem.knobs[key].value)
-    by = width * problem.spread(key)
+    knob, by = problem.knobs[key], width * problem.spread(key)
     return Number(key, value, knob.unit, max(value - by, knob.low), min(value + by, knob.high), knob.value)
 
 
-def _moved(problem: Problem, normal: Normal) -> tuple[Number, ...]:
+def _moved(problem: Problem, normal: Normal, off: np.ndarray | None) -> tuple[Number, ...]:
     """Nominal parameters that went further from the plant file than anybody believed they could."""
-    width = intervals(normal, problem.nominal)
-    found = []
-    for key, z in zip(normal.keys, normal.z, strict=True):
-        if problem.knobs[key].effect is None and abs(z) > MOVED:
-            knob = problem.knobs[key]
-            value, by = knob.value + z * problem.spread(key), width[key] * problem.spread(key)
-            found.append(Number(key, value, knob.unit, max(value - by, knob.low), min(value + by, knob.high), knob.value))
-    return tuple(found)
+    width = intervals(normal, problem.nominal, off)
+    return tuple(_number(problem, key, problem.knobs[key].value + z * problem.spread(key), width[key])
+                 for key, z in zip(normal.keys, normal.z, strict=True) if problem.knobs[key].effect is None and abs(z) > MOVED)
 
 
 def _how_far(subject: Subject, recordings: Sequence[Recording], found: Attribution, floors, seed: int, progress: Progress) -> tuple[Shrinkage, ...]:

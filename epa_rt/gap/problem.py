@@ -85,6 +85,12 @@ class Problem:
         made.scale = {link: float(np.sqrt(misfit[link])) for link in self.links}
         return made
 
+    def on(self, recordings: Sequence[Recording]) -> "Problem":
+        """The same floors, scale and effects held against other recordings."""
+        made = Problem(self.subject, recordings, self.floors, {link: scale**2 for link, scale in self.scale.items()}, stop=self._stop)
+        made.effects = self.effects
+        return made
+
     def samples(self, link: str) -> int:
         return int(self.edges[link][-1])
 

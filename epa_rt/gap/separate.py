@@ -53,16 +53,23 @@ def shares(problem: Problem, role: Role, seed: int = 0) -> dict[str, float]:
     return {fit.effect: float(np.mean(first == i)) for i, fit in enumerate(role.fits)}
 
 
-def intervals(normal: Normal, keys: Sequence[str]) -> dict[str, float]:
-    """Half width of each key's 95 % interval in spreads: sandwich covariance over blocks, the priors believed."""
+def intervals(normal: Normal, keys: Sequence[str], astray: np.ndarray | None = None) -> dict[str, float]:
+    """Half width of each key's 95 % interval in spreads: sandwich covariance over blocks, the priors believed.
+
+    ``astray`` (n, k): how far fits of twins went from what is true of them (astray.py). What shifts all blocks alike no scatter of blocks
+    shows: where the twins' mean square is more than the blocks give, it takes their place.
+    """
     free = ~normal.frozen
     blocks = normal.vector.sum(axis=0)[:, free]
     blocks = blocks[np.any(blocks != 0.0, axis=1)] if blocks.size else blocks
     inverse = np.linalg.inv(normal.matrix.sum(axis=(0, 1))[np.ix_(free, free)] + np.diag(normal.prior[free] + 1e-9))
     few = len(blocks) / max(len(blocks) - int(free.sum()), 1)
-    covariance = inverse @ (few * blocks.T @ blocks + np.diag(normal.prior[free])) @ inverse
+    noise = np.einsum("ij,ij->i", inverse @ (few * blocks.T @ blocks), inverse)
+    if astray is not None:
+        noise = np.maximum(noise, np.mean(astray[:, free] ** 2, axis=0))
+    belief = np.einsum("ij,j,ij->i", inverse, normal.prior[free], inverse)
     width = dict.fromkeys(keys, np.inf)
-    for place, i in enumerate(np.flatnonzero(free)):
+    for i, square in zip(np.flatnonzero(free), noise + belief, strict=True):
         if normal.keys[i] in width:
-            width[normal.keys[i]] = TWO_SIDED_95 * float(np.sqrt(max(covariance[place, place], 0.0)))
+            width[normal.keys[i]] = TWO_SIDED_95 * float(np.sqrt(max(square, 0.0)))
     return width

@@ -27,7 +27,8 @@ class Bars:
     typical strength below which the logs could not have shown it. ``mostly``: part of the catalogue not tested from which
     silence means nothing, and so does the residual of a link of whose effects that many were not tested. ``belief``: spreads
     beyond which a nominal parameter is a gap of its own: no plant file is that wrong, so it stands for something else
-    (experiments of little motion alone move some by 8). ``quiet``: chi-square per sample that 14 gap-free rigs left (1.25 in the load's link,
+    (experiments of little motion alone move some by 8); ``belief_named``: the same with effects on, which leave those of little motion
+    where they were. ``quiet``: chi-square per sample that 14 gap-free rigs left (1.25 in the load's link,
     less in all others); ``strict``: how many times what is left counts against a name's confidence.
     """
 
@@ -36,8 +37,8 @@ class Bars:
     predictable: float = 0.2
     alone: float = 1.6
     noise: float = 1.4
-    covered: float = 0.6
-    covered_link: float = 0.5
+    covered: float = 0.7
+    covered_link: float = 0.65
     major: float = 0.1
     trifle: float = 0.5
     whole: float = 0.9
@@ -46,6 +47,7 @@ class Bars:
     tested: float = 40.0
     mostly: float = 0.6
     belief: float = 12.0
+    belief_named: float = 6.0
     quiet: float = 1.2
     strict: float = 3.0
 
@@ -141,9 +143,9 @@ def informed(links: Mapping[str, Sequence[str]], silent: Sequence[str], bars: Ba
     return tuple(name for name, own in links.items() if own and len(set(own) & set(silent)) <= bars.mostly * len(own))
 
 
-def beyond_belief(normal: Normal, bars: Bars = BARS) -> tuple[str, ...]:
+def beyond_belief(normal: Normal, spreads: float = BARS.belief) -> tuple[str, ...]:
     """Nominal parameters that were refitted to values which nobody believes, the worst first."""
-    far = [(abs(z), key) for key, z, prior in zip(normal.keys, normal.z, normal.prior, strict=True) if prior and abs(z) > bars.belief]
+    far = [(abs(z), key) for key, z, prior in zip(normal.keys, normal.z, normal.prior, strict=True) if prior and abs(z) > spreads]
     return tuple(key for _, key in sorted(far, reverse=True))
 
 

@@ -37,7 +37,7 @@ def test_effect_that_leaves_one_link_as_it_was_is_not_the_cause():
     assert verdict(before, left(gas=(1.0, 1.0), motor=(1.2, 1.2))) == "explained"
 
 
-@pytest.mark.parametrize(("rest", "said"), [(1.2, "explained"), (2.2, "explained"), (10.0, "partly_explained"), (60.0, "not_in_catalogue")])
+@pytest.mark.parametrize(("rest", "said"), [(1.2, "explained"), (2.2, "explained"), (10.0, "partly_explained"), (15.0, "not_in_catalogue"), (60.0, "not_in_catalogue")])
 def test_what_stays_decides_between_whole_part_and_none(rest, said):
     assert verdict(left(gas=(40.0, 1.0)), left(gas=(rest, 1.0))) == said
 
