@@ -58,7 +58,7 @@ BARS = Bars()
 @dataclass(frozen=True)
 class Coverage:
     """``part`` of the excess over the noise that the effects explain, over all links; ``least``: the smallest part in a link
-    that has much of it; ``left``: the largest chi-square per sample over the noise that stays in any of those."""
+    that has much of it and keeps more than a trifle; ``left``: the largest chi-square per sample over the noise that stays in any of those."""
 
     part: float
     least: float
@@ -92,7 +92,8 @@ def coverage(before: Left, after: Left, bars: Bars = BARS) -> Coverage:
     if total <= 0.0:
         return Coverage(1.0, 1.0, 0.0)
     major = [name for name, amount in excess.items() if amount > bars.major * total]
-    return Coverage(1.0 - sum(stays.values()) / total, min(1.0 - stays[name] / excess[name] for name in major),
+    seen = [name for name in major if after.links[name].before - bars.noise > bars.trifle]
+    return Coverage(1.0 - sum(stays.values()) / total, min((1.0 - stays[name] / excess[name] for name in seen), default=1.0),
                     max(after.links[name].before - bars.noise for name in major))
 
 
@@ -172,6 +173,8 @@ def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]]
     if verdict == "not_in_catalogue" and odd and not where:
         return f"These logs only agree with the plant at values of {', '.join(odd)} that nobody believes: something like it is missing, " \
                "and no effect of the catalogue explains it better."
+    if verdict == "not_in_catalogue" and odd:
+        return f"There is a gap in {where}; what comes nearest explains it only with values of {', '.join(odd)} that nobody believes."
     if verdict == "not_in_catalogue":
         return f"There is a gap in {where or 'the residual'}, and no effect of the catalogue explains it."
     if verdict == "not_separable":

@@ -86,3 +86,11 @@ def test_a_name_is_trusted_less_the_more_its_law_leaves():
     assert trust(gap, left(muscle0=(2.2, 1.0), gas=(1.0, 1.0))) == pytest.approx(0.7)  # a tenth stays
     assert trust(gap, left(muscle0=(6.2, 1.0), gas=(1.0, 1.0))) == 0.0
     assert trust(left(gas=(1.0, 1.0)), left(gas=(1.0, 1.0))) == 1.0
+
+
+def test_a_link_that_keeps_a_trifle_does_not_undo_what_explains_the_rest():
+    before, after = left(motor=(3.0, 1.5), gas=(1.6, 1.6)), left(motor=(1.0, 1.0), gas=(1.6, 1.6))
+    assert coverage(before, after).least == 1.0
+    assert verdict(before, after) == "explained"
+    much = left(motor=(1.0, 1.0), gas=(9.0, 9.0))
+    assert coverage(left(motor=(30.0, 1.5), gas=(9.0, 9.0)), much).least < 0.1
