@@ -79,12 +79,17 @@ def test_the_kernels_stamp_tells_when_a_packet_came():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as here, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as there:
         here.bind(("127.0.0.1", 0))
         arrivals = Arrivals(here)
-        before_ns = time.monotonic_ns()
-        there.sendto(b"x", here.getsockname())
-        time.sleep(0.05)
-        assert here.recv(10) == b"x"
-        now_ns = time.monotonic_ns()
-        assert before_ns - MS <= arrivals.of_last(now_ns) <= now_ns - 40 * MS
+        for _ in range(20):  # the kernel switches stamps on in a work queue of its own: the first packets may have none
+            before_ns = time.monotonic_ns()
+            there.sendto(b"x", here.getsockname())
+            time.sleep(0.05)
+            assert here.recv(10) == b"x"
+            now_ns = time.monotonic_ns()
+            came_ns = arrivals.of_last(now_ns)
+            assert before_ns - MS <= came_ns <= now_ns
+            if came_ns <= now_ns - 40 * MS:
+                return
+        pytest.fail("found no packet whose stamp is older than its reading, expected one in twenty")
 
 
 def test_a_clock_that_was_set_is_noticed_and_no_frame_comes_from_the_future():
