@@ -90,3 +90,38 @@ def test_heat_returns_the_gas_to_the_isothermal_pressure():
     isothermal = mass * 287.05 * 293.15 / volume
     assert pressure[500] > 1.05 * isothermal[500]
     assert pressure[-1] == pytest.approx(isothermal[-1], rel=1e-4)
+
+
+FAST = {"supply_gauge_pa": 850e3, "inlet_conductance_m3_s_pa": 2e-10, "exhaust_conductance_m3_s_pa": 2e-10}
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(0.12, 0.15), st.floats(1e5, 5e5), st.floats(0.0, 1.0))
+def test_without_walls_filling_brings_the_enthalpy_of_what_comes_in(length, start_pa, part):
+    """Energy of the gas in a rigid volume: V dp = (1 + 0.4 a) R T0 dm, whatever the flow."""
+    params, n = params_with(adiabatic_ratio=part, wall_exchange_per_s=0.0, **FAST), 400
+    pressure, mass = gas.gas_over_log(params, np.full(n, length), np.ones(n), np.zeros(n), 1e-3, start_pa=start_pa)
+    volume = muscle.shape(params[0]["muscle"][0], 1e-6, length)[0]
+    warm = (1.0 + 0.4 * part) * 287.05 * 293.15
+    assert (pressure - start_pa) * volume == pytest.approx(warm * (mass - start_pa * volume / (287.05 * 293.15)), rel=1e-9, abs=1e-12)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(0.12, 0.15), st.floats(2e5, 9e5))
+def test_without_walls_venting_is_isentropic(length, start_pa):
+    params, n = params_with(adiabatic_ratio=1.0, wall_exchange_per_s=0.0, **FAST), 300
+    pressure, mass = gas.gas_over_log(params, np.full(n, length), np.zeros(n), np.ones(n), 1e-3, start_pa=start_pa)
+    assert pressure[-1] < 0.999 * start_pa
+    began_kg = start_pa * muscle.shape(params[0]["muscle"][0], 1e-6, length)[0] / (287.05 * 293.15)
+    assert pressure / start_pa == pytest.approx((mass / began_kg) ** 1.4, rel=2e-4)
+
+
+@settings(max_examples=20, deadline=None)
+@given(lengths, st.floats(0.2, 5.0))
+def test_walls_bring_the_gas_back_to_where_it_would_have_been_without_heat(path, exchange):
+    """After any motion with shut valves and a long wait: the isothermal pressure."""
+    path = np.concatenate([np.repeat(path, 20), np.full(round(25.0 / exchange / 1e-3), 0.13)])
+    still = np.zeros(len(path))
+    warm, _ = gas.gas_over_log(params_with(adiabatic_ratio=1.0, wall_exchange_per_s=exchange), path, still, still, 1e-3, start_pa=3e5)
+    plain, _ = gas.gas_over_log(params_with(), path, still, still, 1e-3, start_pa=3e5)
+    assert warm[-1] == pytest.approx(plain[-1], rel=1e-6)

@@ -50,7 +50,8 @@ def test_force_is_minus_pressure_times_slope_of_volume():
 paths = st.lists(st.floats(0.115, 0.155), min_size=2, max_size=6)
 FRICTION = dict(slip_ratio=0.09, dahl_ratio=0.05, stribeck_ratio=0.02, creep_stiffness_n_m=300.0, creep_time_s=0.5,
                 bladder_stiffness_n_m=200.0, lock_stiffness_n_m=1e5, lock_viscous_n_s_m=50.0, run_in_ratio=0.02, lugre_ratio=0.05,
-                bouc_wen_ratio=0.05, preisach_ratio=0.05, pressure_viscous_s_m=0.05)
+                bouc_wen_ratio=0.05, preisach_ratio=0.05, pressure_viscous_s_m=0.05, coulomb_ratio=0.05, creep_slow_ratio=0.5,
+                bladder_hardening_per_m=50.0, lock_hardening_per_m=100.0)
 
 
 def closed_path(corners):
@@ -104,7 +105,7 @@ LAWS_OF_FRICTION = {
     "bouc_wen_steep": {"bouc_wen_ratio": 0.05, "bouc_wen_unload_ratio": 1.0}, "preisach": {"preisach_ratio": 0.05},
     "preisach_growing": {"preisach_ratio": 0.03, "preisach_m": 8e-3, "preisach_slope_per_m": 60.0},
     "preisach_falling": {"preisach_ratio": 0.03, "preisach_m": 8e-3, "preisach_slope_per_m": -60.0},
-    "viscous": {"pressure_viscous_s_m": 0.05},
+    "viscous": {"pressure_viscous_s_m": 0.05}, "coulomb": {"coulomb_ratio": 0.05, "coulomb_speed_m_s": 1e-5},
 }
 
 
@@ -147,3 +148,31 @@ def test_tang_by_hand():
     by_hand = (pressure * (0.01 * x * x - 3e-3 * x + 2e-4) + 5.0 * x * x - 20.0 * x + 1.0
                - pressure * (1e-4 * v * v + 2e-5 * v) - (pressure - 1e4) * (1e-3 * x * x + 1e-4 * x + 1e-5))
     assert laws.tang(p, pressure, -x, -v) == pytest.approx(by_hand, rel=1e-12)
+
+
+@given(st.floats(0.0, 1e4), st.floats(0.0, 0.05), st.floats(0.0, 200.0))
+def test_a_hardening_spring_is_a_plain_one_at_first_and_only_ever_stiffer(stiffness, stretch, hardening):
+    assert muscle.hardened(stretch, 0.0) == stretch
+    assert muscle.hardened(stretch, hardening) >= stretch
+    if hardening > 0.0:
+        assert muscle.hardened(1.0 / hardening, hardening) == pytest.approx(2.0 / hardening)
+
+
+@given(st.floats(0.0, 500.0), st.floats(1e-7, 1e-4), st.floats(1e-4, 1.0))
+def test_a_stiffening_strap_stretches_less_the_more_it_is_pulled_and_never_beyond_its_end(force, compliance, stiffening):
+    p = params_with(strap_compliance_m_n=compliance, strap_stiffening_per_n=stiffening)[0]["muscle"][0]
+    stretch = muscle.strap_stretch(p, force)
+    assert 0.0 <= stretch <= min(compliance * force, compliance / stiffening) * (1.0 + 1e-12)
+    assert muscle.strap_stretch(p, force + 1.0) > stretch
+
+
+def test_two_branches_of_creep_relax_one_after_the_other():
+    """Stretched at once and held: what is left over the muscle without creep falls as two exponentials, ten times apart."""
+    params = params_with(creep_stiffness_n_m=300.0, creep_time_s=0.5, creep_slow_ratio=0.5, viscous_n_s_m=0.0)
+    n = 20_000
+    length = np.where(np.arange(n) < 10, 0.14, 0.141)
+    speed = np.append(0.0, np.diff(length)) / 1e-3
+    gauge = np.full(n, 3e5)
+    left = muscle.muscle_over_log(params, gauge, length, speed) - muscle.muscle_over_log(params_with(viscous_n_s_m=0.0), gauge, length, speed)
+    t = np.arange(n - 11) * 1e-3
+    assert left[11:] == pytest.approx(0.3 * np.exp(-t / 0.5) + 0.15 * np.exp(-t / 5.0), rel=5e-3, abs=2e-4)
