@@ -11,6 +11,7 @@ from epa_rt.gap.astray import astray
 from epa_rt.gap.diagnosis import Diagnosis, Named, Number, Shrinkage
 from epa_rt.gap.fed import source_first
 from epa_rt.gap.floor import floors as floors_of
+from epa_rt.gap.held_out import not_carried_over, said_of_held_out
 from epa_rt.gap.localise import localise
 from epa_rt.gap.point import Normal, Point
 from epa_rt.gap.problem import Problem
@@ -112,7 +113,10 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     if verdict in ("not_in_catalogue", "no_gap"):
         named = ()
     says = said(verdict, [spoken(one) for one in named], rivals, where, covered.part, len(silent), len(problem.effects), odd)
-    seen_at = {key: value for key, value in selection.base.values.items() if (where and not selection.roles) or key not in odd}
+    apart = not_carried_over(rows) if verdict == "no_gap" else None
+    if apart is not None:
+        verdict, says = "not_in_catalogue", said_of_held_out(apart)
+    seen_at = {key: value for key, value in selection.base.values.items() if where or key not in odd}
     values = selection.final.values if named else selection.base.values
     normal = (selection.final if named else selection.base).normal
     off = astray(problem, selection.final, seed) if named else None

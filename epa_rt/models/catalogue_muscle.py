@@ -7,6 +7,7 @@ LAWS = "engineering estimate; laws as published"
 GAS, MUSCLE = "Gas", "Muscle"
 HEAT, LEAK = "gas heat", "leak"
 PRE_SLIDING = "braid friction, pre-sliding"
+SPRING = "spring beside the muscle"  # a lock that begins where the muscle does is a bladder
 
 GAS_EFFECTS: tuple[Effect, ...] = (
     Effect("leak", LEAK, "gas", ("gas.leak_per_s",), ((2.5e-4,),), "gas leaks to the atmosphere", GAS, FACTS),
@@ -18,7 +19,8 @@ GAS_EFFECTS: tuple[Effect, ...] = (
            "compression warms the gas, which does not cool", GAS, FACTS),
     Effect("compression_heat", HEAT, "gas", ("gas.compression_heating_ratio", "gas.compression_cooling_per_s"),
            ((0.3, 2.0), (0.3, 0.3), (0.3, 20.0)), "compression warms the gas, which then cools", GAS, FACTS),
-    Effect("gas_energy", HEAT, "gas", ("gas.adiabatic_ratio", "gas.wall_exchange_per_s"), ((1.0, 2.0), (1.0, 0.3), (1.0, 15.0)),
+    Effect("gas_energy", HEAT, "gas", ("gas.adiabatic_ratio", "gas.wall_exchange_per_s", "gas.wall_exchange_fall_ratio"),
+           ((1.0, 2.0, 0.5), (1.0, 0.3, 0.5), (1.0, 15.0, 0.5)),
            "filling and compressing warm the gas, venting cools it, the walls bring it back", GAS, "first law of thermodynamics"),
     Effect("valve_flow_limit", "valve flow", "gas", ("gas.flow_limit_s_kg",), ((1000.0,),),
            "valves pass less the more flows", GAS, FACTS),
@@ -52,16 +54,17 @@ MUSCLE_EFFECTS: tuple[Effect, ...] = (
            ((0.05, 2e-3), (0.05, 5e-4)), "dry friction of the braid without memory", MUSCLE, FACTS),
     Effect("braid_pressure_viscous", "muscle drag", "muscle", ("muscle.pressure_viscous_s_m",), ((0.05,),),
            "drag of the braid grows with pressure", MUSCLE, "paper eq. 6"),
-    Effect("braid_stribeck", "braid friction, low speed", "muscle", ("muscle.stribeck_ratio", "muscle.stribeck_speed_m_s"),
-           ((0.02, 5e-3), (0.02, 2e-3), (0.02, 1.5e-2)), "braid friction that peaks at a low speed", MUSCLE, FACTS),
-    Effect("bladder_spring", "bladder spring", "muscle", ("muscle.bladder_stiffness_n_m", "muscle.bladder_hardening_per_m"),
+    Effect("braid_stribeck", "braid friction, low speed", "muscle",
+           ("muscle.stribeck_ratio", "muscle.stribeck_speed_m_s", "muscle.stribeck_tail_ratio"),
+           ((0.02, 5e-3, 0.5), (0.02, 2e-3, 0.5), (0.02, 1.5e-2, 0.5)), "braid friction that peaks at a low speed", MUSCLE, FACTS),
+    Effect("bladder_spring", SPRING, "muscle", ("muscle.bladder_stiffness_n_m", "muscle.bladder_hardening_per_m"),
            ((300.0, 30.0), (300.0, 0.0)),
            "the bladder pulls like a spring", MUSCLE, FACTS),
     Effect("threshold_pressure", "threshold pressure", "muscle", ("muscle.threshold_pa",), ((40e3,), (10e3,)),
            "the bladder takes part of the pressure", MUSCLE, FACTS),
     Effect("end_fittings", "muscle length", "muscle", ("muscle.end_length_m",), ((1e-3,), (-1e-3,)),
            "the braid is longer or shorter than between its fittings", MUSCLE, FACTS),
-    Effect("braid_lock", "braid lock", "muscle",
+    Effect("braid_lock", SPRING, "muscle",
            ("muscle.lock_stiffness_n_m", "muscle.lock_viscous_n_s_m", "muscle.lock_length_m", "muscle.lock_hardening_per_m"),
            ((1e4, 50.0, 0.145, 50.0), (6e4, 50.0, 0.15, 0.0), (1e4, 50.0, 0.14, 50.0), (1e4, 50.0, 0.13, 50.0)),
            "the stretched braid locks", MUSCLE, FACTS),

@@ -4,7 +4,7 @@ import math
 
 from sim_backend.stand_in.compiled import compiled
 
-WARM_PA = 4e5  # absolute pressure at which the wall cools the gas within ``gas_time_s``; slower at a higher one
+WARM_PA, WARM = 4e5, 0.1  # absolute pressure and excess of temperature at which the wall cools the gas within ``gas_time_s``
 
 
 @compiled
@@ -30,12 +30,18 @@ def laminar(conductance, up, down):
 
 
 @compiled
+def walls(warmer):
+    """Hidden: pressure lost per ``gas_time_s`` to walls by natural convection, over temperature as a share above theirs."""
+    return WARM_PA * warmer * (abs(warmer) / WARM) ** 0.25
+
+
+@compiled
 def rates(g, h, pressure, mass, volume, volume_rate, supply, inlet, exhaust):
     """Rates of pressure and mass, and the flow drawn from the supply.
 
     Hidden: a leak that follows the squared pressures, seats that leak through laminar gaps, and an energy balance: the gas
-    warms when compressed and gives its heat to a wall that takes so much per kelvin, at 4 bar within ``gas_time_s`` (0: at once,
-    the nominal gas).
+    warms when compressed and gives its heat to the walls, some 30 K of it at 4 bar within ``gas_time_s`` (0: at once, the
+    nominal gas).
     """
     around = g.atmosphere_pa
     drawn, lost = 0.0, 0.0
@@ -57,7 +63,7 @@ def rates(g, h, pressure, mass, volume, volume_rate, supply, inlet, exhaust):
     else:
         own = pressure * volume / mass
         enthalpy = (warm if drawn > 0.0 else own) * drawn - (own if lost > 0.0 else warm) * lost
-        rate = 1.4 * (enthalpy - pressure * volume_rate) / volume - WARM_PA * (own / warm - 1.0) / h.gas_time_s
+        rate = 1.4 * (enthalpy - pressure * volume_rate) / volume - walls(own / warm - 1.0) / h.gas_time_s
     return rate / (1.0 + pressure * swell / volume), drawn - lost, drawn
 
 

@@ -71,7 +71,7 @@ def friction(m, h, gauge, slip, moved, bouc, bristle, speed):
         ratio += h.coulomb_ratio * math.tanh(speed / h.coulomb_m_s)
     if h.lowspeed_ratio != 0.0:
         s = speed / h.lowspeed_m_s
-        ratio += h.lowspeed_ratio * 2.0 * s / (1.0 + s * s)
+        ratio += h.lowspeed_ratio * 4.0 * s / (1.0 + abs(s)) ** 2
     if ratio == 0.0:
         return 0.0
     b, ref = m.braid_length_m, m.slip_reference_length_m

@@ -176,3 +176,10 @@ def test_two_branches_of_creep_relax_one_after_the_other():
     left = muscle.muscle_over_log(params, gauge, length, speed) - muscle.muscle_over_log(params_with(viscous_n_s_m=0.0), gauge, length, speed)
     t = np.arange(n - 11) * 1e-3
     assert left[11:] == pytest.approx(0.3 * np.exp(-t / 0.5) + 0.15 * np.exp(-t / 5.0), rel=5e-3, abs=2e-4)
+
+
+@given(st.floats(0.0, 1.0, allow_subnormal=False), st.floats(0.0, 50.0))
+def test_friction_at_low_speed_peaks_at_its_speed_whatever_its_tail(tail, s):
+    assert braid.fallen(1.0, tail) == pytest.approx(1.0)
+    assert 0.0 <= s * braid.fallen(s, tail) <= 1.0 + 1e-12
+    assert s * braid.fallen(s, 1.0) >= s * braid.fallen(s, tail) - 1e-12

@@ -40,7 +40,7 @@ def _rates(g, c, mass, droop, volume, inlet, exhaust, others):
 @compiled
 def is_tight(g):
     """Whether shut valves keep p V^n as it is."""
-    return g.leak_per_s == 0.0 and gas.cooling(g) == 0.0 and g.inlet_seat_leak_ratio == 0.0 and g.exhaust_seat_leak_ratio == 0.0
+    return g.leak_per_s == 0.0 and gas.cooling(g, gas.WALLS_PA) == 0.0 and g.inlet_seat_leak_ratio == 0.0 and g.exhaust_seat_leak_ratio == 0.0
 
 
 @compiled

@@ -93,6 +93,14 @@ def preisach(p, memory, moved, length):
 
 
 @compiled
+def fallen(s, tail):
+    """What multiplies a speed over its peak's so that the product is 1 at 1 and falls beyond: as a Gaussian, or with a power's tail."""
+    if tail == 0.0:
+        return math.exp(0.5 * (1.0 - s * s))
+    return math.exp(-math.log1p(0.5 * tail * (s * s - 1.0)) / tail)
+
+
+@compiled
 def friction_ratio(p, memory, moved, length, speed):
     """Friction of the braid over the static force that scales it, positive when it adds tension."""
     ratio = 0.0
@@ -102,7 +110,7 @@ def friction_ratio(p, memory, moved, length, speed):
         ratio += p.dahl_ratio * dahl(p, memory[DAHL], moved)
     if p.stribeck_ratio != 0.0:
         s = speed / p.stribeck_speed_m_s
-        ratio += p.stribeck_ratio * s * math.exp(0.5 * (1.0 - s * s))
+        ratio += p.stribeck_ratio * s * fallen(s, p.stribeck_tail_ratio)
     if p.run_in_ratio != 0.0:
         ratio += p.run_in_ratio * math.exp(-memory[TRAVELLED] / p.run_in_m) * slip_ratio(p, memory, moved)
     if p.lugre_ratio != 0.0:

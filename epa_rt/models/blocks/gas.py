@@ -10,6 +10,7 @@ from epa_rt.models.compiled import compiled
 REFERENCE_DENSITY = 1.185   # kg/m^3, ISO 8778
 REFERENCE_TEMPERATURE = 293.15
 LAMINAR_RATIO = 0.999       # above it flow is linear in the pressure ratio, so that its slope stays finite
+WALLS_PA = 4e5              # absolute pressure at which walls bring gas back at the rate they are given
 HEAT_CAPACITY = 0.4         # ratio of heat capacities of air, less 1
 SHUT = 1e-6                 # a valve closing below this opening is shut exactly
 
@@ -71,12 +72,14 @@ def exponent(p):
 
 
 @compiled
-def cooling(p):
-    """Rate (1/s) at which the gas returns to the temperature around it."""
+def cooling(p, at_rest_pa):
+    """Rate (1/s) at which the gas returns to the temperature around it, at the pressure (Pa) that it would then have."""
     found = p.heat_exchange_per_s
     if p.compression_heating_ratio != 0.0:
         found += p.compression_cooling_per_s
-    return found + p.wall_exchange_per_s if p.adiabatic_ratio != 0.0 else found
+    if p.adiabatic_ratio != 0.0:
+        found += p.wall_exchange_per_s * power(WALLS_PA / at_rest_pa, p.wall_exchange_fall_ratio)
+    return found
 
 
 @compiled
@@ -112,7 +115,7 @@ def rates(p, c, mass, volume, pressure_pa, supply_pa, inlet, exhaust):
     thermal = p.gas_constant_j_kg_k * p.temperature_k
     if p.leak_per_s != 0.0:
         lost += p.leak_per_s * (pressure_pa - p.atmosphere_pa) * volume / thermal
-    left, back = lost, cooling(p)
+    left, back = lost, cooling(p, mass * thermal / volume)
     if back != 0.0:
         heat = back * (mass * thermal / volume - pressure_pa)
     if drawn == 0.0 and lost == 0.0 and heat == 0.0:
