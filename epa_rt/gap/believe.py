@@ -25,6 +25,7 @@ class Rules:
     half of what they gain must lie in links where it is more than ``mends`` of what the others explain there: another
     formula of the same physics leaves a tenth of the chi-square it explains, an effect of its own leaves more or shows elsewhere.
     What mends a formula looks like it: where no signature's cosine with the others' is above ``resembles``, ``mends_unlike`` will do.
+    What gains ``nearly_all`` where the others explain less than ``untouched`` of that is judged like a first one.
     And it mends only some of it: an effect that closes ``closes`` of all that lies above the noise in its links needs ``trifling``.
     """
 
@@ -40,6 +41,8 @@ class Rules:
     mends: float = 0.15
     resembles: float = 0.1
     mends_unlike: float = 0.05
+    untouched: float = 0.1
+    nearly_all: float = 0.9
     closes: float = 0.5
     trifling: float = 0.02
 
@@ -53,6 +56,8 @@ def believed(problem: Problem, role: Role, first: Role, left_at: LeftAt, rules: 
         return False
     if not role.point.effects:
         return share > rules.share and (z > rules.z or (share > rules.much and z > rules.z_much))
+    if elsewhere(problem, role, first, rules):
+        return z > rules.z and share > rules.share
     return z > rules.z_more and share > rules.share_more and not mends(problem, role, first, rules)
 
 
@@ -67,6 +72,13 @@ def strength(problem: Problem, fit: Fit) -> float:
             if typical[key] != neutral:
                 found.append(abs(fit.values.get(key, neutral) - neutral) / abs(typical[key] - neutral))
     return max(found, default=1.0)
+
+
+def elsewhere(problem: Problem, role: Role, first: Role, rules: Rules) -> bool:
+    """Whether nearly all that an effect gains lies in links where the others explain next to nothing: a gap of its own."""
+    own = np.maximum((role.point.normal.square - role.best.normal.square).sum(axis=1), 0.0)
+    others = explained(problem, first.point, role.point)
+    return float(own[others < rules.untouched * own].sum()) > rules.nearly_all * float(own.sum())
 
 
 def mends(problem: Problem, role: Role, first: Role, rules: Rules) -> bool:

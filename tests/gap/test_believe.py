@@ -1,0 +1,32 @@
+"""A further effect that gains where the others explain nothing is a gap of its own; one that gains beside them may only mend them."""
+
+from types import SimpleNamespace as Thing
+
+import numpy as np
+import pytest
+
+from epa_rt.gap.believe import Rules, elsewhere
+
+LINKS = ("gas0", "motor")
+
+
+def normal(*squares: float):
+    return Thing(square=np.array([[square] for square in squares]))
+
+
+def found(before, others_on, with_it) -> bool:
+    """``before``, ``others_on``, ``with_it``: chi-square by link with no effect, with the others, with the further one too."""
+    problem = Thing(links=LINKS, residual=lambda values, link: np.array([np.sqrt(before[LINKS.index(link)])]))
+    role = Thing(point=Thing(normal=normal(*others_on)), best=Thing(normal=normal(*with_it)))
+    return elsewhere(problem, role, Thing(point=Thing(values={})), Rules())
+
+
+@pytest.mark.parametrize(("before", "others_on", "with_it", "own_gap"), [
+    ((9000.0, 4000.0), (1000.0, 4000.0), (1000.0, 1000.0), True),    # gas explained by the others, motor by the further one
+    ((9000.0, 4000.0), (1000.0, 4000.0), (400.0, 1000.0), False),    # a sixth of what it gains lies where the others explain more
+    ((9000.0, 4000.0), (3000.0, 4000.0), (1000.0, 4000.0), False),   # mends the gas' formula
+    ((9000.0, 4000.0), (1000.0, 3000.0), (1000.0, 1000.0), False),   # the others explain half as much in the motor
+    ((9000.0, 4000.0), (1000.0, 4100.0), (1000.0, 1000.0), True),    # the others made the motor worse: nothing explained
+])
+def test_what_gains_where_others_explain_nothing_stands_alone(before, others_on, with_it, own_gap):
+    assert found(before, others_on, with_it) == own_gap
