@@ -1,6 +1,7 @@
 """Answers that the same logs cannot tell apart, refitted so that each one's own plant can be run on a new experiment."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,16 +17,19 @@ from epa_rt.gap.refit import refit, settled
 from epa_rt.gap.subject import Subject
 
 MOST_RIVALS = 3
+PROPOSED = "the proposed experiment"
 REFIT_ROUNDS = 2
 Floors = Callable[[Subject, Sequence[Recording], Mapping[str, float]], Mapping[str, Floor]]
 
 
 class Answers(NamedTuple):
-    """``rivals`` as the plan takes them; ``values``: knob values of each by its names. ``floors``: of the logs, by link."""
+    """``rivals`` as the plan takes them; ``values``: knob values of each by its names. ``problem``: the logs that they were fitted to, None
+    without rivals; ``chi``: chi-square that each leaves of them."""
 
     rivals: tuple[Rival, ...]
     values: Mapping[tuple[str, ...], Mapping[str, float]]
-    floors: Mapping[str, Floor]
+    problem: Problem | None = None
+    chi: Mapping[tuple[str, ...], float] = {}
 
 
 def sets_apart(diagnosis: Diagnosis, subject: Subject, within_family: bool = False) -> tuple[tuple[str, ...], ...]:
@@ -53,7 +57,7 @@ def answers(subject: Subject, recordings: Sequence[Recording], diagnosis: Diagno
     """Each set of ``sets_apart`` refitted to the logs."""
     sets = sets_apart(diagnosis, subject, within_family)
     if len(sets) < 2:
-        return Answers((), {}, {})
+        return Answers((), {})
     start = dict(diagnosis.refitted)
     problem = Problem(subject, recordings, floors(subject, recordings, start))
     rivals, values = [], {}
@@ -62,17 +66,23 @@ def answers(subject: Subject, recordings: Sequence[Recording], diagnosis: Diagno
         found = _fitted(problem, names, start)
         rivals.append(Rival(names, subject.patched(found, names)))
         values[names] = found
-    return Answers(tuple(rivals), values, problem.floors)
+    return Answers(tuple(rivals), values, problem, {names: _chi(problem, found) for names, found in values.items()})
 
 
 def distance_between(subject: Subject, found: Answers) -> Distance:
-    """Chi-square of the second rival, refitted, over the first on data that the first one's plant made.
+    """Chi-square that the second rival, refitted to the logs and to data that the first one's plant made, gains over the first by these data.
 
+    Both at once, because what the logs say of the nominal parameters holds: alone, a single experiment lets them hide nearly everything.
     With the floors of the logs, since the new data come from the same sensors.
     """
+    logs = found.problem
+
     def distance(recording: Recording, truth: Rival, other: Rival) -> float:
-        problem = Problem(subject, [recording], found.floors)
-        return max(settled(problem, other.names, found.values[other.names], rounds=REFIT_ROUNDS).normal.chi - _chi(problem, found.values[truth.names]), 0.0)
+        new = replace(recording, name=PROPOSED)
+        prepared = {**logs.prepared, PROPOSED: subject.prepare(new)}
+        problem = Problem(subject, [*logs.recordings, new], logs.floors, prepared=prepared)
+        end = settled(problem, other.names, found.values[other.names], rounds=REFIT_ROUNDS).normal.chi
+        return max(end - _chi(problem, found.values[truth.names]) - (found.chi[other.names] - found.chi[truth.names]), 0.0)
 
     return distance
 
