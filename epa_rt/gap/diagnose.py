@@ -94,7 +94,7 @@ def attributed(subject: Subject, recordings: Sequence[Recording], without: Seque
     scaled, base = rescaled(problem, base, left(base))
     selection = select(scaled, base, left, progress=lambda stage, share: progress(stage, 0.15 + 0.6 * share))
     after = left(selection.final)
-    sets = tuple(alike(role, above_noise(after, selection.problem.scale)) for role in selection.roles)
+    sets = tuple(alike(selection.problem, role, above_noise(after, selection.problem.scale)) for role in selection.roles)
     return Attribution(selection.problem, selection, left(selection.base), after, sets)
 
 

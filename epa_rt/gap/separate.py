@@ -26,6 +26,7 @@ class Alike:
     is known to a thousandth. ``rest``: of what even the best one
     leaves above the noise, for then both are the wrong formula; never more than ``part`` of what it explains. ``z``: of
     the difference over blocks; a rival that differs by less must still explain ``most`` of what the best one does.
+    ``same``: chi-square between what two fits say, below which they say the same.
     """
 
     chance: float = 10.0
@@ -34,23 +35,37 @@ class Alike:
     part: float = 0.05
     z: float = 2.0
     most: float = 0.9
+    same: float = 25.0
 
 
-def alike(role: Role, left: float, rule: Alike = Alike()) -> tuple[Fit, ...]:
+def alike(problem: Problem, role: Role, left: float, rule: Alike = Alike()) -> tuple[Fit, ...]:
     """The role's best fit and all that this data cannot tell from it, best first. ``left``: chi-square above the noise that
-    stays with all effects on."""
+    stays with all effects on.
+
+    A law with more numbers that has become the best one (a lock from where the muscle begins, dry friction that never
+    builds up: drag) is no other answer.
+    """
     best = role.gains[0]
     within = max(rule.chance, rule.exact * float(best.sum()), min(rule.rest * left, rule.part * float(best.sum())))
-    return tuple(fit for fit, gain in zip(role.fits, role.gains, strict=True)
+    near = tuple(fit for fit, gain in zip(role.fits, role.gains, strict=True)
                  if (best - gain).sum() < within or (z_of_sum(best - gain) < rule.z and gain.sum() > rule.most * best.sum()))
+    return tuple(fit for fit in near if fit is role.best or not _become(problem, fit, role.best, rule.same))
+
+
+def _become(problem: Problem, fit: Fit, simple: Fit, same: float) -> bool:
+    if len(problem.effects[fit.effect].knobs) <= len(problem.effects[simple.effect].knobs):
+        return False
+    apart = problem.each(lambda link: problem.residual(fit.values, link) - problem.residual(simple.values, link), problem.links)
+    return sum(float(one @ one) for one in apart) < same
 
 
 def shares(problem: Problem, role: Role, seed: int = 0) -> dict[str, float]:
-    """Share of block resamples in which each candidate gains most on trials left out."""
+    """Share of block resamples in which each candidate gains most on trials left out; those that have become the best one count as it."""
+    own = [i for i, fit in enumerate(role.fits) if fit is role.best or not _become(problem, fit, role.best, Alike.same)]
     rng = np.random.default_rng(seed)
     weights = rng.multinomial(problem.blocks, np.full(problem.blocks, 1.0 / problem.blocks), size=RESAMPLES).astype(float)
-    first = np.argmax(weights @ role.gains.T, axis=1)
-    return {fit.effect: float(np.mean(first == i)) for i, fit in enumerate(role.fits)}
+    first = np.argmax(weights @ role.gains[own].T, axis=1)
+    return {role.fits[i].effect: float(np.mean(first == k)) for k, i in enumerate(own)}
 
 
 def intervals(normal: Normal, keys: Sequence[str], astray: np.ndarray | None = None) -> dict[str, float]:

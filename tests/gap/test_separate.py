@@ -1,0 +1,34 @@
+"""What cannot be told apart, and what is the same law in more numbers."""
+
+from types import SimpleNamespace as Thing
+
+import numpy as np
+
+from epa_rt.gap.separate import alike
+
+LINE = np.linspace(-1.0, 1.0, 200)
+KNOBS = {"drag": ("b",), "dry": ("f", "v0"), "other": ("k",), "bent": ("k", "h")}
+SAYS = {"drag": 30.0 * LINE, "dry": 30.0 * LINE / np.sqrt(1.0 + (0.05 * LINE) ** 2), "other": 30.0 * LINE, "bent": 30.0 * LINE + 3.0 * LINE**2}
+
+
+def names(*effects: str, gains=None) -> list[str]:
+    """Of fits that gain the same, those that stay beside the first."""
+    problem = Thing(effects={name: Thing(knobs=knobs) for name, knobs in KNOBS.items()}, links=("muscle0",),
+                    each=lambda function, items: [function(item) for item in items], residual=lambda values, link: SAYS[values["of"]])
+    fits = tuple(Thing(effect=name, values={"of": name}) for name in effects)
+    role = Thing(fits=fits, gains=np.array(gains or [[100.0, 110.0, 90.0]] * len(fits)), best=fits[0])
+    return [fit.effect for fit in alike(problem, role, 0.0)]
+
+
+def test_a_law_with_more_numbers_that_has_become_the_first_one_is_no_other_answer():
+    assert names("drag", "dry") == ["drag"]
+
+
+def test_a_law_that_says_something_else_or_has_no_more_numbers_stays():
+    assert names("drag", "bent") == ["drag", "bent"]
+    assert names("drag", "other") == ["drag", "other"]
+    assert names("dry", "drag") == ["dry", "drag"]
+
+
+def test_what_gains_clearly_less_is_told_apart():
+    assert names("drag", "other", gains=[[100.0, 110.0, 90.0], [50.0, 60.0, 40.0]]) == ["drag"]
