@@ -18,9 +18,8 @@ from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.refit import Fit, settled
 from epa_rt.gap.remainder import remainders
-from epa_rt.gap.role import Role
 from epa_rt.gap.select import Selection, rescaled, select
-from epa_rt.gap.separate import alike, intervals, shares
+from epa_rt.gap.separate import alike, become_best, intervals, shares
 from epa_rt.gap.shrink import shrinkage
 from epa_rt.gap.subject import Subject
 from epa_rt.gap.verdict import BARS, above_noise, absorbed, beyond_belief, coverage, decided, gaps, informed, said, trust, untested
@@ -33,13 +32,15 @@ Progress = Callable[[str, float], None]
 
 @dataclass(frozen=True)
 class Attribution:
-    """What ``attributed`` found, for those who go on with it. ``sets``: by role the fits that cannot be told apart, best first."""
+    """What ``attributed`` found, for those who go on with it. ``sets``: by role the fits that cannot be told apart, best first.
+    ``become``: by role what has become its best fit in more numbers."""
 
     problem: Problem
     selection: Selection
     before: Left
     after: Left
     sets: tuple[tuple[Fit, ...], ...]
+    become: tuple[frozenset[str], ...]
 
 
 def diagnose(subject: Subject, recordings: Sequence[Recording], holdout: Sequence[Recording] = (), without: Iterable[str] = (),
@@ -94,15 +95,18 @@ def attributed(subject: Subject, recordings: Sequence[Recording], without: Seque
     scaled, base = rescaled(problem, base, left(base))
     selection = select(scaled, base, left, progress=lambda stage, share: progress(stage, 0.15 + 0.6 * share))
     after = left(selection.final)
-    sets = tuple(alike(selection.problem, role, above_noise(after, selection.problem.scale)) for role in selection.roles)
-    return Attribution(selection.problem, selection, left(selection.base), after, sets)
+    become = tuple(become_best(selection.problem, role) for role in selection.roles)
+    stays = above_noise(after, selection.problem.scale)
+    sets = tuple(alike(role, stays, same) for role, same in zip(selection.roles, become, strict=True))
+    return Attribution(selection.problem, selection, left(selection.base), after, sets, become)
 
 
 def composed(subject: Subject, recordings: Sequence[Recording], found: Attribution, rows: Sequence[Shrinkage] = (), seed: int = 0) -> Diagnosis:
     """The answer in the words of ``diagnosis.py``."""
     problem, selection = found.problem, found.selection
     covered = coverage(found.before, found.after)
-    named = tuple(_named(found, role, group, trust(found.before, found.after)) for role, group in zip(selection.roles, found.sets, strict=True))
+    trusted = trust(found.before, found.after)
+    named = tuple(_named(found, k, trusted) for k in range(len(selection.roles)))
     screening = selection.roles[0].screening if selection.roles else selection.refused.screening if selection.refused else None
     silent = untested(screening.typical() if screening else {}, tuple(problem.effects))
     judged = informed({link: [e.name for e in problem.effects.values() if link in problem.touched(e.knobs)] for link in problem.links}, silent)
@@ -142,13 +146,13 @@ def _odd(found: Attribution) -> tuple[str, ...]:
     return odd if absorbed(normal, odd) > sum(float(role.gains[0].sum()) for role in roles) else ()
 
 
-def _named(found: Attribution, role: Role, group: Sequence[Fit], trusted: float) -> Named:
+def _named(found: Attribution, k: int, trusted: float) -> Named:
     """With the intervals of the blocks' scatter alone."""
-    problem, final = found.problem, found.selection.final
+    problem, final, role = found.problem, found.selection.final, found.selection.roles[k]
     effect = problem.effects[role.best.effect]
     numbers = _numbers(problem, final, effect.name, None)
-    return Named(effect.name, effect.family, effect.block, numbers, trusted * shares(problem, role)[effect.name], float(role.gains[0].sum()),
-                 tuple(fit.effect for fit in group if fit.effect != effect.name), who_has(problem, effect.name, numbers))
+    return Named(effect.name, effect.family, effect.block, numbers, trusted * shares(problem, role, found.become[k])[effect.name], float(role.gains[0].sum()),
+                 tuple(fit.effect for fit in found.sets[k] if fit.effect != effect.name), who_has(problem, effect.name, numbers))
 
 
 def _numbers(problem: Problem, point: Point, effect: str, off: np.ndarray | None) -> tuple[Number, ...]:

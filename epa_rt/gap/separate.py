@@ -4,7 +4,7 @@ All by blocks: a block's contributions are resampled or summed as they are, so t
 makes an interval or a choice look surer than it is.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,30 +38,34 @@ class Alike:
     same: float = 25.0
 
 
-def alike(problem: Problem, role: Role, left: float, rule: Alike = Alike()) -> tuple[Fit, ...]:
+def alike(role: Role, left: float, become: Collection[str] = (), rule: Alike = Alike()) -> tuple[Fit, ...]:
     """The role's best fit and all that this data cannot tell from it, best first. ``left``: chi-square above the noise that
-    stays with all effects on.
-
-    A law with more numbers that has become the best one (a lock from where the muscle begins, dry friction that never
-    builds up: drag) is no other answer.
+    stays with all effects on. ``become``: effects that ``become_best`` found.
     """
     best = role.gains[0]
     within = max(rule.chance, rule.exact * float(best.sum()), min(rule.rest * left, rule.part * float(best.sum())))
-    near = tuple(fit for fit, gain in zip(role.fits, role.gains, strict=True)
-                 if (best - gain).sum() < within or (z_of_sum(best - gain) < rule.z and gain.sum() > rule.most * best.sum()))
-    return tuple(fit for fit in near if fit is role.best or not _become(problem, fit, role.best, rule.same))
+    return tuple(fit for fit, gain in zip(role.fits, role.gains, strict=True) if fit.effect not in become
+                 and ((best - gain).sum() < within or (z_of_sum(best - gain) < rule.z and gain.sum() > rule.most * best.sum())))
 
 
-def _become(problem: Problem, fit: Fit, simple: Fit, same: float) -> bool:
-    if len(problem.effects[fit.effect].knobs) <= len(problem.effects[simple.effect].knobs):
-        return False
-    apart = problem.each(lambda link: problem.residual(fit.values, link) - problem.residual(simple.values, link), problem.links)
-    return sum(float(one @ one) for one in apart) < same
+def become_best(problem: Problem, role: Role, rule: Alike = Alike()) -> frozenset[str]:
+    """Effects with more numbers whose fit has become the role's best one: they say the same, and are no other answer.
+
+    A lock from where the muscle begins is a bladder, dry friction that never builds up is drag.
+    """
+    few = len(problem.effects[role.best.effect].knobs)
+    richer = [fit for fit in role.fits if len(problem.effects[fit.effect].knobs) > few]
+    best = {link: problem.residual(role.best.values, link) for link in problem.links} if richer else {}
+
+    def apart(fit: Fit) -> float:
+        return sum(float(np.sum((problem.residual(fit.values, link) - best[link]) ** 2)) for link in problem.links)
+
+    return frozenset(fit.effect for fit, off in zip(richer, problem.each(apart, richer), strict=True) if off < rule.same)
 
 
-def shares(problem: Problem, role: Role, seed: int = 0) -> dict[str, float]:
-    """Share of block resamples in which each candidate gains most on trials left out; those that have become the best one count as it."""
-    own = [i for i, fit in enumerate(role.fits) if fit is role.best or not _become(problem, fit, role.best, Alike.same)]
+def shares(problem: Problem, role: Role, become: Collection[str] = (), seed: int = 0) -> dict[str, float]:
+    """Share of block resamples in which each candidate gains most on trials left out; those that have become the best one (``become``) count as it."""
+    own = [i for i, fit in enumerate(role.fits) if fit.effect not in become]
     rng = np.random.default_rng(seed)
     weights = rng.multinomial(problem.blocks, np.full(problem.blocks, 1.0 / problem.blocks), size=RESAMPLES).astype(float)
     first = np.argmax(weights @ role.gains[own].T, axis=1)

@@ -41,8 +41,9 @@ def muscle_rates(p, s, y, dy, i, travel, travel_speed, q, q_speed):
     supply = gas.supply_pressure(g, y[SUPPLY_FLOW])
     dy[GAS_C + i], dy[GAS_MASS + i], drawn = gas.rates(
         g, y[GAS_C + i], y[GAS_MASS + i], volume, pressure, supply, s.opening[i, 0], s.opening[i, 1])
-    dy[CREEP + i] = muscle.creep_rate(p.muscle[i], y[CREEP + i], speed)
-    dy[SLOW_CREEP + i] = muscle.slow_creep_rate(p.muscle[i], y[SLOW_CREEP + i], speed)
+    m = p.muscle[i]
+    dy[CREEP + i] = muscle.creep_rate(m.creep_stiffness_n_m, m.creep_time_s, y[CREEP + i], speed)
+    dy[SLOW_CREEP + i] = muscle.creep_rate(m.creep_stiffness_n_m * m.creep_slow_ratio, muscle.SLOWER * m.creep_time_s, y[SLOW_CREEP + i], speed)
     return force, drawn
 
 

@@ -32,7 +32,9 @@ class Apart:
         for go in range(GOES if fitted else 0):
             if self.distance < LEAST * LIMIT:
                 break
-            self.fitting, before = self._fitting(-bench.nominal if go == 0 else None), self.distance
+            if go > 0:
+                self.fitting = self._fitting(None)
+            before = self.distance
             chi = self.fitting.fit(Law((), (), plant.same_law), self.z, outer=1).chi
             self.z, self.distance = self.fitting.last, min(before, float(np.sqrt(chi)))
             if go > 0 and self.distance > FALLS * before:

@@ -4,7 +4,7 @@ from types import SimpleNamespace as Thing
 
 import numpy as np
 
-from epa_rt.gap.separate import alike
+from epa_rt.gap.separate import alike, become_best
 
 LINE = np.linspace(-1.0, 1.0, 200)
 KNOBS = {"drag": ("b",), "dry": ("f", "v0"), "other": ("k",), "bent": ("k", "h")}
@@ -17,7 +17,7 @@ def names(*effects: str, gains=None) -> list[str]:
                     each=lambda function, items: [function(item) for item in items], residual=lambda values, link: SAYS[values["of"]])
     fits = tuple(Thing(effect=name, values={"of": name}) for name in effects)
     role = Thing(fits=fits, gains=np.array(gains or [[100.0, 110.0, 90.0]] * len(fits)), best=fits[0])
-    return [fit.effect for fit in alike(problem, role, 0.0)]
+    return [fit.effect for fit in alike(role, 0.0, become_best(problem, role))]
 
 
 def test_a_law_with_more_numbers_that_has_become_the_first_one_is_no_other_answer():

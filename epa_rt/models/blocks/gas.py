@@ -115,18 +115,18 @@ def rates(p, c, mass, volume, pressure_pa, supply_pa, inlet, exhaust):
     thermal = p.gas_constant_j_kg_k * p.temperature_k
     if p.leak_per_s != 0.0:
         lost += p.leak_per_s * (pressure_pa - p.atmosphere_pa) * volume / thermal
-    left, back = lost, cooling(p, mass * thermal / volume)
+    back = cooling(p, mass * thermal / volume)
     if back != 0.0:
         heat = back * (mass * thermal / volume - pressure_pa)
     if drawn == 0.0 and lost == 0.0 and heat == 0.0:
         return 0.0, 0.0, 0.0
-    gained = drawn * p.fill_heating_ratio if drawn > 0.0 else drawn
+    gained, spent = drawn * p.fill_heating_ratio if drawn > 0.0 else drawn, lost
     if p.adiabatic_ratio != 0.0:  # enthalpy over energy; what leaves is as warm as the gas is
         warmth, capacity = pressure_pa * volume / (mass * thermal), 1.0 + HEAT_CAPACITY * p.adiabatic_ratio
         gained *= capacity * (1.0 if gained > 0.0 else warmth)
-        lost *= capacity * (warmth if lost > 0.0 else 1.0)
-    pressure_rate = thermal * (gained - lost) / volume + heat
-    return c / pressure_pa * pressure_rate, drawn - left, drawn
+        spent *= capacity * (warmth if spent > 0.0 else 1.0)
+    pressure_rate = thermal * (gained - spent) / volume + heat
+    return c / pressure_pa * pressure_rate, drawn - lost, drawn
 
 
 def gas_over_log(params, length_m, inlet, exhaust, period_s, muscle=0, start_pa=None, substeps=4):

@@ -87,19 +87,9 @@ def tension(p, slope, gauge_pa, length, speed, memory, moved, creep_n):
 
 
 @compiled
-def creep_rate(p, creep_n, speed):
-    """Rate of the creep branch (N/s): spring and damper in series, beside the muscle."""
-    if p.creep_stiffness_n_m == 0.0:
-        return 0.0
-    return p.creep_stiffness_n_m * speed - creep_n / p.creep_time_s
-
-
-@compiled
-def slow_creep_rate(p, creep_n, speed):
-    """The same of a second branch, ``SLOWER`` times slower."""
-    if p.creep_stiffness_n_m == 0.0 or p.creep_slow_ratio == 0.0:
-        return 0.0
-    return p.creep_stiffness_n_m * p.creep_slow_ratio * speed - creep_n / (SLOWER * p.creep_time_s)
+def creep_rate(stiffness_n_m, time_s, creep_n, speed):
+    """Rate of a creep branch (N/s): spring and damper in series, beside the muscle. The second one is ``SLOWER`` times slower."""
+    return 0.0 if stiffness_n_m == 0.0 else stiffness_n_m * speed - creep_n / time_s
 
 
 def muscle_over_log(params, gauge_pa, length_m, speed_m_s, muscle=0, period_s=1e-3):
@@ -119,8 +109,8 @@ def _over_log(params, muscle, gauge, length, speed, period_s, memory, out):
         fitted = length[k] - strap_stretch(p, strap)
         moved = fitted - fitted_before
         braid.settle(p, memory, moved, speed[k])
-        creep += period_s * creep_rate(p, creep, speed[k])
-        slow += period_s * slow_creep_rate(p, slow, speed[k])
+        creep += period_s * creep_rate(p.creep_stiffness_n_m, p.creep_time_s, creep, speed[k])
+        slow += period_s * creep_rate(p.creep_stiffness_n_m * p.creep_slow_ratio, SLOWER * p.creep_time_s, slow, speed[k])
         _, slope = shape(p, 0.0, fitted)
         out[k] = tension(p, slope, gauge[k], fitted, speed[k], memory, 0.0, creep + slow)
         strap = out[k]
