@@ -8,10 +8,13 @@ import numpy as np
 
 from epa_rt.gap.aside import split
 from epa_rt.gap.astray import astray
-from epa_rt.gap.diagnosis import Diagnosis, Named, Number, Shrinkage
-from epa_rt.gap.fed import source_first
+from epa_rt.gap.diagnosis import Diagnosis, FreeRun, Named, Number, Shrinkage
+from epa_rt.gap.fed import alone, source_first
 from epa_rt.gap.floor import floors as floors_of
 from epa_rt.gap.held_out import not_carried_over, said_of_held_out
+from epa_rt.gap.in_free_run import Heard
+from epa_rt.gap.in_free_run import heard as heard_in_free_run
+from epa_rt.gap.lengths import length_first
 from epa_rt.gap.localise import localise
 from epa_rt.gap.point import Normal, Point
 from epa_rt.gap.problem import Problem
@@ -33,7 +36,7 @@ Progress = Callable[[str, float], None]
 @dataclass(frozen=True)
 class Attribution:
     """What ``attributed`` found, for those who go on with it. ``sets``: by role the fits that cannot be told apart, best first.
-    ``become``: by role what has become its best fit in more numbers."""
+    ``become``: by role what has become its best fit in more numbers. ``heard``: what free run says, None where the rig has no model of the whole."""
 
     problem: Problem
     selection: Selection
@@ -41,6 +44,7 @@ class Attribution:
     after: Left
     sets: tuple[tuple[Fit, ...], ...]
     become: tuple[frozenset[str], ...]
+    heard: Heard | None
 
 
 def diagnose(subject: Subject, recordings: Sequence[Recording], holdout: Sequence[Recording] = (), without: Iterable[str] = (),
@@ -93,19 +97,22 @@ def attributed(subject: Subject, recordings: Sequence[Recording], without: Seque
         return lefts[id(point)]
 
     scaled, base = rescaled(problem, base, left(base))
-    selection = select(scaled, base, left, progress=lambda stage, share: progress(stage, 0.15 + 0.6 * share))
+    selection = select(scaled, base, left, progress=lambda stage, share: progress(stage, 0.15 + 0.5 * share))
+    selection, said_there = heard_in_free_run(selection.problem, selection, progress=lambda stage, share: progress(stage, 0.65 + 0.15 * share))
     after = left(selection.final)
     become = tuple(become_best(selection.problem, role) for role in selection.roles)
     stays = above_noise(after, selection.problem.scale)
-    sets = tuple(alike(role, stays, same) for role, same in zip(selection.roles, become, strict=True))
-    return Attribution(selection.problem, selection, left(selection.base), after, sets, become)
+    apart = said_there.apart if said_there else frozenset()
+    sets = tuple(tuple(fit for fit in alike(role, stays, same) if fit.effect not in apart) for role, same in zip(selection.roles, become, strict=True))
+    return Attribution(selection.problem, selection, left(selection.base), after, sets, become, said_there)
 
 
 def composed(subject: Subject, recordings: Sequence[Recording], found: Attribution, rows: Sequence[Shrinkage] = (), seed: int = 0) -> Diagnosis:
     """The answer in the words of ``diagnosis.py``."""
     problem, selection = found.problem, found.selection
     covered = coverage(found.before, found.after)
-    trusted = trust(found.before, found.after)
+    whole = found.heard.part if found.heard else None
+    trusted = trust(found.before, found.after, whole)
     named = tuple(_named(found, k, trusted) for k in range(len(selection.roles)))
     screening = selection.roles[0].screening if selection.roles else selection.refused.screening if selection.refused else None
     silent = untested(screening.typical() if screening else {}, tuple(problem.effects))
@@ -113,10 +120,11 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     where = tuple(link for link in gaps(found.before, found.after) if link in judged)
     odd = _odd(found)
     rivals = [[n for n in one.not_separable_from if problem.effects[n].family != one.family] for one in named]
-    verdict = decided(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1), bool(odd))
+    verdict = decided(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1), bool(odd), whole)
+    says = said(verdict, [spoken(one) for one in named], rivals, where, covered.part, len(silent), len(problem.effects), odd, whole)
+    nearest = tuple(one.name for one in named)
     if verdict in ("not_in_catalogue", "no_gap"):
         named = ()
-    says = said(verdict, [spoken(one) for one in named], rivals, where, covered.part, len(silent), len(problem.effects), odd)
     apart = not_carried_over(rows) if verdict == "no_gap" else None
     if apart is not None:
         verdict, says = "not_in_catalogue", said_of_held_out(apart)
@@ -126,9 +134,14 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     off = astray(problem, selection.final, seed) if named else None
     named = tuple(replace(one, parameters=_numbers(problem, selection.final, one.name, off)) for one in named)
     places = localise(subject, problem.prepared, seen_at, problem.floors)
+    if not named:
+        places = source_first(places, lambda place: alone(problem, place))
+        places = length_first(subject, problem.prepared, seen_at, problem.floors, places) if where else places
     return Diagnosis(
         verdict=verdict, says=says, found_first=tuple(f"{r.name}: {what}" for r in recordings for what in r.found),
-        location=places if named else source_first(places), effects=named,
+        location=places,
+        effects=named,
+        free_run=found.heard and FreeRun(found.heard.gap, found.heard.left, whole, nearest, tuple(sorted(found.heard.apart))),
         nominal_moved=_moved(problem, normal, off), not_tested=silent, shrinkage=tuple(rows), refitted=dict(selection.base.values), fitted=dict(values),
         remainder=remainders(subject, problem.prepared, selection.base.values, values, problem.floors, problem.designs))
 

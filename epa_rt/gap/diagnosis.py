@@ -98,6 +98,17 @@ class NextExperiment:
 
 
 @dataclass(frozen=True)
+class FreeRun:
+    """What the whole plant says that runs from the commands alone, in chi-square above noise and steps, four readings a second."""
+
+    gap: float                      # without any effect, nominal parameters fitted
+    left: float                     # with the effects that come nearest
+    explained_share: float | None   # None where there is no gap in free run
+    nearest: tuple[str, ...]        # those effects
+    told_apart: tuple[str, ...]     # effects that explain the links as well, but not the whole
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """The whole answer."""
 
@@ -111,6 +122,7 @@ class Diagnosis:
     shrinkage: tuple[Shrinkage, ...] = ()
     remainder: tuple[Remainder, ...] = ()
     next_experiment: NextExperiment | None = None
+    free_run: FreeRun | None = None             # None where the rig has no model of the whole
     gate: dict | None = None
     refitted: dict[str, float] = field(default_factory=dict)  # knob key to value, nominal parameters refitted without the effects
     fitted: dict[str, float] = field(default_factory=dict)    # the same with the effects: all that a patched plant file differs in

@@ -91,6 +91,18 @@ class Problem:
         made.effects = self.effects
         return made
 
+    def only(self, links: Iterable[str]) -> "Problem":
+        """The same problem with some of its links."""
+        made = copy.copy(self)
+        made.links = tuple(links)
+        return made
+
+    def as_one(self, subject: Subject, recordings: Sequence[Recording], floors: Mapping[str, Floor]) -> "Problem":
+        """The same effects held against recordings by another subject of the same rig."""
+        made = Problem(subject, recordings, floors, stop=self._stop)
+        made.effects = self.effects
+        return made
+
     def samples(self, link: str) -> int:
         return int(self.edges[link][-1])
 

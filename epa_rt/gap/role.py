@@ -71,7 +71,7 @@ def _played(problem: Problem, point: Point, also: Sequence[str], pairs: bool) ->
     names = [n for n in dict.fromkeys((*also, *candidates(problem, point, screening, pairs))) if problem.effects[n].family not in on]
     if not names:
         return None
-    jobs = [(name, start) for name in names for start in _starts(problem, screening, name)]
+    jobs = [(name, start) for name in names for start in starts(problem, screening, name)]
     fits: dict[str, Fit] = {}
     for (name, _), fit in zip(jobs, problem.each(lambda job: refit(problem, point, *job), jobs), strict=True):
         if name not in fits or fit.chi < fits[name].chi:
@@ -125,7 +125,7 @@ def candidates(problem: Problem, point: Point, screening: Screening, pairs: bool
     return list(dict.fromkeys(names))
 
 
-def _starts(problem: Problem, screening: Screening, effect: str) -> list[dict[str, float]]:
+def starts(problem: Problem, screening: Screening, effect: str) -> list[dict[str, float]]:
     """The most promising starting points of an effect, at the strength that screening found."""
     own = sorted((s for s in screening.signatures if s.effect == effect), key=lambda s: -s.gain)[:STARTS]
     if not own:

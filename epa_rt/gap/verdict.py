@@ -97,13 +97,15 @@ def coverage(before: Left, after: Left, bars: Bars = BARS) -> Coverage:
                     max(after.links[name].before - bars.noise for name in major))
 
 
-def trust(before: Left, after: Left, bars: Bars = BARS) -> float:
+def trust(before: Left, after: Left, whole: float | None = None, bars: Bars = BARS) -> float:
     """What a name's confidence counts: all where its effects leave no more than gap-free rigs do, nothing where they leave a third of the gap.
 
-    The right law in other words leaves a few percent, a wrong one that comes near leaves more.
+    The right law in other words leaves a few percent, a wrong one that comes near leaves more. ``whole``: part of the gap in free run
+    that they explain, which counts likewise; None where it shows none.
     """
     excess, stays = sum(_over(before, bars.quiet).values()), sum(_over(after, bars.quiet).values())
-    return float(np.clip(1.0 - bars.strict * stays / excess, 0.0, 1.0)) if excess > 0.0 else 1.0
+    alone = 1.0 - bars.strict * stays / excess if excess > 0.0 else 1.0
+    return float(np.clip(alone, 0.0, 1.0) * np.clip(1.0 - bars.strict * (1.0 - (1.0 if whole is None else whole)), 0.0, 1.0))
 
 
 def above_noise(left: Left, scale: Mapping[str, float], bars: Bars = BARS) -> float:
@@ -117,17 +119,18 @@ def _over(left: Left, noise: float) -> dict[str, float]:
 
 
 def decided(gap: bool, effects: Sequence[str], found: Coverage, ambiguous: bool, untested: float, odd: bool = False,
-            bars: Bars = BARS) -> Verdict:
+            whole: float | None = None, bars: Bars = BARS) -> Verdict:
     """``gap``: any link has one. ``ambiguous``: an effect cannot be told from one of another family. ``untested``: part of
     the catalogue that the logs could not have shown. ``odd``: a nominal parameter is beyond
-    belief and hides more than the effects explain."""
-    if odd:
+    belief and hides more than the effects explain. ``whole``: part of the gap in free run that the effects explain, None where it shows none."""
+    if odd or (effects and whole is not None and whole < bars.covered):
         return "not_in_catalogue"
+    little = found.part < bars.covered or found.least < bars.covered_link
     if not gap and not effects:
         return "not_excited" if untested > bars.mostly else "no_gap"
-    if effects and (found.part < bars.covered or found.least < bars.covered_link) and found.left < bars.trifle:
+    if effects and little and found.left < bars.trifle and whole is None:
         return "no_gap"
-    if not effects or found.part < bars.covered or found.least < bars.covered_link:
+    if not effects or (little and (found.left > bars.trifle or whole is None)):
         return "not_in_catalogue"
     if ambiguous:
         return "not_separable"
@@ -162,7 +165,7 @@ def absorbed(normal: Normal, keys: Sequence[str]) -> float:
 
 
 def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]], links: Sequence[str], part: float, not_tested: int, of: int,
-         odd: Sequence[str] = ()) -> str:
+         odd: Sequence[str] = (), whole: float | None = None) -> str:
     """The verdict in one or two sentences."""
     names = " and ".join(effects)
     where = ", ".join(links)
@@ -175,8 +178,13 @@ def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]]
                "and no effect of the catalogue explains it better."
     if verdict == "not_in_catalogue" and odd:
         return f"There is a gap in {where}; what comes nearest explains it only with values of {', '.join(odd)} that nobody believes."
+    if verdict == "not_in_catalogue" and effects and whole is not None and whole < BARS.covered:
+        return f"{names} explains {_percent(part)} of what the blocks show one by one, but in free run only {_percent(whole)} of the gap: " \
+               "something else is missing, and no effect of the catalogue explains it."
     if verdict == "not_in_catalogue":
         return f"There is a gap in {where or 'the residual'}, and no effect of the catalogue explains it."
+    if not where and whole is not None and effects and verdict != "not_separable":
+        return f"{names} explains {_percent(whole)} of the gap in free run; the blocks one by one show it too faintly to say where."
     if verdict == "not_separable":
         return f"{names} explains {_percent(part)} of what can be explained in {where}; this data cannot tell it from " \
                f"{'; '.join(', '.join(s) for s in sets if s)}."

@@ -24,7 +24,8 @@ from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import Link, Values
 from epa_rt.models.catalogue import CATALOGUE, NOMINAL, knob
 from epa_rt.models.effect import Effect, Knob
-from epa_rt.models.knobs import write_knob
+from epa_rt.models.blocks.load import FIXED
+from epa_rt.models.knobs import read_knob, write_knob
 from epa_rt.models.parameters import effects as effect_rows
 from epa_rt.models.plant_file import PlantFile, load_plant, save_plant
 
@@ -43,6 +44,7 @@ class HouseSubject:
         names = tuple(link.name for link in self.links)
         self._reach: dict[str, tuple[str, ...]] = {}
         self._noises: list[tuple[Recording, dict[str, float], int, dict[str, float]]] = []
+        self.lines = {"load.rest0_m": ("muscle0", "gas0")} if plant.params["load"]["kind_code"][0] == FIXED and {"muscle0", "gas0"} <= set(names) else {}
         self.nominal: tuple[Knob, ...] = tuple(knob(n.key, plant.params) for n in NOMINAL if self._touch(n.key, names))
         self._own = {k.key for k in self.nominal}
         self.catalogue: tuple[Effect, ...] = tuple(
@@ -65,6 +67,10 @@ class HouseSubject:
         for key, value in values.items():
             write_knob(found, key, value)
         return found
+
+    def number(self, key: str) -> float:
+        """What the plant file says of a number, knob or not."""
+        return read_knob(self.plant.params, key)
 
     def prepare(self, recording: Recording) -> Prepared:
         made = self._prepared(recording)

@@ -1,0 +1,81 @@
+"""Whether links that are off together share a wrong length: play, slip or a spool that is not round feeds all that a line's length feeds.
+
+No law is asked: an error of length that hangs on the motor's travel, its direction and its memory moves each link by that link's own slope
+over length. Where one such error explains what two links show, the place is what makes the length.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from epa_rt.gap.diagnosis import Place
+from epa_rt.gap.floor import Floor
+from epa_rt.gap.localise import unbiased
+from epa_rt.gap.stop_operator import stop_over_log
+from epa_rt.gap.subject import Subject, Values
+
+TRAVEL = "motor_angle_rad"
+HALVES = (0.002, 0.005, 0.01, 0.02, 0.05)   # half widths of memories, as parts of the travel's range
+TURNS = (1, 2, 3)
+STEP_M = 1e-5
+RIDGE = 1e-4            # per sample
+SHARED, OWN = 0.6, 0.15  # of all excess over noise that one error of length must explain, and of each link's
+MOSTLY = 0.6            # of what an error of length of a link's own would explain there
+
+
+def share_a_length(subject: Subject, prepared: Mapping[str, object], values: Values, floors: Mapping[str, Floor], links: Sequence[str], knob: str) -> bool:
+    """Whether one error of length explains what ``links`` show at ``values``. ``knob``: key of a number that shifts their length, in m."""
+    made = [_normal(subject, prepared, values, floors[link], link, knob) for link in links]
+    excess = [square - samples for _, _, square, samples in made]
+    if len(links) < 2 or min(excess) <= 0.0:
+        return False
+    matrix, right = sum(m for m, *_ in made), sum(b for _, b, *_ in made)
+    shared = _solved(matrix, right, sum(samples for *_, samples in made))
+    explained = [float(2.0 * b @ shared - shared @ m @ shared) for m, b, *_ in made]
+    alone = [float(b @ _solved(m, b, samples)) for m, b, _, samples in made]
+    return sum(explained) > SHARED * sum(excess) and all(
+        part > max(OWN * whole, MOSTLY * own) for part, whole, own in zip(explained, excess, alone, strict=True))
+
+
+def length_first(subject: Subject, prepared: Mapping[str, object], values: Values, floors: Mapping[str, Floor], places: Sequence[Place]) -> tuple[Place, ...]:
+    """``places`` with what makes a line's length first, where the links of that line share a wrong one. ``subject.lines``, where it has any:
+    a number that shifts a line's length to the links that it feeds."""
+    for knob, links in getattr(subject, "lines", {}).items():
+        if all(link in floors for link in links) and share_a_length(subject, prepared, values, floors, links, knob):
+            first = next(place for place in places if place.link in links)
+            return (replace(first, block="transmission"), *places)
+    return tuple(places)
+
+
+def _solved(matrix: np.ndarray, right: np.ndarray, samples: int) -> np.ndarray:
+    scale = np.sqrt(np.maximum(np.diag(matrix), 1e-30))
+    return np.linalg.solve(matrix / np.outer(scale, scale) + RIDGE * np.eye(len(right)), right / scale) / scale
+
+
+def _normal(subject: Subject, prepared: Mapping[str, object], values: Values, floor: Floor, link: str, knob: str):
+    """Normal equations of a link over errors of length: (k, k), (k,), chi-square and samples, whitened."""
+    at = subject.number(knob)
+    matrix, right, square, samples = 0.0, 0.0, 0.0, 0
+    for name, one in prepared.items():
+        here = subject.residual(one, values, link)
+        slope = (subject.residual(one, {**values, knob: at + STEP_M}, link) - here) / STEP_M
+        columns = slope[:, None] * _shapes(np.asarray(subject.features(one, link)[TRAVEL], float))
+        white = floor.whiten(np.column_stack([unbiased(here, floor, name), columns]))
+        white = white[np.isfinite(white).all(axis=1)]
+        matrix, right = matrix + white[:, 1:].T @ white[:, 1:], right + white[:, 1:].T @ white[:, 0]
+        square, samples = square + float(white[:, 0] @ white[:, 0]), samples + len(white)
+    return matrix, right, square, samples
+
+
+def _shapes(travel: np.ndarray) -> np.ndarray:
+    """(n, k) what an error of length may hang on: travel, its turns, its direction and memories of several widths."""
+    known = np.isfinite(travel)
+    whole = np.where(known, travel, travel[known][0] if known.any() else 0.0)
+    reach = max(float(np.ptp(whole)), 1e-9)
+    z = (whole - whole.mean()) / reach
+    memories = [stop_over_log(np.ascontiguousarray(z), half) / half for half in HALVES]
+    turns = [f(k * whole) for k in TURNS for f in (np.sin, np.cos)]
+    found = np.column_stack([np.ones(len(z)), z, z * z, *turns, *memories])
+    found[~known] = np.nan
+    return found

@@ -1,0 +1,112 @@
+"""Free run as a second witness: a law that explains one block and not the whole plant is not the rig's."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from epa_rt.gap.as_one import ABSURD, LINK, NOISY, AsOne, apart, deviations, floor, quiet, twins_of
+from epa_rt.gap.diagnose import diagnose
+from epa_rt.gap.in_free_run import Heard
+from epa_rt.gap.problem import Problem
+from epa_rt.gap.refit import settled
+from tests.gap import toy
+
+CHANNEL = {"drive": "current_a", "gas": "pressure_pa", "spring": "force_n"}
+OFF = {"spring.stiffness_n_m": 915.0, "gas.flow_pa_s": 4.1e5}
+
+
+class Chained(toy.Toy):
+    """The toy from its commands alone: its spring is fed with the pressure that its gas makes."""
+
+    def free_run(self, recording, values, seed):
+        columns = dict(recording.columns)
+        for link in ("gas", "drive", "spring"):
+            columns[CHANNEL[link]] = toy.predicted(columns, values, link)
+        rng = np.random.default_rng(seed)
+        noisy = {CHANNEL[link]: columns[CHANNEL[link]] + size * rng.standard_normal(recording.samples) for link, size in toy.NOISE.items()}
+        return replace(recording, columns=columns | (noisy if seed is not None else {}))
+
+
+def without_gas(*arguments, **more):
+    """Floors that leave the gas' link unjudged, so that only free run sees its reading."""
+    found = toy.floors(*arguments, **more)
+    return {name: one for name, one in found.items() if name != "gas"}
+
+
+def logs(values):
+    return [toy.recording(f"log{i}", 10 + i, OFF | values) for i in range(2)]
+
+
+def told(values, without=()):
+    return diagnose(Chained(), logs(values), without=without, floors=without_gas, how_far=False)
+
+
+def test_what_one_block_cannot_tell_apart_free_run_does():
+    answer = told({"sensors.pressure_offset_pa": -1000.0})
+    assert [one.name for one in answer.effects] == ["pressure_offset"]
+    assert not answer.effects[0].not_separable_from
+    assert "force_offset" in answer.free_run.told_apart
+    assert answer.free_run.explained_share > 0.95
+
+
+def test_a_name_that_does_not_carry_the_whole_is_not_given():
+    answer = told({"sensors.pressure_offset_pa": -1000.0}, without=("pressure_offset",))
+    assert answer.verdict == "not_in_catalogue"
+    assert not answer.effects
+    assert answer.free_run.explained_share < 0.7
+
+
+def test_an_effect_that_no_judged_link_shows_is_found_in_free_run():
+    answer = told({"gas.delay_s": 0.02})
+    assert [one.name for one in answer.effects] == ["valve_delay"]
+    assert answer.effects[0].parameters[0].low < 0.02 < answer.effects[0].parameters[0].high
+    assert "free run" in answer.says
+
+
+def test_nothing_hidden_shows_no_gap_in_free_run():
+    answer = told({})
+    assert answer.verdict == "no_gap"
+    assert answer.free_run.explained_share is None
+    assert answer.free_run.gap < 50.0
+
+
+def test_a_rig_without_a_model_of_the_whole_is_not_heard():
+    assert diagnose(toy.Toy(), logs({}), floors=toy.floors, how_far=False).free_run is None
+
+
+def test_lost_readings_say_nothing_and_a_run_that_is_no_number_says_much():
+    real = toy.recording("log", 1)
+    other = Chained().free_run(real, {}, None)
+    clean = apart(other, other, {"force_n": 0.1})
+    assert np.nansum(np.abs(clean)) == 0.0
+    lost = dict(other.columns, force_n=np.where(np.arange(real.samples) == 500, np.nan, other.columns["force_n"]))
+    assert np.nansum(np.abs(apart(replace(other, columns=lost), other, {"force_n": 0.1}))) == 0.0
+    broken = dict(other.columns, force_n=np.full(real.samples, np.nan))
+    assert np.nanmin(apart(other, replace(other, columns=broken), {"force_n": 0.1})) == ABSURD
+
+
+def test_steps_that_stand_still_make_a_channel_count_for_less():
+    real = toy.recording("log", 1)
+    clean = Chained().free_run(real, {}, None)
+    swift = 0.1 * (-1.0) ** np.arange(real.samples)   # averages out in every sample that is compared, but for one of five
+    white = [replace(clean, columns=dict(clean.columns, force_n=clean.columns["force_n"] + sign * swift)) for sign in (1.0, -1.0)]
+    standing = [replace(clean, columns=dict(clean.columns, force_n=clean.columns["force_n"] + shift)) for shift in (0.1, -0.1)]
+    assert deviations([real], [(clean, white)])["force_n"] == pytest.approx(0.1, rel=1e-6)
+    inflated = deviations([real], [(clean, standing)])["force_n"]
+    assert np.nansum(apart(standing[0], clean, {"force_n": inflated}) ** 2) == pytest.approx(NOISY, rel=1e-6)
+
+
+def test_quiet_is_what_noise_alone_leaves():
+    subject, recordings = Chained(), logs({})
+    twins = twins_of(subject, recordings, {})
+    deviation = deviations(recordings, twins)
+    whole = Problem(AsOne(subject, deviation), recordings, floor())
+    point = settled(whole, rounds=4)
+    assert whole.links == (LINK,)
+    assert point.normal.chi < 4.0 * quiet(point, deviation, twins)
+
+
+@pytest.mark.parametrize(("gap", "left", "part"), [(99.0, 99.0, None), (1000.0, 100.0, 0.9), (200.0, 0.0, 1.0)])
+def test_part_is_none_where_free_run_shows_no_gap(gap, left, part):
+    assert Heard(gap, left, frozenset()).part == part
