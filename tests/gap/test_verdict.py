@@ -5,13 +5,18 @@ import pytest
 from epa_rt.gap.diagnosis import Place
 from epa_rt.gap.fed import source_first
 from epa_rt.gap.generic import GenericFit
-from epa_rt.gap.verdict import coverage, decided, gaps, informed, trust, untested
+from epa_rt.gap.verdict import Coverage, coverage, decided, gaps, informed, trust, untested
 from epa_rt.gap.yardstick import Left
 
 
 def left(**links: tuple[float, float]) -> Left:
     """Link to chi-square per sample, and what the generic model leaves of it; 5000 samples each."""
     return Left({name: GenericFit(name, 5000, before, after, 0.0, ()) for name, (before, after) in links.items()})
+
+
+def place(block: str, significance: float) -> Place:
+    return Place(block=block, link=block, channel="", unit="", rms=1.0, floor=1.0, excess=0.0, times_floor=1.0,
+                 significance=significance, state={}, band_hz={}, time_s={})
 
 
 def verdict(before: Left, after: Left, effects=("leak",), ambiguous=False, silent=0.0, odd=False):
@@ -72,10 +77,6 @@ def test_link_of_whose_effects_few_were_tested_is_not_judged():
 
 
 def test_block_that_feeds_the_others_comes_first_where_it_is_off_as_well():
-    def place(block: str, significance: float) -> Place:
-        return Place(block=block, link=block, channel="", unit="", rms=1.0, floor=1.0, excess=0.0, times_floor=1.0,
-                     significance=significance, state={}, band_hz={}, time_s={})
-
     assert [p.block for p in source_first((place("drive", 900.0), place("load", 500.0), place("muscle", 100.0), place("gas", 1.0)))][0] == "muscle"
     assert [p.block for p in source_first((place("drive", 900.0), place("muscle", 8.0)))][0] == "drive"
 
@@ -94,3 +95,26 @@ def test_a_link_that_keeps_a_trifle_does_not_undo_what_explains_the_rest():
     assert verdict(before, after) == "explained"
     much = left(motor=(1.0, 1.0), gas=(9.0, 9.0))
     assert coverage(left(motor=(30.0, 1.5), gas=(9.0, 9.0)), much).least < 0.1
+
+
+def test_a_link_that_what_it_feeds_has_bent_does_not_come_first():
+    places = (place("load", 500.0), place("muscle", 100.0))
+    assert [p.block for p in source_first(places, lambda one: 80.0)][0] == "muscle"
+    assert [p.block for p in source_first(places, lambda one: 2.0)][0] == "load"
+
+
+@pytest.mark.parametrize(("whole", "verdict"), [(None, "explained"), (0.9, "explained"), (0.5, "not_in_catalogue")])
+def test_free_run_may_take_a_name_away(whole, verdict):
+    assert decided(True, ["moment_arm"], Coverage(1.0, 1.0, 0.0), False, 0.0, whole=whole) == verdict
+
+
+def test_free_run_may_name_what_the_blocks_show_too_faintly():
+    faint = Coverage(0.3, 0.3, 0.1)
+    assert decided(False, ["payload"], faint, False, 0.0) == "no_gap"
+    assert decided(False, ["payload"], faint, False, 0.0, whole=0.95) == "explained"
+    assert decided(True, ["payload"], Coverage(0.3, 0.3, 3.0), False, 0.0, whole=0.95) == "not_in_catalogue"
+
+
+def test_a_name_counts_for_less_where_it_leaves_part_of_the_gap_in_free_run():
+    assert trust(left(load=(3.0, 1.0)), left(load=(1.1, 1.0)), 1.0) == 1.0
+    assert trust(left(load=(3.0, 1.0)), left(load=(1.1, 1.0)), 0.8) == pytest.approx(0.4)
