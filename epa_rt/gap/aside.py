@@ -18,7 +18,7 @@ class Part:
         self.name, self.rate_hz, self.links = subject.name, subject.rate_hz, subject.links
         self.nominal, self.catalogue, self.knobs = subject.nominal, subject.catalogue, subject.knobs
         self.touched, self.patched = subject.touched, subject.patched
-        self.lines, self.number = getattr(subject, "lines", {}), getattr(subject, "number", None)
+        self.lines, self.joint, self.number = (getattr(subject, name, None) for name in ("lines", "joint", "number"))
         self.repeats = getattr(subject, "repeats", None)   # of the whole recording: its laps
 
     def prepare(self, recording: Recording) -> tuple[object, Recording]:

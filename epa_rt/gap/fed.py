@@ -9,6 +9,7 @@ those it feeds.
 from collections.abc import Callable, Sequence
 
 from epa_rt.gap.diagnosis import Place
+from epa_rt.gap.lengths import beyond_the_joint
 from epa_rt.gap.localise import significance
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import settled
@@ -36,7 +37,12 @@ def source_first(places: Sequence[Place], by_itself: Callable[[Place], float] = 
 
 
 def alone(problem: Problem, place: Place) -> float:
-    """Significance of a place with the nominal parameters refitted to all links but those that its block feeds."""
+    """Significance of a place with the nominal parameters refitted to all links but those that its block feeds.
+
+    Where a joint's angle makes lengths, what an error of that angle or its lever explains does not count.
+    """
     others = problem.only(link for link in problem.links if problem.block_of_link[link] not in FEEDS.get(place.block, {}))
     point = settled(others)
+    if getattr(problem.subject, "joint", None):
+        return beyond_the_joint(problem.subject, problem.prepared, point.values, problem.floors[place.link], place.link)
     return significance(point.residual[place.link] * problem.scale[place.link])

@@ -4,21 +4,22 @@ Every law that comes near is fitted once more from commands to readings. The one
 longer alike, and what block by block shows too faintly is looked for there. Chi-square here counts INDEPENDENT_HZ readings a second (as_one.py).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from epa_rt.gap.as_one import AsOne, deviations, floor, quiet, twins_of
-from epa_rt.gap.point import Point, linearised
+from epa_rt.gap.as_one import LINK, AsOne, deviations, floor, quiet, twins_of
+from epa_rt.gap.point import Point, linearised, normal_of, z_of
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording
-from epa_rt.gap.refit import Fit, refit, settled
+from epa_rt.gap.refit import Fit, refit, searched, settled
 from epa_rt.gap.role import ABSORBED, Role, gains, starts
 from epa_rt.gap.screen import Screening, screen
 from epa_rt.gap.select import MOST_EFFECTS, Selection
 
-ROUNDS = 3
+ROUNDS = 5
+AS_PROMISED, TRIFLE = 0.05, 3.0   # of a step's fall, and chi-square: a fit that falls as its derivatives promised has arrived
 
 
 @dataclass(frozen=True)
@@ -66,9 +67,9 @@ def heard(problem: Problem, selection: Selection, rules: Rules = Rules(),
     progress("free run", 0.0)
     deviation = deviations(recordings, twins)
     whole = problem.as_one(AsOne(problem.subject, deviation), recordings, floor())
-    none = settled(whole, (), selection.base.values, rounds=ROUNDS)
+    none = _fitted(whole, (), selection.base.values)
     noise = quiet(none, deviation, twins)
-    best = settled(whole, selection.final.effects, selection.final.values, rounds=ROUNDS) if selection.roles else none
+    best = _fitted(whole, selection.final.effects, selection.final.values) if selection.roles else none
     tried: dict[str, float] = {}
     for k in range(len(selection.roles)):
         progress("free run: what comes near", 0.3 + 0.1 * k)
@@ -82,6 +83,24 @@ def heard(problem: Problem, selection: Selection, rules: Rules = Rules(),
             break
         selection, best = further
     return selection, Heard(_above(none, noise), _above(best, noise), apart)
+
+
+def _fitted(whole: Problem, effects: tuple[str, ...], values: Mapping[str, float]) -> Point:
+    """Everything free refitted. Derivatives are what costs here, so they are made anew only where the last step fell otherwise than they promised."""
+    point = linearised(whole, effects, dict(values))
+    for _ in range(ROUNDS):
+        after = searched(whole, point)
+        if after is None:
+            break
+        normal = point.normal
+        step = z_of(whole, normal.keys, after) - normal.z
+        promised, most = (normal.chi - float(normal.loss(by).sum() + normal.prior @ (normal.z + by) ** 2) for by in (step, normal.solved(np.ones(whole.blocks))))
+        residual = {LINK: whole.residual(after, LINK)}
+        moved = Point(effects, after, residual, point.columns, normal_of(whole, normal.keys, after, residual, point.columns))
+        if abs(normal.chi - moved.normal.chi - promised) + most - promised < max(AS_PROMISED * promised, TRIFLE):
+            return moved
+        point = linearised(whole, effects, after)
+    return point
 
 
 def _judged(problem: Problem) -> Sequence[Recording]:
@@ -105,7 +124,7 @@ def _carried(problem: Problem, whole: Problem, selection: Selection, k: int, non
     first = role.best
     for fit in _near(problem, role, rules):
         effects = tuple(fit.effect if name == first.effect else name for name in selection.final.effects)
-        point = settled(whole, effects, fit.values, rounds=ROUNDS)
+        point = _fitted(whole, effects, fit.values)
         tried[fit.effect] = point.normal.chi
         if point.normal.chi < best.normal.chi - _margin(none, point, rules):
             tried[role.best.effect] = best.normal.chi
@@ -155,7 +174,7 @@ def _afresh(whole: Problem, best: Point, fit: Fit) -> Point:
     effects = (*best.effects, fit.effect)
     own = {key for name in effects for key in whole.effects[name].knobs}
     hid = float(np.max(np.abs(best.normal.z * best.normal.prior))) > ABSORBED
-    return settled(whole, effects, {key: value for key, value in fit.values.items() if key in own or not hid}, rounds=ROUNDS + hid)
+    return _fitted(whole, effects, {key: value for key, value in fit.values.items() if key in own or not hid})
 
 
 def _promising(whole: Problem, point: Point, rules: Rules) -> Fit | None:

@@ -4,7 +4,7 @@ No law is asked: an error of length that hangs on the motor's travel, its direct
 over length. Where one such error explains what two links show, the place is what makes the length.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -26,7 +26,7 @@ MOSTLY = 0.6            # of what an error of length of a link's own would expla
 
 def share_a_length(subject: Subject, prepared: Mapping[str, object], values: Values, floors: Mapping[str, Floor], links: Sequence[str], knob: str) -> bool:
     """Whether one error of length explains what ``links`` show at ``values``. ``knob``: key of a number that shifts their length, in m."""
-    made = [_normal(subject, prepared, values, floors[link], link, knob) for link in links]
+    made = [_normal(subject, prepared, values, floors[link], link, knob, lambda one, link=link: _of_travel(subject.features(one, link)[TRAVEL])) for link in links]
     excess = [square - samples for _, _, square, samples in made]
     if len(links) < 2 or min(excess) <= 0.0:
         return False
@@ -41,7 +41,7 @@ def share_a_length(subject: Subject, prepared: Mapping[str, object], values: Val
 def length_first(subject: Subject, prepared: Mapping[str, object], values: Values, floors: Mapping[str, Floor], places: Sequence[Place]) -> tuple[Place, ...]:
     """``places`` with what makes a line's length first, where the links of that line share a wrong one. ``subject.lines``, where it has any:
     a number that shifts a line's length to the links that it feeds."""
-    for knob, links in getattr(subject, "lines", {}).items():
+    for knob, links in (getattr(subject, "lines", None) or {}).items():
         if all(link in floors for link in links) and share_a_length(subject, prepared, values, floors, links, knob):
             first = next(place for place in places if place.link in links)
             return (replace(first, block="transmission"), *places)
@@ -53,14 +53,31 @@ def _solved(matrix: np.ndarray, right: np.ndarray, samples: int) -> np.ndarray:
     return np.linalg.solve(matrix / np.outer(scale, scale) + RIDGE * np.eye(len(right)), right / scale) / scale
 
 
-def _normal(subject: Subject, prepared: Mapping[str, object], values: Values, floor: Floor, link: str, knob: str):
-    """Normal equations of a link over errors of length: (k, k), (k,), chi-square and samples, whitened."""
+def beyond_the_joint(subject: Subject, prepared: Mapping[str, object], values: Values, floor: Floor, link: str) -> float:
+    """Significance of what a link shows beyond an error of length that hangs on the joint's angle: a lever's, a joint sensor's.
+
+    ``subject.joint``: a number that shifts the line's length, and link and name of the joint's angle among the features.
+    """
+    knob, at, name = subject.joint
+    matrix, right, square, samples = _normal(subject, prepared, values, floor, link, knob, lambda one: _of_joint(subject.features(one, at)[name]))
+    left = square - float(right @ _solved(matrix, right, samples))
+    return (left - samples) / float(np.sqrt(2.0 * samples))
+
+
+def _of_joint(angle: np.ndarray) -> np.ndarray:
+    """(n, k) powers of an angle."""
+    z = (angle - np.nanmean(angle)) / max(float(np.nanstd(angle)), 1e-9)
+    return np.column_stack([np.ones(len(z)), z, z**2, z**3])
+
+
+def _normal(subject: Subject, prepared: Mapping[str, object], values: Values, floor: Floor, link: str, knob: str, shapes: Callable[[object], np.ndarray]):
+    """Normal equations of a link over errors of length of these ``shapes``: (k, k), (k,), chi-square and samples, whitened."""
     at = subject.number(knob)
     matrix, right, square, samples = 0.0, 0.0, 0.0, 0
     for name, one in prepared.items():
         here = subject.residual(one, values, link)
         slope = (subject.residual(one, {**values, knob: at + STEP_M}, link) - here) / STEP_M
-        columns = slope[:, None] * _shapes(np.asarray(subject.features(one, link)[TRAVEL], float))
+        columns = slope[:, None] * shapes(one)
         white = floor.whiten(np.column_stack([unbiased(here, floor, name), columns]))
         white = white[np.isfinite(white).all(axis=1)]
         matrix, right = matrix + white[:, 1:].T @ white[:, 1:], right + white[:, 1:].T @ white[:, 0]
@@ -68,8 +85,8 @@ def _normal(subject: Subject, prepared: Mapping[str, object], values: Values, fl
     return matrix, right, square, samples
 
 
-def _shapes(travel: np.ndarray) -> np.ndarray:
-    """(n, k) what an error of length may hang on: travel, its turns, its direction and memories of several widths."""
+def _of_travel(travel: np.ndarray) -> np.ndarray:
+    """(n, k) what an error of the spool's length may hang on: travel, its turns, its direction and memories of several widths."""
     known = np.isfinite(travel)
     whole = np.where(known, travel, travel[known][0] if known.any() else 0.0)
     reach = max(float(np.ptp(whole)), 1e-9)

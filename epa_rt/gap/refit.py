@@ -33,7 +33,7 @@ def settled(problem: Problem, effects: tuple[str, ...] = (), values: Mapping[str
     """Everything free refitted with fresh derivatives: the nominal parameters alone, or with the effects that are on."""
     point = linearised(problem, effects, dict(values or {}))
     for _ in range(rounds):
-        after = _searched(problem, point)
+        after = searched(problem, point)
         if after is None:
             break
         fresh = linearised(problem, effects, after)
@@ -44,7 +44,7 @@ def settled(problem: Problem, effects: tuple[str, ...] = (), values: Mapping[str
     return point
 
 
-def _searched(problem: Problem, point: Point) -> dict[str, float] | None:
+def searched(problem: Problem, point: Point) -> dict[str, float] | None:
     """Values after the first of a few lengths of the Gauss-Newton step, then of damped ones, that helps; None where none does."""
     normal = point.normal
     system = (normal.matrix.sum(axis=(0, 1)), normal.vector.sum(axis=(0, 1)), normal.prior, normal.z, ~normal.frozen)

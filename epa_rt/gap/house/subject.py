@@ -24,7 +24,7 @@ from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import Link, Values
 from epa_rt.models.catalogue import CATALOGUE, NOMINAL, knob
 from epa_rt.models.effect import Effect, Knob
-from epa_rt.models.blocks.load import FIXED
+from epa_rt.models.blocks.load import FIXED, KNEE
 from epa_rt.models.knobs import read_knob, write_knob
 from epa_rt.models.parameters import effects as effect_rows
 from epa_rt.models.plant_file import PlantFile, load_plant, save_plant
@@ -45,6 +45,7 @@ class HouseSubject:
         self._reach: dict[str, tuple[str, ...]] = {}
         self._noises: list[tuple[Recording, dict[str, float], int, dict[str, float]]] = []
         self.lines = {"load.rest0_m": ("muscle0", "gas0")} if plant.params["load"]["kind_code"][0] == FIXED and {"muscle0", "gas0"} <= set(names) else {}
+        self.joint = ("load.rest0_m", "load", "place_rad") if "load" in names and plant.params["load"]["kind_code"][0] == KNEE else None
         self.nominal: tuple[Knob, ...] = tuple(knob(n.key, plant.params) for n in NOMINAL if self._touch(n.key, names))
         self._own = {k.key for k in self.nominal}
         self.catalogue: tuple[Effect, ...] = tuple(
