@@ -101,10 +101,12 @@ def trust(before: Left, after: Left, whole: float | None = None, bars: Bars = BA
     """What a name's confidence counts: all where its effects leave no more than gap-free rigs do, nothing where they leave a third of the gap.
 
     The right law in other words leaves a few percent, a wrong one that comes near leaves more. ``whole``: part of the gap in free run
-    that they explain, which counts likewise; None where it shows none.
+    that they explain, which counts likewise, and alone where no link keeps more than a trifle; None where it shows none.
     """
     excess, stays = sum(_over(before, bars.quiet).values()), sum(_over(after, bars.quiet).values())
     alone = 1.0 - bars.strict * stays / excess if excess > 0.0 else 1.0
+    if whole is not None and all(fit.before - bars.quiet < bars.trifle for fit in after.links.values()):
+        alone = 1.0
     return float(np.clip(alone, 0.0, 1.0) * np.clip(1.0 - bars.strict * (1.0 - (1.0 if whole is None else whole)), 0.0, 1.0))
 
 

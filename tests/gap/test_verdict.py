@@ -118,3 +118,5 @@ def test_free_run_may_name_what_the_blocks_show_too_faintly():
 def test_a_name_counts_for_less_where_it_leaves_part_of_the_gap_in_free_run():
     assert trust(left(load=(3.0, 1.0)), left(load=(1.1, 1.0)), 1.0) == 1.0
     assert trust(left(load=(3.0, 1.0)), left(load=(1.1, 1.0)), 0.8) == pytest.approx(0.4)
+    assert trust(left(load=(1.7, 1.0)), left(load=(1.6, 1.0))) == 0.0
+    assert trust(left(load=(1.7, 1.0)), left(load=(1.6, 1.0)), 1.0) == 1.0

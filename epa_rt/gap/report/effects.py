@@ -1,7 +1,7 @@
 """Which effects, with their parameters and intervals; what else moved; what was not tested."""
 
 from epa_rt.gap.diagnosis import Diagnosis, Named, Number
-from epa_rt.gap.report.words import CONFIDENCE, gone_words, named_words, parameter_words, percent, plain
+from epa_rt.gap.report.words import CONFIDENCE, free_run_words, gone_words, named_words, parameter_words, percent, plain
 from epa_rt.report.markup import Html, folded, join, note, paragraph, table, tag
 
 
@@ -10,6 +10,8 @@ def effects(diagnosis: Diagnosis) -> Html:
     parts = [join(_effect(i, effect) for i, effect in enumerate(diagnosis.effects, 1))]
     if not diagnosis.effects:
         parts = [paragraph("No effect is named.")]
+    if words := free_run_words(diagnosis):
+        parts.append(paragraph(words))
     if diagnosis.nominal_moved:
         parts += [tag("h3", "Nominal parameters that moved with them"), _numbers(diagnosis.nominal_moved),
                   note("A parameter of the plant file is believed to within its own spread; it moves where the logs insist.")]

@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.table import Table
 
 from epa_rt.gap.diagnosis import Diagnosis
-from epa_rt.gap.report.words import (BASELINES, CONFIDENCE, MODES, VERDICTS, WHO, channel_words, gone_words, judged_on, parameter_words, percent, plain, region_words, share_words,
+from epa_rt.gap.report.words import (BASELINES, CONFIDENCE, MODES, VERDICTS, WHO, channel_words, free_run_words, gone_words, judged_on, parameter_words, percent, plain, region_words, share_words,
                                      shown_rows, sigmas, size, times)
 from epa_rt.gap.shrink import OVERALL
 
@@ -26,6 +26,8 @@ def show(diagnosis: Diagnosis, out: Console) -> None:
     out.print(f"{VERDICTS[diagnosis.verdict][0].upper()}: {diagnosis.says}", style="bold")
     if diagnosis.effects:
         _effects(diagnosis, out)
+    if words := free_run_words(diagnosis):
+        out.print(words)
     show_location(diagnosis, out)
     _far(diagnosis, out)
     for left in diagnosis.remainder[:3]:

@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,7 +24,7 @@ MODES = {"teacher_forced": "block by block", "free_run": "free run"}
 BASELINES = {"refitted": "nominal parameters refitted, no effect", "plant_file": "plant file as it stands"}
 SOURCES = {"repeats": "repeats of the same trial", "twin": "a simulated run of the plant itself, with the recording's noise",
            "sensors": "the sensors' own noise (weaker than repeats)"}
-CONFIDENCE = "how often it stays the best explanation when stretches of the logs are drawn anew at random, lowered by the part of the gap that it leaves"
+CONFIDENCE = "how often it stays the best explanation when stretches of the logs are drawn anew at random, lowered by the part of the gap that it leaves, block by block and in free run"
 WHO = {"plant_file": "in the plant file, not in the rig", "both": "in both, at other strengths"}
 CLOSE, ALL_OF_IT, BEYOND = 1.2, 1.05, 99.0  # times the floor; share of a gap; standard deviations
 _SMALL = {"Pa": (1e3, 1.0, "Pa"), "A": (0.1, 1e3, "mA"), "m": (1e-5, 1e6, "µm")}  # below: in this smaller unit
@@ -163,3 +164,23 @@ def judged_on(diagnosis: Diagnosis) -> str:
     if diagnosis.inputs.get("set_aside", True):
         return "trials that were set aside, which no fit has seen"
     return "the very trials that were fitted (nothing could be set aside, so the figures flatter)"
+
+
+def free_run_words(diagnosis: Diagnosis) -> str:
+    """What the whole plant says that runs from the commands alone; nothing where the rig has no model of it."""
+    heard = diagnosis.free_run
+    if heard is None:
+        return ""
+    if heard.explained_share is None:
+        return "The whole plant, run from the commands alone, shows no gap beyond its noise once the nominal parameters are fitted."
+    found = [f"The whole plant, run from the commands alone, shows a gap; {join_words(heard.nearest)} explains {percent(heard.explained_share)} of it." if heard.nearest
+             else "The whole plant, run from the commands alone, shows a gap that nothing named explains."]
+    if heard.told_apart:
+        found.append(f"It tells that from {join_words(heard.told_apart)}, which explain the blocks one by one as well.")
+    return " ".join(found)
+
+
+def join_words(names: Sequence[str]) -> str:
+    """Effects' names in plain words, the last two with an "and"."""
+    words = [plain(name) for name in names]
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
