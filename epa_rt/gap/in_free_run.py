@@ -178,9 +178,8 @@ def _afresh(whole: Problem, best: Point, fit: Fit) -> Point:
 
 
 def _promising(whole: Problem, point: Point, rules: Rules) -> Fit | None:
-    """Of the families whose signatures promise most in the longest recording's free run the law that fits best."""
-    one = whole.on([max(whole.recordings, key=lambda recording: recording.samples)])
-    screening = screen(one, linearised(one, point.effects, point.values))
+    """Of the families whose signatures promise most the law that fits best. All recordings: in a single one nominal parameters imitate anything."""
+    screening = screen(whole, point)
     on, best = {whole.effects[name].family for name in point.effects}, screening.best()
     names: dict[str, str] = {}
     for name in sorted(best, key=lambda name: -best[name].gain):
