@@ -170,11 +170,13 @@ def _further(problem: Problem, whole: Problem, selection: Selection, none: Point
 
 
 def _afresh(whole: Problem, best: Point, fit: Fit) -> Point:
-    """Fitted with fresh derivatives, from the plant file's nominal parameters where they had gone far to hide the gap."""
+    """Fitted with fresh derivatives; where nominal parameters had gone far to hide the gap from the plant file's as well, and the better one."""
     effects = (*best.effects, fit.effect)
     own = {key for name in effects for key in whole.effects[name].knobs}
-    hid = float(np.max(np.abs(best.normal.z * best.normal.prior))) > ABSORBED
-    return _fitted(whole, effects, {key: value for key, value in fit.values.items() if key in own or not hid})
+    points = [_fitted(whole, effects, fit.values)]
+    if np.max(np.abs(best.normal.z * best.normal.prior)) > ABSORBED:
+        points.append(_fitted(whole, effects, {key: value for key, value in fit.values.items() if key in own}))
+    return min(points, key=lambda point: point.normal.chi)
 
 
 def _promising(whole: Problem, point: Point, rules: Rules) -> Fit | None:
