@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.diagnosis import Place
-from epa_rt.gap.lengths import TRAVEL, length_first, share_a_length
+from epa_rt.gap.lengths import TRAVEL, beyond_the_joint, length_first, share_a_length
 from epa_rt.gap.stop_operator import stop_over_log
 from tests.gap.toy import White
 
@@ -71,3 +71,23 @@ def test_what_makes_the_length_comes_first():
     found = length_first(Line({link: SLOPE[link] * play(5e-4) for link in LINKS}), {"log": None}, {}, floors, places)
     assert [place.block for place in found] == ["transmission", "muscle", "gas"]
     assert length_first(object(), {"log": None}, {}, floors, places) == places
+
+
+class Joint(Line):
+    """A line whose length a joint makes as well."""
+
+    joint = (KNOB, "load", "place_rad")
+    angle = 0.2 + 0.1 * np.sin(1.1 * TIME)
+
+    def features(self, prepared, link):
+        return {"place_rad": self.angle}
+
+
+def beyond(hidden):
+    return beyond_the_joint(Joint({"muscle0": hidden}), {"log": None}, {}, White("muscle0", RMS["muscle0"]), "muscle0")
+
+
+def test_what_a_lever_does_to_a_length_is_not_the_muscles():
+    assert abs(beyond(np.zeros(N))) < 4.0
+    assert abs(beyond(SLOPE["muscle0"] * 2e-3 * (Joint.angle**2 - 0.04))) < 4.0
+    assert beyond(0.3 * np.sign(np.gradient(Joint.angle))) > 50.0
