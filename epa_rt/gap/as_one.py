@@ -6,8 +6,10 @@ import numpy as np
 
 from epa_rt.gap.alongside import channels, misfit, trials
 from epa_rt.gap.floor import Floor
-from epa_rt.gap.point import Point, solve
+from epa_rt.gap.point import Point, linearised, normal_of, solve, z_of
+from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording
+from epa_rt.gap.refit import searched
 from epa_rt.gap.subject import Link, Subject, Values
 
 LINK = "whole"
@@ -15,6 +17,8 @@ RATE_HZ = 20.0       # of what is compared, each channel averaged over that long
 INDEPENDENT_HZ = 4.0  # readings a second that count as independent: what nominal parameters leave in free run is correlated over seconds
 SEEDS = (1, 2)       # of the twins that say how noisy each channel is
 NOISY = 10.0         # chi-square that noise alone may leave of a channel
+ROUNDS = 5
+AS_PROMISED, TRIFLE = 0.05, 3.0   # of a step's fall, and chi-square: a fit that falls as its derivatives promised has arrived
 ABSURD = 1e6         # deviations that stand for a run that is no number
 
 
@@ -99,3 +103,21 @@ def quiet(point: Point, deviation: Mapping[str, float], twins: Sequence[tuple[Re
 def floor() -> dict[str, Floor]:
     """Of the one link: its residuals are deviations already."""
     return {LINK: Floor(LINK, 1.0, np.zeros(0), 1.0)}
+
+
+def fitted(whole: Problem, effects: tuple[str, ...], values: Mapping[str, float]) -> Point:
+    """Everything free refitted. Derivatives are what costs here, so they are made anew only where the last step fell otherwise than they promised."""
+    point = linearised(whole, effects, dict(values))
+    for _ in range(ROUNDS):
+        after = searched(whole, point)
+        if after is None:
+            break
+        normal = point.normal
+        step = z_of(whole, normal.keys, after) - normal.z
+        promised, most = (normal.chi - float(normal.loss(by).sum() + normal.prior @ (normal.z + by) ** 2) for by in (step, normal.solved(np.ones(whole.blocks))))
+        residual = {LINK: whole.residual(after, LINK)}
+        moved = Point(effects, after, residual, point.columns, normal_of(whole, normal.keys, after, residual, point.columns))
+        if abs(normal.chi - moved.normal.chi - promised) + most - promised < max(AS_PROMISED * promised, TRIFLE):
+            return moved
+        point = linearised(whole, effects, after)
+    return point

@@ -1,0 +1,93 @@
+"""One more effect, looked for in free run: what the blocks show too faintly one by one may be plain in the whole plant."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from epa_rt.gap.as_one import fitted
+from epa_rt.gap.point import Point, linearised
+from epa_rt.gap.problem import Problem
+from epa_rt.gap.refit import Fit, refit, settled
+from epa_rt.gap.role import ABSORBED, Role, gains, starts
+from epa_rt.gap.screen import Screening, screen
+from epa_rt.gap.select import Selection
+
+
+@dataclass(frozen=True)
+class Rules:
+    """When free run decides; the figures are from the development cases.
+
+    ``better``: chi-square by which a law is ahead, and ``part`` of what the best one explains: no law is the rig's own. ``near``: of the best
+    law's gain block by block, from which a law is tried; ``tries``: at most as many for each effect. ``stays``: chi-square above noise and steps,
+    and ``rest`` of what there is without effects, from which something is missing. ``most``: of that which a further effect must explain; ``screened``: families that are fitted for it.
+    """
+
+    better: float = 25.0
+    part: float = 0.05
+    near: float = 0.8
+    tries: int = 4
+    stays: float = 100.0
+    rest: float = 0.3
+    most: float = 0.5
+    screened: int = 4
+
+    def margin(self, none: Point, best: Point) -> float:
+        """Chi-square by which a law must be ahead of another, where ``best`` explains what it does of ``none``."""
+        return max(self.better, self.part * (none.normal.chi - best.normal.chi))
+
+
+def further(problem: Problem, whole: Problem, selection: Selection, none: Point, best: Point, noise: float, rules: Rules) -> tuple[Selection, Point] | None:
+    """One more effect, looked for in free run, where much is missing there and it explains most of that."""
+    missing = above(best, noise)
+    if missing < max(rules.stays, rules.rest * above(none, noise)):
+        return None
+    fit = _promising(whole, best, rules)
+    if fit is None or best.normal.chi - fit.chi < 0.5 * rules.most * missing:
+        return None
+    point = _afresh(whole, best, fit)
+    if best.normal.chi - point.normal.chi < max(rules.stays, rules.most * missing):
+        return None
+    return _with_effect(problem, selection, fit.effect, point), point
+
+
+def above(point: Point, noise: float) -> float:
+    """Chi-square above what noise and steps alone leave."""
+    return max(point.normal.chi - noise, 0.0)
+
+
+def _afresh(whole: Problem, best: Point, fit: Fit) -> Point:
+    """Fitted with fresh derivatives; where nominal parameters had gone far to hide the gap from the plant file's as well, and the better one."""
+    effects = (*best.effects, fit.effect)
+    own = {key for name in effects for key in whole.effects[name].knobs}
+    points = [fitted(whole, effects, fit.values)]
+    if np.max(np.abs(best.normal.z * best.normal.prior)) > ABSORBED:
+        points.append(fitted(whole, effects, {key: value for key, value in fit.values.items() if key in own}))
+    return min(points, key=lambda point: point.normal.chi)
+
+
+def _promising(whole: Problem, point: Point, rules: Rules) -> Fit | None:
+    """Of the families whose signatures promise most the law that fits best. All recordings: in a single one nominal parameters imitate anything."""
+    screening = screen(whole, point)
+    on, best = {whole.effects[name].family for name in point.effects}, screening.best()
+    names: dict[str, str] = {}
+    for name in sorted(best, key=lambda name: -best[name].gain):
+        if whole.effects[name].family not in on:
+            names.setdefault(whole.effects[name].family, name)
+    chosen = list(names.values())[: rules.screened]
+    fits = whole.each(lambda name: refit(whole, point, name, starts(whole, screening, name)[0], rounds=4), chosen)
+    return min(fits, key=lambda fit: fit.chi, default=None)
+
+
+def _with_effect(problem: Problem, selection: Selection, name: str, point: Point) -> Selection:
+    """An effect with the numbers that free run gave it; block by block the nominal parameters are fitted around them."""
+    before = selection.final if selection.roles else selection.base
+    own = {key: point.values[key] for key in problem.effects[name].knobs}
+    fit = refit(problem, before, name, own)
+    role = Role(before, (fit,), np.array([gains(problem, before, fit)]), _screening(problem, selection, before), dict(problem.scale))
+    around = settled(problem, before.effects, {**before.values, **own})
+    return replace(selection, roles=(*selection.roles, role), final=linearised(problem, (*before.effects, name), around.values))
+
+
+def _screening(problem: Problem, selection: Selection, before: Point) -> Screening:
+    seen = selection.roles[0] if selection.roles else selection.refused
+    return seen.screening if seen else screen(problem, before)
