@@ -103,7 +103,8 @@ def attributed(subject: Subject, recordings: Sequence[Recording], without: Seque
     become = tuple(become_best(selection.problem, role) for role in selection.roles)
     stays = above_noise(after, selection.problem.scale)
     apart = said_there.apart if said_there else frozenset()
-    sets = tuple(tuple(fit for fit in alike(role, stays, same) if fit.effect not in apart) for role, same in zip(selection.roles, become, strict=True))
+    sets = tuple((*(fit for fit in alike(role, stays, same) if fit.effect not in apart), *(said_there.as_well.get(role.best.effect, ()) if said_there else ()))
+                 for role, same in zip(selection.roles, become, strict=True))
     return Attribution(selection.problem, selection, left(selection.base), after, sets, become, said_there)
 
 

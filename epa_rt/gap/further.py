@@ -36,18 +36,22 @@ class Rules:
         return max(self.better, self.part * (none.normal.chi - best.normal.chi))
 
 
-def further(problem: Problem, whole: Problem, selection: Selection, none: Point, best: Point, noise: float, rules: Rules) -> tuple[Selection, Point] | None:
-    """One more effect, looked for in free run, where much is missing there and it explains most of that."""
+def further(problem: Problem, whole: Problem, selection: Selection, none: Point, best: Point, noise: float, rules: Rules) -> tuple[Selection, Point, tuple[Fit, ...]] | None:
+    """One more effect, looked for in free run, where much is missing there and it explains most of that; and what explains it as well."""
     missing = above(best, noise)
     if missing < max(rules.stays, rules.rest * above(none, noise)):
         return None
-    fit = _promising(whole, best, rules)
-    if fit is None or best.normal.chi - fit.chi < 0.5 * rules.most * missing:
+    fits = _promising(whole, best, rules)
+    if not fits or best.normal.chi - fits[0].chi < 0.5 * rules.most * missing:
         return None
-    point = _afresh(whole, best, fit)
+    close = [fit for fit in fits if best.normal.chi - fit.chi > rules.near * (best.normal.chi - fits[0].chi)]
+    points = sorted(((fit.effect, _afresh(whole, best, fit)) for fit in close), key=lambda pair: pair[1].normal.chi)
+    name, point = points[0]
     if best.normal.chi - point.normal.chi < max(rules.stays, rules.most * missing):
         return None
-    return _with_effect(problem, selection, fit.effect, point), point
+    before = selection.final if selection.roles else selection.base
+    as_well = tuple(_around(problem, before, *other) for other in points[1:] if other[1].normal.chi < point.normal.chi + rules.margin(best, point))
+    return _with_effect(problem, selection, name, point), point, as_well
 
 
 def above(point: Point, noise: float) -> float:
@@ -65,8 +69,8 @@ def _afresh(whole: Problem, best: Point, fit: Fit) -> Point:
     return min(points, key=lambda point: point.normal.chi)
 
 
-def _promising(whole: Problem, point: Point, rules: Rules) -> Fit | None:
-    """Of the families whose signatures promise most the law that fits best. All recordings: in a single one nominal parameters imitate anything."""
+def _promising(whole: Problem, point: Point, rules: Rules) -> list[Fit]:
+    """One law of each of the families whose signatures promise most, the best first. All recordings: in a single one nominal parameters imitate anything."""
     screening = screen(whole, point)
     on, best = {whole.effects[name].family for name in point.effects}, screening.best()
     names: dict[str, str] = {}
@@ -75,17 +79,22 @@ def _promising(whole: Problem, point: Point, rules: Rules) -> Fit | None:
             names.setdefault(whole.effects[name].family, name)
     chosen = list(names.values())[: rules.screened]
     fits = whole.each(lambda name: refit(whole, point, name, starts(whole, screening, name)[0], rounds=4), chosen)
-    return min(fits, key=lambda fit: fit.chi, default=None)
+    return sorted(fits, key=lambda fit: fit.chi)
 
 
 def _with_effect(problem: Problem, selection: Selection, name: str, point: Point) -> Selection:
     """An effect with the numbers that free run gave it; block by block the nominal parameters are fitted around them."""
     before = selection.final if selection.roles else selection.base
     own = {key: point.values[key] for key in problem.effects[name].knobs}
-    fit = refit(problem, before, name, own)
+    fit = _around(problem, before, name, point)
     role = Role(before, (fit,), np.array([gains(problem, before, fit)]), _screening(problem, selection, before), dict(problem.scale))
     around = settled(problem, before.effects, {**before.values, **own})
     return replace(selection, roles=(*selection.roles, role), final=linearised(problem, (*before.effects, name), around.values))
+
+
+def _around(problem: Problem, before: Point, name: str, point: Point) -> Fit:
+    """Block by block, from the numbers that free run gave."""
+    return refit(problem, before, name, {key: point.values[key] for key in problem.effects[name].knobs})
 
 
 def _screening(problem: Problem, selection: Selection, before: Point) -> Screening:

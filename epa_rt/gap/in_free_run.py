@@ -4,7 +4,7 @@ Every law that comes near is fitted once more from commands to readings. The one
 longer alike, and what block by block shows too faintly is looked for there. Chi-square here counts INDEPENDENT_HZ readings a second (as_one.py).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from epa_rt.gap.as_one import AsOne, deviations, fitted, floor, quiet, twins_of
@@ -20,11 +20,13 @@ from epa_rt.gap.select import MOST_EFFECTS, Selection
 @dataclass(frozen=True)
 class Heard:
     """``gap``, ``left``: chi-square above noise and steps in free run without effects and with those named, nominal parameters fitted
-    in both. ``apart``: effects that free run tells from the named ones. ``sure``: from which ``gap`` is one."""
+    in both. ``apart``: effects that free run tells from the named ones. ``as_well``: by effect that was found there what explains it as well
+    there. ``sure``: from which ``gap`` is one."""
 
     gap: float
     left: float
     apart: frozenset[str]
+    as_well: Mapping[str, tuple[Fit, ...]]
     sure: float = Rules.stays
 
     @property
@@ -53,12 +55,14 @@ def heard(problem: Problem, selection: Selection, rules: Rules = Rules(),
     margin = rules.margin(none, best)
     apart = frozenset(name for name, chi in tried.items() if chi > best.normal.chi + margin)
     progress("free run: what is left", 0.7)
+    as_well: dict[str, tuple[Fit, ...]] = {}
     while len(selection.roles) < MOST_EFFECTS:
         found = further(problem, whole, selection, none, best, noise, rules)
         if found is None:
             break
-        selection, best = found
-    return selection, Heard(above(none, noise), above(best, noise), apart)
+        selection, best, others = found
+        as_well[selection.roles[-1].best.effect] = others
+    return selection, Heard(above(none, noise), above(best, noise), apart, as_well)
 
 
 def _judged(problem: Problem) -> Sequence[Recording]:

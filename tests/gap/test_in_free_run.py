@@ -109,4 +109,14 @@ def test_quiet_is_what_noise_alone_leaves():
 
 @pytest.mark.parametrize(("gap", "left", "part"), [(99.0, 99.0, None), (1000.0, 100.0, 0.9), (200.0, 0.0, 1.0)])
 def test_part_is_none_where_free_run_shows_no_gap(gap, left, part):
-    assert Heard(gap, left, frozenset()).part == part
+    assert Heard(gap, left, frozenset(), {}).part == part
+
+
+def test_what_explains_the_whole_as_well_stands_beside_it():
+    """Two families of one law: free run cannot choose, and says so."""
+    twin = next(effect for effect in toy.CATALOGUE if effect.name == "valve_delay")
+    subject = Chained()
+    subject.catalogue = (*subject.catalogue, twin._replace(name="slow_valve", family="slow valve"))
+    answer = diagnose(subject, logs({"gas.delay_s": 0.02}), floors=without_gas, how_far=False)
+    assert answer.verdict == "not_separable"
+    assert {answer.effects[0].name, *answer.effects[0].not_separable_from} == {"valve_delay", "slow_valve"}
