@@ -121,7 +121,7 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     where = tuple(link for link in gaps(found.before, found.after) if link in judged)
     odd = _odd(found)
     rivals = [[n for n in one.not_separable_from if problem.effects[n].family != one.family] for one in named]
-    verdict = decided(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1), bool(odd), whole)
+    verdict = decided(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1), bool(odd), found.heard.counted if found.heard else None)
     says = said(verdict, [spoken(one) for one in named], rivals, where, covered.part, len(silent), len(problem.effects), odd, whole)
     nearest = tuple(one.name for one in named)
     if verdict in ("not_in_catalogue", "no_gap"):
