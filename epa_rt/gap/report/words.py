@@ -173,7 +173,8 @@ def free_run_words(diagnosis: Diagnosis) -> str:
         return ""
     if heard.explained_share is None:
         return "The whole plant, run from the commands alone, shows no gap beyond its noise once the nominal parameters are fitted."
-    found = [f"The whole plant, run from the commands alone, shows a gap; {join_words(heard.nearest)} explains {percent(heard.explained_share)} of it." if heard.nearest
+    who = join_words(heard.nearest) if diagnosis.effects else f"what comes nearest ({join_words(heard.nearest)})" if heard.nearest else ""
+    found = [f"The whole plant, run from the commands alone, shows a gap; {who} explains {percent(heard.explained_share)} of it." if heard.nearest
              else "The whole plant, run from the commands alone, shows a gap that nothing named explains."]
     if heard.told_apart:
         found.append(f"It tells that from {join_words(heard.told_apart)}, which explain the blocks one by one as well.")
@@ -183,4 +184,4 @@ def free_run_words(diagnosis: Diagnosis) -> str:
 def join_words(names: Sequence[str]) -> str:
     """Effects' names in plain words, the last two with an "and"."""
     words = [plain(name) for name in names]
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+    return "".join(words) if len(words) < 2 else f"{', '.join(words[:-1])} and {words[-1]}"
