@@ -43,7 +43,7 @@ def length_first(subject: Subject, prepared: Mapping[str, object], values: Value
     a number that shifts a line's length to the links that it feeds."""
     for knob, links in (getattr(subject, "lines", None) or {}).items():
         if all(link in floors for link in links) and share_a_length(subject, prepared, values, floors, links, knob):
-            first = next(place for place in places if place.link in links)
+            first = max((place for place in places if place.link in links), key=lambda place: place.significance)
             return (replace(first, block="transmission"), *places)
     return tuple(places)
 
