@@ -54,7 +54,9 @@ def apart(real: Recording, run: Recording, deviation: Mapping[str, float]) -> np
     count = int(real.samples * real.period_s * RATE_HZ)
     found = np.full((count, len(deviation)), np.nan)
     for i, (name, size) in enumerate(deviation.items()):
-        for span, part, lost in zip(trials(real), misfit(real, run, name, RATE_HZ), misfit(real, real, name, RATE_HZ), strict=True):
+        parts = misfit(real, run, name, RATE_HZ)
+        missing = misfit(real, real, name, RATE_HZ) if any(np.isnan(part).any() for part in parts) else parts
+        for span, part, lost in zip(trials(real), parts, missing, strict=True):
             first = round(span.start * real.period_s * RATE_HZ)
             part = np.where(np.isnan(lost), 0.0, part) * (np.sqrt(INDEPENDENT_HZ / RATE_HZ) / size)
             part = np.where(np.isfinite(part), np.clip(part, -ABSURD, ABSURD), ABSURD)[: count - first]

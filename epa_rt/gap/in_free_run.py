@@ -49,7 +49,7 @@ def heard(problem: Problem, selection: Selection, rules: Rules = Rules(),
         return selection, None
     progress("free run", 0.0)
     deviation = deviations(recordings, twins)
-    whole = problem.as_one(AsOne(problem.subject, deviation), recordings, floor())
+    whole = problem.on(recordings, AsOne(problem.subject, deviation), floor())
     none = fitted(whole, (), selection.base.values)
     noise = quiet(none, deviation, twins)
     best = fitted(whole, selection.final.effects, selection.final.values) if selection.roles else none

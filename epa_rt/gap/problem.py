@@ -85,9 +85,9 @@ class Problem:
         made.scale = {link: float(np.sqrt(misfit[link])) for link in self.links}
         return made
 
-    def on(self, recordings: Sequence[Recording]) -> "Problem":
-        """The same floors, scale and effects held against other recordings."""
-        made = Problem(self.subject, recordings, self.floors, {link: scale**2 for link, scale in self.scale.items()}, stop=self._stop)
+    def on(self, recordings: Sequence[Recording], subject: Subject | None = None, floors: Mapping[str, Floor] | None = None) -> "Problem":
+        """The same effects and scale held against other recordings; by ``subject`` with its ``floors``, where another one of the same rig judges them."""
+        made = Problem(subject or self.subject, recordings, floors or self.floors, {link: scale**2 for link, scale in self.scale.items()}, stop=self._stop)
         made.effects = self.effects
         return made
 
@@ -95,12 +95,6 @@ class Problem:
         """The same problem with some of its links."""
         made = copy.copy(self)
         made.links = tuple(links)
-        return made
-
-    def as_one(self, subject: Subject, recordings: Sequence[Recording], floors: Mapping[str, Floor]) -> "Problem":
-        """The same effects held against recordings by another subject of the same rig."""
-        made = Problem(subject, recordings, floors, stop=self._stop)
-        made.effects = self.effects
         return made
 
     def samples(self, link: str) -> int:
