@@ -67,9 +67,10 @@ def misfit(real: Recording, other: Recording, channel: str, rate_hz: float) -> l
     return found
 
 
-def step_of(recording: Recording, channel: str) -> float:
-    """The smallest step in which a channel was recorded over the trials; 0 where hardly a value comes twice."""
-    values = np.concatenate([recording.columns[channel][span.start:span.stop] for span in trials(recording)])
+def step_of(recording: Recording, channel: str, everywhere: bool = False) -> float:
+    """The smallest step in which a channel was recorded over the trials, or ``everywhere``; 0 where hardly a value comes twice."""
+    spans = (Span("all", 0, recording.samples, False),) if everywhere else trials(recording)
+    values = np.concatenate([recording.columns[channel][span.start:span.stop] for span in spans])
     values = values[np.isfinite(values)]
     levels = np.unique(values)
     if len(levels) < 2 or len(levels) > 0.5 * len(values):

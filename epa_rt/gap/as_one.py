@@ -1,10 +1,11 @@
 """The whole rig as one block: commands in, all readings out, so that a fit in free run is a fit like any other."""
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from epa_rt.gap.alongside import channels, misfit, trials
+from epa_rt.gap.alongside import channels, misfit, step_of, trials
 from epa_rt.gap.floor import Floor
 from epa_rt.gap.point import Point, linearised, normal_of, solve, z_of
 from epa_rt.gap.problem import Problem
@@ -20,45 +21,73 @@ NOISY = 10.0         # chi-square that noise alone may leave of a channel
 ROUNDS = 5
 AS_PROMISED, TRIFLE = 0.05, 3.0   # of a step's fall, and chi-square: a fit that falls as its derivatives promised has arrived
 ABSURD = 1e6         # deviations that stand for a run that is no number
+WITHIN = 0.55        # of a step: a reading that stands still says that the value lies within it, and the rest may lie on its edge
 
 
 class AsOne:
     """A subject with one link from commands to all measured channels, in deviations of their noise, interleaved sample by sample.
+    Only trials are judged."""
 
-    ``deviation``: by channel that of one reading, its steps included. Only trials are judged.
-    """
-
-    def __init__(self, subject: Subject, deviation: Mapping[str, float]) -> None:
-        self._subject, self.deviation = subject, dict(deviation)
-        self.name, self.rate_hz = subject.name, RATE_HZ * len(deviation)
+    def __init__(self, subject: Subject, meters: Mapping[str, "Meter"]) -> None:
+        self._subject, self.meters = subject, dict(meters)
+        self.name, self.rate_hz = subject.name, RATE_HZ * len(meters)
         self.links = (Link(LINK, LINK, "all readings", "1", "commands to readings"),)
         self.nominal, self.catalogue, self.knobs = subject.nominal, subject.catalogue, subject.knobs
-        self.free_run, self.patched = subject.free_run, subject.patched
+        self.free_run, self.patched, self.without_stop = subject.free_run, subject.patched, subject.without_stop
 
     def touched(self, key: str) -> tuple[str, ...]:
         return (LINK,)
 
-    def prepare(self, recording: Recording) -> Recording:
-        return recording
+    def prepare(self, recording: Recording) -> "Held":
+        return held(recording, self.meters)
 
-    def residual(self, prepared: Recording, values: Values, link: str) -> np.ndarray:
+    def residual(self, prepared: "Held", values: Values, link: str) -> np.ndarray:
         """(n,) measured minus free run; NaN outside of trials."""
-        return apart(prepared, self._subject.free_run(prepared, values, None), self.deviation).ravel()
+        return apart(prepared, self._subject.free_run(prepared.recording, values, None), self.meters).ravel()
 
-    def features(self, prepared: Recording, link: str) -> Mapping[str, np.ndarray]:
+    def features(self, prepared: "Held", link: str) -> Mapping[str, np.ndarray]:
         return {}
 
 
-def apart(real: Recording, run: Recording, deviation: Mapping[str, float]) -> np.ndarray:
+class Meter(NamedTuple):
+    """How well a channel shows what it measures: ``deviation`` of one reading, its steps included, and one ``step`` (0: none is seen)."""
+
+    deviation: float
+    step: float
+
+
+class Held(NamedTuple):
+    """A recording and by channel, trial by trial, (n,) how far each average may be off unnoticed: a reading that stands still says only
+    that the value lies within its step, and one that no noise carries to and fro over an edge no more."""
+
+    recording: Recording
+    within: Mapping[str, list[np.ndarray]]
+
+
+def held(recording: Recording, meters: Mapping[str, Meter]) -> Held:
+    """What ``apart`` holds a run against."""
+    averaged = max(round(1.0 / (RATE_HZ * recording.period_s)), 1)
+    found: dict[str, list[np.ndarray]] = {}
+    for name, meter in meters.items():
+        size = WITHIN * meter.step
+        spans = [recording.columns[name][span.start:span.stop] for span in trials(recording)]
+        parts = [values[: len(values) // averaged * averaged].reshape(-1, averaged) for values in spans]
+        found[name] = [np.where(np.count_nonzero(np.diff(part, axis=1), axis=1) <= 1, size, 0.0) for part in parts]
+    return Held(recording, found)
+
+
+def apart(real: Held, run: Recording, meters: Mapping[str, Meter]) -> np.ndarray:
     """(n, channels) difference in deviations, each counting as much as INDEPENDENT_HZ readings a second do; NaN outside of trials."""
-    count = int(real.samples * real.period_s * RATE_HZ)
-    found = np.full((count, len(deviation)), np.nan)
-    for i, (name, size) in enumerate(deviation.items()):
-        parts = misfit(real, run, name, RATE_HZ)
-        missing = misfit(real, real, name, RATE_HZ) if any(np.isnan(part).any() for part in parts) else parts
-        for span, part, lost in zip(trials(real), parts, missing, strict=True):
-            first = round(span.start * real.period_s * RATE_HZ)
-            part = np.where(np.isnan(lost), 0.0, part) * (np.sqrt(INDEPENDENT_HZ / RATE_HZ) / size)
+    recording = real.recording
+    count = int(recording.samples * recording.period_s * RATE_HZ)
+    found = np.full((count, len(meters)), np.nan)
+    for i, (name, meter) in enumerate(meters.items()):
+        parts = misfit(recording, run, name, RATE_HZ)
+        missing = misfit(recording, recording, name, RATE_HZ) if any(np.isnan(part).any() for part in parts) else parts
+        for span, part, lost, within in zip(trials(recording), parts, missing, real.within[name], strict=True):
+            first = round(span.start * recording.period_s * RATE_HZ)
+            part = np.sign(part) * np.maximum(np.abs(part) - within[: len(part)], 0.0)
+            part = np.where(np.isnan(lost), 0.0, part) * (np.sqrt(INDEPENDENT_HZ / RATE_HZ) / meter.deviation)
             part = np.where(np.isfinite(part), np.clip(part, -ABSURD, ABSURD), ABSURD)[: count - first]
             found[first:first + len(part), i] = part
     return found
@@ -75,26 +104,27 @@ def twins_of(subject: Subject, recordings: Sequence[Recording], values: Values) 
     return found
 
 
-def deviations(recordings: Sequence[Recording], twins: Sequence[tuple[Recording, list[Recording]]]) -> dict[str, float]:
-    """Channel to the deviation of one reading; larger where steps that stand still for seconds would leave more than NOISY of noise alone."""
+def meters_of(recordings: Sequence[Recording], twins: Sequence[tuple[Recording, list[Recording]]]) -> dict[str, Meter]:
+    """By channel; the deviation is larger where noise and steps that hang together for seconds would leave more than NOISY."""
     names = [name for name in channels(recordings[0], twins[0][0]) if all(name in channels(r, clean) for r, (clean, _) in zip(recordings, twins, strict=True))]
     found = {}
     for name in names:
         parts = [part for r, (clean, noisy) in zip(recordings, twins, strict=True) for twin in noisy
                  for part in misfit(twin, clean, name, 1.0 / r.period_s)]
-        size = float(np.sqrt(np.nanmean(np.concatenate(parts) ** 2)))
-        if size > 0.0:
-            alone = sum(float(np.nansum(apart(twin, clean, {name: size}) ** 2)) for clean, noisy in twins for twin in noisy) / len(SEEDS)
-            found[name] = size * max(np.sqrt(alone / NOISY), 1.0)
+        steps = filter(None, (step_of(r, name, everywhere=True) for r in recordings))
+        meter = Meter(float(np.sqrt(np.nanmean(np.concatenate(parts) ** 2))), min(steps, default=0.0))
+        if meter.deviation > 0.0:
+            alone = sum(float(np.nansum(apart(held(twin, {name: meter}), clean, {name: meter}) ** 2)) for clean, noisy in twins for twin in noisy) / len(SEEDS)
+            found[name] = meter._replace(deviation=meter.deviation * max(np.sqrt(alone / NOISY), 1.0))
     return found
 
 
-def quiet(point: Point, deviation: Mapping[str, float], twins: Sequence[tuple[Recording, list[Recording]]]) -> float:
+def quiet(point: Point, meters: Mapping[str, Meter], twins: Sequence[tuple[Recording, list[Recording]]]) -> float:
     """Chi-square that noise and steps alone leave once the nominal parameters have fitted what they can of them, linear at ``point``."""
     normal, (_, columns) = point.normal, point.columns[LINK]
     found = []
     for i in range(len(SEEDS)):
-        noise = np.concatenate([apart(noisy[i], clean, deviation).ravel() for clean, noisy in twins])
+        noise = np.concatenate([apart(held(noisy[i], meters), clean, meters).ravel() for clean, noisy in twins])
         noise = noise[np.isfinite(noise)]
         step = solve(columns.T @ columns, columns.T @ noise, normal.prior, np.zeros(len(normal.z)), ~normal.frozen)
         left = noise + columns @ step

@@ -17,7 +17,7 @@ class Part:
         self._subject, self._windows = subject, windows
         self.name, self.rate_hz, self.links = subject.name, subject.rate_hz, subject.links
         self.nominal, self.catalogue, self.knobs = subject.nominal, subject.catalogue, subject.knobs
-        self.touched, self.patched = subject.touched, subject.patched
+        self.touched, self.patched, self.without_stop = subject.touched, subject.patched, subject.without_stop
         self.lines, self.joint, self.number = (getattr(subject, name, None) for name in ("lines", "joint", "number"))
         self.repeats = getattr(subject, "repeats", None)   # of the whole recording: its laps
 

@@ -25,7 +25,7 @@ from epa_rt.gap.select import Selection, rescaled, select
 from epa_rt.gap.separate import alike, become_best, intervals, shares
 from epa_rt.gap.shrink import shrinkage
 from epa_rt.gap.subject import Subject
-from epa_rt.gap.verdict import BARS, above_noise, absorbed, beyond_belief, coverage, decided, gaps, informed, said, trust, untested
+from epa_rt.gap.verdict import BARS, above_noise, absorbed, beyond_belief, coverage, decided, gaps, informed, said, strained, trust, untested
 from epa_rt.gap.whose import spoken, who_has
 from epa_rt.gap.yardstick import Left, left_at, on_noise
 
@@ -112,7 +112,7 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     """The answer in the words of ``diagnosis.py``."""
     problem, selection = found.problem, found.selection
     covered = coverage(found.before, found.after)
-    whole = found.heard.part if found.heard else None
+    whole, counted = (found.heard.part, found.heard.counted) if found.heard else (None, None)
     trusted = trust(found.before, found.after, whole)
     named = tuple(_named(found, k, trusted) for k in range(len(selection.roles)))
     screening = selection.roles[0].screening if selection.roles else selection.refused.screening if selection.refused else None
@@ -121,8 +121,8 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     where = tuple(link for link in gaps(found.before, found.after) if link in judged)
     odd = _odd(found)
     rivals = [[n for n in one.not_separable_from if problem.effects[n].family != one.family] for one in named]
-    verdict = decided(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1), bool(odd), found.heard.counted if found.heard else None)
-    says = said(verdict, [spoken(one) for one in named], rivals, where, covered.part, len(silent), len(problem.effects), odd, whole)
+    verdict = decided(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1), bool(odd), counted)
+    says = said(verdict, [spoken(one) for one in named], rivals, where, covered.part, len(silent), len(problem.effects), odd, counted)
     nearest = tuple(one.name for one in named)
     if verdict in ("not_in_catalogue", "no_gap"):
         named = ()
@@ -148,7 +148,8 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
 
 
 def _odd(found: Attribution) -> tuple[str, ...]:
-    """Nominal parameters beyond belief: where effects are named those that hide more than the effects explain.
+    """Nominal parameters beyond belief: where effects are named those that hide more than the effects explain, or that are further off together
+    than plant files are.
 
     A wrong law drives them there to make up for what it lacks; with the right one they come back.
     """
@@ -157,7 +158,9 @@ def _odd(found: Attribution) -> tuple[str, ...]:
         return beyond_belief(found.selection.base.normal)
     normal = found.selection.final.normal
     odd = beyond_belief(normal, BARS.belief_named)
-    return odd if absorbed(normal, odd) > sum(float(role.gains[0].sum()) for role in roles) else ()
+    if absorbed(normal, odd) > sum(float(role.gains[0].sum()) for role in roles):
+        return odd
+    return strained(found.selection.base.normal, normal)
 
 
 def _named(found: Attribution, k: int, trusted: float) -> Named:

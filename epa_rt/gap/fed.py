@@ -10,9 +10,9 @@ from collections.abc import Callable, Sequence
 
 from epa_rt.gap.diagnosis import Place
 from epa_rt.gap.lengths import beyond_the_joint
-from epa_rt.gap.localise import significance
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import settled
+from epa_rt.gap.significance import significance
 
 # Block to those that are fed with its output, and the part of the largest significance from which it comes first; less is a trace of
 # something else. A load's link takes no part in its muscle's, and shows a pull far more sharply than a force cell does.
@@ -45,4 +45,4 @@ def alone(problem: Problem, place: Place) -> float:
     point = settled(others)
     if getattr(problem.subject, "joint", None):
         return beyond_the_joint(problem.subject, problem.prepared, point.values, problem.floors[place.link], place.link)
-    return significance(point.residual[place.link] * problem.scale[place.link])
+    return significance(point.residual[place.link] * problem.scale[place.link]) / problem.floors[place.link].scatter

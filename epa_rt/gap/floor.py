@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from epa_rt.gap.recording import Recording
+from epa_rt.gap.significance import scatter
 from epa_rt.gap.subject import Subject, Values
 
 ORDER = 16      # of the whitening filter
@@ -24,7 +25,8 @@ SURE = 4.0      # deviations by which a bias must stand out from what few twins 
 class Floor:
     """Noise of a link: ``rms`` in its unit, ``ar`` (ORDER,) so that x[k] - sum ar[i] x[k-1-i] is white with deviation
     ``innovation``. ``bias``: recording name to (n,), what the method leaves even of a perfect model; NaN where not judged.
-    ``source``: "repeats", "twin" or "sensors".
+    ``source``: "repeats", "twin" or "sensors". ``scatter``: deviations of its chi-square that count as one; more
+    than 1 where steps that no noise dithers make twins of one plant differ by more than noise does.
     """
 
     link: str
@@ -33,6 +35,7 @@ class Floor:
     innovation: float
     bias: dict[str, np.ndarray] = field(default_factory=dict)
     source: str = "twin"
+    scatter: float = 1.0
 
     def whiten(self, x: np.ndarray) -> np.ndarray:
         """(n,) or (n, k) to the same shape: unit white noise where x is the floor's own noise.
@@ -67,7 +70,8 @@ def floors(subject: Subject, recordings: Sequence[Recording], values: Values, re
         again = _of_repeats(recordings, own, link.name, repeats or ()) or _of_laps(subject, recordings, values, link.name)
         source = "repeats" if again else ("twin" if noise else "sensors")
         floor = _fitted(link.name, again or noise or [_rough(own[r.name][link.name]) for r in recordings], source)
-        found[link.name] = _with_bias(floor, bias)
+        floor = _with_bias(floor, bias)
+        found[link.name] = replace(floor, scatter=scatter(floor.whiten, floor.bias, {name: [twin[link.name] for twin in made] for name, made in twins.items()}))
     return found
 
 

@@ -18,16 +18,17 @@ class Rules:
     """When free run decides; the figures are from the development cases.
 
     ``better``: chi-square by which a law is ahead, and ``part`` of what the best one explains: no law is the rig's own. ``near``: of the best
-    law's gain block by block, from which a law is tried; ``tries``: at most as many for each effect. ``stays``: chi-square above noise and steps,
-    and ``rest`` of what there is without effects, from which something is missing. ``most``: of that which a further effect must explain; ``screened``: families that are fitted for it.
+    law's gain block by block, from which a law is tried; ``tries``: at most as many for each effect. ``stays``: chi-square above noise and steps
+    (rigs without a gap leave 3 to 25), and ``rest`` of what there is without effects, from which something is missing: the right law in other words
+    left up to 0.02 of it. ``most``: of that which a further effect must explain; ``screened``: families that are fitted for it.
     """
 
     better: float = 25.0
     part: float = 0.05
     near: float = 0.8
     tries: int = 4
-    stays: float = 100.0
-    rest: float = 0.3
+    stays: float = 60.0
+    rest: float = 0.025
     most: float = 0.5
     screened: int = 4
 
@@ -83,12 +84,13 @@ def _promising(whole: Problem, point: Point, rules: Rules) -> list[Fit]:
 
 
 def _with_effect(problem: Problem, selection: Selection, name: str, point: Point) -> Selection:
-    """An effect with the numbers that free run gave it; block by block the nominal parameters are fitted around them."""
+    """An effect with the numbers that free run gave it; block by block the nominal parameters are fitted around them, from where they stood and
+    from free run's: without the effect they may have gone far to hide it."""
     before = selection.final if selection.roles else selection.base
     own = {key: point.values[key] for key in problem.effects[name].knobs}
     fit = _around(problem, before, name, point)
     role = Role(before, (fit,), np.array([gains(problem, before, fit)]), _screening(problem, selection, before), dict(problem.scale))
-    around = settled(problem, before.effects, {**before.values, **own})
+    around = min((settled(problem, before.effects, start) for start in ({**before.values, **own}, dict(point.values))), key=lambda one: one.normal.chi)
     return replace(selection, roles=(*selection.roles, role), final=linearised(problem, (*before.effects, name), around.values))
 
 

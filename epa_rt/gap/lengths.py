@@ -1,11 +1,12 @@
 """Whether links that are off together share a wrong length: play, slip or a spool that is not round feeds all that a line's length feeds.
 
-No law is asked: an error of length that hangs on the motor's travel, its direction and its memory moves each link by that link's own slope
-over length. Where one such error explains what two links show, the place is what makes the length.
+No law is asked: an error of length that hangs on the motor's travel, its direction and its memory, or on the line's pull, moves each link by
+that link's own slope over length. Where one such error explains what two links show, the place is what makes the length.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,18 +16,31 @@ from epa_rt.gap.localise import unbiased
 from epa_rt.gap.stop_operator import stop_over_log
 from epa_rt.gap.subject import Subject, Values
 
-TRAVEL = "motor_angle_rad"
 HALVES = (0.002, 0.005, 0.01, 0.02, 0.05)   # half widths of memories, as parts of the travel's range
 TURNS = (1, 2, 3)
 STEP_M = 1e-5
 RIDGE = 1e-4            # per sample
 SHARED, OWN = 0.6, 0.15  # of all excess over noise that one error of length must explain, and of each link's
-MOSTLY = 0.6            # of what an error of length of a link's own would explain there
+MOSTLY = 0.5            # of what an error of length of a link's own would explain there
 
 
-def share_a_length(subject: Subject, prepared: Mapping[str, object], values: Values, floors: Mapping[str, Floor], links: Sequence[str], knob: str) -> bool:
-    """Whether one error of length explains what ``links`` show at ``values``. ``knob``: key of a number that shifts their length, in m."""
-    made = [_normal(subject, prepared, values, floors[link], link, knob, lambda one, link=link: _of_travel(subject.features(one, link)[TRAVEL])) for link in links]
+class Line(NamedTuple):
+    """Links that one length feeds, and link and name of the states that an error of it may hang on: the motor's travel, the line's pull."""
+
+    links: tuple[str, ...]
+    travel: tuple[str, str]
+    pull: tuple[str, str]
+
+
+def share_a_length(subject: Subject, prepared: Mapping[str, object], values: Values, floors: Mapping[str, Floor], line: Line, knob: str) -> bool:
+    """Whether one error of length explains what a line's links show at ``values``. ``knob``: key of a number that shifts their length, in m."""
+    def shapes(one: object) -> np.ndarray:
+        found = [_of_travel(subject.features(one, line.travel[0])[line.travel[1]])]
+        pull = subject.features(one, line.pull[0]).get(line.pull[1])
+        return np.column_stack(found if pull is None else [*found, _of_pull(pull)])
+
+    links = line.links
+    made = [_normal(subject, prepared, values, floors[link], link, knob, shapes) for link in links]
     excess = [square - samples for _, _, square, samples in made]
     if len(links) < 2 or min(excess) <= 0.0:
         return False
@@ -40,10 +54,10 @@ def share_a_length(subject: Subject, prepared: Mapping[str, object], values: Val
 
 def length_first(subject: Subject, prepared: Mapping[str, object], values: Values, floors: Mapping[str, Floor], places: Sequence[Place]) -> tuple[Place, ...]:
     """``places`` with what makes a line's length first, where the links of that line share a wrong one. ``subject.lines``, where it has any:
-    a number that shifts a line's length to the links that it feeds."""
-    for knob, links in (getattr(subject, "lines", None) or {}).items():
-        if all(link in floors for link in links) and share_a_length(subject, prepared, values, floors, links, knob):
-            first = max((place for place in places if place.link in links), key=lambda place: place.significance)
+    a number that shifts a line's length to that line."""
+    for knob, line in (getattr(subject, "lines", None) or {}).items():
+        if all(link in floors for link in line.links) and share_a_length(subject, prepared, values, floors, line, knob):
+            first = max((place for place in places if place.link in line.links), key=lambda place: place.significance)
             return (replace(first, block="transmission"), *places)
     return tuple(places)
 
@@ -61,7 +75,7 @@ def beyond_the_joint(subject: Subject, prepared: Mapping[str, object], values: V
     knob, at, name = subject.joint
     matrix, right, square, samples = _normal(subject, prepared, values, floor, link, knob, lambda one: _of_joint(subject.features(one, at)[name]))
     left = square - float(right @ _solved(matrix, right, samples))
-    return (left - samples) / float(np.sqrt(2.0 * samples))
+    return (left - samples) / float(np.sqrt(2.0 * samples)) / floor.scatter
 
 
 def _of_joint(angle: np.ndarray) -> np.ndarray:
@@ -96,3 +110,9 @@ def _of_travel(travel: np.ndarray) -> np.ndarray:
     found = np.column_stack([np.ones(len(z)), z, z * z, *turns, *memories])
     found[~known] = np.nan
     return found
+
+
+def _of_pull(force: np.ndarray) -> np.ndarray:
+    """(n, k) what an error of length may hang on where the line gives way: its pull and the square of it."""
+    z = (force - np.nanmean(force)) / max(float(np.nanstd(force)), 1e-9)
+    return np.column_stack([z, z * z])

@@ -7,6 +7,7 @@ from scipy.signal import welch
 
 from epa_rt.gap.diagnosis import Place
 from epa_rt.gap.floor import Floor
+from epa_rt.gap.significance import significance
 from epa_rt.gap.subject import Link, Subject, Values
 
 BANDS_HZ = ((0.0, 0.1), (0.1, 0.3), (0.3, 1.0), (1.0, 3.0), (3.0, 10.0), (10.0, 30.0))
@@ -35,7 +36,7 @@ def _place(subject: Subject, link: Link, prepared: Mapping[str, object], values:
     return Place(
         block=link.block, link=link.name, channel=link.channel, unit=link.unit, rms=rms, floor=floor.rms,
         excess=float(np.sqrt(max(rms**2 - floor.rms**2, 0.0))), times_floor=rms / floor.rms,
-        significance=significance(white), state=_by_state(residuals, states, floor.rms, rate),
+        significance=significance(white) / floor.scatter, state=_by_state(residuals, states, floor.rms, rate),
         band_hz=_by_band(residuals, floor, rate), time_s=_by_time(residuals, floor.rms, rate),
     )
 
@@ -44,13 +45,6 @@ def unbiased(residual: np.ndarray, floor: Floor, recording: str) -> np.ndarray:
     """A residual without what the method itself leaves of a rig without a gap."""
     bias = floor.bias.get(recording)
     return residual if bias is None else residual - bias
-
-
-def significance(white: np.ndarray) -> float:
-    """z of a whitened residual's chi-square against that of as many samples of noise."""
-    if white.size == 0:
-        return 0.0
-    return float((np.sum(white**2) - white.size) / np.sqrt(2.0 * white.size))
 
 
 def regions(states: Mapping[str, np.ndarray], rate_hz: float) -> dict[str, np.ndarray]:

@@ -35,6 +35,7 @@ class Subject(Protocol):
     nominal: tuple[Knob, ...]              # parameters that compete with every effect
     catalogue: tuple[Effect, ...]          # effects that this rig can have at all
     knobs: Mapping[str, Knob]              # of nominal and catalogue, by key
+    without_stop: bool                     # whether free run is as good outside of trials: no end stop is ever met, whose contact nobody knows
 
     def touched(self, key: str) -> tuple[str, ...]:
         """Names of the links whose residual may change with a knob."""

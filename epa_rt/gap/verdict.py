@@ -20,7 +20,7 @@ class Bars:
     ``alone``: chi-square per sample below which the generic model's word alone is no gap: the torque balances of gap-free stand-in
     rigs reach it. ``noise``: chi-square per sample that the method itself may leave of a rig without a gap. ``covered``: part of the excess
     over that which the effects must explain to be the cause, over all links and (``covered_link``) in each that has at
-    least ``major`` of the excess. ``trifle``: what stays over the noise without being a gap. They are all of it where no more
+    least ``major`` of the excess; ``carried``: the same of the gap in free run. ``trifle``: what stays over the noise without being a gap. They are all of it where no more
     than ``small`` is left over the noise, or where they explain ``whole`` of the excess and leave less than ``few``, three
     times the floor: another formula of the right physics leaves that much of a large gap, and the simulation then serves; at
     ten times the floor something real is missing, whatever part it is of the gap. ``tested``: expected chi-square of an effect of
@@ -28,7 +28,9 @@ class Bars:
     silence means nothing, and so does the residual of a link of whose effects that many were not tested. ``belief``: spreads
     beyond which a nominal parameter is a gap of its own: no plant file is that wrong, so it stands for something else
     (experiments of little motion alone move some by 8); ``belief_named``: the same with effects on, which leave those of little motion
-    where they were. ``quiet``: chi-square per sample that 14 gap-free rigs left (1.25 in the load's link,
+    where they were. ``strain``: sum of squares of all nominal parameters' distances in spreads from which the named effects stand for something
+    else: right names of the spent sets left 5 to 30, wrong or incomplete ones mostly 42 to 1000; what was further off than ``own`` without them and stays there
+    is the plant file's own error and does not count. ``quiet``: chi-square per sample that 14 gap-free rigs left (1.25 in the load's link,
     less in all others); ``strict``: how many times what is left counts against a name's confidence.
     """
 
@@ -39,6 +41,7 @@ class Bars:
     noise: float = 1.4
     covered: float = 0.7
     covered_link: float = 0.65
+    carried: float = 0.93
     major: float = 0.1
     trifle: float = 0.5
     whole: float = 0.9
@@ -48,6 +51,8 @@ class Bars:
     mostly: float = 0.6
     belief: float = 12.0
     belief_named: float = 6.0
+    strain: float = 40.0
+    own: float = 3.0
     quiet: float = 1.2
     strict: float = 3.0
 
@@ -125,7 +130,7 @@ def decided(gap: bool, effects: Sequence[str], found: Coverage, ambiguous: bool,
     """``gap``: any link has one. ``ambiguous``: an effect cannot be told from one of another family. ``untested``: part of
     the catalogue that the logs could not have shown. ``odd``: a nominal parameter is beyond
     belief and hides more than the effects explain. ``whole``: part of the gap in free run that the effects explain, None where it shows none."""
-    if odd or (effects and whole is not None and whole < bars.covered):
+    if odd or (effects and whole is not None and whole < bars.carried):
         return "not_in_catalogue"
     little = found.part < bars.covered or found.least < bars.covered_link
     if not gap and not effects:
@@ -155,6 +160,20 @@ def beyond_belief(normal: Normal, spreads: float = BARS.belief) -> tuple[str, ..
     return tuple(key for _, key in sorted(far, reverse=True))
 
 
+def strained(before: Normal, after: Normal, bars: Bars = BARS) -> tuple[str, ...]:
+    """Nominal parameters that effects only agree with where they are further off, together, than plant files are; the worst first, at most three.
+
+    ``before``: without the effects.
+    """
+    own = dict(zip(before.keys, before.z, strict=True))
+    far = []
+    for key, z, prior in zip(after.keys, after.z, after.prior, strict=True):
+        was = own.get(key, 0.0)
+        if prior and not (abs(was) > bars.own and abs(z - was) < 1.0):
+            far.append((abs(z), key))
+    return tuple(key for _, key in sorted(far, reverse=True)[:3]) if sum(z**2 for z, _ in far) > bars.strain else ()
+
+
 def absorbed(normal: Normal, keys: Sequence[str]) -> float:
     """Chi-square by which a fit would be worse with these parameters back within belief, the others free; linearised."""
     if not keys:
@@ -180,8 +199,8 @@ def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]]
                "and no effect of the catalogue explains it better."
     if verdict == "not_in_catalogue" and odd:
         return f"There is a gap in {where}; what comes nearest explains it only with values of {', '.join(odd)} that nobody believes."
-    if verdict == "not_in_catalogue" and effects and whole is not None and whole < BARS.covered:
-        return f"{names} explains {_percent(part)} of what the blocks show one by one, but in free run only {_percent(whole)} of the gap: " \
+    if verdict == "not_in_catalogue" and effects and whole is not None and whole < BARS.carried:
+        return f"{names} explains {_percent(part)} of what the blocks show one by one, but in free run {_percent(whole)} of the gap: " \
                "something else is missing, and no effect of the catalogue explains it."
     if verdict == "not_in_catalogue":
         return f"There is a gap in {where or 'the residual'}, and no effect of the catalogue explains it."

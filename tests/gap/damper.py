@@ -23,6 +23,7 @@ class Damper:
 
     name, rate_hz = "damper", 100.0
     links = (Link("damper", "muscle", "force_n", "N", "speed to force"),)
+    without_stop = False
     nominal = (Knob("muscle.viscous_n_s_m", "N*s/m", VISCOUS, 0.0, 100.0, 0.5),)
     catalogue = (Effect("friction", "friction", "muscle", ("muscle.coulomb_n",), ((1.0,),), "dry friction", "F = c sign v", "a book"),)
     knobs = {knob.key: knob for knob in (*nominal, Knob("muscle.coulomb_n", "N", 0.0, 0.0, 50.0, 1.0, "friction"))}

@@ -27,6 +27,7 @@ class Spring:
 
     name, rate_hz = "spring", 100.0
     links = (Link("spring", "spring", "force_n", "N", "position to force"),)
+    without_stop = False
     nominal = (Knob("spring.preload_n", "N", 1.0, -10.0, 10.0, 0.5),)
     catalogue = (Effect("spring", "spring", "spring", (KEY,), ((100.0,),), "spring", "", ""),)
     knobs = {knob.key: knob for knob in (*nominal, Knob(KEY, "N/m", 0.0, 0.0, 1e3, 100.0, "spring"))}

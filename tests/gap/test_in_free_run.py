@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from epa_rt.gap.as_one import ABSURD, LINK, NOISY, AsOne, apart, deviations, floor, quiet, twins_of
+from epa_rt.gap.as_one import ABSURD, LINK, NOISY, AsOne, Meter, apart, floor, held, meters_of, quiet, twins_of
 from epa_rt.gap.diagnose import diagnose
-from epa_rt.gap.in_free_run import Heard
+from epa_rt.gap.in_free_run import Heard, judged
 from epa_rt.gap.problem import Problem
+from epa_rt.gap.recording import Span
 from epa_rt.gap.refit import settled
 from tests.gap import toy
 
@@ -78,12 +79,25 @@ def test_a_rig_without_a_model_of_the_whole_is_not_heard():
 def test_lost_readings_say_nothing_and_a_run_that_is_no_number_says_much():
     real = toy.recording("log", 1)
     other = Chained().free_run(real, {}, None)
-    clean = apart(other, other, {"force_n": 0.1})
+    meters = {"force_n": Meter(0.1, 0.0)}
+    clean = apart(held(other, meters), other, meters)
     assert np.nansum(np.abs(clean)) == 0.0
     lost = dict(other.columns, force_n=np.where(np.arange(real.samples) == 500, np.nan, other.columns["force_n"]))
-    assert np.nansum(np.abs(apart(replace(other, columns=lost), other, {"force_n": 0.1}))) == 0.0
+    assert np.nansum(np.abs(apart(held(replace(other, columns=lost), meters), other, meters))) == 0.0
     broken = dict(other.columns, force_n=np.full(real.samples, np.nan))
-    assert np.nanmin(apart(other, replace(other, columns=broken), {"force_n": 0.1})) == ABSURD
+    assert np.nanmin(apart(held(other, meters), replace(other, columns=broken), meters)) == ABSURD
+
+
+def test_a_reading_that_stands_still_says_only_that_the_value_lies_within_its_step():
+    real = toy.recording("log", 1)
+    still = replace(real, columns=dict(real.columns, force_n=np.repeat([20.0, 20.5], real.samples // 2)))
+    meters = {"force_n": Meter(0.1, 0.5)}
+    for off, told in ((0.2, False), (-0.25, False), (0.4, True)):
+        run = replace(still, columns=dict(still.columns, force_n=still.columns["force_n"] + off))
+        assert bool(np.nansum(np.abs(apart(held(still, meters), run, meters))) > 0.0) is told
+    moving = replace(real, columns=dict(real.columns, force_n=20.0 + 0.5 * (np.arange(real.samples) % 2)))
+    run = replace(moving, columns=dict(moving.columns, force_n=moving.columns["force_n"] + 0.2))
+    assert np.nansum(np.abs(apart(held(moving, meters), run, meters))) > 0.0
 
 
 def test_steps_that_stand_still_make_a_channel_count_for_less():
@@ -92,30 +106,30 @@ def test_steps_that_stand_still_make_a_channel_count_for_less():
     swift = 0.1 * (-1.0) ** np.arange(real.samples)   # averages out in every sample that is compared, but for one of five
     white = [replace(clean, columns=dict(clean.columns, force_n=clean.columns["force_n"] + sign * swift)) for sign in (1.0, -1.0)]
     standing = [replace(clean, columns=dict(clean.columns, force_n=clean.columns["force_n"] + shift)) for shift in (0.1, -0.1)]
-    assert deviations([real], [(clean, white)])["force_n"] == pytest.approx(0.1, rel=1e-6)
-    inflated = deviations([real], [(clean, standing)])["force_n"]
-    assert np.nansum(apart(standing[0], clean, {"force_n": inflated}) ** 2) == pytest.approx(NOISY, rel=1e-6)
+    assert meters_of([real], [(clean, white)])["force_n"].deviation == pytest.approx(0.1, rel=1e-6)
+    inflated = {"force_n": meters_of([real], [(clean, standing)])["force_n"]}
+    assert np.nansum(apart(held(standing[0], inflated), clean, inflated) ** 2) == pytest.approx(NOISY, rel=1e-6)
 
 
 def test_quiet_is_what_noise_alone_leaves():
     subject, recordings = Chained(), logs({})
     twins = twins_of(subject, recordings, {})
-    deviation = deviations(recordings, twins)
-    whole = Problem(AsOne(subject, deviation), recordings, floor())
+    meters = meters_of(recordings, twins)
+    whole = Problem(AsOne(subject, meters), recordings, floor())
     point = settled(whole, rounds=4)
     assert whole.links == (LINK,)
-    assert point.normal.chi < 4.0 * quiet(point, deviation, twins)
+    assert point.normal.chi < 4.0 * quiet(point, meters, twins)
 
 
-@pytest.mark.parametrize(("gap", "left", "part"), [(99.0, 99.0, None), (1000.0, 100.0, 0.9), (200.0, 0.0, 1.0), (110.0, 66.0, None), (300.0, 150.0, 0.5)])
+@pytest.mark.parametrize(("gap", "left", "part"), [(59.0, 59.0, None), (1000.0, 100.0, 0.9), (200.0, 0.0, 1.0), (70.0, 40.0, None), (300.0, 150.0, 0.5)])
 def test_part_is_none_where_free_run_shows_no_gap(gap, left, part):
     assert Heard(gap, left, frozenset(), {}).part == part
 
 
 def test_what_is_too_little_to_be_missing_counts_as_explained():
-    assert Heard(180.0, 70.0, frozenset(), {}).counted == 1.0
+    assert Heard(180.0, 50.0, frozenset(), {}).counted == 1.0
     assert Heard(300.0, 150.0, frozenset(), {}).counted == 0.5
-    assert Heard(110.0, 66.0, frozenset(), {}).counted is None
+    assert Heard(70.0, 40.0, frozenset(), {}).counted is None
 
 
 def test_what_explains_the_whole_as_well_stands_beside_it():
@@ -126,3 +140,21 @@ def test_what_explains_the_whole_as_well_stands_beside_it():
     answer = diagnose(subject, logs({"gas.delay_s": 0.02}), floors=without_gas, how_far=False)
     assert answer.verdict == "not_separable"
     assert {answer.effects[0].name, *answer.effects[0].not_separable_from} == {"valve_delay", "slow_valve"}
+
+
+class Parted:
+    """A subject that has set the second trial aside."""
+
+    def __init__(self, without_stop: bool) -> None:
+        self.without_stop = without_stop
+
+    def only(self, recordings):
+        return tuple(replace(one, spans=(one.spans[0], replace(one.spans[1], trial=False))) for one in recordings)
+
+
+@pytest.mark.parametrize(("without_stop", "spans"), [(False, [(100, 400)]), (True, [(0, 500), (700, 1000)])])
+def test_valves_act_before_a_trial_so_all_counts_that_no_stop_spoils_and_nobody_set_aside(without_stop, spans):
+    real = replace(toy.recording("log", 1), spans=(Span("first", 100, 400, True), Span("second", 500, 700, True)))
+    real = replace(real, columns={name: values[:1000] for name, values in real.columns.items()}, cycle=real.cycle[:1000])
+    (found,) = judged(Parted(without_stop), [real])
+    assert [(span.start, span.stop) for span in found.spans if span.trial] == spans

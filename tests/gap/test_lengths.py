@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.diagnosis import Place
-from epa_rt.gap.lengths import TRAVEL, beyond_the_joint, length_first, share_a_length
+from epa_rt.gap.lengths import Line as LineOfLength
+from epa_rt.gap.lengths import beyond_the_joint, length_first, share_a_length
 from epa_rt.gap.stop_operator import stop_over_log
 from tests.gap.toy import White
 
@@ -13,6 +14,7 @@ LINKS = ("muscle0", "gas0")
 RMS = {"muscle0": 0.1, "gas0": 200.0}
 N = 3000
 TIME = np.arange(N) / 100.0
+PULL = 20.0 + 15.0 * np.sin(1.3 * TIME) * np.cos(0.11 * TIME)
 ANGLE = 8.0 * np.sin(0.7 * TIME) + 3.0 * np.sin(1.9 * TIME)
 SLOPE = {"muscle0": 3000.0 + 400.0 * np.sin(0.3 * TIME), "gas0": 4e6 * (1.0 + 0.2 * np.cos(0.5 * TIME))}   # N/m and Pa/m
 
@@ -20,7 +22,7 @@ SLOPE = {"muscle0": 3000.0 + 400.0 * np.sin(0.3 * TIME), "gas0": 4e6 * (1.0 + 0.
 class Line:
     """Two links fed with one line's length; ``hidden``: link to what its rig adds, (N,)."""
 
-    lines = {KNOB: LINKS}
+    lines = {KNOB: LineOfLength(LINKS, ("muscle0", "motor_angle_rad"), ("motor", "force_n"))}
 
     def __init__(self, hidden):
         self.hidden = hidden
@@ -33,7 +35,7 @@ class Line:
         return self.hidden[link] - SLOPE[link] * (values.get(KNOB, 0.12) - 0.12) + RMS[link] * rng.standard_normal(N)
 
     def features(self, prepared, link):
-        return {TRAVEL: ANGLE}
+        return {"motor_angle_rad": ANGLE} if link == "muscle0" else {"force_n": PULL}
 
 
 def play(size_m):
@@ -41,7 +43,7 @@ def play(size_m):
 
 
 def shared(hidden):
-    return share_a_length(Line(hidden), {"log": None}, {}, {link: White(link, RMS[link]) for link in LINKS}, LINKS, KNOB)
+    return share_a_length(Line(hidden), {"log": None}, {}, {link: White(link, RMS[link]) for link in LINKS}, Line.lines[KNOB], KNOB)
 
 
 @pytest.mark.parametrize("size_m", (1e-4, 5e-4))
@@ -51,6 +53,10 @@ def test_play_moves_both_links_by_their_slopes(size_m):
 
 def test_a_spool_that_is_not_round_is_a_wrong_length():
     assert shared({link: SLOPE[link] * 2e-4 * np.sin(ANGLE + 0.4) for link in LINKS})
+
+
+def test_a_strap_that_gives_way_is_a_wrong_length():
+    assert shared({link: SLOPE[link] * 1e-5 * (PULL + 0.004 * PULL**2) for link in LINKS})
 
 
 def test_friction_of_one_link_and_another_error_of_the_other_are_none():

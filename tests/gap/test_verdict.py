@@ -1,11 +1,14 @@
 """From what was found and what is left to a verdict."""
 
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 
 from epa_rt.gap.diagnosis import Place
 from epa_rt.gap.fed import source_first
 from epa_rt.gap.generic import GenericFit
-from epa_rt.gap.verdict import Coverage, coverage, decided, gaps, informed, trust, untested
+from epa_rt.gap.verdict import Coverage, coverage, decided, gaps, informed, strained, trust, untested
 from epa_rt.gap.yardstick import Left
 
 
@@ -103,7 +106,7 @@ def test_a_link_that_what_it_feeds_has_bent_does_not_come_first():
     assert [p.block for p in source_first(places, lambda one: 2.0)][0] == "load"
 
 
-@pytest.mark.parametrize(("whole", "verdict"), [(None, "explained"), (0.9, "explained"), (0.5, "not_in_catalogue")])
+@pytest.mark.parametrize(("whole", "verdict"), [(None, "explained"), (0.95, "explained"), (0.9, "not_in_catalogue")])
 def test_free_run_may_take_a_name_away(whole, verdict):
     assert decided(True, ["moment_arm"], Coverage(1.0, 1.0, 0.0), False, 0.0, whole=whole) == verdict
 
@@ -120,3 +123,20 @@ def test_a_name_counts_for_less_where_it_leaves_part_of_the_gap_in_free_run():
     assert trust(left(load=(3.0, 1.0)), left(load=(1.1, 1.0)), 0.8) == pytest.approx(0.4)
     assert trust(left(load=(1.7, 1.0)), left(load=(1.6, 1.0))) == 0.0
     assert trust(left(load=(1.7, 1.0)), left(load=(1.6, 1.0)), 1.0) == 1.0
+
+
+def at(**spreads: float):
+    """Nominal parameters that far from the plant file; an effect's own number is none of them."""
+    keys = (*spreads, "friction")
+    return SimpleNamespace(keys=keys, z=np.array([*spreads.values(), 50.0]), prior=np.array([1.0] * len(spreads) + [0.0]))
+
+
+def test_nominal_parameters_that_an_effect_pushes_away_stand_for_something_else():
+    assert strained(at(mass=0.5, lever=-0.3), at(mass=1.5, lever=-2.0)) == ()
+    assert strained(at(mass=2.5, lever=2.5, volume=0.1), at(mass=4.5, lever=4.4, volume=1.0)) == ("mass", "lever", "volume")
+    assert strained(at(volume=3.0), at(volume=-7.6)) == ("volume",)
+
+
+def test_a_plant_file_that_is_wrong_with_and_without_an_effect_does_not_speak_against_it():
+    assert strained(at(length=10.0, mass=0.2), at(length=9.6, mass=1.0)) == ()
+    assert strained(at(length=10.0), at(length=8.0)) == ("length",)

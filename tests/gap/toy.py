@@ -65,6 +65,7 @@ class Toy:
     name, rate_hz, links, nominal, knobs = "toy", RATE_HZ, LINKS, NOMINAL, KNOBS
 
     def __init__(self, without: tuple[str, ...] = ()) -> None:
+        self.without_stop = False
         self.catalogue = tuple(e for e in CATALOGUE if e.name not in without)
 
     def touched(self, key: str) -> tuple[str, ...]:
@@ -154,7 +155,7 @@ def recording(name: str, seed: int, values=None, seconds: float = 40.0, extra=No
 class White:
     """A floor of white noise."""
 
-    source, ar = "repeats", np.zeros(0)
+    source, ar, scatter = "repeats", np.zeros(0), 1.0
 
     def __init__(self, link: str, rms: float) -> None:
         self.link, self.rms, self.innovation, self.bias = link, rms, rms, {}

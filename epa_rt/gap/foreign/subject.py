@@ -41,6 +41,7 @@ class ForeignSubject:
         self._roles = {link.name: role for link, role in component.links}
         self._parameters = {row.key: row for row in (sized(row, rig.settings) for row in component.parameters)}
         every = {key: _knob(row, plant.numbers[key]) for key, row in self._parameters.items()}
+        self.without_stop = False   # what runs on before and after a trial is not known
         self.nominal: tuple[Knob, ...] = tuple(knob for knob in every.values() if knob.effect is None)
         self.catalogue: tuple[Effect, ...] = tuple(self._in_si(effect) for effect in component.effects if effect.name not in leave_out)
         self.knobs = {key: knob for key, knob in every.items() if knob.effect is None or knob.effect not in leave_out}

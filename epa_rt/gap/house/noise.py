@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 WINDOW = 32          # samples
 CALM = 0.1          # quantile of the windows that is taken for noise alone: elsewhere the signal itself may be rough
-SURE = 0.1           # of a step: less noise than this cannot be told from none
+SURE = 0.03          # of a step: less noise than this cannot be told from none
 LOUD = 0.8           # of a step: noise that spreads the rounding error by itself
 _THIRD = np.array([1.0, -3.0, 3.0, -1.0]) / np.sqrt(20.0)  # white noise passes with its own size, a parabola not at all
 

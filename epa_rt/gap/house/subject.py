@@ -20,6 +20,7 @@ from epa_rt.gap.house.reach import applies, reached
 from epa_rt.gap.house.residuals import RESIDUALS
 from epa_rt.gap.house.states import features
 from epa_rt.gap.house.whole import run_whole
+from epa_rt.gap.lengths import Line
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import Link, Values
 from epa_rt.models.catalogue import CATALOGUE, NOMINAL, knob
@@ -44,7 +45,9 @@ class HouseSubject:
         names = tuple(link.name for link in self.links)
         self._reach: dict[str, tuple[str, ...]] = {}
         self._noises: list[tuple[Recording, dict[str, float], int, dict[str, float]]] = []
-        self.lines = {"load.rest0_m": ("muscle0", "gas0")} if plant.params["load"]["kind_code"][0] == FIXED and {"muscle0", "gas0"} <= set(names) else {}
+        self.without_stop = bool(plant.params["load"]["kind_code"][0] == FIXED)
+        line = Line(("muscle0", "gas0"), ("muscle0", "motor_angle_rad"), ("motor", "force_n"))
+        self.lines = {"load.rest0_m": line} if self.without_stop and set(line.links) <= set(names) else {}
         self.joint = ("load.rest0_m", "load", "place_rad") if "load" in names and plant.params["load"]["kind_code"][0] == KNEE else None
         self.nominal: tuple[Knob, ...] = tuple(knob(n.key, plant.params) for n in NOMINAL if self._touch(n.key, names))
         self._own = {k.key for k in self.nominal}
