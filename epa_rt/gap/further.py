@@ -9,8 +9,13 @@ from epa_rt.gap.point import Point, linearised
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import Fit, refit, settled
 from epa_rt.gap.role import ABSORBED, Role, gains, starts
-from epa_rt.gap.screen import Screening, screen
+from epa_rt.gap.screen import Screening, scaled, screen
 from epa_rt.gap.select import Selection
+
+
+FAINT = 1e-3   # of a typical strength: where it is the derivative that counts
+WEAK = 0.05    # the same, to start a fit from
+THOROUGH = 2   # laws that are fitted with fresh derivatives then
 
 
 @dataclass(frozen=True)
@@ -65,21 +70,41 @@ def _afresh(whole: Problem, best: Point, fit: Fit) -> Point:
     effects = (*best.effects, fit.effect)
     own = {key for name in effects for key in whole.effects[name].knobs}
     points = [fitted(whole, effects, fit.values)]
-    if np.max(np.abs(best.normal.z * best.normal.prior)) > ABSORBED:
+    if _strained(best):
         points.append(fitted(whole, effects, {key: value for key, value in fit.values.items() if key in own}))
     return min(points, key=lambda point: point.normal.chi)
 
 
+def _along(whole: Problem, point: Point, fit: Fit) -> Fit:
+    """A fit gone on with fresh derivatives: along a valley as narrow as that between an effect and what imitates it, kept ones lead nowhere."""
+    found = fitted(whole, (*point.effects, fit.effect), fit.values)
+    return Fit(fit.effect, found.values, found.normal.chi, found.normal)
+
+
+def _strained(point: Point) -> bool:
+    """Whether nominal parameters have gone far, to hide something: what that is starts from next to nothing, for they hide it in its full strength."""
+    return bool(np.max(np.abs(point.normal.z * point.normal.prior)) > ABSORBED)
+
+
 def _promising(whole: Problem, point: Point, rules: Rules) -> list[Fit]:
     """One law of each of the families whose signatures promise most, the best first. All recordings: in a single one nominal parameters imitate anything."""
-    screening = screen(whole, point)
+    hidden = _strained(point)
+    if hidden:  # what imitates an effect is told from it by its derivatives alone, and those of a fit are kept from a few steps before
+        point = linearised(whole, point.effects, point.values)
+    screening = screen(whole, point, part=FAINT if hidden else 1.0)
     on, best = {whole.effects[name].family for name in point.effects}, screening.best()
     names: dict[str, str] = {}
     for name in sorted(best, key=lambda name: -best[name].gain):
         if whole.effects[name].family not in on:
             names.setdefault(whole.effects[name].family, name)
     chosen = list(names.values())[: rules.screened]
-    fits = whole.each(lambda name: refit(whole, point, name, starts(whole, screening, name)[0], rounds=4), chosen)
+
+    def begun(name: str) -> dict[str, float]:
+        return scaled(whole, name, best[name].start, np.sign(best[name].amplitude) * WEAK) if hidden else starts(whole, screening, name)[0]
+
+    fits = whole.each(lambda name: refit(whole, point, name, begun(name), rounds=4), chosen)
+    if hidden:
+        fits = [_along(whole, point, fit) for fit in fits[:THOROUGH]] + fits[THOROUGH:]
     return sorted(fits, key=lambda fit: fit.chi)
 
 

@@ -23,18 +23,19 @@ from epa_rt.gap.subject import Subject
 class Heard:
     """``gap``, ``left``: chi-square above noise and steps in free run without effects and with those named, nominal parameters fitted
     in both. ``apart``: effects that free run tells from the named ones. ``as_well``: by effect that was found there what explains it as well
-    there. ``sure``: less than that is no gap, and nothing missing: the method leaves 3 to 25 of rigs without a gap."""
+    there. ``sure``: less than that is no gap, and nothing missing; ``usual``: what the method leaves of rigs without a gap (3 to 25)."""
 
     gap: float
     left: float
     apart: frozenset[str]
     as_well: Mapping[str, tuple[Fit, ...]]
     sure: float = Rules.stays
+    usual: float = 25.0
 
     @property
     def part(self) -> float | None:
         """Of the gap that the named effects explain; None where free run shows none, or neither that they explain it nor that they do not."""
-        return None if self.gap <= self.sure or max(self.left, self.gap - self.left) <= self.sure else 1.0 - self.left / self.gap
+        return None if self.gap <= self.sure or max(self.left, self.gap - self.left) <= self.sure else 1.0 - max(self.left - self.usual, 0.0) / self.gap
 
     @property
     def counted(self) -> float | None:

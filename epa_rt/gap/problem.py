@@ -22,7 +22,7 @@ BLOCK_S = 1.5          # longer than what the residuals remember; the unit of ev
 MOST_BLOCKS = 240      # long logs get longer blocks, so that a fit's normal equations stay small
 FOLDS = 4
 CHUNK_S = 8.0          # of a fold where a log has no trials
-FINITE_STEP = 0.01     # of a knob's spread, for derivatives
+FINITE_STEP = 0.01     # of a knob's spread, for derivatives; a subject may want another one (``finite_step``)
 WORKERS = 2
 
 
@@ -126,7 +126,7 @@ class Problem:
 
     def step(self, key: str, at: float) -> float:
         """Signed step for a derivative that stays within the knob's bounds."""
-        size = FINITE_STEP * self.spread(key)
+        size = getattr(self.subject, "finite_step", FINITE_STEP) * self.spread(key)
         return size if at + size <= self.knobs[key].high else -size
 
     def derivative(self, values: Values, key: str, link: str, here: np.ndarray) -> np.ndarray:

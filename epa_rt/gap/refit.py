@@ -1,11 +1,13 @@
 """Refits: Levenberg-Marquardt over an effect's knobs with everything that was free before, within bounds.
 
 Derivatives of what was free before are kept from the point that the refit starts from; residuals are always exact in
-the links that the new knobs touch, and linear in the others.
+the links that the new knobs touch, and linear in the others. A step that overshoots is bent along the valley it runs in: what a load weighs is a
+product of mass and lever, and a straight step along it leaves the valley at once.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -16,6 +18,7 @@ ROUNDS = 10
 POLISH_ROUNDS = 10
 LENGTHS = (1.0, 0.4, 0.1)   # of a Gauss-Newton step
 DAMPINGS = (1.0, 100.0)     # where the whole step is too bold in every length
+AHEAD = 0.1                 # of a step, over which its curvature is measured
 ENOUGH = 2e-4        # relative fall of chi-square below which a refit has arrived
 
 
@@ -48,7 +51,10 @@ def searched(problem: Problem, point: Point) -> dict[str, float] | None:
     """Values after the first of a few lengths of the Gauss-Newton step, then of damped ones, that helps; None where none does."""
     normal = point.normal
     system = (normal.matrix.sum(axis=(0, 1)), normal.vector.sum(axis=(0, 1)), normal.prior, normal.z, ~normal.frozen)
-    steps = [lambda part=part: part * solve(*system) for part in LENGTHS] + [lambda by=by: solve(*system, damping=by) for by in DAMPINGS]
+    whole = solve(*system)
+    bend = cache(lambda: bent(problem, normal.keys, point.values, point.residual, point.columns, system, whole))
+    steps = [lambda: whole, *(lambda part=part: part * whole + part**2 * bend() for part in LENGTHS), *(lambda part=part: part * whole for part in LENGTHS[1:]),
+             *(lambda by=by: solve(*system, damping=by) for by in DAMPINGS)]
     for step in steps:
         values = moved(problem, normal.keys, point.values, step())
         chi = sum(float(r @ r) for r in problem.each(lambda link, at=values: problem.residual(at, link), problem.links))
@@ -56,6 +62,18 @@ def searched(problem: Problem, point: Point) -> dict[str, float] | None:
         if chi < normal.chi:
             return values
     return None
+
+
+def bent(problem: Problem, keys, values: Mapping[str, float], residual: Mapping[str, np.ndarray], columns, system, step: np.ndarray, damping: float = 1e-9) -> np.ndarray:
+    """(k,) half the acceleration of the path whose first derivative is ``step``: what its curvature adds to it (geodesic acceleration,
+    Transtrum and Sethna, arXiv:1201.5885). ``columns``: link to positions in ``keys`` and derivatives, of the links that may be curved."""
+    ahead = moved(problem, keys, values, AHEAD * step)
+    vector = np.zeros(len(step))
+    for link, (positions, table) in columns.items():
+        curve = (problem.residual(ahead, link) - residual[link] - AHEAD * (table @ step[positions])) * (2.0 / AHEAD**2)
+        vector[positions] += table.T @ curve
+    matrix, _, prior, z, free = system
+    return 0.5 * solve(matrix, vector, prior, np.zeros(len(z)), free, damping)
 
 
 def moved(problem: Problem, keys, values: Mapping[str, float], step: np.ndarray) -> dict[str, float]:
@@ -94,7 +112,7 @@ def refit(problem: Problem, point: Point, effect: str, start: Mapping[str, float
     for _ in range(rounds):
         tables = _tables(problem, point, at, touched, new, keys)
         matrix, vector, z, frozen = _whole(problem, point, at, touched, tables, rest, keys)
-        better = _stepped(problem, point, at, touched, rest, keys, (matrix, vector, prior, z, ~frozen), damping)
+        better = _stepped(problem, point, at, tables, rest, keys, (matrix, vector, prior, z, ~frozen), damping)
         if better is None:
             break
         after, damping = better
@@ -131,10 +149,14 @@ def _whole(problem: Problem, point: Point, at: _Trial, touched, tables, rest, ke
     return matrix, vector, z_of(problem, keys, at.values), frozen
 
 
-def _stepped(problem: Problem, point: Point, at: _Trial, touched, rest, keys, system, damping: float):
+def _stepped(problem: Problem, point: Point, at: _Trial, tables, rest, keys, system, damping: float):
     """A better trial and the next damping, None where no step helps."""
-    for _ in range(5):
-        after = _Trial(problem, point, touched, moved(problem, keys, at.values, solve(*system, damping=damping)), rest)
+    for attempt in range(5):
+        step = solve(*system, damping=damping)
+        after = _Trial(problem, point, tuple(tables), moved(problem, keys, at.values, step), rest)
+        if after.chi >= at.chi and attempt == 0:
+            step = step + bent(problem, keys, at.values, at.residual, tables, system, step, damping)
+            after = _Trial(problem, point, tuple(tables), moved(problem, keys, at.values, step), rest)
         if after.chi < at.chi:
             return after, max(damping / 10.0, 1e-8)
         damping = max(damping, 1e-4) * 10.0

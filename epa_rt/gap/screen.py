@@ -81,11 +81,12 @@ class Screening:
         return float((r[0] ** 2 * g[1, 1] - 2.0 * r[0] * r[1] * g[0, 1] + r[1] ** 2 * g[0, 0]) / determinant)
 
 
-def screen(problem: Problem, point: Point, effects: Sequence[str] | None = None) -> Screening:
-    """Signatures of all effects that are not on at a point."""
+def screen(problem: Problem, point: Point, effects: Sequence[str] | None = None, part: float = 1.0) -> Screening:
+    """Signatures of all effects that are not on at a point. ``part``: of each strength at which the difference is taken; a small one gives
+    derivatives, for where nominal parameters imitate an effect so well that its curvature would hide that."""
     names = [name for name in (effects or problem.effects) if name not in point.effects]
     jobs = [(name, start) for name in names for start in starts(problem, name)]
-    made = problem.each(lambda job: _difference(problem, point, *job), jobs)
+    made = problem.each(lambda job: _difference(problem, point, *job, part), jobs)
     alive = [i for i, difference in enumerate(made) if any(np.any(d != 0.0) for d in difference.values())]
     jobs, made = [jobs[i] for i in alive], [made[i] for i in alive]
     gram, right = _projected(problem, point, made)
@@ -127,11 +128,11 @@ def amplitudes(problem: Problem, effect: str, start: Mapping[str, float]) -> tup
     return min(low, 0.0), max(high, 0.0)
 
 
-def _difference(problem: Problem, point: Point, effect: str, start: Mapping[str, float]) -> dict[str, np.ndarray]:
-    values = {**point.values, **start}
+def _difference(problem: Problem, point: Point, effect: str, start: Mapping[str, float], part: float) -> dict[str, np.ndarray]:
+    values = {**point.values, **(start if part == 1.0 else scaled(problem, effect, start, part))}
     found = {}
     for link in problem.touched(start):
-        change = problem.residual(values, link) - point.residual[link]
+        change = (problem.residual(values, link) - point.residual[link]) / part
         found[link] = change if np.isfinite(change).all() else np.zeros_like(change)
     return found
 

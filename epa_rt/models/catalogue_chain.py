@@ -10,8 +10,8 @@ THIRDS = (0.0, 2.1, -2.1)  # rad: from one of these phases a fit reaches every p
 CHAIN: tuple[Effect, ...] = (
     Effect("transport_delay", "motor command timing", "bus", ("bus.command_delay_s",), ((3e-3,), (1e-3,)),
            "motor commands arrive late", BUS, FACTS),
-    Effect("valve_dead_time", "valve command timing", "bus", ("bus.valve_delay_s",), ((15e-3,), (5e-3,)),
-           "valves act late on their commands", BUS, FACTS),
+    Effect("valve_dead_time", "valve command timing", "bus", ("bus.valve_delay_s", "bus.valve_skew_ratio"), ((15e-3, 0.1), (5e-3, 0.0), (15e-3, -0.1)),
+           "valves act late on their commands, and not equally late when they open and close", BUS, FACTS),
     Effect("motor_stribeck", DRY, "drive", ("drive.stribeck_ratio", "drive.stribeck_speed_rad_s"),
            ((0.17, 20.0), (0.17, 5.0), (0.17, 60.0)),
            "dry friction of the motor is larger near standstill", DRIVE, FACTS),

@@ -81,7 +81,8 @@ def _settle(p, s, valves):
 @compiled
 def _advance(p, s, command, reading, period_s, substeps):
     bus.latch(s, command, period_s)
-    motor_delay, valve_delay = p.bus.command_delay_s / period_s, p.bus.valve_delay_s / period_s
+    motor_delay = p.bus.command_delay_s / period_s
+    opening_s, closing_s = bus.valve_delays(p.bus.valve_delay_s, p.bus.valve_skew_ratio)
     seen = s.cycle + math.floor(-motor_delay)  # the command that the drive sees as this cycle starts
     s.smooth[INTEGRAL] = drive.integral_at_edge(
         s.ring[seen % RING], s.ring[(seen - 1) % RING], s.smooth[INTEGRAL], s.smooth[CURRENT])
@@ -90,7 +91,7 @@ def _advance(p, s, command, reading, period_s, substeps):
     for j in range(substeps):
         start, end = j / substeps, (j + 1) / substeps
         motor = bus.motor_seen(s.ring, s.cycle, start - motor_delay, end - motor_delay)
-        valves = bus.valves_seen(s.ring, s.cycle, start - valve_delay, end - valve_delay)
+        valves = bus.valves_seen(s.ring, s.cycle, start, end, opening_s / period_s, closing_s / period_s)
         _integrate(p, s, h, weights, motor, valves)
         _settle(p, s, valves)
     write_truth(p, s)

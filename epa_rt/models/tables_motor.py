@@ -12,7 +12,9 @@ EPOS = "EPOS4 cascade, tuned here"
 
 BUS: Table = (
     P("command_delay_s", "s", 0.0, 0.0, 0.06, "age of the motor command when the drive uses it", FACTS, "transport_delay"),
-    P("valve_delay_s", "s", 0.0, 0.0, 0.06, "age of the valve command when the valves see it", FACTS, "valve_dead_time"),
+    P("valve_delay_s", "s", 0.0, 0.0, 0.06, "age of the valve command when the valves see it, the later of opening and closing", FACTS, "valve_dead_time"),
+    P("valve_skew_ratio", "1", 0.0, -0.7, 0.7, "part of that by which closing comes earlier than opening (negative: opening earlier)",
+      "valve data sheets give times for on and off that differ; engineering estimate", "valve_dead_time"),
 )
 
 DRIVE: Table = (

@@ -139,3 +139,14 @@ def test_torque_mode_stalls_at_its_torque():
     _, t = truths(params, commands, file.substeps)
     assert t["motor_current_a"][-1] == pytest.approx(0.05 / 0.0448, rel=1e-6)
     assert abs(t["muscle_force_n"][-1, 0] * 0.01 / 19 - 0.05) <= 3.1e-3
+
+
+@pytest.mark.parametrize(("skew", "opens", "closes"), [(0.0, 10, 10), (0.4, 10, 6), (-0.3, 7, 10)])
+def test_valves_open_and_close_as_late_as_told(skew, opens, closes):
+    file = opened("bench")
+    params, commands = silent(file.params), np.zeros(60, COMMAND)
+    commands["inlet"][20:40, 0] = 1.0
+    params["bus"]["valve_delay_s"], params["bus"]["valve_skew_ratio"] = 10e-3, skew
+    inlet = bus.bus_over_log(params, commands, 1e-3)[:, 6]
+    assert np.flatnonzero(inlet > 0.5)[[0, -1]].tolist() == [20 + opens, 39 + closes]
+    assert set(np.round(inlet, 9)) == {0.0, 1.0}

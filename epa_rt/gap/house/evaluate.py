@@ -6,6 +6,7 @@ import numpy as np
 
 from epa_rt.gap.house import gas_link, instruments, motion, motor_link, smooth
 from epa_rt.gap.house.prepared import Prepared
+from epa_rt.models.blocks.bus import valve_delays
 
 
 class Bench:
@@ -170,7 +171,8 @@ class Bench:
         p = self.prepared
         truth, seen, drawn = np.empty(p.count), np.empty(p.count), np.empty(p.count)
         atmosphere = float(self.params["gas"]["atmosphere_pa"][0, i])
-        gas_link.pressures(self.params, i, float(self.params["bus"]["valve_delay_s"][0]) / p.period_s, self.volume(i),
+        late = valve_delays(float(self.params["bus"]["valve_delay_s"][0]), float(self.params["bus"]["valve_skew_ratio"][0]))
+        gas_link.pressures(self.params, i, (late[0] / p.period_s, late[1] / p.period_s), self.volume(i),
                            np.ascontiguousarray(p.commands["inlet"][:, i]), np.ascontiguousarray(p.commands["exhaust"][:, i]), others,
                            self.lagging_gauge(i) + atmosphere, p.shut[i], self.lags_s(), p.period_s,
                            truth, seen, drawn)

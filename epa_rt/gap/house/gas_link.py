@@ -21,8 +21,18 @@ def volumes(params, i, length, strap_n, out):
 
 
 @compiled
-def seen_valve(values, k, start, end):
-    """Mean over [start, end] (in cycles from the start of cycle k, not longer than one) of a held command."""
+def seen_valve(values, k, start, end, delays):
+    """Mean over [start, end] (in cycles from the start of cycle k, not longer than one) of what a valve does that opens and closes late."""
+    opening, closing = delays
+    found = _held(values, k, start - opening, end - opening)
+    if opening == closing:
+        return found
+    other = _held(values, k, start - closing, end - closing)
+    return min(found, other) if closing < opening else max(found, other)
+
+
+@compiled
+def _held(values, k, start, end):
     first, last = math.floor(start), math.ceil(end) - 1
     before = values[max(k + first, 0)]
     if last <= first:
@@ -44,7 +54,7 @@ def is_tight(g):
 
 
 @compiled
-def march(g, delay, volume, inlet, exhaust, others, lags_s, period_s, k0, k1, s, truth, seen, drawn):
+def march(g, delays, volume, inlet, exhaust, others, lags_s, period_s, k0, k1, s, truth, seen, drawn):
     """Cycles k0 to k1 from state s (c, mass, droop, openings, sensor's reading, pressure before, tube's reading), which it moves."""
     lag_s, tube_s = lags_s
     h = period_s / STEPS
@@ -56,8 +66,8 @@ def march(g, delay, volume, inlet, exhaust, others, lags_s, period_s, k0, k1, s,
         before = volume[max(k - 1, 0)]
         drawn[k] = 0.0
         for j in range(STEPS):
-            a, b = j / STEPS - delay, (j + 1) / STEPS - delay
-            wanted_in, wanted_out = seen_valve(inlet, k, a, b), seen_valve(exhaust, k, a, b)
+            a, b = j / STEPS, (j + 1) / STEPS
+            wanted_in, wanted_out = seen_valve(inlet, k, a, b, delays), seen_valve(exhaust, k, a, b, delays)
             if tight and s[3] == 0.0 and s[4] == 0.0 and wanted_in == 0.0 and wanted_out == 0.0 and s[2] == 0.0 and others[k] == 0.0:
                 continue
             step = volume[k] - before
@@ -98,7 +108,7 @@ def _raise(s, factor):
 
 
 @compiled
-def pressures(params, i, delay, volume, inlet, exhaust, others, measured, shut, lags_s, period_s, truth, seen, drawn):
+def pressures(params, i, delays, volume, inlet, exhaust, others, measured, shut, lags_s, period_s, truth, seen, drawn):
     """Absolute pressure of muscle i (N,) in ``truth``, behind both of ``lags_s`` in ``seen``, flow drawn in ``drawn``.
 
     ``lags_s``: the sensor's own, and of a tube or filter behind it. ``measured``: absolute pressure read (N,), which starts the run and
@@ -113,18 +123,18 @@ def pressures(params, i, delay, volume, inlet, exhaust, others, measured, shut, 
     tight = is_tight(g)
     for n in range(len(shut)):
         k0, k1 = shut[n, 0], shut[n, 1]
-        march(g, delay, volume, inlet, exhaust, others, lags_s, period_s, at, k0, s, truth, seen, drawn)
+        march(g, delays, volume, inlet, exhaust, others, lags_s, period_s, at, k0, s, truth, seen, drawn)
         kept = s.copy()
-        march(g, delay, volume, inlet, exhaust, others, lags_s, period_s, k0, k1, s, truth, seen, drawn)
+        march(g, delays, volume, inlet, exhaust, others, lags_s, period_s, k0, k1, s, truth, seen, drawn)
         factor = _level(seen, measured, k0, k1)
         if not (tight and s[3] == 0.0 and s[4] == 0.0):  # not a mere scale: once more from the raised level
             _raise(kept, factor)
             s[:] = kept
-            march(g, delay, volume, inlet, exhaust, others, lags_s, period_s, k0, k1, s, truth, seen, drawn)
+            march(g, delays, volume, inlet, exhaust, others, lags_s, period_s, k0, k1, s, truth, seen, drawn)
             factor = _level(seen, measured, k0, k1)
         _raise(s, factor)
         for k in range(k0, k1):
             truth[k] *= factor
             seen[k] *= factor
         at = k1
-    march(g, delay, volume, inlet, exhaust, others, lags_s, period_s, at, len(volume), s, truth, seen, drawn)
+    march(g, delays, volume, inlet, exhaust, others, lags_s, period_s, at, len(volume), s, truth, seen, drawn)

@@ -85,14 +85,28 @@ def motor_seen(ring, cycle, start, end):
 
 
 @compiled
-def valves_seen(ring, cycle, start, end):
-    """Commanded openings in a sub-step, means over it: inlet 0, inlet 1, exhaust 0, exhaust 1."""
-    first, last = math.floor(start), math.ceil(end) - 1
-    row = ring[(cycle + last) % RING]
-    if last <= first:
-        return row[INLET], row[INLET + 1], row[EXHAUST], row[EXHAUST + 1]
-    return (held(ring, cycle, start, end, INLET), held(ring, cycle, start, end, INLET + 1),
-            held(ring, cycle, start, end, EXHAUST), held(ring, cycle, start, end, EXHAUST + 1))
+def valve_delays(delay_s, skew_ratio):
+    """(s, s) by which a valve opens and closes late."""
+    return delay_s * (1.0 + min(skew_ratio, 0.0)), delay_s * (1.0 - max(skew_ratio, 0.0))
+
+
+@compiled
+def valves_seen(ring, cycle, start, end, opening, closing):
+    """Commanded openings in a sub-step, means over it: inlet 0, inlet 1, exhaust 0, exhaust 1.
+
+    ``opening``, ``closing``: delays in cycles. A valve is open from ``opening`` after its command until ``closing`` after its end.
+    """
+    return (_valve_seen(ring, cycle, start, end, opening, closing, INLET), _valve_seen(ring, cycle, start, end, opening, closing, INLET + 1),
+            _valve_seen(ring, cycle, start, end, opening, closing, EXHAUST), _valve_seen(ring, cycle, start, end, opening, closing, EXHAUST + 1))
+
+
+@compiled
+def _valve_seen(ring, cycle, start, end, opening, closing, column):
+    found = held(ring, cycle, start - opening, end - opening, column)
+    if opening == closing:
+        return found
+    other = held(ring, cycle, start - closing, end - closing, column)
+    return min(found, other) if closing < opening else max(found, other)
 
 
 def bus_over_log(params, commands, period_s):
@@ -109,11 +123,12 @@ def bus_over_log(params, commands, period_s):
 @compiled
 def _over_log(params, state, commands, period_s, seen):
     s = state[0]
-    motor_delay, valve_delay = params[0].bus.command_delay_s / period_s, params[0].bus.valve_delay_s / period_s
+    motor_delay = params[0].bus.command_delay_s / period_s
+    opening_s, closing_s = valve_delays(params[0].bus.valve_delay_s, params[0].bus.valve_skew_ratio)
     for k in range(commands.shape[0]):
         latch(s, commands[k], period_s)
         motor = motor_seen(s.ring, s.cycle, -motor_delay, 1.0 - motor_delay)
-        valves = valves_seen(s.ring, s.cycle, -valve_delay, 1.0 - valve_delay)
+        valves = valves_seen(s.ring, s.cycle, 0.0, 1.0, opening_s / period_s, closing_s / period_s)
         seen[k, 0], seen[k, 1], seen[k, 2] = motor[0], motor[1], motor[2]
         seen[k, 3], seen[k, 4], seen[k, 5] = motor[4], motor[6], motor[8]
         for i in range(4):
