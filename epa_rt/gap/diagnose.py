@@ -16,6 +16,7 @@ from epa_rt.gap.in_free_run import Heard
 from epa_rt.gap.in_free_run import heard as heard_in_free_run
 from epa_rt.gap.lengths import length_first
 from epa_rt.gap.localise import localise
+from epa_rt.gap.plausible import absorbed, beyond_belief, strained
 from epa_rt.gap.point import Normal, Point
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording
@@ -25,7 +26,7 @@ from epa_rt.gap.select import Selection, rescaled, select
 from epa_rt.gap.separate import alike, become_best, intervals, shares
 from epa_rt.gap.shrink import shrinkage
 from epa_rt.gap.subject import Subject
-from epa_rt.gap.verdict import BARS, above_noise, absorbed, beyond_belief, coverage, decided, gaps, informed, said, strained, trust, untested
+from epa_rt.gap.verdict import BARS, above_noise, coverage, decided, gaps, informed, said, trust, untested
 from epa_rt.gap.whose import spoken, who_has
 from epa_rt.gap.yardstick import Left, left_at, on_noise
 
@@ -140,8 +141,7 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
         places = length_first(subject, problem.prepared, seen_at, problem.floors, places) if where else places
     return Diagnosis(
         verdict=verdict, says=says, found_first=tuple(f"{r.name}: {what}" for r in recordings for what in r.found),
-        location=places,
-        effects=named,
+        location=places, effects=named,
         free_run=found.heard and FreeRun(found.heard.gap, found.heard.left, whole, nearest, tuple(sorted(found.heard.apart))),
         nominal_moved=_moved(problem, normal, off), not_tested=silent, shrinkage=tuple(rows), refitted=dict(selection.base.values), fitted=dict(values),
         remainder=remainders(subject, problem.prepared, selection.base.values, values, problem.floors, problem.designs))

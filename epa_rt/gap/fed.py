@@ -17,7 +17,7 @@ from epa_rt.gap.significance import significance
 # Block to those that are fed with its output, and the part of the largest significance from which it comes first; less is a trace of
 # something else. A load's link takes no part in its muscle's, and shows a pull far more sharply than a force cell does.
 FEEDS = {"gas": {"muscle": 0.05, "load": 0.05}, "muscle": {"drive": 0.05, "load": 0.014}}
-SURE = 10.0      # deviations from which a link is off at all
+SURE = 20.0      # deviations from which a link is off by itself: quiet knees reach 15 where steps are not dithered
 
 
 def source_first(places: Sequence[Place], by_itself: Callable[[Place], float] = lambda place: place.significance) -> tuple[Place, ...]:

@@ -11,6 +11,7 @@ from epa_rt.gap.refit import Fit, refit, settled
 from epa_rt.gap.role import ABSORBED, Role, gains, starts
 from epa_rt.gap.screen import Screening, scaled, screen
 from epa_rt.gap.select import Selection
+from epa_rt.gap.verdict import BARS
 
 
 FAINT = 1e-3   # of a typical strength: where it is the derivative that counts
@@ -25,7 +26,8 @@ class Rules:
     ``better``: chi-square by which a law is ahead, and ``part`` of what the best one explains: no law is the rig's own. ``near``: of the best
     law's gain block by block, from which a law is tried; ``tries``: at most as many for each effect. ``stays``: chi-square above noise and steps
     (rigs without a gap leave 3 to 25), and ``rest`` of what there is without effects, from which something is missing: the right law in other words
-    left up to 0.02 of it. ``most``: of that which a further effect must explain; ``screened``: families that are fitted for it.
+    left up to 0.02 of it; what nominal parameters cannot bear is missing whatever part it is. ``most``: of that which a further effect must
+    explain; ``screened``: families that are fitted for it.
     """
 
     better: float = 25.0
@@ -45,7 +47,8 @@ class Rules:
 def further(problem: Problem, whole: Problem, selection: Selection, none: Point, best: Point, noise: float, rules: Rules) -> tuple[Selection, Point, tuple[Fit, ...]] | None:
     """One more effect, looked for in free run, where much is missing there and it explains most of that; and what explains it as well."""
     missing = above(best, noise)
-    if missing < max(rules.stays, rules.rest * above(none, noise)):
+    enough = rules.stays if strain(best) > BARS.strain else max(rules.stays, rules.rest * above(none, noise))
+    if missing < enough:
         return None
     fits = _promising(whole, best, rules)
     if not fits or best.normal.chi - fits[0].chi < 0.5 * rules.most * missing:
@@ -58,6 +61,11 @@ def further(problem: Problem, whole: Problem, selection: Selection, none: Point,
     before = selection.final if selection.roles else selection.base
     as_well = tuple(_around(problem, before, *other) for other in points[1:] if other[1].normal.chi < point.normal.chi + rules.margin(best, point))
     return _with_effect(problem, selection, name, point), point, as_well
+
+
+def strain(point: Point) -> float:
+    """What nominal parameters cost, in squares of spreads: more than plant files do where they stand for something."""
+    return float(point.normal.prior @ point.normal.z**2)
 
 
 def above(point: Point, noise: float) -> float:

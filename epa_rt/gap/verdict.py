@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from epa_rt.gap.diagnosis import Verdict
-from epa_rt.gap.point import Normal
 from epa_rt.gap.yardstick import Left
 
 
@@ -152,37 +151,6 @@ def untested(typical: Mapping[str, float], names: Sequence[str], bars: Bars = BA
 def informed(links: Mapping[str, Sequence[str]], silent: Sequence[str], bars: Bars = BARS) -> tuple[str, ...]:
     """Links that these logs can judge. ``links``: to the effects that touch each; ``silent``: effects that were not tested."""
     return tuple(name for name, own in links.items() if own and len(set(own) & set(silent)) <= bars.mostly * len(own))
-
-
-def beyond_belief(normal: Normal, spreads: float = BARS.belief) -> tuple[str, ...]:
-    """Nominal parameters that were refitted to values which nobody believes, the worst first."""
-    far = [(abs(z), key) for key, z, prior in zip(normal.keys, normal.z, normal.prior, strict=True) if prior and abs(z) > spreads]
-    return tuple(key for _, key in sorted(far, reverse=True))
-
-
-def strained(before: Normal, after: Normal, bars: Bars = BARS) -> tuple[str, ...]:
-    """Nominal parameters that effects only agree with where they are further off, together, than plant files are; the worst first, at most three.
-
-    ``before``: without the effects.
-    """
-    own = dict(zip(before.keys, before.z, strict=True))
-    far = []
-    for key, z, prior in zip(after.keys, after.z, after.prior, strict=True):
-        was = own.get(key, 0.0)
-        if prior and not (abs(was) > bars.own and abs(z - was) < 1.0):
-            far.append((abs(z), key))
-    return tuple(key for _, key in sorted(far, reverse=True)[:3]) if sum(z**2 for z, _ in far) > bars.strain else ()
-
-
-def absorbed(normal: Normal, keys: Sequence[str]) -> float:
-    """Chi-square by which a fit would be worse with these parameters back within belief, the others free; linearised."""
-    if not keys:
-        return 0.0
-    free = np.flatnonzero(~normal.frozen)
-    inverse = np.linalg.inv(normal.matrix.sum(axis=(0, 1))[np.ix_(free, free)] + np.diag(normal.prior[free] + 1e-9))
-    at = [int(np.flatnonzero(free == normal.keys.index(key))[0]) for key in keys if normal.keys.index(key) in free]
-    z = np.array([normal.z[free[i]] for i in at])
-    return float(z @ np.linalg.solve(inverse[np.ix_(at, at)], z)) if at else 0.0
 
 
 def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]], links: Sequence[str], part: float, not_tested: int, of: int,

@@ -8,7 +8,8 @@ import pytest
 from epa_rt.gap.diagnosis import Place
 from epa_rt.gap.fed import source_first
 from epa_rt.gap.generic import GenericFit
-from epa_rt.gap.verdict import Coverage, coverage, decided, gaps, informed, strained, trust, untested
+from epa_rt.gap.plausible import strained
+from epa_rt.gap.verdict import Coverage, coverage, decided, gaps, informed, trust, untested
 from epa_rt.gap.yardstick import Left
 
 
