@@ -27,7 +27,12 @@ class Link(NamedTuple):
 
 
 class Subject(Protocol):
-    """A rig and its nominal plant, ready to be held against recordings."""
+    """A rig and its nominal plant, ready to be held against recordings.
+
+    A subject may also have what only some rigs can say: ``only(recordings)``, those trials alone that it judges (aside.py); ``repeats(recording,
+    values)``, what laps of one recording differ by (floor.py); ``lines``, ``joint`` and ``number(key)``, which lengths its links share (lengths.py);
+    ``finite_step``, the part of a knob's spread over which its derivatives are taken (problem.py).
+    """
 
     name: str
     rate_hz: float                         # rate of the residuals, after a zero-phase low-pass and decimation
