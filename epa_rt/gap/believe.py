@@ -7,8 +7,8 @@ import numpy as np
 
 from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem
-from epa_rt.gap.refit import Fit
 from epa_rt.gap.role import Role, z_of_sum
+from epa_rt.gap.subject import Values
 from epa_rt.gap.yardstick import Left
 
 LeftAt = Callable[[Point], Left]
@@ -51,8 +51,7 @@ def believed(problem: Problem, role: Role, first: Role, left_at: LeftAt, rules: 
     """Whether the best candidate of a role is more than chance, misfit or mending. ``first``: the role with no effect on, at any scale."""
     gain, z = float(role.gains[0].sum()), z_of_sum(role.gains[0])
     share = gain / max(left_at(role.point).amount(problem.scale), 1e-9)
-    size = rules.size_reading if problem.effects[role.best.effect].block == "sensors" else rules.size
-    if gain <= rules.gain or strength(problem, role.best) < size:
+    if gain <= rules.gain or negligible(problem, role.best.effect, role.best.values, rules):
         return False
     if not role.point.effects:
         return share > rules.share and (z > rules.z or (share > rules.much and z > rules.z_much))
@@ -61,16 +60,21 @@ def believed(problem: Problem, role: Role, first: Role, left_at: LeftAt, rules: 
     return z > rules.z_more and share > rules.share_more and not mends(problem, role, first, rules)
 
 
-def strength(problem: Problem, fit: Fit) -> float:
+def negligible(problem: Problem, effect: str, values: Values, rules: Rules = Rules()) -> bool:
+    """Whether an effect is so weak that nobody would act on its name: an offset of a fifth of an instrument's step."""
+    return strength(problem, effect, values) < (rules.size_reading if problem.effects[effect].block == "sensors" else rules.size)
+
+
+def strength(problem: Problem, effect: str, values: Values) -> float:
     """An effect's strength as a part of its typical one: the largest over the knobs that switch it off."""
-    one = problem.effects[fit.effect]
+    one = problem.effects[effect]
     found = []
     for start in one.starts:
         typical = dict(zip(one.knobs, start, strict=True))
-        for key in problem.strength(fit.effect):
+        for key in problem.strength(effect):
             neutral = problem.knobs[key].value
             if typical[key] != neutral:
-                found.append(abs(fit.values.get(key, neutral) - neutral) / abs(typical[key] - neutral))
+                found.append(abs(values.get(key, neutral) - neutral) / abs(typical[key] - neutral))
     return max(found, default=1.0)
 
 

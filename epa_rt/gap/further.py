@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from epa_rt.gap.as_one import fitted
+from epa_rt.gap.believe import negligible
 from epa_rt.gap.point import Point, linearised
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import Fit, refit, settled
@@ -56,7 +57,7 @@ def further(problem: Problem, whole: Problem, selection: Selection, none: Point,
     close = [fit for fit in fits if best.normal.chi - fit.chi > rules.near * (best.normal.chi - fits[0].chi)]
     points = sorted(((fit.effect, _afresh(whole, best, fit)) for fit in close), key=lambda pair: pair[1].normal.chi)
     name, point = points[0]
-    if best.normal.chi - point.normal.chi < max(rules.stays, rules.most * missing):
+    if best.normal.chi - point.normal.chi < max(rules.stays, rules.most * missing) or negligible(problem, name, point.values):
         return None
     before = selection.final if selection.roles else selection.base
     as_well = tuple(_around(problem, before, *other) for other in points[1:] if other[1].normal.chi < point.normal.chi + rules.margin(best, point))

@@ -5,7 +5,9 @@ from types import SimpleNamespace as Thing
 import numpy as np
 import pytest
 
-from epa_rt.gap.believe import Rules, elsewhere
+from epa_rt.gap.believe import Rules, elsewhere, negligible
+from epa_rt.gap.problem import Problem
+from tests.gap import toy
 
 LINKS = ("gas0", "motor")
 
@@ -30,3 +32,10 @@ def found(before, others_on, with_it) -> bool:
 ])
 def test_what_gains_where_others_explain_nothing_stands_alone(before, others_on, with_it, own_gap):
     assert found(before, others_on, with_it) == own_gap
+
+
+@pytest.mark.parametrize(("offset_pa", "too_little"), [(0.0, True), (150.0, True), (-150.0, True), (400.0, False), (-400.0, False)])
+def test_a_zero_that_nobody_would_set_right_is_not_named(offset_pa, too_little):
+    """Of a typical 3 kPa."""
+    log = toy.recording("log", 1)
+    assert negligible(Problem(toy.Toy(), [log], toy.floors(None, [log], {})), "pressure_offset", {"sensors.pressure_offset_pa": offset_pa}) is too_little
