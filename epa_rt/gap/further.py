@@ -14,7 +14,6 @@ from epa_rt.gap.screen import Screening, scaled, screen
 from epa_rt.gap.select import Selection
 from epa_rt.gap.verdict import BARS
 
-
 FAINT = 1e-3   # of a typical strength: where it is the derivative that counts
 WEAK = 0.05    # the same, to start a fit from
 THOROUGH = 2   # laws that are fitted with fresh derivatives then
@@ -79,7 +78,7 @@ def _afresh(whole: Problem, best: Point, fit: Fit) -> Point:
     effects = (*best.effects, fit.effect)
     own = {key for name in effects for key in whole.effects[name].knobs}
     points = [fitted(whole, effects, fit.values)]
-    if _strained(best):
+    if _gone_far(best):
         points.append(fitted(whole, effects, {key: value for key, value in fit.values.items() if key in own}))
     return min(points, key=lambda point: point.normal.chi)
 
@@ -90,14 +89,14 @@ def _along(whole: Problem, point: Point, fit: Fit) -> Fit:
     return Fit(fit.effect, found.values, found.normal.chi, found.normal)
 
 
-def _strained(point: Point) -> bool:
+def _gone_far(point: Point) -> bool:
     """Whether nominal parameters have gone far, to hide something: what that is starts from next to nothing, for they hide it in its full strength."""
     return bool(np.max(np.abs(point.normal.z * point.normal.prior)) > ABSORBED)
 
 
 def _promising(whole: Problem, point: Point, rules: Rules) -> list[Fit]:
     """One law of each of the families whose signatures promise most, the best first. All recordings: in a single one nominal parameters imitate anything."""
-    hidden = _strained(point)
+    hidden = _gone_far(point)
     if hidden:  # what imitates an effect is told from it by its derivatives alone, and those of a fit are kept from a few steps before
         point = linearised(whole, point.effects, point.values)
     screening = screen(whole, point, part=FAINT if hidden else 1.0)
