@@ -96,6 +96,14 @@ def valves_seen(ring, cycle, start, end, opening, closing):
 
     ``opening``, ``closing``: delays in cycles. A valve is open from ``opening`` after its command until ``closing`` after its end.
     """
+    if opening == closing:
+        start, end = start - opening, end - opening
+        first, last = math.floor(start), math.ceil(end) - 1
+        row = ring[(cycle + last) % RING]
+        if last <= first:
+            return row[INLET], row[INLET + 1], row[EXHAUST], row[EXHAUST + 1]
+        return (held(ring, cycle, start, end, INLET), held(ring, cycle, start, end, INLET + 1),
+                held(ring, cycle, start, end, EXHAUST), held(ring, cycle, start, end, EXHAUST + 1))
     return (_valve_seen(ring, cycle, start, end, opening, closing, INLET), _valve_seen(ring, cycle, start, end, opening, closing, INLET + 1),
             _valve_seen(ring, cycle, start, end, opening, closing, EXHAUST), _valve_seen(ring, cycle, start, end, opening, closing, EXHAUST + 1))
 
@@ -103,8 +111,6 @@ def valves_seen(ring, cycle, start, end, opening, closing):
 @compiled
 def _valve_seen(ring, cycle, start, end, opening, closing, column):
     found = held(ring, cycle, start - opening, end - opening, column)
-    if opening == closing:
-        return found
     other = held(ring, cycle, start - closing, end - closing, column)
     return min(found, other) if closing < opening else max(found, other)
 
