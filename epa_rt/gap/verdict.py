@@ -29,7 +29,8 @@ class Bars:
     (experiments of little motion alone move some by 8); ``belief_named``: the same with effects on, which leave those of little motion
     where they were. ``strain``: sum of squares of all nominal parameters' distances in spreads from which the named effects stand for something
     else: right names of the spent sets left 5 to 30, wrong or incomplete ones mostly 42 to 1000; what was further off than ``own`` without them and stays there
-    is the plant file's own error and does not count. ``quiet``: chi-square per sample that 14 gap-free rigs left (1.25 in the load's link,
+    is the plant file's own error and does not count. ``nothing``, ``shows``: chi-square in free run, where no effect is named, up to which there is no gap
+    whatever a link says, and from which there is one (gap-free rigs leave 3 to 28, weak effects up to 53, pressures that no noise dithers once 126). ``quiet``: chi-square per sample that 14 gap-free rigs left (1.25 in the load's link,
     less in all others); ``strict``: how many times what is left counts against a name's confidence.
     """
 
@@ -52,6 +53,8 @@ class Bars:
     belief_named: float = 6.0
     strain: float = 40.0
     own: float = 3.0
+    nothing: float = 60.0
+    shows: float = 200.0
     quiet: float = 1.2
     strict: float = 3.0
 
@@ -125,11 +128,14 @@ def _over(left: Left, noise: float) -> dict[str, float]:
 
 
 def decided(gap: bool, effects: Sequence[str], found: Coverage, ambiguous: bool, untested: float, odd: bool = False,
-            whole: float | None = None, bars: Bars = BARS) -> Verdict:
+            whole: float | None = None, lost: float | None = None, bars: Bars = BARS) -> Verdict:
     """``gap``: any link has one. ``ambiguous``: an effect cannot be told from one of another family. ``untested``: part of
     the catalogue that the logs could not have shown. ``odd``: a nominal parameter is beyond
-    belief and hides more than the effects explain. ``whole``: part of the gap in free run that the effects explain, None where it shows none."""
+    belief and hides more than the effects explain. ``whole``: part of the gap in free run that the effects explain, None where it shows none.
+    ``lost``: chi-square above noise in free run where no effect is named, None where one is or the rig has no model of the whole."""
     if odd or (effects and whole is not None and whole < bars.carried):
+        return "not_in_catalogue"
+    if lost is not None and lost > bars.shows:
         return "not_in_catalogue"
     little = found.part < bars.covered or found.least < bars.covered_link
     if not gap and not effects:
@@ -154,7 +160,7 @@ def informed(links: Mapping[str, Sequence[str]], silent: Sequence[str], bars: Ba
 
 
 def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]], links: Sequence[str], part: float, not_tested: int, of: int,
-         odd: Sequence[str] = (), whole: float | None = None) -> str:
+         odd: Sequence[str] = (), whole: float | None = None, lost: float | None = None) -> str:
     """The verdict in one or two sentences."""
     names = " and ".join(effects)
     where = ", ".join(links)
@@ -170,6 +176,9 @@ def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]]
     if verdict == "not_in_catalogue" and effects and whole is not None and whole < BARS.carried:
         return f"{names} explains {_percent(part)} of what the blocks show one by one, but in free run {_percent(whole)} of the gap: " \
                "something else is missing, and no effect of the catalogue explains it."
+    if verdict == "not_in_catalogue" and not where and lost is not None:
+        return f"The blocks one by one show no gap, but from its commands alone the plant does not follow the rig (chi-square {lost:.0f} above its noise): " \
+               "something is missing, and no effect of the catalogue explains it."
     if verdict == "not_in_catalogue":
         return f"There is a gap in {where or 'the residual'}, and no effect of the catalogue explains it."
     if not where and whole is not None and effects and verdict != "not_separable":

@@ -119,6 +119,11 @@ def test_free_run_may_name_what_the_blocks_show_too_faintly():
     assert decided(True, ["payload"], Coverage(0.3, 0.3, 3.0), False, 0.0, whole=0.95) == "not_in_catalogue"
 
 
+@pytest.mark.parametrize(("lost", "verdict"), [(None, "no_gap"), (53.0, "no_gap"), (126.0, "no_gap"), (304.0, "not_in_catalogue")])
+def test_what_only_free_run_shows_and_nothing_explains_is_missing(lost, verdict):
+    assert decided(False, [], Coverage(1.0, 1.0, 0.0), False, 0.0, lost=lost) == verdict
+
+
 def test_a_name_counts_for_less_where_it_leaves_part_of_the_gap_in_free_run():
     assert trust(left(load=(3.0, 1.0)), left(load=(1.1, 1.0)), 1.0) == 1.0
     assert trust(left(load=(3.0, 1.0)), left(load=(1.1, 1.0)), 0.8) == pytest.approx(0.4)

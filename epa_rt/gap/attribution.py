@@ -1,0 +1,69 @@
+"""What makes the gap: floors, nominal refit, selection of effects, free run's say, what cannot be told apart."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from epa_rt.gap.floor import floors as floors_of
+from epa_rt.gap.in_free_run import Heard
+from epa_rt.gap.in_free_run import heard as heard_in_free_run
+from epa_rt.gap.point import Point
+from epa_rt.gap.problem import Problem
+from epa_rt.gap.recording import Recording
+from epa_rt.gap.refit import Fit, settled
+from epa_rt.gap.select import Selection, rescaled, select
+from epa_rt.gap.separate import alike, become_best
+from epa_rt.gap.subject import Subject
+from epa_rt.gap.verdict import above_noise
+from epa_rt.gap.yardstick import Left, left_at, on_noise
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Attribution:
+    """What ``attributed`` found, for those who go on with it. ``sets``: by role the fits that cannot be told apart, best first.
+    ``become``: by role what has become its best fit in more numbers. ``heard``: what free run says, None where the rig has no model of the whole."""
+
+    problem: Problem
+    selection: Selection
+    before: Left
+    after: Left
+    sets: tuple[tuple[Fit, ...], ...]
+    become: tuple[frozenset[str], ...]
+    heard: Heard | None
+
+
+def attributed(subject: Subject, recordings: Sequence[Recording], without: Sequence[str] = (), repeats=None, seed: int = 0, floors=floors_of,
+               progress: Progress = lambda stage, share: None, stop: Callable[[], bool] | None = None) -> Attribution:
+    """Floors at the refitted nominal parameters, selection, and what cannot be told apart.
+
+    A first, rough refit of the nominal parameters takes the floors of the first log alone: what it finds only says at
+    which values the floors of all logs are made.
+    """
+    progress("floors", 0.0)
+    first = Problem(subject, recordings, floors(subject, recordings[:1], {}, seed=seed), without=without, stop=stop)
+    rough = settled(first, rounds=2)
+    level = floors(subject, recordings, rough.values, repeats=repeats, seed=seed)
+    problem = Problem(subject, recordings, level, without=without, prepared=first.prepared, stop=stop)
+    progress("nominal parameters", 0.1)
+    base = settled(problem, values=rough.values)
+    noise = on_noise(problem, base, seed)
+    lefts: dict[int, Left] = {}
+    kept: list[Point] = []  # so that an id stays a point's own
+
+    def left(point: Point) -> Left:
+        if id(point) not in lefts:
+            kept.append(point)
+            lefts[id(point)] = left_at(problem, point, noise)
+        return lefts[id(point)]
+
+    scaled, base = rescaled(problem, base, left(base))
+    selection = select(scaled, base, left, progress=lambda stage, share: progress(stage, 0.15 + 0.5 * share))
+    selection, said_there = heard_in_free_run(selection.problem, selection, progress=lambda stage, share: progress(stage, 0.65 + 0.15 * share))
+    after = left(selection.final)
+    become = tuple(become_best(selection.problem, role) for role in selection.roles)
+    stays = above_noise(after, selection.problem.scale)
+    apart = said_there.apart if said_there else frozenset()
+    sets = tuple((*(fit for fit in alike(role, stays, same) if fit.effect not in apart), *(said_there.as_well.get(role.best.effect, ()) if said_there else ()))
+                 for role, same in zip(selection.roles, become, strict=True))
+    return Attribution(selection.problem, selection, left(selection.base), after, sets, become, said_there)
