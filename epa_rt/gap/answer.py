@@ -68,7 +68,7 @@ def _odd(found: Attribution) -> tuple[str, ...]:
     """Nominal parameters beyond belief: where effects are named those that hide more than the effects explain, or that are further off together
     than plant files are.
 
-    A wrong law drives them there to make up for what it lacks; with the right one they come back.
+    Where free run finds values for the whole plant that a plant file may have, that is enough. A wrong law drives them there to make up for what it lacks; with the right one they come back.
     """
     roles = found.selection.roles
     if not roles:
@@ -77,7 +77,7 @@ def _odd(found: Attribution) -> tuple[str, ...]:
     odd = beyond_belief(normal, BARS.belief_named)
     if absorbed(normal, odd) > sum(float(role.gains[0].sum()) for role in roles):
         return odd
-    return strained(found.selection.base.normal, normal)
+    return () if found.heard and found.heard.borne else strained(found.selection.base.normal, normal)
 
 
 def _named(found: Attribution, k: int, trusted: float) -> Named:

@@ -18,8 +18,8 @@ RATE_HZ = 20.0       # of what is compared, each channel averaged over that long
 INDEPENDENT_HZ = 4.0  # readings a second that count as independent: what nominal parameters leave in free run is correlated over seconds
 SEEDS = (1, 2)       # of the twins that say how noisy each channel is
 NOISY = 10.0         # chi-square that noise alone may leave of a channel
-ROUNDS = 5
-AS_PROMISED, TRIFLE = 0.05, 3.0   # of a step's fall, and chi-square: a fit that falls as its derivatives promised has arrived
+ROUNDS, SLOW = 15, 0.01   # fresh derivatives at most so often, and no more where they took off less than that part: a knee's valleys bend
+AS_PROMISED, TRIFLE = 0.05, 3.0   # of a step's fall and of what is left, and chi-square: a fit that falls as its derivatives promised has arrived
 ABSURD = 1e6         # deviations that stand for a run that is no number
 WITHIN = 0.55        # of a step: a reading that stands still says that the value lies within it, and the rest may lie on its edge
 
@@ -151,7 +151,9 @@ def fitted(whole: Problem, effects: tuple[str, ...], values: Mapping[str, float]
         promised, most = (normal.chi - float(normal.loss(by).sum() + normal.prior @ (normal.z + by) ** 2) for by in (step, normal.solved(np.ones(whole.blocks))))
         residual = {LINK: whole.residual(after, LINK)}
         moved = Point(effects, after, residual, point.columns, normal_of(whole, normal.keys, after, residual, point.columns))
-        if abs(normal.chi - moved.normal.chi - promised) + most - promised < max(AS_PROMISED * promised, TRIFLE):
+        if abs(normal.chi - moved.normal.chi - promised) + most - promised < max(AS_PROMISED * min(promised, moved.normal.chi), TRIFLE):
             return moved
         point = linearised(whole, effects, after)
+        if normal.chi - point.normal.chi < SLOW * normal.chi:
+            break
     return point

@@ -1,6 +1,7 @@
 """One more effect, looked for in free run: what the blocks show too faintly one by one may be plain in the whole plant."""
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,12 +12,14 @@ from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import Fit, refit, settled
 from epa_rt.gap.role import ABSORBED, Role, gains, starts
 from epa_rt.gap.screen import Screening, scaled, screen
+from epa_rt.gap.screen import starts as every_start
 from epa_rt.gap.select import Selection
 from epa_rt.gap.verdict import BARS
 
 FAINT = 1e-3   # of a typical strength: where it is the derivative that counts
 WEAK = 0.05    # the same, to start a fit from
 THOROUGH = 2   # laws that are fitted with fresh derivatives then
+SHAPES = 2     # in which they are tried
 
 
 @dataclass(frozen=True)
@@ -50,11 +53,11 @@ def further(problem: Problem, whole: Problem, selection: Selection, none: Point,
     enough = rules.stays if strain(best) > BARS.strain else max(rules.stays, rules.rest * above(none, noise))
     if missing < enough:
         return None
-    fits = _promising(whole, best, rules)
-    if not fits or best.normal.chi - fits[0].chi < 0.5 * rules.most * missing:
+    tried = _promising(whole, best, rules)
+    if not tried or best.normal.chi - tried[0].chi < 0.5 * rules.most * missing:
         return None
-    close = [fit for fit in fits if best.normal.chi - fit.chi > rules.near * (best.normal.chi - fits[0].chi)]
-    points = sorted(((fit.effect, _afresh(whole, best, fit)) for fit in close), key=lambda pair: pair[1].normal.chi)
+    close = [one for one in tried if best.normal.chi - one.chi > rules.near * (best.normal.chi - tried[0].chi)]
+    points = sorted(((one.effect, one.point or _afresh(whole, best, one)) for one in close), key=lambda pair: pair[1].normal.chi)
     name, point = points[0]
     if best.normal.chi - point.normal.chi < max(rules.stays, rules.most * missing) or negligible(problem, name, point.values):
         return None
@@ -73,20 +76,31 @@ def above(point: Point, noise: float) -> float:
     return max(point.normal.chi - noise, 0.0)
 
 
-def _afresh(whole: Problem, best: Point, fit: Fit) -> Point:
-    """Fitted with fresh derivatives; where nominal parameters had gone far to hide the gap from the plant file's as well, and the better one."""
-    effects = (*best.effects, fit.effect)
-    own = {key for name in effects for key in whole.effects[name].knobs}
-    points = [fitted(whole, effects, fit.values)]
+class _Tried(NamedTuple):
+    """A law that was fitted beside those that are on. ``starts``: of typical strength, in its shapes; ``point`` where its fit had fresh derivatives, None where
+    those of before were kept."""
+
+    effect: str
+    starts: tuple[dict[str, float], ...]
+    values: dict[str, float]
+    chi: float
+    point: Point | None
+
+
+def _afresh(whole: Problem, best: Point, one: _Tried) -> Point:
+    """Fitted with fresh derivatives. Where nominal parameters had gone far to hide the gap, also from the plant file's with the law at typical
+    strength in each of its shapes, and the best one: back along the valley between an effect and what imitates it, many a fit gets stuck."""
+    effects = (*best.effects, one.effect)
+    points = [fitted(whole, effects, one.values)]
     if _gone_far(best):
-        points.append(fitted(whole, effects, {key: value for key, value in fit.values.items() if key in own}))
+        own = {key: best.values[key] for name in best.effects for key in whole.effects[name].knobs}
+        points += [fitted(whole, effects, {**own, **start}) for start in one.starts]
     return min(points, key=lambda point: point.normal.chi)
 
 
-def _along(whole: Problem, point: Point, fit: Fit) -> Fit:
-    """A fit gone on with fresh derivatives: along a valley as narrow as that between an effect and what imitates it, kept ones lead nowhere."""
-    found = fitted(whole, (*point.effects, fit.effect), fit.values)
-    return Fit(fit.effect, found.values, found.normal.chi, found.normal)
+def _thorough(whole: Problem, best: Point, one: _Tried) -> _Tried:
+    point = _afresh(whole, best, one)
+    return one._replace(values=point.values, chi=point.normal.chi, point=point)
 
 
 def _gone_far(point: Point) -> bool:
@@ -94,7 +108,7 @@ def _gone_far(point: Point) -> bool:
     return bool(np.max(np.abs(point.normal.z * point.normal.prior)) > ABSORBED)
 
 
-def _promising(whole: Problem, point: Point, rules: Rules) -> list[Fit]:
+def _promising(whole: Problem, point: Point, rules: Rules) -> list[_Tried]:
     """One law of each of the families whose signatures promise most, the best first. All recordings: in a single one nominal parameters imitate anything."""
     hidden = _gone_far(point)
     if hidden:  # what imitates an effect is told from it by its derivatives alone, and those of a fit are kept from a few steps before
@@ -107,13 +121,16 @@ def _promising(whole: Problem, point: Point, rules: Rules) -> list[Fit]:
             names.setdefault(whole.effects[name].family, name)
     chosen = list(names.values())[: rules.screened]
 
-    def begun(name: str) -> dict[str, float]:
-        return scaled(whole, name, best[name].start, np.sign(best[name].amplitude) * WEAK) if hidden else starts(whole, screening, name)[0]
+    def begin(name: str) -> _Tried:
+        weak = scaled(whole, name, best[name].start, np.sign(best[name].amplitude) * WEAK)
+        fit = refit(whole, point, name, weak if hidden else starts(whole, screening, name)[0], rounds=4)
+        shapes = tuple(scaled(whole, name, shape, np.sign(best[name].amplitude)) for shape in every_start(whole, name)[:SHAPES])
+        return _Tried(name, shapes, fit.values, fit.chi, None)
 
-    fits = whole.each(lambda name: refit(whole, point, name, begun(name), rounds=4), chosen)
+    tried = whole.each(begin, chosen)
     if hidden:
-        fits = [_along(whole, point, fit) for fit in fits[:THOROUGH]] + fits[THOROUGH:]
-    return sorted(fits, key=lambda fit: fit.chi)
+        tried = [_thorough(whole, point, one) for one in tried[:THOROUGH]] + tried[THOROUGH:]
+    return sorted(tried, key=lambda one: one.chi)
 
 
 def _with_effect(problem: Problem, selection: Selection, name: str, point: Point) -> Selection:

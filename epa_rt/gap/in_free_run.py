@@ -9,24 +9,30 @@ from dataclasses import dataclass, replace
 
 from epa_rt.gap.alongside import trials
 from epa_rt.gap.as_one import AsOne, fitted, floor, meters_of, quiet, twins_of
-from epa_rt.gap.further import Rules, above, further
+from epa_rt.gap.fewer import fewer
+from epa_rt.gap.further import Rules, above, further, strain
 from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording, Span
 from epa_rt.gap.refit import Fit, settled
 from epa_rt.gap.role import Role
-from epa_rt.gap.select import MOST_EFFECTS, Selection
+from epa_rt.gap.select import Selection
 from epa_rt.gap.subject import Subject
+from epa_rt.gap.verdict import BARS
+
+
+MOST_TOGETHER = 2   # effects from which free run looks for no other: what takes a third one that no block shows is rather one effect that is not in the catalogue
 
 
 @dataclass(frozen=True)
 class Heard:
     """``gap``, ``left``: chi-square above noise and steps in free run without effects and with those named, nominal parameters fitted
-    in both. ``apart``: effects that free run tells from the named ones. ``as_well``: by effect that was found there what explains it as well
+    in both; ``strain``: what the latter cost with those named, in squares of spreads. ``apart``: effects that free run tells from the named ones. ``as_well``: by effect that was found there what explains it as well
     there. ``sure``: less than that is no gap, and nothing missing; ``usual``: what the method leaves of rigs without a gap (3 to 25)."""
 
     gap: float
     left: float
+    strain: float
     apart: frozenset[str]
     as_well: Mapping[str, tuple[Fit, ...]]
     sure: float = Rules.stays
@@ -36,6 +42,11 @@ class Heard:
     def part(self) -> float | None:
         """Of the gap that the named effects explain; None where free run shows none, or neither that they explain it nor that they do not."""
         return None if self.gap <= self.sure or max(self.left, self.gap - self.left) <= self.sure else 1.0 - max(self.left - self.usual, 0.0) / self.gap
+
+    @property
+    def borne(self) -> bool:
+        """Whether the effects carry the whole plant with nominal parameters that a plant file may have."""
+        return self.left <= self.sure and self.strain <= BARS.strain
 
     @property
     def counted(self) -> float | None:
@@ -60,17 +71,18 @@ def heard(problem: Problem, selection: Selection, rules: Rules = Rules(),
     for k in range(len(selection.roles)):
         progress("free run: what comes near", 0.3 + 0.1 * k)
         selection, best = _carried(problem, whole, selection, k, none, best, tried, rules)
+    selection, best = fewer(problem, whole, selection, best, rules)
     margin = rules.margin(none, best)
     apart = frozenset(name for name, chi in tried.items() if chi > best.normal.chi + margin)
     progress("free run: what is left", 0.7)
     as_well: dict[str, tuple[Fit, ...]] = {}
-    while len(selection.roles) < MOST_EFFECTS:
+    while len(selection.roles) < MOST_TOGETHER:
         found = further(problem, whole, selection, none, best, noise, rules)
         if found is None:
             break
         selection, best, others = found
         as_well[selection.roles[-1].best.effect] = others
-    return selection, Heard(above(none, noise), above(best, noise), apart, as_well)
+    return selection, Heard(above(none, noise), above(best, noise), strain(best), apart, as_well)
 
 
 def judged(subject: Subject, recordings: Sequence[Recording]) -> Sequence[Recording]:

@@ -123,13 +123,13 @@ def test_quiet_is_what_noise_alone_leaves():
 
 @pytest.mark.parametrize(("gap", "left", "part"), [(59.0, 59.0, None), (1000.0, 125.0, 0.9), (200.0, 0.0, 1.0), (70.0, 40.0, None), (300.0, 175.0, 0.5)])
 def test_part_is_none_where_free_run_shows_no_gap(gap, left, part):
-    assert Heard(gap, left, frozenset(), {}).part == part
+    assert Heard(gap, left, 5.0, frozenset(), {}).part == part
 
 
 def test_what_is_too_little_to_be_missing_counts_as_explained():
-    assert Heard(180.0, 50.0, frozenset(), {}).counted == 1.0
-    assert Heard(300.0, 175.0, frozenset(), {}).counted == 0.5
-    assert Heard(70.0, 40.0, frozenset(), {}).counted is None
+    assert Heard(180.0, 50.0, 5.0, frozenset(), {}).counted == 1.0
+    assert Heard(300.0, 175.0, 5.0, frozenset(), {}).counted == 0.5
+    assert Heard(70.0, 40.0, 5.0, frozenset(), {}).counted is None
 
 
 def test_what_explains_the_whole_as_well_stands_beside_it():

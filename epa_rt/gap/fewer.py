@@ -1,0 +1,32 @@
+"""Which of several effects the whole plant needs: one that only mends another one's formula in a block is none of its own."""
+
+from dataclasses import replace
+
+from epa_rt.gap.as_one import fitted
+from epa_rt.gap.further import Rules
+from epa_rt.gap.point import Point
+from epa_rt.gap.problem import Problem
+from epa_rt.gap.refit import settled
+from epa_rt.gap.select import Selection
+
+
+def fewer(problem: Problem, whole: Problem, selection: Selection, best: Point, rules: Rules) -> tuple[Selection, Point]:
+    """The selection, and its fit in free run, without the effects whose loss the others make up for there; what is missed most comes first."""
+    while len(selection.roles) > 1:
+        without = [_without(whole, best, role.best.effect) for role in selection.roles]
+        i = min(range(len(without)), key=lambda k: without[k].normal.chi)
+        if without[i].normal.chi - best.normal.chi > rules.stays:
+            missed = sorted(range(len(without)), key=lambda k: -without[k].normal.chi)
+            return replace(selection, roles=tuple(selection.roles[k] for k in missed)), best
+        best = without[i]
+        roles = tuple(role for k, role in enumerate(selection.roles) if k != i)
+        kept = {key: value for key, value in selection.final.values.items() if key in best.normal.keys}
+        selection = replace(selection, roles=roles, final=settled(problem, best.effects, kept))
+    return selection, best
+
+
+def _without(whole: Problem, best: Point, effect: str) -> Point:
+    """Fitted without one of the effects, from where all stood with it."""
+    others = tuple(name for name in best.effects if name != effect)
+    keep = {*whole.nominal, *(key for name in others for key in whole.effects[name].knobs)}
+    return fitted(whole, others, {key: value for key, value in best.values.items() if key in keep})
