@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from epa_rt.gap.as_one import ABSURD, LINK, NOISY, AsOne, Meter, apart, floor, held, meters_of, quiet, twins_of
+from epa_rt.gap.as_one import ABSURD, LINK, NOISY, AsOne, Meter, apart, fitted, floor, held, meters_of, quiet, twins_of
 from epa_rt.gap.diagnose import diagnose
 from epa_rt.gap.in_free_run import Heard, judged
 from epa_rt.gap.problem import Problem
@@ -158,3 +158,18 @@ def test_valves_act_before_a_trial_so_all_counts_that_no_stop_spoils_and_nobody_
     real = replace(real, columns={name: values[:1000] for name, values in real.columns.items()}, cycle=real.cycle[:1000])
     (found,) = judged(Parted(without_stop), [real])
     assert [(span.start, span.stop) for span in found.spans if span.trial] == spans
+
+
+class Curved(Chained):
+    """Its force grows with the square of an offset as well: from afar a step falls as promised, and is far from there."""
+
+    def free_run(self, recording, values, seed):
+        off = values.get("sensors.force_offset_n", 0.0)
+        return super().free_run(recording, {**values, "sensors.force_offset_n": off + 0.02 * off**2}, seed)
+
+
+def test_a_fit_has_arrived_only_where_what_is_left_agrees_with_its_derivatives():
+    subject, recordings = Curved(), logs({})
+    whole = Problem(AsOne(subject, meters_of(recordings, twins_of(subject, recordings, {}))), recordings, floor())
+    near, far = (fitted(whole, ("force_offset",), {"sensors.force_offset_n": at}) for at in (0.1, 10.0))
+    assert far.normal.chi == pytest.approx(near.normal.chi, abs=3.0)
