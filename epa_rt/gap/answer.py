@@ -22,7 +22,8 @@ from epa_rt.gap.subject import Subject
 from epa_rt.gap.verdict import BARS, coverage, decided, gaps, informed, said, trust, untested
 from epa_rt.gap.whose import spoken, who_has
 
-MOVED = 3.0   # spreads beyond which a nominal parameter is reported
+MOVED = 3.0        # spreads beyond which a nominal parameter is reported
+UNSUPPORTED = 0.4  # of a name's confidence is left where the whole plant is no better with it: a block alone has been wrong there as often as right
 
 
 def composed(subject: Subject, recordings: Sequence[Recording], found: Attribution, rows: Sequence[Shrinkage] = (), seed: int = 0) -> Diagnosis:
@@ -30,7 +31,7 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     problem, selection = found.problem, found.selection
     covered = coverage(found.before, found.after)
     whole, counted = (found.heard.part, found.heard.counted) if found.heard else (None, None)
-    trusted = trust(found.before, found.after, whole)
+    trusted = trust(found.before, found.after, whole) * (1.0 if found.heard is None or found.heard.supports else UNSUPPORTED)
     named = tuple(_named(found, k, trusted) for k in range(len(selection.roles)))
     screening = selection.roles[0].screening if selection.roles else selection.refused.screening if selection.refused else None
     silent = untested(screening.typical() if screening else {}, tuple(problem.effects))

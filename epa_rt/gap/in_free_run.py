@@ -27,8 +27,9 @@ MOST_TOGETHER = 2   # effects from which free run looks for no other: what takes
 @dataclass(frozen=True)
 class Heard:
     """``gap``, ``left``: chi-square above noise and steps in free run without effects and with those named, nominal parameters fitted
-    in both; ``strain``: what the latter cost with those named, in squares of spreads. ``apart``: effects that free run tells from the named ones. ``as_well``: by effect that was found there what explains it as well
-    there. ``sure``: less than that is no gap, and nothing missing; ``usual``: what the method leaves of rigs without a gap (3 to 25)."""
+    in both; ``strain``: what the latter cost with those named, in squares of spreads. ``apart``: effects that free run tells from the named
+    ones. ``as_well``: by effect that was found there what explains it as well there. ``sure``: less than that is no gap, and nothing missing; ``usual``: what the method leaves of rigs without a gap (3 to 25).
+    ``better``: what chance gains with a number or two."""
 
     gap: float
     left: float
@@ -37,11 +38,17 @@ class Heard:
     as_well: Mapping[str, tuple[Fit, ...]]
     sure: float = Rules.stays
     usual: float = 25.0
+    better: float = 4.0
 
     @property
     def part(self) -> float | None:
         """Of the gap that the named effects explain; None where free run shows none, or neither that they explain it nor that they do not."""
         return None if self.gap <= self.sure or max(self.left, self.gap - self.left) <= self.sure else 1.0 - max(self.left - self.usual, 0.0) / self.gap
+
+    @property
+    def supports(self) -> bool:
+        """Whether the whole plant is any better with the effects than without."""
+        return self.gap - self.left > self.better
 
     @property
     def borne(self) -> bool:

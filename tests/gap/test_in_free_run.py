@@ -160,6 +160,16 @@ def test_valves_act_before_a_trial_so_all_counts_that_no_stop_spoils_and_nobody_
     assert [(span.start, span.stop) for span in found.spans if span.trial] == spans
 
 
+@pytest.mark.parametrize(("gap", "left", "supports"), [(10.0, 9.0, False), (13.0, 14.0, False), (9.0, 0.0, True)])
+def test_a_name_that_gains_nothing_in_free_run_has_no_support_there(gap, left, supports):
+    assert Heard(gap, left, 5.0, frozenset(), {}).supports is supports
+
+
+@pytest.mark.parametrize(("left", "strain", "borne"), [(31.0, 19.0, True), (31.0, 95.0, False), (90.0, 19.0, False)])
+def test_effects_carry_the_plant_only_with_parameters_that_a_plant_file_may_have(left, strain, borne):
+    assert Heard(5423.0, left, strain, frozenset(), {}).borne is borne
+
+
 class Curved(Chained):
     """Its force grows with the square of an offset as well: from afar a step falls as promised, and is far from there."""
 
