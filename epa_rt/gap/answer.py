@@ -61,7 +61,7 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
         verdict=verdict, says=says, found_first=tuple(f"{r.name}: {what}" for r in recordings for what in r.found),
         location=places, effects=named,
         free_run=found.heard and FreeRun(found.heard.gap, found.heard.left, whole, nearest, tuple(sorted(found.heard.apart))),
-        nominal_moved=_moved(problem, normal, off), not_tested=silent, shrinkage=tuple(rows), refitted=dict(selection.base.values), fitted=dict(values),
+        nominal_moved=_moved(problem, normal, off), not_tested=silent, shrinkage=tuple(rows), refitted=found.refitted if named else dict(selection.base.values), fitted=dict(values),
         remainder=remainders(subject, problem.prepared, selection.base.values, values, problem.floors, problem.designs))
 
 

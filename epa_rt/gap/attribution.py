@@ -32,6 +32,12 @@ class Attribution:
     become: tuple[frozenset[str], ...]
     heard: Heard | None
 
+    @property
+    def refitted(self) -> dict[str, float]:
+        """Nominal parameters without effects, fitted to whatever those with the named ones are fitted to."""
+        together = self.heard and self.heard.refitted
+        return dict(together or self.selection.base.values)
+
 
 def attributed(subject: Subject, recordings: Sequence[Recording], without: Sequence[str] = (), repeats=None, seed: int = 0, floors=floors_of,
                progress: Progress = lambda stage, share: None, stop: Callable[[], bool] | None = None) -> Attribution:

@@ -40,7 +40,7 @@ def diagnose(subject: Subject, recordings: Sequence[Recording], holdout: Sequenc
 
 
 def _how_far(subject: Subject, recordings: Sequence[Recording], found: Attribution, floors, seed: int, progress: Progress) -> tuple[Shrinkage, ...]:
-    before, after = found.selection.base.values, found.selection.final.values
+    before, after = found.refitted, found.selection.final.values
     names = {r.name for r in found.problem.recordings}
     level = found.problem.floors
     if not all(r.name in names for r in recordings):

@@ -18,6 +18,7 @@ from epa_rt.gap.refit import Fit, settled
 from epa_rt.gap.role import Role
 from epa_rt.gap.select import Selection
 from epa_rt.gap.subject import Subject
+from epa_rt.gap.together import serving_both
 from epa_rt.gap.verdict import BARS
 
 
@@ -29,7 +30,8 @@ class Heard:
     """``gap``, ``left``: chi-square above noise and steps in free run without effects and with those named, nominal parameters fitted
     in both; ``strain``: what the latter cost with those named, in squares of spreads. ``apart``: effects that free run tells from the named
     ones. ``as_well``: by effect that was found there what explains it as well there. ``sure``: less than that is no gap, and nothing missing; ``usual``: what the method leaves of rigs without a gap (3 to 25).
-    ``better``: what chance gains with a number or two."""
+    ``better``: what chance gains with a number or two. ``refitted``: nominal parameters without effects, fitted to blocks and free run together
+    like those with the named ones; None where these do not carry the whole plant."""
 
     gap: float
     left: float
@@ -39,11 +41,17 @@ class Heard:
     sure: float = Rules.stays
     usual: float = 25.0
     better: float = 4.0
+    refitted: Mapping[str, float] | None = None
 
     @property
     def part(self) -> float | None:
         """Of the gap that the named effects explain; None where free run shows none, or neither that they explain it nor that they do not."""
         return None if self.gap <= self.sure or max(self.left, self.gap - self.left) <= self.sure else 1.0 - max(self.left - self.usual, 0.0) / self.gap
+
+    @property
+    def carried(self) -> bool:
+        """Whether the named effects carry the whole plant, or it has no gap to carry."""
+        return self.counted is None or self.counted >= BARS.carried
 
     @property
     def supports(self) -> bool:
@@ -89,7 +97,12 @@ def heard(problem: Problem, selection: Selection, rules: Rules = Rules(),
             break
         selection, best, others = found
         as_well[selection.roles[-1].best.effect] = others
-    return selection, Heard(above(none, noise), above(best, noise), strain(best), apart, as_well)
+    said = Heard(above(none, noise), above(best, noise), strain(best), apart, as_well)
+    if selection.roles and said.carried:
+        progress("free run and blocks together", 0.9)
+        selection, refitted = serving_both(problem, whole, selection, none.values, best.values)
+        said = replace(said, refitted=refitted)
+    return selection, said
 
 
 def judged(subject: Subject, recordings: Sequence[Recording]) -> Sequence[Recording]:
