@@ -1,0 +1,43 @@
+"""Numbers that serve the blocks and the whole plant: what no block feels, free run does."""
+
+import numpy as np
+import pytest
+
+from epa_rt.gap.as_one import LINK, AsOne, floor, meters_of, twins_of
+from epa_rt.gap.problem import Problem
+from epa_rt.gap.refit import settled
+from epa_rt.gap.select import Selection
+from epa_rt.gap.together import Together, serving_both
+from tests.gap.test_in_free_run import OFF, Chained, logs, without_gas
+
+OFFSET = {"sensors.force_offset_n": 2.0}
+
+
+@pytest.fixture(scope="module")
+def parts():
+    subject, recordings = Chained(), logs(OFFSET)
+    problem = Problem(subject, recordings, without_gas(subject, recordings, {}))
+    whole = Problem(AsOne(subject, meters_of(recordings, twins_of(subject, recordings, {}))), recordings, floor())
+    return problem, whole
+
+
+def test_what_no_block_feels_is_fitted_to_free_run_before_and_after(parts):
+    problem, whole = parts
+    base, final = settled(problem), settled(problem, ("force_offset",), OFFSET)
+    assert final.values.get("gas.flow_pa_s", problem.knobs["gas.flow_pa_s"].value) == problem.knobs["gas.flow_pa_s"].value  # no block has felt it
+    selection, before = serving_both(problem, whole, Selection(problem, base, (), final, None), base.values, final.values)
+    for values in (before, selection.final.values):
+        assert values["gas.flow_pa_s"] == pytest.approx(OFF["gas.flow_pa_s"], rel=0.01)
+    assert selection.final.values["sensors.force_offset_n"] == pytest.approx(2.0, abs=0.1)
+    assert "sensors.force_offset_n" not in before
+    assert selection.final.normal.chi < 1.02 * final.normal.chi  # the blocks are none the worse
+
+
+def test_every_link_counts_as_in_its_own_problem(parts):
+    problem, whole = parts
+    both = Together(problem, whole)
+    assert both.links == (*problem.links, LINK)
+    for link, own in [*((link, problem) for link in problem.links), (LINK, whole)]:
+        assert both.samples(link) == own.samples(link) == both.edges[link][-1]
+        np.testing.assert_array_equal(both.residual(OFF, link), own.residual(OFF, link))
+        assert len(both.edges[link]) == both.blocks + 1
