@@ -19,8 +19,11 @@ def matrix(cases: Path, sealed: Path, diagnoser: str, jobs: int) -> str:
     for truth in truths:
         said = json.loads((answers / f"{truth['case']}.json").read_text(encoding="utf-8"))
         effect, instead = truth["effects"][0], said_family(said)
-        table[effect["name"]] = {instead: 1}
-        refused += said.get("verdict") == "not_in_catalogue" and block_said(said) in effect["blocks"]
+        if instead == NOTHING["not_in_catalogue"] and block_said(said) not in effect["blocks"]:
+            instead = f"{instead}, but another block"
+        row = table.setdefault(effect["name"], {})
+        row[instead] = row.get(instead, 0) + 1
+        refused += instead == NOTHING["not_in_catalogue"]
         wrong += any(n.get("confidence", 1.0) >= SURE for n in named(said)[:1])
         lines.append(f"| {effect['name']} ({', '.join(effect['families']) or 'never had'}) | {effect['multiple']:.1f} | {instead} | {block_said(said)} |")
     draw(table, cases / "matrix.html", "Each effect hidden and left out of the catalogue: what is said instead",
