@@ -37,7 +37,7 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     silent = untested(screening.typical() if screening else {}, tuple(problem.effects))
     judged = informed({link: [e.name for e in problem.effects.values() if link in problem.touched(e.knobs)] for link in problem.links}, silent)
     lost = found.heard.left if found.heard and not named else None
-    where = () if lost is not None and lost <= BARS.nothing else tuple(link for link in gaps(found.before, found.after) if link in judged)
+    where = () if lost is not None and lost <= found.heard.sure else tuple(link for link in gaps(found.before, found.after) if link in judged)
     odd = _odd(found)
     rivals = [[n for n in one.not_separable_from if problem.effects[n].family != one.family] for one in named]
     verdict = decided(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1), bool(odd), counted, lost)

@@ -20,13 +20,11 @@ def fewer(problem: Problem, whole: Problem, selection: Selection, best: Point, r
             return replace(selection, roles=tuple(selection.roles[k] for k in missed)), best
         best = without[i]
         roles = tuple(role for k, role in enumerate(selection.roles) if k != i)
-        kept = {key: value for key, value in selection.final.values.items() if key in best.normal.keys}
-        selection = replace(selection, roles=roles, final=settled(problem, best.effects, kept))
+        selection = replace(selection, roles=roles, final=settled(problem, best.effects, problem.kept(selection.final.values, best.effects)))
     return selection, best
 
 
 def _without(whole: Problem, best: Point, effect: str) -> Point:
     """Fitted without one of the effects, from where all stood with it."""
     others = tuple(name for name in best.effects if name != effect)
-    keep = {*whole.nominal, *(key for name in others for key in whole.effects[name].knobs)}
-    return fitted(whole, others, {key: value for key, value in best.values.items() if key in keep})
+    return fitted(whole, others, whole.kept(best.values, others))

@@ -21,16 +21,15 @@ from epa_rt.gap.subject import Subject
 from epa_rt.gap.together import serving_both
 from epa_rt.gap.verdict import BARS
 
-
-MOST_TOGETHER = 2   # effects from which free run looks for no other: what takes a third one that no block shows is rather one effect that is not in the catalogue
+MOST_TOGETHER = 2   # effects from which free run looks for no other: what takes a third one that no block shows is rather one that is not in the catalogue
 
 
 @dataclass(frozen=True)
 class Heard:
     """``gap``, ``left``: chi-square above noise and steps in free run without effects and with those named, nominal parameters fitted
     in both; ``strain``: what the latter cost with those named, in squares of spreads. ``apart``: effects that free run tells from the named
-    ones. ``as_well``: by effect that was found there what explains it as well there. ``sure``: less than that is no gap, and nothing missing; ``usual``: what the method leaves of rigs without a gap (3 to 25).
-    ``better``: what chance gains with a number or two. ``refitted``: nominal parameters without effects, fitted to blocks and free run together
+    ones. ``as_well``: by effect that was found there what explains it as well there. ``sure``: less than that is no gap whatever a link says, and
+    nothing missing; ``usual``: what the method leaves of rigs without a gap (3 to 25). ``better``: what chance gains with a number or two. ``refitted``: nominal parameters without effects, fitted to blocks and free run together
     like those with the named ones; None where these do not carry the whole plant."""
 
     gap: float

@@ -124,6 +124,11 @@ class Problem:
         knob = self.knobs[key]
         return knob.spread if knob.spread > 0.0 else max(0.1 * abs(knob.value), 0.05 * (knob.high - knob.low), 1e-12)
 
+    def kept(self, values: Values, effects: Iterable[str]) -> dict[str, float]:
+        """What remains of values where these effects alone stay on: theirs and the nominal parameters'."""
+        keys = {*self.nominal, *(key for name in effects for key in self.effects[name].knobs)}
+        return {key: value for key, value in values.items() if key in keys}
+
     def step(self, key: str, at: float) -> float:
         """Signed step for a derivative that stays within the knob's bounds."""
         size = getattr(self.subject, "finite_step", FINITE_STEP) * self.spread(key)

@@ -81,8 +81,7 @@ def _tried_again(problem: Problem, roles: list[Role], final: Point) -> tuple[lis
 def _again(problem: Problem, final: Point, i: int) -> Role | None:
     """The role of the i-th effect with the others on."""
     others = _without(final.effects, i)
-    keep = {k for e in others for k in problem.effects[e].knobs} | set(problem.nominal)
-    without = settled(problem, others, {k: v for k, v in final.values.items() if k in keep})
+    without = settled(problem, others, problem.kept(final.values, others))
     return played(problem, without, also=(final.effects[i],))
 
 
@@ -99,8 +98,7 @@ def _pruned(problem: Problem, roles: list[Role], final: Point, first: Role, left
             return roles, final
         roles = [role for i, role in enumerate(roles) if i != drop]
         others = _without(final.effects, drop)
-        keep = {k for e in others for k in problem.effects[e].knobs} | set(problem.nominal)
-        final = settled(problem, others, {k: v for k, v in final.values.items() if k in keep})
+        final = settled(problem, others, problem.kept(final.values, others))
 
 
 def _without(effects: tuple[str, ...], i: int) -> tuple[str, ...]:

@@ -29,9 +29,9 @@ class Bars:
     (experiments of little motion alone move some by 8); ``belief_named``: the same with effects on, which leave those of little motion
     where they were. ``strain``: sum of squares of all nominal parameters' distances in spreads from which the named effects stand for something
     else: right names of the spent sets left 5 to 30, wrong or incomplete ones mostly 42 to 1000; what was further off than ``own`` without them and stays there
-    is the plant file's own error and does not count. ``nothing``, ``shows``: chi-square in free run, where no effect is named, up to which there is no gap
-    whatever a link says, and from which there is one (gap-free rigs leave 3 to 28, weak effects up to 53, pressures that no noise dithers once 126). ``quiet``: chi-square per sample that 14 gap-free rigs left (1.25 in the load's link,
-    less in all others); ``strict``: how many times what is left counts against a name's confidence.
+    is the plant file's own error and does not count. ``shows``: chi-square in free run, where no effect is named, from which there is a gap
+    whatever the links say (gap-free rigs leave 3 to 28, weak effects up to 53, pressures that no noise dithers once 126). ``quiet``: chi-square per
+    sample that 14 gap-free rigs left (1.25 in the load's link, less in all others); ``strict``: how many times what is left counts against a name's confidence.
     """
 
     gap: float = 0.05
@@ -53,7 +53,6 @@ class Bars:
     belief_named: float = 6.0
     strain: float = 40.0
     own: float = 3.0
-    nothing: float = 60.0
     shows: float = 200.0
     quiet: float = 1.2
     strict: float = 3.0
