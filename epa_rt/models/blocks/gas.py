@@ -74,7 +74,9 @@ def exponent(p):
 @compiled
 def cooling(p, at_rest_pa):
     """Rate (1/s) at which the gas returns to the temperature around it, at the pressure (Pa) that it would then have."""
-    found = p.heat_exchange_per_s
+    found = 0.0
+    if p.fill_heating_ratio != 1.0:
+        found += p.heat_exchange_per_s
     if p.compression_heating_ratio != 0.0:
         found += p.compression_cooling_per_s
     if p.adiabatic_ratio != 0.0:
