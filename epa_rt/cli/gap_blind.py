@@ -36,6 +36,8 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     oracle = parts.add_parser("oracle", help="what the data allow: a diagnoser that is told the laws and only fits them; its answers tell the truth")
     oracle.add_argument("cases", type=Path, metavar="DIR")
     oracle.add_argument("--json", type=Path, required=True, help="figures and every law's chi-square")
+    oracle.add_argument("--answers", type=Path, metavar="DIR", help="a diagnosis' answers (beside the JSON of score): what it named wrongly is a rival too")
+    oracle.add_argument("--missed", action="store_true", help="only cases that those answers get wrong")
     matrix = parts.add_parser("matrix", help="each effect hidden and left out of the catalogue: what is said instead")
     matrix.add_argument("--seed", type=int, required=True)
     matrix.add_argument("-o", "--out", type=Path, required=True)
@@ -68,6 +70,8 @@ def run(arguments: argparse.Namespace) -> int:
     check_writable(getattr(arguments, "html", None), (".html", ".htm"))
     if arguments.part in ("make", "matrix") and not (arguments.config / "rigs").is_dir():
         raise VerbError(f"{arguments.config}: found no folder rigs in it, expected the folder with rigs and plants (--config)")
+    if arguments.part == "oracle":
+        _check_answers(arguments.answers, arguments.missed)
     if arguments.part in ("score", "rivals", "oracle"):
         _check_sealed(arguments.cases, sealed_of(arguments.cases, arguments.sealed))
     try:
@@ -82,6 +86,13 @@ def _check_sealed(cases: Path, sealed: Path) -> None:
         raise VerbError(f"{cases}: found no such folder, expected the cases that epa gap blind make wrote")
     if not (sealed / "truth.sealed").is_file():
         raise VerbError(f"{sealed / 'truth.sealed'}: found no such file, expected the sealed truth of {cases} (--sealed)")
+
+
+def _check_answers(answers: Path | None, missed: bool) -> None:
+    if missed and answers is None:
+        raise VerbError("--missed: found no --answers, expected the folder of answers that says what was missed")
+    if answers is not None and not answers.is_dir():
+        raise VerbError(f"{answers}: found no such folder, expected the answers that score or matrix keeps (--answers)")
 
 
 def _check_folder(out: Path) -> None:
@@ -127,7 +138,7 @@ def _score(arguments: argparse.Namespace) -> int:
 def _oracle(arguments: argparse.Namespace) -> int:
     from epa_rt.cli.gap_blind_oracle import oracle_all
 
-    print(oracle_all(arguments.cases, sealed_of(arguments.cases, arguments.sealed), arguments.json, arguments.jobs))
+    print(oracle_all(arguments.cases, sealed_of(arguments.cases, arguments.sealed), arguments.json, arguments.jobs, arguments.answers, arguments.missed))
     return COMPLETED
 
 

@@ -122,6 +122,11 @@ class Fitting:
         self.last = x[:k]
         return Fitted(law, chi, {f"{f.effect}.{f.field}": float(v * s) for f, v, s in zip(law.free, x[k:], scale, strict=True)}, self.runs - began)
 
+    def believed_at(self, values: Mapping[str, float]) -> np.ndarray:
+        """Nominal parameters at ``values`` (those that are not there as believed), in spreads (k,)."""
+        at = [values.get(item.key, read_knob(self.believed.nominal, item.key)) for item in self.items]
+        return np.array([(v - read_knob(self.believed.nominal, item.key)) / s for v, s, item in zip(at, self.spread, self.items, strict=True)])
+
     def chi_at(self, law: Law, z: np.ndarray) -> float:
         """Chi-square at the law's own starts and nominal parameters at ``z`` (in spreads)."""
         x = np.concatenate([np.clip(z, self.low, FAR), [f.start / f.scale for f in law.free]])

@@ -104,6 +104,15 @@ def _block(truth: dict, said: dict) -> bool:
     return block_said(said) in {block for effect in truth["effects"] for block in effect["blocks"]}
 
 
+def wrong(truth: dict, said: dict) -> bool:
+    """Whether an answer misses what its case was made for: the first name, both of a pair, the refusal or the block."""
+    if truth["kind"] == "withheld":
+        return strong(truth) and not _withheld(truth, said)
+    if truth["kind"] == "pair":
+        return not _both(truth, said)
+    return judged(truth) and not (_first_right(truth, said) and _block(truth, said))
+
+
 def _not_tested(truth: dict, said: dict) -> bool:
     return not named(said) and (said.get("verdict") == "not_excited" or any(right(truth["effects"][0], n) for n in said.get("not_tested") or ()))
 

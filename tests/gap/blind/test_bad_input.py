@@ -16,6 +16,8 @@ MAKE = ["make", "--seed", "1", "--cases", "1"]
     (["score", "{folder}/nothing", "--json", "{folder}/out.json"], "found no such folder, expected the cases"),
     (["score", "{folder}", "--json", "{folder}/out.json"], "expected the sealed truth"),
     (["oracle", "{folder}", "--json", "{folder}/out.json"], "expected the sealed truth"),
+    (["oracle", "{folder}", "--json", "{folder}/out.json", "--missed"], "expected the folder of answers"),
+    (["oracle", "{folder}", "--json", "{folder}/out.json", "--answers", "{folder}/nothing"], "found no such folder, expected the answers"),
     (["rivals", "{folder}", "--json", "{folder}/out.json"], "expected the sealed truth"),
     (["score", "{folder}", "--json", "{folder}/file/out.json"], "in which nothing can be written"),
     (["score", "{folder}", "--json", "{folder}/out.txt"], "expected .json"),

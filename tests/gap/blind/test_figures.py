@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from epa_rt.gap.blind.figures import figures, wilson
+from epa_rt.gap.blind.figures import figures, wilson, wrong
 from epa_rt.gap.blind.oracle import LIMIT, Bench, clear_of_stops, distance, explained, left, noise_of, strength_for
 from epa_rt.gap.blind.shown import closing_line, table
 
@@ -50,6 +50,15 @@ def test_a_withheld_effect_needs_verdict_and_block():
              (truth("withheld"), said("explained", "creep")), (truth("withheld"), said("explained", "creep", confidence=0.4))]
     assert (value(cases, "withheld").right, value(cases, "withheld").of) == (1, 4)
     assert value(cases, "wrong_sure").right == 1
+
+
+@pytest.mark.parametrize("case, answer, missed", [
+    (truth(), said("explained", "valve_seat_leak", "leak"), False), (truth(), said("explained", "creep"), True), (truth(), said("no_gap"), True),
+    (truth(multiple=1.5), said("no_gap"), False), (truth("withheld"), said("not_in_catalogue"), False), (truth("withheld"), said("explained", "creep"), True),
+    (truth("withheld"), said("not_in_catalogue", block="muscle"), True), (truth("pair"), said("explained", "leak"), False), (truth("none"), said("no_gap"), False),
+])
+def test_what_a_diagnosis_missed_is_what_its_case_was_made_for(case, answer, missed):
+    assert wrong(case, answer) == missed
 
 
 def test_intervals_count_only_where_the_law_is_the_same():

@@ -64,6 +64,28 @@ def test_the_oracle_prefers_the_true_law_and_finds_its_strength(short_case):
     assert [e["name"] for e in said["effects"]] == ["force_offset"]
 
 
+def test_the_oracle_fits_what_a_diagnosis_named_instead(short_case):
+    """A wrong name is a rival with the catalogue's own law, from the numbers that the diagnosis gave it."""
+    folder, truth = short_case
+    number = {"name": "sensors.force_crosstalk_n_pa", "value": 1e-5, "unit": "N/Pa", "low": 0.0, "high": 2e-5, "neutral": 0.0}
+    told = {"verdict": "explained", "fitted": {"muscle.viscous_n_s_m": 12.5},
+            "effects": [{"name": "force_crosstalk", "family": "force crosstalk", "block": "sensors", "parameters": [number]}]}
+    lone = {**truth, "effects": [{**truth["effects"][0], "rivals": {}}]}
+    chi = dict(judge(folder, lone, told)["chi"])
+    assert set(chi) == {"nothing", "force_zero", "force_crosstalk"}
+    assert chi["force_zero"] < chi["force_crosstalk"] <= chi["nothing"]
+
+
+def test_the_oracle_can_be_asked_about_what_was_missed_alone(short_case, tmp_path):
+    cases, sealed = sealed_case(short_case, tmp_path)
+    said = tmp_path / "said"
+    said.mkdir()
+    found = {"verdict": "explained", "effects": [{"name": "force_offset", "family": "force zero", "block": "sensors"}], "location": [{"block": "sensors"}]}
+    (said / "case_000.json").write_text(json.dumps(found))
+    text = oracle_all(cases, sealed, tmp_path / "oracle.json", 1, said, missed=True)
+    assert not any((tmp_path / "oracle.answers").iterdir()) and "oracle" in text
+
+
 def test_the_oracles_answers_are_counted_as_a_diagnosis_is(short_case, tmp_path):
     cases, sealed = sealed_case(short_case, tmp_path)
     answers = tmp_path / "oracle.answers"
