@@ -15,6 +15,7 @@ from epa_rt.gap.localise import localise
 from epa_rt.gap.plausible import absorbed, beyond_belief, strained
 from epa_rt.gap.point import Normal, Point
 from epa_rt.gap.problem import Problem
+from epa_rt.gap.pulls import pull_first
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.remainder import remainders
 from epa_rt.gap.separate import intervals, shares
@@ -56,7 +57,8 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     places = localise(subject, problem.prepared, seen_at, problem.floors)
     if not named:
         places = source_first(places, lambda place: alone(problem, place))
-        places = length_first(subject, problem.prepared, seen_at, problem.floors, places) if where else places
+        for nearer in (length_first, pull_first) if where else ():
+            places = nearer(subject, problem.prepared, seen_at, problem.floors, places)
     return Diagnosis(
         verdict=verdict, says=says, found_first=tuple(f"{r.name}: {what}" for r in recordings for what in r.found),
         location=places, effects=named,

@@ -45,9 +45,9 @@ def share_a_length(subject: Subject, prepared: Mapping[str, object], values: Val
     if len(links) < 2 or min(excess) <= 0.0:
         return False
     matrix, right = sum(m for m, *_ in made), sum(b for _, b, *_ in made)
-    shared = _solved(matrix, right, sum(samples for *_, samples in made))
+    shared = solved(matrix, right, sum(samples for *_, samples in made))
     explained = [float(2.0 * b @ shared - shared @ m @ shared) for m, b, *_ in made]
-    alone = [float(b @ _solved(m, b, samples)) for m, b, _, samples in made]
+    alone = [float(b @ solved(m, b, samples)) for m, b, _, samples in made]
     return sum(explained) > SHARED * sum(excess) and all(
         part > max(OWN * whole, MOSTLY * own) for part, whole, own in zip(explained, excess, alone, strict=True))
 
@@ -62,7 +62,8 @@ def length_first(subject: Subject, prepared: Mapping[str, object], values: Value
     return tuple(places)
 
 
-def _solved(matrix: np.ndarray, right: np.ndarray, samples: int) -> np.ndarray:
+def solved(matrix: np.ndarray, right: np.ndarray, samples: int) -> np.ndarray:
+    """Factors (k,) of normal equations (k, k), (k,) over so many samples, held a little so that columns may be alike."""
     scale = np.sqrt(np.maximum(np.diag(matrix), 1e-30))
     return np.linalg.solve(matrix / np.outer(scale, scale) + RIDGE * np.eye(len(right)), right / scale) / scale
 
@@ -74,7 +75,7 @@ def beyond_the_joint(subject: Subject, prepared: Mapping[str, object], values: V
     """
     knob, at, name = subject.joint
     matrix, right, square, samples = _normal(subject, prepared, values, floor, link, knob, lambda one: _of_joint(subject.features(one, at)[name]))
-    left = square - float(right @ _solved(matrix, right, samples))
+    left = square - float(right @ solved(matrix, right, samples))
     return (left - samples) / float(np.sqrt(2.0 * samples)) / floor.scatter
 
 

@@ -21,6 +21,7 @@ from epa_rt.gap.house.residuals import RESIDUALS
 from epa_rt.gap.house.states import features
 from epa_rt.gap.house.whole import run_whole
 from epa_rt.gap.lengths import Line
+from epa_rt.gap.pulls import Pulled
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import Link, Values
 from epa_rt.models.catalogue import CATALOGUE, NOMINAL, knob
@@ -49,6 +50,8 @@ class HouseSubject:
         self.without_stop = bool(plant.params["load"]["kind_code"][0] == FIXED)
         line = Line(("muscle0", "gas0"), ("muscle0", "motor_angle_rad"), ("motor", "force_n"))
         self.lines = {"load.rest0_m": line} if self.without_stop and set(line.links) <= set(names) else {}
+        pulled = Pulled(("torque", "motor"), ("muscle0", "gauge_pa"), float(plant.params["transmission"]["gear_ratio"][0]))
+        self.pulled = pulled if {*pulled.links, "muscle0"} <= set(names) else None
         self.joint = ("load.rest0_m", "load", "place_rad") if "load" in names and plant.params["load"]["kind_code"][0] == KNEE else None
         self.nominal: tuple[Knob, ...] = tuple(knob(n.key, plant.params) for n in NOMINAL if self._touch(n.key, names))
         self._own = {k.key for k in self.nominal}
