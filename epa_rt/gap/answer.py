@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from epa_rt.gap.astray import astray
 from epa_rt.gap.attribution import Attribution
 from epa_rt.gap.diagnosis import Diagnosis, FreeRun, Named, Number, Shrinkage
 from epa_rt.gap.fed import alone, source_first
@@ -27,7 +26,7 @@ MOVED = 3.0        # spreads beyond which a nominal parameter is reported
 UNSUPPORTED = 0.4  # of a name's confidence is left where the whole plant is no better with it: a block alone has been wrong there as often as right
 
 
-def composed(subject: Subject, recordings: Sequence[Recording], found: Attribution, rows: Sequence[Shrinkage] = (), seed: int = 0) -> Diagnosis:
+def composed(subject: Subject, recordings: Sequence[Recording], found: Attribution, rows: Sequence[Shrinkage] = ()) -> Diagnosis:
     """The answer in the words of ``diagnosis.py``."""
     problem, selection = found.problem, found.selection
     covered = coverage(found.before, found.after)
@@ -52,7 +51,7 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     seen_at = {key: value for key, value in selection.base.values.items() if where or key not in odd}
     values = selection.final.values if named else selection.base.values
     normal = (selection.final if named else selection.base).normal
-    off = astray(problem, selection.final, seed) if named else None
+    off = found.off if named else None
     named = tuple(replace(one, parameters=_numbers(problem, selection.final, one.name, off)) for one in named)
     places = localise(subject, problem.prepared, seen_at, problem.floors)
     if not named:

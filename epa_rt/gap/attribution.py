@@ -3,6 +3,9 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from epa_rt.gap.astray import astray
 from epa_rt.gap.floor import floors as floors_of
 from epa_rt.gap.in_free_run import Heard
 from epa_rt.gap.in_free_run import heard as heard_in_free_run
@@ -13,6 +16,8 @@ from epa_rt.gap.refit import Fit, settled
 from epa_rt.gap.select import Selection, rescaled, select
 from epa_rt.gap.separate import alike, become_best
 from epa_rt.gap.subject import Subject
+from epa_rt.gap.there import maybe_none
+from epa_rt.gap.there import without as without_effects
 from epa_rt.gap.verdict import above_noise
 from epa_rt.gap.yardstick import Left, left_at, on_noise
 
@@ -22,7 +27,8 @@ Progress = Callable[[str, float], None]
 @dataclass(frozen=True)
 class Attribution:
     """What ``attributed`` found, for those who go on with it. ``sets``: by role the fits that cannot be told apart, best first.
-    ``become``: by role what has become its best fit in more numbers. ``heard``: what free run says, None where the rig has no model of the whole."""
+    ``become``: by role what has become its best fit in more numbers. ``heard``: what free run says, None where the rig has no model of the whole.
+    ``off``: how far fits of twins go astray with the named effects (astray.py), None where none is named or nothing can be said."""
 
     problem: Problem
     selection: Selection
@@ -31,6 +37,7 @@ class Attribution:
     sets: tuple[tuple[Fit, ...], ...]
     become: tuple[frozenset[str], ...]
     heard: Heard | None
+    off: np.ndarray | None = None
 
     @property
     def refitted(self) -> dict[str, float]:
@@ -65,11 +72,18 @@ def attributed(subject: Subject, recordings: Sequence[Recording], without: Seque
 
     scaled, base = rescaled(problem, base, left(base))
     selection = select(scaled, base, left, progress=lambda stage, share: progress(stage, 0.15 + 0.5 * share))
-    selection, said_there = heard_in_free_run(selection.problem, selection, progress=lambda stage, share: progress(stage, 0.65 + 0.15 * share))
+
+    def hear(chosen: Selection) -> tuple[Selection, Heard | None, np.ndarray | None]:
+        chosen, said = heard_in_free_run(chosen.problem, chosen, progress=lambda stage, share: progress(stage, 0.65 + 0.15 * share))
+        return chosen, said, astray(chosen.problem, chosen.final, seed) if chosen.roles else None
+
+    selection, said_there, off = hear(selection)
+    if nothing := maybe_none(selection.problem, selection, off, said_there.as_well if said_there else ()):
+        selection, said_there, off = hear(without_effects(selection.problem, selection, nothing))
     after = left(selection.final)
     become = tuple(become_best(selection.problem, role) for role in selection.roles)
     stays = above_noise(after, selection.problem.scale)
     apart = said_there.apart if said_there else frozenset()
     sets = tuple((*(fit for fit in alike(role, stays, same) if fit.effect not in apart), *(said_there.as_well.get(role.best.effect, ()) if said_there else ()))
                  for role, same in zip(selection.roles, become, strict=True))
-    return Attribution(selection.problem, selection, left(selection.base), after, sets, become, said_there)
+    return Attribution(selection.problem, selection, left(selection.base), after, sets, become, said_there, off)

@@ -33,7 +33,7 @@ def diagnose(subject: Subject, recordings: Sequence[Recording], holdout: Sequenc
         logs = holdout or (judged.only(recordings) if halves else recordings)
         rows = _how_far(judged, logs, found, floors, seed, lambda stage, share: progress(stage, 0.8 + 0.15 * share))
     progress("what is left", 0.95)
-    answer = composed(fitted, recordings, found, rows, seed)
+    answer = composed(fitted, recordings, found, rows)
     progress("done", 1.0)
     inputs = {"subject": subject.name, "logs": [r.name for r in recordings], "holdout": [r.name for r in holdout], "without": list(without)}
     return replace(answer, seconds=time.monotonic() - begun, inputs=inputs)
