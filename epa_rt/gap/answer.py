@@ -22,6 +22,7 @@ from epa_rt.gap.subject import Subject
 from epa_rt.gap.verdict import BARS, coverage, decided, gaps, informed, said, trust, untested
 from epa_rt.gap.whose import spoken, who_has
 
+FOLLOWED = 0.5     # of it where the whole plant follows its commands to the noise, though a block is not content
 MOVED = 3.0        # spreads beyond which a nominal parameter is reported
 UNSUPPORTED = 0.4  # of a name's confidence is left where the whole plant is no better with it: a block alone has been wrong there as often as right
 
@@ -32,6 +33,8 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     covered = coverage(found.before, found.after)
     whole, counted = (found.heard.part, found.heard.counted) if found.heard else (None, None)
     trusted = trust(found.before, found.after, whole) * (1.0 if found.heard is None or found.heard.supports else UNSUPPORTED)
+    to_noise = bool(found.heard and found.selection.roles and found.heard.to_noise)
+    trusted = max(trusted, FOLLOWED) if to_noise else trusted
     named = tuple(_named(found, k, trusted) for k in range(len(selection.roles)))
     screening = selection.roles[0].screening if selection.roles else selection.refused.screening if selection.refused else None
     silent = untested(screening.typical() if screening else {}, tuple(problem.effects))
@@ -40,7 +43,7 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     where = () if lost is not None and lost <= found.heard.sure else tuple(link for link in gaps(found.before, found.after) if link in judged)
     odd = _odd(found)
     rivals = [[n for n in one.not_separable_from if problem.effects[n].family != one.family] for one in named]
-    verdict = decided(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1), bool(odd), counted, lost)
+    verdict = decided(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1), bool(odd), counted, lost, to_noise)
     says = said(verdict, [spoken(one) for one in named], rivals, where, covered.part, len(silent), len(problem.effects), odd, counted, lost)
     nearest = tuple(one.name for one in named)
     if verdict in ("not_in_catalogue", "no_gap"):

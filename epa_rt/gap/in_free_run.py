@@ -58,6 +58,11 @@ class Heard:
         return self.gap - self.left > self.better
 
     @property
+    def to_noise(self) -> bool:
+        """Whether the whole plant has a gap worth the word without the effects, and with them none that is told from the method's own."""
+        return self.left <= self.usual and self.gap > 10.0 * self.usual
+
+    @property
     def borne(self) -> bool:
         """Whether the effects carry the whole plant with nominal parameters that a plant file may have."""
         return self.left <= self.sure and self.strain <= BARS.strain

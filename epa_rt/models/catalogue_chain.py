@@ -56,7 +56,7 @@ CHAIN: tuple[Effect, ...] = (
     Effect("payload", "load mass", "load", ("load.payload_kg",), ((0.1,), (-0.1,)), "the load weighs more or less", LOAD, FACTS),
     Effect("gravity_misalignment", "gravity", "load", ("load.misalignment_rad",), ((0.026,), (-0.026,)),
            "the rig does not stand upright", LOAD, FACTS),
-    Effect("knee_spring", "joint spring", "load", ("load.knee_spring_nm_rad",), ((0.5,), (-0.5,)),
+    Effect("knee_spring", "joint spring", "load", ("load.knee_spring_nm_rad",), ((0.5,),),
            "cables or skin hold the knee like a spring", LOAD, FACTS),
     Effect("moment_arm", "moment arm", "load", ("load.lever_slope_per_rad",), ((0.3,), (-0.3,)),
            "the muscles' lever changes over the knee's angle", LOAD, FACTS),

@@ -41,7 +41,7 @@ LOAD: Table = (
     P("knee_stiffness_nm_rad", "N*m/rad", 50.0, 0.1, 1e5, "spring of the sticking knee", FACTS),
     P("payload_kg", "kg", 0.0, -10.0, 10.0, "mass added at the shank's centre, or to the mass", FACTS, "payload"),
     P("misalignment_rad", "rad", 0.0, -0.2, 0.2, "error of the hanging angle", FACTS, "gravity_misalignment"),
-    P("knee_spring_nm_rad", "N*m/rad", 0.0, -20.0, 100.0, "spring of the knee about joint angle 0", FACTS, "knee_spring"),
+    P("knee_spring_nm_rad", "N*m/rad", 0.0, 0.0, 100.0, "spring of the knee about joint angle 0", FACTS, "knee_spring"),
     P("lever_slope_per_rad", "1/rad", 0.0, -1.0, 1.0, "relative change of the moment arm over angle", FACTS, "moment_arm"),
 )
 

@@ -171,4 +171,4 @@ class Fitting:
         for free, value in zip(law.free, x[k:], strict=True):
             fields[free.effect][free.field] = value * free.scale
         plant = TruePlant(nominal, tuple(fields.items()), law.same_law)
-        return Bench(readings(plant, self.commands), self.noise, np.zeros((0, 0)), self.judged).white(self.measured)
+        return Bench(readings(plant, self.commands, exact=True), self.noise, np.zeros((0, 0)), self.judged).white(self.measured)

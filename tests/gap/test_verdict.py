@@ -119,6 +119,13 @@ def test_free_run_may_name_what_the_blocks_show_too_faintly():
     assert decided(True, ["payload"], Coverage(0.3, 0.3, 3.0), False, 0.0, whole=0.95) == "not_in_catalogue"
 
 
+def test_a_plant_that_follows_its_commands_to_the_noise_is_named_whatever_a_block_still_shows():
+    half = Coverage(0.54, 0.54, 9.0)
+    assert decided(True, ["knee_friction"], half, False, 0.0, whole=1.0) == "not_in_catalogue"
+    assert decided(True, ["knee_friction"], half, False, 0.0, whole=1.0, to_noise=True) == "partly_explained"
+    assert decided(True, ["knee_friction"], half, False, 0.0, odd=True, whole=1.0, to_noise=True) == "not_in_catalogue"
+
+
 @pytest.mark.parametrize(("lost", "verdict"), [(None, "no_gap"), (53.0, "no_gap"), (126.0, "no_gap"), (304.0, "not_in_catalogue")])
 def test_what_only_free_run_shows_and_nothing_explains_is_missing(lost, verdict):
     assert decided(False, [], Coverage(1.0, 1.0, 0.0), False, 0.0, lost=lost) == verdict

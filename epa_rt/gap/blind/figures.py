@@ -8,7 +8,7 @@ The *block said* is that of the first effect named, else of the first place of t
 first: the first effect named is right, judged cases. in_set: any effect named or said to be alike is right; judged cases and those
 made not to be separable. pair: both named, whatever else is. none: anything named. withheld: that verdict, and the first place of the gap in a
 block of the truth; at least twice the limit. withheld_apart: those of them that the oracle tells from every effect that can be named.
-wrong_sure: any effect named with a confidence of SURE or more. block: singles, same law and
+wrong_sure: any effect named with a confidence of SURE or more; wrong_sure_apart: the same of those that the oracle tells. block: singles, same law and
 withheld, at least twice the limit. intervals: parameters of right first names, by name. closed: all channels in units of their
 floors, teacher-forced, held out, against the refitted nominal plant; at least twice the limit; an error counts as nothing closed.
 gate: an error counts as missed, a run with no gap to predict is not counted. next: nothing but the truth's families is left in the
@@ -179,6 +179,7 @@ def figures(cases: Sequence[Case]) -> list[Figure]:
         _share("withheld", "not_in_catalogue with the right block where withheld", ">= 90 %", withheld, _withheld),
         _share("withheld_apart", "the same where the oracle tells it from all that can be named", "", [(t, s) for t, s in withheld if t["separable"]], _withheld),
         _share("wrong_sure", "wrong name with confidence where withheld", "<= 5 %", withheld, _wrong_and_sure),
+        _share("wrong_sure_apart", "the same where the oracle tells it from all that can be named", "", [(t, s) for t, s in withheld if t["separable"]], _wrong_and_sure),
         _share("block", "right block", ">= 97 %", placed, _block),
         _share("intervals", "95 % intervals that hold the truth, same law", "90-99 %", _intervals(cases),
                lambda t, n: n["low"] <= t["value"] <= n["high"]),

@@ -50,6 +50,8 @@ def test_a_withheld_effect_needs_verdict_and_block():
              (truth("withheld"), said("explained", "creep")), (truth("withheld"), said("explained", "creep", confidence=0.4))]
     assert (value(cases, "withheld").right, value(cases, "withheld").of) == (1, 4)
     assert value(cases, "wrong_sure").right == 1
+    apart = [*cases, (truth("withheld", separable=False), said("explained", "creep"))]
+    assert (value(apart, "wrong_sure").right, value(apart, "wrong_sure_apart").right) == (2, 1)
 
 
 @pytest.mark.parametrize("case, answer, missed", [
