@@ -100,7 +100,7 @@ def _fitting(folder: Path, truth: dict) -> "Fitting":
         parts.append(averaged(np.column_stack([columns[c.column] * c.scale + c.offset + (0.5 * c.step if c.floors else 0.0) for c in ports])))
     noise = noise_of(stand_in.readings(believed, commands, noisy=True), stand_in.readings(believed, commands))
     judged = stand_in.judged_rows(stand_in.true_plant(load_plant(folder / "plant.yaml").params, truth)._replace(effects=()), commands)
-    return Fitting(believed, commands, np.concatenate(parts), noise, judged)
+    return Fitting(believed, commands, np.concatenate(parts), noise, judged, exact=True)
 
 
 def _laws(truth: dict) -> "tuple[Law, list[Law]]":

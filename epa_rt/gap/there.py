@@ -1,4 +1,4 @@
-"""Whether a named effect is there at all: a strength whose interval holds none may as well be what the method itself makes of a rig without it.
+"""Whether a named effect is there at all: a strength whose interval holds the plant file's (none, mostly) may as well be what the method itself makes of it.
 
 A fall of chi-square proves that something is better with an effect; how far fits of twins go astray (astray.py) says whether so little of it
 means anything. In two spent sets and the leave-one-out cases 12 of 33 wrong names stood on such a strength, and 2 of 161 right ones.
@@ -17,7 +17,7 @@ from epa_rt.gap.separate import intervals
 
 
 def maybe_none(problem: Problem, selection: Selection, off: np.ndarray | None, sure: Iterable[str] = ()) -> tuple[str, ...]:
-    """Named effects whose every strength has the value at which the effect is not there within its 95 % interval.
+    """Named effects whose every strength has the plant file's value within its 95 % interval.
 
     ``off``: as ``intervals`` takes it. ``sure``: effects that something else than the blocks has found.
     """
@@ -34,8 +34,8 @@ def without(problem: Problem, selection: Selection, names: Iterable[str]) -> Sel
 
 
 def _may_be_none(problem: Problem, point: Point, key: str, off: np.ndarray | None) -> bool:
-    """A strength on a bound has no interval: it is none where it is at none."""
+    """A strength on a bound has no interval: it is none where it is the plant file's."""
     knob = problem.knobs[key]
-    value, absent = point.values.get(key, knob.value), knob.value if knob.absent is None else knob.absent
+    moved = abs(point.values.get(key, knob.value) - knob.value)
     width = intervals(point.normal, (key,), off)[key] * problem.spread(key)
-    return value == absent if not np.isfinite(width) else abs(value - absent) <= width
+    return moved == 0.0 if not np.isfinite(width) else moved <= width

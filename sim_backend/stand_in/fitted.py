@@ -79,13 +79,13 @@ def together(first: Law, second: Law) -> Law:
 
 class Fitting:
     """A case's logs: ``measured`` readings (n, channels), averaged as the oracle's are, over ``commands``; ``noise`` (channels,);
-    ``judged``: rows (n,) bool that count, None for all; ``kept``: nominal derivatives to begin with, made elsewhere.
+    ``judged``: rows (n,) bool that count, None for all; ``kept``: nominal derivatives to begin with, made elsewhere; ``exact``: as ``readings`` takes it, for readings of a log.
     """
 
     def __init__(self, believed: TruePlant, commands: Sequence[np.ndarray], measured: np.ndarray, noise: np.ndarray,
-                 judged: np.ndarray | None = None, kept: np.ndarray | None = None):
+                 judged: np.ndarray | None = None, kept: np.ndarray | None = None, exact: bool = False):
         self.believed, self.commands, self.measured, self.noise, self.judged = believed, commands, measured, noise, judged
-        self.items = competing(believed.nominal)
+        self.items, self.exact = competing(believed.nominal), exact
         self.spread = [max(i.relative * abs(read_knob(believed.nominal, i.key)), i.least) for i in self.items]
         values = [abs(read_knob(believed.nominal, i.key)) for i in self.items]
         self.low = [-min(FAR, (1.0 - LEAST) * value / spread) if value else -FAR for value, spread in zip(values, self.spread, strict=True)]
@@ -171,4 +171,4 @@ class Fitting:
         for free, value in zip(law.free, x[k:], strict=True):
             fields[free.effect][free.field] = value * free.scale
         plant = TruePlant(nominal, tuple(fields.items()), law.same_law)
-        return Bench(readings(plant, self.commands, exact=True), self.noise, np.zeros((0, 0)), self.judged).white(self.measured)
+        return Bench(readings(plant, self.commands, exact=self.exact), self.noise, np.zeros((0, 0)), self.judged).white(self.measured)

@@ -154,6 +154,6 @@ def test_diagnosis_takes_twins_where_there_is_a_model_of_the_whole():
 
 
 def test_diagnosis_gives_numbers_as_wide_as_its_twins_say(monkeypatch):
-    monkeypatch.setattr("epa_rt.gap.answer.astray", lambda problem, point, seed: np.full((TWINS, len(point.normal.keys)), 0.15))
+    monkeypatch.setattr("epa_rt.gap.attribution.astray", lambda problem, point, seed: np.full((TWINS, len(point.normal.keys)), 0.05))
     number = diagnose(toy.Toy(), [toy.recording("log", 101, {"drive.coulomb_a": 0.02}, seconds=20.0)], floors=toy.floors, how_far=False).effects[0].parameters[0]
-    assert number.high - number.value == pytest.approx(1.96 * 0.15 * toy.KNOBS["drive.coulomb_a"].spread)
+    assert number.high - number.value == pytest.approx(1.96 * 0.05 * toy.KNOBS["drive.coulomb_a"].spread, rel=1e-3)
