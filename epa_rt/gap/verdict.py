@@ -181,6 +181,8 @@ def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]]
                "something is missing, and no effect of the catalogue explains it."
     if verdict == "not_in_catalogue":
         return f"There is a gap in {where or 'the residual'}, and no effect of the catalogue explains it."
+    if where and whole is not None and part < BARS.covered and verdict in ("explained", "partly_explained"):
+        return f"{names} explains {_percent(whole)} of the gap in free run, from commands to readings; one by one the blocks still show something in {where}."
     if not where and whole is not None and effects and verdict != "not_separable":
         return f"{names} explains {_percent(whole)} of the gap in free run; the blocks one by one show it too faintly to say where."
     if verdict == "not_separable":

@@ -9,7 +9,7 @@ from epa_rt.gap.diagnosis import Place
 from epa_rt.gap.fed import source_first
 from epa_rt.gap.generic import GenericFit
 from epa_rt.gap.plausible import strained
-from epa_rt.gap.verdict import Coverage, coverage, decided, gaps, informed, trust, untested
+from epa_rt.gap.verdict import Coverage, coverage, decided, gaps, informed, said, trust, untested
 from epa_rt.gap.yardstick import Left
 
 
@@ -124,6 +124,12 @@ def test_a_plant_that_follows_its_commands_to_the_noise_is_named_whatever_a_bloc
     assert decided(True, ["knee_friction"], half, False, 0.0, whole=1.0) == "not_in_catalogue"
     assert decided(True, ["knee_friction"], half, False, 0.0, whole=1.0, to_noise=True) == "partly_explained"
     assert decided(True, ["knee_friction"], half, False, 0.0, odd=True, whole=1.0, to_noise=True) == "not_in_catalogue"
+
+
+def test_the_sentence_then_speaks_of_free_run():
+    text = said("explained", ["knee_friction"], [], ["load"], 0.47, 0, 60, whole=1.0)
+    assert text.startswith("knee_friction explains 100 % of the gap in free run") and "in load" in text
+    assert said("explained", ["knee_friction"], [], ["load"], 0.95, 0, 60, whole=1.0) == "knee_friction explains 95 % of what can be explained in load."
 
 
 @pytest.mark.parametrize(("lost", "verdict"), [(None, "no_gap"), (53.0, "no_gap"), (126.0, "no_gap"), (304.0, "not_in_catalogue")])
