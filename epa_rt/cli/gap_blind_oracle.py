@@ -68,10 +68,10 @@ def judge(folder: Path, truth: dict, told: dict | None = None) -> dict:
     own, rivals = _laws(truth)
     nothing = fitting.fit(Law((), (), truth["same_law"]))
     z = fitting.last
-    fits = [min(fitting.fit(own, z), fitting.fit(own, fitting.believed_at(truth["nominal"])), key=lambda fit: fit.chi)]
+    fits = [min(fitting.fit(own, z), fitting.fit(own, fitting.spreads_of(truth["nominal"])), key=lambda fit: fit.chi)]
     fits += [fitting.fit(law, z) for law in rivals]
     if instead := _instead(truth, told or {}):
-        fits.append(fitting.fit(instead, fitting.believed_at(told["fitted"])))
+        fits.append(fitting.fit(instead, fitting.spreads_of(told["fitted"])))
     fits = [fit._replace(chi=min(fit.chi, nothing.chi)) for fit in fits]  # at no strength every law is nothing
     return {**_said(truth, nothing, fits), "wall_seconds": time.process_time() - begun_s, "runs": fitting.runs,
             "chi": [["nothing", nothing.chi], *([" + ".join(f.law.effects), f.chi] for f in fits)], "fitted": fits[0].values}

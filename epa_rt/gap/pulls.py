@@ -2,12 +2,12 @@
 
 The motor's links are fed with the measured force. No law is asked: what they show is explained by the force times anything over the spool's turn
 (its radius), by anything that the force's reading may hang on (force, pressure, time, their slopes), or by anything that a motor has itself (its
-speed, direction, angle, current). Nominal parameters are free in all three. Twelve strong faults of spools, force cells and motors with known places: a spool's radius
+speed, direction, angle, current). Nominal parameters are free in all three. Of strong faults with known places on benches a spool's radius
 explains 1.00 of both links where it is the spool and the motor's own at most 0.82 (0.98 and 0.72 for a bent force cell, whose reading then explains
-as much); a motor's own fault is explained by at most 0.54 of the others.
+as much); what a motor does itself its own explains as well as any other (a current's zero: as well as the reading does), or the others explain at most 0.54.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -53,18 +53,19 @@ def pull_first(subject: Subject, prepared: Mapping[str, object], values: Values,
 
 def _shares(subject: Subject, prepared: Mapping[str, object], values: Values, floor: Floor, link: str, pulled: Pulled) -> tuple[float, float, float]:
     """Of a link's excess over noise, what a radius, the force's reading and the motor itself explain."""
-    found = {}
-    for shape in (_radius, _reading, _own):
+    seen = [(unbiased(subject.residual(one, values, link), floor, name),
+             dict(subject.features(one, link)) | {"gauge_pa": subject.features(one, pulled.gauge[0])[pulled.gauge[1]]}) for name, one in prepared.items()]
+
+    def share(shape: Callable[[Mapping[str, np.ndarray], float], list[np.ndarray]]) -> float:
         matrix, right, square, samples = 0.0, 0.0, 0.0, 0
-        for name, one in prepared.items():
-            states = dict(subject.features(one, link)) | {"gauge_pa": subject.features(one, pulled.gauge[0])[pulled.gauge[1]]}
-            columns = np.column_stack([*_nominal(states), *shape(states, pulled.turns)])
-            white = floor.whiten(np.column_stack([unbiased(subject.residual(one, values, link), floor, name), columns]))
+        for here, states in seen:
+            white = floor.whiten(np.column_stack([here, *_nominal(states), *shape(states, pulled.turns)]))
             white = white[np.isfinite(white).all(axis=1)]
             matrix, right = matrix + white[:, 1:].T @ white[:, 1:], right + white[:, 1:].T @ white[:, 0]
             square, samples = square + float(white[:, 0] @ white[:, 0]), samples + len(white)
-        found[shape] = float(right @ solved(matrix, right, samples)) / max(square - samples, TINY)
-    return found[_radius], found[_reading], found[_own]
+        return float(right @ solved(matrix, right, samples)) / max(square - samples, TINY)
+
+    return share(_radius), share(_reading), share(_own)
 
 
 def _unit(x: np.ndarray) -> np.ndarray:

@@ -122,7 +122,7 @@ class Fitting:
         self.last = x[:k]
         return Fitted(law, chi, {f"{f.effect}.{f.field}": float(v * s) for f, v, s in zip(law.free, x[k:], scale, strict=True)}, self.runs - began)
 
-    def believed_at(self, values: Mapping[str, float]) -> np.ndarray:
+    def spreads_of(self, values: Mapping[str, float]) -> np.ndarray:
         """Nominal parameters at ``values`` (those that are not there as believed), in spreads (k,)."""
         at = [values.get(item.key, read_knob(self.believed.nominal, item.key)) for item in self.items]
         return np.array([(v - read_knob(self.believed.nominal, item.key)) / s for v, s, item in zip(at, self.spread, self.items, strict=True)])
