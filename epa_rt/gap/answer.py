@@ -11,7 +11,7 @@ from epa_rt.gap.fed import alone, source_first
 from epa_rt.gap.held_out import not_carried_over, said_of_held_out
 from epa_rt.gap.lengths import length_first
 from epa_rt.gap.localise import localise
-from epa_rt.gap.plausible import absorbed, beyond_belief, strained
+from epa_rt.gap.plausible import absorbed, beyond_belief, strained, within_belief
 from epa_rt.gap.point import Normal, Point
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.pulls import pull_first
@@ -19,7 +19,7 @@ from epa_rt.gap.recording import Recording
 from epa_rt.gap.remainder import remainders
 from epa_rt.gap.separate import intervals, shares
 from epa_rt.gap.subject import Subject
-from epa_rt.gap.verdict import BARS, coverage, decided, gaps, informed, said, trust, untested
+from epa_rt.gap.verdict import BARS, above_noise, broken, coverage, decided, gaps, informed, passed_over, said, trust, untested
 from epa_rt.gap.whose import spoken, who_has
 
 FOLLOWED = 0.5     # of it where the whole plant follows its commands to the noise, though a block is not content
@@ -35,6 +35,9 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     trusted = trust(found.before, found.after, whole) * (1.0 if found.heard is None or found.heard.supports else UNSUPPORTED)
     to_noise = bool(found.heard and found.selection.roles and found.heard.to_noise)
     trusted = max(trusted, FOLLOWED) if to_noise else trusted
+    breaks = broken(found.before, found.after) if selection.roles else ()
+    elsewhere = passed_over(found.before, found.after) if selection.roles and not to_noise else ()
+    trusted *= UNSUPPORTED if elsewhere else 1.0
     named = tuple(_named(found, k, trusted) for k in range(len(selection.roles)))
     screening = selection.roles[0].screening if selection.roles else selection.refused.screening if selection.refused else None
     silent = untested(screening.typical() if screening else {}, tuple(problem.effects))
@@ -43,22 +46,22 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     where = () if lost is not None and lost <= found.heard.sure else tuple(link for link in gaps(found.before, found.after) if link in judged)
     odd = _odd(found)
     rivals = [[n for n in one.not_separable_from if problem.effects[n].family != one.family] for one in named]
-    verdict = decided(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1), bool(odd), counted, lost, to_noise)
-    says = said(verdict, [spoken(one) for one in named], rivals, where, covered.part, len(silent), len(problem.effects), odd, counted, lost)
+    verdict = decided(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1), bool(odd), counted, lost, to_noise, bool(breaks), bool(elsewhere))
+    says = said(verdict, [spoken(one) for one in named], rivals, where, covered.part, len(silent), len(problem.effects), odd, counted, lost, breaks)
     nearest = tuple(one.name for one in named)
     if verdict in ("not_in_catalogue", "no_gap"):
         named = ()
     apart = not_carried_over(rows) if verdict == "no_gap" else None
     if apart is not None:
         verdict, says = "not_in_catalogue", said_of_held_out(apart)
-    seen_at = {key: value for key, value in selection.base.values.items() if where or key not in odd}
+    judge, seen_at = _seen(found, odd, bool(where))
     values = selection.final.values if named else selection.base.values
     normal = (selection.final if named else selection.base).normal
     off = found.off if named else None
     named = tuple(replace(one, parameters=_numbers(problem, selection.final, one.name, off)) for one in named)
     places = localise(subject, problem.prepared, seen_at, problem.floors)
     if not named:
-        places = source_first(places, lambda place: alone(problem, place))
+        places = source_first(places, lambda place: alone(judge, place))
         for nearer in (length_first, pull_first) if where else ():
             places = nearer(subject, problem.prepared, seen_at, problem.floors, places)
     return Diagnosis(
@@ -83,6 +86,20 @@ def _odd(found: Attribution) -> tuple[str, ...]:
     if absorbed(normal, odd) > sum(float(role.gains[0].sum()) for role in roles):
         return odd
     return () if found.heard and found.heard.borne else strained(found.selection.base.normal, normal)
+
+
+def _seen(found: Attribution, odd: Sequence[str], gap: bool) -> tuple[Problem, dict[str, float]]:
+    """What judges where the gap is, and the values at which. Nominal parameters that nobody believes do not hide it: where no link shows any they are the plant
+    file's, where links show less than what these hide they go no further than a plant file may be wrong (a second lag of a gauge, taken for 17
+    times the sensor's own, left next to nothing in the gas and showed in a knee's acceleration)."""
+    base, problem = found.selection.base, found.problem
+    if not gap:
+        return problem, {key: value for key, value in base.values.items() if key not in odd}
+    hide = [key for key in beyond_belief(base.normal) if key in problem.nominal]
+    if absorbed(base.normal, hide) <= above_noise(found.before, problem.scale):
+        return problem, dict(base.values)
+    held, point = within_belief(problem, base, hide)
+    return held, dict(point.values)
 
 
 def _named(found: Attribution, k: int, trusted: float) -> Named:

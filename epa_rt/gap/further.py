@@ -30,7 +30,7 @@ class Rules:
     law's gain block by block, from which a law is tried; ``tries``: at most as many for each effect. ``stays``: chi-square above noise and steps
     (rigs without a gap leave 3 to 25), and ``rest`` of what there is without effects, from which something is missing: the right law in other words
     left up to 0.02 of it; what nominal parameters cannot bear is missing whatever part it is. ``most``: of that which a further effect must
-    explain; ``screened``: families that are fitted for it.
+    explain; ``screened``: families that are fitted for it. ``plain``: gain from which it is named however weak it is.
     """
 
     better: float = 25.0
@@ -41,6 +41,7 @@ class Rules:
     rest: float = 0.025
     most: float = 0.5
     screened: int = 4
+    plain: float = 1e3
 
     def margin(self, none: Point, best: Point) -> float:
         """Chi-square by which a law must be ahead of another, where ``best`` explains what it does of ``none``."""
@@ -59,7 +60,8 @@ def further(problem: Problem, whole: Problem, selection: Selection, none: Point,
     close = [one for one in tried if best.normal.chi - one.chi > rules.near * (best.normal.chi - tried[0].chi)]
     points = sorted(((one.effect, one.point or _afresh(whole, best, one)) for one in close), key=lambda pair: pair[1].normal.chi)
     name, point = points[0]
-    if best.normal.chi - point.normal.chi < max(rules.stays, rules.most * missing) or negligible(problem, name, point.values):
+    gain = best.normal.chi - point.normal.chi
+    if gain < max(rules.stays, rules.most * missing) or (gain < rules.plain and negligible(problem, name, point.values)):
         return None
     before = selection.final if selection.roles else selection.base
     as_well = tuple(_around(problem, before, *other) for other in points[1:] if other[1].normal.chi < point.normal.chi + rules.margin(best, point))

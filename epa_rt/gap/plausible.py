@@ -4,7 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from epa_rt.gap.point import Normal
+from epa_rt.gap.point import Normal, Point
+from epa_rt.gap.problem import Problem
+from epa_rt.gap.refit import settled
 from epa_rt.gap.verdict import BARS, Bars
 
 
@@ -37,3 +39,11 @@ def absorbed(normal: Normal, keys: Sequence[str]) -> float:
     at = [int(np.flatnonzero(free == normal.keys.index(key))[0]) for key in keys if normal.keys.index(key) in free]
     z = np.array([normal.z[free[i]] for i in at])
     return float(z @ np.linalg.solve(inverse[np.ix_(at, at)], z)) if at else 0.0
+
+
+def within_belief(problem: Problem, point: Point, keys: Sequence[str], bars: Bars = BARS) -> tuple[Problem, Point]:
+    """The problem in which these nominal parameters go no further from the plant file than one may be on its own account, and the point refitted there:
+    what they hid shows again in the links, and in those where it is."""
+    held = problem.held_within(keys, bars.own)
+    values = {key: float(np.clip(value, held.knobs[key].low, held.knobs[key].high)) if key in keys else value for key, value in point.values.items()}
+    return held, settled(held, point.effects, values)

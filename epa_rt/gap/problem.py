@@ -91,6 +91,15 @@ class Problem:
         made.effects = self.effects
         return made
 
+    def held_within(self, keys: Iterable[str], spreads: float) -> "Problem":
+        """The same problem in which some nominal parameters may go no further than that from the plant file."""
+        made = copy.copy(self)
+        made.knobs = dict(self.knobs)
+        for key in keys:
+            knob, by = self.knobs[key], spreads * self.spread(key)
+            made.knobs[key] = knob._replace(low=max(knob.low, knob.value - by), high=min(knob.high, knob.value + by))
+        return made
+
     def only(self, links: Iterable[str]) -> "Problem":
         """The same problem with some of its links."""
         made = copy.copy(self)

@@ -32,6 +32,8 @@ class Bars:
     is the plant file's own error and does not count. ``shows``: chi-square in free run, where no effect is named, from which there is a gap
     whatever the links say (gap-free rigs leave 3 to 28, weak effects up to 53, pressures that no noise dithers once 126). ``quiet``: chi-square per
     sample that 14 gap-free rigs left (1.25 in the load's link, less in all others); ``strict``: how many times what is left counts against a name's confidence.
+    ``breaks``: chi-square per sample by which a link that was content may grow with the effects on; ``touched``: part of a link's excess of which effects must
+    explain more to have to do with it.
     """
 
     gap: float = 0.05
@@ -56,6 +58,8 @@ class Bars:
     shows: float = 200.0
     quiet: float = 1.2
     strict: float = 3.0
+    breaks: float = 1.0
+    touched: float = 0.3
 
 
 BARS = Bars()
@@ -116,6 +120,18 @@ def trust(before: Left, after: Left, whole: float | None = None, bars: Bars = BA
     return float(np.clip(alone, 0.0, 1.0) * np.clip(1.0 - bars.strict * (1.0 - (1.0 if whole is None else whole)), 0.0, 1.0))
 
 
+def broken(before: Left, after: Left, bars: Bars = BARS) -> tuple[str, ...]:
+    """Links that agreed with the plant and no longer do with the effects on, the worst first: a right law breaks none."""
+    grown = {name: after.links[name].before - max(fit.before, 1.0) for name, fit in before.links.items() if fit.before < bars.noise}
+    return tuple(sorted((name for name, by in grown.items() if by > bars.breaks and by * before.links[name].samples > bars.sure), key=lambda name: -grown[name]))
+
+
+def passed_over(before: Left, after: Left, bars: Bars = BARS) -> tuple[str, ...]:
+    """Links with a gap of which the effects explain next to nothing: there is a second cause, or another one for both."""
+    excess = {name: before.links[name].before - bars.noise for name in gaps(before, after, bars)}
+    return tuple(name for name, over in excess.items() if over > bars.trifle and after.links[name].before - bars.noise > (1.0 - bars.touched) * over)
+
+
 def above_noise(left: Left, scale: Mapping[str, float], bars: Bars = BARS) -> float:
     """Chi-square over all links, in units of ``scale``, above what the method itself may leave."""
     return sum(amount / scale[name] ** 2 for name, amount in _over(left, bars.noise).items() if name in scale)
@@ -127,13 +143,14 @@ def _over(left: Left, noise: float) -> dict[str, float]:
 
 
 def decided(gap: bool, effects: Sequence[str], found: Coverage, ambiguous: bool, untested: float, odd: bool = False,
-            whole: float | None = None, lost: float | None = None, to_noise: bool = False, bars: Bars = BARS) -> Verdict:
+            whole: float | None = None, lost: float | None = None, to_noise: bool = False, breaks: bool = False, elsewhere: bool = False, bars: Bars = BARS) -> Verdict:
     """``gap``: any link has one. ``ambiguous``: an effect cannot be told from one of another family. ``untested``: part of
     the catalogue that the logs could not have shown. ``odd``: a nominal parameter is beyond
     belief and hides more than the effects explain. ``whole``: part of the gap in free run that the effects explain, None where it shows none.
     ``lost``: chi-square above noise in free run where no effect is named, None where one is or the rig has no model of the whole. ``to_noise``: with the
-    effects the whole plant follows its commands to the noise, whatever a block still shows (dry friction of a knee: 2933 to 9, and half of the gap in its acceleration)."""
-    if odd or (effects and whole is not None and whole < bars.carried):
+    effects the whole plant follows its commands to the noise, whatever a block still shows (dry friction of a knee: 2933 to 9, and half of the gap in its acceleration). ``breaks``: links that agreed no longer do with the
+    effects on. ``elsewhere``: other links have a gap of which they explain nothing."""
+    if odd or (effects and breaks and not to_noise) or (effects and whole is not None and whole < bars.carried):
         return "not_in_catalogue"
     if lost is not None and lost > bars.shows:
         return "not_in_catalogue"
@@ -146,7 +163,8 @@ def decided(gap: bool, effects: Sequence[str], found: Coverage, ambiguous: bool,
         return "not_in_catalogue"
     if ambiguous:
         return "not_separable"
-    return "explained" if found.left < bars.small or (found.part > bars.whole and found.left < bars.few) else "partly_explained"
+    much = found.left < bars.small or (found.part > bars.whole and found.left < bars.few)
+    return "explained" if much and not elsewhere else "partly_explained"
 
 
 def untested(typical: Mapping[str, float], names: Sequence[str], bars: Bars = BARS) -> tuple[str, ...]:
@@ -160,7 +178,7 @@ def informed(links: Mapping[str, Sequence[str]], silent: Sequence[str], bars: Ba
 
 
 def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]], links: Sequence[str], part: float, not_tested: int, of: int,
-         odd: Sequence[str] = (), whole: float | None = None, lost: float | None = None) -> str:
+         odd: Sequence[str] = (), whole: float | None = None, lost: float | None = None, breaks: Sequence[str] = ()) -> str:
     """The verdict in one or two sentences."""
     names = " and ".join(effects)
     where = ", ".join(links)
@@ -173,6 +191,9 @@ def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]]
                "and no effect of the catalogue explains it better."
     if verdict == "not_in_catalogue" and odd:
         return f"There is a gap in {where}; what comes nearest explains it only with values of {', '.join(odd)} that nobody believes."
+    if verdict == "not_in_catalogue" and effects and breaks:
+        return f"{names} explains {_percent(part)} of what the blocks show one by one, but with it {', '.join(breaks)} no longer agrees with the plant, as it did before: " \
+               "something else is missing, and no effect of the catalogue explains it."
     if verdict == "not_in_catalogue" and effects and whole is not None and whole < BARS.carried:
         return f"{names} explains {_percent(part)} of what the blocks show one by one, but in free run {_percent(whole)} of the gap: " \
                "something else is missing, and no effect of the catalogue explains it."

@@ -5,6 +5,7 @@ from types import SimpleNamespace as Thing
 import numpy as np
 import pytest
 
+from epa_rt.gap import believe
 from epa_rt.gap.believe import Rules, elsewhere, negligible
 from epa_rt.gap.problem import Problem
 from tests.gap import toy
@@ -39,3 +40,13 @@ def test_a_zero_that_nobody_would_set_right_is_not_named(offset_pa, too_little):
     """Of a typical 3 kPa."""
     log = toy.recording("log", 1)
     assert negligible(Problem(toy.Toy(), [log], toy.floors(None, [log], {})), "pressure_offset", {"sensors.pressure_offset_pa": offset_pa}) is too_little
+
+
+@pytest.mark.parametrize(("gain", "share", "believed_there"), [(2000.0, 1.0, False), (2e4, 0.5, False), (2e4, 1.0, True)])
+def test_however_weak_what_is_plain_and_all_there_is_is_believed(gain, share, believed_there, monkeypatch):
+    """A twelfth of a millisecond of encoder age is little, and all that a drive's current shows."""
+    monkeypatch.setattr(believe, "negligible", lambda *_: True)
+    gains = np.full((1, 40), gain / 40) + np.resize([1.0, -1.0], 40)
+    role = Thing(gains=gains, best=Thing(effect="encoder_skew", values={}), point=Thing(effects=()))
+    left = Thing(amount=lambda scale: gain / share)
+    assert believe.believed(Thing(scale={}), role, role, lambda point: left, Rules()) is believed_there

@@ -9,7 +9,7 @@ from epa_rt.gap.diagnosis import Place
 from epa_rt.gap.fed import source_first
 from epa_rt.gap.generic import GenericFit
 from epa_rt.gap.plausible import strained
-from epa_rt.gap.verdict import Coverage, coverage, decided, gaps, informed, said, trust, untested
+from epa_rt.gap.verdict import Coverage, broken, coverage, decided, gaps, informed, passed_over, said, trust, untested
 from epa_rt.gap.yardstick import Left
 
 
@@ -159,3 +159,29 @@ def test_nominal_parameters_that_an_effect_pushes_away_stand_for_something_else(
 def test_a_plant_file_that_is_wrong_with_and_without_an_effect_does_not_speak_against_it():
     assert strained(at(length=10.0, mass=0.2), at(length=9.6, mass=1.0)) == ()
     assert strained(at(length=10.0), at(length=8.0)) == ("length",)
+
+
+def test_a_right_law_breaks_no_link_that_agreed():
+    """A late command taken for an encoder's age explained 96 % of a drive's current, and the motor's balances, which had agreed, no longer did."""
+    before, after = left(drive=(1200.0, 760.0), motor=(0.9, 0.9), torque=(0.95, 0.9)), left(drive=(46.0, 40.0), motor=(4.5, 3.0), torque=(8.2, 5.0))
+    assert broken(before, after) == ("torque", "motor")
+    found = coverage(before, after)
+    assert decided(True, ["encoder_skew"], found, False, 0.0) == "partly_explained"
+    assert decided(True, ["encoder_skew"], found, False, 0.0, breaks=True) == "not_in_catalogue"
+    assert decided(True, ["encoder_skew"], found, False, 0.0, breaks=True, to_noise=True) == "partly_explained"
+    assert "torque, motor no longer agrees" in said("not_in_catalogue", ["encoder_skew"], [[]], ["drive"], found.part, 0, 40, breaks=("torque", "motor"))
+
+
+def test_what_was_off_already_or_grows_by_noise_is_not_broken():
+    assert broken(left(drive=(50.0, 20.0), motor=(3.0, 2.0)), left(drive=(1.0, 1.0), motor=(5.0, 3.0))) == ()
+    assert broken(left(drive=(50.0, 20.0), motor=(1.0, 1.0)), left(drive=(1.0, 1.0), motor=(1.6, 1.2))) == ()
+
+
+def test_a_gap_elsewhere_that_the_effects_do_not_touch_is_passed_over():
+    """An encoder's age taken for a late command: the drive's current agrees, the balances are off as before."""
+    before, after = left(drive=(744.0, 331.0), motor=(4.6, 3.1), gas=(1.0, 1.0)), left(drive=(1.2, 1.2), motor=(4.6, 3.1), gas=(1.0, 1.0))
+    assert passed_over(before, after) == ("motor",)
+    found = coverage(before, after)
+    assert decided(True, ["transport_delay"], found, False, 0.0) == "explained"
+    assert decided(True, ["transport_delay"], found, False, 0.0, elsewhere=True) == "partly_explained"
+    assert passed_over(before, left(drive=(1.2, 1.2), motor=(1.5, 1.5), gas=(1.0, 1.0))) == ()
