@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from epa_rt.gap.attribution import Attribution
-from epa_rt.gap.diagnosis import Diagnosis, FreeRun, Named, Number, Shrinkage
+from epa_rt.gap.diagnosis import Diagnosis, FreeRun, Named, Near, Number, Shrinkage
 from epa_rt.gap.fed import alone, source_first
 from epa_rt.gap.held_out import not_carried_over, said_of_held_out
 from epa_rt.gap.lengths import length_first
@@ -17,6 +17,7 @@ from epa_rt.gap.problem import Problem
 from epa_rt.gap.pulls import pull_first
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.remainder import remainders
+from epa_rt.gap.role import z_of_sum
 from epa_rt.gap.separate import intervals, shares
 from epa_rt.gap.subject import Subject
 from epa_rt.gap.verdict import BARS, above_noise, broken, coverage, decided, gaps, informed, passed_over, said, trust, untested
@@ -24,6 +25,7 @@ from epa_rt.gap.whose import spoken, who_has
 
 FOLLOWED = 0.5     # of it where the whole plant follows its commands to the noise, though a block is not content
 MOVED = 3.0        # spreads beyond which a nominal parameter is reported
+NEAR = 0.5         # of what the named one explains, from which another family's law came near
 UNSUPPORTED = 0.4  # of a name's confidence is left where the whole plant is no better with it: a block alone has been wrong there as often as right
 
 
@@ -108,7 +110,19 @@ def _named(found: Attribution, k: int, trusted: float) -> Named:
     effect = problem.effects[role.best.effect]
     numbers = _numbers(problem, final, effect.name, None)
     return Named(effect.name, effect.family, effect.block, numbers, trusted * shares(problem, role, found.become[k])[effect.name], float(role.gains[0].sum()),
-                 tuple(fit.effect for fit in found.sets[k] if fit.effect != effect.name), who_has(problem, effect.name, numbers))
+                 tuple(fit.effect for fit in found.sets[k] if fit.effect != effect.name), who_has(problem, effect.name, numbers), _came_near(found, k))
+
+
+def _came_near(found: Attribution, k: int) -> tuple[Near, ...]:
+    """The best law of each other family that explains half as much at least, three at most."""
+    problem, role = found.problem, found.selection.roles[k]
+    tried = found.heard.tried if found.heard else {}
+    best, near = role.gains[0], {}
+    for fit, gain in zip(role.fits[1:], role.gains[1:], strict=True):
+        family, share = problem.effects[fit.effect].family, float(gain.sum() / best.sum()) if best.sum() > 0.0 else 0.0
+        if family != problem.effects[role.best.effect].family and family not in near and share > NEAR:
+            near[family] = Near(fit.effect, family, share, z_of_sum(best - gain), tried.get(fit.effect))
+    return tuple(sorted(near.values(), key=lambda one: -one.explains_share)[:3])
 
 
 def _numbers(problem: Problem, point: Point, effect: str, off: np.ndarray | None) -> tuple[Number, ...]:

@@ -40,6 +40,17 @@ class Number:
 
 
 @dataclass(frozen=True)
+class Near:
+    """Another family's law that came near a named effect."""
+
+    name: str
+    family: str
+    explains_share: float           # of what the named one explains block by block, on trials that neither was fitted to
+    behind: float                   # deviations over blocks by which it is behind there
+    behind_in_free_run: float | None  # chi-square by which it is behind there; None where it was not tried
+
+
+@dataclass(frozen=True)
 class Named:
     """An effect that the diagnosis names, best first."""
 
@@ -51,6 +62,7 @@ class Named:
     gain: float                     # fall of chi-square over its expectation by chance, in units of the noise
     not_separable_from: tuple[str, ...] = ()
     who: Who = "rig"                # has it: the rig alone, the plant file alone (it is to be taken out), or both at other strengths
+    came_near: tuple[Near, ...] = ()  # the nearest laws of other families, nearest first
 
 
 @dataclass(frozen=True)

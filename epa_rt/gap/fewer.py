@@ -6,7 +6,7 @@ from epa_rt.gap.as_one import fitted
 from epa_rt.gap.further import Rules
 from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem
-from epa_rt.gap.refit import settled
+from epa_rt.gap.refit import settled_with
 from epa_rt.gap.select import Selection
 
 
@@ -20,7 +20,7 @@ def fewer(problem: Problem, whole: Problem, selection: Selection, best: Point, r
             return replace(selection, roles=tuple(selection.roles[k] for k in missed)), best
         best = without[i]
         roles = tuple(role for k, role in enumerate(selection.roles) if k != i)
-        selection = replace(selection, roles=roles, final=settled(problem, best.effects, problem.kept(selection.final.values, best.effects)))
+        selection = replace(selection, roles=roles, final=settled_with(problem, best.effects, selection.final.values))
     return selection, best
 
 

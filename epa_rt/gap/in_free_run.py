@@ -5,7 +5,7 @@ longer alike, and what block by block shows too faintly is looked for there. Chi
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from epa_rt.gap.alongside import trials
 from epa_rt.gap.as_one import AsOne, fitted, floor, meters_of, quiet, twins_of
@@ -30,7 +30,8 @@ class Heard:
     in both; ``strain``: what the latter cost with those named, in squares of spreads. ``apart``: effects that free run tells from the named
     ones. ``as_well``: by effect that was found there what explains it as well there. ``sure``: less than that is no gap whatever a link says, and
     nothing missing; ``usual``: what the method leaves of rigs without a gap (3 to 25). ``better``: what chance gains with a number or two. ``refitted``: nominal parameters without effects, fitted to blocks and free run together
-    like those with the named ones; None where these do not carry the whole plant."""
+    like those with the named ones; None where these do not carry the whole plant. ``tried``: by effect that was run in a named one's place, the chi-square by which it
+    is behind."""
 
     gap: float
     left: float
@@ -41,6 +42,7 @@ class Heard:
     usual: float = 25.0
     better: float = 4.0
     refitted: Mapping[str, float] | None = None
+    tried: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def part(self) -> float | None:
@@ -92,7 +94,8 @@ def heard(problem: Problem, selection: Selection, rules: Rules = Rules(),
         selection, best = _carried(problem, whole, selection, k, none, best, tried, rules)
     selection, best = fewer(problem, whole, selection, best, rules)
     margin = rules.margin(none, best)
-    apart = frozenset(name for name, chi in tried.items() if chi > best.normal.chi + margin)
+    behind = {name: chi - best.normal.chi for name, chi in tried.items()}
+    apart = frozenset(name for name, by in behind.items() if by > margin)
     progress("free run: what is left", 0.7)
     as_well: dict[str, tuple[Fit, ...]] = {}
     while len(selection.roles) < MOST_TOGETHER:
@@ -101,7 +104,7 @@ def heard(problem: Problem, selection: Selection, rules: Rules = Rules(),
             break
         selection, best, others = found
         as_well[selection.roles[-1].best.effect] = others
-    said = Heard(above(none, noise), above(best, noise), strain(best), apart, as_well)
+    said = Heard(above(none, noise), above(best, noise), strain(best), apart, as_well, tried=behind)
     if selection.roles and said.carried:
         progress("free run and blocks together", 0.9)
         selection, refitted = serving_both(problem, whole, selection, none.values, best.values)

@@ -47,6 +47,11 @@ def settled(problem: Problem, effects: tuple[str, ...] = (), values: Mapping[str
     return point
 
 
+def settled_with(problem: Problem, effects: tuple[str, ...], values: Mapping[str, float]) -> Point:
+    """Everything free refitted with these effects alone on, from values that others may have had a part in."""
+    return settled(problem, effects, problem.kept(values, effects))
+
+
 def searched(problem: Problem, point: Point) -> dict[str, float] | None:
     """Values after the first of a few lengths of the Gauss-Newton step, then of damped ones, that helps; None where none does."""
     normal = point.normal

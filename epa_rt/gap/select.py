@@ -11,7 +11,7 @@ import numpy as np
 from epa_rt.gap.believe import LeftAt, Rules, believed, dispensable
 from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem
-from epa_rt.gap.refit import settled
+from epa_rt.gap.refit import settled, settled_with
 from epa_rt.gap.role import Role, played
 from epa_rt.gap.yardstick import Left
 
@@ -81,7 +81,7 @@ def _tried_again(problem: Problem, roles: list[Role], final: Point) -> tuple[lis
 def _again(problem: Problem, final: Point, i: int) -> Role | None:
     """The role of the i-th effect with the others on."""
     others = _without(final.effects, i)
-    without = settled(problem, others, problem.kept(final.values, others))
+    without = settled_with(problem, others, final.values)
     return played(problem, without, also=(final.effects[i],))
 
 
@@ -98,7 +98,7 @@ def _pruned(problem: Problem, roles: list[Role], final: Point, first: Role, left
             return roles, final
         roles = [role for i, role in enumerate(roles) if i != drop]
         others = _without(final.effects, drop)
-        final = settled(problem, others, problem.kept(final.values, others))
+        final = settled_with(problem, others, final.values)
 
 
 def _without(effects: tuple[str, ...], i: int) -> tuple[str, ...]:

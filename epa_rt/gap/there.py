@@ -11,7 +11,7 @@ import numpy as np
 
 from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem
-from epa_rt.gap.refit import settled
+from epa_rt.gap.refit import settled_with
 from epa_rt.gap.select import Selection
 from epa_rt.gap.separate import intervals
 
@@ -30,7 +30,7 @@ def without(problem: Problem, selection: Selection, names: Iterable[str]) -> Sel
     gone = frozenset(names)
     kept = tuple(name for name in selection.final.effects if name not in gone)
     roles = tuple(role for role in selection.roles if role.best.effect not in gone)
-    return replace(selection, roles=roles, final=settled(problem, kept, problem.kept(selection.final.values, kept)))
+    return replace(selection, roles=roles, final=settled_with(problem, kept, selection.final.values))
 
 
 def _may_be_none(problem: Problem, point: Point, key: str, off: np.ndarray | None) -> bool:

@@ -74,7 +74,10 @@ def test_what_the_data_cannot_tell_apart_is_a_set_and_no_name():
 
     answer = told({"sensors.pressure_offset_pa": -1000.0}, floors=no_gas)
     assert answer.verdict == "not_separable"
-    assert {answer.effects[0].name, *answer.effects[0].not_separable_from} == {"pressure_offset", "force_offset"}
+    first = answer.effects[0]
+    assert {first.name, *first.not_separable_from} == {"pressure_offset", "force_offset"}
+    near = first.came_near[0]
+    assert near.name in first.not_separable_from and 0.99 < near.explains_share < 1.01 and abs(near.behind) < 2.0 and near.behind_in_free_run is None
 
 
 def test_effect_that_a_nominal_parameter_imitates_is_left_to_it_and_reported():

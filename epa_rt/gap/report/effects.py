@@ -1,6 +1,6 @@
 """Which effects, with their parameters and intervals; what else moved; what was not tested."""
 
-from epa_rt.gap.diagnosis import Diagnosis, Named, Number
+from epa_rt.gap.diagnosis import Diagnosis, Named, Near, Number
 from epa_rt.gap.report.words import CONFIDENCE, free_run_words, gone_words, named_words, parameter_words, percent, plain
 from epa_rt.report.markup import Html, folded, join, note, paragraph, table, tag
 
@@ -36,7 +36,16 @@ def _effect(rank: int, effect: Named) -> Html:
     if effect.not_separable_from:
         others = ", ".join(map(plain, effect.not_separable_from))
         parts.append(tag("p", join([tag("strong", "Cannot be told apart from "), others, ": these logs fit as well with them."]), class_="warning"))
+    told = [one for one in effect.came_near if one.name not in effect.not_separable_from]
+    if told:
+        parts.append(note("Came near: " + "; ".join(map(_near, told)) + "."))
     return tag("div", join(parts), class_="effect")
+
+
+def _near(one: Near) -> str:
+    there = "" if one.behind_in_free_run is None else \
+        f", and run from the commands alone it leaves squared errors that are larger by {one.behind_in_free_run:,.0f}, where 25 tells two laws apart"
+    return f"{plain(one.name)} explains {100.0 * one.explains_share:.3g} % as much{there}"
 
 
 def _whose(effect: Named) -> list[Html]:

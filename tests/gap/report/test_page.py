@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from epa_rt.gap.diagnosis import Diagnosis
+from epa_rt.gap.diagnosis import Diagnosis, Near
 from epa_rt.gap.report.curves import path, ticks
 from epa_rt.gap.report.map import AT_FLOOR, heat
 from epa_rt.gap.report.page import gap_page
@@ -114,3 +114,11 @@ def test_the_picture_stands_alone_and_says_what_was_closed_over_the_whole_log():
     assert "98.6 %" in words and "over all trials of the log" in words and any("braid maxwell slip" in one for one in words)
     alone = gap_picture(replace(EXPLAINED, gate=None), curves()[0])
     assert "in these seconds" in alone and "on the recorded commands" in alone
+
+
+def test_what_came_near_stands_beside_the_name_unless_it_cannot_be_told_apart():
+    near = (Near("braid_stribeck", "braid friction at low speed", 0.993, 4.6, 13.0), Near("creep", "creep", 0.7, 9.0, None))
+    which = Page(gap_page(replace(EXPLAINED, effects=(replace(SLIP, came_near=near),)))).sections["which"]
+    assert "explains 99.3 % as much, and run from the commands alone it leaves squared errors that are larger by 13" in which and "creep explains 70 % as much." in which
+    alike = replace(SLIP, came_near=near, not_separable_from=("braid_stribeck",))
+    assert "99.3" not in Page(gap_page(replace(EXPLAINED, effects=(alike,)))).sections["which"]
