@@ -6,6 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from epa_rt.gap.attribution import Attribution
+from epa_rt.gap.bars import BARS
+from epa_rt.gap.coverage import above_noise, broken, coverage, gaps, passed_over, trust
 from epa_rt.gap.diagnosis import Diagnosis, FreeRun, Named, Near, Number, Shrinkage
 from epa_rt.gap.fed import alone, source_first
 from epa_rt.gap.held_out import not_carried_over, said_of_held_out
@@ -20,7 +22,7 @@ from epa_rt.gap.remainder import remainders
 from epa_rt.gap.role import z_of_sum
 from epa_rt.gap.separate import intervals, shares
 from epa_rt.gap.subject import Subject
-from epa_rt.gap.verdict import BARS, above_noise, broken, coverage, decided, gaps, informed, passed_over, said, trust, untested
+from epa_rt.gap.verdict import decided, informed, said, untested
 from epa_rt.gap.whose import spoken, who_has
 
 FOLLOWED = 0.5     # of it where the whole plant follows its commands to the noise, though a block is not content

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from epa_rt.gap.astray import astray
+from epa_rt.gap.coverage import above_noise
 from epa_rt.gap.floor import floors as floors_of
 from epa_rt.gap.in_free_run import Heard
 from epa_rt.gap.in_free_run import heard as heard_in_free_run
@@ -18,7 +19,6 @@ from epa_rt.gap.separate import alike, become_best
 from epa_rt.gap.subject import Subject
 from epa_rt.gap.there import maybe_none
 from epa_rt.gap.there import without as without_effects
-from epa_rt.gap.verdict import above_noise
 from epa_rt.gap.yardstick import Left, left_at, on_noise
 
 Progress = Callable[[str, float], None]

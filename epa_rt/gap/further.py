@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from epa_rt.gap.as_one import fitted
+from epa_rt.gap.bars import BARS
 from epa_rt.gap.believe import negligible
 from epa_rt.gap.point import Point, linearised
 from epa_rt.gap.problem import Problem
@@ -14,7 +15,6 @@ from epa_rt.gap.role import ABSORBED, Role, gains, starts
 from epa_rt.gap.screen import Screening, scaled, screen
 from epa_rt.gap.screen import starts as every_start
 from epa_rt.gap.select import Selection
-from epa_rt.gap.verdict import BARS
 
 FAINT = 1e-3   # of a typical strength: where it is the derivative that counts
 WEAK = 0.05    # the same, to start a fit from

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 
 from epa_rt.gap.alongside import trials
 from epa_rt.gap.as_one import AsOne, fitted, floor, meters_of, quiet, twins_of
+from epa_rt.gap.bars import BARS
 from epa_rt.gap.fewer import fewer
 from epa_rt.gap.further import Rules, above, further, strain
 from epa_rt.gap.point import Point
@@ -19,7 +20,6 @@ from epa_rt.gap.role import Role
 from epa_rt.gap.select import Selection
 from epa_rt.gap.subject import Subject
 from epa_rt.gap.together import serving_both
-from epa_rt.gap.verdict import BARS
 
 MOST_TOGETHER = 2   # effects from which free run looks for no other: what takes a third one that no block shows is rather one that is not in the catalogue
 

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from epa_rt.gap.bars import BARS, Bars
 from epa_rt.gap.point import Normal, Point
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import settled
-from epa_rt.gap.verdict import BARS, Bars
 
 
 def beyond_belief(normal: Normal, spreads: float = BARS.belief) -> tuple[str, ...]:

@@ -5,11 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from epa_rt.gap.coverage import Coverage, broken, coverage, gaps, passed_over, trust
 from epa_rt.gap.diagnosis import Place
 from epa_rt.gap.fed import source_first
 from epa_rt.gap.generic import GenericFit
 from epa_rt.gap.plausible import strained
-from epa_rt.gap.verdict import Coverage, broken, coverage, decided, gaps, informed, passed_over, said, trust, untested
+from epa_rt.gap.verdict import decided, informed, said, untested
 from epa_rt.gap.yardstick import Left
 
 

@@ -1,0 +1,59 @@
+"""Where one verdict ends and the next begins."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Bars:
+    """Where one verdict ends and the next begins; the figures are from the development cases.
+
+    ``gap``: explainable chi-square per sample from which a link has a gap worth a word, however many samples prove it;
+    ``sure``: the same summed over its samples, so that few samples do not invent one. ``predictable``: part of a link's excess
+    over the floor that the effects or the generic model must foresee on data left out; less is noise that the floor does not know.
+    ``alone``: chi-square per sample below which the generic model's word alone is no gap: the torque balances of gap-free stand-in
+    rigs reach it. ``noise``: chi-square per sample that the method itself may leave of a rig without a gap. ``covered``: part of the excess
+    over that which the effects must explain to be the cause, over all links and (``covered_link``) in each that has at
+    least ``major`` of the excess; ``carried``: the same of the gap in free run. ``trifle``: what stays over the noise without being a gap. They are all of it where no more
+    than ``small`` is left over the noise, or where they explain ``whole`` of the excess and leave less than ``few``, three
+    times the floor: another formula of the right physics leaves that much of a large gap, and the simulation then serves; at
+    ten times the floor something real is missing, whatever part it is of the gap. ``tested``: expected chi-square of an effect of
+    typical strength below which the logs could not have shown it. ``mostly``: part of the catalogue not tested from which
+    silence means nothing, and so does the residual of a link of whose effects that many were not tested. ``belief``: spreads
+    beyond which a nominal parameter is a gap of its own: no plant file is that wrong, so it stands for something else
+    (experiments of little motion alone move some by 8); ``belief_named``: the same with effects on, which leave those of little motion
+    where they were. ``strain``: sum of squares of all nominal parameters' distances in spreads from which the named effects stand for something
+    else: right names of the spent sets left 5 to 30, wrong or incomplete ones mostly 42 to 1000; what was further off than ``own`` without them and stays there
+    is the plant file's own error and does not count. ``shows``: chi-square in free run, where no effect is named, from which there is a gap
+    whatever the links say (gap-free rigs leave 3 to 28, weak effects up to 53, pressures that no noise dithers once 126). ``quiet``: chi-square per
+    sample that 14 gap-free rigs left (1.25 in the load's link, less in all others); ``strict``: how many times what is left counts against a name's confidence.
+    ``breaks``: chi-square per sample by which a link that was content may grow with the effects on; ``touched``: part of a link's excess of which effects must
+    explain more to have to do with it.
+    """
+
+    gap: float = 0.05
+    sure: float = 300.0
+    predictable: float = 0.2
+    alone: float = 1.6
+    noise: float = 1.4
+    covered: float = 0.7
+    covered_link: float = 0.65
+    carried: float = 0.93
+    major: float = 0.1
+    trifle: float = 0.5
+    whole: float = 0.9
+    few: float = 8.0
+    small: float = 1.0
+    tested: float = 40.0
+    mostly: float = 0.6
+    belief: float = 12.0
+    belief_named: float = 6.0
+    strain: float = 40.0
+    own: float = 3.0
+    shows: float = 200.0
+    quiet: float = 1.2
+    strict: float = 3.0
+    breaks: float = 1.0
+    touched: float = 0.3
+
+
+BARS = Bars()
