@@ -47,3 +47,11 @@ def test_data_that_excite_the_difference_put_rivals_apart_and_data_that_do_not_l
     moving, still = (toy.recording(name, 5, found.values[("dahl",)], seconds=20.0, still=flag) for name, flag in (("moving", False), ("still", True)))
     assert distance(moving, *found.rivals) > 1000.0
     assert distance(still, *found.rivals) < 25.0
+
+
+def test_what_any_fit_takes_of_the_new_data_makes_no_experiment_worthless(found):
+    """Data of the first rival's own plant that its numbers do not fit: both rivals take that, and the difference between them stays."""
+    distance = distance_between(toy.Toy(), found)
+    values = found.values[("dahl",)]
+    apart = [distance(toy.recording("moving", 5, {**values, "gas.flow_pa_s": values.get("gas.flow_pa_s", 4e5) * wrong}, seconds=20.0), *found.rivals) for wrong in (1.0, 1.03)]
+    assert apart[1] == pytest.approx(apart[0], rel=0.1)

@@ -1,0 +1,41 @@
+"""Cases of spent evaluation sets, and of the leave-one-out matrix (seed 7), that a rule of the diagnosis was made for: recorded anew and diagnosed whole.
+
+Minutes each: ``scripts/test.sh -m slow tests/gap/blind/test_spent_cases.py``.
+"""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from epa_rt.cli.gap_blind_diagnose import diagnose_files
+from epa_rt.cli.gap_blind_make import _one
+from epa_rt.gap.blind.figures import block_said, named, wrong
+from sim_backend.stand_in.draw import draw, one_of_each
+
+CONFIG = Path(__file__).resolve().parents[3] / "config"
+FIFTH, MATRIX = 550127, 7
+CASES = {
+    "a late command is no encoder age that breaks the motor's balances": (MATRIX, 0),
+    "a spool that is not round is the transmission's, not the drive's": (MATRIX, 12),
+    "pressure in the force cell is the sensors'": (MATRIX, 50),
+    "a gauge's lag hides in no nominal parameter": (FIFTH, 21),
+    "a leaning frame is no spring that pushes": (FIFTH, 40),
+    "an encoder 0.08 ms old hides no friction beside it": (FIFTH, 54),
+    "what follows its commands to the noise is named": (FIFTH, 59),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1800)
+@pytest.mark.parametrize(("seed", "index"), CASES.values(), ids=CASES)
+def test_is_answered_rightly(seed, index, tmp_path, monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", os.environ.get("OMP_NUM_THREADS", "1"))
+    specs = one_of_each() if seed == MATRIX else draw(seed, 120)
+    spec = next(spec for spec in specs if spec.index == index)
+    (tmp_path / "parts").mkdir()
+    truth = _one(seed, spec, tmp_path, CONFIG, tmp_path / "parts")
+    folder = tmp_path / f"case_{index:03d}"
+    answer = diagnose_files(folder / "rig.yaml", folder / "plant.yaml", sorted((folder / "logs").glob("*.mcap")), sorted((folder / "holdout").glob("*.mcap")),
+                            truth["leave_out"]).as_json()
+    assert not wrong(truth, answer), (answer["verdict"], [one["name"] for one in named(answer)], block_said(answer), truth["effects"])
