@@ -6,7 +6,7 @@ from typing import NamedTuple
 from epa_rt.config.rig import Rig
 
 PRESSURES_KPA = (300, 550)     # gauge, at no load
-ABOVE_DEG = 8.0                # from the knee's mean, where the motor's travel still reaches with muscles a little off
+APART_DEG = 8.0                # from the knee's mean: there the motor's travel mostly still reaches; an experiment that trips in simulation is passed over
 
 
 class Item(NamedTuple):
@@ -70,11 +70,14 @@ def _knee(rig: Rig) -> list[Item]:
             items.append(_item("knee_chirp", {"pressure": f"{kpa} kPa abs", "band": hertz, "peak_to_peak": amplitude}, "joint_angle", fill,
                                [_trial(f"chirp: {{mean: mean, peak_to_peak: {amplitude}, from: {low}, to: {high}, fade: 2 s}}\n    for: 30 s")],
                                f"chirp of the knee, {hertz}, with {', '.join(names)} at {kpa} kPa"))
-        above = f"{round(math.degrees(rig.joint.places.get('mean', 0.0)) + ABOVE_DEG, 1):g} deg"
-        chirp = "chirp: {{mean: {}, peak_to_peak: 8 deg, from: 0.2 Hz, to: 1 Hz, fade: 2 s}}\n    for: 20 s"
-        items.append(_item("knee_places", {"pressure": f"{kpa} kPa abs", "means": f"mean, {above}", "peak_to_peak": "8 deg"}, "joint_angle", fill,
-                           [_trial(chirp.format("mean"), "at_mean"), _line("go_up", f"move: {{to: {above}, speed: 10 deg/s}}"), _trial(chirp.format(above), "above")],
-                           "chirps about two angles: what pulls by the angle against what leans or is off"))
+        middle = math.degrees(rig.joint.places.get("mean", 0.0))
+        below, above = (f"{round(middle + by, 1):g} deg" for by in (-APART_DEG, APART_DEG))
+        chirp = "chirp: {{mean: {}, peak_to_peak: 8 deg, from: 0.2 Hz, to: 1 Hz, fade: 2 s}}\n    for: 30 s"
+        for first in ("mean", below):
+            start = [] if first == "mean" else [_line("go_down", f"move: {{to: {below}, speed: 10 deg/s}}, valves: {{all: hold}}")]
+            items.append(_item("knee_places", {"pressure": f"{kpa} kPa abs", "means": f"{first}, {above}", "peak_to_peak": "8 deg"}, "joint_angle", fill + start,
+                               [_trial(chirp.format(first), "first_place"), _line("go_up", f"move: {{to: {above}, speed: 10 deg/s}}"), _trial(chirp.format(above), "above")],
+                               "chirps about two angles: what pulls by the angle against what leans or is off"))
         items.append(_item("knee_hold", {"pressure": f"{kpa} kPa abs", "for": "40 s"}, "joint_angle", fill, [_trial("for: 40 s")],
                            "the knee held still: leaks, drift, holding torque"))
     return items
