@@ -69,7 +69,7 @@ def floors(subject: Subject, recordings: Sequence[Recording], values: Values, re
         bias, noise = _of_twins({name: [twin[link.name] for twin in made] for name, made in twins.items()})
         again = _of_repeats(recordings, own, link.name, repeats or ()) or _of_laps(subject, recordings, values, link.name)
         source = "repeats" if again else ("twin" if noise else "sensors")
-        floor = _fitted(link.name, again or noise or [_rough(own[r.name][link.name]) for r in recordings], source)
+        floor = _fitted(link.name, again or noise, source) if again or noise else _white(link.name, [own[r.name][link.name] for r in recordings])
         floor = _with_bias(floor, bias)
         found[link.name] = replace(floor, scatter=scatter(floor.whiten, floor.bias, {name: [twin[link.name] for twin in made] for name, made in twins.items()}))
     return found
@@ -150,10 +150,11 @@ def _trials(recording: Recording, every: int = 10) -> list[slice]:
     return [slice(span.start // every, span.stop // every) for span in recording.spans if span.trial] or [slice(None)]
 
 
-def _rough(residual: np.ndarray) -> np.ndarray:
-    """White noise of the size of a residual's third differences: what no smooth gap has."""
-    third = np.diff(residual, 3) / np.sqrt(20.0)
-    return np.concatenate([third, np.full(3, np.nan)])
+def _white(link: str, residuals: Sequence[np.ndarray]) -> Floor:
+    """White noise of the size of the residuals' third differences: what no smooth gap has. Their own colour is the difference's and none of the noise."""
+    square = [np.diff(residual, 3) ** 2 / 20.0 for residual in residuals]
+    size = float(np.sqrt(np.nanmean(np.concatenate(square)))) if any(np.isfinite(one).any() for one in square) else 0.0
+    return Floor(link, max(size, LEAST), np.zeros(ORDER), max(size, LEAST), {}, "sensors")
 
 
 def _fitted(link: str, noise: Sequence[np.ndarray], source: str) -> Floor:

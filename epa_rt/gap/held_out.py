@@ -16,5 +16,5 @@ def not_carried_over(rows: Sequence[Shrinkage]) -> Shrinkage | None:
 
 
 def said_of_held_out(row: Shrinkage) -> str:
-    return f"The fitted logs agree once the nominal parameters are refitted, but on the logs set aside {row.channel} is {row.before / row.floor:.1f} x " \
+    return f"With the nominal parameters refitted no block of the fitted logs has a gap that could be foreseen, but on the logs set aside {row.channel} is {row.before / row.floor:.1f} x " \
            "its noise floor: what these values hide does not carry over, and no effect of the catalogue explains it."

@@ -63,6 +63,12 @@ def test_effect_taken_out_of_the_catalogue_is_said_to_be_in_none():
     assert answer.remainder[0].link == "spring"
 
 
+def test_what_is_not_named_closes_nothing():
+    answer = diagnose(toy.Toy(), logs({"spring.dahl_n": 1.0, "spring.dahl_m": 3e-3}), floors=toy.floors, without=("dahl", "coulomb"))
+    rows = [row for row in answer.shrinkage if row.baseline == "refitted"]
+    assert not answer.effects and rows and all(row.after == row.before for row in rows)
+
+
 def test_both_of_a_pair_are_found():
     answer = told({"sensors.pressure_offset_pa": -1000.0, "spring.coulomb_n": 0.5})
     assert {one.name for one in answer.effects} == {"pressure_offset", "coulomb"}

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.floor import Floor, autocovariance, floors, levinson
+from tests.gap import toy
 from tests.gap.house.runs import plant_with, recorded, subject
 
 
@@ -58,3 +59,14 @@ def test_coloured_noise_becomes_white_and_gaps_stay_gaps():
     assert np.sqrt(np.nanmean(white**2)) == pytest.approx(1.0, abs=0.02)
     assert loudest_echo(white[736:]) < 4.0
     assert np.array_equal(floor.whiten(np.column_stack([x, 2 * x]))[:, 1], 2 * white, equal_nan=True)
+
+
+def test_without_repeats_and_twins_white_noise_is_white():
+    """The floor of last resort knows the noise's size by what no smooth gap has, and no colour: with that of third differences white noise stood at 35 times itself."""
+    class Alone(toy.Toy):
+        links = toy.LINKS[:1]
+
+    log = toy.recording("log", 3, {})
+    floor = floors(Alone(), [log], {})["drive"]
+    white = floor.whiten(Alone().residual(log, {}, "drive"))
+    assert floor.source == "sensors" and np.nanmean(white**2) == pytest.approx(1.0, abs=0.15)

@@ -46,7 +46,7 @@ class Signals:
             return valid.copy()
         reach = int(np.ceil(periods / self.lowpass_hz * self.rate_hz))
         bad = np.concatenate([[1.0], np.where(valid, 0.0, 1.0), [1.0]])
-        near = np.convolve(bad, np.ones(2 * reach + 1), mode="same") > 0.5
+        near = np.convolve(bad, np.ones(2 * reach + 1))[reach:reach + len(bad)] > 0.5  # "same" is as long as the window where that is longer
         return ~near[1:-1]
 
 

@@ -2,11 +2,13 @@
 
 import re
 
+import numpy as np
 import pytest
 
 from epa_rt.config.source import ConfigError, parse_yaml
 from epa_rt.gap.foreign import is_foreign, open_foreign
 from epa_rt.gap.foreign.plant_file import read_plant
+from epa_rt.gap.foreign.signals import Signals
 from tests.gap.foreign.made import FILES, RIGS, subject_of
 
 RIG = (RIGS / "emps.yaml").read_text(encoding="utf-8")
@@ -92,3 +94,10 @@ def test_a_recording_without_a_column_says_so():
     del recording.columns["motor_force_n"]
     with pytest.raises(KeyError, match="found no column motor_force_n, expected what the rig file names"):
         subject.prepare(recording)
+
+
+def test_a_log_shorter_than_the_filter_reaches_has_nothing_settled():
+    signals = Signals("short", 1000.0, 5.0, 1, {"force": np.zeros(30)}, {"force": np.ones(30, bool)}, ())
+    assert signals.settled(np.ones(30, bool), 1.0).tolist() == [False] * 30
+    long = Signals("long", 1000.0, 50.0, 1, {"force": np.zeros(100)}, {"force": np.ones(100, bool)}, ())
+    assert np.flatnonzero(long.settled(np.ones(100, bool), 1.0)).tolist() == list(range(20, 80))
