@@ -99,7 +99,7 @@ def _seen(found: Attribution, odd: Sequence[str], gap: bool) -> tuple[Problem, d
     base, problem = found.selection.base, found.problem
     if not gap:
         return problem, {key: value for key, value in base.values.items() if key not in odd}
-    hide = [key for key in beyond_belief(base.normal) if key in problem.nominal]
+    hide = beyond_belief(base.normal)
     if absorbed(base.normal, hide) <= above_noise(found.before, problem.scale):
         return problem, dict(base.values)
     held, point = within_belief(problem, base, hide)

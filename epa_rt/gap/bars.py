@@ -1,4 +1,4 @@
-"""Where one verdict ends and the next begins."""
+"""The bars of the verdict, in one place."""
 
 from dataclasses import dataclass
 

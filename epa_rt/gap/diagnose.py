@@ -31,19 +31,19 @@ def diagnose(subject: Subject, recordings: Sequence[Recording], holdout: Sequenc
     rows: tuple[Shrinkage, ...] = ()
     logs = holdout or (judged.only(recordings) if halves else recordings)
     if how_far:
-        rows = _how_far(judged, logs, found, found.selection.final.values, floors, seed, lambda stage, share: progress(stage, 0.8 + 0.15 * share))
+        rows = _how_far(judged, logs, found, found.refitted, found.selection.final.values, floors, seed, lambda stage, share: progress(stage, 0.8 + 0.15 * share))
     progress("what is left", 0.95)
     answer = composed(fitted, recordings, found, rows)
     if how_far and found.selection.roles and not answer.effects:  # what was found and not named closes nothing
-        answer = replace(answer, shrinkage=_how_far(judged, logs, found, found.selection.base.values, floors, seed, lambda stage, share: None))
+        base = found.selection.base.values
+        answer = replace(answer, shrinkage=_how_far(judged, logs, found, base, base, floors, seed, lambda stage, share: None))
     progress("done", 1.0)
     inputs = {"subject": subject.name, "logs": [r.name for r in recordings], "holdout": [r.name for r in holdout], "without": list(without)}
     return replace(answer, seconds=time.monotonic() - begun, inputs=inputs)
 
 
-def _how_far(subject: Subject, recordings: Sequence[Recording], found: Attribution, after: Mapping[str, float], floors, seed: int,
+def _how_far(subject: Subject, recordings: Sequence[Recording], found: Attribution, before: Mapping[str, float], after: Mapping[str, float], floors, seed: int,
              progress: Progress) -> tuple[Shrinkage, ...]:
-    before = found.selection.base.values if after is found.selection.base.values else found.refitted
     names = {r.name for r in found.problem.recordings}
     level = found.problem.floors
     if not all(r.name in names for r in recordings):
