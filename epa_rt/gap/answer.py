@@ -25,7 +25,7 @@ from epa_rt.gap.subject import Subject
 from epa_rt.gap.verdict import decided, informed, said, untested
 from epa_rt.gap.whose import spoken, who_has
 
-FOLLOWED = 0.5     # of it where the whole plant follows its commands to the noise, though a block is not content
+FOLLOWED = 0.5     # of it where the whole plant follows its commands to the noise, though a block is not content; and where all that speaks for a name is faint
 MOVED = 3.0        # spreads beyond which a nominal parameter is reported
 NEAR = 0.5         # of what the named one explains, from which another family's law came near
 UNSUPPORTED = 0.4  # of a name's confidence is left where the whole plant is no better with it: a block alone has been wrong there as often as right
@@ -38,7 +38,8 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     whole, counted = (found.heard.part, found.heard.counted) if found.heard else (None, None)
     trusted = trust(found.before, found.after, whole) * (1.0 if found.heard is None or found.heard.supports else UNSUPPORTED)
     to_noise = bool(found.heard and found.selection.roles and found.heard.to_noise)
-    trusted = max(trusted, FOLLOWED) if to_noise else trusted
+    helps = bool(found.heard and selection.roles and found.heard.helps)
+    trusted = max(trusted, FOLLOWED) if to_noise or (helps and whole is None) else trusted
     breaks = broken(found.before, found.after) if selection.roles else ()
     elsewhere = passed_over(found.before, found.after) if selection.roles and not to_noise else ()
     trusted *= UNSUPPORTED if elsewhere else 1.0
@@ -50,8 +51,9 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     where = () if lost is not None and lost <= found.heard.sure else tuple(link for link in gaps(found.before, found.after) if link in judged)
     odd = _odd(found)
     rivals = [[n for n in one.not_separable_from if problem.effects[n].family != one.family] for one in named]
-    verdict = decided(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1), bool(odd), counted, lost, to_noise, bool(breaks), bool(elsewhere))
-    says = said(verdict, [spoken(one) for one in named], rivals, where, covered.part, len(silent), len(problem.effects), odd, counted, lost, breaks)
+    verdict = decided(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1), bool(odd), counted, lost, to_noise, bool(breaks), bool(elsewhere), helps)
+    says = said(verdict, [spoken(one) for one in named], rivals, where, covered.part, len(silent), len(problem.effects), odd, counted, lost, breaks,
+                (found.heard.gap, found.heard.left) if helps and whole is None and covered.part < BARS.covered else None)
     nearest = tuple(one.name for one in named)
     if verdict in ("not_in_catalogue", "no_gap"):
         named = ()

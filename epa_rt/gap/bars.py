@@ -26,6 +26,7 @@ class Bars:
     is the plant file's own error and does not count. ``shows``: chi-square in free run, where no effect is named, from which there is a gap
     whatever the links say (gap-free rigs leave 3 to 28, weak effects up to 53, pressures that no noise dithers once 126). ``quiet``: chi-square per
     sample that 14 gap-free rigs left (1.25 in the load's link, less in all others); ``strict``: how many times what is left counts against a name's confidence.
+    ``strict_whole``: the same of what is left of the gap in free run, where the right law in other words leaves 0.02 and creep for the bladder's wall left 0.04.
     ``breaks``: chi-square per sample by which a link that was content may grow with the effects on; ``touched``: part of a link's excess of which effects must
     explain more to have to do with it.
     """
@@ -52,6 +53,7 @@ class Bars:
     shows: float = 200.0
     quiet: float = 1.2
     strict: float = 3.0
+    strict_whole: float = 10.0
     breaks: float = 1.0
     touched: float = 0.3
 

@@ -61,7 +61,7 @@ def trust(before: Left, after: Left, whole: float | None = None, bars: Bars = BA
     alone = 1.0 - bars.strict * stays / excess if excess > 0.0 else 1.0
     if whole is not None and all(fit.before - bars.quiet < bars.trifle for fit in after.links.values()):
         alone = 1.0
-    return float(np.clip(alone, 0.0, 1.0) * np.clip(1.0 - bars.strict * (1.0 - (1.0 if whole is None else whole)), 0.0, 1.0))
+    return float(np.clip(alone, 0.0, 1.0) * np.clip(1.0 - bars.strict_whole * (1.0 - (1.0 if whole is None else whole)), 0.0, 1.0))
 
 
 def broken(before: Left, after: Left, bars: Bars = BARS) -> tuple[str, ...]:

@@ -21,6 +21,7 @@ from epa_rt.gap.select import Selection
 from epa_rt.gap.subject import Subject
 from epa_rt.gap.together import serving_both
 
+HELPED = 15.0  # chi-square in free run that an effect must take off where nothing else speaks for it than a believed gain in its blocks
 MOST_TOGETHER = 2   # effects from which free run looks for no other: what takes a third one that no block shows is rather one that is not in the catalogue
 
 
@@ -58,6 +59,12 @@ class Heard:
     def supports(self) -> bool:
         """Whether the whole plant is any better with the effects than without."""
         return self.gap - self.left > self.better
+
+    @property
+    def helps(self) -> bool:
+        """Whether the whole plant is plainly better with the effects, and little of what is missing stays: a faint effect that blocks and free run agree on
+        (zeros of a quiet knee's force cell: 28 to 9, 40 to 9; rigs without a gap show 0 to 16, and nothing that takes more than chance off it)."""
+        return self.gap - self.left > HELPED and self.left < max(0.5 * self.gap, self.usual)
 
     @property
     def to_noise(self) -> bool:

@@ -10,18 +10,19 @@ from epa_rt.gap.diagnosis import Verdict
 
 
 def decided(gap: bool, effects: Sequence[str], found: Coverage, ambiguous: bool, untested: float, odd: bool = False,
-            whole: float | None = None, lost: float | None = None, to_noise: bool = False, breaks: bool = False, elsewhere: bool = False, bars: Bars = BARS) -> Verdict:
+            whole: float | None = None, lost: float | None = None, to_noise: bool = False, breaks: bool = False, elsewhere: bool = False, helps: bool = False, bars: Bars = BARS) -> Verdict:
     """``gap``: any link has one. ``ambiguous``: an effect cannot be told from one of another family. ``untested``: part of
     the catalogue that the logs could not have shown. ``odd``: a nominal parameter is beyond
     belief and hides more than the effects explain. ``whole``: part of the gap in free run that the effects explain, None where it shows none.
     ``lost``: chi-square above noise in free run where no effect is named, None where one is or the rig has no model of the whole. ``to_noise``: with the
     effects the whole plant follows its commands to the noise, whatever a block still shows (dry friction of a knee: 2933 to 9, and half of the gap in its acceleration). ``breaks``: links that agreed no longer do with the
-    effects on. ``elsewhere``: other links have a gap of which they explain nothing."""
+    effects on. ``elsewhere``: other links have a gap of which they explain nothing. ``helps``: with them the whole plant is better by more than chance."""
     if odd or (effects and breaks and not to_noise) or (effects and whole is not None and whole < bars.carried):
         return "not_in_catalogue"
     if lost is not None and lost > bars.shows:
         return "not_in_catalogue"
-    little = not to_noise and (found.part < bars.covered or found.least < bars.covered_link)
+    faint = helps and whole is None and found.left < bars.trifle  # too little for the blocks' bars, and both agree on what it is
+    little = not to_noise and not faint and (found.part < bars.covered or found.least < bars.covered_link)
     if not gap and not effects:
         return "not_excited" if untested > bars.mostly else "no_gap"
     if effects and little and found.left < bars.trifle and whole is None:
@@ -45,8 +46,8 @@ def informed(links: Mapping[str, Sequence[str]], silent: Sequence[str], bars: Ba
 
 
 def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]], links: Sequence[str], part: float, not_tested: int, of: int,
-         odd: Sequence[str] = (), whole: float | None = None, lost: float | None = None, breaks: Sequence[str] = ()) -> str:
-    """The verdict in one or two sentences."""
+         odd: Sequence[str] = (), whole: float | None = None, lost: float | None = None, breaks: Sequence[str] = (), faint: tuple[float, float] | None = None) -> str:
+    """The verdict in one or two sentences. ``faint``: chi-square in free run before and after, where little else speaks for the names."""
     names = " and ".join(effects)
     where = ", ".join(links)
     if verdict == "no_gap":
@@ -71,6 +72,8 @@ def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]]
         return f"There is a gap in {where or 'the residual'}, and no effect of the catalogue explains it."
     if where and whole is not None and part < BARS.covered and verdict in ("explained", "partly_explained"):
         return f"{names} explains {_percent(whole)} of the gap in free run, from commands to readings; one by one the blocks still show something in {where}."
+    if faint is not None and verdict in ("explained", "partly_explained"):
+        return f"{names}: faint, but the blocks' fits and free run agree on it (chi-square {faint[0]:.0f} to {faint[1]:.0f} above its noise)."
     if not where and whole is not None and effects and verdict != "not_separable":
         return f"{names} explains {_percent(whole)} of the gap in free run; the blocks one by one show it too faintly to say where."
     if verdict == "not_separable":

@@ -55,7 +55,8 @@ def _curves() -> tuple[Effect, ...]:
 
 SENSOR_EFFECTS: tuple[Effect, ...] = (
     Effect("encoder_eccentricity", "encoder eccentricity", "sensors",
-           ("sensors.encoder_eccentricity_rad", "sensors.encoder_phase_rad"), tuple((1.9e-3, phase) for phase in THIRDS),
+           ("sensors.encoder_eccentricity_rad", "sensors.encoder_phase_rad", "sensors.encoder_twice_sine_ratio", "sensors.encoder_twice_cosine_ratio"),
+           tuple((1.9e-3, phase, 0.0, 0.0) for phase in THIRDS),
            "the motor encoder does not sit in its middle", SENSORS, FACTS),
     *_calibration(),
     *_curves(),

@@ -107,6 +107,8 @@ SENSORS_TABLE: Table = (
     P("encoder_hold_s", "s", 0.0, 0.0, 0.1, "period in which the encoder reading renews; 0 is every cycle", PAPER),
     P("encoder_eccentricity_rad", "rad", 0.0, 0.0, 0.1, "once-per-turn error of the motor encoder", FACTS, "encoder_eccentricity"),
     P("encoder_phase_rad", "rad", 0.0, -2 * pi, 2 * pi, "motor angle at which that error is zero, negative", FACTS),
+    P("encoder_twice_sine_ratio", "1", 0.0, -0.5, 0.5, "twice-per-turn part of that error, in phase", "a disc that is tilted, too; engineering estimate"),
+    P("encoder_twice_cosine_ratio", "1", 0.0, -0.5, 0.5, "the same, a quarter of its period ahead", "engineering estimate"),
     *_instrument_rows(),
     *_channel_rows(),
 )

@@ -65,10 +65,22 @@ def _keep(p, s):
             force, _, _, braid, _ = tension(p, s, y, i, travel, travel_speed, q, q_speed)
             if p.hidden.slip_ratio != 0.0:
                 muscle.keep_elements(p.hidden, s.slip_m[i], braid - s.length_m[i])
+            if p.hidden.strap_m != 0.0:
+                _give_way(p, s, i, braid, force)
             s.length_m[i], s.pull_n[i] = braid, force
     for v in range(4):
         if s.seen[v] == 0.0 and y[OPEN + v] < 1e-6:
             y[OPEN + v] = 0.0
+
+
+@compiled
+def _give_way(p, s, i, braid, force):
+    """Hidden: as the pull changes the strap gives, and the gas follows the braid, no flow in or out."""
+    h, g = p.hidden, p.gas[i]
+    given = muscle.stretch_of_strap(h, force) - muscle.stretch_of_strap(h, s.pull_n[i])
+    volume, _, _ = muscle.body(p.muscle[i], h, g.dead_volume_m3, braid)
+    after, _, _ = muscle.body(p.muscle[i], h, g.dead_volume_m3, braid - given)
+    s.y[PRESSURE + i] *= (volume / after) ** (g.polytropic_ratio if h.gas_time_s == 0.0 else 1.4)
 
 
 @compiled

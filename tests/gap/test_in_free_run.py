@@ -166,6 +166,11 @@ def test_a_name_that_gains_nothing_in_free_run_has_no_support_there(gap, left, s
     assert Heard(gap, left, 5.0, frozenset(), {}).supports is supports
 
 
+@pytest.mark.parametrize(("gap", "left", "helps"), [(28.0, 9.0, True), (40.0, 9.0, True), (84.0, 19.0, True), (16.0, 2.0, False), (40.0, 26.0, False), (300.0, 200.0, False)])
+def test_a_faint_effect_helps_where_it_takes_more_than_chance_off_and_most_of_the_gap(gap, left, helps):
+    assert Heard(gap, left, 5.0, frozenset(), {}).helps is helps
+
+
 @pytest.mark.parametrize(("left", "strain", "borne"), [(31.0, 19.0, True), (31.0, 95.0, False), (90.0, 19.0, False)])
 def test_effects_carry_the_plant_only_with_parameters_that_a_plant_file_may_have(left, strain, borne):
     assert Heard(5423.0, left, strain, frozenset(), {}).borne is borne

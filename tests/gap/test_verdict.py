@@ -120,6 +120,16 @@ def test_free_run_may_name_what_the_blocks_show_too_faintly():
     assert decided(True, ["payload"], Coverage(0.3, 0.3, 3.0), False, 0.0, whole=0.95) == "not_in_catalogue"
 
 
+def test_a_faint_effect_on_which_blocks_and_free_run_agree_is_named():
+    faint = Coverage(0.01, 0.01, 0.2)
+    assert decided(True, ["force_offset"], faint, False, 0.0, helps=True) == "explained"
+    assert decided(True, ["force_offset"], faint, False, 0.0) == "no_gap"
+    assert decided(True, ["force_offset"], Coverage(0.01, 0.01, 3.0), False, 0.0, helps=True) == "not_in_catalogue"
+    assert decided(True, ["force_offset"], faint, False, 0.0, odd=True, helps=True) == "not_in_catalogue"
+    assert said("explained", ["force_offset"], [], ["motor"], 0.01, 0, 60, faint=(28.0, 9.0)) == \
+        "force_offset: faint, but the blocks' fits and free run agree on it (chi-square 28 to 9 above its noise)."
+
+
 def test_a_plant_that_follows_its_commands_to_the_noise_is_named_whatever_a_block_still_shows():
     half = Coverage(0.54, 0.54, 9.0)
     assert decided(True, ["knee_friction"], half, False, 0.0, whole=1.0) == "not_in_catalogue"
@@ -140,7 +150,8 @@ def test_what_only_free_run_shows_and_nothing_explains_is_missing(lost, verdict)
 
 def test_a_name_counts_for_less_where_it_leaves_part_of_the_gap_in_free_run():
     assert trust(left(load=(3.0, 1.0)), left(load=(1.1, 1.0)), 1.0) == 1.0
-    assert trust(left(load=(3.0, 1.0)), left(load=(1.1, 1.0)), 0.8) == pytest.approx(0.4)
+    assert trust(left(load=(3.0, 1.0)), left(load=(1.1, 1.0)), 0.8) == pytest.approx(0.0)
+    assert trust(left(load=(3.0, 1.0)), left(load=(1.1, 1.0)), 0.98) == pytest.approx(0.8)
     assert trust(left(load=(1.7, 1.0)), left(load=(1.6, 1.0))) == 0.0
     assert trust(left(load=(1.7, 1.0)), left(load=(1.6, 1.0)), 1.0) == 1.0
 

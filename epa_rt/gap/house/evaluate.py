@@ -48,7 +48,7 @@ class Bench:
         """Motor angle, speed and acceleration, (N,) each."""
         s = self.sensors
         names = ("motor_angle_gain_ratio", "motor_angle_offset_rad", "motor_speed_gain_ratio", "encoder_eccentricity_rad", "encoder_phase_rad",
-                 "encoder_skew_s")
+                 "encoder_twice_sine_ratio", "encoder_twice_cosine_ratio", "encoder_skew_s")
         return self.kept("motor", tuple(np.asarray(s[name]) for name in names), self._motor)
 
     def _motor(self):

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from epa_rt.gap.house.compiled import compiled
-from epa_rt.models.blocks import braid, load, muscle, transmission
+from epa_rt.models.blocks import braid, load, muscle, sensors, transmission
 from epa_rt.models.chain import lengths
 from epa_rt.models.ports import MEMORY
 
@@ -18,7 +18,7 @@ def true_angle(p, slow, fast, angle_fast_gain, out):
         angle = seen
         if p.encoder_eccentricity_rad != 0.0:
             for _ in range(3):
-                angle = seen - p.encoder_eccentricity_rad * math.sin(angle + p.encoder_phase_rad)
+                angle = seen - sensors.out_of_round(p, angle)
         out[k] = angle
 
 

@@ -24,9 +24,15 @@ def reading(seed, cycle, channel, true, gain, offset, noise):
 @compiled
 def encoder(p, angle):
     """Motor angle as an encoder sees it that does not sit in the middle."""
-    if p.encoder_eccentricity_rad == 0.0:
-        return angle
-    return angle + p.encoder_eccentricity_rad * math.sin(angle + p.encoder_phase_rad)
+    return angle if p.encoder_eccentricity_rad == 0.0 else angle + out_of_round(p, angle)
+
+
+@compiled
+def out_of_round(p, angle):
+    """Error (rad) of an encoder whose disc sits off its centre, and tilted."""
+    turn = angle + p.encoder_phase_rad
+    return p.encoder_eccentricity_rad * (math.sin(turn) + p.encoder_twice_sine_ratio * math.sin(2.0 * turn)
+                                         + p.encoder_twice_cosine_ratio * math.cos(2.0 * turn))
 
 
 @compiled
