@@ -15,7 +15,7 @@ def fewer(problem: Problem, whole: Problem, selection: Selection, best: Point, r
     while len(selection.roles) > 1:
         without = [_without(whole, best, role.best.effect) for role in selection.roles]
         i = min(range(len(without)), key=lambda k: without[k].normal.chi)
-        if without[i].normal.chi - best.normal.chi > rules.stays:
+        if without[i].normal.chi - best.normal.chi > rules.gained:
             missed = sorted(range(len(without)), key=lambda k: -without[k].normal.chi)
             return replace(selection, roles=tuple(selection.roles[k] for k in missed)), best
         best = without[i]
