@@ -61,6 +61,7 @@ def open_rig(rig: Path, plant: Path | None) -> "tuple[Subject, Rig | None, Path 
 def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opened:
     """Rig and logs, the logs checked and cleaned. Raises VerbError, ConfigError where a diagnosis of them would mean nothing."""
     from epa_rt.cli.gap_fits import check_columns
+    from epa_rt.gap.foreign.sizes import check_sizes
     from epa_rt.gap.hygiene import check, clean
 
     subject, rig, plant = open_rig(arguments.rig, arguments.plant)
@@ -68,7 +69,7 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
     _unique(recordings)
     if rig is None:
         check_columns(subject, arguments.rig, recordings)
-    findings = check(recordings, rig)
+    findings = (*check(recordings, rig), *(check_sizes(recordings, subject.rig) if rig is None else ()))
     refused = [finding.says for finding in findings if finding.severity == "refuse"]
     if refused:
         raise VerbError("; ".join(refused))

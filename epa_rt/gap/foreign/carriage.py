@@ -128,7 +128,8 @@ _EFFECTS = (
 COMPONENT = Component(
     kind="carriage",
     says="a motor that drives a carriage: position and the force asked of the drive",
-    channels=(Channel("position", "m", "measured place of the carriage"), Channel("force", "N", "controller's output times the drive's gain")),
+    channels=(Channel("position", "m", "measured place of the carriage", size="stroke"),
+              Channel("force", "N", "controller's output times the drive's gain", size="typical_force")),
     settings=(Setting("typical_force", "N", 1e-6, 1e9, None, "of the drive while it moves; sets how strong an effect may be"),
               Setting("typical_speed", "m/s", 1e-6, 1e3, None, "of its motions"),
               Setting("stroke", "m", 1e-6, 1e3, None, "length of its way"),

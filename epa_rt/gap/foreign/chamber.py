@@ -175,7 +175,7 @@ _EFFECTS = (
 COMPONENT = Component(
     kind="chamber",
     says="a sealed chamber: pressure over time",
-    channels=(Channel("pressure", "Pa", "absolute pressure of the chamber"),),
+    channels=(Channel("pressure", "Pa", "absolute pressure of the chamber", size="supply"),),
     settings=(Setting("atmosphere", "Pa", 1e3, 1e6, 101_325.0, "absolute pressure around it"),
               Setting("supply", "Pa", 1e3, 1e8, 1e6, "absolute pressure behind the shut valve")),
     links=((Link("pressure", "chamber", "chamber_pressure_pa", "Pa", "time since the valve shut to pressure"), "pressure"),),

@@ -18,12 +18,13 @@ Numbers = Mapping[str, float]  # every parameter of a plant by key ('friction.co
 
 
 class Channel(NamedTuple):
-    """A measured or commanded signal that the equations use; ``role`` is its name in them."""
+    """A measured or commanded signal that the equations use; ``role`` is its name in them. ``size``: setting that says how large it is, roughly; '' where none does."""
 
     role: str
     unit: str
     says: str
     required: bool = True
+    size: str = ""
 
 
 class Setting(NamedTuple):

@@ -67,7 +67,8 @@ _EFFECTS = (
 COMPONENT = Component(
     kind="piston",
     says="a piston on air: pressure and motion to force",
-    channels=(Channel("position", "m", "measured place of the piston, growing as it is pushed in"), Channel("pressure", "Pa", "absolute pressure behind it"),
+    channels=(Channel("position", "m", "measured place of the piston, growing as it is pushed in", size="stroke"),
+              Channel("pressure", "Pa", "absolute pressure behind it", size="atmosphere"),
               Channel("force", "N", "measured force at the rod, positive where it is pushed in")),
     settings=(Setting("typical_force", "N", 1e-6, 1e9, None, "of the seal's friction at most; sets how strong an effect may be"),
               Setting("typical_speed", "m/s", 1e-6, 1e3, None, "of its motions"),

@@ -132,7 +132,7 @@ _EFFECTS = (
 COMPONENT = Component(
     kind="servo",
     says="a servo's joint: commanded and measured angle",
-    channels=(Channel("command", "rad", "commanded angle"), Channel("position", "rad", "measured angle"),
+    channels=(Channel("command", "rad", "commanded angle", size="stroke"), Channel("position", "rad", "measured angle", size="stroke"),
               Channel("gain_ratio", "1", "the servo's gain over its usual one, where an experiment changes it", False),
               Channel("preload", "rad/s", "a weight on the joint, as motor speed that it takes", False)),
     settings=(Setting("stroke", "rad", 1e-3, 10.0, None, "of the experiments that may come next"),),

@@ -1,0 +1,31 @@
+"""Units of a component rig's channels, against what its rig file says of its size: found before any effect is named."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from epa_rt.gap.foreign.component import scaled
+from epa_rt.gap.foreign.rig_file import ForeignRig
+from epa_rt.gap.hygiene_finding import Finding, judged_rows
+from epa_rt.gap.recording import Recording
+
+LARGEST, SMALLEST = 100.0, 1.0 / 300.0  # of the expected size: a log of small motions is one, and a unit is wrong by a thousand
+VACUUM = 0.02  # of it, of an absolute pressure
+
+
+def check_sizes(recordings: Sequence[Recording], rig: ForeignRig) -> list[Finding]:
+    """Findings on channels that are hundreds of times larger or smaller than the rig's settings let expect."""
+    sized = [channel for channel in rig.component.channels if channel.size and channel.role in rig.channels]
+    return [finding for recording in recordings for channel in sized if (finding := _checked(recording, rig, channel)) is not None]
+
+
+def _checked(recording: Recording, rig: ForeignRig, channel) -> Finding | None:
+    name, expected = rig.channels[channel.role], scaled(channel.size, rig.settings)
+    values = recording.columns[name][judged_rows(recording)] if name in recording.columns else np.zeros(0)
+    values = values[np.isfinite(values)]
+    size = float(np.max(np.abs(np.percentile(values, (1.0, 99.0))))) if len(values) else 0.0
+    if size == 0.0 or (VACUUM if channel.unit == "Pa" else SMALLEST) <= size / expected <= LARGEST:
+        return None
+    return Finding("refuse", "units", recording.name, name,
+                   f"{recording.name}: {name}: found values of up to {size:.3g} {channel.unit}, expected about {expected:.3g} {channel.unit} ({channel.size} in the rig file): "
+                   f"they look too {'large' if size > expected else 'small'}, a unit or a scale of the import may be wrong")

@@ -1,0 +1,44 @@
+"""A unit that is wrong by a thousand is found on rigs of others, too, and real recordings are let through."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from epa_rt.gap.foreign.sizes import check_sizes
+from tests.gap.foreign.made import subject_of, with_output
+from tests.gap.foreign.real import recording
+
+KINDS = {"carriage": ("position", "force"), "chamber": ("pressure",), "servo": ("command", "position"), "piston": ("position", "pressure")}
+REAL = {"carriage": ("emps", "emps/DATA_EMPS.mat"), "chamber": ("zillen_chamber", "zillen_pneumatic/chambers/Aluminium.csv"),
+        "servo": ("sage_so101", "sage_so101/step_response/control.csv", "sage_so101/step_response/state_motor.csv")}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_rig_as_it_is_has_the_sizes_of_its_file(kind):
+    subject = subject_of(kind)
+    assert not check_sizes([with_output(kind, {})], subject.rig)
+
+
+@pytest.mark.parametrize(("kind", "role"), [(kind, role) for kind, roles in KINDS.items() for role in roles])
+@pytest.mark.parametrize(("factor", "like"), [(1e3, "large"), (1e-3, "small")])
+def test_a_channel_wrong_by_a_thousand_is_refused(kind, role, factor, like):
+    subject, made = subject_of(kind), with_output(kind, {})
+    name = subject.rig.channels[role]
+    wrong = replace(made, columns={**made.columns, name: made.columns[name] * factor})
+    (finding,) = check_sizes([wrong], subject.rig)
+    assert (finding.severity, finding.channel) == ("refuse", name)
+    assert like in finding.says and "in the rig file" in finding.says
+
+
+def test_a_channel_that_stands_at_zero_or_says_nothing_has_no_size():
+    subject, made = subject_of("chamber"), with_output("chamber", {})
+    name = subject.rig.channels["pressure"]
+    for value in (0.0, np.nan):
+        assert not check_sizes([replace(made, columns={**made.columns, name: np.full(made.samples, value)})], subject.rig)
+
+
+@pytest.mark.parametrize("kind", REAL)
+def test_real_recordings_are_let_through(kind, tmp_path):
+    mapping, *names = REAL[kind]
+    assert not check_sizes([recording(tmp_path, mapping, *names)], subject_of(kind).rig)
