@@ -22,7 +22,7 @@ from epa_rt.gap.remainder import remainders
 from epa_rt.gap.role import z_of_sum
 from epa_rt.gap.separate import intervals, shares
 from epa_rt.gap.subject import Subject
-from epa_rt.gap.verdict import decided, informed, said, untested
+from epa_rt.gap.verdict import Evidence, decided, informed, said, untested
 from epa_rt.gap.whose import spoken, who_has
 
 FOLLOWED = 0.5     # of it where the whole plant follows its commands to the noise, though a block is not content; and where all that speaks for a name is faint
@@ -51,7 +51,8 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     where = () if lost is not None and lost <= found.heard.sure else tuple(link for link in gaps(found.before, found.after) if link in judged)
     odd = _odd(found)
     rivals = [[n for n in one.not_separable_from if problem.effects[n].family != one.family] for one in named]
-    verdict = decided(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1), bool(odd), counted, lost, to_noise, bool(breaks), bool(elsewhere), helps)
+    verdict = decided(Evidence(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1), bool(odd),
+                               counted, lost, to_noise, bool(breaks), bool(elsewhere), helps))
     says = said(verdict, [spoken(one) for one in named], rivals, where, covered.part, len(silent), len(problem.effects), odd, counted, lost, breaks,
                 (found.heard.gap, found.heard.left) if helps and whole is None and covered.part < BARS.covered else None)
     nearest = tuple(one.name for one in named)

@@ -1,6 +1,7 @@
 """The verdict: from what was found, what is left, and what the logs could have shown at all."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,30 +10,52 @@ from epa_rt.gap.coverage import Coverage
 from epa_rt.gap.diagnosis import Verdict
 
 
-def decided(gap: bool, effects: Sequence[str], found: Coverage, ambiguous: bool, untested: float, odd: bool = False,
-            whole: float | None = None, lost: float | None = None, to_noise: bool = False, breaks: bool = False, elsewhere: bool = False, helps: bool = False, bars: Bars = BARS) -> Verdict:
-    """``gap``: any link has one. ``ambiguous``: an effect cannot be told from one of another family. ``untested``: part of
+@dataclass(frozen=True)
+class Evidence:
+    """What a verdict hangs on. ``gap``: any link has one. ``ambiguous``: an effect cannot be told from one of another family. ``untested``: part of
     the catalogue that the logs could not have shown. ``odd``: a nominal parameter is beyond
     belief and hides more than the effects explain. ``whole``: part of the gap in free run that the effects explain, None where it shows none.
     ``lost``: chi-square above noise in free run where no effect is named, None where one is or the rig has no model of the whole. ``to_noise``: with the
-    effects the whole plant follows its commands to the noise, whatever a block still shows (dry friction of a knee: 2933 to 9, and half of the gap in its acceleration). ``breaks``: links that agreed no longer do with the
-    effects on. ``elsewhere``: other links have a gap of which they explain nothing. ``helps``: with them the whole plant is better by more than chance."""
-    if odd or (effects and breaks and not to_noise) or (effects and whole is not None and whole < bars.carried):
+    effects the whole plant follows its commands to the noise, whatever a block still shows (dry friction of a knee: 2933 to 9, and half of the gap in its acceleration).
+    ``breaks``: links that agreed no longer do with the effects on. ``elsewhere``: other links have a gap of which they explain nothing. ``helps``: with them the
+    whole plant is better by more than chance."""
+
+    gap: bool
+    effects: Sequence[str]
+    found: Coverage
+    ambiguous: bool = False
+    untested: float = 0.0
+    odd: bool = False
+    whole: float | None = None
+    lost: float | None = None
+    to_noise: bool = False
+    breaks: bool = False
+    elsewhere: bool = False
+    helps: bool = False
+
+    def little(self, bars: Bars) -> bool:
+        """Whether the effects explain too little of what the blocks show to be the cause, and nothing else speaks for them."""
+        faint = self.helps and self.whole is None and self.found.left < bars.trifle  # too little for the blocks' bars, and both agree on what it is
+        return not self.to_noise and not faint and (self.found.part < bars.covered or self.found.least < bars.covered_link)
+
+
+def decided(of: Evidence, bars: Bars = BARS) -> Verdict:
+    """The verdict on the evidence."""
+    if of.odd or (of.effects and of.breaks and not of.to_noise) or (of.effects and of.whole is not None and of.whole < bars.carried):
         return "not_in_catalogue"
-    if lost is not None and lost > bars.shows:
+    if of.lost is not None and of.lost > bars.shows:
         return "not_in_catalogue"
-    faint = helps and whole is None and found.left < bars.trifle  # too little for the blocks' bars, and both agree on what it is
-    little = not to_noise and not faint and (found.part < bars.covered or found.least < bars.covered_link)
-    if not gap and not effects:
-        return "not_excited" if untested > bars.mostly else "no_gap"
-    if effects and little and found.left < bars.trifle and whole is None:
-        return "no_gap"
-    if not effects or (little and (found.left > bars.trifle or whole is None)):
-        return "not_in_catalogue"
-    if ambiguous:
+    if not of.effects:
+        return "not_in_catalogue" if of.gap else "not_excited" if of.untested > bars.mostly else "no_gap"
+    if of.little(bars):
+        if of.found.left < bars.trifle and of.whole is None:
+            return "no_gap"
+        if of.found.left > bars.trifle or of.whole is None:
+            return "not_in_catalogue"
+    if of.ambiguous:
         return "not_separable"
-    much = found.left < bars.small or (found.part > bars.whole and found.left < bars.few)
-    return "explained" if much and not elsewhere else "partly_explained"
+    much = of.found.left < bars.small or (of.found.part > bars.whole and of.found.left < bars.few)
+    return "explained" if much and not of.elsewhere else "partly_explained"
 
 
 def untested(typical: Mapping[str, float], names: Sequence[str], bars: Bars = BARS) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from epa_rt.gap.diagnosis import Place
 from epa_rt.gap.fed import source_first
 from epa_rt.gap.generic import GenericFit
 from epa_rt.gap.plausible import strained
-from epa_rt.gap.verdict import decided, informed, said, untested
+from epa_rt.gap.verdict import Evidence, decided, informed, said, untested
 from epa_rt.gap.yardstick import Left
 
 
@@ -25,7 +25,7 @@ def place(block: str, significance: float) -> Place:
 
 
 def verdict(before: Left, after: Left, effects=("leak",), ambiguous=False, silent=0.0, odd=False):
-    return decided(bool(gaps(before, after)), effects, coverage(before, after), ambiguous, silent, odd)
+    return decided(Evidence(bool(gaps(before, after)), effects, coverage(before, after), ambiguous, silent, odd))
 
 
 def test_noise_is_no_gap_and_silence_of_logs_that_show_little_means_nothing():
@@ -110,31 +110,31 @@ def test_a_link_that_what_it_feeds_has_bent_does_not_come_first():
 
 @pytest.mark.parametrize(("whole", "verdict"), [(None, "explained"), (0.95, "explained"), (0.9, "not_in_catalogue")])
 def test_free_run_may_take_a_name_away(whole, verdict):
-    assert decided(True, ["moment_arm"], Coverage(1.0, 1.0, 0.0), False, 0.0, whole=whole) == verdict
+    assert decided(Evidence(True, ["moment_arm"], Coverage(1.0, 1.0, 0.0), whole=whole)) == verdict
 
 
 def test_free_run_may_name_what_the_blocks_show_too_faintly():
     faint = Coverage(0.3, 0.3, 0.1)
-    assert decided(False, ["payload"], faint, False, 0.0) == "no_gap"
-    assert decided(False, ["payload"], faint, False, 0.0, whole=0.95) == "explained"
-    assert decided(True, ["payload"], Coverage(0.3, 0.3, 3.0), False, 0.0, whole=0.95) == "not_in_catalogue"
+    assert decided(Evidence(False, ["payload"], faint)) == "no_gap"
+    assert decided(Evidence(False, ["payload"], faint, whole=0.95)) == "explained"
+    assert decided(Evidence(True, ["payload"], Coverage(0.3, 0.3, 3.0), whole=0.95)) == "not_in_catalogue"
 
 
 def test_a_faint_effect_on_which_blocks_and_free_run_agree_is_named():
     faint = Coverage(0.01, 0.01, 0.2)
-    assert decided(True, ["force_offset"], faint, False, 0.0, helps=True) == "explained"
-    assert decided(True, ["force_offset"], faint, False, 0.0) == "no_gap"
-    assert decided(True, ["force_offset"], Coverage(0.01, 0.01, 3.0), False, 0.0, helps=True) == "not_in_catalogue"
-    assert decided(True, ["force_offset"], faint, False, 0.0, odd=True, helps=True) == "not_in_catalogue"
+    assert decided(Evidence(True, ["force_offset"], faint, helps=True)) == "explained"
+    assert decided(Evidence(True, ["force_offset"], faint)) == "no_gap"
+    assert decided(Evidence(True, ["force_offset"], Coverage(0.01, 0.01, 3.0), helps=True)) == "not_in_catalogue"
+    assert decided(Evidence(True, ["force_offset"], faint, odd=True, helps=True)) == "not_in_catalogue"
     assert said("explained", ["force_offset"], [], ["motor"], 0.01, 0, 60, faint=(28.0, 9.0)) == \
         "force_offset: faint, but the blocks' fits and free run agree on it (chi-square 28 to 9 above its noise)."
 
 
 def test_a_plant_that_follows_its_commands_to_the_noise_is_named_whatever_a_block_still_shows():
     half = Coverage(0.54, 0.54, 9.0)
-    assert decided(True, ["knee_friction"], half, False, 0.0, whole=1.0) == "not_in_catalogue"
-    assert decided(True, ["knee_friction"], half, False, 0.0, whole=1.0, to_noise=True) == "partly_explained"
-    assert decided(True, ["knee_friction"], half, False, 0.0, odd=True, whole=1.0, to_noise=True) == "not_in_catalogue"
+    assert decided(Evidence(True, ["knee_friction"], half, whole=1.0)) == "not_in_catalogue"
+    assert decided(Evidence(True, ["knee_friction"], half, whole=1.0, to_noise=True)) == "partly_explained"
+    assert decided(Evidence(True, ["knee_friction"], half, odd=True, whole=1.0, to_noise=True)) == "not_in_catalogue"
 
 
 def test_the_sentence_then_speaks_of_free_run():
@@ -145,7 +145,7 @@ def test_the_sentence_then_speaks_of_free_run():
 
 @pytest.mark.parametrize(("lost", "verdict"), [(None, "no_gap"), (53.0, "no_gap"), (126.0, "no_gap"), (304.0, "not_in_catalogue")])
 def test_what_only_free_run_shows_and_nothing_explains_is_missing(lost, verdict):
-    assert decided(False, [], Coverage(1.0, 1.0, 0.0), False, 0.0, lost=lost) == verdict
+    assert decided(Evidence(False, [], Coverage(1.0, 1.0, 0.0), lost=lost)) == verdict
 
 
 def test_a_name_counts_for_less_where_it_leaves_part_of_the_gap_in_free_run():
@@ -178,9 +178,9 @@ def test_a_right_law_breaks_no_link_that_agreed():
     before, after = left(drive=(1200.0, 760.0), motor=(0.9, 0.9), torque=(0.95, 0.9)), left(drive=(46.0, 40.0), motor=(4.5, 3.0), torque=(8.2, 5.0))
     assert broken(before, after) == ("torque", "motor")
     found = coverage(before, after)
-    assert decided(True, ["encoder_skew"], found, False, 0.0) == "partly_explained"
-    assert decided(True, ["encoder_skew"], found, False, 0.0, breaks=True) == "not_in_catalogue"
-    assert decided(True, ["encoder_skew"], found, False, 0.0, breaks=True, to_noise=True) == "partly_explained"
+    assert decided(Evidence(True, ["encoder_skew"], found)) == "partly_explained"
+    assert decided(Evidence(True, ["encoder_skew"], found, breaks=True)) == "not_in_catalogue"
+    assert decided(Evidence(True, ["encoder_skew"], found, breaks=True, to_noise=True)) == "partly_explained"
     assert "torque, motor no longer agrees" in said("not_in_catalogue", ["encoder_skew"], [[]], ["drive"], found.part, 0, 40, breaks=("torque", "motor"))
 
 
@@ -194,6 +194,6 @@ def test_a_gap_elsewhere_that_the_effects_do_not_touch_is_passed_over():
     before, after = left(drive=(744.0, 331.0), motor=(4.6, 3.1), gas=(1.0, 1.0)), left(drive=(1.2, 1.2), motor=(4.6, 3.1), gas=(1.0, 1.0))
     assert passed_over(before, after) == ("motor",)
     found = coverage(before, after)
-    assert decided(True, ["transport_delay"], found, False, 0.0) == "explained"
-    assert decided(True, ["transport_delay"], found, False, 0.0, elsewhere=True) == "partly_explained"
+    assert decided(Evidence(True, ["transport_delay"], found)) == "explained"
+    assert decided(Evidence(True, ["transport_delay"], found, elsewhere=True)) == "partly_explained"
     assert passed_over(before, left(drive=(1.2, 1.2), motor=(1.5, 1.5), gas=(1.0, 1.0))) == ()
