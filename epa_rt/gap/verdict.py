@@ -36,7 +36,8 @@ class Evidence:
     def little(self, bars: Bars) -> bool:
         """Whether the effects explain too little of what the blocks show to be the cause, and nothing else speaks for them."""
         faint = self.helps and self.whole is None and self.found.left < bars.trifle  # too little for the blocks' bars, and both agree on what it is
-        return not self.to_noise and not faint and (self.found.part < bars.covered or self.found.least < bars.covered_link)
+        alone = not self.gap and self.whole is not None and self.whole >= bars.carried  # no block has a gap that could be left: free run's word counts
+        return not self.to_noise and not faint and not alone and (self.found.part < bars.covered or self.found.least < bars.covered_link)
 
 
 def decided(of: Evidence, bars: Bars = BARS) -> Verdict:

@@ -120,6 +120,13 @@ def test_free_run_may_name_what_the_blocks_show_too_faintly():
     assert decided(Evidence(True, ["payload"], Coverage(0.3, 0.3, 3.0), whole=0.95)) == "not_in_catalogue"
 
 
+def test_what_free_run_explains_is_named_where_no_block_has_a_gap():
+    rest = Coverage(0.3, 0.3, 3.0)  # of links that have no gap to explain
+    assert decided(Evidence(False, ["payload"], rest, whole=1.0)) == "partly_explained"
+    assert decided(Evidence(True, ["payload"], rest, whole=1.0)) == "not_in_catalogue"
+    assert decided(Evidence(False, ["payload"], rest, whole=0.5)) == "not_in_catalogue"
+
+
 def test_a_faint_effect_on_which_blocks_and_free_run_agree_is_named():
     faint = Coverage(0.01, 0.01, 0.2)
     assert decided(Evidence(True, ["force_offset"], faint, helps=True)) == "explained"
