@@ -34,21 +34,22 @@ UNSUPPORTED = 0.4  # of a name's confidence is left where the whole plant is no 
 def composed(subject: Subject, recordings: Sequence[Recording], found: Attribution, rows: Sequence[Shrinkage] = ()) -> Diagnosis:
     """The answer in the words of ``diagnosis.py``."""
     problem, selection = found.problem, found.selection
+    screening = selection.roles[0].screening if selection.roles else selection.refused.screening if selection.refused else None
+    silent = untested(screening.typical() if screening else {}, tuple(problem.effects))
+    judged = informed({link: [e.name for e in problem.effects.values() if link in problem.touched(e.knobs)] for link in problem.links}, silent)
+    lost = found.heard.left if found.heard and not selection.roles else None
+    where = () if lost is not None and lost <= found.heard.sure else tuple(link for link in gaps(found.before, found.after) if link in judged)
     covered = coverage(found.before, found.after)
     whole, counted = (found.heard.part, found.heard.counted) if found.heard else (None, None)
     trusted = trust(found.before, found.after, whole) * (1.0 if found.heard is None or found.heard.supports else UNSUPPORTED)
     to_noise = bool(found.heard and found.selection.roles and found.heard.to_noise)
     helps = bool(found.heard and selection.roles and found.heard.helps)
-    trusted = max(trusted, FOLLOWED) if to_noise or (helps and whole is None) else trusted
+    alone = not where and counted is not None and counted >= BARS.carried  # no block has a gap, and free run's is explained
+    trusted = max(trusted, FOLLOWED) if to_noise or alone or (helps and whole is None) else trusted
     breaks = broken(found.before, found.after) if selection.roles else ()
     elsewhere = passed_over(found.before, found.after) if selection.roles and not to_noise else ()
     trusted *= UNSUPPORTED if elsewhere else 1.0
     named = tuple(_named(found, k, trusted) for k in range(len(selection.roles)))
-    screening = selection.roles[0].screening if selection.roles else selection.refused.screening if selection.refused else None
-    silent = untested(screening.typical() if screening else {}, tuple(problem.effects))
-    judged = informed({link: [e.name for e in problem.effects.values() if link in problem.touched(e.knobs)] for link in problem.links}, silent)
-    lost = found.heard.left if found.heard and not named else None
-    where = () if lost is not None and lost <= found.heard.sure else tuple(link for link in gaps(found.before, found.after) if link in judged)
     odd = _odd(found)
     rivals = [[n for n in one.not_separable_from if problem.effects[n].family != one.family] for one in named]
     verdict = decided(Evidence(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1), bool(odd),
