@@ -10,7 +10,7 @@ from epa_rt.gap.bars import BARS
 from epa_rt.gap.coverage import above_noise, broken, coverage, gaps, passed_over, trust
 from epa_rt.gap.diagnosis import Diagnosis, FreeRun, Named, Near, Number, Shrinkage
 from epa_rt.gap.fed import alone, source_first
-from epa_rt.gap.held_out import not_carried_over, said_of_held_out
+from epa_rt.gap.held_out import not_carried_over, not_closed, said_of_held_out, said_of_not_closed
 from epa_rt.gap.lengths import length_first
 from epa_rt.gap.localise import localise
 from epa_rt.gap.plausible import absorbed, beyond_belief, strained, within_belief
@@ -62,6 +62,9 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     apart = not_carried_over(rows) if verdict == "no_gap" else None
     if apart is not None:
         verdict, says = "not_in_catalogue", said_of_held_out(apart)
+    kept = not_closed(rows) if verdict == "explained" else None
+    if kept is not None:
+        verdict, says = "partly_explained", f"{says} {said_of_not_closed(kept)}"
     judge, seen_at = _seen(found, odd, bool(where))
     values = selection.final.values if named else selection.base.values
     normal = (selection.final if named else selection.base).normal

@@ -1,11 +1,11 @@
 """What the fitted logs hide must serve the logs set aside too."""
 
 from epa_rt.gap.diagnosis import Shrinkage
-from epa_rt.gap.held_out import not_carried_over, said_of_held_out
+from epa_rt.gap.held_out import not_carried_over, not_closed, said_of_held_out, said_of_not_closed
 
 
-def row(channel="motor_torque_nm", before=1.0, mode="teacher_forced", log="all", baseline="refitted"):
-    return Shrinkage(channel, "N*m", mode, log, 2e-3 * before, 2e-3, 2e-3, None, None, 1.0, "twin", baseline)
+def row(channel="motor_torque_nm", before=1.0, mode="teacher_forced", log="all", baseline="refitted", after=1.0, closed=None):
+    return Shrinkage(channel, "N*m", mode, log, 2e-3 * before, 2e-3 * after, 2e-3, closed, None, 1.0, "twin", baseline)
 
 
 def test_nothing_stands_apart_near_the_floor_or_without_logs_set_aside():
@@ -22,3 +22,13 @@ def test_the_worst_channel_is_said_with_its_figure():
 def test_only_block_by_block_against_the_refit_over_all_logs_counts():
     others = [row(before=9.0, mode="free_run"), row(before=9.0, log="one.mcap"), row(before=9.0, baseline="plant_file"), row("all channels", 9.0)]
     assert not_carried_over(others) is None
+
+
+def test_named_effects_that_close_little_of_a_held_out_channel_have_not_explained_it():
+    rows = [row("force_n", 9.0, after=1.1, closed=0.99), row(before=8.0, after=7.9, closed=0.02)]
+    assert not_closed(rows).channel == "motor_torque_nm"
+    assert "motor_torque_nm keeps 7.9 x its noise floor (8.0 x before)" in said_of_not_closed(not_closed(rows))
+
+
+def test_what_is_closed_by_half_or_near_the_floor_counts_as_explained():
+    assert not_closed([row("force_n", 20.0, after=9.0, closed=0.8), row(before=1.9, after=1.9, closed=0.0), row(before=9.0, mode="free_run", after=9.0)]) is None
