@@ -61,6 +61,7 @@ def open_rig(rig: Path, plant: Path | None) -> "tuple[Subject, Rig | None, Path 
 def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opened:
     """Rig and logs, the logs checked and cleaned. Raises VerbError, ConfigError where a diagnosis of them would mean nothing."""
     from epa_rt.cli.gap_fits import check_columns
+    from epa_rt.gap.foreign.signs import check_signs
     from epa_rt.gap.foreign.sizes import check_sizes
     from epa_rt.gap.hygiene import check, clean
 
@@ -71,6 +72,8 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
         check_columns(subject, arguments.rig, recordings)
     findings = (*check(recordings, rig), *(check_sizes(recordings, subject.rig) if rig is None else ()))
     refused = [finding.says for finding in findings if finding.severity == "refuse"]
+    if rig is None and not refused:
+        refused = [finding.says for finding in check_signs(recordings, subject)]
     if refused:
         raise VerbError("; ".join(refused))
     cleaned, n = clean(recordings, findings), len(arguments.logs)

@@ -7,6 +7,7 @@ import pytest
 from epa_rt.cli.main import main
 from epa_rt.gap.diagnosis import Diagnosis
 from tests.cli.shell import RIGS, ROOT
+from tests.gap.foreign.made import with_output
 from tests.gap.recorded import log_of
 
 RIG = RIGS / "bench.yaml"
@@ -58,6 +59,19 @@ def test_a_column_that_the_rig_of_others_names_and_the_log_lacks(tmp_path, capsy
     assert main(["import", str(tmp_path / "m.yaml"), str(tmp_path / "a.csv"), "-o", str(tmp_path / "a.mcap")]) == 0
     capsys.readouterr()
     assert "a.mcap: found no column motor_force_n, expected what " in refused(capsys, "localise", "--rig", ROOT / "config/rigs_foreign/emps.yaml", tmp_path / "a.mcap")
+
+
+@pytest.mark.parametrize(("scale", "words"), [("-1", "the sign of one of them looks turned"), ("1000", "they look too large, a unit or a scale of the import may be wrong")])
+def test_a_turned_sign_and_a_wrong_unit_on_a_rig_of_others(scale, words, tmp_path, capsys):
+    made = with_output("carriage", {})
+    rows = zip(*(made.columns[name] for name in ("carriage_position_m", "motor_force_n")), strict=True)
+    (tmp_path / "a.csv").write_text("x,f\n" + "".join(f"{x:.9g},{f:.9g}\n" for x, f in rows))
+    (tmp_path / "m.yaml").write_text("mapping: emps\nrig: emps\nformat: {kind: csv}\nclock: {rate: 500 Hz}\nmeasured:\n"
+                                     f"  carriage_position_m: {{column: x, unit: m}}\n  motor_force_n: {{column: f, unit: N, scale: {scale}}}\n")
+    assert main(["import", str(tmp_path / "m.yaml"), str(tmp_path / "a.csv"), "-o", str(tmp_path / "a.mcap")]) == 0
+    capsys.readouterr()
+    said = refused(capsys, "localise", "--rig", ROOT / "config/rigs_foreign/emps.yaml", tmp_path / "a.mcap")
+    assert words in said and "motor_force_n: found" in said
 
 
 def test_a_column_that_its_kind_can_do_without_may_lack():

@@ -52,6 +52,10 @@ class ForeignSubject:
         size = dict(zip(order, sizes, strict=True))
         return effect._replace(starts=tuple(tuple(v * size[k] for v, k in zip(start, effect.knobs, strict=True)) for start in effect.starts))
 
+    def role_of(self, link: str) -> str:
+        """The role of the channel that a link's output is measured in."""
+        return self._roles[link]
+
     def touched(self, key: str) -> tuple[str, ...]:
         return self._parameters[key].links
 
