@@ -72,11 +72,10 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
         check_columns(subject, arguments.rig, recordings)
     findings = (*check(recordings, rig), *(check_sizes(recordings, subject.rig) if rig is None else ()))
     refused = [finding.says for finding in findings if finding.severity == "refuse"]
-    if rig is None and not refused:
-        refused = [finding.says for finding in check_signs(recordings, subject)]
     if refused:
         raise VerbError("; ".join(refused))
     cleaned, n = clean(recordings, findings), len(arguments.logs)
+    findings = (*findings, *(check_signs(cleaned, subject) if rig is None else ()))
     return Opened(subject, rig, plant, cleaned[:n], cleaned[n:], tuple(dict.fromkeys(finding.says for finding in findings)))
 
 

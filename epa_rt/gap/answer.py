@@ -31,8 +31,8 @@ NEAR = 0.5         # of what the named one explains, from which another family's
 UNSUPPORTED = 0.4  # of a name's confidence is left where the whole plant is no better with it: a block alone has been wrong there as often as right
 
 
-def composed(subject: Subject, recordings: Sequence[Recording], found: Attribution, rows: Sequence[Shrinkage] = ()) -> Diagnosis:
-    """The answer in the words of ``diagnosis.py``."""
+def composed(subject: Subject, recordings: Sequence[Recording], found: Attribution, rows: Sequence[Shrinkage] = (), unseen: bool = True) -> Diagnosis:
+    """The answer in the words of ``diagnosis.py``. ``rows``: how far the gap shrinks, on logs or trials that no fit has seen where ``unseen``."""
     problem, selection = found.problem, found.selection
     screening = selection.roles[0].screening if selection.roles else selection.refused.screening if selection.refused else None
     silent = untested(screening.typical() if screening else {}, tuple(problem.effects))
@@ -59,10 +59,11 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     nearest = tuple(one.name for one in named)
     if verdict in ("not_in_catalogue", "no_gap"):
         named = ()
-    apart = not_carried_over(rows) if verdict == "no_gap" else None
+    held_out = rows if unseen else ()
+    apart = not_carried_over(held_out) if verdict == "no_gap" else None
     if apart is not None:
         verdict, says = "not_in_catalogue", said_of_held_out(apart)
-    kept = not_closed(rows) if verdict == "explained" else None
+    kept = not_closed(held_out) if verdict == "explained" else None
     if kept is not None:
         verdict, says = "partly_explained", f"{says} {said_of_not_closed(kept)}"
     judge, seen_at = _seen(found, odd, bool(where))

@@ -16,7 +16,7 @@ from epa_rt.gap.recording import Recording
 from epa_rt.gap.refit import Fit, settled
 from epa_rt.gap.role import Role
 from epa_rt.gap.select import Selection, rescaled, select
-from epa_rt.gap.separate import alike, become_best, other_words
+from epa_rt.gap.separate import alike, become_best
 from epa_rt.gap.subject import Subject
 from epa_rt.gap.there import maybe_none
 from epa_rt.gap.there import without as without_effects
@@ -85,10 +85,10 @@ def attributed(subject: Subject, recordings: Sequence[Recording], without: Seque
     become = tuple(become_best(selection.problem, role) for role in selection.roles)
     stays = above_noise(after, selection.problem.scale)
     apart = said_there.apart if said_there else frozenset()
-    there = said_there.tried if said_there else {}
+    tied = said_there.tied if said_there else ()
 
     def set_of(role: Role, same: frozenset[str]) -> tuple[Fit, ...]:
-        found = alike(role, stays, other_words(selection.problem, role, same), there)
+        found = alike(role, stays, same, tied)
         return (*(fit for fit in found if fit.effect not in apart), *(said_there.as_well.get(role.best.effect, ()) if said_there else ()))
 
     sets = tuple(set_of(role, same) for role, same in zip(selection.roles, become, strict=True))

@@ -31,6 +31,8 @@ class Rules:
     (rigs without a gap leave 3 to 25), and ``rest`` of what there is without effects, from which something is missing: the right law in other words
     left up to 0.02 of it; what nominal parameters cannot bear is missing whatever part it is. ``most``: of that which a further effect must
     explain, and ``gained`` at least; ``screened``: families that are fitted for it. ``plain``: gain from which it is named however weak it is.
+    ``tied``: chi-square by which a law that is behind in free run is not told apart there (two kinds of friction under one small sine lie 2 to 5 apart, laws
+    that logs tell apart 10 and more).
     """
 
     better: float = 25.0
@@ -43,6 +45,7 @@ class Rules:
     gained: float = 40.0
     screened: int = 4
     plain: float = 1e3
+    tied: float = 7.0
 
     def margin(self, none: Point, best: Point) -> float:
         """Chi-square by which a law must be ahead of another, where ``best`` explains what it does of ``none``."""

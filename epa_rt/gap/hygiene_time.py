@@ -7,6 +7,7 @@ from epa_rt.gap.hygiene_finding import Finding, seconds
 from epa_rt.gap.recording import Recording
 
 _MOST_LOST = 0.2       # share of lost cycles above which the rest is no experiment any more
+LEAST_ROWS = 50        # a filter of fourth order that runs both ways needs 16
 _STEP = 0.5            # of a period: a stamp off by more is no jitter
 _MOST_STEPS = 0.01     # share of cycles with such a step above which the clock is no clock
 _DRIFT = 1e-3          # clocks of two computers differ by up to 1e-4
@@ -17,8 +18,8 @@ _BESIDE_S = 0.05       # taken out on both sides of a step
 def check_time(recording: Recording, rig: Rig | None) -> list[Finding]:
     """Findings on cycle numbers and stamps."""
     found = []
-    if recording.samples < 10:
-        return [_of(recording, "refuse", "too short", f"found {recording.samples} rows, expected an experiment")]
+    if recording.samples < LEAST_ROWS:
+        return [_of(recording, "refuse", "too short", f"found {recording.samples} rows, expected an experiment of {LEAST_ROWS} or more")]
     if rig is not None and abs(recording.period_s / rig.period_s - 1.0) > 1e-6:
         found.append(_of(recording, "refuse", "period", f"found a sampling period of {recording.period_s * 1e3:g} ms, expected {rig.period_s * 1e3:g} ms, the rig's"))
     found += _cycles(recording)

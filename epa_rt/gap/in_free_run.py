@@ -32,7 +32,7 @@ class Heard:
     ones. ``as_well``: by effect that was found there what explains it as well there. ``sure``: less than that is no gap whatever a link says, and
     nothing missing; ``usual``: what the method leaves of rigs without a gap (3 to 25). ``better``: what chance gains with a number or two. ``refitted``: nominal parameters without effects, fitted to blocks and free run together
     like those with the named ones; None where these do not carry the whole plant. ``tried``: by effect that was run in a named one's place, the chi-square by which it
-    is behind."""
+    is behind; ``tied``: those of them that free run puts nothing between."""
 
     gap: float
     left: float
@@ -44,6 +44,7 @@ class Heard:
     better: float = 4.0
     refitted: Mapping[str, float] | None = None
     tried: Mapping[str, float] = field(default_factory=dict)
+    tied: frozenset[str] = frozenset()
 
     @property
     def part(self) -> float | None:
@@ -99,10 +100,13 @@ def heard(problem: Problem, selection: Selection, rules: Rules = Rules(),
     for k in range(len(selection.roles)):
         progress("free run: what comes near", 0.3 + 0.1 * k)
         selection, best = _carried(problem, whole, selection, k, none, best, tried, rules)
+    run = len(selection.roles)
     selection, best = fewer(problem, whole, selection, best, rules)
     margin = rules.margin(none, best)
     behind = {name: chi - best.normal.chi for name, chi in tried.items()}
     apart = frozenset(name for name, by in behind.items() if by > margin)
+    alone = run == len(selection.roles) == 1 and none.normal.chi - best.normal.chi > rules.gained  # with two on, or one dropped since, a law was tried beside others
+    tied = frozenset(name for name, by in behind.items() if alone and by < rules.tied)
     progress("free run: what is left", 0.7)
     as_well: dict[str, tuple[Fit, ...]] = {}
     while len(selection.roles) < MOST_TOGETHER:
@@ -111,7 +115,7 @@ def heard(problem: Problem, selection: Selection, rules: Rules = Rules(),
             break
         selection, best, others = found
         as_well[selection.roles[-1].best.effect] = others
-    said = Heard(above(none, noise), above(best, noise), strain(best), apart, as_well, tried=behind)
+    said = Heard(above(none, noise), above(best, noise), strain(best), apart, as_well, tried=behind, tied=tied)
     if selection.roles and said.carried:
         progress("free run and blocks together", 0.9)
         selection, refitted = serving_both(problem, whole, selection, none.values, best.values)

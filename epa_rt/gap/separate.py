@@ -4,7 +4,7 @@ All by blocks: a block's contributions are resampled or summed as they are, so t
 makes an interval or a choice look surer than it is.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,9 +26,9 @@ class Alike:
     is known to a thousandth. ``rest``: of what even the best one
     leaves above the noise, for then both are the wrong formula; never more than ``part`` of what it explains. ``z``: of
     the difference over blocks; a rival that differs by less must still explain ``most`` of what the best one does.
-    ``same``: chi-square between what two fits say, below which they say the same. ``words``: of what the best one explains, for a law that is
-    behind block by block, because no law is the rig's own, and in free run by less than ``there``: it may as well be the one. (Logs of one small sine:
-    dry and low-speed friction explain 0.974 to 0.997 of each other, 2 to 5 apart in free run; logs that tell two laws apart put 10 and more between them.)
+    ``same``: chi-square between what two fits say, below which they say the same. ``tied_share``: of what the best one explains, for a law that is
+    behind block by block, because no law is the rig's own, and tied with it in free run: it may as well be the one. (Logs of one small sine:
+    dry and low-speed friction explain 0.974 to 0.997 of each other.)
     """
 
     chance: float = 10.0
@@ -38,37 +38,30 @@ class Alike:
     z: float = 2.0
     most: float = 0.9
     same: float = 25.0
-    words: float = 0.97
-    there: float = 5.0
+    tied_share: float = 0.97
 
 
-def alike(role: Role, left: float, other_words: Collection[str] = (), behind_there: Mapping[str, float] | None = None, rule: Alike = Alike()) -> tuple[Fit, ...]:
+def alike(role: Role, left: float, same_law: Collection[str] = (), tied: Collection[str] = (), rule: Alike = Alike()) -> tuple[Fit, ...]:
     """The role's best fit and all that this data cannot tell from it, best first. ``left``: chi-square above the noise that
-    stays with all effects on. ``other_words``: effects that say the best one again, whatever the data. ``behind_there``: by effect, chi-square behind it in free run.
+    stays with all effects on. ``same_law``: effects that say the best one again. ``tied``: those that free run puts nothing between.
     """
-    best, there = role.gains[0], behind_there or {}
+    best = role.gains[0]
     within = max(rule.chance, rule.exact * float(best.sum()), min(rule.rest * left, rule.part * float(best.sum())))
 
     def as_well(fit: Fit, gain: np.ndarray) -> bool:
         return bool((best - gain).sum() < within or (z_of_sum(best - gain) < rule.z and gain.sum() > rule.most * best.sum())
-                    or (there.get(fit.effect, np.inf) < rule.there and gain.sum() > rule.words * best.sum()))
+                    or (fit.effect in tied and gain.sum() > rule.tied_share * best.sum()))
 
-    return tuple(fit for fit, gain in zip(role.fits, role.gains, strict=True) if fit.effect not in other_words and as_well(fit, gain))
-
-
-def other_words(problem: Problem, role: Role, become: Collection[str]) -> frozenset[str]:
-    """Those of ``become`` that are the best effect again whatever the data: a law for the same thing, or one that has it for a limit."""
-    family = problem.effects[role.best.effect].family
-    return frozenset(name for name in become if family in (problem.effects[name].family, *problem.effects[name].limits))
+    return tuple(fit for fit, gain in zip(role.fits, role.gains, strict=True) if fit.effect not in same_law and as_well(fit, gain))
 
 
 def become_best(problem: Problem, role: Role, rule: Alike = Alike()) -> frozenset[str]:
-    """Effects with more numbers whose fit has become the role's best one: they say the same of this data.
+    """Laws for the same thing with more numbers whose fit has become the role's best one: they say the same, and are no other answer.
 
-    A lock from where the muscle begins is a bladder, dry friction that never builds up is drag.
+    A lock from where the muscle begins is a bladder. A law for another thing that says the same of this data stays one: another experiment may tell them apart.
     """
-    few = len(problem.effects[role.best.effect].knobs)
-    richer = [fit for fit in role.fits if len(problem.effects[fit.effect].knobs) > few]
+    named = problem.effects[role.best.effect]
+    richer = [fit for fit in role.fits if problem.effects[fit.effect].family == named.family and len(problem.effects[fit.effect].knobs) > len(named.knobs)]
     best = {link: problem.residual(role.best.values, link) for link in problem.links} if richer else {}
 
     def apart(fit: Fit) -> float:

@@ -5,7 +5,6 @@ from epa_rt.models.effect import Effect
 FACTS = "engineering estimate"
 BUS, DRIVE, GEAR, LOAD = "Bus timing", "Drive", "Transmission", "Wiring and load"
 DRY = "motor and gear friction"
-KNEE_SPRING = "joint spring"
 THIRDS = (0.0, 2.1, -2.1)  # rad: from one of these phases a fit reaches every phase
 
 CHAIN: tuple[Effect, ...] = (
@@ -53,11 +52,11 @@ CHAIN: tuple[Effect, ...] = (
     Effect("guide_friction", "load friction", "load", ("load.coulomb_n",), ((3.0,),),
            "dry friction of the mass in its guide", LOAD, FACTS),
     Effect("knee_friction", "load friction", "load", ("load.knee_coulomb_nm", "load.knee_friction_speed_rad_s", "load.knee_stiffness_nm_rad"),
-           ((0.1, 0.0, 50.0), (0.1, 0.05, 50.0), (0.1, 0.0, 15.0)), "dry friction of the knee, which bends before it slides", LOAD, FACTS, (KNEE_SPRING,)),
+           ((0.1, 0.0, 50.0), (0.1, 0.05, 50.0), (0.1, 0.0, 15.0)), "dry friction of the knee, which bends before it slides", LOAD, FACTS),
     Effect("payload", "load mass", "load", ("load.payload_kg",), ((0.1,), (-0.1,)), "the load weighs more or less", LOAD, FACTS),
     Effect("gravity_misalignment", "gravity", "load", ("load.misalignment_rad",), ((0.026,), (-0.026,)),
            "the rig does not stand upright", LOAD, FACTS),
-    Effect("knee_spring", KNEE_SPRING, "load", ("load.knee_spring_nm_rad",), ((0.5,),),
+    Effect("knee_spring", "joint spring", "load", ("load.knee_spring_nm_rad",), ((0.5,),),
            "cables or skin hold the knee like a spring", LOAD, FACTS),
     Effect("moment_arm", "moment arm", "load", ("load.lever_slope_per_rad",), ((0.3,), (-0.3,)),
            "the muscles' lever changes over the knee's angle", LOAD, FACTS),

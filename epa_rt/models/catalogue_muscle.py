@@ -7,7 +7,6 @@ LAWS = "engineering estimate; laws as published"
 GAS, MUSCLE = "Gas", "Muscle"
 HEAT, LEAK = "gas heat", "leak"
 PRE_SLIDING = "braid friction, pre-sliding"
-DRAG = "muscle drag"
 SPRING = "spring beside the muscle"  # a lock that begins where the muscle does is a bladder
 
 GAS_EFFECTS: tuple[Effect, ...] = (
@@ -52,12 +51,12 @@ MUSCLE_EFFECTS: tuple[Effect, ...] = (
     Effect("braid_run_in", PRE_SLIDING, "muscle", ("muscle.run_in_ratio", "muscle.run_in_m"),
            ((0.02, 2.0), (0.02, 0.5), (0.02, 10.0)), "braid friction that wears off with the way travelled", MUSCLE, FACTS),
     Effect("braid_coulomb", PRE_SLIDING, "muscle", ("muscle.coulomb_ratio", "muscle.coulomb_speed_m_s"),
-           ((0.05, 2e-3), (0.05, 5e-4)), "dry friction of the braid without memory", MUSCLE, FACTS, (DRAG,)),
-    Effect("braid_pressure_viscous", DRAG, "muscle", ("muscle.pressure_viscous_s_m",), ((0.05,),),
+           ((0.05, 2e-3), (0.05, 5e-4)), "dry friction of the braid without memory", MUSCLE, FACTS),
+    Effect("braid_pressure_viscous", "muscle drag", "muscle", ("muscle.pressure_viscous_s_m",), ((0.05,),),
            "drag of the braid grows with pressure", MUSCLE, "paper eq. 6"),
     Effect("braid_stribeck", "braid friction, low speed", "muscle",
            ("muscle.stribeck_ratio", "muscle.stribeck_speed_m_s", "muscle.stribeck_tail_ratio"),
-           ((0.02, 5e-3, 0.5), (0.02, 2e-3, 0.5), (0.02, 1.5e-2, 0.5)), "braid friction that peaks at a low speed", MUSCLE, FACTS, (DRAG,)),
+           ((0.02, 5e-3, 0.5), (0.02, 2e-3, 0.5), (0.02, 1.5e-2, 0.5)), "braid friction that peaks at a low speed", MUSCLE, FACTS),
     Effect("bladder_spring", SPRING, "muscle", ("muscle.bladder_stiffness_n_m", "muscle.bladder_hardening_per_m"),
            ((300.0, 30.0), (300.0, 0.0)),
            "the bladder pulls like a spring", MUSCLE, FACTS),
@@ -72,5 +71,5 @@ MUSCLE_EFFECTS: tuple[Effect, ...] = (
     Effect("strap_compliance", "strap", "muscle", ("muscle.strap_compliance_m_n", "muscle.strap_stiffening_per_n"), ((1e-5, 5e-3), (1e-5, 0.0)),
            "the strap stretches under force", MUSCLE, FACTS),
     Effect("creep", "creep", "muscle", ("muscle.creep_stiffness_n_m", "muscle.creep_time_s", "muscle.creep_slow_ratio"),
-           ((300.0, 10.0, 0.5), (300.0, 1.0, 0.5), (300.0, 0.2, 0.5), (300.0, 60.0, 0.0)), "force relaxes after a stretch", MUSCLE, FACTS, (SPRING, DRAG)),
+           ((300.0, 10.0, 0.5), (300.0, 1.0, 0.5), (300.0, 0.2, 0.5), (300.0, 60.0, 0.0)), "force relaxes after a stretch", MUSCLE, FACTS),
 )

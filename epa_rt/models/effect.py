@@ -29,8 +29,7 @@ class Effect(NamedTuple):
     ``knobs``: keys of the numbers that a fit may move. ``starts``: values of those knobs from which fits begin, in the
     same order, a typical strength first; signs and shapes that a fit cannot cross to are starts of their own.
     ``family``: laws for one and the same thing share it, so that the answer can be the family. ``says``: one clause
-    for people; ``equation`` where docs/plant.md has it; ``source`` where it comes from. ``limits``: other families that this law comes to at the
-    ends of its numbers, whatever the data: creep that never ends is a spring.
+    for people; ``equation`` where docs/plant.md has it; ``source`` where it comes from.
     """
 
     name: str
@@ -41,4 +40,3 @@ class Effect(NamedTuple):
     says: str
     equation: str
     source: str
-    limits: tuple[str, ...] = ()

@@ -61,17 +61,35 @@ def test_a_column_that_the_rig_of_others_names_and_the_log_lacks(tmp_path, capsy
     assert "a.mcap: found no column motor_force_n, expected what " in refused(capsys, "localise", "--rig", ROOT / "config/rigs_foreign/emps.yaml", tmp_path / "a.mcap")
 
 
-@pytest.mark.parametrize(("scale", "words"), [("-1", "the sign of one of them looks turned"), ("1000", "they look too large, a unit or a scale of the import may be wrong")])
-def test_a_turned_sign_and_a_wrong_unit_on_a_rig_of_others(scale, words, tmp_path, capsys):
+def imported_carriage(tmp_path, scale: str, rows: int = -1):
+    """A carriage's log whose force the mapping reads with a scale; its first ``rows`` alone."""
     made = with_output("carriage", {})
-    rows = zip(*(made.columns[name] for name in ("carriage_position_m", "motor_force_n")), strict=True)
-    (tmp_path / "a.csv").write_text("x,f\n" + "".join(f"{x:.9g},{f:.9g}\n" for x, f in rows))
+    table = list(zip(*(made.columns[name] for name in ("carriage_position_m", "motor_force_n")), strict=True))
+    (tmp_path / "a.csv").write_text("x,f\n" + "".join(f"{x:.9g},{f:.9g}\n" for x, f in table[:rows]))
     (tmp_path / "m.yaml").write_text("mapping: emps\nrig: emps\nformat: {kind: csv}\nclock: {rate: 500 Hz}\nmeasured:\n"
                                      f"  carriage_position_m: {{column: x, unit: m}}\n  motor_force_n: {{column: f, unit: N, scale: {scale}}}\n")
     assert main(["import", str(tmp_path / "m.yaml"), str(tmp_path / "a.csv"), "-o", str(tmp_path / "a.mcap")]) == 0
+    return tmp_path / "a.mcap"
+
+
+def test_a_wrong_unit_on_a_rig_of_others(tmp_path, capsys):
+    log = imported_carriage(tmp_path, "1000")
     capsys.readouterr()
-    said = refused(capsys, "localise", "--rig", ROOT / "config/rigs_foreign/emps.yaml", tmp_path / "a.mcap")
-    assert words in said and "motor_force_n: found" in said
+    said = refused(capsys, "localise", "--rig", ROOT / "config/rigs_foreign/emps.yaml", log)
+    assert "motor_force_n: found" in said and "they look too large, a unit or a scale of the import may be wrong" in said
+
+
+def test_a_turned_sign_on_a_rig_of_others_is_said_first(tmp_path, capsys):
+    log = imported_carriage(tmp_path, "-1")
+    capsys.readouterr()
+    assert main(["gap", "localise", "--rig", str(ROOT / "config/rigs_foreign/emps.yaml"), str(log), "--quiet"]) == 0
+    assert "motor_force_n: found a correlation of -1.00 with what the plant file makes of the other channels" in capsys.readouterr().out
+
+
+def test_a_log_too_short_for_the_filters_of_a_rig_of_others(tmp_path, capsys):
+    log = imported_carriage(tmp_path, "1", rows=14)
+    capsys.readouterr()
+    assert "found 14 rows, expected" in refused(capsys, "localise", "--rig", ROOT / "config/rigs_foreign/emps.yaml", log)
 
 
 def test_a_column_that_its_kind_can_do_without_may_lack():

@@ -27,8 +27,12 @@ def test_only_block_by_block_against_the_refit_over_all_logs_counts():
 def test_named_effects_that_close_little_of_a_held_out_channel_have_not_explained_it():
     rows = [row("force_n", 9.0, after=1.1, closed=0.99), row(before=8.0, after=7.9, closed=0.02)]
     assert not_closed(rows).channel == "motor_torque_nm"
-    assert "motor_torque_nm keeps 7.9 x its noise floor (8.0 x before)" in said_of_not_closed(not_closed(rows))
+    assert "motor_torque_nm keeps 7.9 x its noise floor of 8.0 x" in said_of_not_closed(not_closed(rows))
 
 
 def test_what_is_closed_by_half_or_near_the_floor_counts_as_explained():
-    assert not_closed([row("force_n", 20.0, after=9.0, closed=0.8), row(before=1.9, after=1.9, closed=0.0), row(before=9.0, mode="free_run", after=9.0)]) is None
+    assert not_closed([row("force_n", 20.0, after=8.0, closed=0.84), row(before=1.9, after=1.9, closed=0.0), row(before=9.0, mode="free_run", after=9.0)]) is None
+
+
+def test_what_makes_a_channel_worse_is_said_so():
+    assert "it makes motor_torque_nm worse, 3.0 x its noise floor where it was 1.5 x" in said_of_not_closed(not_closed([row(before=1.5, after=3.0, closed=-6.4)]))

@@ -140,5 +140,5 @@ COMPONENT = Component(
     effects=(*(law.effect for law in LAWS), *_EFFECTS),
     prepare=prepare, residual=residual, features=features, settled=5.0, needs={"force": ("position",)},
     flat=True,
-    signed=True,
+    output_is_foreseen=True,
 )

@@ -79,5 +79,5 @@ COMPONENT = Component(
     parameters=(*_OWN, *(p for law in LAWS for p in law.parameters)),
     effects=(*(law.effect for law in LAWS), *_EFFECTS),
     prepare=prepare, residual=residual, features=features, settled=5.0, needs={"force": ("position", "pressure")},
-    signed=True,
+    output_is_foreseen=True,
 )

@@ -139,5 +139,5 @@ COMPONENT = Component(
     links=((Link("position", "joint", "joint_position_rad", "rad", "command to the joint's angle"), "position"),),
     parameters=_ROWS, effects=_EFFECTS, prepare=prepare, residual=residual, features=features, free_run=free_run, menu=menu,
     needs={"position": ("command",)},
-    signed=True,
+    output_is_foreseen=True,
 )
