@@ -44,8 +44,8 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     trusted = trust(found.before, found.after, whole) * (1.0 if found.heard is None or found.heard.supports else UNSUPPORTED)
     to_noise = bool(found.heard and found.selection.roles and found.heard.to_noise)
     helps = bool(found.heard and selection.roles and found.heard.helps)
-    alone = not where and counted is not None and counted >= BARS.carried  # no block has a gap, and free run's is explained
-    trusted = max(trusted, FOLLOWED) if to_noise or alone or (helps and whole is None) else trusted
+    unplaced = not where and counted is not None and counted >= BARS.carried  # no block has a gap, and free run's is explained
+    trusted = max(trusted, FOLLOWED) if to_noise or unplaced or (helps and whole is None) else trusted
     breaks = broken(found.before, found.after) if selection.roles else ()
     elsewhere = passed_over(found.before, found.after) if selection.roles and not to_noise else ()
     trusted *= UNSUPPORTED if elsewhere else 1.0
