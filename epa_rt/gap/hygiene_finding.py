@@ -85,3 +85,10 @@ def position_pairs(recording: Recording, rig: Rig | None) -> list[tuple[str, str
         swaps = (("_position_m", "_speed_m_s"), ("_position_rad", "_speed_rad_s"), ("_angle_rad", "_speed_rad_s"))
         pairs = [(n, n.removesuffix(a) + b) for n in names for a, b in swaps if n.endswith(a) and n.removesuffix(a) + b in names]
     return [(x, v) for x, v in pairs if x in recording.columns and v in recording.columns]
+
+
+def correlation(a: np.ndarray, b: np.ndarray) -> float:
+    """Of two columns (N,), about their means; 0 where one of them stands still."""
+    a, b = a - a.mean(), b - b.mean()
+    size = np.sqrt((a @ a) * (b @ b))
+    return float(a @ b / size) if size > 0.0 else 0.0

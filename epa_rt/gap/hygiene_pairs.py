@@ -4,7 +4,7 @@ import numpy as np
 
 from epa_rt.config.rig import Rig
 from epa_rt.gap.hygiene_finding import (
-    Finding, judged_rows, position_pairs, regular, regular_rows, seconds, smooth, stretches,
+    Finding, correlation, judged_rows, position_pairs, regular, regular_rows, seconds, smooth, stretches,
 )  # fmt: skip
 from epa_rt.gap.hygiene_scale import nearest_factor
 from epa_rt.gap.recording import Recording
@@ -45,12 +45,12 @@ def _speed_and_slope(recording: Recording, rig: Rig | None, position: str, speed
         return []
     window = round(_SMOOTH_S / recording.period_s)
     slope, v = np.gradient(smooth(x, window), recording.period_s), smooth(v, window)
-    alike, gain = _correlation(v, slope), float(v @ slope / (slope @ slope))
+    alike, gain = correlation(v, slope), float(v @ slope / (slope @ slope))
     if abs(alike) < _ALIKE and rig is None:
         return []  # of a rig of others it is not known what its speed is made of
     if abs(alike) < _ALIKE:
         back = np.gradient(smooth(regular(recording, speed), window), recording.period_s)
-        if _correlation(smooth(x, window), back) > _ALIKE:
+        if correlation(smooth(x, window), back) > _ALIKE:
             return [_of(recording, "refuse", "swapped", position, f"found it to be the slope of {speed}, expected it the other way round: the two are swapped")]
     if alike < -_SAME:
         wrong = _stranger(recording, rig, position, speed, gain)
@@ -111,7 +111,7 @@ def _gain(recording: Recording, name: str, target: str) -> tuple[float, float] |
     if live.sum() < 100:
         return None
     y, u = y[live] - y[live].mean(), u[live] - u[live].mean()
-    return (_correlation(y, u), float(y @ u / (u @ u))) if u @ u > 0.0 else None
+    return (correlation(y, u), float(y @ u / (u @ u))) if u @ u > 0.0 else None
 
 
 def _asked_of_others(recording: Recording) -> list[tuple[str, str]]:
@@ -157,9 +157,3 @@ def _current(recording: Recording, rig: Rig) -> list[Finding]:
     if explained > 0.6 and weights[0] < -0.3 * np.std(i) and all(w < 0.0 for w in weights[3 : 3 + len(load)]):
         return [_of(recording, "refuse", "sign", motor.current, f"found a current that falls where the motor speeds up and the load grows (it explains {explained:.0%}), expected it to grow")]
     return []
-
-
-def _correlation(a: np.ndarray, b: np.ndarray) -> float:
-    a, b = a - a.mean(), b - b.mean()
-    size = np.sqrt((a @ a) * (b @ b))
-    return float(a @ b / size) if size > 0.0 else 0.0

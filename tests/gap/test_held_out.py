@@ -30,7 +30,7 @@ def test_named_effects_that_close_little_of_a_held_out_channel_have_not_explaine
     assert "motor_torque_nm keeps 7.9 x its noise floor of 8.0 x" in said_of_not_closed(not_closed(rows))
 
 
-def test_what_is_closed_by_half_or_near_the_floor_counts_as_explained():
+def test_what_is_closed_for_the_most_part_or_is_near_the_floor_counts_as_explained():
     assert not_closed([row("force_n", 20.0, after=8.0, closed=0.84), row(before=1.9, after=1.9, closed=0.0), row(before=9.0, mode="free_run", after=9.0)]) is None
 
 
