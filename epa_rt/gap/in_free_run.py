@@ -80,7 +80,7 @@ class Heard:
     @property
     def counted(self) -> float | None:
         """The same as a verdict counts it: where too little stays to be missing, they explain it."""
-        return self.part if self.part is None or self.left > self.sure else 1.0
+        return self.part if self.part is None or self.left > BARS.little_left else 1.0
 
 
 def heard(problem: Problem, selection: Selection, rules: Rules = Rules(),

@@ -35,7 +35,8 @@ class Problem:
 
     ``links``: names of those that have a floor. ``effects``: the catalogue by name. ``misfit``: link to s^2 (at least 1),
     the chi-square per sample that even a data-driven model leaves; residuals are divided by its root. ``prepared``:
-    recording name to ``Subject.prepare``. ``block_of_fold``: (B,) fold of every block.
+    recording name to ``Subject.prepare``. ``block_of_fold``: (B,) fold of every block. ``waves``: by effect that swings over an angle where fits begin besides its
+    own starts (waves.py).
     """
 
     def __init__(self, subject: Subject, recordings: Sequence[Recording], floors: Mapping[str, Floor], misfit: Mapping[str, float] | None = None,
@@ -53,6 +54,7 @@ class Problem:
         self._lock = threading.Lock()
         self.evaluations = 0
         self._strength: dict[str, tuple[str, ...]] = {}
+        self.waves: dict[str, tuple[dict[str, float], ...]] = {}
         self.designs: dict[str, Design] = {}  # of the generic model, by link: they hang on recordings and floors alone
         self._lay_out()
 
@@ -88,7 +90,7 @@ class Problem:
     def on(self, recordings: Sequence[Recording], subject: Subject | None = None, floors: Mapping[str, Floor] | None = None) -> "Problem":
         """The same effects and scale held against other recordings; by ``subject`` with its ``floors``, where another one of the same rig judges them."""
         made = Problem(subject or self.subject, recordings, floors or self.floors, {link: scale**2 for link, scale in self.scale.items()}, stop=self._stop)
-        made.effects = self.effects
+        made.effects, made.waves = self.effects, self.waves
         return made
 
     def held_within(self, keys: Iterable[str], spreads: float) -> "Problem":

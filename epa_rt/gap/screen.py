@@ -101,10 +101,10 @@ def screen(problem: Problem, point: Point, effects: Sequence[str] | None = None,
 
 
 def starts(problem: Problem, effect: str) -> list[dict[str, float]]:
-    """Every start of an effect, and its typical one weaker."""
+    """Every start of an effect, those that its residual asks for, and its typical one weaker."""
     one = problem.effects[effect]
     whole = [dict(zip(one.knobs, values, strict=True)) for values in one.starts]
-    return [*whole, scaled(problem, effect, whole[0], WEAKER)]
+    return [*whole, *problem.waves.get(effect, ()), scaled(problem, effect, whole[0], WEAKER)]
 
 
 def scaled(problem: Problem, effect: str, start: Mapping[str, float], amplitude: float) -> dict[str, float]:

@@ -13,6 +13,7 @@ from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import settled, settled_with
 from epa_rt.gap.role import Role, played
+from epa_rt.gap.waves import look
 from epa_rt.gap.yardstick import Left
 
 MOST_EFFECTS = 3
@@ -40,6 +41,7 @@ def select(problem: Problem, base: Point, left_at: LeftAt, rules: Rules = Rules(
     point, first, refused = base, None, None
     for depth in range(MOST_EFFECTS):
         progress(f"effect {depth + 1}", depth / MOST_EFFECTS)
+        look(problem, point)
         role = played(problem, point, pairs=depth == 0)
         first = first or role
         if role is None or not believed(problem, role, first, left_at, rules):

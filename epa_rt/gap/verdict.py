@@ -18,7 +18,7 @@ class Evidence:
     ``lost``: chi-square above noise in free run where no effect is named, None where one is or the rig has no model of the whole. ``to_noise``: with the
     effects the whole plant follows its commands to the noise, whatever a block still shows (dry friction of a knee: 2933 to 9, and half of the gap in its acceleration).
     ``breaks``: links that agreed no longer do with the effects on. ``elsewhere``: other links have a gap of which they explain nothing. ``helps``: with them the
-    whole plant is better by more than chance."""
+    whole plant is better by more than chance. ``trust``: what the names' confidence counts, from what they leave."""
 
     gap: bool
     effects: Sequence[str]
@@ -32,6 +32,11 @@ class Evidence:
     breaks: bool = False
     elsewhere: bool = False
     helps: bool = False
+    trust: float = 1.0
+
+    def incredible(self, bars: Bars) -> bool:
+        """Whether the whole plant has a gap, and the effects leave so much of what the blocks or it show that nothing is left of their confidence."""
+        return bool(self.effects) and self.whole is not None and self.trust < bars.no_trust
 
     def little(self, bars: Bars) -> bool:
         """Whether the effects explain too little of what the blocks show to be the cause, and nothing else speaks for them."""
@@ -44,7 +49,7 @@ def decided(of: Evidence, bars: Bars = BARS) -> Verdict:
     """The verdict on the evidence."""
     if of.odd or (of.effects and of.breaks and not of.to_noise) or (of.effects and of.whole is not None and of.whole < bars.carried):
         return "not_in_catalogue"
-    if of.lost is not None and of.lost > bars.shows:
+    if of.incredible(bars) or (of.lost is not None and of.lost > bars.shows):
         return "not_in_catalogue"
     if not of.effects:
         return "not_in_catalogue" if of.gap else "not_excited" if of.untested > bars.mostly else "no_gap"
@@ -89,6 +94,9 @@ def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]]
     if verdict == "not_in_catalogue" and effects and whole is not None and whole < BARS.carried:
         return f"{names} explains {_percent(part)} of what the blocks show one by one, but in free run {_percent(whole)} of the gap: " \
                "something else is missing, and no effect of the catalogue explains it."
+    if verdict == "not_in_catalogue" and effects and whole is not None:
+        return f"{names} explains {_percent(whole)} of the gap in free run, but only {_percent(part)} of what the blocks show one by one: " \
+               "something else is missing, and no effect of the catalogue explains it."
     if verdict == "not_in_catalogue" and not where and lost is not None:
         return f"The blocks one by one show no gap, but from its commands alone the plant does not follow the rig (chi-square {lost:.0f} above its noise): " \
                "something is missing, and no effect of the catalogue explains it."
@@ -101,10 +109,10 @@ def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]]
     if not where and whole is not None and effects and verdict != "not_separable":
         return f"{names} explains {_percent(whole)} of the gap in free run; the blocks one by one show it too faintly to say where."
     if verdict == "not_separable":
-        return f"{names} explains {_percent(part)} of what can be explained in {where}; this data cannot tell it from " \
+        return f"{names} explains {_percent(part)} of what can be explained in {where or 'the residual'}; this data cannot tell it from " \
                f"{'; '.join(', '.join(s) for s in sets if s)}."
     if verdict == "partly_explained":
-        return f"{names} explains {_percent(part)} of what can be explained in {where}; the rest is described by data alone."
+        return f"{names} explains {_percent(part)} of what can be explained in {where or 'the residual'}; the rest is described by data alone."
     return f"{names} explains {_percent(part)} of what can be explained in {where or 'the residual'}."
 
 

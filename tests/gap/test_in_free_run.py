@@ -128,7 +128,7 @@ def test_part_is_none_where_free_run_shows_no_gap(gap, left, part):
 
 
 def test_what_is_too_little_to_be_missing_counts_as_explained():
-    assert Heard(180.0, 50.0, 5.0, frozenset(), {}).counted == 1.0
+    assert Heard(180.0, 35.0, 5.0, frozenset(), {}).counted == 1.0
     assert Heard(300.0, 175.0, 5.0, frozenset(), {}).counted == 0.5
     assert Heard(70.0, 40.0, 5.0, frozenset(), {}).counted is None
 
