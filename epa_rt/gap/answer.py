@@ -53,7 +53,8 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     odd = _odd(found)
     rivals = [[n for n in one.not_separable_from if problem.effects[n].family != one.family] for one in named]
     verdict = decided(Evidence(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1), bool(odd),
-                               counted, lost, to_noise, bool(breaks), bool(elsewhere), helps, trusted))
+                               counted, lost, to_noise, bool(breaks), bool(elsewhere), helps,
+                               trust(found.before, found.after, counted)))
     says = said(verdict, [spoken(one) for one in named], rivals, where, covered.part, len(silent), len(problem.effects), odd, counted, lost, breaks,
                 (found.heard.gap, found.heard.left) if helps and whole is None and covered.part < BARS.covered else None)
     nearest = tuple(one.name for one in named)

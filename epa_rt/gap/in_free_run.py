@@ -30,7 +30,7 @@ class Heard:
     """``gap``, ``left``: chi-square above noise and steps in free run without effects and with those named, nominal parameters fitted
     in both; ``strain``: what the latter cost with those named, in squares of spreads. ``apart``: effects that free run tells from the named
     ones. ``as_well``: by effect that was found there what explains it as well there. ``sure``: less than that is no gap whatever a link says, and
-    nothing missing; ``usual``: what the method leaves of rigs without a gap (3 to 25). ``better``: what chance gains with a number or two. ``refitted``: nominal parameters without effects, fitted to blocks and free run together
+    no other effect is looked for; ``usual``: what the method leaves of rigs without a gap (3 to 25). ``better``: what chance gains with a number or two. ``refitted``: nominal parameters without effects, fitted to blocks and free run together
     like those with the named ones; None where these do not carry the whole plant. ``tried``: by effect that was run in a named one's place, the chi-square by which it
     is behind; ``tied``: those of them that free run puts nothing between."""
 

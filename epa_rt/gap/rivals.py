@@ -14,7 +14,9 @@ from epa_rt.gap.point import z_of
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.refit import refit, settled
+from epa_rt.gap.screen import starts
 from epa_rt.gap.subject import Subject
+from epa_rt.gap.waves import look
 
 MOST_RIVALS = 3
 PROPOSED = "the proposed experiment"
@@ -105,7 +107,7 @@ def _fitted(problem: Problem, names: tuple[str, ...], start: Mapping[str, float]
     """Effects added one after the other, each from its best start, then all together."""
     point = settled(problem, (), start, rounds=1)
     for i, name in enumerate(names):
-        effect = problem.effects[name]
-        fits = [refit(problem, point, name, dict(zip(effect.knobs, values, strict=True))) for values in effect.starts]
+        look(problem, point, (name,))
+        fits = [refit(problem, point, name, start) for start in starts(problem, name)]
         point = settled(problem, names[:i + 1], min(fits, key=lambda fit: fit.chi).values, rounds=2)
     return dict(point.values)

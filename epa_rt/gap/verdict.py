@@ -18,7 +18,7 @@ class Evidence:
     ``lost``: chi-square above noise in free run where no effect is named, None where one is or the rig has no model of the whole. ``to_noise``: with the
     effects the whole plant follows its commands to the noise, whatever a block still shows (dry friction of a knee: 2933 to 9, and half of the gap in its acceleration).
     ``breaks``: links that agreed no longer do with the effects on. ``elsewhere``: other links have a gap of which they explain nothing. ``helps``: with them the
-    whole plant is better by more than chance. ``trust``: what the names' confidence counts, from what they leave."""
+    whole plant is better by more than chance. ``trust``: what the names' confidence counts, from what they leave of what the verdict counts."""
 
     gap: bool
     effects: Sequence[str]
@@ -94,7 +94,7 @@ def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]]
     if verdict == "not_in_catalogue" and effects and whole is not None and whole < BARS.carried:
         return f"{names} explains {_percent(part)} of what the blocks show one by one, but in free run {_percent(whole)} of the gap: " \
                "something else is missing, and no effect of the catalogue explains it."
-    if verdict == "not_in_catalogue" and effects and whole is not None:
+    if verdict == "not_in_catalogue" and effects and whole is not None and part < BARS.covered:
         return f"{names} explains {_percent(whole)} of the gap in free run, but only {_percent(part)} of what the blocks show one by one: " \
                "something else is missing, and no effect of the catalogue explains it."
     if verdict == "not_in_catalogue" and not where and lost is not None:

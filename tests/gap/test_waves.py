@@ -90,6 +90,13 @@ def test_what_is_found_is_a_start_of_the_effect_here_and_on_other_recordings_and
     assert starts(problem.on(problem.recordings), "wave") == names
 
 
+def test_no_number_of_periods_outside_of_its_bounds_is_a_start():
+    problem = held(0.4, 0.0)
+    problem.knobs = {**KNOBS, "drive.per_turn": KNOBS["drive.per_turn"]._replace(low=1.0)}
+    look(problem, settled(problem))
+    assert problem.waves["wave"][0]["drive.per_turn"] >= 1.0
+
+
 @pytest.mark.parametrize("problem", [held(0.4, 0.0, angle="another_angle_rad"), held(0.4, 0.0, reach_rad=0.0)], ids=["no link sees the angle", "it stands still"])
 def test_an_angle_that_nothing_shows_gives_no_start(problem):
     look(problem, settled(problem))
