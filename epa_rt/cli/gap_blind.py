@@ -129,7 +129,7 @@ def _score(arguments: argparse.Namespace) -> int:
         from epa_rt.cli.gap_blind_next import add_next
 
         def again(judged: list, answers: Path, hides: bool) -> None:
-            add_next(arguments.cases, sealed, judged, answers, arguments.diagnoser, hides)
+            add_next(arguments.cases, sealed, judged, answers, arguments.diagnoser, hides, arguments.jobs)
     print(score(arguments.cases, sealed, arguments.json, arguments.html or arguments.json.with_suffix(".html"), arguments.diagnoser,
                 arguments.jobs, again))
     return COMPLETED

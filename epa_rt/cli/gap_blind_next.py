@@ -4,34 +4,40 @@ import json
 import sys
 from pathlib import Path
 
-from epa_rt.gap.blind.score import Running, diagnose_one
+from epa_rt.gap.blind.score import diagnose_each
 
 UNANSWERED = "not_separable"
 
 
-def add_next(cases: Path, sealed: Path, judged: "list[tuple[dict, dict]]", answers: Path, diagnoser: str, hides: bool) -> int:
+def add_next(cases: Path, sealed: Path, judged: "list[tuple[dict, dict]]", answers: Path, diagnoser: str, hides: bool, jobs: int = 1) -> int:
     """Gives every answer that says 'not separable' of a case with an effect an ``after_next``: what is said with the proposed log too,
     or why there is none. Answers of a second diagnosis are kept beside the first; returns how many there are.
 
-    This process knows the truth by now; the second diagnosis runs where the first did, without it.
+    This process knows the truth by now, and records one experiment after the other; the second diagnoses run where the first did, ``jobs`` at once, without it.
     """
     open_ones = [(truth, said) for truth, said in judged if said.get("verdict") == UNANSWERED and truth["effects"]]
+    asked = []
     for n, (truth, said) in enumerate(open_ones, 1):
-        said["after_next"] = _after(cases / truth["case"], sealed, truth, said, answers / f"{truth['case']}_next.json", diagnoser, hides)
-        print(f"\r{n} of {len(open_ones)} next experiments", end="" if n < len(open_ones) else "\n", file=sys.stderr, flush=True)
+        folder, out = cases / truth["case"], answers / f"{truth['case']}_next.json"
+        failed = None if out.exists() else _failed(folder, truth, said)
+        if failed:
+            said["after_next"] = {"error": failed}
+        else:
+            asked.append((said, folder / "next", out))
+        print(f"\r{n} of {len(open_ones)} next experiments recorded", end="" if n < len(open_ones) else "\n", file=sys.stderr, flush=True)
+    diagnose_each([(folder, out) for _, folder, out in asked], sealed, diagnoser, jobs, hides, "next experiments diagnosed")
+    for said, _, out in asked:
+        said["after_next"] = json.loads(out.read_text(encoding="utf-8"))
     return len(open_ones)
 
 
-def _after(folder: Path, sealed: Path, truth: dict, said: dict, out: Path, diagnoser: str, hides: bool) -> dict:
-    if not out.exists():
-        text = (said.get("next_experiment") or {}).get("file")
-        if not text:
-            return {"error": "no experiment was proposed"}
-        outcome = _recorded(folder, truth, text)
-        if outcome != "completed":
-            return {"error": f"the proposed experiment {outcome} on the hidden rig"}
-        diagnose_one((folder / "next").resolve(), out.resolve(), sealed, diagnoser, hides, Running())
-    return json.loads(out.read_text(encoding="utf-8"))
+def _failed(folder: Path, truth: dict, said: dict) -> str | None:
+    """Records the proposed experiment; why there is none to diagnose, None where there is."""
+    text = (said.get("next_experiment") or {}).get("file")
+    if not text:
+        return "no experiment was proposed"
+    outcome = _recorded(folder, truth, text)
+    return None if outcome == "completed" else f"the proposed experiment {outcome} on the hidden rig"
 
 
 def _recorded(folder: Path, truth: dict, text: str) -> str:

@@ -50,28 +50,33 @@ def score(cases: Path, sealed: Path, out: Path, html: Path, diagnoser: str, jobs
 
 
 def diagnose_all(folders: list[Path], answers: Path, sealed: Path, diagnoser: str, jobs: int, hides: bool) -> None:
-    """One process per case, ``jobs`` at once; what is there already is left as it is.
+    """Every case's answer into ``answers``; what is there already is left as it is."""
+    answers.mkdir(parents=True, exist_ok=True)
+    diagnose_each([(folder, answers / f"{folder.name}.json") for folder in folders], sealed, diagnoser, jobs, hides, "cases diagnosed")
+
+
+def diagnose_each(asked: list[tuple[Path, Path]], sealed: Path, diagnoser: str, jobs: int, hides: bool, says: str) -> None:
+    """One process per folder and file for its answer, ``jobs`` at once; what is there already is left as it is. ``says``: what is counted, for people.
 
     After Ctrl-C the cases under way have no answer and are asked again the next time.
     """
-    answers.mkdir(parents=True, exist_ok=True)
-    waiting = [folder for folder in folders if not (answers / f"{folder.name}.json").exists()]
-    done, running = len(folders) - len(waiting), Running()
+    waiting = [(folder, out) for folder, out in asked if not out.exists()]
+    done, running = len(asked) - len(waiting), Running()
 
-    def one(folder: Path) -> None:
+    def one(folder: Path, out: Path) -> None:
         nonlocal done
-        out = answers / f"{folder.name}.json"
         diagnose_one(folder.resolve(), out.resolve(), sealed, diagnoser, hides, running)
         done += out.exists()
-        print(f"\r{done} of {len(folders)} cases diagnosed", end="", file=sys.stderr, flush=True)
+        print(f"\r{done} of {len(asked)} {says}", end="", file=sys.stderr, flush=True)
 
     with ThreadPoolExecutor(jobs) as pool:
         try:
-            list(pool.map(one, waiting))
+            list(pool.map(one, *zip(*waiting, strict=True)) if waiting else ())
         except BaseException:
             running.stop()
             raise
-    print(file=sys.stderr)
+    if asked:
+        print(file=sys.stderr)
 
 
 class Running:
