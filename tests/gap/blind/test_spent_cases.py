@@ -14,7 +14,7 @@ from epa_rt.gap.blind.figures import block_said, named, wrong
 from sim_backend.stand_in.draw import draw, one_of_each
 
 CONFIG = Path(__file__).resolve().parents[3] / "config"
-FIFTH, MATRIX = 550127, 7
+FIFTH, EIGHTH, MATRIX = 550127, 835207, 7
 CASES = {
     "a late command is no encoder age that breaks the motor's balances": (MATRIX, 0),
     "a spool that is not round is the transmission's, not the drive's": (MATRIX, 12),
@@ -23,6 +23,9 @@ CASES = {
     "a leaning frame is no spring that pushes": (FIFTH, 40),
     "an encoder 0.08 ms old hides no friction beside it": (FIFTH, 54),
     "what follows its commands to the noise is named": (FIFTH, 59),
+    "friction swings three times to a turn of the spool": (EIGHTH, 8),
+    "a strap of which no block's word is left is no name for a soft braid": (EIGHTH, 47),
+    "zeros that leave a twelfth of free run are no names for a leaning frame": (EIGHTH, 72),
 }
 
 
