@@ -137,7 +137,7 @@ def _promising(whole: Problem, point: Point, rules: Rules, also: tuple[str, ...]
     def begin(name: str) -> _Tried:
         weak = scaled(whole, name, best[name].start, np.sign(best[name].amplitude) * WEAK)
         fit = refit(whole, point, name, weak if hidden else starts(whole, screening, name)[0], rounds=4)
-        shapes = tuple(scaled(whole, name, shape, np.sign(best[name].amplitude)) for shape in (*whole.waves.get(name, ()), *every_start(whole, name))[:SHAPES])
+        shapes = tuple(scaled(whole, name, shape, np.sign(best[name].amplitude)) for shape in every_start(whole, name)[:SHAPES])
         return _Tried(name, shapes, fit.values, fit.chi, None)
 
     tried = whole.each(begin, chosen)

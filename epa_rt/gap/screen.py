@@ -86,10 +86,10 @@ def screen(problem: Problem, point: Point, effects: Sequence[str] | None = None,
     derivatives, for where nominal parameters imitate an effect so well that its curvature would hide that."""
     names = [name for name in (effects or problem.effects) if name not in point.effects]
     jobs = [(name, start) for name in names for start in starts(problem, name)[: None if part == 1.0 else -1]]  # the weaker one has the same derivative
-    made = problem.each(lambda job: _difference(problem, point, *job, part), jobs)
+    made = problem.each(lambda job: difference(problem, point, *job, part), jobs)
     alive = [i for i, difference in enumerate(made) if any(np.any(d != 0.0) for d in difference.values())]
     jobs, made = [jobs[i] for i in alive], [made[i] for i in alive]
-    gram, right = _projected(problem, point, made)
+    gram, right = projected(problem, point, made)
     found = []
     for i, (name, start) in enumerate(jobs):
         size = max(float(gram[i, i]), 1e-12)
@@ -104,7 +104,7 @@ def starts(problem: Problem, effect: str) -> list[dict[str, float]]:
     """Every start of an effect, those that its residual asks for, and its typical one weaker."""
     one = problem.effects[effect]
     whole = [dict(zip(one.knobs, values, strict=True)) for values in one.starts]
-    return [*whole, *problem.waves.get(effect, ()), scaled(problem, effect, whole[0], WEAKER)]
+    return [whole[0], *problem.waves.get(effect, ()), *whole[1:], scaled(problem, effect, whole[0], WEAKER)]
 
 
 def scaled(problem: Problem, effect: str, start: Mapping[str, float], amplitude: float) -> dict[str, float]:
@@ -128,7 +128,8 @@ def amplitudes(problem: Problem, effect: str, start: Mapping[str, float]) -> tup
     return min(low, 0.0), max(high, 0.0)
 
 
-def _difference(problem: Problem, point: Point, effect: str, start: Mapping[str, float], part: float) -> dict[str, np.ndarray]:
+def difference(problem: Problem, point: Point, effect: str, start: Mapping[str, float], part: float = 1.0) -> dict[str, np.ndarray]:
+    """Link to (n,) change of its residual with an effect on, over ``part`` of its strength; none where that is no number."""
     values = {**point.values, **(start if part == 1.0 else scaled(problem, effect, start, part))}
     found = {}
     for link in problem.touched(start):
@@ -137,7 +138,7 @@ def _difference(problem: Problem, point: Point, effect: str, start: Mapping[str,
     return found
 
 
-def _projected(problem: Problem, point: Point, made: list[dict[str, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+def projected(problem: Problem, point: Point, made: list[dict[str, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
     """Inner products of the signatures, and with the residual, after everything free has been allowed to imitate them."""
     count, normal = len(made), point.normal
     gram, right, onto = np.zeros((count, count)), np.zeros(count), np.zeros((len(normal.keys), count))

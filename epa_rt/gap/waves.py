@@ -5,12 +5,13 @@ close by. Two signatures a quarter of a period apart span every phase, so that a
 not tried.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 
 import numpy as np
 
-from epa_rt.gap.point import Normal, Point
+from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem
+from epa_rt.gap.screen import difference, projected
 from epa_rt.models.effect import Effect
 
 QUARTERS = (0.0, 0.5 * np.pi)
@@ -22,7 +23,7 @@ SLOW, FAST = 1.2, 24     # periods to a turn up to which any number is tried, an
 def look(problem: Problem, point: Point, effects: Collection[str] | None = None) -> None:
     """Renews the problem's starts of waves: of every such effect that is not on (or of these ``effects`` alone) the number of periods that would take most off
     the residual at ``point``."""
-    names = [name for name, effect in problem.effects.items() if effect.wave and name not in point.effects and (effects is None or name in effects)]
+    names = [name for name, effect in problem.effects.items() if effect.swings_over and name not in point.effects and (effects is None or name in effects)]
     for name, start in zip(names, problem.each(lambda name: _best(problem, point, problem.effects[name]), names), strict=True):
         problem.waves[name] = (start,) if start else ()
 
@@ -38,12 +39,11 @@ def grid(range_rad: float) -> np.ndarray:
 
 def _best(problem: Problem, point: Point, effect: Effect) -> dict[str, float] | None:
     """The start whose number of periods takes most off the residual, with the strength and phase that do; None where none does."""
-    strength, periods, phase = effect.wave.strength, effect.wave.per_turn, effect.wave.phase
+    strength, periods, phase = effect.knobs
     typical = dict(zip(effect.knobs, effect.starts[0], strict=True))
     knob, bounds = problem.knobs[strength], problem.knobs[periods]
     tried = [float(n) for n in grid(_range(problem, effect)) if bounds.low <= n <= bounds.high]
-    imitators = _imitators(point.normal)
-    found = [(*_gain(problem, point, imitators, [{**typical, periods: n, phase: by} for by in QUARTERS]), n) for n in tried]
+    found = [(*_gain(problem, point, effect.name, [{**typical, periods: n, phase: by} for by in QUARTERS]), n) for n in tried]
     gain, (sine, cosine), most = max(found, key=lambda one: one[0], default=(0.0, (0.0, 0.0), 0.0))
     if gain <= 0.0:
         return None
@@ -51,32 +51,14 @@ def _best(problem: Problem, point: Point, effect: Effect) -> dict[str, float] | 
     return {**typical, periods: most, phase: float(np.arctan2(cosine, sine)), strength: float(np.clip(size, knob.low, knob.high))}
 
 
-def _imitators(normal: Normal) -> tuple[np.ndarray, np.ndarray]:
-    """Normal equations (k, k), (k,) of all that is free, held a little."""
-    free = ~normal.frozen
-    matrix = normal.matrix.sum(axis=(0, 1))[np.ix_(free, free)] + np.diag(normal.prior[free])
-    return matrix + 1e-9 * np.diag(np.diag(matrix) + 1e-9), (normal.vector.sum(axis=(0, 1)) + normal.prior * normal.z)[free]
-
-
-def _gain(problem: Problem, point: Point, imitators: tuple[np.ndarray, np.ndarray], pair: list[Mapping[str, float]]) -> tuple[float, np.ndarray]:
+def _gain(problem: Problem, point: Point, effect: str, pair: list[dict[str, float]]) -> tuple[float, np.ndarray]:
     """Fall of chi-square with the best amplitudes of two signatures, and these; what is free at ``point`` may imitate both."""
-    gram, right, onto = np.zeros((2, 2)), np.zeros(2), np.zeros((len(point.normal.keys), 2))
-    for link in problem.touched(pair[0]):
-        table = np.column_stack([problem.residual({**point.values, **start}, link) - point.residual[link] for start in pair])
-        if not np.isfinite(table).all():
-            return 0.0, np.zeros(2)
-        positions, columns = point.columns[link]
-        gram += table.T @ table
-        right += table.T @ point.residual[link]
-        onto[positions] += columns.T @ table
-    (matrix, slope), onto = imitators, onto[~point.normal.frozen]
-    imitated = np.linalg.solve(matrix, onto)
-    gram, right = gram - onto.T @ imitated, right - imitated.T @ slope
+    gram, right = projected(problem, point, [difference(problem, point, effect, start) for start in pair])
     by = -np.linalg.lstsq(gram, right, rcond=1e-6)[0]
     return float(-right @ by), by
 
 
 def _range(problem: Problem, effect: Effect) -> float:
     """How far the angle goes that the wave runs over, in the recording in which it goes furthest, rad; 0 where no link that it touches sees it."""
-    found = [problem.subject.features(prepared, link).get(effect.wave.angle) for prepared in problem.prepared.values() for link in problem.touched(effect.knobs)]
+    found = [problem.subject.features(prepared, link).get(effect.swings_over) for prepared in problem.prepared.values() for link in problem.touched(effect.knobs)]
     return max((float(np.nanmax(angle) - np.nanmin(angle)) for angle in found if angle is not None and np.isfinite(angle).any()), default=0.0)

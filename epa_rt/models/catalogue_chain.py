@@ -1,6 +1,6 @@
 """Effects of the catalogue between the bus and the spool, and of the load."""
 
-from epa_rt.models.effect import Effect, Wave
+from epa_rt.models.effect import Effect
 
 FACTS = "engineering estimate"
 BUS, DRIVE, GEAR, LOAD = "Bus timing", "Drive", "Transmission", "Wiring and load"
@@ -21,15 +21,15 @@ CHAIN: tuple[Effect, ...] = (
     Effect("motor_friction_wave", DRY, "drive",
            ("drive.friction_wave_ratio", "drive.friction_wave_per_turn_ratio", "drive.friction_wave_phase_rad"),
            tuple((0.3, n, phase) for n in (1.0, 1.0 / 19.0) for phase in THIRDS),
-           "dry friction varies over the shaft's angle", DRIVE, FACTS, Wave("drive.friction_wave_ratio", "drive.friction_wave_per_turn_ratio", "drive.friction_wave_phase_rad", MOTOR_ANGLE)),
+           "dry friction varies over the shaft's angle", DRIVE, FACTS, MOTOR_ANGLE),
     Effect("cogging", "motor torque over its angle", "drive",
            ("drive.cogging_nm", "drive.cogging_per_turn_ratio", "drive.cogging_phase_rad"),
            tuple((4e-3, n, phase) for n in (4.0, 6.0, 8.0) for phase in THIRDS),
-           "the motor's magnets hold it in places", DRIVE, FACTS, Wave("drive.cogging_nm", "drive.cogging_per_turn_ratio", "drive.cogging_phase_rad", MOTOR_ANGLE)),
+           "the motor's magnets hold it in places", DRIVE, FACTS, MOTOR_ANGLE),
     Effect("torque_ripple", "motor torque over its angle", "drive",
            ("drive.torque_ripple_ratio", "drive.ripple_per_turn_ratio", "drive.ripple_phase_rad"),
            tuple((0.03, n, phase) for n in (6.0, 4.0, 12.0) for phase in THIRDS),
-           "torque per current varies over a motor turn", DRIVE, FACTS, Wave("drive.torque_ripple_ratio", "drive.ripple_per_turn_ratio", "drive.ripple_phase_rad", MOTOR_ANGLE)),
+           "torque per current varies over a motor turn", DRIVE, FACTS, MOTOR_ANGLE),
     Effect("torque_saturation", "torque constant", "drive", ("drive.torque_saturation_per_a",), ((0.01,),),
            "the motor gives less torque per ampere at high current", DRIVE, FACTS),
     Effect("bus_sag", "supply voltage", "drive", ("drive.bus_sag_ohm",), ((0.3,),),

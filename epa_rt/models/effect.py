@@ -23,24 +23,14 @@ class Knob(NamedTuple):
     absent: float | None = None
 
 
-class Wave(NamedTuple):
-    """The knobs of an effect that swings over an angle: ``strength`` times the sine of ``per_turn`` times the angle plus ``phase``. ``angle``: the measured
-    state that it swings over, in rad, as a subject's features name it."""
-
-    strength: str
-    per_turn: str
-    phase: str
-    angle: str
-
-
 class Effect(NamedTuple):
     """One effect of the catalogue.
 
     ``knobs``: keys of the numbers that a fit may move. ``starts``: values of those knobs from which fits begin, in the
     same order, a typical strength first; signs and shapes that a fit cannot cross to are starts of their own.
     ``family``: laws for one and the same thing share it, so that the answer can be the family. ``says``: one clause
-    for people; ``equation`` where docs/plant.md has it; ``source`` where it comes from. ``wave``: where it swings over an angle with periods that nobody
-    knows beforehand.
+    for people; ``equation`` where docs/plant.md has it; ``source`` where it comes from. ``swings_over``: the measured angle, in rad and
+    as a subject's features name it, over which it swings with periods that nobody knows beforehand; its knobs then are strength, periods to a turn and phase.
     """
 
     name: str
@@ -51,4 +41,4 @@ class Effect(NamedTuple):
     says: str
     equation: str
     source: str
-    wave: Wave | None = None
+    swings_over: str | None = None

@@ -12,7 +12,7 @@ from epa_rt.gap.refit import refit, settled
 from epa_rt.gap.screen import starts
 from epa_rt.gap.subject import Link
 from epa_rt.gap.waves import APART_RAD, FAST, grid, look
-from epa_rt.models.effect import Effect, Knob, Wave
+from epa_rt.models.effect import Effect, Knob
 
 RATE_HZ, NOISE_NM = 100.0, 0.01
 KNOBS = {k.key: k for k in (Knob("drive.viscous", "", 0.1, 0.0, 1.0, 0.02),
@@ -29,7 +29,7 @@ class Shaft:
 
     def __init__(self, angle: str = "angle_rad") -> None:
         knobs = ("drive.wave", "drive.per_turn", "drive.phase")
-        self.catalogue = (Effect("wave", "wave", "drive", knobs, ((0.1, 1.0, 0.0), (0.1, 1.0, 2.1)), "", "", "", Wave(*knobs, angle)),)
+        self.catalogue = (Effect("wave", "wave", "drive", knobs, ((0.1, 1.0, 0.0), (0.1, 1.0, 2.1)), "", "", "", angle),)
 
     def touched(self, key):
         return ("torque",)

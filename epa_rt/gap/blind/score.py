@@ -63,15 +63,16 @@ def diagnose_each(asked: list[tuple[Path, Path]], sealed: Path, diagnoser: str, 
     waiting = [(folder, out) for folder, out in asked if not out.exists()]
     done, running = len(asked) - len(waiting), Running()
 
-    def one(folder: Path, out: Path) -> None:
+    def one(pair: tuple[Path, Path]) -> None:
         nonlocal done
+        folder, out = pair
         diagnose_one(folder.resolve(), out.resolve(), sealed, diagnoser, hides, running)
         done += out.exists()
         print(f"\r{done} of {len(asked)} {says}", end="", file=sys.stderr, flush=True)
 
     with ThreadPoolExecutor(jobs) as pool:
         try:
-            list(pool.map(one, *zip(*waiting, strict=True)) if waiting else ())
+            list(pool.map(one, waiting))
         except BaseException:
             running.stop()
             raise
