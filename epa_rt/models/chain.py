@@ -3,7 +3,7 @@
 from epa_rt.models.blocks import drive, gas, load, motor, muscle, transmission
 from epa_rt.models.compiled import compiled
 from epa_rt.models.ports import (
-    ANGLE, CREEP, CURRENT, GAS_C, GAS_MASS, HEAT, INTEGRAL, LOAD_PLACE, LOAD_SPEED, LOAD_STICTION, SLOW_CREEP, SPEED,
+    ANGLE, CREEP, CURRENT, GAS_C, GAS_MASS, HEAT, INTEGRAL, LOAD_PLACE, LOAD_SPEED, LOAD_STICTION, SPEED,
     STICTION, SUPPLY_FLOW,
 )
 
@@ -27,7 +27,7 @@ def pull(p, s, y, i, travel, travel_speed, q, q_speed):
     volume, slope = muscle.shape(m, g.dead_volume_m3, braid)
     pressure = gas.pressure(g, y[GAS_C + i], volume)
     force = muscle.tension(m, slope, pressure - g.atmosphere_pa, braid, speed, s.memory[i], braid - s.length_m[i],
-                           y[CREEP + i] + y[SLOW_CREEP + i])
+                           y[CREEP + i] + y[CREEP + 2 + i] + y[CREEP + 4 + i])
     return volume, pressure, braid, speed, force
 
 
@@ -42,8 +42,10 @@ def muscle_rates(p, s, y, dy, i, travel, travel_speed, q, q_speed):
     dy[GAS_C + i], dy[GAS_MASS + i], drawn = gas.rates(
         g, y[GAS_C + i], y[GAS_MASS + i], volume, pressure, supply, s.opening[i, 0], s.opening[i, 1])
     m = p.muscle[i]
-    dy[CREEP + i] = muscle.creep_rate(m.creep_stiffness_n_m, m.creep_time_s, y[CREEP + i], speed)
-    dy[SLOW_CREEP + i] = muscle.creep_rate(m.creep_stiffness_n_m * m.creep_slow_ratio, muscle.SLOWER * m.creep_time_s, y[SLOW_CREEP + i], speed)
+    for branch in range(muscle.BRANCHES):
+        stiffness, time_s = muscle.creep_branch(m, branch)
+        k = CREEP + 2 * branch + i
+        dy[k] = muscle.creep_rate(stiffness, time_s, y[k], speed)
     return force, drawn
 
 

@@ -46,15 +46,15 @@ def pulls(params, i, gauge, length, speed, period_s, out):
     """Force of muscle i (N,) from gauge pressure, line length and its speed; the force of the cycle before stretches the strap."""
     m = params[0].muscle[i]
     memory = np.zeros(MEMORY)
-    creep, slow, strap, before = 0.0, 0.0, 0.0, length[0]
+    creep, strap, before = np.zeros(muscle.BRANCHES), 0.0, length[0]
     for k in range(len(length)):
         fitted = length[k] - muscle.strap_stretch(m, strap)
         braid.settle(m, memory, fitted - before, speed[k])
         if m.creep_stiffness_n_m != 0.0:
-            moved = m.creep_stiffness_n_m * 0.5 * (speed[k] + speed[max(k - 1, 0)])
-            creep = crept(creep, moved, m.creep_time_s, period_s)
-            slow = crept(slow, m.creep_slow_ratio * moved, muscle.SLOWER * m.creep_time_s, period_s)
+            for j in range(muscle.BRANCHES):
+                stiffness, time_s = muscle.creep_branch(m, j)
+                creep[j] = crept(creep[j], stiffness * 0.5 * (speed[k] + speed[max(k - 1, 0)]), time_s, period_s)
         _, slope = muscle.shape(m, 0.0, fitted)
-        strap = muscle.tension(m, slope, gauge[k], fitted, speed[k], memory, 0.0, creep + slow)
+        strap = muscle.tension(m, slope, gauge[k], fitted, speed[k], memory, 0.0, creep[0] + creep[1] + creep[2])
         out[k] = strap
         before = fitted

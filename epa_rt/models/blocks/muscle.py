@@ -9,7 +9,8 @@ from epa_rt.models.blocks.laws import polynomial, tang
 from epa_rt.models.compiled import compiled
 from epa_rt.models.ports import MEMORY
 
-SLOWER = 10.0  # time constants of the two creep branches, one over the other
+BRANCHES = 3   # of creep: a decade of time each
+SLOWER = 10.0  # time constant of a creep branch over that of the one before
 NO_LOAD = 1.0 / math.sqrt(3.0)  # no-load length over thread length: volume is largest, eq. 1 gives no force
 
 
@@ -87,8 +88,14 @@ def tension(p, slope, gauge_pa, length, speed, memory, moved, creep_n):
 
 
 @compiled
+def creep_branch(p, branch):
+    """Spring (N/m) and time constant (s) of a creep branch: springs fall (or rise) by the same ratio from decade to decade, a power law's relaxation."""
+    return p.creep_stiffness_n_m * p.creep_slow_ratio**branch, p.creep_time_s * SLOWER**branch
+
+
+@compiled
 def creep_rate(stiffness_n_m, time_s, creep_n, speed):
-    """Rate of a creep branch (N/s): spring and damper in series, beside the muscle. The second one is ``SLOWER`` times slower."""
+    """Rate of a creep branch (N/s): spring and damper in series, beside the muscle."""
     return 0.0 if stiffness_n_m == 0.0 else stiffness_n_m * speed - creep_n / time_s
 
 
@@ -103,15 +110,16 @@ def muscle_over_log(params, gauge_pa, length_m, speed_m_s, muscle=0, period_s=1e
 @compiled
 def _over_log(params, muscle, gauge, length, speed, period_s, memory, out):
     p = params[0].muscle[muscle]
-    creep, slow, strap = 0.0, 0.0, 0.0
+    creep, strap = np.zeros(BRANCHES), 0.0
     fitted_before = length[0]
     for k in range(length.shape[0]):
         fitted = length[k] - strap_stretch(p, strap)
         moved = fitted - fitted_before
         braid.settle(p, memory, moved, speed[k])
-        creep += period_s * creep_rate(p.creep_stiffness_n_m, p.creep_time_s, creep, speed[k])
-        slow += period_s * creep_rate(p.creep_stiffness_n_m * p.creep_slow_ratio, SLOWER * p.creep_time_s, slow, speed[k])
+        for j in range(BRANCHES):
+            stiffness, time_s = creep_branch(p, j)
+            creep[j] += period_s * creep_rate(stiffness, time_s, creep[j], speed[k])
         _, slope = shape(p, 0.0, fitted)
-        out[k] = tension(p, slope, gauge[k], fitted, speed[k], memory, 0.0, creep + slow)
+        out[k] = tension(p, slope, gauge[k], fitted, speed[k], memory, 0.0, creep[0] + creep[1] + creep[2])
         strap = out[k]
         fitted_before = fitted
