@@ -75,8 +75,10 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     places = localise(subject, problem.prepared, seen_at, problem.floors)
     if not named:
         places = source_first(places, lambda place: alone(judge, place))
-        for nearer in (length_first, pull_first) if where else ():
-            places = nearer(subject, problem.prepared, seen_at, problem.floors, places)
+        if where:  # with nominal parameters held back an error is far larger than its slope reaches, with all of them free they hide much of it
+            points = (seen_at,) if seen_at == selection.base.values else (seen_at, selection.base.values)
+            places = length_first(subject, problem.prepared, points, problem.floors, places)
+            places = pull_first(subject, problem.prepared, seen_at, problem.floors, places)
     return Diagnosis(
         verdict=verdict, says=says, found_first=tuple(f"{r.name}: {what}" for r in recordings for what in r.found),
         location=places, effects=named,

@@ -22,43 +22,67 @@ STEP_M = 1e-5
 RIDGE = 1e-4            # per sample
 SHARED, OWN = 0.6, 0.15  # of all excess over noise that one error of length must explain, and of each link's
 MOSTLY = 0.5            # of what an error of length of a link's own would explain there
+WOUND = 0.5             # of what travel and pull explain together that travel alone must: play 0.99, straps that give way 0.14, 0.25 and 0.27
 
 
 class Line(NamedTuple):
-    """Links that one length feeds, and link and name of the states that an error of it may hang on: the motor's travel, the line's pull."""
+    """Links that one length feeds, and link and name of the states that an error of it may hang on: the motor's travel, the line's pull.
+    ``winds``, ``gives``: blocks that make such an error, by the travel alone or where the pull has a part in it."""
 
     links: tuple[str, ...]
     travel: tuple[str, str]
     pull: tuple[str, str]
+    winds: str = "transmission"
+    gives: str = "muscle"
 
 
-def share_a_length(subject: Subject, prepared: Mapping[str, object], values: Values, floors: Mapping[str, Floor], line: Line, knob: str) -> bool:
-    """Whether one error of length explains what a line's links show at ``values``. ``knob``: key of a number that shifts their length, in m."""
-    def shapes(one: object) -> np.ndarray:
-        found = [_of_travel(subject.features(one, line.travel[0])[line.travel[1]])]
+def share_a_length(subject: Subject, prepared: Mapping[str, object], values: Values, floors: Mapping[str, Floor], line: Line, knob: str) -> str | None:
+    """Block that makes the one error of length which explains what a line's links show at ``values``; None where none does.
+
+    ``knob``: key of a number that shifts their length, in m.
+    """
+    def wound(one: object) -> np.ndarray:
+        return _of_travel(subject.features(one, line.travel[0])[line.travel[1]])
+
+    def pulled(one: object) -> np.ndarray:
         pull = subject.features(one, line.pull[0]).get(line.pull[1])
-        return np.column_stack(found if pull is None else [*found, _of_pull(pull)])
+        return wound(one) if pull is None else np.column_stack([wound(one), _of_pull(pull)])
 
-    links = line.links
-    made = [_normal(subject, prepared, values, floors[link], link, knob, shapes) for link in links]
+    def normals(shapes: Callable[[object], np.ndarray]) -> list[tuple]:
+        return [_normal(subject, prepared, values, floors[link], link, knob, shapes) for link in line.links]
+
+    explained = _by_one_error(normals(pulled))
+    if explained is None:
+        return None
+    by_travel = _by_one_error(normals(wound))
+    return line.winds if by_travel is not None and by_travel > WOUND * explained else line.gives
+
+
+def _by_one_error(made: Sequence[tuple]) -> float | None:
+    """Chi-square that one error of length explains of several links' normal equations; None where it is not what they share."""
     excess = [square - samples for _, _, square, samples in made]
-    if len(links) < 2 or min(excess) <= 0.0:
-        return False
+    if len(made) < 2 or min(excess) <= 0.0:
+        return None
     matrix, right = sum(m for m, *_ in made), sum(b for _, b, *_ in made)
     shared = solved(matrix, right, sum(samples for *_, samples in made))
     explained = [float(2.0 * b @ shared - shared @ m @ shared) for m, b, *_ in made]
     alone = [float(b @ solved(m, b, samples)) for m, b, _, samples in made]
-    return sum(explained) > SHARED * sum(excess) and all(
+    shared_by_all = sum(explained) > SHARED * sum(excess) and all(
         part > max(OWN * whole, MOSTLY * own) for part, whole, own in zip(explained, excess, alone, strict=True))
+    return sum(explained) if shared_by_all else None
 
 
-def length_first(subject: Subject, prepared: Mapping[str, object], values: Values, floors: Mapping[str, Floor], places: Sequence[Place]) -> tuple[Place, ...]:
-    """``places`` with what makes a line's length first, where the links of that line share a wrong one. ``subject.lines``, where it has any:
-    a number that shifts a line's length to that line."""
+def length_first(subject: Subject, prepared: Mapping[str, object], points: Sequence[Values], floors: Mapping[str, Floor], places: Sequence[Place]) -> tuple[Place, ...]:
+    """``places`` with what makes a line's length first, where the links of that line share a wrong one at any of the ``points``. ``subject.lines``,
+    where it has any: a number that shifts a line's length to that line."""
     for knob, line in (getattr(subject, "lines", None) or {}).items():
-        if all(link in floors for link in line.links) and share_a_length(subject, prepared, values, floors, line, knob):
-            first = max((place for place in places if place.link in line.links), key=lambda place: place.significance)
-            return (replace(first, block="transmission"), *places)
+        if not all(link in floors for link in line.links):
+            continue
+        for values in points:
+            block = share_a_length(subject, prepared, values, floors, line, knob)
+            if block is not None:
+                first = max((place for place in places if place.link in line.links), key=lambda place: place.significance)
+                return (replace(first, block=block), *places)
     return tuple(places)
 
 
