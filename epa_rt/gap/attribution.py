@@ -8,7 +8,7 @@ import numpy as np
 from epa_rt.gap.astray import astray
 from epa_rt.gap.coverage import above_noise
 from epa_rt.gap.floor import floors as floors_of
-from epa_rt.gap.in_free_run import Heard
+from epa_rt.gap.heard import Heard
 from epa_rt.gap.in_free_run import heard as heard_in_free_run
 from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem

@@ -4,14 +4,14 @@ Every law that comes near is fitted once more from commands to readings. The one
 longer alike, and what block by block shows too faintly is looked for there. Chi-square here counts INDEPENDENT_HZ readings a second (as_one.py).
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from epa_rt.gap.alongside import trials
 from epa_rt.gap.as_one import AsOne, fitted, floor, meters_of, quiet, twins_of
-from epa_rt.gap.bars import BARS
 from epa_rt.gap.fewer import fewer
 from epa_rt.gap.further import Rules, above, further, strain
+from epa_rt.gap.heard import Heard
 from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording, Span
@@ -21,66 +21,7 @@ from epa_rt.gap.select import Selection
 from epa_rt.gap.subject import Subject
 from epa_rt.gap.together import serving_both
 
-HELPED = 15.0  # chi-square in free run that an effect must take off where nothing else speaks for it than a believed gain in its blocks
 MOST_TOGETHER = 2   # effects from which free run looks for no other: what takes a third one that no block shows is rather one that is not in the catalogue
-
-
-@dataclass(frozen=True)
-class Heard:
-    """``gap``, ``left``: chi-square above noise and steps in free run without effects and with those named, nominal parameters fitted
-    in both; ``strain``: what the latter cost with those named, in squares of spreads. ``apart``: effects that free run tells from the named
-    ones. ``as_well``: by effect that was found there what explains it as well there. ``sure``: less than that is no gap whatever a link says, and
-    no other effect is looked for; ``usual``: what the method leaves of rigs without a gap (3 to 25). ``better``: what chance gains with a number or two. ``refitted``: nominal parameters without effects, fitted to blocks and free run together
-    like those with the named ones; None where these do not carry the whole plant. ``tried``: by effect that was run in a named one's place, the chi-square by which it
-    is behind; ``tied``: those of them that free run puts nothing between."""
-
-    gap: float
-    left: float
-    strain: float
-    apart: frozenset[str]
-    as_well: Mapping[str, tuple[Fit, ...]]
-    sure: float = Rules.stays
-    usual: float = 25.0
-    better: float = 4.0
-    refitted: Mapping[str, float] | None = None
-    tried: Mapping[str, float] = field(default_factory=dict)
-    tied: frozenset[str] = frozenset()
-
-    @property
-    def part(self) -> float | None:
-        """Of the gap that the named effects explain; None where free run shows none, or neither that they explain it nor that they do not."""
-        return None if self.gap <= self.sure or max(self.left, self.gap - self.left) <= self.sure else 1.0 - max(self.left - self.usual, 0.0) / self.gap
-
-    @property
-    def carried(self) -> bool:
-        """Whether the named effects carry the whole plant, or it has no gap to carry."""
-        return self.counted is None or self.counted >= BARS.carried
-
-    @property
-    def supports(self) -> bool:
-        """Whether the whole plant is any better with the effects than without."""
-        return self.gap - self.left > self.better
-
-    @property
-    def helps(self) -> bool:
-        """Whether the whole plant is plainly better with the effects, and little of what is missing stays: a faint effect that blocks and free run agree on
-        (zeros of a quiet knee's force cell: 28 to 9, 40 to 9; rigs without a gap show 0 to 16, and nothing that takes more than chance off it)."""
-        return self.gap - self.left > HELPED and self.left < max(0.5 * self.gap, self.usual)
-
-    @property
-    def to_noise(self) -> bool:
-        """Whether the whole plant has a gap worth the word without the effects, and with them none that is told from the method's own."""
-        return self.left <= self.usual and self.gap > 10.0 * self.usual
-
-    @property
-    def borne(self) -> bool:
-        """Whether the effects carry the whole plant with nominal parameters that a plant file may have."""
-        return self.left <= self.sure and self.strain <= BARS.strain
-
-    @property
-    def counted(self) -> float | None:
-        """The same as a verdict counts it: where too little stays to be missing, they explain it."""
-        return self.part if self.part is None or self.left > BARS.little_left else 1.0
 
 
 def heard(problem: Problem, selection: Selection, rules: Rules = Rules(),
@@ -115,12 +56,30 @@ def heard(problem: Problem, selection: Selection, rules: Rules = Rules(),
             break
         selection, best, others = found
         as_well[selection.roles[-1].best.effect] = others
+    if as_well:  # what was found there may do without what a block had named for it
+        selection, best = fewer(problem, whole, selection, best, rules)
     said = Heard(above(none, noise), above(best, noise), strain(best), apart, as_well, tried=behind, tied=tied)
+    if selection.roles and not said.carried:
+        progress("free run: one law alone", 0.8)
+        selection, best, said = _one_alone(problem, whole, selection, none, noise, rules) or (selection, best, said)
     if selection.roles and said.carried:
         progress("free run and blocks together", 0.9)
         selection, refitted = serving_both(problem, whole, selection, none.values, best.values)
         said = replace(said, refitted=refitted)
     return selection, said
+
+
+def _one_alone(problem: Problem, whole: Problem, selection: Selection, none: Point, noise: float, rules: Rules) -> tuple[Selection, Point, Heard] | None:
+    """Instead of names that do not carry the plant, one law of the whole catalogue that takes it down to the noise by itself; None where none does.
+
+    Blocks that share nominal parameters with what feeds them may need two laws for one: a joint's zero was a lock and a spring of the knee.
+    """
+    found = further(problem, whole, replace(selection, roles=(), final=selection.base), none, none, noise, rules)
+    if found is None:
+        return None
+    other, best, as_well = found
+    said = Heard(above(none, noise), above(best, noise), strain(best), frozenset(), {other.roles[0].best.effect: as_well})
+    return (other, best, said) if said.to_noise else None
 
 
 def judged(subject: Subject, recordings: Sequence[Recording]) -> Sequence[Recording]:
