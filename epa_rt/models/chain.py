@@ -54,7 +54,7 @@ def rates(p, s, y, dy, seen, part):
     """Rates of all smooth states at y, a ``part`` (0 to 1) into a sub-step in which the drive sees ``seen``."""
     d, t, l = p.drive, p.transmission, p.load
     angle, speed, current = y[ANGLE], y[SPEED], y[CURRENT]
-    travel, carried = transmission.play(t, transmission.geared_travel(t, angle), s.travel_m)
+    travel, carried = transmission.play(t, transmission.geared_travel(t, angle), s.geared_m, s.travel_m, speed)
     per_angle = transmission.travel_per_angle(t, angle)
     travel_speed = carried * per_angle * speed
     q, q_speed, _ = load.coordinate(l, y[LOAD_PLACE], y[LOAD_SPEED])
@@ -78,7 +78,7 @@ def motion(p, s):
     """Travel behind the backlash, its speed, load coordinate and its speed, at the present state."""
     y = s.smooth
     travel, carried = transmission.play(
-        p.transmission, transmission.geared_travel(p.transmission, y[ANGLE]), s.travel_m)
+        p.transmission, transmission.geared_travel(p.transmission, y[ANGLE]), s.geared_m, s.travel_m, y[SPEED])
     per_angle = transmission.travel_per_angle(p.transmission, y[ANGLE])
     q, q_speed, _ = load.coordinate(p.load, y[LOAD_PLACE], y[LOAD_SPEED])
     return travel, carried * per_angle * y[SPEED], q, q_speed

@@ -2,11 +2,11 @@
 
 import math
 
-from epa_rt.models.blocks import braid, bus, drive, gas, muscle, sensors
+from epa_rt.models.blocks import braid, bus, drive, gas, muscle, sensors, transmission
 from epa_rt.models.blocks.exponential import lag_weights
 from epa_rt.models.chain import lengths, motion, pull, rates, write_truth
 from epa_rt.models.compiled import compiled
-from epa_rt.models.ports import CURRENT, INTEGRAL, RING, SMOOTH
+from epa_rt.models.ports import ANGLE, CURRENT, INTEGRAL, RING, SMOOTH
 from epa_rt.models.rest import new_state
 
 __all__ = ["advance", "new_state", "run"]
@@ -76,6 +76,7 @@ def _settle(p, s, valves):
             s.opening[i, 0] = gas.settled(s.opening[i, 0], valves[i])
             s.opening[i, 1] = gas.settled(s.opening[i, 1], valves[2 + i])
     s.travel_m = travel
+    s.geared_m = transmission.geared_travel(p.transmission, s.smooth[ANGLE])
 
 
 @compiled

@@ -37,7 +37,7 @@ STATE = np.dtype(
      ("memory", "f8", (2, MEMORY)),   # the braid's friction elements, one row per muscle
      ("strap_force_n", "f8", (2,)),   # force of the last sub-step, stretches the strap in the next
      ("length_m", "f8", (2,)),        # muscle lengths at the start of the sub-step
-     ("travel_m", "f8"),              # spool travel after backlash
+     ("geared_m", "f8"), ("travel_m", "f8"),  # spool travel before and after backlash, at the start of the sub-step
      ("ring", "f8", (RING, 13)),      # commands of the last cycles; columns in blocks/bus.py
      ("pressure_reading_pa", "f8", (3,)), ("pressure_before_pa", "f8", (3,)),
      ("tube_reading_pa", "f8", (2,)), # of the muscles, behind a slow tube or filter; kept only where there is one

@@ -18,6 +18,7 @@ def new_state(params: np.ndarray) -> np.ndarray:
     s = state[0]
     s["smooth"][ANGLE] = _angle_at(p["transmission"], p["load"]["start_travel_m"])
     s["travel_m"] = p["load"]["start_travel_m"]
+    s["geared_m"] = transmission.geared_travel(p["transmission"], s["smooth"][ANGLE])
     s["smooth"][LOAD_PLACE] = _hanging_place(p)
     for i in range(2):
         m, g = p["muscle"][i], p["gas"][i]

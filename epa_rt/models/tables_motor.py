@@ -61,6 +61,8 @@ TRANSMISSION: Table = (
       REGULAR),
     P("gear_friction_sharpness_ratio", "1", 1.0, 1.0, 8.0, "how sharply the gear's friction ends its rise there", REGULAR),
     P("backlash_rad", "rad", 0.0, 0.0, 0.2, "total play at the gear's output", FACTS, "backlash"),
+    P("backlash_roundness_ratio", "1", 0.0, 0.0, 1.0, "how gradually the teeth take up the play: 0 at once, 1 over a way of several halves of it",
+      "several pairs of teeth in elastic contact; engineering estimate"),
     P("eccentricity_ratio", "1", 0.0, 0.0, 0.3, "eccentricity over radius of the spool", FACTS, "spool_eccentricity"),
     P("eccentricity_phase_rad", "rad", 0.0, -2 * pi, 2 * pi, "spool angle of the largest radius, negative", FACTS),
     P("wind_up_per_rad", "1/rad", 0.0, -0.05, 0.05, "radius gained per spool angle as the strap winds up", FACTS, "spool_wind_up"),

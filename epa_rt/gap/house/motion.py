@@ -26,9 +26,11 @@ def true_angle(p, slow, fast, angle_fast_gain, out):
 def line_lengths(params, i, angle, speed, place, place_speed, out):
     """Length of muscle i's line (out[0]) and its speed (out[1]) from motor and load motion, the play centred at first."""
     t, l = params[0].transmission, params[0].load
-    travel = transmission.geared_travel(t, angle[0])
+    travel = before = transmission.geared_travel(t, angle[0])
     for k in range(len(angle)):
-        travel, carried = transmission.play(t, transmission.geared_travel(t, angle[k]), travel)
+        geared = transmission.geared_travel(t, angle[k])
+        travel, carried = transmission.play(t, geared, before, travel, speed[k])
+        before = geared
         travel_speed = carried * transmission.travel_per_angle(t, angle[k]) * speed[k]
         q, q_speed, _ = load.coordinate(l, place[k], place_speed[k])
         out[0, k], out[1, k] = lengths(l, i, travel, travel_speed, q, q_speed)

@@ -20,7 +20,7 @@ _DRIVE = {  # rows of the drive; others reach the drive's own loop alone
     "cogging_per_turn_ratio", "cogging_phase_rad", "torque_ripple_ratio", "ripple_per_turn_ratio", "ripple_phase_rad",
     "torque_saturation_per_a", "winding_thermal_k_w", "winding_time_s"), _MOTOR)
 _TRANSMISSION = {"gear_efficiency_ratio": _MOTOR, "gear_friction_n": _MOTOR, "gear_friction_speed_rad_s": _MOTOR,
-                 "gear_friction_sharpness_ratio": _MOTOR, "backlash_rad": _LENGTHS}
+                 "gear_friction_sharpness_ratio": _MOTOR, "backlash_rad": _LENGTHS, "backlash_roundness_ratio": _LENGTHS}
 _SHAPE = ("braid_length_m", "braid_turns_ratio", "end_length_m")  # of the muscle: they make its volume too
 _SENSORS = (  # first part of a row's name, longer ones first
     ("motor_angle", ("drive", *_MOTOR, *_LENGTHS, "encoder")), ("motor_speed", ("drive", *_MOTOR, *_LENGTHS, "encoder")),

@@ -29,16 +29,67 @@ def travel_per_angle(p, motor_angle):
 
 
 @compiled
-def play(p, geared, travel_before):
-    """Strap travel behind the backlash (m): stays where it was until the play is used up. Second value: 1 if carried."""
+def play(p, geared, geared_before, travel_before, speed):
+    """Strap travel behind the backlash (m): stays where it was until the play is used up, at once or gradually.
+
+    ``geared``: travel before backlash, ``geared_before`` where that and ``travel_before`` stood last (m). Second value: part
+    of the motion that is carried (0 to 1), where nothing moved for motion with ``speed`` (any unit: only its sign counts).
+    """
     half = 0.5 * p.backlash_rad * p.spool_radius_m
     if half == 0.0:
         return geared, 1.0
+    if p.backlash_roundness_ratio != 0.0:
+        return round_play(p.backlash_roundness_ratio, half, geared, geared_before, travel_before, speed)
     if travel_before > geared + half:
         return geared + half, 1.0
     if travel_before < geared - half:
         return geared - half, 1.0
     return travel_before, 0.0
+
+
+@compiled
+def round_play(roundness, half, geared, geared_before, travel_before, speed):
+    """As ``play`` with teeth that take up gradually: e' = slope(|e|) outwards, 1 inwards, of the gap e = geared - travel."""
+    moved = geared - geared_before
+    toward = 1.0 if moved > 0.0 or (moved == 0.0 and speed > 0.0) else -1.0
+    at, way = toward * (geared_before - travel_before) / half, abs(moved) / half
+    if at + way < 0.0:
+        return travel_before, 0.0  # back inside the gap, which has no memory of how it was closed
+    taken = used_up(roundness, min(max(at, 0.0), 1.0), way + min(at, 0.0))
+    return geared - toward * half * taken, carried_at(roundness, taken)
+
+
+@compiled
+def used_up(roundness, at, way):
+    """Part of half the play that is used up (0 to 1) after a ``way`` outwards (over half the play) from ``at``.
+
+    From the middle it is (1 - exp(-x^(1/roundness)))^roundness over the way x. Inverted and moved on: exact for any step.
+    """
+    before = closed(roundness, at)
+    if before == 1.0:
+        return 1.0
+    x = way + (at if before == 0.0 else at * (-math.log1p(-before) / before) ** roundness)
+    grown = x ** (1.0 / roundness)
+    if grown == 0.0:
+        return x  # so far from the flank that nothing is carried yet
+    if grown > 1.0:
+        return (-math.expm1(-grown)) ** roundness
+    return x * (-math.expm1(-grown) / grown) ** roundness
+
+
+@compiled
+def closed(roundness, at):
+    """How far the teeth are in contact (0 to 1) where a part ``at`` of half the play is used up."""
+    return at ** (1.0 / roundness)
+
+
+@compiled
+def carried_at(roundness, at):
+    """Slope of the strap's travel over the gear's (0 to 1) for motion outwards from ``at``: 1 less the slope of ``used_up``."""
+    w = closed(roundness, at)
+    if w == 0.0 or w == 1.0:
+        return w
+    return 1.0 - (1.0 - w) * (-math.log1p(-w) / w) ** (1.0 - roundness)
 
 
 @compiled
@@ -84,8 +135,10 @@ def transmission_over_log(params, motor_angle_rad, spool_force_n):
 @compiled
 def _over_log(params, angle, force, out):
     p = params[0].transmission
-    travel = geared_travel(p, angle[0])
+    travel = before = geared_travel(p, angle[0])
     for k in range(angle.shape[0]):
-        travel, _ = play(p, geared_travel(p, angle[k]), travel)
+        geared = geared_travel(p, angle[k])
+        travel, _ = play(p, geared, before, travel, 0.0)
+        before = geared
         out[0, k] = travel
         out[1, k] = force[k] * travel_per_angle(p, angle[k])
