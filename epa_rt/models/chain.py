@@ -3,8 +3,8 @@
 from epa_rt.models.blocks import drive, gas, load, motor, muscle, transmission
 from epa_rt.models.compiled import compiled
 from epa_rt.models.ports import (
-    ANGLE, CREEP, CURRENT, GAS_C, GAS_MASS, HEAT, INTEGRAL, LOAD_PLACE, LOAD_SPEED, LOAD_STICTION, SPEED,
-    STICTION, SUPPLY_FLOW,
+    ANGLE, CREEP, CURRENT, GAS_C, GAS_MASS, HEAT, INTEGRAL, LOAD_PLACE, LOAD_SPEED, LOAD_STICTION, SLOW_HEAT,
+    SPEED, STICTION, SUPPLY_FLOW,
 )
 
 
@@ -60,11 +60,12 @@ def rates(p, s, y, dy, seen, part):
     q, q_speed, _ = load.coordinate(l, y[LOAD_PLACE], y[LOAD_SPEED])
     force0, drawn0 = muscle_rates(p, s, y, dy, 0, travel, travel_speed, q, q_speed)
     force1, drawn1 = muscle_rates(p, s, y, dy, 1, travel, travel_speed, q, q_speed)
-    dy[CURRENT], dy[INTEGRAL], dy[HEAT] = drive.rates(
-        d, seen, part, angle, speed, y[INTEGRAL], current, y[HEAT])
+    warmth = motor.warmth(d, y[HEAT], y[SLOW_HEAT])
+    dy[CURRENT], dy[INTEGRAL] = drive.rates(d, seen, part, angle, speed, y[INTEGRAL], current, warmth)
+    dy[HEAT], dy[SLOW_HEAT] = motor.heat_rates(d, current, y[HEAT], y[SLOW_HEAT])
     load_torque = load.along_spool(l, force0, force1) * per_angle
     low, high = transmission.friction_limits(t, load_torque, speed)
-    torque = motor.motor_torque(d, current, angle, y[HEAT])
+    torque = motor.motor_torque(d, current, angle, warmth)
     dy[SPEED], dy[STICTION] = motor.acceleration(d, torque, load_torque, low, high, y[STICTION], speed, angle)
     dy[ANGLE] = speed
     dy[LOAD_PLACE] = y[LOAD_SPEED]

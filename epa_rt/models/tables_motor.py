@@ -8,6 +8,7 @@ from epa_rt.models.tables import Table
 MAXON = "maxon EC-max 40 120 W 48 V (283870)"
 FACTS = "engineering estimate"
 REGULAR = "regularised Coulomb friction, Armstrong-Helouvry 1994; engineering estimate"
+TWO_NODES = "motor data sheets give two thermal resistances and time constants; engineering estimate"
 EPOS = "EPOS4 cascade, tuned here"
 
 BUS: Table = (
@@ -47,9 +48,11 @@ DRIVE: Table = (
     P("friction_wave_per_turn_ratio", "1", 1.0, 0.01, 200.0, "periods of that swing per motor turn", FACTS),
     P("friction_wave_phase_rad", "rad", 0.0, -2 * pi, 2 * pi, "phase of that swing at motor angle 0", FACTS),
     P("bus_sag_ohm", "ohm", 0.0, 0.0, 5.0, "voltage lost per winding current", FACTS, "bus_sag"),
-    P("torque_loss_per_k", "1/K", 0.0, 0.0, 0.01, "torque constant lost per kelvin of winding heat", FACTS, "torque_constant_heat"),
+    P("torque_loss_per_k", "1/K", 0.0, 0.0, 0.01, "torque constant lost per kelvin of winding heat, down to a tenth of it", FACTS, "torque_constant_heat"),
     P("winding_thermal_k_w", "K/W", 1.0, 1e-3, 100.0, "winding to housing", FACTS),
     P("winding_time_s", "s", 3.96, 0.1, 1e4, "thermal time constant of the winding", MAXON),
+    P("housing_heat_ratio", "1", 0.0, 0.0, 20.0, "kelvins of housing and magnets that count, per kelvin of winding heat, once both are steady", TWO_NODES),
+    P("housing_time_s", "s", 60.0, 5.0, 3000.0, "thermal time constant of housing and magnets", TWO_NODES),
 )
 
 TRANSMISSION: Table = (

@@ -180,11 +180,12 @@ class Bench:
 
     # --- drive and load -----------------------------------------------------------------------------------------
 
-    def heat(self) -> np.ndarray:
+    def warmth(self) -> np.ndarray:
+        """(N,) kelvins that weaken the motor's torque, from the measured current; zeros where they do nothing."""
         if self.params["drive"]["torque_loss_per_k"][0] == 0.0:
             return self.zero()
         out = np.empty(self.prepared.count)
-        motor_link.winding_heat(self.params["drive"][0], self.true("motor_current_a"), self.prepared.period_s, out)
+        motor_link.warmth(self.params["drive"][0], self.true("motor_current_a"), self.prepared.period_s, out)
         return out
 
     def spool(self) -> np.ndarray:

@@ -19,16 +19,18 @@ def new_ring() -> np.ndarray:
 
 
 @compiled
-def winding_heat(p, current, period_s, out):
-    """Winding temperature above the housing (N,) that a current (N,) makes."""
-    heat, part = 0.0, period_s / p.winding_time_s
+def warmth(p, current, period_s, out):
+    """What a current (N,) makes of motor.warmth (K, (N,)), from a cold start."""
+    heat, slow_heat, part, slow_part = 0.0, 0.0, period_s / p.winding_time_s, period_s / p.housing_time_s
     for k in range(len(current)):
-        heat += part * (p.winding_thermal_k_w * p.winding_ohm * current[k] * current[k] - heat)
-        out[k] = heat
+        end = p.winding_thermal_k_w * p.winding_ohm * current[k] * current[k]
+        heat += part * (end - heat)
+        slow_heat += slow_part * (end - slow_heat)
+        out[k] = motor.warmth(p, heat, slow_heat)
 
 
 @compiled
-def drive_current(params, state, commands, angle, speed, measured_a, standing, heat, period_s, out):
+def drive_current(params, state, commands, angle, speed, measured_a, standing, warmth_k, period_s, out):
     """Winding current (N,) from the commands and the measured motion; its integral follows ``measured_a`` slowly, while the
     motor is ``standing`` (N,) quickly.
     """
@@ -46,8 +48,8 @@ def drive_current(params, state, commands, angle, speed, measured_a, standing, h
         for j in range(STEPS):
             wanted = bus.motor_seen(s.ring, k, j / STEPS - delay, (j + 1) / STEPS - delay)
             a, w = drive.cubic(angle[b], angle[k], speed[b], speed[k], period_s, (j + 0.5) / STEPS)
-            _, rate, _ = drive.rates(p, wanted, 0.5, a, w, integral, current, heat[k])
-            di, _, _ = drive.rates(p, wanted, 0.5, a, w, integral + 0.5 * h * rate, current, heat[k])
+            _, rate = drive.rates(p, wanted, 0.5, a, w, integral, current, warmth_k[k])
+            di, _ = drive.rates(p, wanted, 0.5, a, w, integral + 0.5 * h * rate, current, warmth_k[k])
             current += di * p.current_lag_s * (1.0 - fade)
             integral += h * rate
         if now[0] > 0.5:
@@ -57,7 +59,7 @@ def drive_current(params, state, commands, angle, speed, measured_a, standing, h
 
 
 @compiled
-def balance_current(params, angle, speed, acceleration, spool_n, heat, period_s, out):
+def balance_current(params, angle, speed, acceleration, spool_n, warmth_k, period_s, out):
     """Current (N,) that the measured motion needs against inertia, friction, gear and the spool's force (N,)."""
     p, t = params[0].drive, params[0].transmission
     h = period_s / STEPS
@@ -79,4 +81,4 @@ def balance_current(params, angle, speed, acceleration, spool_n, heat, period_s,
         dry = motor.dry_limit(p, speed[k], angle[k])
         friction, _ = slider(p.presliding_stiffness_nm_rad, p.presliding_time_s, stuck, speed[k], low - dry, high + dry)
         torque = p.inertia_kg_m2 * acceleration[k] + friction + motor.drag(p, speed[k]) + load
-        out[k] = motor.current_for(p, torque, angle[k], heat[k])
+        out[k] = motor.current_for(p, torque, angle[k], warmth_k[k])

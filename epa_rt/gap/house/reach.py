@@ -14,6 +14,7 @@ _LENGTHS = (*_GASES, "muscle0")
 _MOTOR = ("motor", "torque")
 _DRIVE = {  # rows of the drive; others reach the drive's own loop alone
     "torque_constant_nm_a": ("drive", *_MOTOR), "torque_loss_per_k": ("drive", *_MOTOR), "winding_ohm": ("drive", *_MOTOR),
+    "housing_heat_ratio": ("drive", *_MOTOR), "housing_time_s": ("drive", *_MOTOR),
 } | dict.fromkeys((
     "inertia_kg_m2", "viscous_nm_s_rad", "coulomb_nm", "viscous_asymmetry_ratio", "friction_wave_ratio", "friction_wave_per_turn_ratio",
     "friction_wave_phase_rad", "presliding_stiffness_nm_rad", "presliding_time_s", "stribeck_ratio", "stribeck_speed_rad_s", "cogging_nm",

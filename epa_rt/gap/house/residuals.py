@@ -21,14 +21,14 @@ def drive_residual(bench: Bench) -> np.ndarray:
     angle, speed, _ = bench.motor()
     out = np.empty(p.count)
     measured = bench.true("motor_current_a")
-    motor_link.drive_current(bench.params, np.zeros(1, STATE), p.commands, angle, speed, measured, p.standing, bench.heat(), p.period_s, out)
+    motor_link.drive_current(bench.params, np.zeros(1, STATE), p.commands, angle, speed, measured, p.standing, bench.warmth(), p.period_s, out)
     return p.readings["motor_current_a"] - bench.shown("motor_current_a", out)
 
 
 def motor_residual(bench: Bench) -> np.ndarray:
     p = bench.prepared
     out = np.empty(p.count)
-    motor_link.balance_current(bench.params, *bench.motor(), bench.spool(), bench.heat(), p.period_s, out)
+    motor_link.balance_current(bench.params, *bench.motor(), bench.spool(), bench.warmth(), p.period_s, out)
     return p.readings["motor_current_a"] - bench.shown("motor_current_a", out)
 
 
@@ -36,7 +36,7 @@ def torque_residual(bench: Bench) -> np.ndarray:
     p = bench.prepared
     angle, speed, acceleration = bench.motor()
     needed = np.empty(p.count)
-    motor_link.balance_current(bench.params, angle, speed, acceleration, bench.spool(), bench.heat(), p.period_s, needed)
+    motor_link.balance_current(bench.params, angle, speed, acceleration, bench.spool(), bench.warmth(), p.period_s, needed)
     current = NEEDED * needed + (1.0 - NEEDED) * bench.true("motor_current_a")
     seen = bench.shown("motor_current_a", current)  # all that the drive knows of its torque
     reported = float(bench.params["drive"]["torque_constant_nm_a"][0]) * seen

@@ -6,7 +6,7 @@ import numpy as np
 
 from epa_rt.models.blocks import bus
 from epa_rt.models.blocks.exponential import lag_weights
-from epa_rt.models.blocks.motor import heat_rate, torque_constant
+from epa_rt.models.blocks.motor import heat_rates, torque_constant, warmth
 from epa_rt.models.compiled import compiled
 from epa_rt.models.ports import RING, STATE
 
@@ -41,10 +41,10 @@ def current_command(p, wanted_speed, speed, integral):
 
 
 @compiled
-def current_rate(p, wanted, current, speed, heat_k):
+def current_rate(p, wanted, current, speed, warmth_k):
     """Rate of the winding current (A/s): first-order lag towards what the bus voltage can still drive."""
     supply = p.supply_v - p.bus_sag_ohm * abs(current)
-    back = torque_constant(p, heat_k) * speed
+    back = torque_constant(p, warmth_k) * speed
     voltage = p.winding_ohm * wanted + back
     if voltage > supply:
         wanted = (supply - back) / p.winding_ohm
@@ -74,10 +74,10 @@ def integral_at_edge(row, before, integral, current):
 
 
 @compiled
-def rates(p, motor, part, angle, speed, integral, current, heat):
-    """Rates of current, integral and winding heat, a ``part`` (0 to 1) into a sub-step in which ``motor`` is seen.
+def rates(p, motor, part, angle, speed, integral, current, warmth_k):
+    """Rates of current and integral, a ``part`` (0 to 1) into a sub-step in which ``motor`` is seen.
 
-    ``motor`` as from bus.motor_seen.
+    ``motor`` as from bus.motor_seen, ``warmth_k`` as from motor.warmth.
     """
     enabled, mode, torque, target0, target1, slope0, slope1, speed0, speed1 = motor
     wanted, integral_rate = 0.0, 0.0
@@ -91,7 +91,7 @@ def rates(p, motor, part, angle, speed, integral, current, heat):
                 wanted_speed = speed_command(p, target0 + (target1 - target0) * part, slope0 + (slope1 - slope0) * part,
                                              angle)
             wanted, integral_rate = current_command(p, wanted_speed, speed, integral)
-    return current_rate(p, wanted, current, speed, heat), integral_rate, heat_rate(p, current, heat)
+    return current_rate(p, wanted, current, speed, warmth_k), integral_rate
 
 
 def drive_over_log(params, commands, angle_rad, speed_rad_s, period_s, substeps=4):
@@ -110,7 +110,7 @@ def drive_over_log(params, commands, angle_rad, speed_rad_s, period_s, substeps=
 def _over_log(params, state, commands, angle, speed, period_s, substeps, out):
     p, s = params[0].drive, state[0]
     delay = params[0].bus.command_delay_s / period_s
-    current, integral, heat = 0.0, 0.0, 0.0
+    current, integral, heat, slow_heat = 0.0, 0.0, 0.0, 0.0
     weights = lag_weights(period_s / substeps, p.current_lag_s)
     for k in range(angle.shape[0]):
         bus.latch(s, commands[k], period_s)
@@ -119,25 +119,26 @@ def _over_log(params, state, commands, angle, speed, period_s, substeps, out):
         b = max(k - 1, 0)
         for j in range(substeps):
             motor = bus.motor_seen(s.ring, k, j / substeps - delay, (j + 1) / substeps - delay)
-            current, integral, heat = _step(p, motor, period_s / substeps, weights, angle[b], angle[k], speed[b], speed[k],
-                                            j / substeps, 1.0 / substeps, current, integral, heat, period_s)
+            current, integral, heat, slow_heat = _step(p, motor, period_s / substeps, weights, angle[b], angle[k], speed[b], speed[k],
+                                                       j / substeps, 1.0 / substeps, current, integral, heat, slow_heat, period_s)
         s.cycle += 1
         out[0, k] = current
         out[1, k] = reported_torque(p, current)
 
 
 @compiled
-def _step(p, motor, h, weights, angle0, angle1, speed0, speed1, start, width, current, integral, heat, period_s):
-    """One step of current, integral and heat along a measured motion, with the weights of the whole plant."""
+def _step(p, motor, h, weights, angle0, angle1, speed0, speed1, start, width, current, integral, heat, slow_heat, period_s):
+    """One step of current, integral and both heats along a measured motion, with the weights of the whole plant."""
     half, whole, reach, first, middle, last = weights
     lag = p.current_lag_s
-    i1, z, q, i, z_sum, q_sum, push1 = 0.0, integral, heat, current, 0.0, 0.0, 0.0
+    i1, z, q, r, i, z_sum, q_sum, r_sum, push1 = 0.0, integral, heat, slow_heat, current, 0.0, 0.0, 0.0, 0.0
     end = whole * current
     for stage in range(4):
         part = 0.5 * ((stage + 1) // 2)
         f = start + part * width
         a, w = cubic(angle0, angle1, speed0, speed1, period_s, f)
-        di, dz, dq = rates(p, motor, part, a, w, z, i, q)
+        di, dz = rates(p, motor, part, a, w, z, i, warmth(p, q, r))
+        dq, dr = heat_rates(p, i, q, r)
         push = di + i / lag
         if stage == 0:
             push1 = push
@@ -148,9 +149,9 @@ def _step(p, motor, h, weights, angle0, angle1, speed0, speed1, start, width, cu
             i = half * i1 + reach * (2.0 * push - push1)
         end += push * (first if stage == 0 else (last if stage == 3 else middle))
         weight, far = (1.0 if stage in (0, 3) else 2.0), (h if stage == 2 else 0.5 * h)
-        z_sum, q_sum = z_sum + weight * dz, q_sum + weight * dq
-        z, q = integral + far * dz, heat + far * dq
-    return end, integral + h / 6.0 * z_sum, heat + h / 6.0 * q_sum
+        z_sum, q_sum, r_sum = z_sum + weight * dz, q_sum + weight * dq, r_sum + weight * dr
+        z, q, r = integral + far * dz, heat + far * dq, slow_heat + far * dr
+    return end, integral + h / 6.0 * z_sum, heat + h / 6.0 * q_sum, slow_heat + h / 6.0 * r_sum
 
 
 @compiled

@@ -9,18 +9,28 @@ from epa_rt.models.blocks.transmission import friction_limits, travel_per_angle
 from epa_rt.models.compiled import compiled
 
 SLIDER_STEPS = 4  # per cycle, in motor_over_log
+LEAST_CONSTANT = 0.1  # of the cold torque constant: at the bounds the straight line would fall through zero and turn the motor round
 
 
 @compiled
-def torque_constant(p, heat_k):
-    """Torque per current at a winding ``heat_k`` above its housing."""
-    return p.torque_constant_nm_a * (1.0 - p.torque_loss_per_k * heat_k)
+def warmth(p, heat_k, slow_heat_k):
+    """Kelvins that weaken the torque: the winding's above the housing, and of the slow node as many as count."""
+    return heat_k + p.housing_heat_ratio * slow_heat_k
 
 
 @compiled
-def heat_rate(p, current, heat_k):
-    """Rate of the winding's temperature above the housing (K/s)."""
-    return (p.winding_thermal_k_w * p.winding_ohm * current * current - heat_k) / p.winding_time_s
+def torque_constant(p, warmth_k):
+    """Torque per current (N m/A), and voltage per speed, at a warmth (K) as ``warmth`` gives it."""
+    return p.torque_constant_nm_a * max(1.0 - p.torque_loss_per_k * warmth_k, LEAST_CONSTANT)
+
+
+@compiled
+def heat_rates(p, current, heat_k, slow_heat_k):
+    """Rates (K/s) of the winding's temperature above the housing and of the slow node's, housing and magnets, in kelvins of
+    the winding: both end where the copper's loss (W) times the winding's thermal resistance has them.
+    """
+    end = p.winding_thermal_k_w * p.winding_ohm * current * current
+    return (end - heat_k) / p.winding_time_s, (end - slow_heat_k) / p.housing_time_s
 
 
 @compiled
@@ -40,9 +50,9 @@ def cogging(p, angle):
 
 
 @compiled
-def motor_torque(p, current, angle, heat_k):
+def motor_torque(p, current, angle, warmth_k):
     """Torque on the shaft (N m) with saturation, ripple and cogging; the drive reports another: ``drive.reported_torque``."""
-    torque = torque_constant(p, heat_k) * current
+    torque = torque_constant(p, warmth_k) * current
     if p.torque_saturation_per_a != 0.0:
         torque /= 1.0 + p.torque_saturation_per_a * abs(current)
     if p.torque_ripple_ratio != 0.0:
@@ -53,9 +63,9 @@ def motor_torque(p, current, angle, heat_k):
 
 
 @compiled
-def current_for(p, torque, angle, heat_k):
+def current_for(p, torque, angle, warmth_k):
     """Current (A) that gives a torque: the inverse of ``motor_torque``."""
-    current = (torque - cogging(p, angle)) / (torque_constant(p, heat_k) * ripple(p, angle))
+    current = (torque - cogging(p, angle)) / (torque_constant(p, warmth_k) * ripple(p, angle))
     if p.torque_saturation_per_a != 0.0:
         current /= max(1.0 - p.torque_saturation_per_a * abs(current), 0.1)
     return current
@@ -108,7 +118,7 @@ def _over_log(params, angle, speed, accelerated, force, period_s, out):
     p, t = params[0].drive, params[0].transmission
     h = period_s / SLIDER_STEPS
     fade = math.exp(-h / p.presliding_time_s)
-    stiction, heat, current = 0.0, 0.0, 0.0
+    stiction, heat, slow_heat, current = 0.0, 0.0, 0.0, 0.0
     for k in range(angle.shape[0]):
         load_torque = force[k] * travel_per_angle(t, angle[k])
         low, high = friction_limits(t, load_torque, speed[k])
@@ -124,6 +134,8 @@ def _over_log(params, angle, speed, accelerated, force, period_s, out):
                 stiction = end + (stiction - end) * fade
         friction, _ = slider(p.presliding_stiffness_nm_rad, p.presliding_time_s, stiction, speed[k], low - dry, high + dry)
         torque = p.inertia_kg_m2 * accelerated[k] + load_torque + friction + drag(p, speed[k])
-        heat += period_s * heat_rate(p, current, heat)
-        current = current_for(p, torque, angle[k], heat)
+        heat_rate, slow_rate = heat_rates(p, current, heat, slow_heat)
+        heat += period_s * heat_rate
+        slow_heat += period_s * slow_rate
+        current = current_for(p, torque, angle[k], warmth(p, heat, slow_heat))
         out[k] = current

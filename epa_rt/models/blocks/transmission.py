@@ -44,7 +44,9 @@ def play(p, geared, geared_before, travel_before, speed):
         return geared + half, 1.0
     if travel_before < geared - half:
         return geared - half, 1.0
-    return travel_before, 0.0
+    # at a flank with nothing moved since, as at the start and end of a sub-step, the speed says whether it is carried
+    carried = (travel_before == geared - half and speed > 0.0) or (travel_before == geared + half and speed < 0.0)
+    return travel_before, 1.0 if carried else 0.0
 
 
 @compiled

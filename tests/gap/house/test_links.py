@@ -5,6 +5,9 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
+from epa_rt.gap.house import motor_link
+from epa_rt.gap.problem import Problem
+from tests.gap import toy
 from tests.gap.house.runs import recorded, rms, subject
 
 # rms that a rig without a gap may leave: converters' steps and noise, through the low-pass
@@ -68,3 +71,25 @@ def test_lost_cycles_are_not_judged_and_spoil_nothing_else():
         a, b = house.residual(whole, {}, link.name), house.residual(holed, {}, link.name)
         assert len(a) == len(b) and np.isnan(b[800])
         assert rms(b) < 1.3 * rms(a), link.name  # the drive's targets in the gap are guessed, and its integral remembers them
+
+
+def test_heat_of_the_motor_is_switched_by_its_loss_and_its_slow_node_by_its_ratio():
+    house, log = subject("bench"), recorded("bench", 1)
+    prepared, name = house.prepare(log), "torque_constant_heat"
+    problem = Problem(house, [log], {link.name: toy.White(link.name, 1.0) for link in house.links}, prepared={log.name: prepared})
+    knobs = problem.effects[name].knobs
+    assert problem.strength(name) == knobs[:1] == ("drive.torque_loss_per_k",)
+    assert len({house.touched(key) for key in knobs}) == 1
+    plain, timed, slow = (house.residual(prepared, dict(zip(knobs, values, strict=True)), "motor")
+                          for values in ((5e-3, 0.0, 60.0), (5e-3, 0.0, 7.0), (5e-3, 5.0, 7.0)))
+    assert np.array_equal(plain, timed, equal_nan=True) and not np.array_equal(plain, slow, equal_nan=True)
+
+
+def test_the_warmth_of_a_steady_current_is_that_of_both_nodes():
+    params = subject("bench").plant.params.copy()
+    p = params["drive"][0]
+    p["housing_heat_ratio"], p["housing_time_s"], t = 3.0, 20.0, np.arange(1, 60_001) * 1e-3
+    out = np.empty(len(t))
+    motor_link.warmth(p, np.full(len(t), 2.0), 1e-3, out)
+    end = p["winding_thermal_k_w"] * p["winding_ohm"] * 4.0
+    assert out == pytest.approx(end * (1.0 - np.exp(-t / p["winding_time_s"]) + 3.0 * (1.0 - np.exp(-t / 20.0))), abs=2e-4 * end)
