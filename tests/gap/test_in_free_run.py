@@ -8,7 +8,6 @@ import pytest
 from epa_rt.gap.as_one import ABSURD, LINK, NOISY, AsOne, Meter, apart, fitted, floor, held, meters_of, quiet, twins_of
 from epa_rt.gap.attribution import attributed
 from epa_rt.gap.diagnose import diagnose
-from epa_rt.gap.further import Rules
 from epa_rt.gap.heard import Heard
 from epa_rt.gap.in_free_run import _one_alone, heard, judged
 from epa_rt.gap.problem import Problem
@@ -75,19 +74,21 @@ def test_a_name_that_another_one_found_in_free_run_makes_needless_is_dropped():
 
 def test_one_law_that_takes_the_plant_to_the_noise_stands_instead_of_two_that_do_not():
     recordings = logs({"sensors.pressure_offset_pa": -1000.0})
-    blind = attributed(Chained(), recordings, without=("pressure_offset",), floors=without_gas)
-    problem = Problem(Chained(), recordings, blind.problem.floors, {link: scale**2 for link, scale in blind.problem.scale.items()})
-    base, twins = blind.selection.base, twins_of(problem.subject, recordings, blind.selection.base.values)
-    whole = problem.on(recordings, AsOne(problem.subject, meters_of(recordings, twins)), floor())
+    found = attributed(Chained(), recordings, floors=without_gas)
+    problem, base = found.problem, found.selection.base
+    twins = twins_of(problem.subject, recordings, base.values)
+    meters = meters_of(recordings, twins)
+    whole = problem.on(recordings, AsOne(problem.subject, meters), floor())
     none = fitted(whole, (), base.values)
-    noise = quiet(none, meters_of(recordings, twins), twins)
-    two = replace(blind.selection, problem=problem, roles=2 * blind.selection.roles)
-    selection, best, said = _one_alone(problem, whole, two, none, noise, Rules())
+    noise = quiet(none, meters, twins)
+    two = replace(found.selection, roles=2 * found.selection.roles)
+    assert {"pressure_offset", "force_offset"} <= {fit.effect for fit in two.roles[0].fits}
+    selection, best, said = _one_alone(problem, whole, two, none, noise)
     assert [role.best.effect for role in selection.roles] == list(best.effects) == ["pressure_offset"]
     assert said.to_noise
     half = logs({"sensors.pressure_offset_pa": -1000.0, "gas.delay_s": 0.02})  # two effects: none of them does alone
-    whole = problem.on(half, AsOne(problem.subject, meters_of(recordings, twins)), floor())
-    assert _one_alone(problem, whole, two, fitted(whole, (), base.values), noise, Rules()) is None
+    whole = problem.on(half, AsOne(problem.subject, meters), floor())
+    assert _one_alone(problem, whole, two, fitted(whole, (), base.values), noise) is None
 
 
 def test_an_effect_that_no_judged_link_shows_is_found_in_free_run():

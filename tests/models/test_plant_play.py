@@ -129,7 +129,7 @@ def test_the_row_is_bounded_where_the_law_begins_and_where_it_would_become_anoth
     assert (row.neutral, row.low, row.high, row.unit) == (0.0, 0.0, 1.0, "1")
 
 
-@pytest.mark.parametrize("roundness", [0.3, 1.0])
+@pytest.mark.parametrize("roundness", [0.0, 0.3, 1.0])
 def test_the_plant_moves_its_strap_as_the_play_alone_and_at_the_speed_that_it_says(roundness):
     scene = opened("bench")
     params = scene.params.copy()
