@@ -1,6 +1,5 @@
 """One more effect, looked for in free run: what the blocks show too faintly one by one may be plain in the whole plant."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -21,7 +20,6 @@ FAINT = 1e-3   # of a typical strength: where it is the derivative that counts
 WEAK = 0.05    # the same, to start a fit from
 THOROUGH = 2   # laws that are fitted with fresh derivatives then
 SHAPES = 2     # in which they are tried
-ALONE = 3      # families that are tried one by one from the plant file
 
 
 @dataclass(frozen=True)
@@ -72,19 +70,6 @@ def further(problem: Problem, whole: Problem, selection: Selection, none: Point,
     before = selection.final if selection.roles else selection.base
     as_well = tuple(_around(problem, before, *other) for other in points[1:] if other[1].normal.chi < point.normal.chi + rules.margin(best, point))
     return with_effect(problem, selection, name, point), point, as_well
-
-
-def from_the_plant_file(whole: Problem, effects: Sequence[str]) -> list[Point]:
-    """Each of the most promising of these effects fitted alone, one of a family, from the plant file's nominal parameters: where a fit without it has gone far
-    to hide it, neither its signature nor the way back is to be had from there."""
-    at = linearised(whole, (), {})
-    screening = screen(whole, at, effects)
-    best = screening.best()
-    names: dict[str, str] = {}
-    for name in sorted(best, key=lambda name: -best[name].gain):
-        names.setdefault(whole.effects[name].family, name)
-    chosen = list(names.values())[:ALONE]
-    return [fitted(whole, (name,), starts(whole, screening, name)[0]) for name in chosen]
 
 
 def strain(point: Point) -> float:

@@ -10,8 +10,9 @@ from dataclasses import replace
 from epa_rt.gap.alongside import trials
 from epa_rt.gap.as_one import AsOne, fitted, floor, meters_of, quiet, twins_of
 from epa_rt.gap.fewer import fewer
-from epa_rt.gap.further import Rules, above, from_the_plant_file, further, strain, with_effect
+from epa_rt.gap.further import Rules, above, further, strain
 from epa_rt.gap.heard import Heard
+from epa_rt.gap.one_alone import one_alone
 from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording, Span
@@ -61,27 +62,12 @@ def heard(problem: Problem, selection: Selection, rules: Rules = Rules(),
     said = Heard(above(none, noise), above(best, noise), strain(best), apart, as_well, tried=behind, tied=tied)
     if selection.roles and not said.carried:
         progress("free run: one law alone", 0.8)
-        selection, best, said = _one_alone(problem, whole, selection, none, noise) or (selection, best, said)
+        selection, best, said = one_alone(problem, whole, selection, none, noise) or (selection, best, said)
     if selection.roles and said.carried:
         progress("free run and blocks together", 0.9)
         selection, refitted = serving_both(problem, whole, selection, none.values, best.values)
         said = replace(said, refitted=refitted)
     return selection, said
-
-
-def _one_alone(problem: Problem, whole: Problem, selection: Selection, none: Point, noise: float) -> tuple[Selection, Point, Heard] | None:
-    """Instead of names that do not carry the plant, one law that takes it down to the noise by itself, of those that blocks came near to; None where none does.
-
-    Blocks that share nominal parameters with what feeds them may need two laws for one: a joint's zero was a lock and a spring of the knee.
-    """
-    near = tuple(dict.fromkeys(fit.effect for role in selection.roles for fit in role.fits))
-    points = from_the_plant_file(whole, near)
-    if not points:
-        return None
-    best = min(points, key=lambda point: point.normal.chi)
-    found = with_effect(problem, replace(selection, roles=(), final=selection.base), best.effects[0], best)
-    said = Heard(above(none, noise), above(best, noise), strain(best), frozenset(), {})
-    return (found, best, said) if said.to_noise else None
 
 
 def judged(subject: Subject, recordings: Sequence[Recording]) -> Sequence[Recording]:
