@@ -81,9 +81,16 @@ def length_first(subject: Subject, prepared: Mapping[str, object], points: Seque
         for values in points:
             block = share_a_length(subject, prepared, values, floors, line, knob)
             if block is not None:
-                first = max((place for place in places if place.link in line.links), key=lambda place: place.significance)
-                return (replace(first, block=block), *places)
+                return _with_first(places, block, line)
     return tuple(places)
+
+
+def _with_first(places: Sequence[Place], block: str, line: Line) -> tuple[Place, ...]:
+    """A block's own place first; where it has none, that of the line's links which shows most, in its name."""
+    own = [place for place in places if place.block == block and place.link in line.links]
+    if own:
+        return (*own, *(place for place in places if place not in own))
+    return (replace(max((place for place in places if place.link in line.links), key=lambda place: place.significance), block=block), *places)
 
 
 def solved(matrix: np.ndarray, right: np.ndarray, samples: int) -> np.ndarray:

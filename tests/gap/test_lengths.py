@@ -80,6 +80,13 @@ def test_what_makes_the_length_comes_first():
     assert length_first(object(), {"log": None}, ({},), floors, places) == places
 
 
+def test_a_strap_puts_the_muscles_own_place_first():
+    places = tuple(Place(block, link, block, "N", 1.0, 1.0, 0.0, 1.0, size, {}, {}, {}) for block, link, size in (("gas", "gas0", 80.0), ("muscle", "muscle0", 50.0)))
+    stretch = 1e-5 * (PULL - PULL.mean())
+    found = length_first(Line({link: SLOPE[link] * stretch for link in LINKS}), {"log": None}, ({},), {link: White(link, RMS[link]) for link in LINKS}, places)
+    assert [place.link for place in found] == ["muscle0", "gas0"]
+
+
 def test_an_error_that_shows_at_one_point_alone_is_found_there():
     places = tuple(Place(block, link, block, "N", 1.0, 1.0, 0.0, 1.0, 50.0, {}, {}, {}) for block, link in (("muscle", "muscle0"), ("gas", "gas0")))
     floors = {link: White(link, RMS[link]) for link in LINKS}
