@@ -1,6 +1,5 @@
-"""One law instead of several names that do not carry the plant: found in free run from the plant file, among those that blocks came near to."""
+"""One law instead of several names that do not carry the plant: found in free run, from the plant file on."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 from epa_rt.gap.as_one import fitted
@@ -16,12 +15,11 @@ FAMILIES = 3   # that are tried one by one
 
 
 def one_alone(problem: Problem, whole: Problem, selection: Selection, none: Point, noise: float) -> tuple[Selection, Point, Heard] | None:
-    """Instead of names that do not carry the plant, one law that takes it down to the noise by itself, of those that blocks came near to; None where none does.
+    """Instead of names that do not carry the plant, one law of the catalogue that takes it down to the noise by itself; None where none does.
 
     Blocks that share nominal parameters with what feeds them may need two laws for one: a joint's zero was a lock and a spring of the knee.
     """
-    near = tuple(dict.fromkeys(fit.effect for role in selection.roles for fit in role.fits))
-    points = _from_the_plant_file(whole, near)
+    points = _from_the_plant_file(whole)
     if not points:
         return None
     best = min(points, key=lambda point: point.normal.chi)
@@ -31,11 +29,11 @@ def one_alone(problem: Problem, whole: Problem, selection: Selection, none: Poin
     return with_effect(problem, replace(selection, roles=(), final=selection.base), best.effects[0], best), best, said
 
 
-def _from_the_plant_file(whole: Problem, effects: Sequence[str]) -> list[Point]:
-    """Each of the most promising of these effects fitted alone, one of a family, from the plant file's nominal parameters: where a fit without it has gone far
+def _from_the_plant_file(whole: Problem) -> list[Point]:
+    """Each of the most promising effects fitted alone, one of a family, from the plant file's nominal parameters: where a fit without it has gone far
     to hide it, neither its signature nor the way back is to be had from there."""
     at = linearised(whole, (), {})
-    screening = screen(whole, at, effects)
+    screening = screen(whole, at)
     best = screening.best()
     names: dict[str, str] = {}
     for name in sorted(best, key=lambda name: -best[name].gain):
