@@ -68,7 +68,7 @@ def further(problem: Problem, whole: Problem, selection: Selection, none: Point,
     if gain < max(rules.gained, rules.most * missing) or (gain < rules.plain and negligible(problem, name, point.values)):
         return None
     before = selection.final if selection.roles else selection.base
-    as_well = tuple(_around(problem, before, *other) for other in points[1:] if other[1].normal.chi < point.normal.chi + rules.margin(best, point))
+    as_well = tuple(around(problem, before, *other) for other in points[1:] if other[1].normal.chi < point.normal.chi + rules.margin(best, point))
     return with_effect(problem, selection, name, point), point, as_well
 
 
@@ -153,13 +153,13 @@ def with_effect(problem: Problem, selection: Selection, name: str, point: Point)
     from free run's: without the effect they may have gone far to hide it."""
     before = selection.final if selection.roles else selection.base
     own = {key: point.values[key] for key in problem.effects[name].knobs}
-    fit = _around(problem, before, name, point)
+    fit = around(problem, before, name, point)
     role = Role(before, (fit,), np.array([gains(problem, before, fit)]), _screening(problem, selection, before), dict(problem.scale))
     around = min((settled(problem, before.effects, start) for start in ({**before.values, **own}, dict(point.values))), key=lambda one: one.normal.chi)
     return replace(selection, roles=(*selection.roles, role), final=linearised(problem, (*before.effects, name), around.values))
 
 
-def _around(problem: Problem, before: Point, name: str, point: Point) -> Fit:
+def around(problem: Problem, before: Point, name: str, point: Point) -> Fit:
     """Block by block, from the numbers that free run gave."""
     return refit(problem, before, name, {key: point.values[key] for key in problem.effects[name].knobs})
 

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from epa_rt.gap.as_one import fitted
-from epa_rt.gap.further import above, strain, with_effect
+from epa_rt.gap.further import Rules, above, around, strain, with_effect
 from epa_rt.gap.heard import Heard
 from epa_rt.gap.point import Point, linearised
 from epa_rt.gap.problem import Problem
@@ -14,7 +14,7 @@ from epa_rt.gap.select import Selection
 FAMILIES = 3   # that are tried one by one
 
 
-def one_alone(problem: Problem, whole: Problem, selection: Selection, none: Point, noise: float) -> tuple[Selection, Point, Heard] | None:
+def one_alone(problem: Problem, whole: Problem, selection: Selection, none: Point, noise: float, rules: Rules) -> tuple[Selection, Point, Heard] | None:
     """Instead of names that do not carry the plant, one law of the catalogue that takes it down to the noise by itself; None where none does.
 
     Blocks that share nominal parameters with what feeds them may need two laws for one: a joint's zero was a lock and a spring of the knee.
@@ -26,7 +26,10 @@ def one_alone(problem: Problem, whole: Problem, selection: Selection, none: Poin
     said = Heard(above(none, noise), above(best, noise), strain(best), frozenset(), {})
     if not said.to_noise:
         return None
-    return with_effect(problem, replace(selection, roles=(), final=selection.base), best.effects[0], best), best, said
+    bare, name = replace(selection, roles=(), final=selection.base), best.effects[0]
+    close = [one for one in points if one is not best and one.normal.chi < best.normal.chi + rules.margin(none, best)]
+    as_well = tuple(around(problem, bare.base, one.effects[0], one) for one in close)
+    return with_effect(problem, bare, name, best), best, replace(said, as_well={name: as_well})
 
 
 def _from_the_plant_file(whole: Problem) -> list[Point]:

@@ -8,6 +8,7 @@ import pytest
 from epa_rt.gap.as_one import ABSURD, LINK, NOISY, AsOne, Meter, apart, fitted, floor, held, meters_of, quiet, twins_of
 from epa_rt.gap.attribution import attributed
 from epa_rt.gap.diagnose import diagnose
+from epa_rt.gap.further import Rules
 from epa_rt.gap.heard import Heard
 from epa_rt.gap.in_free_run import heard, judged
 from epa_rt.gap.one_alone import one_alone
@@ -84,12 +85,12 @@ def test_one_law_that_takes_the_plant_to_the_noise_stands_instead_of_two_that_do
     noise = quiet(none, meters, twins)
     two = replace(found.selection, roles=2 * found.selection.roles)
     assert {"pressure_offset", "force_offset"} <= {fit.effect for fit in two.roles[0].fits}
-    selection, best, said = one_alone(problem, whole, two, none, noise)
+    selection, best, said = one_alone(problem, whole, two, none, noise, Rules())
     assert [role.best.effect for role in selection.roles] == list(best.effects) == ["pressure_offset"]
     assert said.to_noise
     half = logs({"sensors.pressure_offset_pa": -1000.0, "gas.delay_s": 0.02})  # two effects: none of them does alone
     whole = problem.on(half, AsOne(problem.subject, meters), floor())
-    assert one_alone(problem, whole, two, fitted(whole, (), base.values), noise) is None
+    assert one_alone(problem, whole, two, fitted(whole, (), base.values), noise, Rules()) is None
 
 
 def test_an_effect_that_no_judged_link_shows_is_found_in_free_run():
