@@ -155,8 +155,8 @@ def with_effect(problem: Problem, selection: Selection, name: str, point: Point)
     own = {key: point.values[key] for key in problem.effects[name].knobs}
     fit = around(problem, before, name, point)
     role = Role(before, (fit,), np.array([gains(problem, before, fit)]), _screening(problem, selection, before), dict(problem.scale))
-    around = min((settled(problem, before.effects, start) for start in ({**before.values, **own}, dict(point.values))), key=lambda one: one.normal.chi)
-    return replace(selection, roles=(*selection.roles, role), final=linearised(problem, (*before.effects, name), around.values))
+    settled_around = min((settled(problem, before.effects, start) for start in ({**before.values, **own}, dict(point.values))), key=lambda one: one.normal.chi)
+    return replace(selection, roles=(*selection.roles, role), final=linearised(problem, (*before.effects, name), settled_around.values))
 
 
 def around(problem: Problem, before: Point, name: str, point: Point) -> Fit:
