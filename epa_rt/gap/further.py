@@ -159,6 +159,11 @@ def with_effect(problem: Problem, selection: Selection, name: str, point: Point)
     return replace(selection, roles=(*selection.roles, role), final=linearised(problem, (*before.effects, name), settled_around.values))
 
 
+def bare(selection: Selection) -> Selection:
+    """The same with nothing named, nor anything that was tried beside what had been."""
+    return replace(selection, roles=(), final=selection.base, refused=None)
+
+
 def around(problem: Problem, before: Point, name: str, point: Point) -> Fit:
     """Block by block, from the numbers that free run gave."""
     return refit(problem, before, name, {key: point.values[key] for key in problem.effects[name].knobs})

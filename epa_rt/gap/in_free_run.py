@@ -10,7 +10,7 @@ from dataclasses import replace
 from epa_rt.gap.alongside import trials
 from epa_rt.gap.as_one import AsOne, fitted, floor, meters_of, quiet, twins_of
 from epa_rt.gap.fewer import fewer
-from epa_rt.gap.further import Rules, above, further, strain
+from epa_rt.gap.further import Rules, above, bare, further, strain, with_effect
 from epa_rt.gap.heard import Heard
 from epa_rt.gap.one_alone import one_alone
 from epa_rt.gap.point import Point
@@ -58,11 +58,18 @@ def heard(problem: Problem, selection: Selection, rules: Rules = Rules(),
         selection, best, others = found
         as_well[selection.roles[-1].best.effect] = others
     if as_well:  # what was found there may do without what a block had named for it
+        together = len(selection.roles)
         selection, best = fewer(problem, whole, selection, best, rules)
+        if len(selection.roles) < together and selection.roles[0].best.effect in as_well:  # laws had been tried in the place of what is gone
+            selection = with_effect(problem, bare(selection), selection.roles[0].best.effect, best)
+            behind, apart, tied = {}, frozenset(), frozenset()
     said = Heard(above(none, noise), above(best, noise), strain(best), apart, as_well, tried=behind, tied=tied)
     if selection.roles and not said.carried:
         progress("free run: one law alone", 0.8)
-        selection, best, said = one_alone(problem, whole, selection, none, noise, rules) or (selection, best, said)
+        instead = one_alone(problem, whole, selection, none, noise, rules)
+        if instead is not None:
+            selection, best, others = instead
+            said = Heard(above(none, noise), above(best, noise), strain(best), frozenset(), others)
     if selection.roles and said.carried:
         progress("free run and blocks together", 0.9)
         selection, refitted = serving_both(problem, whole, selection, none.values, best.values)

@@ -3,10 +3,11 @@
 from dataclasses import replace
 
 from epa_rt.gap.as_one import fitted
-from epa_rt.gap.further import Rules, above, around, strain, with_effect
+from epa_rt.gap.further import Rules, above, around, bare, strain, with_effect
 from epa_rt.gap.heard import Heard
 from epa_rt.gap.point import Point, linearised
 from epa_rt.gap.problem import Problem
+from epa_rt.gap.refit import Fit
 from epa_rt.gap.role import starts
 from epa_rt.gap.screen import screen
 from epa_rt.gap.select import Selection
@@ -14,8 +15,10 @@ from epa_rt.gap.select import Selection
 FAMILIES = 3   # that are tried one by one
 
 
-def one_alone(problem: Problem, whole: Problem, selection: Selection, none: Point, noise: float, rules: Rules) -> tuple[Selection, Point, Heard] | None:
-    """Instead of names that do not carry the plant, one law of the catalogue that takes it down to the noise by itself; None where none does.
+def one_alone(problem: Problem, whole: Problem, selection: Selection, none: Point, noise: float,
+              rules: Rules) -> tuple[Selection, Point, dict[str, tuple[Fit, ...]]] | None:
+    """Instead of names that do not carry the plant, one law of the catalogue that takes it down to the noise by itself, its fit in free run and what explains
+    the plant as well; None where none does.
 
     Blocks that share nominal parameters with what feeds them may need two laws for one: a joint's zero was a lock and a spring of the knee.
     """
@@ -23,13 +26,15 @@ def one_alone(problem: Problem, whole: Problem, selection: Selection, none: Poin
     if not points:
         return None
     best = min(points, key=lambda point: point.normal.chi)
-    said = Heard(above(none, noise), above(best, noise), strain(best), frozenset(), {})
-    if not said.to_noise:
+    if not Heard(above(none, noise), above(best, noise), strain(best), frozenset(), {}).to_noise:
         return None
-    bare, name = replace(selection, roles=(), final=selection.base), best.effects[0]
+    without, name = bare(selection), best.effects[0]
     close = [one for one in points if one is not best and one.normal.chi < best.normal.chi + rules.margin(none, best)]
-    as_well = tuple(around(problem, bare.base, one.effects[0], one) for one in close)
-    return with_effect(problem, bare, name, best), best, replace(said, as_well={name: as_well})
+    as_well = {name: tuple(around(problem, without.base, one.effects[0], one) for one in close)}
+    found = with_effect(problem, without, name, best)
+    if [role.best.effect for role in selection.roles] == [name]:  # better numbers for the same name: what blocks hold alike stays so
+        found = replace(found, roles=selection.roles)
+    return found, best, as_well
 
 
 def _from_the_plant_file(whole: Problem) -> list[Point]:
@@ -42,4 +47,4 @@ def _from_the_plant_file(whole: Problem) -> list[Point]:
     for name in sorted(best, key=lambda name: -best[name].gain):
         names.setdefault(whole.effects[name].family, name)
     chosen = list(names.values())[:FAMILIES]
-    return [fitted(whole, (name,), starts(whole, screening, name)[0]) for name in chosen]
+    return whole.each(lambda name: fitted(whole, (name,), starts(whole, screening, name)[0]), chosen)

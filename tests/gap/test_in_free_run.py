@@ -72,6 +72,26 @@ def test_a_name_that_another_one_found_in_free_run_makes_needless_is_dropped():
     assert [role.best.effect for role in found.roles] == list(found.final.effects) == ["pressure_offset"]
     assert said.to_noise and said.carried
     assert said.refitted is not None
+    assert "pressure_offset" not in said.apart
+    judged_alone(found)
+
+
+def judged_alone(found):
+    """The one role of a selection was played at the base, and gains there what the plant's fit says."""
+    (role,) = found.roles
+    assert role.point.effects == ()
+    assert role.gains[0].sum() == pytest.approx(found.base.normal.chi - found.final.normal.chi, rel=0.2)  # on trials left out
+
+
+def test_names_that_do_not_carry_the_plant_give_way_to_one_law_alone(monkeypatch):
+    monkeypatch.setattr("epa_rt.gap.in_free_run.further", lambda *arguments: None)
+    recordings = logs({"sensors.pressure_offset_pa": -1000.0})
+    blind = attributed(Chained(), recordings, without=("pressure_offset",), floors=without_gas)
+    problem = Problem(Chained(), recordings, blind.problem.floors, {link: scale**2 for link, scale in blind.problem.scale.items()})
+    found, said = heard(problem, replace(blind.selection, problem=problem))
+    assert list(found.final.effects) == ["pressure_offset"] and found.refused is None
+    assert said.to_noise and said.refitted is not None
+    judged_alone(found)
 
 
 def test_one_law_that_takes_the_plant_to_the_noise_stands_instead_of_two_that_do_not():
@@ -85,9 +105,8 @@ def test_one_law_that_takes_the_plant_to_the_noise_stands_instead_of_two_that_do
     noise = quiet(none, meters, twins)
     two = replace(found.selection, roles=2 * found.selection.roles)
     assert {"pressure_offset", "force_offset"} <= {fit.effect for fit in two.roles[0].fits}
-    selection, best, said = one_alone(problem, whole, two, none, noise, Rules())
+    selection, best, _ = one_alone(problem, whole, two, none, noise, Rules())
     assert [role.best.effect for role in selection.roles] == list(best.effects) == ["pressure_offset"]
-    assert said.to_noise
     half = logs({"sensors.pressure_offset_pa": -1000.0, "gas.delay_s": 0.02})  # two effects: none of them does alone
     whole = problem.on(half, AsOne(problem.subject, meters), floor())
     assert one_alone(problem, whole, two, fitted(whole, (), base.values), noise, Rules()) is None

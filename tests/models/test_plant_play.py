@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from catalogue_scenes import opened, truths
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from epa_rt.models.blocks import transmission
