@@ -14,7 +14,7 @@ from epa_rt.gap.blind.figures import block_said, named, wrong
 from sim_backend.stand_in.draw import draw, one_of_each
 
 CONFIG = Path(__file__).resolve().parents[3] / "config"
-FIFTH, EIGHTH, MATRIX = 550127, 835207, 7
+FIFTH, SEVENTH, EIGHTH, NINTH, MATRIX = 550127, 720466, 835207, 914627, 7
 CASES = {
     "a late command is no encoder age that breaks the motor's balances": (MATRIX, 0),
     "a spool that is not round is the transmission's, not the drive's": (MATRIX, 12),
@@ -26,6 +26,11 @@ CASES = {
     "friction swings three times to a turn of the spool": (EIGHTH, 8),
     "a strap of which no block's word is left is no name for a soft braid": (EIGHTH, 47),
     "zeros that leave a twelfth of free run are no names for a leaning frame": (EIGHTH, 72),
+    "play has round flanks, and its strap a speed at them": (SEVENTH, 71),
+    "magnets warm with the housing": (NINTH, 26),
+    "creep relaxes over three decades": (EIGHTH, 115),
+    "a strap that gives way is not in the gas": (NINTH, 50),
+    "a joint's zero is no lock and spring": (NINTH, 55),
 }
 
 
