@@ -18,6 +18,7 @@ from epa_rt.gap.subject import Subject, Values
 
 HALVES = (0.002, 0.005, 0.01, 0.02, 0.05)   # half widths of memories, as parts of the travel's range
 TURNS = (1, 2, 3)
+OF_TRAVEL = 3 + 2 * len(TURNS) + len(HALVES)   # columns of ``_of_travel``
 STEP_M = 1e-5
 RIDGE = 1e-4            # per sample
 SHARED, OWN = 0.6, 0.15  # of all excess over noise that one error of length must explain, and of each link's
@@ -41,20 +42,16 @@ def share_a_length(subject: Subject, prepared: Mapping[str, object], values: Val
 
     ``knob``: key of a number that shifts their length, in m.
     """
-    def wound(one: object) -> np.ndarray:
-        return _of_travel(subject.features(one, line.travel[0])[line.travel[1]])
-
-    def pulled(one: object) -> np.ndarray:
+    def shapes(one: object) -> np.ndarray:
+        travel = _of_travel(subject.features(one, line.travel[0])[line.travel[1]])
         pull = subject.features(one, line.pull[0]).get(line.pull[1])
-        return wound(one) if pull is None else np.column_stack([wound(one), _of_pull(pull)])
+        return travel if pull is None else np.column_stack([travel, _of_pull(pull)])
 
-    def normals(shapes: Callable[[object], np.ndarray]) -> list[tuple]:
-        return [_normal(subject, prepared, values, floors[link], link, knob, shapes) for link in line.links]
-
-    explained = _by_one_error(normals(pulled))
+    made = [_normal(subject, prepared, values, floors[link], link, knob, shapes) for link in line.links]
+    explained = _by_one_error(made)
     if explained is None:
         return None
-    by_travel = _by_one_error(normals(wound))
+    by_travel = _by_one_error([(matrix[:OF_TRAVEL, :OF_TRAVEL], right[:OF_TRAVEL], *rest) for matrix, right, *rest in made])
     return line.winds if by_travel is not None and by_travel > WOUND * explained else line.gives
 
 
