@@ -39,7 +39,7 @@ def grid(range_rad: float) -> np.ndarray:
 
 def _best(problem: Problem, point: Point, effect: Effect) -> dict[str, float] | None:
     """The start whose number of periods takes most off the residual, with the strength and phase that do; None where none does."""
-    strength, periods, phase = effect.knobs
+    strength, periods, phase, *_ = effect.knobs
     typical = dict(zip(effect.knobs, effect.starts[0], strict=True))
     knob, bounds = problem.knobs[strength], problem.knobs[periods]
     tried = [float(n) for n in grid(_range(problem, effect)) if bounds.low <= n <= bounds.high]

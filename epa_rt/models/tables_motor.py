@@ -9,6 +9,7 @@ MAXON = "maxon EC-max 40 120 W 48 V (283870)"
 FACTS = "engineering estimate"
 REGULAR = "regularised Coulomb friction, Armstrong-Helouvry 1994; engineering estimate"
 TWO_NODES = "motor data sheets give two thermal resistances and time constants; engineering estimate"
+HARMONIC = "poles and slots are no sines; engineering estimate"
 EPOS = "EPOS4 cascade, tuned here"
 
 BUS: Table = (
@@ -39,9 +40,13 @@ DRIVE: Table = (
     P("cogging_nm", "N*m", 0.0, 0.0, 1.0, "amplitude of the cogging torque", FACTS, "cogging"),
     P("cogging_per_turn_ratio", "1", 4.0, 1.0, 200.0, "cogging periods per motor turn", FACTS),
     P("cogging_phase_rad", "rad", 0.0, -2 * pi, 2 * pi, "phase of the cogging at motor angle 0", FACTS),
+    P("cogging_twice_sine_ratio", "1", 0.0, -0.5, 0.5, "second harmonic of the cogging, in phase, over its amplitude", HARMONIC),
+    P("cogging_twice_cosine_ratio", "1", 0.0, -0.5, 0.5, "the same, a quarter of its period ahead", HARMONIC),
     P("torque_ripple_ratio", "1", 0.0, 0.0, 0.5, "relative ripple of the torque constant", FACTS, "torque_ripple"),
     P("ripple_per_turn_ratio", "1", 6.0, 1.0, 200.0, "ripple periods per motor turn", FACTS),
     P("ripple_phase_rad", "rad", 0.0, -2 * pi, 2 * pi, "phase of the ripple at motor angle 0", FACTS),
+    P("ripple_twice_sine_ratio", "1", 0.0, -0.5, 0.5, "second harmonic of the ripple, in phase, over its amplitude", HARMONIC),
+    P("ripple_twice_cosine_ratio", "1", 0.0, -0.5, 0.5, "the same, a quarter of its period ahead", HARMONIC),
     P("torque_saturation_per_a", "1/A", 0.0, 0.0, 0.1, "torque lost per current: kt i/(1 + s |i|)", FACTS, "torque_saturation"),
     P("viscous_asymmetry_ratio", "1", 0.0, -0.95, 0.95, "drag forwards over its mean, less 1", FACTS, "motor_viscous_asymmetry"),
     P("friction_wave_ratio", "1", 0.0, 0.0, 1.0, "dry friction's swing over the shaft's angle", FACTS, "motor_friction_wave"),
@@ -68,5 +73,5 @@ TRANSMISSION: Table = (
       "several pairs of teeth in elastic contact; engineering estimate"),
     P("eccentricity_ratio", "1", 0.0, 0.0, 0.3, "eccentricity over radius of the spool", FACTS, "spool_eccentricity"),
     P("eccentricity_phase_rad", "rad", 0.0, -2 * pi, 2 * pi, "spool angle of the largest radius, negative", FACTS),
-    P("wind_up_per_rad", "1/rad", 0.0, -0.05, 0.05, "radius gained per spool angle as the strap winds up", FACTS, "spool_wind_up"),
+    P("wind_up_per_rad", "1/rad", 0.0, -0.1, 0.1, "radius gained per spool angle as the strap winds up", FACTS, "spool_wind_up"),
 )

@@ -34,11 +34,18 @@ def heat_rates(p, current, heat_k, slow_heat_k):
 
 
 @compiled
+def wave(turn, twice_sine, twice_cosine):
+    """A sine of unit amplitude at ``turn`` (rad) with its second harmonic, in phase and a quarter of its period ahead."""
+    return math.sin(turn) + twice_sine * math.sin(2.0 * turn) + twice_cosine * math.cos(2.0 * turn)
+
+
+@compiled
 def ripple(p, angle):
     """Torque constant at an angle over its mean."""
     if p.torque_ripple_ratio == 0.0:
         return 1.0
-    return 1.0 + p.torque_ripple_ratio * math.sin(p.ripple_per_turn_ratio * angle + p.ripple_phase_rad)
+    turn = p.ripple_per_turn_ratio * angle + p.ripple_phase_rad
+    return 1.0 + p.torque_ripple_ratio * wave(turn, p.ripple_twice_sine_ratio, p.ripple_twice_cosine_ratio)
 
 
 @compiled
@@ -46,7 +53,8 @@ def cogging(p, angle):
     """Cogging torque (N m)."""
     if p.cogging_nm == 0.0:
         return 0.0
-    return p.cogging_nm * math.sin(p.cogging_per_turn_ratio * angle + p.cogging_phase_rad)
+    turn = p.cogging_per_turn_ratio * angle + p.cogging_phase_rad
+    return p.cogging_nm * wave(turn, p.cogging_twice_sine_ratio, p.cogging_twice_cosine_ratio)
 
 
 @compiled
