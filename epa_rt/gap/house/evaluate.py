@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from epa_rt.gap.house import gas_link, instruments, motion, motor_link, smooth
+from epa_rt.gap.house.depends import gases, lengths
 from epa_rt.gap.house.prepared import Prepared
 from epa_rt.models.blocks.bus import valve_delays
 
@@ -31,16 +32,8 @@ class Bench:
         return self.kept("zero", (), lambda: np.zeros(self.prepared.count))
 
     def kept(self, name: str, blocks: tuple[np.ndarray, ...], make: Callable[[], object]) -> object:
-        """A result that depends on these parameter records alone, from the recording's small cache."""
-        cache, key = self.prepared.cache, (name, *(block.tobytes() for block in blocks))
-        found = cache.get(key)
-        if found is None:
-            found = make()
-            if len(cache) > 24:
-                for old in list(cache)[:12]:
-                    cache.pop(old, None)
-            cache[key] = found
-        return found
+        """A result that depends on these parameter records alone."""
+        return self.prepared.kept((name, *(block.tobytes() for block in blocks)), make)
 
     # --- motion -------------------------------------------------------------------------------------------------
 
@@ -82,9 +75,7 @@ class Bench:
 
     def line(self, i: int) -> np.ndarray:
         """(2, N) length of muscle i's line and its speed."""
-        s = self.sensors
-        own = [np.asarray(s[n]) for n in self.params["sensors"].dtype.names if n.startswith(("motor_", "joint_", "load_", "encoder_")) and "noise" not in n]
-        return self.kept(f"line{i}", (self.params["transmission"], self.params["load"], *own), lambda: self._line(i))
+        return self.kept(f"line{i}", lengths(self.params), lambda: self._line(i))
 
     def _line(self, i: int) -> np.ndarray:
         angle, speed, _ = self.motor()
@@ -142,6 +133,9 @@ class Bench:
         """
         if self.params["muscle"]["present"][0, i] < 0.5 or f"muscle{i}_gauge_pa" not in self.prepared.readings:
             return self.force(i)
+        return self.kept(f"force{i}", gases(self.params), lambda: self._modelled_force(i))
+
+    def _modelled_force(self, i: int) -> np.ndarray:
         gauge, model = self.gauge(i).copy(), self.pressure(i)[0] - float(self.params["gas"]["atmosphere_pa"][0, i])
         for start, stop in self.prepared.shut[i]:
             gauge[start:stop] = model[start:stop]
@@ -155,6 +149,9 @@ class Bench:
 
     def pressure(self, i: int) -> tuple[np.ndarray, np.ndarray]:
         """Absolute pressure of muscle i (N,), true and behind its lags, as ``lagging_gauge`` is."""
+        return self.kept(f"pressure{i}", gases(self.params), lambda: self._pressure(i))
+
+    def _pressure(self, i: int) -> tuple[np.ndarray, np.ndarray]:
         others = np.zeros(self.prepared.count)
         if self.params["gas"]["supply_droop_pa_s_kg"][0, 0] != 0.0 and self.params["muscle"]["present"][0, 1 - i] > 0.5:
             others = self._pressures(1 - i, others)[2]

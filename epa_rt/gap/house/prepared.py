@@ -1,5 +1,6 @@
 """What the links of this house's rigs need of a recording and no knob changes."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,6 +16,7 @@ from epa_rt.gap.recording import Recording
 SHUT_S = 0.04          # a valve's own lag, after which a shut one passes nothing
 SHORTEST_SHUT_S = 0.05
 STAND_S, STAND_STEPS = 0.15, 6
+KEPT = 24         # results of a recording, some half a megabyte each
 START_S = 0.2          # of a recording, not judged: filters and lags settle
 
 
@@ -49,6 +51,17 @@ class Prepared:
     @property
     def count(self) -> int:
         return len(self.commands)
+
+    def kept(self, key: tuple, make: Callable[[], object]) -> object:
+        """What ``make`` gives, made once for a key while that is asked for again: of many the ones asked for last stay."""
+        found = self.cache.pop(key, None)
+        if found is None:
+            found = make()
+            if len(self.cache) > KEPT:
+                for old in list(self.cache)[: KEPT // 2]:
+                    self.cache.pop(old, None)
+        self.cache[key] = found
+        return found
 
 
 def prepare(rig: Rig, channels: dict[str, Channel], hold_s: float, recording: Recording) -> Prepared:

@@ -93,3 +93,19 @@ def test_the_warmth_of_a_steady_current_is_that_of_both_nodes():
     motor_link.warmth(p, np.full(len(t), 2.0), 1e-3, out)
     end = p["winding_thermal_k_w"] * p["winding_ohm"] * 4.0
     assert out == pytest.approx(end * (1.0 - np.exp(-t / p["winding_time_s"]) + 3.0 * (1.0 - np.exp(-t / 20.0))), abs=2e-4 * end)
+
+
+@pytest.mark.parametrize("rig", ["bench", "knee"])
+def test_what_is_kept_of_one_plant_serves_no_other(rig):
+    """Every knob on its own, and after the plant without it: the same residuals as with nothing kept."""
+    house, log = subject(rig), recorded(rig, 1)
+    prepared = house.prepare(log)
+    starts = {key: value for effect in house.catalogue for key, value in zip(effect.knobs, effect.starts[0], strict=True)}
+    effects = {key: dict(zip(effect.knobs, effect.starts[0], strict=True)) for effect in house.catalogue for key in effect.knobs}
+    for key, knob in house.knobs.items():
+        values = {**effects.get(key, {}), key: starts.get(key, knob.value + 0.5 * (knob.spread or 0.0))}
+        for link in house.touched(key):
+            house.residual(prepared, {}, link)
+            kept = house.residual(prepared, values, link)
+            prepared.cache.clear()
+            assert np.array_equal(kept, house.residual(prepared, values, link), equal_nan=True), f"{key} in {link}"
