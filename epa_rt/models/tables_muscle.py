@@ -60,6 +60,8 @@ MUSCLE: Table = (
     P("stribeck_ratio", "1", 0.0, 0.0, 0.5, "peak of the low-speed friction over static force", FACTS, "braid_stribeck"),
     P("stribeck_speed_m_s", "m/s", 5e-3, 1e-4, 0.05, "speed of that peak", FACTS),
     P("stribeck_tail_ratio", "1", 0.0, 0.0, 1.0, "how slowly it falls beyond that speed: 0 as a Gaussian, 1 as the inverse of the speed", FACTS),
+    P("stribeck_breadth_ratio", "1", 1.0, 1.0, 1.6, "by how much the peak is stretched over the logarithm of speed",
+      "polymers peak over decades of speed, Grosch 1963; engineering estimate"),
     P("run_in_ratio", "1", 0.0, 0.0, 0.5, "slip friction over static force that wears off with the way", FACTS, "braid_run_in"),
     P("run_in_m", "m", 2.0, 1e-2, 1e4, "way in which that has fallen to 1/e", FACTS),
     P("lugre_ratio", "1", 0.0, 0.0, 0.5, "LuGre friction over static force at the reference length", FACTS, "braid_lugre"),

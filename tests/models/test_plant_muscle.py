@@ -183,3 +183,11 @@ def test_friction_at_low_speed_peaks_at_its_speed_whatever_its_tail(tail, s):
     assert braid.fallen(1.0, tail) == pytest.approx(1.0)
     assert 0.0 <= s * braid.fallen(s, tail) <= 1.0 + 1e-12
     assert s * braid.fallen(s, 1.0) >= s * braid.fallen(s, tail) - 1e-12
+
+
+@given(st.floats(0.0, 1.0, allow_subnormal=False), st.floats(1.0, 1.6), st.floats(1e-4, 200.0))
+def test_a_broad_peak_of_friction_is_the_same_peak_over_a_stretched_logarithm_of_speed(tail, breadth, s):
+    assert braid.peak(1.0, tail, breadth) == pytest.approx(1.0)
+    assert braid.peak(s**breadth, tail, breadth) == pytest.approx(braid.peak(s, tail, 1.0), rel=1e-9)
+    assert braid.peak(-s, tail, breadth) == -braid.peak(s, tail, breadth)
+    assert braid.peak(0.0, tail, breadth) == 0.0

@@ -101,6 +101,15 @@ def fallen(s, tail):
 
 
 @compiled
+def peak(s, tail, breadth):
+    """Friction at a speed over its peak's, over the peak: odd, 1 at 1. ``breadth`` stretches it over the logarithm of speed."""
+    if breadth == 1.0:
+        return s * fallen(s, tail)
+    broad = abs(s) ** (1.0 / breadth)
+    return math.copysign(broad * fallen(broad, tail), s)
+
+
+@compiled
 def friction_ratio(p, memory, moved, length, speed):
     """Friction of the braid over the static force that scales it, positive when it adds tension."""
     ratio = 0.0
@@ -109,8 +118,7 @@ def friction_ratio(p, memory, moved, length, speed):
     if p.dahl_ratio != 0.0:
         ratio += p.dahl_ratio * dahl(p, memory[DAHL], moved)
     if p.stribeck_ratio != 0.0:
-        s = speed / p.stribeck_speed_m_s
-        ratio += p.stribeck_ratio * s * fallen(s, p.stribeck_tail_ratio)
+        ratio += p.stribeck_ratio * peak(speed / p.stribeck_speed_m_s, p.stribeck_tail_ratio, p.stribeck_breadth_ratio)
     if p.run_in_ratio != 0.0:
         ratio += p.run_in_ratio * math.exp(-memory[TRAVELLED] / p.run_in_m) * slip_ratio(p, memory, moved)
     if p.lugre_ratio != 0.0:
