@@ -27,6 +27,8 @@ CASES = {
     "a strap of which no block's word is left is no name for a soft braid": (EIGHTH, 47),
     "zeros that leave a twelfth of free run are no names for a leaning frame": (EIGHTH, 72),
     "play has round flanks, and its strap a speed at them": (SEVENTH, 71),
+    "low-speed friction peaks over decades": (SEVENTH, 62),
+    "a thick strap winds up on its spool": (NINTH, 9),
     "magnets warm with the housing": (NINTH, 26),
     "creep relaxes over three decades": (EIGHTH, 115),
     "a strap that gives way is not in the gas": (NINTH, 50),
