@@ -126,12 +126,8 @@ def _promising(whole: Problem, point: Point, rules: Rules, also: tuple[str, ...]
     if hidden:  # what imitates an effect is told from it by its derivatives alone, and those of a fit are kept from a few steps before
         point = linearised(whole, point.effects, point.values)
     screening = screen(whole, point, part=FAINT if hidden else 1.0)
-    on, best = {whole.effects[name].family for name in point.effects}, screening.best()
-    names: dict[str, str] = {}
-    for name in sorted(best, key=lambda name: -best[name].gain):
-        if whole.effects[name].family not in on:
-            names.setdefault(whole.effects[name].family, name)
-    chosen = list(names.values())[: rules.screened]
+    best = screening.best()
+    chosen = most_promising(whole, screening, point.effects)[: rules.screened]
     chosen += [name for name in also if name in best and name not in chosen]
 
     def begin(name: str) -> _Tried:
@@ -146,6 +142,15 @@ def _promising(whole: Problem, point: Point, rules: Rules, also: tuple[str, ...]
     elif also:  # kept derivatives left a joint's zero at 115 that comes down to 61, and a scale at 76 looked better
         tried = [_thorough(whole, point, one) if one.effect in also or i < THOROUGH else one for i, one in enumerate(sorted(tried, key=lambda one: one.chi))]
     return sorted(tried, key=lambda one: one.chi)
+
+
+def most_promising(whole: Problem, screening: Screening, on: tuple[str, ...] = ()) -> list[str]:
+    """One law of each family, that whose signature promises most, the best first; none of the families that are ``on``."""
+    best, there = screening.best(), {whole.effects[name].family for name in on}
+    names: dict[str, str] = {}
+    for name in sorted(best, key=lambda name: -best[name].gain):
+        names.setdefault(whole.effects[name].family, name)
+    return [name for family, name in names.items() if family not in there]
 
 
 def with_effect(problem: Problem, selection: Selection, name: str, point: Point) -> Selection:

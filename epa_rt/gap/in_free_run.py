@@ -66,10 +66,7 @@ def heard(problem: Problem, selection: Selection, rules: Rules = Rules(),
     said = Heard(above(none, noise), above(best, noise), strain(best), apart, as_well, tried=behind, tied=tied)
     if selection.roles and not said.carried:
         progress("free run: one law alone", 0.8)
-        instead = one_alone(problem, whole, selection, none, noise, rules)
-        if instead is not None:
-            selection, best, others = instead
-            said = Heard(above(none, noise), above(best, noise), strain(best), frozenset(), others)
+        selection, best, said = one_alone(problem, whole, selection, none, noise, rules) or (selection, best, said)
     if selection.roles and said.carried:
         progress("free run and blocks together", 0.9)
         selection, refitted = serving_both(problem, whole, selection, none.values, best.values)

@@ -3,11 +3,10 @@
 from dataclasses import replace
 
 from epa_rt.gap.as_one import fitted
-from epa_rt.gap.further import Rules, above, around, bare, strain, with_effect
+from epa_rt.gap.further import Rules, above, around, bare, most_promising, strain, with_effect
 from epa_rt.gap.heard import Heard
 from epa_rt.gap.point import Point, linearised
 from epa_rt.gap.problem import Problem
-from epa_rt.gap.refit import Fit
 from epa_rt.gap.role import starts
 from epa_rt.gap.screen import screen
 from epa_rt.gap.select import Selection
@@ -16,9 +15,9 @@ FAMILIES = 3   # that are tried one by one
 
 
 def one_alone(problem: Problem, whole: Problem, selection: Selection, none: Point, noise: float,
-              rules: Rules) -> tuple[Selection, Point, dict[str, tuple[Fit, ...]]] | None:
-    """Instead of names that do not carry the plant, one law of the catalogue that takes it down to the noise by itself, its fit in free run and what explains
-    the plant as well; None where none does.
+              rules: Rules) -> tuple[Selection, Point, Heard] | None:
+    """Instead of names that do not carry the plant, one law of the catalogue that takes it down to the noise by itself, its fit in free run and what that
+    says; None where none does.
 
     Blocks that share nominal parameters with what feeds them may need two laws for one: a joint's zero was a lock and a spring of the knee.
     """
@@ -26,7 +25,8 @@ def one_alone(problem: Problem, whole: Problem, selection: Selection, none: Poin
     if not points:
         return None
     best = min(points, key=lambda point: point.normal.chi)
-    if not Heard(above(none, noise), above(best, noise), strain(best), frozenset(), {}).to_noise:
+    said = Heard(above(none, noise), above(best, noise), strain(best), frozenset(), {})
+    if not said.to_noise:
         return None
     without, name = bare(selection), best.effects[0]
     close = [one for one in points if one is not best and one.normal.chi < best.normal.chi + rules.margin(none, best)]
@@ -34,7 +34,7 @@ def one_alone(problem: Problem, whole: Problem, selection: Selection, none: Poin
     found = with_effect(problem, without, name, best)
     if [role.best.effect for role in selection.roles] == [name]:  # better numbers for the same name: what blocks hold alike stays so
         found = replace(found, roles=selection.roles)
-    return found, best, as_well
+    return found, best, replace(said, as_well=as_well)
 
 
 def _from_the_plant_file(whole: Problem) -> list[Point]:
@@ -42,9 +42,4 @@ def _from_the_plant_file(whole: Problem) -> list[Point]:
     to hide it, neither its signature nor the way back is to be had from there."""
     at = linearised(whole, (), {})
     screening = screen(whole, at)
-    best = screening.best()
-    names: dict[str, str] = {}
-    for name in sorted(best, key=lambda name: -best[name].gain):
-        names.setdefault(whole.effects[name].family, name)
-    chosen = list(names.values())[:FAMILIES]
-    return whole.each(lambda name: fitted(whole, (name,), starts(whole, screening, name)[0]), chosen)
+    return whole.each(lambda name: fitted(whole, (name,), starts(whole, screening, name)[0]), most_promising(whole, screening)[:FAMILIES])

@@ -30,7 +30,7 @@ class Effect(NamedTuple):
     same order, a typical strength first; signs and shapes that a fit cannot cross to are starts of their own.
     ``family``: laws for one and the same thing share it, so that the answer can be the family. ``says``: one clause
     for people; ``equation`` where docs/plant.md has it; ``source`` where it comes from. ``swings_over``: the measured angle, in rad and
-    as a subject's features name it, over which it swings with periods that nobody knows beforehand; its knobs then are strength, periods to a turn and phase.
+    as a subject's features name it, over which it swings with periods that nobody knows beforehand; its first knobs then are strength, periods to a turn and phase.
     """
 
     name: str

@@ -6,6 +6,7 @@ import numpy as np
 
 from epa_rt.models.blocks.friction import slider
 from epa_rt.models.blocks.transmission import friction_limits, travel_per_angle
+from epa_rt.models.blocks.wave import wave
 from epa_rt.models.compiled import compiled
 
 SLIDER_STEPS = 4  # per cycle, in motor_over_log
@@ -31,12 +32,6 @@ def heat_rates(p, current, heat_k, slow_heat_k):
     """
     end = p.winding_thermal_k_w * p.winding_ohm * current * current
     return (end - heat_k) / p.winding_time_s, (end - slow_heat_k) / p.housing_time_s
-
-
-@compiled
-def wave(turn, twice_sine, twice_cosine):
-    """A sine of unit amplitude at ``turn`` (rad) with its second harmonic, in phase and a quarter of its period ahead."""
-    return math.sin(turn) + twice_sine * math.sin(2.0 * turn) + twice_cosine * math.cos(2.0 * turn)
 
 
 @compiled

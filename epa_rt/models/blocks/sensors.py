@@ -6,6 +6,7 @@ import numpy as np
 
 from epa_rt.models.blocks.instruments import behind_tube, bowed, cell_force, lagged, late, settle, swung, warmed, write_past
 from epa_rt.models.blocks.noise import gaussian
+from epa_rt.models.blocks.wave import wave
 from epa_rt.models.compiled import compiled
 from epa_rt.models.ports import (
     PAST_ANGLE, PAST_FORCE, PAST_GAUGE, PAST_JOINT, PAST_JOINT_SPEED, PAST_SPEED, RING, SENSORS, STATE, TRUTH,
@@ -30,9 +31,7 @@ def encoder(p, angle):
 @compiled
 def out_of_round(p, angle):
     """Error (rad) of an encoder whose disc sits off its centre, and tilted."""
-    turn = angle + p.encoder_phase_rad
-    return p.encoder_eccentricity_rad * (math.sin(turn) + p.encoder_twice_sine_ratio * math.sin(2.0 * turn)
-                                         + p.encoder_twice_cosine_ratio * math.cos(2.0 * turn))
+    return p.encoder_eccentricity_rad * wave(angle + p.encoder_phase_rad, p.encoder_twice_sine_ratio, p.encoder_twice_cosine_ratio)
 
 
 @compiled
