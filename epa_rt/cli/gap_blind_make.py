@@ -18,18 +18,18 @@ if TYPE_CHECKING:
 REDRAWS = 6
 
 
-def make_all(seed: int, cases: int, kinds: tuple[str, ...], out: Path, sealed: Path, config: Path, jobs: int) -> None:
-    """Draws, records and seals; ends with one line on standard output."""
+def make_all(seed: int, cases: int, kinds: tuple[str, ...], out: Path, sealed: Path, config: Path, jobs: int, laws: int) -> None:
+    """Draws, records and seals; ends with one line on standard output. ``laws``: which of the hidden formulas, 1 or 2."""
     from sim_backend.stand_in.draw import draw
 
-    record_all(seed, draw(seed, cases, kinds), out, sealed, config, jobs)
+    record_all(seed, draw(seed, cases, kinds, laws), out, sealed, config, jobs)
 
 
-def make_matrix(seed: int, out: Path, sealed: Path, config: Path, jobs: int) -> None:
+def make_matrix(seed: int, out: Path, sealed: Path, config: Path, jobs: int, laws: int = 1) -> None:
     """One withheld case for every hidden effect."""
     from sim_backend.stand_in.draw import one_of_each
 
-    record_all(seed, one_of_each(), out, sealed, config, jobs)
+    record_all(seed, one_of_each(laws), out, sealed, config, jobs)
 
 
 def record_all(seed: int, specs: "list[Spec]", out: Path, sealed: Path, config: Path, jobs: int) -> None:
@@ -78,7 +78,7 @@ def _one(seed: int, spec: "Spec", out: Path, config: Path, parts: Path) -> "dict
         except Unfit as error:
             reason = str(error)
             shutil.rmtree(path, ignore_errors=True)
-            again = draw(seed + 1000003 * (turn + 1), 40, (spec.kind,))
+            again = draw(seed + 1000003 * (turn + 1), 40, (spec.kind,), spec.laws)
             fitting = [other for other in again if other.rig == spec.rig] or again
             spec = fitting[0]._replace(index=spec.index, noise=spec.noise, multiple=spec.multiple)
     print(f"\n{path.name}: left out ({reason})", file=sys.stderr)

@@ -6,7 +6,7 @@ import numpy as np
 
 from epa_rt.gap.blind.plans import NARROW, RICH, STILL
 from epa_rt.models.catalogue import BY_NAME as CATALOGUE
-from sim_backend.stand_in.effects import BY_NAME, EFFECTS, Hidden
+from sim_backend.stand_in.effects import BY_NAME, EFFECTS, SECOND, Hidden
 
 SHARES = {"single": 0.40, "same_law": 0.10, "pair": 0.12, "none": 0.10, "withheld": 0.14, "not_excited": 0.07, "not_separable": 0.07}
 KINDS = tuple(SHARES)
@@ -26,7 +26,7 @@ ALIKE = ("late_command", "old_encoder", "thermal_gas", "slow_gauge", "braid_tanh
 
 class Spec(NamedTuple):
     """One case before anything is known of strengths. ``effects``: candidates in the order in which they are tried, a pair
-    needs two of them; names of the stand-in, for 'same_law' of the catalogue.
+    needs two of them; names of the stand-in, for 'same_law' of the catalogue. ``laws``: 2 where second formulas take the first ones' places.
     """
 
     index: int
@@ -36,6 +36,7 @@ class Spec(NamedTuple):
     noise: float
     effects: tuple[str, ...]
     multiple: float
+    laws: int = 1
 
 
 def families(effect: Hidden) -> tuple[str, ...]:
@@ -49,8 +50,8 @@ def left_out(effect: Hidden) -> list[str]:
     return [name for name, item in CATALOGUE.items() if item.family in own]
 
 
-def draw(seed: int, cases: int, kinds: tuple[str, ...] = KINDS) -> list[Spec]:
-    """The cases of a benchmark, in mixed order."""
+def draw(seed: int, cases: int, kinds: tuple[str, ...] = KINDS, laws: int = 1) -> list[Spec]:
+    """The cases of a benchmark, in mixed order. ``laws``: with 2 the same cases, with second formulas (effects.SECOND) where there are any."""
     rng = np.random.default_rng([seed, 0])
     counts = _counts(cases, kinds)
     specs: list[Spec] = []
@@ -63,7 +64,14 @@ def draw(seed: int, cases: int, kinds: tuple[str, ...] = KINDS) -> list[Spec]:
             place = (ranks[i] + rng.uniform()) / count
             plan = {"not_excited": STILL, "not_separable": NARROW}.get(kind, RICH)
             specs.append(Spec(0, kind, rig, plan, NOISE[(i + int(rng.integers(3))) % 3], names, float(low * (high / low) ** place)))
-    return [specs[k]._replace(index=n) for n, k in enumerate(rng.permutation(len(specs)))]
+    return [with_laws(specs[k]._replace(index=n), laws) for n, k in enumerate(rng.permutation(len(specs)))]
+
+
+def with_laws(spec: Spec, laws: int) -> Spec:
+    """A case with the first or the second formulas of its effects; the catalogue's own laws stay."""
+    if laws == 1 or spec.kind == "same_law":
+        return spec._replace(laws=laws)
+    return spec._replace(laws=laws, effects=tuple(SECOND[name].name if name in SECOND else name for name in spec.effects))
 
 
 def _counts(cases: int, kinds: tuple[str, ...]) -> dict[str, int]:
@@ -104,8 +112,6 @@ def _turns(kind: str, count: int, rng: np.random.Generator) -> list[tuple[tuple[
     return out
 
 
-
-
-def one_of_each() -> list[Spec]:
+def one_of_each(laws: int = 1) -> list[Spec]:
     """Every hidden effect once, withheld, well above detection: the cases of the leave-one-out matrix."""
-    return [Spec(i, "withheld", effect.rigs[0], RICH, 1.0, (effect.name,), 20.0) for i, effect in enumerate(EFFECTS)]
+    return [with_laws(Spec(i, "withheld", effect.rigs[0], RICH, 1.0, (effect.name,), 20.0), laws) for i, effect in enumerate(EFFECTS)]

@@ -156,5 +156,17 @@ _SENSORS: tuple[Hidden, ...] = (
     H("bent_joint", "joint_bend_per_rad", 0.1, 0.8, (), ("sensors", "load"), "square term of the potentiometer", KNEE, either_sign=True,
       rivals=("joint_scale", "arm", "joint_zero")),
 )
+# Other formulas for what the catalogue has come near since the first were written (docs/blind-benchmark.md): drawn in their place.
+SECOND: dict[str, Hidden] = {
+    "warm_magnets": H("magnets_in_still_air", "heat_loss_per_k", 2e-3, 0.01, ("torque_constant_heat",), ("drive",),
+                      "winding and housing, which gives its heat to still air with the power 5/4", shapes=(("convection_k", 2.0, 30.0),)),
+    "play": H("uneven_play", "play_m", 1e-4, 1.5e-3, ("backlash",), ("transmission",), "a play that is wider on one side of the spool",
+              shapes=(("play_spread_ratio", 0.0, 0.1), ("play_uneven_ratio", 0.3, 0.8), ("play_phase_rad", *TURN)),
+              rivals=("braid_elements", "soft_strap")),
+    "braid_low_speed": H("braid_bell", "bell_ratio", 0.02, 0.2, ("braid_stribeck",), ("muscle",), "a bell over the logarithm of speed",
+                         shapes=(("bell_m_s", 0.003, 0.012), ("bell_width", 0.8, 1.8)), rivals=("braid_tanh", "wet_braid")),
+    "relaxing_braid": H("power_law_braid", "power_n_m", 300.0, 4000.0, ("creep",), ("muscle",), "relaxes with a power of time over four decades",
+                        shapes=(("power_exponent", 0.1, 0.4),), rivals=("braid_elements", "force_drift", "thermal_gas")),
+}
 EFFECTS: tuple[Hidden, ...] = (*_MOTOR_AND_GEAR, *_GAS, *_MUSCLE, *_LOAD, *_SENSORS)
-BY_NAME: dict[str, Hidden] = {effect.name: effect for effect in EFFECTS}
+BY_NAME: dict[str, Hidden] = {effect.name: effect for effect in (*EFFECTS, *SECOND.values())}

@@ -72,6 +72,9 @@ def friction(m, h, gauge, slip, moved, bouc, bristle, speed):
     if h.lowspeed_ratio != 0.0:
         s = speed / h.lowspeed_m_s
         ratio += h.lowspeed_ratio * 4.0 * s / (1.0 + abs(s)) ** 2
+    if h.bell_ratio != 0.0 and speed != 0.0:
+        bell = h.bell_ratio * math.exp(-0.5 * (math.log(abs(speed) / h.bell_m_s) / h.bell_width) ** 2)
+        ratio += bell if speed > 0.0 else -bell
     if ratio == 0.0:
         return 0.0
     b, ref = m.braid_length_m, m.slip_reference_length_m

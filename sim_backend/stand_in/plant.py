@@ -9,7 +9,7 @@ from sim_backend.stand_in.compiled import compiled
 from sim_backend.stand_in.records import (
     ANGLE, CURRENT, INTEGRAL, LAG, LAG2, MASS, OPEN, PADE, PLACE, PRESSURE, RATE, RING, SPEED, STATE, STATES,
 )
-from sim_backend.stand_in.whole import followed, rates, tension, travel_of
+from sim_backend.stand_in.whole import followed, half_play, rates, tension, travel_of
 
 SUBSTEPS = 8
 
@@ -58,7 +58,7 @@ def _keep(p, s):
     if p.hidden.play_m != 0.0:
         wound, _ = motor.wound(p.transmission, p.hidden, y[ANGLE])
         for j in range(3):
-            half = 0.5 * p.hidden.play_m * (1.0 + (j - 1) * p.hidden.play_spread_ratio)
+            half = half_play(p, y) * (1.0 + (j - 1) * p.hidden.play_spread_ratio)
             s.play_m[j], _ = followed(wound, s.play_m[j], half, y[SPEED])
     for i in range(2):
         if p.muscle[i].present > 0.5:

@@ -11,9 +11,10 @@ HIDDEN_FIELDS: tuple[tuple[str, float], ...] = (
     # drive
     ("stribeck_nm", 0.0), ("stribeck_rad_s", 15.0), ("cogging_nm", 0.0), ("cogging_phase_rad", 0.0),
     ("ripple_ratio", 0.0), ("ripple_phase_rad", 0.0), ("sag_ohm", 0.0), ("heat_loss_per_k", 0.0), ("housing_k_w", 2.5),
-    ("housing_time_s", 25.0), ("windage_nm_s2", 0.0), ("rub_nm", 0.0), ("rub_phase_rad", 0.0),
+    ("housing_time_s", 25.0), ("convection_k", 0.0), ("windage_nm_s2", 0.0), ("rub_nm", 0.0), ("rub_phase_rad", 0.0),
     # transmission
     ("mesh_loss_ratio", 0.0), ("gear_dry_n", 0.0), ("gear_smooth_rad_s", 3.0), ("play_m", 0.0), ("play_spread_ratio", 0.4),
+    ("play_uneven_ratio", 0.0), ("play_phase_rad", 0.0),
     ("wobble_ratio", 0.0), ("wobble_phase_rad", 0.0), ("layer_per_rad", 0.0),
     # gas
     ("leak_per_s", 0.0), ("gas_time_s", 0.0), ("regulator_pa_s_kg", 0.0), ("regulator_hz", 4.0), ("seat_in_ratio", 0.0),
@@ -23,7 +24,7 @@ HIDDEN_FIELDS: tuple[tuple[str, float], ...] = (
     ("lugre_speed_m_s", 0.01), ("lugre_rise_ratio", 0.4), ("coulomb_ratio", 0.0), ("coulomb_m_s", 0.002), ("lowspeed_ratio", 0.0),
     ("lowspeed_m_s", 0.006), ("wall_n_m", 0.0), ("wall_rise_per_m", 15.0), ("threshold_pa", 0.0), ("end_m", 0.0),
     ("lock_n", 0.0), ("lock_m", 0.142), ("lock_scale_m", 0.002), ("strap_m", 0.0), ("strap_n", 120.0), ("relax_n_m", 0.0),
-    ("relax_s", 3.0), ("wet_s_m_pa", 0.0), ("soften_per_pa", 0.0), ("frame_m_n", 0.0), ("frame_hz", 18.0),
+    ("relax_s", 3.0), ("bell_ratio", 0.0), ("bell_m_s", 0.006), ("bell_width", 1.2), ("power_n_m", 0.0), ("power_exponent", 0.2), ("wet_s_m_pa", 0.0), ("soften_per_pa", 0.0), ("frame_m_n", 0.0), ("frame_hz", 18.0),
     ("frame_damping_ratio", 0.08),
     # load
     ("knee_dry_nm", 0.0), ("knee_dry_rad_s", 0.02), ("knee_bristle_nm", 0.0), ("knee_bristle_rad", 0.004), ("payload_kg", 0.0),
@@ -47,7 +48,9 @@ OPEN = 30                                           # inlet 0, inlet 1, exhaust 
 PADE = 34                                           # target angle, slope, speed
 LAG, LAG2 = 37, 40                                  # three pressure sensors each
 FORCE_LAG = 43
-STATES = 44
+POWER = 44                                          # nine per muscle
+STATES = 62
+POWERS = 9                                          # half a decade apart
 ELEMENTS = 8                                        # slip elements of one muscle
 RING = 64
 

@@ -6,7 +6,7 @@ from sim_backend.stand_in import gas, knee, motor, muscle
 from sim_backend.stand_in.compiled import compiled
 from sim_backend.stand_in.records import (
     ANGLE, BOUC, CURRENT, FLOW, FLOW_RATE, FORCE_LAG, FRAME, FRAME_RATE, HEAT, HOUSING, INTEGRAL, KNEE_BRISTLE, LAG, LAG2, LUGRE,
-    MASS, OPEN, PLACE, PRESSURE, RATE, RELAX, SPEED, STUCK,
+    MASS, OPEN, PLACE, POWER, POWERS, PRESSURE, RATE, RELAX, SPEED, STUCK,
 )
 
 
@@ -21,12 +21,18 @@ def followed(wound, before, half, speed):
 
 
 @compiled
+def half_play(p, y):
+    """Half of the hidden play where the spool is: it may be wider on one side of the spool."""
+    return 0.5 * p.hidden.play_m * (1.0 + p.hidden.play_uneven_ratio * math.sin(y[ANGLE] / p.transmission.gear_ratio + p.hidden.play_phase_rad))
+
+
+@compiled
 def travel_of(p, s, y):
-    """Travel of the strap and its speed; hidden: three plays of different width beside each other, so that flanks are round."""
+    """Travel of the strap and its speed; hidden: three plays of different width beside each other, so that flanks are round, wider on one side of the spool."""
     wound, slope = motor.wound(p.transmission, p.hidden, y[ANGLE])
     if p.hidden.play_m == 0.0:
         return wound, slope * y[SPEED], slope
-    half, spread = 0.5 * p.hidden.play_m, p.hidden.play_spread_ratio
+    half, spread = half_play(p, y), p.hidden.play_spread_ratio
     a, on_a = followed(wound, s.play_m[0], half * (1.0 - spread), y[SPEED])
     b, on_b = followed(wound, s.play_m[1], half, y[SPEED])
     c, on_c = followed(wound, s.play_m[2], half * (1.0 + spread), y[SPEED])
@@ -48,6 +54,9 @@ def tension(p, s, y, i, travel, travel_speed, q, q_speed):
     braid = length - muscle.stretch_of_strap(h, s.pull_n[i])
     volume, slope, area = muscle.body(m, h, g.dead_volume_m3, braid)
     relaxed = y[RELAX + 3 * i] + y[RELAX + 3 * i + 1] + y[RELAX + 3 * i + 2]
+    if h.power_n_m != 0.0:
+        for k in range(POWERS):
+            relaxed += y[POWER + POWERS * i + k]
     force = muscle.pull(m, h, area, y[PRESSURE + i] - g.atmosphere_pa, braid, speed, relaxed, s.slip_m[i], braid - s.length_m[i],
                         y[BOUC + i], y[LUGRE + i])
     return force, volume, slope * speed, braid, speed
@@ -63,6 +72,11 @@ def _muscle_rates(p, s, y, dy, i, speed, volume, volume_rate):
         dy[RELAX + 3 * i] = 0.5 * h.relax_n_m * speed - y[RELAX + 3 * i] / (0.1 * h.relax_s)
         dy[RELAX + 3 * i + 1] = 0.3 * h.relax_n_m * speed - y[RELAX + 3 * i + 1] / h.relax_s
         dy[RELAX + 3 * i + 2] = 0.2 * h.relax_n_m * speed - y[RELAX + 3 * i + 2] / (10.0 * h.relax_s)
+    if h.power_n_m != 0.0:  # hidden creep: relaxes with a power of time, from 10 ms to 100 s
+        time_s = 0.01
+        for k in range(POWERS):
+            dy[POWER + POWERS * i + k] = 0.25 * h.power_n_m * time_s ** -h.power_exponent * speed - y[POWER + POWERS * i + k] / time_s
+            time_s *= 3.1622776601683795
     if h.bouc_ratio != 0.0:
         dy[BOUC + i] = muscle.bouc_rate(h, y[BOUC + i], speed)
     if h.lugre_ratio != 0.0:
@@ -98,7 +112,8 @@ def rates(p, s, y, dy, target, slope, wanted_speed):
     dy[CURRENT] = motor.reachable(d, h, kt, wanted, y[CURRENT], y[SPEED])
     lossy = d.winding_ohm * y[CURRENT] * y[CURRENT]
     dy[HEAT] = (d.winding_thermal_k_w * lossy - y[HEAT]) / d.winding_time_s
-    dy[HOUSING] = (h.housing_k_w * lossy - y[HOUSING]) / h.housing_time_s
+    cooling = (max(y[HOUSING], 0.0) / h.convection_k) ** 0.25 if h.convection_k > 0.0 else 1.0  # hidden: natural convection
+    dy[HOUSING] = (h.housing_k_w * lossy - cooling * y[HOUSING]) / h.housing_time_s
     load_nm = per_angle * spool
     rub = h.rub_nm * (1.0 + math.sin(y[ANGLE] / t.gear_ratio * 3.0 + h.rub_phase_rad)) if h.rub_nm != 0.0 else 0.0
     dry, dy[STUCK] = motor.dry(d, h, y[STUCK], y[SPEED], y[ANGLE], rub)

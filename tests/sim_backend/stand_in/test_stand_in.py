@@ -89,7 +89,7 @@ def test_every_hidden_effect_shows_and_is_absent_at_zero(logs):
     for rig in ("bench", "knee"):
         params, short = silent(rig), logs[rig][:14000]
         bare = run_again(with_hidden(params), short, 1e-3, 4).view("f8")
-        for effect in (e for e in effects.EFFECTS if rig in e.rigs):
+        for effect in (e for e in effects.BY_NAME.values() if rig in e.rigs):
             shapes = {name: high for name, _, high in effect.shapes}
             assert np.array_equal(run_again(with_hidden(params, **shapes), short[:3000], 1e-3, 4).view("f8"), bare[: 3000 * 11]), effect.name
             out = run_again(with_hidden(params, **shapes, **{effect.field: effect.typical}), short, 1e-3, 4).view("f8")
@@ -102,10 +102,36 @@ def test_hidden_effects_are_many_and_named_in_the_catalogues_words():
     assert sum(any(answer in CATALOGUE for answer in e.answers) for e in effects.EFFECTS) >= 30
     assert any(not any(answer in CATALOGUE for answer in e.answers) for e in effects.EFFECTS)
     assert len({CATALOGUE[name].family for name in known}) >= 25
-    for effect in effects.EFFECTS:
+    for effect in effects.BY_NAME.values():
         assert effect.field in HIDDEN.names
         assert all(rival in effects.BY_NAME for rival in effect.rivals)
         assert all(name in HIDDEN.names for name, _, _ in effect.shapes)
+
+
+@pytest.mark.parametrize("first", effects.SECOND)
+def test_a_second_formula_means_the_same_thing_on_the_same_rigs(first):
+    one, other = effects.BY_NAME[first], effects.SECOND[first]
+    assert (one.answers, one.blocks, one.rigs) == (other.answers, other.blocks, other.rigs)
+    assert other.name not in {effect.name for effect in effects.EFFECTS}
+    assert one.law != other.law
+
+
+@pytest.mark.parametrize("first", effects.SECOND)
+def test_a_second_formula_is_another_one_whatever_the_first_ones_strength(logs, first):
+    params, short = silent("bench"), logs["bench"][:20000]
+    other = effects.SECOND[first]
+    channels = [name for name in AGREES if np.ptp(run_again(with_hidden(params), short, 1e-3, 4)[name]) > 0.0]
+
+    def made(effect: effects.Hidden, strength: float) -> np.ndarray:
+        shapes = {name: 0.5 * (low + high) for name, low, high in effect.shapes}
+        out = run_again(with_hidden(params, **shapes, **{effect.field: strength}), short, 1e-3, 4)
+        return np.concatenate([out[name] / AGREES[name] for name in channels])
+
+    bare = np.concatenate([run_again(with_hidden(params), short, 1e-3, 4)[name] / AGREES[name] for name in channels])
+    shown = made(other, other.most) - bare
+    like = made(effects.BY_NAME[first], effects.BY_NAME[first].most) - bare
+    left = np.linalg.norm(shown - like * (like @ shown) / (like @ like))
+    assert left > 0.01 * np.linalg.norm(shown) > 0.3  # in sensor steps
 
 
 def test_the_stand_in_shares_no_law_with_the_plant():
