@@ -21,7 +21,7 @@ NEAREST = 5  # rivals that are fitted
 def oracle_all(cases: Path, sealed: Path, out: Path, jobs: int, said: Path | None = None, missed: bool = False) -> str:
     """Judges every case that hides something (resumable, answers beside ``out``), writes the JSON, returns table and closing line.
 
-    ``said``: folder of a diagnosis' answers to these cases; a wrong name that it gave is a rival too. ``missed``: only cases that it got wrong.
+    ``said``: folder of a diagnosis' answers to these cases; a wrong name that it gave is a rival too. ``missed``: only cases that it was asked and got wrong.
     Opens the truth first and its answers tell it: to be run when the diagnoses are done. Raises SealError.
     """
     from epa_rt.gap.blind.figures import figures, wrong
@@ -31,7 +31,7 @@ def oracle_all(cases: Path, sealed: Path, out: Path, jobs: int, said: Path | Non
     truths = [truth for truth in opened(sealed, cases)["cases"] if truth["effects"]]
     told = {t["case"]: _told(said, t["case"]) for t in truths}
     if missed:
-        truths = [t for t in truths if wrong(t, told[t["case"]])]
+        truths = [t for t in truths if told[t["case"]] and wrong(t, told[t["case"]])]
     answers = out.with_suffix(".answers")
     answers.mkdir(parents=True, exist_ok=True)
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:

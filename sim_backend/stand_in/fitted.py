@@ -159,7 +159,8 @@ class Fitting:
         return np.column_stack(made) if made else np.zeros((len(at), 0))
 
     def _chi(self, white: np.ndarray, x: np.ndarray) -> float:
-        chi = float(white @ white + x[: len(self.items)] @ x[: len(self.items)])
+        with np.errstate(over="ignore"):  # a run that went wild is no fit
+            chi = float(white @ white + x[: len(self.items)] @ x[: len(self.items)])
         return chi if np.isfinite(chi) else np.inf
 
     def _white(self, law: Law, x: np.ndarray) -> np.ndarray:
