@@ -1,7 +1,7 @@
 """A second simulator, written from docs/plant.md in plain Python and scipy; shares no physics code with the blocks.
 
 Covers what the nominal plants and bench_physical use: all drive loops, wiring, McKibben law, slip friction, leak,
-polytropic gas, valves, mass-less load cell and knee, pressure lag, encoder hold. No other effects.
+polytropic gas, valves, mass-less load cell and knee, pressure lag, encoder hold. Effects: second_effects.py.
 """
 
 import math
@@ -19,7 +19,7 @@ class SecondSimulator:
         p = params[0]
         self.p = {name: p[name] for name in p.dtype.names}
         self.muscles = [i for i in (0, 1) if p["muscle"][i]["present"] > 0.5]
-        self.y = np.zeros(FIRST_MUSCLE + PER_MUSCLE * len(self.muscles))
+        self.y = np.zeros(FIRST_MUSCLE + PER_MUSCLE * len(self.muscles) + self.more_states())
         self.y[PLACE] = place
         gear = self.p["transmission"]
         self.metres_per_rad = float(gear["spool_radius_m"] / gear["gear_ratio"])
@@ -31,12 +31,22 @@ class SecondSimulator:
             self.y[at] = gas["atmosphere_pa"] * volume ** gas["polytropic_ratio"]
             self.y[at + 1] = gas["atmosphere_pa"] * volume / (gas["gas_constant_j_kg_k"] * gas["temperature_k"])
 
+    def more_states(self):
+        return 0
+
+    def settled(self):
+        """After a cycle: memory that is no smooth state."""
+
+    def travel(self, y):
+        """Travel of the strap, its speed, and how much load torque a newton makes."""
+        return self.metres_per_rad * y[ANGLE], self.metres_per_rad * y[SPEED], self.metres_per_rad
+
     def length(self, i, y):
         w = self.p["load"]
         arm = w["lever_m"] if w["kind_code"] == 2 else 1.0
         a, b = w[f"travel{i}_ratio"], w[f"load{i}_ratio"]
-        return (w[f"rest{i}_m"] + a * self.metres_per_rad * y[ANGLE] + b * arm * y[PLACE],
-                a * self.metres_per_rad * y[SPEED] + b * arm * y[RATE])
+        travel, speed, _ = self.travel(y)
+        return w[f"rest{i}_m"] + a * travel + b * arm * y[PLACE], a * speed + b * arm * y[RATE]
 
     def shape(self, i, length):
         m = self.p["muscle"][i]
@@ -52,13 +62,29 @@ class SecondSimulator:
         volume, slope = self.shape(i, length)
         pressure = y[at] / volume ** g["polytropic_ratio"]
         gauge = pressure - g["atmosphere_pa"]
-        stretch = length - m["braid_length_m"] / math.sqrt(3)
+        stretch = length + m["end_length_m"] - m["braid_length_m"] / math.sqrt(3)
         if stretch <= 0:
             return volume, pressure, speed, 0.0
         slip = sum(m[f"slip{k}_ratio"] * y[at + 3 + k] / m[f"slip{k}_m"] for k in (1, 2, 3, 4)) * m["slip_ratio"]
-        reference = max(gauge, 0.0) * self.shape(i, m["slip_reference_length_m"])[1]
-        force = gauge * slope + min(stretch / m["take_up_m"], 1.0) * (m["viscous_n_s_m"] * speed + slip * reference)
+        acting, ratio = self.more_friction(m, gauge, speed)
+        reference = max(acting, 0.0) * self.reference_slope(i)
+        grip = min(stretch / m["take_up_m"], 1.0)
+        force = acting * slope + grip * (m["viscous_n_s_m"] * speed + (slip + ratio) * reference + self.relaxing(i, y)) + self.held(m, length, stretch, speed)
         return volume, pressure, speed, max(force, 0.0)
+
+    def reference_slope(self, i):
+        return self.shape(i, self.p["muscle"][i]["slip_reference_length_m"])[1]
+
+    def more_friction(self, m, gauge, speed):
+        """Pressure that acts, and friction of the braid beside its slip over the reference force."""
+        return gauge, 0.0
+
+    def relaxing(self, i, y):
+        return 0.0
+
+    def held(self, m, length, stretch, speed):
+        """What pulls beside the braid."""
+        return 0.0
 
     def orifice(self, conductance, g, from_pa, to_pa):
         if from_pa < to_pa:
@@ -107,16 +133,22 @@ class SecondSimulator:
             free = d["speed_gain_a_s_rad"] * error + y[INTEGRAL]
             wanted = min(max(free, -d["max_current_a"]), d["max_current_a"])
             dy[INTEGRAL] = d["speed_integral_a_rad"] * (error + (wanted - free) / d["speed_gain_a_s_rad"])
-        kt = d["torque_constant_nm_a"]
-        wanted = min(max(wanted, (-d["supply_v"] - kt * y[SPEED]) / d["winding_ohm"]),
-                     (d["supply_v"] - kt * y[SPEED]) / d["winding_ohm"])
+        kt = self.torque_constant(y)
+        volt = d["supply_v"] - d["bus_sag_ohm"] * abs(y[CURRENT])
+        wanted = min(max(wanted, (-volt - kt * y[SPEED]) / d["winding_ohm"]), (volt - kt * y[SPEED]) / d["winding_ohm"])
         dy[CURRENT] = (wanted - y[CURRENT]) / d["current_lag_s"]
         stiffness, tau = d["presliding_stiffness_nm_rad"], d["presliding_time_s"]
         friction = min(max(stiffness * (y[STUCK] + tau * y[SPEED]), -d["coulomb_nm"]), d["coulomb_nm"])
         dy[STUCK] = (friction / stiffness - y[STUCK]) / tau
         spool = forces[0] * w["travel0_ratio"] + forces[1] * w["travel1_ratio"]
-        torque = kt * y[CURRENT] - self.metres_per_rad * spool - friction - d["viscous_nm_s_rad"] * y[SPEED]
+        torque = self.shaft_torque(kt, y) - self.travel(y)[2] * spool - friction - d["viscous_nm_s_rad"] * y[SPEED]
         dy[SPEED], dy[ANGLE] = torque / d["inertia_kg_m2"], y[SPEED]
+
+    def torque_constant(self, y):
+        return self.p["drive"]["torque_constant_nm_a"]
+
+    def shaft_torque(self, kt, y):
+        return kt * y[CURRENT]
 
     def _knee(self, dy, y, forces):
         w, th, speed = self.p["load"], y[PLACE], y[RATE]
@@ -167,6 +199,7 @@ class SecondSimulator:
             solved = solve_ivp(self.rates, (k * PERIOD_S, (k + 1) * PERIOD_S), self.y, args=(k, line, valves),
                                method="RK45", rtol=1e-6, atol=1e-8 * scale, first_step=1.5e-4)
             self.y = solved.y[:, -1]
+            self.settled()
             gauge, force = [0.0, 0.0], [0.0, 0.0]
             for j, i in enumerate(self.muscles):
                 _, pressure, _, force[i] = self.pull(j, i, self.y)

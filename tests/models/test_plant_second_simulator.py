@@ -6,9 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from plant_scenarios import SENSOR_STEP, rise, silent, simulate
+from second_effects import WithEffects
 from second_simulator import SecondSimulator
 
 from epa_rt.models import plant
+from epa_rt.models.catalogue import write_knob
 from epa_rt.models.plant_file import load_plant
 from epa_rt.models.ports import COMMAND, LOAD_PLACE
 
@@ -43,3 +45,36 @@ def test_two_simulators_agree_within_a_sensor_step(name):
     first, second = simulate(params, commands, file.substeps), SecondSimulator(params, place).run(commands)
     for channel, values in second.items():
         assert np.max(np.abs(first[channel] - values)) <= SENSOR_STEP[channel], channel
+
+
+EFFECTS = {
+    "heat and a supply that sags": {"drive.torque_loss_per_k": 2e-3, "drive.winding_thermal_k_w": 20.0, "drive.winding_time_s": 0.5, "drive.housing_heat_ratio": 3.0,
+                                    "drive.housing_time_s": 8.0, "drive.bus_sag_ohm": 2.0},
+    "waves of the torque, saturation": {"drive.torque_ripple_ratio": 0.05, "drive.ripple_twice_sine_ratio": 0.3, "drive.ripple_phase_rad": 0.7, "drive.cogging_nm": 3e-3,
+                                        "drive.cogging_twice_cosine_ratio": -0.4, "drive.torque_saturation_per_a": 0.02},
+    "a spool that is not round": {"transmission.eccentricity_ratio": 0.1, "transmission.eccentricity_phase_rad": 1.0, "transmission.wind_up_per_rad": 0.06},
+    "play": {"transmission.backlash_rad": 0.03},
+    "play with round flanks": {"transmission.backlash_rad": 0.03, "transmission.backlash_roundness_ratio": 0.6},
+    "creep": {"muscle.creep_stiffness_n_m": 2000.0, "muscle.creep_time_s": 0.1, "muscle.creep_slow_ratio": 0.6},
+    "friction of the braid": {"muscle.stribeck_ratio": 0.05, "muscle.stribeck_tail_ratio": 0.5, "muscle.stribeck_breadth_ratio": 1.4, "muscle.coulomb_ratio": 0.03,
+                              "muscle.coulomb_speed_m_s": 0.004, "muscle.pressure_viscous_s_m": 0.3},
+    "bladder, threshold, end fittings": {"muscle.bladder_stiffness_n_m": 500.0, "muscle.bladder_hardening_per_m": 30.0, "muscle.threshold_pa": 2e4, "muscle.end_length_m": 2e-3},
+    "lock": {"muscle.lock_stiffness_n_m": 3000.0, "muscle.lock_hardening_per_m": 100.0, "muscle.lock_viscous_n_s_m": 20.0, "muscle.lock_length_m": 0.1385},
+}
+
+
+@pytest.mark.parametrize("knobs", EFFECTS.values(), ids=EFFECTS)
+def test_two_simulators_agree_on_effects_within_a_sensor_step(knobs):
+    file = load_plant(PLANTS / "bench_physical.yaml")
+    bare = silent(file.params)
+    params = bare.copy()
+    for key, value in knobs.items():
+        write_knob(params, key, value)
+    gear = params["transmission"][0]
+    commands = short_log(float(gear["gear_ratio"] / gear["spool_radius_m"]), knee=False)
+    place = float(plant.new_state(params)["smooth"][0, LOAD_PLACE])
+    first, second = simulate(params, commands, file.substeps), WithEffects(params, place).run(commands)
+    for channel, values in second.items():
+        assert np.max(np.abs(first[channel] - values)) <= SENSOR_STEP[channel], channel
+    without = simulate(bare, commands, file.substeps)
+    assert any(np.max(np.abs(first[c] - without[c])) > SENSOR_STEP[c] for c in second)  # it shows

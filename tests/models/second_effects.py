@@ -1,0 +1,118 @@
+"""Effects of the second simulator, written from docs/plant.md like the rest: heat, sag, waves of the torque, a spool that is not round, play, creep,
+low-speed and dry friction, drag, threshold, bladder, end fittings, lock. All absent at their neutral values.
+"""
+
+import math
+
+from second_simulator import ANGLE, CURRENT, SPEED, SecondSimulator
+
+BRANCHES = 3
+
+
+def wave(x, sine, cosine):
+    return math.sin(x) + sine * math.sin(2 * x) + cosine * math.cos(2 * x)
+
+
+class WithEffects(SecondSimulator):
+    """States beyond the nominal ones: winding heat, slow heat, three creep forces for each muscle; the play's memory stands beside them."""
+
+    def __init__(self, params, place):
+        self.play = None
+        super().__init__(params, place)
+        spool, start = self.p["transmission"], float(self.p["load"]["start_travel_m"])
+        for _ in range(40):
+            self.y[ANGLE] -= (self.wound(self.y[ANGLE])[0] - start) / self.wound(self.y[ANGLE])[1]
+        self.half = 0.5 * float(spool["backlash_rad"] * spool["spool_radius_m"])
+        self.play = (start, start)  # travel before and behind the play when the cycle began
+
+    def more_states(self):
+        return 2 + BRANCHES * len(self.muscles)
+
+    def wound(self, angle):
+        """Travel before the play and its slope over the motor's angle."""
+        t = self.p["transmission"]
+        turn, e, phase, g = angle / t["gear_ratio"], t["eccentricity_ratio"], t["eccentricity_phase_rad"], t["wind_up_per_rad"]
+        return (float(t["spool_radius_m"] * (turn + g * turn**2 / 2 - e * (math.cos(turn + phase) - math.cos(phase)))),
+                float(t["spool_radius_m"] * (1 + g * turn + e * math.sin(turn + phase)) / t["gear_ratio"]))
+
+    def travel(self, y):
+        geared, slope = self.wound(y[ANGLE])
+        if self.play is None or self.half == 0.0:
+            return geared, slope * y[SPEED], slope
+        behind, carried = self.behind_play(geared, y[SPEED])
+        return behind, slope * carried * y[SPEED], slope
+
+    def behind_play(self, geared, speed):
+        """Travel behind the play, and its slope over the travel before it."""
+        was, held = self.play
+        moved, half, b = geared - was, self.half, float(self.p["transmission"]["backlash_roundness_ratio"])
+        sign = math.copysign(1.0, moved if moved != 0.0 else speed)
+        gap, way = sign * (was - held), abs(moved)
+        if b == 0.0:
+            behind = min(max(held, geared - half), geared + half)
+            at_flank = gap + way >= half * (1 - 1e-12)
+            return behind, 1.0 if at_flank else 0.0
+        if gap < 0.0:  # towards x, which stays
+            if way <= -gap:
+                return held, 0.0
+            gap, way = 0.0, way + gap
+        y = (-math.log1p(-((gap / half) ** (1 / b)))) if gap < half else math.inf
+        after = ((half * y**b + way) / half) ** (1 / b)
+        q = -math.expm1(-after)
+        slope = 1.0 if q == 1.0 else 0.0 if q == 0.0 else 1 - (1 - q) * (after / q) ** (1 - b)
+        return geared - sign * half * q**b, slope
+
+    def rates(self, t, y, k, line, valves):
+        dy = super().rates(t, y, k, line, valves)
+        d, at = self.p["drive"], len(y) - self.more_states()
+        steady = d["winding_thermal_k_w"] * d["winding_ohm"] * y[CURRENT] ** 2
+        dy[at] = (steady - y[at]) / d["winding_time_s"]
+        dy[at + 1] = (steady - y[at + 1]) / d["housing_time_s"]
+        for j, i in enumerate(self.muscles):
+            m, speed = self.p["muscle"][i], self.length(i, y)[1]
+            for branch in range(BRANCHES):
+                n = at + 2 + BRANCHES * j + branch
+                dy[n] = m["creep_slow_ratio"] ** branch * m["creep_stiffness_n_m"] * speed - y[n] / (10**branch * m["creep_time_s"])
+        return dy
+
+    def settled(self):
+        geared = self.wound(self.y[ANGLE])[0]
+        if self.half:
+            self.play = (geared, self.behind_play(geared, self.y[SPEED])[0])
+
+    def torque_constant(self, y):
+        d, at = self.p["drive"], len(y) - self.more_states()
+        return d["torque_constant_nm_a"] * max(1 - d["torque_loss_per_k"] * (y[at] + d["housing_heat_ratio"] * y[at + 1]), 0.1)
+
+    def shaft_torque(self, kt, y):
+        d = self.p["drive"]
+        ripple = wave(d["ripple_per_turn_ratio"] * y[ANGLE] + d["ripple_phase_rad"], d["ripple_twice_sine_ratio"], d["ripple_twice_cosine_ratio"])
+        cogs = wave(d["cogging_per_turn_ratio"] * y[ANGLE] + d["cogging_phase_rad"], d["cogging_twice_sine_ratio"], d["cogging_twice_cosine_ratio"])
+        current = y[CURRENT] / (1 + d["torque_saturation_per_a"] * abs(y[CURRENT]))
+        return kt * current * (1 + d["torque_ripple_ratio"] * ripple) + d["cogging_nm"] * cogs
+
+    def shape(self, i, length):
+        m = self.p["muscle"][i]
+        return super().shape(i, min(length + m["end_length_m"], m["braid_length_m"]))
+
+    def reference_slope(self, i):
+        return super().shape(i, self.p["muscle"][i]["slip_reference_length_m"])[1]
+
+    def more_friction(self, m, gauge, speed):
+        acting = max(gauge - m["threshold_pa"], 0.0) if gauge > 0 else gauge - m["threshold_pa"]
+        s = math.copysign((abs(speed) / m["stribeck_speed_m_s"]) ** (1 / m["stribeck_breadth_ratio"]), speed)
+        q = m["stribeck_tail_ratio"]
+        fall = math.exp((1 - s * s) / 2) if q == 0 else (2 / (2 - q + q * s * s)) ** (1 / q)
+        dry = m["coulomb_ratio"] * speed / math.sqrt(speed**2 + m["coulomb_speed_m_s"] ** 2)
+        return acting, m["stribeck_ratio"] * s * fall + dry + m["pressure_viscous_s_m"] * speed
+
+    def relaxing(self, i, y):
+        at = len(y) - self.more_states() + 2 + BRANCHES * self.muscles.index(i)
+        return sum(y[at:at + BRANCHES])
+
+    def held(self, m, length, stretch, speed):
+        past = length - m["lock_length_m"]
+        lock = 0.0
+        if past > 0:
+            lock = m["lock_stiffness_n_m"] * past * (1 + (m["lock_hardening_per_m"] * past) ** 2) + m["lock_viscous_n_s_m"] * speed * min(past / m["take_up_m"], 1)
+        return m["bladder_stiffness_n_m"] * stretch * (1 + (m["bladder_hardening_per_m"] * stretch) ** 2) + lock
