@@ -6,6 +6,7 @@ from typing import NamedTuple
 from epa_rt.config.rig import Rig
 
 PRESSURES_KPA = (300, 550)     # gauge, at no load
+LADDER = ((0.5, 0.05, "3 s"), (2.0, 0.1, "2 s"), (8.0, 0.4, "1 s"), (30.0, 1.0, "500 ms"), (60.0, 2.0, "400 ms"))   # mm/s, m/s^2, longest dwell
 APART_DEG = 8.0                # from the knee's mean: there the motor's travel mostly still reaches; an experiment that trips in simulation is passed over
 
 
@@ -48,6 +49,7 @@ def _bench(rig: Rig) -> list[Item]:
                   [_trial(f"step: {{levels: [{high}, {middle}], rise: 300 ms, dwell: 2 s, times: 6}}")],
                   "steps and rests: creep, heat, the servo"),
         ]
+    items.append(_speed_ladder(rig, low, high))
     items.append(_item("fills_at_no_load", {"pressures": "150, 550, 300, 600 kPa gauge"}, "motor_position", [_move("go_to_no_load", "no_load")],
                        [line for kpa in (150, 550, 300, 600) for line in (_fill(rig, f"{kpa} kPa gauge"), _trial("for: 4 s", f"rest_at_{kpa}"))],
                        "fills and vents with rests, nothing moves: valves, supply, heat of the gas"))
@@ -55,6 +57,15 @@ def _bench(rig: Rig) -> list[Item]:
                        [_trial(f"random_speed: {{between: [-8 mm, -1 mm], speed: 20 mm/s, acceleration: 1 m/s^2, dwell: [100 ms, 800 ms]}}\n    for: 20 s")],
                        "the strap hangs slack: the motor alone"))
     return items
+
+
+def _speed_ladder(rig: Rig, low: str, high: str) -> Item:
+    """The same motion at speeds two octaves apart: friction over the logarithm of speed, where laws differ that agree about any one speed."""
+    p = f"{PRESSURES_KPA[-1]} kPa gauge"
+    rungs = [_trial(f"random_speed: {{between: [{low}, {high}], speed: {mm_s:g} mm/s, acceleration: {acceleration:g} m/s^2, dwell: [100 ms, {dwell}]}}\n    for: 12 s",
+                    f"rung_{n}") for n, (mm_s, acceleration, dwell) in enumerate(LADDER, 1)]
+    return _item("speed_ladder", {"pressure": p, "stroke": f"{low} to {high}", "speeds": ", ".join(f"{mm_s:g}" for mm_s, *_ in LADDER) + " mm/s"}, "motor_speed",
+                 _filled(rig, p), rungs, "strokes at speeds over two decades: what friction, damping and creep are made of")
 
 
 def _knee(rig: Rig) -> list[Item]:

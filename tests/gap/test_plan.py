@@ -1,11 +1,16 @@
 """The next experiment is the one that sets the closest rivals furthest apart, and says so in words."""
 
+from pathlib import Path
+
 import pytest
 
-from epa_rt.gap.menu import Item
+from epa_rt.config.rig import load_rig
+from epa_rt.experiments.experiment import load_experiment
+from epa_rt.gap.menu import Item, menu
 from epa_rt.gap.plan import Rival, next_experiment
 from tests.gap import toy
 
+RIGS = Path(__file__).parents[2] / "config" / "rigs"
 RIVALS = (Rival(("leak",), "a"), Rival(("heat",), "b"))
 ITEMS = tuple(Item(name, {"at": name}, f"experiment: {name}", f"a {name} run") for name in ("short", "long", "failing"))
 
@@ -32,3 +37,15 @@ def test_the_distance_is_said_in_standard_deviations(distance, words):
 
 def test_nothing_that_can_be_run_is_no_experiment():
     assert next_experiment(RIVALS, ITEMS[2:], lambda item, plant: None, lambda *_: 1.0) is None
+
+
+@pytest.mark.parametrize("name", ["bench", "knee"])
+def test_every_experiment_of_the_menu_is_one_that_the_rig_takes(name, tmp_path):
+    rig = load_rig(RIGS / f"{name}.yaml")
+    items = menu(rig)
+    assert len({(item.name, *item.settings.values()) for item in items}) == len(items) >= 8
+    for item in items:
+        path = tmp_path / "next.yaml"
+        path.write_text(item.text, encoding="utf-8")
+        experiment = load_experiment(path, rig)
+        assert experiment.trials, item.name
