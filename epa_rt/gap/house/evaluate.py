@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from epa_rt.gap.house import gas_link, instruments, motion, motor_link, smooth
-from epa_rt.gap.house.depends import gases, lengths
+from epa_rt.gap.house.depends import gases, lengths, pressures
 from epa_rt.gap.house.prepared import Prepared
 from epa_rt.models.blocks.bus import valve_delays
 
@@ -149,7 +149,7 @@ class Bench:
 
     def pressure(self, i: int) -> tuple[np.ndarray, np.ndarray]:
         """Absolute pressure of muscle i (N,), true and behind its lags, as ``lagging_gauge`` is."""
-        return self.kept(f"pressure{i}", gases(self.params), lambda: self._pressure(i))
+        return self.kept(f"pressure{i}", pressures(self.params), lambda: self._pressure(i))
 
     def _pressure(self, i: int) -> tuple[np.ndarray, np.ndarray]:
         others = np.zeros(self.prepared.count)

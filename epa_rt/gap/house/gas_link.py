@@ -9,7 +9,8 @@ from epa_rt.models.blocks import gas
 from epa_rt.models.blocks.instruments import lagged
 from epa_rt.models.blocks.muscle import shape, strap_stretch
 
-STEPS = 2  # half-steps of a cycle: midpoint rule over each
+STEPS = 2    # half-steps of a cycle: midpoint rule over each
+SLOW = 0.02  # part of its heat that gas may lose in a cycle for a shut muscle to be taken over the whole of it at once
 
 
 @compiled
@@ -54,6 +55,37 @@ def is_tight(g):
 
 
 @compiled
+def _still_for(inlet, exhaust, k, most):
+    """For how many cycles before k both valves have been told to be shut, ``most`` + 1 at most; before the log they were as in its first cycle."""
+    for n in range(most + 1):
+        at = max(k - 1 - n, 0)
+        if inlet[at] != 0.0 or exhaust[at] != 0.0:
+            return n
+    return most + 1
+
+
+@compiled
+def _midpoint(g, s, h, v0, v1):
+    """A step of a muscle whose valves are shut, at its volumes when it begins and half way; returns what it draws."""
+    d0, m0, _, _ = _rates(g, s[0], s[1], s[2], v0, s[3], s[4], 0.0)
+    d1, m1, f1, flow = _rates(g, s[0] + 0.5 * h * d0, s[1] + 0.5 * h * m0, s[2], v1, s[3], s[4], 0.0)
+    s[0], s[1], s[2] = s[0] + h * d1, s[1] + h * m1, s[2] + h * f1
+    return flow
+
+
+@compiled
+def _half_step(g, s, h, decay, v0, v1, wanted_in, wanted_out, others):
+    """A step in which valves open or close; returns what the muscle draws."""
+    d0, m0, f0, _ = _rates(g, s[0], s[1], s[2], v0, s[3], s[4], others)
+    s[3], s[4] = gas.opening_after(s[3], wanted_in, decay), gas.opening_after(s[4], wanted_out, decay)
+    d1, m1, f1, flow = _rates(g, s[0] + 0.5 * h * d0, s[1] + 0.5 * h * m0, s[2] + 0.5 * h * f0, v1, s[3], s[4], others)
+    s[3] = gas.settled(gas.opening_after(s[3], wanted_in, decay), wanted_in)
+    s[4] = gas.settled(gas.opening_after(s[4], wanted_out, decay), wanted_out)
+    s[0], s[1], s[2] = s[0] + h * d1, s[1] + h * m1, s[2] + h * f1
+    return flow
+
+
+@compiled
 def march(g, delays, volume, inlet, exhaust, others, lags_s, period_s, k0, k1, s, truth, seen, drawn):
     """Cycles k0 to k1 from state s (c, mass, droop, openings, sensor's reading, pressure before, tube's reading), which it moves."""
     lag_s, tube_s = lags_s
@@ -61,24 +93,23 @@ def march(g, delays, volume, inlet, exhaust, others, lags_s, period_s, k0, k1, s
     decay = math.exp(-0.5 * h / g.valve_lag_s)
     fade = math.exp(-period_s / lag_s) if lag_s > 0.0 else 0.0
     tube_fade = math.exp(-period_s / tube_s) if tube_s > 0.0 else 0.0
-    tight = is_tight(g)
+    tight, slow = is_tight(g), gas.cooling(g, gas.WALLS_PA) * period_s < SLOW
+    reach = math.ceil(max(delays[0], delays[1])) + 1
+    still = _still_for(inlet, exhaust, k0, reach)
     for k in range(k0, k1):
-        before = volume[max(k - 1, 0)]
+        still = still + 1 if inlet[k] == 0.0 and exhaust[k] == 0.0 else 0
         drawn[k] = 0.0
-        for j in range(STEPS):
-            a, b = j / STEPS, (j + 1) / STEPS
-            wanted_in, wanted_out = seen_valve(inlet, k, a, b, delays), seen_valve(exhaust, k, a, b, delays)
-            if tight and s[3] == 0.0 and s[4] == 0.0 and wanted_in == 0.0 and wanted_out == 0.0 and s[2] == 0.0 and others[k] == 0.0:
-                continue
-            step = volume[k] - before
-            v0, v1 = before + step * (j / STEPS), before + step * ((j + 0.5) / STEPS)
-            d0, m0, f0, _ = _rates(g, s[0], s[1], s[2], v0, s[3], s[4], others[k])
-            s[3], s[4] = gas.opening_after(s[3], wanted_in, decay), gas.opening_after(s[4], wanted_out, decay)
-            d1, m1, f1, flow = _rates(g, s[0] + 0.5 * h * d0, s[1] + 0.5 * h * m0, s[2] + 0.5 * h * f0, v1, s[3], s[4], others[k])
-            s[3] = gas.settled(gas.opening_after(s[3], wanted_in, decay), wanted_in)
-            s[4] = gas.settled(gas.opening_after(s[4], wanted_out, decay), wanted_out)
-            s[0], s[1], s[2] = s[0] + h * d1, s[1] + h * m1, s[2] + h * f1
-            drawn[k] += flow / STEPS
+        before, step = volume[max(k - 1, 0)], volume[k] - volume[max(k - 1, 0)]
+        undisturbed = g.supply_droop_pa_s_kg == 0.0 or (s[2] == 0.0 and others[k] == 0.0)  # no lagged flow that matters
+        if still > reach and s[3] == 0.0 and s[4] == 0.0 and undisturbed and (tight or slow):
+            if not tight:
+                drawn[k] = _midpoint(g, s, period_s, before, before + 0.5 * step)
+        else:
+            for j in range(STEPS):
+                a, b = j / STEPS, (j + 1) / STEPS
+                wanted_in, wanted_out = seen_valve(inlet, k, a, b, delays), seen_valve(exhaust, k, a, b, delays)
+                v0, v1 = before + step * (j / STEPS), before + step * ((j + 0.5) / STEPS)
+                drawn[k] += _half_step(g, s, h, decay, v0, v1, wanted_in, wanted_out, others[k]) / STEPS
         pressure, reading = gas.pressure(g, s[0], volume[k]), s[5]
         if lag_s > 0.0:
             behind = (pressure - s[6]) / period_s * lag_s

@@ -4,6 +4,7 @@ from collections.abc import Collection
 
 import numpy as np
 
+from epa_rt.gap.house.depends import SHAPE
 from epa_rt.models.blocks.load import FIXED, KNEE, MASS
 from epa_rt.models.effect import Effect
 from epa_rt.models.knobs import row_of
@@ -23,7 +24,6 @@ _DRIVE = {  # rows of the drive; others reach the drive's own loop alone
     "torque_saturation_per_a", "winding_thermal_k_w", "winding_time_s"), _MOTOR)
 _TRANSMISSION = {"gear_efficiency_ratio": _MOTOR, "gear_friction_n": _MOTOR, "gear_friction_speed_rad_s": _MOTOR,
                  "gear_friction_sharpness_ratio": _MOTOR, "backlash_rad": _LENGTHS, "backlash_roundness_ratio": _LENGTHS}
-_SHAPE = ("braid_length_m", "braid_turns_ratio", "end_length_m")  # of the muscle: they make its volume too
 _SENSORS = (  # first part of a row's name, longer ones first
     ("motor_angle", ("drive", *_MOTOR, *_LENGTHS, "encoder")), ("motor_speed", ("drive", *_MOTOR, *_LENGTHS, "encoder")),
     ("motor_current", ("drive", *_MOTOR)), ("motor_torque", ("torque",)), ("muscle0_gauge", ("gas0", "muscle0")),
@@ -63,7 +63,7 @@ def _reached(key: str, params: np.ndarray, ports: Collection[str]) -> tuple[str,
         return gases
     if block == "muscle":
         found = () if muscle == 1 else ("muscle0",)
-        found += gases if row.name in (*_SHAPE, "strap_compliance_m_n", "strap_stiffening_per_n") else ()
+        found += gases if row.name in (*SHAPE, "strap_compliance_m_n", "strap_stiffening_per_n") else ()
         return found + (("load",) if both and muscle != 0 else ())
     if block == "load":
         lengths = row.name in ("lever_m", "lever_slope_per_rad") or row.name.startswith(("rest", "travel", "load"))

@@ -5,7 +5,8 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from epa_rt.gap.house import motor_link
+from epa_rt.gap.house import gas_link, motor_link
+from epa_rt.gap.house.evaluate import Bench
 from epa_rt.gap.problem import Problem
 from tests.gap import toy
 from tests.gap.house.runs import recorded, rms, subject
@@ -38,6 +39,31 @@ def test_an_effect_shows_in_the_links_that_it_touches_and_in_no_other():
             assert moved <= touched, f"{rig}: {effect.name} moves {moved - touched}, said to touch {touched}"
             for name in before:
                 assert np.array_equal(np.isnan(before[name]), np.isnan(house.residual(prepared, values, name))), f"{effect.name}: {name}"
+
+
+@pytest.mark.parametrize("beside", [{}, {"muscle.strap_compliance_m_n": 3e-5}, {"sensors.gauge_crosstalk_pa_n": 5.0}, {"gas.supply_droop_pa_s_kg": 3e8}], ids=str)
+@pytest.mark.parametrize("rig", ["bench", "knee"])
+def test_what_is_kept_of_a_recording_is_what_would_be_made_anew(rig, beside):
+    house, log = subject(rig), recorded(rig, 1)
+    prepared = house.prepare(log)
+    for effect in house.catalogue:
+        for link in sorted({name for key in (*effect.knobs, *beside) for name in house.touched(key)}):
+            values = {**beside, **dict(zip(effect.knobs, effect.starts[0], strict=True))}
+            house.residual(prepared, beside, link)
+            found = house.residual(prepared, values, link)
+            prepared.cache.clear()
+            assert np.array_equal(found, house.residual(prepared, values, link), equal_nan=True), f"{effect.name}: {link}"
+
+
+def test_shut_valves_are_taken_a_cycle_at_once_within_a_pascal_s_hundredth():
+    house, log = subject("knee"), recorded("knee", 1)
+    prepared = house.prepare(log)
+    bench = Bench(prepared, house.params({"gas.leak_per_s": 2e-3, "gas.fill_heating_ratio": 1.3, "gas.heat_exchange_per_s": 3.0}))
+    assert gas_link.SLOW > 3.0 * prepared.period_s
+    at_once = bench._pressure(0)[0]
+    droops = house.params({"gas.leak_per_s": 2e-3, "gas.fill_heating_ratio": 1.3, "gas.heat_exchange_per_s": 3.0, "gas.supply_droop_pa_s_kg": 1e-9})
+    in_halves = Bench(prepared, droops)._pressure(0)[0]  # a droop of nothing: its state still moves, so that cycles are halved
+    assert 0.0 < np.max(np.abs(at_once - in_halves)) < 0.05
 
 
 def test_two_threads_find_what_one_finds():
