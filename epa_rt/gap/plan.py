@@ -30,10 +30,10 @@ Distance = Callable[[Recording, Rival, Rival], float]        # data made by the 
 def next_experiment(rivals: Sequence[Rival], items: Sequence[Item], simulate: Simulate, distance: Distance,
                     progress: Callable[[str, float], None] = lambda stage, share: None) -> NextExperiment | None:
     """The experiment with the largest least distance between any two rivals; None where none could be simulated."""
-    judged = []
+    judged: list[tuple[float, Item]] = []
     for k, item in enumerate(items):
         progress(f"next experiment: {item.name} {' '.join(item.settings.values())}", k / len(items))
-        found = _least_distance(rivals, item, simulate, distance)
+        found = _least_distance(rivals, item, simulate, distance, max((best for best, _ in judged), default=-np.inf))
         if found is not None:
             judged.append((found, item))
     if not judged:
@@ -46,9 +46,12 @@ def next_experiment(rivals: Sequence[Rival], items: Sequence[Item], simulate: Si
     return NextExperiment(item.name, dict(item.settings), names, best, item.text, says)
 
 
-def _least_distance(rivals: Sequence[Rival], item: Item, simulate: Simulate, distance: Distance) -> float | None:
+def _least_distance(rivals: Sequence[Rival], item: Item, simulate: Simulate, distance: Distance, beaten_by: float) -> float | None:
+    """Of an experiment that another one beats already, no more rivals are asked: each run of the loop costs seconds."""
     least = None
     for truth in rivals:
+        if least is not None and least <= beaten_by:
+            return least
         recording = simulate(item, truth.plant_text)
         if recording is None:
             return None

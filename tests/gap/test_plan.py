@@ -28,6 +28,19 @@ def test_the_smaller_of_both_distances_counts():
     assert (found.name, found.expected_distance, found.separates, found.file) == ("short", 81.0, ("leak", "heat"), "experiment: short")
 
 
+def test_an_experiment_that_is_beaten_already_is_not_run_for_every_rival():
+    ran = []
+
+    def simulate(item, plant):
+        ran.append((item.name, plant))
+        return toy.recording(item.name, 1, seconds=1.0)
+
+    apart = {"short": (100.0, 81.0), "long": (9.0, 4000.0), "failing": (90.0, 30.0)}
+    found = next_experiment(RIVALS, ITEMS, simulate, lambda recording, truth, other: apart[recording.name][RIVALS.index(truth)])
+    assert found.name == "short"
+    assert ran == [("short", "a"), ("short", "b"), ("long", "a"), ("failing", "a"), ("failing", "b")]
+
+
 @pytest.mark.parametrize("distance, words", [(81.0, "would lie 9 standard deviations of the noise apart, which decides (5 do)"),
                                              (16.0, "would lie 4 standard deviations of the noise apart, which helps, but does not decide (5 do)"),
                                              (-3.0, "would lie 0 standard deviations")])

@@ -32,6 +32,7 @@ from epa_rt.models.parameters import effects as effect_rows
 from epa_rt.models.plant_file import PlantFile, load_plant, save_plant
 
 MOST_PLANTS = 4  # per recording, beside which its noise is looked for
+MOST_KEPT = 16   # sets of parameters
 ABSURD = 1e12  # stands for a prediction that is no number
 
 
@@ -45,6 +46,7 @@ class HouseSubject:
         self.links: tuple[Link, ...] = links_of(rig, self.channels, plant.params)
         names = tuple(link.name for link in self.links)
         self._reach: dict[str, tuple[str, ...]] = {}
+        self._made: dict[tuple, np.ndarray] = {}
         self._noises: list[tuple[Recording, dict[str, float], int, dict[str, float]]] = []
         self._phases: list[tuple[Recording, int]] = []
         self.without_stop = bool(plant.params["load"]["kind_code"][0] == FIXED)
@@ -76,6 +78,16 @@ class HouseSubject:
             write_knob(found, key, value)
         return found
 
+    def _params_once(self, values: Values) -> np.ndarray:
+        """As ``params``, to be read only: the same values are asked for by every link of every recording, from several threads."""
+        key = tuple(values.items())
+        found = self._made.get(key)
+        if found is None:
+            if len(self._made) >= MOST_KEPT:
+                self._made = {}
+            self._made[key] = found = self.params(values)
+        return found
+
     def number(self, key: str) -> float:
         """What the plant file says of a number, knob or not."""
         return read_knob(self.plant.params, key)
@@ -87,7 +99,7 @@ class HouseSubject:
         return made
 
     def residual(self, prepared: Prepared, values: Values, link: str) -> np.ndarray:
-        found = smooth.at_rate(RESIDUALS[link](Bench(prepared, self.params(values))))
+        found = smooth.at_rate(RESIDUALS[link](Bench(prepared, self._params_once(values))))
         found[~np.isfinite(found)] = ABSURD
         found[~prepared.judged[link]] = np.nan
         return found
