@@ -65,11 +65,13 @@ def _still_for(inlet, exhaust, k, most):
 
 
 @compiled
-def _midpoint(g, s, h, v0, v1):
-    """A step of a muscle whose valves are shut, at its volumes when it begins and half way; returns what it draws."""
-    d0, m0, _, _ = _rates(g, s[0], s[1], s[2], v0, s[3], s[4], 0.0)
-    d1, m1, f1, flow = _rates(g, s[0] + 0.5 * h * d0, s[1] + 0.5 * h * m0, s[2], v1, s[3], s[4], 0.0)
-    s[0], s[1], s[2] = s[0] + h * d1, s[1] + h * m1, s[2] + h * f1
+def _midpoint(g, s, h, before, after, raised_before, raised_after):
+    """A step of a muscle whose valves are shut from volume ``before`` to ``after``, both known as V^n too; returns what it draws."""
+    supply, middle, raised = gas.supply_pressure(g, s[2]), 0.5 * (before + after), 0.5 * (raised_before + raised_after)
+    d0, m0, _ = gas.rates(g, s[0], s[1], before, s[0] / raised_before, supply, s[3], s[4])
+    c, mass = s[0] + 0.5 * h * d0, s[1] + 0.5 * h * m0
+    d1, m1, flow = gas.rates(g, c, mass, middle, c / raised, supply, s[3], s[4])
+    s[0], s[1], s[2] = s[0] + h * d1, s[1] + h * m1, s[2] + h * gas.droop_rate(g, flow, s[2])
     return flow
 
 
@@ -86,8 +88,8 @@ def _half_step(g, s, h, decay, v0, v1, wanted_in, wanted_out, others):
 
 
 @compiled
-def march(g, delays, volume, inlet, exhaust, others, lags_s, period_s, k0, k1, s, truth, seen, drawn):
-    """Cycles k0 to k1 from state s (c, mass, droop, openings, sensor's reading, pressure before, tube's reading), which it moves."""
+def march(g, delays, volume, raised, inlet, exhaust, others, lags_s, period_s, k0, k1, s, truth, seen, drawn):
+    """Cycles k0 to k1 from state s (c, mass, droop, openings, sensor's reading, pressure before, tube's reading), which it moves. ``raised``: V^n (N,)."""
     lag_s, tube_s = lags_s
     h = period_s / STEPS
     decay = math.exp(-0.5 * h / g.valve_lag_s)
@@ -99,18 +101,19 @@ def march(g, delays, volume, inlet, exhaust, others, lags_s, period_s, k0, k1, s
     for k in range(k0, k1):
         still = still + 1 if inlet[k] == 0.0 and exhaust[k] == 0.0 else 0
         drawn[k] = 0.0
-        before, step = volume[max(k - 1, 0)], volume[k] - volume[max(k - 1, 0)]
+        last = max(k - 1, 0)
+        before, step = volume[last], volume[k] - volume[last]
         undisturbed = g.supply_droop_pa_s_kg == 0.0 or (s[2] == 0.0 and others[k] == 0.0)  # no lagged flow that matters
         if still > reach and s[3] == 0.0 and s[4] == 0.0 and undisturbed and (tight or slow):
             if not tight:
-                drawn[k] = _midpoint(g, s, period_s, before, before + 0.5 * step)
+                drawn[k] = _midpoint(g, s, period_s, before, volume[k], raised[last], raised[k])
         else:
             for j in range(STEPS):
                 a, b = j / STEPS, (j + 1) / STEPS
                 wanted_in, wanted_out = seen_valve(inlet, k, a, b, delays), seen_valve(exhaust, k, a, b, delays)
                 v0, v1 = before + step * (j / STEPS), before + step * ((j + 0.5) / STEPS)
                 drawn[k] += _half_step(g, s, h, decay, v0, v1, wanted_in, wanted_out, others[k]) / STEPS
-        pressure, reading = gas.pressure(g, s[0], volume[k]), s[5]
+        pressure, reading = s[0] / raised[k], s[5]
         if lag_s > 0.0:
             behind = (pressure - s[6]) / period_s * lag_s
             s[5] = pressure - behind + (s[5] - s[6] + behind) * fade
@@ -146,26 +149,28 @@ def pressures(params, i, delays, volume, inlet, exhaust, others, measured, shut,
     levels every span of ``shut`` (spans, 2): behind both lags like ``seen``, for after a fill a slow tube still rises far into a span.
     """
     g = params[0].gas[i]
-    s = np.zeros(8)
+    s, raised = np.zeros(8), np.empty(len(volume))
+    for k in range(len(volume)):
+        raised[k] = gas.power(volume[k], gas.exponent(g))
     start = max(measured[0], 1e3) if abs(measured[0] - g.atmosphere_pa) > 5e3 else g.atmosphere_pa
-    s[0], s[1] = start * gas.power(volume[0], gas.exponent(g)), start * volume[0] / (g.gas_constant_j_kg_k * g.temperature_k)
+    s[0], s[1] = start * raised[0], start * volume[0] / (g.gas_constant_j_kg_k * g.temperature_k)
     s[5] = s[6] = s[7] = start
     at = 0
     tight = is_tight(g)
     for n in range(len(shut)):
         k0, k1 = shut[n, 0], shut[n, 1]
-        march(g, delays, volume, inlet, exhaust, others, lags_s, period_s, at, k0, s, truth, seen, drawn)
+        march(g, delays, volume, raised, inlet, exhaust, others, lags_s, period_s, at, k0, s, truth, seen, drawn)
         kept = s.copy()
-        march(g, delays, volume, inlet, exhaust, others, lags_s, period_s, k0, k1, s, truth, seen, drawn)
+        march(g, delays, volume, raised, inlet, exhaust, others, lags_s, period_s, k0, k1, s, truth, seen, drawn)
         factor = _level(seen, measured, k0, k1)
         if not (tight and s[3] == 0.0 and s[4] == 0.0):  # not a mere scale: once more from the raised level
             _raise(kept, factor)
             s[:] = kept
-            march(g, delays, volume, inlet, exhaust, others, lags_s, period_s, k0, k1, s, truth, seen, drawn)
+            march(g, delays, volume, raised, inlet, exhaust, others, lags_s, period_s, k0, k1, s, truth, seen, drawn)
             factor = _level(seen, measured, k0, k1)
         _raise(s, factor)
         for k in range(k0, k1):
             truth[k] *= factor
             seen[k] *= factor
         at = k1
-    march(g, delays, volume, inlet, exhaust, others, lags_s, period_s, at, len(volume), s, truth, seen, drawn)
+    march(g, delays, volume, raised, inlet, exhaust, others, lags_s, period_s, at, len(volume), s, truth, seen, drawn)
