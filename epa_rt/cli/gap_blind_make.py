@@ -25,11 +25,11 @@ def make_all(seed: int, cases: int, kinds: tuple[str, ...], out: Path, sealed: P
     record_all(seed, draw(seed, cases, kinds, laws), out, sealed, config, jobs)
 
 
-def make_matrix(seed: int, out: Path, sealed: Path, config: Path, jobs: int, laws: int = 1) -> None:
+def make_matrix(seed: int, out: Path, sealed: Path, config: Path, jobs: int) -> None:
     """One withheld case for every hidden effect."""
     from sim_backend.stand_in.draw import one_of_each
 
-    record_all(seed, one_of_each(laws), out, sealed, config, jobs)
+    record_all(seed, one_of_each(), out, sealed, config, jobs)
 
 
 def record_all(seed: int, specs: "list[Spec]", out: Path, sealed: Path, config: Path, jobs: int) -> None:

@@ -112,6 +112,6 @@ def _turns(kind: str, count: int, rng: np.random.Generator) -> list[tuple[tuple[
     return out
 
 
-def one_of_each(laws: int = 1) -> list[Spec]:
+def one_of_each() -> list[Spec]:
     """Every hidden effect once, withheld, well above detection: the cases of the leave-one-out matrix."""
-    return [with_laws(Spec(i, "withheld", effect.rigs[0], RICH, 1.0, (effect.name,), 20.0), laws) for i, effect in enumerate(EFFECTS)]
+    return [Spec(i, "withheld", effect.rigs[0], RICH, 1.0, (effect.name,), 20.0) for i, effect in enumerate(EFFECTS)]

@@ -57,8 +57,9 @@ def _keep(p, s):
     q, q_speed, _ = knee.coordinate(p.load, p.hidden, y[PLACE], y[RATE])
     if p.hidden.play_m != 0.0:
         wound, _ = motor.wound(p.transmission, p.hidden, y[ANGLE])
+        middle = half_play(p, y)
         for j in range(3):
-            half = half_play(p, y) * (1.0 + (j - 1) * p.hidden.play_spread_ratio)
+            half = middle * (1.0 + (j - 1) * p.hidden.play_spread_ratio)
             s.play_m[j], _ = followed(wound, s.play_m[j], half, y[SPEED])
     for i in range(2):
         if p.muscle[i].present > 0.5:

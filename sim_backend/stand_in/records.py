@@ -24,7 +24,8 @@ HIDDEN_FIELDS: tuple[tuple[str, float], ...] = (
     ("lugre_speed_m_s", 0.01), ("lugre_rise_ratio", 0.4), ("coulomb_ratio", 0.0), ("coulomb_m_s", 0.002), ("lowspeed_ratio", 0.0),
     ("lowspeed_m_s", 0.006), ("wall_n_m", 0.0), ("wall_rise_per_m", 15.0), ("threshold_pa", 0.0), ("end_m", 0.0),
     ("lock_n", 0.0), ("lock_m", 0.142), ("lock_scale_m", 0.002), ("strap_m", 0.0), ("strap_n", 120.0), ("relax_n_m", 0.0),
-    ("relax_s", 3.0), ("bell_ratio", 0.0), ("bell_m_s", 0.006), ("bell_width", 1.2), ("power_n_m", 0.0), ("power_exponent", 0.2), ("wet_s_m_pa", 0.0), ("soften_per_pa", 0.0), ("frame_m_n", 0.0), ("frame_hz", 18.0),
+    ("relax_s", 3.0), ("bell_ratio", 0.0), ("bell_m_s", 0.006), ("bell_width", 1.2), ("power_n_m", 0.0), ("power_exponent", 0.2),
+    ("wet_s_m_pa", 0.0), ("soften_per_pa", 0.0), ("frame_m_n", 0.0), ("frame_hz", 18.0),
     ("frame_damping_ratio", 0.08),
     # load
     ("knee_dry_nm", 0.0), ("knee_dry_rad_s", 0.02), ("knee_bristle_nm", 0.0), ("knee_bristle_rad", 0.004), ("payload_kg", 0.0),
@@ -50,7 +51,7 @@ LAG, LAG2 = 37, 40                                  # three pressure sensors eac
 FORCE_LAG = 43
 POWER = 44                                          # nine per muscle
 STATES = 62
-POWERS = 9                                          # half a decade apart
+POWERS, APART = 9, 3.1622776601683795               # half a decade apart
 ELEMENTS = 8                                        # slip elements of one muscle
 RING = 64
 

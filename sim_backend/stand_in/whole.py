@@ -5,7 +5,7 @@ import math
 from sim_backend.stand_in import gas, knee, motor, muscle
 from sim_backend.stand_in.compiled import compiled
 from sim_backend.stand_in.records import (
-    ANGLE, BOUC, CURRENT, FLOW, FLOW_RATE, FORCE_LAG, FRAME, FRAME_RATE, HEAT, HOUSING, INTEGRAL, KNEE_BRISTLE, LAG, LAG2, LUGRE,
+    ANGLE, APART, BOUC, CURRENT, FLOW, FLOW_RATE, FORCE_LAG, FRAME, FRAME_RATE, HEAT, HOUSING, INTEGRAL, KNEE_BRISTLE, LAG, LAG2, LUGRE,
     MASS, OPEN, PLACE, POWER, POWERS, PRESSURE, RATE, RELAX, SPEED, STUCK,
 )
 
@@ -76,7 +76,7 @@ def _muscle_rates(p, s, y, dy, i, speed, volume, volume_rate):
         time_s = 0.01
         for k in range(POWERS):
             dy[POWER + POWERS * i + k] = 0.25 * h.power_n_m * time_s ** -h.power_exponent * speed - y[POWER + POWERS * i + k] / time_s
-            time_s *= 3.1622776601683795
+            time_s *= APART
     if h.bouc_ratio != 0.0:
         dy[BOUC + i] = muscle.bouc_rate(h, y[BOUC + i], speed)
     if h.lugre_ratio != 0.0:

@@ -120,14 +120,15 @@ def test_a_second_formula_means_the_same_thing_on_the_same_rigs(first):
 def test_a_second_formula_is_another_one_whatever_the_first_ones_strength(logs, first):
     params, short = silent("bench"), logs["bench"][:20000]
     other = effects.SECOND[first]
-    channels = [name for name in AGREES if np.ptp(run_again(with_hidden(params), short, 1e-3, 4)[name]) > 0.0]
+    without = run_again(with_hidden(params), short, 1e-3, 4)
+    channels = [name for name in AGREES if np.ptp(without[name]) > 0.0]
 
     def made(effect: effects.Hidden, strength: float) -> np.ndarray:
         shapes = {name: 0.5 * (low + high) for name, low, high in effect.shapes}
         out = run_again(with_hidden(params, **shapes, **{effect.field: strength}), short, 1e-3, 4)
         return np.concatenate([out[name] / AGREES[name] for name in channels])
 
-    bare = np.concatenate([run_again(with_hidden(params), short, 1e-3, 4)[name] / AGREES[name] for name in channels])
+    bare = np.concatenate([without[name] / AGREES[name] for name in channels])
     shown = made(other, other.most) - bare
     like = made(effects.BY_NAME[first], effects.BY_NAME[first].most) - bare
     left = np.linalg.norm(shown - like * (like @ shown) / (like @ like))
