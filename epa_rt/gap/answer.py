@@ -28,7 +28,7 @@ from epa_rt.gap.whose import spoken, who_has
 FOLLOWED = 0.5     # of it where the whole plant follows its commands to the noise, though a block is not content; and where all that speaks for a name is faint
 MOVED = 3.0        # spreads beyond which a nominal parameter is reported
 NEAR = 0.5         # of what the named one explains, from which another family's law came near
-UNSUPPORTED = 0.4  # of a name's confidence is left where the whole plant is no better with it: a block alone has been wrong there as often as right
+UNSUPPORTED = 0.4  # of a name's confidence is left where the whole plant is no better with it, or further off than any without a gap: wrong there as often as right
 
 
 def composed(subject: Subject, recordings: Sequence[Recording], found: Attribution, rows: Sequence[Shrinkage] = (), unseen: bool = True) -> Diagnosis:
@@ -41,7 +41,8 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     where = () if lost is not None and lost <= found.heard.sure else tuple(link for link in gaps(found.before, found.after) if link in judged)
     covered = coverage(found.before, found.after)
     whole, counted = (found.heard.part, found.heard.counted) if found.heard else (None, None)
-    trusted = trust(found.before, found.after, whole) * (1.0 if found.heard is None or found.heard.supports else UNSUPPORTED)
+    doubted = found.heard is not None and (not found.heard.supports or found.heard.leaves_more)
+    trusted = trust(found.before, found.after, whole) * (UNSUPPORTED if doubted else 1.0)
     to_noise = bool(found.heard and found.selection.roles and found.heard.to_noise)
     helps = bool(found.heard and selection.roles and found.heard.helps)
     unplaced = not where and counted is not None and counted >= BARS.carried  # no block has a gap, and free run's is explained

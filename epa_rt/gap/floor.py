@@ -18,7 +18,7 @@ TWINS = 6       # per recording
 APART = 0.3     # of a nominal parameter's spread, between twins
 RIDGE = 0.01    # white part of the variance: no band is trusted to be much quieter than the rest
 LEAST = 1e-12   # what no floor falls below, in its link's unit: data without noise
-SURE = 4.0      # deviations by which a bias must stand out from what few twins leave by chance
+SURE = 3.0      # deviations by which what twins have in common must stand out from chance (biases of a drive: 3 to 18; of none: at most 2)
 
 
 @dataclass(frozen=True)
@@ -66,12 +66,13 @@ def floors(subject: Subject, recordings: Sequence[Recording], values: Values, re
     for link in subject.links:
         if not any(np.isfinite(own[r.name][link.name]).any() for r in recordings):
             continue
-        bias, noise = _of_twins({name: [twin[link.name] for twin in made] for name, made in twins.items()})
+        own_twins = {name: [twin[link.name] for twin in made] for name, made in twins.items()}
+        noise = _about_mean(own_twins)
         again = _of_repeats(recordings, own, link.name, repeats or ()) or _of_laps(subject, recordings, values, link.name)
         source = "repeats" if again else ("twin" if noise else "sensors")
         floor = _fitted(link.name, again or noise, source) if again or noise else _white(link.name, [own[r.name][link.name] for r in recordings])
-        floor = _with_bias(floor, bias)
-        found[link.name] = replace(floor, scatter=scatter(floor.whiten, floor.bias, {name: [twin[link.name] for twin in made] for name, made in twins.items()}))
+        floor = _with_bias(floor, own_twins)
+        found[link.name] = replace(floor, scatter=scatter(floor.whiten, floor.bias, own_twins))
     return found
 
 
@@ -101,27 +102,33 @@ def _twins(subject: Subject, recording: Recording, values: Values, seed: int) ->
     return found
 
 
-def _of_twins(residuals: Mapping[str, Sequence[np.ndarray]]) -> tuple[dict[str, np.ndarray], list[np.ndarray]]:
-    """Bias by recording, and the twins' noise about it with its full size."""
-    bias, noise = {}, []
-    for name, twins in residuals.items():
-        if len(twins) < 2:
-            continue
-        bias[name] = np.mean(twins, axis=0)
-        noise += [(twin - bias[name]) * np.sqrt(len(twins) / (len(twins) - 1.0)) for twin in twins]
-    return bias, noise
+def _about_mean(twins: Mapping[str, Sequence[np.ndarray]]) -> list[np.ndarray]:
+    """The noise of every recording's twins about their mean, with its full size."""
+    several = [made for made in twins.values() if len(made) > 1]
+    return [(twin - mean) * np.sqrt(len(made) / (len(made) - 1.0)) for made in several for mean in [np.mean(made, axis=0)] for twin in made]
 
 
-def _with_bias(floor: Floor, bias: dict[str, np.ndarray]) -> Floor:
-    """The floor with the bias of those recordings where it is more than the chance of few twins, and that chance in its size."""
-    sure = {}
-    for name, mean in bias.items():
-        white = floor.whiten(mean)
-        square = white[np.isfinite(white)] ** 2 * TWINS
-        if len(square) and square.mean() > 1.0 + SURE * np.sqrt(2.0 / len(square)):
-            sure[name] = mean
-    blur = float(np.sqrt(1.0 + len(sure) / max(len(bias), 1) / TWINS))
+def _with_bias(floor: Floor, twins: Mapping[str, Sequence[np.ndarray]]) -> Floor:
+    """The floor with what the twins of a recording have in common, where they agree on it, and the chance of few twins in its size."""
+    sure = {name: np.mean(made, axis=0) for name, made in twins.items() if len(made) > 2 and _agree([floor.whiten(twin) for twin in made])}
+    blur = float(np.sqrt(1.0 + len(sure) / max(len(twins), 1) / TWINS))
     return replace(floor, rms=floor.rms * blur, innovation=floor.innovation * blur, bias=sure)
+
+
+def _agree(white: Sequence[np.ndarray]) -> bool:
+    """Whether every two twins have something in common: the mean of their products against how much it hangs on any one of them (jackknife).
+
+    No count of samples says that: where a reading lies on its converter's step may stay for seconds, another one in every twin, and few twins' mean of it is
+    far from 0 though the rig's is another again.
+    """
+    judged = np.isfinite(white).all(axis=0)
+    values = np.array(white)[:, judged]
+    products = values @ values.T / max(int(judged.sum()), 1)
+    np.fill_diagonal(products, 0.0)
+    count, own = len(values), products.sum(axis=1)
+    without = (products.sum() - 2.0 * own) / ((count - 1) * (count - 2))
+    chance = np.sqrt((count - 1) / count * np.sum((without - without.mean()) ** 2))
+    return bool(products.sum() / (count * (count - 1)) > SURE * chance)
 
 
 def _of_repeats(recordings: Sequence[Recording], own: Mapping[str, Mapping[str, np.ndarray]], link: str,

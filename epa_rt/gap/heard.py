@@ -34,7 +34,8 @@ class Heard:
     @property
     def part(self) -> float | None:
         """Of the gap that the named effects explain; None where free run shows none, or neither that they explain it nor that they do not."""
-        return None if self.gap <= self.sure or max(self.left, self.gap - self.left) <= self.sure else 1.0 - max(self.left - self.usual, 0.0) / self.gap
+        silent = self.gap <= self.sure or (self.left <= BARS.little_left and self.gap - self.left <= self.sure)
+        return None if silent else 1.0 - max(self.left - self.usual, 0.0) / self.gap
 
     @property
     def carried(self) -> bool:
@@ -45,6 +46,12 @@ class Heard:
     def supports(self) -> bool:
         """Whether the whole plant is any better with the effects than without."""
         return self.gap - self.left > self.better
+
+    @property
+    def leaves_more(self) -> bool:
+        """Whether the whole plant is further off with the effects than rigs without a gap are: 63 right answers of the tenth set left 21 at most and two more than that,
+        three of five wrong ones 31 and more, whatever part of the gap that is."""
+        return self.left > self.usual
 
     @property
     def helps(self) -> bool:

@@ -62,7 +62,7 @@ def _bench(rig: Rig) -> list[Item]:
 def _speed_ladder(rig: Rig, low: str, high: str) -> Item:
     """The same motion at speeds two octaves apart: friction over the logarithm of speed, where laws differ that agree about any one speed."""
     p = f"{PRESSURES_KPA[-1]} kPa gauge"
-    rungs = [_trial(f"random_speed: {{between: [{low}, {high}], speed: {mm_s:g} mm/s, acceleration: {acceleration:g} m/s^2, dwell: [100 ms, {dwell}]}}\n    for: 12 s",
+    rungs = [_trial(f"random_speed: {{between: [{low}, {high}], speed: {mm_s:g} mm/s, acceleration: {acceleration:g} m/s^2, dwell: [100 ms, {dwell}]}}\n    for: 20 s",
                     f"rung_{n}") for n, (mm_s, acceleration, dwell) in enumerate(LADDER, 1)]
     return _item("speed_ladder", {"pressure": p, "stroke": f"{low} to {high}", "speeds": ", ".join(f"{mm_s:g}" for mm_s, *_ in LADDER) + " mm/s"}, "motor_speed",
                  _filled(rig, p), rungs, "strokes at speeds over two decades: what friction, damping and creep are made of")

@@ -28,7 +28,9 @@ class Alike:
     the difference over blocks; a rival that differs by less must still explain ``most`` of what the best one does.
     ``same``: chi-square between what two fits say, below which they say the same. ``tied_share``: of what the best one explains, for a law that is
     behind block by block, because no law is the rig's own, and tied with it in free run: it may as well be the one. (Logs of one small sine:
-    dry and low-speed friction explain 0.974 to 0.997 of each other.)
+    dry and low-speed friction explain 0.974 to 0.997 of each other.) ``sure``: of the difference over blocks, from which on free run's silence counts no more: it
+    weighs four readings a second, and what is behind by a hundredth is lost there (dry and low-speed friction on a ladder of speeds: 3.6 and 4.3 over the blocks, 3.2
+    and 1.6 in free run, the truth first).
     """
 
     chance: float = 10.0
@@ -39,6 +41,7 @@ class Alike:
     most: float = 0.9
     same: float = 25.0
     tied_share: float = 0.97
+    sure: float = 3.0
 
 
 def alike(role: Role, left: float, same_law: Collection[str] = (), tied: Collection[str] = (), rule: Alike = Alike()) -> tuple[Fit, ...]:
@@ -49,8 +52,9 @@ def alike(role: Role, left: float, same_law: Collection[str] = (), tied: Collect
     within = max(rule.chance, rule.exact * float(best.sum()), min(rule.rest * left, rule.part * float(best.sum())))
 
     def as_well(fit: Fit, gain: np.ndarray) -> bool:
-        return bool((best - gain).sum() < within or (z_of_sum(best - gain) < rule.z and gain.sum() > rule.most * best.sum())
-                    or (fit.effect in tied and gain.sum() > rule.tied_share * best.sum()))
+        z = z_of_sum(best - gain)
+        return bool((best - gain).sum() < within or (z < rule.z and gain.sum() > rule.most * best.sum())
+                    or (fit.effect in tied and z < rule.sure and gain.sum() > rule.tied_share * best.sum()))
 
     return tuple(fit for fit, gain in zip(role.fits, role.gains, strict=True) if fit.effect not in same_law and as_well(fit, gain))
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from epa_rt.gap.floor import Floor, autocovariance, floors, levinson
+from epa_rt.gap.floor import TWINS, Floor, autocovariance, floors, levinson
 from tests.gap import toy
 from tests.gap.house.runs import plant_with, recorded, subject
 
@@ -70,3 +70,32 @@ def test_without_repeats_and_twins_white_noise_is_white():
     floor = floors(Alone(), [log], {})["drive"]
     white = floor.whiten(Alone().residual(log, {}, "drive"))
     assert floor.source == "sensors" and np.nanmean(white**2) == pytest.approx(1.0, abs=0.15)
+
+
+class Rounded(toy.Toy):
+    """Every twin's first link has an error of its own that stays for seconds, like a reading somewhere on its converter's step, and ``common`` that all have."""
+
+    links = toy.LINKS[:1]
+
+    def __init__(self, common: float, seed: int) -> None:
+        super().__init__()
+        self._common, self._random = common, np.random.default_rng(seed)
+
+    def free_run(self, recording, values, seed):
+        return recording
+
+    def residual(self, prepared, values, link):
+        count = 3000
+        held = np.repeat(self._random.uniform(-1.0, 1.0, count // 500), 500)
+        return self._random.standard_normal(count) + held + self._common * np.sin(np.arange(count) / 3.0)
+
+
+def test_what_twins_have_in_common_is_a_bias_and_what_each_has_for_seconds_is_none():
+    """Six twins' mean of errors that stay is far from 0 and says nothing of the rig's: counted by samples it did, in seven of eight logs of knees with little noise."""
+    log = toy.recording("log", 3, {})
+    without = sum(bool(floors(Rounded(0.0, seed), [log], {})["drive"].bias) for seed in range(20))
+    found = [floors(Rounded(0.8, seed), [log], {})["drive"].bias for seed in range(20)]
+    assert TWINS == 6 and without <= 2
+    assert sum(bool(bias) for bias in found) >= 18
+    wave = np.sin(np.arange(3000) / 3.0)
+    assert all(0.5 < bias["log"] @ wave / (wave @ wave) < 1.1 for bias in found if bias)
