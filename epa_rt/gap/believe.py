@@ -27,6 +27,7 @@ class Rules:
     formula of the same physics leaves a tenth of the chi-square it explains, an effect of its own leaves more or shows elsewhere.
     What mends a formula looks like it: where no signature's cosine with the others' is above ``resembles``, ``mends_unlike`` will do.
     What gains ``nearly_all`` where the others explain less than ``untouched`` of that is judged like a first one.
+    ``jolt``: median gains of a block that one block may count for.
     And it mends only some of it: an effect that closes ``closes`` of all that lies above the noise in its links needs ``trifling``.
     """
 
@@ -45,13 +46,14 @@ class Rules:
     untouched: float = 0.1
     nearly_all: float = 0.9
     plain: float = 1e4
+    jolt: float = 5.0
     closes: float = 0.5
     trifling: float = 0.02
 
 
 def believed(problem: Problem, role: Role, first: Role, left_at: LeftAt, rules: Rules) -> bool:
     """Whether the best candidate of a role is more than chance, misfit or mending. ``first``: the role with no effect on, at any scale."""
-    gain, z = float(role.gains[0].sum()), z_of_sum(role.gains[0])
+    gain, z = float(role.gains[0].sum()), agreed(role.gains[0], rules)
     share = gain / max(left_at(role.point).amount(problem.scale), 1e-9)
     plain = gain > rules.plain and share > rules.much
     if gain <= rules.gain or (negligible(problem, role.best.effect, role.best.values, rules) and not plain):
@@ -61,6 +63,13 @@ def believed(problem: Problem, role: Role, first: Role, left_at: LeftAt, rules: 
     if elsewhere(problem, role, first, rules):
         return z > rules.z and share > rules.share
     return z > rules.z_more and share > rules.share_more and not mends(problem, role, first, rules)
+
+
+def agreed(gains: np.ndarray, rules: Rules) -> float:
+    """z of a gain over blocks, no block counting for more than so many times the median one where they gain enough so: a log that begins with a jolt has one block
+    with nine tenths of a delay's gain, and every other block has the same to say."""
+    level = np.clip(gains, None, rules.jolt * max(float(np.median(gains)), 0.0))
+    return max(z_of_sum(gains), z_of_sum(level) if float(level.sum()) > rules.gain else 0.0)
 
 
 def negligible(problem: Problem, effect: str, values: Values, rules: Rules = Rules()) -> bool:

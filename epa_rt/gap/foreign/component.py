@@ -41,7 +41,7 @@ class Setting(NamedTuple):
 class Parameter(NamedTuple):
     """One number of a plant. ``key``: block, dot, name with unit.
 
-    ``neutral`` is None for a nominal parameter, which the plant file must say; ``spread`` is then relative, or in SI
+    A nominal parameter is of no effect; where its ``neutral`` is None the plant file must say it, else it may; its ``spread`` is relative, or in SI
     where ``absolute``. Of an
     effect's number ``low``, ``high`` and ``spread`` count in units of ``scale``, a product or quotient of settings
     such as 'typical_force/typical_speed' ('' for the SI unit itself).

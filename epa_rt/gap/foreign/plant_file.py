@@ -55,7 +55,7 @@ def read_plant(source: Located, rig: ForeignRig) -> ForeignPlant:
         raise source.error(("plant",), repr(data.get("plant")), "the plant's name")
     if data.get("kind") != component.kind:
         raise source.error(("kind",), repr(data.get("kind")), f"{component.kind}, as the rig '{rig.name}' is")
-    numbers = {p.key: p.neutral for p in parameters if p.effect is not None}
+    numbers = {p.key: p.neutral for p in parameters if p.neutral is not None}
     for block in blocks:
         rows = [p for p in nominal if p.block == block]
         numbers |= _section(source, (block,), data.get(block, {}), rows)
@@ -105,6 +105,8 @@ def plant_text(plant: ForeignPlant, rig: ForeignRig, effects: tuple[str, ...]) -
         row = sized(raw, rig.settings)
         value = float(plant.numbers[row.key])
         said = f"{value!r} {row.unit}"
+        if row.effect is None and value == row.neutral:
+            continue
         if row.effect is None:
             text.setdefault(row.block, {})[row.name] = said
         elif row.effect in switched or value != row.neutral:

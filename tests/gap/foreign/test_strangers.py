@@ -1,0 +1,71 @@
+"""A carriage of somebody else's simulator: its controller holds the force from row to row, and one of its logs begins in the middle of a motion."""
+
+import numpy as np
+import pytest
+
+from epa_rt.gap.believe import Rules, agreed
+from epa_rt.gap.diagnose import diagnose
+from epa_rt.gap.foreign import open_foreign
+from epa_rt.gap.recording import Recording, Span
+
+PERIOD_S, SUBSTEPS = 1e-3, 10
+RIG = """rig: stranger
+kind: carriage
+plant: plant.yaml
+rate: 100 Hz
+lowpass: 40 Hz
+channels: {position: place_m, force: cmd_force_n}
+settings: {typical_force: 40 N, typical_speed: 0.15 m/s, stroke: 0.25 m, middle: 0.15 m, pitch: 20 mm}
+"""
+PLANT = "plant: stranger\nkind: carriage\ncarriage: {inertia: 41 kg}\nfriction: {viscous: 165 N*s/m}\n"
+
+
+def run(name: str, reference_m: np.ndarray, late_rows: int, seed: int) -> Recording:
+    """42 kg, 160 N s/m, a controller of its own at 1 kHz; the force in a row is the one that acts from that row to the next, or ``late_rows`` later."""
+    random, count = np.random.default_rng(seed), len(reference_m)
+    wanted_m_s = np.gradient(reference_m, PERIOD_S)
+    place, force, sent = np.empty(count), np.empty(count), [0.0] * (late_rows + 1)
+    q, v, step = float(reference_m[0]), 0.0, PERIOD_S / SUBSTEPS
+    for k in range(count):
+        sent.append(60_000.0 * (reference_m[k] - q) + 2500.0 * (wanted_m_s[k] - v))
+        place[k], force[k] = round((q + random.normal(0.0, 2e-6)) * 1e6) * 1e-6, sent[-1] + random.normal(0.0, 0.15)
+        for _ in range(SUBSTEPS):
+            v += step * (sent[-1 - late_rows] - 160.0 * v) / 42.0
+            q += step * v
+    return Recording(name, "", "stranger", "", "", PERIOD_S, np.arange(count), {"place_m": place, "cmd_force_n": force}, (Span("trial", 0, count, True),))
+
+
+@pytest.fixture
+def stranger(tmp_path):
+    (tmp_path / "rig.yaml").write_text(RIG, encoding="utf-8")
+    (tmp_path / "plant.yaml").write_text(PLANT, encoding="utf-8")
+    return open_foreign(tmp_path / "rig.yaml")
+
+
+def answer(subject, late_rows: int):
+    t = np.arange(0.0, 14.0, PERIOD_S)
+    waves = 0.15 + 0.10 * np.sin(2 * np.pi * 0.3 * t) + 0.03 * np.sin(2 * np.pi * 0.9 * t + 1.0)
+    smooth = np.ones(1000) / 1000.0
+    ramps = 0.05 + 0.2 * np.convolve(np.convolve(0.5 * (1.0 + np.sign(np.sin(2 * np.pi * 0.2 * t))), smooth, "same"), smooth, "same")
+    return diagnose(subject, [run("waves", waves, late_rows, 1), run("ramps", ramps, late_rows, 2)], how_far=False)
+
+
+def test_a_force_that_is_held_from_row_to_row_is_no_late_drive(stranger):
+    found = answer(stranger, 0)
+    assert found.verdict == "no_gap", found.says
+    assert 0.3 < found.refitted["clock.row_ratio"] < 0.7
+
+
+def test_a_drive_that_is_late_by_four_rows_is_named(stranger):
+    found = answer(stranger, 4)
+    assert [one.name for one in found.effects] == ["drive_delay"], found.says
+    delay = found.effects[0].parameters[0].value + found.fitted["clock.row_ratio"] * PERIOD_S
+    assert delay == pytest.approx(4.5e-3, abs=3e-4)
+
+
+def test_one_block_counts_for_no_more_than_five_median_ones_where_they_gain_enough():
+    rules = Rules()
+    steady = np.full(31, 25.0) + np.arange(31) % 3
+    assert agreed(np.append(steady, 6700.0), rules) > 5.0
+    assert agreed(np.append(np.full(31, 0.5), 6700.0), rules) < rules.z_much
+    assert agreed(steady, rules) > 20.0
