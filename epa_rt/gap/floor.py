@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from epa_rt.gap.colour import autocovariance, levinson, white_size
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.significance import scatter
 from epa_rt.gap.subject import Subject, Values
@@ -16,7 +17,6 @@ from epa_rt.gap.subject import Subject, Values
 ORDER = 16      # of the whitening filter
 TWINS = 6       # per recording
 APART = 0.3     # of a nominal parameter's spread, between twins
-RIDGE = 0.01    # white part of the variance: no band is trusted to be much quieter than the rest
 LEAST = 1e-12   # what no floor falls below, in its link's unit: data without noise
 SURE = 3.0      # deviations by which what twins have in common must stand out from chance (biases of a drive: 3 to 18; of none: at most 2)
 
@@ -70,7 +70,7 @@ def floors(subject: Subject, recordings: Sequence[Recording], values: Values, re
         noise = _about_mean(own_twins)
         again = _of_repeats(recordings, own, link.name, repeats or ()) or _of_laps(subject, recordings, values, link.name)
         source = "repeats" if again else ("twin" if noise else "sensors")
-        floor = _fitted(link.name, again or noise, source) if again or noise else _white(link.name, [own[r.name][link.name] for r in recordings])
+        floor = _fitted(link.name, again or noise, source) if again or noise else _white(link.name, [own[r.name][link.name] for r in recordings], subject.rate_hz, getattr(subject, "lowpass_hz", subject.rate_hz))
         floor = _with_bias(floor, own_twins)
         found[link.name] = replace(floor, scatter=scatter(floor.whiten, floor.bias, own_twins))
     return found
@@ -157,11 +157,9 @@ def _trials(recording: Recording, every: int = 10) -> list[slice]:
     return [slice(span.start // every, span.stop // every) for span in recording.spans if span.trial] or [slice(None)]
 
 
-def _white(link: str, residuals: Sequence[np.ndarray]) -> Floor:
-    """White noise of the size of the residuals' third differences: what no smooth gap has. Their own colour is the difference's and none of the noise."""
-    square = [np.diff(residual, 3) ** 2 / 20.0 for residual in residuals]
-    size = float(np.sqrt(np.nanmean(np.concatenate(square)))) if any(np.isfinite(one).any() for one in square) else 0.0
-    return Floor(link, max(size, LEAST), np.zeros(ORDER), max(size, LEAST), {}, "sensors")
+def _white(link: str, residuals: Sequence[np.ndarray], rate_hz: float, lowpass_hz: float) -> Floor:
+    size = max(white_size(residuals, rate_hz, lowpass_hz), LEAST)
+    return Floor(link, size, np.zeros(ORDER), size, {}, "sensors")
 
 
 def _fitted(link: str, noise: Sequence[np.ndarray], source: str) -> Floor:
@@ -170,25 +168,3 @@ def _fitted(link: str, noise: Sequence[np.ndarray], source: str) -> Floor:
         return Floor(link, LEAST, np.zeros(ORDER), LEAST, {}, source)
     ar, innovation = levinson(covariance)
     return Floor(link, float(np.sqrt(covariance[0])), ar, innovation, {}, source)
-
-
-def autocovariance(noise: Sequence[np.ndarray], order: int) -> np.ndarray:
-    """(order + 1,) of stretches with NaN gaps, without taking off a mean; gaps count as zeros, so that it stays positive."""
-    total, count = np.zeros(order + 1), 0
-    for x in noise:
-        good = np.isfinite(x)
-        filled = np.where(good, x, 0.0)
-        count += int(good.sum())
-        total += [filled[lag:] @ filled[:len(filled) - lag] for lag in range(order + 1)]
-    return total / max(count, 1)
-
-
-def levinson(covariance: np.ndarray) -> tuple[np.ndarray, float]:
-    """Predictor (order,) and the deviation of what it cannot predict, from autocovariances (order + 1,)."""
-    from scipy.linalg import solve_toeplitz, toeplitz
-
-    steady = covariance.copy()
-    steady[0] *= 1.0 + RIDGE
-    ar = solve_toeplitz(steady[:-1], steady[1:])
-    left = covariance[0] - 2.0 * ar @ covariance[1:] + ar @ toeplitz(covariance[:-1]) @ ar
-    return ar, float(np.sqrt(max(left, 1e-9 * covariance[0])))

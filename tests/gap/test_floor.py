@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from epa_rt.gap.floor import TWINS, Floor, autocovariance, floors, levinson
+from epa_rt.gap.colour import autocovariance, levinson
+from epa_rt.gap.floor import TWINS, Floor, floors
 from tests.gap import toy
 from tests.gap.house.runs import plant_with, recorded, subject
 
@@ -99,3 +100,23 @@ def test_what_twins_have_in_common_is_a_bias_and_what_each_has_for_seconds_is_no
     assert sum(bool(bias) for bias in found) >= 18
     wave = np.sin(np.arange(3000) / 3.0)
     assert all(0.5 < bias["log"] @ wave / (wave @ wave) < 1.1 for bias in found if bias)
+
+
+@pytest.mark.parametrize("lowpass_hz", [5.0, 15.0, 22.0, 40.0])
+def test_the_floor_of_last_resort_knows_what_a_low_pass_has_taken(lowpass_hz):
+    """Differences look at the highest frequencies, where nothing is left: a gap-free carriage behind 15 Hz of 25 stood at 2.5 times its floor. A jolt is no noise either."""
+    from epa_rt.gap.foreign.signals import lowpass
+
+    class Filtered(toy.Toy):
+        links = toy.LINKS[:1]
+        rate_hz = 50.0
+
+        def residual(self, prepared, values, link):
+            noise = lowpass(np.random.default_rng(8).standard_normal(20_000), 50.0, lowpass_hz)
+            return noise + np.where(np.arange(20_000) // 40 == 100, 30.0 * np.sin(2.5 * np.arange(20_000)), 0.0)
+
+    subject = Filtered()
+    subject.lowpass_hz = lowpass_hz
+    log = toy.recording("log", 3, {})
+    calm = np.r_[subject.residual(log, {}, "drive")[:3500], subject.residual(log, {}, "drive")[4500:]]
+    assert floors(subject, [log], {})["drive"].rms == pytest.approx(np.sqrt(np.mean(calm**2)), rel=0.1)

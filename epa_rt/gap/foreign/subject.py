@@ -33,7 +33,7 @@ class ForeignSubject:
 
     def __init__(self, rig: ForeignRig, plant: ForeignPlant, leave_out: frozenset[str] = frozenset(), baseline: Baseline | None = None) -> None:
         component = rig.component
-        self.name, self.rate_hz = rig.name, rig.rate_hz
+        self.name, self.rate_hz, self.lowpass_hz = rig.name, rig.rate_hz, rig.lowpass_hz
         unsaid = {channel.role: f"cmd_{channel.role}" for channel in component.channels if not channel.required}
         rig = replace(rig, channels={**unsaid, **rig.channels})
         self.rig, self.plant, self.leave_out, self.baseline = rig, plant, leave_out, baseline
