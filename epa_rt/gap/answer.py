@@ -22,7 +22,7 @@ from epa_rt.gap.remainder import remainders
 from epa_rt.gap.role import z_of_sum
 from epa_rt.gap.separate import intervals, shares
 from epa_rt.gap.subject import Subject
-from epa_rt.gap.verdict import Evidence, decided, informed, said, untested
+from epa_rt.gap.verdict import Evidence, decided, informed, said, said_of_moved, untested
 from epa_rt.gap.whose import spoken, who_has
 
 FOLLOWED = 0.5     # of it where the whole plant follows its commands to the noise, though a block is not content; and where all that speaks for a name is faint
@@ -62,7 +62,7 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     if verdict in ("not_in_catalogue", "no_gap"):
         named = ()
     held_out = rows if unseen else ()
-    apart = not_carried_over(held_out) if verdict == "no_gap" else None
+    apart = not_carried_over(held_out, _times_floor(found)) if verdict == "no_gap" else None
     if apart is not None:
         verdict, says = "not_in_catalogue", said_of_held_out(apart)
     kept = not_closed(held_out) if verdict == "explained" else None
@@ -72,6 +72,8 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     values = selection.final.values if named else selection.base.values
     normal = (selection.final if named else selection.base).normal
     off = found.off if named else None
+    moved = _moved(problem, normal, off)
+    says = f"{says} {said_of_moved(moved)}" if verdict == "no_gap" and moved else says
     named = tuple(replace(one, parameters=_numbers(problem, selection.final, one.name, off)) for one in named)
     places = localise(subject, problem.prepared, seen_at, problem.floors)
     if not named:
@@ -84,8 +86,14 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
         verdict=verdict, says=says, found_first=tuple(f"{r.name}: {what}" for r in recordings for what in r.found),
         location=places, effects=named,
         free_run=found.heard and FreeRun(found.heard.gap, found.heard.left, whole, nearest, tuple(sorted(found.heard.apart))),
-        nominal_moved=_moved(problem, normal, off), not_tested=silent, shrinkage=tuple(rows), refitted=found.refitted if named else dict(selection.base.values), fitted=dict(values),
+        nominal_moved=moved, not_tested=silent, shrinkage=tuple(rows), refitted=found.refitted if named else dict(selection.base.values), fitted=dict(values),
         remainder=remainders(subject, problem.prepared, selection.base.values, values, problem.floors, problem.designs))
+
+
+def _times_floor(found: Attribution) -> dict[str, float]:
+    """Channel to what the refitted nominal parameters leave of it in the fitted logs, in multiples of the floor."""
+    links = found.before.links
+    return {link.channel: float(np.sqrt(links[link.name].before)) for link in found.problem.subject.links if link.name in links}
 
 
 def _odd(found: Attribution) -> tuple[str, ...]:

@@ -1,6 +1,7 @@
 """Logs that no fit has seen have the last word: the refitted plant, or the named effects, must serve them too."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from epa_rt.gap.diagnosis import Shrinkage
 from epa_rt.gap.shrink import ALL, OVERALL
@@ -10,10 +11,16 @@ CARRIES = 2.0   # times the floor: 60 rigs without a gap, or that these logs cou
 CLOSES = 0.8    # share closed of a channel on held-out logs from which named effects have explained it: what is left is less than half of what was there
 
 
-def not_carried_over(rows: Sequence[Shrinkage]) -> Shrinkage | None:
-    """The channel, block by block, that the refitted plant misses most on held-out logs; None where it misses none by much."""
-    worst = max(_block_by_block(rows), key=lambda row: row.before / row.floor, default=None)
-    return worst if worst is not None and worst.before > CARRIES * worst.floor else None
+def not_carried_over(rows: Sequence[Shrinkage], fitted: Mapping[str, float] = MappingProxyType({})) -> Shrinkage | None:
+    """The channel, block by block, that the refitted plant misses most on held-out logs; None where it misses none by much.
+
+    ``fitted``: channel to what it leaves of the logs that it was fitted to, times the floor; noise that no floor knows is in those as well.
+    """
+    def times(row: Shrinkage) -> float:
+        return row.before / row.floor / max(fitted.get(row.channel, 1.0), 1.0)
+
+    worst = max(_block_by_block(rows), key=times, default=None)
+    return worst if worst is not None and times(worst) > CARRIES else None
 
 
 def not_closed(rows: Sequence[Shrinkage]) -> Shrinkage | None:

@@ -7,7 +7,7 @@ import numpy as np
 
 from epa_rt.gap.bars import BARS, Bars
 from epa_rt.gap.coverage import Coverage
-from epa_rt.gap.diagnosis import Verdict
+from epa_rt.gap.diagnosis import Number, Verdict
 
 
 @dataclass(frozen=True)
@@ -118,3 +118,9 @@ def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]]
 
 def _percent(part: float) -> str:
     return f"{100.0 * float(np.clip(part, 0.0, 1.0)):.0f} %"
+
+
+def said_of_moved(moved: Sequence[Number]) -> str:
+    """What hides in the plant file's own numbers where nothing else shows."""
+    numbers = ", ".join(f"{one.name} to {one.value:.3g} {one.unit} (plant file: {one.neutral:.3g})" for one in moved)
+    return f"For that these went further from the plant file than it should be wrong: {numbers}."

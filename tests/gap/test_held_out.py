@@ -13,6 +13,13 @@ def test_nothing_stands_apart_near_the_floor_or_without_logs_set_aside():
     assert not_carried_over([row(before=1.9), row("force_n", 1.2)]) is None
 
 
+def test_noise_that_the_fitted_logs_have_as_well_is_no_gap():
+    """A pressure that wanders, on a rig whose file says nothing of that: 2.5 times the floor everywhere."""
+    assert not_carried_over([row(before=2.5)], {"motor_torque_nm": 2.4}) is None
+    assert not_carried_over([row(before=2.5)], {"motor_torque_nm": 0.8}) is not None
+    assert not_carried_over([row(before=2.5), row("force_n", 5.0)], {"motor_torque_nm": 2.4, "force_n": 1.1}).channel == "force_n"
+
+
 def test_the_worst_channel_is_said_with_its_figure():
     found = not_carried_over([row("force_n", 2.5), row(before=8.9), row("speed", 1.0)])
     assert found.channel == "motor_torque_nm"

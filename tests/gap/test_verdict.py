@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.coverage import Coverage, broken, coverage, gaps, passed_over, trust
-from epa_rt.gap.diagnosis import Place
+from epa_rt.gap.diagnosis import Number, Place
 from epa_rt.gap.fed import source_first
 from epa_rt.gap.generic import GenericFit
 from epa_rt.gap.plausible import strained
-from epa_rt.gap.verdict import Evidence, decided, informed, said, untested
+from epa_rt.gap.verdict import Evidence, decided, informed, said, said_of_moved, untested
 from epa_rt.gap.yardstick import Left
 
 
@@ -211,3 +211,8 @@ def test_a_gap_elsewhere_that_the_effects_do_not_touch_is_passed_over():
     assert decided(Evidence(True, ["transport_delay"], found)) == "explained"
     assert decided(Evidence(True, ["transport_delay"], found, elsewhere=True)) == "partly_explained"
     assert passed_over(before, left(drive=(1.2, 1.2), motor=(1.5, 1.5), gas=(1.0, 1.0))) == ()
+
+
+def test_a_plant_file_that_was_far_off_is_said_where_nothing_else_is():
+    moved = Number("chamber.stand_leak_per_s", 1.2e-4, "1/s", 1.1e-4, 1.3e-4, 2.2e-5)
+    assert "chamber.stand_leak_per_s to 0.00012 1/s (plant file: 2.2e-05)" in said_of_moved([moved])

@@ -123,7 +123,7 @@ def _p(key: str, unit: str, of: str | None, low: float, high: float, spread: flo
 
 
 _ROWS = (
-    _p("chamber.stand_leak_per_s", "1/s", None, 0.0, 1.0, 0.5, neutral=None),
+    _p("chamber.stand_leak_per_s", "1/s", None, 0.0, 1.0, 0.2, neutral=None),
     _p("leak.linear_per_s", "1/s", "leak_linear", 0.0, 10.0, 3e-3),
     _p("leak.laminar_per_s", "1/s", "leak_laminar", 0.0, 10.0, 1e-3),
     _p("leak.orifice_per_s", "1/s", "leak_orifice", 0.0, 10.0, 3e-3),
