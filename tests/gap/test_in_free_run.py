@@ -230,6 +230,17 @@ def test_effects_carry_the_plant_only_with_parameters_that_a_plant_file_may_have
     assert Heard(5423.0, left, strain, frozenset(), {}).borne is borne
 
 
+@pytest.mark.parametrize(("gap", "left", "borne"), [(84_053.0, 367.0, True), (30_927.0, 522.0, False), (62_199.0, 1432.0, False)])
+def test_of_a_large_gap_a_right_law_in_other_words_leaves_something(gap, left, borne):
+    """A knee's friction; a leaking exhaust that passes for heat of filling; a lossy gear with a force cell's scale beside it."""
+    assert Heard(gap, left, 8.0, frozenset(), {}).borne is borne
+
+
+@pytest.mark.parametrize(("left", "more"), [(21.0, False), (31.0, True)])
+def test_what_rigs_without_a_gap_leave_is_nothing_to_doubt_a_name_for(left, more):
+    assert Heard(1800.0, left, 5.0, frozenset(), {}).leaves_more is more
+
+
 class Curved(Chained):
     """Its force grows with the square of an offset as well: from afar a step falls as promised, and is far from there."""
 
