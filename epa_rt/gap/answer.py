@@ -28,7 +28,7 @@ from epa_rt.gap.whose import spoken, who_has
 FOLLOWED = 0.5     # of it where the whole plant follows its commands to the noise, though a block is not content; and where all that speaks for a name is faint
 MOVED = 3.0        # spreads beyond which a nominal parameter is reported
 NEAR = 0.5         # of what the named one explains, from which another family's law came near
-UNSUPPORTED = 0.4  # of a name's confidence is left where the whole plant is no better with it, or further off than any without a gap: wrong there as often as right
+UNSUPPORTED = 0.4  # of a name's confidence is left where the whole plant is no better with it, or further off than any without a gap: wrong there nearly as often as right
 
 
 def composed(subject: Subject, recordings: Sequence[Recording], found: Attribution, rows: Sequence[Shrinkage] = (), unseen: bool = True) -> Diagnosis:

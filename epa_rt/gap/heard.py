@@ -50,8 +50,8 @@ class Heard:
 
     @property
     def leaves_more(self) -> bool:
-        """Whether the whole plant is further off with the effects than rigs without a gap are: 63 right answers of the tenth set left 21 at most and two more than that,
-        three of five wrong ones 31 and more, whatever part of the gap that is."""
+        """Whether the whole plant is further off with the effects than rigs without a gap are: of 66 right answers of the tenth set 63 left 21 at most,
+        three 31 to 95, and of three wrong names two 31 and 52, whatever part of the gap that is."""
         return self.left > self.usual
 
     @property
