@@ -27,8 +27,8 @@ class Rules:
     formula of the same physics leaves a tenth of the chi-square it explains, an effect of its own leaves more or shows elsewhere.
     What mends a formula looks like it: where no signature's cosine with the others' is above ``resembles``, ``mends_unlike`` will do.
     What gains ``nearly_all`` where the others explain less than ``untouched`` of that is judged like a first one.
-    ``jolt``: median gains of a block that one block may count for.
-    And it mends only some of it: an effect that closes ``closes`` of all that lies above the noise in its links needs ``trifling``.
+    And it mends only some of it: an effect that closes ``closes`` of all that lies above the noise in its links needs ``trifling``. ``jolt``: median gains
+    of a block that one block may count for.
     """
 
     gain: float = 240.0
@@ -46,9 +46,9 @@ class Rules:
     untouched: float = 0.1
     nearly_all: float = 0.9
     plain: float = 1e4
-    jolt: float = 5.0
     closes: float = 0.5
     trifling: float = 0.02
+    jolt: float = 5.0
 
 
 def believed(problem: Problem, role: Role, first: Role, left_at: LeftAt, rules: Rules) -> bool:

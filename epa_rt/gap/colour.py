@@ -6,8 +6,8 @@ import numpy as np
 
 RIDGE = 0.01         # white part of the variance: no band is trusted to be much quieter than the rest
 WINDOW = 64          # samples in which noise is looked at by itself
-LOWPASS_ORDER = 4
-_THIRD = np.array([1.0, -3.0, 3.0, -1.0])
+LOWPASS_ORDER = 4    # of the Butterworth filter, run forwards and backwards, that residuals may have passed
+THIRD = np.array([1.0, -3.0, 3.0, -1.0])  # difference: a parabola does not pass at all
 
 
 def white_size(residuals: Sequence[np.ndarray], rate_hz: float, lowpass_hz: float) -> float:
@@ -17,9 +17,9 @@ def white_size(residuals: Sequence[np.ndarray], rate_hz: float, lowpass_hz: floa
     as many samples as two periods of it ask for, and count for what they see of such noise. The median over windows: a jolt, which is rough, is no noise.
     """
     apart = max(int(rate_hz / (2.0 * lowpass_hz)), 1)
-    square = [np.convolve(residual, _spread_out(_THIRD, apart), "valid") ** 2 for residual in residuals if len(residual) > 3 * apart]
+    square = [np.convolve(residual, _spread_out(THIRD, apart), "valid") ** 2 for residual in residuals if len(residual) > 3 * apart]
     means = [np.mean(part) for one in square for good in [one[np.isfinite(one)]] for part in np.array_split(good, max(len(good) // WINDOW, 1)) if len(part)]
-    seen = _THIRD @ _echo(np.subtract.outer(np.arange(4), np.arange(4)) * apart, rate_hz, lowpass_hz) @ _THIRD
+    seen = THIRD @ _echo(np.subtract.outer(np.arange(4), np.arange(4)) * apart, rate_hz, lowpass_hz) @ THIRD
     return float(np.sqrt(np.median(means) / seen)) if means else 0.0
 
 

@@ -105,10 +105,9 @@ def plant_text(plant: ForeignPlant, rig: ForeignRig, effects: tuple[str, ...]) -
         row = sized(raw, rig.settings)
         value = float(plant.numbers[row.key])
         said = f"{value!r} {row.unit}"
-        if row.effect is None and value == row.neutral:
-            continue
         if row.effect is None:
-            text.setdefault(row.block, {})[row.name] = said
+            if value != row.neutral:
+                text.setdefault(row.block, {})[row.name] = said
         elif row.effect in switched or value != row.neutral:
             switched.setdefault(row.effect, {})[row.name] = said
     if switched:

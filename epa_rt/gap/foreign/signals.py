@@ -4,9 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from epa_rt.gap.colour import LOWPASS_ORDER
 from epa_rt.gap.recording import Recording, Span
-
-ORDER = 4           # of the Butterworth low-pass, run forwards and backwards
 
 
 @dataclass
@@ -76,7 +75,7 @@ def lowpass(values: np.ndarray, rate_hz: float, lowpass_hz: float) -> np.ndarray
         return np.array(values, dtype=float)
     from scipy import signal
 
-    sections = signal.butter(ORDER, lowpass_hz / (0.5 * rate_hz), output="sos")
+    sections = signal.butter(LOWPASS_ORDER, lowpass_hz / (0.5 * rate_hz), output="sos")
     return signal.sosfiltfilt(sections, values)
 
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from epa_rt.gap.colour import THIRD
 from epa_rt.gap.house.channels import Channel
 
 if TYPE_CHECKING:
@@ -14,7 +15,7 @@ WINDOW = 32          # samples
 CALM = 0.1          # quantile of the windows that is taken for noise alone: elsewhere the signal itself may be rough
 SURE = 0.03          # of a step: less noise than this cannot be told from none
 LOUD = 0.8           # of a step: noise that spreads the rounding error by itself
-_THIRD = np.array([1.0, -3.0, 3.0, -1.0]) / np.sqrt(20.0)  # white noise passes with its own size, a parabola not at all
+_THIRD = THIRD / np.sqrt(20.0)  # white noise passes with its own size
 
 
 def noise_of(prepared: "Prepared", channels: dict[str, Channel], made: "Prepared | None" = None) -> dict[str, float]:
