@@ -30,14 +30,17 @@ class Simulator:
         return recording
 
     def new(self, item: "Item", plant_text: str, rig_of: "Recording", seed: int = 1) -> "Recording | None":
-        """A new experiment on the rig of a log; None where it was not completed."""
-        from epa_rt.config.source import parse_yaml
+        """A new experiment on the rig of a log; None where it was not completed, or asks for more than the rig may do."""
+        from epa_rt.config.source import ConfigError, parse_yaml
         from epa_rt.experiments.experiment import experiment_from
 
         inputs = inputs_of_log(Path(rig_of.path), rig_of.attachments)
         source = parse_yaml(item.text, f"{item.name}.yaml")
-        inputs = dataclasses.replace(inputs, experiment=experiment_from(source, inputs.rig),
-                                     attachments=inputs.attachments | {"experiment.yaml": item.text.encode()})
+        try:
+            experiment = experiment_from(source, inputs.rig)
+        except ConfigError:
+            return None
+        inputs = dataclasses.replace(inputs, experiment=experiment, attachments=inputs.attachments | {"experiment.yaml": item.text.encode()})
         recording, outcome = self._run(_with_plant(inputs, parse_yaml(plant_text, "plant.yaml")), seed)
         return recording if outcome == "completed" else None
 

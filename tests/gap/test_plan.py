@@ -43,22 +43,62 @@ def test_an_experiment_that_is_beaten_already_is_not_run_for_every_rival():
 
 @pytest.mark.parametrize("distance, words", [(81.0, "would lie 9 standard deviations of the noise apart, which decides (5 do)"),
                                              (16.0, "would lie 4 standard deviations of the noise apart, which helps, but does not decide (5 do)"),
+                                             (4.0, "would lie 2 standard deviations of the noise apart, which does not tell them apart"),
                                              (-3.0, "would lie 0 standard deviations")])
 def test_the_distance_is_said_in_standard_deviations(distance, words):
     assert words in chosen({"short": (distance, distance), "long": (-9.0, -9.0)}).says
+
+
+def drawn_out(distance: float, trial_s: float):
+    """What is chosen of one experiment with rounds, whose distance grows with them; and how many were asked for."""
+    asked = []
+
+    def item(times: int = 1) -> Item:
+        asked.append(times)
+        return Item("sines", {"rounds": str(times)}, f"experiment: sines{times}", "sines", item)
+
+    only = item()
+    found = next_experiment(RIVALS, (only,), lambda item, plant: toy.recording(item.settings["rounds"], 1, seconds=trial_s),
+                            lambda recording, truth, other: distance * int(recording.name))
+    return found, asked[1:]
+
+
+def test_an_experiment_that_does_not_decide_is_drawn_out_until_it_should():
+    found, asked = drawn_out(13.0, 20.0)
+    assert asked == [4]
+    assert (found.expected_distance, found.settings["rounds"], found.file) == (52.0, "4", "experiment: sines4")
+
+
+def test_nobody_waits_longer_than_four_minutes_of_trials():
+    found, asked = drawn_out(2.0, 40.0)
+    assert asked == [6]
+    assert found.expected_distance == 12.0
+
+
+@pytest.mark.parametrize(("distance", "trial_s"), [(30.0, 20.0), (0.5, 20.0), (0.0, 20.0), (9.0, 150.0)])
+def test_what_decides_and_what_the_longest_would_not_tell_stay_as_they_are(distance, trial_s):
+    found, asked = drawn_out(distance, trial_s)
+    assert asked == []
+    assert found.expected_distance == distance
 
 
 def test_nothing_that_can_be_run_is_no_experiment():
     assert next_experiment(RIVALS, ITEMS[2:], lambda item, plant: None, lambda *_: 1.0) is None
 
 
-@pytest.mark.parametrize("name", ["bench", "knee"])
-def test_every_experiment_of_the_menu_is_one_that_the_rig_takes(name, tmp_path):
+@pytest.mark.parametrize("name", ["bench", "bench_analog", "knee", "knee_geared"])
+@pytest.mark.parametrize("rounds", [1, 3])
+def test_every_experiment_of_the_menu_is_one_that_the_rig_takes(name, rounds, tmp_path):
     rig = load_rig(RIGS / f"{name}.yaml")
     items = menu(rig)
     assert len({(item.name, *item.settings.values()) for item in items}) == len(items) >= 8
     for item in items:
+        item = item if rounds == 1 else item.rounds(rounds)
         path = tmp_path / "next.yaml"
         path.write_text(item.text, encoding="utf-8")
         experiment = load_experiment(path, rig)
-        assert experiment.trials, item.name
+        assert len(experiment.trials) % rounds == 0 < len(experiment.trials), item.name
+
+
+def test_a_mass_on_a_line_has_no_chirps_of_a_knee():
+    assert not any("knee" in item.name for item in menu(load_rig(RIGS / "mass.yaml")))
