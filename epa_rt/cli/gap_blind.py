@@ -40,6 +40,7 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     oracle.add_argument("--json", type=Path, required=True, help="figures and every law's chi-square")
     oracle.add_argument("--answers", type=Path, metavar="DIR", help="a diagnosis' answers (beside the JSON of score): what it named wrongly is a rival too")
     oracle.add_argument("--missed", action="store_true", help="only cases that those answers get wrong")
+    oracle.add_argument("--next", action="store_true", help="what the proposed next experiments tell, recorded by score --next, whose --answers are asked for")
     matrix = parts.add_parser("matrix", help="each effect hidden and left out of the catalogue: what is said instead")
     matrix.add_argument("--seed", type=int, required=True)
     matrix.add_argument("-o", "--out", type=Path, required=True)
@@ -73,7 +74,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.part in ("make", "matrix") and not (arguments.config / "rigs").is_dir():
         raise VerbError(f"{arguments.config}: found no folder rigs in it, expected the folder with rigs and plants (--config)")
     if arguments.part == "oracle":
-        _check_answers(arguments.answers, arguments.missed)
+        _check_answers(arguments.answers, "--missed" if arguments.missed else "--next" if arguments.next else None)
     if arguments.part in ("score", "rivals", "oracle"):
         _check_sealed(arguments.cases, sealed_of(arguments.cases, arguments.sealed))
     try:
@@ -90,9 +91,9 @@ def _check_sealed(cases: Path, sealed: Path) -> None:
         raise VerbError(f"{sealed / 'truth.sealed'}: found no such file, expected the sealed truth of {cases} (--sealed)")
 
 
-def _check_answers(answers: Path | None, missed: bool) -> None:
-    if missed and answers is None:
-        raise VerbError("--missed: found no --answers, expected the folder of answers that says what was missed")
+def _check_answers(answers: Path | None, asks: str | None) -> None:
+    if asks and answers is None:
+        raise VerbError(f"{asks}: found no --answers, expected the folder of answers that says what was {'missed' if asks == '--missed' else 'proposed'}")
     if answers is not None and not answers.is_dir():
         raise VerbError(f"{answers}: found no such folder, expected the answers that score or matrix keeps (--answers)")
 
@@ -139,7 +140,11 @@ def _score(arguments: argparse.Namespace) -> int:
 
 def _oracle(arguments: argparse.Namespace) -> int:
     from epa_rt.cli.gap_blind_oracle import oracle_all
+    from epa_rt.cli.gap_blind_oracle_next import oracle_next
 
+    if arguments.next:
+        print(oracle_next(arguments.cases, sealed_of(arguments.cases, arguments.sealed), arguments.json, arguments.jobs, arguments.answers))
+        return COMPLETED
     print(oracle_all(arguments.cases, sealed_of(arguments.cases, arguments.sealed), arguments.json, arguments.jobs, arguments.answers, arguments.missed))
     return COMPLETED
 

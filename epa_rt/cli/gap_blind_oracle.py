@@ -62,10 +62,10 @@ def _one(folder: Path, truth: dict, out: Path, told: dict) -> None:
 def judge(folder: Path, truth: dict, told: dict | None = None) -> dict:
     """An answer in the diagnosis' own words, with every law's chi-square. ``told``: what a diagnosis said of the case."""
     begun_s = time.process_time()
-    fitting = _fitting(folder, truth)
+    fitting = fitting_of(folder, truth)
     from sim_backend.stand_in.fitted import Law
 
-    own, rivals = _laws(truth)
+    own, rivals = true_laws(truth)
     nothing = fitting.fit(Law((), (), truth["same_law"]))
     z = fitting.last
     fits = [min(fitting.fit(own, z), fitting.fit(own, fitting.spreads_of(truth["nominal"])), key=lambda fit: fit.chi)]
@@ -77,7 +77,7 @@ def judge(folder: Path, truth: dict, told: dict | None = None) -> dict:
             "chi": [["nothing", nothing.chi], *([" + ".join(f.law.effects), f.chi] for f in fits)], "fitted": fits[0].values}
 
 
-def _fitting(folder: Path, truth: dict) -> "Fitting":
+def fitting_of(folder: Path, truth: dict) -> "Fitting":
     """The case's logs, ready to be fitted from the believed plant."""
     import numpy as np
 
@@ -90,8 +90,9 @@ def _fitting(folder: Path, truth: dict) -> "Fitting":
     from sim_backend.stand_in.fitted import Fitting
     from sim_backend.stand_in.replayed import commands_of_log
 
-    rig, told = load_rig(folder / "rig.yaml"), json.loads((folder / "case.json").read_text(encoding="utf-8"))
-    believed = stand_in.TruePlant(stand_in.noisier(load_plant(folder / "plant.yaml").params, truth["noise"]), same_law=truth["same_law"])
+    told = json.loads((folder / "case.json").read_text(encoding="utf-8"))
+    rig, plant = load_rig(folder / told["rig"]), load_plant(folder / told["plant"])
+    believed = stand_in.TruePlant(stand_in.noisier(plant.params, truth["noise"]), same_law=truth["same_law"])
     commands = [commands_of_log(rig, folder / log) for log in told["logs"]]
     channels, parts = channels_of(rig), []
     for log in told["logs"]:
@@ -99,11 +100,11 @@ def _fitting(folder: Path, truth: dict) -> "Fitting":
         ports = [channels[name] for name in stand_in.channels_of(believed.nominal)]
         parts.append(averaged(np.column_stack([columns[c.column] * c.scale + c.offset + (0.5 * c.step if c.floors else 0.0) for c in ports])))
     noise = noise_of(stand_in.readings(believed, commands, noisy=True), stand_in.readings(believed, commands))
-    judged = stand_in.judged_rows(stand_in.true_plant(load_plant(folder / "plant.yaml").params, truth)._replace(effects=()), commands)
+    judged = stand_in.judged_rows(stand_in.true_plant(plant.params, truth)._replace(effects=()), commands)
     return Fitting(believed, commands, np.concatenate(parts), noise, judged, exact=True)
 
 
-def _laws(truth: dict) -> "tuple[Law, list[Law]]":
+def true_laws(truth: dict) -> "tuple[Law, list[Law]]":
     """The true law from its true numbers, and what it may be taken for: one of its NEAREST rivals (from weak ones, so that either sign is near),
     one of two alone, or one of two with the other's rival.
     """

@@ -15,34 +15,12 @@ gate: an error counts as missed, a run with no gap to predict is not counted. ne
 set. first_weak: as first, from half the limit to twice.
 """
 
-import math
-import statistics
-from collections.abc import Callable, Iterable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterable, Sequence
+
+from epa_rt.gap.blind.counted import Case, Figure, middle, share
 
 SURE = 0.8        # from this confidence on a name counts as given with confidence
 TWICE = 2.0       # multiples of the detection limit
-Case = tuple[dict[str, Any], dict[str, Any]]
-
-
-class Figure(NamedTuple):
-    """``value`` with its count of ``right`` out of ``of`` and Wilson's 95 % interval; None where no case is of this kind."""
-
-    key: str
-    says: str
-    bar: str
-    value: float | None
-    right: int | None
-    of: int
-    low: float | None = None
-    high: float | None = None
-
-
-def wilson(right: int, of: int, z: float = 1.96) -> tuple[float, float]:
-    """Wilson's interval of a share. Source: Wilson 1927."""
-    p, centre = right / of, right / of + z * z / (2 * of)
-    half = z * math.sqrt(p * (1 - p) / of + z * z / (4 * of * of))
-    return max((centre - half) / (1 + z * z / of), 0.0), min((centre + half) / (1 + z * z / of), 1.0)
 
 
 def named(said: dict) -> list[dict]:
@@ -131,14 +109,6 @@ def family_of(name: str) -> str | None:
     return BY_NAME[name].family if name in BY_NAME else None
 
 
-def _share(key: str, says: str, bar: str, cases: Iterable[Case], count: Callable[[dict, dict], bool]) -> Figure:
-    outcomes = [count(truth, said) for truth, said in cases]
-    if not outcomes:
-        return Figure(key, says, bar, None, None, 0)
-    hits = sum(outcomes)
-    return Figure(key, says, bar, hits / len(outcomes), hits, len(outcomes), *wilson(hits, len(outcomes)))
-
-
 def _intervals(cases: Iterable[Case]) -> Iterable[Case]:
     """Every parameter of a right-named effect whose law is the catalogue's own, as a pair (truth, Number)."""
     for truth, said in cases:
@@ -158,8 +128,14 @@ def closed(said: dict) -> float | None:
     return 0.0 if "error" in said else rows[0] if rows else None
 
 
-def _middle(key: str, says: str, bar: str, values: Sequence[float]) -> Figure:
-    return Figure(key, says, bar, statistics.median(values) if values else None, None, len(values))
+def after_next(cases: Sequence[Case]) -> list[Figure]:
+    """Of next experiments whose truth can be named: how many the oracle says tell it from what it was taken for, and how many of these the diagnosis separates."""
+    apart = [(t, s) for t, s in cases if s["oracle_tells"]]
+    return [
+        share("next_named", "separated after the proposed next experiment, where the truth can be named", "", cases, _separated),
+        share("next_oracle", "next experiments that tell, as the oracle has it", "", cases, lambda t, s: s["oracle_tells"]),
+        share("next_apart", "separated after the proposed next experiment, where the oracle tells it", ">= 80 %", apart, _separated),
+    ]
 
 
 def figures(cases: Sequence[Case]) -> list[Figure]:
@@ -172,24 +148,24 @@ def figures(cases: Sequence[Case]) -> list[Figure]:
     weak = [(t, s) for t, s in cases if t["kind"] in ("single", "same_law") and t["effects"][0]["families"] and not strong(t) and not_lost(t)]
     gates = [s["gate"] for _, s in cases if s.get("gate") and ("error" in s["gate"] or s["gate"].get("points") is not None)]
     return [
-        _share("first", "right first effect (family)", ">= 95 %", single, _first_right),
-        _share("in_set", "truth within the reported set", ">= 99 %", [*single, *((t, s) for t, s in of.get("not_separable", ()) if strong(t))], _in_set),
-        _share("pair", "both of a pair", ">= 85 %", of.get("pair", ()), _both),
-        _share("none", "false name where there is none", "<= 2 %", of.get("none", ()), lambda t, s: bool(named(s))),
-        _share("withheld", "not_in_catalogue with the right block where withheld", ">= 90 %", withheld, _withheld),
-        _share("withheld_apart", "the same where the oracle tells it from all that can be named", "", [(t, s) for t, s in withheld if t["separable"]], _withheld),
-        _share("wrong_sure", "wrong name with confidence where withheld", "<= 5 %", withheld, _wrong_and_sure),
-        _share("wrong_sure_apart", "the same where the oracle tells it from all that can be named", "", [(t, s) for t, s in withheld if t["separable"]], _wrong_and_sure),
-        _share("block", "right block", ">= 97 %", placed, _block),
-        _share("intervals", "95 % intervals that hold the truth, same law", "90-99 %", _intervals(cases),
+        share("first", "right first effect (family)", ">= 95 %", single, _first_right),
+        share("in_set", "truth within the reported set", ">= 99 %", [*single, *((t, s) for t, s in of.get("not_separable", ()) if strong(t))], _in_set),
+        share("pair", "both of a pair", ">= 85 %", of.get("pair", ()), _both),
+        share("none", "false name where there is none", "<= 2 %", of.get("none", ()), lambda t, s: bool(named(s))),
+        share("withheld", "not_in_catalogue with the right block where withheld", ">= 90 %", withheld, _withheld),
+        share("withheld_apart", "the same where the oracle tells it from all that can be named", "", [(t, s) for t, s in withheld if t["separable"]], _withheld),
+        share("wrong_sure", "wrong name with confidence where withheld", "<= 5 %", withheld, _wrong_and_sure),
+        share("wrong_sure_apart", "the same where the oracle tells it from all that can be named", "", [(t, s) for t, s in withheld if t["separable"]], _wrong_and_sure),
+        share("block", "right block", ">= 97 %", placed, _block),
+        share("intervals", "95 % intervals that hold the truth, same law", "90-99 %", _intervals(cases),
                lambda t, n: n["low"] <= t["value"] <= n["high"]),
-        _middle("closed", "median share of the gap closed, held out", ">= 95 %", [c for _, s in hidden if (c := closed(s)) is not None]),
-        _share("gate", "predicted within 5 points of achieved in the gate", ">= 90 %", [({}, g) for g in gates],
+        middle("closed", "median share of the gap closed, held out", ">= 95 %", [c for _, s in hidden if (c := closed(s)) is not None]),
+        share("gate", "predicted within 5 points of achieved in the gate", ">= 90 %", [({}, g) for g in gates],
                lambda _, g: bool(g.get("passed"))),
-        _share("next", "separated after the proposed next experiment", ">= 80 %", [(t, s) for t, s in cases if "after_next" in s], _separated),
-        _share("first_weak", "right first effect, half to twice its limit", "", weak, _first_right),
-        _share("not_excited", "said to be not excited or not tested", "", of.get("not_excited", ()), _not_tested),
-        _share("not_separable", "said to be not separable", "", of.get("not_separable", ()), lambda t, s: s.get("verdict") == "not_separable"),
-        _share("errors", "diagnoses that ended in an error", "0 %", cases, lambda t, s: "error" in s),
-        _middle("seconds", "seconds per diagnosis, median", "<= 120 s", [s["wall_seconds"] for _, s in cases if "wall_seconds" in s]),
+        share("next", "separated after the proposed next experiment", ">= 80 %", [(t, s) for t, s in cases if "after_next" in s], _separated),
+        share("first_weak", "right first effect, half to twice its limit", "", weak, _first_right),
+        share("not_excited", "said to be not excited or not tested", "", of.get("not_excited", ()), _not_tested),
+        share("not_separable", "said to be not separable", "", of.get("not_separable", ()), lambda t, s: s.get("verdict") == "not_separable"),
+        share("errors", "diagnoses that ended in an error", "0 %", cases, lambda t, s: "error" in s),
+        middle("seconds", "seconds per diagnosis, median", "<= 120 s", [s["wall_seconds"] for _, s in cases if "wall_seconds" in s]),
     ]

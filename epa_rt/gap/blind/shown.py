@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from epa_rt.gap.blind.figures import Figure
+from epa_rt.gap.blind.counted import Figure
 
 
 def table(found: Sequence[Figure]) -> str:

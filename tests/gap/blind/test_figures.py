@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from epa_rt.gap.blind.figures import figures, wilson, wrong
+from epa_rt.gap.blind.counted import wilson
+from epa_rt.gap.blind.figures import figures, wrong
 from epa_rt.gap.blind.oracle import LIMIT, Bench, clear_of_stops, distance, explained, left, noise_of, strength_for
 from epa_rt.gap.blind.shown import closing_line, table
 

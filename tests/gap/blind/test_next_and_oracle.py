@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from epa_rt.cli.gap_blind_next import add_next
-from epa_rt.cli.gap_blind_oracle import _fitting, judge, oracle_all
+from epa_rt.cli.gap_blind_oracle import fitting_of, judge, oracle_all
+from epa_rt.cli.gap_blind_oracle_next import oracle_next
 from epa_rt.gap.blind.score import score
 from epa_rt.gap.blind.seal import seal
 from epa_rt.models.plant_file import load_plant
@@ -99,7 +100,31 @@ def test_the_oracles_answers_are_counted_as_a_diagnosis_is(short_case, tmp_path)
 def test_the_hidden_rig_run_again_over_a_logs_commands_reads_what_the_log_says(short_case):
     """Commands, their age and every channel's scale: what is left is the sensors' noise alone."""
     folder, truth = short_case
-    fitting = _fitting(folder, truth)
+    fitting = fitting_of(folder, truth)
     plant = true_plant(load_plant(folder / "plant.yaml").params, truth)
     off = (fitting.measured - readings(plant, fitting.commands)) / fitting.noise
     assert np.sqrt(np.mean(off**2, axis=0)) == pytest.approx(np.full(off.shape[1], 0.1), abs=0.2)  # noise counts five times: INDEPENDENT_HZ
+
+
+def test_the_oracle_says_whether_the_proposed_experiment_tells(short_case, tmp_path, monkeypatch):
+    """Told the law, over the logs and the new one, with the name that stood beside the truth as a rival."""
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(HERE), str(HERE.parents[2])]))
+    cases, sealed = sealed_case(short_case, tmp_path)
+    scored(cases, sealed, "doubting")
+    text = oracle_next(cases, sealed, tmp_path / "oracle.json", 1, tmp_path / "score.answers")
+    found = json.loads((tmp_path / "oracle.json").read_text())
+    told = found["cases"][0]["oracle"]
+    chi = dict(told["chi"])
+    assert set(chi) > {"nothing", "force_zero"} and told["rivals"]
+    assert told["tells"] == (min(c for name, c in chi.items() if name != "force_zero") - chi["force_zero"] >= 25.0)
+    assert [(f["key"], f["of"]) for f in found["figures"]] == [("next_named", 1), ("next_oracle", 1), ("next_apart", int(told["tells"]))]
+    assert "next_apart" in text.splitlines()[-1] or not told["tells"]
+
+
+def test_a_proposed_experiment_of_what_nothing_can_name_is_not_judged(short_case, tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(HERE), str(HERE.parents[2])]))
+    folder, truth = short_case
+    cases, sealed = sealed_case((folder, {**truth, "kind": "withheld"}), tmp_path)
+    scored(cases, sealed, "doubting")
+    text = oracle_next(cases, sealed, tmp_path / "oracle.json", 1, tmp_path / "score.answers")
+    assert json.loads((tmp_path / "oracle.json").read_text())["cases"] == [] and text
