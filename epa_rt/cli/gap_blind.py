@@ -4,6 +4,7 @@
   epa gap blind score out/blind --json blind.json             diagnoses every case, then opens the truth
   epa gap blind score out/blind --json blind.json --next      where effects cannot be told apart, runs the proposed experiment too
   epa gap blind oracle out/blind --json oracle.json           what the data allow: told the laws, it only fits them (run it last)
+                                                              (--answers blind.answers --missed: of what was missed; --next: of the proposed experiments)
   epa gap blind matrix --seed 7 -o out/matrix                 each effect hidden and left out: what is said instead
   epa gap blind rivals out/blind --json rivals.json --beside blind.json   the same cases by CMA-ES, least squares, sparse regression, RMSE
 """
@@ -39,8 +40,9 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     oracle.add_argument("cases", type=Path, metavar="DIR")
     oracle.add_argument("--json", type=Path, required=True, help="figures and every law's chi-square")
     oracle.add_argument("--answers", type=Path, metavar="DIR", help="a diagnosis' answers (beside the JSON of score): what it named wrongly is a rival too")
-    oracle.add_argument("--missed", action="store_true", help="only cases that those answers get wrong")
-    oracle.add_argument("--next", action="store_true", help="what the proposed next experiments tell, recorded by score --next, whose --answers are asked for")
+    some = oracle.add_mutually_exclusive_group()
+    some.add_argument("--missed", action="store_true", help="only cases that those answers get wrong")
+    some.add_argument("--next", action="store_true", help="what the proposed next experiments tell, recorded by score --next, whose --answers are asked for")
     matrix = parts.add_parser("matrix", help="each effect hidden and left out of the catalogue: what is said instead")
     matrix.add_argument("--seed", type=int, required=True)
     matrix.add_argument("-o", "--out", type=Path, required=True)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 SHOWN = ("first", "in_set", "pair", "withheld", "wrong_sure", "block", "not_separable")
 NEAREST = 5  # rivals that are fitted
+WEAK = {True: 0.1, False: 0.3}  # of a typical strength, where rivals begin: weaker where either sign may be right
 
 
 def oracle_all(cases: Path, sealed: Path, out: Path, jobs: int, said: Path | None = None, missed: bool = False) -> str:
@@ -115,7 +116,7 @@ def true_laws(truth: dict) -> "tuple[Law, list[Law]]":
     if truth["same_law"]:
         return catalogue_law(effects[0]["name"], effects[0]["fields"]), []
     own = [law_of(e["name"], e["fields"]) for e in effects]
-    rivals = [[law_of(name, share=0.1 if BY_NAME[name].either_sign else 0.3) for name in _nearest(e["rivals"])] for e in effects]
+    rivals = [[law_of(name, share=WEAK[BY_NAME[name].either_sign]) for name in _nearest(e["rivals"])] for e in effects]
     if len(own) == 1:
         return own[0], rivals[0]
     others = [own[0], own[1], *(together(own[0], r) for r in rivals[1]), *(together(r, own[1]) for r in rivals[0])]

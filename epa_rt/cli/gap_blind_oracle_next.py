@@ -4,46 +4,70 @@ Its rivals are the names that the diagnosis could not tell from the truth, befor
 """
 
 import json
+import os
 import sys
 import time
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from epa_rt.cli.exits import BAD_INPUT, VerbError
+from epa_rt.cli.gap_blind_next import UNANSWERED
+
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from sim_backend.stand_in.fitted import Law
-
-SHARES = {True: 0.1, False: 0.3}  # of a typical strength, where rivals begin: weak where either sign may be right
 
 
 def oracle_next(cases: Path, sealed: Path, out: Path, jobs: int, said: Path) -> str:
-    """Judges every case of which a next experiment was recorded and whose truth can be named (resumable), writes the JSON, returns table and closing line.
+    """Judges every case that was 'not separable' and whose truth can be named (resumable), writes the JSON, returns table and closing line.
 
-    ``said``: folder of the diagnosis' answers, those with the next experiment among them. Opens the truth. Raises SealError.
+    ``said``: folder of the diagnosis' answers, those with the next experiment among them. Opens the truth. Raises SealError, VerbError.
     """
     from epa_rt.gap.blind.figures import after_next
     from epa_rt.gap.blind.seal import opened
     from epa_rt.gap.blind.shown import closing_line, table
 
-    asked = []
-    for truth in opened(sealed, cases)["cases"]:
-        before, after = (said / f"{truth['case']}{end}.json" for end in ("", "_next"))
-        if truth["effects"] and truth["kind"] != "withheld" and before.exists() and after.exists() and (cases / truth["case"] / "next" / "next.mcap").exists():
-            asked.append((truth, *(json.loads(path.read_text(encoding="utf-8")) for path in (before, after))))
     answers = out.with_suffix(".answers")
+    if not any(said.glob("*_next.json")) or answers.resolve() == said.resolve():
+        raise VerbError(f"{said}: found no answers of next experiments, or this oracle's own, expected those that score --next has kept (--answers)", BAD_INPUT)
+    asked = _asked(opened(sealed, cases)["cases"], said)
     answers.mkdir(parents=True, exist_ok=True)
+    ran = [(truth, _rivals(truth, before, after)) for truth, before, after in asked if "error" not in after]
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        waiting = [pool.submit(_one, cases / truth["case"] / "next", truth, _rivals(truth, before, after), answers / f"{truth['case']}.json") for truth, before, after in asked]
+        waiting = [pool.submit(_one, cases / truth["case"] / "next", truth, rivals, _kept(answers, truth)) for truth, rivals in ran]
         for n, done in enumerate(as_completed(waiting), 1):
             done.result()
-            print(f"\r{n} of {len(asked)} next experiments judged", end="" if n < len(asked) else "\n", file=sys.stderr, flush=True)
-    judged = [(truth, {**before, "after_next": after}, json.loads((answers / f"{truth['case']}.json").read_text(encoding="utf-8"))) for truth, before, after in asked]
-    found = after_next([(truth, {**before, "oracle_tells": told["tells"]}) for truth, before, told in judged])
-    out.write_text(json.dumps({"figures": [f._asdict() for f in found], "cases": [{"truth": t, "said": s, "oracle": o} for t, s, o in judged]}, indent=1), encoding="utf-8")
+            print(f"\r{n} of {len(ran)} next experiments judged", end="" if n < len(ran) else "\n", file=sys.stderr, flush=True)
+    told = {truth["case"]: _read(_kept(answers, truth)) for truth, _ in ran}
+    judged = [(truth, {**before, "after_next": after, "oracle_tells": told.get(truth["case"], {"tells": False})["tells"]}) for truth, before, after in asked]
+    found = after_next(judged)
+    rows = [{"truth": t, "said": s, "oracle": told.get(t["case"])} for t, s in judged]
+    out.write_text(json.dumps({"figures": [f._asdict() for f in found], "cases": rows}, indent=1), encoding="utf-8")
     return f"{table(found)}\n{closing_line(found)}"
+
+
+def _asked(truths: Sequence[dict], said: Path) -> list[tuple[dict, dict, dict]]:
+    """Truth, answer, and answer after the next experiment; an error in its place where none was proposed or none completed."""
+    found = []
+    for truth in truths:
+        before, after = (said / f"{truth['case']}{end}.json" for end in ("", "_next"))
+        first = _read(before) if before.exists() else {}
+        if first.get("verdict") == UNANSWERED and truth["effects"] and truth["kind"] != "withheld":
+            found.append((truth, first, _read(after) if after.exists() else {"error": "no next experiment was proposed, or none completed"}))
+    return found
+
+
+def _read(path: Path) -> dict:
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise VerbError(f"{path}: found no whole JSON ({error}), expected an answer; delete it to have it made again", BAD_INPUT) from None
+
+
+def _kept(answers: Path, truth: dict) -> Path:
+    return answers / f"{truth['case']}_next.json"
 
 
 def _rivals(truth: dict, *said: dict) -> list[str]:
@@ -55,12 +79,16 @@ def _rivals(truth: dict, *said: dict) -> list[str]:
 
 
 def _one(folder: Path, truth: dict, rivals: list[str], out: Path) -> None:
-    if not out.exists():
-        out.write_text(json.dumps(judge_next(folder, truth, rivals)), encoding="utf-8")
+    if out.exists() and _read(out)["rivals"] == rivals:
+        return
+    part = out.with_suffix(".part")
+    part.write_text(json.dumps(judge_next(folder, truth, rivals)), encoding="utf-8")
+    os.replace(part, out)
 
 
-def judge_next(folder: Path, truth: dict, rivals: "Sequence[str]") -> dict:
-    """Chi-square of the true law, of nothing and of every rival over the logs of ``folder``; whether they tell the truth from all of these."""
+def judge_next(folder: Path, truth: dict, rivals: Sequence[str]) -> dict:
+    """Chi-square of the true law, of nothing and of every rival over the logs of ``folder``; ``tells``: whether all of these are further off, None
+    where a rival has no law that could be fitted. ``cpu_seconds``."""
     from epa_rt.cli.gap_blind_oracle import fitting_of, true_laws
     from epa_rt.gap.blind.oracle import LIMIT
     from sim_backend.stand_in.fitted import Law
@@ -71,23 +99,32 @@ def judge_next(folder: Path, truth: dict, rivals: "Sequence[str]") -> dict:
     nothing = fitting.fit(Law((), (), truth["same_law"]))
     z = fitting.last
     best = min((fitting.fit(own, z), fitting.fit(own, fitting.spreads_of(truth["nominal"]))), key=lambda fit: fit.chi)
-    fits = [fitting.fit(law, z) for name in rivals for law in _instead_of(truth, name)]
-    nearest = min([nothing.chi, *(fit.chi for fit in fits)])
-    return {"tells": bool(nearest - best.chi >= LIMIT**2), "rivals": list(rivals), "chi": [["nothing", nothing.chi], *([" + ".join(f.law.effects), f.chi] for f in (best, *fits))],
-            "fitted": best.values, "wall_seconds": time.process_time() - begun_s}
+    laws, unasked = laws_instead(truth, rivals)
+    fits = [fitting.fit(law, z) for law in laws]
+    apart = min([nothing.chi, *(fit.chi for fit in fits)]) - best.chi >= LIMIT**2
+    chi = [["nothing", nothing.chi], *([" + ".join(f.law.effects), f.chi] for f in (best, *fits))]
+    return {"tells": None if apart and unasked else bool(apart), "rivals": list(rivals), "unasked": unasked, "chi": chi, "fitted": best.values,
+            "cpu_seconds": time.process_time() - begun_s}
 
 
-def _instead_of(truth: dict, name: str) -> "list[Law]":
-    """The laws that a name may be, each in the place of one of the truth's; by the truth's kind of formula: the stand-in's or the catalogue's."""
+def laws_instead(truth: dict, rivals: Sequence[str]) -> "tuple[list[Law], list[str]]":
+    """The laws that names of the catalogue may be on this rig, each in the place of one of the truth's, and each of a pair alone; and the names that have none.
+
+    By the stand-in's formulas; by the catalogue's where the truth is, or where the stand-in has none for a lone truth.
+    """
+    from epa_rt.cli.gap_blind_oracle import WEAK
     from epa_rt.models.catalogue import BY_NAME as CATALOGUE
     from sim_backend.stand_in.effects import BY_NAME
     from sim_backend.stand_in.fitted import catalogue_law, law_of, together
 
-    if truth["same_law"]:
-        return [catalogue_law(name, dict(zip(CATALOGUE[name].knobs, CATALOGUE[name].starts[0], strict=True)))]
-    rig_laws = [h for h in BY_NAME.values() if name in h.answers]
-    laws = [law_of(h.name, share=SHARES[h.either_sign]) for h in rig_laws]
-    if len(truth["effects"]) == 1:
-        return laws
-    own = [law_of(e["name"], e["fields"]) for e in truth["effects"]]
-    return [together(kept, law) for kept in own for law in laws if not set(kept.effects) & set(law.effects)]
+    lone, unasked, laws = len(truth["effects"]) == 1, [], {}
+    own = [] if lone else [law_of(e["name"], e["fields"]) for e in truth["effects"]]
+    for name in rivals:
+        hidden = [] if truth["same_law"] else [h for h in BY_NAME.values() if name in h.answers and truth["rig"] in h.rigs]
+        made = [law_of(h.name, share=WEAK[h.either_sign]) for h in hidden]
+        if not made and lone:
+            made = [catalogue_law(name, dict(zip(CATALOGUE[name].knobs, CATALOGUE[name].starts[0], strict=True)))]
+        made = made if lone else [together(kept, law) for kept in own for law in made if not set(kept.effects) & set(law.effects)]
+        unasked += [] if made else [name]
+        laws |= {law.effects: law for law in made}
+    return [*own, *laws.values()], unasked

@@ -34,6 +34,7 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     from epa_rt.gap.patch import PatchError, load_diagnosis
+    from epa_rt.gap.rivals import sets_apart
 
     check_writable(arguments.out, (".yaml", ".yml"))
     check_spares(arguments.out, (arguments.rig, arguments.plant))
@@ -44,8 +45,13 @@ def run(arguments: argparse.Namespace) -> int:
     given = opened(arguments)
     if given.rig is None and not given.subject.menu():
         raise VerbError(f"{arguments.rig}: found a rig without a menu of experiments, expected one of this house, or a kind that can be run forward")
+    known = {effect.name for effect in given.subject.catalogue}
+    if unknown := [name for one in diagnosis.effects for name in (one.name, *one.not_separable_from) if name not in known]:
+        raise VerbError(f"{arguments.diagnosis}: found the effect {unknown[0]}, expected one of the catalogue of {arguments.rig} (epa gap catalogue)")
     with progress_shown(arguments.quiet) as progress:
         plan = planned(given, diagnosis, progress, within_family=True)
+    if plan is None and len(sets_apart(diagnosis, given.subject, within_family=True)) > 1:
+        raise VerbError(f"{arguments.rig}: found no experiment of the menu that the simulated rig completes with each of the rival answers, expected one at least")
     if plan is None:
         print("nothing to tell apart: the diagnosis names no effect that these logs could not separate from another")
         return COMPLETED

@@ -104,6 +104,25 @@ def test_plan_has_nothing_to_tell_apart_without_rivals(diagnosed, folder, log, c
     assert "nothing to tell apart" in capsys.readouterr().out
 
 
+def test_plan_refuses_a_name_that_the_rig_has_not(diagnosed, folder, log, capsys):
+    answer = json.loads((folder / "gap.json").read_text(encoding="utf-8"))
+    answer["effects"][0]["not_separable_from"] = ["witchcraft"]
+    other = folder / "other.json"
+    other.write_text(json.dumps(answer), encoding="utf-8")
+    assert main(["gap", "plan", str(other), "--rig", str(RIG), str(log), "--quiet"]) == 2
+    assert "other.json: found the effect witchcraft, expected one of the catalogue" in capsys.readouterr().err
+
+
+def test_plan_says_where_no_experiment_of_the_menu_can_be_run(diagnosed, folder, log, capsys, monkeypatch):
+    answer = json.loads((folder / "gap.json").read_text(encoding="utf-8"))
+    answer["effects"][0]["not_separable_from"] = ["leak"]
+    other = folder / "both.json"
+    other.write_text(json.dumps(answer), encoding="utf-8")
+    monkeypatch.setattr("epa_rt.gap.menu.bench_menu", lambda rig: [])
+    assert main(["gap", "plan", str(other), "--rig", str(RIG), str(log), "--quiet"]) == 2
+    assert "found no experiment of the menu" in capsys.readouterr().err
+
+
 def test_the_catalogue_lists_every_effect_with_its_knobs(capsys):
     from epa_rt.models.catalogue import CATALOGUE
 

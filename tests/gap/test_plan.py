@@ -75,6 +75,34 @@ def test_nobody_waits_longer_than_four_minutes_of_trials():
     assert found.expected_distance == 12.0
 
 
+def both(short_s: float, apart: dict[str, float], longer: float | None = None):
+    """Two experiments, 'short' with trials of ``short_s`` and 'long' of 100 s; ``longer``: distance that more rounds give, None: as they grow."""
+    def item(name: str, times: int = 1) -> Item:
+        return Item(name, {"rounds": str(times)}, f"{name} {times}", name, lambda times: item(name, times))
+
+    def distance(recording, truth, other):
+        name, times = recording.name.split()
+        return apart[name] * int(times) if longer is None or times == "1" else longer
+
+    return next_experiment(RIVALS, (item("long"), item("short")), lambda item, plant: toy.recording(item.text, 1, seconds=short_s if item.name == "short" else 100.0), distance)
+
+
+def test_what_more_rounds_would_decide_is_preferred_to_what_they_would_not():
+    found = both(20.0, {"long": 4.0, "short": 3.0})
+    assert (found.name, found.settings["rounds"], found.expected_distance) == ("short", "12", 36.0)
+
+
+def test_what_decides_at_once_is_preferred_to_many_rounds():
+    assert both(20.0, {"long": 26.0, "short": 24.0}).name == "long"
+
+
+@pytest.mark.parametrize("longer", [0.0, 2.9])
+def test_rounds_that_bring_nothing_are_not_asked_for(longer):
+    found = both(20.0, {"long": 1.0, "short": 3.0}, longer)
+    assert (found.settings["rounds"], found.expected_distance) == ("1", 3.0)
+    assert "nothing of the menu would do better" in found.says
+
+
 @pytest.mark.parametrize(("distance", "trial_s"), [(30.0, 20.0), (0.5, 20.0), (0.0, 20.0), (9.0, 150.0)])
 def test_what_decides_and_what_the_longest_would_not_tell_stay_as_they_are(distance, trial_s):
     found, asked = drawn_out(distance, trial_s)
@@ -86,7 +114,7 @@ def test_nothing_that_can_be_run_is_no_experiment():
     assert next_experiment(RIVALS, ITEMS[2:], lambda item, plant: None, lambda *_: 1.0) is None
 
 
-@pytest.mark.parametrize("name", ["bench", "bench_analog", "knee", "knee_geared"])
+@pytest.mark.parametrize("name", ["bench", "bench_analog", "knee", "knee_geared", "mass"])
 @pytest.mark.parametrize("rounds", [1, 3])
 def test_every_experiment_of_the_menu_is_one_that_the_rig_takes(name, rounds, tmp_path):
     rig = load_rig(RIGS / f"{name}.yaml")
@@ -100,5 +128,13 @@ def test_every_experiment_of_the_menu_is_one_that_the_rig_takes(name, rounds, tm
         assert len(experiment.trials) % rounds == 0 < len(experiment.trials), item.name
 
 
-def test_a_mass_on_a_line_has_no_chirps_of_a_knee():
-    assert not any("knee" in item.name for item in menu(load_rig(RIGS / "mass.yaml")))
+def test_a_mass_on_a_line_has_no_chirps_of_a_knee_and_no_slack():
+    names = {item.name for item in menu(load_rig(RIGS / "mass.yaml"))}
+    assert names >= {"slow_strokes", "sealed_hold"}
+    assert not any("knee" in name for name in names) and "free_motion" not in names
+
+
+def test_the_rests_of_a_sealed_hold_come_back_to_no_load_in_every_round():
+    item = next(item for item in menu(load_rig(RIGS / "bench.yaml")) if item.name == "sealed_hold").rounds(2)
+    places = [line.split("to: ")[1].split(",")[0] for line in item.text.splitlines() if "{name: back" in line or "{name: stretch" in line]
+    assert places == ["no_load", "25.2 mm"] * 2

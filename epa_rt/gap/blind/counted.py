@@ -38,5 +38,5 @@ def share(key: str, says: str, bar: str, cases: Iterable[Case], count: Callable[
 
 
 def middle(key: str, says: str, bar: str, values: Sequence[float]) -> Figure:
-    """The median of values."""
+    """The median of values, in their own unit (s, or a share)."""
     return Figure(key, says, bar, statistics.median(values) if values else None, None, len(values))

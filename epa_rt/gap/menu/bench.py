@@ -17,7 +17,7 @@ def bench_menu(rig: Rig) -> list[Item]:
         p = f"{kpa} kPa gauge"
         items += [
             item("sealed_hold", {"pressure": p, "for": "40 s"}, "motor_position", filled(rig, p),
-                 [trial("for: 40 s"), move("stretch", high), trial("for: 20 s", "hold_stretched")],
+                 [move("back", "no_load"), trial("for: 40 s"), move("stretch", high), trial("for: 20 s", "hold_stretched")],
                  "air shut in, nothing moves, at no load and stretched"),
             item("slow_strokes", {"pressure": p, "stroke": f"{low} to {high}", "speed": "4 mm/s"}, "motor_speed", filled(rig, p),
                  [trial(f"random_speed: {{between: [{low}, {high}], speed: 4 mm/s, acceleration: 0.2 m/s^2, dwell: [100 ms, 2 s]}}\n    for: 40 s")],
@@ -36,14 +36,14 @@ def bench_menu(rig: Rig) -> list[Item]:
     items.append(item("fills_at_no_load", {"pressures": "150, 550, 300, 600 kPa gauge"}, "motor_position", [move("go_to_no_load", "no_load")],
                       [line for kpa in (150, 550, 300, 600) for line in (fill(rig, f"{kpa} kPa gauge"), trial("for: 4 s", f"rest_at_{kpa}"))],
                       "fills and vents with rests, nothing moves: valves, supply, heat of the gas"))
-    items += free_motions(rig, "-8 mm", "-1 mm")
+    items += free_motions(rig, -8.0, -1.0)
     return items
 
 
 def _speed_ladder(rig: Rig, low: str, high: str) -> Item:
-    """The same motion at speeds two octaves apart: friction over the logarithm of speed, where laws differ that agree about any one speed."""
+    """The same motion at speeds up to two octaves apart: friction over the logarithm of speed, where laws differ that agree about any one speed."""
     p = f"{PRESSURES_KPA[-1]} kPa gauge"
     rungs = [trial(f"random_speed: {{between: [{low}, {high}], speed: {mm_s:g} mm/s, acceleration: {acceleration:g} m/s^2, dwell: [100 ms, {dwell}]}}\n    for: 20 s",
                    f"rung_{n}") for n, (mm_s, acceleration, dwell) in enumerate(LADDER, 1)]
     return item("speed_ladder", {"pressure": p, "stroke": f"{low} to {high}", "speeds": ", ".join(f"{mm_s:g}" for mm_s, *_ in LADDER) + " mm/s"}, "motor_speed",
-                filled(rig, p), rungs, "strokes at speeds over two decades: what friction, damping and creep are made of")
+                [*filled(rig, p), move("go_to_low", low)], rungs, "strokes at speeds over two decades: what friction, damping and creep are made of")

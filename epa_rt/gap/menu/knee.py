@@ -16,7 +16,7 @@ def knee_menu(rig: Rig) -> list[Item]:
     """Chirps and rests about the mean and beside it, the motor alone, and both ends of the knee's range."""
     names = [muscle.name for muscle in rig.muscles]
     about = [one for kpa in PRESSURES_KPA for one in (*_chirps(rig, kpa, names), *_places(rig, kpa), _hold(rig, kpa))]
-    return about + free_motions(rig, "-20 mm", "-2 mm") + [_range(rig, strong) for strong in names]
+    return about + free_motions(rig, -20.0, -2.0) + [_range(rig, strong) for strong in names]
 
 
 def _ready(rig: Rig, kpa: int) -> list[str]:

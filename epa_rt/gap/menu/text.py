@@ -23,12 +23,12 @@ def line(name: str, rest: str) -> str:
 
 
 def move(name: str, place: str) -> str:
-    """The motor to a place."""
+    """The motor to a place, named or with its unit ('14 mm'), at 20 mm/s."""
     return line(name, f"move: {{to: {place}, speed: 20 mm/s}}")
 
 
 def fill(rig: Rig, pressure: str, loop: str | None = None, name: str = "fill") -> str:
-    """All muscles to one pressure."""
+    """All muscles to one pressure, as an experiment file writes it ('300 kPa gauge')."""
     chosen = ", ".join(f"{muscle.name}: {{set: {pressure}}}" for muscle in rig.muscles)
     return line(f"{name}_{pressure.split()[0]}", (f"loop: {loop}, " if loop else "") + f"valves: {{{chosen}}}, until: valves_settled, timeout: 60 s")
 

@@ -41,7 +41,7 @@ def short_case(tmp_path_factory) -> tuple[Path, dict]:
     nominal["muscle.braid_length_m"] *= 1.002
     effect = {"name": "force_zero", "fields": {"force_offset_n": 8.0}, "answers": ["force_offset"], "families": ["force offset"], "blocks": ["sensors"],
               "multiple": 10.0, "rivals": {"end_cones": 40.0}}
-    truth = {"case": "case_000", "index": 0, "kind": "single", "noise": 1.0, "same_law": False, "nominal": nominal, "effects": [effect],
+    truth = {"case": "case_000", "rig": "bench", "index": 0, "kind": "single", "noise": 1.0, "same_law": False, "nominal": nominal, "effects": [effect],
              "separable": True, "excited": True}
     plant = true_plant(believed.params, truth)
     backend = SimBackend(rig, replace(believed, params=plant.params, substeps=plant.substeps), 5, None, plant.physics)

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from epa_rt.cli.exits import VerbError
 from epa_rt.cli.gap_blind_next import add_next
 from epa_rt.cli.gap_blind_oracle import fitting_of, judge, oracle_all
-from epa_rt.cli.gap_blind_oracle_next import oracle_next
+from epa_rt.cli.gap_blind_oracle_next import laws_instead, oracle_next
 from epa_rt.gap.blind.score import score
 from epa_rt.gap.blind.seal import seal
 from epa_rt.models.plant_file import load_plant
@@ -106,25 +107,72 @@ def test_the_hidden_rig_run_again_over_a_logs_commands_reads_what_the_log_says(s
     assert np.sqrt(np.mean(off**2, axis=0)) == pytest.approx(np.full(off.shape[1], 0.1), abs=0.2)  # noise counts five times: INDEPENDENT_HZ
 
 
+def judged_next(short_case, tmp_path, monkeypatch, **told) -> tuple[Path, Path]:
+    """Cases and seal of a case whose proposed experiment has been recorded and diagnosed; ``told``: what is else of its truth."""
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(HERE), str(HERE.parents[2])]))
+    folder, truth = short_case
+    cases, sealed = sealed_case((folder, {**truth, **told}), tmp_path)
+    scored(cases, sealed, "doubting")
+    assert (tmp_path / "score.answers" / "case_000_next.json").exists()
+    return cases, sealed
+
+
 def test_the_oracle_says_whether_the_proposed_experiment_tells(short_case, tmp_path, monkeypatch):
     """Told the law, over the logs and the new one, with the name that stood beside the truth as a rival."""
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(HERE), str(HERE.parents[2])]))
-    cases, sealed = sealed_case(short_case, tmp_path)
-    scored(cases, sealed, "doubting")
+    cases, sealed = judged_next(short_case, tmp_path, monkeypatch)
     text = oracle_next(cases, sealed, tmp_path / "oracle.json", 1, tmp_path / "score.answers")
     found = json.loads((tmp_path / "oracle.json").read_text())
     told = found["cases"][0]["oracle"]
     chi = dict(told["chi"])
-    assert set(chi) > {"nothing", "force_zero"} and told["rivals"]
-    assert told["tells"] == (min(c for name, c in chi.items() if name != "force_zero") - chi["force_zero"] >= 25.0)
-    assert [(f["key"], f["of"]) for f in found["figures"]] == [("next_named", 1), ("next_oracle", 1), ("next_apart", int(told["tells"]))]
-    assert "next_apart" in text.splitlines()[-1] or not told["tells"]
+    assert told["tells"] and told["rivals"] == ["end_fittings"] and not told["unasked"]
+    assert chi["force_zero"] < min(c for name, c in chi.items() if name != "force_zero") - 25.0
+    assert len(chi) > 2
+    assert [(f["key"], f["right"], f["of"]) for f in found["figures"]] == [("next_named", 1, 1), ("next_oracle", 1, 1), ("next_apart", 1, 1)]
+    assert "next_apart 100 % of 1" in text.splitlines()[-1]
 
 
 def test_a_proposed_experiment_of_what_nothing_can_name_is_not_judged(short_case, tmp_path, monkeypatch):
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(HERE), str(HERE.parents[2])]))
-    folder, truth = short_case
-    cases, sealed = sealed_case((folder, {**truth, "kind": "withheld"}), tmp_path)
-    scored(cases, sealed, "doubting")
-    text = oracle_next(cases, sealed, tmp_path / "oracle.json", 1, tmp_path / "score.answers")
-    assert json.loads((tmp_path / "oracle.json").read_text())["cases"] == [] and text
+    cases, sealed = judged_next(short_case, tmp_path, monkeypatch, kind="withheld")
+    oracle_next(cases, sealed, tmp_path / "oracle.json", 1, tmp_path / "score.answers")
+    assert json.loads((tmp_path / "oracle.json").read_text())["cases"] == []
+
+
+def test_an_experiment_that_was_not_proposed_tells_nothing(short_case, tmp_path, monkeypatch):
+    cases, sealed = judged_next(short_case, tmp_path, monkeypatch)
+    (tmp_path / "score.answers" / "case_000_next.json").rename(tmp_path / "score.answers" / "case_007_next.json")
+    oracle_next(cases, sealed, tmp_path / "oracle.json", 1, tmp_path / "score.answers")
+    figures = json.loads((tmp_path / "oracle.json").read_text())["figures"]
+    assert [(f["key"], f["right"], f["of"]) for f in figures] == [("next_named", 0, 1), ("next_oracle", 0, 1), ("next_apart", None, 0)]
+
+
+@pytest.mark.parametrize(("out", "said", "expected"), [("oracle.json", "empty", "those that score --next has kept"), ("score.json", "score.answers", "this oracle's own"),
+                                                       ("oracle.json", "torn", "found no whole JSON")])
+def test_answers_without_next_experiments_are_refused(short_case, tmp_path, monkeypatch, out, said, expected):
+    cases, sealed = judged_next(short_case, tmp_path, monkeypatch)
+    (tmp_path / "empty").mkdir()
+    shutil.copytree(tmp_path / "score.answers", tmp_path / "torn")
+    (tmp_path / "torn" / "case_000_next.json").write_text('{"verdict": "expl')
+    before = (tmp_path / "score.json").read_bytes()
+    with pytest.raises(VerbError, match=expected):
+        oracle_next(cases, sealed, tmp_path / out, 1, tmp_path / said)
+    assert (tmp_path / "score.json").read_bytes() == before
+
+
+def effect(name: str, fields: dict, answers: tuple[str, ...] = ()) -> dict:
+    return {"name": name, "fields": fields, "answers": list(answers), "families": [], "rivals": {}}
+
+
+def test_every_name_is_asked_by_a_law_of_the_rig_or_said_to_have_none():
+    knee = {"rig": "knee", "same_law": False, "effects": [effect("tilt", {"tilt_rad": 0.02})]}
+    laws, unasked = laws_instead(knee, ["knee_spring", "braid_dahl", "braid_lugre", "muscle1_gauge_offset", "frame_mode"])
+    names = [law.effects for law in laws]
+    assert ("knee_ligament",) in names and ("muscle1_gauge_offset",) in names and len(names) == len(set(names))
+    assert ("swinging_frame",) not in names and not unasked
+    assert next(law for law in laws if law.effects == ("muscle1_gauge_offset",)).same_law
+
+
+def test_of_a_pair_each_law_alone_is_a_rival_too_and_a_name_without_a_law_is_said():
+    pair = {"rig": "knee", "same_law": False, "effects": [effect("tilt", {"tilt_rad": 0.02}), effect("slow_gauge", {})]}
+    laws, unasked = laws_instead(pair, ["knee_spring", "muscle1_gauge_offset"])
+    assert {("tilt",), ("slow_gauge",), ("tilt", "knee_ligament"), ("slow_gauge", "knee_ligament")} == {law.effects for law in laws}
+    assert unasked == ["muscle1_gauge_offset"]
