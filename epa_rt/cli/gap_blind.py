@@ -95,7 +95,7 @@ def _check_sealed(cases: Path, sealed: Path) -> None:
 
 def _check_answers(answers: Path | None, asks: str | None) -> None:
     if asks and answers is None:
-        raise VerbError(f"{asks}: found no --answers, expected the folder of answers that says what was {'missed' if asks == '--missed' else 'proposed'}")
+        raise VerbError(f"{asks}: found no --answers, expected the folder of answers that score has kept (DIR with case_000.json)")
     if answers is not None and not answers.is_dir():
         raise VerbError(f"{answers}: found no such folder, expected the answers that score or matrix keeps (--answers)")
 

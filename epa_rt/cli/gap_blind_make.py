@@ -2,12 +2,11 @@
 
 import json
 import shutil
-import sys
 import time
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from epa_rt.cli.gap_blind_side_by_side import side_by_side
 
 if TYPE_CHECKING:
     import numpy as np
@@ -40,17 +39,12 @@ def record_all(seed: int, specs: "list[Spec]", out: Path, sealed: Path, config: 
     from epa_rt.gap.blind.seal import seal
     from sim_backend.stand_in.draw import KINDS
 
-    began_s, truths = time.monotonic(), []
+    began_s = time.monotonic()
     out.mkdir(parents=True, exist_ok=True)
     parts = sealed / "parts"
     parts.mkdir(parents=True, exist_ok=True)
     sealed.chmod(0o700)
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        waiting = [pool.submit(_one, seed, spec, out, config, parts) for spec in specs]
-        for done in as_completed(waiting):
-            truths.append(done.result())
-            print(f"\r{len(truths)} of {len(specs)} cases made", end="", file=sys.stderr, flush=True)
-    print(file=sys.stderr)
+    truths = list(side_by_side(jobs, _one, [(seed, spec, out, config, parts) for spec in specs], "cases made"))
     truths = [truth for truth in truths if truth is not None]
     truths.sort(key=lambda truth: truth["case"])
     found = seal({"seed": seed, "cases": truths}, sealed, out)

@@ -2,21 +2,18 @@
 
 import functools
 import json
-import sys
 import time
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
+from epa_rt.cli.gap_blind_side_by_side import side_by_side
+from epa_rt.cli.gap_blind_told import chi_of, told_the_law
+from epa_rt.cli.write import write_whole
 
-    from sim_backend.stand_in.fitted import Fitted, Fitting, Law
+if TYPE_CHECKING:
+    from sim_backend.stand_in.fitted import Fitted, Law
 
 SHOWN = ("first", "in_set", "pair", "withheld", "wrong_sure", "block", "not_separable")
-NEAREST = 5  # rivals that are fitted
-WEAK = {True: 0.1, False: 0.3}  # of a typical strength, where rivals begin: weaker where either sign may be right
 
 
 def oracle_all(cases: Path, sealed: Path, out: Path, jobs: int, said: Path | None = None, missed: bool = False) -> str:
@@ -34,17 +31,13 @@ def oracle_all(cases: Path, sealed: Path, out: Path, jobs: int, said: Path | Non
     if missed:
         truths = [t for t in truths if told[t["case"]] and wrong(t, told[t["case"]])]
     answers = out.with_suffix(".answers")
-    answers.mkdir(parents=True, exist_ok=True)
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        waiting = [pool.submit(_one, cases / t["case"], t, answers / f"{t['case']}.json", told[t["case"]]) for t in truths]
-        for n, done in enumerate(as_completed(waiting), 1):
-            done.result()
-            print(f"\r{n} of {len(truths)} cases judged", end="", file=sys.stderr, flush=True)
-    print(file=sys.stderr)
+    asked = [(cases / t["case"], t, answers / f"{t['case']}.json", told[t["case"]]) for t in truths]
+    for _ in side_by_side(jobs, _one, asked, "cases judged"):
+        pass
     judged = [(t, json.loads((answers / f"{t['case']}.json").read_text(encoding="utf-8"))) for t in truths]
     found = [f for f in figures(judged) if f.key in SHOWN]
     seconds = sum(said["wall_seconds"] for _, said in judged) / max(len(judged), 1)
-    out.write_text(json.dumps({"figures": [f._asdict() for f in found], "cases": [{"truth": t, "said": s} for t, s in judged]}, indent=1), encoding="utf-8")
+    write_whole(out, json.dumps({"figures": [f._asdict() for f in found], "cases": [{"truth": t, "said": s} for t, s in judged]}, indent=1))
     return f"{table(found)}\noracle: {closing_line(found)}; {seconds:.0f} s of a core per case"
 
 
@@ -56,76 +49,20 @@ def _told(answers: Path | None, case: str) -> dict:
 
 def _one(folder: Path, truth: dict, out: Path, told: dict) -> None:
     if not out.exists():
-        said = judge(folder, truth, told)
-        out.write_text(json.dumps(said), encoding="utf-8")
+        write_whole(out, json.dumps(judge(folder, truth, told)))
 
 
 def judge(folder: Path, truth: dict, told: dict | None = None) -> dict:
     """An answer in the diagnosis' own words, with every law's chi-square. ``told``: what a diagnosis said of the case."""
     begun_s = time.process_time()
-    fitting = fitting_of(folder, truth)
-    from sim_backend.stand_in.fitted import Law
-
-    own, rivals = true_laws(truth)
-    nothing = fitting.fit(Law((), (), truth["same_law"]))
-    z = fitting.last
-    fits = [min(fitting.fit(own, z), fitting.fit(own, fitting.spreads_of(truth["nominal"])), key=lambda fit: fit.chi)]
-    fits += [fitting.fit(law, z) for law in rivals]
+    known = told_the_law(folder, truth)
+    fitting, nothing = known.fitting, known.nothing
+    fits = [known.own, *(fitting.fit(law, known.z) for law in known.rivals)]
     if instead := _instead(truth, told or {}):
         fits.append(fitting.fit(instead, fitting.spreads_of(told["fitted"])))
     fits = [fit._replace(chi=min(fit.chi, nothing.chi)) for fit in fits]  # at no strength every law is nothing
-    return {**_said(truth, nothing, fits), "wall_seconds": time.process_time() - begun_s, "runs": fitting.runs,
-            "chi": [["nothing", nothing.chi], *([" + ".join(f.law.effects), f.chi] for f in fits)], "fitted": fits[0].values}
-
-
-def fitting_of(folder: Path, truth: dict) -> "Fitting":
-    """The case's logs, ready to be fitted from the believed plant."""
-    import numpy as np
-
-    from epa_rt.config.rig import load_rig
-    from epa_rt.gap.blind.oracle import averaged, noise_of
-    from epa_rt.gap.house.channels import channels_of
-    from epa_rt.gap.read import read_recording
-    from epa_rt.models.plant_file import load_plant
-    from sim_backend.stand_in import truth as stand_in
-    from sim_backend.stand_in.fitted import Fitting
-    from sim_backend.stand_in.replayed import commands_of_log
-
-    told = json.loads((folder / "case.json").read_text(encoding="utf-8"))
-    rig, plant = load_rig(folder / told["rig"]), load_plant(folder / told["plant"])
-    believed = stand_in.TruePlant(stand_in.noisier(plant.params, truth["noise"]), same_law=truth["same_law"])
-    commands = [commands_of_log(rig, folder / log) for log in told["logs"]]
-    channels, parts = channels_of(rig), []
-    for log in told["logs"]:
-        columns = read_recording(folder / log).columns
-        ports = [channels[name] for name in stand_in.channels_of(believed.nominal)]
-        parts.append(averaged(np.column_stack([columns[c.column] * c.scale + c.offset + (0.5 * c.step if c.floors else 0.0) for c in ports])))
-    noise = noise_of(stand_in.readings(believed, commands, noisy=True), stand_in.readings(believed, commands))
-    judged = stand_in.judged_rows(stand_in.true_plant(plant.params, truth)._replace(effects=()), commands)
-    return Fitting(believed, commands, np.concatenate(parts), noise, judged, exact=True)
-
-
-def true_laws(truth: dict) -> "tuple[Law, list[Law]]":
-    """The true law from its true numbers, and what it may be taken for: one of its NEAREST rivals (from weak ones, so that either sign is near),
-    one of two alone, or one of two with the other's rival.
-    """
-    from sim_backend.stand_in.effects import BY_NAME
-    from sim_backend.stand_in.fitted import catalogue_law, law_of, together
-
-    effects = truth["effects"]
-    if truth["same_law"]:
-        return catalogue_law(effects[0]["name"], effects[0]["fields"]), []
-    own = [law_of(e["name"], e["fields"]) for e in effects]
-    rivals = [[law_of(name, share=WEAK[BY_NAME[name].either_sign]) for name in _nearest(e["rivals"])] for e in effects]
-    if len(own) == 1:
-        return own[0], rivals[0]
-    others = [own[0], own[1], *(together(own[0], r) for r in rivals[1]), *(together(r, own[1]) for r in rivals[0])]
-    return together(*own), [law for law in others if len(set(law.effects)) == len(law.effects)]
-
-
-def _nearest(rivals: "Mapping[str, float]") -> list[str]:
-    """Those at the smallest linear distance. Every law that can be named is a rival where the truth was withheld, and most are nowhere near."""
-    return sorted(rivals, key=lambda name: rivals[name])[:NEAREST]
+    return {**_said(truth, nothing, fits), "wall_seconds": time.process_time() - begun_s, "runs": fitting.runs, "chi": chi_of(nothing, *fits),
+            "fitted": fits[0].values}
 
 
 def _instead(truth: dict, told: dict) -> "Law | None":

@@ -4,17 +4,16 @@ Its rivals are the names that the diagnosis could not tell from the truth, befor
 """
 
 import json
-import os
-import sys
 import time
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import BAD_INPUT, VerbError
 from epa_rt.cli.gap_blind_next import UNANSWERED
+from epa_rt.cli.gap_blind_side_by_side import side_by_side
+from epa_rt.cli.gap_blind_told import chi_of, told_the_law, weak_law
+from epa_rt.cli.write import write_whole
 
 if TYPE_CHECKING:
     from sim_backend.stand_in.fitted import Law
@@ -35,16 +34,14 @@ def oracle_next(cases: Path, sealed: Path, out: Path, jobs: int, said: Path) -> 
     asked = _asked(opened(sealed, cases)["cases"], said)
     answers.mkdir(parents=True, exist_ok=True)
     ran = [(truth, _rivals(truth, before, after)) for truth, before, after in asked if "error" not in after]
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        waiting = [pool.submit(_one, cases / truth["case"] / "next", truth, rivals, _kept(answers, truth)) for truth, rivals in ran]
-        for n, done in enumerate(as_completed(waiting), 1):
-            done.result()
-            print(f"\r{n} of {len(ran)} next experiments judged", end="" if n < len(ran) else "\n", file=sys.stderr, flush=True)
+    work = [(cases / truth["case"] / "next", truth, rivals, _kept(answers, truth)) for truth, rivals in ran]
+    for _ in side_by_side(jobs, _one, work, "next experiments judged"):
+        pass
     told = {truth["case"]: _read(_kept(answers, truth)) for truth, _ in ran}
     judged = [(truth, {**before, "after_next": after, "oracle_tells": told.get(truth["case"], {"tells": False})["tells"]}) for truth, before, after in asked]
     found = after_next(judged)
     rows = [{"truth": t, "said": s, "oracle": told.get(t["case"])} for t, s in judged]
-    out.write_text(json.dumps({"figures": [f._asdict() for f in found], "cases": rows}, indent=1), encoding="utf-8")
+    write_whole(out, json.dumps({"figures": [f._asdict() for f in found], "cases": rows}, indent=1))
     return f"{table(found)}\n{closing_line(found)}"
 
 
@@ -79,32 +76,22 @@ def _rivals(truth: dict, *said: dict) -> list[str]:
 
 
 def _one(folder: Path, truth: dict, rivals: list[str], out: Path) -> None:
-    if out.exists() and _read(out)["rivals"] == rivals:
-        return
-    part = out.with_suffix(".part")
-    part.write_text(json.dumps(judge_next(folder, truth, rivals)), encoding="utf-8")
-    os.replace(part, out)
+    if not out.exists() or _read(out)["rivals"] != rivals:
+        write_whole(out, json.dumps(judge_next(folder, truth, rivals)))
 
 
 def judge_next(folder: Path, truth: dict, rivals: Sequence[str]) -> dict:
     """Chi-square of the true law, of nothing and of every rival over the logs of ``folder``; ``tells``: whether all of these are further off, None
     where a rival has no law that could be fitted. ``cpu_seconds``."""
-    from epa_rt.cli.gap_blind_oracle import fitting_of, true_laws
     from epa_rt.gap.blind.oracle import LIMIT
-    from sim_backend.stand_in.fitted import Law
 
     begun_s = time.process_time()
-    fitting = fitting_of(folder, truth)
-    own, _ = true_laws(truth)
-    nothing = fitting.fit(Law((), (), truth["same_law"]))
-    z = fitting.last
-    best = min((fitting.fit(own, z), fitting.fit(own, fitting.spreads_of(truth["nominal"]))), key=lambda fit: fit.chi)
+    known = told_the_law(folder, truth)
     laws, unasked = laws_instead(truth, rivals)
-    fits = [fitting.fit(law, z) for law in laws]
-    apart = min([nothing.chi, *(fit.chi for fit in fits)]) - best.chi >= LIMIT**2
-    chi = [["nothing", nothing.chi], *([" + ".join(f.law.effects), f.chi] for f in (best, *fits))]
-    return {"tells": None if apart and unasked else bool(apart), "rivals": list(rivals), "unasked": unasked, "chi": chi, "fitted": best.values,
-            "cpu_seconds": time.process_time() - begun_s}
+    fits = [known.fitting.fit(law, known.z) for law in laws]
+    apart = min([known.nothing.chi, *(fit.chi for fit in fits)]) - known.own.chi >= LIMIT**2
+    return {"tells": None if apart and unasked else bool(apart), "rivals": list(rivals), "unasked": unasked, "chi": chi_of(known.nothing, known.own, *fits),
+            "fitted": known.own.values, "cpu_seconds": time.process_time() - begun_s}
 
 
 def laws_instead(truth: dict, rivals: Sequence[str]) -> "tuple[list[Law], list[str]]":
@@ -112,7 +99,6 @@ def laws_instead(truth: dict, rivals: Sequence[str]) -> "tuple[list[Law], list[s
 
     By the stand-in's formulas; by the catalogue's where the truth is, or where the stand-in has none for a lone truth.
     """
-    from epa_rt.cli.gap_blind_oracle import WEAK
     from epa_rt.models.catalogue import BY_NAME as CATALOGUE
     from sim_backend.stand_in.effects import BY_NAME
     from sim_backend.stand_in.fitted import catalogue_law, law_of, together
@@ -121,7 +107,7 @@ def laws_instead(truth: dict, rivals: Sequence[str]) -> "tuple[list[Law], list[s
     own = [] if lone else [law_of(e["name"], e["fields"]) for e in truth["effects"]]
     for name in rivals:
         hidden = [] if truth["same_law"] else [h for h in BY_NAME.values() if name in h.answers and truth["rig"] in h.rigs]
-        made = [law_of(h.name, share=WEAK[h.either_sign]) for h in hidden]
+        made = [weak_law(h.name) for h in hidden]
         if not made and lone:
             made = [catalogue_law(name, dict(zip(CATALOGUE[name].knobs, CATALOGUE[name].starts[0], strict=True)))]
         made = made if lone else [together(kept, law) for kept in own for law in made if not set(kept.effects) & set(law.effects)]

@@ -48,13 +48,13 @@ def run(arguments: argparse.Namespace) -> int:
     known = {effect.name for effect in given.subject.catalogue}
     if unknown := [name for one in diagnosis.effects for name in (one.name, *one.not_separable_from) if name not in known]:
         raise VerbError(f"{arguments.diagnosis}: found the effect {unknown[0]}, expected one of the catalogue of {arguments.rig} (epa gap catalogue)")
-    with progress_shown(arguments.quiet) as progress:
-        plan = planned(given, diagnosis, progress, within_family=True)
-    if plan is None and len(sets_apart(diagnosis, given.subject, within_family=True)) > 1:
-        raise VerbError(f"{arguments.rig}: found no experiment of the menu that the simulated rig completes with each of the rival answers, expected one at least")
-    if plan is None:
+    if len(sets_apart(diagnosis, given.subject, within_family=True)) < 2:
         print("nothing to tell apart: the diagnosis names no effect that these logs could not separate from another")
         return COMPLETED
+    with progress_shown(arguments.quiet) as progress:
+        plan = planned(given, diagnosis, progress, within_family=True)
+    if plan is None:
+        raise VerbError(f"{arguments.rig}: found no experiment of the menu that the simulated rig completes with each of the rival answers, expected one at least")
     if arguments.out is None:
         print(plan.file)
     else:

@@ -8,6 +8,9 @@ Mode = Literal["teacher_forced", "free_run"]
 Baseline = Literal["refitted", "plant_file"]
 Who = Literal["rig", "plant_file", "both"]
 
+DECIDES = 25.0  # chi-square between two answers that settles the matter: five standard deviations of the noise
+TELLS = 10.0    # by less no two answers are told apart
+
 
 @dataclass(frozen=True)
 class Place:
@@ -107,6 +110,11 @@ class NextExperiment:
     expected_distance: float        # chi-square between the two best fits on the new data; above 25 decides
     file: str                       # text of an experiment file for ``epa run``
     says: str
+
+    @property
+    def tells(self) -> bool:
+        """Whether it should tell the closest two answers apart at all."""
+        return self.expected_distance >= TELLS
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from epa_rt.gap.diagnosis import NextExperiment
+from epa_rt.gap.diagnosis import DECIDES, TELLS, NextExperiment
 from epa_rt.gap.menu import Item
 from epa_rt.gap.recording import Recording
-from epa_rt.gap.separate import Alike
 
-DECIDES = 25.0     # chi-square between two rivals that settles the matter: five standard deviations of the noise
-TELLS = Alike().chance  # by less no two answers are told apart
 LONGEST_S = 240.0  # of trials, to which an experiment that does not decide is drawn out; what fills and moves between them comes on top
 
 

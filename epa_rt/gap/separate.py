@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from epa_rt.gap.diagnosis import TELLS
 from epa_rt.gap.point import Normal
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import Fit
@@ -33,7 +34,7 @@ class Alike:
     and 1.6 in free run, the truth first).
     """
 
-    chance: float = 10.0
+    chance: float = TELLS
     exact: float = 1e-3
     rest: float = 0.5
     part: float = 0.05

@@ -12,7 +12,7 @@ def free_motions(rig: Rig, low_mm: float, high_mm: float) -> list[Item]:
 
     None where the motor's limits leave no slack.
     """
-    limits = next((row.limits for row in rig.outputs if row.name == rig.motor.position_target), None)
+    limits = rig.row(rig.motor.position_target).limits if rig.motor.position_target else None  # an analog drive takes a speed
     no_load_mm = 1e3 * rig.motor.places.get("no_load", 0.0)
     low, high = (f"{round(no_load_mm + place, 1):g} mm" for place in (low_mm, high_mm))
     if limits is not None and 1e-3 * (no_load_mm + low_mm) < limits[0]:

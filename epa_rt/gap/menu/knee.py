@@ -4,7 +4,7 @@ import math
 
 from epa_rt.config.rig import Rig
 from epa_rt.gap.menu.free_motion import free_motions
-from epa_rt.gap.menu.text import Item, fill, item, line, trial
+from epa_rt.gap.menu.text import Item, fill, fill_each, item, line, trial
 
 PRESSURES_KPA = (150, 185)     # absolute
 APART_DEG = 8.0                # from the knee's mean: there the motor's travel mostly still reaches; an experiment that trips in simulation is passed over
@@ -53,13 +53,13 @@ def _hold(rig: Rig, kpa: int) -> Item:
 def _range(rig: Rig, strong: str) -> Item:
     """One end of what the motor's travel reaches and the other; each needs pressures of its own, and which muscle must be the ``strong`` one only a run can say."""
     weak_kpa, strong_kpa, others_kpa = RANGE_KPA
-    phases = []
-    for side, by_deg, pressures in zip(("below", "above"), RANGE_DEG, ({}, {strong: strong_kpa}), strict=True):
-        at, rest_kpa = _angle(rig, by_deg), others_kpa if pressures else weak_kpa
-        gas = ", ".join(f"{muscle.name}: {{set: {pressures.get(muscle.name, rest_kpa)} kPa abs}}" for muscle in rig.muscles)
-        filled = f"loop: motor_position, valves: {{{gas}}}, until: valves_settled, timeout: 60 s"
-        phases += [line(f"to_no_load_{side}", "loop: motor_position, move: {to: no_load, speed: 20 mm/s}"), line(f"fill_{side}", filled),
-                   line(f"settle_{side}", "loop: motor_position, for: 3 s, valves: {all: hold_and_trim}"), line(f"trim_{side}", filled),
+    names, phases = [muscle.name for muscle in rig.muscles], []
+    weak = dict.fromkeys(names, f"{weak_kpa} kPa abs")
+    apart = {name: f"{strong_kpa if name == strong else others_kpa} kPa abs" for name in names}
+    for side, by_deg, pressures in (("below", RANGE_DEG[0], weak), ("above", RANGE_DEG[1], apart)):
+        at = _angle(rig, by_deg)
+        phases += [line(f"to_no_load_{side}", "loop: motor_position, move: {to: no_load, speed: 20 mm/s}"), fill_each(pressures, "motor_position", f"fill_{side}"),
+                   line(f"settle_{side}", "loop: motor_position, for: 3 s, valves: {all: hold_and_trim}"), fill_each(pressures, "motor_position", f"trim_{side}"),
                    line(f"mean_{side}", "move: {to: mean, speed: 10 deg/s}, valves: {all: hold}"), line(f"go_{side}", f"move: {{to: {at}, speed: 10 deg/s}}"),
                    trial(f"chirp: {{mean: {at}, peak_to_peak: 6 deg, from: 0.2 Hz, to: 1 Hz, fade: 2 s}}\n    for: 40 s", side)]
     settings = {"pressures": f"{weak_kpa} kPa abs, then {strong} {strong_kpa} and others {others_kpa} kPa abs",

@@ -1,7 +1,7 @@
 """An experiment of the menu, and its lines as ``epa run`` takes them."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from epa_rt.config.rig import Rig
@@ -29,8 +29,13 @@ def move(name: str, place: str) -> str:
 
 def fill(rig: Rig, pressure: str, loop: str | None = None, name: str = "fill") -> str:
     """All muscles to one pressure, as an experiment file writes it ('300 kPa gauge')."""
-    chosen = ", ".join(f"{muscle.name}: {{set: {pressure}}}" for muscle in rig.muscles)
-    return line(f"{name}_{pressure.split()[0]}", (f"loop: {loop}, " if loop else "") + f"valves: {{{chosen}}}, until: valves_settled, timeout: 60 s")
+    return fill_each({muscle.name: pressure for muscle in rig.muscles}, loop, f"{name}_{pressure.split()[0]}")
+
+
+def fill_each(pressures: Mapping[str, str], loop: str | None, name: str) -> str:
+    """Every muscle to a pressure of its own."""
+    chosen = ", ".join(f"{muscle}: {{set: {pressure}}}" for muscle, pressure in pressures.items())
+    return line(name, (f"loop: {loop}, " if loop else "") + f"valves: {{{chosen}}}, until: valves_settled, timeout: 60 s")
 
 
 def filled(rig: Rig, pressure: str) -> list[str]:

@@ -1,7 +1,6 @@
 """What is left, what to do next, and what the answer stands on."""
 
 from epa_rt.gap.diagnosis import Diagnosis, Remainder
-from epa_rt.gap.plan import TELLS
 from epa_rt.gap.report.words import channel_words, percent, plain, region_words, size, times
 from epa_rt.report.markup import Html, facts, folded, join, note, paragraph, table, tag
 
@@ -23,7 +22,7 @@ def next_experiment(diagnosis: Diagnosis) -> Html:
         return paragraph("None is needed: nothing stands that another experiment would have to tell apart.")
     between = " and ".join(map(plain, plan.separates)) or "what is open"
     settings = facts((plain(key), value) for key, value in plan.settings.items())
-    return join([paragraph(tag("strong", plain(plan.name)), f" {'tells' if plan.expected_distance >= TELLS else 'comes nearest to telling'} apart {between}. {plan.says}."), settings,
+    return join([paragraph(tag("strong", plain(plan.name)), f" {'tells' if plan.tells else 'comes nearest to telling'} apart {between}. {plan.says}."), settings,
                  folded("The experiment file, as epa run takes it", tag("pre", plan.file))])
 
 

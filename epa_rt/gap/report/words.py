@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from epa_rt.gap.diagnosis import Diagnosis, Named, Number, Shrinkage
-from epa_rt.gap.plan import TELLS
 from epa_rt.gap.shrink import ALL, OVERALL
 from epa_rt.report.sections.section import spoken
 from epa_rt.report.shown import Shown, number, pretty
@@ -154,7 +153,7 @@ def far_words(diagnosis: Diagnosis) -> str:
 def next_words(diagnosis: Diagnosis) -> str:
     """Name of the next experiment, or why there is none."""
     if diagnosis.next_experiment:
-        return plain(diagnosis.next_experiment.name) if diagnosis.next_experiment.expected_distance >= TELLS else "none of the menu would tell"
+        return plain(diagnosis.next_experiment.name) if diagnosis.next_experiment.tells else "none of the menu would tell"
     return "not looked for" if diagnosis.verdict == "not_separable" else "none needed"
 
 
