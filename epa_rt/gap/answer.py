@@ -9,14 +9,12 @@ from epa_rt.gap.attribution import Attribution
 from epa_rt.gap.bars import BARS
 from epa_rt.gap.coverage import above_noise, broken, coverage, gaps, passed_over, trust
 from epa_rt.gap.diagnosis import Diagnosis, FreeRun, Named, Near, Number, Shrinkage
-from epa_rt.gap.fed import alone, source_first
 from epa_rt.gap.held_out import not_carried_over, not_closed, said_of_held_out, said_of_not_closed
-from epa_rt.gap.lengths import length_first
 from epa_rt.gap.localise import localise
+from epa_rt.gap.origin import origin_first, origins
 from epa_rt.gap.plausible import absorbed, beyond_belief, strained, within_belief
 from epa_rt.gap.point import Normal, Point
 from epa_rt.gap.problem import Problem
-from epa_rt.gap.pulls import pull_first
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.remainder import remainders
 from epa_rt.gap.role import z_of_sum
@@ -68,7 +66,7 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     kept = not_closed(held_out) if verdict == "explained" else None
     if kept is not None:
         verdict, says = "partly_explained", f"{says} {said_of_not_closed(kept)}"
-    judge, seen_at = _seen(found, odd, bool(where))
+    seen_at = _seen_at(found, odd, bool(where))
     values = selection.final.values if named else selection.base.values
     normal = (selection.final if named else selection.base).normal
     off = found.off if named else None
@@ -76,15 +74,10 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     says = f"{says} {said_of_moved(moved)}" if verdict == "no_gap" and moved else says
     named = tuple(replace(one, parameters=_numbers(problem, selection.final, one.name, off)) for one in named)
     places = localise(subject, problem.prepared, seen_at, problem.floors)
-    if not named:
-        places = source_first(places, lambda place: alone(judge, place))
-        if where:  # with nominal parameters held back an error is far larger than its slope reaches, with all of them free they hide much of it
-            points = (seen_at,) if seen_at == selection.base.values else (seen_at, selection.base.values)
-            places = length_first(subject, problem.prepared, points, problem.floors, places)
-            places = pull_first(subject, problem.prepared, seen_at, problem.floors, places)
+    whence = origins(problem, selection.base.values) if verdict == "not_in_catalogue" else ()
     return Diagnosis(
         verdict=verdict, says=says, found_first=tuple(f"{r.name}: {what}" for r in recordings for what in r.found),
-        location=places, effects=named,
+        location=origin_first(places, whence), origins=whence, effects=named,
         free_run=found.heard and FreeRun(found.heard.gap, found.heard.left, whole, nearest, tuple(sorted(found.heard.apart))),
         nominal_moved=moved, not_tested=silent, shrinkage=tuple(rows), refitted=found.refitted if named else dict(selection.base.values), fitted=dict(values),
         remainder=remainders(subject, problem.prepared, selection.base.values, values, problem.floors, problem.designs))
@@ -112,18 +105,17 @@ def _odd(found: Attribution) -> tuple[str, ...]:
     return () if found.heard and found.heard.borne else strained(found.selection.base.normal, normal)
 
 
-def _seen(found: Attribution, odd: Sequence[str], gap: bool) -> tuple[Problem, dict[str, float]]:
-    """What judges where the gap is, and the values at which. Nominal parameters that nobody believes do not hide it: where no link shows any they are the plant
+def _seen_at(found: Attribution, odd: Sequence[str], gap: bool) -> dict[str, float]:
+    """The values at which it is judged where the gap is. Nominal parameters that nobody believes do not hide it: where no link shows any they are the plant
     file's, where links show less than what these hide they go no further than a plant file may be wrong (a second lag of a gauge, taken for 17
     times the sensor's own, left next to nothing in the gas and showed in a knee's acceleration)."""
     base, problem = found.selection.base, found.problem
     if not gap:
-        return problem, {key: value for key, value in base.values.items() if key not in odd}
+        return {key: value for key, value in base.values.items() if key not in odd}
     hide = beyond_belief(base.normal)
     if absorbed(base.normal, hide) <= above_noise(found.before, problem.scale):
-        return problem, dict(base.values)
-    held, point = within_belief(problem, base, hide)
-    return held, dict(point.values)
+        return dict(base.values)
+    return dict(within_belief(problem, base, hide)[1].values)
 
 
 def _named(found: Attribution, k: int, trusted: float) -> Named:

@@ -18,8 +18,11 @@ class Part:
         self.name, self.rate_hz, self.links = subject.name, subject.rate_hz, subject.links
         self.nominal, self.catalogue, self.knobs = subject.nominal, subject.catalogue, subject.knobs
         self.touched, self.patched, self.without_stop = subject.touched, subject.patched, subject.without_stop
-        self.lines, self.joint, self.number = (getattr(subject, name, None) for name in ("lines", "joint", "number"))
+        self.doubted = self._doubted if hasattr(subject, "doubted") else None
         self.repeats = getattr(subject, "repeats", None)   # of the whole recording: its laps
+
+    def _doubted(self, prepared: Mapping[str, tuple[object, Recording]]) -> "Part":
+        return Part(self._subject.doubted({name: one for name, (one, _) in prepared.items()}), self._windows)
 
     def prepare(self, recording: Recording) -> tuple[object, Recording]:
         return self._subject.prepare(recording), recording

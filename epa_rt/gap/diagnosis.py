@@ -118,6 +118,18 @@ class NextExperiment:
 
 
 @dataclass(frozen=True)
+class Origin:
+    """What an error of one place, whatever its law, explains of a gap that no effect does."""
+
+    place: str                      # "force_cell"
+    block: str
+    says: str                       # "the reading of the force"
+    gain: float                     # chi-square on trials that the error's fit has not seen
+    explained_share: float          # of the excess over noise and what nominal parameters are strained by, on all trials
+    behind: float                   # deviations over the logs' blocks behind the place that explains most
+
+
+@dataclass(frozen=True)
 class FreeRun:
     """What the whole plant says that runs from the commands alone, in chi-square above noise and steps, four readings a second."""
 
@@ -143,6 +155,7 @@ class Diagnosis:
     remainder: tuple[Remainder, ...] = ()
     next_experiment: NextExperiment | None = None
     free_run: FreeRun | None = None             # None where the rig has no model of the whole
+    origins: tuple[Origin, ...] = ()            # where the gap may come from, the likeliest first; only where no effect is named
     gate: dict | None = None
     refitted: dict[str, float] = field(default_factory=dict)  # knob key to value, nominal parameters refitted without the effects
     fitted: dict[str, float] = field(default_factory=dict)    # the same with the effects: all that a patched plant file differs in

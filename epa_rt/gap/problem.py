@@ -93,6 +93,13 @@ class Problem:
         made.effects, made.waves = self.effects, self.waves
         return made
 
+    def asking(self, subject: Subject) -> "Problem":
+        """The same rig, recordings, floors and scale, asked for another catalogue."""
+        made = copy.copy(self)
+        made.subject, made.knobs, made.effects = subject, subject.knobs, {effect.name: effect for effect in subject.catalogue}
+        made.waves, made._strength = {}, {}
+        return made
+
     def held_within(self, keys: Iterable[str], spreads: float) -> "Problem":
         """The same problem in which some nominal parameters may go no further than that from the plant file."""
         made = copy.copy(self)

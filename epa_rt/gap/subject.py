@@ -30,7 +30,7 @@ class Subject(Protocol):
     """A rig and its nominal plant, ready to be held against recordings.
 
     A subject may also have what only some rigs can say: ``only(recordings)``, those trials alone that it judges (aside.py); ``repeats(recording,
-    values)``, what laps of one recording differ by (floor.py); ``lines``, ``joint`` and ``number(key)``, which lengths its links share (lengths.py); ``pulled``, links that a measured force pulls at (pulls.py);
+    values)``, what laps of one recording differ by (floor.py); ``doubted(prepared)``, the same rig with a catalogue of places, each with an error of its own (origin.py);
     ``finite_step``, the part of a knob's spread over which its derivatives are taken (problem.py); ``lowpass_hz``, what its residuals have passed where that is
     less than half their rate (floor.py).
     """

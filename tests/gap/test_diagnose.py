@@ -117,11 +117,3 @@ def test_same_logs_give_the_same_answer():
     data = logs({"drive.coulomb_a": 0.02}, count=1)
     first, second = (diagnose(toy.Toy(), data, floors=toy.floors, how_far=False).as_json() | {"seconds": 0.0} for _ in range(2))
     assert first == second
-
-
-def test_the_place_of_what_nothing_explains_is_asked_of_its_blocks_alone(monkeypatch):
-    """A block that feeds another is asked by itself; the rig of this test has no such pair."""
-    asked = []
-    monkeypatch.setattr("epa_rt.gap.answer.source_first", lambda places, by_itself: (asked.append(by_itself(places[0])), places)[1])
-    answer = told({"spring.coulomb_n": 3.0}, without=("coulomb", "dahl"))
-    assert answer.verdict == "not_in_catalogue" and len(asked) == 1 and asked[0] >= 0.0

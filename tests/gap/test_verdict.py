@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.coverage import Coverage, broken, coverage, gaps, passed_over, trust
-from epa_rt.gap.diagnosis import Number, Place
-from epa_rt.gap.fed import source_first
+from epa_rt.gap.diagnosis import Number
 from epa_rt.gap.generic import GenericFit
 from epa_rt.gap.plausible import strained
 from epa_rt.gap.verdict import Evidence, decided, informed, said, said_of_moved, untested
@@ -17,11 +16,6 @@ from epa_rt.gap.yardstick import Left
 def left(**links: tuple[float, float]) -> Left:
     """Link to chi-square per sample, and what the generic model leaves of it; 5000 samples each."""
     return Left({name: GenericFit(name, 5000, before, after, 0.0, ()) for name, (before, after) in links.items()})
-
-
-def place(block: str, significance: float) -> Place:
-    return Place(block=block, link=block, channel="", unit="", rms=1.0, floor=1.0, excess=0.0, times_floor=1.0,
-                 significance=significance, state={}, band_hz={}, time_s={})
 
 
 def verdict(before: Left, after: Left, effects=("leak",), ambiguous=False, silent=0.0, odd=False):
@@ -81,11 +75,6 @@ def test_link_of_whose_effects_few_were_tested_is_not_judged():
     assert informed({"gas": ("leak", "droop"), "drive": ("cogging", "backlash")}, ("cogging", "backlash", "leak")) == ("gas",)
 
 
-def test_block_that_feeds_the_others_comes_first_where_it_is_off_as_well():
-    assert [p.block for p in source_first((place("drive", 900.0), place("load", 500.0), place("muscle", 100.0), place("gas", 1.0)))][0] == "muscle"
-    assert [p.block for p in source_first((place("drive", 900.0), place("muscle", 8.0)))][0] == "drive"
-
-
 def test_a_name_is_trusted_less_the_more_its_law_leaves():
     gap = left(muscle0=(11.2, 1.0), gas=(1.0, 1.0))
     assert trust(gap, left(muscle0=(1.1, 1.0), gas=(1.0, 1.0))) == 1.0           # no more than rigs without a gap leave
@@ -100,12 +89,6 @@ def test_a_link_that_keeps_a_trifle_does_not_undo_what_explains_the_rest():
     assert verdict(before, after) == "explained"
     much = left(motor=(1.0, 1.0), gas=(9.0, 9.0))
     assert coverage(left(motor=(30.0, 1.5), gas=(9.0, 9.0)), much).least < 0.1
-
-
-def test_a_link_that_what_it_feeds_has_bent_does_not_come_first():
-    places = (place("load", 500.0), place("muscle", 100.0))
-    assert [p.block for p in source_first(places, lambda one: 80.0)][0] == "muscle"
-    assert [p.block for p in source_first(places, lambda one: 2.0)][0] == "load"
 
 
 @pytest.mark.parametrize(("whole", "verdict"), [(None, "explained"), (0.95, "explained"), (0.9, "not_in_catalogue")])

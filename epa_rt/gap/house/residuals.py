@@ -14,6 +14,7 @@ NEEDED = 0.75
 # Two poles on the load's balance: a measured acceleration is noise that grows with the frequency squared, which would bury how well
 # slow motion is known. Behind them a converter's steps are white noise above this, and below it the forces' noise rules.
 LOAD_HZ = 4.0
+ABSURD = 1e12  # stands for a prediction that is no number
 
 
 def drive_residual(bench: Bench) -> np.ndarray:
@@ -76,6 +77,14 @@ def load_residual(bench: Bench) -> np.ndarray:
     port = bench.place_port()
     out = instruments.moved(out, -bench.cycles("joint_skew_s") if port == "joint_angle_rad" else 0.0)
     return smooth.two_poles(p.smooth["place_acceleration"] - instruments.line_of(bench.sensors, port)[0] * out, LOAD_HZ, p.period_s)
+
+
+def at_rate(raw: np.ndarray, judged: np.ndarray) -> np.ndarray:
+    """(n,) a residual (N,) behind its low-pass, NaN where it is not judged."""
+    found = smooth.at_rate(raw)
+    found[~np.isfinite(found)] = ABSURD
+    found[~judged] = np.nan
+    return found
 
 
 RESIDUALS: dict[str, Callable[[Bench], np.ndarray]] = {

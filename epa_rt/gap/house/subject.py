@@ -11,29 +11,27 @@ import numpy as np
 from epa_rt.config.rig import Rig, load_rig
 from epa_rt.gap.house import smooth
 from epa_rt.gap.house.channels import Channel, channels_of
+from epa_rt.gap.house.doubt.subject import DoubtedSubject
 from epa_rt.gap.house.evaluate import Bench
 from epa_rt.gap.house.judged import judged
 from epa_rt.gap.house.links import links_of
 from epa_rt.gap.house.noise import noise_of
 from epa_rt.gap.house.prepared import Prepared, prepare
 from epa_rt.gap.house.reach import applies, reached
-from epa_rt.gap.house.residuals import RESIDUALS
+from epa_rt.gap.house.residuals import RESIDUALS, at_rate
 from epa_rt.gap.house.states import features
 from epa_rt.gap.house.whole import run_whole
-from epa_rt.gap.lengths import Line
-from epa_rt.gap.pulls import Pulled
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import Link, Values
 from epa_rt.models.catalogue import CATALOGUE, NOMINAL, knob
 from epa_rt.models.effect import Effect, Knob
-from epa_rt.models.blocks.load import FIXED, KNEE
-from epa_rt.models.knobs import read_knob, write_knob
+from epa_rt.models.blocks.load import FIXED
+from epa_rt.models.knobs import write_knob
 from epa_rt.models.parameters import effects as effect_rows
 from epa_rt.models.plant_file import PlantFile, load_plant, save_plant
 
 MOST_PLANTS = 4  # per recording, beside which its noise is looked for
 MOST_KEPT = 16   # sets of parameters
-ABSURD = 1e12  # stands for a prediction that is no number
 
 
 class HouseSubject:
@@ -50,11 +48,6 @@ class HouseSubject:
         self._noises: list[tuple[Recording, dict[str, float], int, dict[str, float]]] = []
         self._phases: list[tuple[Recording, int]] = []
         self.without_stop = bool(plant.params["load"]["kind_code"][0] == FIXED)
-        line = Line(("muscle0", "gas0"), ("muscle0", "motor_angle_rad"), ("motor", "force_n"))
-        self.lines = {"load.rest0_m": line} if self.without_stop and set(line.links) <= set(names) else {}
-        pulled = Pulled(("torque", "motor"), ("muscle0", "gauge_pa"), float(plant.params["transmission"]["gear_ratio"][0]))
-        self.pulled = pulled if {*pulled.links, "muscle0"} <= set(names) else None
-        self.joint = ("load.rest0_m", "load", "place_rad") if "load" in names and plant.params["load"]["kind_code"][0] == KNEE else None
         self.nominal: tuple[Knob, ...] = tuple(knob(n.key, plant.params) for n in NOMINAL if self._touch(n.key, names))
         self._own = {k.key for k in self.nominal}
         self.catalogue: tuple[Effect, ...] = tuple(
@@ -88,10 +81,6 @@ class HouseSubject:
             self._made[key] = found = self.params(values)
         return found
 
-    def number(self, key: str) -> float:
-        """What the plant file says of a number, knob or not."""
-        return read_knob(self.plant.params, key)
-
     def prepare(self, recording: Recording) -> Prepared:
         made = self._prepared(recording)
         for link in self.links:
@@ -99,13 +88,13 @@ class HouseSubject:
         return made
 
     def residual(self, prepared: Prepared, values: Values, link: str) -> np.ndarray:
-        found = smooth.at_rate(RESIDUALS[link](Bench(prepared, self._params_once(values))))
-        found[~np.isfinite(found)] = ABSURD
-        found[~prepared.judged[link]] = np.nan
-        return found
+        return at_rate(RESIDUALS[link](Bench(prepared, self._params_once(values))), prepared.judged[link])
 
     def features(self, prepared: Prepared, link: str) -> Mapping[str, np.ndarray]:
         return features(Bench(prepared, self.plant.params), link)
+
+    def doubted(self, prepared: Mapping[str, Prepared]) -> DoubtedSubject:
+        return DoubtedSubject(self, prepared)
 
     def free_run(self, recording: Recording, values: Values, seed: int | None) -> Recording | None:
         phase, noise = self._noise(recording, values) if seed is not None else (self._phase(recording), None)

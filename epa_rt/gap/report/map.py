@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from epa_rt.gap.diagnosis import Diagnosis, Place
+from epa_rt.gap.origin import likely
 from epa_rt.gap.report.words import channel_words, named_words, region_words, size, times
 from epa_rt.report.markup import Html, join, note, tag
 
@@ -14,14 +15,14 @@ MOST_REGIONS = 14
 
 def gap_map(diagnosis: Diagnosis) -> Html:
     """Boxes of the chain, then regions, bands and time against the links, all in multiples of the floor."""
-    places = diagnosis.location
+    places = list({place.link: place for place in diagnosis.location}.values())  # of a link that stands for another block too, its own
     if not places:
         return note("Not shown: no link of this rig could be judged with these logs.")
     return join([
         note("Each box is a block of the plant, fed with what was measured and held against what it should give. "
              "1 × is the noise floor: nothing to find there. The stronger the colour, the larger the gap. "
              "All figures are those after the plant file's own numbers (its nominal parameters) have been refitted within what is believed of them, before any effect is added."),
-        _chain(diagnosis), _legend(),
+        _chain(diagnosis, places), _legend(),
         tag("div", join([_grid("In which state of the rig", _regions(places), places),
                          _grid("In which frequency band, Hz", _bands(places), places)]), class_="beside"),
         _time(places)])
@@ -37,13 +38,15 @@ def _shade(value: float) -> dict[str, str]:
     return {"style": f"--heat:{0.0 if strength == 0.0 else 0.10 + 0.85 * strength:.2f}", "class_": "heat hot" if strength > 0.55 else "heat"}
 
 
-def _chain(diagnosis: Diagnosis) -> Html:
+def _chain(diagnosis: Diagnosis, places: Sequence[Place]) -> Html:
     of_block: dict[str, list[Place]] = {}
-    for place in diagnosis.location:
+    for place in places:
         of_block.setdefault(place.block, []).append(place)
     named: dict[str, list[str]] = {effect.block: [] for effect in diagnosis.effects}
     for effect in diagnosis.effects:
         named[effect.block].append(named_words(effect))
+    for one in likely(diagnosis.origins):
+        named.setdefault(one.block, [f"from {one.says}?"])
     known = [block for block in CHAIN if block in of_block or block in named]
     order = list(CHAIN) if len(known) >= 3 else known
     order += [block for block in (*of_block, *named) if block not in order]
@@ -68,7 +71,7 @@ def _legend() -> Html:
     steps = (1.0, 2.0, 4.0, 8.0, 16.0, 30.0)
     cells = join(tag("span", f"{step:g} ×", **_shade(step)) for step in steps)
     return tag("p", join([cells, tag("span", " rms of the gap, in multiples of the noise floor", class_="soft"), "   ",
-                          tag("span", "effect", class_="named"), tag("span", " what the diagnosis names there", class_="soft")]), class_="legend")
+                          tag("span", "effect", class_="named"), tag("span", " what the diagnosis names there, or an error that would explain the gap", class_="soft")]), class_="legend")
 
 
 def _regions(places: Sequence[Place]) -> dict[str, dict[str, float]]:

@@ -9,6 +9,7 @@ from epa_rt.gap.report.curves import figure
 from epa_rt.gap.report.effects import catalogue_note, effects, not_tested
 from epa_rt.gap.report.far import gate_section, how_far
 from epa_rt.gap.report.map import gap_map
+from epa_rt.gap.report.origin import origins
 from epa_rt.gap.report.rest import found_first, inputs, next_experiment, remainder
 from epa_rt.gap.report.traces import Trace
 from epa_rt.gap.report.words import GOOD, VERDICTS, far_words, next_words, where_words, which_words
@@ -17,7 +18,7 @@ from epa_rt.report.markup import Html, facts, join, tag
 
 def gap_page(diagnosis: Diagnosis, curves: Sequence[Trace] = ()) -> str:
     """The report of a diagnosis. Nothing in it is fetched, and it runs no script."""
-    sections = [("where", "Where the gap lies", gap_map(diagnosis)),
+    sections = [("where", "Where the gap lies", join([gap_map(diagnosis), origins(diagnosis)])),
                 ("seen", "Before and after", join(map(figure, curves))),
                 ("which", "Which effect causes it", join([effects(diagnosis), catalogue_note(diagnosis)])),
                 ("far", "How far it shrinks", how_far(diagnosis)),

@@ -7,6 +7,7 @@ from rich.console import Console
 from rich.table import Table
 
 from epa_rt.gap.diagnosis import Diagnosis
+from epa_rt.gap.report.origin import origin_words
 from epa_rt.gap.report.words import (BASELINES, CONFIDENCE, MODES, VERDICTS, WHO, channel_words, free_run_words, gone_words, judged_on, parameter_words, percent, plain, region_words, share_words,
                                      shown_rows, sigmas, size, times)
 from epa_rt.gap.shrink import OVERALL
@@ -29,6 +30,8 @@ def show(diagnosis: Diagnosis, out: Console) -> None:
     if words := free_run_words(diagnosis):
         out.print(words)
     show_location(diagnosis, out)
+    if words := origin_words(diagnosis):
+        out.print(words)
     _far(diagnosis, out)
     for left in diagnosis.remainder[:3]:
         on = ", ".join(f"{region_words(name)} {percent(part)}" for name, part in left.depends_on[:3])

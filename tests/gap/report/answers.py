@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from epa_rt.gap.diagnosis import Diagnosis, Named, NextExperiment, Number, Place, Remainder, Shrinkage
+from epa_rt.gap.diagnosis import Diagnosis, Named, NextExperiment, Number, Origin, Place, Remainder, Shrinkage
 from epa_rt.gap.report.traces import Trace
 
 LOGS = ("identification-bench-001", "identification-bench-002")
@@ -57,7 +57,9 @@ NOT_SEPARABLE = replace(
 NOT_IN_CATALOGUE = replace(
     EXPLAINED, verdict="not_in_catalogue", says="The force of muscle0 has a gap of 13 times the floor that no effect of the catalogue explains.", effects=(), gate=None,
     shrinkage=(), nominal_moved=(), remainder=(Remainder("muscle0", "muscle_force_n", "N", 4.1, 0.31, (
-        ("memory of muscle_length_m", 0.61), ("sign of muscle_speed_m_s x muscle_pressure_pa", 0.22), ("muscle_length_m, slowly forgotten", 0.05)), 0.9, 0.12),))
+        ("memory of muscle_length_m", 0.61), ("sign of muscle_speed_m_s x muscle_pressure_pa", 0.22), ("muscle_length_m, slowly forgotten", 0.05)), 0.9, 0.12),),
+    origins=(Origin("muscle", "muscle", "a muscle's force, its line's stretch or its volume", 8123.0, 1.03, 0.0),
+             Origin("spool", "transmission", "the way that the spool gives the lines", 5044.0, 0.61, 6.2), Origin("gas", "gas", "what flows into a muscle", 12.0, 0.0, 7.0)))
 NO_GAP = Diagnosis("no_gap", "The plant file describes these logs down to the noise floor.", (), tuple(replace(p, rms=p.floor, excess=0.0, times_floor=1.0, significance=0.4,
                    state=dict.fromkeys(p.state, 1.0), band_hz=dict.fromkeys(p.band_hz, 1.0), time_s=dict.fromkeys(p.time_s, 1.0)) for p in LOCATION), inputs=INPUTS, seconds=20.0)
 ANSWERS = {"explained": EXPLAINED, "not_separable": NOT_SEPARABLE, "not_in_catalogue": NOT_IN_CATALOGUE, "no_gap": NO_GAP}

@@ -1,6 +1,7 @@
 """The page of a diagnosis: whole, self-contained, safe to open, and it says what the diagnosis says."""
 
 from dataclasses import replace
+from html import unescape
 
 import numpy as np
 import pytest
@@ -122,3 +123,29 @@ def test_what_came_near_stands_beside_the_name_unless_it_cannot_be_told_apart():
     assert "explains 99.3 % as much, and run from the commands alone it leaves squared errors that are larger by 13" in which and "creep explains 70 % as much." in which
     alike = replace(SLIP, came_near=near, not_separable_from=("braid_stribeck",))
     assert "99.3" not in Page(gap_page(replace(EXPLAINED, effects=(alike,)))).sections["which"]
+
+
+def test_the_page_says_what_an_error_of_each_place_would_explain():
+    page = unescape(gap_page(ANSWERS["not_in_catalogue"]))
+    words = "It may come from a muscle's force, its line's stretch or its volume (100 %)"
+    assert words in page and "6.2 \u03c3" in page and "what flows into a muscle" not in page
+    assert "It may come from" not in gap_page(ANSWERS["explained"])
+
+
+def test_a_link_that_stands_for_another_block_is_shown_once_and_that_block_is_marked():
+    from epa_rt.gap.origin import origin_first
+
+    told = ANSWERS["not_in_catalogue"]
+    cell = replace(told.origins[0], place="force_cell", block="load", says="the reading of the force")
+    told = replace(told, origins=(cell, *told.origins[1:]), location=origin_first(told.location, (cell,)))
+    assert told.location[0].block == "load" and len(told.location) == len(ANSWERS["not_in_catalogue"].location) + 1
+    page = gap_page(told)
+    assert "from the reading of the force?" in page
+    assert page.count("13 × muscle0") == gap_page(ANSWERS["not_in_catalogue"]).count("13 × muscle0")
+
+
+def test_where_no_place_explains_the_gap_the_page_says_so():
+    weak = replace(ANSWERS["not_in_catalogue"], origins=tuple(replace(one, explained_share=0.2) for one in ANSWERS["not_in_catalogue"].origins))
+    assert "what it comes from cannot be told" in gap_page(weak)
+    both = replace(weak, origins=tuple(replace(one, explained_share=0.9, behind=min(one.behind, 1.0)) for one in weak.origins[:2]))
+    assert "or its volume (90 %) or the way that the spool gives the lines (90 %)" in unescape(gap_page(both))

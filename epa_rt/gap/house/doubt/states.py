@@ -1,0 +1,66 @@
+"""States that errors hang on, each in units of one, and what they make: directions, waves, memories, relaxations.
+
+Where a link's own reading is such a state, the modelled one stands for it: its noise must not explain itself.
+"""
+
+import numpy as np
+
+from epa_rt.gap.house import motor_link, smooth
+from epa_rt.gap.house.evaluate import Bench
+from epa_rt.gap.house.states import slow
+from epa_rt.gap.stop_operator import stop_over_log
+
+TRAVEL_M, PRESSURE_PA, FORCE_N, CURRENT_A = 0.02, 3e5, 100.0, 1.0   # of a state that counts as one
+SPEED_M_S, MOTOR_RAD_S, PLACE_RAD_S, MINUTE_S = 0.05, 100.0, 1.0, 60.0
+CREEPING = 0.1                               # of a speed, below which direction fades
+
+Shapes = list[np.ndarray]
+
+
+def way(speed: np.ndarray) -> np.ndarray:
+    """Direction of a speed in parts of its own one."""
+    return np.tanh(speed / CREEPING)
+
+
+def waves(angle: np.ndarray, counts: tuple[int, ...]) -> Shapes:
+    return [f(k * angle) for k in counts for f in (np.sin, np.cos)]
+
+
+def memories(place: np.ndarray, widths: tuple[float, ...]) -> Shapes:
+    return [stop_over_log(np.ascontiguousarray(place), half) / half for half in widths]
+
+
+def fading(x: np.ndarray, period_s: float, times_s: tuple[float, ...]) -> Shapes:
+    """What relaxes of a change, over each of these times."""
+    return [x - x[0] - slow(x - x[0], period_s, time_s) for time_s in times_s]
+
+
+def minutes(bench: Bench) -> np.ndarray:
+    return np.arange(bench.prepared.count) * bench.prepared.period_s / MINUTE_S
+
+
+def modelled_gauge(bench: Bench, i: int) -> np.ndarray:
+    """(N,) gauge pressure that the gas should have."""
+    return (bench.pressure(i)[0] - float(bench.params["gas"]["atmosphere_pa"][0, i])) / PRESSURE_PA
+
+
+def line_of(bench: Bench, i: int) -> tuple[np.ndarray, np.ndarray]:
+    """Length of a line past that at no travel, and its speed."""
+    line = bench.line(i)
+    return (line[0] - float(bench.params["load"][f"rest{i}_m"][0])) / TRAVEL_M, line[1] / SPEED_M_S
+
+
+def modelled_force(bench: Bench, i: int) -> np.ndarray:
+    return bench.predicted_force(i, calm=True) / FORCE_N
+
+
+def spool_turn(bench: Bench) -> np.ndarray:
+    """(N,) rad of the spool."""
+    return bench.motor()[0] / float(bench.params["transmission"]["gear_ratio"][0])
+
+
+def modelled_current(bench: Bench) -> np.ndarray:
+    """(N,) current that the motion should take."""
+    out = np.empty(bench.prepared.count)
+    motor_link.balance_current(bench.params, *bench.motor(), bench.spool(), bench.warmth(), bench.prepared.period_s, out)
+    return smooth.flat_smoothed(out, smooth.gaussian_taps(smooth.SLOPE_CYCLES)) / CURRENT_A

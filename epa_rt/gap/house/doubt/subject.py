@@ -1,0 +1,50 @@
+"""A rig of this house whose catalogue is its places: what each of them explains says where a gap lies, whatever its law."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from epa_rt.gap.house.doubt.bench import Doubted, doubted_residual
+from epa_rt.gap.house.doubt.places import OFF, SIGN, catalogue_of, knobs_of, shapes_of
+from epa_rt.gap.house.evaluate import Bench
+from epa_rt.gap.house.prepared import Prepared
+from epa_rt.gap.house.residuals import at_rate
+from epa_rt.gap.subject import Values
+
+if TYPE_CHECKING:
+    from epa_rt.gap.house.subject import HouseSubject
+
+
+class DoubtedSubject:
+    """See gap/subject.py for what each method promises. ``prepared``: recording name to what ``subject`` has prepared."""
+
+    def __init__(self, subject: "HouseSubject", prepared: Mapping[str, Prepared]) -> None:
+        self._subject, self.name, self.rate_hz, self.links = subject, subject.name, subject.rate_hz, subject.links
+        self.nominal, self.without_stop = subject.nominal, subject.without_stop
+        self.prepare, self.features, self.free_run, self.patched = subject.prepare, subject.features, subject.free_run, subject.patched
+        names = [link.name for link in subject.links]
+        self._shapes = {name: shapes_of(Bench(one, subject.plant.params), names) for name, one in prepared.items()}
+        own = knobs_of({name: len(made) for name, made in next(iter(self._shapes.values())).items()})
+        self.knobs = dict(subject.knobs) | own
+        self.catalogue = catalogue_of(own)
+
+    def touched(self, key: str) -> tuple[str, ...]:
+        if SIGN not in key:
+            return self._subject.touched(key)
+        return tuple(link.name for link in self.links if link.name in OFF[key.split(SIGN)[0]].links)
+
+    def residual(self, prepared: Prepared, values: Values, link: str) -> np.ndarray:
+        plain = {key: value for key, value in values.items() if SIGN not in key}
+        errors = self._errors(prepared.name, values)
+        if not errors:
+            return self._subject.residual(prepared, plain, link)
+        return at_rate(doubted_residual(Doubted(prepared, self._subject.params(plain), errors), link), prepared.judged[link])
+
+    def _errors(self, recording: str, values: Values) -> dict[str, np.ndarray]:
+        found: dict[str, np.ndarray] = {}
+        for key, value in values.items():
+            if SIGN in key and value != 0.0:
+                name, k = key.split(SIGN)
+                found[name] = found.get(name, 0.0) + value * self._shapes[recording][name][int(k)]
+        return found
