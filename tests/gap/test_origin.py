@@ -147,5 +147,5 @@ def test_of_places_that_explain_it_alike_the_one_that_shows_most_is_first():
 
 def test_what_explains_little_moves_no_place():
     assert blocks(origin("gas", 0.0, gain=50.0))[0] == "drive"
-    assert blocks(origin("gas", 0.0, share=0.3))[0] == "drive"
+    assert blocks(origin("gas", 0.0, share=0.2))[0] == "drive"
     assert blocks()[0] == "drive"
