@@ -1,4 +1,4 @@
-"""Say where a gap lies, block by block, without asking for its cause: quicker than a diagnosis.
+"""Say where a gap lies, block by block, and where it may come from, without asking for its cause: quicker than a diagnosis.
 
   epa gap localise --rig config/rigs/bench.yaml out/*.mcap
   epa gap localise --rig config/rigs/bench.yaml out/*.mcap --json where.json
@@ -6,6 +6,7 @@
 
 import argparse
 import json
+from dataclasses import asdict
 from pathlib import Path
 
 from epa_rt.cli.exits import COMPLETED
@@ -24,12 +25,14 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from epa_rt.gap.diagnosis import Diagnosis
+    from epa_rt.gap.diagnosis import Diagnosis, Origin
     from epa_rt.gap.floor import floors
     from epa_rt.gap.localise import localise
+    from epa_rt.gap.origin import SURE, origin_first, origins
     from epa_rt.gap.problem import Problem
     from epa_rt.gap.refit import settled
     from epa_rt.gap.report.as_json import finite
+    from epa_rt.gap.report.origin import origin_words
     from epa_rt.gap.report.terminal import console, show_found, show_location
 
     check_writable(arguments.json, (".json",))
@@ -40,15 +43,22 @@ def run(arguments: argparse.Namespace) -> int:
         level = floors(given.subject, given.recordings, {})
         problem = Problem(given.subject, given.recordings, level)
         values: dict[str, float] = {}
+        whence: tuple[Origin, ...] = ()
         if not arguments.as_is:
             progress("nominal parameters", 0.4)
             values = settled(problem).values
             level = floors(given.subject, given.recordings, values)
-        progress("where", 0.9)
+        progress("where", 0.8)
         places = localise(given.subject, problem.prepared, values, level)
+        if not arguments.as_is and any(place.significance > SURE for place in places):
+            progress("where it comes from", 0.9)
+            whence = origins(Problem(given.subject, given.recordings, level, prepared=problem.prepared), values)
     check_judged(places, given.subject)
-    show_location(Diagnosis("no_gap", "", location=places), out)
+    found = Diagnosis("no_gap", "", location=origin_first(places, whence), origins=whence)
+    show_location(found, out)
+    if words := origin_words(found):
+        out.print(words)
     if arguments.json:
-        document = {"found_first": given.found, "location": [place.__dict__ for place in places]}
+        document = {"found_first": given.found, "location": [asdict(place) for place in found.location], "origins": [asdict(one) for one in whence]}
         write_whole(arguments.json, json.dumps(finite(document), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
     return COMPLETED

@@ -39,8 +39,8 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     where = () if lost is not None and lost <= found.heard.sure else tuple(link for link in gaps(found.before, found.after) if link in judged)
     covered = coverage(found.before, found.after)
     whole, counted = (found.heard.part, found.heard.counted) if found.heard else (None, None)
-    doubted = found.heard is not None and (not found.heard.supports or found.heard.leaves_more)
-    trusted = trust(found.before, found.after, whole) * (UNSUPPORTED if doubted else 1.0)
+    unsupported = found.heard is not None and (not found.heard.supports or found.heard.leaves_more)
+    trusted = trust(found.before, found.after, whole) * (UNSUPPORTED if unsupported else 1.0)
     to_noise = bool(found.heard and found.selection.roles and found.heard.to_noise)
     helps = bool(found.heard and selection.roles and found.heard.helps)
     unplaced = not where and counted is not None and counted >= BARS.carried  # no block has a gap, and free run's is explained
@@ -115,7 +115,7 @@ def _seen_at(found: Attribution, odd: Sequence[str], gap: bool) -> dict[str, flo
     hide = beyond_belief(base.normal)
     if absorbed(base.normal, hide) <= above_noise(found.before, problem.scale):
         return dict(base.values)
-    return dict(within_belief(problem, base, hide)[1].values)
+    return dict(within_belief(problem, base, hide).values)
 
 
 def _named(found: Attribution, k: int, trusted: float) -> Named:

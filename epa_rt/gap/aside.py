@@ -18,7 +18,7 @@ class Part:
         self.name, self.rate_hz, self.links = subject.name, subject.rate_hz, subject.links
         self.nominal, self.catalogue, self.knobs = subject.nominal, subject.catalogue, subject.knobs
         self.touched, self.patched, self.without_stop = subject.touched, subject.patched, subject.without_stop
-        self.doubted = self._doubted if hasattr(subject, "doubted") else None
+        self.doubted = self._doubted if getattr(subject, "doubted", None) is not None else None
         self.repeats = getattr(subject, "repeats", None)   # of the whole recording: its laps
 
     def _doubted(self, prepared: Mapping[str, tuple[object, Recording]]) -> "Part":

@@ -125,7 +125,7 @@ class Origin:
     block: str
     says: str                       # "the reading of the force"
     gain: float                     # chi-square on trials that the error's fit has not seen
-    explained_share: float          # of the excess over noise and what nominal parameters are strained by, on all trials
+    explained_share: float          # that gain over the excess over noise and what nominal parameters are strained by
     behind: float                   # deviations over the logs' blocks behind the place that explains most
 
 
@@ -155,7 +155,7 @@ class Diagnosis:
     remainder: tuple[Remainder, ...] = ()
     next_experiment: NextExperiment | None = None
     free_run: FreeRun | None = None             # None where the rig has no model of the whole
-    origins: tuple[Origin, ...] = ()            # where the gap may come from, the likeliest first; only where no effect is named
+    origins: tuple[Origin, ...] = ()            # where the gap may come from, the likeliest first; only with not_in_catalogue
     gate: dict | None = None
     refitted: dict[str, float] = field(default_factory=dict)  # knob key to value, nominal parameters refitted without the effects
     fitted: dict[str, float] = field(default_factory=dict)    # the same with the effects: all that a patched plant file differs in

@@ -13,14 +13,15 @@ import numpy as np
 from epa_rt.gap.diagnosis import Origin, Place
 from epa_rt.gap.point import linearised
 from epa_rt.gap.problem import Problem
-from epa_rt.gap.refit import Fit, refit
+from epa_rt.gap.refit import refit
 from epa_rt.gap.role import gains, z_of_sum
 from epa_rt.gap.subject import Values
 
 ROUNDS = 2     # of a refit: errors move residuals in proportion, nominal parameters nearly so
 GAIN = 100.0   # chi-square that a place must explain
-SHARE = 0.5    # of the excess, and of what nominal parameters are strained by, that it must explain
+SHARE = 0.25   # of the excess, and of what nominal parameters are strained by, that it must explain
 SURE = 4.0     # deviations from which a link is off
+NEAR = 0.5     # of what the first one explains, without which no place comes near
 APART = 2.0    # deviations over the blocks by which other blocks' places must be behind
 
 
@@ -32,14 +33,10 @@ def origins(problem: Problem, values: Values) -> tuple[Origin, ...]:
     asked = problem.rescaled(dict.fromkeys(problem.links, 1.0)).asking(doubted(problem.prepared))
     point = linearised(asked, (), dict(values))
     fits = asked.each(lambda effect: refit(asked, point, effect.name, dict.fromkeys(effect.knobs, 0.0), ROUNDS), list(asked.effects.values()))
-    noise = sum(asked.samples(link) for link in asked.links)
     excess = sum(max(float(r @ r) - len(r), 0.0) for r in point.residual.values()) + float(point.normal.prior @ point.normal.z**2)
 
-    def explained(fit: Fit) -> float:
-        return (point.normal.chi - fit.chi) / max(excess, 1e-9 * noise)
-
     made = sorted(((gains(asked, point, fit), fit) for fit in fits), key=lambda pair: -float(pair[0].sum()))
-    return tuple(Origin(fit.effect, asked.effects[fit.effect].block, asked.effects[fit.effect].says, float(np.sum(gain)), explained(fit), z_of_sum(made[0][0] - gain))
+    return tuple(Origin(fit.effect, asked.effects[fit.effect].block, asked.effects[fit.effect].says, float(np.sum(gain)), float(np.sum(gain)) / max(excess, 1.0), z_of_sum(made[0][0] - gain))
                  for gain, fit in made)
 
 
@@ -47,7 +44,7 @@ def likely(found: Sequence[Origin]) -> tuple[Origin, ...]:
     """The places that a gap comes from, as far as its links can be told from others'; none where no place explains it."""
     if not found or found[0].gain < GAIN or found[0].explained_share < SHARE:
         return ()
-    return tuple(one for one in found if one.behind < APART)
+    return tuple(one for one in found if one.behind < APART and one.gain > NEAR * found[0].gain)
 
 
 def origin_first(places: Sequence[Place], found: Sequence[Origin]) -> tuple[Place, ...]:
@@ -60,4 +57,6 @@ def origin_first(places: Sequence[Place], found: Sequence[Origin]) -> tuple[Plac
         return tuple(places)
     block = next((place.block for place in places if place.block in blocks), found[0].block) if len(blocks) > 1 else found[0].block
     own = [place for place in places if place.block == block and place.significance > SURE]
-    return (*own, *(place for place in places if place not in own)) if own else (replace(places[0], block=block), *places)
+    if not own and places[0].block != block:
+        return (replace(places[0], block=block), *places)
+    return (*own, *(place for place in places if place not in own))

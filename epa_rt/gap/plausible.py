@@ -41,9 +41,9 @@ def absorbed(normal: Normal, keys: Sequence[str]) -> float:
     return float(z @ np.linalg.solve(inverse[np.ix_(at, at)], z)) if at else 0.0
 
 
-def within_belief(problem: Problem, point: Point, keys: Sequence[str], bars: Bars = BARS) -> tuple[Problem, Point]:
-    """The problem in which these nominal parameters go no further from the plant file than one may be on its own account, and the point refitted there:
-    what they hid shows again in the links, and in those where it is."""
+def within_belief(problem: Problem, point: Point, keys: Sequence[str], bars: Bars = BARS) -> Point:
+    """The point refitted where these nominal parameters go no further from the plant file than one may be on its own account: what they hid shows again in the links, and
+    in those where it is."""
     held = problem.held_within(keys, bars.own)
     values = {key: float(np.clip(value, held.knobs[key].low, held.knobs[key].high)) if key in keys else value for key, value in point.values.items()}
-    return held, settled(held, point.effects, values)
+    return settled(held, point.effects, values)

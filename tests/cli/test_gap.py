@@ -90,8 +90,14 @@ def test_patch_does_not_write_over_the_plant_that_was_diagnosed(diagnosed, folde
 
 def test_localise_says_where_without_a_cause(log, folder, capsys):
     assert main(["gap", "localise", "--rig", str(RIG), str(log), "--json", str(folder / "where.json"), "--quiet"]) == 0
-    where = json.loads((folder / "where.json").read_text(encoding="utf-8"))["location"]
-    assert where[0]["block"] == "muscle" and "muscle force" in capsys.readouterr().out
+    found, shown = json.loads((folder / "where.json").read_text(encoding="utf-8")), capsys.readouterr().out
+    assert found["location"][0]["block"] == "muscle" and "muscle force" in shown
+    assert found["origins"][0]["place"] == "muscle" and "It may come from a muscle's force" in shown
+
+
+def test_localise_of_the_plant_file_as_it_stands_asks_no_places(log, folder, capsys):
+    assert main(["gap", "localise", "--rig", str(RIG), str(log), "--as-is", "--json", str(folder / "as_is.json"), "--quiet"]) == 0
+    assert json.loads((folder / "as_is.json").read_text(encoding="utf-8"))["origins"] == [] and "It may come" not in capsys.readouterr().out
 
 
 def test_plan_has_nothing_to_tell_apart_without_rivals(diagnosed, folder, log, capsys):

@@ -96,6 +96,8 @@ def test_trials_set_aside_have_no_part_in_it():
     part = Part(Rig(), {"log0": [(1000, 4000)]})
     problem = Problem(part, logs, toy.floors(part, logs, {}))
     assert max(one.gain for one in origins(problem, {})) < 100.0
+    asked = part.doubted(problem.prepared)
+    assert np.isnan(asked.residual(problem.prepared["log0"], {"drive:0": 1.0}, "drive")[:1000]).all()
 
 
 def test_a_rig_without_places_says_nothing():
@@ -148,4 +150,14 @@ def test_of_places_that_explain_it_alike_the_one_that_shows_most_is_first():
 def test_what_explains_little_moves_no_place():
     assert blocks(origin("gas", 0.0, gain=50.0))[0] == "drive"
     assert blocks(origin("gas", 0.0, share=0.2))[0] == "drive"
+    assert blocks(origin("gas", 0.0, share=0.3))[0] == "gas"
     assert blocks()[0] == "drive"
+
+
+def test_a_place_that_explains_next_to_nothing_is_not_near_because_one_block_holds_the_gap():
+    assert blocks(origin("gas", 0.0), origin("muscle", 1.0, gain=10.0))[0] == "gas"
+
+
+def test_no_link_is_said_twice_for_its_own_block():
+    weak = (place("drive", 2.0), place("gas", 1.0))
+    assert origin_first(weak, (origin("drive", 0.0),)) == weak

@@ -21,22 +21,21 @@ def test_what_a_nominal_parameter_hid_shows_in_its_own_link():
     problem, base = held_against({"gas.loss_per_s": 1.6})
     assert beyond_belief(base.normal) == ("gas.loss_per_s",)
     assert absorbed(base.normal, ("gas.loss_per_s",)) > 1e4
-    held, point = within_belief(problem, base, ("gas.loss_per_s",))
+    point = within_belief(problem, base, ("gas.loss_per_s",))
     assert point.values["gas.loss_per_s"] == pytest.approx(0.8 * (1.0 + 3 * 0.05))
     places = localise(problem.subject, problem.prepared, point.values, problem.floors)
     assert places[0].block == "gas" and places[0].significance > 100.0
     assert max(abs(place.significance) for place in places[1:]) < 5.0
-    assert held.knobs["gas.loss_per_s"].high < problem.knobs["gas.loss_per_s"].high
 
 
 def test_the_others_stay_free():
     problem, base = held_against({"gas.loss_per_s": 1.6, "spring.stiffness_n_m": 1000.0})
-    _, point = within_belief(problem, base, ("gas.loss_per_s",))
+    point = within_belief(problem, base, ("gas.loss_per_s",))
     assert point.values["spring.stiffness_n_m"] == pytest.approx(1000.0, rel=0.01)
 
 
 def test_a_parameter_within_belief_stays_where_it_is():
     problem, base = held_against({"gas.loss_per_s": 0.84})
     assert beyond_belief(base.normal) == ()
-    _, point = within_belief(problem, base, ("gas.loss_per_s",))
+    point = within_belief(problem, base, ("gas.loss_per_s",))
     assert np.isclose(point.values["gas.loss_per_s"], base.values["gas.loss_per_s"], rtol=1e-3)

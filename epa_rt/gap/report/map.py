@@ -46,7 +46,7 @@ def _chain(diagnosis: Diagnosis, places: Sequence[Place]) -> Html:
     for effect in diagnosis.effects:
         named[effect.block].append(named_words(effect))
     for one in likely(diagnosis.origins):
-        named.setdefault(one.block, [f"from {one.says}?"])
+        named.setdefault(one.block, []).append(f"from {one.says}?")
     known = [block for block in CHAIN if block in of_block or block in named]
     order = list(CHAIN) if len(known) >= 3 else known
     order += [block for block in (*of_block, *named) if block not in order]

@@ -61,13 +61,30 @@ def test_an_error_shows_in_the_links_that_it_is_said_to_move_and_in_no_other(rig
     assert said - seen == ({("travel", "gas1"), ("angle", "gas1")} if rig == "knee" else set())  # of a knee's muscles one alone hangs on the spool
 
 
+@pytest.mark.parametrize("rig", ["bench", "knee"])
+def test_on_a_strapped_plant_with_a_late_cell_errors_move_what_they_are_said_to_and_leave_nothing_behind(rig):
+    from epa_rt.gap.house import open_house
+    from tests.gap.house.runs import ROOT
+
+    plant = plant_with(rig, f"strapped_{rig}", muscle__strap_compliance_m_n=1e-5, sensors__force_lag_s=5e-3, sensors__gauge_crosstalk_pa_n=3.0)
+    house = open_house(ROOT / "config/rigs" / f"{rig}.yaml", plant)
+    prepared = house.prepare(recorded(rig, 1))
+    doubted = house.doubted({prepared.name: prepared})
+    before = {link.name: house.residual(prepared, {}, link.name) for link in house.links}
+    for key in [f"{name}{SIGN}0" for name in OFF if f"{name}{SIGN}0" in doubted.knobs]:
+        moves = {name for name in before if not np.array_equal(before[name], doubted.residual(prepared, {key: doubted.knobs[key].spread}, name), equal_nan=True)}
+        assert moves <= set(doubted.touched(key)), key
+    assert all(np.array_equal(before[name], house.residual(prepared, {}, name), equal_nan=True) for name in before)
+
+
 def test_no_error_is_no_difference():
     house = subject("bench")
     prepared = house.prepare(recorded("bench", 1))
     doubted = house.doubted({prepared.name: prepared})
-    none = dict.fromkeys((key for key in doubted.knobs if SIGN in key), 0.0)
+    errors = {name: np.zeros((2, prepared.count) if name in ("pull", "stretch", "volume") else prepared.count) for name in {key.split(SIGN)[0] for key in doubted.knobs if SIGN in key}}
     for link in house.links:
-        assert np.array_equal(house.residual(prepared, {}, link.name), doubted.residual(prepared, none, link.name), equal_nan=True)
+        found = at_rate(doubted_residual(Doubted(prepared, house.plant.params, errors), link.name), prepared.judged[link.name])
+        assert np.array_equal(house.residual(prepared, {}, link.name), found, equal_nan=True)
 
 
 def test_a_slack_muscle_has_no_force_to_be_wrong():
@@ -81,13 +98,31 @@ def test_a_slack_muscle_has_no_force_to_be_wrong():
 HIDDEN = (
     ("bench", "force_cell", {"sensors__force_crosstalk_n_pa": 3e-5}), ("bench", "spool", {"transmission__backlash_rad": 0.15}),
     ("bench", "gas", {"gas__leak_per_s": 0.01}), ("bench", "muscle", {"muscle__slip_ratio": 0.05}),
+    ("bench", "spool", {"transmission__eccentricity_ratio": 0.05}), ("bench", "gauge", {"sensors__gauge_skew_s": 0.01}),
     ("bench", "drive", {"drive__cogging_nm": 2e-3}), ("knee", "load", {"load__knee_coulomb_nm": 0.15}),
 )
 
 
 @pytest.mark.parametrize(("rig", "where", "numbers"), HIDDEN, ids=lambda x: "+".join(x) if isinstance(x, dict) else x)
 def test_the_place_of_an_effect_is_told_without_its_law(rig, where, numbers):
-    house, log = subject(rig), recorded(rig, 3, plant_with(rig, f"hidden_{where}", **numbers))
+    house, log = subject(rig), recorded(rig, 3, plant_with(rig, f"hidden_{'_'.join(numbers)}", **numbers))
     problem = Problem(house, [log], floors(house, [log], {}))
     said = origins(problem, settled(problem).values)
-    assert said[0].place == where and said[0].explained_share > 0.9, said[:3]
+    assert said[0].place == where and said[0].explained_share > 0.5, said[:3]
+
+
+@pytest.mark.parametrize(("rig", "dropped"), (("knee", ("muscle1_gauge_pa",)), ("knee", ("muscle0_gauge_pa",)), ("bench", ("muscle0_gauge_pa",)), ("bench", ("force_n",)),
+                                              ("bench", ("muscle0_gauge_pa", "force_n")), ("knee", ("muscle0_gauge_pa", "muscle1_gauge_pa", "force_n"))), ids=str)
+def test_a_rig_that_measures_less_has_fewer_places_and_none_that_cannot_be_asked(rig, dropped, monkeypatch):
+    from epa_rt.gap.house import open_house
+    from epa_rt.gap.house.channels import channels_of
+    from tests.gap.house.runs import ROOT, plant_of
+
+    monkeypatch.setattr("epa_rt.gap.house.subject.channels_of", lambda of: {port: channel for port, channel in channels_of(of).items() if port not in dropped})
+    house = open_house(ROOT / "config/rigs" / f"{rig}.yaml", plant_of(rig))
+    prepared = house.prepare(recorded(rig, 1))
+    doubted = house.doubted({prepared.name: prepared})
+    for effect in doubted.catalogue:
+        for link in {link for key in effect.knobs for link in doubted.touched(key)}:
+            found = doubted.residual(prepared, {key: doubted.knobs[key].spread for key in effect.knobs}, link)
+            assert np.array_equal(np.isnan(found), ~prepared.judged[link])

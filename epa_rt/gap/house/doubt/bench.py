@@ -15,11 +15,16 @@ LENGTH = (*MOTION, "travel", "stretch")
 GAS = (*LENGTH, "gauge0", "gauge1", "volume", "gas0", "gas1")
 
 
+def feels_force(params: np.ndarray) -> bool:
+    """Whether forces have a part in pressures: a strap that gives, a gauge that feels the pull."""
+    return bool(np.any(params["muscle"]["strap_compliance_m_n"] != 0.0) or params["sensors"]["gauge_crosstalk_pa_n"][0] != 0.0)
+
+
 class Doubted(Bench):
     """As a Bench with these ``errors``: name of what is off to its error (N,), in that quantity's own unit.
 
     ``angle`` (rad) and ``place`` (rad or m), ``gauge0``, ``gauge1`` (Pa), ``force`` (N), ``current`` (A): of readings. ``travel`` (m): of the strap's way for one of
-    the spool; ``stretch`` (m): of both lines' lengths; (2, N) ``volume`` (m^3), ``pull`` (N): of each muscle's; ``gas0``, ``gas1`` (Pa): of its gas. ``torque``, ``loop`` (A): of the current that the
+    the spool; ``stretch`` (m): of both lines' lengths; (2, N) ``volume`` (m^3), ``pull`` (N): of each muscle's; ``gas0``, ``gas1`` (Pa): of its gas. ``torque``, ``radius``, ``loop`` (A): of the current that the
     motion, the commands take. ``load`` (rad/s^2 or m/s^2): of its acceleration.
     """
 
@@ -40,7 +45,8 @@ class Doubted(Bench):
 
     def kept(self, name: str, blocks: tuple[np.ndarray, ...], make: Callable[[], object]) -> object:
         """Made anew where an error has a part in it."""
-        part = {"motor": MOTION[:1], "line": LENGTH, "pressure": GAS, "force": (*GAS, "pull")}.get(name.rstrip("01"), ())
+        gas = (*GAS, "pull", "force") if feels_force(self.params) else GAS
+        part = {"motor": MOTION[:1], "line": LENGTH, "pressure": gas, "force": (*gas, "pull")}.get(name.rstrip("01"), ())
         return make() if self._off(*part) else super().kept(name, blocks, make)
 
     def true(self, port: str) -> np.ndarray:
@@ -53,7 +59,7 @@ class Doubted(Bench):
         if "angle" not in self.errors:
             return angle, speed, acceleration
         error = self.errors["angle"]
-        rate = smooth.slope(error, self.prepared.period_s)
+        rate = smooth.slope(smooth.smoothed(error, smooth.gaussian_taps(smooth.FUSE_CYCLES)), self.prepared.period_s)  # above it the speed reading is believed
         return angle - error, speed - rate, acceleration - smooth.slope(rate, self.prepared.period_s)
 
     def place(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -134,6 +140,6 @@ def _slope(bench: Bench, error: np.ndarray) -> np.ndarray:
 
 # What a link's own reading shows of an error; all else has gone in with the link's inputs.
 _SHOWN: dict[str, dict[str, Callable[[Bench, np.ndarray], np.ndarray]]] = {
-    "drive": {"current": _whole, "loop": _whole}, "motor": {"current": _whole, "torque": _whole}, "torque": {"current": _torque, "torque": _needed},
+    "drive": {"current": _whole, "loop": _whole}, "motor": {"current": _whole, "torque": _whole, "radius": _whole}, "torque": {"current": _torque, "torque": _needed, "radius": _needed},
     "gas0": {"gauge0": _whole}, "gas1": {"gauge1": _whole}, "muscle0": {"force": _whole}, "load": {"load": _acceleration, "place": _of_place}, "encoder": {"angle": _slope},
 }

@@ -3,7 +3,7 @@
 import numpy as np
 
 from epa_rt.gap.house import load_link, smooth
-from epa_rt.gap.house.doubt.states import FORCE_N, MOTOR_RAD_S, PLACE_RAD_S, Shapes, memories, modelled_current, spool_turn, waves, way
+from epa_rt.gap.house.doubt.states import FORCE_N, MOTOR_RAD_S, PLACE_RAD_S, Shapes, memories, modelled_current, spool_force, spool_turn, waves, way
 from epa_rt.gap.house.evaluate import Bench
 from epa_rt.gap.house.states import slow
 
@@ -16,7 +16,7 @@ WIDTHS_RAD = (2e-4, 1e-3, 5e-3, 2e-2, 0.1)    # of memories of a joint's angle
 def torque(bench: Bench) -> Shapes:
     """Of the current that the motion takes: dry and other friction, waves, heat, whatever hangs on the current."""
     turned, speed, _ = bench.motor()
-    w, c, f = speed / MOTOR_RAD_S, modelled_current(bench), np.abs(bench.spool()) / FORCE_N
+    w, c, f = speed / MOTOR_RAD_S, modelled_current(bench), np.abs(spool_force(bench))
     to = way(w)
     dry = [to, to * np.exp(-((w / STRIBECK) ** 2)), to * f, *(to * x for x in waves(spool_turn(bench), TURNS))]
     return [np.ones(len(w)), *dry, w, w * np.abs(w), c, c * np.abs(c), c * slow(c * c, bench.prepared.period_s, WARMING_S), *waves(turned, COGS)]

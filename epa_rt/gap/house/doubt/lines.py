@@ -3,7 +3,7 @@
 import numpy as np
 
 from epa_rt.gap.house import smooth
-from epa_rt.gap.house.doubt.states import PRESSURE_PA, TRAVEL_M, Shapes, fading, line_of, memories, modelled_force, modelled_gauge, spool_turn, waves, way
+from epa_rt.gap.house.doubt.states import PRESSURE_PA, TRAVEL_M, Shapes, fading, line_of, memories, modelled_gauge, calm_force, spool_force, spool_turn, waves, way
 from epa_rt.gap.house.evaluate import Bench
 from epa_rt.gap.house.states import since
 
@@ -20,9 +20,16 @@ def travel(bench: Bench) -> Shapes:
     return [z, z * z, *waves(turn, TURNS), *stuck, *(m * z for m in stuck)]
 
 
+def radius(bench: Bench) -> Shapes:
+    """Of the current that pulls at the spool take, where its radius is another one: the force times anything over the spool's turn."""
+    turn, f = spool_turn(bench), spool_force(bench)
+    z = turn * float(bench.params["transmission"]["spool_radius_m"][0]) / TRAVEL_M
+    return [f * x for x in (z, z * z, *waves(turn, TURNS))]
+
+
 def pull(bench: Bench, i: int) -> Shapes:
     """Of a muscle's force: at rest, in motion, by where it came from, by how long ago."""
-    (e, v), q, f = line_of(bench, i), modelled_gauge(bench, i), modelled_force(bench, i)
+    (e, v), q, f = line_of(bench, i), modelled_gauge(bench, i), calm_force(bench, i)
     to, stuck = way(v), memories(e * TRAVEL_M, WIDTHS_M)
     static = [np.ones(len(e)), e, e**2, e**3, q, q * q, q * e, q * e**2, q * e**3]
     moving = [to, to * q, to * f, v, v * q, v * np.abs(v)]
@@ -31,7 +38,7 @@ def pull(bench: Bench, i: int) -> Shapes:
 
 def stretch(bench: Bench, i: int) -> Shapes:
     """Of a line's length by what pulls at it."""
-    f = modelled_force(bench, i)
+    f = calm_force(bench, i)
     return [f, f * f]
 
 

@@ -5,8 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from epa_rt.gap.house import instruments
 from epa_rt.gap.house.doubt import drive, lines, readings
-from epa_rt.gap.house.doubt.states import Shapes
+from epa_rt.gap.house.doubt.bench import feels_force
+from epa_rt.gap.house.doubt.states import Shapes, has_gauge
 from epa_rt.gap.house.evaluate import Bench
 from epa_rt.models.effect import Effect, Knob
 
@@ -27,16 +29,17 @@ class Off(NamedTuple):
 
 
 def _of_both(shapes: Callable[[Bench, int], Shapes]) -> Callable[[Bench], Shapes]:
-    """(2, N) each: a muscle's own states make its error, with one factor for both. Zeros where there is no second one."""
+    """(2, N) each: a muscle's own states make its error, with one factor for both. Zeros of a muscle that is not there or has no gauge, nothing where neither has."""
     def made(bench: Bench) -> Shapes:
-        first = shapes(bench, 0)
-        second = shapes(bench, 1) if bench.params["muscle"]["present"][0, 1] > 0.5 else [np.zeros(len(one)) for one in first]
-        return [np.stack(pair) for pair in zip(first, second, strict=True)]
+        own = [shapes(bench, i) if has_gauge(bench, i) else [] for i in (0, 1)]
+        none = [np.zeros(bench.prepared.count)] * max(map(len, own))
+        return [np.stack(pair) for pair in zip(own[0] or none, own[1] or none, strict=True)]
     return made
 
 
 OFF: Mapping[str, Off] = {
     "travel": Off(lines.travel, 1e-4, "m", LENGTHS),
+    "radius": Off(lines.radius, 0.02, "A", MOTOR, "motor"),
     "pull": Off(_of_both(lines.pull), 1.0, "N", ("muscle0", "load")),
     "stretch": Off(_of_both(lines.stretch), 1e-4, "m", LENGTHS),
     "volume": Off(_of_both(lines.volume), 1e-6, "m^3", ("gas0", "gas1", "load")),
@@ -47,22 +50,22 @@ OFF: Mapping[str, Off] = {
     "force": Off(readings.force, 1.0, "N", ("muscle0", *MOTOR), "muscle0"),
     "current": Off(readings.current, 0.02, "A", ("drive", *MOTOR), "drive"),
     "angle": Off(readings.angle, 1e-3, "rad", (*LENGTHS, "drive", *MOTOR, "encoder")),
-    "place": Off(readings.place, 3e-3, "rad", LENGTHS, "load"),
+    "place": Off(readings.place, 3e-3, "rad or m", LENGTHS, "load"),
     "torque": Off(drive.torque, 0.02, "A", MOTOR, "motor"),
     "loop": Off(drive.loop, 0.02, "A", ("drive",), "drive"),
     "command": Off(drive.command, 1e-2, "rad", ("drive",), "drive"),
-    "load": Off(drive.load, 0.3, "rad/s^2", ("load",), "load"),
+    "load": Off(drive.load, 0.3, "rad/s^2 or m/s^2", ("load",), "load"),
 }
 # Place to its block, what it is for people, and what is off there.
 PLACES: Mapping[str, tuple[str, str, tuple[str, ...]]] = {
-    "spool": ("transmission", "the way that the spool gives the lines", ("travel",)),
+    "spool": ("transmission", "the way that the spool gives the lines", ("travel", "radius")),
     "muscle": ("muscle", "a muscle's force, its line's stretch or its volume", ("pull", "stretch", "volume")),
     "gas": ("gas", "what flows into a muscle and out of it, heat, or a volume that swells", ("gas0", "gas1")),
     "gauge": ("sensors", "a reading of the pressure", ("gauge0", "gauge1")),
     "force_cell": ("sensors", "the reading of the force", ("force",)),
     "current_reading": ("sensors", "the reading of the current", ("current",)),
     "encoder": ("sensors", "the reading of the motor's angle", ("angle",)),
-    "joint_reading": ("sensors", "the reading of the joint's angle", ("place",)),
+    "load_reading": ("sensors", "the reading of the load's place", ("place",)),
     "drive": ("drive", "the motor's torque, or how the drive follows its commands", ("torque", "loop", "command")),
     "load": ("load", "what the load's motion takes", ("load",)),
 }
@@ -71,6 +74,19 @@ PLACES: Mapping[str, tuple[str, str, tuple[str, ...]]] = {
 def shapes_of(bench: Bench, links: Sequence[str]) -> dict[str, np.ndarray]:
     """What may be off on a rig with these links, to its shapes: (k, N), of what both muscles have (k, 2, N)."""
     return {name: np.asarray(off.shapes(bench)) for name, off in OFF.items() if not set(links).isdisjoint(off.links) and (off.needs is None or off.needs in links)}
+
+
+def also_moved(params: np.ndarray) -> dict[str, tuple[str, ...]]:
+    """What may be off to links that it moves besides, on a plant with these numbers: forces have a part in a strapped muscle's volume and in a gauge that feels them, and a
+    cell that is late is corrected by a prediction."""
+    found: dict[str, tuple[str, ...]] = {}
+    if feels_force(params):
+        found |= {"pull": ("gas0", "gas1"), "force": ("gas0", "load")}
+    if instruments.is_dynamic(params["sensors"][0]):
+        found |= {name: (*found.get(name, ()), *MOTOR) for name in ("pull", "stretch", "gauge0", "travel", "place")}
+    if params["load"]["travel1_ratio"][0] != 0.0:
+        found |= {name: (*found.get(name, ()), *MOTOR) for name in ("pull", "stretch", "gauge1", "travel", "place")}
+    return found
 
 
 def knobs_of(counts: Mapping[str, int]) -> dict[str, Knob]:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from epa_rt.gap.house import smooth
-from epa_rt.gap.house.doubt.states import MOTOR_RAD_S, PRESSURE_PA, Shapes, memories, minutes, modelled_current, modelled_force, modelled_gauge, waves
+from epa_rt.gap.house.doubt.states import MOTOR_RAD_S, PRESSURE_PA, Shapes, memories, minutes, modelled_current, calm_force, modelled_gauge, waves
 from epa_rt.gap.house.evaluate import Bench
 
 WIDTHS_PA = (90.0, 900.0)    # of memories of a pressure
@@ -18,7 +18,7 @@ def gauge(bench: Bench, i: int) -> Shapes:
 
 def force(bench: Bench) -> Shapes:
     """Of the force: zero, scale, bow, lag, drift, and what it feels of the pressure."""
-    f, q = modelled_force(bench, 0), modelled_gauge(bench, 0)
+    f, q = calm_force(bench, 0), modelled_gauge(bench, 0)
     return [np.ones(len(f)), f, f * f, f**3, smooth.slope(f, bench.prepared.period_s), minutes(bench), q, q * q, q * f]
 
 
@@ -35,6 +35,6 @@ def angle(bench: Bench) -> Shapes:
 
 
 def place(bench: Bench) -> Shapes:
-    """Of the joint's angle: zero, scale, bow."""
+    """Of the load's place: zero, scale, bow."""
     s = bench.place()[0]
     return [np.ones(len(s)), s, s * s]

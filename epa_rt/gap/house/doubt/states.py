@@ -39,8 +39,13 @@ def minutes(bench: Bench) -> np.ndarray:
     return np.arange(bench.prepared.count) * bench.prepared.period_s / MINUTE_S
 
 
+def has_gauge(bench: Bench, i: int) -> bool:
+    """Whether a muscle is there and its pressure is measured."""
+    return bool(bench.params["muscle"]["present"][0, i] > 0.5) and f"muscle{i}_gauge_pa" in bench.prepared.readings
+
+
 def modelled_gauge(bench: Bench, i: int) -> np.ndarray:
-    """(N,) gauge pressure that the gas should have."""
+    """(N,) gauge pressure that the gas should have, in parts of PRESSURE_PA."""
     return (bench.pressure(i)[0] - float(bench.params["gas"]["atmosphere_pa"][0, i])) / PRESSURE_PA
 
 
@@ -50,8 +55,16 @@ def line_of(bench: Bench, i: int) -> tuple[np.ndarray, np.ndarray]:
     return (line[0] - float(bench.params["load"][f"rest{i}_m"][0])) / TRAVEL_M, line[1] / SPEED_M_S
 
 
-def modelled_force(bench: Bench, i: int) -> np.ndarray:
+def calm_force(bench: Bench, i: int) -> np.ndarray:
+    """(N,) force from length and measured pressure, smoothed, in parts of FORCE_N: its noise is not the force cell's."""
     return bench.predicted_force(i, calm=True) / FORCE_N
+
+
+def spool_force(bench: Bench) -> np.ndarray:
+    """(N,) force at the spool, in parts of FORCE_N; zeros where nothing measured says it."""
+    known = "force_n" in bench.prepared.readings or has_gauge(bench, 0)
+    both = bench.params["load"]["travel1_ratio"][0] == 0.0 or bench.params["muscle"]["present"][0, 1] < 0.5 or has_gauge(bench, 1)
+    return bench.spool() / FORCE_N if known and both else bench.zero()
 
 
 def spool_turn(bench: Bench) -> np.ndarray:
@@ -62,5 +75,5 @@ def spool_turn(bench: Bench) -> np.ndarray:
 def modelled_current(bench: Bench) -> np.ndarray:
     """(N,) current that the motion should take."""
     out = np.empty(bench.prepared.count)
-    motor_link.balance_current(bench.params, *bench.motor(), bench.spool(), bench.warmth(), bench.prepared.period_s, out)
+    motor_link.balance_current(bench.params, *bench.motor(), FORCE_N * spool_force(bench), bench.warmth(), bench.prepared.period_s, out)
     return smooth.flat_smoothed(out, smooth.gaussian_taps(smooth.SLOPE_CYCLES)) / CURRENT_A

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from epa_rt.gap.house.doubt.bench import Doubted, doubted_residual
-from epa_rt.gap.house.doubt.places import OFF, SIGN, catalogue_of, knobs_of, shapes_of
+from epa_rt.gap.house.doubt.places import OFF, SIGN, also_moved, catalogue_of, knobs_of, shapes_of
 from epa_rt.gap.house.evaluate import Bench
 from epa_rt.gap.house.prepared import Prepared
 from epa_rt.gap.house.residuals import at_rate
@@ -28,11 +28,13 @@ class DoubtedSubject:
         own = knobs_of({name: len(made) for name, made in next(iter(self._shapes.values())).items()})
         self.knobs = dict(subject.knobs) | own
         self.catalogue = catalogue_of(own)
+        also = also_moved(subject.plant.params)
+        self._moved = {name: {*off.links, *also.get(name, ())} for name, off in OFF.items()}
 
     def touched(self, key: str) -> tuple[str, ...]:
         if SIGN not in key:
             return self._subject.touched(key)
-        return tuple(link.name for link in self.links if link.name in OFF[key.split(SIGN)[0]].links)
+        return tuple(link.name for link in self.links if link.name in self._moved[key.split(SIGN)[0]])
 
     def residual(self, prepared: Prepared, values: Values, link: str) -> np.ndarray:
         plain = {key: value for key, value in values.items() if SIGN not in key}
