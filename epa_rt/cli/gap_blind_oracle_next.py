@@ -32,7 +32,6 @@ def oracle_next(cases: Path, sealed: Path, out: Path, jobs: int, said: Path) -> 
     if not any(said.glob("*_next.json")) or answers.resolve() == said.resolve():
         raise VerbError(f"{said}: found no answers of next experiments, or this oracle's own, expected those that score --next has kept (--answers)", BAD_INPUT)
     asked = _asked(opened(sealed, cases)["cases"], said)
-    answers.mkdir(parents=True, exist_ok=True)
     ran = [(truth, _rivals(truth, before, after)) for truth, before, after in asked if "error" not in after]
     work = [(cases / truth["case"] / "next", truth, rivals, _kept(answers, truth)) for truth, rivals in ran]
     for _ in side_by_side(jobs, _one, work, "next experiments judged"):

@@ -1,5 +1,6 @@
 """What a diagnosis says, field by field, as the JSON of ``epa gap diagnose`` has it."""
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Literal
 
@@ -10,6 +11,11 @@ Who = Literal["rig", "plant_file", "both"]
 
 DECIDES = 25.0  # chi-square between two answers that settles the matter: five standard deviations of the noise
 TELLS = 10.0    # by less no two answers are told apart
+
+GAIN = 100.0    # chi-square that a place must explain for a gap to come from there
+SHARE = 0.25    # of the excess, and of what nominal parameters are strained by, that it must explain
+NEAR = 0.5      # of what the first one explains, without which no place comes near
+APART = 2.0     # deviations over the blocks from which a place is behind the first
 
 
 @dataclass(frozen=True)
@@ -127,6 +133,13 @@ class Origin:
     gain: float                     # chi-square on trials that the error's fit has not seen
     explained_share: float          # that gain over the excess over noise and what nominal parameters are strained by
     behind: float                   # deviations over the logs' blocks behind the place that explains most
+
+
+def likely(found: Sequence[Origin]) -> tuple[Origin, ...]:
+    """The places that a gap comes from, as far as its links can be told from others'; none where no place explains it."""
+    if not found or found[0].gain < GAIN or found[0].explained_share < SHARE:
+        return ()
+    return tuple(one for one in found if one.behind < APART and one.gain > NEAR * found[0].gain)
 
 
 @dataclass(frozen=True)

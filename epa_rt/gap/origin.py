@@ -8,9 +8,7 @@ shapes is not the better for them.
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
-from epa_rt.gap.diagnosis import Origin, Place
+from epa_rt.gap.diagnosis import Origin, Place, likely
 from epa_rt.gap.point import linearised
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import refit
@@ -18,11 +16,7 @@ from epa_rt.gap.role import gains, z_of_sum
 from epa_rt.gap.subject import Values
 
 ROUNDS = 2     # of a refit: errors move residuals in proportion, nominal parameters nearly so
-GAIN = 100.0   # chi-square that a place must explain
-SHARE = 0.25   # of the excess, and of what nominal parameters are strained by, that it must explain
 SURE = 4.0     # deviations from which a link is off
-NEAR = 0.5     # of what the first one explains, without which no place comes near
-APART = 2.0    # deviations over the blocks by which other blocks' places must be behind
 
 
 def origins(problem: Problem, values: Values) -> tuple[Origin, ...]:
@@ -34,17 +28,8 @@ def origins(problem: Problem, values: Values) -> tuple[Origin, ...]:
     point = linearised(asked, (), dict(values))
     fits = asked.each(lambda effect: refit(asked, point, effect.name, dict.fromkeys(effect.knobs, 0.0), ROUNDS), list(asked.effects.values()))
     excess = sum(max(float(r @ r) - len(r), 0.0) for r in point.residual.values()) + float(point.normal.prior @ point.normal.z**2)
-
-    made = sorted(((gains(asked, point, fit), fit) for fit in fits), key=lambda pair: -float(pair[0].sum()))
-    return tuple(Origin(fit.effect, asked.effects[fit.effect].block, asked.effects[fit.effect].says, float(np.sum(gain)), float(np.sum(gain)) / max(excess, 1.0), z_of_sum(made[0][0] - gain))
-                 for gain, fit in made)
-
-
-def likely(found: Sequence[Origin]) -> tuple[Origin, ...]:
-    """The places that a gap comes from, as far as its links can be told from others'; none where no place explains it."""
-    if not found or found[0].gain < GAIN or found[0].explained_share < SHARE:
-        return ()
-    return tuple(one for one in found if one.behind < APART and one.gain > NEAR * found[0].gain)
+    made = sorted(((gains(asked, point, fit), asked.effects[fit.effect]) for fit in fits), key=lambda pair: -float(pair[0].sum()))
+    return tuple(Origin(place.name, place.block, place.says, total := float(gain.sum()), total / max(excess, 1.0), z_of_sum(made[0][0] - gain)) for gain, place in made)
 
 
 def origin_first(places: Sequence[Place], found: Sequence[Origin]) -> tuple[Place, ...]:

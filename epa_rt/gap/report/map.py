@@ -3,8 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 
-from epa_rt.gap.diagnosis import Diagnosis, Place
-from epa_rt.gap.origin import likely
+from epa_rt.gap.diagnosis import Diagnosis, Place, likely
 from epa_rt.gap.report.words import channel_words, named_words, region_words, size, times
 from epa_rt.report.markup import Html, join, note, tag
 

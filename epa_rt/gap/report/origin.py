@@ -1,7 +1,6 @@
 """Where a gap comes from that no effect explains, for people."""
 
-from epa_rt.gap.diagnosis import Diagnosis, Origin
-from epa_rt.gap.origin import likely
+from epa_rt.gap.diagnosis import Diagnosis, Origin, likely
 from epa_rt.gap.report.words import percent
 from epa_rt.report.markup import Html, join, note, paragraph, table, tag
 

@@ -12,7 +12,7 @@ from epa_rt.gap.house.residuals import LOAD_HZ, NEEDED, RESIDUALS
 
 MOTION = ("angle", "place")
 LENGTH = (*MOTION, "travel", "stretch")
-GAS = (*LENGTH, "gauge0", "gauge1", "volume", "gas0", "gas1")
+PRESSURE = (*LENGTH, "gauge0", "gauge1", "volume")    # errors of the gas itself are added to what it gives
 
 
 def feels_force(params: np.ndarray) -> bool:
@@ -45,8 +45,8 @@ class Doubted(Bench):
 
     def kept(self, name: str, blocks: tuple[np.ndarray, ...], make: Callable[[], object]) -> object:
         """Made anew where an error has a part in it."""
-        gas = (*GAS, "pull", "force") if feels_force(self.params) else GAS
-        part = {"motor": MOTION[:1], "line": LENGTH, "pressure": gas, "force": (*gas, "pull")}.get(name.rstrip("01"), ())
+        pressure = (*PRESSURE, "pull", "force") if feels_force(self.params) else PRESSURE
+        part = {"motor": MOTION[:1], "line": LENGTH, "pressure": pressure, "force": (*pressure, "gas0", "gas1", "pull")}.get(name.rstrip("01"), ())
         return make() if self._off(*part) else super().kept(name, blocks, make)
 
     def true(self, port: str) -> np.ndarray:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from epa_rt.gap.house import smooth
-from epa_rt.gap.house.doubt.states import PRESSURE_PA, TRAVEL_M, Shapes, fading, line_of, memories, modelled_gauge, calm_force, spool_force, spool_turn, waves, way
+from epa_rt.gap.house.doubt.states import PRESSURE_PA, TRAVEL_M, Shapes, calm_force, fading, line_of, memories, modelled_gauge, spool_force, spool_turn, waves, way
 from epa_rt.gap.house.evaluate import Bench
 from epa_rt.gap.house.states import since
 

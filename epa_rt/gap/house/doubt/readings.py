@@ -3,7 +3,7 @@
 import numpy as np
 
 from epa_rt.gap.house import smooth
-from epa_rt.gap.house.doubt.states import MOTOR_RAD_S, PRESSURE_PA, Shapes, memories, minutes, modelled_current, calm_force, modelled_gauge, waves
+from epa_rt.gap.house.doubt.states import MOTOR_RAD_S, PRESSURE_PA, Shapes, calm_force, memories, minutes, modelled_current, modelled_gauge, waves
 from epa_rt.gap.house.evaluate import Bench
 
 WIDTHS_PA = (90.0, 900.0)    # of memories of a pressure
