@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from epa_rt.gap.attribution import Attribution
+from epa_rt.gap.attribution import Attribution, Progress
 from epa_rt.gap.bars import BARS
 from epa_rt.gap.coverage import above_noise, broken, coverage, gaps, passed_over, trust
-from epa_rt.gap.diagnosis import Diagnosis, FreeRun, Named, Near, Number, Shrinkage
+from epa_rt.gap.diagnosis import Diagnosis, FreeRun, Named, Near, Number, Origin, Shrinkage
 from epa_rt.gap.held_out import not_carried_over, not_closed, said_of_held_out, said_of_not_closed
 from epa_rt.gap.localise import localise
 from epa_rt.gap.origin import origin_first, origins
@@ -29,7 +29,8 @@ NEAR = 0.5         # of what the named one explains, from which another family's
 UNSUPPORTED = 0.4  # of a name's confidence is left where the whole plant is no better with it, or further off than any without a gap: wrong there nearly as often as right
 
 
-def composed(subject: Subject, recordings: Sequence[Recording], found: Attribution, rows: Sequence[Shrinkage] = (), unseen: bool = True) -> Diagnosis:
+def composed(subject: Subject, recordings: Sequence[Recording], found: Attribution, rows: Sequence[Shrinkage] = (), unseen: bool = True,
+             progress: Progress = lambda stage, share: None) -> Diagnosis:
     """The answer in the words of ``diagnosis.py``. ``rows``: how far the gap shrinks, on logs or trials that no fit has seen where ``unseen``."""
     problem, selection = found.problem, found.selection
     screening = selection.roles[0].screening if selection.roles else selection.refused.screening if selection.refused else None
@@ -74,7 +75,11 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     says = f"{says} {said_of_moved(moved)}" if verdict == "no_gap" and moved else says
     named = tuple(replace(one, parameters=_numbers(problem, selection.final, one.name, off)) for one in named)
     places = localise(subject, problem.prepared, seen_at, problem.floors)
-    whence = origins(problem, selection.base.values) if verdict == "not_in_catalogue" else ()
+    whence: tuple[Origin, ...] = ()
+    if verdict == "not_in_catalogue":
+        progress("where it comes from", 0.96)
+        whence = origins(problem, selection.base.values)
+        progress("what is left", 0.99)
     return Diagnosis(
         verdict=verdict, says=says, found_first=tuple(f"{r.name}: {what}" for r in recordings for what in r.found),
         location=origin_first(places, whence), origins=whence, effects=named,

@@ -21,6 +21,7 @@ NOISY = 10.0         # chi-square that noise alone may leave of a channel
 ROUNDS, SLOW = 15, 0.01   # fresh derivatives at most so often, and no more where they took off less than that part: a knee's valleys bend
 AS_PROMISED, TRIFLE = 0.05, 3.0   # of a step's fall and of what is left, and chi-square: a fit that falls as its derivatives promised has arrived
 ABSURD = 1e6         # deviations that stand for a run that is no number
+KEPT = 64            # runs that changes are counted from
 WITHIN = 0.55        # of a step: a reading that stands still says that the value lies within it, and the rest may lie on its edge
 
 
@@ -36,6 +37,9 @@ class AsOne:
         self.links = (Link(LINK, LINK, "all readings", "1", "commands to readings"),)
         self.nominal, self.catalogue, self.knobs = subject.nominal, subject.catalogue, subject.knobs
         self.free_run, self.patched, self.without_stop = subject.free_run, subject.patched, subject.without_stop
+        rougher = getattr(subject, "rougher", lambda: None)()
+        self._rough = rougher.free_run if rougher else subject.free_run
+        self._bases: dict[tuple, np.ndarray] = {}
 
     def touched(self, key: str) -> tuple[str, ...]:
         return (LINK,)
@@ -45,7 +49,27 @@ class AsOne:
 
     def residual(self, prepared: "Held", values: Values, link: str) -> np.ndarray:
         """(n,) measured minus free run; NaN outside of trials."""
-        return apart(prepared, self._subject.free_run(prepared.recording, values, None), self.meters).ravel()
+        return self._by(self._subject.free_run, prepared, values)
+
+    def change(self, prepared: "Held", values: Values, at: Values) -> np.ndarray:
+        """(n,) residual at ``values`` less that at ``at``, by the rougher model as long as that gives numbers."""
+        made = self._by(self._rough, prepared, values)
+        if np.nanmax(np.abs(made), initial=0.0) < ABSURD:
+            return made - self._base(prepared, at)
+        return self.residual(prepared, values, LINK) - self.residual(prepared, at, LINK)
+
+    def _base(self, prepared: "Held", at: Values) -> np.ndarray:
+        """The rougher model's residual, kept: all of a point's derivatives ask for it, of several fits at once."""
+        key = (prepared.recording.name, tuple(at.items()))
+        made = self._bases.get(key)
+        if made is None:
+            if len(self._bases) >= KEPT:
+                self._bases = {}
+            self._bases[key] = made = self._by(self._rough, prepared, at)
+        return made
+
+    def _by(self, run, prepared: "Held", values: Values) -> np.ndarray:
+        return apart(prepared, run(prepared.recording, values, None), self.meters).ravel()
 
     def features(self, prepared: "Held", link: str) -> Mapping[str, np.ndarray]:
         return {}

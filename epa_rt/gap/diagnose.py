@@ -33,7 +33,7 @@ def diagnose(subject: Subject, recordings: Sequence[Recording], holdout: Sequenc
     if how_far:
         rows = _how_far(judged, logs, found, found.refitted, found.selection.final.values, floors, seed, lambda stage, share: progress(stage, 0.8 + 0.15 * share))
     progress("what is left", 0.95)
-    answer = composed(fitted, recordings, found, rows, unseen=bool(holdout or halves))
+    answer = composed(fitted, recordings, found, rows, bool(holdout or halves), progress)
     if how_far and found.selection.roles and not answer.effects:  # what was found and not named closes nothing
         base = found.selection.base.values
         answer = replace(answer, shrinkage=_how_far(judged, logs, found, base, base, floors, seed, lambda stage, share: None))

@@ -97,11 +97,11 @@ def _afresh(whole: Problem, best: Point, one: _Tried) -> Point:
     """Fitted with fresh derivatives. Where nominal parameters had gone far to hide the gap, also from the plant file's with the law at typical
     strength in each of its shapes, and the best one: back along the valley between an effect and what imitates it, many a fit gets stuck."""
     effects = (*best.effects, one.effect)
-    points = [fitted(whole, effects, one.values)]
+    begins = [one.values]
     if _gone_far(best):
         own = {key: best.values[key] for name in best.effects for key in whole.effects[name].knobs}
-        points += [fitted(whole, effects, {**own, **start}) for start in one.starts]
-    return min(points, key=lambda point: point.normal.chi)
+        begins += [{**own, **start} for start in one.starts]
+    return min(whole.each(lambda values: fitted(whole, effects, values), begins), key=lambda point: point.normal.chi)
 
 
 def _thorough(whole: Problem, best: Point, one: _Tried) -> _Tried:
@@ -138,7 +138,7 @@ def _promising(whole: Problem, point: Point, rules: Rules, also: tuple[str, ...]
 
     tried = whole.each(begin, chosen)
     if hidden:
-        tried = [_thorough(whole, point, one) for one in tried[:THOROUGH]] + tried[THOROUGH:]
+        tried = whole.each(lambda one: _thorough(whole, point, one), tried[:THOROUGH]) + tried[THOROUGH:]
     elif also:  # kept derivatives left a joint's zero at 115 that comes down to 61, and a scale at 76 looked better
         tried = [_thorough(whole, point, one) if one.effect in also or i < THOROUGH else one for i, one in enumerate(sorted(tried, key=lambda one: one.chi))]
     return sorted(tried, key=lambda one: one.chi)

@@ -126,11 +126,14 @@ class Problem:
 
     def residual(self, values: Values, link: str) -> np.ndarray:
         """(samples(link),) whitened residual over all recordings. Raises Stopped when the caller asked for it."""
+        self._asked()
+        return np.concatenate([self._whitened(r.name, link, values)[self._keep[r.name, link]] for r in self.recordings])
+
+    def _asked(self) -> None:
         if self._stop is not None and self._stop():
             raise Stopped
         with self._lock:
             self.evaluations += 1
-        return np.concatenate([self._whitened(r.name, link, values)[self._keep[r.name, link]] for r in self.recordings])
 
     def touched(self, keys: Iterable[str]) -> tuple[str, ...]:
         """Links that any of the knobs may change, in the order of the rig."""
@@ -156,7 +159,17 @@ class Problem:
         """(n,) change of a link's residual per spread of a knob."""
         at = values.get(key, self.knobs[key].value)
         step = self.step(key, at)
-        return (self.residual({**values, key: at + step}, link) - here) * (self.spread(key) / step)
+        return self.change({**values, key: at + step}, values, link, here) * (self.spread(key) / step)
+
+    def change(self, values: Values, at: Values, link: str, here: np.ndarray) -> np.ndarray:
+        """(n,) a link's residual at ``values`` less that at ``at``, which is ``here``."""
+        cheaper = getattr(self.subject, "change", None)
+        if cheaper is None:
+            return self.residual(values, link) - here
+        self._asked()
+        floor = self.floors[link]
+        made = ((r.name, floor.whiten(cheaper(self.prepared[r.name], values, at))) for r in self.recordings)
+        return np.concatenate([white[self._keep[name, link]] for name, white in made]) / self.scale[link]
 
     def strength(self, effect: str) -> tuple[str, ...]:
         """Knobs that switch an effect off, each on its own or, where none does, the fewest together; the others shape it."""

@@ -4,6 +4,7 @@ import numpy as np
 
 from epa_rt.models.blocks import gas, instruments, load, muscle, sensors, transmission
 from epa_rt.models.chain import lengths, write_truth
+from epa_rt.models.compiled import compiled
 from epa_rt.models.ports import ANGLE, GAS_C, GAS_MASS, LOAD_PLACE, MEMORY, STATE
 
 
@@ -43,31 +44,38 @@ def _angle_at(transmission_params, travel_m: float) -> float:
     return angle
 
 
-def _length(p, i: int, place: float) -> float:
+@compiled
+def _length(p, i, place):
     """Length of muscle i with the spool at its start and the load at ``place``."""
-    q, _, _ = load.coordinate(p["load"], place, 0.0)
-    return lengths(p["load"], i, p["load"]["start_travel_m"], 0.0, q, 0.0)[0]
+    q, _, _ = load.coordinate(p.load, place, 0.0)
+    return lengths(p.load, i, p.load.start_travel_m, 0.0, q, 0.0)[0]
 
 
-def _vented_force(p, i: int, place: float) -> float:
+@compiled
+def _vented_force(p, i, place):
     """What muscle i holds without pressure: bladder and locked braid."""
-    if p["muscle"][i]["present"] < 0.5:
+    if p.muscle[i].present < 0.5:
         return 0.0
-    return muscle.tension(p["muscle"][i], 0.0, 0.0, _length(p, i, place), 0.0, np.zeros(MEMORY), 0.0, 0.0)
+    return muscle.tension(p.muscle[i], 0.0, 0.0, _length(p, i, place), 0.0, np.zeros(MEMORY), 0.0, 0.0)
 
 
-def _hanging_place(p) -> float:
-    """Where the load rests, by bisection on its acceleration; 0 for a fixed load."""
-    kind = p["load"]["kind_code"]
-    if kind == load.FIXED:
-        return 0.0
-    unit = "m" if kind == load.MASS else "rad"
-    low, high = p["load"][f"low_{unit}"] - 1.0, p["load"][f"high_{unit}"] + 1.0
+@compiled
+def _balance(p, low, high):
+    """Where the load's acceleration changes sign between two places, by bisection."""
     for _ in range(80):
         middle = 0.5 * (low + high)
-        pull = load.along_load(p["load"], _vented_force(p, 0, middle), _vented_force(p, 1, middle))
-        if load.rates(p["load"], middle, 0.0, 0.0, pull)[0] > 0.0:
+        pull = load.along_load(p.load, _vented_force(p, 0, middle), _vented_force(p, 1, middle))
+        if load.rates(p.load, middle, 0.0, 0.0, pull)[0] > 0.0:
             low = middle
         else:
             high = middle
     return 0.5 * (low + high)
+
+
+def _hanging_place(p) -> float:
+    """Where the load rests; 0 for a fixed load."""
+    kind = p["load"]["kind_code"]
+    if kind == load.FIXED:
+        return 0.0
+    unit = "m" if kind == load.MASS else "rad"
+    return _balance(p, p["load"][f"low_{unit}"] - 1.0, p["load"][f"high_{unit}"] + 1.0)

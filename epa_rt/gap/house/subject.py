@@ -1,5 +1,6 @@
 """The Subject of this house's rigs: links over the plant's blocks, knobs of the catalogue, free run, patched plant files."""
 
+import copy
 import os
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -99,6 +100,14 @@ class HouseSubject:
     def free_run(self, recording: Recording, values: Values, seed: int | None) -> Recording | None:
         phase, noise = self._noise(recording, values) if seed is not None else (self._phase(recording), None)
         return self._run(recording, values, noise, seed or 0, phase)
+
+    def rougher(self) -> "HouseSubject | None":
+        """The same rig integrated in half as many sub-steps: too coarse for its readings, not for what a knob changes of them. None where there is no half."""
+        if self.plant.substeps < 2:
+            return None
+        made = copy.copy(self)
+        made.plant = replace(self.plant, substeps=self.plant.substeps // 2)
+        return made
 
     def _run(self, recording: Recording, values: Values, noise: dict[str, float] | None, seed: int, phase: int) -> Recording:
         return run_whole(self.rig, self.channels, self.params(values), self.plant.substeps, recording, noise, seed, phase)

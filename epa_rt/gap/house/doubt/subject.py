@@ -24,7 +24,7 @@ class DoubtedSubject:
         self.nominal, self.without_stop = subject.nominal, subject.without_stop
         self.prepare, self.features, self.free_run, self.patched = subject.prepare, subject.features, subject.free_run, subject.patched
         names = [link.name for link in subject.links]
-        self._shapes = {name: shapes_of(Bench(one, subject.plant.params), names) for name, one in prepared.items()}
+        self._shapes = {name: _kept(shapes_of(Bench(one, subject.plant.params), names)) for name, one in prepared.items()}
         own = knobs_of({name: len(made) for name, made in next(iter(self._shapes.values())).items()})
         self.knobs = dict(subject.knobs) | own
         self.catalogue = catalogue_of(own)
@@ -48,5 +48,10 @@ class DoubtedSubject:
         for key, value in values.items():
             if SIGN in key and value != 0.0:
                 name, k = key.split(SIGN)
-                found[name] = found.get(name, 0.0) + value * self._shapes[recording][name][int(k)]
+                found[name] = found.get(name, 0.0) + value * self._shapes[recording][name][int(k)].astype(float)
         return found
+
+
+def _kept(shapes: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """In half the room: a shape is known far worse than to seven digits. What is made of them is summed in full."""
+    return {name: made.astype(np.float32) for name, made in shapes.items()}
