@@ -9,6 +9,7 @@ from epa_rt.config.ports import VALVE_PORTS
 from epa_rt.config.rig import Rig
 from epa_rt.config.rig_checks import entries_of
 from epa_rt.gap.house.channels import CONVERTER_COUNTS, analog_speed_step
+from epa_rt.gap.house.smooth import bridged
 from epa_rt.models.ports import COMMAND
 from epa_rt.signals.scaling import scaling_of
 
@@ -56,11 +57,28 @@ def _held(values: np.ndarray) -> np.ndarray:
     return np.where(last >= 0, values[np.maximum(last, 0)], 0.0)
 
 
+def _between(values: np.ndarray, lost: np.ndarray) -> np.ndarray:
+    """A target where rows are lost: it went on from the one before to the one after, for a recorder loses rows and the drive none."""
+    return bridged(np.where(lost, np.nan, values)) if lost.any() else values
+
+
 def _aged(values: np.ndarray, first: float) -> np.ndarray:
     return np.concatenate([np.full(min(AGE, len(values)), first), _held(values)[:-AGE]])
 
 
+def lost_rows(rig: Rig, columns: dict[str, np.ndarray]) -> np.ndarray:
+    """(N,) bool: rows of which nothing was recorded, whatever has been filled in for what was sent."""
+    found = np.ones(len(next(iter(columns.values()))), bool)
+    for row in rig.inputs:
+        if row.name in columns:
+            found &= np.isnan(columns[row.name])
+            if not found.any():
+                break
+    return found
+
+
 def _write_targets(rig: Rig, columns, commands: np.ndarray) -> None:
+    lost = lost_rows(rig, columns)
     entries = {f"{slave.name}.{entry.name}": (slave, entry) for slave in rig.slaves for entry in entries_of(slave, outputs=True)}
     position = next((row for row in rig.outputs if row.entry.endswith(".target_position")), None)
     for row in rig.outputs:
@@ -69,7 +87,9 @@ def _write_targets(rig: Rig, columns, commands: np.ndarray) -> None:
         if row.port in VALVE_PORTS:
             muscle, is_exhaust = VALVE_PORTS[row.port]
             commands["exhaust" if is_exhaust else "inlet"][:, muscle] = values > 0.5
-        elif slave.device == "EPOS4" and entry.name in _TARGETS:
+            continue
+        values = _aged(_between(columns[row.name], lost), row.safe)
+        if slave.device == "EPOS4" and entry.name in _TARGETS:
             line = scaling_of(row, entry, rig)
             counts = np.rint((values - line.intercept) / line.slope)
             size = {"target_position": 2 * math.pi / slave.counts_per_turn, "target_speed": 2 * math.pi / 60.0,

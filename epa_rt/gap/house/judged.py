@@ -4,7 +4,7 @@ import numpy as np
 
 from epa_rt.gap.house import smooth
 from epa_rt.gap.house.commands import AGE
-from epa_rt.gap.house.prepared import START_S, Prepared
+from epa_rt.gap.house.prepared import BRIDGED, START_S, Prepared
 from epa_rt.models.blocks.load import KNEE, MASS
 
 NEEDS = {
@@ -15,38 +15,34 @@ NEEDS = {
 }
 ENABLED_S = 0.1        # after the drive came on
 LOAD_S = 0.4           # after what a load's link may not be judged by: its low-pass remembers (residuals.LOAD_HZ)
+REACH = 70             # cycles about a long gap over which the filters on motion and pressures carry what was made up for it
 STOP_MARGIN = {KNEE: 0.03, MASS: 1.5e-3}  # rad, m: nearer to an end stop its unknown contact counts
 
 
 def judged(prepared: Prepared, params: np.ndarray, link: str) -> np.ndarray:
     """(n,) bool at the residuals' rate."""
-    period = prepared.period_s
-    bad = np.zeros(prepared.count, bool)
+    period, none = prepared.period_s, np.zeros(prepared.count, bool)
     needs = NEEDS[link] + tuple(port for port in ("joint_angle_rad", "load_position_m") if link[:3] in ("gas", "mus", "loa"))
-    for port in needs:
-        if port in prepared.bad:
-            bad |= prepared.bad[port]
+    if link == "load" and params["muscle"]["present"][0, 1] > 0.5:
+        needs += ("muscle1_gauge_pa",)
+    gaps = [prepared.bad[port] for port in needs if port in prepared.bad]
+    bad = np.logical_or.reduce([none, *gaps])
+    through = [*gaps, prepared.bad.get("motor_speed_rad_s", none)]  # what the motor's angle is made of between its counts
+    long = np.logical_or.reduce([none, *(smooth.long_runs(gap, BRIDGED) for gap in through)])
     if link == "load":
-        if params["muscle"]["present"][0, 1] > 0.5:
-            bad |= prepared.bad.get("muscle1_gauge_pa", False)
-        bad |= _near_stop(prepared, params)
-        bad |= _after(bad, round(LOAD_S / period))
+        stopped = _near_stop(prepared, params)
+        bad |= stopped
+        long = smooth.any_before(long | stopped, round(LOAD_S / period))
     if link in ("drive", "motor", "torque"):
-        off = prepared.commands["enabled"] < 0.5
-        bad |= off | _after(off, round(ENABLED_S / period))
+        bad |= smooth.any_before(prepared.commands["enabled"] < 0.5, round(ENABLED_S / period))
     if link in ("drive", "motor", "torque", "encoder"):
         bad |= prepared.standing
-    edge = np.zeros(prepared.count, bool)
+    if link == "drive":
+        bad |= prepared.led
+    edge = none.copy()
     edge[:round(START_S / period)] = True
     edge[-smooth.HALF - AGE:] = True
-    return ~(smooth.any_near(bad) | edge[::smooth.EVERY])
-
-
-def _after(flags: np.ndarray, cycles: int) -> np.ndarray:
-    """True for some cycles after each True."""
-    total = np.concatenate([[0], np.cumsum(flags)])
-    k = np.arange(len(flags)) + 1
-    return total[k] > total[np.maximum(k - cycles, 0)]
+    return ~(smooth.any_near(bad) | smooth.any_near(long, REACH) | edge[::smooth.EVERY])
 
 
 def _near_stop(prepared: Prepared, params: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ from epa_rt.models.ports import STATE
 
 STEPS = 2
 WATCH_S = 0.5  # the speed loop's integral is led to the measured current this slowly: rounding must not add up in it
-STANDING_S = 0.05  # and this fast where only rounding is left of the motion
+STANDING_S = 0.05  # and this fast where only rounding is left of the motion, or nothing is known of it
 
 
 def new_ring() -> np.ndarray:
@@ -30,9 +30,9 @@ def warmth(p, current, period_s, out):
 
 
 @compiled
-def drive_current(params, state, commands, angle, speed, measured_a, standing, warmth_k, period_s, out):
-    """Winding current (N,) from the commands and the measured motion; its integral follows ``measured_a`` slowly, while the
-    motor is ``standing`` (N,) quickly.
+def drive_current(params, state, commands, angle, speed, measured_a, led, warmth_k, period_s, out):
+    """Winding current (N,) from the commands and the measured motion; its integral follows ``measured_a`` slowly, where it
+    is ``led`` (N,) quickly.
     """
     p, s = params[0].drive, state[0]
     delay = params[0].bus.command_delay_s / period_s
@@ -53,7 +53,7 @@ def drive_current(params, state, commands, angle, speed, measured_a, standing, w
             current += di * p.current_lag_s * (1.0 - fade)
             integral += h * rate
         if now[0] > 0.5:
-            integral += period_s / (STANDING_S if standing[k] else WATCH_S) * (measured_a[k] - current)
+            integral += period_s / (STANDING_S if led[k] else WATCH_S) * (measured_a[k] - current)
         s.cycle += 1
         out[k] = current
 

@@ -1,6 +1,6 @@
 """What the links of this house's rigs need of a recording and no knob changes."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from epa_rt.config.rig import Rig
 from epa_rt.gap.house import smooth
 from epa_rt.gap.house.channels import Channel
-from epa_rt.gap.house.commands import commands_of
+from epa_rt.gap.house.commands import commands_of, lost_rows
 from epa_rt.gap.house.rounding import unrounded
 from epa_rt.gap.house.whole import on_grid
 from epa_rt.gap.recording import Recording
@@ -17,6 +17,10 @@ SHUT_S = 0.04          # a valve's own lag, after which a shut one passes nothin
 SHORTEST_SHUT_S = 0.05
 STAND_S, STAND_STEPS = 0.15, 6
 KEPT = 24         # results of a recording, some half a megabyte each
+BRIDGED = 3       # cycles that a straight line makes good
+LED_S = 0.3       # after a longer gap in what a drive is fed with: six times what its integral takes to be led back (motor_link.STANDING_S)
+TARGETS = {8: "target_angle_rad", 9: "target_speed_rad_s", 10: "target_torque_nm"}  # by the drive's mode (CiA 402)
+LEAP = 2.0        # steps of a target by which it bends in a cycle; a smooth one's rounding bends by 0.8
 START_S = 0.2          # of a recording, not judged: filters and lags settle
 
 
@@ -27,7 +31,8 @@ class Prepared:
     ``readings``: port to what the instrument showed, gaps bridged. ``angle``, ``speed``, ``acceleration``: (2, N) parts
     that stem from the motor's angle and from its speed reading, which add up. ``shut``: per muscle (spans, 2), first and
     last + 1 cycle of each span in which its valves pass nothing. ``standing``: bool, the motor moves by no more than a few
-    counts: what sticks there is known to a count at best. ``renewed``: encoder readings without their hold.
+    counts: what sticks there is known to a count at best. ``led``: bool, there and where the motion or its targets are not known, and for LED_S after.
+    ``renewed``: encoder readings without their hold.
     """
 
     name: str
@@ -45,6 +50,7 @@ class Prepared:
     smooth: dict[str, np.ndarray]
     shut: tuple[np.ndarray, ...]
     standing: np.ndarray
+    led: np.ndarray
     judged: dict[str, np.ndarray] = field(default_factory=dict)
     cache: dict = field(default_factory=dict)
 
@@ -78,13 +84,40 @@ def prepare(rig: Rig, channels: dict[str, Channel], hold_s: float, recording: Re
             readings[port] = unrounded(readings[port], channel)
     commands = commands_of(rig, columns)
     hold = max(int(hold_s / period + 0.5), 1)
+    _fill_held(readings, bad, hold)
     angle_raw = readings.get("motor_angle_rad", np.zeros(len(commands)))
     speed_raw = readings.get("motor_speed_rad_s", smooth.slope(angle_raw, period))
     phase = smooth.hold_phase(speed_raw, hold)
     renewed = {"motor_angle_rad": smooth.renewed(angle_raw, hold, phase), "motor_speed_rad_s": smooth.renewed(speed_raw, hold, phase)}
     angle, speed, acceleration = _fused(renewed["motor_angle_rad"], renewed["motor_speed_rad_s"], period)
+    still = standing(angle_raw, channels.get("motor_angle_rad"), period)
     return Prepared(recording.name, period, place, commands, readings, bad, hold, phase, renewed, angle, speed, acceleration,
-                    _derived(readings, period), tuple(shut_spans(commands, i, period) for i in (0, 1)), standing(angle_raw, channels.get("motor_angle_rad"), period))
+                    _derived(readings, period), tuple(shut_spans(commands, i, period) for i in (0, 1)), still, still | _unknown(commands, lost_rows(rig, columns), bad, period))
+
+
+def _fill_held(readings: dict[str, np.ndarray], bad: Mapping[str, np.ndarray], hold: int) -> None:
+    """Gaps in the encoder's readings take what another cycle of the same hold has shown: half-way between two holds is no reading."""
+    for port in ("motor_angle_rad", "motor_speed_rad_s"):
+        if port in readings and bad[port].any():
+            phase = smooth.hold_phase(readings[port], hold)
+            readings[port] = smooth.bridged(smooth.filled_by_hold(np.where(bad[port], np.nan, readings[port]), hold, phase))
+
+
+def _unknown(commands: np.ndarray, lost: np.ndarray, bad: Mapping[str, np.ndarray], period_s: float) -> np.ndarray:
+    """(N,) bool: what the drive is fed with is not known for longer than a straight line bridges, and for LED_S after that."""
+    gone = np.logical_or.reduce([lost, *(bad[port] for port in ("motor_angle_rad", "motor_speed_rad_s", "motor_current_a") if port in bad)])
+    long = smooth.long_runs(gone, BRIDGED)
+    return smooth.any_before(long | (lost & unsteady(commands)), round(LED_S / period_s))
+
+
+def unsteady(commands: np.ndarray) -> bool:
+    """Whether targets leap from cycle to cycle, as those of a loop do that hears noise: no straight line says what a lost one was."""
+    for mode, name in TARGETS.items():
+        values, used = commands[name], (commands["mode"] == mode) & (commands["enabled"] > 0.5)
+        bends, steps = np.diff(values, 2)[used[:-2] & used[1:-1] & used[2:]], np.abs(np.diff(values))
+        if len(bends) and np.sqrt(np.mean(bends**2)) > LEAP * np.min(steps[steps > 0.0], initial=np.inf):
+            return True
+    return False
 
 
 def _fused(angle: np.ndarray, speed: np.ndarray, period_s: float):

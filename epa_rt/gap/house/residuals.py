@@ -22,7 +22,7 @@ def drive_residual(bench: Bench) -> np.ndarray:
     angle, speed, _ = bench.motor()
     out = np.empty(p.count)
     measured = bench.true("motor_current_a")
-    motor_link.drive_current(bench.params, np.zeros(1, STATE), p.commands, angle, speed, measured, p.standing, bench.warmth(), p.period_s, out)
+    motor_link.drive_current(bench.params, np.zeros(1, STATE), p.commands, angle, speed, measured, p.led, bench.warmth(), p.period_s, out)
     return p.readings["motor_current_a"] - bench.shown("motor_current_a", out)
 
 

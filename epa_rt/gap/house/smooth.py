@@ -89,6 +89,13 @@ def any_near(bad: np.ndarray, reach: int = HALF) -> np.ndarray:
     return total[np.minimum(centre + reach + 1, len(bad))] > total[np.maximum(centre - reach, 0)]
 
 
+def any_before(flags: np.ndarray, cycles: int) -> np.ndarray:
+    """(N,) bool: is any of ``flags`` (N,) True here or within some cycles before."""
+    total = np.concatenate([[0], np.cumsum(flags)])
+    k = np.arange(len(flags)) + 1
+    return total[k] > total[np.maximum(k - 1 - cycles, 0)]
+
+
 def bridged(values: np.ndarray) -> np.ndarray:
     """(N,) with NaN replaced by straight lines."""
     good = np.isfinite(values)
@@ -97,6 +104,26 @@ def bridged(values: np.ndarray) -> np.ndarray:
     if not good.any():
         return np.zeros(len(values))
     return np.interp(np.arange(len(values)), np.flatnonzero(good), values[good])
+
+
+def long_runs(bad: np.ndarray, longest: int) -> np.ndarray:
+    """(N,) bool: where more than ``longest`` in a row are bad."""
+    edges = np.diff(np.concatenate([[0], bad.astype(np.int8), [0]]))
+    found = np.zeros(len(bad), bool)
+    for start, stop in zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True):
+        found[start:stop] = stop - start > longest
+    return found
+
+
+def filled_by_hold(values: np.ndarray, hold: int, phase: int) -> np.ndarray:
+    """A held reading (N,) whose gaps (NaN) have what another cycle of the same hold has shown."""
+    gaps = np.flatnonzero(~np.isfinite(values))
+    found = values.copy()
+    for k in gaps if hold > 1 else ():
+        first = k - (k - phase) % hold
+        same = values[max(first, 0):first + hold]
+        found[k] = next((value for value in same if np.isfinite(value)), np.nan)
+    return found
 
 
 def hold_phase(values: np.ndarray, hold: int) -> int:
