@@ -25,7 +25,7 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from epa_rt.gap.diagnosis import Diagnosis, Origin
+    from epa_rt.gap.diagnosis import Origin
     from epa_rt.gap.floor import floors
     from epa_rt.gap.localise import localise
     from epa_rt.gap.origin import SURE, origin_first, origins
@@ -54,11 +54,11 @@ def run(arguments: argparse.Namespace) -> int:
             progress("where it comes from", 0.9)
             whence = origins(Problem(given.subject, given.recordings, level, prepared=problem.prepared), values)
     check_judged(places, given.subject)
-    found = Diagnosis("no_gap", "", location=origin_first(places, whence), origins=whence)
-    show_location(found, out)
-    if words := origin_words(found):
+    location = origin_first(places, whence)
+    show_location(location, out)
+    if words := origin_words(whence):
         out.print(words)
     if arguments.json:
-        document = {"found_first": given.found, "location": [asdict(place) for place in found.location], "origins": [asdict(one) for one in whence]}
+        document = {"found_first": given.found, "location": [asdict(place) for place in location], "origins": [asdict(one) for one in whence]}
         write_whole(arguments.json, json.dumps(finite(document), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
     return COMPLETED

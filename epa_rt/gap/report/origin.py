@@ -1,5 +1,7 @@
 """Where a gap comes from that no effect explains, for people."""
 
+from collections.abc import Sequence
+
 from epa_rt.gap.diagnosis import Diagnosis, Origin, likely
 from epa_rt.gap.report.words import percent
 from epa_rt.report.markup import Html, join, note, paragraph, table, tag
@@ -7,11 +9,11 @@ from epa_rt.report.markup import Html, join, note, paragraph, table, tag
 SHOWN, WORTH = 4, 0.05   # places, and share that one must explain to be shown
 
 
-def origin_words(diagnosis: Diagnosis) -> str:
+def origin_words(found: Sequence[Origin]) -> str:
     """One sentence; empty where no places were asked."""
-    if not diagnosis.origins:
+    if not found:
         return ""
-    alike = likely(diagnosis.origins)
+    alike = likely(found)
     if not alike:
         return "No place of the rig explains this gap by an error of its own: what it comes from cannot be told."
     words = " or ".join(f"{one.says} ({percent(min(one.explained_share, 1.0))})" for one in alike)
@@ -23,7 +25,7 @@ def origins(diagnosis: Diagnosis) -> Html:
     if not diagnosis.origins:
         return Html("")
     shown = [one for i, one in enumerate(diagnosis.origins) if i == 0 or one.explained_share > WORTH][:SHOWN]
-    return join([tag("h3", "Where it comes from"), paragraph(origin_words(diagnosis)),
+    return join([tag("h3", "Where it comes from"), paragraph(origin_words(diagnosis.origins)),
                  table(["Place", "Block", "Explains", "Behind the first"], [_row(one, i) for i, one in enumerate(shown)], (0, 1), "words"),
                  note("Each place in turn is given an error that hangs on what is measured there in any way, with no law; nominal parameters are fitted with it. "
                       "What it explains is judged on trials that its fit has not seen. Places less than two standard deviations behind the first cannot be told from it.")])

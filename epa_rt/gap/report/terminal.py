@@ -6,7 +6,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from epa_rt.gap.diagnosis import Diagnosis
+from epa_rt.gap.diagnosis import Diagnosis, Place
 from epa_rt.gap.report.origin import origin_words
 from epa_rt.gap.report.words import (BASELINES, CONFIDENCE, MODES, VERDICTS, WHO, channel_words, free_run_words, gone_words, judged_on, parameter_words, percent, plain, region_words, share_words,
                                      shown_rows, sigmas, size, times)
@@ -29,8 +29,8 @@ def show(diagnosis: Diagnosis, out: Console) -> None:
         _effects(diagnosis, out)
     if words := free_run_words(diagnosis):
         out.print(words)
-    show_location(diagnosis, out)
-    if words := origin_words(diagnosis):
+    show_location(diagnosis.location, out)
+    if words := origin_words(diagnosis.origins):
         out.print(words)
     _far(diagnosis, out)
     for left in diagnosis.remainder[:3]:
@@ -48,13 +48,13 @@ def show_found(found: Sequence[str], out: Console) -> None:
             out.print(f"  {sentence}", style="yellow")
 
 
-def show_location(diagnosis: Diagnosis, out: Console) -> None:
+def show_location(places: Sequence[Place], out: Console) -> None:
     """Links ranked by significance, with the state, band and time where each is largest."""
-    if not diagnosis.location:
+    if not places:
         out.print("where: no link of this rig could be judged with these logs")
         return
     table = Table("Where", "Block", "Channel", "Gap", "Floor", "x floor", "σ", "Largest at", box=box.SIMPLE_HEAD, pad_edge=False)
-    for place in diagnosis.location[:MOST_PLACES]:
+    for place in places[:MOST_PLACES]:
         peaks = [region_words(max(part, key=part.get)) + unit for part, unit in ((place.state, ""), (place.band_hz, " Hz")) if part]
         table.add_row(place.link, place.block, channel_words(place.channel), size(place.excess, place.unit) if place.excess > 0.0 else "none", size(place.floor, place.unit),
                       times(place.times_floor), sigmas(place.significance), "; ".join(peaks) if place.times_floor > 1.15 else "")
