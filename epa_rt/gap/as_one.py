@@ -38,7 +38,7 @@ class AsOne:
         self.nominal, self.catalogue, self.knobs = subject.nominal, subject.catalogue, subject.knobs
         self.free_run, self.patched, self.without_stop = subject.free_run, subject.patched, subject.without_stop
         rougher = getattr(subject, "rougher", lambda: None)()
-        self._rough = rougher.free_run if rougher else subject.free_run
+        self._rough = rougher.free_run if rougher else None
         self._bases: dict[tuple, np.ndarray] = {}
 
     def touched(self, key: str) -> tuple[str, ...]:
@@ -51,12 +51,12 @@ class AsOne:
         """(n,) measured minus free run; NaN outside of trials."""
         return self._by(self._subject.free_run, prepared, values)
 
-    def change(self, prepared: "Held", values: Values, at: Values) -> np.ndarray:
-        """(n,) residual at ``values`` less that at ``at``, by the rougher model as long as that gives numbers."""
-        made = self._by(self._rough, prepared, values)
-        if np.nanmax(np.abs(made), initial=0.0) < ABSURD:
-            return made - self._base(prepared, at)
-        return self.residual(prepared, values, LINK) - self.residual(prepared, at, LINK)
+    def change(self, prepared: "Held", values: Values, at: Values) -> np.ndarray | None:
+        """(n,) residual at ``values`` less that at ``at`` by the rougher model; None where there is none, or one of the two is no number."""
+        if self._rough is None:
+            return None
+        made, base = self._by(self._rough, prepared, values), self._base(prepared, at)
+        return made - base if max(np.nanmax(np.abs(one), initial=0.0) for one in (made, base)) < ABSURD else None
 
     def _base(self, prepared: "Held", at: Values) -> np.ndarray:
         """The rougher model's residual, kept: all of a point's derivatives ask for it, of several fits at once."""

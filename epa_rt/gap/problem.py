@@ -167,9 +167,10 @@ class Problem:
         if cheaper is None:
             return self.residual(values, link) - here
         self._asked()
-        floor = self.floors[link]
-        made = ((r.name, floor.whiten(cheaper(self.prepared[r.name], values, at))) for r in self.recordings)
-        return np.concatenate([white[self._keep[name, link]] for name, white in made]) / self.scale[link]
+        made = [(r.name, cheaper(self.prepared[r.name], values, at)) for r in self.recordings]
+        if any(one is None for _, one in made):
+            return self.residual(values, link) - here
+        return np.concatenate([self.floors[link].whiten(one)[self._keep[name, link]] for name, one in made]) / self.scale[link]
 
     def strength(self, effect: str) -> tuple[str, ...]:
         """Knobs that switch an effect off, each on its own or, where none does, the fewest together; the others shape it."""

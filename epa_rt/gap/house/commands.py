@@ -58,8 +58,12 @@ def _held(values: np.ndarray) -> np.ndarray:
 
 
 def _between(values: np.ndarray, lost: np.ndarray) -> np.ndarray:
-    """A target where rows are lost: it went on from the one before to the one after, for a recorder loses rows and the drive none."""
-    return bridged(np.where(lost, np.nan, values)) if lost.any() else values
+    """A target where rows are lost and it was filled in: on from the one before to the one after, for what a recorder loses the drive has had.
+
+    In a cycle without sound process data the row is there, and says what was sent.
+    """
+    filled = lost & (np.isnan(values) | (values == np.concatenate([[np.nan], values[:-1]])))
+    return np.where(filled, bridged(np.where(filled, np.nan, values)), values) if filled.any() else values
 
 
 def _aged(values: np.ndarray, first: float) -> np.ndarray:

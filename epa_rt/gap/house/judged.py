@@ -27,12 +27,11 @@ def judged(prepared: Prepared, params: np.ndarray, link: str) -> np.ndarray:
         needs += ("muscle1_gauge_pa",)
     gaps = [prepared.bad[port] for port in needs if port in prepared.bad]
     bad = np.logical_or.reduce([none, *gaps])
-    through = [*gaps, prepared.bad.get("motor_speed_rad_s", none)]  # what the motor's angle is made of between its counts
+    through = [*gaps, *([prepared.bad.get("motor_speed_rad_s", none)] if "motor_angle_rad" in needs else [])]  # of which the angle is made between its counts
     long = np.logical_or.reduce([none, *(smooth.long_runs(gap, BRIDGED) for gap in through)])
     if link == "load":
-        stopped = _near_stop(prepared, params)
-        bad |= stopped
-        long = smooth.any_before(long | stopped, round(LOAD_S / period))
+        bad |= smooth.any_before(_near_stop(prepared, params), round(LOAD_S / period))
+        long = smooth.any_before(long, round(LOAD_S / period))
     if link in ("drive", "motor", "torque"):
         bad |= smooth.any_before(prepared.commands["enabled"] < 0.5, round(ENABLED_S / period))
     if link in ("drive", "motor", "torque", "encoder"):

@@ -20,7 +20,7 @@ KEPT = 24         # results of a recording, some half a megabyte each
 BRIDGED = 3       # cycles that a straight line makes good
 LED_S = 0.3       # after a longer gap in what a drive is fed with: six times what its integral takes to be led back (motor_link.STANDING_S)
 TARGETS = {8: "target_angle_rad", 9: "target_speed_rad_s", 10: "target_torque_nm"}  # by the drive's mode (CiA 402)
-LEAP = 2.0        # steps of a target by which it bends in a cycle; a smooth one's rounding bends by 0.8
+LEAP, OFTEN = 2.0, 0.02  # steps of a target by which it bends in a cycle, which a smooth one's rounding does not, and share of the cycles
 START_S = 0.2          # of a recording, not judged: filters and lags settle
 
 
@@ -115,7 +115,7 @@ def unsteady(commands: np.ndarray) -> bool:
     for mode, name in TARGETS.items():
         values, used = commands[name], (commands["mode"] == mode) & (commands["enabled"] > 0.5)
         bends, steps = np.diff(values, 2)[used[:-2] & used[1:-1] & used[2:]], np.abs(np.diff(values))
-        if len(bends) and np.sqrt(np.mean(bends**2)) > LEAP * np.min(steps[steps > 0.0], initial=np.inf):
+        if len(bends) and np.mean(np.abs(bends) > (LEAP + 0.1) * np.min(steps[steps > 0.0], initial=np.inf)) > OFTEN:
             return True
     return False
 

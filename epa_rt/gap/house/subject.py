@@ -21,7 +21,7 @@ from epa_rt.gap.house.prepared import Prepared, prepare
 from epa_rt.gap.house.reach import applies, reached
 from epa_rt.gap.house.residuals import RESIDUALS, at_rate
 from epa_rt.gap.house.states import features
-from epa_rt.gap.house.whole import run_whole
+from epa_rt.gap.house.whole import run_whole, with_gaps
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import Link, Values
 from epa_rt.models.catalogue import CATALOGUE, NOMINAL, knob
@@ -98,8 +98,10 @@ class HouseSubject:
         return DoubtedSubject(self, prepared)
 
     def free_run(self, recording: Recording, values: Values, seed: int | None) -> Recording | None:
-        phase, noise = self._noise(recording, values) if seed is not None else (self._phase(recording), None)
-        return self._run(recording, values, noise, seed or 0, phase)
+        if seed is None:
+            return self._run(recording, values, None, 0, self._phase(recording))
+        phase, noise = self._noise(recording, values)
+        return with_gaps(self.rig, recording, self._run(recording, values, noise, seed, phase))
 
     def rougher(self) -> "HouseSubject | None":
         """The same rig integrated in half as many sub-steps: too coarse for its readings, not for what a knob changes of them. None where there is no half."""
@@ -128,7 +130,7 @@ class HouseSubject:
         kept = [one for one in self._noises if one[0] is recording]
         if not kept or (len(kept) < MOST_PLANTS and not any(self._apart(one[1], values) < 0.5 for one in kept)):
             prepared = self._prepared(recording)
-            made = self._prepared(self._run(recording, values, None, 0, prepared.phase))
+            made = self._prepared(with_gaps(self.rig, recording, self._run(recording, values, None, 0, prepared.phase)))
             kept.append((recording, dict(values), prepared.phase, noise_of(prepared, self.channels, made)))
             self._noises = [*self._noises[-15:], kept[-1]]
         return kept[0][2], {port: min(one[3][port] for one in kept) for port in kept[0][3]}

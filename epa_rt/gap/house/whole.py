@@ -6,7 +6,7 @@ import numpy as np
 
 from epa_rt.config.rig import Rig
 from epa_rt.gap.house.channels import Channel
-from epa_rt.gap.house.commands import commands_of
+from epa_rt.gap.house.commands import commands_of, lost_rows
 from epa_rt.gap.recording import Recording
 from epa_rt.models.plant import new_state, run
 from epa_rt.models.ports import SENSORS
@@ -27,6 +27,15 @@ def on_grid(recording: Recording) -> tuple[dict[str, np.ndarray], np.ndarray]:
         columns[name] = np.full(count, np.nan)
         columns[name][place] = values
     return columns, place
+
+
+def with_gaps(rig: Rig, recording: Recording, made: Recording) -> Recording:
+    """A run with nothing where nothing was recorded: what is made up for gaps is made up for its own alike."""
+    lost = lost_rows(rig, recording.columns)
+    if not lost.any():
+        return made
+    names = {row.name for row in rig.inputs}
+    return replace(made, columns={name: np.where(lost, np.nan, values) if name in names else values for name, values in made.columns.items()})
 
 
 def run_whole(rig: Rig, channels: dict[str, Channel], params: np.ndarray, substeps: int, recording: Recording,

@@ -7,7 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from epa_rt.gap.floor import floors
 from epa_rt.gap.house import smooth
+from epa_rt.gap.house.commands import commands_of, lost_rows
 from epa_rt.gap.house.prepared import unsteady
 from epa_rt.gap.hygiene import check, clean
 from tests.gap.house.runs import recorded, rms, subject
@@ -55,6 +57,47 @@ def test_a_channel_s_silence_shows_in_no_link(cycles, port):
         was, found = house.residual(whole, {}, link.name), house.residual(holed, {}, link.name)
         both = np.isfinite(was) & np.isfinite(found)
         assert rms((found - was)[both]) < 0.3 * rms(was[both]), link.name
+
+
+@pytest.mark.parametrize("rig", ["bench", "knee"])
+def test_the_floors_of_a_log_with_gaps_know_them_too(rig):
+    house, log = subject(rig), recorded(rig, 1)
+    gappy = rows_left(log, bursts(log))
+    cleaned = clean([gappy], check([gappy], house.rig))[0]
+    level, prepared = floors(house, [cleaned], {})["drive"], house.prepare(cleaned)
+    bias = level.bias.get(cleaned.name, np.zeros(1))   # none where the twins agree on nothing
+    assert rms(bias) < 0.5 * level.rms
+    white = level.whiten(house.residual(prepared, {}, "drive") - bias)
+    assert rms(white) < 1.2
+
+
+def test_what_was_sent_in_a_cycle_without_process_data_is_taken_at_its_word():
+    house, log = subject("knee"), recorded("knee", 1)
+    names, silent = {row.name for row in house.rig.inputs}, slice(9000, 9003)
+    columns = {name: values.astype(float) for name, values in log.columns.items()}
+    for name in names & columns.keys():
+        columns[name][silent] = np.nan
+    assert lost_rows(house.rig, columns)[silent].all() and lost_rows(house.rig, columns).sum() == 3
+    sent = commands_of(house.rig, columns)["target_angle_rad"]
+    assert np.array_equal(sent[9002:9005], commands_of(house.rig, log.columns)["target_angle_rad"][9002:9005])
+    columns["cmd_motor_travel_m"][silent] = columns["cmd_motor_travel_m"][8999]   # as a lost row is filled in
+    line = commands_of(house.rig, columns)["target_angle_rad"][9001:9006]
+    assert np.abs(np.diff(line, 2)).max() < 2.1 * np.min(np.abs(np.diff(sent))[np.abs(np.diff(sent)) > 0.0])
+
+
+def test_one_step_of_a_target_is_no_leaping():
+    commands = subject("knee").prepare(recorded("knee", 1)).commands.copy()
+    commands["target_angle_rad"][len(commands) // 2:] += 1.0
+    assert not unsteady(commands)
+
+
+def test_the_motor_s_silence_leaves_a_muscle_alone_that_does_not_hang_on_it():
+    house, log = subject("knee"), recorded("knee", 1)
+    name = house.channels["motor_speed_rad_s"].column
+    values = log.columns[name].copy()
+    values[9000:10500] = np.nan
+    silent = house.prepare(replace(log, columns={**log.columns, name: values}))
+    assert np.array_equal(silent.judged["gas1"], house.prepare(log).judged["gas1"]) and not silent.judged["muscle0"][950:1000].any()
 
 
 def test_a_bench_s_loop_speaks_in_leaps_and_a_chirp_does_not():

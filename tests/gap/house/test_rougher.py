@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from epa_rt.gap.aside import Part
 from epa_rt.gap.as_one import LINK, AsOne, floor, meters_of, twins_of
 from epa_rt.gap.problem import Problem
 from tests.gap.house.runs import recorded, subject
@@ -20,7 +21,7 @@ def whole(rig):
 def test_every_effect_and_nominal_parameter_changes_the_rougher_run_as_it_changes_the_run(rig):
     problem = whole(rig)
     here, shown = problem.residual({}, LINK), 0
-    asked = [dict(zip(effect.knobs, effect.starts[0], strict=True)) for effect in problem.subject.catalogue]
+    asked = [dict(zip(effect.knobs, start, strict=True)) for effect in problem.subject.catalogue for start in effect.starts]
     asked += [{knob.key: knob.value + problem.step(knob.key, knob.value)} for knob in problem.subject.nominal]
     for values in asked:
         wanted = problem.residual(values, LINK) - here
@@ -41,17 +42,24 @@ def test_the_rougher_rig_is_another_integration_of_the_same_plant():
     assert rough.rougher() is None
 
 
-def test_a_rougher_run_that_is_no_number_leaves_the_change_to_the_whole_one():
+@pytest.mark.parametrize("at_base", [False, True])
+def test_a_rougher_run_that_is_no_number_leaves_the_change_to_the_whole_one(at_base):
     problem = whole("bench")
     here, values = problem.residual({}, LINK), {"drive.coulomb_nm": 0.02}
     wanted = problem.residual(values, LINK) - here
-    run = problem.subject._subject.free_run
-    column = subject("bench").channels["force_n"].column
+    rough, column = problem.subject._rough, subject("bench").channels["force_n"].column
 
-    def broken(recording, values, seed):
-        made = run(recording, values, seed)
-        made.columns[column] = np.full_like(made.columns[column], np.inf)
+    def broken(recording, asked, seed):
+        made = rough(recording, asked, seed)
+        if bool(asked) != at_base:
+            made.columns[column] = np.full_like(made.columns[column], np.inf)
         return made
 
     problem.subject._rough = broken
     assert np.array_equal(problem.change(values, {}, LINK, here), wanted)
+
+
+def test_a_subject_that_sets_trials_aside_runs_as_roughly():
+    house, log = subject("knee"), recorded("knee", 1)
+    part = Part(house, {log.name: [(0, log.samples)]})
+    assert AsOne(part, {})._rough is not None and AsOne(house.rougher(), {})._rough is None
