@@ -60,6 +60,8 @@ DRIVE: Table = (
     P("housing_time_s", "s", 60.0, 5.0, 3000.0, "thermal time constant of housing and magnets", TWO_NODES),
 )
 
+
+OFF_CENTRE = "a pinion off its centre; engineering estimate"
 TRANSMISSION: Table = (
     P("gear_ratio", "1", 19.0, 1.0, 1e3, "motor turns per spool turn", "planetary gear, chosen"),
     P("spool_radius_m", "m", 0.010, 1e-3, 0.5, "radius at which the strap leaves the spool", "chosen"),
@@ -71,6 +73,9 @@ TRANSMISSION: Table = (
     P("backlash_rad", "rad", 0.0, 0.0, 0.2, "total play at the gear's output", FACTS, "backlash"),
     P("backlash_roundness_ratio", "1", 0.0, 0.0, 1.0, "how gradually the teeth take up the play: 0 at once, 1 over a way of several halves of it",
       "several pairs of teeth in elastic contact; engineering estimate"),
+    P("uneven_backlash_rad", "rad", 0.0, 0.0, 0.2, "mean of a play at the gear's output that is wider on one side of the spool's turn", OFF_CENTRE, "uneven_backlash"),
+    P("backlash_wave_ratio", "1", 0.5, 0.0, 0.95, "how much wider it is there, over its mean", OFF_CENTRE),
+    P("backlash_phase_rad", "rad", 0.0, -2 * pi, 2 * pi, "spool angle where it has its mean and grows, negative", OFF_CENTRE),
     P("eccentricity_ratio", "1", 0.0, 0.0, 0.3, "eccentricity over radius of the spool", FACTS, "spool_eccentricity"),
     P("eccentricity_phase_rad", "rad", 0.0, -2 * pi, 2 * pi, "spool angle of the largest radius, negative", FACTS),
     P("wind_up_per_rad", "1/rad", 0.0, -0.1, 0.1, "radius gained per spool angle as the strap winds up", FACTS, "spool_wind_up"),

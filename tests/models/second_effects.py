@@ -22,7 +22,7 @@ class WithEffects(SecondSimulator):
         spool, start = self.p["transmission"], float(self.p["load"]["start_travel_m"])
         for _ in range(40):
             self.y[ANGLE] -= (self.wound(self.y[ANGLE])[0] - start) / self.wound(self.y[ANGLE])[1]
-        self.half = 0.5 * float(spool["backlash_rad"] * spool["spool_radius_m"])
+        self.half = 0.5 * float((spool["backlash_rad"] + spool["uneven_backlash_rad"]) * spool["spool_radius_m"])  # on the mean
         self.play = (start, start)  # travel before and behind the play when the cycle began
 
     def more_states(self):
@@ -45,7 +45,10 @@ class WithEffects(SecondSimulator):
     def behind_play(self, geared, speed):
         """Travel behind the play, and its slope over the travel before it."""
         was, held = self.play
-        moved, half, b = geared - was, self.half, float(self.p["transmission"]["backlash_roundness_ratio"])
+        spool = self.p["transmission"]
+        moved, b = geared - was, float(spool["backlash_roundness_ratio"])
+        half = self.half + 0.5 * float(spool["uneven_backlash_rad"] * spool["spool_radius_m"] * spool["backlash_wave_ratio"]) * math.sin(
+            geared / float(spool["spool_radius_m"]) + float(spool["backlash_phase_rad"]))
         sign = math.copysign(1.0, moved if moved != 0.0 else speed)
         gap, way = sign * (was - held), abs(moved)
         if b == 0.0:

@@ -140,3 +140,28 @@ def test_the_plant_moves_its_strap_as_the_play_alone_and_at_the_speed_that_it_sa
     assert np.max(np.abs(alone - travel)) < 0.05 * HALF  # a reversal within a cycle
     moved, said = np.diff(travel), 0.5e-3 * (speed[1:] + speed[:-1])
     assert np.sqrt(np.mean((moved - said) ** 2)) < 0.02 * np.sqrt(np.mean(moved**2))
+
+
+@given(moves, st.floats(0.0, 0.95), st.floats(-6.0, 6.0))
+def test_uneven_play_is_hard_play_as_wide_as_where_the_spool_stands(turns, ratio, phase):
+    params = neutral_params()
+    spool = params["transmission"]
+    spool["uneven_backlash_rad"], spool["backlash_wave_ratio"], spool["backlash_phase_rad"] = 9.6e-3, ratio, phase
+    geared, out = path([40.0 * turn for turn in turns], 50, start=0.013), np.empty((2, 50 * len(turns) + 1))
+    _played(params, np.asarray(geared), out)
+    half = HALF * (1.0 + ratio * np.sin(geared / float(spool["spool_radius_m"][0]) + phase))
+    behind = [geared[0]]
+    for x, h in zip(geared, half, strict=True):
+        behind.append(min(max(behind[-1], x - h), x + h))
+    assert np.max(np.abs(out[0] - behind[1:])) < 1e-12
+    assert set(out[1]) <= {0.0, 1.0}
+
+
+@given(moves)
+def test_uneven_play_without_a_wave_is_play(turns):
+    geared = path(turns, 5, start=0.013)
+    params = neutral_params()
+    params["transmission"]["uneven_backlash_rad"], params["transmission"]["backlash_wave_ratio"] = 9.6e-3, 0.0
+    out = np.empty((2, len(geared)))
+    _played(params, np.asarray(geared), out)
+    assert np.max(np.abs(out[0] - hard(geared))) < 1e-15

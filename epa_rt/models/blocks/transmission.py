@@ -33,9 +33,13 @@ def play(p, geared, geared_before, travel_before, speed):
     """Strap travel behind the backlash (m): stays where it was until the play is used up, at once or gradually.
 
     ``geared``: travel before backlash, ``geared_before`` where that and ``travel_before`` stood last (m). Second value: part
-    of the motion that is carried (0 to 1), where nothing moved for motion with ``speed`` (any unit: only its sign counts).
+    of the motion that is carried (0 to 1), where nothing moved for motion with ``speed`` (any unit: only its sign counts). How a play
+    that is not the same all around changes meanwhile moves the strap, but has no part in that.
     """
     half = 0.5 * p.backlash_rad * p.spool_radius_m
+    if p.uneven_backlash_rad != 0.0:
+        wave = 1.0 + p.backlash_wave_ratio * math.sin(geared / p.spool_radius_m + p.backlash_phase_rad)
+        half += 0.5 * p.uneven_backlash_rad * p.spool_radius_m * wave
     if half == 0.0:
         return geared, 1.0
     if p.backlash_roundness_ratio != 0.0:
