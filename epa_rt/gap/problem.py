@@ -12,6 +12,7 @@ from itertools import combinations
 
 import numpy as np
 
+from epa_rt.gap.chunks import chunks_of
 from epa_rt.gap.floor import Floor
 from epa_rt.gap.generic import Design
 from epa_rt.gap.recording import Recording
@@ -21,7 +22,6 @@ from epa_rt.models.effect import Effect, Knob
 BLOCK_S = 1.5          # longer than what the residuals remember; the unit of every resampling
 MOST_BLOCKS = 240      # long logs get longer blocks, so that a fit's normal equations stay small
 FOLDS = 4
-CHUNK_S = 8.0          # of a fold where a log has no trials
 FINITE_STEP = 0.01     # of a knob's spread, for derivatives; a subject may want another one (``finite_step``)
 WORKERS = 2
 
@@ -73,7 +73,7 @@ class Problem:
                 keep = np.isfinite(white)
                 self._keep[r.name, link] = keep
                 ids[link].append(first + np.minimum((np.flatnonzero(keep) / rate / self.block_s).astype(int), count - 1))
-            chunks += [(r.name, chunk) for chunk in _chunks(r, count, self.block_s)]
+            chunks += [(r.name, chunk) for chunk in chunks_of(r, count, self.block_s)]
             first += count
         self.blocks = first
         order = {chunk: i for i, chunk in enumerate(dict.fromkeys(chunks))}
@@ -198,14 +198,3 @@ class Problem:
             return [function(item) for item in items]
         with ThreadPoolExecutor(WORKERS) as pool:
             return list(pool.map(function, items))
-
-
-def _chunks(recording: Recording, blocks: int, block_s: float) -> list[str]:
-    """Name of the trial (or stretch of time) that each block lies in."""
-    trials = [span for span in recording.spans if span.trial]
-    found = []
-    for block in range(blocks):
-        middle = (block + 0.5) * block_s / recording.period_s
-        inside = next((i for i, span in enumerate(trials) if span.start <= middle < span.stop), None) if len(trials) > 1 else None
-        found.append(f"trial {inside}" if inside is not None else f"{int(block * block_s / CHUNK_S)}")
-    return found
