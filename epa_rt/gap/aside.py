@@ -19,6 +19,7 @@ class Part:
         self.nominal, self.catalogue, self.knobs = subject.nominal, subject.catalogue, subject.knobs
         self.touched, self.patched, self.without_stop = subject.touched, subject.patched, subject.without_stop
         self.doubted = self._doubted if getattr(subject, "doubted", None) is not None else None
+        self.told = getattr(subject, "told", lambda recording: True)
         self.rougher = getattr(subject, "rougher", lambda: None)  # of the whole recording too: asked for runs alone
         self.repeats = getattr(subject, "repeats", None)   # of the whole recording: its laps
 

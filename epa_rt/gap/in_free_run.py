@@ -27,9 +27,9 @@ MOST_TOGETHER = 2   # effects from which free run looks for no other: what takes
 
 def heard(problem: Problem, selection: Selection, rules: Rules = Rules(),
           progress: Callable[[str, float], None] = lambda stage, share: None) -> tuple[Selection, Heard | None]:
-    """The selection as free run leaves it, and what it says; None where the rig has no model of the whole that is more than one link."""
+    """The selection as free run leaves it, and what it says; None where the rig has no model of the whole that is more than one link, or no log says all that it was told."""
     recordings = judged(problem.subject, problem.recordings)
-    twins = twins_of(problem.subject, recordings, selection.base.values) if len(problem.links) > 1 else None
+    twins = twins_of(problem.subject, recordings, selection.base.values) if len(problem.links) > 1 and recordings else None
     if twins is None:
         return selection, None
     progress("free run", 0.0)
@@ -75,9 +75,10 @@ def heard(problem: Problem, selection: Selection, rules: Rules = Rules(),
 
 
 def judged(subject: Subject, recordings: Sequence[Recording]) -> Sequence[Recording]:
-    """Recordings with those trials alone that the subject fits; where nothing stops the motion all but the trials set aside, since valves act before trials."""
-    only = getattr(subject, "only", None)
-    kept = only(recordings) if only else recordings
+    """Recordings with those trials alone that the subject fits; where nothing stops the motion all but the trials set aside, since valves act before trials. None
+    of which nobody knows what the rig was told."""
+    only, told = getattr(subject, "only", None), getattr(subject, "told", lambda recording: True)
+    kept = [one for one in (only(recordings) if only else recordings) if told(one)]
     if not subject.without_stop:
         return kept
     whole = {r.name: r for r in recordings}

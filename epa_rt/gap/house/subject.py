@@ -12,16 +12,17 @@ import numpy as np
 from epa_rt.config.rig import Rig, load_rig
 from epa_rt.gap.house import smooth
 from epa_rt.gap.house.channels import Channel, channels_of
+from epa_rt.gap.house.commands import commands_of, lost_rows
 from epa_rt.gap.house.doubt.subject import DoubtedSubject
 from epa_rt.gap.house.evaluate import Bench
 from epa_rt.gap.house.judged import judged
 from epa_rt.gap.house.links import links_of
 from epa_rt.gap.house.noise import noise_of
-from epa_rt.gap.house.prepared import Prepared, prepare
+from epa_rt.gap.house.prepared import Prepared, prepare, unsteady
 from epa_rt.gap.house.reach import applies, reached
 from epa_rt.gap.house.residuals import RESIDUALS, at_rate
 from epa_rt.gap.house.states import features
-from epa_rt.gap.house.whole import run_whole, with_gaps
+from epa_rt.gap.house.whole import on_grid, run_whole, with_gaps
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import Link, Values
 from epa_rt.models.catalogue import CATALOGUE, NOMINAL, knob
@@ -102,6 +103,11 @@ class HouseSubject:
             return self._run(recording, values, None, 0, self._phase(recording))
         phase, noise = self._noise(recording, values)
         return with_gaps(self.rig, recording, self._run(recording, values, noise, seed, phase))
+
+    def told(self, recording: Recording) -> bool:
+        """Whether what was lost of a recording, if anything, can be made up for: targets that leap cannot, and the motor would be elsewhere ever after."""
+        columns, _ = on_grid(recording)
+        return not (lost_rows(self.rig, columns).any() and unsteady(commands_of(self.rig, columns)))
 
     def rougher(self) -> "HouseSubject | None":
         """The same rig integrated in half as many sub-steps: too coarse for its readings, not for what a knob changes of them. None where there is no half."""

@@ -7,11 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from epa_rt.gap.aside import Part
 from epa_rt.gap.floor import floors
 from epa_rt.gap.house import smooth
 from epa_rt.gap.house.commands import commands_of, lost_rows
 from epa_rt.gap.house.prepared import unsteady
 from epa_rt.gap.hygiene import check, clean
+from epa_rt.gap.in_free_run import judged
 from tests.gap.house.runs import recorded, rms, subject
 from tests.gap.recorded import rows_left
 
@@ -83,6 +85,16 @@ def test_what_was_sent_in_a_cycle_without_process_data_is_taken_at_its_word():
     columns["cmd_motor_travel_m"][silent] = columns["cmd_motor_travel_m"][8999]   # as a lost row is filled in
     line = commands_of(house.rig, columns)["target_angle_rad"][9001:9006]
     assert np.abs(np.diff(line, 2)).max() < 2.1 * np.min(np.abs(np.diff(sent))[np.abs(np.diff(sent)) > 0.0])
+
+
+def test_free_run_follows_no_log_of_which_nobody_knows_what_the_rig_was_told():
+    for rig, told in (("bench", False), ("knee", True)):
+        house, log = subject(rig), recorded(rig, 1)
+        gappy = rows_left(log, some_lost(log))
+        cleaned = clean([gappy], check([gappy], house.rig))[0]
+        assert house.told(log) and house.told(gappy) == house.told(cleaned) == told
+        part = Part(house, {cleaned.name: [(0, cleaned.samples)]})
+        assert len(judged(house, [log, cleaned])) == len(judged(part, [cleaned])) + 1 == 1 + told
 
 
 def test_one_step_of_a_target_is_no_leaping():
