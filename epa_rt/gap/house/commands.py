@@ -87,10 +87,9 @@ def _write_targets(rig: Rig, columns, commands: np.ndarray) -> None:
     position = next((row for row in rig.outputs if row.entry.endswith(".target_position")), None)
     for row in rig.outputs:
         slave, entry = entries[row.entry]
-        values = _aged(columns[row.name], row.safe)
         if row.port in VALVE_PORTS:
             muscle, is_exhaust = VALVE_PORTS[row.port]
-            commands["exhaust" if is_exhaust else "inlet"][:, muscle] = values > 0.5
+            commands["exhaust" if is_exhaust else "inlet"][:, muscle] = _aged(columns[row.name], row.safe) > 0.5
             continue
         values = _aged(_between(columns[row.name], lost), row.safe)
         if slave.device == "EPOS4" and entry.name in _TARGETS:

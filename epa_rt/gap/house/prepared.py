@@ -20,7 +20,7 @@ KEPT = 24         # results of a recording, some half a megabyte each
 BRIDGED = 3       # cycles that a straight line makes good
 LED_S = 0.3       # after a longer gap in what a drive is fed with: six times what its integral takes to be led back (motor_link.STANDING_S)
 TARGETS = {8: "target_angle_rad", 9: "target_speed_rad_s", 10: "target_torque_nm"}  # by the drive's mode (CiA 402)
-LEAP, OFTEN = 2.0, 0.02  # steps of a target by which it bends in a cycle, which a smooth one's rounding does not, and share of the cycles
+LEAP, OFTEN = 2.1, 0.02  # steps of a target by which it bends in a cycle (a smooth one's rounding: two at most), and share of the cycles
 START_S = 0.2          # of a recording, not judged: filters and lags settle
 
 
@@ -115,7 +115,7 @@ def unsteady(commands: np.ndarray) -> bool:
     for mode, name in TARGETS.items():
         values, used = commands[name], (commands["mode"] == mode) & (commands["enabled"] > 0.5)
         bends, steps = np.diff(values, 2)[used[:-2] & used[1:-1] & used[2:]], np.abs(np.diff(values))
-        if len(bends) and np.mean(np.abs(bends) > (LEAP + 0.1) * np.min(steps[steps > 0.0], initial=np.inf)) > OFTEN:
+        if len(bends) and np.mean(np.abs(bends) > LEAP * np.min(steps[steps > 0.0], initial=np.inf)) > OFTEN:
             return True
     return False
 
@@ -157,8 +157,7 @@ def standing(angle: np.ndarray, channel: Channel | None, period_s: float) -> np.
 def shut_spans(commands: np.ndarray, muscle: int, period_s: float) -> np.ndarray:
     """(spans, 2) of int: where a muscle's valves were both told to be shut, less the time they need for it."""
     shut = (commands["inlet"][:, muscle] < 0.5) & (commands["exhaust"][:, muscle] < 0.5)
-    edges = np.diff(np.concatenate([[0], shut.astype(int), [0]]))
-    starts, stops = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    starts, stops = smooth.runs(shut)
     long = (stops - starts) * period_s > SHORTEST_SHUT_S
     starts = starts + np.where(starts > 0, round(SHUT_S / period_s), 0)
     return np.stack([starts[long], stops[long]], axis=1).astype(np.int64)

@@ -106,11 +106,16 @@ def bridged(values: np.ndarray) -> np.ndarray:
     return np.interp(np.arange(len(values)), np.flatnonzero(good), values[good])
 
 
+def runs(flags: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """First and last + 1 cycle of every run of True in (N,) bool, (runs,) each."""
+    edges = np.diff(np.concatenate([[0], flags.astype(np.int8), [0]]))
+    return np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+
+
 def long_runs(bad: np.ndarray, longest: int) -> np.ndarray:
     """(N,) bool: where more than ``longest`` in a row are bad."""
-    edges = np.diff(np.concatenate([[0], bad.astype(np.int8), [0]]))
     found = np.zeros(len(bad), bool)
-    for start, stop in zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True):
+    for start, stop in zip(*runs(bad), strict=True):
         found[start:stop] = stop - start > longest
     return found
 
