@@ -10,11 +10,11 @@ from epa_rt.config.rig import Rig
 from epa_rt.config.rig_checks import entries_of
 from epa_rt.gap.house.channels import CONVERTER_COUNTS, analog_speed_step
 from epa_rt.gap.house.smooth import bridged
+from epa_rt.models.blocks.drive import SPEED_MODE
 from epa_rt.models.ports import COMMAND
 from epa_rt.signals.scaling import scaling_of
 
 AGE = 2            # rows: computed from the inputs of edge k, sent at k + 1, seen in the motion that edge k + 2 samples
-SPEED_MODE = 9.0
 _STATE, _RUNNING, _QUICK_STOP = 0x6F, 0x27, 0x07  # CiA 402 status word
 _TARGETS = {"target_position": "target_angle_rad", "target_speed": "target_speed_rad_s", "target_torque": "target_torque_nm"}
 

@@ -12,6 +12,8 @@ from epa_rt.gap.house.commands import commands_of, lost_rows
 from epa_rt.gap.house.rounding import unrounded
 from epa_rt.gap.house.whole import on_grid
 from epa_rt.gap.recording import Recording
+from epa_rt.models.blocks.bus import POSITION_MODE
+from epa_rt.models.blocks.drive import SPEED_MODE, TORQUE_MODE
 
 SHUT_S = 0.04          # a valve's own lag, after which a shut one passes nothing
 SHORTEST_SHUT_S = 0.05
@@ -19,7 +21,7 @@ STAND_S, STAND_STEPS = 0.15, 6
 KEPT = 24         # results of a recording, some half a megabyte each
 BRIDGED = 3       # cycles that a straight line makes good
 LED_S = 0.3       # after a longer gap in what a drive is fed with: six times what its integral takes to be led back (motor_link.STANDING_S)
-TARGETS = {8: "target_angle_rad", 9: "target_speed_rad_s", 10: "target_torque_nm"}  # by the drive's mode (CiA 402)
+TARGETS = {POSITION_MODE: "target_angle_rad", SPEED_MODE: "target_speed_rad_s", TORQUE_MODE: "target_torque_nm"}  # by the drive's mode (CiA 402)
 LEAP, OFTEN = 2.1, 0.02  # steps of a target by which it bends in a cycle (a smooth one's rounding: two at most), and share of the cycles
 START_S = 0.2          # of a recording, not judged: filters and lags settle
 
