@@ -6,7 +6,7 @@ import numpy as np
 
 from epa_rt.gap.blind.plans import NARROW, RICH, STILL
 from epa_rt.models.catalogue import BY_NAME as CATALOGUE
-from sim_backend.stand_in.effects import BY_NAME, EFFECTS, SECOND, Hidden
+from sim_backend.stand_in.effects import BY_NAME, EFFECTS, IN_PLACE, Hidden
 
 SHARES = {"single": 0.40, "same_law": 0.10, "pair": 0.12, "none": 0.10, "withheld": 0.14, "not_excited": 0.07, "not_separable": 0.07}
 KINDS = tuple(SHARES)
@@ -26,7 +26,7 @@ ALIKE = ("late_command", "old_encoder", "thermal_gas", "slow_gauge", "braid_tanh
 
 class Spec(NamedTuple):
     """One case before anything is known of strengths. ``effects``: candidates in the order in which they are tried, a pair
-    needs two of them; names of the stand-in, for 'same_law' of the catalogue. ``laws``: 2 where second formulas take the first ones' places.
+    needs two of them; names of the stand-in, for 'same_law' of the catalogue. ``laws``: which formulas take the first ones' places (effects.IN_PLACE).
     """
 
     index: int
@@ -51,7 +51,7 @@ def left_out(effect: Hidden) -> list[str]:
 
 
 def draw(seed: int, cases: int, kinds: tuple[str, ...] = KINDS, laws: int = 1) -> list[Spec]:
-    """The cases of a benchmark, in mixed order. ``laws``: with 2 the same cases, with second formulas (effects.SECOND) where there are any."""
+    """The cases of a benchmark, in mixed order. ``laws``: with 2 or 3 the same cases, with other formulas (effects.IN_PLACE) where there are any."""
     rng = np.random.default_rng([seed, 0])
     counts = _counts(cases, kinds)
     specs: list[Spec] = []
@@ -68,10 +68,9 @@ def draw(seed: int, cases: int, kinds: tuple[str, ...] = KINDS, laws: int = 1) -
 
 
 def with_laws(spec: Spec, laws: int) -> Spec:
-    """A case with the first or the second formulas of its effects; the catalogue's own laws stay."""
-    if laws == 1 or spec.kind == "same_law":
-        return spec._replace(laws=laws)
-    return spec._replace(laws=laws, effects=tuple(SECOND[name].name if name in SECOND else name for name in spec.effects))
+    """A case with the first, second or third formulas of its effects; the catalogue's own laws stay."""
+    others = {} if spec.kind == "same_law" else IN_PLACE[laws]
+    return spec._replace(laws=laws, effects=tuple(others[name].name if name in others else name for name in spec.effects))
 
 
 def _counts(cases: int, kinds: tuple[str, ...]) -> dict[str, int]:

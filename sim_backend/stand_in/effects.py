@@ -168,5 +168,13 @@ SECOND: dict[str, Hidden] = {
     "relaxing_braid": H("power_law_braid", "power_n_m", 300.0, 4000.0, ("creep",), ("muscle",), "relaxes with a power of time over four decades",
                         shapes=(("power_exponent", 0.1, 0.4),), rivals=("braid_elements", "force_drift", "thermal_gas")),
 }
+# A third where the catalogue has caught up with the second.
+THIRD: dict[str, Hidden] = {
+    "play": H("worn_sector", "play_m", 1e-4, 1.5e-3, ("backlash",), ("transmission",), "a play that is wider in a worn sector of the spool's turn",
+              shapes=(("play_spread_ratio", 0.0, 0.1), ("play_worn_ratio", 0.5, 1.5), ("play_worn_sharpness", 2.0, 6.0), ("play_phase_rad", *TURN)),
+              rivals=("braid_elements", "soft_strap")),
+}
+# by the number that `--laws` takes: what is drawn in the place of which first formula
+IN_PLACE: dict[int, dict[str, Hidden]] = {1: {}, 2: SECOND, 3: SECOND | THIRD}
 EFFECTS: tuple[Hidden, ...] = (*_MOTOR_AND_GEAR, *_GAS, *_MUSCLE, *_LOAD, *_SENSORS)
-BY_NAME: dict[str, Hidden] = {effect.name: effect for effect in (*EFFECTS, *SECOND.values())}
+BY_NAME: dict[str, Hidden] = {effect.name: effect for effect in (*EFFECTS, *SECOND.values(), *THIRD.values())}

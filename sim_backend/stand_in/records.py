@@ -14,7 +14,7 @@ HIDDEN_FIELDS: tuple[tuple[str, float], ...] = (
     ("housing_time_s", 25.0), ("convection_k", 0.0), ("windage_nm_s2", 0.0), ("rub_nm", 0.0), ("rub_phase_rad", 0.0),
     # transmission
     ("mesh_loss_ratio", 0.0), ("gear_dry_n", 0.0), ("gear_smooth_rad_s", 3.0), ("play_m", 0.0), ("play_spread_ratio", 0.4),
-    ("play_uneven_ratio", 0.0), ("play_phase_rad", 0.0),
+    ("play_uneven_ratio", 0.0), ("play_phase_rad", 0.0), ("play_worn_ratio", 0.0), ("play_worn_sharpness", 4.0),
     ("wobble_ratio", 0.0), ("wobble_phase_rad", 0.0), ("layer_per_rad", 0.0),
     # gas
     ("leak_per_s", 0.0), ("gas_time_s", 0.0), ("regulator_pa_s_kg", 0.0), ("regulator_hz", 4.0), ("seat_in_ratio", 0.0),

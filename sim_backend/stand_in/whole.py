@@ -22,13 +22,15 @@ def followed(wound, before, half, speed):
 
 @compiled
 def half_play(p, y):
-    """Half of the hidden play where the spool is: it may be wider on one side of the spool."""
-    return 0.5 * p.hidden.play_m * (1.0 + p.hidden.play_uneven_ratio * math.sin(y[ANGLE] / p.transmission.gear_ratio + p.hidden.play_phase_rad))
+    """Half of the hidden play where the spool is: it may be wider on one side of the spool, or in a worn sector (von Mises' bell over the turn)."""
+    h, turn = p.hidden, y[ANGLE] / p.transmission.gear_ratio + p.hidden.play_phase_rad
+    worn = h.play_worn_ratio * math.exp(h.play_worn_sharpness * (math.cos(turn) - 1.0)) if h.play_worn_ratio != 0.0 else 0.0
+    return 0.5 * h.play_m * (1.0 + h.play_uneven_ratio * math.sin(turn) + worn)
 
 
 @compiled
 def travel_of(p, s, y):
-    """Travel of the strap and its speed; hidden: three plays of different width beside each other, so that flanks are round, wider on one side of the spool."""
+    """Travel of the strap and its speed; hidden: three plays of different width beside each other, so that flanks are round, not as wide everywhere on the spool."""
     wound, slope = motor.wound(p.transmission, p.hidden, y[ANGLE])
     if p.hidden.play_m == 0.0:
         return wound, slope * y[SPEED], slope

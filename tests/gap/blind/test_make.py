@@ -83,9 +83,10 @@ def test_a_benchmark_has_every_kind_and_decoys():
     assert draw.draw(5, 120) == specs != draw.draw(6, 120)
 
 
-def test_second_laws_are_the_same_cases_with_other_formulas():
-    first, second = draw.draw(5, 120), draw.draw(5, 120, laws=2)
-    others = {one: two.name for one, two in effects.SECOND.items()}
+@pytest.mark.parametrize("laws", [2, 3])
+def test_other_laws_are_the_same_cases_with_other_formulas(laws):
+    first, second = draw.draw(5, 120), draw.draw(5, 120, laws=laws)
+    others = {one: two.name for one, two in effects.IN_PLACE[laws].items()}
     moved = [s for s in second if s.kind != "same_law"]
     assert [s._replace(laws=1, effects=()) for s in second] == [s._replace(effects=()) for s in first]
     assert [s.effects for s in moved] == [tuple(others.get(name, name) for name in s.effects) for s in first if s.kind != "same_law"]

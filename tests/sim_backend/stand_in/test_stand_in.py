@@ -108,18 +108,20 @@ def test_hidden_effects_are_many_and_named_in_the_catalogues_words():
         assert all(name in HIDDEN.names for name, _, _ in effect.shapes)
 
 
-@pytest.mark.parametrize("first", effects.SECOND)
-def test_a_second_formula_means_the_same_thing_on_the_same_rigs(first):
-    one, other = effects.BY_NAME[first], effects.SECOND[first]
+OTHERS = [pytest.param(first, other, id=other.name) for formulas in (effects.SECOND, effects.THIRD) for first, other in formulas.items()]
+
+
+@pytest.mark.parametrize(("first", "other"), OTHERS)
+def test_another_formula_means_the_same_thing_on_the_same_rigs(first, other):
+    one = effects.BY_NAME[first]
     assert (one.answers, one.blocks, one.rigs) == (other.answers, other.blocks, other.rigs)
     assert other.name not in {effect.name for effect in effects.EFFECTS}
     assert one.law != other.law
 
 
-@pytest.mark.parametrize("first", effects.SECOND)
-def test_a_second_formula_is_another_one_whatever_the_first_ones_strength(logs, first):
+@pytest.mark.parametrize(("first", "other"), OTHERS)
+def test_another_formula_is_another_one_whatever_the_first_ones_strength(logs, first, other):
     params, short = silent("bench"), logs["bench"][:20000]
-    other = effects.SECOND[first]
     without = run_again(with_hidden(params), short, 1e-3, 4)
     channels = [name for name in AGREES if np.ptp(without[name]) > 0.0]
 
