@@ -62,6 +62,8 @@ MUSCLE_EFFECTS: tuple[Effect, ...] = (
            "the bladder pulls like a spring", MUSCLE, FACTS),
     Effect("threshold_pressure", "threshold pressure", "muscle", ("muscle.threshold_pa",), ((40e3,), (10e3,)),
            "the bladder takes part of the pressure", MUSCLE, FACTS),
+    Effect("pull_softening", "pull over pressure", "muscle", ("muscle.softening_per_pa",), ((1.5e-7,), (5e-8,)),
+           "the braid gives under pressure, and the muscle pulls less per pressure", MUSCLE, "Chambers and Wereley 2022; form estimated"),
     Effect("end_fittings", "muscle length", "muscle", ("muscle.end_length_m",), ((1e-3,), (-1e-3,)),
            "the braid is longer or shorter than between its fittings", MUSCLE, FACTS),
     Effect("braid_lock", SPRING, "muscle",

@@ -81,6 +81,8 @@ MUSCLE: Table = (
     P("bladder_stiffness_n_m", "N/m", 0.0, 0.0, 1e4, "bladder as a spring past no-load length", FACTS, "bladder_spring"),
     P("bladder_hardening_per_m", "1/m", 0.0, 0.0, 200.0, "a bladder stretched by its inverse pulls twice as much", HARDENING),
     P("threshold_pa", "Pa", 0.0, 0.0, 2e5, "gauge pressure that the bladder eats", FACTS, "threshold_pressure"),
+    P("softening_per_pa", "1/Pa", 0.0, 0.0, 2e-6, "at its inverse the muscle pulls half as much as the pressure would",
+      "an elastic braid gives less force, Chambers and Wereley 2022; this form an engineering estimate", "pull_softening"),
     P("end_length_m", "m", 0.0, -0.02, 0.02, "braid length minus length between fittings", FACTS, "end_fittings"),
     P("lock_stiffness_n_m", "N/m", 0.0, 0.0, 1e6, "braid past its locking length", FACTS, "braid_lock"),
     P("lock_hardening_per_m", "1/m", 0.0, 0.0, 2e3, "a lock pulled its inverse too far pulls twice as much", HARDENING),

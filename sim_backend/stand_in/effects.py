@@ -73,6 +73,8 @@ _GAS: tuple[Hidden, ...] = (
       shapes=(("regulator_hz", 2.0, 8.0),), rivals=("late_valves",)),
     H("swelling_tube", "swell_per_pa", 5e-7, 1e-5, (), ("gas",), "the dead volume grows with pressure",
       rivals=("thermal_gas", "gauge_scale")),
+    H("hose", "hose_pa_s_kg", 2e7, 5e8, (), ("sensors", "gas"), "the gauge sits at the valves, and the muscle behind a hose that resists the flow",
+      rivals=("slow_gauge", "late_valves", "soft_regulator")),
 )
 _MUSCLE: tuple[Hidden, ...] = (
     H("braid_elements", "slip_ratio", 0.05, 0.25, PRE_SLIDING, ("muscle",), "eight slip elements, break-aways spaced by two",
@@ -99,7 +101,7 @@ _MUSCLE: tuple[Hidden, ...] = (
       shapes=(("relax_s", 0.5, 5.0),), rivals=("braid_elements", "force_drift", "thermal_gas")),
     H("wet_braid", "wet_s_m_pa", 2e-5, 3e-4, ("braid_pressure_viscous",), ("muscle",), "damping grows with pressure",
       rivals=("braid_low_speed", "braid_tanh", "slow_force")),
-    H("soft_braid", "soften_per_pa", 1e-7, 6e-7, (), ("muscle",), "pull falls behind at high pressure",
+    H("soft_braid", "soften_per_pa", 1e-7, 6e-7, ("pull_softening",), ("muscle",), "pull falls behind at high pressure",
       rivals=("rubber_threshold", "rubber_wall", "force_scale", "gauge_scale")),
     H("swinging_frame", "frame_m_n", 3e-6, 3e-5, ("frame_mode", "strap_compliance"), ("sensors", "muscle", "load"),
       "mass and spring behind the load cell", BENCH, shapes=(("frame_hz", 9.0, 25.0),), rivals=("soft_strap",)),

@@ -104,7 +104,7 @@ def rates(p, s, y, dy, target, slope, wanted_speed):
                 force0 = force
         for v in (i, 2 + i):
             dy[OPEN + v] = (s.seen[v] - y[OPEN + v]) / p.gas[i].valve_lag_s
-        _lags(p, y, dy, i, y[PRESSURE + i] - p.gas[i].atmosphere_pa)
+        _lags(p, y, dy, i, y[PRESSURE + i] - p.gas[i].atmosphere_pa + h.hose_pa_s_kg * dy[MASS + i])  # hidden: the gauge sits at the valves, a hose before the muscle
     _lags(p, y, dy, 2, gas.supply(p.gas[0], h, y[FLOW]) - p.gas[0].atmosphere_pa)
     if h.force_time_s != 0.0:
         dy[FORCE_LAG] = (force0 - y[FORCE_LAG]) / h.force_time_s

@@ -103,6 +103,7 @@ class WithEffects(SecondSimulator):
 
     def more_friction(self, m, gauge, speed):
         acting = max(gauge - m["threshold_pa"], 0.0) if gauge > 0 else gauge - m["threshold_pa"]
+        acting = acting / (1 + m["softening_per_pa"] * acting) if acting > 0 else acting
         s = math.copysign((abs(speed) / m["stribeck_speed_m_s"]) ** (1 / m["stribeck_breadth_ratio"]), speed)
         q = m["stribeck_tail_ratio"]
         fall = math.exp((1 - s * s) / 2) if q == 0 else (2 / (2 - q + q * s * s)) ** (1 / q)

@@ -75,6 +75,8 @@ def tension(p, slope, gauge_pa, length, speed, memory, moved, creep_n):
     effective_pa = gauge_pa - p.threshold_pa
     if p.threshold_pa != 0.0 and gauge_pa > 0.0:
         effective_pa = max(effective_pa, 0.0)
+    if p.softening_per_pa != 0.0:
+        effective_pa /= 1.0 + p.softening_per_pa * max(effective_pa, 0.0)
     if p.law_code == 0.0:
         force = effective_pa * slope
     elif p.law_code == 1.0:
