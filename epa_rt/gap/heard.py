@@ -8,6 +8,7 @@ from epa_rt.gap.further import Rules
 from epa_rt.gap.refit import Fit
 
 CLOSELY = 0.01  # of a gap: what a right law in other words may leave of it
+THIRD = 1.0 / 3.0  # of a gap: a name that leaves more is not trusted at all
 HELPED = 15.0  # chi-square in free run that an effect must take off where nothing else speaks for it than a believed gain in its blocks
 
 
@@ -35,8 +36,14 @@ class Heard:
     @property
     def part(self) -> float | None:
         """Of the gap that the named effects explain; None where free run shows none, or neither that they explain it nor that they do not."""
-        silent = self.gap <= self.sure or (self.left <= BARS.little_left and self.gap - self.left <= self.sure)
+        silent = self.gap <= self.sure or (self.little and self.gap - self.left <= self.sure)
         return None if silent else 1.0 - max(self.left - self.usual, 0.0) / self.gap
+
+    @property
+    def little(self) -> bool:
+        """Whether too little is left to be missing: no more than rigs without a gap leave, or little more and less than a third of the gap (39 of 84: a held-back flow
+        named for a gauge's scale)."""
+        return self.left <= max(self.usual, min(BARS.little_left, THIRD * self.gap))
 
     @property
     def carried(self) -> bool:
@@ -74,4 +81,4 @@ class Heard:
     @property
     def counted(self) -> float | None:
         """The same as a verdict counts it: where too little stays to be missing, they explain it."""
-        return self.part if self.part is None or self.left > BARS.little_left else 1.0
+        return 1.0 if self.part is not None and self.little else self.part

@@ -6,6 +6,7 @@ longer alike, and what block by block shows too faintly is looked for there. Chi
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 from epa_rt.gap.alongside import trials
 from epa_rt.gap.as_one import AsOne, fitted, floor, meters_of, quiet, twins_of
@@ -38,15 +39,14 @@ def heard(problem: Problem, selection: Selection, rules: Rules = Rules(),
     none = fitted(whole, (), selection.base.values)
     noise = quiet(none, meters, twins)
     best = fitted(whole, selection.final.effects, selection.final.values) if selection.roles else none
-    tried: dict[str, float] = {}
+    tried: dict[str, _Beside] = {}
     for k in range(len(selection.roles)):
         progress("free run: what comes near", 0.3 + 0.1 * k)
-        selection, best = _carried(problem, whole, selection, k, none, best, tried, rules)
+        selection, best = _carried(problem, whole, selection, k, none, best, tried, rules, noise)
     run = len(selection.roles)
     selection, best = fewer(problem, whole, selection, best, rules)
-    margin = rules.margin(none, best)
-    behind = {name: chi - best.normal.chi for name, chi in tried.items()}
-    apart = frozenset(name for name, by in behind.items() if by > margin)
+    behind = {name: one.behind for name, one in tried.items()}
+    apart = frozenset(name for name, one in tried.items() if one.told)
     alone = run == len(selection.roles) == 1 and none.normal.chi - best.normal.chi > rules.gained  # with two on, or one dropped since, a law was tried beside others
     tied = frozenset(name for name, by in behind.items() if alone and by < rules.tied)
     progress("free run: what is left", 0.7)
@@ -92,18 +92,27 @@ def _around_those_aside(whole: Recording, judged: Recording) -> tuple[Span, ...]
     return tuple(Span(f"part {i}", a, b, True) for i, (a, b) in enumerate(zip(starts, stops, strict=True)) if b > a)
 
 
-def _carried(problem: Problem, whole: Problem, selection: Selection, k: int, none: Point, best: Point, tried: dict[str, float],
-             rules: Rules) -> tuple[Selection, Point]:
-    """The k-th role with the near law in it that carries the plant best. ``tried`` gets each law's chi-square."""
+class _Beside(NamedTuple):
+    """Chi-square by which a law is behind the one that its role was left with, the other roles as they were then, and whether that tells them apart."""
+
+    behind: float
+    told: bool
+
+
+def _carried(problem: Problem, whole: Problem, selection: Selection, k: int, none: Point, best: Point, tried: dict[str, _Beside],
+             rules: Rules, noise: float) -> tuple[Selection, Point]:
+    """The k-th role with the near law in it that carries the plant best. ``tried`` gets the others."""
     role = selection.roles[k]
     first = role.best
+    left: dict[str, float] = {}
     for fit in _near(problem, role, rules):
         effects = tuple(fit.effect if name == first.effect else name for name in selection.final.effects)
         point = fitted(whole, effects, fit.values)
-        tried[fit.effect] = point.normal.chi
-        if point.normal.chi < best.normal.chi - rules.margin(none, point):
-            tried[role.best.effect] = best.normal.chi
+        left[fit.effect] = point.normal.chi
+        if rules.told(none, point, best.normal.chi, noise):
+            left[role.best.effect] = best.normal.chi
             role, best = _with_first(role, fit), point
+    tried |= {name: _Beside(chi - best.normal.chi, rules.told(none, best, chi, noise)) for name, chi in left.items() if name != role.best.effect}
     if role.best is first:
         return selection, best
     roles = tuple(role if i == k else one for i, one in enumerate(selection.roles))

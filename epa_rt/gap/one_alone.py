@@ -29,7 +29,7 @@ def one_alone(problem: Problem, whole: Problem, selection: Selection, none: Poin
     if not said.to_noise:
         return None
     without, name = bare(selection), best.effects[0]
-    close = [one for one in points if one is not best and one.normal.chi < best.normal.chi + rules.margin(none, best)]
+    close = [one for one in points if one is not best and not rules.told(none, best, one.normal.chi, noise)]
     as_well = {name: tuple(around(problem, without.base, one.effects[0], one) for one in close)}
     found = with_effect(problem, without, name, best)
     if [role.best.effect for role in selection.roles] == [name]:  # better numbers for the same name: what blocks hold alike stays so
