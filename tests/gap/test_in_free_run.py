@@ -1,6 +1,7 @@
 """Free run as a second witness: a law that explains one block and not the whole plant is not the rig's."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -179,6 +180,16 @@ def test_quiet_is_what_noise_alone_leaves():
 def test_part_is_none_where_free_run_shows_no_gap(gap, left, part):
     """39 left of 84 is no explanation, nor 52 of 93, however small the gap (a held-back flow named for a gauge's scale, twice)."""
     assert Heard(gap, left, 5.0, frozenset(), {}).part == part
+
+
+@pytest.mark.parametrize(("best", "other", "told"), [(14.0, 85.0, True), (14.0, 45.0, False), (60.0, 140.0, False), (60.0, 3000.0, True), (0.0, 51.0, True)])
+def test_a_law_that_reaches_the_noise_is_told_from_one_that_does_not_however_large_the_gap(best, other, told):
+    """A spring of the knee and a leaning frame over both ends of its range: 14 and 85 of 57 088 above a noise of 300."""
+    assert Rules().told(leaving(57_388.0), leaving(300.0 + best), 300.0 + other, 300.0) is told
+
+
+def leaving(chi: float):
+    return SimpleNamespace(normal=SimpleNamespace(chi=chi))
 
 
 def test_what_is_too_little_to_be_missing_counts_as_explained():

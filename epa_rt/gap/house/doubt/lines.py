@@ -53,5 +53,6 @@ def gas(bench: Bench, i: int) -> Shapes:
     period_s, commands, q = bench.prepared.period_s, bench.prepared.commands, modelled_gauge(bench, i)
     held, p = since(bench.prepared.shut[i], len(q)) > 0, q + float(bench.params["gas"]["atmosphere_pa"][0, i]) / PRESSURE_PA
     rates = [held * 1.0, held * q, held * q * q, *(commands[name][:, i] * by for name in ("inlet", "exhaust") for by in (1.0, q))]
-    heat = [p * x for x in fading(np.log(bench.volume(i)), period_s, COOLING_S)]
+    volume = bench.volume(i)
+    heat = [p * x for warmed in (np.log(volume), np.log(p * volume)) for x in fading(warmed, period_s, COOLING_S)]  # compressed, and filled
     return [*(np.cumsum(rate) * period_s for rate in rates), p * p, p * q * q, *heat, np.where(held, 0.0, smooth.slope(q, period_s))]
