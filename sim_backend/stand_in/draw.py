@@ -6,7 +6,7 @@ import numpy as np
 
 from epa_rt.gap.blind.plans import NARROW, RICH, STILL
 from epa_rt.models.catalogue import BY_NAME as CATALOGUE
-from sim_backend.stand_in.effects import BY_NAME, EFFECTS, IN_PLACE, Hidden
+from sim_backend.stand_in.effects import BENCH, BY_NAME, EFFECTS, IN_PLACE, KNEE, Hidden
 
 SHARES = {"single": 0.40, "same_law": 0.10, "pair": 0.12, "none": 0.10, "withheld": 0.14, "not_excited": 0.07, "not_separable": 0.07}
 KINDS = tuple(SHARES)
@@ -14,9 +14,10 @@ NOISE = (0.4, 1.0, 2.5)
 KNEE_SHARE = 0.25
 # strength in multiples of the detection limit, from and to; drawn evenly in the logarithm
 MULTIPLES = {"single": (0.5, 50.0), "same_law": (1.0, 50.0), "pair": (4.0, 40.0), "withheld": (3.0, 50.0), "not_separable": (3.0, 12.0)}  # there: at most
-# the catalogue's own laws that bench and knee can show; strengths between neutral and the start's
-SAME_LAWS = ("leak", "fill_heat", "strap_compliance", "bladder_spring", "threshold_pressure", "creep", "braid_dahl", "gear_friction",
-             "gear_efficiency", "transport_delay", "cogging", "force_offset", "muscle0_gauge_offset", "motor_stribeck", "end_fittings")
+# of the catalogue's own laws what bench and knee do not show at three times a typical strength; all others are drawn as they are
+FAINT = ("bus_sag", "guide_friction", "motor_torque_offset", "supply_gauge_gain", "supply_gauge_offset", "joint_speed_gain", "joint_speed_offset",
+         "load_position_gain", "load_position_offset", "muscle0_gauge_gain", "muscle1_gauge_bow", "force_gain")
+OF_THE_KNEE = ("load.", "sensors.joint", "sensors.muscle1")
 
 
 # what one pressure and one small sine show so much alike that the oracle cannot tell them from one of their rivals at twice the limit
@@ -86,13 +87,13 @@ def _turns(kind: str, count: int, rng: np.random.Generator) -> list[tuple[tuple[
     """Candidates and rig of every case of a kind. What is easily shown on one rig only goes there."""
     out = []
     known = [effect.name for effect in EFFECTS if families(effect)]
-    never = [effect.name for effect in EFFECTS if not families(effect)]
+    never = [str(name) for name in rng.permutation([effect.name for effect in EFFECTS if not families(effect)])]
     if kind == "withheld":  # every family in turn, every third case what the catalogue never had
         one_each = list({families(BY_NAME[name]): name for name in rng.permutation(known)}.values())
         mixed = [name for pair in zip(rng.permutation(one_each), np.resize(rng.permutation(one_each), len(one_each)), strict=True) for name in pair]
         pool = [never.pop(0) if (i % 3 == 2 and never) else mixed[i % len(mixed)] for i in range(count)]
     elif kind == "same_law":
-        pool = [str(name) for name in np.resize(rng.permutation([name for name in SAME_LAWS if name in CATALOGUE]), count)]
+        pool = [str(name) for name in np.resize(rng.permutation([name for name in CATALOGUE if name not in FAINT]), count)]
     elif kind == "not_separable":
         turns = np.resize(rng.permutation(ALIKE), count)  # each in turn, another where it does not fit
         return [(tuple(dict.fromkeys(str(name) for name in (first, *rng.permutation(ALIKE)))), "bench") for first in turns]
@@ -101,7 +102,7 @@ def _turns(kind: str, count: int, rng: np.random.Generator) -> list[tuple[tuple[
     else:
         pool = [str(name) for name in np.resize(rng.permutation(known), count)]
     for name in pool:
-        rigs = BY_NAME[name].rigs if name in BY_NAME else ("bench",)
+        rigs = BY_NAME[name].rigs if name in BY_NAME else KNEE if any(key.startswith(OF_THE_KNEE) for key in CATALOGUE[name].knobs) else BENCH
         rig = "knee" if "knee" in rigs and ("bench" not in rigs or rng.uniform() < KNEE_SHARE) else "bench"
         others = [n for n in rng.permutation(known) if n != name and rig in BY_NAME[n].rigs] if kind != "same_law" else []
         if kind == "pair":

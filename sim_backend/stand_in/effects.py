@@ -73,7 +73,7 @@ _GAS: tuple[Hidden, ...] = (
       shapes=(("regulator_hz", 2.0, 8.0),), rivals=("late_valves",)),
     H("swelling_tube", "swell_per_pa", 5e-7, 1e-5, (), ("gas",), "the dead volume grows with pressure",
       rivals=("thermal_gas", "gauge_scale")),
-    H("hose", "hose_pa_s_kg", 2e7, 5e8, (), ("sensors", "gas"), "the gauge sits at the valves, and the muscle behind a hose that resists the flow",
+    H("hose", "hose_pa_s_kg", 2e7, 5e8, (), ("sensors", "gas"), "a reading off by what the flow loses in a hose between gauge and muscle",
       rivals=("slow_gauge", "late_valves", "soft_regulator")),
 )
 _MUSCLE: tuple[Hidden, ...] = (
@@ -172,7 +172,7 @@ SECOND: dict[str, Hidden] = {
 }
 # A third where the catalogue has caught up with the second.
 THIRD: dict[str, Hidden] = {
-    "play": H("worn_sector", "play_m", 1e-4, 1.5e-3, ("backlash",), ("transmission",), "a play that is wider in a worn sector of the spool's turn",
+    "play": H("worn_spots", "play_m", 1e-4, 1.5e-3, ("backlash",), ("transmission",), "a play that is wider in five worn spots of the spool's turn",
               shapes=(("play_spread_ratio", 0.0, 0.1), ("play_worn_ratio", 0.5, 1.5), ("play_worn_sharpness", 2.0, 6.0), ("play_phase_rad", *TURN)),
               rivals=("braid_elements", "soft_strap")),
 }

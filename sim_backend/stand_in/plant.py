@@ -57,10 +57,10 @@ def _keep(p, s):
     q, q_speed, _ = knee.coordinate(p.load, p.hidden, y[PLACE], y[RATE])
     if p.hidden.play_m != 0.0:
         wound, _ = motor.wound(p.transmission, p.hidden, y[ANGLE])
-        middle = half_play(p, y)
+        middle, _ = half_play(p, y)
         for j in range(3):
             half = middle * (1.0 + (j - 1) * p.hidden.play_spread_ratio)
-            s.play_m[j], _ = followed(wound, s.play_m[j], half, y[SPEED])
+            s.play_m[j], _ = followed(wound, 0.0, s.play_m[j], half, 0.0, y[SPEED])  # where it is, not how fast
     for i in range(2):
         if p.muscle[i].present > 0.5:
             force, _, _, braid, _ = tension(p, s, y, i, travel, travel_speed, q, q_speed)

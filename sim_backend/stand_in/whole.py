@@ -9,23 +9,31 @@ from sim_backend.stand_in.records import (
     MASS, OPEN, PLACE, POWER, POWERS, PRESSURE, RATE, RELAX, SPEED, STUCK,
 )
 
+SPOTS = 5  # worn ones to a turn of the spool: a knee's trials turn it by less than a seventh
+
 
 @compiled
-def followed(wound, before, half, speed):
-    """Travel behind one play: it stays until the play is used up. Second value: 1 where ``speed`` carries it along."""
+def followed(wound, slope, before, half, widens, speed):
+    """Travel behind one play and its rate: it stays until the play is used up, and then moves with the flank, which goes its own way where the play ``widens`` over
+    the motor's angle. Without that the gas, whose pressure is a state, would not follow the muscle's volume."""
     if before >= wound + half - 1e-12:
-        return min(before, wound + half), (1.0 if speed < 0.0 else 0.0)
+        return min(before, wound + half), ((slope + widens) * speed if speed < 0.0 else 0.0)
     if before <= wound - half + 1e-12:
-        return max(before, wound - half), (1.0 if speed > 0.0 else 0.0)
+        return max(before, wound - half), ((slope - widens) * speed if speed > 0.0 else 0.0)
     return before, 0.0
 
 
 @compiled
 def half_play(p, y):
-    """Half of the hidden play where the spool is: it may be wider on one side of the spool, or in a worn sector (von Mises' bell over the turn)."""
-    h, turn = p.hidden, y[ANGLE] / p.transmission.gear_ratio + p.hidden.play_phase_rad
-    worn = h.play_worn_ratio * math.exp(h.play_worn_sharpness * (math.cos(turn) - 1.0)) if h.play_worn_ratio != 0.0 else 0.0
-    return 0.5 * h.play_m * (1.0 + h.play_uneven_ratio * math.sin(turn) + worn)
+    """Half of the hidden play where the spool is, and its slope over the motor's angle: it may be wider on one side of the spool, or in five worn spots (bells over
+    the turn)."""
+    h, ratio = p.hidden, p.transmission.gear_ratio
+    turn = y[ANGLE] / ratio + h.play_phase_rad
+    wide, slope = 1.0 + h.play_uneven_ratio * math.sin(turn), h.play_uneven_ratio * math.cos(turn)
+    if h.play_worn_ratio != 0.0:
+        worn = h.play_worn_ratio * math.exp(h.play_worn_sharpness * (math.cos(SPOTS * turn) - 1.0))
+        wide, slope = wide + worn, slope - worn * h.play_worn_sharpness * SPOTS * math.sin(SPOTS * turn)
+    return 0.5 * h.play_m * wide, 0.5 * h.play_m * slope / ratio
 
 
 @compiled
@@ -34,11 +42,11 @@ def travel_of(p, s, y):
     wound, slope = motor.wound(p.transmission, p.hidden, y[ANGLE])
     if p.hidden.play_m == 0.0:
         return wound, slope * y[SPEED], slope
-    half, spread = half_play(p, y), p.hidden.play_spread_ratio
-    a, on_a = followed(wound, s.play_m[0], half * (1.0 - spread), y[SPEED])
-    b, on_b = followed(wound, s.play_m[1], half, y[SPEED])
-    c, on_c = followed(wound, s.play_m[2], half * (1.0 + spread), y[SPEED])
-    return (a + b + c) / 3.0, (on_a + on_b + on_c) / 3.0 * slope * y[SPEED], slope
+    (half, widens), spread = half_play(p, y), p.hidden.play_spread_ratio
+    a, rate_a = followed(wound, slope, s.play_m[0], half * (1.0 - spread), widens * (1.0 - spread), y[SPEED])
+    b, rate_b = followed(wound, slope, s.play_m[1], half, widens, y[SPEED])
+    c, rate_c = followed(wound, slope, s.play_m[2], half * (1.0 + spread), widens * (1.0 + spread), y[SPEED])
+    return (a + b + c) / 3.0, (rate_a + rate_b + rate_c) / 3.0, slope
 
 
 @compiled
@@ -104,7 +112,7 @@ def rates(p, s, y, dy, target, slope, wanted_speed):
                 force0 = force
         for v in (i, 2 + i):
             dy[OPEN + v] = (s.seen[v] - y[OPEN + v]) / p.gas[i].valve_lag_s
-        _lags(p, y, dy, i, y[PRESSURE + i] - p.gas[i].atmosphere_pa + h.hose_pa_s_kg * dy[MASS + i])  # hidden: the gauge sits at the valves, a hose before the muscle
+        _lags(p, y, dy, i, y[PRESSURE + i] - p.gas[i].atmosphere_pa + h.hose_pa_s_kg * dy[MASS + i])  # hidden: the gauge sits before a hose, the valves see the muscle
     _lags(p, y, dy, 2, gas.supply(p.gas[0], h, y[FLOW]) - p.gas[0].atmosphere_pa)
     if h.force_time_s != 0.0:
         dy[FORCE_LAG] = (force0 - y[FORCE_LAG]) / h.force_time_s

@@ -17,6 +17,7 @@ from sim_backend.stand_in import effects
 from sim_backend.stand_in.records import HIDDEN, with_hidden
 from sim_backend.stand_in.replayed import commands_of, run_again
 from sim_backend.stand_in.truth import STEPS
+from sim_backend.stand_in.whole import SPOTS
 
 ROOT = Path(__file__).resolve().parents[3]
 CONFIG = ROOT / "config"
@@ -82,6 +83,40 @@ def test_where_a_hidden_law_is_the_catalogues_both_agree_within_a_sensor_step(lo
     for channel, step in AGREES.items():
         assert np.max(np.abs(ours[channel] - theirs[channel])) <= step, channel
     assert not np.array_equal(ours, run_again(params, logs[rig], 1e-3, 2, nominal_physics))
+
+
+@pytest.mark.parametrize("rig", ["bench", "knee"])
+def test_uneven_play_is_the_catalogues_but_for_its_round_flanks(logs, rig):
+    """Forces differ by what a flank's own speed drags: the catalogue leaves it out."""
+    params, ratio, phase = silent(rig), 0.6, -1.5
+    patched, radius = params.copy(), float(params["transmission"]["spool_radius_m"][0])
+    for name, value in (("uneven_backlash_rad", 1e-3 / radius), ("backlash_wave_ratio", ratio), ("backlash_phase_rad", phase)):
+        write_knob(patched, f"transmission.{name}", value)
+    hidden = with_hidden(params, play_m=1e-3, play_spread_ratio=0.0, play_uneven_ratio=ratio, play_phase_rad=phase)
+    bare, ours, theirs = (run_again(p, logs[rig], 1e-3, 2, nominal_physics) for p in (params, patched, params))
+    theirs = run_again(hidden, logs[rig], 1e-3)
+    for channel in ("muscle0_gauge_pa", "force_n", "motor_angle_rad"):
+        assert np.max(np.abs(ours[channel] - theirs[channel])) <= max(0.05 * np.max(np.abs(ours[channel] - bare[channel])), AGREES[channel]), channel
+
+
+def seen_of(rig: str) -> np.ndarray:
+    """(N,) angles of the spool, evenly over what a rig's trials turn it by."""
+    return np.linspace(0.0, {"bench": 2.6, "knee": 0.8}[rig], 200)
+
+
+@pytest.mark.parametrize(("rig", "least"), [("bench", 0.1), ("knee", 0.05)])
+def test_worn_spots_are_no_wave_over_the_turn_wherever_they_lie(rig, least):
+    """What one plus a sine, the catalogue's law, leaves of the width over what the spool turns, as a part of its mean."""
+    one, angle = effects.THIRD["play"], seen_of(rig)
+    shapes = {name: (low, high) for name, low, high in one.shapes}
+    table = np.stack([np.ones(len(angle)), np.sin(angle), np.cos(angle)], axis=1)
+    left = []
+    for phase in np.linspace(*shapes["play_phase_rad"], 40):
+        for sharp in shapes["play_worn_sharpness"]:
+            wide = 1.0 + np.mean(shapes["play_worn_ratio"]) * np.exp(sharp * (np.cos(SPOTS * (angle + phase)) - 1.0))
+            rest = wide - table @ np.linalg.lstsq(table, wide, rcond=None)[0]
+            left.append(np.max(np.abs(rest)) / np.mean(wide))
+    assert np.median(left) > least
 
 
 def test_every_hidden_effect_shows_and_is_absent_at_zero(logs):
