@@ -83,7 +83,7 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     return Diagnosis(
         verdict=verdict, says=says, found_first=tuple(f"{r.name}: {what}" for r in recordings for what in r.found),
         location=origin_first(places, whence), origins=whence, effects=named,
-        free_run=found.heard and FreeRun(found.heard.gap, found.heard.left, whole, nearest, tuple(sorted(found.heard.apart))),
+        free_run=found.heard and FreeRun(found.heard.gap, found.heard.left, whole, nearest, found.heard.told_apart),
         nominal_moved=moved, not_tested=silent, shrinkage=tuple(rows), refitted=found.refitted if named else dict(selection.base.values), fitted=dict(values),
         remainder=remainders(subject, problem.prepared, selection.base.values, values, problem.floors, problem.designs))
 
@@ -135,12 +135,12 @@ def _named(found: Attribution, k: int, trusted: float) -> Named:
 def _came_near(found: Attribution, k: int) -> tuple[Near, ...]:
     """The best law of each other family that explains half as much at least, three at most."""
     problem, role = found.problem, found.selection.roles[k]
-    tried = found.heard.tried if found.heard else {}
+    tried = found.heard.beside.get(role.best.effect, {}) if found.heard else {}
     best, near = role.gains[0], {}
     for fit, gain in zip(role.fits[1:], role.gains[1:], strict=True):
         family, share = problem.effects[fit.effect].family, float(gain.sum() / best.sum()) if best.sum() > 0.0 else 0.0
         if family != problem.effects[role.best.effect].family and family not in near and share > NEAR:
-            near[family] = Near(fit.effect, family, share, z_of_sum(best - gain), tried.get(fit.effect))
+            near[family] = Near(fit.effect, family, share, z_of_sum(best - gain), tried[fit.effect].behind if fit.effect in tried else None)
     return tuple(sorted(near.values(), key=lambda one: -one.explains_share)[:3])
 
 

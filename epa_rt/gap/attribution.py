@@ -84,11 +84,11 @@ def attributed(subject: Subject, recordings: Sequence[Recording], without: Seque
     after = left(selection.final)
     become = tuple(become_best(selection.problem, role) for role in selection.roles)
     stays = above_noise(after, selection.problem.scale)
-    apart = said_there.apart if said_there else frozenset()
     tied = said_there.tied if said_there else ()
 
     def set_of(role: Role, same: frozenset[str]) -> tuple[Fit, ...]:
         found = alike(role, stays, same, tied)
+        apart = said_there.apart_from(role.best.effect) if said_there else ()
         return (*(fit for fit in found if fit.effect not in apart), *(said_there.as_well.get(role.best.effect, ()) if said_there else ()))
 
     sets = tuple(set_of(role, same) for role, same in zip(selection.roles, become, strict=True))

@@ -13,7 +13,7 @@ class Bars:
     ``alone``: chi-square per sample below which the generic model's word alone is no gap: the torque balances of gap-free stand-in
     rigs reach it. ``noise``: chi-square per sample that the method itself may leave of a rig without a gap. ``covered``: part of the excess
     over that which the effects must explain to be the cause, over all links and (``covered_link``) in each that has at
-    least ``major`` of the excess; ``carried``: the same of the gap in free run, where more than ``little_left`` stays: right names of four spent sets explained
+    least ``major`` of the excess; ``carried``: the same of the gap in free run, where more than ``little_left`` stays (heard.py: of a small gap a third): right names of four spent sets explained
     0.928 and more there or left 36 at most, wrong ones 0.916, 0.961 and 0.970 (a bar of 0.975 refused two right answers of a set that it had not seen,
     and no wrong one). ``trifle``: what stays over the noise without being a gap. They are all of it where no more
     than ``small`` is left over the noise, or where they explain ``whole`` of the excess and leave less than ``few``, three

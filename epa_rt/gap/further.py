@@ -31,7 +31,8 @@ class Rules:
     (rigs without a gap leave 3 to 25), and ``rest`` of what there is without effects, from which something is missing: the right law in other words
     left up to 0.02 of it; what nominal parameters cannot bear is missing whatever part it is. ``most``: of that which a further effect must
     explain, and ``gained`` at least; ``screened``: families that are fitted for it. ``plain``: gain from which it is named however weak it is.
-    ``noise``: chi-square above noise that one law leaves at most, and another twice that at least, where 5 % count for nothing: the first is the rig's own to the noise.
+    ``noise``: chi-square above noise that one law leaves at most, and another twice that at least, where 5 % count for nothing if the first has no more
+    numbers than the other: it is the rig's own to the noise.
     ``tied``: chi-square by which a law that is behind in free run is not told apart there (two kinds of friction under one small sine lie 2 to 5 apart, laws
     that logs tell apart 10 and more).
     """
@@ -53,12 +54,13 @@ class Rules:
         """Chi-square by which a law must be ahead of another, where ``best`` explains what it does of ``none``."""
         return max(self.better, self.part * (none.normal.chi - best.normal.chi))
 
-    def told(self, none: Point, best: Point, chi: float, noise: float) -> bool:
-        """Whether a law that leaves ``chi`` is told from the best one. ``noise``: chi-square that noise and steps alone leave.
+    def told(self, none: Point, best: Point, chi: float, noise: float, plain: bool) -> bool:
+        """Whether a law that leaves ``chi`` is told from the best one. ``noise``: chi-square that noise and steps alone leave. ``plain``: whether the best one has
+        no more numbers than the other.
 
         A spring of the knee left 14 of 57 088 over both ends of its range, a leaning frame 85.
         """
-        to_noise = above(best, noise) <= self.noise and chi - noise > 2.0 * self.noise
+        to_noise = plain and above(best, noise) <= self.noise and chi - noise > 2.0 * self.noise
         return chi - best.normal.chi > (self.better if to_noise else self.margin(none, best))
 
 
@@ -78,8 +80,13 @@ def further(problem: Problem, whole: Problem, selection: Selection, none: Point,
     if gain < max(rules.gained, rules.most * missing) or (gain < rules.plain and negligible(problem, name, point.values)):
         return None
     before = selection.final if selection.roles else selection.base
-    as_well = tuple(around(problem, before, *other) for other in points[1:] if not rules.told(best, point, other[1].normal.chi, noise))
+    as_well = tuple(around(problem, before, *other) for other in points[1:] if not rules.told(best, point, other[1].normal.chi, noise, plainer(problem, name, other[0])))
     return with_effect(problem, selection, name, point), point, as_well
+
+
+def plainer(problem: Problem, name: str, other: str) -> bool:
+    """Whether a law has no more numbers than another."""
+    return len(problem.effects[name].knobs) <= len(problem.effects[other].knobs)
 
 
 def strain(point: Point) -> float:

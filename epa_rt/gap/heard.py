@@ -1,7 +1,8 @@
 """What free run says of the named effects, and what that counts for."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import NamedTuple
 
 from epa_rt.gap.bars import BARS
 from epa_rt.gap.further import Rules
@@ -12,32 +13,49 @@ THIRD = 1.0 / 3.0  # of a gap: a name that leaves more is not trusted at all
 HELPED = 15.0  # chi-square in free run that an effect must take off where nothing else speaks for it than a believed gain in its blocks
 
 
+class Beside(NamedTuple):
+    """Chi-square in free run by which a law is behind the one in whose place it was tried, all others as they were then, and whether that tells them apart."""
+
+    behind: float
+    told: bool
+
+
 @dataclass(frozen=True)
 class Heard:
     """``gap``, ``left``: chi-square above noise and steps in free run without effects and with those named, nominal parameters fitted
-    in both; ``strain``: what the latter cost with those named, in squares of spreads. ``apart``: effects that free run tells from the named
-    ones. ``as_well``: by effect that was found there what explains it as well there. ``sure``: less than that is no gap whatever a link says, and
-    no other effect is looked for; ``usual``: what the method leaves of rigs without a gap (3 to 25). ``better``: what chance gains with a number or two. ``refitted``: nominal parameters without effects, fitted to blocks and free run together
-    like those with the named ones; None where these do not carry the whole plant. ``tried``: by effect that was run in a named one's place, the chi-square by which it
-    is behind; ``tied``: those of them that free run puts nothing between."""
+    in both; ``strain``: what the latter cost with those named, in squares of spreads. ``beside``: by named effect what was tried in its place.
+    ``as_well``: by effect that was found there what explains it as well there. ``sure``: less than that is no gap whatever a link says, and
+    no other effect is looked for; ``usual``: what the method leaves of rigs without a gap (3 to 25). ``better``: what chance gains with a number or
+    two. ``refitted``: nominal parameters without effects, fitted to blocks and free run together like those with the named ones; None where these do
+    not carry the whole plant. ``tied``: what was tried in the place of the only named one and free run puts nothing between."""
 
     gap: float
     left: float
     strain: float
-    apart: frozenset[str]
+    beside: Mapping[str, Mapping[str, Beside]]
     as_well: Mapping[str, tuple[Fit, ...]]
     sure: float = Rules.stays
     usual: float = 25.0
     better: float = 4.0
     refitted: Mapping[str, float] | None = None
-    tried: Mapping[str, float] = field(default_factory=dict)
     tied: frozenset[str] = frozenset()
+
+    def apart_from(self, named: str) -> frozenset[str]:
+        """Effects that free run tells from a named one."""
+        return frozenset(law for law, one in self.beside.get(named, {}).items() if one.told)
+
+    @property
+    def told_apart(self) -> tuple[str, ...]:
+        """All that it tells from the named ones, in whichever's place they were tried."""
+        laws = {law for named in self.beside for law in self.apart_from(named)}
+        return tuple(sorted(law for law in laws if all(tried[law].told for tried in self.beside.values() if law in tried)))
 
     @property
     def part(self) -> float | None:
         """Of the gap that the named effects explain; None where free run shows none, or neither that they explain it nor that they do not."""
-        silent = self.gap <= self.sure or (self.little and self.gap - self.left <= self.sure)
-        return None if silent else 1.0 - max(self.left - self.usual, 0.0) / self.gap
+        share = 1.0 - max(self.left - self.usual, 0.0) / self.gap if self.gap > 0.0 else 1.0
+        silent = self.gap <= self.sure or (self.gap - self.left <= self.sure and (self.little or share >= BARS.carried))
+        return None if silent else share
 
     @property
     def little(self) -> bool:

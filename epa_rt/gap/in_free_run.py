@@ -4,15 +4,14 @@ Every law that comes near is fitted once more from commands to readings. The one
 longer alike, and what block by block shows too faintly is looked for there. Chi-square here counts INDEPENDENT_HZ readings a second (as_one.py).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 from epa_rt.gap.alongside import trials
 from epa_rt.gap.as_one import AsOne, fitted, floor, meters_of, quiet, twins_of
 from epa_rt.gap.fewer import fewer
-from epa_rt.gap.further import Rules, above, bare, further, strain, with_effect
-from epa_rt.gap.heard import Heard
+from epa_rt.gap.further import Rules, above, bare, further, plainer, strain, with_effect
+from epa_rt.gap.heard import Beside, Heard
 from epa_rt.gap.one_alone import one_alone
 from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem
@@ -39,16 +38,14 @@ def heard(problem: Problem, selection: Selection, rules: Rules = Rules(),
     none = fitted(whole, (), selection.base.values)
     noise = quiet(none, meters, twins)
     best = fitted(whole, selection.final.effects, selection.final.values) if selection.roles else none
-    tried: dict[str, _Beside] = {}
+    beside: dict[str, dict[str, Beside]] = {}
     for k in range(len(selection.roles)):
         progress("free run: what comes near", 0.3 + 0.1 * k)
-        selection, best = _carried(problem, whole, selection, k, none, best, tried, rules, noise)
+        selection, best = _carried(problem, whole, selection, k, none, best, beside, rules, noise)
     run = len(selection.roles)
     selection, best = fewer(problem, whole, selection, best, rules)
-    behind = {name: one.behind for name, one in tried.items()}
-    apart = frozenset(name for name, one in tried.items() if one.told)
     alone = run == len(selection.roles) == 1 and none.normal.chi - best.normal.chi > rules.gained  # with two on, or one dropped since, a law was tried beside others
-    tied = frozenset(name for name, by in behind.items() if alone and by < rules.tied)
+    tied = frozenset(law for laws in beside.values() for law, one in laws.items() if alone and one.behind < rules.tied)
     progress("free run: what is left", 0.7)
     as_well: dict[str, tuple[Fit, ...]] = {}
     while len(selection.roles) < MOST_TOGETHER:
@@ -62,8 +59,8 @@ def heard(problem: Problem, selection: Selection, rules: Rules = Rules(),
         selection, best = fewer(problem, whole, selection, best, rules)
         if len(selection.roles) < together and selection.roles[0].best.effect in as_well:  # laws had been tried in the place of what is gone
             selection = with_effect(problem, bare(selection), selection.roles[0].best.effect, best)
-            behind, apart, tied = {}, frozenset(), frozenset()
-    said = Heard(above(none, noise), above(best, noise), strain(best), apart, as_well, tried=behind, tied=tied)
+            tied = frozenset()
+    said = Heard(above(none, noise), above(best, noise), strain(best), _of_named(beside, selection.final.effects), as_well, tied=tied)
     if selection.roles and not said.carried:
         progress("free run: one law alone", 0.8)
         selection, best, said = one_alone(problem, whole, selection, none, noise, rules) or (selection, best, said)
@@ -92,16 +89,9 @@ def _around_those_aside(whole: Recording, judged: Recording) -> tuple[Span, ...]
     return tuple(Span(f"part {i}", a, b, True) for i, (a, b) in enumerate(zip(starts, stops, strict=True)) if b > a)
 
 
-class _Beside(NamedTuple):
-    """Chi-square by which a law is behind the one that its role was left with, the other roles as they were then, and whether that tells them apart."""
-
-    behind: float
-    told: bool
-
-
-def _carried(problem: Problem, whole: Problem, selection: Selection, k: int, none: Point, best: Point, tried: dict[str, _Beside],
+def _carried(problem: Problem, whole: Problem, selection: Selection, k: int, none: Point, best: Point, beside: dict[str, dict[str, Beside]],
              rules: Rules, noise: float) -> tuple[Selection, Point]:
-    """The k-th role with the near law in it that carries the plant best. ``tried`` gets the others."""
+    """The k-th role with the near law in it that carries the plant best. ``beside`` gets the others."""
     role = selection.roles[k]
     first = role.best
     left: dict[str, float] = {}
@@ -109,15 +99,21 @@ def _carried(problem: Problem, whole: Problem, selection: Selection, k: int, non
         effects = tuple(fit.effect if name == first.effect else name for name in selection.final.effects)
         point = fitted(whole, effects, fit.values)
         left[fit.effect] = point.normal.chi
-        if rules.told(none, point, best.normal.chi, noise):
+        if rules.told(none, point, best.normal.chi, noise, plainer(problem, fit.effect, role.best.effect)):
             left[role.best.effect] = best.normal.chi
             role, best = _with_first(role, fit), point
-    tried |= {name: _Beside(chi - best.normal.chi, rules.told(none, best, chi, noise)) for name, chi in left.items() if name != role.best.effect}
+    named = role.best.effect
+    beside[named] = {name: Beside(chi - best.normal.chi, rules.told(none, best, chi, noise, plainer(problem, named, name))) for name, chi in left.items() if name != named}
     if role.best is first:
         return selection, best
     roles = tuple(role if i == k else one for i, one in enumerate(selection.roles))
     final = settled(problem, tuple(role.best.effect if name == first.effect else name for name in selection.final.effects), role.best.values)
     return replace(selection, roles=roles, final=final), best
+
+
+def _of_named(beside: Mapping[str, Mapping[str, Beside]], named: Sequence[str]) -> dict[str, dict[str, Beside]]:
+    """What was tried in the place of those that are named still, and is not named in another one's."""
+    return {name: {law: one for law, one in laws.items() if law not in named} for name, laws in beside.items() if name in named}
 
 
 def _near(problem: Problem, role: Role, rules: Rules) -> list[Fit]:

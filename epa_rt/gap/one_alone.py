@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from epa_rt.gap.as_one import fitted
-from epa_rt.gap.further import Rules, above, around, bare, most_promising, strain, with_effect
+from epa_rt.gap.further import Rules, above, around, bare, most_promising, plainer, strain, with_effect
 from epa_rt.gap.heard import Heard
 from epa_rt.gap.point import Point, linearised
 from epa_rt.gap.problem import Problem
@@ -25,11 +25,11 @@ def one_alone(problem: Problem, whole: Problem, selection: Selection, none: Poin
     if not points:
         return None
     best = min(points, key=lambda point: point.normal.chi)
-    said = Heard(above(none, noise), above(best, noise), strain(best), frozenset(), {})
+    said = Heard(above(none, noise), above(best, noise), strain(best), {}, {})
     if not said.to_noise:
         return None
     without, name = bare(selection), best.effects[0]
-    close = [one for one in points if one is not best and not rules.told(none, best, one.normal.chi, noise)]
+    close = [one for one in points if one is not best and not rules.told(none, best, one.normal.chi, noise, plainer(problem, name, one.effects[0]))]
     as_well = {name: tuple(around(problem, without.base, one.effects[0], one) for one in close)}
     found = with_effect(problem, without, name, best)
     if [role.best.effect for role in selection.roles] == [name]:  # better numbers for the same name: what blocks hold alike stays so

@@ -19,7 +19,7 @@ CHOICES = ("best", "polynomial", "tang", "physical")
 MCKIBBEN, TANG, EQ8 = 0.0, 1.0, 2.0
 SWITCHED = {"slip_ratio": "braid_maxwell_slip", "dahl_ratio": "braid_dahl", "end_length_m": "end_fittings",
             "bladder_stiffness_n_m": "bladder_spring", "lock_stiffness_n_m": "braid_lock"}
-FRICTION = ("slip_ratio", "dahl_ratio", "stribeck_ratio", "run_in_ratio", "lugre_ratio", "bouc_wen_ratio", "preisach_ratio",
+FRICTION = ("slip_ratio", "dahl_ratio", "stribeck_ratio", "run_in_ratio", "lugre_ratio", "bouc_wen_ratio", "preisach_ratio", "coulomb_ratio",
             "pressure_viscous_s_m", "bladder_stiffness_n_m", "threshold_pa", "softening_per_pa", "end_length_m", "lock_stiffness_n_m", "lock_viscous_n_s_m",
             "viscous_n_s_m", "creep_stiffness_n_m")
 
@@ -101,7 +101,7 @@ def _bare(plant: PlantFile, law: float) -> np.ndarray:
 
 
 def _named(plant: PlantFile, word: str, params: np.ndarray) -> PlantFile:
-    gone = {"braid_maxwell_slip", "braid_dahl", "braid_stribeck", "braid_run_in", "braid_lugre", "braid_bouc_wen", "braid_preisach",
+    gone = {"braid_maxwell_slip", "braid_dahl", "braid_stribeck", "braid_run_in", "braid_lugre", "braid_bouc_wen", "braid_preisach", "braid_coulomb",
             "braid_pressure_viscous", "bladder_spring", "threshold_pressure", "pull_softening", "end_fittings", "braid_lock", "creep"}
     return PlantFile(f"{plant.name}_identified_{word}", params, plant.substeps, tuple(name for name in plant.effects if name not in gone))
 

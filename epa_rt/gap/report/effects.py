@@ -44,7 +44,7 @@ def _effect(rank: int, effect: Named) -> Html:
 
 def _near(one: Near) -> str:
     there = "" if one.behind_in_free_run is None else \
-        f", and run from the commands alone it leaves squared errors that are larger by {one.behind_in_free_run:,.0f}, where 25 tells two laws apart"
+        f", and run from the commands alone it leaves squared errors that are larger by {one.behind_in_free_run:,.0f}, where 25 and 5 % of what is explained tell two laws apart, or that one reaches the noise"
     return f"{plain(one.name)} explains {100.0 * one.explains_share:.3g} % as much{there}"
 
 
