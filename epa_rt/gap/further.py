@@ -61,7 +61,7 @@ class Rules:
         A spring of the knee left 14 of 57 088 over both ends of its range, a leaning frame 85.
         """
         to_noise = plain and above(best, noise) <= self.noise and chi - noise > 2.0 * self.noise
-        return chi - best.normal.chi > (self.better if to_noise else self.margin(none, best))
+        return to_noise or chi - best.normal.chi > self.margin(none, best)
 
 
 def further(problem: Problem, whole: Problem, selection: Selection, none: Point, best: Point, noise: float, rules: Rules) -> tuple[Selection, Point, tuple[Fit, ...]] | None:

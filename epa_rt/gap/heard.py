@@ -35,7 +35,7 @@ class Heard:
     beside: Mapping[str, Mapping[str, Beside]]
     as_well: Mapping[str, tuple[Fit, ...]]
     sure: float = Rules.stays
-    usual: float = 25.0
+    usual: float = Rules.noise
     better: float = 4.0
     refitted: Mapping[str, float] | None = None
     tied: frozenset[str] = frozenset()
