@@ -79,7 +79,7 @@ def attributed(subject: Subject, recordings: Sequence[Recording], without: Seque
         return chosen, said, astray(chosen.problem, chosen.final, seed) if chosen.roles else None
 
     selection, said_there, off = hear(selection)
-    if nothing := maybe_none(selection.problem, selection, off, said_there.as_well if said_there else ()):
+    if nothing := maybe_none(selection.problem, selection, off, _found_there(selection, said_there)):
         selection, said_there, off = hear(without_effects(selection.problem, selection, nothing))
     after = left(selection.final)
     become = tuple(become_best(selection.problem, role) for role in selection.roles)
@@ -93,3 +93,10 @@ def attributed(subject: Subject, recordings: Sequence[Recording], without: Seque
 
     sets = tuple(set_of(role, same) for role, same in zip(selection.roles, become, strict=True))
     return Attribution(selection.problem, selection, left(selection.base), after, sets, become, said_there, off)
+
+
+def _found_there(selection: Selection, said: Heard | None) -> frozenset[str]:
+    """Named effects that free run vouches for, however wide the blocks' intervals: those that it found, and all where they explain a large gap."""
+    if said is None:
+        return frozenset()
+    return frozenset(selection.final.effects if said.proves else said.as_well)

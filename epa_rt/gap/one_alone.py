@@ -3,10 +3,11 @@
 from dataclasses import replace
 
 from epa_rt.gap.as_one import fitted
-from epa_rt.gap.further import Rules, above, around, bare, most_promising, plainer, strain, with_effect
+from epa_rt.gap.further import Rules, above, around, bare, plainer, strain, with_effect
 from epa_rt.gap.heard import Heard
 from epa_rt.gap.point import Point, linearised
 from epa_rt.gap.problem import Problem
+from epa_rt.gap.promising import most_promising
 from epa_rt.gap.role import starts
 from epa_rt.gap.screen import screen
 from epa_rt.gap.select import Selection

@@ -204,10 +204,18 @@ def leaving(chi: float):
 
 
 def test_what_is_too_little_to_be_missing_counts_as_explained():
-    assert Heard(180.0, 35.0, 5.0, {}, {}).counted == 1.0
+    assert Heard(180.0, 28.0, 5.0, {}, {}).counted == 1.0
     assert Heard(300.0, 175.0, 5.0, {}, {}).counted == 0.5
     assert Heard(70.0, 24.0, 5.0, {}, {}).counted is None
     assert Heard(84.0, 39.0, 5.0, {}, {}).counted == pytest.approx(1.0 - 14.0 / 84.0)
+
+
+@pytest.mark.parametrize(("gap", "left", "unlike"), [(592.0, 41.0, True), (957.0, 29.0, False), (4654.0, 57.0, False), (84.0, 39.0, True), (55.0, 50.0, False)])
+def test_a_formulas_shape_does_not_show_in_a_small_gap(gap, left, unlike):
+    said = Heard(gap, left, 5.0, {}, {})
+    assert said.unlike == unlike
+    assert said.carried != unlike
+    assert said.proves == (gap > 250.0 and not unlike)
 
 
 def test_what_explains_the_whole_as_well_stands_beside_it():

@@ -1,0 +1,84 @@
+"""Which laws promise most in free run beside those that are on, each fitted once to see."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from epa_rt.gap.as_one import fitted
+from epa_rt.gap.point import Point, linearised
+from epa_rt.gap.problem import Problem
+from epa_rt.gap.refit import refit
+from epa_rt.gap.role import ABSORBED, starts
+from epa_rt.gap.screen import Screening, scaled, screen
+from epa_rt.gap.screen import starts as every_start
+
+FAINT = 1e-3   # of a typical strength: where it is the derivative that counts
+WEAK = 0.05    # the same, to start a fit from
+THOROUGH = 2   # laws that are fitted with fresh derivatives then
+SHAPES = 2     # in which they are tried, at typical strength (the last start is the first one weaker)
+
+
+class Tried(NamedTuple):
+    """A law that was fitted beside those that are on. ``starts``: of typical strength, in its shapes; ``point`` where its fit had fresh derivatives, None where
+    those of before were kept."""
+
+    effect: str
+    starts: tuple[dict[str, float], ...]
+    values: dict[str, float]
+    chi: float
+    point: Point | None
+
+
+def afresh(whole: Problem, best: Point, one: Tried) -> Point:
+    """Fitted with fresh derivatives. Where nominal parameters had gone far to hide the gap, also from the plant file's with the law at typical
+    strength in each of its shapes, and the best one: back along the valley between an effect and what imitates it, many a fit gets stuck."""
+    effects = (*best.effects, one.effect)
+    begins = [one.values]
+    if _gone_far(best):
+        own = {key: best.values[key] for name in best.effects for key in whole.effects[name].knobs}
+        begins += [{**own, **start} for start in one.starts]
+    return min(whole.each(lambda values: fitted(whole, effects, values), begins), key=lambda point: point.normal.chi)
+
+
+def _thorough(whole: Problem, best: Point, one: Tried) -> Tried:
+    point = afresh(whole, best, one)
+    return one._replace(values=point.values, chi=point.normal.chi, point=point)
+
+
+def _gone_far(point: Point) -> bool:
+    """Whether nominal parameters have gone far, to hide something: what that is starts from next to nothing, for they hide it in its full strength."""
+    return bool(np.max(np.abs(point.normal.z * point.normal.prior)) > ABSORBED)
+
+
+def promising(whole: Problem, point: Point, families: int, also: tuple[str, ...] = ()) -> list[Tried]:
+    """One law of each of the families whose signatures promise most, the best first, and those of ``also``. All recordings: in a single one nominal
+    parameters imitate anything."""
+    hidden = _gone_far(point)
+    if hidden:  # what imitates an effect is told from it by its derivatives alone, and those of a fit are kept from a few steps before
+        point = linearised(whole, point.effects, point.values)
+    screening = screen(whole, point, part=FAINT if hidden else 1.0)
+    best = screening.best()
+    chosen = most_promising(whole, screening, point.effects)[:families]
+    chosen += [name for name in also if name in best and name not in chosen]
+
+    def begin(name: str) -> Tried:
+        weak = scaled(whole, name, best[name].start, np.sign(best[name].amplitude) * WEAK)
+        fit = refit(whole, point, name, weak if hidden else starts(whole, screening, name)[0], rounds=4)
+        shapes = tuple(scaled(whole, name, shape, np.sign(best[name].amplitude)) for shape in every_start(whole, name)[:-1][:SHAPES])
+        return Tried(name, shapes, fit.values, fit.chi, None)
+
+    tried = whole.each(begin, chosen)
+    if hidden:
+        tried = whole.each(lambda one: _thorough(whole, point, one), tried[:THOROUGH]) + tried[THOROUGH:]
+    elif also:  # kept derivatives left a joint's zero at 115 that comes down to 61, and a scale at 76 looked better
+        tried = [_thorough(whole, point, one) if one.effect in also or i < THOROUGH else one for i, one in enumerate(sorted(tried, key=lambda one: one.chi))]
+    return sorted(tried, key=lambda one: one.chi)
+
+
+def most_promising(whole: Problem, screening: Screening, on: tuple[str, ...] = ()) -> list[str]:
+    """One law of each family, that whose signature promises most, the best first; none of the families that are ``on``."""
+    best, there = screening.best(), {whole.effects[name].family for name in on}
+    names: dict[str, str] = {}
+    for name in sorted(best, key=lambda name: -best[name].gain):
+        names.setdefault(whole.effects[name].family, name)
+    return [name for family, name in names.items() if family not in there]
