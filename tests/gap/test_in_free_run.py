@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.as_one import ABSURD, LINK, NOISY, AsOne, Meter, apart, fitted, floor, held, meters_of, quiet, twins_of
-from epa_rt.gap.attribution import attributed
+from epa_rt.gap.attribution import _found_there, attributed
 from epa_rt.gap.diagnose import diagnose
 from epa_rt.gap.further import Rules
 from epa_rt.gap.heard import Beside, Heard
@@ -118,6 +118,22 @@ def test_an_effect_that_no_judged_link_shows_is_found_in_free_run():
     assert [one.name for one in answer.effects] == ["valve_delay"]
     assert answer.effects[0].parameters[0].low < 0.02 < answer.effects[0].parameters[0].high
     assert "free run" in answer.says
+
+
+@pytest.mark.parametrize(("delay_s", "verdict"), [(0.0008, "no_gap"), (0.0015, "explained")])
+def test_a_gap_of_forty_is_looked_into_and_one_of_a_rig_without_any_is_not(delay_s, verdict):
+    answer = told({"gas.delay_s": delay_s})
+    assert answer.verdict == verdict
+    assert answer.free_run.gap < 60.0
+
+
+def test_free_run_vouches_for_what_it_found_and_for_all_where_they_explain_a_large_gap():
+    chosen = SimpleNamespace(final=SimpleNamespace(effects=("a", "b")))
+    large = Heard(2725.0, 56.0, 5.0, {}, {})
+    assert _found_there(chosen, large) == {"a", "b"}
+    assert _found_there(chosen, replace(large, left=900.0)) == frozenset()
+    assert _found_there(chosen, Heard(200.0, 5.0, 5.0, {}, {"b": ()})) == {"b"}
+    assert _found_there(chosen, None) == frozenset()
 
 
 def test_nothing_hidden_shows_no_gap_in_free_run():
