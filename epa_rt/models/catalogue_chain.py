@@ -64,6 +64,6 @@ CHAIN: tuple[Effect, ...] = (
            "the rig does not stand upright", LOAD, FACTS),
     Effect("knee_spring", "joint spring", "load", ("load.knee_spring_nm_rad",), ((0.5,),),
            "cables or skin hold the knee like a spring", LOAD, FACTS),
-    Effect("moment_arm", "moment arm", "load", ("load.lever_slope_per_rad",), ((0.3,), (-0.3,)),
-           "the muscles' lever changes over the knee's angle", LOAD, FACTS),
+    Effect("moment_arm", "moment arm", "load", ("load.lever_slope_per_rad", "load.lever_curve_per_rad2"), ((0.3, 0.3), (0.3, -0.3), (-0.3, 0.3), (-0.3, -0.3)),
+           "the muscles' lever changes over the knee's angle: a pulley off its axis", LOAD, FACTS),
 )

@@ -131,7 +131,7 @@ _SUFFIXES = {
     "m/s": "_m_s", "N/m": "_n_m", "m/N": "_m_n", "m^2": "_m2", "N/m^2": "_n_m2", "N*s/(m*Pa)": "_n_s_m_pa",
     "N*s^2/(m^2*Pa)": "_n_s2_m2_pa", "kg": "_kg", "m/s^2": "_m_s2", "1/rad": "_per_rad",
     "1/A": "_per_a", "s/kg": "_s_kg", "s/m": "_s_m", "1/m": "_per_m", "Hz": "_hz", "N/Pa": "_n_pa", "Pa/N": "_pa_n",
-    "1/N": "_per_n", "1/Pa": "_per_pa",
+    "1/N": "_per_n", "1/Pa": "_per_pa", "1/rad^2": "_per_rad2",
 }
 
 

@@ -42,7 +42,8 @@ LOAD: Table = (
     P("payload_kg", "kg", 0.0, -10.0, 10.0, "mass added at the shank's centre, or to the mass", FACTS, "payload"),
     P("misalignment_rad", "rad", 0.0, -0.2, 0.2, "error of the hanging angle", FACTS, "gravity_misalignment"),
     P("knee_spring_nm_rad", "N*m/rad", 0.0, 0.0, 100.0, "spring of the knee about joint angle 0", FACTS, "knee_spring"),
-    P("lever_slope_per_rad", "1/rad", 0.0, -1.0, 1.0, "relative change of the moment arm over angle", FACTS, "moment_arm"),
+    P("lever_slope_per_rad", "1/rad", 0.0, -1.0, 1.0, "relative change of the moment arm over angle, at angle zero", FACTS, "moment_arm"),
+    P("lever_curve_per_rad2", "1/rad^2", 0.0, -2.5, 2.5, "relative change of that slope over angle, at angle zero", "a pulley off its axis; engineering estimate", "moment_arm"),
 )
 
 CHANNELS: tuple[tuple[str, str], ...] = (

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-LOAD = ("kind_code", "rest0_m", "rest1_m", "travel0_ratio", "travel1_ratio", "load0_ratio", "load1_ratio", "lever_m", "lever_slope_per_rad")
+LOAD = ("kind_code", "rest0_m", "rest1_m", "travel0_ratio", "travel1_ratio", "load0_ratio", "load1_ratio", "lever_m", "lever_slope_per_rad", "lever_curve_per_rad2")
 SHAPE = ("braid_length_m", "braid_turns_ratio", "end_length_m")   # of the muscle: they make its volume too
 NOT_OF_GAS = ("seed", "force_", "frame_", "motor_current_", "motor_torque_")   # of the sensors' rows
 MOTION = ("motor_", "joint_", "load_", "encoder_")   # first part of the sensors' rows

@@ -13,11 +13,14 @@ SLIDER_STEPS = 4  # per cycle, in load_force_over_log
 
 @compiled
 def coordinate(p, place, speed):
-    """Load coordinate q (m), its speed (m/s) and dq/dplace: the place itself for a mass, r times angle for a knee."""
+    """Load coordinate q (m), its speed (m/s) and dq/dplace: the place itself for a mass, r times angle for a knee, whose pulley may sit off the axis."""
     if p.kind_code != KNEE:
         return place, speed, 1.0
-    arm = p.lever_m * (1.0 + p.lever_slope_per_rad * place)
-    return p.lever_m * place * (1.0 + 0.5 * p.lever_slope_per_rad * place), arm * speed, arm
+    if p.lever_slope_per_rad == 0.0 and p.lever_curve_per_rad2 == 0.0:
+        return p.lever_m * place, p.lever_m * speed, p.lever_m
+    sine, fall = math.sin(place), 1.0 - math.cos(place)
+    arm = p.lever_m * (1.0 + p.lever_slope_per_rad * sine + p.lever_curve_per_rad2 * fall)
+    return p.lever_m * (place + p.lever_slope_per_rad * fall + p.lever_curve_per_rad2 * (place - sine)), arm * speed, arm
 
 
 @compiled
