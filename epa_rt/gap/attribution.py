@@ -96,7 +96,7 @@ def attributed(subject: Subject, recordings: Sequence[Recording], without: Seque
 
 
 def _found_there(selection: Selection, said: Heard | None) -> frozenset[str]:
-    """Named effects that free run vouches for, however wide the blocks' intervals: those that it found, and all where they explain a large gap."""
+    """Named effects that free run vouches for, however wide the blocks' intervals: those that it found, and one that explains a large gap by itself."""
     if said is None:
         return frozenset()
-    return frozenset(selection.final.effects if said.proves else said.as_well)
+    return frozenset(selection.final.effects if said.proves and len(selection.final.effects) == 1 else said.as_well)

@@ -23,8 +23,8 @@ class Rules:
     ``better``: chi-square by which a law is ahead, and ``part`` of what the best one explains: no law is the rig's own. ``near``: of the best
     law's gain block by block, from which a law is tried; ``tries``: at most as many for each effect. ``stays``: chi-square above noise and steps
     (rigs without a gap leave 3 to 25), and ``rest`` of what there is without effects, from which something is missing: the right law in other words
-    left up to 0.02 of it; what nominal parameters cannot bear is missing whatever part it is; ``first``: the same where nothing is named, 17 the most of 24 rigs
-    without a gap of two sets, and weak effects' 36 to 73. ``most``: of that which a further effect must
+    left up to 0.02 of it; what nominal parameters cannot bear is missing whatever part it is; ``first``: the same where nothing is named (24 rigs
+    without a gap of two sets showed 17 at most, missed effects at twice their limit and more 45 to 73). ``most``: of that which a further effect must
     explain, and ``gained`` at least; ``screened``: families that are fitted for it. ``plain``: gain from which it is named however weak it is.
     ``noise``: chi-square above noise that one law leaves at most, and another twice that at least, where 5 % count for nothing if the first has no more
     numbers than the other: it is the rig's own to the noise.
@@ -72,12 +72,16 @@ def further(problem: Problem, whole: Problem, selection: Selection, none: Point,
     points = sorted(((one.effect, one.point or afresh(whole, best, one)) for one in close), key=lambda pair: pair[1].normal.chi)
     name, point = points[0]
     gain = best.normal.chi - point.normal.chi
-    weak = problem.effects[name].block == "sensors" and negligible(problem, name, point.values)  # a plant's law may have next to nothing to harden from: a lock
-    if gain < max(rules.gained, rules.most * missing) or (gain < rules.plain and weak):
+    if gain < max(rules.gained, rules.most * missing) or (gain < rules.plain and _says_little(problem, name) and negligible(problem, name, point.values)):
         return None
     before = selection.final if selection.roles else selection.base
     as_well = tuple(around(problem, before, *other) for other in points[1:] if not rules.told(best, point, other[1].normal.chi, noise, plainer(problem, name, other[0])))
     return with_effect(problem, selection, name, point), point, as_well
+
+
+def _says_little(problem: Problem, name: str) -> bool:
+    """Whether a small number of an effect makes it small: not where a law of the plant has a shape as well, as a lock's stiffness may harden from next to nothing."""
+    return problem.effects[name].block == "sensors" or len(problem.effects[name].knobs) == len(problem.strength(name))
 
 
 def _enough(selection: Selection, none: Point, best: Point, noise: float, rules: Rules) -> float:

@@ -24,8 +24,8 @@ class Beside(NamedTuple):
 class Heard:
     """``gap``, ``left``: chi-square above noise and steps in free run without effects and with those named, nominal parameters fitted
     in both; ``strain``: what the latter cost with those named, in squares of spreads. ``beside``: by named effect what was tried in its place.
-    ``as_well``: by effect that was found there what explains it as well there. ``sure``: less than that is no gap whatever a link says, and
-    no other effect is looked for; ``usual``: what the method leaves of rigs without a gap (3 to 25). ``better``: what chance gains with a number or
+    ``as_well``: by effect that was found there what explains it as well there. ``sure``: less than that is no gap whatever a link says, unless
+    one law was found for it; ``usual``: what the method leaves of rigs without a gap (3 to 25). ``better``: what chance gains with a number or
     two. ``refitted``: nominal parameters without effects, fitted to blocks and free run together like those with the named ones; None where these do
     not carry the whole plant. ``tied``: what was tried in the place of the only named one and free run puts nothing between."""
 
@@ -54,7 +54,7 @@ class Heard:
     def part(self) -> float | None:
         """Of the gap that the named effects explain; None where free run shows none, or neither that they explain it nor that they do not."""
         share = 1.0 - max(self.left - self.usual, 0.0) / self.gap if self.gap > 0.0 else 1.0
-        silent = self.gap <= self.sure or (self.gap - self.left <= self.sure and (self.little or share >= BARS.carried))
+        silent = self.gap <= self.sure or (self.gap - self.left <= self.sure and self.little)
         return None if silent else share
 
     @property
@@ -64,14 +64,19 @@ class Heard:
         return self.left <= max(self.usual, min(BARS.little_left, THIRD * self.gap))
 
     @property
-    def unlike(self) -> bool:
+    def large(self) -> bool:
+        """Whether the whole plant has a gap worth the word without the effects."""
+        return self.gap > 10.0 * self.usual
+
+    @property
+    def too_much_left(self) -> bool:
         """Whether more of a small gap is left than a right law in other words leaves of it."""
         return self.part is not None and self.gap < BARS.shapeless and not self.little
 
     @property
     def carried(self) -> bool:
         """Whether the named effects carry the whole plant, or it has no gap to carry."""
-        return self.counted is None or (self.counted >= BARS.carried and not self.unlike)
+        return self.counted is None or (self.counted >= BARS.carried and not self.too_much_left)
 
     @property
     def supports(self) -> bool:
@@ -93,19 +98,19 @@ class Heard:
     @property
     def to_noise(self) -> bool:
         """Whether the whole plant has a gap worth the word without the effects, and with them none that is told from the method's own."""
-        return self.left <= self.usual and self.gap > 10.0 * self.usual
-
-    @property
-    def proves(self) -> bool:
-        """Whether the whole plant has a gap worth the word without the effects, and they explain it: each is needed there (fewer.py), so none is nothing. A drift of
-        10 N of a knee's force cell had zero within its interval by blocks, and took 2669 of 2725 in free run."""
-        return self.carried and self.gap > 10.0 * self.usual
+        return self.left <= self.usual and self.large
 
     @property
     def borne(self) -> bool:
         """Whether the effects carry the whole plant with nominal parameters that a plant file may have. A right law in other words leaves something of a large gap:
         a knee's friction at 42 limits 367 of 84 053 (of the names that two sets refused for their parameters all others left 0.017 of it and more)."""
         return self.left <= max(self.sure, CLOSELY * self.gap) and self.strain <= BARS.strain
+
+    @property
+    def proves(self) -> bool:
+        """Whether the effects explain a large gap with nominal parameters that a plant file may have. A drift of 10 N of a knee's force cell had zero within its
+        interval by blocks, and took 2669 of 2725 in free run."""
+        return self.large and self.carried and self.borne
 
     @property
     def counted(self) -> float | None:

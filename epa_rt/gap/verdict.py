@@ -17,7 +17,7 @@ class Evidence:
     belief and hides more than the effects explain. ``whole``: part of the gap in free run that the effects explain, None where it shows none.
     ``lost``: chi-square above noise in free run where no effect is named, None where one is or the rig has no model of the whole. ``to_noise``: with the
     effects the whole plant follows its commands to the noise, whatever a block still shows (dry friction of a knee: 2933 to 9, and half of the gap in its acceleration).
-    ``unlike``: more of a small gap is left there than a right law leaves. ``breaks``: links that agreed no longer do with the effects on. ``elsewhere``: other links have a gap of which they explain nothing. ``helps``: with them the
+    ``too_much_left``: more of a small gap is left there than a right law leaves. ``breaks``: links that agreed no longer do with the effects on. ``elsewhere``: other links have a gap of which they explain nothing. ``helps``: with them the
     whole plant is better by more than chance. ``trust``: what the names' confidence counts, from what they leave of what the verdict counts."""
 
     gap: bool
@@ -33,7 +33,7 @@ class Evidence:
     elsewhere: bool = False
     helps: bool = False
     trust: float = 1.0
-    unlike: bool = False
+    too_much_left: bool = False
 
     def incredible(self, bars: Bars) -> bool:
         """Whether the whole plant has a gap, and the effects leave so much of what the blocks or it show that nothing is left of their confidence."""
@@ -50,7 +50,7 @@ def decided(of: Evidence, bars: Bars = BARS) -> Verdict:
     """The verdict on the evidence."""
     if of.odd or (of.effects and of.breaks and not of.to_noise) or (of.effects and of.whole is not None and of.whole < bars.carried):
         return "not_in_catalogue"
-    if of.incredible(bars) or of.unlike or (of.lost is not None and of.lost > bars.shows):
+    if of.incredible(bars) or of.too_much_left or (of.lost is not None and of.lost > bars.shows):
         return "not_in_catalogue"
     if not of.effects:
         return "not_in_catalogue" if of.gap else "not_excited" if of.untested > bars.mostly else "no_gap"
@@ -76,8 +76,9 @@ def informed(links: Mapping[str, Sequence[str]], silent: Sequence[str], bars: Ba
 
 
 def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]], links: Sequence[str], part: float, not_tested: int, of: int,
-         odd: Sequence[str] = (), whole: float | None = None, lost: float | None = None, breaks: Sequence[str] = (), faint: tuple[float, float] | None = None) -> str:
-    """The verdict in one or two sentences. ``faint``: chi-square in free run before and after, where little else speaks for the names, or too much stays."""
+         odd: Sequence[str] = (), whole: float | None = None, lost: float | None = None, breaks: Sequence[str] = (), faint: tuple[float, float] | None = None,
+         over: tuple[float, float] | None = None) -> str:
+    """The verdict in one or two sentences. ``faint``: chi-square in free run before and after, where little else speaks for the names; ``over``: where too much of a small gap stays."""
     names = " and ".join(effects)
     where = ", ".join(links)
     if verdict == "no_gap":
@@ -95,9 +96,9 @@ def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]]
     if verdict == "not_in_catalogue" and effects and whole is not None and whole < BARS.carried:
         return f"{names} explains {_percent(part)} of what the blocks show one by one, but in free run {_percent(whole)} of the gap: " \
                "something else is missing, and no effect of the catalogue explains it."
-    if verdict == "not_in_catalogue" and effects and whole is not None and faint is not None:
-        return f"{names} comes nearest, but in free run leaves a chi-square of {faint[1]:.0f} of {faint[0]:.0f} above the noise, where a right law leaves none: " \
-               "something else is missing, and no effect of the catalogue explains it."
+    if verdict == "not_in_catalogue" and effects and over is not None:
+        return f"What comes nearest ({names}) leaves in free run a chi-square of {over[1]:.0f} of {over[0]:.0f} above the noise, more than a right law leaves of so small " \
+               "a gap: something else is missing, and no effect of the catalogue explains it."
     if verdict == "not_in_catalogue" and effects and whole is not None and part < BARS.covered:
         return f"{names} explains {_percent(whole)} of the gap in free run, but only {_percent(part)} of what the blocks show one by one: " \
                "something else is missing, and no effect of the catalogue explains it."
