@@ -91,6 +91,7 @@ class Problem:
         """The same effects and scale held against other recordings; by ``subject`` with its ``floors``, where another one of the same rig judges them."""
         made = Problem(subject or self.subject, recordings, floors or self.floors, {link: scale**2 for link, scale in self.scale.items()}, stop=self._stop)
         made.effects, made.waves = self.effects, self.waves
+        made._strength = {name: keys for name, keys in self._strength.items() if self.touched(self.effects[name].knobs)}  # what no link shows was not asked
         return made
 
     def asking(self, subject: Subject) -> "Problem":

@@ -63,3 +63,12 @@ def test_strength_is_found_once_and_a_single_knob_is_not_asked(problem):
     before = problem.evaluations
     assert problem.strength("both") and problem.strength("single")
     assert problem.evaluations == before
+
+
+def test_other_recordings_of_the_same_rig_are_not_asked_again(problem):
+    """In free run an answer costs a run of the whole plant for each knob."""
+    known = {effect: problem.strength(effect) for effect in LAWS}
+    other = problem.on(problem.recordings)
+    before = other.evaluations
+    assert {effect: other.strength(effect) for effect in LAWS} == known
+    assert other.evaluations == before
