@@ -36,8 +36,9 @@ class Evidence:
     too_much_left: bool = False
 
     def incredible(self, bars: Bars) -> bool:
-        """Whether the whole plant has a gap, and the effects leave so much of what the blocks or it show that nothing is left of their confidence."""
-        return bool(self.effects) and self.whole is not None and self.trust < bars.no_trust
+        """Whether the whole plant has a gap, and the effects leave so much of what the blocks or it show that nothing is left of their confidence; not where it
+        follows its commands to the noise (an encoder's wobble and a current's scale, 2 119 647 to 21 there, left 42 % of what the blocks show)."""
+        return bool(self.effects) and self.whole is not None and self.trust < bars.no_trust and not self.to_noise
 
     def little(self, bars: Bars) -> bool:
         """Whether the effects explain too little of what the blocks show to be the cause, and nothing else speaks for them."""

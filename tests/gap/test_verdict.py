@@ -100,6 +100,7 @@ def test_a_name_in_which_nothing_is_left_to_trust_is_no_answer_where_the_whole_p
     rest = Coverage(0.3, 0.3, 0.4)  # of a knee: its acceleration kept two thirds of its gap, and free run was content
     assert decided(Evidence(True, ["strap_compliance"], rest, whole=1.0, trust=0.0)) == "not_in_catalogue"
     assert decided(Evidence(True, ["strap_compliance"], rest, whole=1.0, trust=0.1)) == "explained"
+    assert decided(Evidence(True, ["strap_compliance"], rest, whole=1.0, trust=0.0, to_noise=True)) == "explained"  # the whole plant follows to the noise
     assert decided(Evidence(True, ["leak"], Coverage(1.0, 1.0, 0.0), trust=0.0)) == "explained"  # a trace, of which free run says nothing
 
 
