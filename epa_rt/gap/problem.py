@@ -1,7 +1,6 @@
 """All links of all recordings as one vector: whitened, so that it is unit white noise where there is no gap.
 
-Cut into blocks of a second or two that all links share, for everything that resamples or leaves out, and into folds of
-whole trials for what is judged on data that it was not fitted to.
+Cut into blocks of a second or two that all links share, for what resamples or leaves out, and into folds of whole trials for what is judged on other data.
 """
 
 import copy
