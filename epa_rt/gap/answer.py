@@ -42,9 +42,9 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     whole, counted = (found.heard.part, found.heard.counted) if found.heard else (None, None)
     unsupported = found.heard is not None and (not found.heard.supports or found.heard.leaves_more)
     trusted = trust(found.before, found.after, whole) * (UNSUPPORTED if unsupported else 1.0)
-    to_noise = bool(found.heard and found.selection.roles and found.heard.to_noise)
-    helps = bool(found.heard and selection.roles and found.heard.helps)
-    over = (found.heard.gap, found.heard.left) if found.heard and selection.roles and found.heard.too_much_left else None
+    there = found.heard if selection.roles else None
+    to_noise, helps, over = (there.to_noise, there.helps, there.too_much_left) if there else (False, False, False)
+    shown = (there.gap, there.left) if there else None
     unplaced = not where and counted is not None and counted >= BARS.carried  # no block has a gap, and free run's is explained
     trusted = max(trusted, FOLLOWED) if to_noise or unplaced or (helps and whole is None) else trusted
     breaks = broken(found.before, found.after) if selection.roles else ()
@@ -55,9 +55,9 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     rivals = [[n for n in one.not_separable_from if problem.effects[n].family != one.family] for one in named]
     verdict = decided(Evidence(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1), bool(odd),
                                counted, lost, to_noise, bool(breaks), bool(elsewhere), helps,
-                               trust(found.before, found.after, counted), over is not None))
+                               trust(found.before, found.after, counted), over))
     says = said(verdict, [spoken(one) for one in named], rivals, where, covered.part, len(silent), len(problem.effects), odd, counted, lost, breaks,
-                (found.heard.gap, found.heard.left) if helps and whole is None and covered.part < BARS.covered else None, over)
+                shown if helps and whole is None and covered.part < BARS.covered else None, shown if over else None)
     nearest = tuple(one.name for one in named)
     if verdict in ("not_in_catalogue", "no_gap"):
         named = ()

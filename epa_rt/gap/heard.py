@@ -53,9 +53,8 @@ class Heard:
     @property
     def part(self) -> float | None:
         """Of the gap that the named effects explain; None where free run shows none, or neither that they explain it nor that they do not."""
-        share = 1.0 - max(self.left - self.usual, 0.0) / self.gap if self.gap > 0.0 else 1.0
-        silent = self.gap <= self.sure or (self.gap - self.left <= self.sure and self.little)
-        return None if silent else share
+        silent = self.gap <= self.sure or (self.little and self.gap - self.left <= self.sure)
+        return None if silent else 1.0 - max(self.left - self.usual, 0.0) / self.gap
 
     @property
     def little(self) -> bool:

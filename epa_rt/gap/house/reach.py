@@ -67,7 +67,7 @@ def _reached(key: str, params: np.ndarray, ports: Collection[str]) -> tuple[str,
         found += gases if row.name in (*SHAPE, "strap_compliance_m_n", "strap_stiffening_per_n") else ()
         return found + (("load",) if both and muscle != 0 else ())
     if block == "load":
-        lengths = row.name in ("lever_m", "lever_slope_per_rad", "lever_curve_per_rad2") or row.name.startswith(("rest", "travel", "load"))
+        lengths = row.name.startswith(("lever", "rest", "travel", "load"))
         return (("load",) if kind != FIXED else ()) + (_LENGTHS if lengths and (kind == KNEE or row.name != "lever_m") else ())
     stem = next((channel for stem, channel in _STEMS if row.name.startswith(f"{stem}_")), None)
     if (stem is not None and stem not in ports) or (row.name.startswith("joint_") and "joint_angle_rad" not in ports):
