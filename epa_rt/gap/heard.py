@@ -9,6 +9,7 @@ from epa_rt.gap.further import Rules
 from epa_rt.gap.refit import Fit
 
 CLOSELY = 0.01  # of a gap: what a right law in other words may leave of it
+ALONE = 0.005  # of a gap: what one right law in other words may leave of it where it is not many times its detection limit
 THIRD = 1.0 / 3.0  # of a gap: a name that leaves more is not trusted at all
 HELPED = 15.0  # chi-square in free run that an effect must take off where nothing else speaks for it than a believed gain in its blocks
 
@@ -24,8 +25,8 @@ class Beside(NamedTuple):
 class Heard:
     """``gap``, ``left``: chi-square above noise and steps in free run without effects and with those named, nominal parameters fitted
     in both; ``strain``: what the latter cost with those named, in squares of spreads. ``beside``: by named effect what was tried in its place.
-    ``as_well``: by effect that was found there what explains it as well there. ``sure``: less than that is no gap whatever a link says, unless
-    one law was found for it; ``usual``: what the method leaves of rigs without a gap (3 to 25). ``better``: what chance gains with a number or
+    ``as_well``: by effect that was found there what explains it as well there. ``alone``: whether one effect is named. ``sure``: less than that is no gap whatever a
+    link says; ``usual``: what the method leaves of rigs without a gap (3 to 25). ``better``: what chance gains with a number or
     two. ``refitted``: nominal parameters without effects, fitted to blocks and free run together like those with the named ones; None where these do
     not carry the whole plant. ``tied``: what was tried in the place of the only named one and free run puts nothing between."""
 
@@ -34,7 +35,8 @@ class Heard:
     strain: float
     beside: Mapping[str, Mapping[str, Beside]]
     as_well: Mapping[str, tuple[Fit, ...]]
-    sure: float = Rules.stays
+    alone: bool = False
+    sure: float = Rules.first
     usual: float = Rules.noise
     better: float = 4.0
     refitted: Mapping[str, float] | None = None
@@ -69,8 +71,10 @@ class Heard:
 
     @property
     def too_much_left(self) -> bool:
-        """Whether more of a small gap is left than a right law in other words leaves of it."""
-        return self.part is not None and self.gap < BARS.shapeless and not self.little
+        """Whether more of a small gap is left than a right law in other words leaves of it; of a larger one, where one law is named: two leave more."""
+        if self.part is None or self.little:
+            return False
+        return self.gap < BARS.shapeless or (self.alone and self.gap < BARS.shapeless_alone and self.left > ALONE * self.gap)
 
     @property
     def carried(self) -> bool:
@@ -103,7 +107,7 @@ class Heard:
     def borne(self) -> bool:
         """Whether the effects carry the whole plant with nominal parameters that a plant file may have. A right law in other words leaves something of a large gap:
         a knee's friction at 42 limits 367 of 84 053 (of the names that two sets refused for their parameters all others left 0.017 of it and more)."""
-        return self.left <= max(self.sure, CLOSELY * self.gap) and self.strain <= BARS.strain
+        return self.left <= max(Rules.stays, CLOSELY * self.gap) and self.strain <= BARS.strain
 
     @property
     def proves(self) -> bool:

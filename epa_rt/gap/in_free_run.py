@@ -60,9 +60,7 @@ def heard(problem: Problem, selection: Selection, rules: Rules = Rules(),
         if len(selection.roles) < together and selection.roles[0].best.effect in as_well:  # laws had been tried in the place of what is gone
             selection = with_effect(problem, bare(selection), selection.roles[0].best.effect, best)
             tied = frozenset()
-    there_alone = set(as_well) >= set(selection.final.effects) and selection.roles  # no block's word: what free run shows is all that there is
-    said = Heard(above(none, noise), above(best, noise), strain(best), _of_named(beside, selection.final.effects), as_well, tied=tied,
-                 sure=rules.first if there_alone else rules.stays)
+    said = Heard(above(none, noise), above(best, noise), strain(best), _of_named(beside, selection.final.effects), as_well, tied=tied, alone=len(selection.roles) == 1)
     if selection.roles and said.large and not said.carried:
         progress("free run: one law alone", 0.8)
         selection, best, said = one_alone(problem, whole, selection, none, noise, rules) or (selection, best, said)

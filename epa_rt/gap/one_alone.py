@@ -26,7 +26,7 @@ def one_alone(problem: Problem, whole: Problem, selection: Selection, none: Poin
     if not points:
         return None
     best = min(points, key=lambda point: point.normal.chi)
-    said = Heard(above(none, noise), above(best, noise), strain(best), {}, {})
+    said = Heard(above(none, noise), above(best, noise), strain(best), {}, {}, alone=True)
     if not said.to_noise:
         return None
     without, name = bare(selection), best.effects[0]

@@ -17,7 +17,7 @@ class Evidence:
     belief and hides more than the effects explain. ``whole``: part of the gap in free run that the effects explain, None where it shows none.
     ``lost``: chi-square above noise in free run where no effect is named, None where one is or the rig has no model of the whole. ``to_noise``: with the
     effects the whole plant follows its commands to the noise, whatever a block still shows (dry friction of a knee: 2933 to 9, and half of the gap in its acceleration).
-    ``too_much_left``: more of a small gap is left there than a right law leaves. ``breaks``: links that agreed no longer do with the effects on. ``elsewhere``: other links have a gap of which they explain nothing. ``helps``: with them the
+    ``too_much_left``: more of the gap is left there than a right law leaves of it. ``breaks``: links that agreed no longer do with the effects on. ``elsewhere``: other links have a gap of which they explain nothing. ``helps``: with them the
     whole plant is better by more than chance. ``trust``: what the names' confidence counts, from what they leave of what the verdict counts."""
 
     gap: bool
@@ -79,7 +79,7 @@ def informed(links: Mapping[str, Sequence[str]], silent: Sequence[str], bars: Ba
 def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]], links: Sequence[str], part: float, not_tested: int, of: int,
          odd: Sequence[str] = (), whole: float | None = None, lost: float | None = None, breaks: Sequence[str] = (), faint: tuple[float, float] | None = None,
          over: tuple[float, float] | None = None) -> str:
-    """The verdict in one or two sentences. ``faint``: chi-square in free run before and after, where little else speaks for the names; ``over``: where too much of a small gap stays."""
+    """The verdict in one or two sentences. ``faint``: chi-square in free run before and after, where little else speaks for the names; ``over``: where too much of the gap stays."""
     names = " and ".join(effects)
     where = ", ".join(links)
     if verdict == "no_gap":
@@ -98,7 +98,7 @@ def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]]
         return f"{names} explains {_percent(part)} of what the blocks show one by one, but in free run {_percent(whole)} of the gap: " \
                "something else is missing, and no effect of the catalogue explains it."
     if verdict == "not_in_catalogue" and effects and over is not None:
-        return f"What comes nearest ({names}) leaves in free run a chi-square of {over[1]:.0f} of {over[0]:.0f} above the noise, more than a right law leaves of so small " \
+        return f"What comes nearest ({names}) leaves in free run a chi-square of {over[1]:.0f} of {over[0]:.0f} above the noise, more than a right law leaves of such " \
                "a gap: something else is missing, and no effect of the catalogue explains it."
     if verdict == "not_in_catalogue" and effects and whole is not None and part < BARS.covered:
         return f"{names} explains {_percent(whole)} of the gap in free run, but only {_percent(part)} of what the blocks show one by one: " \

@@ -122,8 +122,8 @@ def place(block, significance):
     return Place(block, block, block, "", 1.0, 1.0, 0.0, 1.0, significance, {}, {}, {})
 
 
-def origin(block, behind, gain=1000.0, share=0.9):
-    return Origin(block, block, block, gain, share, behind)
+def origin(block, behind, gain=None, share=0.9):
+    return Origin(block, block, block, 10_000.0 - 500.0 * behind if gain is None else gain, share, behind)
 
 
 PLACES = (place("drive", 900.0), place("muscle", 500.0), place("gas", 30.0), place("sensors", 1.0))
@@ -145,6 +145,12 @@ def test_a_place_whose_own_links_agree_shows_in_another_s_link():
 def test_of_places_that_explain_it_alike_the_one_that_shows_most_is_first():
     assert blocks(origin("gas", 0.0), origin("muscle", 1.0), origin("drive", 7.0))[0] == "muscle"
     assert blocks(origin("gas", 0.0), origin("gas", 1.0), origin("muscle", 7.0))[0] == "gas"
+
+
+def test_places_are_alike_by_less_than_what_places_explain_of_a_rig_without_a_gap():
+    assert blocks(origin("sensors", 0.0, gain=979.0), origin("muscle", 3.8, gain=684.0), origin("gas", 5.6, gain=650.0), origin("drive", 9.0, gain=480.0))[0] == "muscle"
+    assert blocks(origin("gas", 0.0, gain=979.0), origin("muscle", 3.8, gain=620.0))[0] == "gas"
+    assert blocks(origin("gas", 0.0, gain=300.0), origin("drive", 2.5, gain=100.0))[0] == "gas"
 
 
 def test_what_explains_little_moves_no_place():

@@ -28,7 +28,7 @@ def origins(diagnosis: Diagnosis) -> Html:
     return join([tag("h3", "Where it comes from"), paragraph(origin_words(diagnosis.origins)),
                  table(["Place", "Block", "Explains", "Behind the first"], [_row(one, i) for i, one in enumerate(shown)], (0, 1), "words"),
                  note("Each place in turn is given an error that hangs on what is measured there in any way, with no law; nominal parameters are fitted with it. "
-                      "What it explains is judged on trials that its fit has not seen. Places less than two standard deviations behind the first cannot be told from it.")])
+                      "What it explains is judged on trials that its fit has not seen. Places less than two standard deviations behind the first, or by less than places explain of a rig without a gap, cannot be told from it.")])
 
 
 def _row(one: Origin, i: int) -> list[str]:

@@ -12,7 +12,7 @@ from epa_rt.gap.house.residuals import LOAD_HZ, NEEDED, RESIDUALS
 
 MOTION = ("angle", "place")
 LENGTH = (*MOTION, "travel", "stretch")
-PRESSURE = (*LENGTH, "gauge0", "gauge1", "volume")    # errors of the gas itself are added to what it gives
+PRESSURE = (*LENGTH, "gauge0", "gauge1", "volume", "swell")    # errors of the gas itself are added to what it gives
 
 
 def feels_force(params: np.ndarray) -> bool:
@@ -24,7 +24,7 @@ class Doubted(Bench):
     """As a Bench with these ``errors``: name of what is off to its error (N,), in that quantity's own unit.
 
     ``angle`` (rad) and ``place`` (rad or m), ``gauge0``, ``gauge1`` (Pa), ``force`` (N), ``current`` (A): of readings. ``travel`` (m): of the strap's way for one of
-    the spool; ``stretch`` (m): of both lines' lengths; (2, N) ``volume`` (m^3), ``pull`` (N): of each muscle's; ``gas0``, ``gas1`` (Pa): of its gas. ``torque``, ``radius``, ``loop`` (A): of the current that the
+    the spool; ``stretch`` (m): of both lines' lengths; (2, N) ``volume``, ``swell`` (m^3), ``pull`` (N): of each muscle's; ``gas0``, ``gas1`` (Pa): of its gas. ``torque``, ``radius``, ``loop`` (A): of the current that the
     motion, the commands take. ``load`` (rad/s^2 or m/s^2): of its acceleration.
     """
 
@@ -84,7 +84,7 @@ class Doubted(Bench):
 
     def volume(self, i: int) -> np.ndarray:
         volume = super().volume(i)
-        return volume + self.errors["volume"][i] if "volume" in self.errors else volume
+        return volume + sum(self.errors[name][i] for name in ("volume", "swell") if name in self.errors)
 
     def pressure(self, i: int) -> tuple[np.ndarray, np.ndarray]:
         truth, seen = super().pressure(i)

@@ -48,11 +48,17 @@ def volume(bench: Bench, i: int) -> Shapes:
     return [e, e * e]
 
 
+def swell(bench: Bench, i: int) -> Shapes:
+    """Of a muscle's and its tube's volume by the pressure there."""
+    q = modelled_gauge(bench, i)
+    return [q, q * q]
+
+
 def gas(bench: Bench, i: int) -> Shapes:
-    """Flows while the valves are shut and open, tubes that swell, heat, valves that are late."""
+    """Flows while the valves are shut and open, heat, valves that are late."""
     period_s, commands, q = bench.prepared.period_s, bench.prepared.commands, modelled_gauge(bench, i)
     held, p = since(bench.prepared.shut[i], len(q)) > 0, q + float(bench.params["gas"]["atmosphere_pa"][0, i]) / PRESSURE_PA
     rates = [held * 1.0, held * q, held * q * q, *(commands[name][:, i] * by for name in ("inlet", "exhaust") for by in (1.0, q))]
     volume = bench.volume(i)
     heat = [p * x for warmed in (np.log(volume), np.log(p * volume)) for x in fading(warmed, period_s, COOLING_S)]  # compressed, and filled
-    return [*(np.cumsum(rate) * period_s for rate in rates), p * p, p * q * q, *heat, np.where(held, 0.0, smooth.slope(q, period_s))]
+    return [*(np.cumsum(rate) * period_s for rate in rates), *heat, np.where(held, 0.0, smooth.slope(q, period_s))]

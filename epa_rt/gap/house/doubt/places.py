@@ -43,6 +43,7 @@ OFF: Mapping[str, Off] = {
     "pull": Off(_of_both(lines.pull), 1.0, "N", ("muscle0", "load")),
     "stretch": Off(_of_both(lines.stretch), 1e-4, "m", LENGTHS),
     "volume": Off(_of_both(lines.volume), 1e-6, "m^3", ("gas0", "gas1", "load")),
+    "swell": Off(_of_both(lines.swell), 1e-6, "m^3", ("gas0", "gas1", "load")),
     "gas0": Off(lambda bench: lines.gas(bench, 0), 500.0, "Pa", ("gas0", "load"), "gas0"),
     "gas1": Off(lambda bench: lines.gas(bench, 1), 500.0, "Pa", ("gas1", "load"), "gas1"),
     "gauge0": Off(lambda bench: readings.gauge(bench, 0), 500.0, "Pa", ("gas0", "muscle0", "load"), "gas0"),
@@ -60,7 +61,7 @@ OFF: Mapping[str, Off] = {
 PLACES: Mapping[str, tuple[str, str, tuple[str, ...]]] = {
     "spool": ("transmission", "the way that the spool gives the lines", ("travel", "radius")),
     "muscle": ("muscle", "a muscle's force, its line's stretch or its volume", ("pull", "stretch", "volume")),
-    "gas": ("gas", "what flows into a muscle and out of it, heat, or a volume that swells", ("gas0", "gas1")),
+    "gas": ("gas", "what flows into a muscle and out of it, heat, or a volume that swells", ("gas0", "gas1", "swell")),
     "gauge": ("sensors", "a reading of the pressure", ("gauge0", "gauge1")),
     "force_cell": ("sensors", "the reading of the force", ("force",)),
     "current_reading": ("sensors", "the reading of the current", ("current",)),
