@@ -8,6 +8,7 @@ import numpy as np
 from epa_rt.gap.astray import astray
 from epa_rt.gap.coverage import above_noise
 from epa_rt.gap.floor import floors as floors_of
+from epa_rt.gap.ground import ground_of
 from epa_rt.gap.heard import Heard
 from epa_rt.gap.in_free_run import heard as heard_in_free_run
 from epa_rt.gap.point import Point
@@ -74,8 +75,11 @@ def attributed(subject: Subject, recordings: Sequence[Recording], without: Seque
     scaled, base = rescaled(problem, base, left(base))
     selection = select(scaled, base, left, progress=lambda stage, share: progress(stage, 0.15 + 0.5 * share))
 
+    progress("free run", 0.65)
+    ground = ground_of(selection.problem, selection.base.values)
+
     def hear(chosen: Selection) -> tuple[Selection, Heard | None, np.ndarray | None]:
-        chosen, said = heard_in_free_run(chosen.problem, chosen, progress=lambda stage, share: progress(stage, 0.65 + 0.15 * share))
+        chosen, said = heard_in_free_run(chosen.problem, chosen, ground, progress=lambda stage, share: progress(stage, 0.65 + 0.15 * share))
         return chosen, said, astray(chosen.problem, chosen.final, seed) if chosen.roles else None
 
     selection, said_there, off = hear(selection)

@@ -7,36 +7,28 @@ longer alike, and what block by block shows too faintly is looked for there. Chi
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
-from epa_rt.gap.alongside import trials
-from epa_rt.gap.as_one import AsOne, fitted, floor, meters_of, quiet, twins_of
+from epa_rt.gap.as_one import fitted
 from epa_rt.gap.fewer import fewer
 from epa_rt.gap.further import Rules, above, bare, further, plainer, strain, with_effect
+from epa_rt.gap.ground import Ground
 from epa_rt.gap.heard import Beside, Heard
 from epa_rt.gap.one_alone import one_alone
 from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem
-from epa_rt.gap.recording import Recording, Span
 from epa_rt.gap.refit import Fit, settled
 from epa_rt.gap.role import Role
 from epa_rt.gap.select import Selection
-from epa_rt.gap.subject import Subject
 from epa_rt.gap.together import serving_both
 
 MOST_TOGETHER = 2   # effects from which free run looks for no other: what takes a third one that no block shows is rather one that is not in the catalogue
 
 
-def heard(problem: Problem, selection: Selection, rules: Rules = Rules(),
+def heard(problem: Problem, selection: Selection, ground: Ground | None, rules: Rules = Rules(),
           progress: Callable[[str, float], None] = lambda stage, share: None) -> tuple[Selection, Heard | None]:
-    """The selection as free run leaves it, and what it says; None where the rig has no model of the whole that is more than one link, or no log says all that it was told."""
-    recordings = judged(problem.subject, problem.recordings)
-    twins = twins_of(problem.subject, recordings, selection.base.values) if len(problem.links) > 1 and recordings else None
-    if twins is None:
+    """The selection as free run leaves it, and what it says; None where there is no ``ground`` to hear it on."""
+    if ground is None:
         return selection, None
-    progress("free run", 0.0)
-    meters = meters_of(recordings, twins)
-    whole = problem.on(recordings, AsOne(problem.subject, meters), floor())
-    none = fitted(whole, (), selection.base.values)
-    noise = quiet(none, meters, twins)
+    whole, none, noise = ground.whole, ground.none, ground.noise
     best = fitted(whole, selection.final.effects, selection.final.values) if selection.roles else none
     beside: dict[str, dict[str, Beside]] = {}
     for k in range(len(selection.roles)):
@@ -63,30 +55,12 @@ def heard(problem: Problem, selection: Selection, rules: Rules = Rules(),
     said = Heard(above(none, noise), above(best, noise), strain(best), _of_named(beside, selection.final.effects), as_well, tied=tied, alone=len(selection.roles) == 1)
     if selection.roles and said.large and not said.carried:
         progress("free run: one law alone", 0.8)
-        selection, best, said = one_alone(problem, whole, selection, none, noise, rules) or (selection, best, said)
+        selection, best, said = one_alone(problem, ground, selection, rules) or (selection, best, said)
     if selection.roles and said.carried:
         progress("free run and blocks together", 0.9)
         selection, refitted = serving_both(problem, whole, selection, none.values, best.values)
         said = replace(said, refitted=refitted)
     return selection, said
-
-
-def judged(subject: Subject, recordings: Sequence[Recording]) -> Sequence[Recording]:
-    """Recordings with those trials alone that the subject fits; where nothing stops the motion all but the trials set aside, since valves act before trials. None
-    of which nobody knows what the rig was told."""
-    only, told = getattr(subject, "only", None), getattr(subject, "told", lambda recording: True)
-    kept = [one for one in (only(recordings) if only else recordings) if told(one)]
-    if not subject.without_stop:
-        return kept
-    whole = {r.name: r for r in recordings}
-    return [replace(r, spans=_around_those_aside(whole[r.name], r)) for r in kept]
-
-
-def _around_those_aside(whole: Recording, judged: Recording) -> tuple[Span, ...]:
-    """All of a recording but the trials that are not judged."""
-    aside = [span for span in trials(whole) if not any(span.start == one.start for one in trials(judged))]
-    starts, stops = [0, *(span.stop for span in aside)], [*(span.start for span in aside), whole.samples]
-    return tuple(Span(f"part {i}", a, b, True) for i, (a, b) in enumerate(zip(starts, stops, strict=True)) if b > a)
 
 
 def _carried(problem: Problem, whole: Problem, selection: Selection, k: int, none: Point, best: Point, beside: dict[str, dict[str, Beside]],

@@ -2,27 +2,21 @@
 
 from dataclasses import replace
 
-from epa_rt.gap.as_one import fitted
 from epa_rt.gap.further import Rules, above, around, bare, plainer, strain, with_effect
+from epa_rt.gap.ground import Ground
 from epa_rt.gap.heard import Heard
-from epa_rt.gap.point import Point, linearised
+from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem
-from epa_rt.gap.promising import most_promising
-from epa_rt.gap.role import starts
-from epa_rt.gap.screen import screen
 from epa_rt.gap.select import Selection
 
-FAMILIES = 3   # that are tried one by one
 
-
-def one_alone(problem: Problem, whole: Problem, selection: Selection, none: Point, noise: float,
-              rules: Rules) -> tuple[Selection, Point, Heard] | None:
+def one_alone(problem: Problem, ground: Ground, selection: Selection, rules: Rules) -> tuple[Selection, Point, Heard] | None:
     """Instead of names that do not carry the plant, one law of the catalogue that takes it down to the noise by itself, its fit in free run and what that
     says; None where none does.
 
     Blocks that share nominal parameters with what feeds them may need two laws for one: a joint's zero was a lock and a spring of the knee.
     """
-    points = _from_the_plant_file(whole)
+    none, noise, points = ground.none, ground.noise, ground.one_by_one
     if not points:
         return None
     best = min(points, key=lambda point: point.normal.chi)
@@ -36,11 +30,3 @@ def one_alone(problem: Problem, whole: Problem, selection: Selection, none: Poin
     if [role.best.effect for role in selection.roles] == [name]:  # better numbers for the same name: what blocks hold alike stays so
         found = replace(found, roles=selection.roles)
     return found, best, replace(said, as_well=as_well)
-
-
-def _from_the_plant_file(whole: Problem) -> list[Point]:
-    """Each of the most promising effects fitted alone, one of a family, from the plant file's nominal parameters: where a fit without it has gone far
-    to hide it, neither its signature nor the way back is to be had from there."""
-    at = linearised(whole, (), {})
-    screening = screen(whole, at)
-    return whole.each(lambda name: fitted(whole, (name,), starts(whole, screening, name)[0]), most_promising(whole, screening)[:FAMILIES])

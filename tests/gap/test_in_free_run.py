@@ -11,8 +11,9 @@ from epa_rt.gap.attribution import _found_there, attributed
 from epa_rt.gap.coverage import Coverage
 from epa_rt.gap.diagnose import diagnose
 from epa_rt.gap.further import Rules
+from epa_rt.gap.ground import Ground, ground_of, judged
 from epa_rt.gap.heard import Beside, Heard
-from epa_rt.gap.in_free_run import _of_named, heard, judged
+from epa_rt.gap.in_free_run import _of_named, heard
 from epa_rt.gap.one_alone import one_alone
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Span
@@ -72,7 +73,7 @@ def test_a_name_that_another_one_found_in_free_run_makes_needless_is_dropped():
     blind = attributed(Chained(), recordings, without=("pressure_offset",), floors=without_gas)
     assert blind.selection.roles and not blind.heard.carried
     problem = Problem(Chained(), recordings, blind.problem.floors, {link: scale**2 for link, scale in blind.problem.scale.items()})
-    found, said = heard(problem, replace(blind.selection, problem=problem))
+    found, said = heard(problem, replace(blind.selection, problem=problem), ground_of(problem, blind.selection.base.values))
     assert [role.best.effect for role in found.roles] == list(found.final.effects) == ["pressure_offset"]
     assert said.to_noise and said.carried
     assert said.refitted is not None
@@ -92,7 +93,7 @@ def test_names_that_do_not_carry_the_plant_give_way_to_one_law_alone(monkeypatch
     recordings = logs({"sensors.pressure_offset_pa": -1000.0})
     blind = attributed(Chained(), recordings, without=("pressure_offset",), floors=without_gas)
     problem = Problem(Chained(), recordings, blind.problem.floors, {link: scale**2 for link, scale in blind.problem.scale.items()})
-    found, said = heard(problem, replace(blind.selection, problem=problem))
+    found, said = heard(problem, replace(blind.selection, problem=problem), ground_of(problem, blind.selection.base.values))
     assert list(found.final.effects) == ["pressure_offset"] and found.refused is None
     assert said.to_noise and said.refitted is not None
     judged_alone(found)
@@ -109,11 +110,11 @@ def test_one_law_that_takes_the_plant_to_the_noise_stands_instead_of_two_that_do
     noise = quiet(none, meters, twins)
     two = replace(found.selection, roles=2 * found.selection.roles)
     assert {"pressure_offset", "force_offset"} <= {fit.effect for fit in two.roles[0].fits}
-    selection, best, _ = one_alone(problem, whole, two, none, noise, Rules())
+    selection, best, _ = one_alone(problem, Ground(whole, none, noise), two, Rules())
     assert [role.best.effect for role in selection.roles] == list(best.effects) == ["pressure_offset"]
     half = logs({"sensors.pressure_offset_pa": -1000.0, "gas.delay_s": 0.02})  # two effects: none of them does alone
     whole = problem.on(half, AsOne(problem.subject, meters), floor())
-    assert one_alone(problem, whole, two, fitted(whole, (), base.values), noise, Rules()) is None
+    assert one_alone(problem, Ground(whole, fitted(whole, (), base.values), noise), two, Rules()) is None
 
 
 def test_an_effect_that_no_judged_link_shows_is_found_in_free_run():
