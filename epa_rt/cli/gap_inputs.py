@@ -61,6 +61,7 @@ def open_rig(rig: Path, plant: Path | None) -> "tuple[Subject, Rig | None, Path 
 def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opened:
     """Rig and logs, the logs checked and cleaned. Raises VerbError, ConfigError where a diagnosis of them would mean nothing."""
     from epa_rt.cli.gap_fits import check_columns
+    from epa_rt.gap.foreign.rests import check_rests
     from epa_rt.gap.foreign.signs import check_signs
     from epa_rt.gap.foreign.sizes import check_sizes
     from epa_rt.gap.hygiene import check, clean
@@ -75,7 +76,7 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
     if refused:
         raise VerbError("; ".join(refused))
     cleaned, n = clean(recordings, findings), len(arguments.logs)
-    findings = (*findings, *(check_signs(cleaned, subject) if rig is None else ()))
+    findings = (*findings, *((*check_signs(cleaned, subject), *check_rests(cleaned, subject)) if rig is None else ()))
     return Opened(subject, rig, plant, cleaned[:n], cleaned[n:], tuple(dict.fromkeys(finding.says for finding in findings)))
 
 

@@ -7,9 +7,9 @@ import numpy as np
 
 from epa_rt.gap.attribution import Attribution, Progress
 from epa_rt.gap.bars import BARS
-from epa_rt.gap.coverage import above_noise, broken, coverage, gaps, passed_over, trust
+from epa_rt.gap.coverage import above_noise, broken, coverage, gaps, passed_over, trust, unforeseen
 from epa_rt.gap.diagnosis import Diagnosis, FreeRun, Named, Near, Number, Origin, Shrinkage
-from epa_rt.gap.held_out import not_carried_over, not_closed, said_of_held_out, said_of_not_closed
+from epa_rt.gap.held_out import not_carried_over, not_closed, said_of_held_out, said_of_not_closed, said_of_unforeseen
 from epa_rt.gap.localise import localise
 from epa_rt.gap.origin import origin_first, origins
 from epa_rt.gap.plausible import absorbed, beyond_belief, strained, within_belief
@@ -65,6 +65,9 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     apart = not_carried_over(held_out, _times_floor(found)) if verdict == "no_gap" else None
     if apart is not None:
         verdict, says = "not_in_catalogue", said_of_held_out(apart)
+    beyond = unforeseen(found.before, {link: floor.source for link, floor in problem.floors.items()}) if verdict == "no_gap" and found.heard is None else None
+    if beyond is not None:
+        verdict, says = "not_in_catalogue", said_of_unforeseen(next(link.channel for link in subject.links if link.name == beyond[0]), beyond[1])
     kept = not_closed(held_out) if verdict == "explained" else None
     if kept is not None:
         verdict, says = "partly_explained", f"{says} {said_of_not_closed(kept)}"
@@ -129,7 +132,9 @@ def _named(found: Attribution, k: int, trusted: float) -> Named:
     problem, final, role = found.problem, found.selection.final, found.selection.roles[k]
     effect = problem.effects[role.best.effect]
     numbers = _numbers(problem, final, effect.name, None)
-    return Named(effect.name, effect.family, effect.block, numbers, trusted * shares(problem, role, found.become[k])[effect.name], float(role.gains[0].sum()),
+    stays = shares(problem, role, found.become[k])
+    same = {effect.name, *(fit.effect for fit in found.sets[k] if problem.effects[fit.effect].family == effect.family)}
+    return Named(effect.name, effect.family, effect.block, numbers, trusted * sum(stays.get(name, 0.0) for name in same), float(role.gains[0].sum()),
                  tuple(fit.effect for fit in found.sets[k] if fit.effect != effect.name), who_has(problem, effect.name, numbers), _came_near(found, k))
 
 
@@ -154,6 +159,7 @@ def _numbers(problem: Problem, point: Point, effect: str, off: np.ndarray | None
 def _number(problem: Problem, key: str, value: float, width: float) -> Number:
     """``width``: half of the interval, in spreads."""
     knob, by = problem.knobs[key], width * problem.spread(key)
+    value = min(max(value, knob.low), knob.high)  # spreads and back leave a whisker beside a bound
     return Number(key, value, knob.unit, max(value - by, knob.low), min(value + by, knob.high), knob.value)
 
 

@@ -32,6 +32,8 @@ class Bars:
     sample that 14 gap-free rigs left (1.25 in the load's link, less in all others); ``strict``: how many times what is left counts against a name's confidence.
     ``strict_whole``: the same of what is left of the gap in free run, where the right law in other words leaves 0.02 and creep for the bladder's wall left 0.04.
     ``no_trust``: confidence below which a name is no answer where the whole plant shows a gap.
+    ``loud``: times its floor from which a link of a rig without a model of the whole has a gap though nothing measured foresees it (a hand on a carriage: 6.6 to 14);
+    ``loud_beside_sensors``: the same where the floor is of the sensors alone (a carriage without a gap: 1.56).
     ``breaks``: chi-square per sample by which a link that was content may grow with the effects on; ``touched``: part of a link's excess of which effects must
     explain more to have to do with it.
     """
@@ -63,6 +65,8 @@ class Bars:
     strict: float = 3.0
     strict_whole: float = 10.0
     no_trust: float = 0.05
+    loud: float = 2.0
+    loud_beside_sensors: float = 3.0
     breaks: float = 1.0
     touched: float = 0.3
 

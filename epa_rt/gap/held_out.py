@@ -43,3 +43,8 @@ def said_of_not_closed(row: Shrinkage) -> str:
     if after > before:
         return f"On the logs set aside it makes {row.channel} worse, {after:.1f} x its noise floor where it was {before:.1f} x: something else is missing."
     return f"On the logs set aside {row.channel} keeps {after:.1f} x its noise floor of {before:.1f} x: something else is missing there."
+
+
+def said_of_unforeseen(channel: str, times: float) -> str:
+    return f"{channel} is {times:.1f} x its noise floor with the nominal parameters refitted, and nothing that was measured foresees it: a disturbance from outside, a law that hangs on what was " \
+           "not measured, or noise that the floor does not know; no effect of the catalogue explains it."

@@ -36,8 +36,8 @@ def check_values(recording: Recording, rig: Rig | None) -> list[Finding]:
             continue
         scaling = scaling_of_row(rig, name) if rig is not None else None
         # a converter of 12 bit in a word of 16 makes steps of many counts
-        count = max(abs(scaling.slope) if scaling is not None else 0.0, _smallest_step(known))
-        if _is_noisy(values, count, rig is not None and is_analog(rig, name)):
+        count = max(abs(scaling.slope) if scaling is not None else 0.0, smallest_step(known))
+        if _is_noisy(values if rig is not None else _off_its_ends(values), count, rig is not None and is_analog(rig, name)):
             found += _frozen(recording, name, values)
         elif rig is not None and name not in (rig.motor.position, rig.motor.speed):
             found += _standing(recording, rig, name, values, count) or _still(recording, name, values)
@@ -64,13 +64,19 @@ def _is_noisy(values: np.ndarray, count: float, analog: bool) -> bool:
     return noise_of(values) > _NOISE_COUNTS * count and (analog or noise_of(values[:_AT_REST_ROWS]) > _NOISE_COUNTS * count)
 
 
+def _off_its_ends(values: np.ndarray) -> np.ndarray:
+    """NaN where a channel is at its lowest or highest value: one that is cut off for most of the time has no noise there."""
+    return np.where((values == np.nanmin(values)) | (values == np.nanmax(values)), np.nan, values)
+
+
 def is_analog(rig: Rig, name: str) -> bool:
     """Whether a row comes from an analog terminal."""
     slave = rig.row(name).entry.split(".")[0]
     return next(s.device for s in rig.slaves if s.name == slave) == "EL3004"
 
 
-def _smallest_step(known: np.ndarray) -> float:
+def smallest_step(known: np.ndarray) -> float:
+    """The smallest difference of two values of a channel; 0 where it has one alone."""
     gaps = np.diff(np.unique(known[:20_000]))
     return float(gaps.min()) if len(gaps) else 0.0
 
@@ -110,9 +116,9 @@ def _frozen(recording: Recording, name: str, values: np.ndarray) -> list[Finding
     at_end = [(a, b) for a, b in runs if b - a >= 6 and values[a] in ends]
     found = []
     if sum(b - a for a, b in at_end) >= _AT_END_ROWS:
-        value, total = values[at_end[0][0]], sum(b - a for a, b in at_end)
-        which = "highest" if value == ends[1] else "lowest"
-        found.append(_of(recording, "exclude", "saturated", name, f"found it at {value:.6g}, its {which} value, without any noise on {total} rows, the first time at "
+        total, at = sum(b - a for a, b in at_end), {values[a] for a, _ in at_end}
+        which = " and ".join(f"{value:.6g}, its {word} value" for value, word in zip(ends, ("lowest", "highest"), strict=True) if value in at)
+        found.append(_of(recording, "exclude", "saturated", name, f"found it at {which}, without any noise on {total} rows, the first time at "
                          f"{seconds(recording, at_end[0][0]):.3f} s, as of a sensor at the end of its range; they are left out", at_end))
     frozen = [run for run in runs if run[1] - run[0] >= least and run not in at_end]
     if frozen:

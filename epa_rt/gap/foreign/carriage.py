@@ -13,6 +13,7 @@ import numpy as np
 
 from epa_rt.gap.foreign.component import Channel, Component, Numbers, Parameter, Setting, effect
 from epa_rt.gap.foreign.operators import play
+from epa_rt.gap.foreign.rests import at_rest
 from epa_rt.gap.foreign.signals import Signals, shifted
 from epa_rt.gap.foreign.terms import LAWS, LINK, Motion, motion, motion_features, stray_force_n
 from epa_rt.gap.subject import Link
@@ -140,7 +141,7 @@ COMPONENT = Component(
     links=((Link("force", "carriage", "drive_force_n", "N", "motion to the force that the drive must give"), "force"),),
     parameters=(*_OWN, *(p for law in LAWS for p in law.parameters)),
     effects=(*(law.effect for law in LAWS), *_EFFECTS),
-    prepare=prepare, residual=residual, features=features, settled=5.0, needs={"force": ("position",)},
+    prepare=prepare, residual=residual, features=features, settled=5.0, undetermined=at_rest, needs={"force": ("position",)},
     flat=True,
     output_is_foreseen=True,
 )

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from epa_rt.gap.foreign.component import Channel, Component, Numbers, Parameter, Setting, effect
+from epa_rt.gap.foreign.rests import at_rest
 from epa_rt.gap.foreign.signals import Signals, shifted
 from epa_rt.gap.foreign.terms import LAWS, LINK, Motion, motion, motion_features, stray_force_n
 from epa_rt.gap.subject import Link
@@ -78,6 +79,6 @@ COMPONENT = Component(
     links=((Link("force", "piston", "piston_force_n", "N", "pressure and motion to the force at the rod"), "force"),),
     parameters=(*_OWN, *(p for law in LAWS for p in law.parameters)),
     effects=(*(law.effect for law in LAWS), *_EFFECTS),
-    prepare=prepare, residual=residual, features=features, settled=5.0, needs={"force": ("position", "pressure")},
+    prepare=prepare, residual=residual, features=features, settled=5.0, undetermined=at_rest, needs={"force": ("position", "pressure")},
     output_is_foreseen=True,
 )

@@ -24,7 +24,7 @@ MODES = {"teacher_forced": "block by block", "free_run": "free run"}
 BASELINES = {"refitted": "nominal parameters refitted, no effect", "plant_file": "plant file as it stands"}
 SOURCES = {"repeats": "repeats of the same trial", "twin": "a simulated run of the plant itself, with the recording's noise",
            "sensors": "the sensors' own noise (weaker than repeats)"}
-CONFIDENCE = "how often it stays the best explanation when stretches of the logs are drawn anew at random, lowered by the part of the gap that it leaves, block by block and in free run"
+CONFIDENCE = "how often it, or a law of its family that these logs cannot tell from it, stays the best explanation when stretches of the logs are drawn anew at random, lowered by the part of the gap that it leaves, block by block and in free run"
 WHO = {"plant_file": "in the plant file, not in the rig", "both": "in both, at other strengths"}
 CLOSE, ALL_OF_IT, BEYOND = 1.2, 1.05, 99.0  # times the floor; share of a gap; standard deviations
 _SMALL = {"Pa": (1e3, 1.0, "Pa"), "A": (0.1, 1e3, "mA"), "m": (1e-5, 1e6, "µm")}  # below: in this smaller unit

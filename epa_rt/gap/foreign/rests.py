@@ -1,0 +1,54 @@
+"""Where a sliding part stands still: friction then takes any force up to its own, so that no law foresees what the drive gives."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from epa_rt.gap.foreign.component import Numbers
+from epa_rt.gap.foreign.signals import Signals
+from epa_rt.gap.hygiene_finding import Finding, stretches
+from epa_rt.gap.hygiene_values import noise_of, smallest_step
+from epa_rt.gap.recording import Recording
+
+if TYPE_CHECKING:
+    from epa_rt.gap.foreign.subject import ForeignSubject
+
+NOISE_ONLY = 4.0   # deviations of a speed's noise below which its sign is chance
+STILL = 3e-3       # of the typical speed: the filter's tails of the motion before
+REST_S = 0.1       # a reversal passes faster, and says much of friction
+SPREAD = 2.0       # cut-off periods over which the filter spreads what is there
+WORTH_SAYING = 0.02  # of the rows
+
+
+def at_rest(signals: Signals, numbers: Numbers) -> np.ndarray:
+    """(N,) rows in which the speed has been noise for REST_S at least, and those around them over which the filter spreads what is there."""
+    slow = np.abs(signals.slope(signals.lowpass(signals.columns["position"]))) < max(NOISE_ONLY * _speed_noise(signals), STILL * numbers["typical_speed"])
+    found, around = np.zeros(len(slow), bool), int(np.ceil(SPREAD * signals.rate_hz / signals.lowpass_hz))
+    for start, stop in stretches(slow):
+        if stop - start >= REST_S * signals.rate_hz:
+            found[max(start - around, 0):stop + around] = True
+    return found
+
+
+def _speed_noise(signals: Signals) -> float:
+    """m/s, of the position's noise or its step, through the same filter."""
+    position = signals.columns["position"]
+    size = max(noise_of(position), smallest_step(position) / np.sqrt(12.0))
+    return size * float(np.std(signals.slope(signals.lowpass(np.random.default_rng(0).standard_normal(len(position))))))
+
+
+def check_rests(recordings: Sequence[Recording], subject: "ForeignSubject") -> list[Finding]:
+    """Notes on recordings of which much is not judged because nothing moves."""
+    resting = subject.rig.component.undetermined
+    if resting is None:
+        return []
+    return [finding for recording in recordings if (finding := _said(recording, subject)) is not None]
+
+
+def _said(recording: Recording, subject: "ForeignSubject") -> Finding | None:
+    share = subject.undetermined_share(recording)
+    if share < WORTH_SAYING:
+        return None
+    return Finding("note", "rest", recording.name, "", f"{recording.name}: found nothing moving in {share:.0%} of the rows; what a drive gives there is taken by friction whatever its law, "
+                   "and these rows are not judged")

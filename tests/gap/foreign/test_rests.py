@@ -1,0 +1,79 @@
+"""A carriage that moves from place to place and stands between: what its drive gives there says nothing of the plant. And a hand on it is a gap that nothing foresees."""
+
+import numpy as np
+import pytest
+
+from epa_rt.gap.diagnose import diagnose
+from epa_rt.gap.foreign import open_foreign
+from epa_rt.gap.foreign.rests import at_rest, check_rests
+from epa_rt.gap.recording import Recording, Span
+
+PERIOD_S, SUBSTEPS = 2e-3, 10
+RIG = """rig: cart
+kind: carriage
+plant: plant.yaml
+rate: 100 Hz
+lowpass: 40 Hz
+channels: {position: place_m, force: force_n}
+settings: {typical_force: 15 N, typical_speed: 0.15 m/s, stroke: 0.4 m, pitch: 20 mm}
+"""
+PLANT = "plant: cart\nkind: carriage\ncarriage: {inertia: 11.7 kg}\nfriction: {viscous: 33 N*s/m}\neffects: {coulomb: {coulomb: 3 N}}\n"
+
+
+def run(seed: int, strokes: bool = True, coulomb_n: float = 3.0, hand_n: float = 0.0) -> Recording:
+    """12 kg, 30 N s/m, dry friction that holds what the controller gives while nothing moves; a ``hand_n`` that leans on it now and then."""
+    random, t = np.random.default_rng(seed), np.arange(0.0, 20.0, PERIOD_S)
+    turns = random.uniform(-0.15, 0.15, 14)
+    told = np.repeat(turns, 750)[:len(t)] if strokes else 0.12 * np.sin(2 * np.pi * 0.4 * t) + 0.04 * np.sin(2 * np.pi * 1.1 * t + seed)
+    calm = np.hanning(351)
+    wanted = np.convolve(np.pad(told, 175, "edge"), calm / calm.sum(), "valid")[:len(t)] if strokes else told
+    push = hand_n * np.convolve(random.normal(0.0, 1.0, len(t)), np.ones(300) / np.sqrt(300.0), "same")
+    place, force = np.empty(len(t)), np.empty(len(t))
+    q, v, step = float(wanted[0]), 0.0, PERIOD_S / SUBSTEPS
+    for k, (x, w) in enumerate(zip(wanted, np.gradient(wanted, PERIOD_S), strict=True)):
+        given = 9000.0 * (x - q) + 500.0 * (w - v)
+        place[k], force[k] = round((q + random.normal(0.0, 5e-7)) * 1e6) * 1e-6, given + random.normal(0.0, 0.6)
+        for _ in range(SUBSTEPS):
+            free = v + step * (given + push[k] - 30.0 * v) / 12.0
+            v = free - np.sign(free) * min(abs(free), step * coulomb_n / 12.0)
+            q += step * v
+    return Recording(f"log{seed}", "", "cart", "", "", PERIOD_S, np.arange(len(t)), {"place_m": place, "force_n": force}, (Span("trial", 0, len(t), True),))
+
+
+@pytest.fixture
+def cart(tmp_path):
+    (tmp_path / "rig.yaml").write_text(RIG, encoding="utf-8")
+    (tmp_path / "plant.yaml").write_text(PLANT, encoding="utf-8")
+    return open_foreign(tmp_path / "rig.yaml")
+
+
+def test_rows_in_which_nothing_moves_are_not_judged_and_that_is_said(cart):
+    log = run(1)
+    ready = cart.prepare(log)
+    resting = at_rest(ready.signals, cart.rig.settings)
+    speed = np.gradient(ready.signals.lowpass(log.columns["place_m"]), PERIOD_S)
+    assert 0.2 < resting.mean() < 0.9
+    assert np.abs(speed[~resting]).max() > 0.1 and np.median(np.abs(speed[resting])) < 5e-4
+    assert not ready.judged["force"][resting[::ready.signals.stride]].any()
+    (finding,) = check_rests([log], cart)
+    assert finding.severity == "note" and "not judged" in finding.says
+    assert not check_rests([run(1, strokes=False)], cart)  # reversals are no rests
+
+
+def test_strokes_of_a_carriage_without_a_gap_show_none(cart):
+    found = diagnose(cart, [run(1), run(2)], how_far=False)
+    assert found.verdict == "no_gap", found.says
+
+
+def test_strokes_show_dry_friction_that_the_plant_file_has_too_little_of(cart):
+    found = diagnose(cart, [run(1, coulomb_n=6.0), run(2, coulomb_n=6.0)], how_far=False)
+    assert found.effects[0].family == "friction", found.says
+    assert found.effects[0].confidence > 0.5
+    assert found.location[0].times_floor > 3.0
+
+
+def test_a_hand_on_the_carriage_is_a_gap_though_nothing_foresees_it(cart):
+    found = diagnose(cart, [run(1, strokes=False, hand_n=2.0), run(2, strokes=False, hand_n=2.0)], how_far=False)
+    assert found.verdict == "not_in_catalogue" and not found.effects
+    assert "nothing that was measured foresees it" in found.says
+    assert diagnose(cart, [run(1, strokes=False), run(2, strokes=False)], how_far=False).verdict == "no_gap"
