@@ -37,7 +37,7 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     silent = untested(screening.typical() if screening else {}, tuple(problem.effects))
     judged = informed({link: [e.name for e in problem.effects.values() if link in problem.touched(e.knobs)] for link in problem.links}, silent)
     lost = found.heard.left if found.heard and not selection.roles else None
-    where = () if lost is not None and lost <= found.heard.sure else tuple(link for link in gaps(found.before, found.after) if link in judged)
+    where = () if lost is not None and lost <= BARS.unshown else tuple(link for link in gaps(found.before, found.after) if link in judged)
     covered = coverage(found.before, found.after)
     whole, counted = (found.heard.part, found.heard.counted) if found.heard else (None, None)
     unsupported = found.heard is not None and (not found.heard.supports or found.heard.leaves_more)
@@ -51,11 +51,12 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     elsewhere = passed_over(found.before, found.after) if selection.roles and not to_noise else ()
     trusted *= UNSUPPORTED if elsewhere else 1.0
     named = tuple(_named(found, k, trusted) for k in range(len(selection.roles)))
+    groundless = there is not None and not there.supports and all(one.confidence < BARS.heard_of for one in named)
     odd = _odd(found)
     rivals = [[n for n in one.not_separable_from if problem.effects[n].family != one.family] for one in named]
     verdict = decided(Evidence(bool(where), [one.name for one in named], covered, any(rivals), len(silent) / max(len(problem.effects), 1), bool(odd),
                                counted, lost, to_noise, bool(breaks), bool(elsewhere), helps,
-                               trust(found.before, found.after, counted), over))
+                               trust(found.before, found.after, counted), over, groundless))
     says = said(verdict, [spoken(one) for one in named], rivals, where, covered.part, len(silent), len(problem.effects), odd, counted, lost, breaks,
                 shown if helps and whole is None and covered.part < BARS.covered else None, shown if over else None)
     nearest = tuple(one.name for one in named)

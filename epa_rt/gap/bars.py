@@ -28,7 +28,8 @@ class Bars:
     where they were. ``strain``: sum of squares of all nominal parameters' distances in spreads from which the named effects stand for something
     else: right names of the spent sets left 5 to 30, wrong or incomplete ones mostly 42 to 1000; what was further off than ``own`` without them and stays there
     is the plant file's own error and does not count. ``shows``: chi-square in free run, where no effect is named, from which there is a gap
-    whatever the links say (gap-free rigs leave 3 to 28, weak effects up to 53, pressures that no noise dithers once 126). ``quiet``: chi-square per
+    whatever the links say (gap-free rigs leave 3 to 28, weak effects up to 73, pressures that no noise dithers once 126; withheld
+    weights on a knee's shin 170 and 183). ``unshown``: the same up to which what links say is the method's own. ``heard_of``: confidence below which a name is none that free run is no better with. ``quiet``: chi-square per
     sample that 14 gap-free rigs left (1.25 in the load's link, less in all others); ``strict``: how many times what is left counts against a name's confidence.
     ``strict_whole``: the same of what is left of the gap in free run, where the right law in other words leaves 0.02 and creep for the bladder's wall left 0.04.
     ``no_trust``: confidence below which a name is no answer where the whole plant shows a gap.
@@ -60,7 +61,9 @@ class Bars:
     belief_named: float = 6.0
     strain: float = 40.0
     own: float = 3.0
-    shows: float = 200.0
+    unshown: float = 60.0
+    shows: float = 130.0
+    heard_of: float = 0.2
     quiet: float = 1.2
     strict: float = 3.0
     strict_whole: float = 10.0

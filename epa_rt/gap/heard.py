@@ -25,8 +25,7 @@ class Beside(NamedTuple):
 class Heard:
     """``gap``, ``left``: chi-square above noise and steps in free run without effects and with those named, nominal parameters fitted
     in both; ``strain``: what the latter cost with those named, in squares of spreads. ``beside``: by named effect what was tried in its place.
-    ``as_well``: by effect that was found there what explains it as well there. ``alone``: whether one effect is named. ``sure``: less than that is no gap whatever a
-    link says; ``usual``: what the method leaves of rigs without a gap (3 to 25). ``better``: what chance gains with a number or
+    ``as_well``: by effect that was found there what explains it as well there. ``alone``: whether one effect is named. ``sure``: less than that is no gap in free run; ``usual``: what the method leaves of rigs without a gap (3 to 25). ``better``: what chance gains with a number or
     two. ``refitted``: nominal parameters without effects, fitted to blocks and free run together like those with the named ones; None where these do
     not carry the whole plant. ``tied``: what was tried in the place of the only named one and free run puts nothing between."""
 

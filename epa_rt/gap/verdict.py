@@ -17,7 +17,7 @@ class Evidence:
     belief and hides more than the effects explain. ``whole``: part of the gap in free run that the effects explain, None where it shows none.
     ``lost``: chi-square above noise in free run where no effect is named, None where one is or the rig has no model of the whole. ``to_noise``: with the
     effects the whole plant follows its commands to the noise, whatever a block still shows (dry friction of a knee: 2933 to 9, and half of the gap in its acceleration).
-    ``too_much_left``: more of the gap is left there than a right law leaves of it. ``breaks``: links that agreed no longer do with the effects on. ``elsewhere``: other links have a gap of which they explain nothing. ``helps``: with them the
+    ``too_much_left``: more of the gap is left there than a right law leaves of it. ``groundless``: names that are hardly ever first, and the whole plant is no better with them. ``breaks``: links that agreed no longer do with the effects on. ``elsewhere``: other links have a gap of which they explain nothing. ``helps``: with them the
     whole plant is better by more than chance. ``trust``: what the names' confidence counts, from what they leave of what the verdict counts."""
 
     gap: bool
@@ -34,6 +34,7 @@ class Evidence:
     helps: bool = False
     trust: float = 1.0
     too_much_left: bool = False
+    groundless: bool = False
 
     def incredible(self, bars: Bars) -> bool:
         """Whether the whole plant has a gap, and the effects leave so much of what the blocks or it show that nothing is left of their confidence; not where it
@@ -53,7 +54,7 @@ def decided(of: Evidence, bars: Bars = BARS) -> Verdict:
         return "not_in_catalogue"
     if of.incredible(bars) or of.too_much_left or (of.lost is not None and of.lost > bars.shows):
         return "not_in_catalogue"
-    if not of.effects:
+    if not of.effects or of.groundless:
         return "not_in_catalogue" if of.gap else "not_excited" if of.untested > bars.mostly else "no_gap"
     if of.little(bars):
         if of.found.left < bars.trifle and of.whole is None:
