@@ -67,8 +67,7 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     if apart is not None:
         verdict, says = "not_in_catalogue", said_of_held_out(apart)
     beyond = unforeseen(found.before, {link: floor.source for link, floor in problem.floors.items()}) if verdict == "no_gap" and found.heard is None else None
-    if beyond is not None:
-        verdict, says = "not_in_catalogue", said_of_unforeseen(next(link.channel for link in subject.links if link.name == beyond[0]), beyond[1])
+    verdict = "not_in_catalogue" if beyond else verdict
     kept = not_closed(held_out) if verdict == "explained" else None
     if kept is not None:
         verdict, says = "partly_explained", f"{says} {said_of_not_closed(kept)}"
@@ -80,6 +79,7 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     says = f"{says} {said_of_moved(moved)}" if verdict == "no_gap" and moved else says
     named = tuple(replace(one, parameters=_numbers(problem, selection.final, one.name, off)) for one in named)
     places = localise(subject, problem.prepared, seen_at, problem.floors)
+    says = next((said_of_unforeseen(place.channel, place.times_floor) for place in places if place.link == beyond), says)
     whence: tuple[Origin, ...] = ()
     if verdict == "not_in_catalogue":
         progress("where it comes from", 0.96)

@@ -27,15 +27,14 @@ def gaps(before: Left, after: Left, bars: Bars = BARS) -> tuple[str, ...]:
     return tuple(sorted((name for name in sums if sums[name] > bars.sure), key=lambda name: -sums[name]))
 
 
-def unforeseen(before: Left, sources: Mapping[str, str], bars: Bars = BARS) -> tuple[str, float] | None:
-    """The link that is furthest from the plant though nothing measured foresees what it leaves, and how many times its floor that is; None where none is far.
+def unforeseen(before: Left, sources: Mapping[str, str], bars: Bars = BARS) -> str | None:
+    """The link that is furthest from the plant though nothing measured foresees what it leaves; None where none is far.
 
     ``sources``: by link what its floor is from; that of the sensors alone knows no noise of the rig's own.
     """
-    times = {name: float(np.sqrt(fit.before)) for name, fit in before.links.items()}
-    far = [name for name, by in times.items() if by > (bars.loud_beside_sensors if sources.get(name) == "sensors" else bars.loud)]
-    worst = max(far, key=times.__getitem__, default=None)
-    return None if worst is None else (worst, times[worst])
+    far = {name: fit.before for name, fit in before.links.items()
+           if np.sqrt(fit.before) > (bars.loud_beside_sensors if sources.get(name) == "sensors" else bars.loud)}
+    return max(far, key=far.__getitem__, default=None)
 
 
 def _most(before: Left, after: Left, name: str, bars: Bars) -> float:
