@@ -84,6 +84,10 @@ def _through_drive(force_n: np.ndarray, signals: Signals, n: Numbers) -> np.ndar
     return force_n / n["drive.gain_ratio"]
 
 
+def undetermined(prepared: Prepared, numbers: Numbers) -> np.ndarray:
+    return at_rest(prepared.signals, prepared.base.speed_m_s, numbers)
+
+
 def features(prepared: Prepared, link: str) -> Mapping[str, np.ndarray]:
     return motion_features(prepared.base)
 
@@ -141,7 +145,7 @@ COMPONENT = Component(
     links=((Link("force", "carriage", "drive_force_n", "N", "motion to the force that the drive must give"), "force"),),
     parameters=(*_OWN, *(p for law in LAWS for p in law.parameters)),
     effects=(*(law.effect for law in LAWS), *_EFFECTS),
-    prepare=prepare, residual=residual, features=features, settled=5.0, undetermined=at_rest, needs={"force": ("position",)},
+    prepare=prepare, residual=residual, features=features, settled=5.0, undetermined=undetermined, needs={"force": ("position",)},
     flat=True,
     output_is_foreseen=True,
 )

@@ -103,7 +103,7 @@ class Component:
     settled: float = 2.0  # cut-off periods after which the filters have forgotten a hole or an end; 5 where two follow each other
     flat: bool = False   # weigh all frequencies up to the low-pass alike, whatever the colour of what laps differ by
     needs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # roles that a link needs beside its output
-    undetermined: Callable[[Signals, Numbers], np.ndarray] | None = None  # (N,) rows in which no law foresees the outputs
+    undetermined: Callable[[object, Numbers], np.ndarray] | None = None  # of what was prepared: (N,) rows in which no law foresees the outputs
     output_is_foreseen: bool = False  # from the other channels, by a residual that is measured less foreseen: a turned sign then runs against it
 
 

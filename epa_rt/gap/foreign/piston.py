@@ -41,6 +41,10 @@ def predicted_n(prepared: Prepared, n: Numbers) -> np.ndarray:
     return force
 
 
+def undetermined(prepared: Prepared, numbers: Numbers) -> np.ndarray:
+    return at_rest(prepared.signals, prepared.motion.speed_m_s, numbers)
+
+
 def features(prepared: Prepared, link: str) -> Mapping[str, np.ndarray]:
     return {"pressure_pa": prepared.over_pa, **motion_features(prepared.motion)}
 
@@ -79,6 +83,6 @@ COMPONENT = Component(
     links=((Link("force", "piston", "piston_force_n", "N", "pressure and motion to the force at the rod"), "force"),),
     parameters=(*_OWN, *(p for law in LAWS for p in law.parameters)),
     effects=(*(law.effect for law in LAWS), *_EFFECTS),
-    prepare=prepare, residual=residual, features=features, settled=5.0, undetermined=at_rest, needs={"force": ("position", "pressure")},
+    prepare=prepare, residual=residual, features=features, settled=5.0, undetermined=undetermined, needs={"force": ("position", "pressure")},
     output_is_foreseen=True,
 )

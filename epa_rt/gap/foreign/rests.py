@@ -21,9 +21,9 @@ SPREAD = 2.0       # cut-off periods over which the filter spreads what is there
 WORTH_SAYING = 0.02  # of the rows
 
 
-def at_rest(signals: Signals, numbers: Numbers) -> np.ndarray:
-    """(N,) rows in which the speed has been noise for REST_S at least, and those around them over which the filter spreads what is there."""
-    slow = np.abs(signals.slope(signals.lowpass(signals.columns["position"]))) < max(NOISE_ONLY * _speed_noise(signals), STILL * numbers["typical_speed"])
+def at_rest(signals: Signals, speed_m_s: np.ndarray, numbers: Numbers) -> np.ndarray:
+    """(N,) rows in which the speed, that of the filtered position, has been noise for REST_S at least, and those around them over which the filter spreads what is there."""
+    slow = np.abs(speed_m_s) < max(NOISE_ONLY * _speed_noise(signals), STILL * numbers["typical_speed"])
     found, around = np.zeros(len(slow), bool), int(np.ceil(SPREAD * signals.rate_hz / signals.lowpass_hz))
     for start, stop in stretches(slow):
         if stop - start >= REST_S * signals.rate_hz:
@@ -40,14 +40,13 @@ def _speed_noise(signals: Signals) -> float:
 
 def check_rests(recordings: Sequence[Recording], subject: "ForeignSubject") -> list[Finding]:
     """Notes on recordings of which much is not judged because nothing moves."""
-    resting = subject.rig.component.undetermined
-    if resting is None:
+    if subject.rig.component.undetermined is None:
         return []
     return [finding for recording in recordings if (finding := _said(recording, subject)) is not None]
 
 
 def _said(recording: Recording, subject: "ForeignSubject") -> Finding | None:
-    share = subject.undetermined_share(recording)
+    share = float(np.mean(subject.prepare(recording).undetermined))
     if share < WORTH_SAYING:
         return None
     return Finding("note", "rest", recording.name, "", f"{recording.name}: found nothing moving in {share:.0%} of the rows; what a drive gives there is taken by friction whatever its law, "

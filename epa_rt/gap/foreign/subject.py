@@ -19,11 +19,13 @@ from epa_rt.models.effect import Effect, Knob
 
 @dataclass(frozen=True)
 class Ready:
-    """A recording ready for residuals. ``judged``: by link, (n,) bool at the residual's rate; ``work``: the component's own."""
+    """A recording ready for residuals. ``judged``: by link, (n,) bool at the residual's rate; ``work``: the component's own; ``undetermined``: (n,) where
+    no law foresees the outputs, which is judged nowhere."""
 
     signals: Signals
     work: object
     judged: Mapping[str, np.ndarray]
+    undetermined: np.ndarray
     beside: Mapping[str, np.ndarray]      # by link, (n,): what a baseline takes off
     recording: Recording
 
@@ -72,17 +74,9 @@ class ForeignSubject:
     def _ready(self, recording: Recording, channels: dict[str, str]) -> Ready:
         signals = on_grid(recording, channels, self.rate_hz, self.rig.lowpass_hz)
         work = self.rig.component.prepare(signals, self._numbers({}))
-        open_to_any = self._undetermined(signals)[::signals.stride]
-        return Ready(signals, work, {link.name: self._judged(signals, link.name) & ~open_to_any for link in self.links}, {}, recording)
-
-    def _undetermined(self, signals: Signals) -> np.ndarray:
-        """(N,) rows in which no law foresees the outputs."""
         asked = self.rig.component.undetermined
-        return asked(signals, self._numbers({})) if asked else np.zeros(signals.samples, bool)
-
-    def undetermined_share(self, recording: Recording) -> float:
-        """Of a recording's rows those in which no law foresees the outputs."""
-        return float(np.mean(self._undetermined(on_grid(recording, self._channels(recording), self.rate_hz, self.rig.lowpass_hz))))
+        undetermined = (asked(work, self._numbers({})) if asked else np.zeros(signals.samples, bool))[::signals.stride]
+        return Ready(signals, work, {link.name: self._judged(signals, link.name) & ~undetermined for link in self.links}, undetermined, {}, recording)
 
     def _channels(self, recording: Recording) -> dict[str, str]:
         optional = {channel.role for channel in self.rig.component.channels if not channel.required}

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.diagnose import diagnose
-from epa_rt.gap.foreign import open_foreign
 from epa_rt.gap.foreign.rests import at_rest, check_rests
-from epa_rt.gap.recording import Recording, Span
+from epa_rt.gap.recording import Recording
+from tests.gap.foreign.carriages import Cart, opened
 
-PERIOD_S, SUBSTEPS = 2e-3, 10
+PERIOD_S = 2e-3
+CART = Cart("cart", "force_n", PERIOD_S, mass_kg=12.0, drag_n_s_m=30.0, stiffness_n_m=9000.0, damping_n_s_m=500.0, place_noise_m=5e-7, force_noise_n=0.6)
 RIG = """rig: cart
 kind: carriage
 plant: plant.yaml
@@ -21,37 +22,27 @@ PLANT = "plant: cart\nkind: carriage\ncarriage: {inertia: 11.7 kg}\nfriction: {v
 
 
 def run(seed: int, strokes: bool = True, coulomb_n: float = 3.0, hand_n: float = 0.0) -> Recording:
-    """12 kg, 30 N s/m, dry friction that holds what the controller gives while nothing moves; a ``hand_n`` that leans on it now and then."""
+    """From place to place, or without a rest; a ``hand_n`` leans on it now and then."""
     random, t = np.random.default_rng(seed), np.arange(0.0, 20.0, PERIOD_S)
     turns = random.uniform(-0.15, 0.15, 14)
     told = np.repeat(turns, 750)[:len(t)] if strokes else 0.12 * np.sin(2 * np.pi * 0.4 * t) + 0.04 * np.sin(2 * np.pi * 1.1 * t + seed)
     calm = np.hanning(351)
     wanted = np.convolve(np.pad(told, 175, "edge"), calm / calm.sum(), "valid")[:len(t)] if strokes else told
     push = hand_n * np.convolve(random.normal(0.0, 1.0, len(t)), np.ones(300) / np.sqrt(300.0), "same")
-    place, force = np.empty(len(t)), np.empty(len(t))
-    q, v, step = float(wanted[0]), 0.0, PERIOD_S / SUBSTEPS
-    for k, (x, w) in enumerate(zip(wanted, np.gradient(wanted, PERIOD_S), strict=True)):
-        given = 9000.0 * (x - q) + 500.0 * (w - v)
-        place[k], force[k] = round((q + random.normal(0.0, 5e-7)) * 1e6) * 1e-6, given + random.normal(0.0, 0.6)
-        for _ in range(SUBSTEPS):
-            free = v + step * (given + push[k] - 30.0 * v) / 12.0
-            v = free - np.sign(free) * min(abs(free), step * coulomb_n / 12.0)
-            q += step * v
-    return Recording(f"log{seed}", "", "cart", "", "", PERIOD_S, np.arange(len(t)), {"place_m": place, "force_n": force}, (Span("trial", 0, len(t), True),))
+    return CART.driven(f"log{seed}", wanted, random, coulomb_n=coulomb_n, push_n=push)
 
 
 @pytest.fixture
 def cart(tmp_path):
-    (tmp_path / "rig.yaml").write_text(RIG, encoding="utf-8")
-    (tmp_path / "plant.yaml").write_text(PLANT, encoding="utf-8")
-    return open_foreign(tmp_path / "rig.yaml")
+    return opened(tmp_path, RIG, PLANT)
 
 
 def test_rows_in_which_nothing_moves_are_not_judged_and_that_is_said(cart):
     log = run(1)
     ready = cart.prepare(log)
-    resting = at_rest(ready.signals, cart.rig.settings)
     speed = np.gradient(ready.signals.lowpass(log.columns["place_m"]), PERIOD_S)
+    resting = at_rest(ready.signals, speed, cart.rig.settings)
+    assert np.array_equal(ready.undetermined, resting[::ready.signals.stride])
     assert 0.2 < resting.mean() < 0.9
     assert np.abs(speed[~resting]).max() > 0.1 and np.median(np.abs(speed[resting])) < 5e-4
     assert not ready.judged["force"][resting[::ready.signals.stride]].any()

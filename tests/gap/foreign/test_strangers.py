@@ -5,10 +5,10 @@ import pytest
 
 from epa_rt.gap.believe import Rules, agreed
 from epa_rt.gap.diagnose import diagnose
-from epa_rt.gap.foreign import open_foreign
-from epa_rt.gap.recording import Recording, Span
+from tests.gap.foreign.carriages import Cart, opened
 
-PERIOD_S, SUBSTEPS = 1e-3, 10
+PERIOD_S = 1e-3
+STRANGER = Cart("stranger", "cmd_force_n", PERIOD_S, mass_kg=42.0, drag_n_s_m=160.0, stiffness_n_m=60_000.0, damping_n_s_m=2500.0, place_noise_m=2e-6, force_noise_n=0.15)
 RIG = """rig: stranger
 kind: carriage
 plant: plant.yaml
@@ -20,26 +20,9 @@ settings: {typical_force: 40 N, typical_speed: 0.15 m/s, stroke: 0.25 m, middle:
 PLANT = "plant: stranger\nkind: carriage\ncarriage: {inertia: 41 kg}\nfriction: {viscous: 165 N*s/m}\n"
 
 
-def run(name: str, reference_m: np.ndarray, late_rows: int, seed: int) -> Recording:
-    """42 kg, 160 N s/m, a controller of its own at 1 kHz; the force in a row is the one that acts from that row to the next, or ``late_rows`` later."""
-    random, count = np.random.default_rng(seed), len(reference_m)
-    wanted_m_s = np.gradient(reference_m, PERIOD_S)
-    place, force, sent = np.empty(count), np.empty(count), [0.0] * (late_rows + 1)
-    q, v, step = float(reference_m[0]), 0.0, PERIOD_S / SUBSTEPS
-    for k in range(count):
-        sent.append(60_000.0 * (reference_m[k] - q) + 2500.0 * (wanted_m_s[k] - v))
-        place[k], force[k] = round((q + random.normal(0.0, 2e-6)) * 1e6) * 1e-6, sent[-1] + random.normal(0.0, 0.15)
-        for _ in range(SUBSTEPS):
-            v += step * (sent[-1 - late_rows] - 160.0 * v) / 42.0
-            q += step * v
-    return Recording(name, "", "stranger", "", "", PERIOD_S, np.arange(count), {"place_m": place, "cmd_force_n": force}, (Span("trial", 0, count, True),))
-
-
 @pytest.fixture
 def stranger(tmp_path):
-    (tmp_path / "rig.yaml").write_text(RIG, encoding="utf-8")
-    (tmp_path / "plant.yaml").write_text(PLANT, encoding="utf-8")
-    return open_foreign(tmp_path / "rig.yaml")
+    return opened(tmp_path, RIG, PLANT)
 
 
 def answer(subject, late_rows: int):
@@ -47,7 +30,8 @@ def answer(subject, late_rows: int):
     waves = 0.15 + 0.10 * np.sin(2 * np.pi * 0.3 * t) + 0.03 * np.sin(2 * np.pi * 0.9 * t + 1.0)
     smooth = np.ones(1000) / 1000.0
     ramps = 0.05 + 0.2 * np.convolve(np.convolve(0.5 * (1.0 + np.sign(np.sin(2 * np.pi * 0.2 * t))), smooth, "same"), smooth, "same")
-    return diagnose(subject, [run("waves", waves, late_rows, 1), run("ramps", ramps, late_rows, 2)], how_far=False)
+    logs = [STRANGER.driven(name, wanted, np.random.default_rng(seed), late_rows) for name, wanted, seed in (("waves", waves, 1), ("ramps", ramps, 2))]
+    return diagnose(subject, logs, how_far=False)
 
 
 def test_a_force_that_is_held_from_row_to_row_is_no_late_drive(stranger):

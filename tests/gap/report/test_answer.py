@@ -89,7 +89,7 @@ def test_a_rig_without_a_gap_shows_no_table_of_effects():
 def test_the_terminal_explains_its_figures_in_words():
     text = shown(EXPLAINED)
     assert "standard deviations by which that stands above what noise would give" in text and " z " not in text and "chi-square" not in text
-    assert "> 99" in text and "stays the best explanation" in text and "fed with the commands alone" in text
+    assert "> 99" in text and "how often it, or a law of its family that these logs cannot tell from it, stays the best explanation" in " ".join(text.split()) and "fed with the commands alone" in text
     assert (sigmas(4.4), sigmas(-2.0), sigmas(99.4), sigmas(87968.0)) == ("4", "0", "> 99", "> 99")
 
 

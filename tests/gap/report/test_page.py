@@ -57,7 +57,7 @@ def test_the_map_marks_the_block_of_the_effect_and_says_what_is_not_measured():
 def test_the_page_speaks_no_statistics_without_saying_what_it_is():
     which = Page(gap_page(EXPLAINED)).sections["which"]
     assert "chi-square" not in gap_page(EXPLAINED) and "units of noise" not in which
-    assert "stays the best explanation" in which and "each divided by the rms of the noise, by 48,210" in which
+    assert "how often it, or a law of its family that these logs cannot tell from it, stays the best explanation" in which and "each divided by the rms of the noise, by 48,210" in which
 
 
 def test_an_effect_that_only_the_plant_file_has_is_said_to_be_taken_out():
