@@ -7,6 +7,7 @@ from scipy.signal import welch
 
 from epa_rt.gap.diagnosis import Place
 from epa_rt.gap.floor import Floor
+from epa_rt.gap.regressors import TURN
 from epa_rt.gap.significance import significance
 from epa_rt.gap.subject import Link, Subject, Values
 
@@ -52,7 +53,7 @@ def regions(states: Mapping[str, np.ndarray], rate_hz: float) -> dict[str, np.nd
     found: dict[str, np.ndarray] = {}
     for name, values in states.items():
         finite = values[np.isfinite(values)]
-        if finite.size == 0 or np.ptp(finite) == 0.0:
+        if finite.size == 0 or np.ptp(finite) == 0.0 or name.endswith(TURN):
             continue
         if name.endswith(("_m_s", "_rad_s")):
             still = STILL * np.percentile(np.abs(finite), 98)

@@ -17,12 +17,13 @@ PLAYS = (0.02, 0.07, 0.2)  # half widths of the play operators, as parts of the 
 TURNS = (1, 2, 4, 6)
 SPEEDS = ("_m_s", "_rad_s")
 PLACES = ("_m", "_rad")
+TURN = "_turn_rad"     # ends the name of an angle that is another state in other units: only what swings over it is a term of its own
 
 
 def terms(states: Mapping[str, np.ndarray], rate_hz: float) -> dict[str, np.ndarray]:
     """Groups of columns (n, k) by name from states (n,) at ``rate_hz``. NaN where a state is NaN; not yet scaled."""
     found: dict[str, np.ndarray] = {}
-    scaled = {name: _scaled(values) for name, values in states.items() if np.nanstd(values) > 0.0}
+    scaled = {name: _scaled(values) for name, values in states.items() if np.nanstd(values) > 0.0 and not name.endswith(TURN)}
     for name, z in scaled.items():
         found[name] = np.column_stack([z, z * z, z * z * z])
         found[f"rate of {name}"] = _rate(z, rate_hz)[:, None]
@@ -33,8 +34,8 @@ def terms(states: Mapping[str, np.ndarray], rate_hz: float) -> dict[str, np.ndar
             found[f"size of {name}"] = np.column_stack([np.abs(z), z * np.abs(z)])
         elif name.endswith(PLACES):
             found[f"memory of {name}"] = np.column_stack([_play(z, width * np.ptp(z[np.isfinite(z)])) for width in PLAYS])
-        if "angle" in name:
-            angle = states[name]
+    for name, angle in states.items():
+        if "angle" in name and name in scaled or name.endswith(TURN):
             found[f"turn of {name}"] = np.column_stack([f(k * angle) for k in TURNS for f in (np.sin, np.cos)])
     found.update(_products(scaled, found))
     return found

@@ -23,11 +23,12 @@ CONTACT_POWER = 8   # how sharply a backlash's walls carry
 
 @dataclass(frozen=True)
 class Prepared:
-    """``force_n``: of the drive, as measured; ``base``: the motion of the position as it was read."""
+    """``force_n``: of the drive, as measured; ``base``: the motion of the position as it was read; ``turned_rad``: of the motor, by it."""
 
     signals: Signals
     force_n: np.ndarray
     base: Motion
+    turned_rad: np.ndarray
 
 
 def _motion(position_m: np.ndarray, rate_hz: float, n: Numbers) -> Motion:
@@ -36,7 +37,8 @@ def _motion(position_m: np.ndarray, rate_hz: float, n: Numbers) -> Motion:
 
 def prepare(signals: Signals, numbers: Numbers) -> Prepared:
     position = signals.lowpass(signals.columns["position"])
-    return Prepared(signals, signals.columns["force"], _motion(position, signals.rate_hz, numbers))
+    base = _motion(position, signals.rate_hz, numbers)
+    return Prepared(signals, signals.columns["force"], base, _turned_rad(base, numbers))
 
 
 def residual(prepared: Prepared, numbers: Numbers, link: str) -> np.ndarray:
@@ -52,10 +54,14 @@ def needed_n(m: Motion, n: Numbers) -> np.ndarray:
     if n["drive.backlash_m"] != 0.0:
         inertia_n, friction_n = _carried(m, n) * inertia_n, _carried(m, n) * friction_n
     total = inertia_n + friction_n
-    if n["drive.cogging_sine_n"] != 0.0 or n["drive.cogging_cosine_n"] != 0.0:
-        turn = 2 * np.pi * m.position_m / n["drive.cogging_pitch_m"]
-        total = total + n["drive.cogging_sine_n"] * np.sin(turn) + n["drive.cogging_cosine_n"] * np.cos(turn)
+    if n["drive.cogging_n"] != 0.0:
+        total = total + n["drive.cogging_n"] * np.sin(n["drive.cogging_periods"] * _turned_rad(m, n) + n["drive.cogging_phase_rad"])
     return total
+
+
+def _turned_rad(m: Motion, n: Numbers) -> np.ndarray:
+    """Angle of the motor from the middle of the way on, (N,), rad."""
+    return 2.0 * np.pi * (m.position_m - n["middle"]) / n["pitch"]
 
 
 def _carried(m: Motion, n: Numbers) -> np.ndarray:
@@ -89,7 +95,7 @@ def undetermined(prepared: Prepared, numbers: Numbers) -> np.ndarray:
 
 
 def features(prepared: Prepared, link: str) -> Mapping[str, np.ndarray]:
-    return motion_features(prepared.base)
+    return motion_features(prepared.base) | {"motor_turn_rad": prepared.turned_rad}
 
 
 def _p(key: str, unit: str, of: str | None, low: float, high: float, spread: float, scale: str = "", neutral: float | None = 0.0) -> Parameter:
@@ -104,9 +110,9 @@ _OWN = (
     _p("friction.load_ratio", "1", "load_friction", -0.5, 0.5, 0.05),
     _p("drive.backlash_m", "m", "backlash", 0.0, 0.05, 2e-3, "stroke"),
     _p("drive.backlash_load_ratio", "1", "backlash", 0.05, 1.0, 0.2, neutral=0.5),
-    _p("drive.cogging_sine_n", "N", "cogging", -1.0, 1.0, 0.05, "typical_force"),
-    _p("drive.cogging_cosine_n", "N", "cogging", -1.0, 1.0, 0.05, "typical_force"),
-    _p("drive.cogging_pitch_m", "m", "cogging", 0.3, 3.0, 0.05, "pitch", neutral=1.0),
+    _p("drive.cogging_n", "N", "cogging", -1.0, 1.0, 0.05, "typical_force"),
+    _p("drive.cogging_periods", "1", "cogging", 0.02, 24.0, 0.01, neutral=1.0),
+    _p("drive.cogging_phase_rad", "rad", "cogging", -20.0, 20.0, 0.3),
     _p("drive.asymmetry_ratio", "1", "drive_asymmetry", -0.5, 0.5, 0.05),
     _p("drive.lag_s", "s", "drive_lag", 0.0, 0.05, 1e-3),
     _p("drive.delay_s", "s", "drive_delay", -0.02, 0.02, 1e-3),
@@ -120,8 +126,9 @@ _EFFECTS = (
            "F = mu |M a| sgn(v)", "screw and gear efficiency"),
     effect("backlash", "backlash", "drive", ("drive.backlash_m", "drive.backlash_load_ratio"), ((2e-3, 0.5), (1e-2, 0.5)),
            "a gap between motor and carriage: after a reversal the motor runs light", "F = (1 - r) F while |x - play(x)| < b/2", "lost motion of screw nuts"),
-    effect("cogging", "cogging", "drive", ("drive.cogging_sine_n", "drive.cogging_cosine_n", "drive.cogging_pitch_m"),
-           ((0.05, 0.0, 1.0), (0.0, 0.05, 0.5)), "a force that returns with every turn", "F = A sin(2 pi x/p) + B cos(2 pi x/p)", "detent torque"),
+    effect("cogging", "cogging", "drive", ("drive.cogging_n", "drive.cogging_periods", "drive.cogging_phase_rad"),
+           ((0.05, 1.0, 0.0), (0.05, 1.0, 0.5 * np.pi), (0.05, 2.0, 0.0)), "a force that returns with every turn, or some other number of times to it",
+           "F = A sin(n 2 pi (x - middle)/pitch + phase)", "detent torque; belt teeth, magnets of a linear motor", swings_over="motor_turn_rad"),
     effect("drive_asymmetry", "drive", "drive", ("drive.asymmetry_ratio",), ((0.05,), (-0.05,)), "an amplifier whose gain differs by sign",
            "F -> F + d |F|", "half-bridge mismatch"),
     effect("drive_lag", "delay", "drive", ("drive.lag_s",), ((1e-3,),), "a drive whose force follows late: a jerk term", "T dF/dt + F = u", "current loop"),

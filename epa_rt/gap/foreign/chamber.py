@@ -140,7 +140,7 @@ _ROWS = (
     _p("gas.cooling_s", "s", "gas_cooling", 0.0, 100.0, 3.0),
     _p("gas.ambient_drift_per_s", "1/s", "ambient_drift", -1e-4, 1e-4, 2e-5),
     _p("sensor.drift_pa_s", "Pa/s", "sensor_drift", -100.0, 100.0, 10.0),
-    _p("sensor.zero_pa", "Pa", "sensor_zero", -3e4, 3e4, 3e3),
+    _p("sensor.zero_pa", "Pa", "sensor_zero", -1.5e5, 1.5e5, 3e3),
 )
 
 
@@ -164,12 +164,13 @@ _EFFECTS = (
     effect("wall_creep", "relaxation", "chamber", ("walls.creep_ratio", "walls.creep_s"), ((2e-3, 5.0), (2e-3, 50.0)), "walls that creep under load",
            "p -> p - b p0 ln(1 + t/t0)", "polymer creep"),
     effect("fill_heat", "relaxation", "chamber", ("gas.heat_ratio", "gas.heat_s"), ((0.01, 3.0), (-0.01, 3.0), (0.01, 12.0)),
-           "gas that cools (or warms) after the fill", "p -> p + a p0 exp(-t/T)", "heat transfer after a fill"),
+           "gas that cools (or warms) after the fill; walls that take gas up look the same", "p -> p + a p0 exp(-t/T)", "heat transfer after a fill"),
     effect("gas_cooling", "gas", "chamber", ("gas.cooling_s",), ((3.0,), (10.0,)), "gas that cools as it leaks out and warms at the walls",
            "dh/dt = (kappa - 1) dp/dt - h/T, p -> p + h", "energy balance of a discharge"),
     effect("ambient_drift", "drift", "chamber", ("gas.ambient_drift_per_s",), ((2e-5,), (-2e-5,)), "a room that warms or cools", "p -> p (1 + a t)", "ideal gas"),
     effect("sensor_drift", "drift", "chamber", ("sensor.drift_pa_s",), ((10.0,), (-10.0,)), "a pressure sensor that drifts", "p_read -> p_read + d t", "sensor data sheets"),
-    effect("sensor_zero", "sensor", "chamber", ("sensor.zero_pa",), ((3e3,), (-3e3,)), "a pressure sensor with a wrong zero", "p = p_read - z", "calibration"),
+    effect("sensor_zero", "sensor", "chamber", ("sensor.zero_pa",), ((3e3,), (-3e3,), (-1e5,), (1e5,)),
+           "a pressure sensor with a wrong zero; about -1 bar: it reads gauge, not absolute", "p = p_read - z", "calibration"),
 )
 
 COMPONENT = Component(

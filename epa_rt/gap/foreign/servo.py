@@ -19,7 +19,8 @@ PLACE = {"joint.gain_per_s": model.GAIN, "joint.lag_s": model.LAG, "drive.gain_l
          "drive.speed_limit_s_rad": model.SPEED_LIMIT, "drive.torque_limit_s_rad": model.TORQUE_LIMIT, "friction.coulomb_rad_s": model.COULOMB,
          "friction.stiction_rad_s": model.STICTION, "friction.viscous_ratio": model.VISCOUS, "gear.backlash_rad": model.BACKLASH,
          "gear.compliance_s2": model.COMPLIANCE, "load.gravity_sine_rad_s": model.GRAVITY_SINE, "load.gravity_cosine_rad_s": model.GRAVITY_COSINE,
-         "load.constant_rad_s": model.LOAD, "sensor.step_rad": model.STEP}
+         "load.constant_rad_s": model.LOAD, "sensor.step_rad": model.STEP, "gear.beyond_ratio": model.BEYOND, "friction.forward_rad_s": model.FORWARD,
+         "friction.backward_rad_s": model.BACKWARD}
 
 
 @dataclass(frozen=True)
@@ -40,13 +41,15 @@ def prepare(signals: Signals, numbers: Numbers) -> Prepared:
 def free_run(prepared: Prepared, n: Numbers) -> Mapping[str, np.ndarray]:
     """The joint from commands alone; the loop is closed, so it does not drift away."""
     command = prepared.command_rad - n["sensor.zero_rad"]
-    delay = n["drive.delay_s"] * prepared.signals.rate_hz
+    delay = n["drive.delay_s"] * prepared.signals.rate_hz + n["clock.row_ratio"]
     if delay != 0.0:
         command = shifted(command, delay)
     packed = np.zeros(model.PLACES)
     for key, place in PLACE.items():
         packed[place] = n[key]
-    return {"position": model.run(command, prepared.gain_ratio, prepared.preload_rad_s, packed, prepared.start_rad, 1.0 / prepared.signals.rate_hz)}
+    scale = 1.0 + n["sensor.scale_ratio"]
+    angle = model.run(command, prepared.gain_ratio, prepared.preload_rad_s, packed, prepared.start_rad / scale, 1.0 / prepared.signals.rate_hz)
+    return {"position": angle * scale}
 
 
 def residual(prepared: Prepared, numbers: Numbers, link: str) -> np.ndarray:
@@ -92,6 +95,8 @@ _ROWS = (
     _p("joint.gain_per_s", "1/s", None, 0.1, 1e3, 0.2, None),
     _p("joint.lag_s", "s", None, 1e-3, 5.0, 0.3, None),
     Parameter("sensor.zero_rad", "rad", None, -0.1, 0.1, 0.01, LINK, absolute=True),
+    # A loop that reads before it commands logs an angle that its row's command has not moved yet.
+    Parameter("clock.row_ratio", "1", 0.0, 0.0, 1.0, 0.5, LINK, absolute=True),
     _p("drive.gain_loss_ratio", "1", "gain_loss", -2.0, 0.95, 0.2),
     _p("drive.deadband_rad", "rad", "deadband", 0.0, 0.5, 0.01),
     _p("drive.delay_s", "s", "delay", 0.0, 0.5, 0.02),
@@ -99,13 +104,17 @@ _ROWS = (
     _p("drive.torque_limit_s_rad", "s/rad", "torque_limit", 0.0, 20.0, 0.2),
     _p("friction.coulomb_rad_s", "rad/s", "coulomb", 0.0, 10.0, 0.1),
     _p("friction.stiction_rad_s", "rad/s", "stiction", 0.0, 10.0, 0.1),
+    _p("friction.forward_rad_s", "rad/s", "friction_by_direction", 0.0, 10.0, 0.1),
+    _p("friction.backward_rad_s", "rad/s", "friction_by_direction", 0.0, 10.0, 0.1),
     _p("friction.viscous_ratio", "1", "viscous", -0.9, 10.0, 0.2),
     _p("gear.backlash_rad", "rad", "backlash", 0.0, 0.3, 0.01),
     _p("gear.compliance_s2", "s^2", "gear_compliance", 0.0, 0.1, 1e-3),
+    _p("gear.beyond_ratio", "1", "gear_compliance", 0.0, 0.9, 0.3, neutral=0.3),
     _p("load.gravity_sine_rad_s", "rad/s", "gravity", -20.0, 20.0, 0.2),
     _p("load.gravity_cosine_rad_s", "rad/s", "gravity", -20.0, 20.0, 0.2),
     _p("load.constant_rad_s", "rad/s", "constant_load", -20.0, 20.0, 0.2),
     _p("sensor.step_rad", "rad", "encoder_step", 0.0, 0.1, 5e-3),
+    _p("sensor.scale_ratio", "1", "sensor_scale", -0.5, 1.0, 0.02),
 )
 
 
@@ -116,6 +125,8 @@ def _e(name: str, family: str, block: str, starts: tuple[tuple[float, ...], ...]
 _EFFECTS = (
     _e("backlash", "backlash", "gear", ((0.01,), (0.03,)), "a gap in the gear", "q = play(q_motor, b)", "STS3215 data sheet; SO-ARM100 reports"),
     _e("coulomb", "friction", "friction", ((0.1,), (0.5,)), "dry friction of motor and gear", "T dw/dt = K e - w - c sgn(w)", "Coulomb"),
+    _e("friction_by_direction", "friction", "friction", ((0.1, 0.0), (0.0, 0.1), (0.5, 0.2), (0.2, 0.5)), "dry friction that differs by direction",
+       "T dw/dt = K e - w - c+ where w > 0, + c- where w < 0", "Armstrong-Helouvry 1994"),
     _e("stiction", "friction", "friction", ((0.1,), (0.5,)), "break-away above sliding friction", "rest while |K e| < c + s", "Stribeck"),
     _e("viscous", "gain", "friction", ((0.2,), (-0.2,)), "drag beyond the motor's own", "T dw/dt = K e - (1 + d) w", "grease"),
     _e("gain_loss", "gain", "drive", ((0.2,), (-0.2,)), "a servo gain that is lost", "K -> K (1 - l)", "battery voltage, heat"),
@@ -123,10 +134,12 @@ _EFFECTS = (
     _e("delay", "delay", "drive", ((0.02,), (0.06,)), "commands arrive late", "u(t - T)", "half-duplex bus"),
     _e("speed_limit", "limit", "drive", ((0.2,), (1.0,)), "a motor that runs no faster (inverse of the speed)", "|K e| <= 1/s", "supply voltage"),
     _e("torque_limit", "limit", "drive", ((0.2,), (1.0,)), "a torque that saturates (inverse of the speed it would drive)", "|K e - w| <= 1/s", "current limit"),
-    _e("gear_compliance", "compliance", "gear", ((1e-3,), (5e-3,)), "a gear that winds up", "q'' = (q_motor - q)/c + damping", "plastic gear"),
+    _e("gear_compliance", "compliance", "gear", ((1e-3, 0.3), (5e-3, 0.3), (2e-4, 0.3)), "a gear that winds up, part of the mass beyond it",
+       "q'' = (q_motor - q)/c + damping, (1 - r) T dw/dt = K e - w - r T q''", "plastic gear; two-mass drive"),
     _e("gravity", "load", "load", ((0.2, 0.0), (0.0, 0.2)), "weight of what hangs on the joint", "a sin(q) + b cos(q)", "arm pose"),
     _e("constant_load", "load", "load", ((0.2,), (-0.2,)), "a constant load", "K e - L", "spring, cable"),
     _e("encoder_step", "sensor", "sensor", ((5e-3,),), "an encoder coarser than said", "q_read = round(q/s) s", "encoder"),
+    _e("sensor_scale", "sensor", "sensor", ((0.02,), (-0.02,)), "an angle whose scale in the log is not the one the servo's own loop closes on", "q_read = (1 + s) q", "units, gear ratio in a logger"),
 )
 
 COMPONENT = Component(

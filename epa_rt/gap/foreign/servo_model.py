@@ -10,7 +10,8 @@ JOINT_DAMPING = 0.2     # of the compliant gear
 # places in the packed numbers
 GAIN, LAG, LOSS, DEADBAND, SPEED_LIMIT, TORQUE_LIMIT = 0, 1, 2, 3, 4, 5
 COULOMB, STICTION, VISCOUS, BACKLASH, COMPLIANCE = 6, 7, 8, 9, 10
-GRAVITY_SINE, GRAVITY_COSINE, LOAD, STEP, PLACES = 11, 12, 13, 14, 15
+GRAVITY_SINE, GRAVITY_COSINE, LOAD, STEP, BEYOND = 11, 12, 13, 14, 15
+FORWARD, BACKWARD, PLACES = 16, 17, 18
 
 
 @njit(cache=True, nogil=True)
@@ -34,24 +35,40 @@ def run(command_rad: np.ndarray, gain_ratio: np.ndarray, preload_rad_s: np.ndarr
             push = drive - n[GRAVITY_SINE] * np.sin(joint) - n[GRAVITY_COSINE] * np.cos(joint) - n[LOAD] - preload_rad_s[k]
             if n[TORQUE_LIMIT] > 0.0:
                 push = speed + (push - speed) / max(1.0, abs(push - speed) * n[TORQUE_LIMIT])
-            share = dt / n[LAG]
-            if speed == 0.0 and abs(push) <= n[COULOMB] + n[STICTION]:
-                continue
-            free = (speed + share * push) / (1.0 + share * (1.0 + n[VISCOUS]))
-            held = share * n[COULOMB] / (1.0 + share * (1.0 + n[VISCOUS]))
-            after = 0.0 if abs(free) <= held else (free - held if free > 0.0 else free + held)
-            turned = speed * after < 0.0 and abs(push) <= n[COULOMB] + n[STICTION]
-            speed = 0.0 if turned else after
-            motor += dt * speed
             half = 0.5 * n[BACKLASH] if preload_rad_s[k] == 0.0 else 0.0
             if n[COMPLIANCE] > RIGID_S2:
-                bent = motor - joint
-                bent -= min(max(bent, -half), half)
-                stiffness = 1.0 / n[COMPLIANCE]
-                damping = 2.0 * JOINT_DAMPING * np.sqrt(stiffness)
-                joint_speed = (joint_speed + dt * (stiffness * bent + damping * speed)) / (1.0 + dt * damping + dt * dt * stiffness)
+                speed, joint_speed = _wound(speed, joint_speed, motor - joint, half, push, dt, n)
+                motor += dt * speed
                 joint += dt * joint_speed
             else:
+                speed = _slid(speed, push, 1.0, dt / n[LAG], n)
+                motor += dt * speed
                 joint = min(max(joint, motor - half), motor + half)
         out[k] = read
     return out
+
+
+@njit(cache=True, nogil=True)
+def _slid(base: float, push: float, mass: float, share: float, n: np.ndarray) -> float:
+    """The motor's speed after a step of the lag's ``share``, implicit: ``mass`` that it moves over the whole one, ``base`` its speed before times that mass."""
+    dry = n[COULOMB] + (n[FORWARD] if push > 0.0 else n[BACKWARD])
+    held_at_rest = abs(push) <= dry + n[STICTION]
+    if base == 0.0 and held_at_rest:
+        return 0.0
+    drag = mass + share * (1.0 + n[VISCOUS])
+    free = (base + share * push) / drag
+    held = share * (n[COULOMB] + (n[FORWARD] if free > 0.0 else n[BACKWARD])) / drag
+    after = 0.0 if abs(free) <= held else (free - held if free > 0.0 else free + held)
+    return 0.0 if base * after < 0.0 and held_at_rest else after
+
+
+@njit(cache=True, nogil=True)
+def _wound(speed: float, joint_speed: float, bent: float, half: float, push: float, dt: float, n: np.ndarray) -> tuple[float, float]:
+    """Speeds of motor and joint after a step with a gear that winds up. The part of the mass beyond the gear pulls back on the motor; both are taken implicitly."""
+    bent -= min(max(bent, -half), half)
+    stiffness = 1.0 / n[COMPLIANCE]
+    along = dt * (dt * stiffness + 2.0 * JOINT_DAMPING * np.sqrt(stiffness))
+    share, beyond = dt / n[LAG], n[BEYOND]
+    pull = (dt * stiffness * bent - along * joint_speed) / (1.0 + along)
+    speed = _slid((1.0 - beyond) * speed, push - beyond * pull / share, 1.0 - beyond + beyond * along / (1.0 + along), share, n)
+    return speed, (joint_speed + dt * stiffness * bent + along * speed) / (1.0 + along)
