@@ -81,10 +81,10 @@ def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]]
          odd: Sequence[str] = (), whole: float | None = None, lost: float | None = None, breaks: Sequence[str] = (), faint: tuple[float, float] | None = None,
          over: tuple[float, float] | None = None) -> str:
     """The verdict in one or two sentences. ``faint``: chi-square in free run before and after, where little else speaks for the names; ``over``: where too much of the gap stays."""
-    names = " and ".join(effects)
+    names, (explain, them) = " and ".join(effects), ("explain", "them") if len(effects) > 1 else ("explains", "it")
     where = ", ".join(links)
     if verdict == "no_gap":
-        return f"Nothing is left beyond the noise floor once the nominal parameters are refitted; {of - not_tested} of {of} effects would have shown."
+        return f"Nothing is left beyond the noise floor once the nominal parameters are refitted; {of - not_tested} of {of} effects would have shown at a typical strength."
     if verdict == "not_excited":
         return f"No gap shows, but these logs could not have shown {not_tested} of {of} effects at a typical strength."
     if verdict == "not_in_catalogue" and odd and not where:
@@ -93,16 +93,16 @@ def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]]
     if verdict == "not_in_catalogue" and odd:
         return f"There is a gap in {where}; what comes nearest explains it only with values of {', '.join(odd)} that nobody believes."
     if verdict == "not_in_catalogue" and effects and breaks:
-        return f"{names} explains {_percent(part)} of what the blocks show one by one, but with it {', '.join(breaks)} no longer agrees with the plant, as it did before: " \
+        return f"{names} {explain} {_percent(part)} of what the blocks show one by one, but with {them} {', '.join(breaks)} no longer agrees with the plant, as it did before: " \
                "something else is missing, and no effect of the catalogue explains it."
     if verdict == "not_in_catalogue" and effects and whole is not None and whole < BARS.carried:
-        return f"{names} explains {_percent(part)} of what the blocks show one by one, but in free run {_percent(whole)} of the gap: " \
+        return f"{names} {explain} {_percent(part)} of what the blocks show one by one, but in free run {_percent(whole)} of the gap: " \
                "something else is missing, and no effect of the catalogue explains it."
     if verdict == "not_in_catalogue" and effects and over is not None:
         return f"What comes nearest ({names}) leaves in free run a chi-square of {over[1]:.0f} of {over[0]:.0f} above the noise, more than a right law leaves of such " \
                "a gap: something else is missing, and no effect of the catalogue explains it."
     if verdict == "not_in_catalogue" and effects and whole is not None and part < BARS.covered:
-        return f"{names} explains {_percent(whole)} of the gap in free run, but only {_percent(part)} of what the blocks show one by one: " \
+        return f"{names} {explain} {_percent(whole)} of the gap in free run, but only {_percent(part)} of what the blocks show one by one: " \
                "something else is missing, and no effect of the catalogue explains it."
     if verdict == "not_in_catalogue" and not where and lost is not None:
         return f"The blocks one by one show no gap, but from its commands alone the plant does not follow the rig (chi-square {lost:.0f} above its noise): " \
@@ -110,17 +110,17 @@ def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]]
     if verdict == "not_in_catalogue":
         return f"There is a gap in {where or 'the residual'}, and no effect of the catalogue explains it."
     if where and whole is not None and part < BARS.covered and verdict in ("explained", "partly_explained"):
-        return f"{names} explains {_percent(whole)} of the gap in free run, from commands to readings; one by one the blocks still show something in {where}."
+        return f"{names} {explain} {_percent(whole)} of the gap in free run, from commands to readings; one by one the blocks still show something in {where}."
     if faint is not None and verdict in ("explained", "partly_explained"):
         return f"{names}: faint, but the blocks' fits and free run agree on it (chi-square {faint[0]:.0f} to {faint[1]:.0f} above its noise)."
     if not where and whole is not None and effects and verdict != "not_separable":
-        return f"{names} explains {_percent(whole)} of the gap in free run; the blocks one by one show it too faintly to say where."
+        return f"{names} {explain} {_percent(whole)} of the gap in free run; the blocks one by one show it too faintly to say where."
     if verdict == "not_separable":
-        return f"{names} explains {_percent(part)} of what can be explained in {where or 'the residual'}; this data cannot tell it from " \
+        return f"{names} {explain} {_percent(part)} of what can be explained in {where or 'the residual'}; this data cannot tell it from " \
                f"{'; '.join(', '.join(s) for s in sets if s)}."
     if verdict == "partly_explained":
-        return f"{names} explains {_percent(part)} of what can be explained in {where or 'the residual'}; the rest is described by data alone."
-    return f"{names} explains {_percent(part)} of what can be explained in {where or 'the residual'}."
+        return f"{names} {explain} {_percent(part)} of what can be explained in {where or 'the residual'}; the rest is described by data alone."
+    return f"{names} {explain} {_percent(part)} of what can be explained in {where or 'the residual'}."
 
 
 def _percent(part: float) -> str:

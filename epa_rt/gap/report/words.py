@@ -175,7 +175,8 @@ def free_run_words(diagnosis: Diagnosis) -> str:
     if heard.explained_share is None:
         return "The whole plant, run from the commands alone, shows no gap beyond its noise once the nominal parameters are fitted."
     who = join_words(heard.nearest) if diagnosis.effects else f"what comes nearest ({join_words(heard.nearest)})" if heard.nearest else ""
-    found = [f"The whole plant, run from the commands alone, shows a gap; {who} explains {percent(heard.explained_share)} of it." if heard.nearest
+    explain = "explain" if diagnosis.effects and len(heard.nearest) > 1 else "explains"
+    found = [f"The whole plant, run from the commands alone, shows a gap; {who} {explain} {percent(heard.explained_share)} of it." if heard.nearest
              else "The whole plant, run from the commands alone, shows a gap that nothing named explains."]
     if heard.told_apart:
         found.append(f"It tells that from {join_words(heard.told_apart)}, which explain the blocks one by one as well.")

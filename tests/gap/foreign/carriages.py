@@ -27,8 +27,9 @@ class Cart:
     force_noise_n: float
 
     def driven(self, name: str, reference_m: np.ndarray, random: np.random.Generator, late_rows: int = 0, coulomb_n: float = 0.0,
-               push_n: np.ndarray | None = None) -> Recording:
-        """The force in a row acts from that row to the next, or ``late_rows`` later; dry friction of ``coulomb_n`` holds whatever is less while nothing moves."""
+               push_n: np.ndarray | None = None, wave_n: float = 0.0, wave_m: float = 1.0) -> Recording:
+        """The force in a row acts from that row to the next, or ``late_rows`` later; dry friction of ``coulomb_n`` holds whatever is less while nothing moves.
+        A force of ``wave_n`` returns every ``wave_m``."""
         count, step = len(reference_m), self.period_s / SUBSTEPS
         push_n = np.zeros(count) if push_n is None else push_n
         place, force, sent = np.empty(count), np.empty(count), [0.0] * (late_rows + 1)
@@ -38,7 +39,7 @@ class Cart:
             place[k] = round((q + random.normal(0.0, self.place_noise_m)) * 1e6) * 1e-6
             force[k] = sent[-1] + random.normal(0.0, self.force_noise_n)
             for _ in range(SUBSTEPS):
-                free = v + step * (sent[-1 - late_rows] + push_n[k] - self.drag_n_s_m * v) / self.mass_kg
+                free = v + step * (sent[-1 - late_rows] + push_n[k] - wave_n * np.sin(2.0 * np.pi * q / wave_m + 0.7) - self.drag_n_s_m * v) / self.mass_kg
                 v = free - np.sign(free) * min(abs(free), step * coulomb_n / self.mass_kg)
                 q += step * v
         return Recording(name, "", self.rig, "", "", self.period_s, np.arange(count), {"place_m": place, self.force_column: force}, (Span("trial", 0, count, True),))

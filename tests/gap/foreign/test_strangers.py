@@ -25,12 +25,12 @@ def stranger(tmp_path):
     return opened(tmp_path, RIG, PLANT)
 
 
-def answer(subject, late_rows: int):
+def answer(subject, late_rows: int, **stray):
     t = np.arange(0.0, 14.0, PERIOD_S)
     waves = 0.15 + 0.10 * np.sin(2 * np.pi * 0.3 * t) + 0.03 * np.sin(2 * np.pi * 0.9 * t + 1.0)
     smooth = np.ones(1000) / 1000.0
     ramps = 0.05 + 0.2 * np.convolve(np.convolve(0.5 * (1.0 + np.sign(np.sin(2 * np.pi * 0.2 * t))), smooth, "same"), smooth, "same")
-    logs = [STRANGER.driven(name, wanted, np.random.default_rng(seed), late_rows) for name, wanted, seed in (("waves", waves, 1), ("ramps", ramps, 2))]
+    logs = [STRANGER.driven(name, wanted, np.random.default_rng(seed), late_rows, **stray) for name, wanted, seed in (("waves", waves, 1), ("ramps", ramps, 2))]
     return diagnose(subject, logs, how_far=False)
 
 
@@ -45,6 +45,13 @@ def test_a_drive_that_is_late_by_four_rows_is_named(stranger):
     assert [one.name for one in found.effects] == ["drive_delay"], found.says
     delay = found.effects[0].parameters[0].value + found.fitted["clock.row_ratio"] * PERIOD_S
     assert delay == pytest.approx(4.5e-3, abs=3e-4)
+
+
+def test_a_force_that_returns_at_a_pitch_that_the_rig_file_does_not_say_is_found(stranger):
+    found = answer(stranger, 0, wave_n=4.0, wave_m=0.033)
+    assert [one.name for one in found.effects] == ["cogging"], found.says
+    assert found.fitted["drive.cogging_periods"] == pytest.approx(20.0 / 33.0, abs=0.003)
+    assert abs(found.fitted["drive.cogging_n"]) == pytest.approx(4.0, rel=0.05)
 
 
 def test_one_block_counts_for_no_more_than_five_median_ones_where_they_gain_enough():

@@ -1,0 +1,73 @@
+"""Servos of somebody else's simulator: which row a reading stands in, a log's scale and a gear with mass beyond it are no other law."""
+
+import numpy as np
+import pytest
+
+from epa_rt.gap.diagnose import diagnose
+from epa_rt.gap.recording import Recording, Span
+from tests.gap.foreign.carriages import opened
+
+PERIOD_S, SUBSTEPS, GAIN_PER_S, LAG_S = 0.02, 40, 14.0, 0.05
+RIG = """rig: joint
+kind: servo
+plant: plant.yaml
+rate: 50 Hz
+lowpass: 20 Hz
+channels: {command: cmd_rad, position: angle_rad}
+steps: {position: 0.0015 rad}
+settings: {stroke: 1 rad}
+"""
+PLANT = "plant: joint\nkind: servo\njoint: {gain: 13 1/s, lag: 55 ms}\nsensor: {zero: 0 rad}\n"
+
+
+def run(seed: int, reads_first: bool = False, scale: float = 1.0, beyond: float = 0.0, rise_s2: float = 0.0, forward: float = 0.0, backward: float = 0.0) -> Recording:
+    """``beyond``: part of the mass behind a gear of compliance ``rise_s2``; the loop closes on the joint. ``forward``, ``backward``: dry friction by direction, rad/s."""
+    random, t = np.random.default_rng(seed), np.arange(0.0, 30.0, PERIOD_S)
+    command = np.repeat(random.uniform(-0.5, 0.5, 20), 75) + sum(0.06 * np.sin(2 * np.pi * f * t + seed) for f in (0.3, 0.9, 2.2))
+    before, after, step = np.empty(len(t)), np.empty(len(t)), PERIOD_S / SUBSTEPS
+    motor = joint = motor_speed = joint_speed = 0.0
+    for k, wanted in enumerate(command):
+        before[k] = joint
+        for _ in range(SUBSTEPS):
+            push = GAIN_PER_S * (wanted - joint) - motor_speed
+            if beyond > 0.0:
+                turning = ((motor - joint) + 0.4 * np.sqrt(rise_s2) * (motor_speed - joint_speed)) / rise_s2
+                joint_speed += step * turning
+                push -= beyond * LAG_S * turning
+            free = motor_speed + step * push / ((1.0 - beyond) * LAG_S)
+            held = step * (forward if free > 0.0 else backward) / LAG_S
+            motor_speed = np.sign(free) * max(abs(free) - held, 0.0)
+            motor += step * motor_speed
+            joint = joint + step * joint_speed if beyond > 0.0 else motor
+        after[k] = joint
+    read = np.round((scale * (before if reads_first else after) + random.normal(0.0, 3e-4, len(t))) / 0.0015) * 0.0015
+    return Recording(f"log{seed}", "", "joint", "", "", PERIOD_S, np.arange(len(t)), {"cmd_rad": command, "angle_rad": read}, (Span("trial", 0, len(t), True),))
+
+
+@pytest.fixture
+def joint(tmp_path):
+    return opened(tmp_path, RIG, PLANT)
+
+
+@pytest.mark.parametrize("reads_first", [False, True])
+def test_a_loop_that_reads_before_it_commands_has_no_delay(joint, reads_first):
+    found = diagnose(joint, [run(1, reads_first), run(2, reads_first)], how_far=False)
+    assert found.verdict == "no_gap", found.says
+    assert found.refitted["clock.row_ratio"] == pytest.approx(float(reads_first), abs=0.1)
+
+
+def test_a_scale_of_the_log_is_named_before_a_weight(joint):
+    found = diagnose(joint, [run(1, scale=1.04), run(2, scale=1.04)], how_far=False)
+    assert found.effects[0].name == "sensor_scale", found.says
+    assert found.fitted["sensor.scale_ratio"] == pytest.approx(0.04, abs=0.005)
+
+
+def test_a_gear_that_winds_up_with_mass_beyond_it_is_no_delay(joint):
+    found = diagnose(joint, [run(1, beyond=0.4, rise_s2=6e-4), run(2, beyond=0.4, rise_s2=6e-4)], how_far=False)
+    assert [one.name for one in found.effects] == ["gear_compliance"], found.says
+    assert found.fitted["gear.compliance_s2"] == pytest.approx(6e-4, rel=0.3)
+
+
+def test_friction_that_differs_by_direction_is_friction(joint):
+    found = diagnose(joint, [run(1, forward=0.5, backward=0.1), run(2, forward=0.5, backward=0.1)], how_far=False)
+    assert found.effects[0].family == "friction" and found.verdict in ("explained", "not_separable"), found.says
