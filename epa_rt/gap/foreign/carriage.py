@@ -6,7 +6,7 @@ frequencies weigh alike, as in identification by inverse dynamics (IDIM-LS): a f
 would rest on reversals and jolts, where errors of timing and of differentiated positions are largest.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +15,7 @@ from epa_rt.gap.foreign.component import Channel, Component, Numbers, Parameter,
 from epa_rt.gap.foreign.operators import play
 from epa_rt.gap.foreign.rests import at_rest
 from epa_rt.gap.foreign.signals import Signals, shifted
-from epa_rt.gap.foreign.terms import LAWS, LINK, Motion, motion, motion_features, stray_force_n
+from epa_rt.gap.foreign.terms import LAWS, LINK, Law, Motion, motion, motion_features, stray_force_n
 from epa_rt.gap.subject import Link
 
 CONTACT_POWER = 8   # how sharply a backlash's walls carry
@@ -41,14 +41,14 @@ def prepare(signals: Signals, numbers: Numbers) -> Prepared:
     return Prepared(signals, signals.columns["force"], base, _turned_rad(base, numbers))
 
 
-def residual(prepared: Prepared, numbers: Numbers, link: str) -> np.ndarray:
-    return prepared.force_n - _through_drive(needed_n(_true_motion(prepared, numbers), numbers), prepared.signals, numbers)
+def residual(prepared: Prepared, numbers: Numbers, link: str, laws: Sequence[Law] = LAWS) -> np.ndarray:
+    return prepared.force_n - _through_drive(needed_n(_true_motion(prepared, numbers), numbers, laws), prepared.signals, numbers)
 
 
-def needed_n(m: Motion, n: Numbers) -> np.ndarray:
+def needed_n(m: Motion, n: Numbers, laws: Sequence[Law] = LAWS) -> np.ndarray:
     """Force that a motion asks of the drive, (N,), N."""
     inertia_n = n["carriage.inertia_kg"] * m.acceleration_m_s2
-    friction_n = n["friction.viscous_n_s_m"] * m.speed_m_s + stray_force_n(m, n)
+    friction_n = n["friction.viscous_n_s_m"] * m.speed_m_s + stray_force_n(m, n, laws)
     if n["friction.load_ratio"] != 0.0:
         friction_n = friction_n + n["friction.load_ratio"] * np.abs(inertia_n) * m.sign
     if n["drive.backlash_m"] != 0.0:

@@ -1,6 +1,6 @@
 """The kinds of rig that are known. Your own: one more module with a ``Component``, one more line here."""
 
-from epa_rt.gap.foreign import carriage, chamber, piston, servo
+from epa_rt.gap.foreign import carriage, chamber, piston, servo, shaft
 from epa_rt.gap.foreign.component import Component
 
-KINDS: dict[str, Component] = {module.COMPONENT.kind: module.COMPONENT for module in (carriage, chamber, piston, servo)}
+KINDS: dict[str, Component] = {module.COMPONENT.kind: module.COMPONENT for module in (carriage, chamber, piston, servo, shaft)}

@@ -9,7 +9,7 @@ from epa_rt.gap.foreign import open_foreign
 from epa_rt.gap.recording import Recording, Span
 
 RIGS = Path(__file__).resolve().parents[3] / "config/rigs_foreign"
-FILES = {"carriage": "emps", "chamber": "sealed_chamber", "piston": "seal_piston", "servo": "so101_wrist_roll"}
+FILES = {"carriage": "emps", "chamber": "sealed_chamber", "piston": "seal_piston", "servo": "so101_wrist_roll", "shaft": "shaft"}
 # numbers without which some effects act on nothing: a leak to cool, stretch or misread
 HOSTS = {"chamber": {"chamber.stand_leak_per_s": 0.02}}
 
@@ -31,6 +31,9 @@ def blank(kind: str) -> Recording:
         t = np.arange(0.0, 12.0, 2e-3)
         return _made(subject, 2e-3, {names["position"]: 0.123 + 0.08 * np.sin(2 * np.pi * 0.25 * t) + 0.03 * np.sin(2 * np.pi * 0.63 * t + 0.4),
                                      names["force"]: np.zeros(len(t))})
+    if kind == "shaft":
+        t = np.arange(0.0, 12.0, 2e-3)
+        return _made(subject, 2e-3, {names["angle"]: 0.7 * np.sin(2 * np.pi * 0.25 * t) + 0.25 * np.sin(2 * np.pi * 0.63 * t + 0.4), names["torque"]: np.zeros(len(t))})
     if kind == "piston":
         t = np.arange(0.0, 40.0, 0.01)
         return _made(subject, 0.01, {names["position"]: 0.017 - 0.015 * np.cos(2 * np.pi * 0.11 * t) + 0.002 * np.sin(2 * np.pi * 0.43 * t),

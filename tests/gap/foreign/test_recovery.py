@@ -8,7 +8,7 @@ from scipy.optimize import least_squares
 
 from tests.gap.foreign.made import HOSTS, blank, subject_of, with_output
 
-KINDS = ("carriage", "piston", "chamber", "servo")
+KINDS = ("carriage", "piston", "chamber", "servo", "shaft")
 EVERY = [(kind, effect.name) for kind in KINDS for effect in subject_of(kind).catalogue]
 STAIRS = (("servo", "encoder_step"), ("servo", "stiction"))   # they act by jumps: no slope to follow
 
@@ -49,7 +49,7 @@ def test_a_fit_finds_the_numbers_again(kind, name, size):
         return found[np.isfinite(found)]
 
     first = np.clip(np.array([start[key] for key in effect.knobs]) / spread, low + 1e-9, high - 1e-9)
-    scale = np.std(left(np.array([subject.knobs[key].value for key in effect.knobs]) / spread))
+    scale = np.sqrt(np.mean(left(np.array([subject.knobs[key].value for key in effect.knobs]) / spread) ** 2))
     fit = least_squares(lambda x: left(x) / scale, first, bounds=(low, high), diff_step=1e-4, x_scale="jac", xtol=1e-12, ftol=1e-12, gtol=1e-12)
     for key, value in zip(effect.knobs, fit.x * spread, strict=True):
         distance = abs(truth[key] - subject.knobs[key].value) or abs(truth[key])
