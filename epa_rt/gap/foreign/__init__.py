@@ -1,4 +1,4 @@
-"""Rigs that are not ours, cut into blocks with measured inputs and outputs: carriage, sealed chamber, piston, servo joint."""
+"""Rigs that are not ours, cut into blocks with measured inputs and outputs: carriage, shaft, sealed chamber, piston, servo joint."""
 
 import os
 from pathlib import Path
