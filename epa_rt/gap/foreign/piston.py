@@ -30,7 +30,7 @@ def residual(prepared: Prepared, numbers: Numbers, link: str) -> np.ndarray:
 
 def predicted_n(prepared: Prepared, n: Numbers) -> np.ndarray:
     """Force at the rod, (N,), positive where it is pushed in."""
-    m, over = prepared.motion, prepared.over_pa
+    m, over = prepared.motion, prepared.over_pa - n["sensor.zero_pa"]
     if n["gas.pressure_lag_s"] != 0.0:
         over = over + n["gas.pressure_lag_s"] * prepared.signals.slope(over)
     area = n["piston.area_m2"] * (1.0 + n["piston.taper_ratio"] * m.place_ratio)
@@ -59,6 +59,7 @@ _OWN = (
     _p("friction.seal_ratio", "1", "seal_friction", 0.0, 1.0, 0.05),
     _p("piston.taper_ratio", "1", "taper", -0.2, 0.2, 0.01),
     _p("gas.pressure_lag_s", "s", "pressure_lag", 0.0, 1.0, 0.02),
+    _p("sensor.zero_pa", "Pa", "gauge_zero", -1.5e5, 1.5e5, 3e3),
     _p("sensor.force_delay_s", "s", "force_delay", -0.5, 0.5, 0.02),
 )
 _EFFECTS = (
@@ -66,6 +67,8 @@ _EFFECTS = (
            "F = mu A p sgn(v)", "lip and O-ring seals"),
     effect("taper", "place", "piston", ("piston.taper_ratio",), ((0.01,), (-0.01,)), "a bore that widens along the way", "A -> A (1 + a x)", "print accuracy"),
     effect("pressure_lag", "delay", "piston", ("gas.pressure_lag_s",), ((0.02,),), "a pressure that is read late", "p + T dp/dt", "tube and sensor"),
+    effect("gauge_zero", "sensor", "sensor", ("sensor.zero_pa",), ((3e3,), (-3e3,), (-1e5,)), "a pressure gauge with a wrong zero; about -1 bar: it reads gauge, not absolute",
+           "p = p_read - z", "calibration"),
     effect("force_delay", "delay", "piston", ("sensor.force_delay_s",), ((0.02,), (-0.02,)), "clocks of force and motion that are apart", "F(t - T)", "loggers"),
 )
 
