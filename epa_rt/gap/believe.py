@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from epa_rt.gap.bars import BARS
+from epa_rt.gap.plausible import beyond_belief
 from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.role import Role, z_of_sum
@@ -100,8 +102,12 @@ def elsewhere(problem: Problem, role: Role, first: Role, rules: Rules) -> bool:
 def mends(problem: Problem, role: Role, first: Role, rules: Rules) -> bool:
     """Whether most of what an effect gains lies where the others explain far more.
 
-    What it frees in nominal parameters that nobody believes is no mending: they had hidden it.
+    What it frees in nominal parameters that nobody believes is no mending: they had hidden it. Where it takes all of them from there to where a plant file may have
+    them, it mends nothing (a level of dry friction under a rise towards standstill, which 27 spreads of viscous friction had stood for, gained a fiftieth of the rise).
     """
+    before, after = role.point.normal, role.best.normal
+    if beyond_belief(before, BARS.belief_named) and not beyond_belief(after, BARS.own):
+        return False
     own = (role.point.normal.square - role.best.normal.square).sum(axis=1)
     others = explained(problem, first.point, role.point)
     resembling = max(first.screening.cosine(name, role.best.effect) for name in role.point.effects)
@@ -109,7 +115,6 @@ def mends(problem: Problem, role: Role, first: Role, rules: Rules) -> bool:
     gained = np.maximum(own, 0.0)
     if gained.sum() > rules.closes * _above_noise(problem, role)[own > 0.0].sum():
         part = rules.trifling
-    before, after = role.point.normal, role.best.normal
     freed = max(float(before.prior @ before.z**2 - after.prior @ after.z**2), 0.0)
     return float(gained[own > part * others].sum()) + freed < 0.5 * (float(gained.sum()) + freed)
 
