@@ -64,6 +64,7 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
     from epa_rt.gap.foreign.rests import check_rests
     from epa_rt.gap.foreign.signs import check_signs
     from epa_rt.gap.foreign.sizes import check_sizes
+    from epa_rt.gap.house.counter import as_counted
     from epa_rt.gap.hygiene import check, clean
 
     subject, rig, plant = open_rig(arguments.rig, arguments.plant)
@@ -76,7 +77,11 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
     if refused:
         raise VerbError("; ".join(refused))
     cleaned, n = clean(recordings, findings), len(arguments.logs)
-    findings = (*findings, *((*check_signs(cleaned, subject), *check_rests(cleaned, subject)) if rig is None else ()))
+    if rig is None:
+        findings = (*findings, *check_signs(cleaned, subject), *check_rests(cleaned, subject))
+    else:
+        subject, counted = as_counted(subject, cleaned[:n])
+        findings = (*findings, *counted)
     return Opened(subject, rig, plant, cleaned[:n], cleaned[n:], tuple(dict.fromkeys(finding.says for finding in findings)))
 
 

@@ -109,6 +109,12 @@ class HouseSubject:
         columns, _ = on_grid(recording)
         return not (lost_rows(self.rig, columns).any() and unsteady(commands_of(self.rig, columns)))
 
+    def on_channels(self, channels: dict[str, Channel]) -> "HouseSubject":
+        """The same rig whose instruments read otherwise."""
+        made = copy.copy(self)
+        made.channels, made._noises, made._phases = channels, [], []
+        return made
+
     def rougher(self) -> "HouseSubject | None":
         """The same rig integrated in half as many sub-steps: too coarse for its readings, not for what a knob changes of them. None where there is no half."""
         if self.plant.substeps < 2:
