@@ -1,4 +1,4 @@
-"""Spikes: single rows far off what the rows beside them agree on, as of a broken contact or a word read half."""
+"""What cannot jump and does: single rows far off the rows beside them, a channel that is gone for a while, one that catches up with where it would have come."""
 
 import numpy as np
 
@@ -11,6 +11,8 @@ _FAR = 15.0            # times what the rows of this channel are off their neigh
 _STEPS = 20.0          # of the converter, at least
 _AGREE = 0.1           # of the spike: by how much the two rows on both sides may differ from each other
 _STOOD_S, _STOOD_ROWS = 0.05, 20  # how long a channel stands before it jumps
+_FLAT = 0.1            # of the smaller jump: by how much a channel may move while it is gone
+_GONE_ROWS, _GONE = 3, 0.5   # rows at least, and share of the log at most, between the jump away and that back
 _WITH_INERTIA = ("_m", "_rad", "_pa")  # of a rig of others: a current or a drive's force may well be one row long
 
 
@@ -19,7 +21,7 @@ def check_spikes(recording: Recording, rig: Rig | None) -> list[Finding]:
     found = []
     for name in measured_names(recording):
         if _inert(name, rig):
-            found += _spikes(recording, name) + _caught_up(recording, name)
+            found += _spikes(recording, name) + _caught_up(recording, name) + _gone(recording, name)
     return found
 
 
@@ -53,12 +55,7 @@ def _spikes(recording: Recording, name: str) -> list[Finding]:
 def _caught_up(recording: Recording, name: str) -> list[Finding]:
     """A channel that stands still and then jumps to where it would have come: frozen, also where no motion is looked at (filling, venting)."""
     values = recording.columns[name]
-    steps = np.diff(values)
-    steps[np.diff(recording.cycle) != 1] = np.nan
-    known, sizes = np.abs(steps[np.isfinite(steps)]), np.diff(np.unique(values[np.isfinite(values)]))
-    if len(known) < 100 or not len(sizes):
-        return []
-    jump = max(_FAR * float(np.percentile(known, 99.0)), _STEPS * float(np.median(sizes)))
+    steps, jump = _steps(recording, name)
     least = max(round(_STOOD_S / recording.period_s), _STOOD_ROWS)
     stood = [(a, b + 1) for a, b in stretches(steps == 0.0) if b - a >= least and b < len(steps) and abs(steps[b]) > jump]
     if not stood:
@@ -66,3 +63,31 @@ def _caught_up(recording: Recording, name: str) -> list[Finding]:
     (first, stop), rows = stood[0], sum(b - a for a, b in stood)
     return [Finding("exclude", "frozen", recording.name, name, f"{recording.name}: {name}: found {values[first]:.6g} without any change from {seconds(recording, first):.3f} s to {seconds(recording, stop - 1):.3f} s "
                     f"and then {values[stop]:.6g} at once ({rows} rows in {len(stood)} stretches), expected no such jump; they are left out", tuple(stood))]
+
+
+def _gone(recording: Recording, name: str) -> list[Finding]:
+    """A channel that jumps away, keeps one level and jumps back: a wire that came off and touched again."""
+    values = recording.columns[name]
+    steps, jump = _steps(recording, name)
+    leaps = np.flatnonzero(np.abs(steps) > jump)
+    away = []
+    for a, b in zip(leaps[:-1], leaps[1:], strict=True):
+        least, inside = min(abs(steps[a]), abs(steps[b])), values[a + 1:b + 1]
+        if steps[a] * steps[b] < 0.0 and _GONE_ROWS <= b - a <= _GONE * recording.samples and np.nanmax(inside) - np.nanmin(inside) < _FLAT * least:
+            away.append((int(a) + 1, int(b) + 1))
+    if not away:
+        return []
+    (first, stop), rows = away[0], sum(b - a for a, b in away)
+    return [Finding("exclude", "gone", recording.name, name, f"{recording.name}: {name}: found a jump from {values[first - 1]:.6g} to {values[first]:.6g} at {seconds(recording, first):.3f} s and one back to "
+                    f"{values[stop]:.6g} at {seconds(recording, stop):.3f} s, flat between ({rows} rows in {len(away)} stretches), as of a wire that is off; they are left out", tuple(away))]
+
+
+def _steps(recording: Recording, name: str) -> tuple[np.ndarray, float]:
+    """From row to row, (N - 1,), NaN over a hole; and how large a jump is: infinite where too little is known."""
+    values = recording.columns[name]
+    steps = np.diff(values)
+    steps[np.diff(recording.cycle) != 1] = np.nan
+    known, sizes = np.abs(steps[np.isfinite(steps)]), np.diff(np.unique(values[np.isfinite(values)]))
+    if len(known) < 100 or not len(sizes):
+        return steps, np.inf
+    return steps, max(_FAR * float(np.percentile(known, 99.0)), _STEPS * float(np.median(sizes)))

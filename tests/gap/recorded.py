@@ -140,3 +140,15 @@ def lost(share: float) -> Damage:
 
 def stamps(change: Callable[[np.ndarray], np.ndarray]) -> Damage:
     return lambda r: dataclasses.replace(r, t_ns=change(r.t_ns.copy()))
+
+
+def gone(name: str, start: int, stop: int) -> Damage:
+    """Rows of a channel at its zero, with the noise that an input without a sensor has."""
+    def damage(recording: Recording) -> Recording:
+        values = recording.columns[name].copy()
+        step = np.min(np.diff(np.unique(values)))
+        low = np.nanmin(values) if name.endswith("_pa") else 0.0
+        values[start:stop] = low + step * np.random.default_rng(7).integers(-1, 2, stop - start)
+        return column(recording, name, values)
+
+    return damage

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.hygiene import check, clean
-from tests.gap.recorded import column, cut_at, late, lost, recording_of, rig_of_name, rows_left, scaled, stamps, swapped, written_over
+from tests.gap.recorded import column, cut_at, gone, late, lost, recording_of, rig_of_name, rows_left, scaled, stamps, swapped, written_over
 
 LOGS = {"bench": "identification_short", "bench_analog": "step", "knee": "knee_chirp_short", "mass": "mass_sine"}
 HEALTHY = [*((rig, experiment, "") for rig, experiment in LOGS.items()), ("bench", "identification_short", "effects"),
@@ -30,6 +30,8 @@ BENCH = [
     ("pressure frozen while it is vented", written_over(P, None, 11600, 12200), "frozen", "exclude", P),
     ("pressure spike", written_over(P, 700e3, 9000, 9001), "spike", "exclude", P),
     ("force spike", written_over(F, 500.0, 9000, 9001), "spike", "exclude", F),
+    ("force gone for a while", gone(F, 7000, 9000), "gone", "exclude", F),
+    ("pressure gone for a while", gone(P, 7000, 7400), "gone", "exclude", P),
     ("travel spike", written_over(X, 0.02, 9000, 9001), "spike|disagree", "exclude", None),
     ("1 % lost", lost(0.01), "lost cycles", "exclude", ""),
     ("30 % lost", lost(0.3), "lost cycles", "refuse", ""),
