@@ -11,6 +11,10 @@ from epa_rt.gap.recording import Recording
 FACTORS = {1e3: "a thousand", 1e-3: "a thousandth", 1e5: "100 000 (bar for Pa)", 1e-5: "a 100 000th (Pa for bar)", 1e6: "a million", 1e-6: "a millionth",
            57.29578: "180/pi (degrees for rad)", 0.01745329: "pi/180 (rad for degrees)", 9.5493: "60/2pi (rpm for rad/s)", 0.104720: "2pi/60 (rad/s for rpm)",
            100.0: "a hundred", 0.01: "a hundredth", 10.0: "ten", 0.1: "a tenth"}
+# Units that are near enough to SI for limits to hold: told by the size of a count alone, which they must meet to a hundredth.
+NEARBY = {"N": {0.2248089: "pounds-force for N", 0.1019716: "kilograms-force for N", 4.448222: "N for pounds-force", 9.80665: "N for kilograms-force"},
+          "Pa": {1.450377e-4: "psi for Pa", 6894.757: "Pa for psi"}, "m": {39.37008: "inches for m", 0.0254: "m for inches"}}
+_MEETS = 0.01
 _OUTSIDE_SHARE = 0.01
 _MOST_OUTSIDE = 0.2    # share of rows above which the rest says nothing
 _BESIDE = 0.1          # of the span of the limits: a trip stops a little further on
@@ -108,6 +112,9 @@ def _counts(recording: Recording, rig: Rig, row: SignalRow, values: np.ndarray) 
     if np.any(np.abs(near - np.rint(near)) > 0.05):
         return []  # no grid: not straight from a terminal
     ratio = step / abs(scaling.slope)
+    if nearby := _nearby(ratio / (_PRESENTED if is_analog(rig, row.name) else 1.0), row.si_unit):
+        return [_of(recording, "refuse", "units", row.name, f"found values in steps of {step:.4g} {row.si_unit}, expected steps of {step / nearby:.4g} {row.si_unit}: "
+                    f"they look like {NEARBY[row.si_unit][nearby]}")]
     if _COUNTS_OFF[0] <= ratio <= _COUNTS_OFF[1]:
         return []
     if is_analog(rig, row.name):
@@ -115,6 +122,11 @@ def _counts(recording: Recording, rig: Rig, row: SignalRow, values: np.ndarray) 
     expected = abs(scaling.slope) * (_PRESENTED if is_analog(rig, row.name) else 1.0)
     return [_of(recording, "refuse", "units", row.name, f"found values in steps of {step:.3g} {row.si_unit}, expected steps of about {expected:.3g} {row.si_unit}, the least that "
                 f"it can change by: the values look too {'large' if ratio > 1.0 else 'small'} by {nearest_factor(ratio, row.si_unit)}")]
+
+
+def _nearby(ratio: float, unit: str) -> float | None:
+    """The factor of a unit near to SI that a count's size meets; None where it meets none."""
+    return next((factor for factor in NEARBY.get(unit, {}) if abs(ratio / factor - 1.0) < _MEETS), None)
 
 
 def _atmosphere(recording: Recording, rig: Rig, pressure: str, inlet: str, exhaust: str) -> list[Finding]:

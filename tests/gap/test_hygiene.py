@@ -15,6 +15,8 @@ HEALTHY = [*((rig, experiment, "") for rig, experiment in LOGS.items()), ("bench
 P, F, X, V, I = "muscle_pressure_pa", "muscle_force_n", "motor_travel_m", "motor_speed_m_s", "motor_current_a"
 BENCH = [
     *((f"{name} x {factor:g}", scaled(name, factor), "units|outside limits", "refuse", name) for name in (P, F, X, V, I) for factor in (1e3, 1e-3)),
+    ("force in lbf", scaled(F, 0.2248089), "units", "refuse", F),
+    ("force in kgf", scaled(F, 0.1019716), "units", "refuse", F),
     ("pressure in bar", scaled(P, 1e-5), "units", "refuse", P),
     ("gauge for absolute", scaled(P, 1.0, -101325.0), "zero", "refuse", P),
     ("absolute for gauge", scaled(P, 1.0, 101325.0), "zero", "refuse", P),
