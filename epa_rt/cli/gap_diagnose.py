@@ -17,6 +17,7 @@ from epa_rt.cli.exits import COMPLETED, STOPPED, VerbError
 from epa_rt.cli.gap_fits import check_judged, check_spares
 from epa_rt.cli.gap_inputs import Opened, add_log_arguments, add_rig_arguments, opened, task_parser
 from epa_rt.cli.gap_plan import planned
+from epa_rt.cli.inputs import EXPERIMENT
 from epa_rt.cli.progress import progress_shown
 from epa_rt.cli.write import check_writable, write_whole
 
@@ -103,10 +104,10 @@ def _diagnosed(given: Opened, arguments: argparse.Namespace, progress: Progress)
 
 
 def _confirmed(given: Opened, diagnosis: "Diagnosis", arguments: argparse.Namespace, progress: Progress) -> "Gate | None":
-    """The gate, where effects are named and the rig can be simulated; the patched plant file where it is asked for."""
+    """The gate, where effects are named and the rig can be simulated on the log's own experiment; the patched plant file where it is asked for."""
     if not diagnosis.effects:
         return None
-    if given.rig is not None and not arguments.no_gate:
+    if given.rig is not None and not arguments.no_gate and EXPERIMENT in _shortest(given).attachments:
         return gated(given, diagnosis, arguments.patch, progress)
     if arguments.patch:
         write_whole(arguments.patch, _patched(given, diagnosis))

@@ -1,8 +1,8 @@
 """What the tasks of ``epa gap`` read: a rig, a plant, logs, and what is wrong with the logs."""
 
 import argparse
+import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,11 +10,12 @@ from epa_rt.cli.exits import EPILOGUE, VerbError
 
 if TYPE_CHECKING:
     from epa_rt.config.rig import Rig
+    from epa_rt.gap.hygiene_finding import Finding
     from epa_rt.gap.recording import Recording
     from epa_rt.gap.subject import Subject
 
 
-@dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True)
 class Opened:
     """``rig`` is None for a rig that is not ours. ``found``: what is wrong with the logs, a sentence each.
 
@@ -81,8 +82,25 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
         findings = (*findings, *check_signs(cleaned, subject), *check_rests(cleaned, subject))
     else:
         subject, counted = as_counted(subject, cleaned[:n])
-        findings = (*findings, *counted)
+        findings = (*findings, *counted, *_without_experiment(cleaned))
+        cleaned = tuple(_with_rig(one, arguments.rig) for one in cleaned)
     return Opened(subject, rig, plant, cleaned[:n], cleaned[n:], tuple(dict.fromkeys(finding.says for finding in findings)))
+
+
+def _without_experiment(recordings: "Sequence[Recording]") -> "list[Finding]":
+    """A note on logs that nobody can run again: imported ones do not say which experiment they are of."""
+    from epa_rt.cli.inputs import EXPERIMENT
+    from epa_rt.gap.hygiene_finding import Finding
+
+    names = [one.name for one in recordings if EXPERIMENT not in one.attachments]
+    return [Finding("note", "experiment", names[0], "", f"{', '.join(names)}: found no {EXPERIMENT} in the log, expected it for the gate, which would run it again; there is none")] if names else []
+
+
+def _with_rig(recording: "Recording", rig: Path) -> "Recording":
+    """Imported logs carry no rig file: the one that they are read with."""
+    from epa_rt.cli.inputs import RIG
+
+    return recording if RIG in recording.attachments else dataclasses.replace(recording, attachments=recording.attachments | {RIG: rig.read_bytes()})
 
 
 def read(logs: Sequence[Path], rig: "Rig | None") -> "tuple[Recording, ...]":

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import VerbError
-from epa_rt.cli.inputs import PLANT, Inputs, inputs_of_log
+from epa_rt.cli.inputs import EXPERIMENT, PLANT, Inputs, inputs_of_log
 from epa_rt.cli.run import run_simulated
 
 if TYPE_CHECKING:
@@ -32,15 +32,11 @@ class Simulator:
     def new(self, item: "Item", plant_text: str, rig_of: "Recording", seed: int = 1) -> "Recording | None":
         """A new experiment on the rig of a log; None where it was not completed, or asks for more than the rig may do."""
         from epa_rt.config.source import ConfigError, parse_yaml
-        from epa_rt.experiments.experiment import experiment_from
 
-        inputs = inputs_of_log(Path(rig_of.path), rig_of.attachments)
-        source = parse_yaml(item.text, f"{item.name}.yaml")
         try:
-            experiment = experiment_from(source, inputs.rig)
+            inputs = inputs_of_log(Path(rig_of.path), rig_of.attachments | {EXPERIMENT: item.text.encode()})
         except ConfigError:
             return None
-        inputs = dataclasses.replace(inputs, experiment=experiment, attachments=inputs.attachments | {"experiment.yaml": item.text.encode()})
         recording, outcome = self._run(_with_plant(inputs, parse_yaml(plant_text, "plant.yaml")), seed)
         return recording if outcome == "completed" else None
 

@@ -33,6 +33,7 @@ _SENSORS = (  # first part of a row's name, longer ones first
     ("joint_", (*_LENGTHS, "load")), ("load_position", (*_LENGTHS, "load")), ("encoder_skew", ("drive", *_MOTOR, *_LENGTHS)),
     ("encoder_", ("drive", *_MOTOR, *_LENGTHS, "encoder")),
 )
+_OF_A_KNEE = ("inertia_kg_m2", "mass_lever_m", "lever_m", "viscous_nm_s_rad")
 _STEMS = tuple((split(channel)[0], channel) for channel, _ in CHANNELS)
 
 
@@ -67,6 +68,8 @@ def _reached(key: str, params: np.ndarray, ports: Collection[str]) -> tuple[str,
         found += gases if row.name in (*SHAPE, "strap_compliance_m_n", "strap_stiffening_per_n") else ()
         return found + (("load",) if both and muscle != 0 else ())
     if block == "load":
+        if (kind == KNEE and row.name == "viscous_n_s_m") or (kind == MASS and row.name in _OF_A_KNEE):
+            return ()
         lengths = row.name.startswith(("lever", "rest", "travel", "load"))
         return (("load",) if kind != FIXED else ()) + (_LENGTHS if lengths and (kind == KNEE or row.name != "lever_m") else ())
     stem = next((channel for stem, channel in _STEMS if row.name.startswith(f"{stem}_")), None)

@@ -54,7 +54,7 @@ class HouseSubject:
         self._own = {k.key for k in self.nominal}
         self.catalogue: tuple[Effect, ...] = tuple(
             effect for effect in CATALOGUE if not {effect.name, effect.family} & leave_out
-            and applies(effect, plant.params) and any(self._touch(key, names) for key in effect.knobs))
+            and applies(effect, plant.params) and self._touch(effect.knobs[0], names))  # the first one is its strength
         self.knobs: Mapping[str, Knob] = {k.key: k for k in self.nominal} | {
             key: knob(key, plant.params) for effect in self.catalogue for key in effect.knobs if key not in self._own}
 

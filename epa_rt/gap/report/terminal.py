@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+import numpy as np
 from rich import box
 from rich.console import Console
 from rich.table import Table
@@ -13,6 +14,7 @@ from epa_rt.gap.report.words import (BASELINES, CONFIDENCE, MODES, VERDICTS, WHO
 from epa_rt.gap.shrink import OVERALL
 
 MOST_PLACES, MOST_NOT_TESTED = 8, 12
+STANDS_OUT = 4.0   # times the median stretch of time
 
 
 def console() -> Console:
@@ -55,12 +57,20 @@ def show_location(places: Sequence[Place], out: Console) -> None:
         return
     table = Table("Where", "Block", "Channel", "Gap", "Floor", "x floor", "σ", "Largest at", box=box.SIMPLE_HEAD, pad_edge=False)
     for place in places[:MOST_PLACES]:
-        peaks = [region_words(max(part, key=part.get)) + unit for part, unit in ((place.state, ""), (place.band_hz, " Hz")) if part]
+        peaks = [region_words(max(part, key=part.get)) + unit for part, unit in ((place.state, ""), (place.band_hz, " Hz")) if part] + sudden(place)
         table.add_row(place.link, place.block, channel_words(place.channel), size(place.excess, place.unit) if place.excess > 0.0 else "none", size(place.floor, place.unit),
                       times(place.times_floor), sigmas(place.significance), "; ".join(peaks) if place.times_floor > 1.15 else "")
     out.print(table)
     out.print("Floor: what noise alone leaves, rms. x floor: all that is left over the floor; 1 × is noise alone.\n"
               "σ: standard deviations by which that stands above what noise would give; above 4 is beyond doubt.", style="dim")
+
+
+def sudden(place: Place) -> list[str]:
+    """The stretch of time that stands out from all others, where one does: something that happened once is in no state and in no band."""
+    if len(place.time_s) < 3:
+        return []
+    name = max(place.time_s, key=place.time_s.get)
+    return [f"{name} s"] if place.time_s[name] > STANDS_OUT * float(np.median(list(place.time_s.values()))) else []
 
 
 def _effects(diagnosis: Diagnosis, out: Console) -> None:
