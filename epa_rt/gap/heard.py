@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from epa_rt.gap.bars import BARS
-from epa_rt.gap.further import Rules
+from epa_rt.gap.further import Rules, most_of_one
 from epa_rt.gap.refit import Fit
 
 CLOSELY = 0.01  # of a gap: what a right law in other words may leave of it
-ALONE = 0.005  # of a gap: what one right law in other words may leave of it where it is not many times its detection limit
 THIRD = 1.0 / 3.0  # of a gap: a name that leaves more is not trusted at all
 HELPED = 15.0  # chi-square in free run that an effect must take off where nothing else speaks for it than a believed gain in its blocks
 
@@ -73,7 +72,7 @@ class Heard:
         """Whether more of a small gap is left than a right law in other words leaves of it; of a larger one, where one law is named: two leave more."""
         if self.part is None or self.little:
             return False
-        return self.gap < BARS.shapeless or (self.alone and self.gap < BARS.shapeless_alone and self.left > ALONE * self.gap)
+        return self.gap < BARS.shapeless or (self.alone and self.left > most_of_one(self.gap))
 
     @property
     def carried(self) -> bool:
