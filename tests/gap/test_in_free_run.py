@@ -10,7 +10,7 @@ from epa_rt.gap.as_one import ABSURD, LINK, NOISY, AsOne, Meter, apart, fitted, 
 from epa_rt.gap.attribution import _found_there, attributed
 from epa_rt.gap.coverage import Coverage
 from epa_rt.gap.diagnose import diagnose
-from epa_rt.gap.further import Rules
+from epa_rt.gap.further import Rules, most_of_one
 from epa_rt.gap.ground import Ground, ground_of, judged
 from epa_rt.gap.heard import Beside, Heard
 from epa_rt.gap.in_free_run import _of_named, heard
@@ -328,3 +328,14 @@ def test_a_fit_has_arrived_only_where_what_is_left_agrees_with_its_derivatives()
     whole = Problem(AsOne(subject, meters_of(recordings, twins_of(subject, recordings, {}))), recordings, floor())
     near, far = (fitted(whole, ("force_offset",), {"sensors.force_offset_n": at}) for at in (0.1, 10.0))
     assert far.normal.chi == pytest.approx(near.normal.chi, abs=3.0)
+
+
+@pytest.mark.parametrize(("gap", "most"), [(500.0, 30.0), (6000.0, 30.0), (7217.0, 36.085), (14_000.0, 70.0)])
+def test_what_one_law_may_leave_is_what_a_second_one_is_looked_for_from(gap, most):
+    assert most_of_one(gap) == pytest.approx(most)
+    assert Heard(gap, most + 1.0, 0.0, {}, {}, alone=True).too_much_left
+    assert not Heard(gap, most - 1.0, 0.0, {}, {}, alone=True).too_much_left
+
+
+def test_of_a_large_gap_one_law_may_leave_what_the_other_bars_let_it():
+    assert most_of_one(16_000.0) == np.inf and not Heard(16_000.0, 400.0, 0.0, {}, {}, alone=True).too_much_left
