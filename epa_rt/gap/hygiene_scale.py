@@ -111,15 +111,15 @@ def _counts(recording: Recording, rig: Rig, row: SignalRow, values: np.ndarray) 
     near = gaps[gaps < 200.0 * step] / step
     if np.any(np.abs(near - np.rint(near)) > 0.05):
         return []  # no grid: not straight from a terminal
+    presented = _PRESENTED if is_analog(rig, row.name) else 1.0
     ratio = step / abs(scaling.slope)
-    if nearby := _nearby(ratio / (_PRESENTED if is_analog(rig, row.name) else 1.0), row.si_unit):
+    if nearby := _nearby(ratio / presented, row.si_unit):
         return [_of(recording, "refuse", "units", row.name, f"found values in steps of {step:.4g} {row.si_unit}, expected steps of {step / nearby:.4g} {row.si_unit}: "
                     f"they look like {NEARBY[row.si_unit][nearby]}")]
     if _COUNTS_OFF[0] <= ratio <= _COUNTS_OFF[1]:
         return []
-    if is_analog(rig, row.name):
-        ratio /= _PRESENTED
-    expected = abs(scaling.slope) * (_PRESENTED if is_analog(rig, row.name) else 1.0)
+    ratio /= presented
+    expected = abs(scaling.slope) * presented
     return [_of(recording, "refuse", "units", row.name, f"found values in steps of {step:.3g} {row.si_unit}, expected steps of about {expected:.3g} {row.si_unit}, the least that "
                 f"it can change by: the values look too {'large' if ratio > 1.0 else 'small'} by {nearest_factor(ratio, row.si_unit)}")]
 

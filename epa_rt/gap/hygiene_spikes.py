@@ -21,7 +21,8 @@ def check_spikes(recording: Recording, rig: Rig | None) -> list[Finding]:
     found = []
     for name in measured_names(recording):
         if _inert(name, rig):
-            found += _spikes(recording, name) + _caught_up(recording, name) + _gone(recording, name)
+            steps, jump = _steps(recording, name)
+            found += _spikes(recording, name) + _caught_up(recording, name, steps, jump) + _gone(recording, name, steps, jump)
     return found
 
 
@@ -52,10 +53,9 @@ def _spikes(recording: Recording, name: str) -> list[Finding]:
                     f"and {values[row + 1]:.6g} ({int(bad.sum())} such rows), expected no jump to and fro; they are left out", tuple(stretches(bad)))]
 
 
-def _caught_up(recording: Recording, name: str) -> list[Finding]:
+def _caught_up(recording: Recording, name: str, steps: np.ndarray, jump: float) -> list[Finding]:
     """A channel that stands still and then jumps to where it would have come: frozen, also where no motion is looked at (filling, venting)."""
     values = recording.columns[name]
-    steps, jump = _steps(recording, name)
     least = max(round(_STOOD_S / recording.period_s), _STOOD_ROWS)
     stood = [(a, b + 1) for a, b in stretches(steps == 0.0) if b - a >= least and b < len(steps) and abs(steps[b]) > jump]
     if not stood:
@@ -65,10 +65,9 @@ def _caught_up(recording: Recording, name: str) -> list[Finding]:
                     f"and then {values[stop]:.6g} at once ({rows} rows in {len(stood)} stretches), expected no such jump; they are left out", tuple(stood))]
 
 
-def _gone(recording: Recording, name: str) -> list[Finding]:
+def _gone(recording: Recording, name: str, steps: np.ndarray, jump: float) -> list[Finding]:
     """A channel that jumps away, keeps one level and jumps back: a wire that came off and touched again."""
     values = recording.columns[name]
-    steps, jump = _steps(recording, name)
     leaps = np.flatnonzero(np.abs(steps) > jump)
     away = []
     for a, b in zip(leaps[:-1], leaps[1:], strict=True):

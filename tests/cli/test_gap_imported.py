@@ -2,6 +2,7 @@
 
 import argparse
 import csv
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 import yaml
 
 from epa_rt.cli.gap_diagnose import _confirmed
-from epa_rt.cli.gap_inputs import opened
+from epa_rt.cli.gap_inputs import _with_rig, opened
 from epa_rt.cli.inputs import RIG
 from tests.cli.shell import RIGS, ROOT, epa
 from tests.gap.recorded import recording_of
@@ -46,5 +47,7 @@ def test_it_is_read_like_the_log_that_it_is(imported):
 def test_that_no_gate_can_run_it_again_is_said_and_breaks_nothing(imported):
     assert [one for one in imported.found if "experiment.yaml" in one and "gate" in one]
     assert RIG in imported.recordings[0].attachments
+    bare = dataclasses.replace(imported.recordings[0], attachments={})  # of a mapping without a rig file
+    assert _with_rig(bare, RIGS / "bench.yaml").attachments[RIG] == (RIGS / "bench.yaml").read_bytes()
     named = SimpleNamespace(effects=("leak",))
     assert _confirmed(imported, named, argparse.Namespace(no_gate=False, patch=None), lambda stage, share: None) is None

@@ -61,7 +61,7 @@ def read_plant(source: Located, rig: ForeignRig) -> ForeignPlant:
         numbers |= _section(source, (block,), data.get(block, {}), rows)
         for row in rows:
             if row.key not in numbers:
-                raise source.error((block,), "nothing", f"the key '{_stem(row)}', in {row.unit}")
+                raise source.error((block,), "nothing", f"the key '{stem(row)}', in {row.unit}")
     return ForeignPlant(data["plant"], component.kind, numbers | _effects(source, component, parameters), tuple(data.get("effects") or ()))
 
 
@@ -77,17 +77,18 @@ def _effects(source: Located, component: Component, parameters: list[Parameter])
 
 
 def _section(source: Located, where: Location, section: Any, rows: list[Parameter]) -> dict[str, float]:
-    names = {p.name: p for p in rows} | {_stem(p): p for p in rows}
+    names = {p.name: p for p in rows} | {stem(p): p for p in rows}
     numbers = {}
     for name, text in _mapping(source, where, section).items():
         if name not in names:
-            raise source.error((*where, name), f"'{name}'", "one of " + ", ".join(_stem(p) for p in rows))
+            raise source.error((*where, name), f"'{name}'", "one of " + ", ".join(stem(p) for p in rows))
         row = names[name]
         numbers[row.key] = bounded(source, (*where, name), text, row.unit, row.low, row.high)
     return numbers
 
 
-def _stem(parameter: Parameter) -> str:
+def stem(parameter: Parameter) -> str:
+    """A parameter's name without its unit."""
     return parameter.name.removesuffix(suffix_of(parameter.unit))
 
 

@@ -11,10 +11,10 @@ from dataclasses import replace
 import numpy as np
 
 from epa_rt.gap.foreign import carriage
-from epa_rt.gap.foreign.component import Channel, Component, Numbers, Parameter, Setting
-from epa_rt.gap.foreign.plant_file import suffix_of
+from epa_rt.gap.foreign.component import Channel, Numbers, Parameter, Setting, effect
+from epa_rt.gap.foreign.plant_file import stem, suffix_of
 from epa_rt.gap.foreign.signals import Signals
-from epa_rt.gap.foreign.terms import LAWS, Law, law, number
+from epa_rt.gap.foreign.terms import LAWS, Law
 from epa_rt.gap.subject import Link
 from epa_rt.models.effect import Effect
 
@@ -23,18 +23,18 @@ UNITS = {"N": "N*m", "m": "rad", "kg": "kg*m^2", "m/s": "rad/s", "N*s/m": "N*m*s
 ROLES = {"angle": "position", "torque": "force"}
 SETTINGS = {"typical_torque": "typical_force", "turn": "pitch"}   # those that are called otherwise on a carriage
 _LEAST = {"carriage.inertia_kg": 1e-9}
-_GRAVITY = law("gravity", "load", "weight of what hangs on the shaft", "T = a sin(q) + b cos(q)", "pendulum, robot arm",
-               (number("gravity_sine_n", "N", "gravity", -5.0, 5.0, 0.3, "typical_force"), number("gravity_cosine_n", "N", "gravity", -5.0, 5.0, 0.3, "typical_force")),
-               ((0.3, 0.0), (0.0, 0.3)), lambda m, p: p["friction.gravity_sine_n"] * np.sin(m.position_m) + p["friction.gravity_cosine_n"] * np.cos(m.position_m))
+_GRAVITY = Law(
+    effect("gravity", "load", "load", ("load.gravity_sine_n", "load.gravity_cosine_n"), ((0.3, 0.0), (0.0, 0.3)), "weight of what hangs on the shaft",
+           "T = a sin(q) + b cos(q)", "pendulum, robot arm"),
+    tuple(Parameter(f"load.gravity_{part}_n", "N", 0.0, -5.0, 5.0, 0.3, carriage.LINK, "gravity", "typical_force") for part in ("sine", "cosine")),
+    lambda m, p: p["load.gravity_sine_n"] * np.sin(m.position_m) + p["load.gravity_cosine_n"] * np.cos(m.position_m))
 _ALL: tuple[Law, ...] = (*LAWS, _GRAVITY)
 
 
 def _renamed(row: Parameter) -> str:
     """The shaft's key of a carriage's number: 'carriage.inertia_kg' is 'shaft.inertia_kg_m2'."""
-    unit = UNITS.get(row.unit, row.unit)
-    stem = row.name.removesuffix(suffix_of(row.unit))
-    block = "load" if row.effect == "gravity" else {"carriage": "shaft"}.get(row.block, row.block)
-    return f"{block}.{stem}{suffix_of(unit)}" if stem != row.name else f"{block}.{stem}"
+    block, unit = "shaft" if row.block == "carriage" else row.block, UNITS.get(row.unit)
+    return f"{block}.{stem(row)}{suffix_of(unit)}" if unit else f"{block}.{row.name}"
 
 
 _ROWS = (*carriage.COMPONENT.parameters, *_GRAVITY.parameters)
@@ -76,10 +76,11 @@ def _parameter(row: Parameter) -> Parameter:
 
 def _effect(one: Effect) -> Effect:
     says = re.sub(r"\bcarriage\b", "shaft", re.sub(r"\bforce\b", "torque", one.says))
-    return one._replace(knobs=tuple(_BACK[key] for key in one.knobs), says=says, block="load" if one.name == "gravity" else one.block)
+    return one._replace(knobs=tuple(_BACK[key] for key in one.knobs), says=says)
 
 
-COMPONENT = Component(
+COMPONENT = replace(
+    carriage.COMPONENT,
     kind="shaft",
     says="a motor that turns a load, an arm or a pendulum: angle and the torque asked of the drive",
     channels=(Channel("angle", "rad", "measured angle of the shaft", size="stroke"),
@@ -92,7 +93,5 @@ COMPONENT = Component(
     links=((Link(LINK, "shaft", "drive_torque_nm", "N*m", "motion to the torque that the drive must give"), "torque"),),
     parameters=tuple(_parameter(row) for row in _ROWS),
     effects=(*(_effect(one) for one in carriage.COMPONENT.effects), _effect(_GRAVITY.effect)),
-    prepare=prepare, residual=residual, features=features, settled=5.0, undetermined=undetermined, needs={LINK: ("angle",)},
-    flat=True,
-    output_is_foreseen=True,
+    prepare=prepare, residual=residual, features=features, undetermined=undetermined, needs={LINK: ("angle",)},
 )

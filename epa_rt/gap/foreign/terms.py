@@ -47,14 +47,12 @@ def motion(position_m: np.ndarray, rate_hz: float, typical_speed_m_s: float, mid
                   np.arange(len(speed)) / rate_hz, 1.0 / rate_hz)
 
 
-def number(name: str, unit: str, of: str, low: float, high: float, spread: float, scale: str, neutral: float = 0.0) -> Parameter:
-    """A law's number; see ``Parameter``."""
+def _number(name: str, unit: str, of: str, low: float, high: float, spread: float, scale: str, neutral: float = 0.0) -> Parameter:
     return Parameter(f"friction.{name}", unit, neutral, low, high, spread, LINK, of, scale)
 
 
-def law(name: str, family: str, says: str, equation: str, source: str, numbers: tuple[Parameter, ...],
+def _law(name: str, family: str, says: str, equation: str, source: str, numbers: tuple[Parameter, ...],
          starts: tuple[tuple[float, ...], ...], force_n: Callable[[Motion, Numbers], np.ndarray]) -> Law:
-    """A law of friction and what else a motion asks for; see ``Law``."""
     return Law(effect(name, family, "friction", tuple(p.key for p in numbers), starts, says, equation, source), numbers, force_n)
 
 
@@ -84,42 +82,42 @@ def _viscous_warming(m: Motion, p: Numbers) -> np.ndarray:
 
 
 LAWS: tuple[Law, ...] = (
-    law("coulomb", FRICTION, "dry friction of one level", "F = Fc sgn(v)", "Coulomb; EMPS benchmark (Janot, Gautier, Brunot 2019)",
-         (number("coulomb_n", "N", "coulomb", 0.0, 5.0, 0.3, "typical_force"),), ((0.3,),),
+    _law("coulomb", FRICTION, "dry friction of one level", "F = Fc sgn(v)", "Coulomb; EMPS benchmark (Janot, Gautier, Brunot 2019)",
+         (_number("coulomb_n", "N", "coulomb", 0.0, 5.0, 0.3, "typical_force"),), ((0.3,),),
          lambda m, p: p["friction.coulomb_n"] * m.sign),
-    law("stribeck", "stribeck", "friction that rises towards standstill, beside a level of its own or not", "F = Fs exp(-(v/vs)^2) sgn(v)", "Stribeck; Armstrong-Helouvry 1994",
-         (number("stribeck_n", "N", "stribeck", -1.0, 5.0, 0.2, "typical_force"),
-          number("stribeck_speed_m_s", "m/s", "stribeck", 2e-3, 0.3, 0.05, "typical_speed", 0.05)), ((0.2, 0.05), (0.2, 0.15)), _stribeck),
-    law("dahl", FRICTION, "dry friction with pre-sliding", "dz/dx = (1 - z sgn(v)) / s, F = Fd z", "Dahl 1968",
-         (number("dahl_n", "N", "dahl", 0.0, 5.0, 0.3, "typical_force"),
-          number("dahl_distance_m", "m", "dahl", PRESLIDING_LEAST, 0.1, 5e-3, "stroke", 5e-3)), ((0.3, 5e-3), (0.3, 1e-3)), _dahl),
-    law("lugre", FRICTION, "dry friction with pre-sliding and a rise towards standstill", "LuGre: dz/dt = v - |v| z / g(v), F = Fl z",
+    _law("stribeck", "stribeck", "friction that rises towards standstill, beside a level of its own or not", "F = Fs exp(-(v/vs)^2) sgn(v)", "Stribeck; Armstrong-Helouvry 1994",
+         (_number("stribeck_n", "N", "stribeck", -1.0, 5.0, 0.2, "typical_force"),
+          _number("stribeck_speed_m_s", "m/s", "stribeck", 2e-3, 0.3, 0.05, "typical_speed", 0.05)), ((0.2, 0.05), (0.2, 0.15)), _stribeck),
+    _law("dahl", FRICTION, "dry friction with pre-sliding", "dz/dx = (1 - z sgn(v)) / s, F = Fd z", "Dahl 1968",
+         (_number("dahl_n", "N", "dahl", 0.0, 5.0, 0.3, "typical_force"),
+          _number("dahl_distance_m", "m", "dahl", PRESLIDING_LEAST, 0.1, 5e-3, "stroke", 5e-3)), ((0.3, 5e-3), (0.3, 1e-3)), _dahl),
+    _law("lugre", FRICTION, "dry friction with pre-sliding and a rise towards standstill", "LuGre: dz/dt = v - |v| z / g(v), F = Fl z",
          "Canudas de Wit et al. 1995",
-         (number("lugre_n", "N", "lugre", 0.0, 5.0, 0.3, "typical_force"),
-          number("lugre_distance_m", "m", "lugre", PRESLIDING_LEAST, 0.1, 5e-3, "stroke", 5e-3),
-          number("lugre_rise_ratio", "1", "lugre", 0.0, 2.0, 0.3, "", 0.0),
-          number("lugre_speed_m_s", "m/s", "lugre", 2e-3, 0.3, 0.05, "typical_speed", 0.05)), ((0.3, 5e-3, 0.3, 0.05),), _lugre),
-    law("viscous_quadratic", "viscous", "drag that grows with the square of speed", "F = c v |v|", "turbulent drag, shear thinning (negative)",
-         (number("quadratic_n_s2_m2", "N*s^2/m^2", "viscous_quadratic", -5.0, 5.0, 0.2, "typical_force/typical_speed/typical_speed"),),
+         (_number("lugre_n", "N", "lugre", 0.0, 5.0, 0.3, "typical_force"),
+          _number("lugre_distance_m", "m", "lugre", PRESLIDING_LEAST, 0.1, 5e-3, "stroke", 5e-3),
+          _number("lugre_rise_ratio", "1", "lugre", 0.0, 2.0, 0.3, "", 0.0),
+          _number("lugre_speed_m_s", "m/s", "lugre", 2e-3, 0.3, 0.05, "typical_speed", 0.05)), ((0.3, 5e-3, 0.3, 0.05),), _lugre),
+    _law("viscous_quadratic", "viscous", "drag that grows with the square of speed", "F = c v |v|", "turbulent drag, shear thinning (negative)",
+         (_number("quadratic_n_s2_m2", "N*s^2/m^2", "viscous_quadratic", -5.0, 5.0, 0.2, "typical_force/typical_speed/typical_speed"),),
          ((0.2,), (-0.2,)), lambda m, p: p["friction.quadratic_n_s2_m2"] * m.speed_m_s * np.abs(m.speed_m_s)),
-    law("warming", "viscous", "drag that changes as the rig warms up", "F = c v (1 - exp(-t/T))", "viscosity over temperature",
-         (number("warming_n_s_m", "N*s/m", "warming", -5.0, 5.0, 0.2, "typical_force/typical_speed"),
-          number("warming_s", "s", "warming", 1.0, 3600.0, 10.0, "", 30.0)), ((-0.2, 10.0), (0.2, 10.0)), _viscous_warming),
-    law("offset", "offset", "a constant force: tilt, or an amplifier's zero", "F = F0", "EMPS benchmark (Janot, Gautier, Brunot 2019)",
-         (number("offset_n", "N", "offset", -5.0, 5.0, 0.1, "typical_force"),), ((0.1,), (-0.1,)),
+    _law("warming", "viscous", "drag that changes as the rig warms up", "F = c v (1 - exp(-t/T))", "viscosity over temperature",
+         (_number("warming_n_s_m", "N*s/m", "warming", -5.0, 5.0, 0.2, "typical_force/typical_speed"),
+          _number("warming_s", "s", "warming", 1.0, 3600.0, 10.0, "", 30.0)), ((-0.2, 10.0), (0.2, 10.0)), _viscous_warming),
+    _law("offset", "offset", "a constant force: tilt, or an amplifier's zero", "F = F0", "EMPS benchmark (Janot, Gautier, Brunot 2019)",
+         (_number("offset_n", "N", "offset", -5.0, 5.0, 0.1, "typical_force"),), ((0.1,), (-0.1,)),
          lambda m, p: np.full_like(m.speed_m_s, p["friction.offset_n"])),
-    law("offset_moving", "offset", "dry friction that differs by direction", "F = F1 sgn(v)^2", "asymmetric Coulomb friction",
-         (number("offset_moving_n", "N", "offset_moving", -5.0, 5.0, 0.1, "typical_force"),), ((0.1,), (-0.1,)),
+    _law("offset_moving", "offset", "dry friction that differs by direction", "F = F1 sgn(v)^2", "asymmetric Coulomb friction",
+         (_number("offset_moving_n", "N", "offset_moving", -5.0, 5.0, 0.1, "typical_force"),), ((0.1,), (-0.1,)),
          lambda m, p: p["friction.offset_moving_n"] * m.sign**2),
-    law("offset_with_speed", "offset", "drag that differs by direction: an offset that grows with speed", "F = c |v|", "asymmetric viscous friction",
-         (number("asymmetric_n_s_m", "N*s/m", "offset_with_speed", -5.0, 5.0, 0.1, "typical_force/typical_speed"),), ((0.1,), (-0.1,)),
+    _law("offset_with_speed", "offset", "drag that differs by direction: an offset that grows with speed", "F = c |v|", "asymmetric viscous friction",
+         (_number("asymmetric_n_s_m", "N*s/m", "offset_with_speed", -5.0, 5.0, 0.1, "typical_force/typical_speed"),), ((0.1,), (-0.1,)),
          lambda m, p: p["friction.asymmetric_n_s_m"] * np.abs(m.speed_m_s)),
-    law("friction_over_place", "place", "dry friction that varies along the way", "F = (a x + b x^2) sgn(v)", "bent guide, worn middle",
-         (number("place_linear_n", "N", "friction_over_place", -5.0, 5.0, 0.1, "typical_force"),
-          number("place_square_n", "N", "friction_over_place", -5.0, 5.0, 0.1, "typical_force")), ((0.1, 0.0), (0.0, 0.1)),
+    _law("friction_over_place", "place", "dry friction that varies along the way", "F = (a x + b x^2) sgn(v)", "bent guide, worn middle",
+         (_number("place_linear_n", "N", "friction_over_place", -5.0, 5.0, 0.1, "typical_force"),
+          _number("place_square_n", "N", "friction_over_place", -5.0, 5.0, 0.1, "typical_force")), ((0.1, 0.0), (0.0, 0.1)),
          lambda m, p: (p["friction.place_linear_n"] * m.place_ratio + p["friction.place_square_n"] * m.place_ratio**2) * m.sign),
-    law("spring", "place", "a force that grows along the way: a cable chain, a bellows", "F = k x", "drag chain stiffness",
-         (number("spring_n", "N", "spring", -5.0, 5.0, 0.1, "typical_force"),), ((0.1,), (-0.1,)),
+    _law("spring", "place", "a force that grows along the way: a cable chain, a bellows", "F = k x", "drag chain stiffness",
+         (_number("spring_n", "N", "spring", -5.0, 5.0, 0.1, "typical_force"),), ((0.1,), (-0.1,)),
          lambda m, p: p["friction.spring_n"] * m.place_ratio),
 )
 

@@ -7,7 +7,8 @@ import numpy as np
 
 from epa_rt.gap.foreign import open_foreign
 from epa_rt.gap.foreign.subject import ForeignSubject
-from epa_rt.gap.recording import Recording, Span
+from epa_rt.gap.recording import Recording
+from tests.gap.foreign.made import one_trial
 
 SUBSTEPS = 10
 
@@ -42,7 +43,7 @@ class Cart:
                 free = v + step * (sent[-1 - late_rows] + push_n[k] - wave_n * np.sin(2.0 * np.pi * q / wave_m + 0.7) - self.drag_n_s_m * v) / self.mass_kg
                 v = free - np.sign(free) * min(abs(free), step * coulomb_n / self.mass_kg)
                 q += step * v
-        return Recording(name, "", self.rig, "", "", self.period_s, np.arange(count), {"place_m": place, self.force_column: force}, (Span("trial", 0, count, True),))
+        return one_trial(name, self.rig, self.period_s, {"place_m": place, self.force_column: force})
 
 
 def opened(folder: Path, rig: str, plant: str) -> ForeignSubject:

@@ -18,9 +18,14 @@ def subject_of(kind: str):
     return open_foreign(RIGS / f"{FILES[kind]}.yaml")
 
 
-def _made(subject, period_s: float, columns: dict[str, np.ndarray]) -> Recording:
+def one_trial(name: str, rig: str, period_s: float, columns: dict[str, np.ndarray]) -> Recording:
+    """A recording that is one trial from end to end."""
     count = len(next(iter(columns.values())))
-    return Recording("made", "", subject.name, "", "", period_s, np.arange(count), columns, (Span("trial", 0, count, True),))
+    return Recording(name, "", rig, "", "", period_s, np.arange(count), columns, (Span("trial", 0, count, True),))
+
+
+def _made(subject, period_s: float, columns: dict[str, np.ndarray]) -> Recording:
+    return one_trial("made", subject.name, period_s, columns)
 
 
 def blank(kind: str) -> Recording:

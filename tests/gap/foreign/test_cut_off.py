@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.hygiene_values import check_values
-from epa_rt.gap.recording import Recording, Span
+from epa_rt.gap.recording import Recording
+from tests.gap.foreign.made import one_trial
 
 
 def recording(force_n: np.ndarray) -> Recording:
-    count = len(force_n)
-    return Recording("log0", "", "cart", "", "", 2e-3, np.arange(count), {"force_n": force_n}, (Span("trial", 0, count, True),))
+    return one_trial("log0", "cart", 2e-3, {"force_n": force_n})
 
 
 def force(size_n: float) -> np.ndarray:

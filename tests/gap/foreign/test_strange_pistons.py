@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.diagnose import diagnose
-from epa_rt.gap.recording import Recording, Span
+from epa_rt.gap.recording import Recording
 from tests.gap.foreign.carriages import opened
+from tests.gap.foreign.made import one_trial
 
 PERIOD_S, AREA_M2, DRAG_N_S_M, ATMOSPHERE_PA = 0.01, 3.06e-4, 22.0, 101_325.0
 RIG = """rig: ram
@@ -27,7 +28,7 @@ def stroked(seed: int, coulomb_n: float = 0.0, rise_n: float = 0.0, reads_gauge:
     force = AREA_M2 * over + DRAG_N_S_M * v + (coulomb_n + rise_n * np.exp(-((v / 0.005) ** 2))) * np.sign(v)
     read = over + (0.0 if reads_gauge else ATMOSPHERE_PA) + random.normal(0.0, 150.0, len(t))
     columns = {"x_m": x + random.normal(0.0, 3e-6, len(t)), "p_pa": read, "f_n": force + random.normal(0.0, 0.15, len(t))}
-    return Recording(f"log{seed}", "", "ram", "", "", PERIOD_S, np.arange(len(t)), columns, (Span("trial", 0, len(t), True),))
+    return one_trial(f"log{seed}", "ram", PERIOD_S, columns)
 
 
 @pytest.fixture

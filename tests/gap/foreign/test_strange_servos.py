@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.diagnose import diagnose
-from epa_rt.gap.recording import Recording, Span
+from epa_rt.gap.recording import Recording
 from tests.gap.foreign.carriages import opened
+from tests.gap.foreign.made import one_trial
 
 PERIOD_S, SUBSTEPS, GAIN_PER_S, LAG_S = 0.02, 40, 14.0, 0.05
 RIG = """rig: joint
@@ -41,7 +42,7 @@ def run(seed: int, reads_first: bool = False, scale: float = 1.0, beyond: float 
             joint = joint + step * joint_speed if beyond > 0.0 else motor
         after[k] = joint
     read = np.round((scale * (before if reads_first else after) + random.normal(0.0, 3e-4, len(t))) / 0.0015) * 0.0015
-    return Recording(f"log{seed}", "", "joint", "", "", PERIOD_S, np.arange(len(t)), {"cmd_rad": command, "angle_rad": read}, (Span("trial", 0, len(t), True),))
+    return one_trial(f"log{seed}", "joint", PERIOD_S, {"cmd_rad": command, "angle_rad": read})
 
 
 @pytest.fixture

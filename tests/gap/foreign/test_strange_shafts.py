@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.diagnose import diagnose
-from epa_rt.gap.recording import Recording, Span
+from epa_rt.gap.recording import Recording
 from tests.gap.foreign.carriages import opened
+from tests.gap.foreign.made import one_trial
 
 PERIOD_S, SUBSTEPS = 2e-3, 10
 INERTIA, DRAG, WEIGHT_NM = 0.052, 0.19, 0.9
@@ -34,7 +35,7 @@ def swing(seed: int, coulomb_nm: float = 0.0) -> Recording:
             free = v + step * (held - DRAG * v - WEIGHT_NM * np.sin(q)) / INERTIA
             v = free - np.sign(free) * min(abs(free), step * coulomb_nm / INERTIA)
             q += step * v
-    return Recording(f"log{seed}", "", "arm", "", "", PERIOD_S, np.arange(len(t)), {"arm_rad": angle, "motor_nm": torque}, (Span("trial", 0, len(t), True),))
+    return one_trial(f"log{seed}", "arm", PERIOD_S, {"arm_rad": angle, "motor_nm": torque})
 
 
 def test_the_weight_of_an_arm_is_named_and_weighed(tmp_path):
