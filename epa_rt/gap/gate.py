@@ -4,6 +4,7 @@ What was predicted from the log's own commands in free run must come true with t
 """
 
 from collections.abc import Callable, Sequence
+from itertools import combinations
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,7 +12,7 @@ from epa_rt.config.source import ConfigError, load_yaml
 from epa_rt.gap.diagnosis import Shrinkage
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.share import Share, Squares, share
-from epa_rt.gap.shrink import OVERALL, channel_squares, figure_squares, together
+from epa_rt.gap.shrink import OVERALL, Pairs, channel_squares, figure_squares, together
 from epa_rt.gap.subject import Subject
 from epa_rt.models.plant_file import read_plant
 
@@ -22,7 +23,7 @@ PASSES_POINTS = 5.0
 
 
 class Gate(NamedTuple):
-    """``report``: predicted against achieved, as the JSON has it. The recordings: the log, and the three runs."""
+    """``report``: predicted against achieved, as the JSON has it. The recordings: the log, and three of the runs."""
 
     report: dict
     real: Recording
@@ -39,8 +40,8 @@ def gate(subject: Subject, real: Recording, believed: Path, patched: Path, run_a
          predicted: Sequence[Shrinkage], progress: Callable[[str, float], None] = lambda stage, share: None) -> Gate:
     """Runs the experiment of ``real`` on both plant files; predicted against achieved share of the gap, by channel.
 
-    The plant file as it stands runs once, the patched one several times with other noise: what those differ by, and the
-    noise of the recording, make the floor. ``predicted``: rows of ``shrinkage``; those in free run against the plant file
+    The plant file as it stands runs once, the patched one several times with other noise: what those differ by from each other,
+    and the noise of the recording, make the floor, what they differ by from the log the gap that is left. ``predicted``: rows of ``shrinkage``; those in free run against the plant file
     on this log are held against what is achieved. Shares are of all channels together, each in units of its floor;
     ``points`` is achieved minus predicted in percent, ``passed`` whether within 5. Raises GateError where a file does not
     load or a run does not reach a trial.
@@ -50,17 +51,15 @@ def gate(subject: Subject, real: Recording, believed: Path, patched: Path, run_a
     progress("gate: the plant as believed", 0.0)
     before = _ran(run_again(believed, real, SEEDS[0]), real)
     progress("gate: the patched plant", 0.25)
-    after = _ran(run_again(patched, real, SEEDS[0]), real)
-    twins = _twins(patched, real, run_again, after, progress)
+    runs = _runs(patched, real, run_again, progress)
     own = {row.channel: row for row in _free(predicted, real.name)}
     noise = {name: row.floor for name, row in own.items()}
-    shifted = [one for one in twins if _starts(one) != _starts(after)]
-    apart = shifted if shifted and _starts(real) != _starts(after) else twins  # as far out of step as the log itself
-    found = channel_squares(subject, real, before, after, apart, noise)
+    held = (real, before, runs, _apart(real, runs), noise)
+    found = channel_squares(subject, *held)
     overall = share([together(list(found.values()))]) if found else None
     if overall is None:
         raise GateError(f"{real.path}: found no channel that both the log and the simulated run have, expected at least one")
-    asked = figure_squares(real, before, after, apart, noise)
+    asked = figure_squares(*held)
     promised = {name: row.closed_share for name, row in own.items()}
     rows = [_row(channel, unit, one, promised.get(channel)) for (channel, unit), squares in (found | asked).items()
             if (one := _share(squares)) is not None]
@@ -69,7 +68,7 @@ def gate(subject: Subject, real: Recording, believed: Path, patched: Path, run_a
     report = {"log": real.name, "plant_file": str(patched), "passed": points is not None and abs(points) <= PASSES_POINTS,
               "predicted_share": whole["predicted_share"], "achieved_share": whole["achieved_share"], "points": points,
               "channels": [whole, *rows]}
-    return Gate(report, real, before, after, twins[-1])
+    return Gate(report, real, before, runs[0], runs[-1])
 
 
 def _check(path: Path) -> None:
@@ -96,22 +95,24 @@ def _free(predicted: Sequence[Shrinkage], log: str) -> list[Shrinkage]:
     return [row for row in rows if row.log == log] or [row for row in rows if row.log == "all"]
 
 
-def _twins(patched: Path, real: Recording, run_again: RunAgain, after: Recording, progress: Callable[[str, float], None]) -> list[Recording]:
-    """Runs with other noise: two, and up to two more until the trials of one begin on another cycle.
-
-    A loop that hunts does so in step with the cycles; twins that all begin on the same one would hide it from the floor.
-    """
+def _runs(patched: Path, real: Recording, run_again: RunAgain, progress: Callable[[str, float], None]) -> list[Recording]:
+    """Runs with noise of their own. A loop that hunts does so in step with the cycles, or out of it: what two runs differ by says little of what others do."""
     found: list[Recording] = []
-    for seed in SEEDS[1:]:
-        if len(found) >= 2 and any(_starts(one) != _starts(after) for one in found):
-            break
-        progress(f"gate: the patched plant, other noise {len(found) + 1}", 0.5 + 0.1 * len(found))
+    for seed in SEEDS:
+        progress(f"gate: the patched plant, run {len(found) + 1}", 0.2 + 0.15 * len(found))
         found.append(_ran(run_again(patched, real, seed), real))
     return found
 
 
-def _starts(recording: Recording) -> list[int]:
-    return [span.start for span in recording.spans if span.trial]
+def _apart(real: Recording, runs: Sequence[Recording]) -> list[Pairs]:
+    """For each run the pairs of runs that are as far out of step with each other as it is with the log; all pairs where there are none."""
+    pairs = list(combinations(runs, 2))
+    together = [_starts(a) == _starts(b) for a, b in pairs]
+    return [[pair for pair, same in zip(pairs, together, strict=True) if same == (_starts(run) == _starts(real))] or pairs for run in runs]
+
+
+def _starts(recording: Recording) -> tuple[int, ...]:
+    return tuple(span.start for span in recording.spans if span.trial)
 
 
 def _row(channel: str, unit: str, one: Share, promised: float | None) -> dict:

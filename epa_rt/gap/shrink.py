@@ -16,6 +16,7 @@ OVERALL, ALL = "all channels", "all"
 FLOOR_SEEDS = (1, 2, 3)
 UNMOVED = 0.01    # of a channel's step: twins that differ by less do not differ
 _Misfits = dict[tuple[str, str], dict[str, Squares]]   # (channel, unit) to recording name to squares
+Pairs = Sequence[tuple[Recording, Recording]]   # of runs that differ by noise alone
 
 
 def shrinkage(subject: Subject, recordings: Sequence[Recording], before_values: Values, after_values: Values,
@@ -58,43 +59,55 @@ def _free_run(subject: Subject, recordings: Sequence[Recording], before: Values,
         best, twins = subject.free_run(recording, after, None), [subject.free_run(recording, after, seed) for seed in FLOOR_SEEDS]
         if best is None or any(twin is None for twin in twins):
             return []
+        apart = [[(twin, best) for twin in twins]]
         for baseline, values in (("refitted", before), ("plant_file", {})):
-            runs = (recording, subject.free_run(recording, values, None), best, twins)
+            runs = (recording, subject.free_run(recording, values, None), [best], apart)
             _add(found[baseline], recording.name, channel_squares(subject, *runs))
             _add(asked[baseline], recording.name, figure_squares(*runs))
     return [row for baseline in found for row in (*_rows(found[baseline], "free_run", baseline, "twin"),
                                                   *_rows(asked[baseline], "free_run", baseline, "twin", overall=False))]
 
 
-def channel_squares(subject: Subject, real: Recording, before: Recording, after: Recording, twins: Sequence[Recording],
+def channel_squares(subject: Subject, real: Recording, before: Recording, after: Sequence[Recording], apart: Sequence[Pairs],
                     noise: Mapping[str, float] | None = None) -> dict[tuple[str, str], Squares]:
-    """Misfits of two runs against the real one by channel, over the trials.
+    """Misfits of a run, and of several of the same plant (in the mean of their squares), against the real one by channel, over the trials.
 
-    The floor is what ``twins`` of ``after`` differ by from it; the channel's own step where they do not. Where the runs
-    carry the simulation's noise and not the recording's, ``noise`` (channel to rms) is the recording's own.
+    The floor is what runs of that plant differ by, ``apart`` (pairs for each of ``after``, in the mean of their squares); the channel's own step
+    where they do not. Where the runs carry the simulation's noise and not the recording's, ``noise`` (channel to rms) is the recording's own.
     """
     found = {}
-    for name in channels(real, after):
-        parts = [misfit(real, before, name, subject.rate_hz), misfit(real, after, name, subject.rate_hz)]
-        apart = _rms([one for twin in twins for one in misfit(twin, after, name, subject.rate_hz)])
-        step, floor = step_of(real, name), _with_noise(apart, (noise or {}).get(name, 0.0))
+    for name in channels(real, after[0]):
+        of_before, *of_after = (misfit(real, run, name, subject.rate_hz) for run in (before, *after))
+        differ = _rms([np.array([_rms([one for a, b in pairs for one in misfit(a, b, name, subject.rate_hz)])]) for pairs in apart])
+        step, floor = step_of(real, name), _with_noise(differ, (noise or {}).get(name, 0.0))
         floor = floor if floor > UNMOVED * step else step / np.sqrt(12.0)
-        rows = [squares(b, a, floor, _per_block(subject)) for b, a in zip(*parts, strict=True)]
+        rows = [squares(*_as_long(b, _mean_square(a)), floor, _per_block(subject)) for b, a in zip(of_before, zip(*of_after))]
         if rows:
             found[name, unit_of(subject, name)] = Squares(*(np.concatenate(column) for column in zip(*rows, strict=True)))
     return found
 
 
-def figure_squares(real: Recording, before: Recording, after: Recording, twins: Sequence[Recording],
+def figure_squares(real: Recording, before: Recording, after: Sequence[Recording], apart: Sequence[Pairs],
                    noise: Mapping[str, float] | None = None) -> dict[tuple[str, str], Squares]:
     """The same for what an operator asks for; a trial is a block."""
-    apart = [{name: parts[0] for name, _, parts in figure_misfits(after, [twin])} for twin in twins]
+    differ = [[{name: parts[0] for name, _, parts in figure_misfits(a, [b])} for a, b in pairs] for pairs in apart]
     found = {}
-    for name, unit, (before_error, after_error) in figure_misfits(real, [before, after]):
-        if all(name in one for one in apart):
-            floor = _with_noise(_rms([one[name] for one in apart]), (noise or {}).get(name, 0.0))
-            found[name, unit] = squares(before_error, after_error, floor, 1)
+    for name, unit, (of_before, *of_after) in figure_misfits(real, [before, *after]):
+        if all(name in one for pairs in differ for one in pairs):
+            floor = _with_noise(_rms([np.array([_rms([one[name] for one in pairs])]) for pairs in differ]), (noise or {}).get(name, 0.0))
+            found[name, unit] = squares(*_as_long(of_before, _mean_square(of_after)), floor, 1)
     return found
+
+
+def _mean_square(parts: Sequence[np.ndarray]) -> np.ndarray:
+    """Root of the mean square of several misfits, sample by sample, as long as the shortest."""
+    least = min(map(len, parts))
+    return np.sqrt(np.mean([part[:least] ** 2 for part in parts], axis=0)) if len(parts) > 1 else parts[0]
+
+
+def _as_long(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    least = min(len(one), len(other))
+    return one[:least], other[:least]
 
 
 def _with_noise(apart: float, noise: float) -> float:

@@ -33,7 +33,7 @@ _SENSORS = (  # first part of a row's name, longer ones first
     ("joint_", (*_LENGTHS, "load")), ("load_position", (*_LENGTHS, "load")), ("encoder_skew", ("drive", *_MOTOR, *_LENGTHS)),
     ("encoder_", ("drive", *_MOTOR, *_LENGTHS, "encoder")),
 )
-_OF_A_KNEE = ("inertia_kg_m2", "mass_lever_m", "lever_m", "viscous_nm_s_rad")
+_OF_A_KNEE = ("inertia_kg_m2", "mass_lever_m", "lever_m", "viscous_nm_s_rad", "payload_lever_ratio")
 _STEMS = tuple((split(channel)[0], channel) for channel, _ in CHANNELS)
 
 

@@ -60,12 +60,13 @@ def rates(p, place, speed, stiction, muscle_n):
         if p.knee_friction_speed_rad_s != 0.0:
             limit *= abs(speed) / (abs(speed) + p.knee_friction_speed_rad_s)
         dry, rate = _dry(p, p.knee_stiffness_nm_rad, limit, stiction, speed)
-        weight = (p.mass_kg + p.payload_kg) * p.gravity_m_s2 * p.mass_lever_m
+        hung = p.payload_kg * p.payload_lever_ratio   # mass that pulls as much at the shank's centre
+        weight = (p.mass_kg + hung) * p.gravity_m_s2 * p.mass_lever_m
         torque = (arm * muscle_n - weight * math.sin(p.hang_rad + p.misalignment_rad + place)
                   - p.viscous_nm_s_rad * speed - dry + stop(p, place, speed, p.low_rad, p.high_rad))
         if p.knee_spring_nm_rad != 0.0:
             torque -= p.knee_spring_nm_rad * place
-        return torque / (p.inertia_kg_m2 + p.payload_kg * p.mass_lever_m * p.mass_lever_m), rate
+        return torque / (p.inertia_kg_m2 + hung * p.payload_lever_ratio * p.mass_lever_m * p.mass_lever_m), rate
     return 0.0, 0.0
 
 
