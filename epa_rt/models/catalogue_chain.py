@@ -6,6 +6,7 @@ FACTS = "engineering estimate"
 BUS, DRIVE, GEAR, LOAD = "Bus timing", "Drive", "Transmission", "Wiring and load"
 DRY = "motor and gear friction"
 MOTOR_ANGLE = "motor_angle_rad"
+RISE = tuple(f"transmission.gear_{name}" for name in ("friction_speed_rad_s", "friction_sharpness_ratio", "sliding_ratio"))   # over speed
 THIRDS = (0.0, 2.1, -2.1)  # rad: from one of these phases a fit reaches every phase
 
 CHAIN: tuple[Effect, ...] = (
@@ -37,12 +38,9 @@ CHAIN: tuple[Effect, ...] = (
     Effect("torque_constant_heat", "motor heat", "drive", ("drive.torque_loss_per_k", "drive.housing_heat_ratio", "drive.housing_time_s"),
            ((1.5e-3, 0.0, 60.0), (1.5e-3, 2.0, 30.0), (1.5e-3, 2.0, 300.0)),
            "the warm motor gives less torque per current, soon by its winding, later by its housing", DRIVE, FACTS),
-    Effect("gear_efficiency", "gear efficiency", "transmission", ("transmission.gear_efficiency_ratio", "transmission.gear_friction_speed_rad_s"),
-           ((0.75, 5.0), (0.9, 0.0)),
+    Effect("gear_efficiency", "gear efficiency", "transmission", ("transmission.gear_efficiency_ratio", *RISE), ((0.75, 3.0, 2.0, 1.0), (0.9, 0.0, 1.0, 0.0)),
            "the gear's friction grows with the force that it passes on", GEAR, FACTS),
-    Effect("gear_friction", DRY, "transmission",
-           ("transmission.gear_friction_n", "transmission.gear_friction_speed_rad_s", "transmission.gear_friction_sharpness_ratio"),
-           ((10.0, 5.0, 2.0), (10.0, 0.0, 1.0)),
+    Effect("gear_friction", DRY, "transmission", ("transmission.gear_friction_n", *RISE), ((10.0, 3.0, 2.0, 1.0), (10.0, 0.0, 1.0, 0.0)),
            "dry friction of the gear, there at once or building up with speed", GEAR, FACTS),
     Effect("backlash", "gear play", "transmission", ("transmission.backlash_rad", "transmission.backlash_roundness_ratio"),
            ((9.6e-3, 0.0), (2.5e-3, 0.0), (9.6e-3, 0.5)),

@@ -70,6 +70,7 @@ TRANSMISSION: Table = (
     P("gear_friction_speed_rad_s", "rad/s", 0.0, 0.0, 50.0, "motor speed at which the gear's friction is built up (half of it at sharpness 1); at 0 it is there at once",
       REGULAR),
     P("gear_friction_sharpness_ratio", "1", 1.0, 1.0, 8.0, "how sharply the gear's friction ends its rise there", REGULAR),
+    P("gear_sliding_ratio", "1", 0.0, 0.0, 1.0, "part of the gear's friction that is a function of the speed alone and holds nothing at rest", REGULAR),
     P("backlash_rad", "rad", 0.0, 0.0, 0.2, "total play at the gear's output", FACTS, "backlash"),
     P("backlash_roundness_ratio", "1", 0.0, 0.0, 1.0, "how gradually the teeth take up the play: 0 at once, 1 over a way of several halves of it",
       "several pairs of teeth in elastic contact; engineering estimate"),

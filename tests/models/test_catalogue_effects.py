@@ -113,7 +113,7 @@ def _in_use(key: str, used: set[str], rig: str, slips: bool, friction: bool) -> 
     name = key.split(".")[1]
     return (name.startswith("slip") and slips or name == "slip_reference_length_m" and friction
             or name in ("lock_length_m", "lock_hardening_per_m") and rig == "mass"
-            or name.startswith("gear_friction") and any(k.startswith("transmission.gear_") for k in used)
+            or name.startswith(("gear_friction", "gear_sliding")) and any(k.startswith("transmission.gear_") for k in used)
             or name == "bouc_wen_unload_ratio" and "muscle.bouc_wen_ratio" in used
             or name == "guide_stiffness_n_m" and "load.coulomb_n" in used
             or name == "knee_stiffness_nm_rad" and "load.knee_coulomb_nm" in used

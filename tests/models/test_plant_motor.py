@@ -42,6 +42,7 @@ def rubbed(params, load_torque, speed, step_s, force, stuck):
         low, high = transmission.friction_limits(params[0].transmission, load_torque[k], speed[k])
         dry = motor.dry_limit(d, speed[k], 0.0)
         force[k], rate = slider(d.presliding_stiffness_nm_rad, d.presliding_time_s, z, speed[k], low - dry, high + dry)
+        force[k] += transmission.sliding_torque(params[0].transmission, load_torque[k], speed[k])
         z += step_s * rate
         stuck[k] = z
 
@@ -50,6 +51,18 @@ def limits_of(params: np.ndarray, load_torque, speed) -> np.ndarray:
     load_torque, speed = np.broadcast_arrays(np.atleast_1d(np.asarray(load_torque, float)), np.asarray(speed, float))
     out = np.empty((2, len(speed)))
     limits(params, np.ascontiguousarray(load_torque), np.ascontiguousarray(speed), out)
+    return out
+
+
+@compiled
+def sliding_torques(params, load_torque, speed, out):
+    for k in range(len(out)):
+        out[k] = transmission.sliding_torque(params[0].transmission, load_torque[k], speed[k])
+
+
+def slid(params: np.ndarray, load_torque: np.ndarray, speed: np.ndarray) -> np.ndarray:
+    out = np.empty(len(speed))
+    sliding_torques(params, load_torque, speed, out)
     return out
 
 
@@ -83,7 +96,9 @@ def test_dry_friction_of_the_gear_is_sharp_or_builds_up_with_speed():
 def test_without_friction_of_the_gear_the_speed_of_its_build_up_is_nothing():
     load, speed = np.linspace(-0.1, 0.1, 41), np.linspace(40.0, -40.0, 41)
     plain = limits_of(gear(), load, speed)
-    assert plain.tobytes() == limits_of(gear(gear_friction_speed_rad_s=7.0, gear_friction_sharpness_ratio=3.0), load, speed).tobytes()
+    rise = gear(gear_friction_speed_rad_s=7.0, gear_friction_sharpness_ratio=3.0, gear_sliding_ratio=0.6)
+    assert plain.tobytes() == limits_of(rise, load, speed).tobytes()
+    assert not np.any(slid(rise, load, speed))
 
 
 @given(st.floats(1.0, 8.0), st.floats(0.1, 50.0), st.floats(0.2, 1.0), st.floats(0.0, 500.0))
@@ -97,16 +112,32 @@ def test_friction_of_the_gear_builds_up_from_nothing_to_all_of_it(sharpness, spe
     assert built[:, -1] == pytest.approx(plain[:, -1], rel=2e-3, abs=1e-12)
 
 
+@given(st.floats(0.0, 1.0), st.floats(1.0, 8.0), st.floats(0.6, 50.0), st.floats(0.2, 1.0), st.floats(0.0, 500.0), st.floats(-0.1, 0.1), st.floats(-60.0, 60.0))
+def test_what_slides_and_what_sticks_of_it_are_together_all_of_it(sliding, sharpness, speed_rad_s, efficiency, dry_n, load, speed):
+    """Where the slider gives way."""
+    def shares(ratio):
+        params = gear(gear_efficiency_ratio=efficiency, gear_friction_n=dry_n, gear_friction_speed_rad_s=speed_rad_s, gear_friction_sharpness_ratio=sharpness,
+                      gear_sliding_ratio=ratio)
+        return limits_of(params, load, speed)[:, 0], slid(params, np.array([load]), np.array([speed]))[0]
+
+    (low, high), _ = shares(0.0)
+    (still_low, still_high), slides = shares(sliding)
+    forward = speed >= 0.0
+    assert slides + (still_high if forward else still_low) == pytest.approx(high if forward else low, rel=1e-9, abs=1e-15)
+    assert slides * speed >= 0.0
+
+
 corners = st.lists(st.floats(-60.0, 60.0), min_size=3, max_size=8)
 
 
 @settings(max_examples=60, deadline=None, derandomize=True)
-@given(corners, st.floats(0.0, 500.0), st.floats(0.0, 50.0), st.floats(0.2, 1.0), st.floats(-0.3, 0.3))
-@example([60.0, -60.0, 0.5, -0.5, 0.0], 500.0, 50.0, 0.2, 0.3)
-@example([60.0, -60.0, 0.5, -0.5, 0.0], 500.0, 1e-6, 1.0, 0.0)
-def test_friction_of_motor_and_gear_never_gives_more_energy_than_it_took(turns, dry_n, build_up, efficiency, load):
+@given(corners, st.floats(0.0, 500.0), st.floats(0.0, 50.0), st.floats(0.2, 1.0), st.floats(-0.3, 0.3), st.floats(0.0, 1.0))
+@example([60.0, -60.0, 0.5, -0.5, 0.0], 500.0, 50.0, 0.2, 0.3, 0.0)
+@example([60.0, -60.0, 0.5, -0.5, 0.0], 500.0, 1e-6, 1.0, 0.0, 0.0)
+@example([60.0, -60.0, 0.5, -0.5, 0.0], 500.0, 1e-6, 1.0, 0.0, 1.0)
+def test_friction_of_motor_and_gear_never_gives_more_energy_than_it_took(turns, dry_n, build_up, efficiency, load, sliding):
     """Work in minus what its spring holds never falls, at any moment, whatever the limits do."""
-    params = gear(gear_friction_n=dry_n, gear_friction_speed_rad_s=build_up, gear_efficiency_ratio=efficiency)
+    params = gear(gear_friction_n=dry_n, gear_friction_speed_rad_s=build_up, gear_efficiency_ratio=efficiency, gear_sliding_ratio=sliding)
     step_s = 1e-5
     speed = np.interp(np.linspace(0.0, 1.0, 4000), np.linspace(0.0, 1.0, len(turns)), turns)
     force, stuck = np.empty(len(speed)), np.empty(len(speed))

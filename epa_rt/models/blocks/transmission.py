@@ -6,6 +6,8 @@ import numpy as np
 
 from epa_rt.models.compiled import compiled
 
+SLIDING_RAD_S = 0.5   # speed at which friction that holds nothing at rest builds up at least: what is steeper, a sub-step does not follow
+
 
 @compiled
 def geared_travel(p, motor_angle):
@@ -99,9 +101,9 @@ def carried_at(roundness, at):
 
 
 @compiled
-def built_up(p, speed):
+def built_up(p, speed, build_up_speed):
     """Part of the gear's friction that is there at a speed (rad/s, not negative)."""
-    s = speed / p.gear_friction_speed_rad_s
+    s = speed / build_up_speed
     if p.gear_friction_sharpness_ratio == 1.0:
         return s / (1.0 + s)
     return s / (1.0 + s**p.gear_friction_sharpness_ratio) ** (1.0 / p.gear_friction_sharpness_ratio)
@@ -109,10 +111,34 @@ def built_up(p, speed):
 
 @compiled
 def friction_limits(p, load_torque, speed):
-    """Low and high limit of the gear's friction torque at the motor (N m), wider the more it transmits.
+    """Low and high limit of the gear's friction torque at the motor (N m), wider the more it transmits; without what is there in motion alone.
+
+    It is there at once, or builds up with the motor's ``speed`` (rad/s): regularised Coulomb friction.
+    """
+    low, high = _limits(p, load_torque)
+    if p.gear_friction_speed_rad_s != 0.0:
+        there = built_up(p, abs(speed), p.gear_friction_speed_rad_s)
+        low, high = low * there, high * there
+    if p.gear_sliding_ratio != 0.0:
+        low, high = low * (1.0 - p.gear_sliding_ratio), high * (1.0 - p.gear_sliding_ratio)
+    return low, high
+
+
+@compiled
+def sliding_torque(p, load_torque, speed):
+    """Torque (N m) against positive motion of that part of the gear's friction that holds nothing at rest."""
+    if p.gear_sliding_ratio == 0.0:
+        return 0.0
+    low, high = _limits(p, load_torque)
+    there = p.gear_sliding_ratio * built_up(p, abs(speed), max(p.gear_friction_speed_rad_s, SLIDING_RAD_S))
+    return there * high if speed >= 0.0 else there * low
+
+
+@compiled
+def _limits(p, load_torque):
+    """Low and high limit of all of it (N m).
 
     Moving against the load costs load/eta, moving with it yields load*eta; the difference to the load is friction.
-    It is there at once, or builds up with the motor's ``speed`` (rad/s): regularised Coulomb friction.
     """
     if p.gear_friction_n == 0.0 and p.gear_efficiency_ratio == 1.0:
         return 0.0, 0.0
@@ -120,9 +146,6 @@ def friction_limits(p, load_torque, speed):
     eta = p.gear_efficiency_ratio
     against = abs(load_torque) * (1.0 / eta - 1.0)
     along = abs(load_torque) * (1.0 - eta)
-    if p.gear_friction_speed_rad_s != 0.0:
-        there = built_up(p, abs(speed))
-        dry, against, along = dry * there, against * there, along * there
     if load_torque >= 0.0:
         return -dry - along, dry + against
     return -dry - against, dry + along
