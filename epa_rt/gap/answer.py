@@ -15,6 +15,7 @@ from epa_rt.gap.origin import origin_first, origins
 from epa_rt.gap.plausible import absorbed, beyond_belief, strained, within_belief
 from epa_rt.gap.point import Normal, Point
 from epa_rt.gap.problem import Problem
+from epa_rt.gap.profile import profiled
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.remainder import remainders
 from epa_rt.gap.role import z_of_sum
@@ -77,7 +78,8 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     off = found.off if named else None
     moved = _moved(problem, normal, off)
     says = f"{says} {said_of_moved(moved)}" if verdict == "no_gap" and moved else says
-    named = tuple(replace(one, parameters=_numbers(problem, selection.final, one.name, off)) for one in named)
+    progress("how sure its numbers are", 0.96)
+    named = tuple(replace(one, parameters=_bent(problem, selection.final, one.name, _numbers(problem, selection.final, one.name, off), off)) for one in named)
     places = localise(subject, problem.prepared, seen_at, problem.floors)
     says = next((said_of_unforeseen(place.channel, place.times_floor) for place in places if place.link == beyond), says)
     whence: tuple[Origin, ...] = ()
@@ -155,6 +157,12 @@ def _numbers(problem: Problem, point: Point, effect: str, off: np.ndarray | None
     knobs = problem.effects[effect].knobs
     width = intervals(point.normal, knobs, off)
     return tuple(_number(problem, key, point.values.get(key, problem.knobs[key].value), width[key]) for key in knobs)
+
+
+def _bent(problem: Problem, point: Point, effect: str, numbers: tuple[Number, ...], off: np.ndarray | None) -> tuple[Number, ...]:
+    """The same with the ends that were searched for, where the straight ones lie far apart."""
+    ends = profiled(problem, point, effect, intervals(point.normal, problem.effects[effect].knobs, off))
+    return tuple(one._replace(low=ends[one.name][0], high=ends[one.name][1]) if one.name in ends else one for one in numbers)
 
 
 def _number(problem: Problem, key: str, value: float, width: float) -> Number:

@@ -1,0 +1,107 @@
+"""Intervals of numbers in which a fit is not straight: how far each may go until everything else, refitted, no longer makes up for it (profile likelihood).
+
+A number that shapes an effect, or one that stands near a bound, moves others with it along a bent valley; a parabola at its bottom says little of its ends.
+"""
+
+import copy
+from collections.abc import Callable, Mapping
+from functools import cache
+
+import numpy as np
+
+from epa_rt.gap.point import Normal, Point, linearised
+from epa_rt.gap.problem import Problem
+from epa_rt.gap.refit import refit
+
+WIDE = 0.4        # of what a number is off neutral, from which half of its straight interval is worth the search
+CHI_95 = 3.84     # chi-square that a number may cost at the ends of its interval, of noise that is white
+OUT, BY = 5, 3.0  # steps outward, each so many times the last distance
+INWARD = 6        # steps inward, each half the last distance
+ROUNDS = 5        # of each refit
+
+
+def profiled(problem: Problem, final: Point, effect: str, width: Mapping[str, float]) -> dict[str, tuple[float, float]]:
+    """Ends of the 95 % interval of those of an effect's numbers whose straight one is wide. ``width``: half of each straight one in spreads.
+
+    Chi-square counts as much as the straight interval's own says: it may be wider than white noise would make it.
+    """
+    wide = [key for key in problem.effects[effect].knobs if _wide(problem, final, key, width[key])]
+    if not wide:
+        return {}
+    own = problem.effects[effect].knobs
+    others = tuple(name for name in final.effects if name != effect)
+    kept = {key for name in others for key in problem.effects[name].knobs}
+    before = linearised(problem, others, {key: value for key, value in final.values.items() if key not in own or key in kept})
+    found = {key: final.values.get(key, problem.knobs[key].value) for key in own}
+    best = refit(problem, before, effect, found, ROUNDS).chi
+    limit = CHI_95 * _too_narrow(final.normal, {key: width[key] for key in own})
+
+    def end(job: tuple[str, float]) -> float:
+        key, sign = job
+        knob = problem.knobs[key]
+        bound = knob.high if sign > 0.0 else knob.low
+
+        @cache
+        def costs(value: float) -> float:
+            start = {**found, key: value}
+            return refit(_fixed(problem, key, value), before, effect, start, ROUNDS).chi - best
+
+        straight = found[key] + sign * min(width[key] * problem.spread(key), abs(bound - found[key]))
+        return reached(costs, found[key], straight, bound, limit)
+
+    jobs = [(key, sign) for key in wide for sign in (-1.0, 1.0)]
+    ends = dict(zip(jobs, problem.each(end, jobs), strict=True))
+    return {key: (ends[key, -1.0], ends[key, 1.0]) for key in wide}
+
+
+def reached(costs: Callable[[float], float], value: float, straight: float, bound: float, limit: float) -> float:
+    """Where ``costs`` reaches ``limit``, from ``value`` towards ``bound``, begun at the straight interval's end; ``bound`` where it never does."""
+    if straight == value:
+        return value
+    if costs(straight) < limit:
+        return _outward(costs, value, straight, bound, limit)
+    outer = straight
+    for _ in range(INWARD):
+        inner = value + 0.5 * (outer - value)
+        if costs(inner) < limit:
+            return _between(costs, inner, outer, limit)
+        outer = inner
+    return outer
+
+
+def _outward(costs: Callable[[float], float], value: float, inner: float, bound: float, limit: float) -> float:
+    for _ in range(OUT):
+        if inner == bound:
+            return bound
+        outer = value + BY * (inner - value)
+        outer = min(outer, bound) if bound > value else max(outer, bound)
+        if costs(outer) >= limit:
+            return _between(costs, inner, outer, limit)
+        inner = outer
+    return bound
+
+
+def _between(costs: Callable[[float], float], inner: float, outer: float, limit: float) -> float:
+    """Where the root of ``costs``, straight between two values, is that of ``limit``."""
+    low, high, at = (np.sqrt(max(one, 0.0)) for one in (costs(inner), costs(outer), limit))
+    return float(inner + (outer - inner) * (at - low) / (high - low))
+
+
+def _fixed(problem: Problem, key: str, value: float) -> Problem:
+    """The same problem in which one number stands where it is put."""
+    made = copy.copy(problem)
+    made.knobs = {**problem.knobs, key: problem.knobs[key]._replace(low=value, high=value)}
+    return made
+
+
+def _wide(problem: Problem, final: Point, key: str, width: float) -> bool:
+    knob = problem.knobs[key]
+    return width * problem.spread(key) > WIDE * abs(final.values.get(key, knob.value) - knob.value)
+
+
+def _too_narrow(normal: Normal, width: Mapping[str, float]) -> float:
+    """How many times more the variance of the straight intervals is than white noise would make it, at least once; the largest of the numbers that can move."""
+    free = ~normal.frozen
+    inverse = np.linalg.inv(normal.matrix.sum(axis=(0, 1))[np.ix_(free, free)] + np.diag(normal.prior[free] + 1e-9))
+    white = dict(zip(np.array(normal.keys)[free], np.diag(inverse), strict=True))
+    return max([1.0, *((half / 1.96) ** 2 / white[key] for key, half in width.items() if key in white and np.isfinite(half))])

@@ -1,0 +1,90 @@
+"""Intervals of numbers that a fit is not straight in: of a run-in whose way is not seen to its end, of a number on its bound."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from epa_rt.gap.floor import Floor
+from epa_rt.gap.problem import Problem
+from epa_rt.gap.profile import profiled, reached
+from epa_rt.gap.recording import Recording, Span
+from epa_rt.gap.refit import settled
+from epa_rt.gap.separate import intervals
+from epa_rt.gap.subject import Link
+from epa_rt.models.effect import Effect, Knob
+
+RATIO, WAY, SHAPE = "muscle.run_in_ratio", "muscle.run_in_m", "muscle.shape"
+SEEN_M, NOISE, SAMPLES = 2.0, 0.05, 2000
+AT_M = np.linspace(0.0, SEEN_M, SAMPLES)
+
+
+class Braid:
+    """A force that falls by a part over a way: where the way is longer than what was gone, only how steeply it falls is seen."""
+
+    name, rate_hz, without_stop = "braid", 100.0, False
+    links = (Link("muscle", "muscle", "force_n", "N", "way to force"),)
+    nominal = (Knob("muscle.force_n", "N", 5.0, 1.0, 20.0, 0.1),)
+    catalogue = (Effect("run_in", "braid", "muscle", (RATIO, WAY), ((0.1, 2.0),), "runs in", "", ""),)
+    knobs = {knob.key: knob for knob in (*nominal, Knob(RATIO, "1", 0.0, 0.0, 5.0, 0.1, "run_in"), Knob(WAY, "m", 2.0, 0.01, 100.0, 1.0, "run_in"))}
+
+    def touched(self, key: str) -> tuple[str, ...]:
+        return ("muscle",)
+
+    def prepare(self, recording: Recording) -> Recording:
+        return recording
+
+    def residual(self, prepared: Recording, values: Mapping[str, float], link: str) -> np.ndarray:
+        at = {key: values.get(key, knob.value) for key, knob in self.knobs.items()}
+        return prepared.columns["force_n"] - at["muscle.force_n"] * (1.0 - at[RATIO] * (1.0 - np.exp(-AT_M / max(at[WAY], 1e-3))))
+
+
+def found_of(true: Mapping[str, float], seed: int):
+    """The numbers, their straight half widths and their searched ends."""
+    def log(force: np.ndarray) -> Recording:
+        return Recording("log", "log", "", "", "", 0.01, np.arange(SAMPLES), {"force_n": force}, (Span("all", 0, SAMPLES, True),))
+
+    force = -Braid().residual(log(np.zeros(SAMPLES)), true, "muscle") + NOISE * np.random.default_rng(seed).standard_normal(SAMPLES)
+    problem = Problem(Braid(), [log(force)], {"muscle": Floor("muscle", NOISE, np.zeros(0), NOISE)})
+    final = settled(problem, ("run_in",), {RATIO: 0.1, WAY: 2.0})
+    width = intervals(final.normal, (RATIO, WAY))
+    return final.values, {key: half * problem.spread(key) for key, half in width.items()}, profiled(problem, final, "run_in", width)
+
+
+def test_a_way_that_was_not_gone_to_its_end_may_be_any_longer():
+    """Only the slope is seen: ratio and way may grow together up to their bounds, and neither may be next to nothing."""
+    _, _, ends = found_of({RATIO: 0.5, WAY: 30.0}, 1)
+    assert ends[WAY][1] == 100.0 and 2.0 < ends[WAY][0] < 30.0
+    assert 0.02 < ends[RATIO][0] < 0.5 < ends[RATIO][1]
+
+
+def test_numbers_that_are_seen_well_keep_their_straight_interval():
+    values, straight, ends = found_of({RATIO: 0.5, WAY: 0.5}, 1)
+    assert not ends and abs(values[WAY] - 0.5) < straight[WAY] < 0.05
+
+
+def test_the_ends_hold_the_truth():
+    """38 of 40 are to be expected."""
+    held = 0
+    for seed in range(40):
+        values, straight, ends = found_of({RATIO: 0.2, WAY: 4.0}, seed)
+        low, high = ends.get(WAY, (values[WAY] - straight[WAY], values[WAY] + straight[WAY]))
+        held += low <= 4.0 <= high
+    assert held >= 35
+
+
+@given(st.floats(0.05, 20.0), st.floats(0.01, 30.0), st.floats(1.0, 50.0))
+def test_an_end_is_found_from_too_near_and_from_too_far(true, begun, bound):
+    """Of a parabola whose end is known."""
+    def costs(value: float) -> float:
+        return 3.84 * (value / true) ** 2
+
+    begun = min(begun, bound)
+    end = reached(costs, 0.0, begun, bound, 3.84)
+    if true >= bound:
+        assert end == pytest.approx(bound, rel=1e-12)
+    elif true > begun * 0.5**5 and true < begun * 3.0**5:
+        assert end == pytest.approx(true, rel=1e-6)
+    assert 0.0 < end <= bound * (1.0 + 1e-12)
