@@ -162,7 +162,7 @@ def _numbers(problem: Problem, point: Point, effect: str, off: np.ndarray | None
 def _bent(problem: Problem, point: Point, effect: str, numbers: tuple[Number, ...], off: np.ndarray | None) -> tuple[Number, ...]:
     """The same with the ends that were searched for, where the straight ones lie far apart."""
     ends = profiled(problem, point, effect, intervals(point.normal, problem.effects[effect].knobs, off))
-    return tuple(one._replace(low=ends[one.name][0], high=ends[one.name][1]) if one.name in ends else one for one in numbers)
+    return tuple(replace(one, low=ends[one.name][0], high=ends[one.name][1]) if one.name in ends else one for one in numbers)
 
 
 def _number(problem: Problem, key: str, value: float, width: float) -> Number:

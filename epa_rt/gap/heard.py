@@ -10,6 +10,8 @@ from epa_rt.gap.refit import Fit
 
 CLOSELY = 0.01  # of a gap: what a right law in other words may leave of it
 THIRD = 1.0 / 3.0  # of a gap: a name that leaves more is not trusted at all
+USUAL = Rules.noise   # chi-square in free run that the method leaves of rigs without a gap at most (3 to 25)
+CHANCE = 4.0  # that chance gains with a number or two
 HELPED = 15.0  # chi-square in free run that an effect must take off where nothing else speaks for it than a believed gain in its blocks
 
 
@@ -24,8 +26,8 @@ class Beside(NamedTuple):
 class Heard:
     """``gap``, ``left``: chi-square above noise and steps in free run without effects and with those named, nominal parameters fitted
     in both; ``strain``: what the latter cost with those named, in squares of spreads. ``beside``: by named effect what was tried in its place.
-    ``as_well``: by effect that was found there what explains it as well there. ``alone``: whether one effect is named. ``sure``: less than that is no gap in free run; ``usual``: what the method leaves of rigs without a gap (3 to 25). ``better``: what chance gains with a number or
-    two. ``refitted``: nominal parameters without effects, fitted to blocks and free run together like those with the named ones; None where these do
+    ``as_well``: by effect that was found there what explains it as well there. ``alone``: whether one effect is named.
+    ``refitted``: nominal parameters without effects, fitted to blocks and free run together like those with the named ones; None where these do
     not carry the whole plant. ``tied``: what was tried in the place of the only named one and free run puts nothing between."""
 
     gap: float
@@ -34,9 +36,6 @@ class Heard:
     beside: Mapping[str, Mapping[str, Beside]]
     as_well: Mapping[str, tuple[Fit, ...]]
     alone: bool = False
-    sure: float = Rules.first
-    usual: float = Rules.noise
-    better: float = 4.0
     refitted: Mapping[str, float] | None = None
     tied: frozenset[str] = frozenset()
 
@@ -53,19 +52,19 @@ class Heard:
     @property
     def part(self) -> float | None:
         """Of the gap that the named effects explain; None where free run shows none, or neither that they explain it nor that they do not."""
-        silent = self.gap <= self.sure or (self.little and self.gap - self.left <= self.sure)
-        return None if silent else 1.0 - max(self.left - self.usual, 0.0) / self.gap
+        silent = self.gap <= Rules.first or (self.little and self.gap - self.left <= Rules.first)
+        return None if silent else 1.0 - max(self.left - USUAL, 0.0) / self.gap
 
     @property
     def little(self) -> bool:
         """Whether too little is left to be missing: no more than rigs without a gap leave, or little more and less than a third of the gap (39 of 84: a held-back flow
         named for a gauge's scale)."""
-        return self.left <= max(self.usual, min(BARS.little_left, THIRD * self.gap))
+        return self.left <= max(USUAL, min(BARS.little_left, THIRD * self.gap))
 
     @property
     def large(self) -> bool:
         """Whether the whole plant has a gap worth the word without the effects."""
-        return self.gap > 10.0 * self.usual
+        return self.gap > 10.0 * USUAL
 
     @property
     def too_much_left(self) -> bool:
@@ -82,24 +81,24 @@ class Heard:
     @property
     def supports(self) -> bool:
         """Whether the whole plant is any better with the effects than without."""
-        return self.gap - self.left > self.better
+        return self.gap - self.left > CHANCE
 
     @property
     def leaves_more(self) -> bool:
         """Whether the whole plant is further off with the effects than rigs without a gap are: of 66 right answers of the tenth set 63 left 21 at most,
         three 31 to 95, and of three wrong names two 31 and 52, whatever part of the gap that is."""
-        return self.left > self.usual
+        return self.left > USUAL
 
     @property
     def helps(self) -> bool:
         """Whether the whole plant is plainly better with the effects, and little of what is missing stays: a faint effect that blocks and free run agree on
         (zeros of a quiet knee's force cell: 28 to 9, 40 to 9; rigs without a gap show 0 to 16, and nothing that takes more than chance off it)."""
-        return self.gap - self.left > HELPED and self.left < max(0.5 * self.gap, self.usual)
+        return self.gap - self.left > HELPED and self.left < max(0.5 * self.gap, USUAL)
 
     @property
     def to_noise(self) -> bool:
         """Whether the whole plant has a gap worth the word without the effects, and with them none that is told from the method's own."""
-        return self.left <= self.usual and self.large
+        return self.left <= USUAL and self.large
 
     @property
     def borne(self) -> bool:
