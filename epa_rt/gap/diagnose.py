@@ -9,6 +9,7 @@ from epa_rt.gap.aside import split
 from epa_rt.gap.attribution import Attribution, Progress, attributed
 from epa_rt.gap.diagnosis import Diagnosis, Shrinkage
 from epa_rt.gap.floor import floors as floors_of
+from epa_rt.gap.own_loop import apart, joined
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.shrink import shrinkage
 from epa_rt.gap.subject import Subject
@@ -24,9 +25,22 @@ def diagnose(subject: Subject, recordings: Sequence[Recording], holdout: Sequenc
     thread. Raises Stopped when ``stop()`` says so.
     """
     begun = time.monotonic()
+    given = (recordings, holdout, tuple(without), repeats, seed, floors, how_far)
+    found, answer = _diagnosed(subject, *given, progress, stop)
+    rest = apart(subject, found, answer)
+    if rest is not None:
+        progress("the rest, without the drive's own loop", 0.0)
+        answer = joined(answer, _diagnosed(rest, *given, progress, stop)[1], subject.own_loop)
+    progress("done", 1.0)
+    inputs = {"subject": subject.name, "logs": [r.name for r in recordings], "holdout": [r.name for r in holdout], "without": list(without)}
+    return replace(answer, seconds=time.monotonic() - begun, inputs=inputs)
+
+
+def _diagnosed(subject: Subject, recordings: Sequence[Recording], holdout: Sequence[Recording], without: tuple[str, ...], repeats, seed: int, floors,
+               how_far: bool, progress: Progress, stop: Callable[[], bool] | None) -> tuple[Attribution, Diagnosis]:
     halves = None if holdout else split(subject, recordings)
     fitted, judged = halves or (subject, subject)
-    found = attributed(fitted, recordings, tuple(without), repeats, seed, floors, progress, stop)
+    found = attributed(fitted, recordings, without, repeats, seed, floors, progress, stop)
     progress("how far", 0.8)
     rows: tuple[Shrinkage, ...] = ()
     logs = holdout or (judged.only(recordings) if halves else recordings)
@@ -37,9 +51,7 @@ def diagnose(subject: Subject, recordings: Sequence[Recording], holdout: Sequenc
     if how_far and found.selection.roles and not answer.effects:  # what was found and not named closes nothing
         base = found.selection.base.values
         answer = replace(answer, shrinkage=_how_far(judged, logs, found, base, base, floors, seed, lambda stage, share: None))
-    progress("done", 1.0)
-    inputs = {"subject": subject.name, "logs": [r.name for r in recordings], "holdout": [r.name for r in holdout], "without": list(without)}
-    return replace(answer, seconds=time.monotonic() - begun, inputs=inputs)
+    return found, answer
 
 
 def _how_far(subject: Subject, recordings: Sequence[Recording], found: Attribution, before: Mapping[str, float], after: Mapping[str, float], floors, seed: int,

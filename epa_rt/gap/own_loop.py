@@ -1,0 +1,59 @@
+"""The rest of a rig whose drive has a loop of its own that is not the one in the plant file.
+
+How a maker closes a drive's loops, and on which counts, nobody outside knows to the noise. A gap there that nothing explains says nothing of the gas or the braid, whose
+links are fed with what was measured; but it hides what free run would say of them, and as long as nothing explains it nothing is named. So it is left out, and the rest
+diagnosed by its blocks.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from epa_rt.gap.coverage import gaps
+from epa_rt.gap.attribution import Attribution
+from epa_rt.gap.diagnosis import Diagnosis
+from epa_rt.gap.recording import Recording
+from epa_rt.gap.subject import Subject, Values
+
+SURE = 0.5        # confidence that a name needs by the blocks alone
+UNHEARD = 0.4     # of it is left: the whole plant has no say (answer.py: as much as where it is no better with a name)
+
+
+class Rest:
+    """A subject without one of its links, and without what reaches that: no effect that does is asked for, and free run is not heard."""
+
+    def __init__(self, subject: Subject, without: str) -> None:
+        self._subject, self._without = subject, without
+        self.name, self.rate_hz, self.knobs = subject.name, subject.rate_hz, subject.knobs
+        self.links = tuple(link for link in subject.links if link.name != without)
+        self.nominal = tuple(knob for knob in subject.nominal if self.touched(knob.key))
+        self.catalogue = tuple(effect for effect in subject.catalogue if without not in {link for key in effect.knobs for link in subject.touched(key)})
+        self.without_stop, self.patched, self.prepare = subject.without_stop, subject.patched, subject.prepare
+        self.residual, self.features, self.free_run = subject.residual, subject.features, subject.free_run
+        self.repeats = getattr(subject, "repeats", None)
+
+    def touched(self, key: str) -> tuple[str, ...]:
+        return tuple(link for link in self._subject.touched(key) if link != self._without)
+
+    def told(self, recording: Recording) -> bool:
+        """Never: commands say nothing of where the motor was."""
+        return False
+
+
+def apart(subject: Subject, found: Attribution, answer: Diagnosis) -> Rest | None:
+    """The rest to be diagnosed: where nothing explains the gap, most of it is in the drive's own loop, and other links have one too."""
+    own = getattr(subject, "own_loop", None)
+    shows = gaps(found.before, found.after) if own else ()
+    return Rest(subject, own) if answer.verdict == "not_in_catalogue" and len(shows) > 1 and shows[0] == own else None
+
+
+def joined(answer: Diagnosis, rest: Diagnosis, own: str) -> Diagnosis:
+    """What is said of both; the first answer where the rest has no name that its blocks are sure of."""
+    if rest.verdict not in ("explained", "partly_explained") or min(effect.confidence for effect in rest.effects) < SURE:
+        return answer
+    at = next((place.times_floor for place in answer.location if place.link == own), np.nan)
+    says = f"The drive's own loop is not the plant file's ({at:.1f} times its floor), and nothing of the catalogue explains how. In the rest, by its blocks alone: {rest.says}"
+    effects = tuple(replace(effect, confidence=UNHEARD * effect.confidence) for effect in rest.effects)
+    return replace(rest, verdict="partly_explained", says=says, effects=effects, location=answer.location, free_run=answer.free_run, origins=answer.origins,
+                   remainder=(*(one for one in answer.remainder if one.link == own), *rest.remainder))
