@@ -30,7 +30,7 @@ def diagnose(subject: Subject, recordings: Sequence[Recording], holdout: Sequenc
     rest = apart(subject, found, answer)
     if rest is not None:
         progress("the rest, without the drive's own loop", 0.0)
-        answer = joined(answer, _diagnosed(rest, *given, progress, stop)[1], subject.own_loop)
+        answer = joined(answer, _diagnosed(rest, *given, progress, stop)[1], subject.own_loop[0])
     progress("done", 1.0)
     inputs = {"subject": subject.name, "logs": [r.name for r in recordings], "holdout": [r.name for r in holdout], "without": list(without)}
     return replace(answer, seconds=time.monotonic() - begun, inputs=inputs)

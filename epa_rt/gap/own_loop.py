@@ -42,10 +42,11 @@ class Rest:
 
 
 def apart(subject: Subject, found: Attribution, answer: Diagnosis) -> Rest | None:
-    """The rest to be diagnosed: where nothing explains the gap, most of it is in the drive's own loop, and other links have one too."""
-    own = getattr(subject, "own_loop", None)
+    """The rest to be diagnosed: where nothing explains the gap, most of it is in the drive's own loop, and other links have one too; not where the
+    motion that all are fed with contradicts itself (an encoder that wobbles shows in the drive first)."""
+    own, motion = getattr(subject, "own_loop", (None, None))
     shows = gaps(found.before, found.after) if own else ()
-    return Rest(subject, own) if answer.verdict == "not_in_catalogue" and len(shows) > 1 and shows[0] == own else None
+    return Rest(subject, own) if answer.verdict == "not_in_catalogue" and len(shows) > 1 and shows[0] == own and motion not in shows else None
 
 
 def joined(answer: Diagnosis, rest: Diagnosis, own: str) -> Diagnosis:

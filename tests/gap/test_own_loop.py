@@ -16,7 +16,7 @@ OWN = "drive"
 
 
 class Maker(Toy):
-    own_loop = OWN
+    own_loop = (OWN, "encoder")
 
 
 def found(**links: tuple[float, float]):
@@ -37,6 +37,7 @@ def test_the_rest_is_asked_where_most_of_an_unexplained_gap_is_in_the_drives_own
     assert apart(Maker(), loud, EXPLAINED) is None
     assert apart(Toy(), loud, NOT_IN_CATALOGUE) is None, "no loop of a maker's"
     assert apart(Maker(), found(drive=(900.0, 1.2), gas=(1.0, 1.0)), NOT_IN_CATALOGUE) is None, "nothing else to be explained"
+    assert apart(Maker(), found(drive=(900.0, 1.2), encoder=(20.0, 1.1), gas=(20.0, 1.1)), NOT_IN_CATALOGUE) is None, "the motion itself is in doubt"
     assert apart(Maker(), found(drive=(20.0, 1.1), gas=(900.0, 1.2)), NOT_IN_CATALOGUE) is None, "the drive may show what is wrong in the gas"
 
 

@@ -39,7 +39,7 @@ MOST_KEPT = 16   # sets of parameters
 class HouseSubject:
     """A rig of this house and its nominal plant; see gap/subject.py for what each method promises."""
 
-    own_loop = "drive"   # how its maker closes it, nobody outside knows to the noise
+    own_loop = ("drive", "encoder")   # how its maker closes it, nobody outside knows to the noise
 
     def __init__(self, rig: Rig, plant: PlantFile, leave_out: frozenset[str] = frozenset()) -> None:
         self.rig, self.plant, self.name = rig, plant, rig.name
