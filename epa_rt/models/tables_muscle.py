@@ -21,6 +21,8 @@ GAS: Table = (
     P("critical_ratio", "1", 0.3, 0.05, 0.6, "pressure ratio below which flow is choked", LITERATURE),
     P("valve_lag_s", "s", 3e-3, 1e-4, 0.1, "first-order lag of the valve's opening", FACTS),
     P("leak_per_s", "1/s", 0.0, 0.0, 0.1, "pressure lost per second and gauge pressure, at fixed volume", FACTS, "leak"),
+    P("leak_laminar_ratio", "1", 0.0, 0.0, 1.0, "part of what leaks that flows through narrow gaps, with the difference of the squared pressures",
+      "laminar flow of a gas between walls (Poiseuille, compressible); engineering estimate"),
     P("fill_heating_ratio", "1", 1.0, 1.0, 1.4, "pressure rise per inflow over the isothermal one", FACTS, "fill_heat"),
     P("heat_exchange_per_s", "1/s", 0.2, 0.03, 100.0, "rate at which gas that filling has warmed returns to the temperature around it", FACTS),
     P("compression_heating_ratio", "1", 0.0, 0.0, 0.4, "added to n; the gas then cools towards its surroundings", FACTS, "compression_heat"),

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from epa_rt.models.blocks import gas, muscle
+from epa_rt.models.blocks import gas, muscle, orifice
+from epa_rt.models.compiled import compiled
 from epa_rt.models.parameters import neutral_params
 
 lengths = st.lists(st.floats(0.11, 0.16), min_size=2, max_size=30)
@@ -55,31 +56,56 @@ def test_filling_at_fixed_length_rises_to_the_supply_and_never_above(length, sup
 
 @given(st.floats(1e4, 2e6), st.floats(1e4, 2e6), st.floats(0.05, 0.6))
 def test_flow_runs_down_the_pressure_and_is_odd(a, b, critical):
-    flow = gas.orifice(1e-9, critical, 293.15, a, b)
+    flow = orifice.orifice(1e-9, critical, 293.15, a, b)
     assert (flow > 0) == (a > b) and (flow == 0) == (a == b)
-    assert gas.orifice(1e-9, critical, 293.15, b, a) == -flow
+    assert orifice.orifice(1e-9, critical, 293.15, b, a) == -flow
 
 
 @given(st.floats(0.05, 0.6), st.floats(0, 1))
 def test_flow_chokes_falls_and_has_a_bounded_slope(critical, ratio):
-    value = gas.flow_ratio(ratio, critical)
+    value = orifice.flow_ratio(ratio, critical)
     assert 0 <= value <= 1
     assert value == 1 if ratio <= critical else value < 1
-    assert abs(gas.flow_ratio(min(ratio + 1e-7, 1.0), critical) - value) <= 100 * 1e-7
-    assert gas.flow_ratio(1.0, critical) == 0.0
+    assert abs(orifice.flow_ratio(min(ratio + 1e-7, 1.0), critical) - value) <= 100 * 1e-7
+    assert orifice.flow_ratio(1.0, critical) == 0.0
 
 
 def test_choked_flow_by_hand():
     # C = 1e-9 m^3/(s Pa), 1 MPa upstream, 20 deg C: C * rho0 * p1
-    assert gas.orifice(1e-9, 0.3, 293.15, 1e6, 2e5) == pytest.approx(1e-9 * 1.185 * 1e6, rel=1e-12)
+    assert orifice.orifice(1e-9, 0.3, 293.15, 1e6, 2e5) == pytest.approx(1e-9 * 1.185 * 1e6, rel=1e-12)
     r = math.sqrt(1 - ((0.6 - 0.3) / 0.7) ** 2)
-    assert gas.orifice(1e-9, 0.3, 330.0, 1e6, 6e5) == pytest.approx(1.185e-3 * math.sqrt(293.15 / 330) * r, rel=1e-12)
+    assert orifice.orifice(1e-9, 0.3, 330.0, 1e6, 6e5) == pytest.approx(1.185e-3 * math.sqrt(293.15 / 330) * r, rel=1e-12)
 
 
 def test_a_leak_loses_its_rate_of_the_gauge_pressure():
     params, n = params_with(leak_per_s=5e-4), 10000
     pressure, _ = gas.gas_over_log(params, np.full(n, 0.14), np.zeros(n), np.zeros(n), 1e-3, start_pa=701325.0)
     assert pressure[-1] - 101325 == pytest.approx(600e3 * math.exp(-5e-4 * 10.0), rel=1e-6)
+
+
+@given(st.floats(1e-4, 2e-2), st.floats(2e5, 9e5))
+@settings(max_examples=20, deadline=None)
+def test_a_leak_through_a_narrow_gap_falls_with_the_squared_pressures(rate, start_pa):
+    """dp/dt = -k (p^2 - a^2)/(2 a): (p - a)/(p + a) falls exponentially."""
+    params, n = params_with(leak_per_s=rate, leak_laminar_ratio=1.0), 5000
+    pressure, _ = gas.gas_over_log(params, np.full(n, 0.14), np.zeros(n), np.zeros(n), 1e-3, start_pa=start_pa)
+    first, last = ((p - 101325.0) / (p + 101325.0) for p in (start_pa, pressure[-1]))
+    assert last == pytest.approx(first * math.exp(-rate * n * 1e-3), rel=1e-6)
+
+
+@given(st.floats(1e4, 2e6), st.floats(1e4, 2e6), st.floats(0.0, 1.0))
+def test_what_a_shut_valve_leaks_runs_downhill_and_is_all_the_same_into_a_vacuum(a, b, laminar):
+    p = params_with(critical_ratio=0.3, leak_laminar_ratio=laminar)[0]["gas"][0]
+    part = _leaks(p, 0.0, 1e-3, a, b)
+    assert _leaks(p, 0.0, 1e-3, b, a) == -part and part * (a - b) >= 0.0
+    assert _leaks(p, 0.0, 1e-3, a, 1e-3) == pytest.approx(_leaks(p, 1e-3, 1e-3, a, 1e-3), rel=1e-9)
+    assert abs(part) <= abs(_leaks(p, 0.0, 1e-3, max(a, b), 1e-3)) * (1.0 + 1e-9)
+
+
+@compiled
+def _leaks(p, opening, seat, from_pa, to_pa):
+    """Flow of a valve at an opening whose seat leaks."""
+    return orifice.seat_flow(p, orifice.laminar_part(p, opening, seat), max(opening, seat), 1e-9, from_pa, to_pa)
 
 
 def test_heat_returns_the_gas_to_the_isothermal_pressure():

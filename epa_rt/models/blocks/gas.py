@@ -5,11 +5,9 @@ import math
 import numpy as np
 
 from epa_rt.models.blocks.muscle import shape
+from epa_rt.models.blocks.orifice import laminar_part, seat_flow
 from epa_rt.models.compiled import compiled
 
-REFERENCE_DENSITY = 1.185   # kg/m^3, ISO 8778
-REFERENCE_TEMPERATURE = 293.15
-LAMINAR_RATIO = 0.999       # above it flow is linear in the pressure ratio, so that its slope stays finite
 WALLS_PA = 4e5              # absolute pressure at which walls bring gas back at the rate they are given
 HEAT_CAPACITY = 0.4         # ratio of heat capacities of air, less 1
 SHUT = 1e-6                 # a valve closing below this opening is shut exactly
@@ -19,26 +17,6 @@ SHUT = 1e-6                 # a valve closing below this opening is shut exactly
 def power(base, exponent):
     """base**exponent, exactly ``base`` for exponent 1."""
     return base if exponent == 1.0 else base**exponent
-
-
-@compiled
-def flow_ratio(ratio, critical):
-    """Mass flow over choked flow at a downstream-to-upstream pressure ratio in [0, 1] (ISO 6358)."""
-    if ratio <= critical:
-        return 1.0
-    if ratio < LAMINAR_RATIO:
-        return math.sqrt(1.0 - ((ratio - critical) / (1.0 - critical)) ** 2)
-    edge = math.sqrt(1.0 - ((LAMINAR_RATIO - critical) / (1.0 - critical)) ** 2)
-    return edge * (1.0 - ratio) / (1.0 - LAMINAR_RATIO)
-
-
-@compiled
-def orifice(conductance, critical, temperature, from_pa, to_pa):
-    """Mass flow (kg/s) from one absolute pressure to another; negative when it runs back."""
-    scale = conductance * REFERENCE_DENSITY * math.sqrt(REFERENCE_TEMPERATURE / temperature)
-    if from_pa >= to_pa:
-        return scale * from_pa * flow_ratio(to_pa / from_pa, critical)
-    return -scale * to_pa * flow_ratio(from_pa / to_pa, critical)
 
 
 @compiled
@@ -91,10 +69,10 @@ def pressure(p, c, volume):
 
 
 @compiled
-def valve_flow(p, opening, conductance, from_pa, to_pa):
-    """Mass flow (kg/s) of a valve, held back the more the larger it is."""
-    flow = opening * orifice(conductance, p.critical_ratio, p.temperature_k, from_pa, to_pa)
-    return flow if p.flow_limit_s_kg == 0.0 else flow / (1.0 + p.flow_limit_s_kg * abs(flow))
+def leaked(p, pressure_pa):
+    """Gauge pressure (Pa) that drives a leak, more than it is where the leak is laminar: a mean of both pressures over the outer one carries it."""
+    over = pressure_pa - p.atmosphere_pa
+    return over if p.leak_laminar_ratio == 0.0 else over * (1.0 + p.leak_laminar_ratio * over / (2.0 * p.atmosphere_pa))
 
 
 @compiled
@@ -107,16 +85,17 @@ def rates(p, c, mass, volume, pressure_pa, supply_pa, inlet, exhaust):
         inlet *= 1.0 - p.inlet_stuck_ratio
     if exhaust != 0.0 and p.exhaust_stuck_ratio != 0.0:
         exhaust *= 1.0 - p.exhaust_stuck_ratio
+    narrow_in, narrow_out = laminar_part(p, inlet, p.inlet_seat_leak_ratio), laminar_part(p, exhaust, p.exhaust_seat_leak_ratio)
     inlet = max(inlet, p.inlet_seat_leak_ratio)
     exhaust = max(exhaust, p.exhaust_seat_leak_ratio)
     drawn, lost, heat = 0.0, 0.0, 0.0
     if inlet > 0.0:
-        drawn = valve_flow(p, inlet, p.inlet_conductance_m3_s_pa, supply_pa, pressure_pa)
+        drawn = seat_flow(p, narrow_in, inlet, p.inlet_conductance_m3_s_pa, supply_pa, pressure_pa)
     if exhaust > 0.0:
-        lost = valve_flow(p, exhaust, p.exhaust_conductance_m3_s_pa, pressure_pa, p.atmosphere_pa)
+        lost = seat_flow(p, narrow_out, exhaust, p.exhaust_conductance_m3_s_pa, pressure_pa, p.atmosphere_pa)
     thermal = p.gas_constant_j_kg_k * p.temperature_k
     if p.leak_per_s != 0.0:
-        lost += p.leak_per_s * (pressure_pa - p.atmosphere_pa) * volume / thermal
+        lost += p.leak_per_s * leaked(p, pressure_pa) * volume / thermal
     back = cooling(p, mass * thermal / volume)
     if back != 0.0:
         heat = back * (mass * thermal / volume - pressure_pa)
