@@ -22,6 +22,7 @@ class Part:
         self.told = getattr(subject, "told", lambda recording: True)
         self.rougher = getattr(subject, "rougher", lambda: None)  # of the whole recording too: asked for runs alone
         self.repeats = getattr(subject, "repeats", None)   # of the whole recording: its laps
+        self.lowpass_hz = getattr(subject, "lowpass_hz", subject.rate_hz)
 
     def _doubted(self, prepared: Mapping[str, tuple[object, Recording]]) -> "Part":
         return Part(self._subject.doubted({name: one for name, (one, _) in prepared.items()}), self._windows)

@@ -32,6 +32,7 @@ class Rest:
         self.without_stop, self.patched, self.prepare = subject.without_stop, subject.patched, subject.prepare
         self.residual, self.features, self.free_run = subject.residual, subject.features, subject.free_run
         self.repeats = getattr(subject, "repeats", None)
+        self.lowpass_hz = getattr(subject, "lowpass_hz", subject.rate_hz)
 
     def touched(self, key: str) -> tuple[str, ...]:
         return tuple(link for link in self._subject.touched(key) if link != self._without)
@@ -56,5 +57,6 @@ def joined(answer: Diagnosis, rest: Diagnosis, own: str) -> Diagnosis:
     at = next((place.times_floor for place in answer.location if place.link == own), np.nan)
     says = f"The drive's own loop is not the plant file's ({at:.1f} times its floor), and nothing of the catalogue explains how. In the rest, by its blocks alone: {rest.says}"
     effects = tuple(replace(effect, confidence=UNHEARD * effect.confidence) for effect in rest.effects)
-    return replace(rest, verdict="partly_explained", says=says, effects=effects, location=answer.location, free_run=answer.free_run, origins=answer.origins,
+    heard = answer.free_run and replace(answer.free_run, nearest=(), told_apart=())   # what came nearest there is not what is named here
+    return replace(rest, verdict="partly_explained", says=says, effects=effects, location=answer.location, free_run=heard,
                    remainder=(*(one for one in answer.remainder if one.link == own), *rest.remainder))

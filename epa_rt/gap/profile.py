@@ -47,6 +47,8 @@ def profiled(problem: Problem, final: Point, effect: str, width: Mapping[str, fl
             return refit(_fixed(problem, key, value), before, effect, start, ROUNDS).chi - best
 
         straight = found[key] + sign * min(width[key] * problem.spread(key), abs(bound - found[key]))
+        if costs(found[key]) >= limit:  # free run has put it where the blocks alone would not: they cannot say how far it may go
+            return straight
         return reached(costs, found[key], straight, bound, limit)
 
     jobs = [(key, sign) for key in wide for sign in (-1.0, 1.0)]

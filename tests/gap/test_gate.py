@@ -75,6 +75,17 @@ def test_a_run_that_reaches_no_trial_is_one_sentence(patched):
         gate(Damper(), recorded(TRUTH), PLANT, patched, run_again, ())
 
 
+def test_a_patched_plant_that_trips_on_the_way_is_not_judged_by_the_trials_before(patched):
+    inner = simulator(TRUTH)
+
+    def run_again(plant, real, seed):
+        run = inner(plant, real, seed)
+        return replace(run, spans=run.spans[:2]) if plant != PLANT and seed == 13 else run
+
+    with pytest.raises(GateError, match="found 1 trials of the patched plant, expected the 2 of"):
+        gate(Damper(), recorded(TRUTH), PLANT, patched, run_again, promise(TRUTH))
+
+
 def hunting(of_patched, out_of_step):
     """Runs of a rig whose loop hunts: those of some seeds out of step with the others, and begun a cycle later."""
     inner = simulator(of_patched)

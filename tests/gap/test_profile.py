@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from epa_rt.gap.floor import Floor
+from epa_rt.gap.point import linearised
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.profile import profiled, reached
 from epa_rt.gap.recording import Recording, Span
@@ -41,14 +42,15 @@ class Braid:
         return prepared.columns["force_n"] - at["muscle.force_n"] * (1.0 - at[RATIO] * (1.0 - np.exp(-AT_M / max(at[WAY], 1e-3))))
 
 
-def found_of(true: Mapping[str, float], seed: int):
-    """The numbers, their straight half widths and their searched ends."""
+def found_of(true: Mapping[str, float], seed: int, moved: Mapping[str, float] | None = None):
+    """The numbers, their straight half widths and their searched ends; ``moved``: to where something else than these logs has put them."""
     def log(force: np.ndarray) -> Recording:
         return Recording("log", "log", "", "", "", 0.01, np.arange(SAMPLES), {"force_n": force}, (Span("all", 0, SAMPLES, True),))
 
     force = -Braid().residual(log(np.zeros(SAMPLES)), true, "muscle") + NOISE * np.random.default_rng(seed).standard_normal(SAMPLES)
     problem = Problem(Braid(), [log(force)], {"muscle": Floor("muscle", NOISE, np.zeros(0), NOISE)})
     final = settled(problem, ("run_in",), {RATIO: 0.1, WAY: 2.0})
+    final = linearised(problem, ("run_in",), {**final.values, **moved}) if moved else final
     width = intervals(final.normal, (RATIO, WAY))
     return final.values, {key: half * problem.spread(key) for key, half in width.items()}, profiled(problem, final, "run_in", width)
 
@@ -73,6 +75,13 @@ def test_the_ends_hold_the_truth():
         low, high = ends.get(WAY, (values[WAY] - straight[WAY], values[WAY] + straight[WAY]))
         held += low <= 4.0 <= high
     assert held >= 35
+
+
+@pytest.mark.parametrize("way", [8.0, 12.0])
+def test_ends_do_not_close_in_on_a_number_that_free_run_has_put_elsewhere(way):
+    """These logs alone would have it at 3.5."""
+    _, _, ends = found_of({RATIO: 0.2, WAY: 4.0}, 1, {WAY: way})
+    assert ends[WAY][0] < 4.0 and ends[WAY][1] > 1.5 * way
 
 
 @given(st.floats(0.05, 20.0), st.floats(0.01, 30.0), st.floats(1.0, 50.0))

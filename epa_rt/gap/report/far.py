@@ -35,7 +35,7 @@ def gate_section(gate: dict) -> Html:
              *_gate_shares(row)] for row in gate["channels"]]
     return join([tag("p", join([tag("span", word, class_=f"badge {'good' if gate['passed'] else 'bad'}"), says])),
                  table(["Channel", "Before", "After", "Floor", "Predicted", "Achieved", "Off by, points"], rows),
-                 note("Before: the plant file as it stands, run on the same experiment. Floor: two runs of the patched plant with other noise. "
+                 note("Before: the plant file as it stands, run on the same experiment. After: five runs of the patched plant, each with noise of its own. Floor: what these differ by. "
                       "Passed where all channels together come within 5 points of what was predicted. At the floor: neither before nor after is above 1.2 × the floor, "
                       "so there is no gap of which a share could be closed. Down to the floor: after lies below the floor, the whole gap is closed.")])
 

@@ -9,6 +9,7 @@ from epa_rt.models.compiled import compiled
 
 FIXED, MASS, KNEE = 0.0, 1.0, 2.0
 SLIDER_STEPS = 4  # per cycle, in load_force_over_log
+LEAST_INERTIA = 0.1   # of a knee's own, whatever is taken off it
 
 
 @compiled
@@ -66,7 +67,8 @@ def rates(p, place, speed, stiction, muscle_n):
                   - p.viscous_nm_s_rad * speed - dry + stop(p, place, speed, p.low_rad, p.high_rad))
         if p.knee_spring_nm_rad != 0.0:
             torque -= p.knee_spring_nm_rad * place
-        return torque / (p.inertia_kg_m2 + hung * p.payload_lever_ratio * p.mass_lever_m * p.mass_lever_m), rate
+        inertia = p.inertia_kg_m2 + hung * p.payload_lever_ratio * p.mass_lever_m * p.mass_lever_m
+        return torque / max(inertia, LEAST_INERTIA * p.inertia_kg_m2), rate
     return 0.0, 0.0
 
 
