@@ -79,7 +79,7 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     moved = _moved(problem, normal, off)
     says = f"{says} {said_of_moved(moved)}" if verdict == "no_gap" and moved else says
     progress("how sure its numbers are", 0.96)
-    named = tuple(replace(one, parameters=_bent(problem, selection.final, one.name, _numbers(problem, selection.final, one.name, off), off)) for one in named)
+    named = tuple(replace(one, parameters=_numbers(problem, selection.final, one.name, off, searched=True)) for one in named)
     places = localise(subject, problem.prepared, seen_at, problem.floors)
     says = next((said_of_unforeseen(place.channel, place.times_floor) for place in places if place.link == beyond), says)
     whence: tuple[Origin, ...] = ()
@@ -153,23 +153,19 @@ def _came_near(found: Attribution, k: int) -> tuple[Near, ...]:
     return tuple(sorted(near.values(), key=lambda one: -one.explains_share)[:3])
 
 
-def _numbers(problem: Problem, point: Point, effect: str, off: np.ndarray | None) -> tuple[Number, ...]:
-    knobs = problem.effects[effect].knobs
-    width = intervals(point.normal, knobs, off)
-    return tuple(_number(problem, key, point.values.get(key, problem.knobs[key].value), width[key]) for key in knobs)
+def _numbers(problem: Problem, point: Point, effect: str, off: np.ndarray | None, searched: bool = False) -> tuple[Number, ...]:
+    """``searched``: with the ends that are searched for where straight ones lie far apart."""
+    width = intervals(point.normal, problem.effects[effect].knobs, off)
+    ends = profiled(problem, point, effect, width) if searched else {}
+    return tuple(_number(problem, key, point.values.get(key, problem.knobs[key].value), by, ends.get(key)) for key, by in width.items())
 
 
-def _bent(problem: Problem, point: Point, effect: str, numbers: tuple[Number, ...], off: np.ndarray | None) -> tuple[Number, ...]:
-    """The same with the ends that were searched for, where the straight ones lie far apart."""
-    ends = profiled(problem, point, effect, intervals(point.normal, problem.effects[effect].knobs, off))
-    return tuple(replace(one, low=ends[one.name][0], high=ends[one.name][1]) if one.name in ends else one for one in numbers)
-
-
-def _number(problem: Problem, key: str, value: float, width: float) -> Number:
-    """``width``: half of the interval, in spreads."""
+def _number(problem: Problem, key: str, value: float, width: float, ends: tuple[float, float] | None = None) -> Number:
+    """``width``: half of the interval, in spreads, where no ``ends`` of it are known."""
     knob, by = problem.knobs[key], width * problem.spread(key)
     value = min(max(value, knob.low), knob.high)  # spreads and back leave a whisker beside a bound
-    return Number(key, value, knob.unit, max(value - by, knob.low), min(value + by, knob.high), knob.value)
+    low, high = ends or (max(value - by, knob.low), min(value + by, knob.high))
+    return Number(key, value, knob.unit, low, high, knob.value)
 
 
 def _moved(problem: Problem, normal: Normal, off: np.ndarray | None) -> tuple[Number, ...]:

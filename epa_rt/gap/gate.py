@@ -44,12 +44,12 @@ def gate(subject: Subject, real: Recording, believed: Path, patched: Path, run_a
     and the noise of the recording, make the floor, what they differ by from the log the gap that is left. ``predicted``: rows of ``shrinkage``; those in free run against the plant file
     on this log are held against what is achieved. Shares are of all channels together, each in units of its floor;
     ``points`` is achieved minus predicted in percent, ``passed`` whether within 5. Raises GateError where a file does not
-    load or a run does not reach a trial.
+    load or a run does not reach all trials.
     """
     for path in (believed, patched):
         _check(path)
     progress("gate: the plant as believed", 0.0)
-    before = _ran(run_again(believed, real, SEEDS[0]), real)
+    before = _ran(run_again(believed, real, SEEDS[0]), real, "believed")
     runs = _runs(patched, real, run_again, progress)
     own = {row.channel: row for row in _free(predicted, real.name)}
     noise = {name: row.floor for name, row in own.items()}
@@ -77,17 +77,13 @@ def _check(path: Path) -> None:
         raise GateError(str(error)) from None
 
 
-def _ran(recording: Recording, real: Recording) -> Recording:
-    if not any(span.trial for span in recording.spans) and any(span.trial for span in real.spans):
+def _ran(recording: Recording, real: Recording, plant: str) -> Recording:
+    """A plant that does not get through the experiment is not judged by the trials before."""
+    ran, wanted = len(_starts(recording)), len(_starts(real))
+    if wanted and not ran:
         raise GateError(f"{recording.path}: found a run that ended before its first trial, expected the trials of {real.name}")
-    return recording
-
-
-def _ran_whole(recording: Recording, real: Recording) -> Recording:
-    """A patched plant that does not get through the experiment is not judged by the trials before."""
-    ran, wanted = len(_starts(_ran(recording, real))), len(_starts(real))
     if ran < wanted:
-        raise GateError(f"{recording.path}: found {ran} trials of the patched plant, expected the {wanted} of {real.name}")
+        raise GateError(f"{recording.path}: found {ran} trials of the {plant} plant, expected the {wanted} of {real.name}")
     return recording
 
 
@@ -107,7 +103,7 @@ def _runs(patched: Path, real: Recording, run_again: RunAgain, progress: Callabl
     found: list[Recording] = []
     for seed in SEEDS:
         progress(f"gate: the patched plant, run {len(found) + 1}", 0.15 + 0.17 * len(found))
-        found.append(_ran_whole(run_again(patched, real, seed), real))
+        found.append(_ran(run_again(patched, real, seed), real, "patched"))
     return found
 
 

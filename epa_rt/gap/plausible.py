@@ -35,7 +35,7 @@ def absorbed(normal: Normal, keys: Sequence[str]) -> float:
     if not keys:
         return 0.0
     free = np.flatnonzero(~normal.frozen)
-    inverse = np.linalg.inv(normal.matrix.sum(axis=(0, 1))[np.ix_(free, free)] + np.diag(normal.prior[free] + 1e-9))
+    inverse = normal.covariance()
     at = [int(np.flatnonzero(free == normal.keys.index(key))[0]) for key in keys if normal.keys.index(key) in free]
     z = np.array([normal.z[free[i]] for i in at])
     return float(z @ np.linalg.solve(inverse[np.ix_(at, at)], z)) if at else 0.0
@@ -44,6 +44,12 @@ def absorbed(normal: Normal, keys: Sequence[str]) -> float:
 def within_belief(problem: Problem, point: Point, keys: Sequence[str], bars: Bars = BARS) -> Point:
     """The point refitted where these nominal parameters go no further from the plant file than one may be on its own account: what they hid shows again in the links, and
     in those where it is."""
-    held = problem.held_within(keys, bars.own)
+    held = problem.bounded({key: _near(problem, key, bars.own) for key in keys})
     values = {key: float(np.clip(value, held.knobs[key].low, held.knobs[key].high)) if key in keys else value for key, value in point.values.items()}
     return settled(held, point.effects, values)
+
+
+def _near(problem: Problem, key: str, spreads: float) -> tuple[float, float]:
+    """Bounds of a nominal parameter that goes no further than that from the plant file."""
+    knob, by = problem.knobs[key], spreads * problem.spread(key)
+    return max(knob.low, knob.value - by), min(knob.high, knob.value + by)

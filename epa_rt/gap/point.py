@@ -31,6 +31,11 @@ class Normal:
         """Chi-square with the priors' part."""
         return float(self.square.sum() + self.prior @ self.z**2)
 
+    def covariance(self) -> np.ndarray:
+        """(f, f) of the keys that are not frozen, in spreads: residuals white, the priors believed."""
+        free = ~self.frozen
+        return np.linalg.inv(self.matrix.sum(axis=(0, 1))[np.ix_(free, free)] + np.diag(self.prior[free] + 1e-9))
+
     def weighted(self, by: np.ndarray) -> "Normal":
         """The same where link l counts ``by[l]`` times, (L,)."""
         return replace(self, matrix=self.matrix * by[:, None, None, None], vector=self.vector * by[:, None, None], square=self.square * by[:, None])

@@ -100,13 +100,10 @@ class Problem:
         made.waves, made._strength = {}, {}
         return made
 
-    def held_within(self, keys: Iterable[str], spreads: float) -> "Problem":
-        """The same problem in which some nominal parameters may go no further than that from the plant file."""
+    def bounded(self, bounds: Mapping[str, tuple[float, float]]) -> "Problem":
+        """The same problem in which some knobs have other bounds; one between equal ones stands where it is put."""
         made = copy.copy(self)
-        made.knobs = dict(self.knobs)
-        for key in keys:
-            knob, by = self.knobs[key], spreads * self.spread(key)
-            made.knobs[key] = knob._replace(low=max(knob.low, knob.value - by), high=min(knob.high, knob.value + by))
+        made.knobs = {**self.knobs, **{key: self.knobs[key]._replace(low=low, high=high) for key, (low, high) in bounds.items()}}
         return made
 
     def only(self, links: Iterable[str]) -> "Problem":
@@ -156,7 +153,9 @@ class Problem:
         return size if at + size <= self.knobs[key].high else -size
 
     def derivative(self, values: Values, key: str, link: str, here: np.ndarray) -> np.ndarray:
-        """(n,) change of a link's residual per spread of a knob."""
+        """(n,) change of a link's residual per spread of a knob; nothing of one that cannot move."""
+        if self.knobs[key].low == self.knobs[key].high:
+            return np.zeros_like(here)
         at = values.get(key, self.knobs[key].value)
         step = self.step(key, at)
         return self.change({**values, key: at + step}, values, link, here) * (self.spread(key) / step)

@@ -3,7 +3,6 @@
 A number that shapes an effect, or one that stands near a bound, moves others with it along a bent valley; a parabola at its bottom says little of its ends.
 """
 
-import copy
 from collections.abc import Callable, Mapping
 from functools import cache
 
@@ -12,9 +11,10 @@ import numpy as np
 from epa_rt.gap.point import Normal, Point, linearised
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import refit
+from epa_rt.gap.separate import TWO_SIDED_95
 
 WIDE = 0.4        # of what a number is off neutral, from which half of its straight interval is worth the search
-CHI_95 = 3.84     # chi-square that a number may cost at the ends of its interval, of noise that is white
+CHI_95 = TWO_SIDED_95**2   # chi-square that a number may cost at the ends of its interval, of noise that is white
 OUT, BY = 5, 3.0  # steps outward, each so many times the last distance
 INWARD = 6        # steps inward, each half the last distance
 ROUNDS = 5        # of each refit
@@ -44,7 +44,7 @@ def profiled(problem: Problem, final: Point, effect: str, width: Mapping[str, fl
         @cache
         def costs(value: float) -> float:
             start = {**found, key: value}
-            return refit(_fixed(problem, key, value), before, effect, start, ROUNDS).chi - best
+            return refit(problem.bounded({key: (value, value)}), before, effect, start, ROUNDS).chi - best
 
         straight = found[key] + sign * min(width[key] * problem.spread(key), abs(bound - found[key]))
         if costs(found[key]) >= limit:  # free run has put it where the blocks alone would not: they cannot say how far it may go
@@ -89,13 +89,6 @@ def _between(costs: Callable[[float], float], inner: float, outer: float, limit:
     return float(inner + (outer - inner) * (at - low) / (high - low))
 
 
-def _fixed(problem: Problem, key: str, value: float) -> Problem:
-    """The same problem in which one number stands where it is put."""
-    made = copy.copy(problem)
-    made.knobs = {**problem.knobs, key: problem.knobs[key]._replace(low=value, high=value)}
-    return made
-
-
 def _wide(problem: Problem, final: Point, key: str, width: float) -> bool:
     knob = problem.knobs[key]
     return width * problem.spread(key) > WIDE * abs(final.values.get(key, knob.value) - knob.value)
@@ -103,7 +96,5 @@ def _wide(problem: Problem, final: Point, key: str, width: float) -> bool:
 
 def _too_narrow(normal: Normal, width: Mapping[str, float]) -> float:
     """How many times more the variance of the straight intervals is than white noise would make it, at least once; the largest of the numbers that can move."""
-    free = ~normal.frozen
-    inverse = np.linalg.inv(normal.matrix.sum(axis=(0, 1))[np.ix_(free, free)] + np.diag(normal.prior[free] + 1e-9))
-    white = dict(zip(np.array(normal.keys)[free], np.diag(inverse), strict=True))
-    return max([1.0, *((half / 1.96) ** 2 / white[key] for key, half in width.items() if key in white and np.isfinite(half))])
+    white = dict(zip(np.array(normal.keys)[~normal.frozen], np.diag(normal.covariance()), strict=True))
+    return max([1.0, *((half / TWO_SIDED_95) ** 2 / white[key] for key, half in width.items() if key in white and np.isfinite(half))])

@@ -135,15 +135,9 @@ def _tables(problem: Problem, point: Point, at: _Trial, touched, new, keys) -> d
     for link in touched:
         positions, kept = point.columns[link]
         own = [key for key in new if link in problem.touched((key,))]
-        fresh = [_derivative(problem, at, key, link) for key in own]
+        fresh = [problem.derivative(at.values, key, link, at.residual[link]) for key in own]
         made[link] = (np.concatenate([positions, [keys.index(key) for key in own]]).astype(int), np.column_stack([kept, *fresh]))
     return made
-
-
-def _derivative(problem: Problem, at: _Trial, key: str, link: str) -> np.ndarray:
-    """Nothing of a knob that is held where it stands."""
-    held = problem.knobs[key].low == problem.knobs[key].high
-    return np.zeros_like(at.residual[link]) if held else problem.derivative(at.values, key, link, at.residual[link])
 
 
 def _whole(problem: Problem, point: Point, at: _Trial, touched, tables, rest, keys):

@@ -93,7 +93,7 @@ def intervals(normal: Normal, keys: Sequence[str], astray: np.ndarray | None = N
     free = ~normal.frozen
     blocks = normal.vector.sum(axis=0)[:, free]
     blocks = blocks[np.any(blocks != 0.0, axis=1)] if blocks.size else blocks
-    inverse = np.linalg.inv(normal.matrix.sum(axis=(0, 1))[np.ix_(free, free)] + np.diag(normal.prior[free] + 1e-9))
+    inverse = normal.covariance()
     few = len(blocks) / max(len(blocks) - int(free.sum()), 1)
     noise = np.einsum("ij,ij->i", inverse @ (few * blocks.T @ blocks), inverse)
     if astray is not None:

@@ -81,7 +81,7 @@ def channel_squares(subject: Subject, real: Recording, before: Recording, after:
         differ = _rms([np.array([_rms([one for a, b in pairs for one in misfit(a, b, name, subject.rate_hz)])]) for pairs in apart])
         step, floor = step_of(real, name), _with_noise(differ, (noise or {}).get(name, 0.0))
         floor = floor if floor > UNMOVED * step else step / np.sqrt(12.0)
-        rows = [squares(*_as_long(b, _mean_square(a)), floor, _per_block(subject)) for b, a in zip(of_before, zip(*of_after))]
+        rows = [squares(*_as_long(b, _mean_square(a)), floor, _per_block(subject)) for b, a in zip(of_before, zip(*of_after, strict=True), strict=True)]
         if rows:
             found[name, unit_of(subject, name)] = Squares(*(np.concatenate(column) for column in zip(*rows, strict=True)))
     return found

@@ -7,35 +7,28 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from epa_rt.gap.floor import Floor
 from epa_rt.gap.point import linearised
-from epa_rt.gap.problem import Problem
 from epa_rt.gap.profile import profiled, reached
-from epa_rt.gap.recording import Recording, Span
+from epa_rt.gap.recording import Recording
 from epa_rt.gap.refit import settled
 from epa_rt.gap.separate import intervals
 from epa_rt.gap.subject import Link
 from epa_rt.models.effect import Effect, Knob
+from tests.gap.one_link import OneLink, problem_of
 
-RATIO, WAY, SHAPE = "muscle.run_in_ratio", "muscle.run_in_m", "muscle.shape"
+RATIO, WAY = "muscle.run_in_ratio", "muscle.run_in_m"
 SEEN_M, NOISE, SAMPLES = 2.0, 0.05, 2000
 AT_M = np.linspace(0.0, SEEN_M, SAMPLES)
 
 
-class Braid:
+class Braid(OneLink):
     """A force that falls by a part over a way: where the way is longer than what was gone, only how steeply it falls is seen."""
 
-    name, rate_hz, without_stop = "braid", 100.0, False
+    name = "braid"
     links = (Link("muscle", "muscle", "force_n", "N", "way to force"),)
     nominal = (Knob("muscle.force_n", "N", 5.0, 1.0, 20.0, 0.1),)
     catalogue = (Effect("run_in", "braid", "muscle", (RATIO, WAY), ((0.1, 2.0),), "runs in", "", ""),)
     knobs = {knob.key: knob for knob in (*nominal, Knob(RATIO, "1", 0.0, 0.0, 5.0, 0.1, "run_in"), Knob(WAY, "m", 2.0, 0.01, 100.0, 1.0, "run_in"))}
-
-    def touched(self, key: str) -> tuple[str, ...]:
-        return ("muscle",)
-
-    def prepare(self, recording: Recording) -> Recording:
-        return recording
 
     def residual(self, prepared: Recording, values: Mapping[str, float], link: str) -> np.ndarray:
         at = {key: values.get(key, knob.value) for key, knob in self.knobs.items()}
@@ -44,11 +37,7 @@ class Braid:
 
 def found_of(true: Mapping[str, float], seed: int, moved: Mapping[str, float] | None = None):
     """The numbers, their straight half widths and their searched ends; ``moved``: to where something else than these logs has put them."""
-    def log(force: np.ndarray) -> Recording:
-        return Recording("log", "log", "", "", "", 0.01, np.arange(SAMPLES), {"force_n": force}, (Span("all", 0, SAMPLES, True),))
-
-    force = -Braid().residual(log(np.zeros(SAMPLES)), true, "muscle") + NOISE * np.random.default_rng(seed).standard_normal(SAMPLES)
-    problem = Problem(Braid(), [log(force)], {"muscle": Floor("muscle", NOISE, np.zeros(0), NOISE)})
+    problem = problem_of(Braid(), true, SAMPLES, NOISE, seed)
     final = settled(problem, ("run_in",), {RATIO: 0.1, WAY: 2.0})
     final = linearised(problem, ("run_in",), {**final.values, **moved}) if moved else final
     width = intervals(final.normal, (RATIO, WAY))

@@ -6,35 +6,29 @@ import numpy as np
 import pytest
 
 from epa_rt.gap import refit as room
-from epa_rt.gap.floor import Floor
 from epa_rt.gap.point import linearised
 from epa_rt.gap.problem import Problem
-from epa_rt.gap.recording import Recording, Span
+from epa_rt.gap.recording import Recording
 from epa_rt.gap.refit import refit, searched, settled
 from epa_rt.gap.screen import scaled, screen
 from epa_rt.gap.subject import Link
 from epa_rt.models.effect import Effect, Knob
+from tests.gap.one_link import OneLink, problem_of
 
 MASS, LEVER, CARRIED = "load.mass_kg", "load.lever_m", "load.payload_kg"
 TRUE = {CARRIED: 0.4}
 ANGLE = np.sin(np.arange(3000) / 150.0)
 
 
-class Pendulum:
+class Pendulum(OneLink):
     """The torque of a weight on a lever: mass and lever are only seen as a product, and that very sharply."""
 
-    name, rate_hz, without_stop = "pendulum", 100.0, False
+    name = "pendulum"
     links = (Link("load", "load", "torque_nm", "N*m", "angle to torque"),)
     nominal = (Knob(MASS, "kg", 1.34, 0.1, 5.0, 0.027), Knob(LEVER, "m", 0.19, 0.05, 0.5, 0.0038))
     catalogue = (Effect("payload", "payload", "load", (CARRIED,), ((0.1,),), "carries something", "", ""),
                  Effect("drag", "drag", "load", ("load.drag_nm",), ((0.1,),), "something else", "", ""))
     knobs = {knob.key: knob for knob in (*nominal, Knob(CARRIED, "kg", 0.0, -10.0, 10.0, 0.1, "payload"), Knob("load.drag_nm", "N*m", 0.0, -1.0, 1.0, 0.1, "drag"))}
-
-    def touched(self, key: str) -> tuple[str, ...]:
-        return ("load",)
-
-    def prepare(self, recording: Recording) -> Recording:
-        return recording
 
     def residual(self, prepared: Recording, values: Mapping[str, float], link: str) -> np.ndarray:
         at = {key: values.get(key, knob.value) for key, knob in self.knobs.items()}
@@ -44,10 +38,7 @@ class Pendulum:
 
 @pytest.fixture(scope="module")
 def problem() -> Problem:
-    empty = Recording("log", "log", "", "", "", 0.01, np.arange(3000), {"torque_nm": np.zeros(3000)}, (Span("all", 0, 3000, True),))
-    torque = -Pendulum().residual(empty, TRUE, "load") + 1e-3 * np.random.default_rng(1).standard_normal(3000)
-    log = Recording("log", "log", "", "", "", 0.01, np.arange(3000), {"torque_nm": torque}, empty.spans)
-    return Problem(Pendulum(), [log], {"load": Floor("load", 1e-3, np.zeros(0), 1e-3)})
+    return problem_of(Pendulum(), TRUE, 3000, 1e-3)
 
 
 @pytest.fixture(scope="module")
