@@ -24,7 +24,7 @@ class Rules:
     """When free run decides; the figures are from the development cases.
 
     ``better``: chi-square by which a law is ahead, and ``part`` of what the best one explains: no law is the rig's own. ``near``: of the best
-    law's gain block by block, from which a law is tried; ``tries``: at most as many for each effect. ``stays``: chi-square above noise and steps
+    law's gain block by block, from which a law is tried; ``tries``: at most as many for each effect, and ``kin`` of its own family, each also in ``shapes`` of those from which its fits begin. ``stays``: chi-square above noise and steps
     (rigs without a gap leave 3 to 25), and ``rest`` of what there is without effects, from which something is missing: the right law in other words
     left up to 0.02 of it; what nominal parameters cannot bear is missing whatever part it is; ``first``: the same where nothing is named (24 rigs
     without a gap of two sets showed 17 at most, missed effects at twice their limit and more 45 to 73). ``most``: of that which a further effect must
@@ -39,6 +39,8 @@ class Rules:
     part: float = 0.05
     near: float = 0.8
     tries: int = 4
+    kin: int = 2
+    shapes: int = 2
     stays: float = 60.0
     first: float = 40.0
     rest: float = 0.025
@@ -99,6 +101,11 @@ def most_of_one(gap: float) -> float:
     """Chi-square in free run that one law may leave of a gap of so much; what leaves more is refused, so that a second one is looked for (of a leak with a
     gauge's scale beside it the leak left 43 of 7217)."""
     return max(BARS.little_left, ALONE * gap) if gap < BARS.shapeless_alone else np.inf
+
+
+def leaves_much(gap: float, left: float) -> bool:
+    """Whether a law leaves more of a gap in free run than the right one in other words mostly does."""
+    return left > max(BARS.little_left, ALONE * gap)
 
 
 def plainer(problem: Problem, name: str, other: str) -> bool:

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from epa_rt.gap.as_one import fitted
 from epa_rt.gap.fewer import fewer
-from epa_rt.gap.further import Rules, above, bare, further, plainer, strain, with_effect
+from epa_rt.gap.further import Rules, above, bare, further, leaves_much, plainer, strain, with_effect
 from epa_rt.gap.ground import Ground
 from epa_rt.gap.heard import Beside, Heard
 from epa_rt.gap.one_alone import one_alone
@@ -69,13 +69,21 @@ def _carried(problem: Problem, whole: Problem, selection: Selection, k: int, non
     role = selection.roles[k]
     first = role.best
     left: dict[str, float] = {}
-    for fit in _near(problem, role, rules):
+
+    def instead(fit: Fit, begins: Sequence[Mapping[str, float]] = ()) -> Point:
         effects = tuple(fit.effect if name == first.effect else name for name in selection.final.effects)
-        point = fitted(whole, effects, fit.values)
+        return min(whole.each(lambda values: fitted(whole, effects, values), [fit.values, *begins]), key=lambda point: point.normal.chi)
+
+    for fit in _near(problem, role, rules):
+        point = instead(fit)
         left[fit.effect] = point.normal.chi
         if rules.told(none, point, best.normal.chi, noise, plainer(problem, fit.effect, role.best.effect)):
             left[role.best.effect] = best.normal.chi
             role, best = _with_first(role, fit), point
+    for fit in _kin(problem, role, rules) if leaves_much(above(none, noise), above(best, noise)) else ():
+        point = instead(fit, _shapes(problem, whole, fit)[: rules.shapes])
+        if rules.told(none, point, best.normal.chi, noise, plainer(problem, fit.effect, role.best.effect)):
+            role, best = _with_first(role, replace(fit, values=point.values)), point
     named = role.best.effect
     beside[named] = {name: Beside(chi - best.normal.chi, rules.told(none, best, chi, noise, plainer(problem, named, name))) for name, chi in left.items() if name != named}
     if role.best is first:
@@ -100,6 +108,24 @@ def _near(problem: Problem, role: Role, rules: Rules) -> list[Fit]:
             families.add(family)
             found.append(fit)
     return found[: rules.tries]
+
+
+def _kin(problem: Problem, role: Role, rules: Rules) -> list[Fit]:
+    """Laws of the best one's own family that gain nearly as much: its thing in other words (a spool's play that had worn in five places left 54 as one that is
+    the same all around)."""
+    total = role.gains.sum(axis=1)
+    family = problem.effects[role.best.effect].family
+    found = [fit for fit, gain in zip(role.fits, total, strict=True) if fit is not role.best and problem.effects[fit.effect].family == family and gain > rules.near * total[0]]
+    return found[: rules.kin]
+
+
+def _shapes(problem: Problem, whole: Problem, fit: Fit) -> list[dict[str, float]]:
+    """A law as strong as it was fitted, in each of the shapes from which fits of it begin, the best first: what its block hardly shows of the shape may have
+    led a fit there anywhere."""
+    effect = problem.effects[fit.effect]
+    shapes = [{**fit.values, **{key: value for key, value in zip(effect.knobs, start, strict=True) if key not in problem.strength(fit.effect)}} for start in effect.starts]
+    left = whole.each(lambda values: sum(float(r @ r) for r in (whole.residual(values, link) for link in whole.links)), shapes)
+    return [shapes[i] for i in sorted(range(len(shapes)), key=left.__getitem__)]
 
 
 def _with_first(role: Role, fit: Fit) -> Role:

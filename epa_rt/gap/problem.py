@@ -180,15 +180,16 @@ class Problem:
             start, links = dict(zip(one.knobs, one.starts[0], strict=True)), self.touched(one.knobs)
             bare = {link: self.residual({}, link) for link in links}
             moved = [k for k in one.knobs if start[k] != self.knobs[k].value]
-            moved = [k for k in moved if self.knobs[k].value == 0.0] or moved  # a place where something begins is no strength
+            zero = [k for k in moved if self.knobs[k].value == 0.0]  # a place where something begins is no strength, unless nothing else is
 
             def off(keys: tuple[str, ...]) -> bool:
-                values = {**start, **{k: self.knobs[k].value for k in keys}}
-                return all(np.array_equal(self.residual(values, link), bare[link]) for link in links)
+                return all(np.array_equal(self.residual({**start, **{k: self.knobs[k].value for k in keys}}, link), bare[link]) for link in links)
 
-            alone = tuple(k for k in moved if off((k,)))
-            together = (keys for size in range(2, len(moved) + 1) for keys in combinations(moved, size) if off(keys))
-            self._strength[effect] = alone or next(together, one.knobs)
+            def fewest(keys: Sequence[str]) -> tuple[str, ...] | None:
+                alone = tuple(k for k in keys if off((k,)))
+                return alone or next((some for size in range(2, len(keys) + 1) for some in combinations(keys, size) if off(some)), None)
+
+            self._strength[effect] = fewest(zero) or fewest(moved) or one.knobs
         return self._strength[effect]
 
     def each(self, function, items: Sequence) -> list:

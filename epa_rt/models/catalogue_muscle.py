@@ -13,7 +13,7 @@ SPRING = "spring beside the muscle"  # a lock that begins where the muscle does 
 GAS_EFFECTS: tuple[Effect, ...] = (
     Effect("leak", LEAK, "gas", ("gas.leak_per_s", NARROW), ((2.5e-4, 0.0), (1e-4, 1.0)), "gas leaks to the atmosphere", GAS, FACTS),
     Effect("valve_seat_leak", LEAK, "gas", ("gas.inlet_seat_leak_ratio", "gas.exhaust_seat_leak_ratio", NARROW),
-           ((0.0, 1e-3, 0.0), (1e-3, 0.0, 1.0), (1e-3, 0.0, 0.0), (1e-3, 1e-3, 0.0)), "shut valves let gas through", GAS, FACTS),
+           ((1e-3, 1e-3, 0.0), (0.0, 1e-3, 0.0), (1e-3, 0.0, 1.0), (1e-3, 0.0, 0.0)), "shut valves let gas through", GAS, FACTS),
     Effect("fill_heat", HEAT, "gas", ("gas.fill_heating_ratio", "gas.heat_exchange_per_s"), ((1.2, 0.2), (1.2, 1.0), (1.2, 0.05)),
            "filling warms the gas, which then cools", GAS, FACTS),
     Effect("polytropic", HEAT, "gas", ("gas.polytropic_ratio",), ((1.2,), (1.35,)),

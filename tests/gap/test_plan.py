@@ -65,8 +65,14 @@ def drawn_out(distance: float, trial_s: float):
 
 def test_an_experiment_that_does_not_decide_is_drawn_out_until_it_should():
     found, asked = drawn_out(13.0, 20.0)
-    assert asked == [4]
-    assert (found.expected_distance, found.settings["rounds"], found.file) == (52.0, "4", "experiment: sines4")
+    assert asked == [6]
+    assert (found.expected_distance, found.settings["rounds"], found.file) == (78.0, "6", "experiment: sines6")
+
+
+def test_an_experiment_that_decides_by_little_is_drawn_out_too():
+    found, asked = drawn_out(30.0, 20.0)
+    assert asked == [3]
+    assert found.expected_distance == 90.0
 
 
 def test_nobody_waits_longer_than_four_minutes_of_trials():
@@ -103,8 +109,8 @@ def test_rounds_that_bring_nothing_are_not_asked_for(longer):
     assert "nothing of the menu would do better" in found.says
 
 
-@pytest.mark.parametrize(("distance", "trial_s"), [(30.0, 20.0), (0.5, 20.0), (0.0, 20.0), (9.0, 150.0)])
-def test_what_decides_and_what_the_longest_would_not_tell_stay_as_they_are(distance, trial_s):
+@pytest.mark.parametrize(("distance", "trial_s"), [(75.0, 20.0), (30.0, 150.0), (0.5, 20.0), (0.0, 20.0), (9.0, 150.0)])
+def test_what_decides_amply_and_what_the_longest_would_not_tell_stay_as_they_are(distance, trial_s):
     found, asked = drawn_out(distance, trial_s)
     assert asked == []
     assert found.expected_distance == distance

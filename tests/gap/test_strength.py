@@ -18,10 +18,11 @@ LAWS = {  # effect: knobs (name, plant file's value, start), and what they add
     "two_of_three": ({"a": (0.0, 1.0), "b": (0.0, 1.0), "c": (0.0, 1.0)}, lambda v: v["a"] * (1.0 + v["c"]) * np.sin(T) + v["b"] * np.cos(T)),
     "begins": ({"a": (0.0, 1.0), "p": (9.0, 2.0)}, lambda v: v["a"] * np.maximum(T - v["p"], 0.0)),  # at its plant-file place it never begins
     "gain": ({"g": (1.0, 1.1), "p": (9.0, 2.0)}, lambda v: (v["g"] - 1.0) * np.maximum(T - v["p"], 0.0)),
+    "efficiency": ({"g": (1.0, 0.75), "b": (0.0, 3.0), "c": (0.0, 2.0)}, lambda v: (1.0 - v["g"]) * (1.0 + v["b"] * np.exp(-v["c"] * T)) * np.sin(T)),
     "unmoved": ({"a": (0.0, 1.0), "b": (0.0, 0.0)}, lambda v: (v["a"] + v["b"]) * np.sin(T)),
     "no_way_back": ({"a": (0.0, 1.0), "g": (1.0, 1.1)}, lambda v: v["a"] * np.sin(T) + (v["g"] - 1.0) * np.cos(T)),
 }
-EXPECTED = {"single": "a", "shaped": "a", "either": "ab", "both": "ab", "two_of_three": "ab", "begins": "a", "gain": "gp", "unmoved": "a", "no_way_back": "ag"}
+EXPECTED = {"single": "a", "shaped": "a", "either": "ab", "both": "ab", "two_of_three": "ab", "begins": "a", "gain": "gp", "efficiency": "g", "unmoved": "a", "no_way_back": "ag"}
 
 
 class Switches:

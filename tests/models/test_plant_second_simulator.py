@@ -54,7 +54,7 @@ EFFECTS = {
                                         "drive.cogging_twice_cosine_ratio": -0.4, "drive.torque_saturation_per_a": 0.02},
     "a spool that is not round": {"transmission.eccentricity_ratio": 0.1, "transmission.eccentricity_phase_rad": 1.0, "transmission.wind_up_per_rad": 0.06},
     "play": {"transmission.backlash_rad": 0.03},
-    "uneven play": {"transmission.uneven_backlash_rad": 0.03, "transmission.backlash_wave_ratio": 0.7, "transmission.backlash_phase_rad": 1.1},
+    "uneven play": {"transmission.uneven_backlash_rad": 0.03, "transmission.backlash_wave_ratio": 0.7, "transmission.backlash_per_turn_ratio": 2.0, "transmission.backlash_phase_rad": 1.1},
     "play with round flanks": {"transmission.backlash_rad": 0.03, "transmission.backlash_roundness_ratio": 0.6},
     "creep": {"muscle.creep_stiffness_n_m": 2000.0, "muscle.creep_time_s": 0.1, "muscle.creep_slow_ratio": 0.6},
     "friction of the braid": {"muscle.stribeck_ratio": 0.05, "muscle.stribeck_tail_ratio": 0.5, "muscle.stribeck_breadth_ratio": 1.4, "muscle.coulomb_ratio": 0.03,

@@ -40,7 +40,7 @@ def play(p, geared, geared_before, travel_before, speed):
     """
     half = 0.5 * p.backlash_rad * p.spool_radius_m
     if p.uneven_backlash_rad != 0.0:
-        wave = 1.0 + p.backlash_wave_ratio * math.sin(geared / p.spool_radius_m + p.backlash_phase_rad)
+        wave = 1.0 + p.backlash_wave_ratio * math.sin(p.backlash_per_turn_ratio * geared / p.spool_radius_m + p.backlash_phase_rad)
         half += 0.5 * p.uneven_backlash_rad * p.spool_radius_m * wave
     if half == 0.0:
         return geared, 1.0
