@@ -67,18 +67,20 @@ def planned(given: Opened, diagnosis: "Diagnosis", progress: "Callable[[str, flo
     """The next experiment; None where nothing is to be told apart, or none of the menu can be run."""
     from epa_rt.cli.gap_simulate import Simulator
     from epa_rt.gap.menu import menu
+    from epa_rt.gap.own_loop import judged_by
     from epa_rt.gap.plan import next_experiment
     from epa_rt.gap.rivals import answers, distance_between, sets_apart
 
     if len(sets_apart(diagnosis, given.subject, within_family)) < 2 or (given.rig is None and not given.subject.menu()):
         return None
-    found = answers(given.subject, given.recordings, diagnosis, within_family, progress=lambda stage, share: progress(stage, 0.2 * share))
+    subject = judged_by(diagnosis, given.subject)
+    found = answers(subject, given.recordings, diagnosis, within_family, progress=lambda stage, share: progress(stage, 0.2 * share))
     if given.rig is None:
         from epa_rt.gap.foreign.next import items, simulated
 
         return next_experiment(found.rivals, items(given.subject), lambda item, plant: simulated(given.subject, item, plant, given.recordings[0]),
-                               distance_between(given.subject, found), lambda stage, share: progress(stage, 0.2 + 0.8 * share))
+                               distance_between(subject, found), lambda stage, share: progress(stage, 0.2 + 0.8 * share))
     with tempfile.TemporaryDirectory(prefix="epa-gap-") as folder:
         simulator = Simulator(Path(folder))
         return next_experiment(found.rivals, menu(given.rig), lambda item, plant: simulator.new(item, plant, given.recordings[0]),
-                               distance_between(given.subject, found), lambda stage, share: progress(stage, 0.2 + 0.8 * share))
+                               distance_between(subject, found), lambda stage, share: progress(stage, 0.2 + 0.8 * share))

@@ -156,7 +156,7 @@ def _came_near(found: Attribution, k: int) -> tuple[Near, ...]:
 def _numbers(problem: Problem, point: Point, effect: str, off: np.ndarray | None, searched: bool = False) -> tuple[Number, ...]:
     """``searched``: with the ends that are searched for where straight ones lie far apart."""
     width = intervals(point.normal, problem.effects[effect].knobs, off)
-    ends = profiled(problem, point, effect, width) if searched else {}
+    ends = profiled(problem, point, effect, width, off) if searched else {}
     return tuple(_number(problem, key, point.values.get(key, problem.knobs[key].value), by, ends.get(key)) for key, by in width.items())
 
 

@@ -9,7 +9,7 @@ from epa_rt.gap.aside import split
 from epa_rt.gap.attribution import Attribution, Progress, attributed
 from epa_rt.gap.diagnosis import Diagnosis, Shrinkage
 from epa_rt.gap.floor import floors as floors_of
-from epa_rt.gap.own_loop import apart, joined
+from epa_rt.gap.own_loop import WITHOUT_LINK, apart, joined
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.shrink import shrinkage
 from epa_rt.gap.subject import Subject
@@ -27,12 +27,14 @@ def diagnose(subject: Subject, recordings: Sequence[Recording], holdout: Sequenc
     begun = time.monotonic()
     given = (recordings, holdout, tuple(without), repeats, seed, floors, how_far)
     found, answer = _diagnosed(subject, *given, progress, stop)
-    rest = apart(subject, found, answer)
+    rest, inputs = apart(subject, found, answer), {}
     if rest is not None:
         progress("the rest, without the drive's own loop", 0.0)
-        answer = joined(answer, _diagnosed(rest, *given, progress, stop)[1], subject.own_loop[0])
+        unasked = tuple(effect.name for effect in subject.catalogue if effect not in rest.catalogue)
+        both = joined(answer, _diagnosed(rest, *given, progress, stop)[1], subject.own_loop[0], unasked)
+        answer, inputs = both, {WITHOUT_LINK: subject.own_loop[0]} if both is not answer else {}
     progress("done", 1.0)
-    inputs = {"subject": subject.name, "logs": [r.name for r in recordings], "holdout": [r.name for r in holdout], "without": list(without)}
+    inputs |= {"subject": subject.name, "logs": [r.name for r in recordings], "holdout": [r.name for r in holdout], "without": list(without)}
     return replace(answer, seconds=time.monotonic() - begun, inputs=inputs)
 
 

@@ -16,6 +16,7 @@ from epa_rt.gap.screen import Screening, screen
 from epa_rt.gap.select import Selection
 
 
+GROWS = 3.0    # a shape without a unit that goes no further makes nothing of next to nothing
 ALONE = 0.005  # of a gap: what one right law in other words may leave of it where it is not many times its detection limit
 
 
@@ -85,8 +86,10 @@ def further(problem: Problem, whole: Problem, selection: Selection, none: Point,
 
 
 def _says_little(problem: Problem, name: str) -> bool:
-    """Whether a small number of an effect makes it small: not where a law of the plant has a shape as well, as a lock's stiffness may harden from next to nothing."""
-    return problem.effects[name].block == "sensors" or len(problem.effects[name].knobs) == len(problem.strength(name))
+    """Whether a small number of an effect makes it small: not where a shape may grow it, as a lock's stiffness may harden from next to nothing."""
+    effect = problem.effects[name]
+    shapes = [problem.knobs[key] for key in effect.knobs if key not in problem.strength(name)]
+    return effect.block == "sensors" or all(knob.unit == "1" and knob.high <= GROWS for knob in shapes)
 
 
 def _enough(selection: Selection, none: Point, best: Point, noise: float, rules: Rules) -> float:

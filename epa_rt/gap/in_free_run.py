@@ -7,16 +7,18 @@ longer alike, and what block by block shows too faintly is looked for there. Chi
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from epa_rt.gap.as_one import fitted
 from epa_rt.gap.fewer import fewer
-from epa_rt.gap.further import Rules, above, bare, further, leaves_much, plainer, strain, with_effect
+from epa_rt.gap.further import Rules, above, around, bare, further, leaves_much, plainer, strain, with_effect
 from epa_rt.gap.ground import Ground
 from epa_rt.gap.heard import Beside, Heard
 from epa_rt.gap.one_alone import one_alone
 from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import Fit, settled
-from epa_rt.gap.role import Role
+from epa_rt.gap.role import Role, gains
 from epa_rt.gap.select import Selection
 from epa_rt.gap.together import serving_both
 
@@ -83,9 +85,10 @@ def _carried(problem: Problem, whole: Problem, selection: Selection, k: int, non
     for fit in _kin(problem, role, rules) if leaves_much(above(none, noise), above(best, noise)) else ():
         point = instead(fit, _shapes(problem, whole, fit)[: rules.shapes])
         if rules.told(none, point, best.normal.chi, noise, plainer(problem, fit.effect, role.best.effect)):
-            role, best = _with_first(role, replace(fit, values=point.values)), point
+            role, best = _as_there(problem, role, fit, point), point
     named = role.best.effect
-    beside[named] = {name: Beside(chi - best.normal.chi, rules.told(none, best, chi, noise, plainer(problem, named, name))) for name, chi in left.items() if name != named}
+    others = {name: chi for name, chi in left.items() if problem.effects[name].family != problem.effects[named].family}
+    beside[named] = {name: Beside(chi - best.normal.chi, rules.told(none, best, chi, noise, plainer(problem, named, name))) for name, chi in others.items()}
     if role.best is first:
         return selection, best
     roles = tuple(role if i == k else one for i, one in enumerate(selection.roles))
@@ -124,8 +127,16 @@ def _shapes(problem: Problem, whole: Problem, fit: Fit) -> list[dict[str, float]
     led a fit there anywhere."""
     effect = problem.effects[fit.effect]
     shapes = [{**fit.values, **{key: value for key, value in zip(effect.knobs, start, strict=True) if key not in problem.strength(fit.effect)}} for start in effect.starts]
+    shapes = [shape for i, shape in enumerate(shapes) if shape not in [fit.values, *shapes[:i]]]
     left = whole.each(lambda values: sum(float(r @ r) for r in (whole.residual(values, link) for link in whole.links)), shapes)
     return [shapes[i] for i in sorted(range(len(shapes)), key=left.__getitem__)]
+
+
+def _as_there(problem: Problem, role: Role, fit: Fit, point: Point) -> Role:
+    """A role with a law first, in the numbers that free run gave it: block by block everything else is fitted around them."""
+    found = around(problem, role.point, fit.effect, point)
+    kept = [i for i, one in enumerate(role.fits) if one.effect != fit.effect]
+    return replace(role, fits=(found, *(role.fits[i] for i in kept)), gains=np.concatenate([gains(problem, role.point, found)[None], role.gains[kept]]))
 
 
 def _with_first(role: Role, fit: Fit) -> Role:

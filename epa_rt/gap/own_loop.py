@@ -16,7 +16,9 @@ from epa_rt.gap.diagnosis import Diagnosis
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import Subject, Values
 
+STAYS = 0.5       # of the drive's excess with the effects that were tried, from which none of them explains it
 SURE = 0.5        # confidence that a name needs by the blocks alone
+WITHOUT_LINK = "without_link"   # what a diagnosis stands on names the link there that was left out
 UNHEARD = 0.4     # of it is left: the whole plant has no say (answer.py: as much as where it is no better with a name)
 
 
@@ -43,20 +45,32 @@ class Rest:
 
 
 def apart(subject: Subject, found: Attribution, answer: Diagnosis) -> Rest | None:
-    """The rest to be diagnosed: where nothing explains the gap, most of it is in the drive's own loop, and other links have one too; not where the
-    motion that all are fed with contradicts itself (an encoder that wobbles shows in the drive first)."""
+    """The rest to be diagnosed: where nothing explains the gap, most of it is in the drive's own loop and stays there with the effects that were
+    tried, and other links have one too; not where the motion that all are fed with contradicts itself (an encoder that wobbles shows in the drive first)."""
     own, motion = getattr(subject, "own_loop", (None, None))
-    shows = gaps(found.before, found.after) if own else ()
-    return Rest(subject, own) if answer.verdict == "not_in_catalogue" and len(shows) > 1 and shows[0] == own and motion not in shows else None
+    if own is None or answer.verdict != "not_in_catalogue":
+        return None
+    shows = gaps(found.before, found.after)
+    if len(shows) < 2 or shows[0] != own or motion in shows:
+        return None
+    over, stays = (left.links[own].before - 1.0 for left in (found.before, found.after))
+    return Rest(subject, own) if stays > STAYS * over else None
 
 
-def joined(answer: Diagnosis, rest: Diagnosis, own: str) -> Diagnosis:
-    """What is said of both; the first answer where the rest has no name that its blocks are sure of."""
+def joined(answer: Diagnosis, rest: Diagnosis, own: str, unasked: Sequence[str] = ()) -> Diagnosis:
+    """What is said of both; the first answer where the rest has no name that its blocks are sure of. ``unasked``: effects that were left out with the link."""
     if rest.verdict not in ("explained", "partly_explained") or min(effect.confidence for effect in rest.effects) < SURE:
         return answer
-    at = next((place.times_floor for place in answer.location if place.link == own), np.nan)
+    drive = tuple(replace(place, block=own) for place in answer.location if place.link == own)[:1]
+    at = drive[0].times_floor if drive else np.nan
     says = f"The drive's own loop is not the plant file's ({at:.1f} times its floor), and nothing of the catalogue explains how. In the rest, by its blocks alone: {rest.says}"
     effects = tuple(replace(effect, confidence=UNHEARD * effect.confidence) for effect in rest.effects)
     heard = answer.free_run and replace(answer.free_run, nearest=(), told_apart=())   # what came nearest there is not what is named here
-    return replace(rest, verdict="partly_explained", says=says, effects=effects, location=answer.location, free_run=heard,
-                   remainder=(*(one for one in answer.remainder if one.link == own), *rest.remainder))
+    return replace(rest, verdict="partly_explained", says=says, effects=effects, location=(*drive, *rest.location), free_run=heard,
+                   not_tested=tuple(dict.fromkeys((*rest.not_tested, *unasked))), remainder=(*(one for one in answer.remainder if one.link == own), *rest.remainder))
+
+
+def judged_by(diagnosis: Diagnosis, subject: Subject) -> Subject:
+    """What a diagnosis judged its names by: the subject, or its rest. A loop that nothing explains would drown whatever tells these names apart."""
+    left_out = diagnosis.inputs.get(WITHOUT_LINK)
+    return Rest(subject, left_out) if left_out in {link.name for link in subject.links} else subject

@@ -43,10 +43,9 @@ class Judged(NamedTuple):
         return max(min(int(np.ceil(AMPLE / self.distance)), int(LONGEST_S / self.trials_s)), 1)
 
     @property
-    def reach(self) -> tuple[bool, float]:
-        """What experiments are chosen by: whether one round decides, and the distance that it gives then, or all rounds should give."""
-        decides = self.distance >= DECIDES
-        return decides, self.distance * (1 if decides else self.times)
+    def reach(self) -> tuple[float, float]:
+        """What experiments are chosen by: what all rounds should give, no more than is ample, then what one does. Both fall as the distance does."""
+        return min(self.distance * self.times, AMPLE), self.distance
 
 
 def next_experiment(rivals: Sequence[Rival], items: Sequence[Item], simulate: Simulate, distance: Distance,

@@ -103,7 +103,7 @@ class Problem:
     def bounded(self, bounds: Mapping[str, tuple[float, float]]) -> "Problem":
         """The same problem in which some knobs have other bounds; one between equal ones stands where it is put."""
         made = copy.copy(self)
-        made.knobs = {**self.knobs, **{key: self.knobs[key]._replace(low=low, high=high) for key, (low, high) in bounds.items()}}
+        made.knobs = {**self.knobs, **{key: self.knobs[key]._replace(low=low, high=high, spread=self.spread(key)) for key, (low, high) in bounds.items()}}
         return made
 
     def only(self, links: Iterable[str]) -> "Problem":

@@ -11,19 +11,22 @@ import numpy as np
 from epa_rt.gap.point import Normal, Point, linearised
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import refit
-from epa_rt.gap.separate import TWO_SIDED_95
+from epa_rt.gap.separate import TWO_SIDED_95, intervals
 
 WIDE = 0.4        # of what a number is off neutral, from which half of its straight interval is worth the search
 CHI_95 = TWO_SIDED_95**2   # chi-square that a number may cost at the ends of its interval, of noise that is white
 OUT, BY = 5, 3.0  # steps outward, each so many times the last distance
 INWARD = 6        # steps inward, each half the last distance
-ROUNDS = 5        # of each refit
+NEARER = 4        # halvings, in the logarithm, where nothing was asked between the last step outward and the bound
+ROUNDS = 8        # of each refit at most
+ARRIVED = 0.05    # of what a number may cost: a round that gains less is the last
 
 
-def profiled(problem: Problem, final: Point, effect: str, width: Mapping[str, float]) -> dict[str, tuple[float, float]]:
-    """Ends of the 95 % interval of those of an effect's numbers whose straight one is wide. ``width``: half of each straight one in spreads.
+def profiled(problem: Problem, final: Point, effect: str, width: Mapping[str, float], astray: np.ndarray | None = None) -> dict[str, tuple[float, float]]:
+    """Ends of the 95 % interval of those of an effect's numbers whose straight one is wide. ``width``: half of each straight one in spreads; ``astray``: as
+    ``intervals`` takes it, at ``final``.
 
-    Chi-square counts as much as the straight interval's own says: it may be wider than white noise would make it.
+    Chi-square counts as much as the straight interval's own says where these blocks want the numbers: it may be wider than white noise would make it.
     """
     wide = [key for key in problem.effects[effect].knobs if _wide(problem, final, key, width[key])]
     if not wide:
@@ -33,27 +36,46 @@ def profiled(problem: Problem, final: Point, effect: str, width: Mapping[str, fl
     kept = {key for name in others for key in problem.effects[name].knobs}
     before = linearised(problem, others, {key: value for key, value in final.values.items() if key not in own or key in kept})
     found = {key: final.values.get(key, problem.knobs[key].value) for key in own}
-    best = refit(problem, before, effect, found, ROUNDS).chi
-    limit = CHI_95 * _too_narrow(final.normal, {key: width[key] for key in own})
+    best = refit(problem, before, effect, found, ROUNDS)
+    limit = CHI_95 * _too_narrow(best.normal, own, _in_order(astray, final.normal.keys, best.normal.keys))
+    refitted = _Held(problem, before, effect, best.chi, ARRIVED * limit / max(best.chi, limit))
+    here = dict(zip(wide, problem.each(lambda key: refitted.at(key, found[key], best.values), wide), strict=True))
 
     def end(job: tuple[str, float]) -> float:
         key, sign = job
-        knob = problem.knobs[key]
-        bound = knob.high if sign > 0.0 else knob.low
-
-        @cache
-        def costs(value: float) -> float:
-            start = {**found, key: value}
-            return refit(problem.bounded({key: (value, value)}), before, effect, start, ROUNDS).chi - best
-
+        bound = problem.knobs[key].high if sign > 0.0 else problem.knobs[key].low
         straight = found[key] + sign * min(width[key] * problem.spread(key), abs(bound - found[key]))
-        if costs(found[key]) >= limit:  # free run has put it where the blocks alone would not: they cannot say how far it may go
+        if here[key][0] >= limit:  # free run has put it where the blocks alone would not: they cannot say how far it may go
             return straight
-        return reached(costs, found[key], straight, bound, limit)
+        return reached(refitted.along(key, here[key][1]), found[key], straight, bound, limit)
 
     jobs = [(key, sign) for key in wide for sign in (-1.0, 1.0)]
     ends = dict(zip(jobs, problem.each(end, jobs), strict=True))
     return {key: (ends[key, -1.0], ends[key, 1.0]) for key in wide}
+
+
+class _Held:
+    """What it costs to hold a number where it is put, everything else refitted."""
+
+    def __init__(self, problem: Problem, before: Point, effect: str, best: float, enough: float) -> None:
+        self._problem, self._before, self._effect, self._best, self._enough = problem, before, effect, best, enough
+
+    def at(self, key: str, value: float, start: Mapping[str, float]) -> tuple[float, dict[str, float]]:
+        """Chi-square above the best, and the values that everything else takes."""
+        fit = refit(self._problem.bounded({key: (value, value)}), self._before, self._effect, {**start, key: value}, ROUNDS, self._enough)
+        return fit.chi - self._best, fit.values
+
+    def along(self, key: str, start: Mapping[str, float]) -> Callable[[float], float]:
+        """The cost by where the number is held, each refit begun where the last one ended: a bent valley is followed step by step."""
+        last = dict(start)
+
+        @cache
+        def costs(value: float) -> float:
+            cost, values = self.at(key, value, last)
+            last.update(values)
+            return cost
+
+        return costs
 
 
 def reached(costs: Callable[[float], float], value: float, straight: float, bound: float, limit: float) -> float:
@@ -80,11 +102,23 @@ def _outward(costs: Callable[[float], float], value: float, inner: float, bound:
         if costs(outer) >= limit:
             return _between(costs, inner, outer, limit)
         inner = outer
-    return bound
+    return bound if inner == bound or costs(bound) < limit else _far_between(costs, value, inner, bound, limit)
+
+
+def _far_between(costs: Callable[[float], float], value: float, inner: float, outer: float, limit: float) -> float:
+    for _ in range(NEARER):
+        middle = value + float(np.sign(outer - value) * np.sqrt((inner - value) * (outer - value)))
+        inner, outer = (middle, outer) if costs(middle) < limit else (inner, middle)
+    return _between(costs, inner, outer, limit)
 
 
 def _between(costs: Callable[[float], float], inner: float, outer: float, limit: float) -> float:
-    """Where the root of ``costs``, straight between two values, is that of ``limit``."""
+    """Where the root of ``costs``, straight between two values and then between the nearer ones, is that of ``limit``."""
+    middle = _crossing(costs, inner, outer, limit)
+    return _crossing(costs, middle, outer, limit) if costs(middle) < limit else _crossing(costs, inner, middle, limit)
+
+
+def _crossing(costs: Callable[[float], float], inner: float, outer: float, limit: float) -> float:
     low, high, at = (np.sqrt(max(one, 0.0)) for one in (costs(inner), costs(outer), limit))
     return float(inner + (outer - inner) * (at - low) / (high - low))
 
@@ -94,7 +128,12 @@ def _wide(problem: Problem, final: Point, key: str, width: float) -> bool:
     return width * problem.spread(key) > WIDE * abs(final.values.get(key, knob.value) - knob.value)
 
 
-def _too_narrow(normal: Normal, width: Mapping[str, float]) -> float:
+def _in_order(astray: np.ndarray | None, keys: tuple[str, ...], wanted: tuple[str, ...]) -> np.ndarray | None:
+    return None if astray is None else astray[:, [keys.index(key) for key in wanted]]
+
+
+def _too_narrow(normal: Normal, keys: tuple[str, ...], astray: np.ndarray | None) -> float:
     """How many times more the variance of the straight intervals is than white noise would make it, at least once; the largest of the numbers that can move."""
     white = dict(zip(np.array(normal.keys)[~normal.frozen], np.diag(normal.covariance()), strict=True))
+    width = intervals(normal, keys, astray)
     return max([1.0, *((half / TWO_SIDED_95) ** 2 / white[key] for key, half in width.items() if key in white and np.isfinite(half))])

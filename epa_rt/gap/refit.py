@@ -105,8 +105,8 @@ class _Trial:
         self.chi = float(chi) if np.isfinite(chi) else np.inf
 
 
-def refit(problem: Problem, point: Point, effect: str, start: Mapping[str, float], rounds: int = ROUNDS) -> Fit:
-    """The effect's knobs with everything free at ``point``, from ``start`` (knob key to value)."""
+def refit(problem: Problem, point: Point, effect: str, start: Mapping[str, float], rounds: int = ROUNDS, enough: float = ENOUGH) -> Fit:
+    """The effect's knobs with everything free at ``point``, from ``start`` (knob key to value), until chi-square falls by less than the part ``enough``."""
     new = tuple(k for k in problem.effects[effect].knobs if k not in point.normal.keys)
     keys = point.normal.keys + new
     touched = problem.touched(new)
@@ -121,7 +121,7 @@ def refit(problem: Problem, point: Point, effect: str, start: Mapping[str, float
         if better is None:
             break
         after, damping = better
-        arrived = at.chi - after.chi < ENOUGH * at.chi
+        arrived = at.chi - after.chi < enough * at.chi
         at, tables = after, None
         if arrived:
             break

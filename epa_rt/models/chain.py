@@ -65,7 +65,7 @@ def rates(p, s, y, dy, seen, part):
     dy[HEAT], dy[SLOW_HEAT] = motor.heat_rates(d, current, y[HEAT], y[SLOW_HEAT])
     load_torque = load.along_spool(l, force0, force1) * per_angle
     low, high = transmission.friction_limits(t, load_torque, speed)
-    torque = motor.motor_torque(d, current, angle, warmth) - transmission.sliding_torque(t, load_torque, speed)
+    torque = motor.motor_torque(d, current, angle, warmth) - transmission.sliding_torque(t, d.inertia_kg_m2, load_torque, speed)
     dy[SPEED], dy[STICTION] = motor.acceleration(d, torque, load_torque, low, high, y[STICTION], speed, angle)
     dy[ANGLE] = speed
     dy[LOAD_PLACE] = y[LOAD_SPEED]

@@ -37,10 +37,15 @@ def test_a_law_of_the_same_family_that_carries_the_plant_is_named_instead(monkey
     for other in ("further", "one_alone"):  # what would find it as well, later
         monkeypatch.setattr(f"epa_rt.gap.in_free_run.{other}", lambda *arguments: None)
     problem, selection = chosen(logs(DAHL), "coulomb")
+    (role,) = selection.roles
+    strayed = tuple(replace(fit, values=fit.values | {"spring.dahl_m": 2e-2}) if fit.effect == "dahl" else fit for fit in role.fits)
+    selection = replace(selection, roles=(replace(role, fits=strayed),))
     ground = ground_of(problem, selection.base.values)
     found, said = heard(problem, selection, ground)
     assert list(found.final.effects) == ["dahl"] and said.to_noise
     assert found.roles[0].best.values["spring.dahl_m"] == pytest.approx(DAHL["spring.dahl_m"], rel=0.1)
+    gained = found.roles[0].gains.sum(axis=1)
+    assert found.roles[0].best.effect == "dahl" and gained[0] > 0.99 * gained.max() and len(gained) == len(role.fits)
     kept, said = heard(problem, selection, ground, Rules(kin=0))
     assert "dahl" not in kept.final.effects and not said.to_noise
 
@@ -69,5 +74,7 @@ def test_shapes_are_as_strong_as_the_fit_and_the_best_comes_first():
     subject.catalogue = tuple(effect._replace(starts=((1.0, 3.0), (1.0, 2.0), (1.0, 7.0))) if effect.name == "shaped" else effect for effect in subject.catalogue)
     problem = problem_of(subject, true, 400, 0.01)
     strayed = Fit("shaped", {"shaped.a": 0.5, "shaped.b": 9.0}, 0.0, None)
-    assert [start["shaped.b"] for start in _shapes(problem, problem, strayed)][0] == 2.0
-    assert {start["shaped.a"] for start in _shapes(problem, problem, strayed)} == {0.5}
+    found = _shapes(problem, problem, strayed)
+    assert [start["shaped.b"] for start in found][0] == 2.0 and {start["shaped.a"] for start in found} == {0.5}
+    assert len(_shapes(problem, problem, replace(strayed, values=true))) == 2  # as it is already, a shape is not asked for again
+    assert _shapes(problem, problem, Fit("single", {"single.a": 0.3}, 0.0, None)) == []  # strength alone

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.diagnose import diagnose
-from epa_rt.gap.own_loop import UNHEARD, Rest, apart, joined
+from epa_rt.gap.own_loop import UNHEARD, Rest, apart, joined, judged_by
 from tests.gap.report.answers import EXPLAINED, NOT_IN_CATALOGUE
 from tests.gap.test_verdict import left
 from tests.gap.toy import Toy, floors, recording
@@ -39,14 +39,18 @@ def test_the_rest_is_asked_where_most_of_an_unexplained_gap_is_in_the_drives_own
     assert apart(Maker(), found(drive=(900.0, 1.2), gas=(1.0, 1.0)), NOT_IN_CATALOGUE) is None, "nothing else to be explained"
     assert apart(Maker(), found(drive=(900.0, 1.2), encoder=(20.0, 1.1), gas=(20.0, 1.1)), NOT_IN_CATALOGUE) is None, "the motion itself is in doubt"
     assert apart(Maker(), found(drive=(20.0, 1.1), gas=(900.0, 1.2)), NOT_IN_CATALOGUE) is None, "the drive may show what is wrong in the gas"
+    late = Thing(before=left(drive=(900.0, 1.2), gas=(20.0, 1.1)), after=left(drive=(1.02, 1.0), gas=(18.0, 1.1)))
+    assert apart(Maker(), late, NOT_IN_CATALOGUE) is None, "an effect explains the drive"
 
 
 def test_what_the_rest_says_counts_less_and_hides_nothing_of_the_drive():
-    whole = replace(NOT_IN_CATALOGUE, location=EXPLAINED.location)
-    said = joined(whole, EXPLAINED, OWN)
-    assert said.verdict == "partly_explained" and said.says.startswith("The drive's own loop is not the plant file's (1.0 times its floor)")
+    drive = replace(EXPLAINED.location[-1], link=OWN, block=OWN, times_floor=44.0)
+    whole = replace(NOT_IN_CATALOGUE, location=(replace(drive, block="spring"), drive, *EXPLAINED.location[:-1]))
+    said = joined(whole, EXPLAINED, OWN, ("cogging",))
+    assert said.verdict == "partly_explained" and said.says.startswith("The drive's own loop is not the plant file's (44.0 times its floor)")
     assert said.effects[0].name == EXPLAINED.effects[0].name and said.effects[0].confidence == pytest.approx(UNHEARD * EXPLAINED.effects[0].confidence)
-    assert said.location == whole.location and said.free_run == whole.free_run
+    assert said.location == (drive, *EXPLAINED.location) and said.free_run == whole.free_run
+    assert said.not_tested == (*EXPLAINED.not_tested, "cogging")
 
 
 @pytest.mark.parametrize("rest", [NOT_IN_CATALOGUE, replace(EXPLAINED, verdict="not_separable"),
@@ -61,4 +65,6 @@ def test_friction_is_named_beside_a_drive_that_nothing_explains():
     told = diagnose(Maker(), logs, floors=floors)
     assert [effect.name for effect in told.effects] == ["dahl"] and told.effects[0].confidence <= UNHEARD and told.verdict == "partly_explained"
     assert told.location[0].link == OWN
+    by = judged_by(told, Maker())
+    assert isinstance(by, Rest) and [link.name for link in by.links] == ["gas", "spring"]
     assert not diagnose(Toy(), logs, floors=floors).effects

@@ -3,11 +3,13 @@
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from epa_rt.config.rig import load_rig
 from epa_rt.experiments.experiment import load_experiment
 from epa_rt.gap.menu import Item, menu
-from epa_rt.gap.plan import Rival, next_experiment
+from epa_rt.gap.plan import Judged, Rival, next_experiment
 from tests.gap import toy
 
 RIGS = Path(__file__).parents[2] / "config" / "rigs"
@@ -98,8 +100,17 @@ def test_what_more_rounds_would_decide_is_preferred_to_what_they_would_not():
     assert (found.name, found.settings["rounds"], found.expected_distance) == ("short", "12", 36.0)
 
 
-def test_what_decides_at_once_is_preferred_to_many_rounds():
-    assert both(20.0, {"long": 26.0, "short": 24.0}).name == "long"
+@pytest.mark.parametrize(("apart", "chosen"), [({"long": 76.0, "short": 24.0}, "long"), ({"long": 26.0, "short": 24.0}, "short"), ({"long": 3.0, "short": 24.0}, "short"),
+                                               ({"long": 24.0, "short": 15.0}, "short")])
+def test_what_promises_amply_is_preferred_and_of_two_that_do_the_one_that_does_at_once(apart, chosen):
+    """Of trials of 100 s two rounds can be had, of trials of 20 s twelve."""
+    assert both(20.0, apart).name == chosen
+
+
+@given(st.floats(0.1, 200.0), st.floats(0.1, 200.0), st.floats(1.0, 300.0))
+def test_an_experiment_of_less_distance_never_reaches_further(one, other, trials_s):
+    near, far = (Judged(Item("sines", {}, "", "", lambda times: None), distance, trials_s) for distance in sorted((one, other)))
+    assert near.reach <= far.reach
 
 
 @pytest.mark.parametrize("longer", [0.0, 2.9])

@@ -94,6 +94,22 @@ class WithEffects(SecondSimulator):
         current = y[CURRENT] / (1 + d["torque_saturation_per_a"] * abs(y[CURRENT]))
         return kt * current * (1 + d["torque_ripple_ratio"] * ripple) + d["cogging_nm"] * cogs
 
+    def gear(self, load, speed):
+        t, eta = self.p["transmission"], self.p["transmission"]["gear_efficiency_ratio"]
+        dry = t["gear_friction_n"] * t["spool_radius_m"] / t["gear_ratio"]
+        along, against = abs(load) * (1 - eta), abs(load) * (1 / eta - 1)
+        low, high = (-dry - along, dry + against) if load >= 0 else (-dry - against, dry + along)
+        part, built = t["gear_sliding_ratio"], t["gear_friction_speed_rad_s"]
+
+        def there(at):
+            s, e = abs(speed) / at, t["gear_friction_sharpness_ratio"]
+            return s / (1 + s**e) ** (1 / e)
+
+        beta = there(built) if built else 1.0
+        least = max(built, 0.5, part * max(high, -low) * 7e-4 / self.p["drive"]["inertia_kg_m2"])
+        sliding = part * there(least) * (high if speed >= 0 else low) if part else 0.0
+        return (1 - part) * beta * low, (1 - part) * beta * high, sliding
+
     def shape(self, i, length):
         m = self.p["muscle"][i]
         return super().shape(i, min(length + m["end_length_m"], m["braid_length_m"]))

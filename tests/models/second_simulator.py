@@ -96,17 +96,25 @@ class SecondSimulator:
             phi *= (1 - ratio) / 0.001
         return conductance * 1.185 * from_pa * math.sqrt(293.15 / g["temperature_k"]) * phi
 
+    def through(self, opening, seat, conductance, g, from_pa, to_pa):
+        """A valve, or what its seat leaks where that is more."""
+        if opening >= seat:
+            return opening * self.orifice(conductance, g, from_pa, to_pa)
+        part, high, low = g["leak_laminar_ratio"], max(from_pa, to_pa), min(from_pa, to_pa)
+        narrow = math.copysign(seat * conductance * 1.185 * high * math.sqrt(293.15 / g["temperature_k"]) * (1 - (low / high) ** 2), from_pa - to_pa)
+        return (1 - part) * seat * self.orifice(conductance, g, from_pa, to_pa) + part * narrow
+
     def rates(self, t, y, k, line, valves):
         dy = np.zeros_like(y)
         forces = [0.0, 0.0]
         for j, i in enumerate(self.muscles):
             g, m, at = self.p["gas"][i], self.p["muscle"][i], FIRST_MUSCLE + PER_MUSCLE * j
             volume, pressure, speed, forces[i] = self.pull(j, i, y)
-            drawn = y[at + 2] * self.orifice(g["inlet_conductance_m3_s_pa"], g,
-                                             g["atmosphere_pa"] + g["supply_gauge_pa"], pressure)
-            lost = y[at + 3] * self.orifice(g["exhaust_conductance_m3_s_pa"], g, pressure, g["atmosphere_pa"])
+            above = pressure - g["atmosphere_pa"]
+            drawn = self.through(y[at + 2], g["inlet_seat_leak_ratio"], g["inlet_conductance_m3_s_pa"], g, g["atmosphere_pa"] + g["supply_gauge_pa"], pressure)
+            lost = self.through(y[at + 3], g["exhaust_seat_leak_ratio"], g["exhaust_conductance_m3_s_pa"], g, pressure, g["atmosphere_pa"])
             thermal = g["gas_constant_j_kg_k"] * g["temperature_k"]
-            lost += g["leak_per_s"] * (pressure - g["atmosphere_pa"]) * volume / thermal
+            lost += g["leak_per_s"] * above * (1 + g["leak_laminar_ratio"] * above / (2 * g["atmosphere_pa"])) * volume / thermal
             dy[at] = volume ** (g["polytropic_ratio"] - 1) * thermal * (drawn - lost)
             dy[at + 1] = drawn - lost
             dy[at + 2] = (valves[i] - y[at + 2]) / g["valve_lag_s"]
@@ -138,11 +146,16 @@ class SecondSimulator:
         wanted = min(max(wanted, (-volt - kt * y[SPEED]) / d["winding_ohm"]), (volt - kt * y[SPEED]) / d["winding_ohm"])
         dy[CURRENT] = (wanted - y[CURRENT]) / d["current_lag_s"]
         stiffness, tau = d["presliding_stiffness_nm_rad"], d["presliding_time_s"]
-        friction = min(max(stiffness * (y[STUCK] + tau * y[SPEED]), -d["coulomb_nm"]), d["coulomb_nm"])
+        load = self.travel(y)[2] * (forces[0] * w["travel0_ratio"] + forces[1] * w["travel1_ratio"])
+        low, high, sliding = self.gear(load, y[SPEED])
+        friction = min(max(stiffness * (y[STUCK] + tau * y[SPEED]), low - d["coulomb_nm"]), high + d["coulomb_nm"])
         dy[STUCK] = (friction / stiffness - y[STUCK]) / tau
-        spool = forces[0] * w["travel0_ratio"] + forces[1] * w["travel1_ratio"]
-        torque = self.shaft_torque(kt, y) - self.travel(y)[2] * spool - friction - d["viscous_nm_s_rad"] * y[SPEED]
+        torque = self.shaft_torque(kt, y) - load - friction - sliding - d["viscous_nm_s_rad"] * y[SPEED]
         dy[SPEED], dy[ANGLE] = torque / d["inertia_kg_m2"], y[SPEED]
+
+    def gear(self, load, speed):
+        """What the gear's friction adds to both limits, and what it takes of the torque in motion alone."""
+        return 0.0, 0.0, 0.0
 
     def torque_constant(self, y):
         return self.p["drive"]["torque_constant_nm_a"]
@@ -158,9 +171,11 @@ class SecondSimulator:
             if depth > 0:
                 push = w["stop_stiffness_nm_rad"] * depth - sign * w["stop_viscous_nm_s_rad"] * speed * min(1e3 * depth, 1)
                 stop += sign * max(push, 0.0)
-        weight = w["mass_kg"] * w["gravity_m_s2"] * w["mass_lever_m"] * math.sin(w["hang_rad"] + th)
+        hung = w["payload_kg"] * w["payload_lever_ratio"]
+        weight = (w["mass_kg"] + hung) * w["gravity_m_s2"] * w["mass_lever_m"] * math.sin(w["hang_rad"] + th)
+        inertia = max(w["inertia_kg_m2"] + hung * w["payload_lever_ratio"] * w["mass_lever_m"] ** 2, 0.1 * w["inertia_kg_m2"])
         dy[PLACE] = speed
-        dy[RATE] = (pull - weight - w["viscous_nm_s_rad"] * speed + stop) / w["inertia_kg_m2"]
+        dy[RATE] = (pull - weight - w["viscous_nm_s_rad"] * speed + stop) / inertia
 
     def lines(self, commands):
         """Per cycle the straight lines of the targets: angle, slope and speed at start and end."""

@@ -42,7 +42,7 @@ def rubbed(params, load_torque, speed, step_s, force, stuck):
         low, high = transmission.friction_limits(params[0].transmission, load_torque[k], speed[k])
         dry = motor.dry_limit(d, speed[k], 0.0)
         force[k], rate = slider(d.presliding_stiffness_nm_rad, d.presliding_time_s, z, speed[k], low - dry, high + dry)
-        force[k] += transmission.sliding_torque(params[0].transmission, load_torque[k], speed[k])
+        force[k] += transmission.sliding_torque(params[0].transmission, params[0].drive.inertia_kg_m2, load_torque[k], speed[k])
         z += step_s * rate
         stuck[k] = z
 
@@ -57,7 +57,7 @@ def limits_of(params: np.ndarray, load_torque, speed) -> np.ndarray:
 @compiled
 def sliding_torques(params, load_torque, speed, out):
     for k in range(len(out)):
-        out[k] = transmission.sliding_torque(params[0].transmission, load_torque[k], speed[k])
+        out[k] = transmission.sliding_torque(params[0].transmission, params[0].drive.inertia_kg_m2, load_torque[k], speed[k])
 
 
 def slid(params: np.ndarray, load_torque: np.ndarray, speed: np.ndarray) -> np.ndarray:

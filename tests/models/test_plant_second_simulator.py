@@ -60,6 +60,12 @@ EFFECTS = {
     "friction of the braid": {"muscle.stribeck_ratio": 0.05, "muscle.stribeck_tail_ratio": 0.5, "muscle.stribeck_breadth_ratio": 1.4, "muscle.coulomb_ratio": 0.03,
                               "muscle.coulomb_speed_m_s": 0.004, "muscle.pressure_viscous_s_m": 0.3},
     "bladder, threshold, softening, end fittings": {"muscle.bladder_stiffness_n_m": 500.0, "muscle.bladder_hardening_per_m": 30.0, "muscle.threshold_pa": 2e4, "muscle.softening_per_pa": 3e-7, "muscle.end_length_m": 2e-3},
+    "friction of the gear": {"transmission.gear_friction_n": 12.0, "transmission.gear_efficiency_ratio": 0.85, "transmission.gear_friction_speed_rad_s": 3.0,
+                             "transmission.gear_friction_sharpness_ratio": 2.0},
+    "friction of the gear in motion alone": {"transmission.gear_friction_n": 30.0, "transmission.gear_sliding_ratio": 1.0},
+    "friction of the gear, half and half": {"transmission.gear_friction_n": 10.0, "transmission.gear_friction_speed_rad_s": 5.0, "transmission.gear_sliding_ratio": 0.5},
+    "leak through narrow gaps": {"gas.leak_per_s": 0.2, "gas.leak_laminar_ratio": 0.8},
+    "valves that do not shut": {"gas.inlet_seat_leak_ratio": 0.02, "gas.exhaust_seat_leak_ratio": 0.03, "gas.leak_laminar_ratio": 0.6},
     "lock": {"muscle.lock_stiffness_n_m": 3000.0, "muscle.lock_hardening_per_m": 100.0, "muscle.lock_viscous_n_s_m": 20.0, "muscle.lock_length_m": 0.1385},
 }
 
@@ -79,3 +85,17 @@ def test_two_simulators_agree_on_effects_within_a_sensor_step(knobs):
         assert np.max(np.abs(first[channel] - values)) <= SENSOR_STEP[channel], channel
     without = simulate(bare, commands, file.substeps)
     assert any(np.max(np.abs(first[c] - without[c])) > SENSOR_STEP[c] for c in second)  # it shows
+
+
+@pytest.mark.parametrize(("payload_kg", "lever"), [(0.3, 1.6), (-0.2, 1.0)])
+def test_two_simulators_agree_on_a_weight_on_the_shin(payload_kg, lever):
+    file = load_plant(PLANTS / "knee.yaml")
+    params = silent(file.params)
+    write_knob(params, "load.payload_kg", payload_kg)
+    write_knob(params, "load.payload_lever_ratio", lever)
+    gear = params["transmission"][0]
+    commands = short_log(float(gear["gear_ratio"] / gear["spool_radius_m"]), knee=True)
+    place = float(plant.new_state(params)["smooth"][0, LOAD_PLACE])
+    first, second = simulate(params, commands, file.substeps), SecondSimulator(params, place).run(commands)
+    for channel, values in second.items():
+        assert np.max(np.abs(first[channel] - values)) <= SENSOR_STEP[channel], channel

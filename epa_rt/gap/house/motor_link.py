@@ -80,5 +80,5 @@ def balance_current(params, angle, speed, acceleration, spool_n, warmth_k, perio
         low, high = transmission.friction_limits(t, load, speed[k])
         dry = motor.dry_limit(p, speed[k], angle[k])
         friction, _ = slider(p.presliding_stiffness_nm_rad, p.presliding_time_s, stuck, speed[k], low - dry, high + dry)
-        torque = p.inertia_kg_m2 * acceleration[k] + friction + motor.drag(p, speed[k]) + load + transmission.sliding_torque(t, load, speed[k])
+        torque = p.inertia_kg_m2 * acceleration[k] + friction + motor.drag(p, speed[k]) + load + transmission.sliding_torque(t, p.inertia_kg_m2, load, speed[k])
         out[k] = motor.current_for(p, torque, angle[k], warmth_k[k])

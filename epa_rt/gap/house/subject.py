@@ -55,7 +55,7 @@ class HouseSubject:
         self.nominal: tuple[Knob, ...] = tuple(knob(n.key, plant.params) for n in NOMINAL if self._touch(n.key, names))
         self._own = {k.key for k in self.nominal}
         self.catalogue: tuple[Effect, ...] = tuple(
-            effect for effect in CATALOGUE if not {effect.name, effect.family} & leave_out
+            self._without_inert(effect, names) for effect in CATALOGUE if not {effect.name, effect.family} & leave_out
             and applies(effect, plant.params) and self._touch(effect.knobs[0], names))  # the first one is its strength
         self.knobs: Mapping[str, Knob] = {k.key: k for k in self.nominal} | {
             key: knob(key, plant.params) for effect in self.catalogue for key in effect.knobs if key not in self._own}
@@ -64,6 +64,12 @@ class HouseSubject:
         if key not in self._reach:
             self._reach[key] = tuple(name for name in reached(key, self.plant.params, self.channels) if name in names)
         return self._reach[key]
+
+    def _without_inert(self, effect: Effect, names: tuple[str, ...]) -> Effect:
+        """Without the knobs that this rig has no use for: a weight on a carriage hangs at no lever."""
+        kept = [i for i, key in enumerate(effect.knobs) if self._touch(key, names)]
+        starts = dict.fromkeys(tuple(start[i] for i in kept) for start in effect.starts)
+        return effect._replace(knobs=tuple(effect.knobs[i] for i in kept), starts=tuple(starts))
 
     def touched(self, key: str) -> tuple[str, ...]:
         return self._touch(key, tuple(link.name for link in self.links))

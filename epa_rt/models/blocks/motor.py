@@ -136,7 +136,7 @@ def _over_log(params, angle, speed, accelerated, force, period_s, out):
                 end = friction / p.presliding_stiffness_nm_rad
                 stiction = end + (stiction - end) * fade
         friction, _ = slider(p.presliding_stiffness_nm_rad, p.presliding_time_s, stiction, speed[k], low - dry, high + dry)
-        torque = p.inertia_kg_m2 * accelerated[k] + load_torque + friction + drag(p, speed[k]) + sliding_torque(t, load_torque, speed[k])
+        torque = p.inertia_kg_m2 * accelerated[k] + load_torque + friction + drag(p, speed[k]) + sliding_torque(t, p.inertia_kg_m2, load_torque, speed[k])
         heat_rate, slow_rate = heat_rates(p, current, heat, slow_heat)
         heat += period_s * heat_rate
         slow_heat += period_s * slow_rate

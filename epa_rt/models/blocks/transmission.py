@@ -6,7 +6,8 @@ import numpy as np
 
 from epa_rt.models.compiled import compiled
 
-SLIDING_RAD_S = 0.5   # speed at which friction that holds nothing at rest builds up at least: what is steeper, a sub-step does not follow
+SLIDING_RAD_S = 0.5   # speed at which friction that holds nothing at rest builds up at least
+FOLLOWED_S = 7e-4     # and later where it would bring the shaft to rest sooner than this: what is steeper, a sub-step of a millisecond does not follow
 
 
 @compiled
@@ -125,12 +126,13 @@ def friction_limits(p, load_torque, speed):
 
 
 @compiled
-def sliding_torque(p, load_torque, speed):
-    """Torque (N m) against positive motion of that part of the gear's friction that holds nothing at rest."""
+def sliding_torque(p, inertia_kg_m2, load_torque, speed):
+    """Torque (N m) against positive motion of that part of the gear's friction that holds nothing at rest, on a shaft of this inertia."""
     if p.gear_sliding_ratio == 0.0:
         return 0.0
     low, high = _limits(p, load_torque)
-    there = p.gear_sliding_ratio * built_up(p, abs(speed), max(p.gear_friction_speed_rad_s, SLIDING_RAD_S))
+    build_up_speed = max(p.gear_friction_speed_rad_s, SLIDING_RAD_S, FOLLOWED_S * p.gear_sliding_ratio * max(high, -low) / inertia_kg_m2)
+    there = p.gear_sliding_ratio * built_up(p, abs(speed), build_up_speed)
     return there * high if speed >= 0.0 else there * low
 
 
