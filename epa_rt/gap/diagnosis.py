@@ -68,7 +68,7 @@ class Named:
     family: str
     block: str
     parameters: tuple[Number, ...]
-    confidence: float               # 0 to 1: share of block-bootstrap resamples in which it stays first, times 1 - 3 x the share of the gap left, block by block and in free run
+    confidence: float               # 0 to 1: share of block-bootstrap resamples in which it stays first, times 1 - 3 x the share of the gap left block by block and 1 - 10 x that in free run
     gain: float                     # fall of chi-square over its expectation by chance, in units of the noise
     not_separable_from: tuple[str, ...] = ()
     who: Who = "rig"                # has it: the rig alone, the plant file alone (it is to be taken out), or both at other strengths
