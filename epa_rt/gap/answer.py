@@ -12,7 +12,7 @@ from epa_rt.gap.diagnosis import Diagnosis, FreeRun, Named, Near, Number, Origin
 from epa_rt.gap.held_out import not_carried_over, not_closed, said_of_held_out, said_of_not_closed, said_of_unforeseen
 from epa_rt.gap.localise import localise
 from epa_rt.gap.origin import origin_first, origins
-from epa_rt.gap.plausible import absorbed, beyond_belief, strained, within_belief
+from epa_rt.gap.plausible import absorbed, beyond_belief, beyond_belief_together, strained, within_belief
 from epa_rt.gap.point import Normal, Point
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.profile import profiled
@@ -109,7 +109,7 @@ def _odd(found: Attribution) -> tuple[str, ...]:
     """
     roles = found.selection.roles
     if not roles:
-        return beyond_belief(found.selection.base.normal)
+        return beyond_belief(found.selection.base.normal) or beyond_belief_together(found.selection.base.normal)
     normal = found.selection.final.normal
     odd = beyond_belief(normal, BARS.belief_named)
     if absorbed(normal, odd) > sum(float(role.gains[0].sum()) for role in roles):

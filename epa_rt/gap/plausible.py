@@ -16,6 +16,13 @@ def beyond_belief(normal: Normal, spreads: float = BARS.belief) -> tuple[str, ..
     return tuple(key for _, key in sorted(far, reverse=True))
 
 
+def beyond_belief_together(normal: Normal, bars: Bars = BARS) -> tuple[str, ...]:
+    """Several nominal parameters, each of which might be wrong by that much, that no plant file has wrong all at once; the worst first."""
+    far = beyond_belief(normal, bars.own)
+    together = sum(z**2 for key, z in zip(normal.keys, normal.z, strict=True) if key in far)
+    return far if len(far) > 1 and together > bars.strain_unnamed else ()
+
+
 def strained(before: Normal, after: Normal, bars: Bars = BARS) -> tuple[str, ...]:
     """Nominal parameters that effects only agree with where they are further off, together, than plant files are; the worst first, at most three.
 
