@@ -77,6 +77,7 @@ TRANSMISSION: Table = (
     P("uneven_backlash_rad", "rad", 0.0, 0.0, 0.2, "mean of a play at the gear's output that is wider in some places of the spool's turn", OFF_CENTRE, "uneven_backlash"),
     P("backlash_wave_ratio", "1", 0.5, 0.0, 0.95, "how much wider it is there, over its mean", OFF_CENTRE),
     P("backlash_per_turn_ratio", "1", 1.0, 0.5, 8.0, "in how many places of a turn it is: 1 of a pinion off its centre, more of teeth that have worn", OFF_CENTRE),
+    P("backlash_narrowness_ratio", "1", 1.0, 0.5, 8.0, "how narrow these places are: 1 a sine, more where a few teeth have worn", OFF_CENTRE),
     P("backlash_phase_rad", "rad", 0.0, -2 * pi, 2 * pi, "spool angle where it has its mean and grows, negative", OFF_CENTRE),
     P("eccentricity_ratio", "1", 0.0, 0.0, 0.3, "eccentricity over radius of the spool", FACTS, "spool_eccentricity"),
     P("eccentricity_phase_rad", "rad", 0.0, -2 * pi, 2 * pi, "spool angle of the largest radius, negative", FACTS),

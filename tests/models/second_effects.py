@@ -47,8 +47,9 @@ class WithEffects(SecondSimulator):
         was, held = self.play
         spool = self.p["transmission"]
         moved, b = geared - was, float(spool["backlash_roundness_ratio"])
-        half = self.half + 0.5 * float(spool["uneven_backlash_rad"] * spool["spool_radius_m"] * spool["backlash_wave_ratio"]) * math.sin(
-            float(spool["backlash_per_turn_ratio"]) * geared / float(spool["spool_radius_m"]) + float(spool["backlash_phase_rad"]))
+        swing = (1 + math.sin(float(spool["backlash_per_turn_ratio"]) * geared / float(spool["spool_radius_m"]) + float(spool["backlash_phase_rad"]))) / 2
+        swing = 2 * swing ** float(spool["backlash_narrowness_ratio"]) - 1
+        half = self.half + 0.5 * float(spool["uneven_backlash_rad"] * spool["spool_radius_m"] * spool["backlash_wave_ratio"]) * swing
         sign = math.copysign(1.0, moved if moved != 0.0 else speed)
         gap, way = sign * (was - held), abs(moved)
         if b == 0.0:

@@ -142,15 +142,16 @@ def test_the_plant_moves_its_strap_as_the_play_alone_and_at_the_speed_that_it_sa
     assert np.sqrt(np.mean((moved - said) ** 2)) < 0.02 * np.sqrt(np.mean(moved**2))
 
 
-@given(moves, st.floats(0.0, 0.95), st.floats(0.5, 8.0), st.floats(-6.0, 6.0))
-def test_uneven_play_is_hard_play_as_wide_as_where_the_spool_stands(turns, ratio, places, phase):
+@given(moves, st.floats(0.0, 0.95), st.floats(0.5, 8.0), st.floats(-6.0, 6.0), st.floats(0.5, 8.0))
+def test_uneven_play_is_hard_play_as_wide_as_where_the_spool_stands(turns, ratio, places, phase, narrowness):
     params = neutral_params()
     spool = params["transmission"]
     spool["uneven_backlash_rad"], spool["backlash_wave_ratio"], spool["backlash_phase_rad"] = 9.6e-3, ratio, phase
-    spool["backlash_per_turn_ratio"] = places
+    spool["backlash_per_turn_ratio"], spool["backlash_narrowness_ratio"] = places, narrowness
     geared, out = path([40.0 * turn for turn in turns], 50, start=0.013), np.empty((2, 50 * len(turns) + 1))
     _played(params, np.asarray(geared), out)
-    half = HALF * (1.0 + ratio * np.sin(places * geared / float(spool["spool_radius_m"][0]) + phase))
+    swing = 0.5 + 0.5 * np.sin(places * geared / float(spool["spool_radius_m"][0]) + phase)
+    half = HALF * (1.0 + ratio * (2.0 * swing**narrowness - 1.0))
     behind = [geared[0]]
     for x, h in zip(geared, half, strict=True):
         behind.append(min(max(behind[-1], x - h), x + h))

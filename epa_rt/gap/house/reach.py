@@ -24,7 +24,7 @@ _DRIVE = {  # rows of the drive; others reach the drive's own loop alone
     "torque_saturation_per_a", "winding_thermal_k_w", "winding_time_s"), _MOTOR)
 _TRANSMISSION = {"gear_efficiency_ratio": _MOTOR, "gear_friction_n": _MOTOR, "gear_friction_speed_rad_s": _MOTOR,
                  "gear_friction_sharpness_ratio": _MOTOR, "gear_sliding_ratio": _MOTOR, "backlash_rad": _LENGTHS, "backlash_roundness_ratio": _LENGTHS,
-                 "uneven_backlash_rad": _LENGTHS, "backlash_wave_ratio": _LENGTHS, "backlash_per_turn_ratio": _LENGTHS, "backlash_phase_rad": _LENGTHS}
+                 "uneven_backlash_rad": _LENGTHS, "backlash_wave_ratio": _LENGTHS, "backlash_per_turn_ratio": _LENGTHS, "backlash_narrowness_ratio": _LENGTHS, "backlash_phase_rad": _LENGTHS}
 _SENSORS = (  # first part of a row's name, longer ones first
     ("motor_angle", ("drive", *_MOTOR, *_LENGTHS, "encoder")), ("motor_speed", ("drive", *_MOTOR, *_LENGTHS, "encoder")),
     ("motor_current", ("drive", *_MOTOR)), ("motor_torque", ("torque",)), ("muscle0_gauge", ("gas0", "muscle0")),

@@ -41,8 +41,10 @@ def play(p, geared, geared_before, travel_before, speed):
     """
     half = 0.5 * p.backlash_rad * p.spool_radius_m
     if p.uneven_backlash_rad != 0.0:
-        wave = 1.0 + p.backlash_wave_ratio * math.sin(p.backlash_per_turn_ratio * geared / p.spool_radius_m + p.backlash_phase_rad)
-        half += 0.5 * p.uneven_backlash_rad * p.spool_radius_m * wave
+        wave = math.sin(p.backlash_per_turn_ratio * geared / p.spool_radius_m + p.backlash_phase_rad)
+        if p.backlash_narrowness_ratio != 1.0:
+            wave = 2.0 * (0.5 * (1.0 + wave)) ** p.backlash_narrowness_ratio - 1.0
+        half += 0.5 * p.uneven_backlash_rad * p.spool_radius_m * (1.0 + p.backlash_wave_ratio * wave)
     if half == 0.0:
         return geared, 1.0
     if p.backlash_roundness_ratio != 0.0:
