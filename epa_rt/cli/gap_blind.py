@@ -6,6 +6,7 @@
   epa gap blind oracle out/blind --json oracle.json           what the data allow: told the laws, it only fits them (run it last)
                                                               (--answers blind.answers --missed: of what was missed; --next: of the proposed experiments)
   epa gap blind matrix --seed 7 -o out/matrix                 each effect hidden and left out: what is said instead
+  epa gap blind pool blind.json other.json                    shares over the cases of several sets
   epa gap blind rivals out/blind --json rivals.json --beside blind.json   the same cases by CMA-ES, least squares, sparse regression, RMSE
 """
 
@@ -52,6 +53,8 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     rivals.add_argument("--only", nargs="+", default=list(RIVALS), choices=RIVALS)
     rivals.add_argument("--first", type=_count, metavar="N", help="the first N cases alone (kinds are mixed): rivals take their time")
     rivals.add_argument("--beside", type=Path, metavar="JSON", help="what score wrote for the same cases: a row of its own in the table")
+    pool = parts.add_parser("pool", help="figures of several scored sets as one")
+    pool.add_argument("sets", type=Path, nargs="+", metavar="JSON", help="what score wrote for each set")
     for part in (score, matrix):
         part.add_argument("--diagnoser", default=DIAGNOSER, help=argparse.SUPPRESS)
     for part in (score, rivals, oracle):
@@ -75,6 +78,11 @@ def run(arguments: argparse.Namespace) -> int:
     check_writable(getattr(arguments, "html", None), (".html", ".htm"))
     if arguments.part in ("make", "matrix") and not (arguments.config / "rigs").is_dir():
         raise VerbError(f"{arguments.config}: found no folder rigs in it, expected the folder with rigs and plants (--config)")
+    if arguments.part == "pool":
+        from epa_rt.cli.gap_blind_pool import pool
+
+        print(pool(arguments.sets))
+        return COMPLETED
     if arguments.part == "oracle":
         _check_answers(arguments.answers, "--missed" if arguments.missed else "--next" if arguments.next else None)
     if arguments.part in ("score", "rivals", "oracle"):

@@ -40,3 +40,14 @@ def share(key: str, says: str, bar: str, cases: Iterable[Case], count: Callable[
 def middle(key: str, says: str, bar: str, values: Sequence[float]) -> Figure:
     """The median of values, in their own unit (s, or a share)."""
     return Figure(key, says, bar, statistics.median(values) if values else None, None, len(values))
+
+
+def pooled(sets: Sequence[Sequence[Figure]]) -> list[Figure]:
+    """Every share of the first set over the cases of all of them; medians, and what one of them does not count, have none."""
+    found = []
+    for figure in sets[0]:
+        same = [other for figures in sets for other in figures if other.key == figure.key and (other.right is not None or other.of == 0)]
+        right, of = sum(one.right or 0 for one in same), sum(one.of for one in same)
+        if len(same) == len(sets) and of:
+            found.append(figure._replace(value=right / of, right=right, of=of, low=wilson(right, of)[0], high=wilson(right, of)[1]))
+    return found

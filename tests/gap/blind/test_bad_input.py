@@ -21,10 +21,13 @@ MAKE = ["make", "--seed", "1", "--cases", "1"]
     (["rivals", "{folder}", "--json", "{folder}/out.json"], "expected the sealed truth"),
     (["score", "{folder}", "--json", "{folder}/file/out.json"], "in which nothing can be written"),
     (["score", "{folder}", "--json", "{folder}/out.txt"], "expected .json"),
+    (["pool", "{folder}/nothing"], "cannot be read"),
+    (["pool", "{folder}/file"], "found no figures in it"),
+    (["pool", "{folder}/file", "{folder}/../{name}/file"], "expected every set once"),
 ])
 def test_one_sentence_and_exit_2(arguments, words, tmp_path, capsys):
     (tmp_path / "file").write_text("")
-    assert main(["gap", "blind", *(one.format(folder=tmp_path) for one in arguments)]) == 2
+    assert main(["gap", "blind", *(one.format(folder=tmp_path, name=tmp_path.name) for one in arguments)]) == 2
     error = capsys.readouterr().err.strip()
     assert words in error and error.count("\n") == 0
     assert [path.name for path in tmp_path.iterdir()] == ["file"]

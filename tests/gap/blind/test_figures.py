@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from epa_rt.gap.blind.counted import wilson
+from epa_rt.gap.blind.counted import pooled, wilson
 from epa_rt.gap.blind.figures import figures, wrong
 from epa_rt.gap.blind.oracle import LIMIT, Bench, clear_of_stops, distance, explained, left, noise_of, strength_for
 from epa_rt.gap.blind.shown import closing_line, table
@@ -137,3 +137,11 @@ def test_a_next_experiment_must_leave_nothing_but_the_truth():
     alike = said("explained", "leak", "leak", not_separable_from=["creep"])
     cases = [(truth("not_separable"), said("not_separable", "leak") | {"after_next": after}) for after in (apart, alike, {"error": "none"})]
     assert (value(cases, "next").right, value(cases, "next").of) == (1, 3)
+
+
+def test_sets_pooled_are_counted_as_one():
+    one = [(truth(), said("explained", "leak")), (truth(), said("no_gap")), (truth("pair"), said("no_gap"))]
+    other = [(truth(), said("explained", "leak"))]
+    assert [f for f in pooled([figures(one), figures(other)]) if f.key == "first"] == [f for f in figures([*one, *other]) if f.key == "first"]
+    assert next(f for f in pooled([figures(one), figures(other)]) if f.key == "pair").of == 1
+    assert not {"closed", "seconds", "none"} & {f.key for f in pooled([figures(one), figures(other)])}

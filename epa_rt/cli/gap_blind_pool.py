@@ -1,0 +1,25 @@
+"""Figures of several sets of cases as one: a set of 120 has 14 to 48 cases to a figure, too few to hold it against a bar of 99 %."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from epa_rt.cli.exits import VerbError
+from epa_rt.gap.blind.counted import Figure, pooled
+from epa_rt.gap.blind.shown import table
+
+
+def pool(paths: Sequence[Path]) -> str:
+    """The table of all counts in what score wrote for each set. Raises VerbError."""
+    if len(set(path.resolve() for path in paths)) < len(paths):
+        raise VerbError(f"found {', '.join(map(str, paths))}, expected every set once")
+    return table(pooled([_figures(path) for path in paths]))
+
+
+def _figures(path: Path) -> list[Figure]:
+    try:
+        return [Figure(**one) for one in json.loads(path.read_text(encoding="utf-8"))["figures"]]
+    except OSError as error:
+        raise VerbError(f"{path}: cannot be read ({error.strerror})") from None
+    except (ValueError, KeyError, TypeError, RecursionError):
+        raise VerbError(f"{path}: found no figures in it, expected what epa gap blind score --json wrote") from None
