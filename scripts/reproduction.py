@@ -24,6 +24,8 @@ from epa_rt.study.claims import Claim  # noqa: E402
 from epa_rt.study.grid import LOOP_ROOMS, code_digest  # noqa: E402
 from epa_rt.study.serial import load_serial, solve  # noqa: E402
 
+PAPER = ('The paper: M. A. Sharbafi, H. Shin, G. Zhao, K. Hosoda, A. Seyfarth: *Electric-Pneumatic Actuator: A New Muscle for Locomotion*, Actuators 6(4), 30, 2017, [doi:10.3390/act6040030](https://doi.org/10.3390/act6040030). '
+         'SPAM is its serial, PPAM its parallel pneumatic artificial muscle.')
 PICTURES = {"serial_traces": "Fig. 5", "serial_stroke": "Fig. 6", "serial_map_stroke": "Fig. 7", "serial_map_power": "Fig. 8", "serial_rule": "Best pressure over frequency",
             "serial_map_stroke_serial_eq8_no_c3": "Fig. 7 by eq. (8) without C3; white: runs away", "knee_saved": "Fig. 9", "knee_geared_knee_saved": "Fig. 9 on the knee with a slower gear", "knee_swing": "Achieved swing beside it",
             "knee_catalogue_0_5_hz": "Catalogue at 0.5 Hz", "knee_catalogue_2_0_hz": "Catalogue at 2 Hz", "knee_catalogue_best": "Its optimum over frequency", "arrangements": "Arrangements"}
@@ -120,7 +122,7 @@ def row(claim: Claim) -> str:
 def page(parts: dict[str, list[Claim]], compared: dict) -> str:
     claims = [claim for part in parts.values() for claim in part]
     count = {verdict: sum(claim.verdict == verdict for claim in claims) for verdict in ("holds", "does not hold", "open")}
-    lines = ["# What of the paper holds", "",
+    lines = ["# What of the paper holds", "", PAPER, "",
              "Made by `python scripts/reproduction.py`; every figure comes from the run that wrote this page. Plants: `config/plants/bench_paper.yaml`, `serial.yaml`, `knee.yaml`, `knee_geared.yaml`. How the",
              "figures are computed: [identification.md](identification.md), [study.md](study.md). These are physical models, not the paper's rigs: *holds* means that such a model gives it too.", "",
              f"{len(claims)} claims: {count['holds']} hold, {count['does not hold']} do not, {count['open']} are open in the paper's own words.", ""]

@@ -13,10 +13,11 @@ import numpy as np
 from epa_rt.gap.coverage import gaps
 from epa_rt.gap.attribution import Attribution
 from epa_rt.gap.diagnosis import Diagnosis
+from epa_rt.gap.plausible import strained
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import Subject, Values
 
-STAYS = 0.5       # of the drive's excess with the effects that were tried, from which none of them explains it
+STAYS = 0.1       # of the drive's excess with the effects that were tried, from which none of them explains it: the right law in other words leaves a few percent
 SURE = 0.5        # confidence that a name needs by the blocks alone
 WITHOUT_LINK = "without_link"   # what a diagnosis stands on names the link there that was left out
 UNHEARD = 0.4     # of it is left: the whole plant has no say (answer.py: as much as where it is no better with a name)
@@ -45,8 +46,8 @@ class Rest:
 
 
 def apart(subject: Subject, found: Attribution, answer: Diagnosis) -> Rest | None:
-    """The rest to be diagnosed: where nothing explains the gap, most of it is in the drive's own loop and stays there with the effects that were
-    tried, and other links have one too; not where the motion that all are fed with contradicts itself (an encoder that wobbles shows in the drive first)."""
+    """The rest to be diagnosed: where nothing explains the gap, most of it is in the drive's own loop, which no effect explains with nominal
+    parameters that a plant file may have (a drive tuned otherwise passes for a scale of its current), and other links have one too; not where the motion that all are fed with contradicts itself (an encoder that wobbles shows in the drive first)."""
     own, motion = getattr(subject, "own_loop", (None, None))
     if own is None or answer.verdict != "not_in_catalogue":
         return None
@@ -54,7 +55,8 @@ def apart(subject: Subject, found: Attribution, answer: Diagnosis) -> Rest | Non
     if len(shows) < 2 or shows[0] != own or motion in shows:
         return None
     over, stays = (left.links[own].before - 1.0 for left in (found.before, found.after))
-    return Rest(subject, own) if stays > STAYS * over else None
+    explained = stays <= STAYS * over and not strained(found.selection.base.normal, found.selection.final.normal)
+    return None if explained else Rest(subject, own)
 
 
 def joined(answer: Diagnosis, rest: Diagnosis, own: str, unasked: Sequence[str] = ()) -> Diagnosis:

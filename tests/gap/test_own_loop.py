@@ -19,8 +19,10 @@ class Maker(Toy):
     own_loop = (OWN, "encoder")
 
 
-def found(**links: tuple[float, float]):
-    return Thing(before=left(**links), after=left(**links))
+def found(after=None, z=(0.5, 0.5), **links: tuple[float, float]):
+    """``z``: nominal parameters with the effects on, in spreads."""
+    base, final = (Thing(normal=Thing(keys=("a", "b"), z=np.array(at), prior=np.ones(2))) for at in ((0.5, 0.5), z))
+    return Thing(before=left(**links), after=left(**(after or links)), selection=Thing(base=base, final=final))
 
 
 def test_the_rest_knows_no_effect_and_no_number_that_the_left_out_link_alone_shows():
@@ -39,8 +41,9 @@ def test_the_rest_is_asked_where_most_of_an_unexplained_gap_is_in_the_drives_own
     assert apart(Maker(), found(drive=(900.0, 1.2), gas=(1.0, 1.0)), NOT_IN_CATALOGUE) is None, "nothing else to be explained"
     assert apart(Maker(), found(drive=(900.0, 1.2), encoder=(20.0, 1.1), gas=(20.0, 1.1)), NOT_IN_CATALOGUE) is None, "the motion itself is in doubt"
     assert apart(Maker(), found(drive=(20.0, 1.1), gas=(900.0, 1.2)), NOT_IN_CATALOGUE) is None, "the drive may show what is wrong in the gas"
-    late = Thing(before=left(drive=(900.0, 1.2), gas=(20.0, 1.1)), after=left(drive=(1.02, 1.0), gas=(18.0, 1.1)))
-    assert apart(Maker(), late, NOT_IN_CATALOGUE) is None, "an effect explains the drive"
+    late = {"drive": (1.02, 1.0), "gas": (18.0, 1.1)}
+    assert apart(Maker(), found(late, drive=(900.0, 1.2), gas=(20.0, 1.1)), NOT_IN_CATALOGUE) is None, "an effect explains the drive"
+    assert apart(Maker(), found(late, (5.0, 6.0), drive=(900.0, 1.2), gas=(20.0, 1.1)), NOT_IN_CATALOGUE), "with parameters that nobody believes"
 
 
 def test_what_the_rest_says_counts_less_and_hides_nothing_of_the_drive():
