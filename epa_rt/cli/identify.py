@@ -25,7 +25,7 @@ CHOICES = ("best", "polynomial", "tang", "physical")
 def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="logs of a rig (*.mcap)")
     verb.add_argument("--rig", type=Path, help="rig file (default: the one in the log)")
-    verb.add_argument("--plant", type=Path, help="plant file as it is believed (default: the one that the rig file names)")
+    verb.add_argument("--plant", type=Path, help="plant file as it is believed (default: the one that --rig names, else the log's)")
     verb.add_argument("--holdout", choices=HOLDOUTS, default="both", help="what is left out in turn to judge a fit (default: both)")
     verb.add_argument("-o", "--output", type=Path, metavar="PLANT.yaml", help="write a plant file with the identified muscle")
     verb.add_argument("--model", choices=CHOICES, default="best", help="which model it gets (default: the best on trials left out)")

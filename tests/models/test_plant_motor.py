@@ -114,7 +114,7 @@ def test_friction_of_the_gear_builds_up_from_nothing_to_all_of_it(sharpness, spe
 
 @given(st.floats(0.0, 1.0), st.floats(1.0, 8.0), st.floats(0.6, 50.0), st.floats(0.2, 1.0), st.floats(0.0, 500.0), st.floats(-0.1, 0.1), st.floats(-60.0, 60.0))
 def test_what_slides_and_what_sticks_of_it_are_together_all_of_it(sliding, sharpness, speed_rad_s, efficiency, dry_n, load, speed):
-    """Where the slider gives way."""
+    """Where the slider gives way; less where it would stop the shaft before a sub-step has followed."""
     def shares(ratio):
         params = gear(gear_efficiency_ratio=efficiency, gear_friction_n=dry_n, gear_friction_speed_rad_s=speed_rad_s, gear_friction_sharpness_ratio=sharpness,
                       gear_sliding_ratio=ratio)
@@ -122,9 +122,22 @@ def test_what_slides_and_what_sticks_of_it_are_together_all_of_it(sliding, sharp
 
     (low, high), _ = shares(0.0)
     (still_low, still_high), slides = shares(sliding)
-    forward = speed >= 0.0
-    assert slides + (still_high if forward else still_low) == pytest.approx(high if forward else low, rel=1e-9, abs=1e-15)
-    assert slides * speed >= 0.0
+    there, all_of_it = (slides + still_high, high) if speed >= 0.0 else (slides + still_low, low)
+    at_once = limits_of(gear(gear_efficiency_ratio=efficiency, gear_friction_n=dry_n), load, speed)
+    stops_in_s = float(gear()["drive"]["inertia_kg_m2"][0]) * speed_rad_s / max(sliding * np.max(np.abs(at_once)), 1e-12)
+    if stops_in_s >= transmission.FOLLOWED_S:
+        assert there == pytest.approx(all_of_it, rel=1e-9, abs=1e-15)
+    assert abs(there) <= abs(all_of_it) * (1.0 + 1e-9) + 1e-15 and slides * speed >= 0.0
+
+
+def test_what_slides_never_stops_the_shaft_sooner_than_a_sub_step_follows():
+    """Its slope over speed is at most the shaft's inertia over that time."""
+    speed = np.linspace(0.0, 50.0, 501)
+    params = gear(gear_friction_n=500.0, gear_sliding_ratio=1.0)
+    torque = slid(params, np.zeros(len(speed)), speed)
+    slope = np.diff(torque) / np.diff(speed)
+    assert slope.max() <= float(params["drive"]["inertia_kg_m2"][0]) / transmission.FOLLOWED_S and slope.min() >= 0.0
+    assert torque[-1] > 0.5 * limits_of(gear(gear_friction_n=500.0), 0.0, 1.0)[1, 0]
 
 
 corners = st.lists(st.floats(-60.0, 60.0), min_size=3, max_size=8)
