@@ -103,12 +103,12 @@ def _enough(selection: Selection, none: Point, best: Point, noise: float, rules:
 def most_of_one(gap: float) -> float:
     """Chi-square in free run that one law may leave of a gap of so much; what leaves more is refused, so that a second one is looked for (of a leak with a
     gauge's scale beside it the leak left 43 of 7217)."""
-    return max(BARS.little_left, ALONE * gap) if gap < BARS.shapeless_alone else np.inf
+    return in_other_words(gap) if gap < BARS.shapeless_alone else np.inf
 
 
-def leaves_much(gap: float, left: float) -> bool:
-    """Whether a law leaves more of a gap in free run than the right one in other words mostly does."""
-    return left > max(BARS.little_left, ALONE * gap)
+def in_other_words(gap: float) -> float:
+    """Chi-square in free run that the right law in other words mostly leaves of a gap at most."""
+    return max(BARS.little_left, ALONE * gap)
 
 
 def plainer(problem: Problem, name: str, other: str) -> bool:

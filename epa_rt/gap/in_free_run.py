@@ -11,7 +11,7 @@ import numpy as np
 
 from epa_rt.gap.as_one import fitted
 from epa_rt.gap.fewer import fewer
-from epa_rt.gap.further import Rules, above, around, bare, further, leaves_much, plainer, strain, with_effect
+from epa_rt.gap.further import Rules, above, around, bare, further, in_other_words, plainer, strain, with_effect
 from epa_rt.gap.ground import Ground
 from epa_rt.gap.heard import Beside, Heard
 from epa_rt.gap.one_alone import one_alone
@@ -76,15 +76,18 @@ def _carried(problem: Problem, whole: Problem, selection: Selection, k: int, non
         effects = tuple(fit.effect if name == first.effect else name for name in selection.final.effects)
         return min(whole.each(lambda values: fitted(whole, effects, values), [fit.values, *begins]), key=lambda point: point.normal.chi)
 
+    def ahead(fit: Fit, point: Point) -> bool:
+        return rules.told(none, point, best.normal.chi, noise, plainer(problem, fit.effect, role.best.effect))
+
     for fit in _near(problem, role, rules):
         point = instead(fit)
         left[fit.effect] = point.normal.chi
-        if rules.told(none, point, best.normal.chi, noise, plainer(problem, fit.effect, role.best.effect)):
+        if ahead(fit, point):
             left[role.best.effect] = best.normal.chi
             role, best = _with_first(role, fit), point
-    for fit in _kin(problem, role, rules) if leaves_much(above(none, noise), above(best, noise)) else ():
+    for fit in _kin(problem, role, rules) if above(best, noise) > in_other_words(above(none, noise)) else ():
         point = instead(fit, _shapes(problem, whole, fit)[: rules.shapes])
-        if rules.told(none, point, best.normal.chi, noise, plainer(problem, fit.effect, role.best.effect)):
+        if ahead(fit, point):
             role, best = _as_there(problem, role, fit, point), point
     named = role.best.effect
     others = {name: chi for name, chi in left.items() if problem.effects[name].family != problem.effects[named].family}

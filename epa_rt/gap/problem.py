@@ -189,7 +189,7 @@ class Problem:
                 alone = tuple(k for k in keys if off((k,)))
                 return alone or next((some for size in range(2, len(keys) + 1) for some in combinations(keys, size) if off(some)), None)
 
-            self._strength[effect] = fewest(zero) or fewest(moved) or one.knobs
+            self._strength[effect] = fewest(zero) or (zero != moved and fewest(moved)) or one.knobs
         return self._strength[effect]
 
     def each(self, function, items: Sequence) -> list:

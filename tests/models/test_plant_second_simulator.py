@@ -35,16 +35,21 @@ def short_log(per_metre: float, knee: bool) -> np.ndarray:
     return commands
 
 
+def agreed(file, params: np.ndarray, knee: bool, simulator=SecondSimulator):
+    """The readings of the compiled plant and the second simulator's over the short log, which differ by a sensor's step at most; and the commands."""
+    gear = params["transmission"][0]
+    commands = short_log(float(gear["gear_ratio"] / gear["spool_radius_m"]), knee)
+    place = float(plant.new_state(params)["smooth"][0, LOAD_PLACE])
+    first, second = simulate(params, commands, file.substeps), simulator(params, place).run(commands)
+    for channel, values in second.items():
+        assert np.max(np.abs(first[channel] - values)) <= SENSOR_STEP[channel], channel
+    return first, second, commands
+
+
 @pytest.mark.parametrize("name", ["bench_physical", "knee"])
 def test_two_simulators_agree_within_a_sensor_step(name):
     file = load_plant(PLANTS / f"{name}.yaml")
-    params = silent(file.params)
-    gear = params["transmission"][0]
-    commands = short_log(float(gear["gear_ratio"] / gear["spool_radius_m"]), name == "knee")
-    place = float(plant.new_state(params)["smooth"][0, LOAD_PLACE])
-    first, second = simulate(params, commands, file.substeps), SecondSimulator(params, place).run(commands)
-    for channel, values in second.items():
-        assert np.max(np.abs(first[channel] - values)) <= SENSOR_STEP[channel], channel
+    agreed(file, silent(file.params), name == "knee")
 
 
 EFFECTS = {
@@ -78,12 +83,7 @@ def test_two_simulators_agree_on_effects_within_a_sensor_step(knobs):
     params = bare.copy()
     for key, value in knobs.items():
         write_knob(params, key, value)
-    gear = params["transmission"][0]
-    commands = short_log(float(gear["gear_ratio"] / gear["spool_radius_m"]), knee=False)
-    place = float(plant.new_state(params)["smooth"][0, LOAD_PLACE])
-    first, second = simulate(params, commands, file.substeps), WithEffects(params, place).run(commands)
-    for channel, values in second.items():
-        assert np.max(np.abs(first[channel] - values)) <= SENSOR_STEP[channel], channel
+    first, second, commands = agreed(file, params, knee=False, simulator=WithEffects)
     without = simulate(bare, commands, file.substeps)
     assert any(np.max(np.abs(first[c] - without[c])) > SENSOR_STEP[c] for c in second)  # it shows
 
@@ -94,9 +94,4 @@ def test_two_simulators_agree_on_a_weight_on_the_shin(payload_kg, lever):
     params = silent(file.params)
     write_knob(params, "load.payload_kg", payload_kg)
     write_knob(params, "load.payload_lever_ratio", lever)
-    gear = params["transmission"][0]
-    commands = short_log(float(gear["gear_ratio"] / gear["spool_radius_m"]), knee=True)
-    place = float(plant.new_state(params)["smooth"][0, LOAD_PLACE])
-    first, second = simulate(params, commands, file.substeps), SecondSimulator(params, place).run(commands)
-    for channel, values in second.items():
-        assert np.max(np.abs(first[channel] - values)) <= SENSOR_STEP[channel], channel
+    agreed(file, params, knee=True)
