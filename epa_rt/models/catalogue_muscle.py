@@ -74,5 +74,5 @@ MUSCLE_EFFECTS: tuple[Effect, ...] = (
     Effect("strap_compliance", "strap", "muscle", ("muscle.strap_compliance_m_n", "muscle.strap_stiffening_per_n"), ((1e-5, 5e-3), (1e-5, 0.0)),
            "the strap stretches under force", MUSCLE, FACTS),
     Effect("creep", "creep", "muscle", ("muscle.creep_stiffness_n_m", "muscle.creep_time_s", "muscle.creep_slow_ratio"),
-           ((300.0, 10.0, 0.5), (300.0, 1.0, 0.5), (300.0, 0.2, 0.5), (300.0, 60.0, 0.0)), "force relaxes after a stretch", MUSCLE, FACTS),
+           ((300.0, 10.0, 0.5), (300.0, 1.0, 0.5), (300.0, 0.2, 0.5), (1000.0, 0.01, 0.5), (300.0, 60.0, 0.0)), "force relaxes after a stretch", MUSCLE, FACTS),
 )

@@ -27,7 +27,7 @@ def pull(p, s, y, i, travel, travel_speed, q, q_speed):
     volume, slope = muscle.shape(m, g.dead_volume_m3, braid)
     pressure = gas.pressure(g, y[GAS_C + i], volume)
     force = muscle.tension(m, slope, pressure - g.atmosphere_pa, braid, speed, s.memory[i], braid - s.length_m[i],
-                           y[CREEP + i] + y[CREEP + 2 + i] + y[CREEP + 4 + i])
+                           muscle.creep_force(y, CREEP + i, 2))
     return volume, pressure, braid, speed, force
 
 

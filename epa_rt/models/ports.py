@@ -24,8 +24,8 @@ TRUTH = np.dtype(
 ANGLE, SPEED, CURRENT, INTEGRAL, STICTION, HEAT = 0, 1, 2, 3, 4, 5
 LOAD_PLACE, LOAD_SPEED, LOAD_STICTION, SUPPLY_FLOW = 6, 7, 8, 9
 GAS_C, GAS_MASS, CREEP = 10, 12, 14  # two each, one per muscle; of creep two for each branch
-SLOW_HEAT = 20
-SMOOTH = 21
+SLOW_HEAT = 24
+SMOOTH = 25
 RING = 64  # cycles of command, and of late sensors' truth, that are kept
 # The braid's friction elements: indices into STATE["memory"]; slip has four, Preisach three.
 SLIP, DAHL, LUGRE, BOUC_WEN, PREISACH, TRAVELLED, MEMORY = 0, 4, 5, 6, 7, 10, 11

@@ -6,7 +6,7 @@ import math
 
 from second_simulator import ANGLE, CURRENT, SPEED, SecondSimulator
 
-BRANCHES = 3
+BRANCHES = 5
 
 
 def wave(x, sine, cosine):
@@ -14,7 +14,7 @@ def wave(x, sine, cosine):
 
 
 class WithEffects(SecondSimulator):
-    """States beyond the nominal ones: winding heat, slow heat, three creep forces for each muscle; the play's memory stands beside them."""
+    """States beyond the nominal ones: winding heat, slow heat, five creep forces for each muscle; the play's memory stands beside them."""
 
     def __init__(self, params, place):
         self.play = None

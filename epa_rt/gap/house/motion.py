@@ -57,6 +57,6 @@ def pulls(params, i, gauge, length, speed, period_s, out):
                 stiffness, time_s = muscle.creep_branch(m, j)
                 creep[j] = crept(creep[j], stiffness * 0.5 * (speed[k] + speed[max(k - 1, 0)]), time_s, period_s)
         _, slope = muscle.shape(m, 0.0, fitted)
-        strap = muscle.tension(m, slope, gauge[k], fitted, speed[k], memory, 0.0, creep[0] + creep[1] + creep[2])
+        strap = muscle.tension(m, slope, gauge[k], fitted, speed[k], memory, 0.0, muscle.creep_force(creep, 0, 1))
         out[k] = strap
         before = fitted

@@ -9,7 +9,7 @@ from epa_rt.models.blocks.laws import polynomial, tang
 from epa_rt.models.compiled import compiled
 from epa_rt.models.ports import MEMORY
 
-BRANCHES = 3   # of creep: a decade of time each
+BRANCHES = 5   # of creep: a decade of time each
 SLOWER = 10.0  # time constant of a creep branch over that of the one before
 NO_LOAD = 1.0 / math.sqrt(3.0)  # no-load length over thread length: volume is largest, eq. 1 gives no force
 
@@ -96,6 +96,15 @@ def creep_branch(p, branch):
 
 
 @compiled
+def creep_force(branches, first, apart):
+    """Force of all creep branches (N): the sum over ``branches`` from index ``first`` on, ``apart`` entries from one to the next."""
+    force = branches[first]
+    for j in range(1, BRANCHES):
+        force += branches[first + apart * j]
+    return force
+
+
+@compiled
 def creep_rate(stiffness_n_m, time_s, creep_n, speed):
     """Rate of a creep branch (N/s): spring and damper in series, beside the muscle."""
     return 0.0 if stiffness_n_m == 0.0 else stiffness_n_m * speed - creep_n / time_s
@@ -122,6 +131,6 @@ def _over_log(params, muscle, gauge, length, speed, period_s, memory, out):
             stiffness, time_s = creep_branch(p, j)
             creep[j] += period_s * creep_rate(stiffness, time_s, creep[j], speed[k])
         _, slope = shape(p, 0.0, fitted)
-        out[k] = tension(p, slope, gauge[k], fitted, speed[k], memory, 0.0, creep[0] + creep[1] + creep[2])
+        out[k] = tension(p, slope, gauge[k], fitted, speed[k], memory, 0.0, creep_force(creep, 0, 1))
         strap = out[k]
         fitted_before = fitted
