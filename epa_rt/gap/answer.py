@@ -131,14 +131,14 @@ def _seen_at(found: Attribution, odd: Sequence[str], gap: bool) -> dict[str, flo
 
 
 def _named(found: Attribution, k: int, trusted: float) -> Named:
-    """With the intervals of the blocks' scatter alone."""
+    """With the intervals of the blocks' scatter alone. What is named itself is no rival of another name."""
     problem, final, role = found.problem, found.selection.final, found.selection.roles[k]
     effect = problem.effects[role.best.effect]
     numbers = _numbers(problem, final, effect.name, None)
     stays = shares(problem, role, found.become[k])
     same = {effect.name, *(fit.effect for fit in found.sets[k] if problem.effects[fit.effect].family == effect.family)}
     return Named(effect.name, effect.family, effect.block, numbers, trusted * sum(stays.get(name, 0.0) for name in same), float(role.gains[0].sum()),
-                 tuple(fit.effect for fit in found.sets[k] if fit.effect != effect.name), who_has(problem, effect.name, numbers), _came_near(found, k))
+                 tuple(fit.effect for fit in found.sets[k] if fit.effect not in final.effects), who_has(problem, effect.name, numbers), _came_near(found, k))
 
 
 def _came_near(found: Attribution, k: int) -> tuple[Near, ...]:

@@ -28,7 +28,8 @@ class Heard:
     in both; ``strain``: what the latter cost with those named, in squares of spreads. ``beside``: by named effect what was tried in its place.
     ``as_well``: by effect that was found there what explains it as well there. ``alone``: whether one effect is named.
     ``refitted``: nominal parameters without effects, fitted to blocks and free run together like those with the named ones; None where these do
-    not carry the whole plant. ``tied``: what was tried in the place of the only named one and free run puts nothing between."""
+    not carry the whole plant. ``tied``: what was tried in the place of the only named one and free run puts nothing between.
+    ``one_form``: whether what is named can only have one form (further.py)."""
 
     gap: float
     left: float
@@ -38,6 +39,7 @@ class Heard:
     alone: bool = False
     refitted: Mapping[str, float] | None = None
     tied: frozenset[str] = frozenset()
+    one_form: bool = False
 
     def apart_from(self, named: str) -> frozenset[str]:
         """Effects that free run tells from a named one."""
@@ -68,10 +70,11 @@ class Heard:
 
     @property
     def too_much_left(self) -> bool:
-        """Whether more of a small gap is left than a right law in other words leaves of it; of a larger one, where one law is named: two leave more."""
+        """Whether more of a small gap is left than a right law in other words leaves of it; of a larger one, where one law is named: two leave more.
+        Where no other words are possible it is no more than what the method leaves, whatever the gap."""
         if self.part is None or self.little:
             return False
-        return self.gap < BARS.shapeless or (self.alone and self.left > most_of_one(self.gap))
+        return self.gap < BARS.shapeless or (self.alone and self.left > most_of_one(self.gap)) or (self.one_form and self.left > 2.0 * USUAL)
 
     @property
     def carried(self) -> bool:

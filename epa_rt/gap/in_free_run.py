@@ -11,7 +11,7 @@ import numpy as np
 
 from epa_rt.gap.as_one import fitted
 from epa_rt.gap.fewer import fewer
-from epa_rt.gap.further import Rules, above, around, bare, further, in_other_words, plainer, strain, with_effect
+from epa_rt.gap.further import Rules, above, around, bare, further, in_other_words, of_one_form, plainer, strain, with_effect
 from epa_rt.gap.ground import Ground
 from epa_rt.gap.heard import Beside, Heard
 from epa_rt.gap.one_alone import one_alone
@@ -54,7 +54,8 @@ def heard(problem: Problem, selection: Selection, ground: Ground | None, rules: 
         if len(selection.roles) < together and selection.roles[0].best.effect in as_well:  # laws had been tried in the place of what is gone
             selection = with_effect(problem, bare(selection), selection.roles[0].best.effect, best)
             tied = frozenset()
-    said = Heard(above(none, noise), above(best, noise), strain(best), _of_named(beside, selection.final.effects), as_well, tied=tied, alone=len(selection.roles) == 1)
+    said = Heard(above(none, noise), above(best, noise), strain(best), _of_named(beside, selection.final.effects), as_well, tied=tied, alone=len(selection.roles) == 1,
+                 one_form=of_one_form(problem, selection))
     if selection.roles and said.large and not said.carried:
         progress("free run: one law alone", 0.8)
         selection, best, said = one_alone(problem, ground, selection, rules) or (selection, best, said)

@@ -10,7 +10,7 @@ from epa_rt.gap.as_one import ABSURD, LINK, NOISY, AsOne, Meter, apart, fitted, 
 from epa_rt.gap.attribution import _found_there, attributed
 from epa_rt.gap.coverage import Coverage
 from epa_rt.gap.diagnose import diagnose
-from epa_rt.gap.further import Rules, most_of_one
+from epa_rt.gap.further import Rules, most_of_one, of_one_form
 from epa_rt.gap.ground import Ground, ground_of, judged
 from epa_rt.gap.heard import Beside, Heard
 from epa_rt.gap.in_free_run import _of_named, heard
@@ -20,6 +20,7 @@ from epa_rt.gap.recording import Span
 from epa_rt.gap.refit import settled
 from epa_rt.gap.verdict import Evidence, decided
 from epa_rt.gap.verdict import said as said_of
+from epa_rt.models.catalogue import CATALOGUE
 from tests.gap import toy
 
 CHANNEL = {"drive": "current_a", "gas": "pressure_pa", "spring": "force_n"}
@@ -251,6 +252,23 @@ def test_one_law_by_itself_leaves_half_a_percent_of_a_gap_that_is_not_many_times
     """A bladder's spring for a soft braid, a leaning frame for a knee's spring, heat of filling for a leak."""
     said = Heard(gap, left, 5.0, {}, {}, alone=True)
     assert said.too_much_left is over and not replace(said, alone=False).too_much_left
+
+
+@pytest.mark.parametrize(("gap", "left", "over"), [(13_644_571.0, 24.0, False), (858_677.0, 49.0, False), (136_717.0, 549.0, True), (15_001.0, 51.0, True)])
+def test_a_single_number_of_a_reading_or_a_command_leaves_nothing_of_any_gap(gap, left, over):
+    """An encoder's age named for a command's."""
+    said = Heard(gap, left, 5.0, {}, {}, one_form=True)
+    assert said.too_much_left is over and said.carried is not over and not replace(said, one_form=False).too_much_left
+
+
+def test_only_single_numbers_of_readings_and_commands_have_one_form():
+    effects = {e.name: e for e in CATALOGUE}
+
+    def named(*names):
+        return of_one_form(SimpleNamespace(effects=effects), SimpleNamespace(roles=[SimpleNamespace(best=SimpleNamespace(effect=name)) for name in names]))
+
+    assert named("encoder_skew") and named("transport_delay", "force_offset")
+    assert not named() and not named("transport_delay", "braid_coulomb") and not named("force_drift") and not named("threshold_pressure")
 
 
 def test_a_small_gap_of_which_too_much_stays_is_said_to_be_no_law_of_the_catalogue():
