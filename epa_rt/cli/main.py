@@ -15,15 +15,17 @@ first hour:
 """
 
 import argparse
+import errno
 import importlib
 import io
 import os
 import sys
 from collections.abc import Sequence
 
-from epa_rt.cli.exits import EPILOGUE, STOPPED, VerbError
+from epa_rt.cli.exits import EPILOGUE, FAILED, STOPPED, VerbError
 
 VERBS = ("check", "run", "bus", "replay", "info", "plot", "report", "gap", "identify", "study", "import", "schema", "scan", "doctor")
+_REFUSED = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # by what the output goes to
 _FILES = {"import": "import_"}  # verbs that Python has another use for
 
 
@@ -50,7 +52,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="replace")  # a terminal without the character must not end a run's report
     chosen = parser().parse_args(arguments)
     try:
-        return chosen.main(chosen)
+        code = chosen.main(chosen)
+        sys.stdout.flush()  # what a full disk refuses shows here and not as the interpreter ends
+        return code
     except VerbError as error:
         print(f"epa {chosen.verb}: {error}", file=sys.stderr)
         return error.code
@@ -61,8 +65,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"epa {chosen.verb}: interrupted", file=sys.stderr)
         return STOPPED
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _discard_the_rest()
         return 0
+    except OSError as error:
+        if error.filename is not None or error.errno not in _REFUSED:
+            raise
+        _discard_the_rest()
+        print(f"epa {chosen.verb}: what it says cannot be written ({error.strerror})", file=sys.stderr)
+        return FAILED
+
+
+def _discard_the_rest() -> None:
+    """What is left of the output goes nowhere, so that the interpreter's last flush does not fail as well."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 if __name__ == "__main__":

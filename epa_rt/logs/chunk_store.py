@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import mmap
+import os
+import stat
 import zlib
 from collections.abc import Iterator
 
@@ -115,6 +117,8 @@ class ChunkStore:
 
 def _map(path: str) -> mmap.mmap:
     try:
+        if stat.S_ISFIFO(os.stat(path).st_mode):  # opening it would wait for somebody to write
+            raise LogError(f"{path}: found a pipe, expected a log that lies in a file")
         with open(path, "rb") as file:
             found = file.read(len(MCAP0_MAGIC))
             if found == MCAP0_MAGIC:

@@ -78,6 +78,23 @@ def test_info_of_a_file_that_is_no_log_is_one_sentence(not_a_log, log, capsys):
     assert "completed" in found.out, "the other log is described all the same"
 
 
+@pytest.mark.parametrize("verb", [("info",), ("plot",), ("report",), ("replay",), ("gap", "localise")])
+def test_a_pipe_is_no_log_and_nobody_waits_for_one(verb, tmp_path):
+    pipe = tmp_path / "pipe.mcap"
+    os.mkfifo(pipe)
+    rig = ("--rig", RIGS / "bench.yaml") if verb[0] == "gap" else ()
+    done = epa(*verb, *rig, pipe)
+    assert done.returncode == 2 and done.stderr.count("\n") == 1 and "found a pipe, expected a log" in done.stderr
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full here")
+def test_an_output_that_is_full_is_one_sentence(log):
+    with open("/dev/full", "w") as full:
+        command = [sys.executable, "-m", "epa_rt", "info", str(log)]
+        done = subprocess.run(command, cwd=ROOT, stdout=full, stderr=subprocess.PIPE, text=True, timeout=240)
+    assert done.returncode == 4 and done.stderr == "epa info: what it says cannot be written (No space left on device)\n"
+
+
 def test_info_text_of_a_log_does_not_steer_the_terminal(log):
     from epa_rt.cli.info import facts_of
 
