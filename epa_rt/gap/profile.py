@@ -17,6 +17,7 @@ WIDE = 0.4        # of what a number is off neutral, from which half of its stra
 CHI_95 = TWO_SIDED_95**2   # chi-square that a number may cost at the ends of its interval, of noise that is white
 OUT, BY = 5, 3.0  # steps outward, each so many times the last distance
 INWARD = 6        # steps inward, each half the last distance
+HALVINGS, APART = 4, 1.0  # of what is left between, until it is no more than so many times the distance from the number
 NEARER = 4        # halvings, in the logarithm, where nothing was asked between the last step outward and the bound
 ROUNDS = 8        # of each refit at most
 ARRIVED = 0.05    # of what a number may cost: a round that gains less is the last
@@ -47,7 +48,7 @@ def profiled(problem: Problem, final: Point, effect: str, width: Mapping[str, fl
         straight = found[key] + sign * min(width[key] * problem.spread(key), abs(bound - found[key]))
         if here[key][0] >= limit:  # free run has put it where the blocks alone would not: they cannot say how far it may go
             return straight
-        return reached(refitted.along(key, here[key][1]), found[key], straight, bound, limit)
+        return reached(refitted.along(key, here[key][1], limit), found[key], straight, bound, limit)
 
     jobs = [(key, sign) for key in wide for sign in (-1.0, 1.0)]
     ends = dict(zip(jobs, problem.each(end, jobs), strict=True))
@@ -65,14 +66,16 @@ class _Held:
         fit = refit(self._problem.bounded({key: (value, value)}), self._before, self._effect, {**start, key: value}, ROUNDS, self._enough)
         return fit.chi - self._best, fit.values
 
-    def along(self, key: str, start: Mapping[str, float]) -> Callable[[float], float]:
-        """The cost by where the number is held, each refit begun where the last one ended: a bent valley is followed step by step."""
+    def along(self, key: str, start: Mapping[str, float], limit: float) -> Callable[[float], float]:
+        """The cost by where the number is held, each refit begun where the last one below ``limit`` ended: a bent valley is followed step by step. From beyond it none is begun: a
+        step too far, across zero, had left a drift's time where no refit came back from."""
         last = dict(start)
 
         @cache
         def costs(value: float) -> float:
             cost, values = self.at(key, value, last)
-            last.update(values)
+            if cost < limit:
+                last.update(values)
             return cost
 
         return costs
@@ -88,7 +91,7 @@ def reached(costs: Callable[[float], float], value: float, straight: float, boun
     for _ in range(INWARD):
         inner = value + 0.5 * (outer - value)
         if costs(inner) < limit:
-            return _between(costs, inner, outer, limit)
+            return _between(costs, value, inner, outer, limit)
         outer = inner
     return outer
 
@@ -100,7 +103,7 @@ def _outward(costs: Callable[[float], float], value: float, inner: float, bound:
         outer = value + BY * (inner - value)
         outer = min(outer, bound) if bound > value else max(outer, bound)
         if costs(outer) >= limit:
-            return _between(costs, inner, outer, limit)
+            return _between(costs, value, inner, outer, limit)
         inner = outer
     return bound if inner == bound or costs(bound) < limit else _far_between(costs, value, inner, bound, limit)
 
@@ -109,11 +112,17 @@ def _far_between(costs: Callable[[float], float], value: float, inner: float, ou
     for _ in range(NEARER):
         middle = value + float(np.sign(outer - value) * np.sqrt((inner - value) * (outer - value)))
         inner, outer = (middle, outer) if costs(middle) < limit else (inner, middle)
-    return _between(costs, inner, outer, limit)
+    return _between(costs, value, inner, outer, limit)
 
 
-def _between(costs: Callable[[float], float], inner: float, outer: float, limit: float) -> float:
-    """Where the root of ``costs``, straight between two values and then between the nearer ones, is that of ``limit``."""
+def _between(costs: Callable[[float], float], value: float, inner: float, outer: float, limit: float) -> float:
+    """Where the root of ``costs``, straight between two values and then between the nearer ones, is that of ``limit``. Far apart they are brought nearer first: along a flat
+    valley with a steep end nothing is straight."""
+    for _ in range(HALVINGS):
+        if abs(outer - inner) < APART * abs(inner - value):
+            break
+        middle = inner + 0.5 * (outer - inner)
+        inner, outer = (middle, outer) if costs(middle) < limit else (inner, middle)
     middle = _crossing(costs, inner, outer, limit)
     return _crossing(costs, middle, outer, limit) if costs(middle) < limit else _crossing(costs, inner, middle, limit)
 

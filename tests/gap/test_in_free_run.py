@@ -10,7 +10,7 @@ from epa_rt.gap.as_one import ABSURD, LINK, NOISY, AsOne, Meter, apart, fitted, 
 from epa_rt.gap.attribution import _found_there, attributed
 from epa_rt.gap.coverage import Coverage
 from epa_rt.gap.diagnose import diagnose
-from epa_rt.gap.further import Rules, most_of_one, of_one_form
+from epa_rt.gap.further import Rules, all_read_or_command, most_of_one, of_one_form
 from epa_rt.gap.ground import Ground, ground_of, judged
 from epa_rt.gap.heard import Beside, Heard
 from epa_rt.gap.in_free_run import _of_named, heard
@@ -264,9 +264,13 @@ def test_a_single_number_of_a_reading_or_a_command_leaves_nothing_of_any_gap(gap
 def test_only_single_numbers_of_readings_and_commands_have_one_form():
     effects = {e.name: e for e in CATALOGUE}
 
-    def named(*names):
-        return of_one_form(SimpleNamespace(effects=effects), SimpleNamespace(roles=[SimpleNamespace(best=SimpleNamespace(effect=name)) for name in names]))
+    def asked(question, names):
+        return question(SimpleNamespace(effects=effects), SimpleNamespace(roles=[SimpleNamespace(best=SimpleNamespace(effect=name)) for name in names]))
 
+    def named(*names):
+        return asked(of_one_form, names)
+
+    assert asked(all_read_or_command, ["encoder_eccentricity", "force_drift"]) and not asked(all_read_or_command, ["force_drift", "gas_energy"]) and not asked(all_read_or_command, [])
     assert named("encoder_skew") and named("transport_delay", "force_offset")
     assert not named() and not named("transport_delay", "braid_coulomb") and not named("force_drift") and not named("threshold_pressure")
 

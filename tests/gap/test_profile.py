@@ -28,7 +28,7 @@ class Braid(OneLink):
     links = (Link("muscle", "muscle", "force_n", "N", "way to force"),)
     nominal = (Knob("muscle.force_n", "N", 5.0, 1.0, 20.0, 0.1),)
     catalogue = (Effect("run_in", "braid", "muscle", (RATIO, WAY), ((0.1, 2.0),), "runs in", "", ""),)
-    knobs = {knob.key: knob for knob in (*nominal, Knob(RATIO, "1", 0.0, 0.0, 5.0, 0.1, "run_in"), Knob(WAY, "m", 2.0, 0.01, 100.0, 1.0, "run_in"))}
+    knobs = {knob.key: knob for knob in (*nominal, Knob(RATIO, "1", 0.0, -5.0, 5.0, 0.1, "run_in"), Knob(WAY, "m", 2.0, 0.01, 100.0, 1.0, "run_in"))}
 
     def residual(self, prepared: Recording, values: Mapping[str, float], link: str) -> np.ndarray:
         at = {key: values.get(key, knob.value) for key, knob in self.knobs.items()}
@@ -49,6 +49,13 @@ def test_a_way_that_was_not_gone_to_its_end_may_be_any_longer():
     _, _, ends = found_of({RATIO: 0.5, WAY: 30.0}, 1)
     assert ends[WAY][1] == 100.0 and 2.0 < ends[WAY][0] < 30.0
     assert 0.02 < ends[RATIO][0] < 0.5 < ends[RATIO][1]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_an_end_on_this_side_of_zero_is_found_though_the_bound_lies_beyond_it(seed):
+    """The straight interval reaches to the bound, where the other number must be elsewhere altogether; a valley's low end is to be found on the way back."""
+    _, _, ends = found_of({RATIO: 0.5, WAY: 30.0}, seed, {RATIO: 1.4, WAY: 84.0})
+    assert 0.02 < ends[RATIO][0] < 0.5
 
 
 def test_numbers_that_are_seen_well_keep_their_straight_interval():
