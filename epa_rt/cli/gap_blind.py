@@ -15,10 +15,10 @@ import sys
 from pathlib import Path
 
 from epa_rt.cli.exits import BAD_INPUT, COMPLETED, VerbError
+from epa_rt.cli.gap_blind_rivals import RIVALS, beside_libraries, check_libraries
 from epa_rt.cli.gap_inputs import task_parser
 from epa_rt.cli.write import check_writable
 
-RIVALS = ("cma_es", "least_squares", "sparse", "rmse")
 DIAGNOSER = "epa_rt.cli.gap_blind_diagnose:diagnose_files"
 
 
@@ -87,6 +87,8 @@ def run(arguments: argparse.Namespace) -> int:
         _check_answers(arguments.answers, "--missed" if arguments.missed else "--next" if arguments.next else None)
     if arguments.part in ("score", "rivals", "oracle"):
         _check_sealed(arguments.cases, sealed_of(arguments.cases, arguments.sealed))
+    if arguments.part == "rivals":
+        check_libraries(arguments.only)
     try:
         return {"make": _make, "score": _score, "matrix": _matrix, "rivals": _rivals, "oracle": _oracle}[arguments.part](arguments)
     except SealError as error:
@@ -160,31 +162,7 @@ def _oracle(arguments: argparse.Namespace) -> int:
 
 
 def _rivals(arguments: argparse.Namespace) -> int:
-    """Scores every rival as the diagnosis is scored, and sets what they get right and how long they take side by side."""
-    import json
-
-    if arguments.beside is not None and not arguments.beside.is_file():
-        raise VerbError(f"{arguments.beside}: found no such file, expected the JSON of epa gap blind score (--beside)")
-    sealed, rows = sealed_of(arguments.cases, arguments.sealed), []
-    from epa_rt.gap.blind.figures import figures
-    from epa_rt.gap.blind.score import score
-
-    for name in arguments.only:
-        out = arguments.json.with_name(f"{arguments.json.stem}_{name}.json")
-        score(arguments.cases, sealed, out, out.with_suffix(".html"), f"epa_rt.gap.blind.rivals:{name}", arguments.jobs, first=arguments.first)
-        rows.append({"rival": name, **{f["key"]: f["value"] for f in json.loads(out.read_text(encoding="utf-8"))["figures"]}})
-    best = max((row["first"] for row in rows if row["first"] is not None), default=None)
-    if arguments.beside is not None:
-        theirs = {case["truth"]["case"] for case in json.loads(out.read_text(encoding="utf-8"))["cases"]}
-        ours = [(c["truth"], c["said"]) for c in json.loads(arguments.beside.read_text(encoding="utf-8"))["cases"] if c["truth"]["case"] in theirs]
-        rows.insert(0, {"rival": "epa gap diagnose", **{f.key: f.value for f in figures(ours)}})
-    arguments.json.write_text(json.dumps(rows, indent=1), encoding="utf-8")
-    shown = ("first", "pair", "none", "withheld", "wrong_sure", "block", "seconds")
-    print("\n".join(["| Rival | " + " | ".join(shown) + " |", "|---" * (len(shown) + 1) + "|",
-                     *("| " + " | ".join([row["rival"], *("-" if row.get(k) is None else f"{row[k]:.1f} s" if k == "seconds" else f"{100 * row[k]:.0f} %" for k in shown)]) + " |"
-                       for row in rows)]))
-    if arguments.beside is not None and best is not None and rows[0]["first"] is not None:
-        print(f"ahead of the best rival in naming the effect by {100 * (rows[0]['first'] - best):.0f} points")
+    print(beside_libraries(arguments.cases, sealed_of(arguments.cases, arguments.sealed), arguments.json, arguments.only, arguments.jobs, arguments.first, arguments.beside))
     return COMPLETED
 
 

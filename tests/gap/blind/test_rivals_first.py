@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from epa_rt.cli import gap_blind_rivals
 from epa_rt.cli.main import main
 from epa_rt.gap.blind import score
 from epa_rt.gap.blind.seal import seal
@@ -57,6 +58,20 @@ def test_more_of_them_later_ask_only_what_is_new_and_all_without_the_option(blin
     assert [name for name, _ in asked] == ["case_000", "case_001"] and ours["first"] == rival["first"] == 0.0
     rows(cases)
     assert [name for name, _ in asked] == ["case_000", "case_001", "case_002"]
+
+
+def test_a_rival_without_its_library_is_refused_and_not_counted_as_wrong(blind, monkeypatch, capsys):
+    monkeypatch.setattr(gap_blind_rivals, "find_spec", lambda name: None)
+    assert main(["gap", "blind", "rivals", str(blind[0]), "--json", str(blind[0].parent / "rivals.json"), "--only", "sparse", "rmse"]) == 2
+    error = capsys.readouterr().err
+    assert "found no pysindy, expected the libraries of the rivals" in error and error.count("\n") == 1 and not blind[1]
+
+
+def test_a_rival_that_ends_in_an_error_everywhere_has_no_figures(blind, monkeypatch, capsys):
+    monkeypatch.setattr(score, "diagnose_one", lambda folder, out, *_: out.write_text(json.dumps({"error": "ImportError: broken"})))
+    assert main(["gap", "blind", "rivals", str(blind[0]), "--json", str(blind[0].parent / "rivals.json"), "--only", "rmse", "--jobs", "1"]) == 4
+    error = capsys.readouterr().err
+    assert "rmse ended in an error in all 3 cases (ImportError: broken)" in error and not (blind[0].parent / "rivals.json").exists()
 
 
 @pytest.mark.parametrize("count", ["0", "-1", "many"])
