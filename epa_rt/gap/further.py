@@ -53,6 +53,11 @@ class Rules:
     noise: float = 25.0
     tied: float = 7.0
 
+    @property
+    def anothers(self) -> float:
+        """Chi-square above noise from which it is not what a law leaves that is the rig's own to the noise."""
+        return 2.0 * self.noise
+
     def margin(self, none: Point, best: Point) -> float:
         """Chi-square by which a law must be ahead of another, where ``best`` explains what it does of ``none``."""
         return max(self.better, self.part * (none.normal.chi - best.normal.chi))
@@ -63,7 +68,7 @@ class Rules:
 
         A spring of the knee left 14 of 57 088 over both ends of its range, a leaning frame 85.
         """
-        to_noise = plain and above(best, noise) <= self.noise and chi - noise > 2.0 * self.noise
+        to_noise = plain and above(best, noise) <= self.noise and chi - noise > self.anothers
         return to_noise or chi - best.normal.chi > self.margin(none, best)
 
 
@@ -98,7 +103,7 @@ def _enough(problem: Problem, selection: Selection, none: Point, best: Point, no
     if not selection.roles:
         return rules.first
     usual = rules.stays if strain(best) > BARS.strain else max(rules.stays, rules.rest * above(none, noise))
-    usual = min(usual, 2.0 * rules.noise) if all_read_or_command(problem, selection) else usual
+    usual = min(usual, rules.anothers) if all_read_or_command(problem, selection) else usual
     return min(usual, most_of_one(above(none, noise))) if len(selection.roles) == 1 else usual
 
 

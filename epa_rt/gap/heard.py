@@ -74,7 +74,7 @@ class Heard:
         Where no other words are possible it is no more than what the method leaves, whatever the gap."""
         if self.part is None or self.little:
             return False
-        return self.gap < BARS.shapeless or (self.alone and self.left > most_of_one(self.gap)) or (self.one_form and self.left > 2.0 * USUAL)
+        return self.gap < BARS.shapeless or (self.alone and self.left > most_of_one(self.gap)) or (self.one_form and self.left > Rules().anothers)
 
     @property
     def carried(self) -> bool:

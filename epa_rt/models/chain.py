@@ -3,7 +3,7 @@
 from epa_rt.models.blocks import drive, gas, load, motor, muscle, transmission
 from epa_rt.models.compiled import compiled
 from epa_rt.models.ports import (
-    ANGLE, CREEP, CURRENT, GAS_C, GAS_MASS, HEAT, INTEGRAL, LOAD_PLACE, LOAD_SPEED, LOAD_STICTION, SLOW_HEAT,
+    ANGLE, BRANCHES, CREEP, CURRENT, GAS_C, GAS_MASS, HEAT, INTEGRAL, LOAD_PLACE, LOAD_SPEED, LOAD_STICTION, SLOW_HEAT,
     SPEED, STICTION, SUPPLY_FLOW,
 )
 
@@ -42,7 +42,7 @@ def muscle_rates(p, s, y, dy, i, travel, travel_speed, q, q_speed):
     dy[GAS_C + i], dy[GAS_MASS + i], drawn = gas.rates(
         g, y[GAS_C + i], y[GAS_MASS + i], volume, pressure, supply, s.opening[i, 0], s.opening[i, 1])
     m = p.muscle[i]
-    for branch in range(muscle.BRANCHES):
+    for branch in range(BRANCHES):
         stiffness, time_s = muscle.creep_branch(m, branch)
         k = CREEP + 2 * branch + i
         dy[k] = muscle.creep_rate(stiffness, time_s, y[k], speed)

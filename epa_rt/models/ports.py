@@ -24,8 +24,9 @@ TRUTH = np.dtype(
 ANGLE, SPEED, CURRENT, INTEGRAL, STICTION, HEAT = 0, 1, 2, 3, 4, 5
 LOAD_PLACE, LOAD_SPEED, LOAD_STICTION, SUPPLY_FLOW = 6, 7, 8, 9
 GAS_C, GAS_MASS, CREEP = 10, 12, 14  # two each, one per muscle; of creep two for each branch
-SLOW_HEAT = 24
-SMOOTH = 25
+BRANCHES = 5  # of creep: a decade of time each
+SLOW_HEAT = CREEP + 2 * BRANCHES
+SMOOTH = SLOW_HEAT + 1
 RING = 64  # cycles of command, and of late sensors' truth, that are kept
 # The braid's friction elements: indices into STATE["memory"]; slip has four, Preisach three.
 SLIP, DAHL, LUGRE, BOUC_WEN, PREISACH, TRAVELLED, MEMORY = 0, 4, 5, 6, 7, 10, 11

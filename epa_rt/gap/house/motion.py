@@ -7,7 +7,7 @@ import numpy as np
 from epa_rt.gap.house.compiled import compiled
 from epa_rt.models.blocks import braid, load, muscle, sensors, transmission
 from epa_rt.models.chain import lengths
-from epa_rt.models.ports import MEMORY
+from epa_rt.models.ports import BRANCHES, MEMORY
 
 
 @compiled
@@ -48,12 +48,12 @@ def pulls(params, i, gauge, length, speed, period_s, out):
     """Force of muscle i (N,) from gauge pressure, line length and its speed; the force of the cycle before stretches the strap."""
     m = params[0].muscle[i]
     memory = np.zeros(MEMORY)
-    creep, strap, before = np.zeros(muscle.BRANCHES), 0.0, length[0]
+    creep, strap, before = np.zeros(BRANCHES), 0.0, length[0]
     for k in range(len(length)):
         fitted = length[k] - muscle.strap_stretch(m, strap)
         braid.settle(m, memory, fitted - before, speed[k])
         if m.creep_stiffness_n_m != 0.0:
-            for j in range(muscle.BRANCHES):
+            for j in range(BRANCHES):
                 stiffness, time_s = muscle.creep_branch(m, j)
                 creep[j] = crept(creep[j], stiffness * 0.5 * (speed[k] + speed[max(k - 1, 0)]), time_s, period_s)
         _, slope = muscle.shape(m, 0.0, fitted)

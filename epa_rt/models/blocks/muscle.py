@@ -7,9 +7,8 @@ import numpy as np
 from epa_rt.models.blocks import braid
 from epa_rt.models.blocks.laws import polynomial, tang
 from epa_rt.models.compiled import compiled
-from epa_rt.models.ports import MEMORY
+from epa_rt.models.ports import BRANCHES, MEMORY
 
-BRANCHES = 5   # of creep: a decade of time each
 SLOWER = 10.0  # time constant of a creep branch over that of the one before
 NO_LOAD = 1.0 / math.sqrt(3.0)  # no-load length over thread length: volume is largest, eq. 1 gives no force
 
