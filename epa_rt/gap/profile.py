@@ -17,8 +17,7 @@ WIDE = 0.4        # of what a number is off neutral, from which half of its stra
 CHI_95 = TWO_SIDED_95**2   # chi-square that a number may cost at the ends of its interval, of noise that is white
 OUT, BY = 5, 3.0  # steps outward, each so many times the last distance
 INWARD = 6        # steps inward, each half the last distance
-HALVINGS, APART = 4, 1.0  # of what is left between, until it is no more than so many times the distance from the number
-NEARER = 4        # halvings, in the logarithm, where nothing was asked between the last step outward and the bound
+HALVINGS, APART = 6, 2.0  # of what is left between, in the logarithm of the distance from the number, until one is no more than so many times the other
 ROUNDS = 8        # of each refit at most
 ARRIVED = 0.05    # of what a number may cost: a round that gains less is the last
 
@@ -105,23 +104,16 @@ def _outward(costs: Callable[[float], float], value: float, inner: float, bound:
         if costs(outer) >= limit:
             return _between(costs, value, inner, outer, limit)
         inner = outer
-    return bound if inner == bound or costs(bound) < limit else _far_between(costs, value, inner, bound, limit)
-
-
-def _far_between(costs: Callable[[float], float], value: float, inner: float, outer: float, limit: float) -> float:
-    for _ in range(NEARER):
-        middle = value + float(np.sign(outer - value) * np.sqrt((inner - value) * (outer - value)))
-        inner, outer = (middle, outer) if costs(middle) < limit else (inner, middle)
-    return _between(costs, value, inner, outer, limit)
+    return bound if inner == bound or costs(bound) < limit else _between(costs, value, inner, bound, limit)
 
 
 def _between(costs: Callable[[float], float], value: float, inner: float, outer: float, limit: float) -> float:
-    """Where the root of ``costs``, straight between two values and then between the nearer ones, is that of ``limit``. Far apart they are brought nearer first: along a flat
-    valley with a steep end nothing is straight."""
+    """Where the root of ``costs``, straight between two values and then between the nearer ones, is that of ``limit``. Far apart they are brought nearer first, in the logarithm
+    of their distance: along a flat valley with a steep end nothing is straight."""
     for _ in range(HALVINGS):
-        if abs(outer - inner) < APART * abs(inner - value):
+        if abs(outer - value) < APART * abs(inner - value):
             break
-        middle = inner + 0.5 * (outer - inner)
+        middle = value + float(np.sign(outer - value) * np.sqrt((inner - value) * (outer - value)))
         inner, outer = (middle, outer) if costs(middle) < limit else (inner, middle)
     middle = _crossing(costs, inner, outer, limit)
     return _crossing(costs, middle, outer, limit) if costs(middle) < limit else _crossing(costs, inner, middle, limit)

@@ -30,8 +30,8 @@ class Alike:
     ``same``: chi-square between what two fits say, below which they say the same. ``tied_share``: of what the best one explains, for a law that is
     behind block by block, because no law is the rig's own, and tied with it in free run: it may as well be the one. (Logs of one small sine:
     dry and low-speed friction explain 0.974 to 0.997 of each other.) ``sure``: of the difference over blocks, from which on free run's silence counts no more: it
-    weighs four readings a second, and what is behind by a hundredth is lost there (dry and low-speed friction on a ladder of speeds: 3.6 and 4.3 over the blocks, 3.2
-    and 1.6 in free run, the truth first).
+    weighs four readings a second, and what is behind by a hundredth is lost there. Where no law is the rig's own, what is ahead by three or four of them is not always it (dry and low-speed friction on a ladder
+    of speeds: the truth first by 3.6 and 4.3, and in a third case, by more than 3, the other one).
     """
 
     chance: float = TELLS
@@ -42,7 +42,7 @@ class Alike:
     most: float = 0.9
     same: float = 25.0
     tied_share: float = 0.97
-    sure: float = 3.0
+    sure: float = 5.0
 
 
 def alike(role: Role, left: float, same_law: Collection[str] = (), tied: Collection[str] = (), rule: Alike = Alike()) -> tuple[Fit, ...]:
