@@ -31,6 +31,8 @@ GAS: Table = (
       THERMO, "gas_energy"),
     P("wall_exchange_per_s", "1/s", 2.0, 0.03, 100.0, "rate at which such gas returns to the temperature around it, at 4 bar", FACTS),
     P("wall_exchange_fall_ratio", "1", 0.0, 0.0, 1.5, "0: that rate at any pressure, 1: as of walls that take so much per kelvin", FACTS),
+    P("wall_exchange_rise_ratio", "1", 0.0, 0.0, 0.5, "0: that rate however warm the gas is, 1/4 to 1/3: as of air that only its warmth stirs; counted from a tenth above the temperature around it",
+      "natural convection: Nusselt's number over the fourth (laminar) or third (turbulent) root of Rayleigh's"),
     P("supply_droop_pa_s_kg", "Pa*s/kg", 0.0, 0.0, 1e10, "supply pressure lost per mass flow", FACTS, "supply_droop"),
     P("droop_time_s", "s", 0.02, 1e-3, 2.0, "time constant of the regulator", FACTS),
     P("inlet_seat_leak_ratio", "1", 0.0, 0.0, 0.5, "opening that remains of a shut inlet", FACTS, "valve_seat_leak"),

@@ -52,7 +52,7 @@ def left_out(effect: Hidden) -> list[str]:
 
 
 def draw(seed: int, cases: int, kinds: tuple[str, ...] = KINDS, laws: int = 1) -> list[Spec]:
-    """The cases of a benchmark, in mixed order. ``laws``: with 2 or 3 the same cases, with other formulas (effects.IN_PLACE) where there are any."""
+    """The cases of a benchmark, in mixed order. ``laws``: with 2, 3 or 4 the same cases, with other formulas (effects.IN_PLACE) where there are any."""
     rng = np.random.default_rng([seed, 0])
     counts = _counts(cases, kinds)
     specs: list[Spec] = []
@@ -69,7 +69,7 @@ def draw(seed: int, cases: int, kinds: tuple[str, ...] = KINDS, laws: int = 1) -
 
 
 def with_laws(spec: Spec, laws: int) -> Spec:
-    """A case with the first, second or third formulas of its effects; the catalogue's own laws stay."""
+    """A case with the first, second, third or fourth formulas of its effects; the catalogue's own laws stay."""
     others = {} if spec.kind == "same_law" else IN_PLACE[laws]
     return spec._replace(laws=laws, effects=tuple(others[name].name if name in others else name for name in spec.effects))
 

@@ -176,7 +176,12 @@ THIRD: dict[str, Hidden] = {
               shapes=(("play_spread_ratio", 0.0, 0.1), ("play_worn_ratio", 0.5, 1.5), ("play_worn_sharpness", 2.0, 6.0), ("play_phase_rad", *TURN)),
               rivals=("braid_elements", "soft_strap")),
 }
+# A fourth likewise: gas that flows in or out stirs what the walls cool.
+FOURTH: dict[str, Hidden] = {
+    "thermal_gas": H("stirred_gas", "gas_time_s", 0.1, 2.0, ("compression_heat", "polytropic", "fill_heat"), ("gas",),
+                     "energy balance, natural convection to the walls that grows with the flow", shapes=(("stir_s", 0.3, 2.0),), rivals=("slow_gauge", "laminar_leak")),
+}
 # by the number that `--laws` takes: what is drawn in the place of which first formula
-IN_PLACE: dict[int, dict[str, Hidden]] = {1: {}, 2: SECOND, 3: SECOND | THIRD}
+IN_PLACE: dict[int, dict[str, Hidden]] = {1: {}, 2: SECOND, 3: SECOND | THIRD, 4: SECOND | THIRD | FOURTH}
 EFFECTS: tuple[Hidden, ...] = (*_MOTOR_AND_GEAR, *_GAS, *_MUSCLE, *_LOAD, *_SENSORS)
-BY_NAME: dict[str, Hidden] = {effect.name: effect for effect in (*EFFECTS, *SECOND.values(), *THIRD.values())}
+BY_NAME: dict[str, Hidden] = {effect.name: effect for effect in (*EFFECTS, *SECOND.values(), *THIRD.values(), *FOURTH.values())}

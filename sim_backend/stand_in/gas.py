@@ -41,7 +41,7 @@ def rates(g, h, pressure, mass, volume, volume_rate, supply, inlet, exhaust):
 
     Hidden: a leak that follows the squared pressures, seats that leak through laminar gaps, and an energy balance: the gas
     warms when compressed and gives its heat to the walls, some 30 K of it at 4 bar within ``gas_time_s`` (0: at once, the
-    nominal gas).
+    nominal gas), faster while gas that flows stirs it.
     """
     around = g.atmosphere_pa
     drawn, lost = 0.0, 0.0
@@ -63,7 +63,8 @@ def rates(g, h, pressure, mass, volume, volume_rate, supply, inlet, exhaust):
     else:
         own = pressure * volume / mass
         enthalpy = (warm if drawn > 0.0 else own) * drawn - (own if lost > 0.0 else warm) * lost
-        rate = 1.4 * (enthalpy - pressure * volume_rate) / volume - walls(own / warm - 1.0) / h.gas_time_s
+        stirred = 1.0 + h.stir_s * (abs(drawn) + abs(lost)) / mass
+        rate = 1.4 * (enthalpy - pressure * volume_rate) / volume - stirred * walls(own / warm - 1.0) / h.gas_time_s
     return rate / (1.0 + pressure * swell / volume), drawn - lost, drawn
 
 

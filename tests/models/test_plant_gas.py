@@ -151,3 +151,18 @@ def test_walls_bring_the_gas_back_to_where_it_would_have_been_without_heat(path,
     warm, _ = gas.gas_over_log(params_with(adiabatic_ratio=1.0, wall_exchange_per_s=exchange), path, still, still, 1e-3, start_pa=3e5)
     plain, _ = gas.gas_over_log(params_with(), path, still, still, 1e-3, start_pa=3e5)
     assert warm[-1] == pytest.approx(plain[-1], rel=1e-6)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(2e5, 8e5), st.floats(0.3, 5.0), st.floats(0.1, 0.5))
+def test_air_that_only_its_warmth_stirs_cools_as_a_power_of_time(start_pa, exchange, rise):
+    """Shut in and 1 % or so too warm: dw/dt = -k (w/w0)^r w, so that w^-r grows straight with time (natural convection, Nusselt over a root of Rayleigh)."""
+    params, n = params_with(adiabatic_ratio=1.0, wall_exchange_per_s=exchange, wall_exchange_rise_ratio=rise), 4000
+    path = np.concatenate([np.linspace(0.140, 0.137, 20), np.full(n, 0.137)])
+    still = np.zeros(len(path))
+    pressure, _ = gas.gas_over_log(params, path, still, still, 1e-3, start_pa=start_pa)
+    rest, _ = gas.gas_over_log(params_with(), path, still, still, 1e-3, start_pa=start_pa)
+    warmer = pressure[20:] / rest[-1] - 1.0
+    grown = np.abs(warmer) ** -rise
+    per_s = rise * exchange * gas.WARMER ** -rise
+    assert np.diff(grown)[1:] == pytest.approx(per_s * 1e-3, rel=1e-3)

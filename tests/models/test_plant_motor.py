@@ -173,3 +173,12 @@ def test_the_plant_with_such_friction_needs_less_current_where_it_turns_slowly()
     slow, fast = (np.abs(one["motor_speed_rad_s"]) < 3.0) & with_motor, (np.abs(one["motor_speed_rad_s"]) > 40.0) & with_motor
     assert slow.sum() > 100 and fast.sum() > 100
     assert np.median(less[slow]) > 3.0 * abs(np.median(less[fast]))
+
+
+@pytest.mark.parametrize("sharpness", [1.0, 2.0, 8.0])
+@pytest.mark.parametrize("speed", [1e-12, 1e-60, 2e-313])
+def test_friction_of_the_gear_that_builds_up_over_next_to_no_speed_is_all_there(sharpness, speed):
+    """Powers of a speed over next to nothing overflow: the friction had been none, or no number."""
+    shape = {"gear_friction_n": 20.0, "gear_friction_sharpness_ratio": sharpness}
+    assert limits_of(gear(**shape, gear_friction_speed_rad_s=speed), 0.0, 100.0) == pytest.approx(limits_of(gear(**shape), 0.0, 100.0), rel=1e-9)
+    assert not limits_of(gear(gear_friction_speed_rad_s=speed), 0.0, 100.0).any()

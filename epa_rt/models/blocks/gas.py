@@ -9,6 +9,7 @@ from epa_rt.models.blocks.orifice import laminar_part, seat_flow
 from epa_rt.models.compiled import compiled
 
 WALLS_PA = 4e5              # absolute pressure at which walls bring gas back at the rate they are given
+WARMER = 0.1                # share of its temperature above that around it at which they do, if the rate rises with it
 HEAT_CAPACITY = 0.4         # ratio of heat capacities of air, less 1
 SHUT = 1e-6                 # a valve closing below this opening is shut exactly
 
@@ -50,15 +51,16 @@ def exponent(p):
 
 
 @compiled
-def cooling(p, at_rest_pa):
-    """Rate (1/s) at which the gas returns to the temperature around it, at the pressure (Pa) that it would then have."""
+def cooling(p, at_rest_pa, warmer):
+    """Rate (1/s) at which the gas returns to the temperature around it, at the pressure (Pa) that it would then have; ``warmer``: share of its temperature above that, or below."""
     found = 0.0
     if p.fill_heating_ratio != 1.0:
         found += p.heat_exchange_per_s
     if p.compression_heating_ratio != 0.0:
         found += p.compression_cooling_per_s
     if p.adiabatic_ratio != 0.0:
-        found += p.wall_exchange_per_s * power(WALLS_PA / at_rest_pa, p.wall_exchange_fall_ratio)
+        walls = p.wall_exchange_per_s * power(WALLS_PA / at_rest_pa, p.wall_exchange_fall_ratio)
+        found += walls if p.wall_exchange_rise_ratio == 0.0 else walls * (abs(warmer) / WARMER) ** p.wall_exchange_rise_ratio
     return found
 
 
@@ -96,9 +98,10 @@ def rates(p, c, mass, volume, pressure_pa, supply_pa, inlet, exhaust):
     thermal = p.gas_constant_j_kg_k * p.temperature_k
     if p.leak_per_s != 0.0:
         lost += p.leak_per_s * leaked(p, pressure_pa) * volume / thermal
-    back = cooling(p, mass * thermal / volume)
+    at_rest_pa = mass * thermal / volume
+    back = cooling(p, at_rest_pa, pressure_pa / at_rest_pa - 1.0)
     if back != 0.0:
-        heat = back * (mass * thermal / volume - pressure_pa)
+        heat = back * (at_rest_pa - pressure_pa)
     if drawn == 0.0 and lost == 0.0 and heat == 0.0:
         return 0.0, 0.0, 0.0
     gained, spent = drawn * p.fill_heating_ratio if drawn > 0.0 else drawn, lost

@@ -8,6 +8,7 @@ from epa_rt.models.compiled import compiled
 
 SLIDING_RAD_S = 0.5   # speed at which friction that holds nothing at rest builds up at least
 FOLLOWED_S = 7e-4     # and later where it would bring the shaft to rest sooner than this: what is steeper, a sub-step of a millisecond does not follow
+ALL_THERE = 1e9       # times the speed at which friction builds up, beyond which it is all there
 
 
 @compiled
@@ -106,6 +107,8 @@ def carried_at(roundness, at):
 @compiled
 def built_up(p, speed, build_up_speed):
     """Part of the gear's friction that is there at a speed (rad/s, not negative)."""
+    if speed > ALL_THERE * build_up_speed:  # powers of what is larger overflow
+        return 1.0
     s = speed / build_up_speed
     if p.gear_friction_sharpness_ratio == 1.0:
         return s / (1.0 + s)

@@ -11,7 +11,7 @@ from sim_backend.stand_in.records import MASS, PRESSURE, with_hidden
 from tests.sim_backend.stand_in.test_stand_in import silent
 
 PERIOD_S, STROKES, STROKE_M = 1e-3, 12, 0.025
-HEATED = {"thermal_gas"}  # pressure times volume over mass is its temperature, which it changes
+HEATED = {"thermal_gas", "stirred_gas"}  # pressure times volume over mass is its temperature, which it changes
 SWELLS = {"swelling_tube"}  # its volume is not the braid's and the dead one alone
 WITHIN = 2e-3
 
