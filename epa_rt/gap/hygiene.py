@@ -12,6 +12,7 @@ from epa_rt.gap.hygiene_pairs import check_pairs
 from epa_rt.gap.hygiene_scale import check_scale
 from epa_rt.gap.hygiene_skew import check_skew
 from epa_rt.gap.hygiene_spikes import check_spikes
+from epa_rt.gap.hygiene_still import check_still
 from epa_rt.gap.hygiene_time import check_time
 from epa_rt.gap.hygiene_values import check_values
 from epa_rt.gap.hygiene_valves import check_valves
@@ -19,7 +20,8 @@ from epa_rt.gap.read import misfits
 from epa_rt.gap.recording import Recording, Span
 
 _REFUSED = ("recorded on the rig", "has no column for", "recorded at a period", "with reads", "with inverted", "is not what its raw bytes say")
-_WITHOUT_RIG = (check_time, check_values, check_pairs, check_spikes)
+_HOUSE = (check_time, check_values, check_scale, check_ends, check_pairs, check_skew, check_valves, check_spikes)
+_WITHOUT_RIG = (check_time, check_values, check_still, check_pairs, check_spikes)
 _ORDER = {"refuse": 0, "exclude": 1, "note": 2}
 
 
@@ -31,8 +33,8 @@ def check(recordings: Sequence[Recording], rig: Rig | None) -> tuple[Finding, ..
     found = _mixed(recordings) + _twice(recordings)
     for recording in recordings:
         found += _said_by_log(recording, rig)
-        for checks in (check_time, check_values, check_scale, check_ends, check_pairs, check_skew, check_valves, check_spikes):
-            own = checks(recording, rig) if rig is not None or checks in _WITHOUT_RIG else []
+        for checks in _WITHOUT_RIG if rig is None else _HOUSE:
+            own = checks(recording, rig)
             found += own
             if any(finding.severity == "refuse" for finding in own):
                 break  # a wrong unit, say, would be found again by every check that compares channels

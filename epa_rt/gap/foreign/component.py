@@ -44,7 +44,7 @@ class Parameter(NamedTuple):
     A nominal parameter is of no effect; where its ``neutral`` is None the plant file must say it, else it may; its ``spread`` is relative, or in SI
     where ``absolute``. Of an
     effect's number ``low``, ``high`` and ``spread`` count in units of ``scale``, a product or quotient of settings
-    such as 'typical_force/typical_speed' ('' for the SI unit itself).
+    such as 'typical_force/typical_speed' ('' for the SI unit itself); ``low`` in those of ``low_scale`` where that is said (never above ``neutral``).
     """
 
     key: str
@@ -57,6 +57,7 @@ class Parameter(NamedTuple):
     effect: str | None = None
     scale: str = ""
     absolute: bool = False
+    low_scale: str = ""
 
     @property
     def block(self) -> str:

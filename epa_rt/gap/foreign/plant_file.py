@@ -23,6 +23,9 @@ class ForeignPlant:
 
 def sized(parameter: Parameter, settings: dict[str, float]) -> Parameter:
     """A parameter with its bounds, spread and neutral value in SI."""
+    if parameter.low_scale:
+        low = parameter.low * scaled(parameter.low_scale, settings) / scaled(parameter.scale, settings)
+        parameter = parameter._replace(low=min(low, parameter.neutral))
     if parameter.neutral is None or not parameter.scale:
         return parameter
     size = scaled(parameter.scale, settings)

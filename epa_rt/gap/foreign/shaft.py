@@ -71,7 +71,7 @@ def features(prepared: carriage.Prepared, link: str) -> Mapping[str, np.ndarray]
 
 
 def _parameter(row: Parameter) -> Parameter:
-    return row._replace(key=_renamed(row), unit=UNITS.get(row.unit, row.unit), low=_LEAST.get(row.key, row.low), links=(LINK,), scale=_scale(row.scale))
+    return row._replace(key=_renamed(row), unit=UNITS.get(row.unit, row.unit), low=_LEAST.get(row.key, row.low), links=(LINK,), scale=_scale(row.scale), low_scale=_scale(row.low_scale))
 
 
 def _effect(one: Effect) -> Effect:

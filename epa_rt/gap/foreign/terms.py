@@ -116,9 +116,9 @@ LAWS: tuple[Law, ...] = (
          (_number("place_linear_n", "N", "friction_over_place", -5.0, 5.0, 0.1, "typical_force"),
           _number("place_square_n", "N", "friction_over_place", -5.0, 5.0, 0.1, "typical_force")), ((0.1, 0.0), (0.0, 0.1)),
          lambda m, p: (p["friction.place_linear_n"] * m.place_ratio + p["friction.place_square_n"] * m.place_ratio**2) * m.sign),
-    _law("spring", "place", "a force that grows along the way: a cable chain, a bellows", "F = k x", "drag chain stiffness",
-         (_number("spring_n", "N", "spring", -5.0, 5.0, 0.1, "typical_force"),), ((0.1,), (-0.1,)),
-         lambda m, p: p["friction.spring_n"] * m.place_ratio),
+    _law("spring", "place", "a force that grows along the way: a cable chain, a bellows", "F = k (x - x_0)", "drag chain stiffness",
+         (_number("spring_n", "N", "spring", -5.0, 5.0, 0.1, "typical_force"), _number("spring_rest_ratio", "1", "spring", -3.0, 3.0, 0.5, "")), ((0.1, 0.0), (-0.1, 0.0)),
+         lambda m, p: p["friction.spring_n"] * (m.place_ratio - p["friction.spring_rest_ratio"])),
 )
 
 
