@@ -21,7 +21,7 @@ from epa_rt.gap.recording import Recording, Span
 
 _REFUSED = ("recorded on the rig", "has no column for", "recorded at a period", "with reads", "with inverted", "is not what its raw bytes say")
 _HOUSE = (check_time, check_values, check_scale, check_ends, check_pairs, check_skew, check_valves, check_spikes)
-_WITHOUT_RIG = (check_time, check_values, check_still, check_pairs, check_spikes)
+_WITHOUT_RIG = (check_time, check_values, check_ends, check_pairs, check_spikes, check_still)
 _ORDER = {"refuse": 0, "exclude": 1, "note": 2}
 
 
@@ -34,7 +34,8 @@ def check(recordings: Sequence[Recording], rig: Rig | None) -> tuple[Finding, ..
     for recording in recordings:
         found += _said_by_log(recording, rig)
         for checks in _WITHOUT_RIG if rig is None else _HOUSE:
-            own = checks(recording, rig)
+            said = {(finding.log, finding.channel, finding.kind) for finding in found if finding.kind in ("frozen", "saturated")}
+            own = [finding for finding in checks(recording, rig) if (finding.log, finding.channel, finding.kind) not in said]
             found += own
             if any(finding.severity == "refuse" for finding in own):
                 break  # a wrong unit, say, would be found again by every check that compares channels

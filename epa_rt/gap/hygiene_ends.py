@@ -16,8 +16,10 @@ _STEPS = 5.0           # of the converter, at least
 _PIECES = 3
 
 
-def check_ends(recording: Recording, rig: Rig) -> list[Finding]:
-    """Findings on saturated channels."""
+def check_ends(recording: Recording, rig: Rig | None) -> list[Finding]:
+    """Findings on saturated channels. Of a rig of others no rail is known, and a place may run into a stop."""
+    if rig is None:
+        return [one for name in measured_names(recording) if not name.endswith(("_m", "_rad")) for one in _cut_off(recording, name, recording.columns[name], 0.0)]
     found = []
     rows = {row.name for row in rig.inputs}
     for name in (n for n in measured_names(recording) if n in rows):
@@ -55,6 +57,7 @@ def _cut_off(recording: Recording, name: str, values: np.ndarray, count: float) 
     count = max(count, float(np.diff(unique).min()) if len(unique) > 1 else 0.0)
     calm = smooth(known, beside)
     usual = float(np.percentile(np.abs(calm[beside:] - calm[:-beside]), 95))
+    found = []
     for end, word in ((unique[-1], "highest"), (unique[0], "lowest")):
         pieces, sudden = [], 0
         for span in (s for s in recording.spans if s.trial):
@@ -65,6 +68,6 @@ def _cut_off(recording: Recording, name: str, values: np.ndarray, count: float) 
                     drops = [abs(float(np.nanmean(values[slice(*where)])) - end) for where in ((a - beside, a), (b, b + beside)) if span.start <= where[0] and where[1] <= span.stop]
                     sudden += bool(drops) and max(drops) > max(_SUDDEN * usual, _STEPS * count) * 0.5
         if sudden >= _PIECES and sudden >= 0.5 * len(pieces):
-            return [_of(recording, name, f"found it flat at {end:.6g}, its {word} value, on {sum(b - a for a, b in pieces)} rows in {len(pieces)} pieces that it runs into without slowing down, "
-                        f"the first at {seconds(recording, pieces[0][0]):.3f} s, as of a sensor at the end of its range", pieces)]
-    return []
+            found.append(_of(recording, name, f"found it flat at {end:.6g}, its {word} value, on {sum(b - a for a, b in pieces)} rows in {len(pieces)} pieces that it runs into without slowing down, "
+                        f"the first at {seconds(recording, pieces[0][0]):.3f} s, as of a sensor at the end of its range", pieces))
+    return found

@@ -32,7 +32,7 @@ def _still(recording: Recording, name: str) -> Finding | None:
     runs = [(a, b + 1) for a, b in stretches(~changes)]
     long = [(a, b) for a, b in runs if b - a >= _LEAST_ROWS and values[a] not in (known.min(), known.max())]
     frozen = [run for run in long if _others_move(recording, name, *run)] if long and _lively(changes, long) else []
-    which = "while others moved"
+    which = "while another channel moved"
     if not frozen and long and not name.endswith(_PLACES):  # dry friction holds a place while its drive's force flickers
         usual = _usual_rows(changes, long)
         frozen = [(a, b) for a, b in long if usual is not None and b - a > max(_LEAST_ROWS, _LONGER * usual) and not _rests(recording, name, a, b)]
