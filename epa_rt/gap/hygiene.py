@@ -34,8 +34,7 @@ def check(recordings: Sequence[Recording], rig: Rig | None) -> tuple[Finding, ..
     for recording in recordings:
         found += _said_by_log(recording, rig)
         for checks in _WITHOUT_RIG if rig is None else _HOUSE:
-            said = {(finding.log, finding.channel, finding.kind) for finding in found if finding.kind in ("frozen", "saturated")}
-            own = [finding for finding in checks(recording, rig) if (finding.log, finding.channel, finding.kind) not in said]
+            own = [finding for finding in checks(recording, rig) if not _said(finding, found)]
             found += own
             if any(finding.severity == "refuse" for finding in own):
                 break  # a wrong unit, say, would be found again by every check that compares channels
@@ -59,6 +58,12 @@ def clean(recordings: Sequence[Recording], findings: Sequence[Finding]) -> tuple
         sentences = tuple(dict.fromkeys((*(s for s in recording.found if f"{recording.name}: {s}" not in said), *said)))
         cleaned.append(_on_grid(dataclasses.replace(recording, columns=columns, found=sentences)))
     return tuple(cleaned)
+
+
+def _said(finding: Finding, found: Sequence[Finding]) -> bool:
+    """Whether another check has said the same of every row that a finding takes out."""
+    rows = [own for one in found if (one.log, one.channel, one.kind) == (finding.log, finding.channel, finding.kind) for own in one.rows]
+    return finding.severity == "exclude" and bool(finding.rows) and all(any(a <= start and stop <= b for a, b in rows) for start, stop in finding.rows)
 
 
 def _mixed(recordings: Sequence[Recording]) -> list[Finding]:

@@ -75,3 +75,13 @@ def test_a_force_that_rests_at_first_and_is_cut_off_then_is_said_at_both_ends():
     columns = {"carriage_position_m": carriage()["carriage_position_m"], "motor_force_n": np.clip(force, -7.0, 8.0)}
     said = [one.says for one in check([recording(**columns)], None) if one.kind == "saturated"]
     assert len(said) == 2 and "flat at 8, its highest value" in said[0] and "flat at -7, its lowest value" in said[1]
+
+
+def test_a_channel_that_is_frozen_twice_loses_both_stretches_whichever_check_finds_them():
+    """The first one ends with a jump, which another check finds; it does not stand for the second, at the end of the log."""
+    columns = carriage()
+    columns["carriage_position_m"][1300:1900] = columns["carriage_position_m"][1300]
+    columns["carriage_position_m"][4300:] = columns["carriage_position_m"][4300]
+    rows = [row for _, _, rows in frozen(check([recording(**columns)], None)) for row in rows]
+    assert any(a <= 1310 and b >= 1890 for a, b in rows)
+    assert any(a <= 4310 and b == N for a, b in rows)
