@@ -5,7 +5,7 @@ import numpy as np
 from epa_rt.config.rig import Rig
 from epa_rt.gap.hygiene_finding import Finding, measured_names, seconds, smooth, stretches
 from epa_rt.gap.hygiene_values import scaling_of_row
-from epa_rt.gap.recording import Recording
+from epa_rt.gap.recording import PLACES, Recording
 from epa_rt.signals.scaling import Scaling
 
 _AT_RAIL_ROWS = 30
@@ -19,7 +19,7 @@ _PIECES = 3
 def check_ends(recording: Recording, rig: Rig | None) -> list[Finding]:
     """Findings on saturated channels. Of a rig of others no rail is known, and a place may run into a stop."""
     if rig is None:
-        return [one for name in measured_names(recording) if not name.endswith(("_m", "_rad")) for one in _cut_off(recording, name, recording.columns[name], 0.0)]
+        return [one for name in measured_names(recording) if not name.endswith(PLACES) for one in _cut_off(recording, name, recording.columns[name], 0.0)]
     found = []
     rows = {row.name for row in rig.inputs}
     for name in (n for n in measured_names(recording) if n in rows):

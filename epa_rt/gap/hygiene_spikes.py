@@ -5,7 +5,7 @@ import numpy as np
 from epa_rt.config.rig import Rig
 from epa_rt.gap.hygiene_finding import Finding, measured_names, seconds, stretches
 from epa_rt.gap.hygiene_values import is_analog
-from epa_rt.gap.recording import Recording
+from epa_rt.gap.recording import PLACES, Recording
 
 _FAR = 15.0            # times what the rows of this channel are off their neighbours on 99 % of the rows
 _STEPS = 20.0          # of the converter, at least
@@ -13,7 +13,7 @@ _AGREE = 0.1           # of the spike: by how much the two rows on both sides ma
 _STOOD_S, _STOOD_ROWS = 0.05, 20  # how long a channel stands before it jumps
 _FLAT = 0.1            # of the smaller jump: by how much a channel may move while it is gone
 _GONE_ROWS, _GONE = 3, 0.5   # rows at least, and share of the log at most, between the jump away and that back
-_WITH_INERTIA = ("_m", "_rad", "_pa")  # of a rig of others: a current or a drive's force may well be one row long
+_WITH_INERTIA = (*PLACES, "_pa")  # of a rig of others: a current or a drive's force may well be one row long
 
 
 def check_spikes(recording: Recording, rig: Rig | None) -> list[Finding]:

@@ -1,16 +1,15 @@
 """A channel of a rig of others that stands still while the rig moves, or without the flicker that it has otherwise: frozen, to the end of the log or for a while.
 
-Nothing is known of its converter. What stands still at its lowest or highest value is left alone: a drive at its limit is at it.
+Nothing is known of its converter. A force may move without a place, as dry friction holds it, but no force stays the same to the last digit where a place moves. What stands still at its lowest or highest value is left alone: a drive at its limit is at it.
 """
 
 import numpy as np
 
 from epa_rt.config.rig import Rig
 from epa_rt.gap.hygiene_finding import Finding, measured_names, seconds, stretches
-from epa_rt.gap.recording import Recording
+from epa_rt.gap.recording import PLACES, Recording
 
 _LEAST_ROWS = 100
-_PLACES = ("_m", "_rad")   # a force may move without a place, as dry friction holds it, but no force stays the same to the last digit where a place moves
 _MOVED = 0.3       # of the range of another place or of a reference, over which nothing stays so
 _LIVELY = 0.5      # share of rows with a change from which a channel is said to follow what moves
 _FLICKERS_ROWS = 20   # rows within which a channel that flickers changes, but for one time in a hundred
@@ -31,11 +30,14 @@ def _still(recording: Recording, name: str) -> Finding | None:
     changes = np.diff(values) != 0.0   # NaN differs from itself
     runs = [(a, b + 1) for a, b in stretches(~changes)]
     long = [(a, b) for a, b in runs if b - a >= _LEAST_ROWS and values[a] not in (known.min(), known.max())]
-    frozen = [run for run in long if _others_move(recording, name, *run)] if long and _lively(changes, long) else []
+    if not long:
+        return None
+    rest = _rest(changes, long)
+    frozen = [run for run in long if _others_move(recording, name, *run)] if _lively(rest) else []
     which = "while another channel moved"
-    if not frozen and long and not name.endswith(_PLACES):  # dry friction holds a place while its drive's force flickers
-        usual = _usual_rows(changes, long)
-        frozen = [(a, b) for a, b in long if usual is not None and b - a > max(_LEAST_ROWS, _LONGER * usual) and not _rests(recording, name, a, b)]
+    usual = _usual_rows(rest)
+    if not frozen and usual is not None and not name.endswith(PLACES):  # dry friction holds a place while its drive's force flickers
+        frozen = [(a, b) for a, b in long if b - a > max(_LEAST_ROWS, _LONGER * usual) and not _rests(recording, name, a, b)]
         which = "and without its flicker"
     if not frozen:
         return None
@@ -52,14 +54,13 @@ def _rest(changes: np.ndarray, long: list[tuple[int, int]]) -> np.ndarray:
     return changes[kept]
 
 
-def _lively(changes: np.ndarray, long: list[tuple[int, int]]) -> bool:
-    rest = _rest(changes, long)
+def _lively(rest: np.ndarray) -> bool:
     return len(rest) >= _LEAST_ROWS and bool(np.mean(rest) > _LIVELY)
 
 
-def _usual_rows(changes: np.ndarray, long: list[tuple[int, int]]) -> float | None:
+def _usual_rows(rest: np.ndarray) -> float | None:
     """Rows within which a channel changes but for one time in a hundred; None where it does not flicker."""
-    at = np.flatnonzero(_rest(changes, long))
+    at = np.flatnonzero(rest)
     if len(at) < _LEAST_ROWS:
         return None
     usual = float(np.percentile(np.diff(at), 99))
@@ -68,7 +69,7 @@ def _usual_rows(changes: np.ndarray, long: list[tuple[int, int]]) -> float | Non
 
 def _others_move(recording: Recording, name: str, start: int, stop: int) -> bool:
     for other, values in recording.columns.items():
-        if other == name or not other.endswith(_PLACES) or not np.isfinite(values[start:stop]).any():
+        if other == name or not other.endswith(PLACES) or not np.isfinite(values[start:stop]).any():
             continue
         whole = float(np.nanmax(values) - np.nanmin(values))
         if whole > 0.0 and float(np.nanmax(values[start:stop]) - np.nanmin(values[start:stop])) > _MOVED * whole:
@@ -79,4 +80,4 @@ def _others_move(recording: Recording, name: str, start: int, stop: int) -> bool
 def _rests(recording: Recording, name: str, start: int, stop: int) -> bool:
     """Whether nothing else changes meanwhile. A channel alone does not rest: what is shut in has its noise."""
     others = [values[start:stop] for other, values in recording.columns.items() if other != name and not other.endswith("_raw")]
-    return bool(others) and not any(np.mean(np.diff(values) != 0.0) > _FOLLOWS for values in others)
+    return bool(others) and not any(np.mean(np.abs(np.diff(values)) > 0.0) > _FOLLOWS for values in others)

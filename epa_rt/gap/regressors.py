@@ -9,6 +9,7 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.signal import lfilter
 
+from epa_rt.gap.recording import PLACES
 from epa_rt.gap.stop_operator import stop_over_log
 
 LAGS_S = (0.02, 0.05, 0.15)
@@ -16,7 +17,6 @@ CREEP_S = (0.1, 1.0, 10.0)
 PLAYS = (0.02, 0.07, 0.2)  # half widths of the play operators, as parts of the state's own range
 TURNS = (1, 2, 4, 6)
 SPEEDS = ("_m_s", "_rad_s")
-PLACES = ("_m", "_rad")
 TURN = "_turn_rad"     # ends the name of an angle that is another state in other units: only what swings over it is a term of its own
 
 

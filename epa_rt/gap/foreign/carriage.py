@@ -98,8 +98,8 @@ def features(prepared: Prepared, link: str) -> Mapping[str, np.ndarray]:
     return motion_features(prepared.base) | {"motor_turn_rad": prepared.turned_rad}
 
 
-def _p(key: str, unit: str, of: str | None, low: float, high: float, spread: float, scale: str = "", neutral: float | None = 0.0) -> Parameter:
-    return Parameter(key, unit, neutral, low, high, spread, LINK, of, scale)
+def _p(key: str, unit: str, of: str | None, low: float, high: float, spread: float, scale: str = "", neutral: float | None = 0.0, low_scale: str = "") -> Parameter:
+    return Parameter(key, unit, neutral, low, high, spread, LINK, of, scale, low_scale=low_scale)
 
 
 _OWN = (
@@ -111,7 +111,7 @@ _OWN = (
     _p("drive.backlash_m", "m", "backlash", 0.0, 0.05, 2e-3, "stroke"),
     _p("drive.backlash_load_ratio", "1", "backlash", 0.05, 1.0, 0.2, neutral=0.5),
     _p("drive.cogging_n", "N", "cogging", -1.0, 1.0, 0.05, "typical_force"),
-    _p("drive.cogging_periods", "1", "cogging", 1.0, 24.0, 0.01, neutral=1.0)._replace(low_scale="pitch/stroke"),  # what does not return within the way is a spring or an offset
+    _p("drive.cogging_periods", "1", "cogging", 1.0, 24.0, 0.01, neutral=1.0, low_scale="pitch/stroke"),  # what does not return within the way is a spring or an offset
     _p("drive.cogging_phase_rad", "rad", "cogging", -20.0, 20.0, 0.3),
     _p("drive.asymmetry_ratio", "1", "drive_asymmetry", -0.5, 0.5, 0.05),
     _p("drive.lag_s", "s", "drive_lag", 0.0, 0.05, 1e-3),

@@ -23,14 +23,12 @@ class ForeignPlant:
 
 def sized(parameter: Parameter, settings: dict[str, float]) -> Parameter:
     """A parameter with its bounds, spread and neutral value in SI."""
-    if parameter.low_scale:
-        low = parameter.low * scaled(parameter.low_scale, settings) / scaled(parameter.scale, settings)
-        parameter = parameter._replace(low=min(low, parameter.neutral))
-    if parameter.neutral is None or not parameter.scale:
+    if parameter.neutral is None:
         return parameter
     size = scaled(parameter.scale, settings)
-    return parameter._replace(neutral=parameter.neutral * size, low=parameter.low * size, high=parameter.high * size,
-                              spread=parameter.spread * size)
+    neutral = parameter.neutral * size
+    low = min(parameter.low * scaled(parameter.low_scale, settings), neutral) if parameter.low_scale else parameter.low * size
+    return parameter._replace(neutral=neutral, low=low, high=parameter.high * size, spread=parameter.spread * size)
 
 
 def suffix_of(unit: str) -> str:
