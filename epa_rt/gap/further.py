@@ -30,7 +30,8 @@ class Rules:
     (rigs without a gap leave 3 to 25), and ``rest`` of what there is without effects, from which something is missing: the right law in other words
     left up to 0.02 of it; what nominal parameters cannot bear is missing whatever part it is; ``first``: the same where nothing is named (24 rigs
     without a gap of two sets showed 17 at most, missed effects at twice their limit and more 45 to 73). ``most``: of that which a further effect must
-    explain, and ``gained`` at least; ``screened``: families that are fitted for it. ``plain``: gain from which it is named however weak it is.
+    explain, and ``gained`` at least; ``screened``: families that are fitted for it, ``rough``: as ``near``, of a fit with derivatives
+    kept from before (a soft regulator that leaves 27 had left 84). ``plain``: gain from which it is named however weak it is.
     ``noise``: chi-square above noise that one law leaves at most, and another twice that at least, where 5 % count for nothing if the first has no more
     numbers than the other: it is the rig's own to the noise.
     ``tied``: chi-square by which a law that is behind in free run is not told apart there (two kinds of friction under one small sine lie 2 to 5 apart, laws
@@ -49,6 +50,7 @@ class Rules:
     most: float = 0.5
     gained: float = 40.0
     screened: int = 4
+    rough: float = 0.4
     plain: float = 1e3
     noise: float = 25.0
     tied: float = 7.0
@@ -80,7 +82,7 @@ def further(problem: Problem, whole: Problem, selection: Selection, none: Point,
     tried = promising(whole, best, rules.screened, _nearly(selection))
     if not tried or best.normal.chi - tried[0].chi < 0.5 * rules.most * missing:
         return None
-    close = [one for one in tried if best.normal.chi - one.chi > rules.near * (best.normal.chi - tried[0].chi)]
+    close = [one for one in tried if best.normal.chi - one.chi > (rules.rough if one.point is None else rules.near) * (best.normal.chi - tried[0].chi)]
     points = sorted(((one.effect, one.point or afresh(whole, best, one)) for one in close), key=lambda pair: pair[1].normal.chi)
     name, point = points[0]
     gain = best.normal.chi - point.normal.chi
