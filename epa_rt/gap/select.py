@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from epa_rt.gap.at_once import best_pair
 from epa_rt.gap.believe import LeftAt, Rules, believed, dispensable
 from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem
@@ -53,6 +54,9 @@ def select(problem: Problem, base: Point, left_at: LeftAt, rules: Rules = Rules(
             roles, point = _tried_again(problem, roles, point)
         problem, point = rescaled(problem, point, left_at(point))
     roles = [role.at_scale_of(problem) for role in roles]
+    if (pair := best_pair(problem, first, roles, point)) is not None:
+        problem, point = rescaled(problem, pair, left_at(pair))
+        roles = [role for i in range(len(point.effects)) if (role := _again(problem, point, i)) is not None]
     if len(roles) > 1:
         roles, point = _pruned(problem, roles, point, first, left_at, rules)
     return Selection(problem, first.point if first else base, tuple(roles), point, refused if roles or refused else first)

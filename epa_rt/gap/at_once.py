@@ -1,0 +1,38 @@
+"""Two effects at once, where all that logs show is one reading: chosen one after the other, the first stands for something of both."""
+
+from collections.abc import Sequence
+from itertools import combinations
+
+from epa_rt.gap.point import Point
+from epa_rt.gap.problem import Problem
+from epa_rt.gap.refit import settled
+from epa_rt.gap.role import Role
+
+FAMILIES = 6   # whose best law by itself is tried with another's
+LESS = 0.5     # of what the named ones leave above the noise is left by a pair that takes their place
+
+
+def best_pair(problem: Problem, first: Role, roles: Sequence[Role], final: Point) -> Point | None:
+    """Two laws, fitted together from typical strengths, that leave far less than those chosen one after the other; None where none do, or several links have
+    their say. ``first``: the role with no effect on.
+
+    A servo with dry friction and a delay of 25 ms was a dead band and a gear that winds up, 3019 left for 175: no single one of the two could be swapped.
+    """
+    if len(problem.links) > 1 or len(roles) < 2:
+        return None
+    noise = problem.samples(problem.links[0]) / problem.scale[problem.links[0]] ** 2
+    tried = [pair for pair in combinations(_laws(problem, first, roles), 2) if set(pair) != set(final.effects)]
+    begin = {name: dict(zip(problem.effects[name].knobs, problem.effects[name].starts[0], strict=True)) for pair in tried for name in pair}
+    points = problem.each(lambda pair: settled(problem, pair, begin[pair[0]] | begin[pair[1]]), tried)
+    best = min(points, key=lambda point: point.normal.chi, default=None)
+    return best if best is not None and best.normal.chi - noise < LESS * (final.normal.chi - noise) else None
+
+
+def _laws(problem: Problem, first: Role, roles: Sequence[Role]) -> list[str]:
+    """The best law of each of the families that explain most by themselves, and what is named."""
+    found: dict[str, str] = {}
+    for fit in first.fits:
+        found.setdefault(problem.effects[fit.effect].family, fit.effect)
+    names = list(found.values())[:FAMILIES]
+    families = {problem.effects[name].family for name in names}
+    return names + [role.best.effect for role in roles if problem.effects[role.best.effect].family not in families]
