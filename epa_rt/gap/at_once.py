@@ -9,7 +9,8 @@ from epa_rt.gap.refit import settled
 from epa_rt.gap.role import Role
 
 FAMILIES = 6   # whose best law by itself is tried with another's
-LESS = 0.5     # of what the named ones leave above the noise is left by a pair that takes their place
+LESS = 0.5     # of what the named ones leave above the noise is what a pair that takes their place takes off at least
+MUCH = 240.0   # chi-square that it takes off at least, as an effect does that is believed
 
 
 def best_pair(problem: Problem, first: Role, roles: Sequence[Role], final: Point) -> Point | None:
@@ -20,12 +21,14 @@ def best_pair(problem: Problem, first: Role, roles: Sequence[Role], final: Point
     """
     if len(problem.links) > 1 or len(roles) < 2:
         return None
-    noise = problem.samples(problem.links[0]) / problem.scale[problem.links[0]] ** 2
+    left = final.normal.chi - problem.samples(problem.links[0]) / problem.scale[problem.links[0]] ** 2
+    if left < MUCH:
+        return None
     tried = [pair for pair in combinations(_laws(problem, first, roles), 2) if set(pair) != set(final.effects)]
     begin = {name: dict(zip(problem.effects[name].knobs, problem.effects[name].starts[0], strict=True)) for pair in tried for name in pair}
     points = problem.each(lambda pair: settled(problem, pair, begin[pair[0]] | begin[pair[1]]), tried)
     best = min(points, key=lambda point: point.normal.chi, default=None)
-    return best if best is not None and best.normal.chi - noise < LESS * (final.normal.chi - noise) else None
+    return best if best is not None and final.normal.chi - best.normal.chi > max(LESS * left, MUCH) else None
 
 
 def _laws(problem: Problem, first: Role, roles: Sequence[Role]) -> list[str]:

@@ -41,7 +41,7 @@ def absorbed(normal: Normal, keys: Sequence[str]) -> float:
     """Chi-square by which a fit would be worse with these parameters back within belief, the others free; linearised."""
     if not keys:
         return 0.0
-    free = np.flatnonzero(~normal.frozen)
+    free = np.flatnonzero(normal.uncertain)
     inverse = normal.covariance()
     at = [int(np.flatnonzero(free == normal.keys.index(key))[0]) for key in keys if normal.keys.index(key) in free]
     z = np.array([normal.z[free[i]] for i in at])

@@ -31,9 +31,15 @@ class Normal:
         """Chi-square with the priors' part."""
         return float(self.square.sum() + self.prior @ self.z**2)
 
+    @property
+    def uncertain(self) -> np.ndarray:
+        """(k,) keys whose covariance counts: those that can move, and nominal parameters on a bound too. A step may not take these further, and what is believed
+        of them still lies on their other side (a command's delay and the row in which it is logged, which cannot be before its own)."""
+        return ~self.frozen | (self.prior > 0.0)
+
     def covariance(self) -> np.ndarray:
-        """(f, f) of the keys that are not frozen, in spreads: residuals white, the priors believed."""
-        free = ~self.frozen
+        """(f, f) of the keys that are ``uncertain``, in spreads: residuals white, the priors believed."""
+        free = self.uncertain
         return np.linalg.inv(self.matrix.sum(axis=(0, 1))[np.ix_(free, free)] + np.diag(self.prior[free] + 1e-9))
 
     def weighted(self, by: np.ndarray) -> "Normal":

@@ -135,6 +135,6 @@ def _in_order(astray: np.ndarray | None, keys: tuple[str, ...], wanted: tuple[st
 
 def _too_narrow(normal: Normal, keys: tuple[str, ...], astray: np.ndarray | None) -> float:
     """How many times more the variance of the straight intervals is than white noise would make it, at least once; the largest of the numbers that can move."""
-    white = dict(zip(np.array(normal.keys)[~normal.frozen], np.diag(normal.covariance()), strict=True))
+    white = dict(zip(np.array(normal.keys)[normal.uncertain], np.diag(normal.covariance()), strict=True))
     width = intervals(normal, keys, astray)
     return max([1.0, *((half / TWO_SIDED_95) ** 2 / white[key] for key, half in width.items() if key in white and np.isfinite(half))])

@@ -51,12 +51,12 @@ def select(problem: Problem, base: Point, left_at: LeftAt, rules: Rules = Rules(
         point = settled(problem, (*role.point.effects, role.best.effect), role.best.values)
         roles.append(role)
         if depth > 0:
-            roles, point = _tried_again(problem, roles, point)
+            roles, point = _tried_again(problem, roles, point, depth)
         problem, point = rescaled(problem, point, left_at(point))
     roles = [role.at_scale_of(problem) for role in roles]
     if (pair := best_pair(problem, first, roles, point)) is not None:
         problem, point = rescaled(problem, pair, left_at(pair))
-        roles = [role for i in range(len(point.effects)) if (role := _again(problem, point, i)) is not None]
+        roles, point = _tried_again(problem, [], point, len(point.effects))
     if len(roles) > 1:
         roles, point = _pruned(problem, roles, point, first, left_at, rules)
     return Selection(problem, first.point if first else base, tuple(roles), point, refused if roles or refused else first)
@@ -72,9 +72,9 @@ def rescaled(problem: Problem, point: Point, left: Left) -> tuple[Problem, Point
     return problem, settled(problem, point.effects, point.values, rounds=2)
 
 
-def _tried_again(problem: Problem, roles: list[Role], final: Point) -> tuple[list[Role], Point]:
-    """Every earlier role played again with the others on; a better candidate takes it."""
-    for i in range(len(final.effects) - 1):
+def _tried_again(problem: Problem, roles: list[Role], final: Point, first: int) -> tuple[list[Role], Point]:
+    """The ``first`` roles played again with the others on; a better candidate takes its place."""
+    for i in range(first):
         role = _again(problem, final, i)
         if role is None:
             continue

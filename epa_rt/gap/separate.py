@@ -90,7 +90,7 @@ def intervals(normal: Normal, keys: Sequence[str], astray: np.ndarray | None = N
     ``astray`` (n, k): how far fits of twins went from what is true of them (astray.py). What shifts all blocks alike no scatter of blocks
     shows: where the twins' mean square is more than the blocks give, it takes their place.
     """
-    free = ~normal.frozen
+    free = normal.uncertain
     blocks = normal.vector.sum(axis=0)[:, free]
     blocks = blocks[np.any(blocks != 0.0, axis=1)] if blocks.size else blocks
     inverse = normal.covariance()
