@@ -65,6 +65,7 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
     from epa_rt.gap.foreign.rests import check_rests
     from epa_rt.gap.foreign.signs import check_signs
     from epa_rt.gap.foreign.sizes import check_sizes
+    from epa_rt.gap.foreign.swaps import check_swaps
     from epa_rt.gap.house.counter import as_counted
     from epa_rt.gap.hygiene import check, clean
 
@@ -74,17 +75,23 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
     if rig is None:
         check_columns(subject, arguments.rig, recordings)
     findings = (*check(recordings, rig), *(check_sizes(recordings, subject.rig) if rig is None else ()))
-    refused = [finding.says for finding in findings if finding.severity == "refuse"]
-    if refused:
-        raise VerbError("; ".join(refused))
+    _refused(findings)
     cleaned, n = clean(recordings, findings), len(arguments.logs)
     if rig is None:
+        _refused(check_swaps(cleaned, subject))
         findings = (*findings, *check_signs(cleaned, subject), *check_rests(cleaned, subject))
     else:
         subject, counted = as_counted(subject, cleaned[:n])
         findings = (*findings, *counted, *_without_experiment(cleaned))
         cleaned = tuple(_with_rig(one, arguments.rig) for one in cleaned)
     return Opened(subject, rig, plant, cleaned[:n], cleaned[n:], tuple(dict.fromkeys(finding.says for finding in findings)))
+
+
+def _refused(findings: "Sequence[Finding]") -> None:
+    """Raises VerbError where a diagnosis of the logs would mean nothing."""
+    says = [finding.says for finding in findings if finding.severity == "refuse"]
+    if says:
+        raise VerbError("; ".join(says))
 
 
 def _without_experiment(recordings: "Sequence[Recording]") -> "list[Finding]":
