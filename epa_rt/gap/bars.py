@@ -17,7 +17,7 @@ class Bars:
     0.928 and more there or left 36 at most, wrong ones 0.916, 0.961 and 0.970 (a bar of 0.975 refused two right answers of a set that it had not seen,
     and no wrong one), and of a gap of less than ``shapeless`` no more than ``little_left`` may stay: there a formula's shape is within the noise (105 right names of three
     sets left 21 at most, wrong ones 36, 39 and 41; of an earlier set an uneven play, whose law is another one since, left 61 of 822);
-    of one law's gap of less than ``shapeless_alone`` no more than half a percent besides (heard.py: 43 of 44 right ones of three sets with a gap above 1000 left 29 at most, wrong ones 41, 62 and 552). ``trifle``: what stays over the noise without being a gap. They are all of it where no more
+    of one law's gap of less than ``shapeless_alone`` no more than three quarters of a percent besides (heard.py: 43 of 44 right ones of three sets with a gap above 1000 left 29 at most, wrong ones 41, 62 and 552). ``trifle``: what stays over the noise without being a gap. They are all of it where no more
     than ``small`` is left over the noise, or where they explain ``whole`` of the excess and leave less than ``few``, three
     times the floor: another formula of the right physics leaves that much of a large gap, and the simulation then serves; at
     ten times the floor something real is missing, whatever part it is of the gap. ``tested``: expected chi-square of an effect of

@@ -18,7 +18,7 @@ from epa_rt.gap.select import Selection
 
 GROWS = 3.0    # a shape without a unit that goes no further makes nothing of next to nothing
 READS_OR_COMMANDS = ("sensors", "bus")
-ALONE = 0.005  # of a gap: what one right law in other words may leave of it where it is not many times its detection limit
+ALONE = 0.005  # of a gap: what one right law in other words mostly leaves of it where it is not many times its detection limit
 
 
 @dataclass(frozen=True)
@@ -122,15 +122,15 @@ def all_read_or_command(problem: Problem, selection: Selection) -> bool:
     return bool(selection.roles) and all(problem.effects[role.best.effect].block in READS_OR_COMMANDS for role in selection.roles)
 
 
-def most_of_one(gap: float) -> float:
-    """Chi-square in free run that one law may leave of a gap of so much; what leaves more is refused, so that a second one is looked for (of a leak with a
-    gauge's scale beside it the leak left 43 of 7217)."""
-    return in_other_words(gap) if gap < BARS.shapeless_alone else np.inf
+def most_of_one(gap: float, part: float = ALONE) -> float:
+    """Chi-square in free run that one law leaves of a gap of so much where no second one is looked for (of a leak with a gauge's scale beside it the leak left 43 of
+    7217). ``part``: of the gap."""
+    return in_other_words(gap, part) if gap < BARS.shapeless_alone else np.inf
 
 
-def in_other_words(gap: float) -> float:
+def in_other_words(gap: float, part: float = ALONE) -> float:
     """Chi-square in free run that the right law in other words mostly leaves of a gap at most."""
-    return max(BARS.little_left, ALONE * gap)
+    return max(BARS.little_left, part * gap)
 
 
 def plainer(problem: Problem, name: str, other: str) -> bool:

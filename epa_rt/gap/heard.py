@@ -8,6 +8,7 @@ from epa_rt.gap.bars import BARS
 from epa_rt.gap.further import Rules, most_of_one
 from epa_rt.gap.refit import Fit
 
+MOST_OF_ONE = 0.0075  # of a gap: what one right law in other words may leave of it where no second one was found (right ones of two sets with a gap above 1000 0.0063 at most or 30, wrong ones 0.0096 and more)
 CLOSELY = 0.01  # of a gap: what a right law in other words may leave of it
 THIRD = 1.0 / 3.0  # of a gap: a name that leaves more is not trusted at all
 USUAL = Rules.noise   # chi-square in free run that the method leaves of rigs without a gap at most (3 to 25)
@@ -74,7 +75,7 @@ class Heard:
         Where no other words are possible it is no more than what the method leaves, whatever the gap."""
         if self.part is None or self.little:
             return False
-        return self.gap < BARS.shapeless or (self.alone and self.left > most_of_one(self.gap)) or (self.one_form and self.left > Rules().anothers)
+        return self.gap < BARS.shapeless or (self.alone and self.left > most_of_one(self.gap, MOST_OF_ONE)) or (self.one_form and self.left > Rules().anothers)
 
     @property
     def carried(self) -> bool:

@@ -247,9 +247,10 @@ def test_of_a_large_gap_a_formulas_shape_may_stay(gap, left):
     assert not said.too_much_left and said.carried
 
 
-@pytest.mark.parametrize(("gap", "left", "over"), [(6205.0, 62.0, True), (3894.0, 41.0, True), (14_908.0, 552.0, True), (1180.0, 29.0, False), (12_768.0, 60.0, False), (15_001.0, 900.0, False)])
-def test_one_law_by_itself_leaves_half_a_percent_of_a_gap_that_is_not_many_times_its_limit(gap, left, over):
-    """A bladder's spring for a soft braid, a leaning frame for a knee's spring, heat of filling for a leak."""
+@pytest.mark.parametrize(("gap", "left", "over"), [(6205.0, 62.0, True), (3894.0, 41.0, True), (14_908.0, 552.0, True), (1180.0, 29.0, False), (12_768.0, 60.0, False), (15_001.0, 900.0, False),
+                                                  (6461.0, 40.6, False), (3824.0, 39.9, True), (6213.0, 59.9, True)])
+def test_one_law_by_itself_leaves_little_of_a_gap_that_is_not_many_times_its_limit(gap, left, over):
+    """A bladder's spring for a soft braid, a leaning frame for a knee's spring, heat of filling for a leak; creep in other words is not refused."""
     said = Heard(gap, left, 5.0, {}, {}, alone=True)
     assert said.too_much_left is over and not replace(said, alone=False).too_much_left
 
@@ -355,8 +356,8 @@ def test_a_fit_has_arrived_only_where_what_is_left_agrees_with_its_derivatives()
 @pytest.mark.parametrize(("gap", "most"), [(500.0, 30.0), (6000.0, 30.0), (7217.0, 36.085), (14_000.0, 70.0)])
 def test_what_one_law_may_leave_is_what_a_second_one_is_looked_for_from(gap, most):
     assert most_of_one(gap) == pytest.approx(most)
-    assert Heard(gap, most + 1.0, 0.0, {}, {}, alone=True).too_much_left
     assert not Heard(gap, most - 1.0, 0.0, {}, {}, alone=True).too_much_left
+    assert Heard(gap, 1.5 * most + 1.0, 0.0, {}, {}, alone=True).too_much_left
 
 
 def test_of_a_large_gap_one_law_may_leave_what_the_other_bars_let_it():
