@@ -3,14 +3,16 @@
 from collections.abc import Sequence
 from itertools import combinations
 
+from epa_rt.gap.believe import Rules, noise
 from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import settled
 from epa_rt.gap.role import Role
+from epa_rt.gap.screen import starts
 
 FAMILIES = 6   # whose best law by itself is tried with another's
 LESS = 0.5     # of what the named ones leave above the noise is what a pair that takes their place takes off at least
-MUCH = 240.0   # chi-square that it takes off at least, as an effect does that is believed
+MUCH = Rules.gain   # chi-square that it takes off at least, as an effect does that is believed
 
 
 def best_pair(problem: Problem, first: Role, roles: Sequence[Role], final: Point) -> Point | None:
@@ -21,12 +23,11 @@ def best_pair(problem: Problem, first: Role, roles: Sequence[Role], final: Point
     """
     if len(problem.links) > 1 or len(roles) < 2:
         return None
-    left = final.normal.chi - problem.samples(problem.links[0]) / problem.scale[problem.links[0]] ** 2
+    left = final.normal.chi - float(noise(problem).sum())
     if left < MUCH:
         return None
     tried = [pair for pair in combinations(_laws(problem, first, roles), 2) if set(pair) != set(final.effects)]
-    begin = {name: dict(zip(problem.effects[name].knobs, problem.effects[name].starts[0], strict=True)) for pair in tried for name in pair}
-    points = problem.each(lambda pair: settled(problem, pair, begin[pair[0]] | begin[pair[1]]), tried)
+    points = problem.each(lambda pair: settled(problem, pair, starts(problem, pair[0])[0] | starts(problem, pair[1])[0]), tried)
     best = min(points, key=lambda point: point.normal.chi, default=None)
     return best if best is not None and final.normal.chi - best.normal.chi > max(LESS * left, MUCH) else None
 

@@ -121,8 +121,12 @@ def mends(problem: Problem, role: Role, first: Role, rules: Rules) -> bool:
 
 def _above_noise(problem: Problem, role: Role) -> np.ndarray:
     """(L,) chi-square above that of the floor's own noise, before the role's effect."""
-    noise = np.array([problem.samples(link) / problem.scale[link] ** 2 for link in problem.links])
-    return np.maximum(role.point.normal.square.sum(axis=1) - noise, 0.0)
+    return np.maximum(role.point.normal.square.sum(axis=1) - noise(problem), 0.0)
+
+
+def noise(problem: Problem) -> np.ndarray:
+    """(L,) chi-square of the floor's own noise, in the problem's present scale."""
+    return np.array([problem.samples(link) / problem.scale[link] ** 2 for link in problem.links])
 
 
 def explained(problem: Problem, base: Point, point: Point) -> np.ndarray:
