@@ -14,7 +14,7 @@ EXPERIMENTS, RIGS = ROOT / "config/experiments", ROOT / "config/rigs"
 def epa(*arguments: object, **options: object) -> subprocess.CompletedProcess:
     """Runs epa to its end; output as text."""
     command = [sys.executable, "-m", "epa_rt", *map(str, arguments)]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=240, **options)
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=600, **options)
 
 
 def start(*arguments: object) -> subprocess.Popen:
@@ -45,7 +45,7 @@ def children_of(pid: int) -> list[int]:
     return found
 
 
-def wait_for(condition, seconds: float = 60.0) -> None:
+def wait_for(condition, seconds: float = 300.0) -> None:
     """Waits until the condition holds; AssertionError after ``seconds`` (a bound for a hung test, not a figure)."""
     end = time.monotonic() + seconds
     while not condition():

@@ -91,7 +91,7 @@ def test_a_pipe_is_no_log_and_nobody_waits_for_one(verb, tmp_path):
 def test_an_output_that_is_full_is_one_sentence(log):
     with open("/dev/full", "w") as full:
         command = [sys.executable, "-m", "epa_rt", "info", str(log)]
-        done = subprocess.run(command, cwd=ROOT, stdout=full, stderr=subprocess.PIPE, text=True, timeout=240)
+        done = subprocess.run(command, cwd=ROOT, stdout=full, stderr=subprocess.PIPE, text=True, timeout=600)
     assert done.returncode == 4 and done.stderr == "epa info: what it says cannot be written (No space left on device)\n"
 
 

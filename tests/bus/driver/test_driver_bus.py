@@ -6,7 +6,7 @@ from tests.bus.own_network import REAL_TIME, call
 
 OP, INIT = 8, 1
 
-pytestmark = [pytest.mark.network, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.network, pytest.mark.timeout(900)]
 
 
 def bus_case(name: str, **arguments: object) -> dict:

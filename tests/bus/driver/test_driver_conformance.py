@@ -8,7 +8,7 @@ from tests.bus.own_network import call
 
 
 @pytest.mark.network
-@pytest.mark.timeout(300)
+@pytest.mark.timeout(900)
 def test_the_conformance_suite_passes_over_the_emulated_bus():
     done = call("tests.bus.driver.conformance_run:run_suite")
     assert done["code"] == 0, done["said"][-4000:]

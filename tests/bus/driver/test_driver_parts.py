@@ -113,17 +113,17 @@ def test_the_host_is_looked_at_without_an_error():
 
 
 def test_doctor_as_the_command_line_shows_it():
-    done = subprocess.run([sys.executable, "-m", "epa_rt", "doctor"], capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run([sys.executable, "-m", "epa_rt", "doctor"], capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode in (0, 1) and not done.stderr
     assert "raw socket" in done.stdout
     done = subprocess.run([sys.executable, "-m", "epa_rt", "doctor", "--interface", "no_such_interface"], capture_output=True, text=True,
-                          timeout=60, check=False)
+                          timeout=300, check=False)
     assert done.returncode == 2 and "no network interface 'no_such_interface'" in done.stderr
 
 
 def test_scan_of_an_interface_that_is_not_there():
     done = subprocess.run([sys.executable, "-m", "epa_rt", "scan", "--interface", "no_such_interface"], capture_output=True, text=True,
-                          timeout=60, check=False)
+                          timeout=300, check=False)
     assert done.returncode == 2 and done.stderr.count("\n") == 1
 
 

@@ -10,11 +10,11 @@ from tests.bus.faults.runs import ROOT, experiment_file, rig_file
 from tests.bus.faults.scenarios import Scenario
 from tests.bus.own_network import REAL_TIME
 
-pytestmark = [pytest.mark.network, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.network, pytest.mark.timeout(900)]
 
 
 def epa(*arguments: object) -> subprocess.CompletedProcess:
-    return subprocess.run([sys.executable, "-W", "error", "-m", "epa_rt", *map(str, arguments)], cwd=ROOT, capture_output=True, text=True, timeout=280, check=False)
+    return subprocess.run([sys.executable, "-W", "error", "-m", "epa_rt", *map(str, arguments)], cwd=ROOT, capture_output=True, text=True, timeout=600, check=False)
 
 
 def on_the_bus(rig: object, experiment: object, log: object, *options: str) -> subprocess.CompletedProcess:

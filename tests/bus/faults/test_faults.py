@@ -9,7 +9,7 @@ from tests.bus.own_network import REAL_TIME
 ALL = all_scenarios()
 DEPARTS_M = 0.25e-3  # a lost frame at 50 mm/s is 0.05 mm; the position loop takes some milliseconds to make it good
 
-pytestmark = [pytest.mark.network, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.network, pytest.mark.timeout(900)]
 
 
 def cases(goes_on: bool) -> list:

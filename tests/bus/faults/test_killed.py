@@ -8,7 +8,7 @@ from tests.bus.own_network import REAL_TIME, call
 
 @REAL_TIME
 @pytest.mark.network
-@pytest.mark.timeout(300)
+@pytest.mark.timeout(900)
 def test_a_master_that_is_killed_leaves_the_rig_to_the_watchdogs_and_the_log_to_the_recorder():
     facts = call("tests.bus.faults.killed:kill_the_master")
     assert facts["was_on"] and facts["was_moving"] and facts["was_holding"]

@@ -43,7 +43,7 @@ def tshark(path: Path, fields: list[str], only: str) -> list[dict[str, str]]:
     command = ["tshark", "-r", str(path), "-Y", only, "-T", "fields", "-E", "occurrence=a", "-E", "aggregator=|"]
     for name in fields:
         command += ["-e", name]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stderr
     return [dict(zip(fields, line.split("\t"), strict=True)) for line in done.stdout.splitlines()]
 
