@@ -135,11 +135,19 @@ def test_the_catalogue_lists_every_effect_with_its_knobs(capsys):
     assert main(["gap", "catalogue", "--json"]) == 0
     rows = json.loads(capsys.readouterr().out)
     assert [row["name"] for row in rows] == [effect.name for effect in CATALOGUE] and len(rows) >= 35
-    assert all({"key", "unit", "neutral", "low", "high", "typical"} == set(knob) for row in rows for knob in row["knobs"])
+    assert all({"key", "unit", "neutral", "low", "high", "typical", "scale", "low_scale"} == set(knob) for row in rows for knob in row["knobs"])
     assert all(row["family"] and row["block"] and row["equation"] and row["source"] and row["knobs"] for row in rows)
     assert main(["gap", "catalogue"]) == 0
     text = capsys.readouterr().out
     assert f"{len(rows)} effects" in text and all(row["name"] in text for row in rows)
+
+
+def test_the_catalogue_of_other_rigs_says_their_equations_and_in_what_its_bounds_count(capsys):
+    assert main(["gap", "catalogue", "--kind", "carriage"]) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert "0 to 5 x typical_force" in text and "F = (M a + B v" in text
+    assert main(["gap", "catalogue", "--kind", "boat"]) == 2
+    assert "--kind: found 'boat', expected one of carriage, chamber, piston, servo, shaft" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("arguments, words", [

@@ -15,7 +15,7 @@ from epa_rt.gap.foreign.component import Channel, Component, Numbers, Parameter,
 from epa_rt.gap.foreign.operators import play
 from epa_rt.gap.foreign.rests import at_rest
 from epa_rt.gap.foreign.signals import Signals, shifted
-from epa_rt.gap.foreign.terms import LAWS, LINK, Law, Motion, motion, motion_features, stray_force_n
+from epa_rt.gap.foreign.terms import LAWS, LINK, REST_RATIO, Law, Motion, motion, motion_features, stray_force_n
 from epa_rt.gap.subject import Link
 
 CONTACT_POWER = 8   # how sharply a backlash's walls carry
@@ -139,6 +139,15 @@ _EFFECTS = (
            ((2e-3, 0.0, 1.0), (0.0, 2e-3, 1.0)), "an encoder disc off its centre", "x = x_read - A sin(2 pi x/p) - B cos(2 pi x/p)", "encoder mounting"),
 )
 
+EQUATIONS = (
+    "x: the place as read, low-passed, less A sin(2 pi x/p) + B cos(2 pi x/p); v and a: central differences of x at the log's rate",
+    f"sgn(v) = v / sqrt(v^2 + (r v_typical)^2), r = {REST_RATIO:g}; place along the way X = (x - middle) / (stroke/2); turn of the motor 2 pi (x - middle) / pitch",
+    "F = (M a + B v + laws of friction + mu |M a| sgn(v)) * carried + A sin(n turn + phase)",
+    f"carried = 1 - r (1 - min(|x - play(x)| / (b/2), 1)^{CONTACT_POWER}) with a backlash b, else 1; play(x) follows x within b/2 and begins in the middle",
+    "F -> F + d |F|, F -> F + T dF/dt, F(t) -> F(t + delay + row * period) by cubic interpolation, F -> F / gain: each where it is not neutral, in this order",
+    "residual = force - F, low-passed and thinned out to the rig file's rate",
+)
+
 COMPONENT = Component(
     kind="carriage",
     says="a motor that drives a carriage: position and the force asked of the drive",
@@ -155,4 +164,5 @@ COMPONENT = Component(
     prepare=prepare, residual=residual, features=features, settled=5.0, undetermined=undetermined, needs={"force": ("position",)},
     flat=True,
     output_is_foreseen=True,
+    equations=EQUATIONS,
 )

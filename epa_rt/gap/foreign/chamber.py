@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from epa_rt.gap.foreign.chamber_laws import KAPPA, added_pa, cooled_pa, rate_pa_s
+from epa_rt.gap.foreign.chamber_laws import CRITICAL, KAPPA, added_pa, cooled_pa, rate_pa_s, run_pa
 from epa_rt.gap.foreign.component import Channel, Component, Numbers, Parameter, Setting, effect
 from epa_rt.gap.foreign.signals import Signals
 from epa_rt.gap.subject import Link
@@ -93,29 +93,9 @@ def free_run(prepared: Prepared, numbers: Numbers) -> Mapping[str, np.ndarray]:
     step = 1.0 / prepared.signals.rate_hz
     first = max(1, round(prepared.signals.rate_hz))
     for hold in prepared.holds:
-        run = _run(hold.pressure_pa[0], hold.seconds, step, numbers)
+        run = run_pa(hold.pressure_pa[0], hold.seconds, step, numbers)
         pressure[hold.start:hold.stop] = run - run[:first].mean() + hold.pressure_pa[:first].mean()
     return {"pressure": pressure}
-
-
-def _run(start_pa: float, seconds: np.ndarray, step: float, n: Numbers) -> np.ndarray:
-    """Pressure from a start on: gas at the walls' temperature, and what it lacks by cooling, as two states."""
-
-    def slope(state: np.ndarray) -> np.ndarray:
-        rate = float(rate_pa_s(state[0] + state[1], n))
-        lacking = (KAPPA - 1.0) * rate - state[1] / n["gas.cooling_s"] if n["gas.cooling_s"] != 0.0 else 0.0
-        return np.array([rate, lacking])
-
-    states = np.empty((len(seconds), 2))
-    states[0] = start_pa, 0.0
-    for k in range(1, len(seconds)):
-        here = states[k - 1]
-        k1 = slope(here)
-        k2 = slope(here + 0.5 * step * k1)
-        k3 = slope(here + 0.5 * step * k2)
-        states[k] = here + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + slope(here + step * k3))
-    gas = states.sum(axis=1)
-    return gas + added_pa(seconds, gas, start_pa, n)
 
 
 def _p(key: str, unit: str, of: str | None, low: float, high: float, spread: float, scale: str = "", neutral: float | None = 0.0) -> Parameter:
@@ -173,6 +153,15 @@ _EFFECTS = (
            "a pressure sensor with a wrong zero; about -1 bar: it reads gauge, not absolute", "p = p_read - z", "calibration"),
 )
 
+EQUATIONS = (
+    f"a hold begins {MARGIN_S:g} s after the corner of the level and parabola that fit the low-passed pressure of its first {SEARCHED_S:g} s best; t counts from there, p0 is the pressure there",
+    "dp/dt = (sum of the leaks) / (1 + c max(2 p - pa, 0)), p less the gauge's zero, overpressures never below 0, stand and linear leak k (p - pa)",
+    f"psi(r) = sqrt(r^(2/kappa) - r^((kappa + 1)/kappa)) over its value at {CRITICAL:g}, r no less than that, kappa = {KAPPA:g}",
+    "lost(t) = integral of dp/dt at the measured, low-passed pressure by trapezes; with cooling lost + h, dh/dt = (kappa - 1) dp/dt - h/T, exact for a rate held over a row",
+    "residual = p_read - lost - (drift d t + room a t p + heat a p0 exp(-t/T) - creep b p0 ln(1 + t/t0)) - its mean over the hold, low-passed and thinned out",
+    "free run: dp/dt and h from p0 on by Runge and Kutta's fourth order, a step a row, the same terms added, its first second laid on the log's",
+)
+
 COMPONENT = Component(
     kind="chamber",
     says="a sealed chamber: pressure over time",
@@ -181,4 +170,5 @@ COMPONENT = Component(
               Setting("supply", "Pa", 1e3, 1e8, 1e6, "absolute pressure behind the shut valve")),
     links=((Link("pressure", "chamber", "chamber_pressure_pa", "Pa", "time since the valve shut to pressure"), "pressure"),),
     parameters=_ROWS, effects=_EFFECTS, prepare=prepare, residual=residual, features=features, free_run=free_run,
+    equations=EQUATIONS,
 )

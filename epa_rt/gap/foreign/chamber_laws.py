@@ -51,3 +51,23 @@ def cooled_pa(rate: np.ndarray, period_s: float, n: Numbers) -> np.ndarray:
 
     kept = np.exp(-period_s / n["gas.cooling_s"])
     return lfilter([n["gas.cooling_s"] * (1.0 - kept) * (KAPPA - 1.0)], [1.0, -kept], rate)
+
+
+def run_pa(start_pa: float, seconds: np.ndarray, step: float, n: Numbers) -> np.ndarray:
+    """Pressure from a start on: gas at the walls' temperature, and what it lacks by cooling, as two states."""
+
+    def slope(state: np.ndarray) -> np.ndarray:
+        rate = float(rate_pa_s(state[0] + state[1], n))
+        lacking = (KAPPA - 1.0) * rate - state[1] / n["gas.cooling_s"] if n["gas.cooling_s"] != 0.0 else 0.0
+        return np.array([rate, lacking])
+
+    states = np.empty((len(seconds), 2))
+    states[0] = start_pa, 0.0
+    for k in range(1, len(seconds)):
+        here = states[k - 1]
+        k1 = slope(here)
+        k2 = slope(here + 0.5 * step * k1)
+        k3 = slope(here + 0.5 * step * k2)
+        states[k] = here + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + slope(here + step * k3))
+    gas = states.sum(axis=1)
+    return gas + added_pa(seconds, gas, start_pa, n)

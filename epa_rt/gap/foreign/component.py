@@ -86,7 +86,7 @@ class Component:
     ``residual(prepared, numbers, link)``: measured minus predicted at the recording's own rate, (N,), unfiltered.
     ``features(prepared, link)``: (N,) each. ``free_run(prepared, numbers)``: measured channels by role, simulated
     forward from what was commanded, without noise; None where there is no model of the whole. ``menu(settings)``:
-    experiments that the rig could run next.
+    experiments that the rig could run next. ``equations``: the model with every number that it has, so that another person could write it again.
     """
 
     kind: str
@@ -106,6 +106,7 @@ class Component:
     needs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # roles that a link needs beside its output
     undetermined: Callable[[object, Numbers], np.ndarray] | None = None  # of what was prepared: (N,) rows in which no law foresees the outputs
     output_is_foreseen: bool = False  # from the other channels, by a residual that is measured less foreseen: a turned sign then runs against it
+    equations: tuple[str, ...] = ()
 
 
 def scaled(scale: str, settings: Numbers) -> float:

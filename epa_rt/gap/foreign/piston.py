@@ -72,6 +72,12 @@ _EFFECTS = (
     effect("force_delay", "delay", "piston", ("sensor.force_delay_s",), ((0.02,), (-0.02,)), "clocks of force and motion that are apart", "F(t - T)", "loggers"),
 )
 
+EQUATIONS = (
+    "x and p: place and pressure as read, low-passed; v, a, sgn(v) and X as of a carriage; over = p - atmosphere - z, over -> over + T dover/dt",
+    "F = A (1 + taper X) over + B v + laws of friction + mu A over sgn(v), then F(t) -> F(t - delay) by cubic interpolation",
+    "residual = force - F, low-passed and thinned out to the rig file's rate",
+)
+
 COMPONENT = Component(
     kind="piston",
     says="a piston on air: pressure and motion to force",
@@ -88,4 +94,5 @@ COMPONENT = Component(
     effects=(*(law.effect for law in LAWS), *_EFFECTS),
     prepare=prepare, residual=residual, features=features, settled=5.0, undetermined=undetermined, needs={"force": ("position", "pressure")},
     output_is_foreseen=True,
+    equations=EQUATIONS,
 )

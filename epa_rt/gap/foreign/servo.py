@@ -142,6 +142,15 @@ _EFFECTS = (
     _e("sensor_scale", "sensor", "sensor", ((0.02,), (-0.02,)), "an angle whose scale in the log is not the one the servo's own loop closes on", "q_read = (1 + s) q", "units, gear ratio in a logger"),
 )
 
+EQUATIONS = (
+    f"{model.SUBSTEPS} steps dt to a row, from rest at the first angle read; w: the motor's speed, q: the joint's angle; forces count as the speed that they take from the motor",
+    "u: command less zero, late by delay + row * period (cubic interpolation); e = u - round(q/step) step; e -> e - clip(e, -d, d)",
+    "drive = K (1 - loss) gain_ratio e, drive -> drive / max(1, |drive| s); push = drive - a sin(q) - b cos(q) - L - preload, push -> w + (push - w) / max(1, |push - w| s)",
+    "rigid gear: T dw/dt = push - (1 + d) w - dry sgn(w), implicit, dry = c + c+ or c-; at rest while |push| <= dry + stiction; q follows the motor within b/2 (b = 0 under a preload)",
+    f"a compliance c above {model.RIGID_S2:g} s^2: q'' = bent/c + {2 * model.JOINT_DAMPING:g} / sqrt(c) (w - q'), bent = motor - q less what the gap takes, (1 - r) T dw/dt = push - ... - r T q'', implicit",
+    "residual = angle - (1 + scale) round(q/step) step at the begin of the row's last step, low-passed and thinned out; the same is the free run",
+)
+
 COMPONENT = Component(
     kind="servo",
     says="a servo's joint: commanded and measured angle",
@@ -153,4 +162,5 @@ COMPONENT = Component(
     parameters=_ROWS, effects=_EFFECTS, prepare=prepare, residual=residual, features=features, free_run=free_run, menu=menu,
     needs={"position": ("command",)},
     output_is_foreseen=True,
+    equations=EQUATIONS,
 )

@@ -94,4 +94,5 @@ COMPONENT = replace(
     parameters=tuple(_parameter(row) for row in _ROWS),
     effects=(*(_effect(one) for one in carriage.COMPONENT.effects), _effect(_GRAVITY.effect)),
     prepare=prepare, residual=residual, features=features, undetermined=undetermined, needs={LINK: ("angle",)},
+    equations=("the carriage's, with an angle for x, an inertia for M, a torque for F, and turn for pitch", "weight: a sin(q) + b cos(q) beside the laws of friction"),
 )

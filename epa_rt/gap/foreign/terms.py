@@ -91,7 +91,7 @@ LAWS: tuple[Law, ...] = (
     _law("dahl", FRICTION, "dry friction with pre-sliding", "dz/dx = (1 - z sgn(v)) / s, F = Fd z", "Dahl 1968",
          (_number("dahl_n", "N", "dahl", 0.0, 5.0, 0.3, "typical_force"),
           _number("dahl_distance_m", "m", "dahl", PRESLIDING_LEAST, 0.1, 5e-3, "stroke", 5e-3)), ((0.3, 5e-3), (0.3, 1e-3)), _dahl),
-    _law("lugre", FRICTION, "dry friction with pre-sliding and a rise towards standstill", "LuGre: dz/dt = v - |v| z / g(v), F = Fl z",
+    _law("lugre", FRICTION, "dry friction with pre-sliding and a rise towards standstill", "LuGre: dz/dt = (v - |v| z/g) / s, F = Fl z, g = 1 + r exp(-(v/vs)^2)",
          "Canudas de Wit et al. 1995",
          (_number("lugre_n", "N", "lugre", 0.0, 5.0, 0.3, "typical_force"),
           _number("lugre_distance_m", "m", "lugre", PRESLIDING_LEAST, 0.1, 5e-3, "stroke", 5e-3),
