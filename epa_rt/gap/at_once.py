@@ -9,6 +9,7 @@ from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import settled
 from epa_rt.gap.role import Role
 from epa_rt.gap.screen import starts
+from epa_rt.models.effect import one_of_each_family
 
 FAMILIES = 6   # whose best law by itself is tried with another's
 LESS = 0.5     # of what the named ones leave above the noise is what a pair that takes their place takes off at least
@@ -34,9 +35,5 @@ def best_pair(problem: Problem, first: Role, roles: Sequence[Role], final: Point
 
 def _laws(problem: Problem, first: Role, roles: Sequence[Role]) -> list[str]:
     """The best law of each of the families that explain most by themselves, and what is named."""
-    found: dict[str, str] = {}
-    for fit in first.fits:
-        found.setdefault(problem.effects[fit.effect].family, fit.effect)
-    names = list(found.values())[:FAMILIES]
-    families = {problem.effects[name].family for name in names}
-    return names + [role.best.effect for role in roles if problem.effects[role.best.effect].family not in families]
+    names = one_of_each_family((fit.effect for fit in first.fits), problem.effects)[:FAMILIES]
+    return names + one_of_each_family((role.best.effect for role in roles), problem.effects, but=names)

@@ -21,6 +21,7 @@ from epa_rt.gap.refit import Fit, settled
 from epa_rt.gap.role import Role, gains
 from epa_rt.gap.select import Selection
 from epa_rt.gap.together import serving_both
+from epa_rt.models.effect import one_of_each_family
 
 MOST_TOGETHER = 2   # effects from which free run looks for no other: what takes a third one that no block shows is rather one that is not in the catalogue
 
@@ -108,13 +109,9 @@ def _of_named(beside: Mapping[str, Mapping[str, Beside]], named: Sequence[str]) 
 def _near(problem: Problem, role: Role, rules: Rules) -> list[Fit]:
     """One law of every other family that gains nearly as much as the best one."""
     total = role.gains.sum(axis=1)
-    families, found = {problem.effects[role.best.effect].family}, []
-    for fit, gain in zip(role.fits, total, strict=True):
-        family = problem.effects[fit.effect].family
-        if family not in families and gain > rules.near * total[0]:
-            families.add(family)
-            found.append(fit)
-    return found[: rules.tries]
+    near = [fit for fit, gain in zip(role.fits, total, strict=True) if gain > rules.near * total[0]]
+    first = one_of_each_family((fit.effect for fit in near), problem.effects, but=(role.best.effect,))
+    return [fit for fit in near if fit.effect in first][: rules.tries]
 
 
 def _kin(problem: Problem, role: Role, rules: Rules) -> list[Fit]:

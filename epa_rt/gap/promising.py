@@ -11,6 +11,7 @@ from epa_rt.gap.refit import refit
 from epa_rt.gap.role import ABSORBED, starts
 from epa_rt.gap.screen import Screening, scaled, screen
 from epa_rt.gap.screen import starts as every_start
+from epa_rt.models.effect import one_of_each_family
 
 FAINT = 1e-3   # of a typical strength: where it is the derivative that counts
 WEAK = 0.05    # the same, to start a fit from
@@ -86,8 +87,5 @@ def promising(whole: Problem, point: Point, families: int, also: tuple[str, ...]
 
 def most_promising(whole: Problem, screening: Screening, on: tuple[str, ...] = ()) -> list[str]:
     """One law of each family, that whose signature promises most, the best first; none of the families that are ``on``."""
-    best, there = screening.best(), {whole.effects[name].family for name in on}
-    names: dict[str, str] = {}
-    for name in sorted(best, key=lambda name: -best[name].gain):
-        names.setdefault(whole.effects[name].family, name)
-    return [name for family, name in names.items() if family not in there]
+    best = screening.best()
+    return one_of_each_family(sorted(best, key=lambda name: -best[name].gain), whole.effects, but=on)

@@ -1,5 +1,6 @@
 """What an entry of the catalogue of effects says: a named addition to one block, with the knobs that switch it on."""
 
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 
@@ -42,3 +43,11 @@ class Effect(NamedTuple):
     equation: str
     source: str
     swings_over: str | None = None
+
+
+def one_of_each_family(names: Iterable[str], effects: Mapping[str, Effect], but: Iterable[str] = ()) -> list[str]:
+    """The first law of each family, in their order; none of the families of ``but``. ``effects``: by name."""
+    there, found = {effects[name].family for name in but}, {}
+    for name in names:
+        found.setdefault(effects[name].family, name)
+    return [name for family, name in found.items() if family not in there]
