@@ -2,6 +2,7 @@
 
 import csv
 import io
+import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +13,7 @@ from epa_rt.logs.importers.mapping import Format
 from epa_rt.logs.importers.table import ImportRefused, Table, element_of, shown, why
 
 _LARGEST = 1 << 30  # bytes of a file
+_NO_VALUE = ("", "nan", "na", "n/a", "none", "null", "nil", "-", "--", "#n/a", "missing")  # texts that loggers write where they have none
 _ENCODINGS = {"utf-8": "utf-8-sig", "latin-1": "latin-1", "utf-16": "utf-16"}
 
 
@@ -145,8 +147,12 @@ def _number(text: str, form: Format, path: Path, line: int, column: str | int) -
         value = math.nan
     if not math.isfinite(value):
         found = "an empty cell" if not text.strip() else shown(text)
-        raise ImportRefused(f"{path}:{line}: column {shown(column) if isinstance(column, str) else column}: found {found}, expected a number")
+        raise ImportRefused(f"{path}:{line}: column {shown(column) if isinstance(column, str) else column}: found {found}, expected a number{_missing_hint(text.strip())}")
     return value
+
+
+def _missing_hint(text: str) -> str:
+    return f"; where that means no value, name it in the mapping: format: {{missing: [{json.dumps(text, ensure_ascii=False)}]}}" if text.lower() in _NO_VALUE else ""
 
 
 def _columns(count: int) -> str:

@@ -93,7 +93,7 @@ def test_missing_values_are_allowed_by_name_only_and_counted(imported, tmp_path)
     lines[20] = lines[20].replace(lines[20].split(";")[2], "n/a")
     (tmp_path / "holes.csv").write_text("\n".join(lines) + "\n")
     code, said, _ = imported(CSV, tmp_path / "holes.csv")
-    assert code == 2 and "holes.csv:21: column 'force': found 'n/a', expected a number" in said
+    assert code == 2 and "holes.csv:21: column 'force': found 'n/a', expected a number; where that means no value, name it in the mapping: format: {missing: [\"n/a\"]}" in said
     code, said, log = imported(CSV.replace("csv, ", "csv, missing: [n/a], "), tmp_path / "holes.csv")
     assert code == 0 and "cart_force_n has no value on 1 of 200 rows" in said
     assert np.flatnonzero(np.isnan(read_recording(log).columns["cart_force_n"])).tolist() == [19]
