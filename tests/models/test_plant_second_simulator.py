@@ -52,26 +52,27 @@ def test_two_simulators_agree_within_a_sensor_step(name):
     agreed(file, silent(file.params), name == "knee")
 
 
-EFFECTS = {
-    "heat and a supply that sags": {"drive.torque_loss_per_k": 2e-3, "drive.winding_thermal_k_w": 20.0, "drive.winding_time_s": 0.5, "drive.housing_heat_ratio": 3.0,
-                                    "drive.housing_time_s": 8.0, "drive.bus_sag_ohm": 2.0},
-    "waves of the torque, saturation": {"drive.torque_ripple_ratio": 0.05, "drive.ripple_twice_sine_ratio": 0.3, "drive.ripple_phase_rad": 0.7, "drive.cogging_nm": 3e-3,
-                                        "drive.cogging_twice_cosine_ratio": -0.4, "drive.torque_saturation_per_a": 0.02},
-    "a spool that is not round": {"transmission.eccentricity_ratio": 0.1, "transmission.eccentricity_phase_rad": 1.0, "transmission.wind_up_per_rad": 0.06},
+EFFECTS = {  # several at once: each run of the second simulator takes seconds
+    "drive: heat, a supply that sags, waves of the torque, saturation": {
+        "drive.torque_loss_per_k": 2e-3, "drive.winding_thermal_k_w": 20.0, "drive.winding_time_s": 0.5, "drive.housing_heat_ratio": 3.0, "drive.housing_time_s": 8.0, "drive.bus_sag_ohm": 2.0,
+        "drive.torque_ripple_ratio": 0.05, "drive.ripple_twice_sine_ratio": 0.3, "drive.ripple_phase_rad": 0.7, "drive.cogging_nm": 3e-3, "drive.cogging_twice_cosine_ratio": -0.4,
+        "drive.torque_saturation_per_a": 0.02},
+    "a spool that is not round, creep": {"transmission.eccentricity_ratio": 0.1, "transmission.eccentricity_phase_rad": 1.0, "transmission.wind_up_per_rad": 0.06,
+                                         "muscle.creep_stiffness_n_m": 2000.0, "muscle.creep_time_s": 0.1, "muscle.creep_slow_ratio": 0.6},
     "play": {"transmission.backlash_rad": 0.03},
     "uneven play": {"transmission.uneven_backlash_rad": 0.03, "transmission.backlash_wave_ratio": 0.7, "transmission.backlash_per_turn_ratio": 2.0, "transmission.backlash_narrowness_ratio": 1.8,
                     "transmission.backlash_phase_rad": 1.1},
     "play with round flanks": {"transmission.backlash_rad": 0.03, "transmission.backlash_roundness_ratio": 0.6},
-    "creep": {"muscle.creep_stiffness_n_m": 2000.0, "muscle.creep_time_s": 0.1, "muscle.creep_slow_ratio": 0.6},
     "friction of the braid": {"muscle.stribeck_ratio": 0.05, "muscle.stribeck_tail_ratio": 0.5, "muscle.stribeck_breadth_ratio": 1.4, "muscle.coulomb_ratio": 0.03,
                               "muscle.coulomb_speed_m_s": 0.004, "muscle.pressure_viscous_s_m": 0.3},
-    "bladder, threshold, softening, end fittings": {"muscle.bladder_stiffness_n_m": 500.0, "muscle.bladder_hardening_per_m": 30.0, "muscle.threshold_pa": 2e4, "muscle.softening_per_pa": 3e-7, "muscle.end_length_m": 2e-3},
     "friction of the gear": {"transmission.gear_friction_n": 12.0, "transmission.gear_efficiency_ratio": 0.85, "transmission.gear_friction_speed_rad_s": 3.0,
                              "transmission.gear_friction_sharpness_ratio": 2.0},
+    "bladder, threshold, softening, end fittings, leak through narrow gaps": {
+        "muscle.bladder_stiffness_n_m": 500.0, "muscle.bladder_hardening_per_m": 30.0, "muscle.threshold_pa": 2e4, "muscle.softening_per_pa": 3e-7, "muscle.end_length_m": 2e-3,
+        "gas.leak_per_s": 0.2, "gas.leak_laminar_ratio": 0.8},
     "friction of the gear in motion alone": {"transmission.gear_friction_n": 30.0, "transmission.gear_sliding_ratio": 1.0},
-    "friction of the gear, half and half": {"transmission.gear_friction_n": 10.0, "transmission.gear_friction_speed_rad_s": 5.0, "transmission.gear_sliding_ratio": 0.5},
-    "leak through narrow gaps": {"gas.leak_per_s": 0.2, "gas.leak_laminar_ratio": 0.8},
-    "valves that do not shut": {"gas.inlet_seat_leak_ratio": 0.02, "gas.exhaust_seat_leak_ratio": 0.03, "gas.leak_laminar_ratio": 0.6},
+    "friction of the gear, half and half; valves that do not shut": {"transmission.gear_friction_n": 10.0, "transmission.gear_friction_speed_rad_s": 5.0, "transmission.gear_sliding_ratio": 0.5,
+                                                                     "gas.inlet_seat_leak_ratio": 0.02, "gas.exhaust_seat_leak_ratio": 0.03, "gas.leak_laminar_ratio": 0.6},
     "lock": {"muscle.lock_stiffness_n_m": 3000.0, "muscle.lock_hardening_per_m": 100.0, "muscle.lock_viscous_n_s_m": 20.0, "muscle.lock_length_m": 0.1385},
 }
 

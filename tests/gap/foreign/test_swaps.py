@@ -24,7 +24,7 @@ def test_exchanged_channels_are_refused(kind):
 
 
 @pytest.mark.parametrize("kind", [*PAIRS, "piston", "chamber"])
-@pytest.mark.parametrize("times", [1.0, 3.0])
+@pytest.mark.parametrize("times", [pytest.param(1.0, marks=pytest.mark.slow), 3.0])
 def test_no_effect_of_the_catalogue_looks_like_it(kind, times):
     subject = subject_of(kind)
     for effect in subject.catalogue:
