@@ -61,6 +61,7 @@ def test_force_on_the_held_out_trajectory(found):
 def test_what_is_left_is_far_above_the_laps_and_described(found):
     rest = found.remainder[0]
     assert rest.rms > 5.0 * rest.floor and rest.floor < 0.3 and rest.depends_on
+    assert found.verdict == "partly_explained"
 
 
 def test_laps_are_found_and_repeat(subject, emps, pulses):
