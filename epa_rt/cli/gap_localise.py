@@ -27,12 +27,14 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
 def run(arguments: argparse.Namespace) -> int:
     from epa_rt.gap.diagnosis import Origin
     from epa_rt.gap.floor import floors
+    from epa_rt.gap.ground import ground_of
     from epa_rt.gap.localise import localise
     from epa_rt.gap.origin import SURE, origin_first, origins
     from epa_rt.gap.problem import Problem
     from epa_rt.gap.refit import settled
     from epa_rt.gap.report.as_json import finite
     from epa_rt.gap.report.origin import origin_words
+    from epa_rt.gap.run_freely import localise_freely
     from epa_rt.gap.report.terminal import console, show_found, show_location
 
     check_writable(arguments.json, (".json",))
@@ -53,12 +55,18 @@ def run(arguments: argparse.Namespace) -> int:
         if not arguments.as_is and any(place.significance > SURE for place in places):
             progress("where it comes from", 0.9)
             whence = origins(Problem(given.subject, given.recordings, level, prepared=problem.prepared), values)
+        progress("free run", 0.95)
+        ground = None if arguments.as_is else ground_of(problem, values)
+        freely = localise_freely(given.subject, given.recordings, ground.none.values if ground else values, problem.prepared)
     check_judged(places, given.subject)
     location = origin_first(places, whence)
     show_location(location, out)
     if words := origin_words(whence):
         out.print(words)
+    if freely:
+        out.print("The whole plant run from its commands alone:")
+        show_location(freely, out)
     if arguments.json:
-        document = {"found_first": given.found, "location": [asdict(place) for place in location], "origins": [asdict(one) for one in whence]}
+        document = {"found_first": given.found, "location": [asdict(place) for place in location], "free_run_location": [asdict(place) for place in freely], "origins": [asdict(one) for one in whence]}
         write_whole(arguments.json, json.dumps(finite(document), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
     return COMPLETED

@@ -19,6 +19,7 @@ from epa_rt.gap.profile import profiled
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.remainder import remainders
 from epa_rt.gap.role import z_of_sum
+from epa_rt.gap.run_freely import localise_freely
 from epa_rt.gap.separate import intervals, shares
 from epa_rt.gap.subject import Subject
 from epa_rt.gap.verdict import Evidence, decided, informed, said, said_of_moved, untested
@@ -90,6 +91,7 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     return Diagnosis(
         verdict=verdict, says=says, found_first=tuple(f"{r.name}: {what}" for r in recordings for what in r.found),
         location=origin_first(places, whence), origins=whence, effects=named,
+        free_run_location=localise_freely(subject, recordings, found.heard.bare, problem.prepared) if found.heard else (),
         free_run=found.heard and FreeRun(found.heard.gap, found.heard.left, whole, nearest, found.heard.told_apart),
         nominal_moved=moved, not_tested=silent, shrinkage=tuple(rows), refitted=found.refitted if named else dict(selection.base.values), fitted=dict(values),
         remainder=remainders(subject, problem.prepared, selection.base.values, values, problem.floors, problem.designs))

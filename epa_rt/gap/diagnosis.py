@@ -21,7 +21,7 @@ MISFIT = 350.0  # chi-square by which a place is not behind: on 36 rigs without 
 
 @dataclass(frozen=True)
 class Place:
-    """Where the gap lies: a link's excess over its noise floor, ranked by significance."""
+    """Where the gap lies: a link's (in free run a reading's) excess over its noise floor, ranked by significance."""
 
     block: str
     link: str
@@ -169,6 +169,7 @@ class Diagnosis:
     remainder: tuple[Remainder, ...] = ()
     next_experiment: NextExperiment | None = None
     free_run: FreeRun | None = None             # None where the rig has no model of the whole
+    free_run_location: tuple[Place, ...] = ()   # reading by reading, run from the commands alone with the nominal parameters fitted to that
     origins: tuple[Origin, ...] = ()            # where the gap may come from, the likeliest first; only with not_in_catalogue
     gate: dict | None = None
     refitted: dict[str, float] = field(default_factory=dict)  # knob key to value, nominal parameters refitted without the effects

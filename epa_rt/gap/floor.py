@@ -70,7 +70,7 @@ def floors(subject: Subject, recordings: Sequence[Recording], values: Values, re
         noise = _about_mean(own_twins)
         again = _of_repeats(recordings, own, link.name, repeats or ()) or _of_laps(subject, recordings, values, link.name)
         source = "repeats" if again else ("twin" if noise else "sensors")
-        floor = _fitted(link.name, again or noise, source) if again or noise else _white(link.name, [own[r.name][link.name] for r in recordings], subject.rate_hz, getattr(subject, "lowpass_hz", subject.rate_hz))
+        floor = fitted(link.name, again or noise, source) if again or noise else white(link.name, _roughness(subject, [own[r.name][link.name] for r in recordings]), source)
         floor = _with_bias(floor, own_twins)
         found[link.name] = replace(floor, scatter=scatter(floor.whiten, floor.bias, own_twins))
     return found
@@ -157,12 +157,17 @@ def _trials(recording: Recording, every: int = 10) -> list[slice]:
     return [slice(span.start // every, span.stop // every) for span in recording.spans if span.trial] or [slice(None)]
 
 
-def _white(link: str, residuals: Sequence[np.ndarray], rate_hz: float, lowpass_hz: float) -> Floor:
-    size = max(white_size(residuals, rate_hz, lowpass_hz), LEAST)
-    return Floor(link, size, np.zeros(ORDER), size, {}, "sensors")
+def _roughness(subject: Subject, residuals: Sequence[np.ndarray]) -> float:
+    return white_size(residuals, subject.rate_hz, getattr(subject, "lowpass_hz", subject.rate_hz))
 
 
-def _fitted(link: str, noise: Sequence[np.ndarray], source: str) -> Floor:
+def white(link: str, rms: float, source: str) -> Floor:
+    """Noise without colour."""
+    return Floor(link, max(rms, LEAST), np.zeros(ORDER), max(rms, LEAST), {}, source)
+
+
+def fitted(link: str, noise: Sequence[np.ndarray], source: str) -> Floor:
+    """Size and colour of stretches of noise, (n,) each; NaN rows part them."""
     covariance = autocovariance(noise, ORDER)
     if covariance[0] <= LEAST**2:
         return Floor(link, LEAST, np.zeros(ORDER), LEAST, {}, source)

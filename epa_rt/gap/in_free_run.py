@@ -64,7 +64,7 @@ def heard(problem: Problem, selection: Selection, ground: Ground | None, rules: 
         progress("free run and blocks together", 0.9)
         selection, refitted = serving_both(problem, whole, selection, none.values, best.values)
         said = replace(said, refitted=refitted)
-    return selection, said
+    return selection, replace(said, bare=none.values)
 
 
 def _carried(problem: Problem, whole: Problem, selection: Selection, k: int, none: Point, best: Point, beside: dict[str, dict[str, Beside]],

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.signal import welch
 
 from epa_rt.gap.diagnosis import Place
@@ -16,6 +17,7 @@ BLOCK_S = 10.0
 SMALLEST_SHARE = 0.02      # a region with fewer of the samples than this is not judged
 STILL = 0.05               # of the speed's own range: slower than this counts as standing
 REVERSAL_S = 0.15          # before and after a change of direction
+AMPLITUDE_S = 2.0          # over which a motion's amplitude is looked at
 
 
 def localise(subject: Subject, prepared: Mapping[str, object], values: Values, floors: Mapping[str, Floor]) -> tuple[Place, ...]:
@@ -49,7 +51,7 @@ def unbiased(residual: np.ndarray, floor: Floor, recording: str) -> np.ndarray:
 
 
 def regions(states: Mapping[str, np.ndarray], rate_hz: float) -> dict[str, np.ndarray]:
-    """Masks (n,) of the regions a person would ask for: direction, standing, reversal, low and high of every state."""
+    """Masks (n,) of the regions a person would ask for: direction, standing, reversal, low and high of every state, small and large motions."""
     found: dict[str, np.ndarray] = {}
     for name, values in states.items():
         finite = values[np.isfinite(values)]
@@ -63,7 +65,18 @@ def regions(states: Mapping[str, np.ndarray], rate_hz: float) -> dict[str, np.nd
         else:
             low, high = np.percentile(finite, (33, 67))
             found[f"{name} low"], found[f"{name} high"] = values < low, values > high
+            if name.endswith(("_m", "_rad")) and "error" not in name:
+                found |= _amplitudes(name, values, round(AMPLITUDE_S * rate_hz))
     return found
+
+
+def _amplitudes(name: str, place: np.ndarray, window: int) -> dict[str, np.ndarray]:
+    """Where a place moves little and much, as thirds of its range over a window; none where it always moves as much."""
+    if not np.isfinite(place).all() or len(place) < window:
+        return {}
+    swept = maximum_filter1d(place, window) - minimum_filter1d(place, window)
+    low, high = np.percentile(swept, (33, 67))
+    return {f"amplitude of {name} low": swept <= low, f"amplitude of {name} high": swept >= high} if high > 1.2 * low else {}
 
 
 def _near_reversal(speed: np.ndarray, still: float, reach: int) -> np.ndarray:

@@ -68,7 +68,7 @@ def joined(answer: Diagnosis, rest: Diagnosis, own: str, unasked: Sequence[str] 
     says = f"The drive's own loop is not the plant file's ({at:.1f} times its floor), and nothing of the catalogue explains how. In the rest, by its blocks alone: {rest.says}"
     effects = tuple(replace(effect, confidence=UNHEARD * effect.confidence) for effect in rest.effects)
     heard = answer.free_run and replace(answer.free_run, nearest=(), told_apart=())   # what came nearest there is not what is named here
-    return replace(rest, verdict="partly_explained", says=says, effects=effects, location=(*drive, *rest.location), free_run=heard,
+    return replace(rest, verdict="partly_explained", says=says, effects=effects, location=(*drive, *rest.location), free_run=heard, free_run_location=answer.free_run_location,
                    not_tested=tuple(dict.fromkeys((*rest.not_tested, *unasked))), remainder=(*(one for one in answer.remainder if one.link == own), *rest.remainder))
 
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 from epa_rt.gap.diagnosis import Diagnosis, Place, likely
 from epa_rt.gap.report.words import channel_words, named_words, region_words, size, times
-from epa_rt.report.markup import Html, join, note, tag
+from epa_rt.report.markup import Html, folded, join, note, tag
 
 CHAIN = ("bus", "drive", "transmission", "gas", "muscle", "load", "sensors")
 AT_FLOOR, HOTTEST = 1.15, 30.0
@@ -21,10 +21,22 @@ def gap_map(diagnosis: Diagnosis) -> Html:
         note("Each box is a block of the plant, fed with what was measured and held against what it should give. "
              "1 × is the noise floor: nothing to find there. The stronger the colour, the larger the gap. "
              "All figures are those after the plant file's own numbers (its nominal parameters) have been refitted within what is believed of them, before any effect is added."),
-        _chain(diagnosis, places), _legend(),
-        tag("div", join([_grid("In which state of the rig", _regions(places), places),
-                         _grid("In which frequency band, Hz", _bands(places), places)]), class_="beside"),
-        _time(places)])
+        _chain(diagnosis, places), _legend(), _tables(places), _free_run(diagnosis.free_run_location)])
+
+
+def _tables(places: Sequence[Place]) -> Html:
+    return join([tag("div", join([_grid("In which state of the rig", _regions(places), places),
+                                  _grid("In which frequency band, Hz", _bands(places), places)]), class_="beside"), _time(places)])
+
+
+def _free_run(places: Sequence[Place]) -> Html:
+    """The same tables for the whole plant run from its commands alone; nothing where the rig has no model of the whole."""
+    if not places:
+        return Html("")
+    overall = {"over all": {place.link: place.times_floor for place in places}}
+    return folded("The same in free run, reading by reading", join([
+        note("The whole plant run from its commands alone, with its nominal parameters fitted to that. An error of one block goes through all readings behind it, "
+             "so that this says how much is off where, and not of which block."), _grid("Readings", overall, places), _tables(places)]))
 
 
 def heat(value: float) -> float:
@@ -95,10 +107,18 @@ def _grid(title: str, rows: Mapping[str, Mapping[str, float]], places: Sequence[
     if not rows:
         return Html("")
     links = [place for place in places if any(place.link in row for row in rows.values())]
-    head = tag("tr", join([tag("th", ""), *(tag("th", join([p.link, tag("small", channel_words(p.channel))])) for p in links)]))
+    head = tag("tr", join([tag("th", ""), *(tag("th", _heading(p)) for p in links)]))
     body = join(tag("tr", join([tag("th", region_words(name), scope="row"), *(_cell(row.get(p.link)) for p in links)])) for name, row in rows.items())
     table = tag("table", join([tag("thead", head), tag("tbody", body)]), class_="grid")
     return tag("div", join([tag("h3", title), tag("div", table, class_="wide")]))
+
+
+def _name(place: Place) -> str:
+    return channel_words(place.channel) if place.link == place.channel else place.link   # in free run a reading is its own link
+
+
+def _heading(place: Place) -> object:
+    return _name(place) if place.link == place.channel else join([place.link, tag("small", channel_words(place.channel))])
 
 
 def _cell(value: float | None) -> Html:
@@ -118,7 +138,7 @@ def _time(places: Sequence[Place]) -> Html:
     rows = []
     for place in places:
         strips = join(tag("span", join(_tick(place, key) for key in inside), class_="strip", style=f"flex-grow:{len(inside)}") for inside in logs.values())
-        rows += [tag("span", place.link, class_="name"), tag("span", strips, class_="strips")]
+        rows += [tag("span", _name(place), class_="name"), tag("span", strips, class_="strips")]
     labels = join(tag("span", join([log, " ", tag("span", f"to {_end(inside[-1])} s", class_="soft")]), class_="strip label",
                       style=f"flex-grow:{len(inside)}") for log, inside in logs.items())
     rows += [tag("span", "", class_="name"), tag("span", labels, class_="strips")]
