@@ -52,13 +52,13 @@ def run(arguments: argparse.Namespace) -> int:
             level = floors(given.subject, given.recordings, values)
         progress("where", 0.8)
         places = localise(given.subject, problem.prepared, values, level)
+        check_judged(places, given.subject)
         if not arguments.as_is and any(place.significance > SURE for place in places):
             progress("where it comes from", 0.9)
             whence = origins(Problem(given.subject, given.recordings, level, prepared=problem.prepared), values)
         progress("free run", 0.95)
         ground = None if arguments.as_is else ground_of(problem, values)
         freely = localise_freely(given.subject, given.recordings, ground.none.values if ground else values, problem.prepared)
-    check_judged(places, given.subject)
     location = origin_first(places, whence)
     show_location(location, out)
     if words := origin_words(whence):
