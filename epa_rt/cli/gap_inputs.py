@@ -17,10 +17,7 @@ if TYPE_CHECKING:
 
 @dataclasses.dataclass(frozen=True)
 class Opened:
-    """``rig`` is None for a rig that is not ours. ``found``: what is wrong with the logs, a sentence each.
-
-    ``raw``: the recordings to fit as they were read, with their attachments.
-    """
+    """``rig`` is None for a rig that is not ours. ``found``: what is wrong with the logs, a sentence each."""
 
     subject: "Subject"
     rig: "Rig | None"
