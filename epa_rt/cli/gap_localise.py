@@ -34,8 +34,8 @@ def run(arguments: argparse.Namespace) -> int:
     from epa_rt.gap.refit import settled
     from epa_rt.gap.report.as_json import finite
     from epa_rt.gap.report.origin import origin_words
-    from epa_rt.gap.run_freely import localise_freely
     from epa_rt.gap.report.terminal import console, show_found, show_location
+    from epa_rt.gap.run_freely import localise_freely
 
     check_writable(arguments.json, (".json",))
     given, out = opened(arguments), console()

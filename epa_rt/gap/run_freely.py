@@ -13,10 +13,10 @@ from epa_rt.gap.floor import Floor, fitted, white
 from epa_rt.gap.ground import judged
 from epa_rt.gap.localise import localise
 from epa_rt.gap.recording import Recording
+from epa_rt.gap.shrink import FLOOR_SEEDS
 from epa_rt.gap.significance import scatter
 from epa_rt.gap.subject import Link, Subject, Values
 
-TWINS = (1, 2, 3)     # seeds
 BLOCK = "whole plant"
 
 
@@ -27,7 +27,7 @@ def localise_freely(subject: Subject, recordings: Sequence[Recording], values: V
     """
     recordings = judged(subject, recordings)
     runs = {one.name: subject.free_run(one, values, None) for one in recordings}
-    twins = {one.name: [subject.free_run(one, values, seed) for seed in TWINS] for one in recordings}
+    twins = {one.name: [subject.free_run(one, values, seed) for seed in FLOOR_SEEDS] for one in recordings}
     if not runs or any(run is None for run in runs.values()) or any(twin is None for made in twins.values() for twin in made):
         return ()
     names = [name for name in channels(recordings[0], runs[recordings[0].name]) if all(name in one.columns for one in recordings)]
@@ -53,7 +53,7 @@ class _Whole:
         own = self._own.get(link, self._subject.links[0].name)
         count = len(self.residual(prepared, {}, link))
         made = self._subject.features(self._prepared[prepared.name], own)
-        return {name: np.resize(values, count) if len(values) >= count else np.pad(values, (0, count - len(values)), "edge") for name, values in made.items()}
+        return {name: np.pad(values[:count], (0, max(count - len(values), 0)), "edge") for name, values in made.items()}
 
 
 def apart(subject: Subject, of: Recording, one: Recording, other: Recording, channel: str) -> np.ndarray:
