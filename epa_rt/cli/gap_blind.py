@@ -47,6 +47,8 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     matrix = parts.add_parser("matrix", help="each effect hidden and left out of the catalogue: what is said instead")
     matrix.add_argument("--seed", type=int, required=True)
     matrix.add_argument("-o", "--out", type=Path, required=True)
+    matrix.add_argument("--of", choices=("stand_in", "catalogue"), default="stand_in",
+                        help="stand_in: every hidden effect, by the stand-in's formulas; catalogue: those it has none for, by the catalogue's own law")
     rivals = parts.add_parser("rivals", help="the same cases by what libraries offer")
     rivals.add_argument("cases", type=Path, metavar="DIR")
     rivals.add_argument("--json", type=Path, required=True, help="figures of every rival; its answers are kept beside")
@@ -173,6 +175,6 @@ def _matrix(arguments: argparse.Namespace) -> int:
     _check_folder(arguments.out)
     sealed = sealed_of(arguments.out, None)
     if not (arguments.out / "truth.sha256").exists():
-        make_matrix(arguments.seed, arguments.out, sealed, arguments.config, arguments.jobs)
+        make_matrix(arguments.seed, arguments.out, sealed, arguments.config, arguments.jobs, arguments.of)
     print(matrix(arguments.out, sealed, arguments.diagnoser, arguments.jobs), file=sys.stdout)
     return COMPLETED

@@ -25,11 +25,11 @@ def make_all(seed: int, cases: int, kinds: tuple[str, ...], out: Path, sealed: P
     record_all(seed, draw(seed, cases, kinds, laws), out, sealed, config, jobs)
 
 
-def make_matrix(seed: int, out: Path, sealed: Path, config: Path, jobs: int) -> None:
-    """One withheld case for every hidden effect."""
-    from sim_backend.stand_in.draw import one_of_each
+def make_matrix(seed: int, out: Path, sealed: Path, config: Path, jobs: int, of: str) -> None:
+    """One withheld case for every hidden effect; ``of`` "catalogue": for every other effect of the catalogue, by its own law."""
+    from sim_backend.stand_in.draw import one_of_each, one_of_the_others
 
-    record_all(seed, one_of_each(), out, sealed, config, jobs)
+    record_all(seed, one_of_the_others() if of == "catalogue" else one_of_each(), out, sealed, config, jobs)
 
 
 def record_all(seed: int, specs: "list[Spec]", out: Path, sealed: Path, config: Path, jobs: int) -> None:
@@ -57,7 +57,6 @@ def record_all(seed: int, specs: "list[Spec]", out: Path, sealed: Path, config: 
 
 def _one(seed: int, spec: "Spec", out: Path, config: Path, parts: Path) -> "dict | None":
     """One case; where its candidates do not fit, the next draw of the same kind. None where nothing fits."""
-    from sim_backend.stand_in.draw import draw
     from sim_backend.stand_in.make import make_case
     from sim_backend.stand_in.strengths import Unfit
 
@@ -73,11 +72,20 @@ def _one(seed: int, spec: "Spec", out: Path, config: Path, parts: Path) -> "dict
         except Unfit as error:
             reason = str(error)
             shutil.rmtree(path, ignore_errors=True)
-            again = draw(seed + 1000003 * (turn + 1), 40, (spec.kind,), spec.laws)
-            fitting = [other for other in again if other.rig == spec.rig] or again
-            spec = fitting[0]._replace(index=spec.index, noise=spec.noise, multiple=spec.multiple)
+            spec = _another(spec, seed + 1000003 * (turn + 1))
     print(f"\n{path.name}: left out ({reason})", file=sys.stderr)
     return None
+
+
+def _another(spec: "Spec", seed: int) -> "Spec":
+    """What is made where a case does not fit: the next draw of its kind; of the matrix' own laws the same one, half as strong."""
+    from sim_backend.stand_in.draw import draw
+
+    if spec.kind == "withheld" and spec.own_law:
+        return spec._replace(multiple=0.5 * spec.multiple)
+    again = draw(seed, 40, (spec.kind,), spec.laws)
+    fitting = [other for other in again if other.rig == spec.rig] or again
+    return fitting[0]._replace(index=spec.index, noise=spec.noise, multiple=spec.multiple)
 
 
 class _Listener:

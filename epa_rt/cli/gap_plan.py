@@ -1,7 +1,7 @@
 """Propose the experiment that would tell apart what a diagnosis could not, as a file that epa run takes.
 
 Every experiment of the menu is run on the simulated rig, once with each of the rival answers, and the one that sets them
-furthest apart is proposed.
+furthest apart is proposed. For a rig of others the file holds the commanded profile, for whatever drives that rig.
 
   epa gap plan gap.json --rig config/rigs/bench.yaml out/*.mcap -o next.yaml
   epa run next.yaml --rig config/rigs/bench.yaml -o out

@@ -39,15 +39,20 @@ class Spec(NamedTuple):
     multiple: float
     laws: int = 1
 
+    @property
+    def own_law(self) -> bool:
+        """Whether its effect is the catalogue's own law."""
+        return self.kind == "same_law" or any(name not in BY_NAME for name in self.effects)
+
 
 def families(effect: Hidden) -> tuple[str, ...]:
     """Families of the catalogue that mean this effect; empty where the catalogue has no such thing."""
     return tuple(dict.fromkeys(CATALOGUE[name].family for name in effect.answers if name in CATALOGUE))
 
 
-def left_out(effect: Hidden) -> list[str]:
-    """Every name of the catalogue that means this effect or is of its families."""
-    own = families(effect)
+def left_out(name: str) -> list[str]:
+    """Every name of the catalogue that means this effect, of the stand-in or of the catalogue, or is of its families."""
+    own = families(BY_NAME[name]) if name in BY_NAME else (CATALOGUE[name].family,)
     return [name for name, item in CATALOGUE.items() if item.family in own]
 
 
@@ -102,7 +107,7 @@ def _turns(kind: str, count: int, rng: np.random.Generator) -> list[tuple[tuple[
     else:
         pool = [str(name) for name in np.resize(rng.permutation(known), count)]
     for name in pool:
-        rigs = BY_NAME[name].rigs if name in BY_NAME else KNEE if any(key.startswith(OF_THE_KNEE) for key in CATALOGUE[name].knobs) else BENCH
+        rigs = BY_NAME[name].rigs if name in BY_NAME else KNEE if _rig_of_own(name) == "knee" else BENCH
         rig = "knee" if "knee" in rigs and ("bench" not in rigs or rng.uniform() < KNEE_SHARE) else "bench"
         others = [n for n in rng.permutation(known) if n != name and rig in BY_NAME[n].rigs] if kind != "same_law" else []
         if kind == "pair":
@@ -115,3 +120,15 @@ def _turns(kind: str, count: int, rng: np.random.Generator) -> list[tuple[tuple[
 def one_of_each() -> list[Spec]:
     """Every hidden effect once, withheld, well above detection: the cases of the leave-one-out matrix."""
     return [Spec(i, "withheld", effect.rigs[0], RICH, 1.0, (effect.name,), 20.0) for i, effect in enumerate(EFFECTS)]
+
+
+def one_of_the_others() -> list[Spec]:
+    """Every effect of the catalogue for which the stand-in has no formula, by the catalogue's own law; else like one_of_each."""
+    played = {name for effect in EFFECTS for name in effect.answers}
+    rest = [name for name in CATALOGUE if name not in played]
+    return [Spec(i, "withheld", _rig_of_own(name), RICH, 1.0, (name,), 20.0) for i, name in enumerate(rest)]
+
+
+def _rig_of_own(name: str) -> str:
+    """The rig that shows an effect of the catalogue."""
+    return "knee" if any(key.startswith(OF_THE_KNEE) for key in CATALOGUE[name].knobs) else "bench"

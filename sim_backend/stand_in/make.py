@@ -57,7 +57,7 @@ def make_case(seed: int, spec: Spec, path: Path, config: Path, record: Record) -
     rng = np.random.default_rng([seed, 1, spec.index])
     folder = Folder(path, config / "rigs" / f"{spec.rig}.yaml", config / "plants" / f"{spec.rig}.yaml", plan_of(spec.rig, spec.plan, rng))
     rig, believed = load_rig(folder.rig), load_plant(folder.plant)
-    plant = TruePlant(noisier(perturbed(believed.params, rng), spec.noise), same_law=spec.kind == "same_law")
+    plant = TruePlant(noisier(perturbed(believed.params, rng), spec.noise), same_law=spec.own_law)
     seeds = [int(s) for s in rng.integers(1, 2**31, 16)]
     commands = _reference(folder, rig, believed, plant, seeds, record)
     shop = Workshop(spec, plant, bench_of(plant, commands), commands, rng)
@@ -109,7 +109,7 @@ def _told(spec: Spec, effects: list[dict], rng: np.random.Generator) -> list[str
     """Names that the diagnosis must do without: the truth's where it is withheld, else in every second case a decoy's."""
     own = {family for effect in effects for family in effect["families"]}
     if spec.kind == "withheld" and own:
-        return sorted(left_out(BY_NAME[effects[0]["name"]]))
+        return sorted(left_out(effects[0]["name"]))
     if spec.kind != "withheld" and rng.uniform() < 0.5:
         return []
     others = sorted({effect.family for effect in CATALOGUE} - own - {f for e in effects for r in e["rivals"] for f in families(BY_NAME[r])})

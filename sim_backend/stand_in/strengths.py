@@ -6,14 +6,17 @@ import numpy as np
 
 from epa_rt.gap.blind.oracle import LIMIT, Bench, distance, left, strength_for
 from epa_rt.models.catalogue import BY_NAME as CATALOGUE
+from epa_rt.models.effect import Effect
 from sim_backend.stand_in.distances import Apart
 from sim_backend.stand_in.draw import Spec, families
-from sim_backend.stand_in.effects import BY_NAME, EFFECTS, Hidden
+from sim_backend.stand_in.effects import BY_NAME, EFFECTS, MOTOR, Hidden
 from sim_backend.stand_in.fitted import law_of
 from sim_backend.stand_in.truth import TruePlant, catalogue_fields, readings
 
 TWICE = 2.0      # multiples of the limit from which an effect counts as seen
 LOST = 1.4       # a single effect is made stronger where its fitted distance is so many times below what was asked for
+READ_IN = {"sensors.motor": MOTOR, "sensors.muscle": ("gas", "muscle"), "sensors.gauge": ("gas", "muscle"), "sensors.supply": ("gas",),
+           "sensors.joint": ("load",), "sensors.load": ("load",)}  # where a sensor's fault shows: the blocks that its reading goes through
 SO_NEAR = 0.8    # of the limit: how far off the nearest rival of a case is that is not to be separable
 
 
@@ -32,7 +35,7 @@ class Workshop:
         kind, names = self.spec.kind, self.spec.effects
         if kind == "none":
             return []
-        if kind == "same_law":
+        if self.spec.own_law:
             return [self._same_law(names[0])]
         if kind == "pair":
             return self._pair()
@@ -123,8 +126,15 @@ class Workshop:
         share, _ = strength_for(LIMIT * self.spec.multiple, at, 1.0, 3.0)
         apart = self._apart(True, (name, catalogue_fields(name, start, share)))
         return {"name": name, "law": "the catalogue's own", "fields": catalogue_fields(name, start, share), "answers": [name],
-                "families": [effect.family], "blocks": [effect.block, "sensors"] if effect.block == "sensors" else [effect.block],
+                "families": [effect.family], "blocks": _blocks(effect) if self.spec.kind == "withheld" else [effect.block],
                 **_said(apart), "rivals": {}, "same_law": True}
+
+
+def _blocks(effect: Effect) -> list[str]:
+    """Where a law of the catalogue sits for one who lacks its name: what the stand-in says of its family, else where a sensor is read."""
+    of_family = [block for item in EFFECTS if effect.family in families(item) for block in item.blocks]
+    read_in = [block for start, blocks in READ_IN.items() for block in blocks if any(key.startswith(start) for key in effect.knobs)]
+    return list(dict.fromkeys([effect.block, *of_family, *read_in]))
 
 
 def _said(apart: Apart) -> dict[str, float]:

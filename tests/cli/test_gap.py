@@ -211,6 +211,33 @@ def test_what_is_wrong_with_the_logs_is_said_before_any_effect(diagnosed, folder
     assert text.index("cycles are missing") < text.index("Confidence")
 
 
+def test_a_cut_log_is_said_to_be_cut_before_any_effect(diagnosed, folder, log, monkeypatch, capsys):
+    """The log is truly cut and read as it is; only the long work after it is not done again."""
+    from epa_rt.cli import gap_diagnose
+
+    cut = folder / "cut.mcap"
+    cut.write_bytes(log.read_bytes()[: int(0.9 * log.stat().st_size)])
+    monkeypatch.setattr(gap_diagnose, "_diagnosed", lambda *_: _answer(folder))
+    assert main(["gap", "diagnose", "--rig", str(RIG), str(cut), "--no-plan", "--no-gate", "--quiet"]) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert 0 <= text.index("the file was cut at byte") < text.index("Confidence")
+
+
+def test_a_repeat_against_a_repeat_is_no_gap(folder):
+    """One rig, one experiment, run twice: the second run holds nothing that the first did not."""
+    runs = [folder / f"repeat{seed}.mcap" for seed in (11, 12)]
+    for seed, path in zip((11, 12), runs, strict=True):
+        assert epa("run", EXPERIMENTS / "identification_short.yaml", "--rig", RIG, "--seed", seed, "-o", path, "--quiet").returncode == 0
+    out = folder / "repeat.json"
+    done = epa("gap", "diagnose", "--rig", RIG, runs[0], "--holdout", runs[1], "--json", out, "--quiet", "--no-plan", "--no-gate")
+    assert done.returncode == 0, done.stderr
+    answer = json.loads(out.read_text(encoding="utf-8"))
+    assert answer["verdict"] == "no_gap" and not answer["effects"]
+    whole = [entry for entry in answer["shrinkage"] if entry["channel"] == "all channels"]
+    assert {entry["mode"] for entry in whole} == {"teacher_forced", "free_run"}
+    assert all(0.8 < entry["before"] / entry["floor"] < 1.25 for entry in whole), whole
+
+
 def _answer(folder):
     from epa_rt.gap.patch import load_diagnosis
 

@@ -23,7 +23,7 @@ def next_experiment(diagnosis: Diagnosis) -> Html:
     between = " and ".join(map(plain, plan.separates)) or "what is open"
     settings = facts((plain(key), value) for key, value in plan.settings.items())
     return join([paragraph(tag("strong", plain(plan.name)), f" {'tells' if plan.tells else 'comes nearest to telling'} apart {between}. {plan.says}."), settings,
-                 folded("The experiment file, as epa run takes it", tag("pre", plan.file))])
+                 folded("The experiment file (epa run drives this house's rigs with it; of others it is the commanded profile)", tag("pre", plan.file))])
 
 
 def inputs(diagnosis: Diagnosis) -> Html:

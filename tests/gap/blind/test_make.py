@@ -12,7 +12,7 @@ from epa_rt.logs.reader import LogReader
 from epa_rt.models.catalogue import BY_NAME as CATALOGUE
 from epa_rt.models.catalogue import NOMINAL, read_knob
 from epa_rt.models.plant_file import load_plant
-from sim_backend.stand_in import draw, effects
+from sim_backend.stand_in import draw, effects, strengths
 from sim_backend.stand_in.make import make_case
 from sim_backend.stand_in.records import HIDDEN_FIELDS
 
@@ -96,8 +96,24 @@ def test_other_laws_are_the_same_cases_with_other_formulas(laws):
 
 
 def test_what_is_withheld_is_its_whole_family():
-    leak = effects.BY_NAME["laminar_leak"]
-    assert set(draw.left_out(leak)) == {name for name, e in CATALOGUE.items() if e.family == CATALOGUE["leak"].family}
-    assert set(draw.left_out(effects.BY_NAME["slow_gauge"])) == {"gauge_skew", "gauge_lag"}
-    assert draw.left_out(effects.BY_NAME["windage"]) == []
-    assert len(draw.one_of_each()) == len(effects.EFFECTS)
+    assert set(draw.left_out("laminar_leak")) == {name for name, e in CATALOGUE.items() if e.family == CATALOGUE["leak"].family}
+    assert set(draw.left_out("slow_gauge")) == {"gauge_skew", "gauge_lag"}
+    assert draw.left_out("windage") == []
+    assert set(draw.left_out("gas_energy")) == {name for name, e in CATALOGUE.items() if e.family == CATALOGUE["gas_energy"].family}
+
+
+def test_the_matrix_has_every_hidden_effect_and_every_other_of_the_catalogue():
+    by_others, by_own = draw.one_of_each(), draw.one_of_the_others()
+    assert len(by_others) == len(effects.EFFECTS)
+    answered = {name for effect in effects.EFFECTS for name in effect.answers}
+    assert answered | {spec.effects[0] for spec in by_own} >= set(CATALOGUE)
+    assert not answered & {spec.effects[0] for spec in by_own}
+    assert all(spec.own_law for spec in by_own) and not any(spec.own_law for spec in by_others)
+    assert all(name in effects.BY_NAME[name].answers for name in set(effects.BY_NAME) & set(CATALOGUE)), "one name for two things"
+
+
+def test_the_blocks_of_an_own_law_are_where_its_fault_shows():
+    assert strengths._blocks(CATALOGUE["joint_skew"]) == ["sensors", "load"]
+    assert strengths._blocks(CATALOGUE["motor_speed_gain"]) == ["sensors", "drive", "transmission"]
+    assert strengths._blocks(CATALOGUE["motor_viscous_asymmetry"]) == ["drive", "transmission"]
+    assert strengths._blocks(CATALOGUE["valve_stuck"]) == ["gas"]
