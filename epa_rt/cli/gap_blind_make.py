@@ -6,6 +6,7 @@ import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
+from zlib import crc32
 
 from epa_rt.cli.gap_blind_side_by_side import side_by_side
 
@@ -61,7 +62,7 @@ def _one(seed: int, spec: "Spec", out: Path, config: Path, parts: Path) -> "dict
     from sim_backend.stand_in.strengths import Unfit
 
     path, reason = out / f"case_{spec.index:03d}", ""
-    part = parts / f"{seed}-{path.name}.json"
+    part = parts / f"{seed}-{path.name}-{crc32(repr(spec).encode()):08x}.json"  # another draw of the same seed is no part of this one
     if part.exists() and (path / "case.json").exists():
         return json.loads(part.read_text(encoding="utf-8"))
     for turn in range(REDRAWS if spec.kind != "same_law" else 2):

@@ -6,7 +6,7 @@ import numpy as np
 
 from epa_rt.gap.blind.plans import NARROW, RICH, STILL
 from epa_rt.models.catalogue import BY_NAME as CATALOGUE
-from sim_backend.stand_in.effects import BENCH, BY_NAME, EFFECTS, IN_PLACE, KNEE, Hidden
+from sim_backend.stand_in.effects import BY_NAME, EFFECTS, IN_PLACE, Hidden
 
 SHARES = {"single": 0.40, "same_law": 0.10, "pair": 0.12, "none": 0.10, "withheld": 0.14, "not_excited": 0.07, "not_separable": 0.07}
 KINDS = tuple(SHARES)
@@ -107,7 +107,7 @@ def _turns(kind: str, count: int, rng: np.random.Generator) -> list[tuple[tuple[
     else:
         pool = [str(name) for name in np.resize(rng.permutation(known), count)]
     for name in pool:
-        rigs = BY_NAME[name].rigs if name in BY_NAME else KNEE if _rig_of_own(name) == "knee" else BENCH
+        rigs = BY_NAME[name].rigs if name in BY_NAME else (_rig_of_own(name),)
         rig = "knee" if "knee" in rigs and ("bench" not in rigs or rng.uniform() < KNEE_SHARE) else "bench"
         others = [n for n in rng.permutation(known) if n != name and rig in BY_NAME[n].rigs] if kind != "same_law" else []
         if kind == "pair":
