@@ -20,6 +20,7 @@ SEEDS = (1, 2)       # of the twins that say how noisy each channel is
 NOISY = 10.0         # chi-square that noise alone may leave of a channel
 ROUNDS, SLOW = 15, 0.01   # fresh derivatives at most so often, and no more where they took off less than that part: a knee's valleys bend
 AS_PROMISED, TRIFLE = 0.05, 3.0   # of a step's fall and of what is left, and chi-square: a fit that falls as its derivatives promised has arrived
+NEARBY = 1.5         # times what its own derivatives promise, below which a fit's promise can be believed
 ABSURD = 1e6         # deviations that stand for a run that is no number
 KEPT = 64            # runs that changes are counted from
 WITHIN = 0.55        # of a step: a reading that stands still says that the value lies within it, and the rest may lie on its edge
@@ -39,13 +40,15 @@ class AsOne:
         self.free_run, self.patched, self.without_stop = subject.free_run, subject.patched, subject.without_stop
         rougher = getattr(subject, "rougher", lambda: None)()
         self._rough = rougher.free_run if rougher else None
+        self._upto = getattr(subject, "upto", None)
         self._bases: dict[tuple, np.ndarray] = {}
 
     def touched(self, key: str) -> tuple[str, ...]:
         return (LINK,)
 
     def prepare(self, recording: Recording) -> "Held":
-        return held(recording, self.meters)
+        end = max(span.stop for span in trials(recording)) + round(2.0 / (RATE_HZ * recording.period_s))
+        return held(self._upto(recording, end) if self._upto and end < recording.samples else recording, self.meters)
 
     def residual(self, prepared: "Held", values: Values, link: str) -> np.ndarray:
         """(n,) measured minus free run; NaN outside of trials."""
@@ -163,19 +166,24 @@ def floor() -> dict[str, Floor]:
     return {LINK: Floor(LINK, 1.0, np.zeros(0), 1.0)}
 
 
-def fitted(whole: Problem, effects: tuple[str, ...], values: Mapping[str, float]) -> Point:
-    """Everything free refitted. Derivatives are what costs here, so they are made anew only where the last step fell otherwise than they promised."""
+def fitted(whole: Problem, effects: tuple[str, ...], values: Mapping[str, float], worth: float = np.inf) -> Point:
+    """Everything free refitted. Derivatives are what costs here, so they are made anew only where the last step fell otherwise than they promised.
+
+    ``worth``: chi-square above which the fit is of no use to who asks; it ends where it comes near to what its derivatives promise, and that is more.
+    """
     point = linearised(whole, effects, dict(values))
     for _ in range(ROUNDS):
+        normal = point.normal
+        reached = normal.promised(normal.solved(np.ones(whole.blocks)))
+        if reached > worth and normal.chi < NEARBY * reached:
+            break
         after = searched(whole, point)
         if after is None:
             break
-        normal = point.normal
-        step = z_of(whole, normal.keys, after) - normal.z
-        promised, most = (normal.chi - float(normal.loss(by).sum() + normal.prior @ (normal.z + by) ** 2) for by in (step, normal.solved(np.ones(whole.blocks))))
+        promised = normal.promised(z_of(whole, normal.keys, after) - normal.z)
         residual = {LINK: whole.residual(after, LINK)}
         moved = Point(effects, after, residual, point.columns, normal_of(whole, normal.keys, after, residual, point.columns))
-        if abs(normal.chi - moved.normal.chi - promised) + most - promised < max(AS_PROMISED * min(promised, moved.normal.chi), TRIFLE):
+        if abs(moved.normal.chi - promised) + promised - reached < max(AS_PROMISED * min(normal.chi - promised, moved.normal.chi), TRIFLE):
             return moved
         point = linearised(whole, effects, after)
         if normal.chi - point.normal.chi < SLOW * normal.chi:

@@ -15,6 +15,8 @@ from epa_rt.gap.screen import screen
 from epa_rt.gap.subject import Subject
 
 FAMILIES = 3   # that are tried one by one
+QUIET = 25.0   # chi-square above noise that rigs without a gap leave at most, to which one law alone must take the whole plant
+ANYWHERE_NEAR = 4.0   # times that: a fit that cannot come so near is not gone on with
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,11 @@ class Ground:
         to hide it, neither its signature nor the way back is to be had from there."""
         at = linearised(self.whole, (), {})
         screening = screen(self.whole, at)
-        return self.whole.each(lambda name: fitted(self.whole, (name,), starts(self.whole, screening, name)[0]), most_promising(self.whole, screening)[:FAMILIES])
+
+        def alone(name: str) -> Point:
+            return fitted(self.whole, (name,), starts(self.whole, screening, name)[0], ANYWHERE_NEAR * (self.noise + QUIET))
+
+        return self.whole.each(alone, most_promising(self.whole, screening)[:FAMILIES])
 
 
 def ground_of(problem: Problem, values: Mapping[str, float]) -> Ground | None:

@@ -50,6 +50,10 @@ class Normal:
         """(L, B) chi-square after a step (k,) in spreads, linearised."""
         return self.square + 2.0 * self.vector @ step + np.einsum("i,lbij,j->lb", step, self.matrix, step, optimize=True)
 
+    def promised(self, step: np.ndarray) -> float:
+        """Chi-square after a step (k,) in spreads, linearised, with the priors' part."""
+        return float(self.loss(step).sum() + self.prior @ (self.z + step) ** 2)
+
     def solved(self, weights: np.ndarray, held: np.ndarray | float = 0.0) -> np.ndarray:
         """(k,) step to the optimum where block b counts ``weights[b]`` times; ``held`` (k,) pulls each key to where it is."""
         matrix = np.einsum("b,lbij->ij", weights, self.matrix, optimize=True) + np.diag(np.broadcast_to(held, len(self.z)))

@@ -31,19 +31,20 @@ class Tried(NamedTuple):
     point: Point | None
 
 
-def afresh(whole: Problem, best: Point, one: Tried) -> Point:
+def afresh(whole: Problem, best: Point, one: Tried, worth: float = np.inf) -> Point:
     """Fitted with fresh derivatives. Where nominal parameters had gone far to hide the gap, also from the plant file's with the law at typical
     strength in each of its shapes, and the best one: back along the valley between an effect and what imitates it, many a fit gets stuck. A law that
-    has a shape also from its first one: kept derivatives took a regulator's 50 ms to 0.9 s, where it left 84 of 121 for 27."""
+    has a shape also from its first one: kept derivatives took a regulator's 50 ms to 0.9 s, where it left 84 of 121 for 27. ``worth``: chi-square above which nobody asks what it leaves."""
     effects = (*best.effects, one.effect)
     own = {key: best.values[key] for name in best.effects for key in whole.effects[name].knobs}
     shaped = len(whole.effects[one.effect].knobs) > len(whole.strength(one.effect))
-    begins = [one.values, *({**own, **start} for start in one.starts[: None if _gone_far(best) else int(shaped)])]
-    return min(whole.each(lambda values: fitted(whole, effects, values), begins), key=lambda point: point.normal.chi)
+    typical = one.starts[: None if _gone_far(best) else int(shaped)]
+    begins = [one.values, *({**own, **start} for start in typical)]
+    return min(whole.each(lambda values: fitted(whole, effects, values, worth), begins), key=lambda point: point.normal.chi)
 
 
-def _thorough(whole: Problem, best: Point, one: Tried) -> Tried:
-    point = afresh(whole, best, one)
+def _thorough(whole: Problem, best: Point, one: Tried, worth: float) -> Tried:
+    point = afresh(whole, best, one, worth)
     return one._replace(values=point.values, chi=point.normal.chi, point=point)
 
 
@@ -52,9 +53,9 @@ def _gone_far(point: Point) -> bool:
     return bool(np.max(np.abs(point.normal.z * point.normal.prior)) > ABSORBED)
 
 
-def promising(whole: Problem, point: Point, families: int, also: tuple[str, ...] = ()) -> list[Tried]:
+def promising(whole: Problem, point: Point, families: int, also: tuple[str, ...] = (), worth: float = np.inf) -> list[Tried]:
     """One law of each of the families whose signatures promise most, the best first, and those of ``also``. All recordings: in a single one nominal
-    parameters imitate anything.
+    parameters imitate anything. ``worth``: chi-square above which nobody asks what a law leaves.
 
     What imitates an effect is told from it by its derivatives alone, and those of a fit are kept from a few steps before: made fresh, they put a soft
     regulator of a quiet knee third that had been twentieth.
@@ -79,9 +80,9 @@ def promising(whole: Problem, point: Point, families: int, also: tuple[str, ...]
 
     tried = whole.each(begin, list(screenings))
     if hidden:
-        tried = whole.each(lambda one: _thorough(whole, point, one), tried[:THOROUGH]) + tried[THOROUGH:]
+        tried = whole.each(lambda one: _thorough(whole, point, one, worth), tried[:THOROUGH]) + tried[THOROUGH:]
     elif also:  # kept derivatives left a joint's zero at 115 that comes down to 61, and a scale at 76 looked better
-        tried = [_thorough(whole, point, one) if one.effect in also or i < THOROUGH else one for i, one in enumerate(sorted(tried, key=lambda one: one.chi))]
+        tried = [_thorough(whole, point, one, worth) if one.effect in also or i < THOROUGH else one for i, one in enumerate(sorted(tried, key=lambda one: one.chi))]
     return sorted(tried, key=lambda one: one.chi)
 
 

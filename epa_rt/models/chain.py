@@ -43,9 +43,12 @@ def muscle_rates(p, s, y, dy, i, travel, travel_speed, q, q_speed):
         g, y[GAS_C + i], y[GAS_MASS + i], volume, pressure, supply, s.opening[i, 0], s.opening[i, 1])
     m = p.muscle[i]
     for branch in range(BRANCHES):
-        stiffness, time_s = muscle.creep_branch(m, branch)
         k = CREEP + 2 * branch + i
-        dy[k] = muscle.creep_rate(stiffness, time_s, y[k], speed)
+        if m.creep_stiffness_n_m == 0.0:
+            dy[k] = 0.0
+        else:
+            stiffness, time_s = muscle.creep_branch(m, branch)
+            dy[k] = muscle.creep_rate(stiffness, time_s, y[k], speed)
     return force, drawn
 
 

@@ -9,7 +9,7 @@ from epa_rt.models.compiled import compiled
 from epa_rt.models.ports import ANGLE, CURRENT, INTEGRAL, RING, SMOOTH
 from epa_rt.models.rest import new_state
 
-__all__ = ["advance", "new_state", "run"]
+__all__ = ["advance", "new_state", "run", "run_roughly"]
 
 
 @compiled
@@ -60,6 +60,26 @@ def _integrate(p, s, h, weights, motor, valves):
 
 
 @compiled
+def _integrate_roughly(p, s, h, weights, motor, valves):
+    """The same by the midpoint rule, with half as many rates: another run, but one that a knob changes alike (docs/decisions/0013)."""
+    y, stage, rate = s.smooth, s.work[0], s.work[1]
+    half, whole, reach, first, middle, last = weights
+    i0, per_lag = y[CURRENT], 1.0 / p.drive.current_lag_s
+    rates(p, s, y, rate, motor, 0.0)
+    push1 = rate[CURRENT] + i0 * per_lag
+    for i in range(SMOOTH):
+        stage[i] = y[i] + 0.5 * h * rate[i]
+    stage[CURRENT] = half * i0 + reach * push1
+    _open_valves(p, s, valves, 0.5 * h)
+    rates(p, s, stage, rate, motor, 0.5)
+    push2 = rate[CURRENT] + stage[CURRENT] * per_lag
+    _open_valves(p, s, valves, 0.5 * h)
+    for i in range(SMOOTH):
+        y[i] += h * rate[i]
+    y[CURRENT] = whole * i0 + (first + 2.0 * middle + last) * push2
+
+
+@compiled
 def _settle(p, s, valves):
     """Takes the finished sub-step into the elements with memory: backlash, slip, strap, shut valves."""
     travel, travel_speed, q, q_speed = motion(p, s)
@@ -80,7 +100,7 @@ def _settle(p, s, valves):
 
 
 @compiled
-def _advance(p, s, command, reading, period_s, substeps):
+def _advance(p, s, command, reading, period_s, substeps, roughly):
     bus.latch(s, command, period_s)
     motor_delay = p.bus.command_delay_s / period_s
     opening_s, closing_s = bus.valve_delays(p.bus.valve_delay_s, p.bus.valve_skew_ratio)
@@ -93,7 +113,10 @@ def _advance(p, s, command, reading, period_s, substeps):
         start, end = j / substeps, (j + 1) / substeps
         motor = bus.motor_seen(s.ring, s.cycle, start - motor_delay, end - motor_delay)
         valves = bus.valves_seen(s.ring, s.cycle, start, end, opening_s / period_s, closing_s / period_s)
-        _integrate(p, s, h, weights, motor, valves)
+        if roughly:
+            _integrate_roughly(p, s, h, weights, motor, valves)
+        else:
+            _integrate(p, s, h, weights, motor, valves)
         _settle(p, s, valves)
     write_truth(p, s)
     sensors.read(p.sensors, s, s.truth, p.gas[0].atmosphere_pa, reading, period_s)
@@ -107,11 +130,18 @@ def advance(params, state, command, sensors_out, period_s, substeps):
     ``params`` PARAMS, ``state`` STATE (moved in place), ``command`` COMMAND (held over the cycle), ``sensors_out``
     SENSORS (written): all of shape (1,). ``substeps`` of the integrator per cycle; see docs/plant.md.
     """
-    _advance(params[0], state[0], command[0], sensors_out[0], period_s, substeps)
+    _advance(params[0], state[0], command[0], sensors_out[0], period_s, substeps, False)
 
 
 @compiled
 def run(params, state, commands, period_s, substeps, sensors_out):
     """As ``advance`` for every row of ``commands`` (N,), readings into ``sensors_out`` (N,), in one compiled call."""
     for k in range(commands.shape[0]):
-        _advance(params[0], state[0], commands[k], sensors_out[k], period_s, substeps)
+        _advance(params[0], state[0], commands[k], sensors_out[k], period_s, substeps, False)
+
+
+@compiled
+def run_roughly(params, state, commands, period_s, substeps, sensors_out):
+    """As ``run`` by the midpoint rule: too coarse for what sensors show, not for what a parameter changes of it."""
+    for k in range(commands.shape[0]):
+        _advance(params[0], state[0], commands[k], sensors_out[k], period_s, substeps, True)

@@ -63,7 +63,7 @@ def test_what_stale_derivatives_let_nominal_parameters_imitate_is_tried_for_its_
 @pytest.mark.parametrize(("name", "spreads", "begins"), (("shaped", 0.0, 2), ("slow", 0.0, 1), ("shaped", 6.0, 3)))
 def test_a_law_with_a_shape_begins_from_its_first_one_too_and_from_all_where_parameters_have_gone_far(problem, monkeypatch, name, spreads, begins):
     begun = []
-    monkeypatch.setattr(room, "fitted", lambda whole, effects, values: begun.append(values) or linearised(whole, effects, values))
+    monkeypatch.setattr(room, "fitted", lambda whole, effects, values, worth: begun.append(values) or linearised(whole, effects, values))
     best = linearised(problem, (), {SCALE: 1.0 + 0.02 * spreads})
     starts = tuple(dict(zip(problem.effects[name].knobs, start, strict=True)) for start in problem.effects[name].starts)
     afresh(problem, best, Tried(name, starts, {knob_of(name): 0.7}, 1.0, None))

@@ -40,6 +40,7 @@ class HouseSubject:
     """A rig of this house and its nominal plant; see gap/subject.py for what each method promises."""
 
     own_loop = ("drive", "encoder")   # how its maker closes it, nobody outside knows to the noise
+    roughly = False                   # how the plant is integrated
 
     def __init__(self, rig: Rig, plant: PlantFile, leave_out: frozenset[str] = frozenset()) -> None:
         self.rig, self.plant, self.name = rig, plant, rig.name
@@ -124,15 +125,22 @@ class HouseSubject:
         return made
 
     def rougher(self) -> "HouseSubject | None":
-        """The same rig integrated in half as many sub-steps: too coarse for its readings, not for what a knob changes of them. None where there is no half."""
+        """The same rig integrated in half as many sub-steps, by the midpoint rule: too coarse for its readings, not for what a knob changes of them. None where there
+        is no half."""
         if self.plant.substeps < 2:
             return None
         made = copy.copy(self)
-        made.plant = replace(self.plant, substeps=self.plant.substeps // 2)
+        made.plant, made.roughly = replace(self.plant, substeps=self.plant.substeps // 2), True
         return made
 
+    def upto(self, recording: Recording, samples: int) -> Recording:
+        """The first of a recording's samples: a run knows nothing of what comes after."""
+        columns = {name: values[:samples] for name, values in recording.columns.items()}
+        spans = tuple(replace(span, stop=min(span.stop, samples)) for span in recording.spans if span.start < samples)
+        return replace(recording, cycle=recording.cycle[:samples], columns=columns, spans=spans, t_ns=None if recording.t_ns is None else recording.t_ns[:samples])
+
     def _run(self, recording: Recording, values: Values, noise: dict[str, float] | None, seed: int, phase: int) -> Recording:
-        return run_whole(self.rig, self.channels, self.params(values), self.plant.substeps, recording, noise, seed, phase)
+        return run_whole(self.rig, self.channels, self.params(values), self.plant.substeps, recording, noise, seed, phase, self.roughly)
 
     def _prepared(self, recording: Recording) -> Prepared:
         return prepare(self.rig, self.channels, float(self.plant.params["sensors"]["encoder_hold_s"][0]), recording)

@@ -8,7 +8,7 @@ from epa_rt.config.rig import Rig
 from epa_rt.gap.house.channels import Channel
 from epa_rt.gap.house.commands import commands_of, lost_rows
 from epa_rt.gap.recording import Recording
-from epa_rt.models.plant import new_state, run
+from epa_rt.models.plant import new_state, run, run_roughly
 from epa_rt.models.ports import SENSORS
 
 DITHERED = 0.2  # noise in steps from which on a converter's rounding hangs on the noise
@@ -39,11 +39,11 @@ def with_gaps(rig: Rig, recording: Recording, made: Recording) -> Recording:
 
 
 def run_whole(rig: Rig, channels: dict[str, Channel], params: np.ndarray, substeps: int, recording: Recording,
-              noise: dict[str, float] | None, seed: int, hold_phase: int) -> Recording:
+              noise: dict[str, float] | None, seed: int, hold_phase: int, roughly: bool = False) -> Recording:
     """A recording of the plant ``params`` (1,) under the sent commands, from rest.
 
     ``noise``: port to standard deviation; with it readings are noisy and quantised, without it (None) neither. ``hold_phase``: row on which
-    the encoder first renews. Where noise does not dither the steps, the steps lie at a place of chance, and the readings with them: the
+    the encoder first renews. ``roughly``: by the midpoint rule, for what parameters change. Where noise does not dither the steps, the steps lie at a place of chance, and the readings with them: the
     rounding of a rig whose motion differs by a fraction of a count is another one, and none of it may count as known.
     """
     columns, place = on_grid(recording)
@@ -55,7 +55,7 @@ def run_whole(rig: Rig, channels: dict[str, Channel], params: np.ndarray, subste
     state = new_state(params)
     state["cycle"] = -hold_phase % max(int(params["sensors"]["encoder_hold_s"][0] / recording.period_s + 0.5), 1)
     readings = np.zeros(len(commands), SENSORS)
-    run(params, state, commands, recording.period_s, substeps, readings)
+    (run_roughly if roughly else run)(params, state, commands, recording.period_s, substeps, readings)
     made = dict(recording.columns)
     random = np.random.default_rng(seed)
     for i, (port, channel) in enumerate(channels.items()):

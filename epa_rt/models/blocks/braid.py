@@ -137,7 +137,8 @@ def friction_ratio(p, memory, moved, length, speed):
 @compiled
 def settle(p, memory, moved, speed):
     """Takes the displacement of a sub-step, at whose end the line moves with ``speed``, into all elements."""
-    slip_settle(p, memory, moved)
+    if p.slip_ratio != 0.0 or p.run_in_ratio != 0.0:
+        slip_settle(p, memory, moved)
     if p.dahl_ratio != 0.0:
         memory[DAHL] = dahl(p, memory[DAHL], moved)
     if p.run_in_ratio != 0.0:

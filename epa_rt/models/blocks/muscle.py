@@ -49,6 +49,8 @@ def hardened(stretch, per_m):
 @compiled
 def strap_stretch(p, force_n):
     """Stretch of the strap (m) under a pull (N); a stiffening one never exceeds compliance over stiffening."""
+    if p.strap_compliance_m_n == 0.0:
+        return 0.0
     return p.strap_compliance_m_n * force_n / (1.0 + p.strap_stiffening_per_n * abs(force_n))
 
 

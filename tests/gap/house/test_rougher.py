@@ -1,4 +1,4 @@
-"""A free run in half as many sub-steps is another run, but what a knob changes of it is the same."""
+"""A free run in half as many sub-steps, by the midpoint rule, is another run, but what a knob changes of it is the same."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from epa_rt.gap.as_one import LINK, AsOne, floor, meters_of, twins_of
 from epa_rt.gap.problem import Problem
 from tests.gap.house.runs import recorded, subject
 
-ALIKE = 0.02   # of a change's norm; the worst found over all starts of all effects is 0.01
+ALIKE = 0.09   # of a change's norm; the worst found over all starts of all effects is 0.08, all but a dozen are below 0.02
 SHOWN = 0.1    # deviations of noise, below which a change is none
 
 
