@@ -29,10 +29,13 @@ def run(arguments: argparse.Namespace) -> int:
         raise VerbError(f"{arguments.out}: found the plant file that was diagnosed, expected another name (it stays as it is)")
     try:
         diagnosis = load_diagnosis(arguments.diagnosis)
+    except PatchError as error:
+        raise VerbError(str(error)) from None
+    try:
         values, effects = values_of(diagnosis, subject)
         text = patched_text(diagnosis, subject)
     except PatchError as error:
-        raise VerbError(str(error)) from None
+        raise VerbError(f"{arguments.diagnosis}: {error}") from None
     if not values:
         raise VerbError(f"{arguments.diagnosis}: found a diagnosis that moved no parameter ({diagnosis.verdict}), expected one that did")
     write_whole(arguments.out, text)

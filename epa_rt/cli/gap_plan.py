@@ -33,7 +33,7 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from epa_rt.gap.patch import PatchError, load_diagnosis
+    from epa_rt.gap.patch import PatchError, check_rig, load_diagnosis
     from epa_rt.gap.rivals import sets_apart
 
     check_writable(arguments.out, (".yaml", ".yml"))
@@ -43,6 +43,10 @@ def run(arguments: argparse.Namespace) -> int:
     except PatchError as error:
         raise VerbError(str(error)) from None
     given = opened(arguments)
+    try:
+        check_rig(diagnosis, given.subject)
+    except PatchError as error:
+        raise VerbError(f"{arguments.diagnosis}: {error}") from None
     if given.rig is None and not given.subject.menu():
         raise VerbError(f"{arguments.rig}: found a rig without a menu of experiments, expected one of this house, or a kind that can be run forward")
     known = {effect.name for effect in given.subject.catalogue}

@@ -9,6 +9,7 @@ from epa_rt.gap.attribution import Attribution, Progress
 from epa_rt.gap.bars import BARS
 from epa_rt.gap.coverage import above_noise, broken, coverage, gaps, passed_over, trust, unforeseen
 from epa_rt.gap.diagnosis import Diagnosis, FreeRun, Named, Near, Number, Origin, Shrinkage
+from epa_rt.gap.doubts import UNSUPPORTED, doubted, doubts
 from epa_rt.gap.held_out import not_carried_over, not_closed, said_of_held_out, said_of_not_closed, said_of_unforeseen
 from epa_rt.gap.localise import localise
 from epa_rt.gap.origin import origin_first, origins
@@ -28,7 +29,6 @@ from epa_rt.gap.whose import spoken, who_has
 FOLLOWED = 0.5     # of it where the whole plant follows its commands to the noise, though a block is not content; and where all that speaks for a name is faint
 MOVED = 3.0        # spreads beyond which a nominal parameter is reported
 NEAR = 0.5         # of what the named one explains, from which another family's law came near
-UNSUPPORTED = 0.4  # of a name's confidence is left where the whole plant is no better with it, or further off than any without a gap: wrong there nearly as often as right
 
 
 def composed(subject: Subject, recordings: Sequence[Recording], found: Attribution, rows: Sequence[Shrinkage] = (), unseen: bool = True,
@@ -42,13 +42,13 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     where = () if lost is not None and lost <= BARS.unshown else tuple(link for link in gaps(found.before, found.after) if link in judged)
     covered = coverage(found.before, found.after)
     whole, counted = (found.heard.part, found.heard.counted) if found.heard else (None, None)
-    unsupported = found.heard is not None and (not found.heard.supports or found.heard.leaves_more)
-    trusted = trust(found.before, found.after, whole) * (UNSUPPORTED if unsupported else 1.0)
+    trusted = trust(found.before, found.after, whole) * (UNSUPPORTED if doubted(found.heard) else 1.0)
     there = found.heard if selection.roles else None
     to_noise, helps, over = (there.to_noise, there.helps, there.too_much_left) if there else (False, False, False)
     shown = (there.gap, there.left) if there else None
     unplaced = not where and counted is not None and counted >= BARS.carried  # no block has a gap, and free run's is explained
-    trusted = max(trusted, FOLLOWED) if to_noise or unplaced or (helps and whole is None) else trusted
+    lifted = to_noise or unplaced or (helps and whole is None)
+    trusted = max(trusted, FOLLOWED) if lifted else trusted
     breaks = broken(found.before, found.after) if selection.roles else ()
     elsewhere = passed_over(found.before, found.after) if selection.roles and not to_noise else ()
     trusted *= UNSUPPORTED if elsewhere else 1.0
@@ -90,7 +90,7 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
         progress("what is left", 0.99)
     return Diagnosis(
         verdict=verdict, says=says, found_first=tuple(f"{r.name}: {what}" for r in recordings for what in r.found),
-        location=origin_first(places, whence), origins=whence, effects=named,
+        location=origin_first(places, whence), origins=whence, effects=named, doubts=doubts(None if lifted else there, elsewhere) if named else (),
         free_run_location=localise_freely(subject, recordings, found.heard.bare, problem.prepared) if found.heard else (),
         free_run=found.heard and FreeRun(found.heard.gap, found.heard.left, whole, nearest, found.heard.told_apart),
         nominal_moved=moved, not_tested=silent, shrinkage=tuple(rows), refitted=found.refitted if named else dict(selection.base.values), fitted=dict(values),

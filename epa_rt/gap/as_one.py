@@ -20,7 +20,7 @@ SEEDS = (1, 2)       # of the twins that say how noisy each channel is
 NOISY = 10.0         # chi-square that noise alone may leave of a channel
 ROUNDS, SLOW = 15, 0.01   # fresh derivatives at most so often, and no more where they took off less than that part: a knee's valleys bend
 AS_PROMISED, TRIFLE = 0.05, 3.0   # of a step's fall and of what is left, and chi-square: a fit that falls as its derivatives promised has arrived
-NEARBY = 1.5         # times what its own derivatives promise, below which a fit's promise can be believed
+NEARBY, STILL_FALLS = 1.5, 0.6   # times what its derivatives promise, and of what was left before the last step: a fit below the one and above the other has come near to what it can reach
 ABSURD = 1e6         # deviations that stand for a run that is no number
 KEPT = 64            # runs that changes are counted from
 WITHIN = 0.55        # of a step: a reading that stands still says that the value lies within it, and the rest may lie on its edge
@@ -38,8 +38,8 @@ class AsOne:
         self.links = (Link(LINK, LINK, "all readings", "1", "commands to readings"),)
         self.nominal, self.catalogue, self.knobs = subject.nominal, subject.catalogue, subject.knobs
         self.free_run, self.patched, self.without_stop = subject.free_run, subject.patched, subject.without_stop
-        rougher = getattr(subject, "rougher", lambda: None)()
-        self._rough = rougher.free_run if rougher else None
+        rougher = getattr(subject, "rougher", lambda far: None)
+        self._rough = {far: made.free_run for far in (False, True) if (made := rougher(far))}
         self._upto = getattr(subject, "upto", None)
         self._bases: dict[tuple, np.ndarray] = {}
 
@@ -47,28 +47,29 @@ class AsOne:
         return (LINK,)
 
     def prepare(self, recording: Recording) -> "Held":
-        end = max(span.stop for span in trials(recording)) + round(2.0 / (RATE_HZ * recording.period_s))
+        end = _judged_to(recording)
         return held(self._upto(recording, end) if self._upto and end < recording.samples else recording, self.meters)
 
     def residual(self, prepared: "Held", values: Values, link: str) -> np.ndarray:
         """(n,) measured minus free run; NaN outside of trials."""
         return self._by(self._subject.free_run, prepared, values)
 
-    def change(self, prepared: "Held", values: Values, at: Values) -> np.ndarray | None:
-        """(n,) residual at ``values`` less that at ``at`` by the rougher model; None where there is none, or one of the two is no number."""
-        if self._rough is None:
+    def change(self, prepared: "Held", values: Values, at: Values, far: bool = False) -> np.ndarray | None:
+        """(n,) residual at ``values`` less that at ``at`` by the rougher model, the roughest where they are ``far`` apart; None where there is none, or one of the two is
+        no number."""
+        if not self._rough:
             return None
-        made, base = self._by(self._rough, prepared, values), self._base(prepared, at)
+        made, base = self._by(self._rough[far], prepared, values), self._base(prepared, at, far)
         return made - base if max(np.nanmax(np.abs(one), initial=0.0) for one in (made, base)) < ABSURD else None
 
-    def _base(self, prepared: "Held", at: Values) -> np.ndarray:
+    def _base(self, prepared: "Held", at: Values, far: bool) -> np.ndarray:
         """The rougher model's residual, kept: all of a point's derivatives ask for it, of several fits at once."""
-        key = (prepared.recording.name, tuple(at.items()))
+        key = (far, prepared.recording.name, tuple(at.items()))
         made = self._bases.get(key)
         if made is None:
             if len(self._bases) >= KEPT:
                 self._bases = {}
-            self._bases[key] = made = self._by(self._rough, prepared, at)
+            self._bases[key] = made = self._by(self._rough[far], prepared, at)
         return made
 
     def _by(self, run, prepared: "Held", values: Values) -> np.ndarray:
@@ -76,6 +77,13 @@ class AsOne:
 
     def features(self, prepared: "Held", link: str) -> Mapping[str, np.ndarray]:
         return {}
+
+
+def _judged_to(recording: Recording) -> int:
+    """Samples of a recording from which ``apart`` has all averages of its trials: an average is a whole number of samples, which may be less than 1 / RATE_HZ."""
+    rate = recording.period_s * RATE_HZ
+    averaged = max(round(1.0 / rate), 1)
+    return max(int(np.ceil((round(span.start * rate) + (span.stop - span.start) // averaged + 1) / rate)) for span in trials(recording))
 
 
 class Meter(NamedTuple):
@@ -169,14 +177,15 @@ def floor() -> dict[str, Floor]:
 def fitted(whole: Problem, effects: tuple[str, ...], values: Mapping[str, float], worth: float = np.inf) -> Point:
     """Everything free refitted. Derivatives are what costs here, so they are made anew only where the last step fell otherwise than they promised.
 
-    ``worth``: chi-square above which the fit is of no use to who asks; it ends where it comes near to what its derivatives promise, and that is more.
+    ``worth``: chi-square above which the fit is of no use to who asks; it ends where it has come near to what its derivatives promise, and that is more.
     """
-    point = linearised(whole, effects, dict(values))
+    point, before = linearised(whole, effects, dict(values)), np.inf  # nothing is in vain before a step was tried
     for _ in range(ROUNDS):
         normal = point.normal
         reached = normal.promised(normal.solved(np.ones(whole.blocks)))
-        if reached > worth and normal.chi < NEARBY * reached:
+        if reached > worth and normal.chi < NEARBY * reached and STILL_FALLS * before < normal.chi:
             break
+        before = normal.chi
         after = searched(whole, point)
         if after is None:
             break

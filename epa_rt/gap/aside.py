@@ -20,7 +20,7 @@ class Part:
         self.touched, self.patched, self.without_stop = subject.touched, subject.patched, subject.without_stop
         self.doubted = self._doubted if getattr(subject, "doubted", None) is not None else None
         self.told = getattr(subject, "told", lambda recording: True)
-        self.rougher = getattr(subject, "rougher", lambda: None)  # of the whole recording too: asked for runs alone
+        self.rougher = getattr(subject, "rougher", lambda far: None)  # of the whole recording too: asked for runs alone
         self.upto = getattr(subject, "upto", None)
         self.repeats = getattr(subject, "repeats", None)   # of the whole recording: its laps
         self.lowpass_hz = getattr(subject, "lowpass_hz", subject.rate_hz)

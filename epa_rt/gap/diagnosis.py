@@ -171,6 +171,7 @@ class Diagnosis:
     free_run: FreeRun | None = None             # None where the rig has no model of the whole
     free_run_location: tuple[Place, ...] = ()   # reading by reading, run from the commands alone with the nominal parameters fitted to that
     origins: tuple[Origin, ...] = ()            # where the gap may come from, the likeliest first; only with not_in_catalogue
+    doubts: tuple[str, ...] = ()                # what takes from the confidence of all named effects, in sentences
     gate: dict | None = None
     refitted: dict[str, float] = field(default_factory=dict)  # knob key to value, nominal parameters refitted without the effects
     fitted: dict[str, float] = field(default_factory=dict)    # the same with the effects: all that a patched plant file differs in

@@ -30,7 +30,9 @@ class Rules:
     (rigs without a gap leave 3 to 25), and ``rest`` of what there is without effects, from which something is missing: the right law in other words
     left up to 0.02 of it; what nominal parameters cannot bear is missing whatever part it is; ``first``: the same where nothing is named (24 rigs
     without a gap of two sets showed 17 at most, missed effects at twice their limit and more 45 to 73). ``most``: of that which a further effect must
-    explain, and ``gained`` at least; ``never``: of the gap, of which a twelfth is the most that names may leave, and what is fitted to leave more is not gone on with; ``screened``: families that are fitted for it, ``rough``: as ``near``, of a fit with derivatives
+    explain, and ``gained`` at least; ``never``: of the gap, of which a twelfth is the most that all names together
+    may leave: a last law that leaves more is not gone on with; ``together``: effects from which free run looks for no other, for what takes a third one that no block shows
+    is rather one that is not in the catalogue; ``screened``: families that are fitted for it, ``rough``: as ``near``, of a fit with derivatives
     kept from before (a soft regulator that leaves 27 had left 84). ``plain``: gain from which it is named however weak it is.
     ``noise``: chi-square above noise that one law leaves at most, and another twice that at least, where 5 % count for nothing if the first has no more
     numbers than the other: it is the rig's own to the noise.
@@ -49,6 +51,7 @@ class Rules:
     rest: float = 0.025
     most: float = 0.5
     never: float = 0.25
+    together: int = 2
     gained: float = 40.0
     screened: int = 4
     rough: float = 0.4
@@ -80,8 +83,9 @@ def further(problem: Problem, whole: Problem, selection: Selection, none: Point,
     missing = above(best, noise)
     if missing < _enough(problem, selection, none, best, noise, rules):
         return None
-    named = noise + max(rules.never * above(none, noise), rules.stays)  # what leaves more has no name in the end
-    worth = min(named, best.normal.chi - rules.near * rules.most * missing)  # nor is what leaves more than that near to what has one
+    enough, last = max(rules.gained, rules.most * missing), len(selection.roles) + 1 >= rules.together
+    named = noise + max(rules.never * above(none, noise), rules.stays) if last else np.inf  # what leaves more has no name in the end
+    worth = min(named, best.normal.chi - enough + max(rules.better, rules.part * enough))  # what leaves more than that is told from what has one
     tried = promising(whole, best, rules.screened, _nearly(selection), worth)
     if not tried or best.normal.chi - tried[0].chi < 0.5 * rules.most * missing:
         return None
@@ -89,7 +93,7 @@ def further(problem: Problem, whole: Problem, selection: Selection, none: Point,
     points = sorted(((one.effect, one.point or afresh(whole, best, one, worth)) for one in close), key=lambda pair: pair[1].normal.chi)
     name, point = points[0]
     gain = best.normal.chi - point.normal.chi
-    if point.normal.chi > named or gain < max(rules.gained, rules.most * missing) or (gain < rules.plain and _says_little(problem, name) and negligible(problem, name, point.values)):
+    if point.normal.chi > named or gain < enough or (gain < rules.plain and _says_little(problem, name) and negligible(problem, name, point.values)):
         return None
     before = selection.final if selection.roles else selection.base
     as_well = tuple(around(problem, before, *other) for other in points[1:] if not rules.told(best, point, other[1].normal.chi, noise, plainer(problem, name, other[0])))

@@ -6,6 +6,7 @@ from functools import cached_property
 
 from epa_rt.gap.alongside import trials
 from epa_rt.gap.as_one import AsOne, fitted, floor, meters_of, quiet, twins_of
+from epa_rt.gap.further import Rules, above
 from epa_rt.gap.point import Point, linearised
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.promising import most_promising
@@ -15,8 +16,7 @@ from epa_rt.gap.screen import screen
 from epa_rt.gap.subject import Subject
 
 FAMILIES = 3   # that are tried one by one
-QUIET = 25.0   # chi-square above noise that rigs without a gap leave at most, to which one law alone must take the whole plant
-ANYWHERE_NEAR = 4.0   # times that: a fit that cannot come so near is not gone on with
+ANYWHERE_NEAR = 4.0   # times what rigs without a gap leave, to which one law alone must take the whole plant: a fit that cannot come so near is not gone on with
 
 
 @dataclass(frozen=True)
@@ -32,10 +32,11 @@ class Ground:
         """Each of the most promising effects fitted alone, one of a family, from the plant file's nominal parameters: where a fit without it has gone far
         to hide it, neither its signature nor the way back is to be had from there."""
         at = linearised(self.whole, (), {})
-        screening = screen(self.whole, at)
+        screening, rules = screen(self.whole, at), Rules()
+        worth = self.noise + max(ANYWHERE_NEAR * rules.noise, rules.noise + rules.part * above(self.none, self.noise))  # so far from the best one it may still be one that is not told from it
 
         def alone(name: str) -> Point:
-            return fitted(self.whole, (name,), starts(self.whole, screening, name)[0], ANYWHERE_NEAR * (self.noise + QUIET))
+            return fitted(self.whole, (name,), starts(self.whole, screening, name)[0], worth)
 
         return self.whole.each(alone, most_promising(self.whole, screening)[:FAMILIES])
 

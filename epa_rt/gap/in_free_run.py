@@ -23,9 +23,6 @@ from epa_rt.gap.select import Selection
 from epa_rt.gap.together import serving_both
 from epa_rt.models.effect import one_of_each_family
 
-MOST_TOGETHER = 2   # effects from which free run looks for no other: what takes a third one that no block shows is rather one that is not in the catalogue
-
-
 def heard(problem: Problem, selection: Selection, ground: Ground | None, rules: Rules = Rules(),
           progress: Callable[[str, float], None] = lambda stage, share: None) -> tuple[Selection, Heard | None]:
     """The selection as free run leaves it, and what it says; None where there is no ``ground`` to hear it on."""
@@ -43,7 +40,7 @@ def heard(problem: Problem, selection: Selection, ground: Ground | None, rules: 
     tied = frozenset(law for laws in beside.values() for law, one in laws.items() if alone and one.behind < rules.tied)
     progress("free run: what is left", 0.7)
     as_well: dict[str, tuple[Fit, ...]] = {}
-    while len(selection.roles) < MOST_TOGETHER:
+    while len(selection.roles) < rules.together:
         found = further(problem, whole, selection, none, best, noise, rules)
         if found is None:
             break

@@ -29,6 +29,13 @@ def load_diagnosis(path: Path) -> Diagnosis:
         raise PatchError(f"{path}: {where}: found {str(first['input'])[:60]!r}, expected a diagnosis of epa gap diagnose ({first['msg']})") from None
 
 
+def check_rig(diagnosis: Diagnosis, subject: Subject) -> None:
+    """Raises PatchError where a diagnosis says that it is of another rig: most numbers of one fit into another's plant file."""
+    told = diagnosis.inputs.get("subject")
+    if told is not None and told != subject.name:
+        raise PatchError(f"found a diagnosis of the rig {told}, expected one of {subject.name}")
+
+
 def numbers(diagnosis: Diagnosis) -> tuple[Number, ...]:
     """Every number that the diagnosis moved: nominal parameters, then those of the effects."""
     return (*diagnosis.nominal_moved, *(number for effect in diagnosis.effects for number in effect.parameters))
@@ -36,6 +43,7 @@ def numbers(diagnosis: Diagnosis) -> tuple[Number, ...]:
 
 def values_of(diagnosis: Diagnosis, subject: Subject) -> tuple[dict[str, float], tuple[str, ...]]:
     """Knob values and names of the effects. Raises PatchError where the rig knows no such knob."""
+    check_rig(diagnosis, subject)
     values = diagnosis.fitted or {number.name: number.value for number in numbers(diagnosis)}
     for key in values:
         if key not in subject.knobs:

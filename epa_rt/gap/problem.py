@@ -160,13 +160,13 @@ class Problem:
         step = self.step(key, at)
         return self.change({**values, key: at + step}, values, link, here) * (self.spread(key) / step)
 
-    def change(self, values: Values, at: Values, link: str, here: np.ndarray) -> np.ndarray:
-        """(n,) a link's residual at ``values`` less that at ``at``, which is ``here``."""
+    def change(self, values: Values, at: Values, link: str, here: np.ndarray, far: bool = False) -> np.ndarray:
+        """(n,) a link's residual at ``values`` less that at ``at``, which is ``here``. ``far``: whether they are as far apart as an effect of typical strength takes them."""
         cheaper = getattr(self.subject, "change", None)
         if cheaper is None:
             return self.residual(values, link) - here
         self._asked()
-        made = [(r.name, cheaper(self.prepared[r.name], values, at)) for r in self.recordings]
+        made = [(r.name, cheaper(self.prepared[r.name], values, at, far)) for r in self.recordings]
         if any(one is None for _, one in made):
             return self.residual(values, link) - here
         return np.concatenate([self.floors[link].whiten(one)[self._keep[name, link]] for name, one in made]) / self.scale[link]

@@ -34,7 +34,7 @@ class Tried(NamedTuple):
 def afresh(whole: Problem, best: Point, one: Tried, worth: float = np.inf) -> Point:
     """Fitted with fresh derivatives. Where nominal parameters had gone far to hide the gap, also from the plant file's with the law at typical
     strength in each of its shapes, and the best one: back along the valley between an effect and what imitates it, many a fit gets stuck. A law that
-    has a shape also from its first one: kept derivatives took a regulator's 50 ms to 0.9 s, where it left 84 of 121 for 27. ``worth``: chi-square above which nobody asks what it leaves."""
+    has a shape also from its first one: kept derivatives took a regulator's 50 ms to 0.9 s, where it left 84 of 121 for 27. ``worth``: chi-square above which nobody needs to know what it leaves."""
     effects = (*best.effects, one.effect)
     own = {key: best.values[key] for name in best.effects for key in whole.effects[name].knobs}
     shaped = len(whole.effects[one.effect].knobs) > len(whole.strength(one.effect))
@@ -55,7 +55,7 @@ def _gone_far(point: Point) -> bool:
 
 def promising(whole: Problem, point: Point, families: int, also: tuple[str, ...] = (), worth: float = np.inf) -> list[Tried]:
     """One law of each of the families whose signatures promise most, the best first, and those of ``also``. All recordings: in a single one nominal
-    parameters imitate anything. ``worth``: chi-square above which nobody asks what a law leaves.
+    parameters imitate anything. ``worth``: chi-square above which nobody needs to know what a law leaves.
 
     What imitates an effect is told from it by its derivatives alone, and those of a fit are kept from a few steps before: made fresh, they put a soft
     regulator of a quiet knee third that had been twentieth.

@@ -18,6 +18,8 @@ ROUNDS = 10
 POLISH_ROUNDS = 10
 LENGTHS = (1.0, 0.4, 0.1)   # of a Gauss-Newton step
 DAMPINGS = (1.0, 100.0)     # where the whole step is too bold in every length
+AS_GOOD = 0.5               # of what the whole step promises, that is good enough to try no other
+LIGHT, FARTHER = (0.01, 0.1), 2.0   # damping, of the normal equations' diagonal; times what another step falls by, from which a damped one takes its place
 AHEAD = 0.1                 # of a step, over which its curvature is measured
 ENOUGH = 2e-4        # relative fall of chi-square below which a refit has arrived
 
@@ -53,20 +55,31 @@ def settled_with(problem: Problem, effects: tuple[str, ...], values: Mapping[str
 
 
 def searched(problem: Problem, point: Point) -> dict[str, float] | None:
-    """Values after the first of a few lengths of the Gauss-Newton step, then of damped ones, that helps; None where none does."""
+    """Values after the first of a few lengths of the Gauss-Newton step, bent and straight, then of damped ones, that helps; None where none does.
+
+    Far from a valley's floor a damped step falls several times as far as the first that helps, and takes its place; on the floor it hardly moves, and a bent one leads along.
+    """
     normal = point.normal
     system = (normal.matrix.sum(axis=(0, 1)), normal.vector.sum(axis=(0, 1)), normal.prior, normal.z, ~normal.frozen)
     whole = solve(*system)
     bend = cache(lambda: bent(problem, normal.keys, point.values, point.residual, point.columns, system, whole))
     steps = [lambda: whole, *(lambda part=part: part * whole + part**2 * bend() for part in LENGTHS), *(lambda part=part: part * whole for part in LENGTHS[1:]),
              *(lambda by=by: solve(*system, damping=by) for by in DAMPINGS)]
-    for step in steps:
-        values = moved(problem, normal.keys, point.values, step())
-        chi = sum(float(r @ r) for r in problem.each(lambda link, at=values: problem.residual(at, link), problem.links))
-        chi += float(normal.prior @ z_of(problem, normal.keys, values) ** 2)
-        if chi < normal.chi:
-            return values
-    return None
+    values, fell = next((one for one in (_fallen(problem, point, step()) for step in steps) if one[1] > 0.0), (None, 0.0))
+    if fell < AS_GOOD * (normal.chi - normal.promised(whole)):
+        damped, further = max((_fallen(problem, point, solve(*system, damping=by)) for by in LIGHT), key=lambda one: one[1])
+        if further > FARTHER * fell:
+            return damped
+    return values
+
+
+def _fallen(problem: Problem, point: Point, step: np.ndarray) -> tuple[dict[str, float], float]:
+    """Values after a step (k,) in spreads, and what chi-square falls by."""
+    keys = point.normal.keys
+    values = moved(problem, keys, point.values, step)
+    chi = sum(float(r @ r) for r in problem.each(lambda link: problem.residual(values, link), problem.links))
+    fell = point.normal.chi - chi - float(point.normal.prior @ z_of(problem, keys, values) ** 2)
+    return values, fell if np.isfinite(fell) else -np.inf
 
 
 def bent(problem: Problem, keys, values: Mapping[str, float], residual: Mapping[str, np.ndarray], columns, system, step: np.ndarray, damping: float = 1e-9) -> np.ndarray:

@@ -133,7 +133,7 @@ def difference(problem: Problem, point: Point, effect: str, start: Mapping[str, 
     values = {**point.values, **(start if part == 1.0 else scaled(problem, effect, start, part))}
     found = {}
     for link in problem.touched(start):
-        change = problem.change(values, point.values, link, point.residual[link]) / part
+        change = problem.change(values, point.values, link, point.residual[link], far=part == 1.0) / part
         found[link] = change if np.isfinite(change).all() else np.zeros_like(change)
     return found
 

@@ -17,7 +17,7 @@ from epa_rt.gap.in_free_run import _of_named, heard
 from epa_rt.gap.one_alone import one_alone
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Span
-from epa_rt.gap.refit import settled
+from epa_rt.gap.refit import moved, settled
 from epa_rt.gap.verdict import Evidence, decided
 from epa_rt.gap.verdict import said as said_of
 from epa_rt.models.catalogue import CATALOGUE
@@ -351,6 +351,34 @@ def test_a_fit_has_arrived_only_where_what_is_left_agrees_with_its_derivatives()
     whole = Problem(AsOne(subject, meters_of(recordings, twins_of(subject, recordings, {}))), recordings, floor())
     near, far = (fitted(whole, ("force_offset",), {"sensors.force_offset_n": at}) for at in (0.1, 10.0))
     assert far.normal.chi == pytest.approx(near.normal.chi, abs=3.0)
+
+
+def test_a_fit_that_is_of_no_use_ends_where_its_derivatives_say_so_and_any_other_goes_on(monkeypatch):
+    subject, recordings = Chained(), logs({"sensors.pressure_offset_pa": -1000.0})
+    whole = Problem(AsOne(subject, meters_of(recordings, twins_of(subject, recordings, {}))), recordings, floor())
+
+    def shortened(problem, point):
+        return moved(problem, point.normal.keys, point.values, 0.4 * point.normal.solved(np.ones(problem.blocks)))
+
+    monkeypatch.setattr("epa_rt.gap.as_one.searched", shortened)  # as on a way that bends
+
+    def evaluations(name, start, **more):
+        before = whole.evaluations
+        return fitted(whole, (name,), start, **more), whole.evaluations - before
+
+    wrong, right = ("force_offset", {"sensors.force_offset_n": 2.0}), ("pressure_offset", {"sensors.pressure_offset_pa": -100.0})
+    (through, all_of_it), (ended, few) = evaluations(*wrong), evaluations(*wrong, worth=100.0)
+    assert 100.0 < through.normal.chi < ended.normal.chi < 1.6 * through.normal.chi and few < all_of_it
+    assert evaluations(*wrong, worth=1.01 * through.normal.chi)[0].values == through.values
+    assert evaluations(*right, worth=100.0)[0].values == evaluations(*right)[0].values
+
+
+def test_two_effects_that_no_block_shows_are_found_one_after_the_other_though_the_first_leaves_much():
+    def without_spring(*arguments, **more):
+        return {name: one for name, one in toy.floors(*arguments, **more).items() if name != "spring"}
+
+    answer = diagnose(Chained(), logs({"spring.coulomb_n": 0.5, "sensors.force_offset_n": 0.4}), floors=without_spring, how_far=False)
+    assert sorted(one.name for one in answer.effects) == ["coulomb", "force_offset"]
 
 
 @pytest.mark.parametrize(("gap", "most"), [(500.0, 30.0), (6000.0, 30.0), (7217.0, 36.085), (14_000.0, 70.0)])

@@ -124,13 +124,13 @@ class HouseSubject:
         made.channels, made._noises, made._phases = channels, [], []
         return made
 
-    def rougher(self) -> "HouseSubject | None":
-        """The same rig integrated in half as many sub-steps, by the midpoint rule: too coarse for its readings, not for what a knob changes of them. None where there
-        is no half."""
+    def rougher(self, far: bool = False) -> "HouseSubject | None":
+        """The same rig integrated in half as many sub-steps: too coarse for its readings, not for what a knob changes of them. ``far``: by the midpoint rule besides, good
+        enough for a change as large as an effect of typical strength. None where there is no half."""
         if self.plant.substeps < 2:
             return None
         made = copy.copy(self)
-        made.plant, made.roughly = replace(self.plant, substeps=self.plant.substeps // 2), True
+        made.plant, made.roughly = replace(self.plant, substeps=self.plant.substeps // 2), far
         return made
 
     def upto(self, recording: Recording, samples: int) -> Recording:

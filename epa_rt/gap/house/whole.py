@@ -43,8 +43,8 @@ def run_whole(rig: Rig, channels: dict[str, Channel], params: np.ndarray, subste
     """A recording of the plant ``params`` (1,) under the sent commands, from rest.
 
     ``noise``: port to standard deviation; with it readings are noisy and quantised, without it (None) neither. ``hold_phase``: row on which
-    the encoder first renews. ``roughly``: by the midpoint rule, for what parameters change. Where noise does not dither the steps, the steps lie at a place of chance, and the readings with them: the
-    rounding of a rig whose motion differs by a fraction of a count is another one, and none of it may count as known.
+    the encoder first renews. Where noise does not dither the steps, the steps lie at a place of chance, and the readings with them: the
+    rounding of a rig whose motion differs by a fraction of a count is another one, and none of it may count as known. ``roughly``: by the midpoint rule.
     """
     columns, place = on_grid(recording)
     commands = commands_of(rig, columns)

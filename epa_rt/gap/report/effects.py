@@ -10,6 +10,7 @@ def effects(diagnosis: Diagnosis) -> Html:
     parts = [join(_effect(i, effect) for i, effect in enumerate(diagnosis.effects, 1))]
     if not diagnosis.effects:
         parts = [paragraph("No effect is named.")]
+    parts += [tag("p", words, class_="warning") for words in diagnosis.doubts]
     if words := free_run_words(diagnosis):
         parts.append(paragraph(words))
     if diagnosis.nominal_moved:

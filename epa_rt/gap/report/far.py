@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from epa_rt.gap.diagnosis import Diagnosis, Shrinkage
-from epa_rt.gap.report.words import BASELINES, MODES, SOURCES, channel_words, gate_words, judged_on, percent, share_words, shown_rows, size, times
+from epa_rt.gap.report.words import BASELINES, MODES, SOURCES, channel_words, gate_words, judged_on, missed_words, percent, share_words, shown_rows, size, times
 from epa_rt.report.markup import Html, folded, join, note, paragraph, table, tag
 
 _HEADS = {"teacher_forced": "Block by block, each fed with what was measured", "free_run": "The whole plant in free run, fed with the commands only"}
@@ -30,7 +30,7 @@ def gate_section(gate: dict) -> Html:
     """What was promised and what came true when the patched plant file was run."""
     word = "passed" if gate["passed"] else "not passed"
     says = (f"The patched plant file was loaded from disk and the experiment of {gate['log']} was run again in the simulated rig, loop closed. "
-            f"Predicted {percent(gate['predicted_share'])} of the gap closed, achieved {percent(gate['achieved_share'])}.")
+            f"Predicted {percent(gate['predicted_share'])} of the gap closed, achieved {percent(gate['achieved_share'])}{missed_words(gate)}.")
     rows = [[channel_words(row["channel"]), size(row["before"], row["unit"]), size(row["after"], row["unit"]), size(row["floor"], row["unit"]),
              *_gate_shares(row)] for row in gate["channels"]]
     return join([tag("p", join([tag("span", word, class_=f"badge {'good' if gate['passed'] else 'bad'}"), says])),

@@ -1,6 +1,7 @@
 """The map: the chain of blocks from the bus to the sensors, and where in state, frequency and time the gap lies."""
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 
 from epa_rt.gap.diagnosis import Diagnosis, Place, likely
@@ -10,6 +11,7 @@ from epa_rt.report.markup import Html, folded, join, note, tag
 CHAIN = ("bus", "drive", "transmission", "gas", "muscle", "load", "sensors")
 AT_FLOOR, HOTTEST = 1.15, 30.0
 MOST_REGIONS = 14
+_SIDE = re.compile(r" (> 0|< 0|near 0|low|high)$")
 
 
 def gap_map(diagnosis: Diagnosis) -> Html:
@@ -86,7 +88,7 @@ def _legend() -> Html:
 
 
 def _regions(places: Sequence[Place]) -> dict[str, dict[str, float]]:
-    """Regions with the largest contrasts first; at most so many that one can read them."""
+    """Those quantities whose regions differ most, each with all of its regions: high alone would say that low has no gap. At most so many that one can read them."""
     found: dict[str, dict[str, float]] = {}
     for place in places:
         for region, value in place.state.items():
@@ -94,8 +96,19 @@ def _regions(places: Sequence[Place]) -> dict[str, dict[str, float]]:
     overall = {place.link: place.times_floor for place in places}
     contrast = {region: max(abs(math.log(max(v, 1e-3) / max(overall[link], 1e-3))) * heat(max(v, overall[link])) for link, v in row.items())
                 for region, row in found.items()}
-    kept = set(sorted(found, key=lambda region: -contrast[region])[:MOST_REGIONS])
+    of_quantity: dict[str, list[str]] = {}
+    for region in found:
+        of_quantity.setdefault(_quantity(region), []).append(region)
+    kept: set[str] = set()
+    for regions in sorted(of_quantity.values(), key=lambda regions: -max(contrast[region] for region in regions)):
+        if not kept or len(kept) + len(regions) <= MOST_REGIONS:
+            kept |= set(regions)
     return {region: row for region, row in found.items() if region in kept}
+
+
+def _quantity(region: str) -> str:
+    """'muscle_speed_m_s' of 'muscle_speed_m_s > 0' and of 'reversal of muscle_speed_m_s'."""
+    return _SIDE.sub("", region.removeprefix("reversal of "))
 
 
 def _bands(places: Sequence[Place]) -> dict[str, dict[str, float]]:

@@ -9,7 +9,7 @@ from rich.table import Table
 
 from epa_rt.gap.diagnosis import Diagnosis, Place
 from epa_rt.gap.report.origin import origin_words
-from epa_rt.gap.report.words import (BASELINES, CONFIDENCE, MODES, VERDICTS, WHO, channel_words, free_run_words, gone_words, judged_on, parameter_words, percent, plain, region_words, share_words,
+from epa_rt.gap.report.words import (BASELINES, CONFIDENCE, MODES, VERDICTS, WHO, channel_words, free_run_words, gone_words, judged_on, missed_words, parameter_words, percent, plain, region_words, share_words,
                                      shown_rows, sigmas, size, times)
 from epa_rt.gap.shrink import OVERALL
 
@@ -85,6 +85,8 @@ def _effects(diagnosis: Diagnosis, out: Console) -> None:
             table.add_row(*head, "", "", "", "", others)
     out.print(table)
     out.print(f"Confidence in an effect: {CONFIDENCE}.", style="dim")
+    for words in diagnosis.doubts:
+        out.print(words, style="bold")
     for effect in (one for one in diagnosis.effects if one.who in WHO):
         says = ", ".join(f"{one.name} {gone_words(one)[2]} {gone_words(one)[3]}".rstrip() for one in effect.parameters)
         out.print(f"{plain(effect.name)}: {WHO[effect.who]}; the plant file says {says}", style="bold")
@@ -107,7 +109,7 @@ def _far(diagnosis: Diagnosis, out: Console) -> None:
     gate = diagnosis.gate
     if gate:
         out.print(f"gate {'passed' if gate['passed'] else 'NOT passed'}: the patched plant, run again, closes {percent(gate['achieved_share'])} of the gap "
-                  f"(predicted {percent(gate['predicted_share'])})")
+                  f"(predicted {percent(gate['predicted_share'])}){missed_words(gate)}")
 
 
 def _next(diagnosis: Diagnosis, out: Console) -> None:

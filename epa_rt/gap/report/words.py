@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from epa_rt.gap.diagnosis import Diagnosis, Named, Number, Shrinkage
+from epa_rt.gap.gate import PASSES_POINTS
 from epa_rt.gap.shrink import ALL, OVERALL
 from epa_rt.report.sections.section import spoken
 from epa_rt.report.shown import Shown, number, pretty
@@ -77,6 +78,13 @@ def gate_words(row: dict) -> str:
     if row["achieved_share"] is not None and row["achieved_share"] > ALL_OF_IT:
         return "down to the floor"
     return percent(row["achieved_share"])
+
+
+def missed_words(gate: dict) -> str:
+    """The channels by themselves that came out otherwise than predicted, where the gate judges all of them together; '' where none did."""
+    rows = [row for row in gate["channels"][1:] if row["points"] is not None and abs(row["points"]) > PASSES_POINTS and gate_words(row) not in ("at the floor", "down to the floor")]
+    found = ", ".join(f"{channel_words(row['channel'])} {gate_words(row)}" for row in rows)
+    return f"; by themselves otherwise than predicted: {found}" if rows else ""
 
 
 def sigmas(significance: float) -> str:

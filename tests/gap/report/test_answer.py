@@ -13,7 +13,7 @@ from epa_rt.gap.patch import PatchError, load_diagnosis, patched_text
 from epa_rt.gap.report.as_json import json_text, schema
 from epa_rt.gap.report.terminal import show
 from epa_rt.gap.report.words import gate_words, parameter_words, percent, sigmas, size, times
-from tests.gap.report.answers import ANSWERS, EXPLAINED, GONE, NO_GAP, NOT_SEPARABLE, SLIP
+from tests.gap.report.answers import GATE, ANSWERS, EXPLAINED, GONE, NO_GAP, NOT_SEPARABLE, SLIP
 from tests.gap.damper import Damper
 
 ASKED_FOR = {"verdict", "location", "effects", "nominal_moved", "shrinkage", "remainder", "next_experiment", "seconds"}
@@ -67,6 +67,13 @@ def test_a_patch_for_another_rig_is_refused():
         patched_text(EXPLAINED, Damper())
 
 
+def test_a_patch_for_another_rig_whose_parameters_have_the_same_names_is_refused():
+    answer = replace(EXPLAINED, fitted={"muscle.viscous_n_s_m": 5.5}, inputs={"subject": "bench"})
+    with pytest.raises(PatchError, match="found a diagnosis of the rig bench, expected one of damper"):
+        patched_text(answer, Damper())
+    assert patched_text(replace(answer, inputs={"subject": "damper"}), Damper())
+
+
 def shown(diagnosis: Diagnosis) -> str:
     console = Console(highlight=False, markup=False, width=160, record=True, file=open("/dev/null", "w", encoding="utf-8"))
     with console.file:
@@ -118,3 +125,10 @@ def test_numbers_stand_in_the_units_that_a_person_reads():
     assert size(None, "N") == size(float("nan"), "N") == "–" and size(1.23, "x floor") == "1.2 ×"
     assert times(0.99) == "1.0 ×" and times(13.2) == "13 ×" and percent(0.997) == "99.7 %" and percent(-0.5) == "−50 %"
     assert parameter_words(SLIP.parameters[1]) == ("1.900", "1.600 to 2.200", "2.000", "mm")
+
+
+def test_why_a_confidence_is_low_stands_below_the_names_and_what_the_gate_missed_beside_it():
+    rows = [*GATE["channels"], {**GATE["channels"][1], "channel": "muscle_pressure_pa", "unit": "Pa", "before": 439.0, "after": 384.0, "floor": 224.0, "achieved_share": 0.32, "points": -68.1}]
+    text = shown(replace(EXPLAINED, doubts=("Every confidence counts 0.4 of itself: why.",), gate={**GATE, "channels": rows}))
+    assert text.index("Confidence in an effect") < text.index("Every confidence counts 0.4 of itself: why.")
+    assert "by themselves otherwise than predicted: muscle pressure 32 %" in text and "force 98" not in text.split("by themselves")[1]

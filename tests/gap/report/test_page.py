@@ -9,6 +9,7 @@ import pytest
 from epa_rt.gap.diagnosis import Diagnosis, Near
 from epa_rt.gap.report.curves import path, ticks
 from epa_rt.gap.report.map import AT_FLOOR, heat
+from epa_rt.gap.report.map import _regions
 from epa_rt.gap.report.page import gap_page
 from epa_rt.gap.report.picture import gap_picture
 from epa_rt.gap.report.traces import traces
@@ -150,3 +151,11 @@ def test_where_no_place_explains_the_gap_the_page_says_so():
     assert "what it comes from cannot be told" in gap_page(weak)
     both = replace(weak, origins=tuple(replace(one, explained_share=0.9, behind=min(one.behind, 1.0)) for one in weak.origins[:2]))
     assert "or its volume (90 %) or the way that the spool gives the lines (90 %)" in unescape(gap_page(both))
+
+
+def test_a_region_never_stands_without_the_other_side_of_its_quantity():
+    state = {f"{name} {side}": 5.0 + k for k, name in enumerate(("length_m", "pressure_pa", "force_n", "heat_k", "time", "travel_m", "load_n")) for side in ("low", "high")}
+    state |= {"speed_m_s > 0": 53.0, "speed_m_s < 0": 52.0, "speed_m_s near 0": 3.0, "reversal of speed_m_s": 50.0}
+    rows = _regions([replace(EXPLAINED.location[0], state=state)])
+    assert {"speed_m_s > 0", "speed_m_s < 0", "speed_m_s near 0", "reversal of speed_m_s"} <= set(rows) and len(rows) == 14
+    assert all(name.replace("low", "high") in rows for name in rows if name.endswith("low"))
