@@ -25,13 +25,13 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
+    from epa_rt.gap.attribution import at_base
     from epa_rt.gap.diagnosis import Origin
     from epa_rt.gap.floor import floors
     from epa_rt.gap.ground import ground_of
     from epa_rt.gap.localise import localise
     from epa_rt.gap.origin import SURE, origin_first, origins
     from epa_rt.gap.problem import Problem
-    from epa_rt.gap.refit import settled
     from epa_rt.gap.report.as_json import finite
     from epa_rt.gap.report.origin import origin_words
     from epa_rt.gap.report.terminal import console, show_found, show_location
@@ -41,21 +41,20 @@ def run(arguments: argparse.Namespace) -> int:
     given, out = opened(arguments), console()
     show_found(given.found, out)
     with progress_shown(arguments.quiet) as progress:
-        progress("noise floor", 0.0)
-        level = floors(given.subject, given.recordings, {})
-        problem = Problem(given.subject, given.recordings, level)
         values: dict[str, float] = {}
         whence: tuple[Origin, ...] = ()
-        if not arguments.as_is:
-            progress("nominal parameters", 0.4)
-            values = settled(problem).values
-            level = floors(given.subject, given.recordings, values)
+        if arguments.as_is:
+            progress("noise floor", 0.0)
+            problem = Problem(given.subject, given.recordings, floors(given.subject, given.recordings, {}))
+        else:
+            problem, base, _ = at_base(given.subject, given.recordings, progress=lambda stage, share: progress(stage, 4.0 * share))
+            values = base.values
         progress("where", 0.8)
-        places = localise(given.subject, problem.prepared, values, level)
+        places = localise(given.subject, problem.prepared, values, problem.floors)
         check_judged(places, given.subject)
         if not arguments.as_is and any(place.significance > SURE for place in places):
             progress("where it comes from", 0.9)
-            whence = origins(Problem(given.subject, given.recordings, level, prepared=problem.prepared), values)
+            whence = origins(problem, values)
         progress("free run", 0.95)
         ground = None if arguments.as_is else ground_of(problem, values)
         freely = localise_freely(given.subject, given.recordings, ground.none.values if ground else values, problem.prepared)

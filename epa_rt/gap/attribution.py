@@ -48,12 +48,15 @@ class Attribution:
         return dict(together or self.selection.base.values)
 
 
-def attributed(subject: Subject, recordings: Sequence[Recording], without: Sequence[str] = (), repeats=None, seed: int = 0, floors=floors_of,
-               progress: Progress = lambda stage, share: None, stop: Callable[[], bool] | None = None) -> Attribution:
-    """Floors at the refitted nominal parameters, selection, and what cannot be told apart.
+LeftOf = Callable[[Point], Left]
 
-    A first, rough refit of the nominal parameters takes the floors of the first log alone: what it finds only says at
-    which values the floors of all logs are made.
+
+def at_base(subject: Subject, recordings: Sequence[Recording], without: Sequence[str] = (), repeats=None, seed: int = 0, floors=floors_of,
+            progress: Progress = lambda stage, share: None, stop: Callable[[], bool] | None = None) -> tuple[Problem, Point, LeftOf]:
+    """The problem with its floors, the point at which the nominal parameters are refitted and no effect is on, and what is left at any point.
+
+    A first, rough refit takes the floors of the first log alone: what it finds only says at which values the floors of all logs are made. Links that even a
+    data-driven model leaves much of count for less, or the nominal parameters would go astray for one link's gap and make others.
     """
     progress("floors", 0.0)
     first = Problem(subject, recordings, floors(subject, recordings[:1], {}, seed=seed), without=without, stop=stop)
@@ -72,7 +75,13 @@ def attributed(subject: Subject, recordings: Sequence[Recording], without: Seque
             lefts[id(point)] = left_at(problem, point, noise)
         return lefts[id(point)]
 
-    scaled, base = rescaled(problem, base, left(base))
+    return *rescaled(problem, base, left(base)), left
+
+
+def attributed(subject: Subject, recordings: Sequence[Recording], without: Sequence[str] = (), repeats=None, seed: int = 0, floors=floors_of,
+               progress: Progress = lambda stage, share: None, stop: Callable[[], bool] | None = None) -> Attribution:
+    """Floors at the refitted nominal parameters, selection, and what cannot be told apart."""
+    scaled, base, left = at_base(subject, recordings, without, repeats, seed, floors, progress, stop)
     selection = select(scaled, base, left, progress=lambda stage, share: progress(stage, 0.15 + 0.5 * share))
 
     progress("free run", 0.65)
