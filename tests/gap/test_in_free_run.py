@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from epa_rt.gap.as_one import ABSURD, LINK, NOISY, AsOne, Meter, apart, fitted, floor, held, meters_of, quiet, twins_of
+from epa_rt.gap.as_one import ABSURD, LINK, NOISY, AsOne, Meter, _judged_to, apart, fitted, floor, held, meters_of, quiet, twins_of
 from epa_rt.gap.attribution import _found_there, attributed
 from epa_rt.gap.coverage import Coverage
 from epa_rt.gap.diagnose import diagnose
@@ -371,6 +371,19 @@ def test_a_fit_that_is_of_no_use_ends_where_its_derivatives_say_so_and_any_other
     assert 100.0 < through.normal.chi < ended.normal.chi < 1.6 * through.normal.chi and few < all_of_it
     assert evaluations(*wrong, worth=1.01 * through.normal.chi)[0].values == through.values
     assert evaluations(*right, worth=100.0)[0].values == evaluations(*right)[0].values
+
+
+@pytest.mark.parametrize("period_s", [0.7e-3, 1e-3, 1.5e-3, 4e-3, 8e-3, 10e-3])
+def test_a_recording_that_is_cut_behind_its_last_trial_keeps_all_that_is_judged(period_s):
+    whole = replace(toy.recording("log", 1, {}), period_s=period_s)
+    last = Span("trial", 137, whole.samples - 700, True)
+    whole = replace(whole, spans=(last,))
+    end = _judged_to(whole)
+    cut = replace(whole, cycle=whole.cycle[:end], columns={name: values[:end] for name, values in whole.columns.items()})
+    meters = {"force_n": Meter(1.0, 0.0)}
+    run = replace(whole, columns=whole.columns | {"force_n": whole.columns["force_n"] + 1.0})
+    entire, part = (apart(held(one, meters), run, meters) for one in (whole, cut))
+    assert end < whole.samples and np.array_equal(entire[np.isfinite(entire)], part[np.isfinite(part)])
 
 
 def test_two_effects_that_no_block_shows_are_found_one_after_the_other_though_the_first_leaves_much():
