@@ -47,13 +47,18 @@ def experiment(name: str, seed: int, pressures: str, speed: str, seconds: float 
 
 def record(out: Path, logs: tuple = LOGS, seconds: float = 12.0) -> list[Path]:
     """Records the logs on the rig with the hidden effect and returns them."""
+    return played(out, RIG, PLANT, HIDDEN, {name: experiment(name, seed, pressures, speed, seconds) for name, seed, pressures, speed in logs})
+
+
+def played(out: Path, rig: Path, plant: Path, hidden: dict[str, float], experiments: dict[str, str]) -> list[Path]:
+    """Runs experiments (name to text of a file) on the second simulator with ``hidden`` effects and parameters that are off, and returns their logs."""
     out.mkdir(parents=True, exist_ok=True)
-    believed, found = load_plant(PLANT), []
-    true = dataclasses.replace(believed, params=with_hidden(perturbed(believed.params, np.random.default_rng(SEED)), **HIDDEN), substeps=stand_in.SUBSTEPS)
-    for k, (name, seed, pressures, speed) in enumerate(logs):
+    believed, found = load_plant(plant), []
+    true = dataclasses.replace(believed, params=with_hidden(perturbed(believed.params, np.random.default_rng(SEED)), **hidden), substeps=stand_in.SUBSTEPS)
+    for k, (name, text) in enumerate(experiments.items()):
         file = out / f"{name}.yaml"
-        file.write_text(experiment(name, seed, pressures, speed, seconds), encoding="utf-8")
-        inputs = load_inputs(file, RIG, None, with_plant=False)
+        file.write_text(text, encoding="utf-8")
+        inputs = load_inputs(file, rig, None, with_plant=False)
         backend = SimBackend(inputs.rig, true, 100 + k, None, stand_in)
         facts = {"rig": inputs.rig.name, "experiment": name, "backend": "stand-in", "speed": "unpaced", "period_s": f"{inputs.rig.period_s:g}"}
         summary, result = run_recorded(inputs, backend, out / f"{name}.mcap", facts, paced=False, progress=False)

@@ -13,7 +13,7 @@ from epa_rt.gap.patch import PatchError, load_diagnosis, patched_text
 from epa_rt.gap.report.as_json import json_text, schema
 from epa_rt.gap.report.terminal import show
 from epa_rt.gap.report.words import gate_words, parameter_words, percent, sigmas, size, times
-from tests.gap.report.answers import GATE, ANSWERS, EXPLAINED, GONE, NO_GAP, NOT_SEPARABLE, SLIP
+from tests.gap.report.answers import ANSWERS, EXPLAINED, GATE, GONE, NO_GAP, NOT_SEPARABLE, SLIP
 from tests.gap.damper import Damper
 
 ASKED_FOR = {"verdict", "location", "effects", "nominal_moved", "shrinkage", "remainder", "next_experiment", "seconds"}

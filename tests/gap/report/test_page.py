@@ -8,8 +8,7 @@ import pytest
 
 from epa_rt.gap.diagnosis import Diagnosis, Near
 from epa_rt.gap.report.curves import path, ticks
-from epa_rt.gap.report.map import AT_FLOOR, heat
-from epa_rt.gap.report.map import _regions
+from epa_rt.gap.report.map import AT_FLOOR, _regions, heat
 from epa_rt.gap.report.page import gap_page
 from epa_rt.gap.report.picture import gap_picture
 from epa_rt.gap.report.traces import traces
