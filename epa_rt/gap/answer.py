@@ -7,6 +7,7 @@ import numpy as np
 
 from epa_rt.gap.attribution import Attribution, Progress
 from epa_rt.gap.bars import BARS
+from epa_rt.gap.blocks_alone import doubted_by, nothing_shows, without_names
 from epa_rt.gap.coverage import above_noise, broken, coverage, gaps, passed_over, trust, unforeseen
 from epa_rt.gap.diagnosis import Diagnosis, FreeRun, Named, Near, Number, Origin, Shrinkage
 from epa_rt.gap.doubts import UNSUPPORTED, doubted, doubts
@@ -34,6 +35,8 @@ NEAR = 0.5         # of what the named one explains, from which another family's
 def composed(subject: Subject, recordings: Sequence[Recording], found: Attribution, rows: Sequence[Shrinkage] = (), unseen: bool = True,
              progress: Progress = lambda stage, share: None) -> Diagnosis:
     """The answer in the words of ``diagnosis.py``. ``rows``: how far the gap shrinks, on logs or trials that no fit has seen where ``unseen``."""
+    if found.heard is None and found.selection.roles and nothing_shows(found.before):
+        found = without_names(found)
     problem, selection = found.problem, found.selection
     screening = selection.roles[0].screening if selection.roles else selection.refused.screening if selection.refused else None
     silent = untested(screening.typical() if screening else {}, tuple(problem.effects))
@@ -53,6 +56,12 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     elsewhere = passed_over(found.before, found.after) if selection.roles and not to_noise else ()
     trusted *= UNSUPPORTED if elsewhere else 1.0
     named = tuple(_named(found, k, trusted) for k in range(len(selection.roles)))
+    held_out = rows if unseen else ()
+    kept, words = not_closed(held_out) if named else None, doubts(None if lifted else there, elsewhere)
+    if found.heard is None:
+        against = [doubted_by(problem, one, kept) for one in named]
+        named = tuple(replace(one, confidence=one.confidence * counts) for one, (counts, _) in zip(named, against, strict=True))
+        words += tuple(word for _, why in against for word in why)
     groundless = there is not None and not there.supports and all(one.confidence < BARS.heard_of for one in named)
     odd = _odd(found)
     rivals = [[n for n in one.not_separable_from if problem.effects[n].family != one.family] for one in named]
@@ -64,15 +73,14 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     nearest = tuple(one.name for one in named)
     if verdict in ("not_in_catalogue", "no_gap"):
         named = ()
-    held_out = rows if unseen else ()
-    apart = not_carried_over(held_out, _times_floor(found)) if verdict == "no_gap" else None
+    apart = not_carried_over(held_out, _times_floor(found)) if verdict in ("no_gap", "not_excited") else None
     if apart is not None:
         verdict, says = "not_in_catalogue", said_of_held_out(apart)
-    beyond = unforeseen(found.before, {link: floor.source for link, floor in problem.floors.items()}) if verdict == "no_gap" and found.heard is None else None
+    silence = found.heard is None and verdict in ("no_gap", "not_excited")
+    beyond = unforeseen(found.before, {link: floor.source for link, floor in problem.floors.items()}) if silence else None
     verdict = "not_in_catalogue" if beyond else verdict
-    kept = not_closed(held_out) if verdict == "explained" else None
-    if kept is not None:
-        verdict, says = "partly_explained", f"{says} {said_of_not_closed(kept)}"
+    if kept is not None and named:
+        verdict, says = "partly_explained" if verdict == "explained" else verdict, f"{says} {said_of_not_closed(kept)}"
     seen_at = _seen_at(found, odd, bool(where))
     values = selection.final.values if named else selection.base.values
     normal = (selection.final if named else selection.base).normal
@@ -90,7 +98,7 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
         progress("what is left", 0.99)
     return Diagnosis(
         verdict=verdict, says=says, found_first=tuple(f"{r.name}: {what}" for r in recordings for what in r.found),
-        location=origin_first(places, whence), origins=whence, effects=named, doubts=doubts(None if lifted else there, elsewhere) if named else (),
+        location=origin_first(places, whence), origins=whence, effects=named, doubts=words if named else (),
         free_run_location=localise_freely(subject, recordings, found.heard.bare, problem.prepared) if found.heard else (),
         free_run=found.heard and FreeRun(found.heard.gap, found.heard.left, whole, nearest, found.heard.told_apart),
         nominal_moved=moved, not_tested=silent, shrinkage=tuple(rows), refitted=found.refitted if named else dict(selection.base.values), fitted=dict(values),

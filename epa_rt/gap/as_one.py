@@ -186,7 +186,7 @@ def fitted(whole: Problem, effects: tuple[str, ...], values: Mapping[str, float]
         if reached > worth and normal.chi < NEARBY * reached and STILL_FALLS * before < normal.chi:
             break
         before = normal.chi
-        after = searched(whole, point)
+        after = searched(whole, point, light=True)
         if after is None:
             break
         promised = normal.promised(z_of(whole, normal.keys, after) - normal.z)

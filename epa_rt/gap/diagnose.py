@@ -58,8 +58,10 @@ def _diagnosed(subject: Subject, recordings: Sequence[Recording], holdout: Seque
 
 def _how_far(subject: Subject, recordings: Sequence[Recording], found: Attribution, before: Mapping[str, float], after: Mapping[str, float], floors, seed: int,
              progress: Progress) -> tuple[Shrinkage, ...]:
+    """On logs or trials that no fit has seen what the method itself leaves is found anew: that of the fitted ones is not known there."""
     names = {r.name for r in found.problem.recordings}
     level = found.problem.floors
-    if not all(r.name in names for r in recordings):
+    aside = subject is not found.problem.subject and any(floor.bias for floor in level.values())
+    if aside or not all(r.name in names for r in recordings):
         level = floors(subject, recordings, before, repeats=None, seed=seed)
     return shrinkage(subject, recordings, before, after, level, progress=progress)

@@ -54,10 +54,11 @@ def settled_with(problem: Problem, effects: tuple[str, ...], values: Mapping[str
     return settled(problem, effects, problem.kept(values, effects))
 
 
-def searched(problem: Problem, point: Point) -> dict[str, float] | None:
+def searched(problem: Problem, point: Point, light: bool = False) -> dict[str, float] | None:
     """Values after the first of a few lengths of the Gauss-Newton step, bent and straight, then of damped ones, that helps; None where none does.
 
-    Far from a valley's floor a damped step falls several times as far as the first that helps, and takes its place; on the floor it hardly moves, and a bent one leads along.
+    Far from a valley's floor a damped step falls several times as far as the first that helps, and takes its place where ``light``; on the floor it hardly moves, and a bent
+    one leads along. Fits of blocks begin near, and without it.
     """
     normal = point.normal
     system = (normal.matrix.sum(axis=(0, 1)), normal.vector.sum(axis=(0, 1)), normal.prior, normal.z, ~normal.frozen)
@@ -66,7 +67,7 @@ def searched(problem: Problem, point: Point) -> dict[str, float] | None:
     steps = [lambda: whole, *(lambda part=part: part * whole + part**2 * bend() for part in LENGTHS), *(lambda part=part: part * whole for part in LENGTHS[1:]),
              *(lambda by=by: solve(*system, damping=by) for by in DAMPINGS)]
     values, fell = next((one for one in (_fallen(problem, point, step()) for step in steps) if one[1] > 0.0), (None, 0.0))
-    if fell < AS_GOOD * (normal.chi - normal.promised(whole)):
+    if light and fell < AS_GOOD * (normal.chi - normal.promised(whole)):
         damped, further = max((_fallen(problem, point, solve(*system, damping=by)) for by in LIGHT), key=lambda one: one[1])
         if further > FARTHER * fell:
             return damped

@@ -15,7 +15,7 @@ from epa_rt.gap.foreign.component import Channel, Component, Numbers, Parameter,
 from epa_rt.gap.foreign.signals import Signals
 from epa_rt.gap.subject import Link
 
-SEARCHED_S, MARGIN_S = 20.0, 0.5    # in which the valve shuts; left out after it
+SEARCHED_S, MARGIN_S = 20.0, 0.5    # in which the valve shuts; left out after it, or a period of the low-pass, over which it spreads the fill
 LINK = ("pressure",)
 
 
@@ -43,7 +43,7 @@ def prepare(signals: Signals, numbers: Numbers) -> Prepared:
     trials = [(span.start, span.stop) for span in signals.spans if span.trial] or [(0, len(pressure))]
     holds, judged = [], np.zeros(len(pressure), dtype=bool)
     for begin, stop in trials:
-        start = begin + _shut(smooth[begin:stop], signals.rate_hz) + round(MARGIN_S * signals.rate_hz)
+        start = begin + _shut(smooth[begin:stop], signals.rate_hz) + round(max(MARGIN_S, 1.0 / signals.lowpass_hz) * signals.rate_hz)
         if stop - start > 10:
             holds.append(Hold(start, stop, np.arange(stop - start) / signals.rate_hz, smooth[start:stop], good[start:stop]))
             judged[start:stop] = good[start:stop]
@@ -154,7 +154,7 @@ _EFFECTS = (
 )
 
 EQUATIONS = (
-    f"a hold begins {MARGIN_S:g} s after the corner of the level and parabola that fit the low-passed pressure of its first {SEARCHED_S:g} s best; t counts from there, p0 is the pressure there",
+    f"a hold begins {MARGIN_S:g} s (a period of the low-pass, where that is longer) after the corner of the level and parabola that fit the low-passed pressure of its first {SEARCHED_S:g} s best; t counts from there, p0 is the pressure there",
     "dp/dt = (sum of the leaks) / (1 + c max(2 p - pa, 0)), p less the gauge's zero, overpressures never below 0, stand and linear leak k (p - pa)",
     f"psi(r) = sqrt(r^(2/kappa) - r^((kappa + 1)/kappa)) over its value at {CRITICAL:g}, r no less than that, kappa = {KAPPA:g}",
     "lost(t) = integral of dp/dt at the measured, low-passed pressure by trapezes; with cooling lost + h, dh/dt = (kappa - 1) dp/dt - h/T, exact for a rate held over a row",

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from epa_rt.gap.colour import LOWPASS_ORDER
+from epa_rt.gap.hygiene_finding import stretches
 from epa_rt.gap.recording import Recording, Span
 
 
@@ -49,8 +50,14 @@ class Signals:
         return ~near[1:-1]
 
 
+BRIDGED = 0.1   # of a cut-off period: a shorter hole, bridged by a line, leaves nothing below the cut-off
+
+
 def on_grid(recording: Recording, roles: dict[str, str], rate_hz: float, lowpass_hz: float) -> Signals:
-    """A recording's columns by role, a sample for every cycle. Raises KeyError with the columns that are not there."""
+    """A recording's columns by role, a sample for every cycle; a bridged hole that is far shorter than the low-pass counts as measured.
+
+    Raises KeyError with the columns that are not there.
+    """
     missing = sorted(name for name in roles.values() if name not in recording.columns)
     if missing:
         raise KeyError(f"{recording.name}: found no column {', '.join(missing)}, expected what the rig file names under channels")
@@ -64,9 +71,18 @@ def on_grid(recording: Recording, roles: dict[str, str], rate_hz: float, lowpass
         good = np.isfinite(full)
         places = np.flatnonzero(good)
         columns[role] = np.interp(np.arange(samples), places, full[places]) if len(places) else np.zeros(samples)
-        valid[role] = good
+        valid[role] = _bridged(good, int(BRIDGED * rate_in / lowpass_hz))
     spans = tuple(Span(s.name, int(index[s.start]), int(index[min(s.stop, len(index)) - 1]) + 1, s.trial) for s in recording.spans if s.stop > s.start)
     return Signals(recording.name, rate_in, lowpass_hz, max(1, round(rate_in / rate_hz)), columns, valid, spans)
+
+
+def _bridged(good: np.ndarray, most: int) -> np.ndarray:
+    """``good`` with its holes of ``most`` samples at most closed, those at the ends not."""
+    found = good.copy()
+    for start, stop in stretches(~good):
+        if stop - start <= most and 0 < start and stop < len(good):
+            found[start:stop] = True
+    return found
 
 
 def lowpass(values: np.ndarray, rate_hz: float, lowpass_hz: float) -> np.ndarray:

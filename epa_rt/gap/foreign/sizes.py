@@ -9,8 +9,9 @@ from epa_rt.gap.foreign.rig_file import ForeignRig
 from epa_rt.gap.hygiene_finding import Finding, judged_rows
 from epa_rt.gap.recording import Recording
 
-LARGEST, SMALLEST = 100.0, 1.0 / 300.0  # of the expected size: a log of small motions is one, and a unit is wrong by a thousand
-VACUUM = 0.02  # of it, of an absolute pressure
+LARGEST, SMALLEST = 20.0, 1.0 / 300.0  # of the expected size: a log of small motions is one, and a unit is wrong by a thousand, or by 57 (degrees for radians)
+MOST_OF_SUPPLY = 5.0  # no chamber stands far above its supply (pounds per square inch for bar are 14.5 times as many)
+MOST_ATMOSPHERES, VACUUM = 100.0, 0.02  # of an absolute pressure
 
 
 def check_sizes(recordings: Sequence[Recording], rig: ForeignRig) -> list[Finding]:
@@ -24,7 +25,8 @@ def _checked(recording: Recording, rig: ForeignRig, channel) -> Finding | None:
     values = recording.columns[name][judged_rows(recording)] if name in recording.columns else np.zeros(0)
     values = values[np.isfinite(values)]
     size = float(np.max(np.abs(np.percentile(values, (1.0, 99.0))))) if len(values) else 0.0
-    if size == 0.0 or (VACUUM if channel.unit == "Pa" else SMALLEST) <= size / expected <= LARGEST:
+    least, most = (SMALLEST, LARGEST) if channel.unit != "Pa" else (VACUUM, MOST_OF_SUPPLY if channel.size == "supply" else MOST_ATMOSPHERES)
+    if size == 0.0 or least <= size / expected <= most:
         return None
     return Finding("refuse", "units", recording.name, name,
                    f"{recording.name}: {name}: found values of up to {size:.3g} {channel.unit}, expected about {expected:.3g} {channel.unit} ({channel.size} in the rig file): "

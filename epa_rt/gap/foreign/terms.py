@@ -60,6 +60,13 @@ def _stribeck(m: Motion, p: Numbers) -> np.ndarray:
     return p["friction.stribeck_n"] * np.exp(-((m.speed_m_s / p["friction.stribeck_speed_m_s"]) ** 2)) * m.sign
 
 
+def _rounding(m: Motion, p: Numbers) -> np.ndarray:
+    """What rounded dry friction differs by from that of one level."""
+    if p["friction.rounding_speed_m_s"] == 0.0 or p["friction.coulomb_n"] == 0.0:
+        return np.zeros_like(m.speed_m_s)
+    return p["friction.coulomb_n"] * (np.tanh(m.speed_m_s / p["friction.rounding_speed_m_s"]) - m.sign)
+
+
 def _dahl(m: Motion, p: Numbers) -> np.ndarray:
     if p["friction.dahl_n"] == 0.0:
         return np.zeros_like(m.speed_m_s)
@@ -85,8 +92,11 @@ LAWS: tuple[Law, ...] = (
     _law("coulomb", FRICTION, "dry friction of one level", "F = Fc sgn(v)", "Coulomb; EMPS benchmark (Janot, Gautier, Brunot 2019)",
          (_number("coulomb_n", "N", "coulomb", 0.0, 5.0, 0.3, "typical_force"),), ((0.3,),),
          lambda m, p: p["friction.coulomb_n"] * m.sign),
+    _law("coulomb_rounding", FRICTION, "dry friction of one level that turns over gradually: a lubricated contact, or a simulator's way to write it",
+         "F = Fc tanh(v/vr) in place of Fc sgn(v)", "the usual smooth stand-in for Coulomb's law in simulators",
+         (_number("rounding_speed_m_s", "m/s", "coulomb_rounding", 0.0, 0.3, 0.01, "typical_speed"),), ((0.01,), (0.05,)), _rounding),
     _law("stribeck", "stribeck", "friction that rises towards standstill, beside a level of its own or not", "F = Fs exp(-(v/vs)^2) sgn(v)", "Stribeck; Armstrong-Helouvry 1994",
-         (_number("stribeck_n", "N", "stribeck", -1.0, 5.0, 0.2, "typical_force"),
+         (_number("stribeck_n", "N", "stribeck", 0.0, 5.0, 0.2, "typical_force"),
           _number("stribeck_speed_m_s", "m/s", "stribeck", 2e-3, 0.3, 0.05, "typical_speed", 0.05)), ((0.2, 0.05), (0.2, 0.15)), _stribeck),
     _law("dahl", FRICTION, "dry friction with pre-sliding", "dz/dx = (1 - z sgn(v)) / s, F = Fd z", "Dahl 1968",
          (_number("dahl_n", "N", "dahl", 0.0, 5.0, 0.3, "typical_force"),

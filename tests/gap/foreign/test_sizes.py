@@ -42,3 +42,14 @@ def test_a_channel_that_stands_at_zero_or_says_nothing_has_no_size():
 def test_real_recordings_are_let_through(kind, tmp_path):
     mapping, *names = REAL[kind]
     assert not check_sizes([recording(tmp_path, mapping, *names)], subject_of(kind).rig)
+
+
+@pytest.mark.parametrize(("kind", "role", "factor"), [("servo", "position", 57.3), ("chamber", "pressure", 14.5)])
+def test_units_that_are_often_mistaken_for_one_another_are_refused(kind, role, factor):
+    """Degrees for radians, pounds per square inch for bar."""
+    subject, made = subject_of(kind), with_output(kind, {})
+    name = subject.rig.channels[role]
+    supply = {name: np.full(made.samples, 0.9 * subject.rig.settings["supply"])} if kind == "chamber" else {name: 0.8 * made.columns[name] * subject.rig.settings["stroke"] / np.ptp(made.columns[name])}
+    assert not check_sizes([replace(made, columns={**made.columns, **supply})], subject.rig)
+    wrong = replace(made, columns={**made.columns, name: supply[name] * factor})
+    assert [one.severity for one in check_sizes([wrong], subject.rig)] == ["refuse"]
