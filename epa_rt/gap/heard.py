@@ -9,7 +9,7 @@ from epa_rt.gap.further import Rules, most_of_one
 from epa_rt.gap.refit import Fit
 
 MOST_OF_ONE = 0.0075  # of a gap: what one right law in other words may leave of it where no second one was found (right ones of two sets with a gap above 1000 0.0063 at most or 30, wrong ones 0.0096 and more)
-CLOSELY = 0.01  # of a gap: what a right law in other words may leave of it
+CLOSELY = 0.013  # of a gap: what a right law in other words may leave of it (stirred gas beside creep 0.01005; wrong ones 0.017 and more)
 THIRD = 1.0 / 3.0  # of a gap: a name that leaves more is not trusted at all
 USUAL = Rules.noise   # chi-square in free run that the method leaves of rigs without a gap at most (3 to 25)
 CHANCE = 4.0  # that chance gains with a number or two
