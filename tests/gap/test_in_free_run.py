@@ -357,7 +357,7 @@ def test_a_fit_that_is_of_no_use_ends_where_its_derivatives_say_so_and_any_other
     subject, recordings = Chained(), logs({"sensors.pressure_offset_pa": -1000.0})
     whole = Problem(AsOne(subject, meters_of(recordings, twins_of(subject, recordings, {}))), recordings, floor())
 
-    def shortened(problem, point):
+    def shortened(problem, point, light):
         return moved(problem, point.normal.keys, point.values, 0.4 * point.normal.solved(np.ones(problem.blocks)))
 
     monkeypatch.setattr("epa_rt.gap.as_one.searched", shortened)  # as on a way that bends
