@@ -48,7 +48,10 @@ def run(arguments: argparse.Namespace) -> int:
     except PatchError as error:
         raise VerbError(f"{arguments.diagnosis}: {error}") from None
     if given.rig is None and not given.subject.menu():
-        raise VerbError(f"{arguments.rig}: found a rig without a menu of experiments, expected one of this house, or a kind that can be run forward")
+        from epa_rt.gap.foreign.kinds import KINDS
+
+        kinds = ", ".join(kind for kind, component in KINDS.items() if component.menu)
+        raise VerbError(f"{arguments.rig}: found a rig without a menu of experiments, expected one of this house, or of the kind {kinds}")
     known = {effect.name for effect in given.subject.catalogue}
     if unknown := [name for one in diagnosis.effects for name in (one.name, *one.not_separable_from) if name not in known]:
         raise VerbError(f"{arguments.diagnosis}: found the effect {unknown[0]}, expected one of the catalogue of {arguments.rig} (epa gap catalogue)")
