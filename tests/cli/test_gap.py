@@ -89,10 +89,11 @@ def test_patch_does_not_write_over_the_plant_that_was_diagnosed(diagnosed, folde
 
 
 def test_localise_says_where_without_a_cause(log, folder, capsys):
-    assert main(["gap", "localise", "--rig", str(RIG), str(log), "--json", str(folder / "where.json"), "--quiet"]) == 0
+    assert main(["gap", "localise", "--rig", str(RIG), str(log), "--json", str(folder / "where.json"), "--html", str(folder / "where.html"), "--quiet"]) == 0
     found, shown = json.loads((folder / "where.json").read_text(encoding="utf-8")), capsys.readouterr().out
     assert found["location"][0]["block"] == "muscle" and "muscle force" in shown
     assert found["origins"][0]["place"] == "muscle" and "It may come from a muscle's force" in shown
+    assert "Where the gap lies" in (folder / "where.html").read_text(encoding="utf-8") and "where.html" in shown
 
 
 def test_localise_of_the_plant_file_as_it_stands_asks_no_places(log, folder, capsys):

@@ -3,26 +3,38 @@
 import math
 import re
 from collections.abc import Mapping, Sequence
+from typing import Protocol
 
-from epa_rt.gap.diagnosis import Diagnosis, Place, likely
+from epa_rt.gap.diagnosis import Named, Origin, Place, likely
 from epa_rt.gap.report.words import channel_words, named_words, region_words, size, times
 from epa_rt.report.markup import Html, folded, join, note, tag
 
 CHAIN = ("bus", "drive", "transmission", "gas", "muscle", "load", "sensors")
 AT_FLOOR, HOTTEST = 1.15, 30.0
 MOST_REGIONS = 14
+AS_IS = "All figures are those of the plant file as it stands, nothing refitted."
+REFITTED = "All figures are those after the plant file's own numbers (its nominal parameters) have been refitted within what is believed of them, before any effect is added."
 _SIDE = re.compile(r" (> 0|< 0|near 0|low|high)$")
 
 
-def gap_map(diagnosis: Diagnosis) -> Html:
-    """Boxes of the chain, then regions, bands and time against the links, all in multiples of the floor."""
+class Mapped(Protocol):
+    """What the map shows: of a diagnosis, or of what was located without one."""
+
+    location: tuple[Place, ...]
+    free_run_location: tuple[Place, ...]
+    origins: tuple[Origin, ...]
+    effects: tuple[Named, ...]
+
+
+def gap_map(diagnosis: Mapped, as_is: bool = False) -> Html:
+    """``as_is``: of the plant file as it stands. Boxes of the chain, then regions, bands and time against the links, all in multiples of the floor."""
     places = list({place.link: place for place in diagnosis.location}.values())  # of a link that stands for another block too, its own
     if not places:
         return note("Not shown: no link of this rig could be judged with these logs.")
     return join([
         note("Each box is a block of the plant, fed with what was measured and held against what it should give. "
              "1 × is the noise floor: nothing to find there. The stronger the colour, the larger the gap. "
-             "All figures are those after the plant file's own numbers (its nominal parameters) have been refitted within what is believed of them, before any effect is added."),
+             + (AS_IS if as_is else REFITTED)),
         _chain(diagnosis, places), _legend(), _tables(places), _free_run(diagnosis.free_run_location)])
 
 
@@ -51,7 +63,7 @@ def _shade(value: float) -> dict[str, str]:
     return {"style": f"--heat:{0.0 if strength == 0.0 else 0.10 + 0.85 * strength:.2f}", "class_": "heat hot" if strength > 0.55 else "heat"}
 
 
-def _chain(diagnosis: Diagnosis, places: Sequence[Place]) -> Html:
+def _chain(diagnosis: Mapped, places: Sequence[Place]) -> Html:
     of_block: dict[str, list[Place]] = {}
     for place in places:
         of_block.setdefault(place.block, []).append(place)

@@ -1,13 +1,12 @@
 """One self-contained HTML page for one diagnosis: the verdict, where, which, how far, what is left, what next."""
 
 from collections.abc import Sequence
-from importlib.resources import files
-from string import Template
 
 from epa_rt.gap.diagnosis import Diagnosis
 from epa_rt.gap.report.curves import figure
 from epa_rt.gap.report.effects import catalogue_note, effects, not_tested
 from epa_rt.gap.report.far import gate_section, how_far
+from epa_rt.gap.report.frame import framed
 from epa_rt.gap.report.map import gap_map
 from epa_rt.gap.report.origin import origins
 from epa_rt.gap.report.rest import found_first, inputs, next_experiment, remainder
@@ -27,14 +26,7 @@ def gap_page(diagnosis: Diagnosis, curves: Sequence[Trace] = ()) -> str:
                 ("next", "The next experiment", next_experiment(diagnosis)),
                 ("untested", "What was not tested", not_tested(diagnosis)),
                 ("inputs", "What this stands on", inputs(diagnosis))]
-    sections = [one for one in sections if one[2]]
-    links = join((tag("a", title, href=f"#{key}") for key, title, _ in sections), " ")
-    body = join(tag("section", join([tag("h2", title), content]), id=key) for key, title, content in sections)
-    place = files("epa_rt.gap.report")
-    style = files("epa_rt.report").joinpath("page.css").read_text("utf-8") + place.joinpath("gap.css").read_text("utf-8")
-    return Template(place.joinpath("gap.html").read_text("utf-8")).substitute(
-        title=tag("title", f"Sim-to-real gap: {VERDICTS[diagnosis.verdict][0].lower()}"), style=style,
-        header=tag("header", _header(diagnosis)), navigation=tag("nav", links), sections=body)
+    return framed(f"Sim-to-real gap: {VERDICTS[diagnosis.verdict][0].lower()}", _header(diagnosis), sections)
 
 
 def _header(diagnosis: Diagnosis) -> Html:

@@ -1,0 +1,41 @@
+"""The page of where alone: whole, safe to open, and it says what was found and names no cause."""
+
+from dataclasses import replace
+
+from epa_rt.gap.report.where_page import Located, where_page
+from tests.gap.report.answers import EXPLAINED, NOT_IN_CATALOGUE
+from tests.gap.report.test_page import HOSTILE
+from tests.report.reading import Page
+
+FOUND = Located((), EXPLAINED.location, (), (), {"rig": "bench.yaml", "plant": "plant.yaml", "logs": ["a.mcap", "b.mcap"]})
+
+
+def test_the_page_is_whole_and_says_which_link_shows_most():
+    text = where_page(FOUND)
+    page = Page(text)
+    worst = max(FOUND.location, key=lambda place: place.times_floor)
+    assert not page.open and not page.handlers and "<script" not in text and list(page.sections)[1:] == ["where", "inputs"]
+    assert worst.link in text.partition("<h1>")[2].partition("</h1>")[0] and "a.mcap, b.mcap" in page.sections["inputs"]
+    assert "epa gap diagnose asks for that" in text
+
+
+def test_it_says_whether_the_plant_file_was_refitted():
+    refitted, as_is = where_page(FOUND), where_page(replace(FOUND, as_is=True))
+    assert "have been refitted" in refitted and "nothing refitted" not in refitted
+    assert "nothing refitted" in as_is and "have been refitted" not in as_is
+
+
+def test_where_nothing_shows_it_says_so():
+    at_floor = replace(FOUND, location=tuple(replace(place, times_floor=1.0, excess=0.0) for place in FOUND.location))
+    assert "Every block is at its noise floor." in where_page(at_floor)
+    assert "No link of this rig could be judged" in where_page(replace(FOUND, location=()))
+
+
+def test_what_was_found_in_the_logs_stands_first_and_cannot_become_markup():
+    text = where_page(replace(FOUND, found_first=(HOSTILE,), inputs={**FOUND.inputs, "rig": HOSTILE}))
+    assert "<img" not in text and "<script" not in text and text.index("Found in the logs first") < text.index("<h1>")
+
+
+def test_where_it_may_come_from_is_shown_on_the_map():
+    where = Page(where_page(replace(FOUND, origins=NOT_IN_CATALOGUE.origins))).sections["where"]
+    assert NOT_IN_CATALOGUE.origins[0].says in where and "Where it comes from" in where
