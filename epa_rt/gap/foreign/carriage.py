@@ -13,6 +13,7 @@ import numpy as np
 
 from epa_rt.gap.foreign.component import Channel, Component, Numbers, Parameter, Setting, effect
 from epa_rt.gap.foreign.operators import play
+from epa_rt.gap.foreign.moved import smoothed
 from epa_rt.gap.foreign.rests import at_rest
 from epa_rt.gap.foreign.signals import Signals, shifted
 from epa_rt.gap.foreign.terms import LAWS, LINK, REST_RATIO, Law, Motion, motion, motion_features, stray_force_n
@@ -36,8 +37,7 @@ def _motion(position_m: np.ndarray, rate_hz: float, n: Numbers) -> Motion:
 
 
 def prepare(signals: Signals, numbers: Numbers) -> Prepared:
-    position = signals.lowpass(signals.columns["position"])
-    base = _motion(position, signals.rate_hz, numbers)
+    base = _motion(smoothed(signals, numbers), signals.rate_hz, numbers)
     return Prepared(signals, signals.columns["force"], base, _turned_rad(base, numbers))
 
 
@@ -140,7 +140,7 @@ _EFFECTS = (
 )
 
 EQUATIONS = (
-    "x: the place as read, low-passed, less A sin(2 pi x/p) + B cos(2 pi x/p); v and a: central differences of x at the log's rate",
+    "x: the place as read, low-passed (at 4 or 2 times the rig file's cut-off or at it, the first behind which noise is less than 0.003 of v_typical in v and less than 0.006 of the typical force in M a, low-passed), less A sin(2 pi x/p) + B cos(2 pi x/p); v and a: central differences of x at the log's rate",
     f"sgn(v) = v / sqrt(v^2 + (r v_typical)^2), r = {REST_RATIO:g}; place along the way X = (x - middle) / (stroke/2); turn of the motor 2 pi (x - middle) / pitch",
     "F = (M a + B v + laws of friction + mu |M a| sgn(v)) * carried + A sin(n turn + phase)",
     f"carried = 1 - r (1 - min(|x - play(x)| / (b/2), 1)^{CONTACT_POWER}) with a backlash b, else 1; play(x) follows x within b/2 and begins in the middle",

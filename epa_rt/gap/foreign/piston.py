@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from epa_rt.gap.foreign.component import Channel, Component, Numbers, Parameter, Setting, effect
+from epa_rt.gap.foreign.moved import smoothed
 from epa_rt.gap.foreign.rests import at_rest
 from epa_rt.gap.foreign.signals import Signals, shifted
 from epa_rt.gap.foreign.terms import LAWS, LINK, Motion, motion, motion_features, stray_force_n
@@ -20,7 +21,7 @@ class Prepared:
 
 
 def prepare(signals: Signals, numbers: Numbers) -> Prepared:
-    moved = motion(signals.lowpass(signals.columns["position"]), signals.rate_hz, numbers["typical_speed"], numbers["middle"], numbers["stroke"])
+    moved = motion(smoothed(signals, numbers), signals.rate_hz, numbers["typical_speed"], numbers["middle"], numbers["stroke"])
     return Prepared(signals, signals.lowpass(signals.columns["pressure"]) - numbers["atmosphere"], moved)
 
 
@@ -73,7 +74,7 @@ _EFFECTS = (
 )
 
 EQUATIONS = (
-    "x and p: place and pressure as read, low-passed; v, a, sgn(v) and X as of a carriage; over = p - atmosphere - z, over -> over + T dover/dt",
+    "x and p: place and pressure as read, low-passed, x as that of a carriage; v, a, sgn(v) and X as of a carriage; over = p - atmosphere - z, over -> over + T dover/dt",
     "F = A (1 + taper X) over + B v + laws of friction + mu A over sgn(v), then F(t) -> F(t - delay) by cubic interpolation",
     "residual = force - F, low-passed and thinned out to the rig file's rate",
 )

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from epa_rt.gap.foreign.component import Numbers
+from epa_rt.gap.foreign.moved import cut_off
 from epa_rt.gap.foreign.signals import Signals
 from epa_rt.gap.hygiene_finding import Finding, stretches
-from epa_rt.gap.hygiene_values import noise_of, smallest_step
 from epa_rt.gap.recording import Recording
 
 if TYPE_CHECKING:
@@ -16,26 +16,21 @@ if TYPE_CHECKING:
 
 NOISE_ONLY = 4.0   # deviations of a speed's noise below which its sign is chance
 STILL = 3e-3       # of the typical speed: the filter's tails of the motion before
-REST_S = 0.1       # a reversal passes faster, and says much of friction
+RESTS = 2.5        # periods of the motion's cut-off: a reversal passes faster, and says much of friction
+LONGEST_S = 0.1    # that a rest must last, however slowly the motion is seen
 SPREAD = 2.0       # cut-off periods over which the filter spreads what is there
 WORTH_SAYING = 0.02  # of the rows
 
 
 def at_rest(signals: Signals, speed_m_s: np.ndarray, numbers: Numbers) -> np.ndarray:
-    """(N,) rows in which the speed, that of the filtered position, has been noise for REST_S at least, and those around them over which the filter spreads what is there."""
-    slow = np.abs(speed_m_s) < max(NOISE_ONLY * _speed_noise(signals), STILL * numbers["typical_speed"])
+    """(N,) rows in which the speed, that of the filtered position, has been noise for longer than a reversal takes, and those around them over which the filter spreads what is there."""
+    hertz, noise = cut_off(signals, numbers)
+    slow = np.abs(speed_m_s) < max(NOISE_ONLY * noise, STILL * numbers["typical_speed"])
     found, around = np.zeros(len(slow), bool), int(np.ceil(SPREAD * signals.rate_hz / signals.lowpass_hz))
     for start, stop in stretches(slow):
-        if stop - start >= REST_S * signals.rate_hz:
+        if stop - start >= min(RESTS / hertz, LONGEST_S) * signals.rate_hz:
             found[max(start - around, 0):stop + around] = True
     return found
-
-
-def _speed_noise(signals: Signals) -> float:
-    """m/s, of the position's noise or its step, through the same filter."""
-    position = signals.columns["position"]
-    size = max(noise_of(position), smallest_step(position) / np.sqrt(12.0))
-    return size * float(np.std(signals.slope(signals.lowpass(np.random.default_rng(0).standard_normal(len(position))))))
 
 
 def check_rests(recordings: Sequence[Recording], subject: "ForeignSubject") -> list[Finding]:

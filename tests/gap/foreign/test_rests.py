@@ -40,8 +40,8 @@ def cart(tmp_path):
 def test_rows_in_which_nothing_moves_are_not_judged_and_that_is_said(cart):
     log = run(1)
     ready = cart.prepare(log)
-    speed = np.gradient(ready.signals.lowpass(log.columns["place_m"]), PERIOD_S)
-    resting = at_rest(ready.signals, speed, cart.rig.settings)
+    speed = ready.work.base.speed_m_s
+    resting = at_rest(ready.signals, speed, {**cart.rig.settings, **cart.plant.numbers})
     assert np.array_equal(ready.undetermined, resting[::ready.signals.stride])
     assert 0.2 < resting.mean() < 0.9
     assert np.abs(speed[~resting]).max() > 0.1 and np.median(np.abs(speed[resting])) < 5e-4
