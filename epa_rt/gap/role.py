@@ -3,8 +3,9 @@
 That gives the best one, what else would do as well, and the swap of an early choice that a later one shows to be wrong.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -21,6 +22,8 @@ ABSORBED = 4.0       # spreads of a nominal parameter from which candidates that
 CLOSE, POLISHED = 0.7, 3
 TIE, TIE_SHARE = 10.0, 5e-4  # difference of gains, and share of the best, that is none
 NOT_LITTLE = 100.0   # chi-square below which that does not matter
+
+Also = Mapping[str, Mapping[str, float]]  # effect to its numbers
 
 
 @dataclass(frozen=True)
@@ -46,8 +49,9 @@ class Role:
         return Role(point, fits, np.array([gains(problem, point, fit) for fit in fits]), self.screening, dict(problem.scale))
 
 
-def played(problem: Problem, point: Point, also: Sequence[str] = (), pairs: bool = False) -> Role | None:
-    """Candidates of one role, refitted and ranked by what they gain on trials left out.
+def played(problem: Problem, point: Point, also: Also = MappingProxyType({}), pairs: bool = False) -> Role | None:
+    """Candidates of one role, refitted and ranked by what they gain on trials left out. ``also``: effects that are asked whatever screening says of them, and from
+    which numbers beside their starts.
 
     Where most of them gain alike although they have nothing in common, ``point`` was not at its optimum: it is settled again
     from where the best one took the nominal parameters. Families that are on already are not asked again.
@@ -65,13 +69,13 @@ def _all_alike(role: Role) -> bool:
     return len(total) > 3 and total[0] > NOT_LITTLE and float(np.median(total)) > ALL_ALIKE * total[0]
 
 
-def _played(problem: Problem, point: Point, also: Sequence[str], pairs: bool) -> Role | None:
+def _played(problem: Problem, point: Point, also: Also, pairs: bool) -> Role | None:
     screening = screen(problem, point)
     on = {problem.effects[name].family for name in point.effects}
     names = [n for n in dict.fromkeys((*also, *candidates(problem, point, screening, pairs))) if problem.effects[n].family not in on]
     if not names:
         return None
-    jobs = [(name, start) for name in names for start in starts(problem, screening, name)]
+    jobs = [(name, start) for name in names for start in (*starts(problem, screening, name), *([also[name]] if name in also else []))]
     fits: dict[str, Fit] = {}
     for (name, _), fit in zip(jobs, problem.each(lambda job: refit(problem, point, *job), jobs), strict=True):
         if name not in fits or fit.chi < fits[name].chi:

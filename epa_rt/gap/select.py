@@ -10,6 +10,7 @@ import numpy as np
 
 from epa_rt.gap.at_once import best_pair
 from epa_rt.gap.believe import LeftAt, Rules, believed, dispensable
+from epa_rt.gap.diagnosis import TELLS
 from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import settled, settled_with
@@ -73,22 +74,29 @@ def rescaled(problem: Problem, point: Point, left: Left) -> tuple[Problem, Point
 
 
 def _tried_again(problem: Problem, roles: list[Role], final: Point, first: int) -> tuple[list[Role], Point]:
-    """The ``first`` roles played again with the others on; a better candidate takes its place."""
-    for i in range(first):
+    """The ``first`` roles played again with the others on; a better candidate takes its place. So do better numbers of the same law: what the others had to
+    make up for until then they are asked again (a lock that an early fit had led astray, and a bent force cell that mended it)."""
+    waiting, led_astray = list(range(first)), 0
+    while waiting:
+        i = waiting.pop(0)
         role = _again(problem, final, i)
         if role is None:
             continue
         roles = [*roles[:i], role, *roles[i + 1:]]
-        if role.best.effect != final.effects[i]:
+        elsewhere = role.best.effect == final.effects[i] and role.best.chi < final.normal.chi - TELLS and led_astray < MOST_EFFECTS
+        if elsewhere:
+            led_astray += 1
+            waiting += [k for k in range(len(final.effects)) if k != i and k not in waiting]
+        if elsewhere or role.best.effect != final.effects[i]:
             final = settled(problem, _swapped(final.effects, i, role.best.effect), role.best.values)
     return roles, final
 
 
 def _again(problem: Problem, final: Point, i: int) -> Role | None:
     """The role of the i-th effect with the others on."""
-    others = _without(final.effects, i)
+    name, others = final.effects[i], _without(final.effects, i)
     without = settled_with(problem, others, final.values)
-    return played(problem, without, also=(final.effects[i],))
+    return played(problem, without, also={name: {key: final.values[key] for key in problem.effects[name].knobs if key in final.values}})
 
 
 def _pruned(problem: Problem, roles: list[Role], final: Point, first: Role, left_at: LeftAt, rules: Rules) -> tuple[list[Role], Point]:
