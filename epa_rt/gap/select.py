@@ -19,6 +19,7 @@ from epa_rt.gap.waves import look
 from epa_rt.gap.yardstick import Left
 
 MOST_EFFECTS = 3
+SLIGHT = 1e-3        # of chi-square: fits end where they fall by less than a fifth of that
 RESCALE = 0.2        # change of log s^2 that is worth settling again
 
 
@@ -83,13 +84,19 @@ def _tried_again(problem: Problem, roles: list[Role], final: Point, first: int) 
         if role is None:
             continue
         roles = [*roles[:i], role, *roles[i + 1:]]
-        elsewhere = role.best.effect == final.effects[i] and role.best.chi < final.normal.chi - TELLS and led_astray < MOST_EFFECTS
-        if elsewhere:
-            led_astray += 1
-            waiting += [k for k in range(len(final.effects)) if k != i and k not in waiting]
-        if elsewhere or role.best.effect != final.effects[i]:
+        if role.best.effect != final.effects[i]:
             final = settled(problem, _swapped(final.effects, i, role.best.effect), role.best.values)
+        elif led_astray < MOST_EFFECTS and _falls(final, role.best.chi):
+            better = settled(problem, final.effects, role.best.values)  # a refit takes links that its law does not touch for straight: what it promises need not be there
+            if _falls(final, better.normal.chi):
+                final, led_astray = better, led_astray + 1
+                waiting += [k for k in range(len(final.effects)) if k != i and k not in waiting]
     return roles, final
+
+
+def _falls(final: Point, chi: float) -> bool:
+    """Whether a chi-square is lower than what stands, by more than an unfinished fit may be short of."""
+    return chi < final.normal.chi - max(TELLS, SLIGHT * final.normal.chi)
 
 
 def _again(problem: Problem, final: Point, i: int) -> Role | None:

@@ -1,10 +1,12 @@
 """A law whose numbers an early fit had led astray gets the better ones as soon as they are found, and what had mended it is asked again."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from epa_rt.gap import select
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.refit import settled
@@ -61,3 +63,17 @@ def test_what_stands_well_stays(problem):
     final = settled(problem, ("wave", "mend"), TRUE)
     roles, after = _tried_again(problem, [], final, 2)
     assert after is final and [role.best.effect for role in roles] == ["wave", "mend"]
+
+
+def test_what_a_refit_promises_and_does_not_keep_changes_nothing(problem, monkeypatch):
+    """A refit takes links that its law does not touch for straight, so that its chi-square is a promise."""
+    final, asked, again = settled(problem, ("wave", "mend"), TRUE), [], _again
+
+    def promising(problem, final, i):
+        asked.append(i)
+        role = again(problem, final, i)
+        return replace(role, fits=(replace(role.best, chi=0.5 * role.best.chi), *role.fits[1:]))
+
+    monkeypatch.setattr(select, "_again", promising)
+    roles, after = _tried_again(problem, [], final, 2)
+    assert after is final and asked == [0, 1] and len(roles) == 2
