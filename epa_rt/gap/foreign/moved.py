@@ -14,7 +14,7 @@ from epa_rt.gap.hygiene_values import noise_of, smallest_step
 WIDER = (4.0, 2.0, 1.0)   # times the residual's cut-off; the widest that the noise allows
 QUIET = 3e-3              # of the typical speed, to which the noise of the speed must stay
 QUIET_FORCE = 6e-3        # of the typical force, to which that of the mass' own must stay in the residual
-PROBE = 8192              # rows of white noise that are sent through the filters
+PROBE, PERIODS = 8192, 40  # rows of white noise that are sent through the filters at least, and periods of the cut-off
 MASS = "carriage.inertia_kg"
 
 
@@ -26,8 +26,9 @@ def smoothed(signals: Signals, numbers: Numbers) -> np.ndarray:
 def cut_off(signals: Signals, numbers: Numbers) -> tuple[float, float]:
     """The cut-off in Hz, and the deviation of what the place's noise, or its step, makes of the speed behind it, m/s (or rad/s)."""
     position = signals.columns["position"]
-    size = max(noise_of(position), smallest_step(position) / np.sqrt(12.0))
-    white = size * np.random.default_rng(0).standard_normal(PROBE)
+    moving = position[1:][np.diff(position) != 0.0]  # a log may begin with a long rest
+    size = max(noise_of(position), smallest_step(moving) / np.sqrt(12.0))
+    white = size * np.random.default_rng(0).standard_normal(max(PROBE, int(PERIODS * signals.rate_hz / signals.lowpass_hz)))
     for times in WIDER:
         hertz = times * signals.lowpass_hz
         speed = signals.slope(lowpass(white, signals.rate_hz, hertz))

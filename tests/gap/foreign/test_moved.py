@@ -55,6 +55,13 @@ def test_a_coarse_step_counts_as_noise():
     assert cut_off(signals(0.0, step_m=1e-3), NUMBERS)[0] == 40.0
 
 
+def test_a_log_that_begins_with_a_long_rest_hides_no_step():
+    of = signals(0.0, step_m=1e-3)
+    place = np.concatenate([np.full(30_000, of.columns["position"][0]), of.columns["position"]])
+    resting = Signals("log", of.rate_hz, 40.0, 10, {"position": place}, {"position": np.ones(len(place), bool)})
+    assert cut_off(resting, NUMBERS)[0] == 40.0
+
+
 def test_the_noise_of_the_speed_is_that_of_the_filter_that_is_used():
     of = signals(1e-7)
     clean = signals(0.0)
