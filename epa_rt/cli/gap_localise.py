@@ -7,6 +7,7 @@
 import argparse
 import json
 from dataclasses import asdict
+from os.path import normpath
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -82,7 +83,7 @@ def _located(given: Opened, arguments: argparse.Namespace, progress: "Callable[[
     progress("free run", 0.95)
     ground = None if arguments.as_is else ground_of(problem, values)
     freely = localise_freely(given.subject, given.recordings, ground.none.values if ground else values, problem.prepared)
-    inputs = {"rig": str(arguments.rig), "plant": str(given.plant or arguments.plant or "the one that the rig file names"), "logs": list(map(str, arguments.logs))}
+    inputs = {"rig": str(arguments.rig), "plant": normpath(given.plant or arguments.plant or given.subject.rig.plant), "logs": list(map(str, arguments.logs))}
     return Located(given.found, origin_first(places, whence), tuple(freely), whence, inputs, arguments.as_is)
 
 

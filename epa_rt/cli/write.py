@@ -9,12 +9,12 @@ from epa_rt.cli.report import MAGIC
 
 
 def write_whole(path: Path, text: str) -> None:
-    """Writes a file in one step, making its folder. Raises VerbError where it cannot, or where it would write over a log."""
+    """Writes a file in one step, making its folder; a name of a file that is no UTF-8 stands in it with its bytes spelt out. Raises VerbError where it cannot, or where it would write over a log."""
     try:
         if path.is_file() and _is_log(path):
             raise VerbError(f"{path}: found a log, expected another name (no log is overwritten)")
         path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile("w", encoding="utf-8", dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
+        with tempfile.NamedTemporaryFile("w", encoding="utf-8", errors="backslashreplace", dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
             file.write(text)
         os.chmod(file.name, 0o644)
         os.replace(file.name, path)

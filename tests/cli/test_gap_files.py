@@ -59,3 +59,9 @@ def test_on_a_terminal_one_bar_goes_and_is_taken_away(monkeypatch):
         progress("floors", 0.25)
         progress("done", 2.0)
     assert "done" in screen.getvalue() and "100 %" in screen.getvalue()
+
+
+def test_a_name_that_is_no_utf8_is_spelt_out_and_leaves_no_file_behind(tmp_path):
+    write_whole(tmp_path / "where.html", "log \udcff.mcap")
+    assert (tmp_path / "where.html").read_text(encoding="utf-8") == "log \\udcff.mcap"
+    assert [path.name for path in tmp_path.iterdir()] == ["where.html"]

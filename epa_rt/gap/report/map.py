@@ -35,7 +35,7 @@ def gap_map(diagnosis: Mapped, as_is: bool = False) -> Html:
         note("Each box is a block of the plant, fed with what was measured and held against what it should give. "
              "1 × is the noise floor: nothing to find there. The stronger the colour, the larger the gap. "
              + (AS_IS if as_is else REFITTED)),
-        _chain(diagnosis, places), _legend(), _tables(places), _free_run(diagnosis.free_run_location)])
+        _chain(diagnosis, places), _legend(), _tables(places), _free_run(diagnosis.free_run_location, as_is)])
 
 
 def _tables(places: Sequence[Place]) -> Html:
@@ -43,13 +43,13 @@ def _tables(places: Sequence[Place]) -> Html:
                                   _grid("In which frequency band, Hz", _bands(places), places)]), class_="beside"), _time(places)])
 
 
-def _free_run(places: Sequence[Place]) -> Html:
+def _free_run(places: Sequence[Place], as_is: bool) -> Html:
     """The same tables for the whole plant run from its commands alone; nothing where the rig has no model of the whole."""
     if not places:
         return Html("")
     overall = {"over all": {place.link: place.times_floor for place in places}}
     return folded("The same in free run, reading by reading", join([
-        note("The whole plant run from its commands alone, with its nominal parameters fitted to that. An error of one block goes through all readings behind it, "
+        note(f"The whole plant run from its commands alone, {'as the plant file has it' if as_is else 'with its nominal parameters fitted to that'}. An error of one block goes through all readings behind it, "
              "so that this says how much is off where, and not of which block."), _grid("Readings", overall, places), _tables(places)]))
 
 
@@ -96,7 +96,7 @@ def _legend() -> Html:
     steps = (1.0, 2.0, 4.0, 8.0, 16.0, 30.0)
     cells = join(tag("span", f"{step:g} ×", **_shade(step)) for step in steps)
     return tag("p", join([cells, tag("span", " rms of the gap, in multiples of the noise floor", class_="soft"), "   ",
-                          tag("span", "effect", class_="named"), tag("span", " what the diagnosis names there, or an error that would explain the gap", class_="soft")]), class_="legend")
+                          tag("span", "effect", class_="named"), tag("span", " what is named there, or an error that would explain the gap", class_="soft")]), class_="legend")
 
 
 def _regions(places: Sequence[Place]) -> dict[str, dict[str, float]]:

@@ -1,9 +1,11 @@
 """The page of ``epa gap localise``: where a gap lies, without a cause."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from epa_rt.gap.diagnosis import Origin, Place
+from epa_rt.gap.origin import SURE
 from epa_rt.gap.report.frame import framed
 from epa_rt.gap.report.map import AT_FLOOR, gap_map
 from epa_rt.gap.report.origin import origins
@@ -39,9 +41,16 @@ def _header(found: Located) -> Html:
 
 
 def _headline(found: Located) -> str:
-    worst = max(found.location, key=lambda place: place.times_floor, default=None)
+    worst, whole = _worst(found.location), _worst(found.free_run_location)
     if worst is None:
         return "No link of this rig could be judged with these logs."
-    if not worst.times_floor > AT_FLOOR:
-        return "Every block is at its noise floor."
-    return f"{worst.link} ({channel_words(worst.channel)}) shows most: {times(worst.times_floor)} its noise floor."
+    if worst.times_floor > AT_FLOOR or worst.significance > SURE:
+        return f"{worst.link} ({channel_words(worst.channel)}) shows most: {times(worst.times_floor)} its noise floor, {worst.significance:.0f} standard deviations above what noise would give."
+    if whole is not None and (whole.times_floor > AT_FLOOR and whole.significance > SURE):
+        return f"Every block is at its noise floor, but run from its commands alone the whole plant is not: {channel_words(whole.channel)} is {times(whole.times_floor)} its noise floor."
+    return "Every block is at its noise floor."
+
+
+def _worst(places: Sequence[Place]) -> Place | None:
+    """The place that is furthest off, of those that are numbers."""
+    return max((place for place in places if math.isfinite(place.times_floor)), key=lambda place: place.times_floor, default=None)
