@@ -141,7 +141,7 @@ def test_the_sentence_then_speaks_of_free_run():
     assert said("explained", ["knee_friction"], [], ["load"], 0.95, 0, 60, whole=1.0) == "knee_friction explains 95 % of what can be explained in load."
 
 
-@pytest.mark.parametrize(("lost", "verdict"), [(None, "no_gap"), (53.0, "no_gap"), (126.0, "no_gap"), (170.0, "not_in_catalogue"), (304.0, "not_in_catalogue")])
+@pytest.mark.parametrize(("lost", "verdict"), [(None, "no_gap"), (53.0, "no_gap"), (90.0, "no_gap"), (120.0, "not_in_catalogue"), (170.0, "not_in_catalogue"), (304.0, "not_in_catalogue")])
 def test_what_only_free_run_shows_and_nothing_explains_is_missing(lost, verdict):
     assert decided(Evidence(False, [], Coverage(1.0, 1.0, 0.0), lost=lost)) == verdict
 
