@@ -10,6 +10,7 @@ import argparse
 import sys
 import tempfile
 from dataclasses import replace
+from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -87,7 +88,8 @@ def _known(names: tuple[str, ...], given: Opened) -> None:
     known = [effect.name for effect in given.subject.catalogue]
     for name in names:
         if name not in known:
-            raise VerbError(f"--leave-out: found '{name}', expected an effect of this rig's catalogue ({', '.join(known)})")
+            near = get_close_matches(name, known, 3) or known
+            raise VerbError(f"--leave-out: found '{name}', expected an effect of this rig's catalogue ({', '.join(near)}; all: epa gap catalogue)")
 
 
 def _diagnosed(given: Opened, arguments: argparse.Namespace, progress: Progress) -> "Diagnosis":

@@ -19,6 +19,7 @@ def _dim(**exponents: int) -> Dimension:
     return tuple(exponents.get(base, 0) for base in _BASES)
 
 
+_LBF = 4.4482216152605  # N, exact: 0.453 592 37 kg at 9.806 65 m/s^2 (NIST SP 811, B.8)
 _UNITS: dict[str, tuple[float, Dimension]] = {
     "m": (1.0, _dim(m=1)), "g": (1e-3, _dim(kg=1)), "s": (1.0, _dim(s=1)), "A": (1.0, _dim(A=1)),
     "K": (1.0, _dim(K=1)), "rad": (1.0, _dim(rad=1)), "count": (1.0, _dim(count=1)),
@@ -29,6 +30,7 @@ _UNITS: dict[str, tuple[float, Dimension]] = {
     "J": (1.0, _dim(m=2, kg=1, s=-2)), "W": (1.0, _dim(m=2, kg=1, s=-3)),
     "V": (1.0, _dim(m=2, kg=1, s=-3, A=-1)), "ohm": (1.0, _dim(m=2, kg=1, s=-3, A=-2)),
     "H": (1.0, _dim(m=2, kg=1, s=-2, A=-2)), "L": (1e-3, _dim(m=3)),
+    "inch": (0.0254, _dim(m=1)), "ft": (0.3048, _dim(m=1)), "lbf": (_LBF, _dim(m=1, kg=1, s=-2)), "psi": (_LBF / 0.0254 ** 2, _dim(m=-1, kg=1, s=-2)),  # logs of others
     "%": (1e-2, NONE), "permille": (1e-3, NONE), "1": (1.0, NONE), "cycles": (1.0, NONE),
 }
 # the micro sign and the Greek letter look the same on a screen
