@@ -59,6 +59,7 @@ def open_rig(rig: Path, plant: Path | None) -> "tuple[Subject, Rig | None, Path 
 def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opened:
     """Rig and logs, the logs checked and cleaned. Raises VerbError, ConfigError where a diagnosis of them would mean nothing."""
     from epa_rt.cli.gap_fits import check_columns
+    from epa_rt.gap.foreign.dead import check_dead
     from epa_rt.gap.foreign.rests import check_rests
     from epa_rt.gap.foreign.signs import check_signs
     from epa_rt.gap.foreign.sizes import check_sizes
@@ -71,7 +72,7 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
     _unique(recordings)
     if rig is None:
         check_columns(subject, arguments.rig, recordings)
-    findings = (*check(recordings, rig), *(check_sizes(recordings, subject.rig) if rig is None else ()))
+    findings = (*check(recordings, rig), *((*check_sizes(recordings, subject.rig), *check_dead(recordings, subject.rig)) if rig is None else ()))
     _refused(findings)
     cleaned, n = clean(recordings, findings), len(arguments.logs)
     if rig is None:

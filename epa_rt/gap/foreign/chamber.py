@@ -16,6 +16,7 @@ from epa_rt.gap.foreign.signals import Signals
 from epa_rt.gap.subject import Link
 
 SEARCHED_S, MARGIN_S = 20.0, 0.5    # in which the valve shuts; left out after it, or a period of the low-pass, over which it spreads the fill
+FILLS, FILL_S, SLOWLY, CLIMB_S = 0.75, 30.0, 0.01, 0.2  # a fill begins below that part of the level it ends at, lasts no longer, and is over where it climbs by less than that part of its steepest, over so long
 LINK = ("pressure",)
 
 
@@ -37,18 +38,34 @@ class Prepared:
 
 
 def prepare(signals: Signals, numbers: Numbers) -> Prepared:
-    """Finds the holds: the trials of the log (all of it where it has none), each from the moment the pressure starts to fall."""
+    """Finds the holds: the trials of the log (all of it where it has none), each from the moment the pressure starts to fall, after a fill that it holds."""
     pressure, good = signals.columns["pressure"], signals.valid["pressure"]
     smooth = signals.lowpass(pressure)
     trials = [(span.start, span.stop) for span in signals.spans if span.trial] or [(0, len(pressure))]
     holds, judged = [], np.zeros(len(pressure), dtype=bool)
     for begin, stop in trials:
+        begin += filled(smooth[begin:stop], signals.rate_hz)
         start = begin + _shut(smooth[begin:stop], signals.rate_hz) + round(max(MARGIN_S, 1.0 / signals.lowpass_hz) * signals.rate_hz)
         if stop - start > 10:
             holds.append(Hold(start, stop, np.arange(stop - start) / signals.rate_hz, smooth[start:stop], good[start:stop]))
             judged[start:stop] = good[start:stop]
     signals.valid["pressure"] = judged
     return Prepared(signals, tuple(holds))
+
+
+def filled(pressure: np.ndarray, rate_hz: float) -> int:
+    """Sample at which the steepest climb is over, where it is a fill: fast, and from well below the level it ends at (what leaks in is slower); 0 where none shows."""
+    size = max(round(CLIMB_S * rate_hz), 1)
+    climb = pressure[size:] - pressure[:-size]
+    if not len(climb) or climb.max() <= 0.0:
+        return 0
+    steepest = int(np.argmax(climb))
+    slow = climb < SLOWLY * climb[steepest]
+    ends, begun = np.flatnonzero(slow[steepest:]), np.flatnonzero(slow[:steepest])
+    if not len(ends):
+        return 0
+    end, first = steepest + int(ends[0]), int(begun[-1]) if len(begun) else 0
+    return end if end - first <= FILL_S * rate_hz and pressure[:steepest + 1].min() < FILLS * pressure[end] else 0
 
 
 def _shut(pressure: np.ndarray, rate_hz: float) -> int:
@@ -154,6 +171,7 @@ _EFFECTS = (
 )
 
 EQUATIONS = (
+    f"a fill within a trial is the steepest climb over {CLIMB_S:g} s of the low-passed pressure, if it begins below {FILLS:g} of where it ends and lasts at most {FILL_S:g} s; it ends where it climbs by less than {SLOWLY:g} of its steepest, and the trial begins there",
     f"a hold begins {MARGIN_S:g} s (a period of the low-pass, where that is longer) after the corner of the level and parabola that fit the low-passed pressure of its first {SEARCHED_S:g} s best; t counts from there, p0 is the pressure there",
     "dp/dt = (sum of the leaks) / (1 + c max(2 p - pa, 0)), p less the gauge's zero, overpressures never below 0, stand and linear leak k (p - pa)",
     f"psi(r) = sqrt(r^(2/kappa) - r^((kappa + 1)/kappa)) over its value at {CRITICAL:g}, r no less than that, kappa = {KAPPA:g}",

@@ -3,8 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from epa_rt.gap.diagnose import diagnose
+from epa_rt.gap.foreign.chamber import filled
 from epa_rt.gap.recording import Span
 from tests.gap.foreign.carriages import Cart, opened
 from tests.gap.foreign.made import one_trial
@@ -30,11 +32,32 @@ def held(leak_per_s: float, seconds: float = 90.0) -> np.ndarray:
     return 101_325.0 + 5e5 * np.exp(-leak_per_s * np.arange(0.0, seconds, PERIOD_S))
 
 
-def test_a_chamber_that_is_filled_late_in_its_log_is_not_called_without_a_gap(tmp_path):
-    """Thirty seconds vented, then filled at once: no law of a sealed chamber rises so."""
-    late = np.concatenate([np.full(300, 101_325.0), held(1e-3)])
-    found = diagnose(opened(tmp_path, TANK, PLANT), [tank(late, 1)], how_far=False)
+def test_a_chamber_that_is_filled_again_within_its_hold_is_not_called_without_a_gap(tmp_path):
+    """From six bar to seven and a half, half a minute on: no law of a sealed chamber rises so, and so small a step is no fill that a hold begins with."""
+    again = np.concatenate([held(1e-3, 30.0), held(1e-3) + 1.5e5])
+    found = diagnose(opened(tmp_path, TANK, PLANT), [tank(again, 1)], how_far=False)
     assert found.verdict in ("not_in_catalogue", "partly_explained") and found.location[0].times_floor > 100.0
+
+
+@pytest.mark.parametrize("before_s", [0.0, 3.0, 30.0])
+@pytest.mark.parametrize("fill_s", [0.1, 2.0, 8.0])
+@pytest.mark.parametrize(("leak_per_s", "verdict"), [(2.2e-5, "no_gap"), (1e-3, "explained")])
+def test_a_chamber_may_be_filled_within_its_log(tmp_path, before_s, fill_s, leak_per_s, verdict):
+    """The hold begins behind the fill, wherever that is: a hold that began within it was a gap of a rig without one, and took 8 per cent off a leak."""
+    hold = held(leak_per_s)
+    fill = 101_325.0 + (hold[0] - 101_325.0) * np.arange(0.0, 1.0, PERIOD_S / fill_s)
+    whole = np.concatenate([np.full(round(before_s / PERIOD_S), 101_325.0), fill, hold])
+    found = diagnose(opened(tmp_path, TANK, PLANT), [tank(whole, 1), tank(whole, 2)], how_far=False)
+    assert found.verdict == verdict, found.says
+    for effect in found.effects:
+        (number,) = effect.parameters
+        assert effect.name == "leak_linear" and abs(number.value / leak_per_s - 1.0) < 0.04
+
+
+def test_a_chamber_into_which_air_leaks_was_not_filled():
+    pressure = 8e5 - 5e5 * np.exp(-0.01 * np.arange(0.0, 120.0, PERIOD_S))
+    assert filled(pressure, 1.0 / PERIOD_S) == 0
+    assert filled(np.full(900, 6e5), 1.0 / PERIOD_S) == filled(np.zeros(0), 10.0) == 0
 
 
 def test_trials_set_aside_are_judged_block_by_block(tmp_path):
