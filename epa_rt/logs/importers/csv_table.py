@@ -14,6 +14,7 @@ from epa_rt.logs.importers.table import ImportRefused, Table, element_of, shown,
 
 _LARGEST = 1 << 30  # bytes of a file
 _NO_VALUE = ("", "nan", "na", "n/a", "none", "null", "nil", "-", "--", "#n/a", "missing")  # texts that loggers write where they have none
+UNITS_HINT = "; where units stand below the header, say 'skip_below_header: 1' under format"
 _ENCODINGS = {"utf-8": "utf-8-sig", "latin-1": "latin-1", "utf-16": "utf-16"}
 
 
@@ -32,7 +33,7 @@ def read_csv(path: Path, form: Format, wanted: Sequence[str | int]) -> Table:
         values = np.empty(len(rows))
         for k, row in enumerate(rows):
             text = row[index] if element is None else _element(row[index], element, path, lines[k], column)
-            values[k] = _number(text, form, path, lines[k], column)
+            values[k] = _number(text, form, path, lines[k], column, UNITS_HINT if k == 0 and header and not form.skip_below_header else "")
         columns[column] = values
     return Table(str(path), columns, lambda row: f"{path}:{lines[row]}")
 
@@ -41,7 +42,7 @@ def _rows(path: Path, form: Format) -> tuple[list[list[str]], list[int], list[st
     """Rows of cells, the line on which each begins, the header's names, and whether the last line has its end."""
     text = _text(path, form)
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=form.delimiter, strict=True)
-    rows, lines, header, width, line = [], [], None, 0, 1
+    rows, lines, header, width, line, below = [], [], None, 0, 1, 0
     try:
         for row in reader:
             begin, line = line, reader.line_num + 1
@@ -50,11 +51,14 @@ def _rows(path: Path, form: Format) -> tuple[list[list[str]], list[int], list[st
             if not width:
                 width = len(row)
                 if form.header:
-                    header = _header(path, begin, row)
+                    header, below = _header(path, begin, row), form.skip_below_header
                     continue
+            if below:
+                below -= 1
+                continue
             if len(row) != width:
                 raise ImportRefused(f"{path}:{begin}: found {_columns(len(row))}, expected {width} as in the lines before{_cut(text, begin)}"
-                                    f"{_delimiter_guess(form, header or rows[0])}{_comma_guess(form, len(row), width)}")
+                                    f"{_delimiter_guess(form, header or rows[0]) or _comma_guess(form, len(row), width) or _title_hint(rows)}")
             rows.append(row)
             lines.append(begin)
     except csv.Error as error:
@@ -133,7 +137,7 @@ def _element(cell: str, element: int, path: Path, line: int, column: str) -> str
     return items[element]
 
 
-def _number(text: str, form: Format, path: Path, line: int, column: str | int) -> float:
+def _number(text: str, form: Format, path: Path, line: int, column: str | int, hint: str = "") -> float:
     plain = text.strip()
     if plain in form.missing:
         return math.nan
@@ -147,12 +151,17 @@ def _number(text: str, form: Format, path: Path, line: int, column: str | int) -
         value = math.nan
     if not math.isfinite(value):
         found = "an empty cell" if not text.strip() else shown(text)
-        raise ImportRefused(f"{path}:{line}: column {shown(column) if isinstance(column, str) else column}: found {found}, expected a number{_missing_hint(text.strip())}")
+        raise ImportRefused(f"{path}:{line}: column {shown(column) if isinstance(column, str) else column}: found {found}, expected a number{_missing_hint(text.strip()) or hint * bool(text.strip())}")
     return value
 
 
 def _missing_hint(text: str) -> str:
     return f"; where that means no value, name it in the mapping: format: {{missing: [{json.dumps(text, ensure_ascii=False)}]}}" if text.lower() in _NO_VALUE else ""
+
+
+def _title_hint(rows: list[list[str]]) -> str:
+    """The first line that counts has another width than the second: it may be a title."""
+    return "" if rows else "; where lines stand before the header, say how many with 'skip_lines' under format"
 
 
 def _columns(count: int) -> str:

@@ -33,7 +33,7 @@ Text = Annotated[str, StringConstraints(min_length=1, max_length=200)]
 
 class Format(Frozen):
     """How the files are written. Of CSV: ``delimiter``, ``decimal``, ``thousands`` (where it is the decimal sign too, the
-    last one is the decimal), ``header``, ``skip_lines`` before it, ``missing`` (texts that mean no value).
+    last one is the decimal), ``header``, ``skip_lines`` before it, ``skip_below_header`` (lines of units), ``missing`` (texts that mean no value).
     ``final_newline: false``: the last line may end without a line end, so that a file cut there cannot be told.
     """
 
@@ -43,6 +43,7 @@ class Format(Frozen):
     thousands: Literal[".", ",", " ", "'"] | None = None
     header: bool = True
     skip_lines: Annotated[int, Field(ge=0, le=1000)] = 0
+    skip_below_header: Annotated[int, Field(ge=0, le=10)] = 0
     encoding: Literal["utf-8", "latin-1", "utf-16"] = "utf-8"
     final_newline: bool = True
     missing: Annotated[tuple[str, ...], Field(max_length=20)] = ()
@@ -58,6 +59,8 @@ class Format(Frozen):
     def _signs_differ(self) -> "Format":
         if self.kind == "csv" and self.delimiter in (self.decimal, self.thousands):
             raise UnitError(f"found the delimiter {self.delimiter!r} also as a sign within numbers, expected signs that differ")
+        if self.skip_below_header and not self.header:
+            raise UnitError(f"found 'skip_below_header: {self.skip_below_header}' with 'header: false', expected lines before the numbers to count as 'skip_lines' there")
         return self
 
 

@@ -61,6 +61,22 @@ def test_what_may_be_wrong_is_said(imported, tmp_path):
     assert (tmp_path / "c.csv").read_text() == csv_text()
 
 
+def test_lines_about_the_header(imported, tmp_path):
+    """A title before it, units below it: said, and what is said helps."""
+    (tmp_path / "title.csv").write_text("second run of the cart\n" + csv_text())
+    said = imported(CSV, tmp_path / "title.csv")[1]
+    assert "title.csv:2: found 4 columns, expected 1 as in the lines before; where lines stand before the header, say how many with 'skip_lines' under format" in said
+    assert imported(CSV.replace("csv,", "csv, skip_lines: 1,"), tmp_path / "title.csv")[0] == 0
+    (tmp_path / "units.csv").write_text(line(1, LINES[0] + "\nms;mm;N"))
+    said = imported(CSV, tmp_path / "units.csv")[1]
+    assert "units.csv:2: found 3 columns" in said
+    (tmp_path / "units.csv").write_text(line(1, LINES[0] + "\nms;mm;N;kN"))
+    assert "units.csv:2: column 'pos': found 'mm', expected a number; where units stand below the header, say 'skip_below_header: 1'" in imported(CSV, tmp_path / "units.csv")[1]
+    code, said, _ = imported(CSV.replace("csv,", "csv, skip_below_header: 1,"), tmp_path / "units.csv")
+    assert code == 0 and "200 rows" in said
+    assert "found 'skip_below_header: 1' with 'header: false'" in imported(CSV.replace("csv,", "csv, header: false, skip_below_header: 1,"), tmp_path / "units.csv")[1]
+
+
 def test_encodings(imported, tmp_path):
     (tmp_path / "a.csv").write_bytes(csv_text().replace("time", "Kraft in µ;time", 1).encode("latin-1"))
     assert "a.csv:1: found bytes that are not utf-8 text" in imported(CSV, tmp_path / "a.csv")[1]
