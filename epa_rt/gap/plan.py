@@ -29,11 +29,13 @@ Distance = Callable[[Recording, Rival, Rival], float]        # data made by the 
 
 
 class Judged(NamedTuple):
-    """An experiment of the menu, the least distance (chi-square) that it puts between two rivals, and how long its trials take."""
+    """An experiment of the menu, the least distance (chi-square) that it puts between two rivals, how long its trials take, and what it puts between
+    any two in the mean, none counted for more than decides."""
 
     item: Item
     distance: float
     trials_s: float
+    mean: float = 0.0
 
     @property
     def times(self) -> int:
@@ -47,6 +49,10 @@ class Judged(NamedTuple):
         """What experiments are chosen by: what all rounds should give, no more than is ample, then what one does. Both fall as the distance does."""
         return min(self.distance * self.times, AMPLE), self.distance
 
+    def beats(self, other: "Judged") -> bool:
+        """Whether it is the better one: by its reach, and where there is none for the closest two rivals, by what it does for the others."""
+        return (*self.reach, self.mean) > (*other.reach, other.mean)
+
 
 def next_experiment(rivals: Sequence[Rival], items: Sequence[Item], simulate: Simulate, distance: Distance,
                     progress: Callable[[str, float], None] = lambda stage, share: None) -> NextExperiment | None:
@@ -55,7 +61,7 @@ def next_experiment(rivals: Sequence[Rival], items: Sequence[Item], simulate: Si
     for k, item in enumerate(items):
         progress(f"next experiment: {item.name} {' '.join(item.settings.values())}", k / (len(items) + 1))
         found = _judged(rivals, item, simulate, distance, best)
-        if found is not None and (best is None or found.reach > best.reach):
+        if found is not None and (best is None or found.beats(best)):
             best = found
     if best is None:
         return None
@@ -68,8 +74,13 @@ def next_experiment(rivals: Sequence[Rival], items: Sequence[Item], simulate: Si
     names = tuple(dict.fromkeys(name for rival in rivals for name in rival.names))
     settings = ", ".join(f"{key} {value}" for key, value in item.settings.items())
     apart = np.sqrt(max(best.distance, 0.0))
-    says = f"{item.says} ({settings}): the closest two answers would lie {apart:.0f} standard deviations of the noise apart, which {_sure(best.distance)}"
+    says = f"{item.says} ({settings}): the closest two answers would lie {apart:.0f} standard deviations of the noise apart, which {_sure(best.distance)}{_others(best)}"
     return NextExperiment(item.name, dict(item.settings), names, best.distance, item.text, says)
+
+
+def _others(best: Judged) -> str:
+    """What an experiment that does not tell the closest two apart does for the others."""
+    return f"; over all pairs they would lie {np.sqrt(best.mean):.0f} apart in the mean, what is further than 5 counted as 5" if best.distance < TELLS <= best.mean else ""
 
 
 def _sure(distance: float) -> str:
@@ -81,8 +92,9 @@ def _sure(distance: float) -> str:
 def _judged(rivals: Sequence[Rival], item: Item, simulate: Simulate, distance: Distance, beaten_by: Judged | None) -> Judged | None:
     """None where it could not be run. Of an experiment that another one beats already, no more rivals are asked: each run of the loop costs seconds."""
     found: Judged | None = None
+    apart: list[float] = []
     for truth in rivals:
-        if found is not None and beaten_by is not None and found.reach <= beaten_by.reach:
+        if found is not None and beaten_by is not None and found.reach < beaten_by.reach:
             return found
         recording = simulate(item, truth.plant_text)
         if recording is None:
@@ -90,6 +102,6 @@ def _judged(rivals: Sequence[Rival], item: Item, simulate: Simulate, distance: D
         trials_s = recording.period_s * sum(span.stop - span.start for span in recording.spans if span.trial)
         for other in rivals:
             if other is not truth:
-                apart = distance(recording, truth, other)
-                found = Judged(item, apart if found is None else min(found.distance, apart), trials_s)
+                apart.append(distance(recording, truth, other))
+        found = Judged(item, min(apart), trials_s, float(np.mean(np.minimum(apart, DECIDES))))
     return found

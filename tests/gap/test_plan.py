@@ -43,6 +43,16 @@ def test_an_experiment_that_is_beaten_already_is_not_run_for_every_rival():
     assert ran == [("short", "a"), ("short", "b"), ("long", "a"), ("failing", "a"), ("failing", "b")]
 
 
+def test_where_no_experiment_tells_the_closest_two_apart_the_one_that_rules_out_the_others_is_taken():
+    """Late valves, a regulator that droops and a seat that leaks: data of the leak look late in every experiment, and fills tell all the rest."""
+    rivals = (Rival(("droop",), "a"), Rival(("late",), "b"), Rival(("seat",), "c"))
+    apart = {"short": 2.0, "long": 28.0, "failing": 1.0}
+    found = next_experiment(rivals, ITEMS, lambda item, plant: toy.recording(item.name, 1, seconds=1.0),
+                            lambda recording, truth, other: 0.0 if (truth, other) == (rivals[2], rivals[1]) else apart[recording.name])
+    assert (found.name, found.expected_distance) == ("long", 0.0)
+    assert "does not tell them apart" in found.says and "over all pairs they would lie 5 apart in the mean" in found.says
+
+
 @pytest.mark.parametrize("distance, words", [(81.0, "would lie 9 standard deviations of the noise apart, which decides (5 do)"),
                                              (16.0, "would lie 4 standard deviations of the noise apart, which helps, but does not decide (5 do)"),
                                              (4.0, "would lie 2 standard deviations of the noise apart, which does not tell them apart"),
