@@ -6,7 +6,7 @@ PLANT = table(
     "bench.yaml",
     ("plant: wrong unit", "supply: 48 V", "supply: 48 A", "supply: 48", "'48 A'", "a quantity in V"),
     ("plant: missing unit", "supply: 48 V", "supply: 48", "supply: 48", "'48' without a unit", "like V"),
-    ("plant: psi", "supply_gauge: 850 kPa", "supply_gauge: 120 psi", "psi", "unit 'psi'", "a known unit"),
+    ("plant: psf", "supply_gauge: 850 kPa", "supply_gauge: 120 psf", "psf", "unit 'psf'", "a known unit"),
     ("plant: not a number", "inertia: 110 g*cm^2", "inertia: .nan", "inertia", "'nan'", "a number with a unit"),
     ("plant: infinite", "inertia: 110 g*cm^2", "inertia: 1e999 g*cm^2", "inertia", "1e999", "a finite number"),
     ("plant: bool for a quantity", "gear_ratio: 19", "gear_ratio: true", "gear_ratio", "True", "a number with a unit"),

@@ -12,7 +12,7 @@ UNITS = table(
     ("missing unit", "period: 1 ms", "period: 1", "period:", "'1' without a unit", "a number with a unit like s"),
     ("unknown unit", "transition_timeout: 0.5 s", "transition_timeout: 0.5 sec", "transition_timeout", "unit 'sec'", "a known unit"),
     ("off by a dimension", "slew: 150 mm/s", "slew: 150 mm/s^2", "slew: 150", "'150 mm/s^2'", "m/s"),
-    ("psi", "limits: [60 kPa abs, 800 kPa gauge]", "limits: [60 kPa abs, 116 psi gauge]", "psi", "unit 'psi'", "kPa"),
+    ("psf", "limits: [60 kPa abs, 800 kPa gauge]", "limits: [60 kPa abs, 116 psf gauge]", "psf", "unit 'psf'", "kPa"),
     ("nan", "rated_torque: 170 mNm", "rated_torque: .nan", "rated_torque", "'nan'", "a number with a unit"),
     ("infinity", "late: 0.3 ms", "late: .inf", "overrun", "'inf'", "a number with a unit"),
     ("infinite with a unit", "late: 0.3 ms", "late: 1e999 ms", "overrun", "'1e999 ms'", "a finite number"),
