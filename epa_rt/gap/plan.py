@@ -5,12 +5,13 @@ is left then, in units of the noise, is the distance that the experiment would p
 """
 
 from collections.abc import Callable, Sequence
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
 
 from epa_rt.gap.diagnosis import DECIDES, TELLS, NextExperiment
-from epa_rt.gap.menu import Item
+from epa_rt.gap.menu import Item, joined
 from epa_rt.gap.recording import Recording
 
 AMPLE = 3.0 * DECIDES  # what an experiment should promise: a real rig is no rival's plant. Of seven ladders of speeds that promised 37 to 102 the two below 40 did not decide
@@ -30,12 +31,13 @@ Distance = Callable[[Recording, Rival, Rival], float]        # data made by the 
 
 class Judged(NamedTuple):
     """An experiment of the menu, the least distance (chi-square) that it puts between two rivals, how long its trials take, and what it puts between
-    any two in the mean, none counted for more than decides."""
+    any two in the mean, none counted for more than decides. ``apart``: all those distances, in one order; empty where an experiment that is beaten was not asked for all."""
 
     item: Item
     distance: float
     trials_s: float
     mean: float = 0.0
+    apart: tuple[float, ...] = ()
 
     @property
     def times(self) -> int:
@@ -43,6 +45,11 @@ class Judged(NamedTuple):
         if self.distance <= 0.0 or self.item.rounds is None or self.trials_s <= 0.0:
             return 1
         return max(min(int(np.ceil(AMPLE / self.distance)), int(LONGEST_S / self.trials_s)), 1)
+
+    @property
+    def longer(self) -> Item | None:
+        """The same with so many rounds; None where one does, or all that can be had should not tell."""
+        return self.item.rounds(self.times) if self.times > 1 and self.distance * self.times >= TELLS else None
 
     @property
     def reach(self) -> tuple[float, float]:
@@ -56,26 +63,56 @@ class Judged(NamedTuple):
 
 def next_experiment(rivals: Sequence[Rival], items: Sequence[Item], simulate: Simulate, distance: Distance,
                     progress: Callable[[str, float], None] = lambda stage, share: None) -> NextExperiment | None:
-    """The experiment with the largest least distance between any two rivals, with more rounds where one does not decide amply; None where none could be simulated."""
+    """The experiment with the largest least distance between any two rivals, with more rounds where one does not decide amply, or another beside it where
+    one does not decide for all; None where none could be simulated."""
     best: Judged | None = None
+    every: list[Judged] = []
     for k, item in enumerate(items):
-        progress(f"next experiment: {item.name} {' '.join(item.settings.values())}", k / (len(items) + 1))
-        found = _judged(rivals, item, simulate, distance, best)
-        if found is not None and (best is None or found.beats(best)):
+        progress(f"next experiment: {item.name} {' '.join(item.settings.values())}", k / (len(items) + 3))
+        found = _judged(rivals, item, simulate, distance, best if len(rivals) == 2 else None)
+        if found is None:
+            continue
+        every.append(found)
+        if best is None or found.beats(best):
             best = found
     if best is None:
         return None
-    if best.times > 1 and best.distance * best.times >= TELLS:
-        longer = best.item.rounds(best.times)
-        progress(f"next experiment: {longer.name} {' '.join(longer.settings.values())}", 1.0 - 1.0 / (len(items) + 1))
-        found = _judged(rivals, longer, simulate, distance, None)
-        best = found if found is not None and found.distance > best.distance else best
+
+    def or_better(asked: Item | None, share: float) -> Judged:
+        """Of the best one and another, which is asked for all rivals, the one that sets the closest further apart."""
+        if asked is None:
+            return best
+        progress(f"next experiment: {asked.name} {' '.join(asked.settings.values())}", share)
+        found = _judged(rivals, asked, simulate, distance, None)
+        return found if found is not None and found.distance > best.distance else best
+
+    best = or_better(best.longer, 1.0 - 3.0 / (len(items) + 3))
+    if best.distance < DECIDES:
+        both = or_better(_beside(every), 1.0 - 2.0 / (len(items) + 3))
+        if both is not best and both.distance >= DECIDES:
+            best = both
+            best = or_better(best.longer, 1.0 - 1.0 / (len(items) + 3))
     item = best.item
     names = tuple(dict.fromkeys(name for rival in rivals for name in rival.names))
     settings = ", ".join(f"{key} {value}" for key, value in item.settings.items())
-    apart = np.sqrt(max(best.distance, 0.0))
-    says = f"{item.says} ({settings}): the closest two answers would lie {apart:.0f} standard deviations of the noise apart, which {_sure(best.distance)}{_others(best)}"
+    apart = int(np.sqrt(max(best.distance, 0.0)))  # not rounded up: what lies 4.5 apart does not decide where 5 do
+    says = f"{item.says} ({settings}): the closest two answers would lie {apart} standard deviations of the noise apart, which {_sure(best.distance)}{_others(best)}"
     return NextExperiment(item.name, dict(item.settings), names, best.distance, item.text, says)
+
+
+def _beside(every: Sequence[Judged]) -> Item | None:
+    """The two experiments in one file that should set the closest rivals furthest apart, where that decides: one tells what another does not.
+
+    Not where it only helps: a regulator that droops showed in fills alone, and no more when strokes of as many minutes stood beside them.
+    """
+    apart = [one for one in every if one.apart]
+    pairs = [(float(min(np.add(one.apart, two.apart))), one, two) for one, two in combinations(apart, 2)]
+    for promised, one, two in sorted(pairs, key=lambda pair: -pair[0]):
+        if promised < DECIDES:
+            return None
+        if (both := joined(one.item, two.item)) is not None:
+            return both
+    return None
 
 
 def _others(best: Judged) -> str:
@@ -104,4 +141,4 @@ def _judged(rivals: Sequence[Rival], item: Item, simulate: Simulate, distance: D
             if other is not truth:
                 apart.append(distance(recording, truth, other))
         found = Judged(item, min(apart), trials_s, float(np.mean(np.minimum(apart, DECIDES))))
-    return found
+    return found._replace(apart=tuple(apart)) if found is not None else None

@@ -1,5 +1,6 @@
 """The next experiment is the one that sets the closest rivals furthest apart, and says so in words."""
 
+from itertools import combinations
 from pathlib import Path
 
 import pytest
@@ -8,7 +9,8 @@ from hypothesis import strategies as st
 
 from epa_rt.config.rig import load_rig
 from epa_rt.experiments.experiment import load_experiment
-from epa_rt.gap.menu import Item, menu
+from epa_rt.gap.menu import Item, joined, menu
+from epa_rt.gap.menu.text import Lines
 from epa_rt.gap.plan import Judged, Rival, next_experiment
 from tests.gap import toy
 
@@ -165,3 +167,62 @@ def test_the_rests_of_a_sealed_hold_come_back_to_no_load_in_every_round():
     item = next(item for item in menu(load_rig(RIGS / "bench.yaml")) if item.name == "sealed_hold").rounds(2)
     places = [line.split("to: ")[1].split(",")[0] for line in item.text.splitlines() if "{name: back" in line or "{name: stretch" in line]
     assert places == ["no_load", "25.2 mm"] * 2
+
+
+def two_of(apart: dict[str, dict[tuple[str, str], float]], lines: bool = True):
+    """What is chosen of experiments that each tell some pairs of three rivals; in one file what they tell adds up. And what was run."""
+    rivals, ran = tuple(Rival((name,), name) for name in "abc"), []
+    items = tuple(Item(name, {"at": name}, name, f"a {name} run", None, Lines("motor_speed", [], [f"  - {{name: {name}}}"]) if lines else None) for name in apart)
+
+    def simulate(item, plant):
+        ran.append(item.name)
+        return toy.recording(item.name, 1, seconds=1.0)
+
+    def distance(recording, truth, other):
+        return sum(apart[part].get((truth.plant_text, other.plant_text), 0.0) for part in recording.name.split("_and_"))
+
+    return next_experiment(rivals, items, simulate, distance), ran
+
+
+ALL = {(one, two): 30.0 for one in "abc" for two in "abc" if one != two}
+NO_AB, NO_BC = ({pair: far for pair, far in ALL.items() if set(pair) != without} for without in ({"a", "b"}, {"b", "c"}))
+
+
+def test_two_experiments_that_tell_what_the_other_does_not_are_proposed_in_one_file():
+    found, ran = two_of({"fills": NO_AB, "ladder": NO_BC, "nothing": {}})
+    assert (found.name, found.expected_distance) == ("fills_and_ladder", 30.0) and "decides" in found.says
+    assert found.settings == {"at of fills": "fills", "at of ladder": "ladder"}  # its rounds bring nothing here
+    assert "name: fills" in found.file and "name: ladder_then" in found.file
+    assert ran.count("fills_and_ladder") == 6  # for each rival, and drawn out
+
+
+@pytest.mark.parametrize(("apart", "lines"), [({"fills": NO_AB, "ladder": ALL}, True), ({"fills": NO_AB, "ladder": NO_AB}, True), ({"fills": NO_AB, "ladder": NO_BC}, False)])
+def test_where_one_does_or_two_do_not_or_have_no_lines_there_is_one(apart, lines):
+    found, ran = two_of(apart, lines)
+    assert found.name in apart and not any("_and_" in name for name in ran)
+
+
+def test_any_two_experiments_of_a_bench_go_into_one_file_and_a_knees_with_their_own_loop(tmp_path):
+    for name in ("bench", "mass", "knee"):
+        rig = load_rig(RIGS / f"{name}.yaml")
+        for first, second in combinations(menu(rig), 2):
+            both = joined(first, second)
+            assert (both is None) == (name == "knee" and first.lines.loop != second.lines.loop), (first.name, second.name)
+            if both is not None:
+                path = tmp_path / "next.yaml"
+                path.write_text(both.text, encoding="utf-8")
+                trials = [len(load_experiment(write(tmp_path / "one.yaml", one.text), rig).trials) for one in (first, second)]
+                assert len(load_experiment(path, rig).trials) == sum(trials)
+
+
+def write(path: Path, text: str) -> Path:
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_a_speed_ladder_has_two_pressures_and_turns_round_on_every_rung():
+    item = next(item for item in menu(load_rig(RIGS / "bench.yaml")) if item.name == "speed_ladder")
+    assert "name: fill_550_at_550" in item.text and "name: fill_250_at_250" in item.text
+    for rung in [line for line in item.text.splitlines() if "random_speed" in line]:
+        low, high = (float(place) for place in rung.split("between: [")[1].split("]")[0].replace(" mm", "").split(","))
+        assert high - low <= 4.0 * float(rung.split(" speed: ")[1].split()[0]) + 0.11

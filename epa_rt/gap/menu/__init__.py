@@ -4,9 +4,9 @@ from epa_rt.config.rig import Rig
 from epa_rt.config.rig_rows import si_unit_of
 from epa_rt.gap.menu.bench import bench_menu
 from epa_rt.gap.menu.knee import knee_menu
-from epa_rt.gap.menu.text import Item
+from epa_rt.gap.menu.text import Item, joined
 
-__all__ = ["Item", "menu"]
+__all__ = ["Item", "joined", "menu"]
 
 
 def menu(rig: Rig) -> tuple[Item, ...]:

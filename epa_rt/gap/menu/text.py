@@ -7,14 +7,24 @@ from typing import NamedTuple
 from epa_rt.config.rig import Rig
 
 
+class Lines(NamedTuple):
+    """What an experiment is written of: the loop that the run keeps to, what makes ready, and what is run."""
+
+    loop: str
+    before: list[str]
+    phases: list[str]
+
+
 class Item(NamedTuple):
-    """``text`` is a whole experiment file; ``settings`` what a person would turn, with units. ``rounds``: the same with its trials so many times, where it can be had."""
+    """``text`` is a whole experiment file; ``settings`` what a person would turn, with units. ``rounds``: the same with its trials so many times, where it can be had;
+    ``lines``: what another experiment can be appended to, where one can."""
 
     name: str
     settings: dict[str, str]
     text: str
     says: str
     rounds: "Callable[[int], Item] | None" = None
+    lines: Lines | None = None
 
 
 def line(name: str, rest: str) -> str:
@@ -58,12 +68,28 @@ def item(name: str, settings: dict[str, str], loop: str, before: list[str], phas
                       *(["before:", *before] if before else []), "phases:", *phases, "after:", *after, ""])
 
     def rounds(times: int) -> Item:
-        more = [_renamed(phase, n) for n in range(1, times + 1) for phase in phases]
+        more = [renamed(phase, str(n)) if n > 1 else phase for n in range(1, times + 1) for phase in phases]
         return item(name, {**settings, "rounds": str(times)}, loop, before, more, says)
 
-    return Item(name, settings, text, says, rounds)
+    return Item(name, settings, text, says, rounds, Lines(loop, before, phases))
 
 
-def _renamed(phase: str, n: int) -> str:
-    """A phase of round ``n``: no two of an experiment have one name."""
-    return re.sub(r"name: (\w+)", rf"name: \1_{n}", phase, count=1) if n > 1 else phase
+def joined(first: Item, second: Item) -> Item | None:
+    """Both in one file, one after the other, the second from no load again; None where a run cannot hold both. Between two places and at rest the motor's loops do the
+    same, so that what keeps its place goes along with what moves by speed; a knee's loop goes with itself alone."""
+    if first.lines is None or second.lines is None:
+        return None
+    loops = {first.lines.loop, second.lines.loop}
+    if len(loops) > 1 and loops != {"motor_speed", "motor_position"}:
+        return None
+    loop = "motor_speed" if len(loops) > 1 else first.lines.loop
+    back = [line("between", ("loop: motor_position, " if loop == "joint_angle" else "") + "move: {to: no_load, speed: 20 mm/s}")]
+    then = [renamed(phase, "then") for phase in (*back, *second.lines.before, *second.lines.phases)]
+    settings = {**{f"{key} of {first.name}": value for key, value in first.settings.items()}, **{f"{key} of {second.name}": value for key, value in second.settings.items()}}
+    phases = [*first.lines.before, *first.lines.phases, *then]  # all of them in every round: each needs its own pressure again
+    return item(f"{first.name}_and_{second.name}", settings, loop, [], phases, f"{first.says}; then {second.says}")
+
+
+def renamed(phase: str, more: str) -> str:
+    """A phase with more to its name: no two of an experiment have one name."""
+    return re.sub(r"name: (\w+)", rf"name: \1_{more}", phase, count=1)
