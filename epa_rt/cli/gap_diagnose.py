@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, STOPPED, VerbError
 from epa_rt.cli.gap_fits import check_judged, check_spares
-from epa_rt.cli.gap_inputs import Opened, add_log_arguments, add_rig_arguments, opened, task_parser
+from epa_rt.cli.gap_inputs import Opened, add_log_arguments, add_rig_arguments, catalogue_command, opened, task_parser
 from epa_rt.cli.gap_plan import planned
 from epa_rt.cli.inputs import EXPERIMENT
 from epa_rt.cli.progress import progress_shown
@@ -89,7 +89,7 @@ def _known(names: tuple[str, ...], given: Opened) -> None:
     for name in names:
         if name not in known:
             near = get_close_matches(name, known, 3) or known
-            raise VerbError(f"--leave-out: found '{name}', expected an effect of this rig's catalogue ({', '.join(near)}; all: epa gap catalogue)")
+            raise VerbError(f"--leave-out: found '{name}', expected an effect of this rig's catalogue ({', '.join(near)}; all: {catalogue_command(given)})")
 
 
 def _diagnosed(given: Opened, arguments: argparse.Namespace, progress: Progress) -> "Diagnosis":

@@ -42,6 +42,11 @@ def add_log_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quiet", action="store_true", help="no progress")
 
 
+def catalogue_command(given: Opened) -> str:
+    """What lists the effects that this rig can have."""
+    return "epa gap catalogue" if given.rig is not None else f"epa gap catalogue --kind {given.subject.rig.component.kind}"
+
+
 def open_rig(rig: Path, plant: Path | None) -> "tuple[Subject, Rig | None, Path | None]":
     """The subject, the typed rig and the plant file's path; the last two None for a rig that is not ours. Raises ConfigError."""
     from epa_rt.cli.inputs import load_plant_of

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, VerbError
 from epa_rt.cli.gap_fits import check_spares
-from epa_rt.cli.gap_inputs import Opened, add_log_arguments, add_rig_arguments, opened, task_parser
+from epa_rt.cli.gap_inputs import Opened, add_log_arguments, add_rig_arguments, catalogue_command, opened, task_parser
 from epa_rt.cli.progress import progress_shown
 from epa_rt.cli.write import check_writable, write_whole
 
@@ -54,7 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
         raise VerbError(f"{arguments.rig}: found a rig without a menu of experiments, expected one of this house, or of the kind {kinds}")
     known = {effect.name for effect in given.subject.catalogue}
     if unknown := [name for one in diagnosis.effects for name in (one.name, *one.not_separable_from) if name not in known]:
-        raise VerbError(f"{arguments.diagnosis}: found the effect {unknown[0]}, expected one of the catalogue of {arguments.rig} (epa gap catalogue)")
+        raise VerbError(f"{arguments.diagnosis}: found the effect {unknown[0]}, expected one of the catalogue of {arguments.rig} ({catalogue_command(given)})")
     if len(sets_apart(diagnosis, given.subject, within_family=True)) < 2:
         print("nothing to tell apart: the diagnosis names no effect that these logs could not separate from another")
         return COMPLETED

@@ -86,6 +86,13 @@ def test_a_turned_sign_on_a_rig_of_others_is_said_first(tmp_path, capsys):
     assert "motor_force_n: found a correlation of -1.00 with what the plant file makes of the other channels" in capsys.readouterr().out
 
 
+def test_an_unknown_effect_to_leave_out_is_pointed_at_its_own_catalogue(tmp_path, capsys):
+    log = imported_carriage(tmp_path, "1")
+    capsys.readouterr()
+    said = refused(capsys, "diagnose", "--rig", ROOT / "config/rigs_foreign/emps.yaml", log, "--leave-out", "colomb")
+    assert "found 'colomb', expected an effect of this rig's catalogue (coulomb" in said and "epa gap catalogue --kind carriage)" in said
+
+
 def test_a_log_too_short_for_the_filters_of_a_rig_of_others(tmp_path, capsys):
     log = imported_carriage(tmp_path, "1", rows=14)
     capsys.readouterr()

@@ -15,9 +15,9 @@ def check_dead(recordings: Sequence[Recording], rig: ForeignRig) -> list[Finding
     found = []
     for recording in recordings:
         names = [name for name in rig.channels.values() if name in recording.columns]
-        moving = [name for name in names if _moves(recording.columns[name])]
+        moving, measured = [name for name in names if _moves(recording.columns[name])], measured_names(recording)
         for name in names:
-            if name not in moving and name not in measured_names(recording) and moving and np.isfinite(recording.columns[name]).any():
+            if name not in moving and name not in measured and moving and np.isfinite(recording.columns[name]).any():
                 value = float(np.nanmin(recording.columns[name]))
                 found.append(Finding("note", "dropped channel", recording.name, name, f"{recording.name}: {name}: found {value:.6g} on every row while {moving[0]} moves, "
                                      "expected a channel that moves too: it is dead, or this log is of a run without its drive"))

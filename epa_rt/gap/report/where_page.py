@@ -46,7 +46,7 @@ def _headline(found: Located) -> str:
         return "No link of this rig could be judged with these logs."
     if worst.times_floor > AT_FLOOR or worst.significance > SURE:
         return f"{worst.link} ({channel_words(worst.channel)}) shows most: {times(worst.times_floor)} its noise floor, {worst.significance:.0f} standard deviations above what noise would give."
-    if whole is not None and (whole.times_floor > AT_FLOOR and whole.significance > SURE):
+    if whole is not None and whole.times_floor > AT_FLOOR and whole.significance > SURE:
         return f"Every block is at its noise floor, but run from its commands alone the whole plant is not: {channel_words(whole.channel)} is {times(whole.times_floor)} its noise floor."
     return "Every block is at its noise floor."
 
