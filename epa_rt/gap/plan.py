@@ -30,14 +30,18 @@ Distance = Callable[[Recording, Rival, Rival], float]        # data made by the 
 
 
 class Judged(NamedTuple):
-    """An experiment of the menu, the least distance (chi-square) that it puts between two rivals, how long its trials take, and what it puts between
-    any two in the mean, none counted for more than decides. ``apart``: all those distances, in one order; empty where an experiment that is beaten was not asked for all."""
+    """An experiment of the menu, the least distance (chi-square) that it puts between two rivals, and how long its trials take. ``apart``: what it puts between
+    any two, in one order; empty where an experiment that is beaten was not asked for all."""
 
     item: Item
     distance: float
     trials_s: float
-    mean: float = 0.0
     apart: tuple[float, ...] = ()
+
+    @property
+    def mean(self) -> float:
+        """What it puts between any two in the mean, none counted for more than decides."""
+        return float(np.mean(np.minimum(self.apart, DECIDES))) if self.apart else 0.0
 
     @property
     def times(self) -> int:
@@ -92,6 +96,10 @@ def next_experiment(rivals: Sequence[Rival], items: Sequence[Item], simulate: Si
         if both is not best and both.distance >= DECIDES:
             best = both
             best = or_better(best.longer, 1.0 - 1.0 / (len(items) + 3))
+    return _proposed(best, rivals)
+
+
+def _proposed(best: Judged, rivals: Sequence[Rival]) -> NextExperiment:
     item = best.item
     names = tuple(dict.fromkeys(name for rival in rivals for name in rival.names))
     settings = ", ".join(f"{key} {value}" for key, value in item.settings.items())
@@ -140,5 +148,5 @@ def _judged(rivals: Sequence[Rival], item: Item, simulate: Simulate, distance: D
         for other in rivals:
             if other is not truth:
                 apart.append(distance(recording, truth, other))
-        found = Judged(item, min(apart), trials_s, float(np.mean(np.minimum(apart, DECIDES))))
+        found = Judged(item, min(apart), trials_s)
     return found._replace(apart=tuple(apart)) if found is not None else None

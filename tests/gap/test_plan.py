@@ -205,19 +205,22 @@ def test_where_one_does_or_two_do_not_or_have_no_lines_there_is_one(apart, lines
 def test_any_two_experiments_of_a_bench_go_into_one_file_and_a_knees_with_their_own_loop(tmp_path):
     for name in ("bench", "mass", "knee"):
         rig = load_rig(RIGS / f"{name}.yaml")
-        for first, second in combinations(menu(rig), 2):
+
+        def trials(item):
+            (tmp_path / "next.yaml").write_text(item.text, encoding="utf-8")
+            return len(load_experiment(tmp_path / "next.yaml", rig).trials)
+
+        alone = [(item, trials(item)) for item in menu(rig)]
+        for (first, some), (second, more) in combinations(alone, 2):
             both = joined(first, second)
             assert (both is None) == (name == "knee" and first.lines.loop != second.lines.loop), (first.name, second.name)
-            if both is not None:
-                path = tmp_path / "next.yaml"
-                path.write_text(both.text, encoding="utf-8")
-                trials = [len(load_experiment(write(tmp_path / "one.yaml", one.text), rig).trials) for one in (first, second)]
-                assert len(load_experiment(path, rig).trials) == sum(trials)
+            assert both is None or trials(both) == some + more
 
 
-def write(path: Path, text: str) -> Path:
-    path.write_text(text, encoding="utf-8")
-    return path
+def test_one_experiment_at_two_settings_in_one_file_says_both():
+    low, high = [item for item in menu(load_rig(RIGS / "bench.yaml")) if item.name == "slow_strokes"]
+    said = joined(low, high).settings
+    assert said["pressure of slow_strokes"] == "300 kPa gauge, then 550 kPa gauge" and said["speed of slow_strokes"] == "4 mm/s"
 
 
 def test_a_speed_ladder_has_two_pressures_and_turns_round_on_every_rung():

@@ -13,7 +13,8 @@ TURNS_S = 4.0                  # how long a stroke of the ladder takes at the mo
 def bench_menu(rig: Rig) -> list[Item]:
     """Rests, strokes of all speeds, fills, and the motor alone."""
     top_mm = 1e3 * rig.motor.places.get("stretched", 0.02)
-    low, middle, high = (f"{round(part * top_mm, 1):g} mm" for part in (0.05, 0.5, 0.9))
+    low_mm, middle_mm, high_mm = (round(part * top_mm, 1) for part in (0.05, 0.5, 0.9))
+    low, middle, high = (f"{mm:g} mm" for mm in (low_mm, middle_mm, high_mm))
     items = []
     for kpa in PRESSURES_KPA:
         p = f"{kpa} kPa gauge"
@@ -34,7 +35,7 @@ def bench_menu(rig: Rig) -> list[Item]:
                  [trial(f"step: {{levels: [{high}, {middle}], rise: 300 ms, dwell: 2 s, times: 6}}")],
                  "steps and rests: creep, heat, the servo"),
         ]
-    items.append(_speed_ladder(rig, low, high))
+    items.append(_speed_ladder(rig, low_mm, high_mm))
     items.append(item("fills_at_no_load", {"pressures": "150, 550, 300, 600 kPa gauge"}, "motor_position", [move("go_to_no_load", "no_load")],
                       [line for kpa in (150, 550, 300, 600) for line in (fill(rig, f"{kpa} kPa gauge"), trial("for: 4 s", f"rest_at_{kpa}"))],
                       "fills and vents with rests, nothing moves: valves, supply, heat of the gas"))
@@ -42,23 +43,20 @@ def bench_menu(rig: Rig) -> list[Item]:
     return items
 
 
-def _speed_ladder(rig: Rig, low: str, high: str) -> Item:
+def _speed_ladder(rig: Rig, low_mm: float, high_mm: float) -> Item:
     """The same motion at speeds up to two octaves apart: friction over the logarithm of speed, where laws differ that agree about any one speed.
 
     At two pressures, since a friction goes with the pull and a damping does not: at one of them a damper that is off by a third hides what the top speeds say of a
     friction. Slow rungs keep to a stroke that they can turn round in.
     """
-    bottom, top = (float(place.split()[0]) for place in (low, high))
-    middle, phases, n = 0.5 * (bottom + top), [], 0
-    for kpa in LADDER_KPA:
-        p = f"{kpa} kPa gauge"
-        ready = [*filled(rig, p), move("go_to_middle", f"{middle:g} mm")]
+    middle, phases = 0.5 * (low_mm + high_mm), []
+    for k, kpa in enumerate(LADDER_KPA):
+        ready = [*filled(rig, f"{kpa} kPa gauge"), move("go_to_middle", f"{middle:g} mm")]
         phases += [renamed(phase, f"at_{kpa}") for phase in ready]
-        for mm_s, acceleration, dwell in LADDER:
-            n += 1
-            half = 0.5 * min(TURNS_S * mm_s, top - bottom)
+        for n, (mm_s, acceleration, dwell) in enumerate(LADDER, k * len(LADDER) + 1):
+            half = 0.5 * min(TURNS_S * mm_s, high_mm - low_mm)
             span = f"{round(middle - half, 1):g} mm, {round(middle + half, 1):g} mm"
             phases.append(trial(f"random_speed: {{between: [{span}], speed: {mm_s:g} mm/s, acceleration: {acceleration:g} m/s^2, dwell: [100 ms, {dwell}]}}\n    for: 10 s", f"rung_{n}"))
-    settings = {"pressures": ", ".join(f"{kpa}" for kpa in LADDER_KPA) + " kPa gauge", "strokes": f"up to {low} to {high}",
+    settings = {"pressures": ", ".join(f"{kpa}" for kpa in LADDER_KPA) + " kPa gauge", "strokes": f"up to {low_mm:g} mm to {high_mm:g} mm",
                 "speeds": ", ".join(f"{mm_s:g}" for mm_s, *_ in LADDER) + " mm/s"}
     return item("speed_ladder", settings, "motor_speed", [], phases, "strokes at speeds over two decades and at two pressures: what friction, damping and creep are made of")

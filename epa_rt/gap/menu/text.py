@@ -85,7 +85,10 @@ def joined(first: Item, second: Item) -> Item | None:
     loop = "motor_speed" if len(loops) > 1 else first.lines.loop
     back = [line("between", ("loop: motor_position, " if loop == "joint_angle" else "") + "move: {to: no_load, speed: 20 mm/s}")]
     then = [renamed(phase, "then") for phase in (*back, *second.lines.before, *second.lines.phases)]
-    settings = {**{f"{key} of {first.name}": value for key, value in first.settings.items()}, **{f"{key} of {second.name}": value for key, value in second.settings.items()}}
+    settings = {f"{key} of {first.name}": value for key, value in first.settings.items()}
+    for key, value in second.settings.items():
+        said = f"{key} of {second.name}"  # of one experiment with two settings both are said
+        settings[said] = f"{settings[said]}, then {value}" if settings.get(said, value) != value else value
     phases = [*first.lines.before, *first.lines.phases, *then]  # all of them in every round: each needs its own pressure again
     return item(f"{first.name}_and_{second.name}", settings, loop, [], phases, f"{first.says}; then {second.says}")
 
