@@ -33,6 +33,8 @@ GAS: Table = (
     P("wall_exchange_fall_ratio", "1", 0.0, 0.0, 1.5, "0: that rate at any pressure, 1: as of walls that take so much per kelvin", FACTS),
     P("wall_exchange_rise_ratio", "1", 0.0, 0.0, 0.5, "0: that rate however warm the gas is, 1/4 to 1/3: as of air that only its warmth stirs; counted from a tenth above the temperature around it",
       "natural convection: Nusselt's number over the fourth (laminar) or third (turbulent) root of Rayleigh's"),
+    P("wall_exchange_stir_s", "s", 0.0, 0.0, 50.0, "0: that rate whatever flows; that rate rises with (1 + this times the share of the gas that flows in or out in a second) to the power of 0.67",
+      "forced convection while a vessel is filled: Nusselt's number over Reynolds' to 0.67 (Woodfield et al., as HydDown takes it, doi:10.21105/joss.03695)"),
     P("supply_droop_pa_s_kg", "Pa*s/kg", 0.0, 0.0, 1e10, "supply pressure lost per mass flow", FACTS, "supply_droop"),
     P("droop_time_s", "s", 0.02, 1e-3, 2.0, "time constant of the regulator", FACTS),
     P("inlet_seat_leak_ratio", "1", 0.0, 0.0, 0.5, "opening that remains of a shut inlet", FACTS, "valve_seat_leak"),

@@ -166,3 +166,23 @@ def test_air_that_only_its_warmth_stirs_cools_as_a_power_of_time(start_pa, excha
     grown = np.abs(warmer) ** -rise
     per_s = rise * exchange * gas.WARMER ** -rise
     assert np.diff(grown)[1:] == pytest.approx(per_s * 1e-3, rel=1e-3)
+
+
+@settings(max_examples=20, deadline=None)
+@given(lengths, st.floats(2e5, 8e5), st.floats(0.3, 5.0), st.floats(0.1, 20.0))
+def test_gas_that_flow_stirs_cools_as_ever_where_nothing_flows(path, start_pa, exchange, stir):
+    still = np.zeros(len(path))
+    heat = {"adiabatic_ratio": 1.0, "wall_exchange_per_s": exchange}
+    stirred, _ = gas.gas_over_log(params_with(**heat, wall_exchange_stir_s=stir), path, still, still, 1e-3, start_pa=start_pa)
+    plain, _ = gas.gas_over_log(params_with(**heat), path, still, still, 1e-3, start_pa=start_pa)
+    assert np.array_equal(stirred, plain)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(0.3, 5.0), st.floats(0.5, 20.0))
+def test_gas_that_flow_stirs_is_filled_between_unstirred_and_isothermal(exchange, stir):
+    """It takes up heat of its filling, but gives more of it to the walls: its pressure lies between those of the two limits all along the fill."""
+    path, still, filling = np.full(600, 0.14), np.zeros(600), np.r_[np.ones(500), np.zeros(100)]
+    heat = {"adiabatic_ratio": 1.0, "wall_exchange_per_s": exchange}
+    stirred, plain, cold = (gas.gas_over_log(params_with(**more), path, filling, still, 1e-3)[0] for more in ({**heat, "wall_exchange_stir_s": stir}, heat, {}))
+    assert (cold[50:] < stirred[50:]).all() and (stirred[50:] < plain[50:]).all()

@@ -51,7 +51,7 @@ def _rates(g, c, mass, droop, volume, inlet, exhaust, others):
 @compiled
 def is_tight(g):
     """Whether shut valves keep p V^n as it is."""
-    return g.leak_per_s == 0.0 and gas.cooling(g, gas.WALLS_PA, gas.WARMER) == 0.0 and g.inlet_seat_leak_ratio == 0.0 and g.exhaust_seat_leak_ratio == 0.0
+    return g.leak_per_s == 0.0 and gas.cooling(g, gas.WALLS_PA, gas.WARMER, 0.0) == 0.0 and g.inlet_seat_leak_ratio == 0.0 and g.exhaust_seat_leak_ratio == 0.0
 
 
 @compiled
@@ -95,7 +95,7 @@ def march(g, delays, volume, raised, inlet, exhaust, others, lags_s, period_s, k
     decay = math.exp(-0.5 * h / g.valve_lag_s)
     fade = math.exp(-period_s / lag_s) if lag_s > 0.0 else 0.0
     tube_fade = math.exp(-period_s / tube_s) if tube_s > 0.0 else 0.0
-    tight, slow = is_tight(g), gas.cooling(g, gas.WALLS_PA, gas.WARMER) * period_s < SLOW
+    tight, slow = is_tight(g), gas.cooling(g, gas.WALLS_PA, gas.WARMER, 0.0) * period_s < SLOW
     reach = math.ceil(max(delays[0], delays[1])) + 1
     still = _still_for(inlet, exhaust, k0, reach)
     for k in range(k0, k1):

@@ -10,6 +10,7 @@ from epa_rt.models.compiled import compiled
 
 WALLS_PA = 4e5              # absolute pressure at which walls bring gas back at the rate they are given
 WARMER = 0.1                # share of its temperature above that around it at which they do, if the rate rises with it
+STIRS = 0.67                # exponent of the flow that stirs the gas: of Reynolds' number in vessels while they are filled
 HEAT_CAPACITY = 0.4         # ratio of heat capacities of air, less 1
 SHUT = 1e-6                 # a valve closing below this opening is shut exactly
 
@@ -51,8 +52,9 @@ def exponent(p):
 
 
 @compiled
-def cooling(p, at_rest_pa, warmer):
-    """Rate (1/s) at which the gas returns to the temperature around it, at the pressure (Pa) that it would then have; ``warmer``: share of its temperature above that, or below."""
+def cooling(p, at_rest_pa, warmer, changed_per_s):
+    """Rate (1/s) at which the gas returns to the temperature around it, at the pressure (Pa) that it would then have; ``warmer``: share of its temperature above
+    that, or below; ``changed_per_s``: share of its mass that flows in or out in a second."""
     found = 0.0
     if p.fill_heating_ratio != 1.0:
         found += p.heat_exchange_per_s
@@ -60,7 +62,9 @@ def cooling(p, at_rest_pa, warmer):
         found += p.compression_cooling_per_s
     if p.adiabatic_ratio != 0.0:
         walls = p.wall_exchange_per_s * power(WALLS_PA / at_rest_pa, p.wall_exchange_fall_ratio)
-        found += walls if p.wall_exchange_rise_ratio == 0.0 else walls * (abs(warmer) / WARMER) ** p.wall_exchange_rise_ratio
+        if p.wall_exchange_rise_ratio != 0.0:
+            walls *= (abs(warmer) / WARMER) ** p.wall_exchange_rise_ratio
+        found += walls if p.wall_exchange_stir_s == 0.0 else walls * (1.0 + p.wall_exchange_stir_s * changed_per_s) ** STIRS
     return found
 
 
@@ -99,7 +103,7 @@ def rates(p, c, mass, volume, pressure_pa, supply_pa, inlet, exhaust):
     if p.leak_per_s != 0.0:
         lost += p.leak_per_s * leaked(p, pressure_pa) * volume / thermal
     at_rest_pa = mass * thermal / volume
-    back = cooling(p, at_rest_pa, pressure_pa / at_rest_pa - 1.0)
+    back = cooling(p, at_rest_pa, pressure_pa / at_rest_pa - 1.0, (abs(drawn) + abs(lost)) / mass)
     if back != 0.0:
         heat = back * (at_rest_pa - pressure_pa)
     if drawn == 0.0 and lost == 0.0 and heat == 0.0:
