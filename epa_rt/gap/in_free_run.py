@@ -48,7 +48,7 @@ def heard(problem: Problem, selection: Selection, ground: Ground | None, rules: 
         as_well[selection.roles[-1].best.effect] = others
     if as_well:  # what was found there may do without what a block had named for it
         together = len(selection.roles)
-        selection, best = fewer(problem, whole, selection, best, rules)
+        selection, best = fewer(problem, whole, selection, best, rules, as_well)
         if len(selection.roles) < together and selection.roles[0].best.effect in as_well:  # laws had been tried in the place of what is gone
             selection = with_effect(problem, bare(selection), selection.roles[0].best.effect, best)
             tied = frozenset()

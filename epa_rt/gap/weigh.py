@@ -67,15 +67,17 @@ class Weighed:
         rivals = [[law for law in one.not_separable_from if effects[law].family != one.family] for one in names]
         over = there is not None and there.too_much_left
         groundless = there is not None and not there.supports and all(one.confidence < BARS.heard_of for one in names)
-        verdict = decided(Evidence(
+        evidence = Evidence(
             gap=bool(self.where), effects=[one.name for one in names], found=self.covered, ambiguous=any(rivals),
             untested=len(self.silent) / max(len(effects), 1), odd=bool(self.odd), whole=self.counted, lost=self.lost, to_noise=self.to_noise,
             breaks=bool(self.breaks), elsewhere=bool(self.elsewhere), helps=self.helps,
-            trust=trust(self.found.before, self.found.after, self.counted), too_much_left=over, groundless=groundless))
+            trust=trust(self.found.before, self.found.after, self.counted), too_much_left=over, groundless=groundless,
+            one_form=there is not None and there.one_form)
+        verdict = decided(evidence)
         shown = (there.gap, there.left) if there else None
         faint = shown if self.helps and self.whole is None and self.covered.part < BARS.covered else None
         says = said(verdict, [spoken(one) for one in names], rivals, self.where, self.covered.part, len(self.silent), len(effects), self.odd,
-                    self.counted, self.lost, self.breaks, faint, shown if over else None)
+                    self.counted, self.lost, self.breaks, faint, shown if over else None, evidence.other_form(BARS))
         return verdict, says
 
 

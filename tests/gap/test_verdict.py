@@ -208,3 +208,15 @@ def test_a_gap_elsewhere_that_the_effects_do_not_touch_is_passed_over():
 def test_a_plant_file_that_was_far_off_is_said_where_nothing_else_is():
     moved = Number("chamber.stand_leak_per_s", 1.2e-4, "1/s", 1.1e-4, 1.3e-4, 2.2e-5)
     assert "chamber.stand_leak_per_s to 0.00012 1/s (plant file: 2.2e-05)" in said_of_moved([moved])
+
+
+def test_names_that_have_one_form_leave_nothing_in_the_blocks_that_they_have_to_do_with():
+    """An encoder's age for a late command: 0.92 of what the drive shows, and the whole plant follows to the noise."""
+    some = Coverage(0.92, 0.92, 3.0)
+    assert decided(Evidence(True, ["encoder_skew"], some, whole=1.0, to_noise=True, one_form=True)) == "not_in_catalogue"
+    assert decided(Evidence(True, ["gas_energy"], some, whole=1.0, to_noise=True)) == "explained"
+    assert decided(Evidence(True, ["encoder_skew"], Coverage(0.995, 0.995, 3.0), whole=1.0, one_form=True)) == "explained"
+    assert decided(Evidence(True, ["encoder_skew"], Coverage(0.5, 1.0, 0.3), whole=1.0, to_noise=True, one_form=True)) == "explained"  # nothing worth a word stays
+    assert decided(Evidence(True, ["encoder_skew"], some, whole=1.0, to_noise=True, one_form=True, elsewhere=True)) == "partly_explained"  # another link has its own
+    text = said("not_in_catalogue", ["encoder_skew"], [[]], ["drive"], 0.92, 0, 5, whole=1.0, other_form=True)
+    assert "leaves 8 % of what the blocks show" in text and "one form" in text
