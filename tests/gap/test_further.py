@@ -33,6 +33,13 @@ def test_not_where_another_law_does_as_much():
     assert answer.verdict == "not_in_catalogue" and "chi-square of 36 of 501" in answer.says
 
 
+def test_not_in_the_same_block():
+    """What mends another one's formula is mostly of its block."""
+    subject = Chained()
+    subject.catalogue = tuple(effect._replace(block="sensors") if effect.name == "valve_delay" else effect for effect in subject.catalogue)
+    assert told(subject).verdict == "not_in_catalogue"
+
+
 @pytest.mark.parametrize(("named", "missing", "gain", "unworthy"), [
     (0, 115.0, 114.0, False),    # all of what the whole plant shows
     (0, 115.0, 90.0, True),      # a part of it
