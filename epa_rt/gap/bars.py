@@ -37,8 +37,8 @@ class Bars:
     ``no_trust``: confidence below which a name is no answer where the whole plant shows a gap.
     ``loud``: times its floor from which a link of a rig without a model of the whole has a gap though nothing measured foresees it (a hand on a carriage: 6.6 to 14);
     ``loud_beside_sensors``: the same where the floor is of the sensors alone (a carriage without a gap: 1.56).
-    ``one_form``: part of the excess that all names together must explain where each is a single number of a reading or a command, which has no other form (37 right ones of two
-    sets 0.995 and more, an encoder's age for a late command 0.92, with 24 of 11 207 left in free run).
+    ``exact``: part of the excess that all names together must explain, in the links that they have to do with, where each is a zero, a scale or a shift in time of a reading or a
+    command, which has no other form (right ones of two sets 0.995 and more, an encoder's age for a late command 0.92, with 24 of 11 207 left in free run).
     ``breaks``: chi-square per sample by which a link that was content may grow with the effects on; ``touched``: part of a link's excess of which effects must
     explain more to have to do with it.
     """
@@ -75,7 +75,7 @@ class Bars:
     no_trust: float = 0.05
     loud: float = 2.0
     loud_beside_sensors: float = 3.0
-    one_form: float = 0.97
+    exact: float = 0.97
     breaks: float = 1.0
     touched: float = 0.3
 

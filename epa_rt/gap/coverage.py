@@ -1,6 +1,6 @@
 """What effects explain of the gap, link by link: how much, what they leave, what they break, what they pass over."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,9 +49,9 @@ def _most(before: Left, after: Left, name: str, bars: Bars) -> float:
     return max(first.before - max(min(first.after, last.after, last.before), 1.0), 0.0)
 
 
-def coverage(before: Left, after: Left, bars: Bars = BARS) -> Coverage:
-    """What the effects explain of all that lies above the noise, whether or not the generic model could."""
-    excess, stays = _over(before, bars.noise), _over(after, bars.noise)
+def coverage(before: Left, after: Left, bars: Bars = BARS, but: Collection[str] = ()) -> Coverage:
+    """What the effects explain of all that lies above the noise, whether or not the generic model could; in all links ``but`` these."""
+    excess, stays = ({name: amount for name, amount in _over(left, bars.noise).items() if name not in but} for left in (before, after))
     total = sum(excess.values())
     if total <= 0.0:
         return Coverage(1.0, 1.0, 0.0)

@@ -3,6 +3,8 @@
 from collections.abc import Collection
 from dataclasses import replace
 
+import numpy as np
+
 from epa_rt.gap.as_one import fitted
 from epa_rt.gap.further import Rules
 from epa_rt.gap.point import Point
@@ -11,14 +13,14 @@ from epa_rt.gap.refit import settled_with
 from epa_rt.gap.select import Selection
 
 
-def fewer(problem: Problem, whole: Problem, selection: Selection, best: Point, rules: Rules, found_there: Collection[str] = ()) -> tuple[Selection, Point]:
-    """The selection, and its fit in free run, without the effects whose loss the others make up for there; what is missed most comes first. ``found_there``: effects
-    that were found in free run, where less was enough of one that nothing else comes near (further.py)."""
+def fewer(problem: Problem, whole: Problem, selection: Selection, best: Point, rules: Rules, little: Collection[str] = ()) -> tuple[Selection, Point]:
+    """The selection, and its fit in free run, without the effects whose loss the others make up for there; what is missed most comes first. ``little``: effects of
+    which less was enough when they were found, since nothing else comes near them (further.py)."""
     while len(selection.roles) > 1:
         without = [_without(whole, best, role.best.effect) for role in selection.roles]
-        i = min(range(len(without)), key=lambda k: without[k].normal.chi)
-        enough = rules.better if selection.roles[i].best.effect in found_there else rules.gained
-        if without[i].normal.chi - best.normal.chi > enough:
+        over = [one.normal.chi - best.normal.chi - (rules.better if role.best.effect in little else rules.gained) for one, role in zip(without, selection.roles, strict=True)]
+        i = int(np.argmin(over))
+        if over[i] > 0.0:
             missed = sorted(range(len(without)), key=lambda k: -without[k].normal.chi)
             return replace(selection, roles=tuple(selection.roles[k] for k in missed)), best
         best = without[i]

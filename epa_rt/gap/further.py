@@ -18,6 +18,7 @@ from epa_rt.gap.select import Selection
 
 GROWS = 3.0    # a shape without a unit that goes no further makes nothing of next to nothing
 READS_OR_COMMANDS = ("sensors", "bus")
+EXACT = ("_offset", "_gain", "_skew", "_delay")  # endings of their names
 ALONE = 0.005  # of a gap: what one right law in other words mostly leaves of it where it is not many times its detection limit
 
 
@@ -30,8 +31,8 @@ class Rules:
     (rigs without a gap leave 3 to 25), and ``rest`` of what there is without effects, from which something is missing: the right law in other words
     left up to 0.02 of it; what nominal parameters cannot bear is missing whatever part it is; ``first``: the same where nothing is named (24 rigs
     without a gap of two sets showed 17 at most, missed effects at twice their limit and more 45 to 73). ``most``: of that which a further effect must
-    explain, and ``gained`` at least, or ``better`` of a second one in another block that takes the plant to the noise and that no other comes near (a current's scale 33 of
-    46, the next law 3); ``never``: of the gap, of which a twelfth is the most that all names together
+    explain, and ``gained`` at least, or ``better`` of a second one in another block that takes the plant to the noise and of which no other law does ``half`` (a current's
+    scale 33 of 46, the next law 3); ``never``: of the gap, of which a twelfth is the most that all names together
     may leave: a last law that leaves more is not gone on with; ``together``: effects from which free run looks for no other, for what takes a third one that no block shows
     is rather one that is not in the catalogue; ``screened``: families that are fitted for it, ``rough``: as ``near``, of a fit with derivatives
     kept from before (a soft regulator that leaves 27 had left 84). ``plain``: gain from which it is named however weak it is.
@@ -59,6 +60,7 @@ class Rules:
     plain: float = 1e3
     noise: float = 25.0
     tied: float = 7.0
+    half: float = 0.5
 
     @property
     def anothers(self) -> float:
@@ -94,7 +96,8 @@ def further(problem: Problem, whole: Problem, selection: Selection, none: Point,
     points = sorted(((one.effect, one.point or afresh(whole, best, one, worth)) for one in close), key=lambda pair: pair[1].normal.chi)
     name, point = points[0]
     gain = best.normal.chi - point.normal.chi
-    only = len(close) == 1 and _of_another_block(problem, selection, name) and gain > rules.better and above(point, noise) <= rules.noise
+    only = _of_another_block(problem, selection, name) and gain > rules.better and above(point, noise) <= rules.noise and all(
+        best.normal.chi - one.chi < rules.half * gain for one in tried if one.effect != name)
     if point.normal.chi > named or (gain < enough and not only) or _unworthy(problem, selection, name, point, gain, missing, rules):
         return None
     before = selection.final if selection.roles else selection.base
@@ -110,7 +113,7 @@ def _of_another_block(problem: Problem, selection: Selection, name: str) -> bool
 
 def _unworthy(problem: Problem, selection: Selection, name: str, point: Point, gain: float, missing: float, rules: Rules) -> bool:
     """Whether an effect is so weak that nobody would act on its name. Where nothing is named and a gap is what the whole plant shows, that is asked of no law that
-    explains nearly all of it: a speed's zero at a sixteenth of a typical one was all of 115."""
+    explains nearly all of it: a speed's zero of 0.03 of a typical one, where 0.06 counts, was all of 115."""
     if not selection.roles and missing > BARS.shows and gain > BARS.carried * missing:
         return False
     return gain < rules.plain and _says_little(problem, name) and negligible(problem, name, point.values)
@@ -137,6 +140,11 @@ def of_one_form(problem: Problem, selection: Selection) -> bool:
     another formula, so that of any gap, however large, the right one leaves next to nothing (109 of seven sets 24 at most, of gaps of up to 13 million;
     an encoder's age named for a command's, or the other way round, 431 to 2227)."""
     return all_read_or_command(problem, selection) and all(len(problem.effects[role.best.effect].knobs) == 1 for role in selection.roles)
+
+
+def exact(problem: Problem, selection: Selection) -> bool:
+    """Whether all that is named is a zero, a scale or a shift in time of a reading or a command: a bend or a lag may follow another curve than ours, these may not."""
+    return of_one_form(problem, selection) and all(role.best.effect.endswith(EXACT) for role in selection.roles)
 
 
 def all_read_or_command(problem: Problem, selection: Selection) -> bool:

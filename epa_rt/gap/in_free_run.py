@@ -11,7 +11,7 @@ import numpy as np
 
 from epa_rt.gap.as_one import fitted
 from epa_rt.gap.fewer import fewer
-from epa_rt.gap.further import Rules, above, around, bare, further, in_other_words, of_one_form, plainer, strain, with_effect
+from epa_rt.gap.further import Rules, above, around, bare, exact, further, in_other_words, of_one_form, plainer, strain, with_effect
 from epa_rt.gap.ground import Ground
 from epa_rt.gap.heard import Beside, Heard
 from epa_rt.gap.one_alone import one_alone
@@ -40,20 +40,23 @@ def heard(problem: Problem, selection: Selection, ground: Ground | None, rules: 
     tied = frozenset(law for laws in beside.values() for law, one in laws.items() if alone and one.behind < rules.tied)
     progress("free run: what is left", 0.7)
     as_well: dict[str, tuple[Fit, ...]] = {}
+    little: set[str] = set()
     while len(selection.roles) < rules.together:
         found = further(problem, whole, selection, none, best, noise, rules)
         if found is None:
             break
+        if best.normal.chi - found[1].normal.chi <= rules.gained:
+            little.add(found[0].roles[-1].best.effect)
         selection, best, others = found
         as_well[selection.roles[-1].best.effect] = others
     if as_well:  # what was found there may do without what a block had named for it
         together = len(selection.roles)
-        selection, best = fewer(problem, whole, selection, best, rules, as_well)
+        selection, best = fewer(problem, whole, selection, best, rules, little)
         if len(selection.roles) < together and selection.roles[0].best.effect in as_well:  # laws had been tried in the place of what is gone
             selection = with_effect(problem, bare(selection), selection.roles[0].best.effect, best)
             tied = frozenset()
     said = Heard(above(none, noise), above(best, noise), strain(best), _of_named(beside, selection.final.effects), as_well, tied=tied, alone=len(selection.roles) == 1,
-                 one_form=of_one_form(problem, selection))
+                 one_form=of_one_form(problem, selection), exact=exact(problem, selection))
     if selection.roles and said.large and not said.carried:
         progress("free run: one law alone", 0.8)
         selection, best, said = one_alone(problem, ground, selection, rules) or (selection, best, said)

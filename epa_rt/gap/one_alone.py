@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from epa_rt.gap.further import Rules, above, around, bare, plainer, strain, with_effect
+from epa_rt.gap.further import Rules, above, around, bare, exact, of_one_form, plainer, strain, with_effect
 from epa_rt.gap.ground import Ground
 from epa_rt.gap.heard import Heard
 from epa_rt.gap.point import Point
@@ -29,4 +29,4 @@ def one_alone(problem: Problem, ground: Ground, selection: Selection, rules: Rul
     found = with_effect(problem, without, name, best)
     if [role.best.effect for role in selection.roles] == [name]:  # better numbers for the same name: what blocks hold alike stays so
         found = replace(found, roles=selection.roles)
-    return found, best, replace(said, as_well=as_well)
+    return found, best, replace(said, as_well=as_well, one_form=of_one_form(problem, found), exact=exact(problem, found))

@@ -17,7 +17,7 @@ class Evidence:
     belief and hides more than the effects explain. ``whole``: part of the gap in free run that the effects explain, None where it shows none.
     ``lost``: chi-square above noise in free run where no effect is named, None where one is or the rig has no model of the whole. ``to_noise``: with the
     effects the whole plant follows its commands to the noise, whatever a block still shows (dry friction of a knee: 2933 to 9, and half of the gap in its acceleration).
-    ``too_much_left``: more of the gap is left there than a right law leaves of it. ``groundless``: names that are hardly ever first, and the whole plant is no better with them. ``one_form``: each name is a single number of a reading or a command. ``breaks``: links that agreed no longer do with the effects on. ``elsewhere``: other links have a gap of which they explain nothing. ``helps``: with them the
+    ``too_much_left``: more of the gap is left there than a right law leaves of it. ``groundless``: names that are hardly ever first, and the whole plant is no better with them. ``exact``: what the names explain of the links that they have to do with, where each is a zero, a scale or a shift in time of a reading or a command. ``breaks``: links that agreed no longer do with the effects on. ``elsewhere``: other links have a gap of which they explain nothing. ``helps``: with them the
     whole plant is better by more than chance. ``trust``: what the names' confidence counts, from what they leave of what the verdict counts."""
 
     gap: bool
@@ -35,7 +35,7 @@ class Evidence:
     trust: float = 1.0
     too_much_left: bool = False
     groundless: bool = False
-    one_form: bool = False
+    exact: Coverage | None = None
 
     def incredible(self, bars: Bars) -> bool:
         """Whether the whole plant has a gap, and the effects leave so much of what the blocks or it show that nothing is left of their confidence; not where it
@@ -44,7 +44,7 @@ class Evidence:
 
     def other_form(self, bars: Bars) -> bool:
         """Whether names that can have one form alone leave something in the blocks that they have to do with: then it is another thing that looks like it."""
-        return self.one_form and not self.elsewhere and self.found.part < bars.one_form and self.found.left > bars.trifle
+        return self.exact is not None and self.exact.part < bars.exact and self.exact.left > bars.trifle
 
     def little(self, bars: Bars) -> bool:
         """Whether the effects explain too little of what the blocks show to be the cause, and nothing else speaks for them."""
@@ -84,9 +84,9 @@ def informed(links: Mapping[str, Sequence[str]], silent: Sequence[str], bars: Ba
 
 def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]], links: Sequence[str], part: float, not_tested: int, of: int,
          odd: Sequence[str] = (), whole: float | None = None, lost: float | None = None, breaks: Sequence[str] = (), faint: tuple[float, float] | None = None,
-         over: tuple[float, float] | None = None, other_form: bool = False) -> str:
+         over: tuple[float, float] | None = None, other_form: Coverage | None = None) -> str:
     """The verdict in one or two sentences. ``faint``: chi-square in free run before and after, where little else speaks for the names; ``over``: where too much of the gap stays;
-    ``other_form``: whether the names, which have one form, leave something in the blocks."""
+    ``other_form``: what names that have one form explain in the blocks, where they leave something."""
     names, (explain, them) = " and ".join(effects), ("explain", "them") if len(effects) > 1 else ("explains", "it")
     where = ", ".join(links)
     if verdict == "no_gap":
@@ -108,8 +108,8 @@ def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]]
         return f"What comes nearest ({names}) leaves in free run a chi-square of {over[1]:.0f} of {over[0]:.0f} above the noise, more than a right law leaves of such " \
                "a gap: something else is missing, and no effect of the catalogue explains it."
     if verdict == "not_in_catalogue" and effects and other_form:
-        return f"What comes nearest ({names}) leaves {_percent(1.0 - part)} of what the blocks show one by one, and single numbers of a reading or a command, which have one form, leave " \
-               "nothing: something else is missing, and no effect of the catalogue explains it."
+        return f"The nearest ({names}) {'leave' if len(effects) > 1 else 'leaves'} {_percent(1.0 - other_form.part)} of the gap that the blocks show. A zero, a scale or a delay of a reading or a " \
+               "command has one formula, so that the right one would leave nothing: something else is missing, and no effect of the catalogue explains it."
     if verdict == "not_in_catalogue" and effects and whole is not None and part < BARS.covered:
         return f"{names} {explain} {_percent(whole)} of the gap in free run, but only {_percent(part)} of what the blocks show one by one: " \
                "something else is missing, and no effect of the catalogue explains it."

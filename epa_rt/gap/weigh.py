@@ -72,12 +72,12 @@ class Weighed:
             untested=len(self.silent) / max(len(effects), 1), odd=bool(self.odd), whole=self.counted, lost=self.lost, to_noise=self.to_noise,
             breaks=bool(self.breaks), elsewhere=bool(self.elsewhere), helps=self.helps,
             trust=trust(self.found.before, self.found.after, self.counted), too_much_left=over, groundless=groundless,
-            one_form=there is not None and there.one_form)
+            exact=coverage(self.found.before, self.found.after, but=passed_over(self.found.before, self.found.after)) if there is not None and there.exact else None)
         verdict = decided(evidence)
         shown = (there.gap, there.left) if there else None
         faint = shown if self.helps and self.whole is None and self.covered.part < BARS.covered else None
         says = said(verdict, [spoken(one) for one in names], rivals, self.where, self.covered.part, len(self.silent), len(effects), self.odd,
-                    self.counted, self.lost, self.breaks, faint, shown if over else None, evidence.other_form(BARS))
+                    self.counted, self.lost, self.breaks, faint, shown if over else None, evidence.exact if evidence.other_form(BARS) else None)
         return verdict, says
 
 

@@ -22,7 +22,7 @@ GAS_EFFECTS: tuple[Effect, ...] = (
            ((0.3, 2.0), (0.3, 0.3), (0.3, 20.0)), "compression warms the gas, which then cools", GAS, FACTS),
     Effect("gas_energy", HEAT, "gas", ("gas.adiabatic_ratio", "gas.wall_exchange_per_s", "gas.wall_exchange_fall_ratio", "gas.wall_exchange_rise_ratio",
                                        "gas.wall_exchange_stir_s"),
-           ((1.0, 2.0, 0.5, 0.1, 0.0), (1.0, 2.0, 0.5, 0.1, 2.0), (1.0, 0.3, 0.5, 0.1, 0.0), (1.0, 6.0, 1.0, 0.1, 0.0)),
+           ((1.0, 2.0, 0.5, 0.1, 0.0), (1.0, 0.3, 0.5, 0.1, 0.0), (1.0, 2.0, 0.5, 0.1, 2.0), (1.0, 6.0, 1.0, 0.1, 0.0)),
            "filling and compressing warm the gas, venting cools it, the walls bring it back", GAS, "first law of thermodynamics"),
     Effect("valve_flow_limit", "valve flow", "gas", ("gas.flow_limit_s_kg",), ((1000.0,),),
            "valves pass less the more flows", GAS, FACTS),

@@ -54,3 +54,19 @@ def fitted_without(name):
 
 def test_one_effect_stays_whatever_it_is_worth():
     assert left_of({}, ("force_offset",))[0] == ["force_offset"]
+
+
+@pytest.mark.parametrize(("little", "kept"), [((), ["b"]), (("a",), ["a"]), (("a", "b"), ["b", "a"])])
+def test_each_effect_is_held_to_what_was_enough_of_it(monkeypatch, little, kept):
+    """Without a 30 are lost, without b 35: neither is enough by itself; of what was found to be all that is missing 25 are."""
+    lost = {"a": 30.0, "b": 35.0}
+
+    def point(names):
+        return SimpleNamespace(effects=names, normal=SimpleNamespace(chi=100.0 + sum(lost[name] for name in lost if name not in names)))
+
+    monkeypatch.setattr("epa_rt.gap.fewer._without", lambda whole, best, effect: point(tuple(name for name in best.effects if name != effect)))
+    monkeypatch.setattr("epa_rt.gap.fewer.settled_with", lambda problem, effects, values: SimpleNamespace(effects=effects, values=values))
+    roles = tuple(SimpleNamespace(best=SimpleNamespace(effect=name)) for name in lost)
+    chosen = Selection(None, None, roles, SimpleNamespace(effects=("a", "b"), values={}), None)
+    selection, _ = fewer(None, None, chosen, point(("a", "b")), Rules(), little)
+    assert [role.best.effect for role in selection.roles] == kept

@@ -10,7 +10,7 @@ from epa_rt.gap.as_one import ABSURD, LINK, NOISY, AsOne, Meter, _judged_to, apa
 from epa_rt.gap.attribution import _found_there, attributed
 from epa_rt.gap.coverage import Coverage
 from epa_rt.gap.diagnose import diagnose
-from epa_rt.gap.further import Rules, all_read_or_command, most_of_one, of_one_form
+from epa_rt.gap.further import Rules, all_read_or_command, exact, most_of_one, of_one_form
 from epa_rt.gap.ground import Ground, ground_of, judged
 from epa_rt.gap.heard import Beside, Heard
 from epa_rt.gap.in_free_run import _of_named, heard
@@ -273,6 +273,8 @@ def test_only_single_numbers_of_readings_and_commands_have_one_form():
 
     assert asked(all_read_or_command, ["encoder_eccentricity", "force_drift"]) and not asked(all_read_or_command, ["force_drift", "gas_energy"]) and not asked(all_read_or_command, [])
     assert named("encoder_skew") and named("transport_delay", "force_offset")
+    assert asked(exact, ["encoder_skew", "force_offset", "transport_delay", "joint_angle_gain"])
+    assert not any(asked(exact, [name]) for name in ("force_bow", "gauge_lag", "gauge_crosstalk", "force_drift", "braid_coulomb"))
     assert not named() and not named("transport_delay", "braid_coulomb") and not named("force_drift") and not named("threshold_pressure")
 
 

@@ -186,3 +186,13 @@ def test_gas_that_flow_stirs_is_filled_between_unstirred_and_isothermal(exchange
     heat = {"adiabatic_ratio": 1.0, "wall_exchange_per_s": exchange}
     stirred, plain, cold = (gas.gas_over_log(params_with(**more), path, filling, still, 1e-3)[0] for more in ({**heat, "wall_exchange_stir_s": stir}, heat, {}))
     assert (cold[50:] < stirred[50:]).all() and (stirred[50:] < plain[50:]).all()
+
+
+@pytest.mark.parametrize("stir_s", [0.0, 0.3, 20.0])
+@pytest.mark.parametrize("exchange", [0.03, 100.0])
+def test_stirred_gas_stays_a_number_at_the_ends_of_its_law(exchange, stir_s):
+    """A knee's valves and its two sub-steps a cycle: there 50 s and no limit of the rate had been none."""
+    params = params_with(adiabatic_ratio=1.0, wall_exchange_per_s=exchange, wall_exchange_stir_s=stir_s, inlet_conductance_m3_s_pa=3e-10, exhaust_conductance_m3_s_pa=3e-10)
+    path, inlet = np.full(900, 0.14), np.r_[np.ones(400), np.zeros(500)]
+    pressure, mass = gas.gas_over_log(params, path, inlet, 1.0 - inlet, 1e-3, substeps=2)
+    assert np.isfinite(pressure).all() and (mass > 0.0).all() and (np.diff(pressure[5:400]) > -1.0).all()

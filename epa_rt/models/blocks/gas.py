@@ -11,6 +11,7 @@ from epa_rt.models.compiled import compiled
 WALLS_PA = 4e5              # absolute pressure at which walls bring gas back at the rate they are given
 WARMER = 0.1                # share of its temperature above that around it at which they do, if the rate rises with it
 STIRS = 0.67                # exponent of the flow that stirs the gas: of Reynolds' number in vessels while they are filled
+AT_ONCE_PER_S = 1000.0      # rate of stirred gas at which it is as warm as its walls for any sensor, and no step of the integrator is too long yet
 HEAT_CAPACITY = 0.4         # ratio of heat capacities of air, less 1
 SHUT = 1e-6                 # a valve closing below this opening is shut exactly
 
@@ -53,8 +54,8 @@ def exponent(p):
 
 @compiled
 def cooling(p, at_rest_pa, warmer, changed_per_s):
-    """Rate (1/s) at which the gas returns to the temperature around it, at the pressure (Pa) that it would then have; ``warmer``: share of its temperature above
-    that, or below; ``changed_per_s``: share of its mass that flows in or out in a second."""
+    """Rate (1/s) at which the gas returns to the temperature around it, at the pressure (Pa) that it would then have; ``warmer`` (1): share of its temperature above
+    that, or below; ``changed_per_s`` (1/s): what flows in and out in a second over the gas that is there."""
     found = 0.0
     if p.fill_heating_ratio != 1.0:
         found += p.heat_exchange_per_s
@@ -64,7 +65,7 @@ def cooling(p, at_rest_pa, warmer, changed_per_s):
         walls = p.wall_exchange_per_s * power(WALLS_PA / at_rest_pa, p.wall_exchange_fall_ratio)
         if p.wall_exchange_rise_ratio != 0.0:
             walls *= (abs(warmer) / WARMER) ** p.wall_exchange_rise_ratio
-        found += walls if p.wall_exchange_stir_s == 0.0 else walls * (1.0 + p.wall_exchange_stir_s * changed_per_s) ** STIRS
+        found += walls if p.wall_exchange_stir_s == 0.0 else min(walls * (1.0 + p.wall_exchange_stir_s * changed_per_s) ** STIRS, AT_ONCE_PER_S)
     return found
 
 
