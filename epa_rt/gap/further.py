@@ -7,6 +7,7 @@ import numpy as np
 from epa_rt.gap.as_one import fitted
 from epa_rt.gap.bars import BARS
 from epa_rt.gap.believe import negligible
+from epa_rt.gap.forms import all_read_or_command
 from epa_rt.gap.point import Point, linearised
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.promising import afresh, promising
@@ -17,8 +18,6 @@ from epa_rt.gap.select import Selection
 
 
 GROWS = 3.0    # a shape without a unit that goes no further makes nothing of next to nothing
-READS_OR_COMMANDS = ("sensors", "bus")
-EXACT = ("_offset", "_gain", "_skew", "_delay")  # endings of their names
 ALONE = 0.005  # of a gap: what one right law in other words mostly leaves of it where it is not many times its detection limit
 
 
@@ -133,24 +132,6 @@ def _enough(problem: Problem, selection: Selection, none: Point, best: Point, no
     usual = rules.stays if strain(best) > BARS.strain else max(rules.stays, rules.rest * above(none, noise))
     usual = min(usual, rules.anothers) if all_read_or_command(problem, selection) else usual
     return min(usual, most_of_one(above(none, noise))) if len(selection.roles) == 1 else usual
-
-
-def of_one_form(problem: Problem, selection: Selection) -> bool:
-    """Whether all that is named is a single number of a reading or a command: its zero, scale, lag or age. No other words for these follow
-    another formula, so that of any gap, however large, the right one leaves next to nothing (109 of seven sets 24 at most, of gaps of up to 13 million;
-    an encoder's age named for a command's, or the other way round, 431 to 2227)."""
-    return all_read_or_command(problem, selection) and all(len(problem.effects[role.best.effect].knobs) == 1 for role in selection.roles)
-
-
-def exact(problem: Problem, selection: Selection) -> bool:
-    """Whether all that is named is a zero, a scale or a shift in time of a reading or a command: a bend or a lag may follow another curve than ours, these may not."""
-    return of_one_form(problem, selection) and all(role.best.effect.endswith(EXACT) for role in selection.roles)
-
-
-def all_read_or_command(problem: Problem, selection: Selection) -> bool:
-    """Whether all that is named is a reading's or a command's. Few of these have another formula, and those that do leave little (an encoder's wobble 24 of 1.5
-    million at most): what stays beside one is a second effect's, however little it is of the gap (beside a wobble heat of the gas left 590 of 1 052 667)."""
-    return bool(selection.roles) and all(problem.effects[role.best.effect].block in READS_OR_COMMANDS for role in selection.roles)
 
 
 def most_of_one(gap: float, part: float = ALONE) -> float:

@@ -11,7 +11,8 @@ import numpy as np
 
 from epa_rt.gap.as_one import fitted
 from epa_rt.gap.fewer import fewer
-from epa_rt.gap.further import Rules, above, around, bare, exact, further, in_other_words, of_one_form, plainer, strain, with_effect
+from epa_rt.gap.forms import exact, of_one_form
+from epa_rt.gap.further import Rules, above, around, bare, further, in_other_words, plainer, strain, with_effect
 from epa_rt.gap.ground import Ground
 from epa_rt.gap.heard import Beside, Heard
 from epa_rt.gap.one_alone import one_alone

@@ -2,7 +2,8 @@
 
 from dataclasses import replace
 
-from epa_rt.gap.further import Rules, above, around, bare, exact, of_one_form, plainer, strain, with_effect
+from epa_rt.gap.forms import exact, of_one_form
+from epa_rt.gap.further import Rules, above, around, bare, plainer, strain, with_effect
 from epa_rt.gap.ground import Ground
 from epa_rt.gap.heard import Heard
 from epa_rt.gap.point import Point

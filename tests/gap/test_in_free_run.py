@@ -10,7 +10,8 @@ from epa_rt.gap.as_one import ABSURD, LINK, NOISY, AsOne, Meter, _judged_to, apa
 from epa_rt.gap.attribution import _found_there, attributed
 from epa_rt.gap.coverage import Coverage
 from epa_rt.gap.diagnose import diagnose
-from epa_rt.gap.further import Rules, all_read_or_command, exact, most_of_one, of_one_form
+from epa_rt.gap.forms import all_read_or_command, exact, of_one_form
+from epa_rt.gap.further import Rules, most_of_one
 from epa_rt.gap.ground import Ground, ground_of, judged
 from epa_rt.gap.heard import Beside, Heard
 from epa_rt.gap.in_free_run import _of_named, heard
