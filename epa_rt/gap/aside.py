@@ -22,6 +22,7 @@ class Part:
         self.told = getattr(subject, "told", lambda recording: True)
         self.rougher = getattr(subject, "rougher", lambda far: None)  # of the whole recording too: asked for runs alone
         self.upto = getattr(subject, "upto", None)
+        self.read_again = getattr(subject, "read_again", None)
         self.repeats = getattr(subject, "repeats", None)   # of the whole recording: its laps
         self.lowpass_hz = getattr(subject, "lowpass_hz", subject.rate_hz)
 

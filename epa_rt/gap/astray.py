@@ -4,10 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from epa_rt.gap.point import Normal, Point, linearised, solve
+from epa_rt.gap.point import Point, linearised, solve
 from epa_rt.gap.problem import Problem
+from epa_rt.gap.refit import moved
 
 TWINS = 5
+STEPS = 8          # with noise in the derivatives: of four fifths of a slope that is noise they go five sixths of the way
 TWIN_SEED = 9001   # twins that made neither a floor nor the yardstick
 
 
@@ -15,24 +17,35 @@ def astray(problem: Problem, point: Point, seed: int = 0) -> np.ndarray | None:
     """How far a fit of each twin moves every key from the values that made the twin, (TWINS, k) in spreads.
 
     One Gauss-Newton step from those values, with the twin's own derivatives: its noise, steps and delays go into them as the recording's
-    do, and what the filters and held samples make of it hits all blocks alike. Priors sit at the twin's values. None where the rig has no
-    model of the whole, or where a link cannot be judged on its free run.
+    do, and what the filters and held samples make of it hits all blocks alike. Priors sit at the twin's values. Where the twin is the same motion read again, noise
+    of the readings is in the derivatives, which makes a step too short: there are more of them. None where the rig has no
+    model of the whole nor can read the same motion again, or where a link cannot be judged on its free run.
     """
-    found = []
+    found, again = [], getattr(problem.subject, "read_again", None)
     for i in range(TWINS):
-        runs = [problem.subject.free_run(r, point.values, TWIN_SEED + TWINS * seed + i) for r in problem.recordings]
+        number = TWIN_SEED + TWINS * seed + i
+        runs = [problem.subject.free_run(r, point.values, number) for r in problem.recordings]
+        rounds = 1
+        if again and all(run is None for run in runs):
+            runs, rounds = [again(r, point.values, number) for r in problem.recordings], STEPS
         if any(run is None for run in runs):
             return None
         twins = [replace(run, name=r.name) for run, r in zip(runs, problem.recordings, strict=True)]   # floors know biases by name
         there = problem.on(twins)
         if there.links != problem.links:   # a twin whose free run is no number is judged nowhere, and nothing would seem to go astray
             return None
-        found.append(_step(point.normal, linearised(there, point.effects, point.values).normal))
+        found.append(_way(there, point, rounds))
     steps = np.array(found)
     return steps if np.isfinite(steps).all() else None
 
 
-def _step(own: Normal, twin: Normal) -> np.ndarray:
-    """(k,) step to the twin's optimum; what could not move in the recordings' fit cannot move here."""
-    free = ~(own.frozen | twin.frozen)
-    return solve(twin.matrix.sum(axis=(0, 1)), twin.vector.sum(axis=(0, 1)), twin.prior, np.zeros(len(twin.z)), free)
+def _way(there: Problem, point: Point, rounds: int) -> np.ndarray:
+    """(k,) way to the twin's optimum, in ``rounds`` steps; what could not move in the recordings' fit cannot move here."""
+    way, values = np.zeros(len(point.normal.z)), dict(point.values)
+    for i in range(rounds):
+        twin = linearised(there, point.effects, values).normal
+        free = ~(point.normal.frozen | twin.frozen)
+        way = way + solve(twin.matrix.sum(axis=(0, 1)), twin.vector.sum(axis=(0, 1)), twin.prior, way, free)
+        if i + 1 < rounds:
+            values = moved(there, twin.keys, point.values, way)
+    return way

@@ -70,7 +70,7 @@ def floors(subject: Subject, recordings: Sequence[Recording], values: Values, re
         noise = _about_mean(own_twins)
         again = _of_repeats(recordings, own, link.name, repeats or ()) or _of_laps(subject, recordings, values, link.name)
         source = "repeats" if again else ("twin" if noise else "sensors")
-        floor = fitted(link.name, again or noise, source) if again or noise else white(link.name, _roughness(subject, [own[r.name][link.name] for r in recordings]), source)
+        floor = fitted(link.name, again or noise, source) if again or noise else white(link.name, _roughness(subject, recordings, own, link.name), source)
         floor = _with_bias(floor, own_twins)
         found[link.name] = replace(floor, scatter=scatter(floor.whiten, floor.bias, own_twins))
     return found
@@ -157,8 +157,11 @@ def _trials(recording: Recording, every: int = 10) -> list[slice]:
     return [slice(span.start // every, span.stop // every) for span in recording.spans if span.trial] or [slice(None)]
 
 
-def _roughness(subject: Subject, residuals: Sequence[np.ndarray]) -> float:
-    return white_size(residuals, subject.rate_hz, getattr(subject, "lowpass_hz", subject.rate_hz))
+def _roughness(subject: Subject, recordings: Sequence[Recording], own: Mapping[str, Mapping[str, np.ndarray]], link: str) -> float:
+    """Deviation of a link's white noise. At the plant file's numbers where that is more: a gap may have driven an inertia to nothing, and with it the noise that an acceleration
+    brings (a pendulum whose weight was missing, 0.0038 for 0.027 N m)."""
+    at_file = [subject.residual(subject.prepare(r), {}, link) for r in recordings]
+    return max(white_size(residuals, subject.rate_hz, getattr(subject, "lowpass_hz", subject.rate_hz)) for residuals in ([own[r.name][link] for r in recordings], at_file))
 
 
 def white(link: str, rms: float, source: str) -> Floor:

@@ -1,5 +1,6 @@
 """One more effect, looked for in free run: what the blocks show too faintly one by one may be plain in the whole plant."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +11,7 @@ from epa_rt.gap.believe import negligible
 from epa_rt.gap.forms import all_read_or_command
 from epa_rt.gap.point import Point, linearised
 from epa_rt.gap.problem import Problem
-from epa_rt.gap.promising import afresh, promising
+from epa_rt.gap.promising import Tried, afresh, promising
 from epa_rt.gap.refit import Fit, refit, settled
 from epa_rt.gap.role import Role, gains
 from epa_rt.gap.screen import Screening, screen
@@ -95,8 +96,7 @@ def further(problem: Problem, whole: Problem, selection: Selection, none: Point,
     points = sorted(((one.effect, one.point or afresh(whole, best, one, worth)) for one in close), key=lambda pair: pair[1].normal.chi)
     name, point = points[0]
     gain = best.normal.chi - point.normal.chi
-    only = _of_another_block(problem, selection, name) and gain > rules.better and above(point, noise) <= rules.noise and all(
-        best.normal.chi - one.chi < rules.half * gain for one in tried if one.effect != name)
+    only = _of_another_block(problem, selection, name) and above(point, noise) <= rules.noise and _alone(best, tried, name, gain, rules)
     if point.normal.chi > named or (gain < enough and not only) or _unworthy(problem, selection, name, point, gain, missing, rules):
         return None
     before = selection.final if selection.roles else selection.base
@@ -108,6 +108,11 @@ def _of_another_block(problem: Problem, selection: Selection, name: str) -> bool
     """Whether one effect is named and this one sits in another block: what mends another one's formula is mostly of the same (a weight on the shin made of a leaning
     frame, 47 of 4132 left, the knee's spring that the catalogue lacked)."""
     return len(selection.roles) == 1 and problem.effects[name].block != problem.effects[selection.roles[0].best.effect].block
+
+
+def _alone(best: Point, tried: Sequence[Tried], name: str, gain: float, rules: Rules) -> bool:
+    """Whether an effect tells in free run, and no other law that was tried does half as much."""
+    return gain > rules.better and all(best.normal.chi - one.chi < rules.half * gain for one in tried if one.effect != name)
 
 
 def _unworthy(problem: Problem, selection: Selection, name: str, point: Point, gain: float, missing: float, rules: Rules) -> bool:

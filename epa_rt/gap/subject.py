@@ -30,7 +30,7 @@ class Subject(Protocol):
     """A rig and its nominal plant, ready to be held against recordings.
 
     A subject may also have what only some rigs can say: ``only(recordings)``, those trials alone that it judges (aside.py); ``repeats(recording,
-    values)``, what laps of one recording differ by (floor.py); ``doubted(prepared)``, the same rig with a catalogue of places, each with an error of its own (origin.py);
+    values)``, what laps of one recording differ by (floor.py); ``read_again(recording, values, seed)``, of a rig without a model of the whole a twin of a recording, the same motion with another noise and an output by these values (astray.py); ``doubted(prepared)``, the same rig with a catalogue of places, each with an error of its own (origin.py);
     ``told(recording)``, whether all that the rig was told is known, so that free run can follow it (ground.py); ``rougher(far)``, the same rig with a quicker free run whose changes by a knob are nearly as good, with ``far`` those by an effect of typical strength (as_one.py); ``upto(recording, samples)``, the beginning of a recording, which runs as the whole one does up to there (as_one.py); ``own_loop``, the link that a maker's own loop makes, which may be another one than the plant's, and the one that shows whether the motion it is fed with is sound (own_loop.py); ``change(prepared, values, at, far)``, of its one link's residual from one set of
     values to another where that is had quicker than both, None where it is not (problem.py); ``finite_step``, the part of a knob's spread over which its derivatives are taken (problem.py); ``lowpass_hz``, what its residuals have passed where that is
     less than half their rate (floor.py).

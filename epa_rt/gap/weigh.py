@@ -19,7 +19,7 @@ FOLLOWED = 0.5     # of it where the whole plant follows its commands to the noi
 @dataclass(frozen=True)
 class Weighed:
     """``silent``: effects that these logs could not have shown. ``where``: links with a gap that can be foreseen. ``odd``: nominal parameters beyond
-    belief. ``breaks``: links that agreed with the plant and no longer do. ``elsewhere``: links with a gap of which the names explain next to nothing.
+    belief. ``breaks``: links that agreed with the plant and no longer do. ``passed``: links with a gap of which the names explain next to nothing.
     ``there``: what free run says of the names, None where none is found or the rig has no model of the whole. ``lost``: chi-square above noise there where nothing
     is found. ``lifted``: whether something speaks for the names that what the blocks leave does not count against."""
 
@@ -29,7 +29,7 @@ class Weighed:
     covered: Coverage
     odd: tuple[str, ...]
     breaks: tuple[str, ...]
-    elsewhere: tuple[str, ...]
+    passed: tuple[str, ...]
     there: Heard | None
     lost: float | None
     lifted: bool
@@ -37,6 +37,11 @@ class Weighed:
     @property
     def to_noise(self) -> bool:
         return self.there is not None and self.there.to_noise
+
+    @property
+    def elsewhere(self) -> tuple[str, ...]:
+        """Links that were passed over, where names are given and the whole plant does not follow them to the noise."""
+        return self.passed if self.found.selection.roles and not self.to_noise else ()
 
     @property
     def helps(self) -> bool:
@@ -72,7 +77,7 @@ class Weighed:
             untested=len(self.silent) / max(len(effects), 1), odd=bool(self.odd), whole=self.counted, lost=self.lost, to_noise=self.to_noise,
             breaks=bool(self.breaks), elsewhere=bool(self.elsewhere), helps=self.helps,
             trust=trust(self.found.before, self.found.after, self.counted), too_much_left=over, groundless=groundless,
-            exact=coverage(self.found.before, self.found.after, but=passed_over(self.found.before, self.found.after)) if there is not None and there.exact else None)
+            exact=coverage(self.found.before, self.found.after, but=self.passed) if there is not None and there.exact else None)
         verdict = decided(evidence)
         shown = (there.gap, there.left) if there else None
         faint = shown if self.helps and self.whole is None and self.covered.part < BARS.covered else None
@@ -96,7 +101,7 @@ def weighed(found: Attribution) -> Weighed:
     return Weighed(
         found, silent, where, coverage(found.before, found.after), _odd(found),
         breaks=broken(found.before, found.after) if names else (),
-        elsewhere=passed_over(found.before, found.after) if names and not to_noise else (),
+        passed=passed_over(found.before, found.after),
         there=there, lost=lost, lifted=to_noise or unplaced or faint)
 
 

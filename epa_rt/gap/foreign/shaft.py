@@ -23,6 +23,8 @@ UNITS = {"N": "N*m", "m": "rad", "kg": "kg*m^2", "m/s": "rad/s", "N*s/m": "N*m*s
 ROLES = {"angle": "position", "torque": "force"}
 SETTINGS = {"typical_torque": "typical_force", "turn": "pitch"}   # those that are called otherwise on a carriage
 _LEAST = {"carriage.inertia_kg": 1e-9}
+# Without a gear a torque that returns once to a turn is a weight by another name: cogging is asked from twice to a turn on, or, of a way of half a turn and more, from a little above once over it.
+PERIODS, TWICE, ABOVE_ONCE = "drive.cogging_periods", 2.0, 1.05
 _GRAVITY = Law(
     effect("gravity", "load", "load", ("load.gravity_sine_n", "load.gravity_cosine_n"), ((0.3, 0.0), (0.0, 0.3)), "weight of what hangs on the shaft",
            "T = a sin(q) + b cos(q)", "pendulum, robot arm"),
@@ -71,12 +73,14 @@ def features(prepared: carriage.Prepared, link: str) -> Mapping[str, np.ndarray]
 
 
 def _parameter(row: Parameter) -> Parameter:
+    row = row._replace(neutral=TWICE, low=ABOVE_ONCE) if row.key == PERIODS else row
     return row._replace(key=_renamed(row), unit=UNITS.get(row.unit, row.unit), low=_LEAST.get(row.key, row.low), links=(LINK,), scale=_scale(row.scale), low_scale=_scale(row.low_scale))
 
 
 def _effect(one: Effect) -> Effect:
     says = re.sub(r"\bcarriage\b", "shaft", re.sub(r"\bforce\b", "torque", one.says))
-    return one._replace(knobs=tuple(_BACK[key] for key in one.knobs), says=says)
+    starts = tuple(tuple(max(x, TWICE) if key == PERIODS else x for key, x in zip(one.knobs, start, strict=True)) for start in one.starts)
+    return one._replace(knobs=tuple(_BACK[key] for key in one.knobs), says=says, starts=starts)
 
 
 COMPONENT = replace(

@@ -8,6 +8,7 @@ import numpy as np
 from epa_rt.gap.foreign.baseline import Baseline
 from epa_rt.gap.foreign.component import Experiment, scaled
 from epa_rt.gap.foreign.plant_file import ForeignPlant, plant_text, sized
+from epa_rt.gap.foreign.read_again import read_again
 from epa_rt.gap.foreign.readings import as_read
 from epa_rt.gap.foreign.repeats import colourless, lap_differences, lap_samples
 from epa_rt.gap.foreign.rig_file import ForeignRig
@@ -110,15 +111,22 @@ class ForeignSubject:
             return None
         ready = self._ready(recording, self._channels(recording))
         run = component.free_run(ready.work, self._numbers(values))
-        columns = dict(recording.columns)
         rng = np.random.default_rng(seed)
-        places = np.asarray(recording.cycle - recording.cycle[0], dtype=np.int64)
-        for role, made in run.items():
-            if seed is not None and role in ready.signals.columns:
-                made = as_read(made, ready.signals, role, self.rig, rng)
+        return self._with(recording, {role: made if seed is None or role not in ready.signals.columns else as_read(made, ready.signals, role, self.rig, rng)
+                                      for role, made in run.items()})
+
+    def _with(self, recording: Recording, made: Mapping[str, np.ndarray]) -> Recording:
+        """The recording with other readings, by role, where it has any."""
+        columns, places = dict(recording.columns), np.asarray(recording.cycle - recording.cycle[0], dtype=np.int64)
+        for role, values in made.items():
             read = np.isfinite(recording.columns[self.rig.channels[role]])
-            columns[self.rig.channels[role]] = np.where(read, made[places], np.nan) if read.any() else made[places]
+            columns[self.rig.channels[role]] = np.where(read, values[places], np.nan) if read.any() else values[places]
         return replace(recording, columns=columns)
+
+    def read_again(self, recording: Recording, values: Values, seed: int) -> Recording | None:
+        """A twin of a recording: the same motion, another noise, outputs by these values."""
+        signals = on_grid(recording, self._channels(recording), self.rate_hz, self.rig.lowpass_hz)
+        return self._with(recording, read_again(self.rig.component, signals, self._numbers(values), seed))
 
     def repeats(self, recording: Recording, values: Values | None = None) -> dict[str, np.ndarray] | None:
         """By link what laps of a recording (or the runs it is held against) differ by, NaN between; else what the rig file says, or None."""

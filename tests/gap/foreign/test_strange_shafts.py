@@ -22,18 +22,21 @@ PLANT = "plant: arm\nkind: shaft\nshaft: {inertia: 0.05 kg*m^2}\nfriction: {visc
 HANGS = PLANT + "effects: {gravity: {gravity_sine: 0.9 N*m}}\n"
 
 
-def swing(seed: int, coulomb_nm: float = 0.0) -> Recording:
+def swing(seed: int, coulomb_nm: float = 0.0, weight_nm: float = WEIGHT_NM, noise_rad: float = 2e-6, late_rows: int = 0, breakaway_nm: float = 0.0) -> Recording:
+    """``breakaway_nm``: what dry friction rises by towards standstill, over 0.15 rad/s; ``late_rows``: after which a torque acts."""
     random, t = np.random.default_rng(seed), np.arange(0.0, 16.0, PERIOD_S)
     wanted = 0.7 * np.sin(2 * np.pi * 0.31 * t) + 0.3 * np.sin(2 * np.pi * 0.83 * t + seed)
     speed, angle, torque = np.gradient(wanted, PERIOD_S), np.empty(len(t)), np.empty(len(t))
-    q, v, step = wanted[0], speed[0], PERIOD_S / SUBSTEPS
+    q, v, step, sent = wanted[0], speed[0], PERIOD_S / SUBSTEPS, [0.0] * (late_rows + 1)
     for k in range(len(t)):
-        angle[k] = q + random.normal(0.0, 2e-6)
+        angle[k] = q + random.normal(0.0, noise_rad)
         held = 30.0 * (wanted[k] - q) + 2.0 * (speed[k] - v)
         torque[k] = held + random.normal(0.0, 5e-3)
+        sent.append(held)
         for _ in range(SUBSTEPS):
-            free = v + step * (held - DRAG * v - WEIGHT_NM * np.sin(q)) / INERTIA
-            v = free - np.sign(free) * min(abs(free), step * coulomb_nm / INERTIA)
+            free = v + step * (sent[-1 - late_rows] - DRAG * v - weight_nm * np.sin(q)) / INERTIA
+            dry_nm = coulomb_nm + breakaway_nm * np.exp(-((v / 0.15) ** 2))
+            v = free - np.sign(free) * min(abs(free), step * dry_nm / INERTIA)
             q += step * v
     return one_trial(f"log{seed}", "arm", PERIOD_S, {"arm_rad": angle, "motor_nm": torque})
 
@@ -54,3 +57,25 @@ def test_dry_friction_beside_the_weight_is_named(tmp_path):
     found = diagnose(opened(tmp_path, RIG, HANGS), [swing(1, 0.15), swing(2, 0.15)], how_far=False)
     assert found.effects[0].family == "friction", found.says
     assert found.effects[0].parameters[0].value == pytest.approx(0.15, rel=0.1)
+
+
+def test_a_noisy_encoder_widens_the_intervals_of_what_it_shifts(tmp_path):
+    found = diagnose(opened(tmp_path, RIG, PLANT), [swing(1, noise_rad=5e-5), swing(2, noise_rad=5e-5)], how_far=False)
+    weight = found.effects[0].parameters[0]
+    assert found.verdict == "explained" and found.effects[0].confidence > 0.9, found.says
+    assert weight.low <= WEIGHT_NM <= weight.high, weight
+    assert weight.high - weight.low < 0.02 * WEIGHT_NM, weight
+
+
+def test_friction_that_rises_towards_standstill_keeps_its_level_beside_it(tmp_path):
+    logs = [swing(seed, 0.1, 0.0, breakaway_nm=0.15) for seed in (1, 2, 3)]
+    found = diagnose(opened(tmp_path, RIG, PLANT), logs, how_far=False)
+    assert {one.name for one in found.effects} == {"coulomb", "stribeck"}, found.says
+    level = next(one for one in found.effects if one.name == "coulomb").parameters[0]
+    assert level.value == pytest.approx(0.1, rel=0.1)
+
+
+def test_a_torque_that_is_logged_a_row_before_it_is_sent_and_then_held_is_no_gap(tmp_path):
+    found = diagnose(opened(tmp_path, RIG, HANGS), [swing(1, late_rows=1), swing(2, late_rows=1)], how_far=False)
+    assert found.verdict == "no_gap", found.says
+    assert found.refitted["clock.row_ratio"] == pytest.approx(1.5, abs=0.15)
