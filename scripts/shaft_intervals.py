@@ -1,6 +1,6 @@
 """Do 95 % intervals hold the truth on rigs of others? Shafts of a simulator that shares nothing with the diagnosis, each with one or two effects, diagnosed.
 
-Every shaft has its own noise, encoder step, drag and inertia; half of them run laps. Prints JSON: of every number of a rightly named effect what is true, what was said, and whether
+Every shaft has its own noise, encoder step, drag and inertia; half of them run laps. Prints JSON: of every number of every hidden effect what is true, what was said, and whether
 its interval holds that; and how many do with the blocks' scatter alone (without twins of the same motion read again).
 
   python scripts/shaft_intervals.py                 # 9 shafts, 2 min on two cores
@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from epa_rt.gap.diagnose import diagnose
+from epa_rt.gap.diagnosis import Diagnosis
 from epa_rt.gap.foreign import open_foreign
 from epa_rt.gap.recording import Recording, Span
 
@@ -67,13 +68,13 @@ def recorded(name: str, effect: str, random: np.random.Generator, rig: dict[str,
     return Recording(name, f"{name}.mcap", "arm", "", "", PERIOD_S, np.arange(len(t)), {"arm_rad": angle, "motor_nm": torque}, (Span("all", 0, len(t), True),))
 
 
-def diagnosed(logs: list[Recording], twins: bool):
+def diagnosed(logs: list[Recording], twins: bool) -> Diagnosis:
     with tempfile.TemporaryDirectory(prefix="epa-shafts-") as folder:
         (Path(folder) / "rig.yaml").write_text(RIG, encoding="utf-8")
         (Path(folder) / "plant.yaml").write_text(PLANT, encoding="utf-8")
         subject = open_foreign(Path(folder) / "rig.yaml")
         if not twins:
-            subject.read_again = None
+            subject.read_again = lambda *_: None
         return diagnose(subject, logs, how_far=False)
 
 
@@ -82,9 +83,15 @@ def one(effect: str, random: np.random.Generator) -> dict:
            "noise_rad": float(random.choice([2e-6, 1e-5, 5e-5])), "noise_nm": float(random.choice([2e-3, 1e-2])), "step_rad": float(random.choice([0.0, 1e-4])), "laps": bool(random.integers(2))}
     logs, true = [recorded(f"log{k}", effect, random, rig) for k in range(3)], SHAFTS[effect][2]
     with_twins, alone = (diagnosed(logs, twins) for twins in (True, False))
-    rows = [[{"name": number.name, "true": true[number.name], "value": number.value, "low": number.low, "high": number.high, "held": number.low <= true[number.name] <= number.high}
-             for found in answer.effects for number in found.parameters if number.name in true] for answer in (with_twins, alone)]
+    rows = [held(answer, true) for answer in (with_twins, alone)]
     return {"effect": effect, **rig, "verdict": with_twins.verdict, "named": [(found.name, round(found.confidence, 2)) for found in with_twins.effects], "numbers": rows[0], "alone": rows[1]}
+
+
+def held(answer: Diagnosis, true: dict[str, float]) -> list[dict]:
+    """Every number that is true of the rig, and whether what was said of it holds it; nothing said does not."""
+    said = {number.name: number for found in answer.effects for number in found.parameters}
+    return [{"name": name, "true": value, "held": name in said and said[name].low <= value <= said[name].high,
+             **({"value": said[name].value, "low": said[name].low, "high": said[name].high} if name in said else {})} for name, value in true.items()]
 
 
 def main() -> None:
@@ -94,8 +101,8 @@ def main() -> None:
     given = arguments.parse_args()
     random = np.random.default_rng(given.seed)
     found = [one(effect, random) for _ in range(given.rounds) for effect in SHAFTS]
-    held = {key: [sum(number["held"] for row in found for number in row[rows]), sum(len(row[rows]) for row in found)] for key, rows in (("held", "numbers"), ("held_by_blocks_alone", "alone"))}
-    print(json.dumps({"seed": given.seed, **held, "shafts": found}, indent=1))
+    counts = {key: [sum(number["held"] for row in found for number in row[rows]), sum(len(row[rows]) for row in found)] for key, rows in (("held", "numbers"), ("held_by_blocks_alone", "alone"))}
+    print(json.dumps({"seed": given.seed, **counts, "shafts": found}, indent=1))
 
 
 if __name__ == "__main__":

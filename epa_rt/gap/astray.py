@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from epa_rt.gap.point import Point, linearised, solve
+from epa_rt.gap.point import Point, linearised, solve, z_of
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import moved
 
@@ -40,12 +40,17 @@ def astray(problem: Problem, point: Point, seed: int = 0) -> np.ndarray | None:
 
 
 def _way(there: Problem, point: Point, rounds: int) -> np.ndarray:
-    """(k,) way to the twin's optimum, in ``rounds`` steps; what could not move in the recordings' fit cannot move here."""
-    way, values = np.zeros(len(point.normal.z)), dict(point.values)
+    """(k,) way to the twin's optimum, in ``rounds`` steps for as long as they help; what could not move in the recordings' fit cannot move here."""
+    way, values, least, before = np.zeros(len(point.normal.z)), dict(point.values), np.inf, np.zeros(len(point.normal.z))
     for i in range(rounds):
-        twin = linearised(there, point.effects, values).normal
+        at = linearised(there, point.effects, values)
+        twin, chi = at.normal, sum(float(r @ r) for r in at.residual.values()) + float(at.normal.prior @ way**2)
+        if not chi < least:
+            return before
+        least, before = chi, way
         free = ~(point.normal.frozen | twin.frozen)
         way = way + solve(twin.matrix.sum(axis=(0, 1)), twin.vector.sum(axis=(0, 1)), twin.prior, way, free)
-        if i + 1 < rounds:
+        if rounds > 1:
             values = moved(there, twin.keys, point.values, way)
+            way = z_of(there, twin.keys, values) - z_of(there, twin.keys, point.values)   # no further than its bounds
     return way

@@ -17,6 +17,7 @@ from epa_rt.gap.subject import Subject, Values
 ORDER = 16      # of the whitening filter
 TWINS = 6       # per recording
 APART = 0.3     # of a nominal parameter's spread, between twins
+BELIEF = 6.0     # spreads beyond which a nominal parameter stands for something else
 LEAST = 1e-12   # what no floor falls below, in its link's unit: data without noise
 SURE = 3.0      # deviations by which what twins have in common must stand out from chance (biases of a drive: 3 to 18; of none: at most 2)
 
@@ -70,7 +71,7 @@ def floors(subject: Subject, recordings: Sequence[Recording], values: Values, re
         noise = _about_mean(own_twins)
         again = _of_repeats(recordings, own, link.name, repeats or ()) or _of_laps(subject, recordings, values, link.name)
         source = "repeats" if again else ("twin" if noise else "sensors")
-        floor = fitted(link.name, again or noise, source) if again or noise else white(link.name, _roughness(subject, recordings, own, link.name), source)
+        floor = fitted(link.name, again or noise, source) if again or noise else white(link.name, _roughness(subject, recordings, own, values, link.name), source)
         floor = _with_bias(floor, own_twins)
         found[link.name] = replace(floor, scatter=scatter(floor.whiten, floor.bias, own_twins))
     return found
@@ -157,11 +158,12 @@ def _trials(recording: Recording, every: int = 10) -> list[slice]:
     return [slice(span.start // every, span.stop // every) for span in recording.spans if span.trial] or [slice(None)]
 
 
-def _roughness(subject: Subject, recordings: Sequence[Recording], own: Mapping[str, Mapping[str, np.ndarray]], link: str) -> float:
-    """Deviation of a link's white noise. At the plant file's numbers where that is more: a gap may have driven an inertia to nothing, and with it the noise that an acceleration
-    brings (a pendulum whose weight was missing, 0.0038 for 0.027 N m)."""
-    at_file = [subject.residual(subject.prepare(r), {}, link) for r in recordings]
-    return max(white_size(residuals, subject.rate_hz, getattr(subject, "lowpass_hz", subject.rate_hz)) for residuals in ([own[r.name][link] for r in recordings], at_file))
+def _roughness(subject: Subject, recordings: Sequence[Recording], own: Mapping[str, Mapping[str, np.ndarray]], values: Values, link: str) -> float:
+    """Deviation of a link's white noise, in its unit. At the plant file's numbers too, and what is more counts, where a gap has driven one beyond belief."""
+    # a pendulum whose weight was missing took the inertia to nothing, and with it the noise that an acceleration brings: 0.0038 for 0.027 N m
+    lost = any(knob.spread > 0.0 and abs(values.get(knob.key, knob.value) - knob.value) > BELIEF * knob.spread for knob in subject.nominal)
+    at_file = [[subject.residual(subject.prepare(r), {}, link) for r in recordings]] if lost else []
+    return max(white_size(residuals, subject.rate_hz, getattr(subject, "lowpass_hz", subject.rate_hz)) for residuals in ([own[r.name][link] for r in recordings], *at_file))
 
 
 def white(link: str, rms: float, source: str) -> Floor:

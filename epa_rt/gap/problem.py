@@ -177,13 +177,13 @@ class Problem:
             return self.effects[effect].knobs
         if effect not in self._strength:
             one = self.effects[effect]
-            start, links = dict(zip(one.knobs, one.starts[0], strict=True)), self.touched(one.knobs)
+            starts, links = [dict(zip(one.knobs, start, strict=True)) for start in one.starts], self.touched(one.knobs)
             bare = {link: self.residual({}, link) for link in links}
-            moved = [k for k in one.knobs if start[k] != self.knobs[k].value]
+            moved = [k for k in one.knobs if any(start[k] != self.knobs[k].value for start in starts)]
             zero = [k for k in moved if self.knobs[k].value == 0.0]  # a place where something begins is no strength, unless nothing else is
 
             def off(keys: tuple[str, ...]) -> bool:
-                return all(np.array_equal(self.residual({**start, **{k: self.knobs[k].value for k in keys}}, link), bare[link]) for link in links)
+                return all(np.array_equal(self.residual({**start, **{k: self.knobs[k].value for k in keys}}, link), bare[link]) for start in starts for link in links)
 
             def fewest(keys: Sequence[str]) -> tuple[str, ...] | None:
                 alone = tuple(k for k in keys if off((k,)))

@@ -10,7 +10,7 @@ from epa_rt.models.effect import Effect, Knob
 from tests.gap import toy
 
 T = np.arange(400) / 100.0
-LAWS = {  # effect: knobs (name, plant file's value, start), and what they add
+LAWS = {  # effect: knobs (name, plant file's value, a start or several), and what they add
     "single": ({"a": (0.0, 1.0)}, lambda v: v["a"] * np.sin(T)),
     "shaped": ({"a": (0.0, 1.0), "b": (2.0, 3.0)}, lambda v: v["a"] * np.sin(v["b"] * T)),
     "either": ({"a": (0.0, 1.0), "b": (0.0, 1.0), "c": (2.0, 3.0)}, lambda v: v["a"] * v["b"] * np.sin(v["c"] * T)),
@@ -20,9 +20,10 @@ LAWS = {  # effect: knobs (name, plant file's value, start), and what they add
     "gain": ({"g": (1.0, 1.1), "p": (9.0, 2.0)}, lambda v: (v["g"] - 1.0) * np.maximum(T - v["p"], 0.0)),
     "efficiency": ({"g": (1.0, 0.75), "b": (0.0, 3.0), "c": (0.0, 2.0)}, lambda v: (1.0 - v["g"]) * (1.0 + v["b"] * np.exp(-v["c"] * T)) * np.sin(T)),
     "unmoved": ({"a": (0.0, 1.0), "b": (0.0, 0.0)}, lambda v: (v["a"] + v["b"]) * np.sin(T)),
+    "a_start_each": ({"a": (0.0, 1.0, 0.0), "b": (0.0, 0.0, 1.0)}, lambda v: v["a"] * np.sin(T) + v["b"] * np.cos(T)),
     "no_way_back": ({"a": (0.0, 1.0), "g": (1.0, 1.1)}, lambda v: v["a"] * np.sin(T) + (v["g"] - 1.0) * np.cos(T)),
 }
-EXPECTED = {"single": "a", "shaped": "a", "either": "ab", "both": "ab", "two_of_three": "ab", "begins": "a", "gain": "gp", "efficiency": "g", "unmoved": "a", "no_way_back": "ag"}
+EXPECTED = {"single": "a", "shaped": "a", "either": "ab", "both": "ab", "two_of_three": "ab", "begins": "a", "gain": "gp", "efficiency": "g", "unmoved": "a", "a_start_each": "ab", "no_way_back": "ag"}
 
 
 class Switches:
@@ -30,9 +31,9 @@ class Switches:
 
     name, rate_hz, nominal = "switches", 100.0, ()
     links = (Link("only", "block", "y", "", "nothing to y"),)
-    catalogue = tuple(Effect(name, name, "block", tuple(f"{name}.{k}" for k in knobs), (tuple(start for _, start in knobs.values()),), "", "", "")
+    catalogue = tuple(Effect(name, name, "block", tuple(f"{name}.{k}" for k in knobs), tuple(zip(*(starts for _, *starts in knobs.values()), strict=True)), "", "", "")
                       for name, (knobs, _) in LAWS.items())
-    knobs = {f"{name}.{k}": Knob(f"{name}.{k}", "", value, -10.0, 10.0, 1.0, name) for name, (knobs, _) in LAWS.items() for k, (value, _) in knobs.items()}
+    knobs = {f"{name}.{k}": Knob(f"{name}.{k}", "", value, -10.0, 10.0, 1.0, name) for name, (knobs, _) in LAWS.items() for k, (value, *_) in knobs.items()}
 
     def touched(self, key):
         return ("only",)
@@ -43,7 +44,7 @@ class Switches:
     def residual(self, prepared, values, link):
         found = prepared.columns["y"].copy()
         for name, (knobs, law) in LAWS.items():
-            found -= law({k: values.get(f"{name}.{k}", value) for k, (value, _) in knobs.items()})
+            found -= law({k: values.get(f"{name}.{k}", value) for k, (value, *_) in knobs.items()})
         return found
 
 

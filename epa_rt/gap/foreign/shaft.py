@@ -23,7 +23,7 @@ UNITS = {"N": "N*m", "m": "rad", "kg": "kg*m^2", "m/s": "rad/s", "N*s/m": "N*m*s
 ROLES = {"angle": "position", "torque": "force"}
 SETTINGS = {"typical_torque": "typical_force", "turn": "pitch"}   # those that are called otherwise on a carriage
 _LEAST = {"carriage.inertia_kg": 1e-9}
-# Without a gear a torque that returns once to a turn is a weight by another name: cogging is asked from twice to a turn on, or, of a way of half a turn and more, from a little above once over it.
+# Without a gear a torque that returns once to a turn is a weight by another name: cogging is asked from twice to a turn on, or, of a way of more than half a turn, from a little above once over it.
 PERIODS, TWICE, ABOVE_ONCE = "drive.cogging_periods", 2.0, 1.05
 _GRAVITY = Law(
     effect("gravity", "load", "load", ("load.gravity_sine_n", "load.gravity_cosine_n"), ((0.3, 0.0), (0.0, 0.3)), "weight of what hangs on the shaft",
@@ -80,7 +80,7 @@ def _parameter(row: Parameter) -> Parameter:
 def _effect(one: Effect) -> Effect:
     says = re.sub(r"\bcarriage\b", "shaft", re.sub(r"\bforce\b", "torque", one.says))
     starts = tuple(tuple(max(x, TWICE) if key == PERIODS else x for key, x in zip(one.knobs, start, strict=True)) for start in one.starts)
-    return one._replace(knobs=tuple(_BACK[key] for key in one.knobs), says=says, starts=starts)
+    return one._replace(knobs=tuple(_BACK[key] for key in one.knobs), says=says, starts=tuple(dict.fromkeys(starts)))
 
 
 COMPONENT = replace(

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from zlib import crc32
 
 import numpy as np
 
@@ -110,13 +111,14 @@ class ForeignSubject:
         if component.free_run is None:
             return None
         ready = self._ready(recording, self._channels(recording))
-        run = component.free_run(ready.work, self._numbers(values))
+        run = dict(component.free_run(ready.work, self._numbers(values)))
         rng = np.random.default_rng(seed)
-        return self._with(recording, {role: made if seed is None or role not in ready.signals.columns else as_read(made, ready.signals, role, self.rig, rng)
-                                      for role, made in run.items()})
+        for role in () if seed is None else [role for role in run if role in ready.signals.columns]:
+            run[role] = as_read(run[role], ready.signals, role, self.rig, rng)
+        return self._with(recording, run)
 
     def _with(self, recording: Recording, made: Mapping[str, np.ndarray]) -> Recording:
-        """The recording with other readings, by role, where it has any."""
+        """The recording with other readings, by role: in the rows that it has; in all where it has none."""
         columns, places = dict(recording.columns), np.asarray(recording.cycle - recording.cycle[0], dtype=np.int64)
         for role, values in made.items():
             read = np.isfinite(recording.columns[self.rig.channels[role]])
@@ -124,9 +126,12 @@ class ForeignSubject:
         return replace(recording, columns=columns)
 
     def read_again(self, recording: Recording, values: Values, seed: int) -> Recording | None:
-        """A twin of a recording: the same motion, another noise, outputs by these values."""
+        """A twin of a recording: the same motion, another noise, outputs by these values. None where a repeat stands for the plant, or outputs are not foreseen from other channels."""
+        if self.baseline is not None or not self.rig.component.output_is_foreseen:
+            return None
         signals = on_grid(recording, self._channels(recording), self.rate_hz, self.rig.lowpass_hz)
-        return self._with(recording, read_again(self.rig.component, signals, self._numbers(values), seed))
+        random = np.random.default_rng([seed, crc32(recording.name.encode())])   # another noise in every log
+        return self._with(recording, read_again(self.rig.component, signals, self._numbers(values), self.rig.steps, random))
 
     def repeats(self, recording: Recording, values: Values | None = None) -> dict[str, np.ndarray] | None:
         """By link what laps of a recording (or the runs it is held against) differ by, NaN between; else what the rig file says, or None."""
