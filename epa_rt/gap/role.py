@@ -20,7 +20,7 @@ STARTS = 2           # starting points of a refit
 ALL_ALIKE = 0.5      # of the best gain: where half of unlike candidates gain as much, it is the nominal parameters that were off
 ABSORBED = 4.0       # spreads of a nominal parameter from which candidates that gain CLOSE to the best are fitted more thoroughly
 CLOSE, POLISHED = 0.7, 3
-CLOSE_BESIDE_A_SHAPE = 0.4   # the same beside an effect whose shape another one may have bent, where one reading is all there is
+BESIDE_A_SHAPE = 6   # candidates that are, whatever they gain, beside an effect whose shape another one may have bent, where one reading is all there is
 TIE, TIE_SHARE = 10.0, 5e-4  # difference of gains, and share of the best, that is none
 NOT_LITTLE = 100.0   # chi-square below which that does not matter
 
@@ -84,8 +84,7 @@ def _played(problem: Problem, point: Point, also: Also, pairs: bool) -> Role | N
     scored = _ranked(problem, point, fits.values())
     shaped = _beside_a_shape(problem, point)
     if shaped or np.max(np.abs(point.normal.z * point.normal.prior), initial=0.0) > ABSORBED:
-        enough = (CLOSE_BESIDE_A_SHAPE if shaped else CLOSE) * scored[0][0].sum()
-        close = [fit for gain, fit in scored if gain.sum() > enough][:POLISHED]
+        close = [fit for gain, fit in scored if shaped or gain.sum() > CLOSE * scored[0][0].sum()][:BESIDE_A_SHAPE if shaped else POLISHED]
         polished = {fit.effect: _polished(problem, point, fit) for fit in close}
         scored = _ranked(problem, point, [polished.get(fit.effect, fit) for _, fit in scored])
     return Role(point, tuple(fit for _, fit in scored), np.array([g for g, _ in scored]), screening, dict(problem.scale))
