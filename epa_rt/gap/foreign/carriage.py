@@ -106,7 +106,7 @@ _OWN = (
     _p("carriage.inertia_kg", "kg", None, 1e-4, 1e5, 0.05, neutral=None),
     _p("friction.viscous_n_s_m", "N*s/m", None, 0.0, 1e6, 0.3, neutral=None),
     # What stands in one row need not be of one moment: a force that a controller holds from row to row acts half a period later, one that is logged before it is sent a whole one more.
-    Parameter("clock.row_ratio", "1", 0.0, -2.0, 2.0, 0.5, LINK, absolute=True),
+    Parameter("clock.row_ratio", "1", 0.0, -1.5, 1.5, 0.5, LINK, absolute=True),
     _p("friction.load_ratio", "1", "load_friction", -0.5, 0.5, 0.05),
     _p("drive.backlash_m", "m", "backlash", 0.0, 0.05, 2e-3, "stroke"),
     _p("drive.backlash_load_ratio", "1", "backlash", 0.05, 1.0, 0.2, neutral=0.5),
