@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from epa_rt.gap.bars import BARS
 from epa_rt.gap.colour import autocovariance, levinson, white_size
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.significance import scatter
@@ -17,7 +18,6 @@ from epa_rt.gap.subject import Subject, Values
 ORDER = 16      # of the whitening filter
 TWINS = 6       # per recording
 APART = 0.3     # of a nominal parameter's spread, between twins
-BELIEF = 6.0     # spreads beyond which a nominal parameter stands for something else
 LEAST = 1e-12   # what no floor falls below, in its link's unit: data without noise
 SURE = 3.0      # deviations by which what twins have in common must stand out from chance (biases of a drive: 3 to 18; of none: at most 2)
 
@@ -161,7 +161,7 @@ def _trials(recording: Recording, every: int = 10) -> list[slice]:
 def _roughness(subject: Subject, recordings: Sequence[Recording], own: Mapping[str, Mapping[str, np.ndarray]], values: Values, link: str) -> float:
     """Deviation of a link's white noise, in its unit. At the plant file's numbers too, and what is more counts, where a gap has driven one beyond belief."""
     # a pendulum whose weight was missing took the inertia to nothing, and with it the noise that an acceleration brings: 0.0038 for 0.027 N m
-    lost = any(knob.spread > 0.0 and abs(values.get(knob.key, knob.value) - knob.value) > BELIEF * knob.spread for knob in subject.nominal)
+    lost = any(knob.spread > 0.0 and abs(values.get(knob.key, knob.value) - knob.value) > BARS.belief_named * knob.spread for knob in subject.nominal)
     at_file = [[subject.residual(subject.prepare(r), {}, link) for r in recordings]] if lost else []
     return max(white_size(residuals, subject.rate_hz, getattr(subject, "lowpass_hz", subject.rate_hz)) for residuals in ([own[r.name][link] for r in recordings], *at_file))
 

@@ -15,7 +15,6 @@ from epa_rt.gap.foreign.readings import LEAST_DITHER
 from epa_rt.gap.foreign.signals import Signals
 from epa_rt.gap.hygiene_values import noise_of, smallest_step
 
-REACH = 512            # rows by which a record is continued at its ends, upside down, so that its ends are no jump to the transform
 SEGMENT, LEAST = 1024, 64   # rows of a windowed spectrum, and at least
 SPECTRA = 8            # that are averaged, where a record is long enough
 TWICE = 2.0            # times the noise, from which something stands out of it
@@ -43,18 +42,28 @@ def step_of(read: np.ndarray) -> float:
 
 
 def without_noise(x: np.ndarray, step: float = 0.0) -> np.ndarray:
-    """(N,) what stands out of the white noise (and the ``step``) of a reading, frequency by frequency (Wiener's filter over the whole record).
+    """(N,) what stands out of the white noise (and the ``step``) of a reading, frequency by frequency (Wiener's filter).
 
     Not the low-pass of the residuals: noise that it let through would be motion to the twin. What stands out is seen in windowed stretches, into which a record's ends do not leak.
     """
     hertz, power = _spectrum(x)
-    share = np.clip(1.0 - TWICE * 2.0 * _noise(x, step) ** 2 / np.maximum(power, np.finfo(float).tiny), 0.0, 1.0)
+    share = np.clip(1.0 - TWICE * 2.0 * _noise(x, step, power) ** 2 / np.maximum(power, np.finfo(float).tiny), 0.0, 1.0)
     share[:2] = 1.0   # a line was taken off every stretch: its spectrum says nothing of what is slower
-    reach = min(REACH, len(x) - 1)
+    return _filtered(x, share)
+
+
+def _filtered(x: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """(N,) with ``share`` (at evenly spaced frequencies) of every frequency kept, by a filter no longer than a stretch: what a record's ends do to it stays near them.
+
+    A record is continued at its ends upside down, so that they are no jump.
+    """
+    from scipy.signal import fftconvolve
+
+    taps = np.roll(np.fft.irfft(share), len(share) - 1)
+    taps = np.append(taps, taps[0]) * np.hanning(len(taps) + 1)
+    reach = min(len(share) - 1, len(x) - 1)
     longer = np.concatenate([2.0 * x[0] - x[reach:0:-1], x, 2.0 * x[-1] - x[-2:-reach - 2:-1]])
-    line = np.linspace(longer[0], longer[-1], len(longer))
-    kept = np.interp(np.fft.rfftfreq(len(longer)), hertz, share) * np.fft.rfft(longer - line)
-    return (np.fft.irfft(kept, len(longer)) + line)[reach:reach + len(x)]
+    return fftconvolve(longer, taps / taps.sum(), "same")[reach:reach + len(x)]
 
 
 def _spectrum(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -64,14 +73,13 @@ def _spectrum(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return welch(x, nperseg=min(SEGMENT, max(len(x) // SPECTRA, LEAST), len(x)), detrend="linear")
 
 
-def _noise(x: np.ndarray, step: float) -> float:
+def _noise(x: np.ndarray, step: float, power: np.ndarray) -> float:
     """Deviation of a reading's white noise, steps included: by fourth differences, or less where the upper half of its spectrum has less (at 100 Hz a quick motion shows in differences)."""
-    _, power = _spectrum(x)
     return max(min(noise_of(x), float(np.sqrt(0.5 * np.median(power[len(power) // 2:])))), step / np.sqrt(12.0))
 
 
 def _as_read(clean: np.ndarray, like: np.ndarray, step: float, random: np.random.Generator) -> np.ndarray:
     """(N,) with the white noise of a reading and its steps."""
-    noise = np.sqrt(max(_noise(like, step) ** 2 - step**2 / 12.0, (LEAST_DITHER * step) ** 2))
+    noise = np.sqrt(max(_noise(like, step, _spectrum(like)[1]) ** 2 - step**2 / 12.0, (LEAST_DITHER * step) ** 2))
     read = clean + noise * random.standard_normal(len(clean))
     return np.round(read / step) * step if step > 0.0 else read
