@@ -28,8 +28,8 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     make.add_argument("--seed", type=int, required=True, help="another seed gives other cases; it is sealed with the truth")
     make.add_argument("--cases", type=_count, default=120)
     make.add_argument("--kinds", nargs="+", help="only these kinds of cases")
-    make.add_argument("--laws", type=int, choices=(1, 2, 3, 4), default=4,
-                      help="hidden formulas: 1 as in sets up to the tenth, 2 with other ones where the catalogue has come near these, 3 and 4 with others again where it has caught up (default: %(default)s)")
+    make.add_argument("--laws", type=int, choices=(1, 2, 3, 4, 5), default=5,
+                      help="hidden formulas: 1 as in sets up to the tenth, 2 with other ones where the catalogue has come near these, 3 to 5 with others again where it has caught up (default: %(default)s)")
     make.add_argument("-o", "--out", type=Path, required=True, help="folder of the cases; must be new")
     make.add_argument("--sealed", type=Path, help="folder of the sealed truth (default: OUT.sealed)")
     score = parts.add_parser("score", help="diagnose every case, then open the truth")

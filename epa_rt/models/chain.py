@@ -4,7 +4,7 @@ from epa_rt.models.blocks import drive, gas, load, motor, muscle, transmission
 from epa_rt.models.compiled import compiled
 from epa_rt.models.ports import (
     ANGLE, BRANCHES, CREEP, CURRENT, GAS_C, GAS_MASS, HEAT, INTEGRAL, LOAD_PLACE, LOAD_SPEED, LOAD_STICTION, SLOW_HEAT,
-    SPEED, STICTION, SUPPLY_FLOW,
+    SPEED, STICTION, SUPPLY_FLOW, SUPPLY_RATE,
 )
 
 
@@ -74,7 +74,7 @@ def rates(p, s, y, dy, seen, part):
     dy[LOAD_PLACE] = y[LOAD_SPEED]
     dy[LOAD_SPEED], dy[LOAD_STICTION] = load.rates(
         l, y[LOAD_PLACE], y[LOAD_SPEED], y[LOAD_STICTION], load.along_load(l, force0, force1))
-    dy[SUPPLY_FLOW] = gas.droop_rate(p.gas[0], drawn0 + drawn1, y[SUPPLY_FLOW])
+    dy[SUPPLY_FLOW], dy[SUPPLY_RATE] = gas.droop_rates(p.gas[0], drawn0 + drawn1, y[SUPPLY_FLOW], y[SUPPLY_RATE])
 
 
 @compiled

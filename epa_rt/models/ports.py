@@ -26,7 +26,8 @@ LOAD_PLACE, LOAD_SPEED, LOAD_STICTION, SUPPLY_FLOW = 6, 7, 8, 9
 GAS_C, GAS_MASS, CREEP = 10, 12, 14  # two each, one per muscle; of creep two for each branch
 BRANCHES = 5  # of creep: a decade of time each
 SLOW_HEAT = CREEP + 2 * BRANCHES
-SMOOTH = SLOW_HEAT + 1
+SUPPLY_RATE = SLOW_HEAT + 1  # of the lagged supply flow, where the regulator rings
+SMOOTH = SUPPLY_RATE + 1
 RING = 64  # cycles of command, and of late sensors' truth, that are kept
 # The braid's friction elements: indices into STATE["memory"]; slip has four, Preisach three.
 SLIP, DAHL, LUGRE, BOUC_WEN, PREISACH, TRAVELLED, MEMORY = 0, 4, 5, 6, 7, 10, 11

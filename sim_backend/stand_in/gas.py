@@ -71,13 +71,13 @@ def rates(g, h, pressure, mass, volume, volume_rate, supply, inlet, exhaust):
 @compiled
 def supply(g, h, flow):
     """Absolute supply pressure; hidden: it gives way to the flow that ``regulator`` has followed."""
-    return g.atmosphere_pa + g.supply_gauge_pa - h.regulator_pa_s_kg * flow
+    return g.atmosphere_pa + g.supply_gauge_pa - h.regulator_pa_s_kg * flow * (1.0 + h.regulator_curve_s_kg * abs(flow))
 
 
 @compiled
 def regulator(h, drawn, flow, flow_rate):
-    """Hidden: a regulator of second order (damping 0.5). Returns the rates of the flow that it follows."""
+    """Hidden: a regulator of second order. Returns the rates of the flow that it follows."""
     if h.regulator_pa_s_kg == 0.0:
         return 0.0, 0.0
     w = 2.0 * math.pi * h.regulator_hz
-    return flow_rate, w * w * (drawn - flow) - w * flow_rate
+    return flow_rate, w * w * (drawn - flow) - 2.0 * h.regulator_damping * w * flow_rate

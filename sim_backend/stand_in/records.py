@@ -17,7 +17,7 @@ HIDDEN_FIELDS: tuple[tuple[str, float], ...] = (
     ("play_uneven_ratio", 0.0), ("play_phase_rad", 0.0), ("play_worn_ratio", 0.0), ("play_worn_sharpness", 4.0),
     ("wobble_ratio", 0.0), ("wobble_phase_rad", 0.0), ("layer_per_rad", 0.0),
     # gas
-    ("leak_per_s", 0.0), ("gas_time_s", 0.0), ("stir_s", 0.0), ("regulator_pa_s_kg", 0.0), ("regulator_hz", 4.0), ("seat_in_ratio", 0.0),
+    ("leak_per_s", 0.0), ("gas_time_s", 0.0), ("stir_s", 0.0), ("regulator_pa_s_kg", 0.0), ("regulator_hz", 4.0), ("regulator_damping", 0.5), ("regulator_curve_s_kg", 0.0), ("seat_in_ratio", 0.0),
     ("seat_out_ratio", 0.0), ("swell_per_pa", 0.0), ("hose_pa_s_kg", 0.0),
     # muscle
     ("slip_ratio", 0.0), ("slip_m", 2e-4), ("bouc_ratio", 0.0), ("bouc_m", 1.5e-3), ("lugre_ratio", 0.0), ("lugre_m", 4e-4),

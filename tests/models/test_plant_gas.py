@@ -196,3 +196,29 @@ def test_stirred_gas_stays_a_number_at_the_ends_of_its_law(exchange, stir_s):
     path, inlet = np.full(900, 0.14), np.r_[np.ones(400), np.zeros(500)]
     pressure, mass = gas.gas_over_log(params, path, inlet, 1.0 - inlet, 1e-3, substeps=2)
     assert np.isfinite(pressure).all() and (mass > 0.0).all() and (np.diff(pressure[5:400]) > -1.0).all()
+
+
+def regulated(ring: float, time_s: float, flow_kg_s: float = 2e-4, step_s: float = 2.5e-4, seconds: float = 3.0):
+    """(N,) lagged flow behind a constant one that starts at once, by midpoint steps."""
+    p, y = params_with(supply_droop_pa_s_kg=1e8, droop_time_s=time_s, droop_ring_ratio=ring)[0]["gas"][0], np.zeros(2)
+    out = np.empty(int(seconds / step_s))
+    for k in range(len(out)):
+        middle = y + 0.5 * step_s * np.array(gas.droop_rates(p, flow_kg_s, *y))
+        y = y + step_s * np.array(gas.droop_rates(p, flow_kg_s, *middle))
+        out[k] = y[0]
+    return out
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(0.0, 4.0), st.floats(0.002, 0.1))
+def test_a_regulator_ends_at_the_flow_and_swings_beyond_it_only_from_a_quarter_on(ring, time_s):
+    found = regulated(ring, time_s)
+    assert found[-1] == pytest.approx(2e-4, rel=1e-3)
+    damping = 0.5 / math.sqrt(ring) if ring > 0.0 else math.inf
+    beyond = math.exp(-math.pi * damping / math.sqrt(1.0 - damping**2)) if damping < 1.0 and ring * time_s >= gas.RINGS_FROM_S else 0.0
+    assert np.max(found) / 2e-4 - 1.0 == pytest.approx(beyond, abs=0.01)
+
+
+def test_a_regulator_without_a_ring_follows_with_one_time_constant():
+    assert regulated(0.0, 0.02)[79] == pytest.approx(2e-4 * (1.0 - math.exp(-1.0)), rel=1e-4)
+    assert np.array_equal(regulated(0.04, 0.02), regulated(0.0, 0.02))  # 0.8 ms: none

@@ -43,9 +43,10 @@ def _held(values, k, start, end):
 
 
 @compiled
-def _rates(g, c, mass, droop, volume, inlet, exhaust, others):
+def _rates(g, c, mass, droop, ringing, volume, inlet, exhaust, others):
     rate, mass_rate, drawn = gas.rates(g, c, mass, volume, gas.pressure(g, c, volume), gas.supply_pressure(g, droop), inlet, exhaust)
-    return rate, mass_rate, gas.droop_rate(g, drawn + others, droop), drawn
+    follows, swings = gas.droop_rates(g, drawn + others, droop, ringing)
+    return rate, mass_rate, follows, swings, drawn
 
 
 @compiled
@@ -71,25 +72,26 @@ def _midpoint(g, s, h, before, after, raised_before, raised_after):
     d0, m0, _ = gas.rates(g, s[0], s[1], before, s[0] / raised_before, supply, s[3], s[4])
     c, mass = s[0] + 0.5 * h * d0, s[1] + 0.5 * h * m0
     d1, m1, flow = gas.rates(g, c, mass, middle, c / raised, supply, s[3], s[4])
-    s[0], s[1], s[2] = s[0] + h * d1, s[1] + h * m1, s[2] + h * gas.droop_rate(g, flow, s[2])
+    follows, swings = gas.droop_rates(g, flow, s[2], s[8])
+    s[0], s[1], s[2], s[8] = s[0] + h * d1, s[1] + h * m1, s[2] + h * follows, s[8] + h * swings
     return flow
 
 
 @compiled
 def _half_step(g, s, h, decay, v0, v1, wanted_in, wanted_out, others):
     """A step in which valves open or close; returns what the muscle draws."""
-    d0, m0, f0, _ = _rates(g, s[0], s[1], s[2], v0, s[3], s[4], others)
+    d0, m0, f0, r0, _ = _rates(g, s[0], s[1], s[2], s[8], v0, s[3], s[4], others)
     s[3], s[4] = gas.opening_after(s[3], wanted_in, decay), gas.opening_after(s[4], wanted_out, decay)
-    d1, m1, f1, flow = _rates(g, s[0] + 0.5 * h * d0, s[1] + 0.5 * h * m0, s[2] + 0.5 * h * f0, v1, s[3], s[4], others)
+    d1, m1, f1, r1, flow = _rates(g, s[0] + 0.5 * h * d0, s[1] + 0.5 * h * m0, s[2] + 0.5 * h * f0, s[8] + 0.5 * h * r0, v1, s[3], s[4], others)
     s[3] = gas.settled(gas.opening_after(s[3], wanted_in, decay), wanted_in)
     s[4] = gas.settled(gas.opening_after(s[4], wanted_out, decay), wanted_out)
-    s[0], s[1], s[2] = s[0] + h * d1, s[1] + h * m1, s[2] + h * f1
+    s[0], s[1], s[2], s[8] = s[0] + h * d1, s[1] + h * m1, s[2] + h * f1, s[8] + h * r1
     return flow
 
 
 @compiled
 def march(g, delays, volume, raised, inlet, exhaust, others, lags_s, period_s, k0, k1, s, truth, seen, drawn):
-    """Cycles k0 to k1 from state s (c, mass, droop, openings, sensor's reading, pressure before, tube's reading), which it moves. ``raised``: V^n (N,)."""
+    """Cycles k0 to k1 from state s (c, mass, droop, openings, sensor's reading, pressure before, tube's reading, the droop's rate), which it moves. ``raised``: V^n (N,)."""
     lag_s, tube_s = lags_s
     h = period_s / STEPS
     decay = math.exp(-0.5 * h / g.valve_lag_s)
@@ -103,7 +105,7 @@ def march(g, delays, volume, raised, inlet, exhaust, others, lags_s, period_s, k
         drawn[k] = 0.0
         last = max(k - 1, 0)
         before, step = volume[last], volume[k] - volume[last]
-        undisturbed = g.supply_droop_pa_s_kg == 0.0 or (s[2] == 0.0 and others[k] == 0.0)  # no lagged flow that matters
+        undisturbed = g.supply_droop_pa_s_kg == 0.0 or (s[2] == 0.0 and s[8] == 0.0 and others[k] == 0.0)  # no lagged flow that matters
         if still > reach and s[3] == 0.0 and s[4] == 0.0 and undisturbed and (tight or slow):
             if not tight:
                 drawn[k] = _midpoint(g, s, period_s, before, volume[k], raised[last], raised[k])
@@ -138,7 +140,7 @@ def _level(seen, measured, k0, k1):
 def _raise(s, factor):
     s[0] *= factor
     s[1] *= factor
-    s[5:] *= factor
+    s[5:8] *= factor
 
 
 @compiled
@@ -149,7 +151,7 @@ def pressures(params, i, delays, volume, inlet, exhaust, others, measured, shut,
     levels every span of ``shut`` (spans, 2): behind both lags like ``seen``, for after a fill a slow tube still rises far into a span.
     """
     g = params[0].gas[i]
-    s, raised = np.zeros(8), np.empty(len(volume))
+    s, raised = np.zeros(9), np.empty(len(volume))
     for k in range(len(volume)):
         raised[k] = gas.power(volume[k], gas.exponent(g))
     start = max(measured[0], 1e3) if abs(measured[0] - g.atmosphere_pa) > 5e3 else g.atmosphere_pa

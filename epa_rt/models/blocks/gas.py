@@ -13,6 +13,7 @@ WARMER = 0.1                # share of its temperature above that around it at w
 STIRS = 0.67                # exponent of the flow that stirs the gas: of Reynolds' number in vessels while they are filled
 AT_ONCE_PER_S = 1000.0      # rate of stirred gas at which it is as warm as its walls for any sensor, and no step of the integrator is too long yet
 HEAT_CAPACITY = 0.4         # ratio of heat capacities of air, less 1
+RINGS_FROM_S = 1e-3        # a regulator's shorter lag below which it is taken to follow with the longer one alone: half a sub-step at most, so that no step is too long
 SHUT = 1e-6                 # a valve closing below this opening is shut exactly
 
 
@@ -41,9 +42,15 @@ def supply_pressure(p, supply_flow):
 
 
 @compiled
-def droop_rate(p, drawn, supply_flow):
-    """Rate of the lagged supply flow (kg/s^2): zero while nothing has been drawn, so that a still plant costs nothing."""
-    return 0.0 if drawn == supply_flow else (drawn - supply_flow) / p.droop_time_s
+def droop_rates(p, drawn, supply_flow, flow_rate):
+    """Rates of the lagged supply flow (kg/s^2) and of its rate (kg/s^3): zero while nothing has been drawn, so that a still plant costs nothing.
+
+    Without a ring the flow follows with one time constant, and ``flow_rate`` stays zero."""
+    asked = 0.0 if drawn == supply_flow else (drawn - supply_flow) / p.droop_time_s
+    shorter_s = p.droop_ring_ratio * p.droop_time_s
+    if shorter_s < RINGS_FROM_S:
+        return asked, 0.0
+    return flow_rate, (asked - flow_rate) / shorter_s
 
 
 @compiled
@@ -139,27 +146,28 @@ def _over_log(params, muscle, length, inlet, exhaust, period_s, start_pa, subste
     volume, _ = shape(m, g.dead_volume_m3, length[0])
     c = start_pa * power(volume, exponent(g))
     mass = start_pa * volume / (g.gas_constant_j_kg_k * g.temperature_k)
-    opened_in, opened_out, droop = 0.0, 0.0, 0.0
+    opened_in, opened_out, droop, ringing = 0.0, 0.0, 0.0, 0.0
     for k in range(length.shape[0]):
         before = length[max(k - 1, 0)]
         for j in range(substeps):
-            d1, m1, f1 = _rates_at(g, m, before + (length[k] - before) * (j / substeps), c, mass, droop,
-                                   opened_in, opened_out)
+            d1, m1, f1, r1 = _rates_at(g, m, before + (length[k] - before) * (j / substeps), c, mass, droop, ringing,
+                                       opened_in, opened_out)
             opened_in = opening_after(opened_in, inlet[k], decay)
             opened_out = opening_after(opened_out, exhaust[k], decay)
             middle = before + (length[k] - before) * ((j + 0.5) / substeps)
-            d2, m2, f2 = _rates_at(g, m, middle, c + h / 2 * d1, mass + h / 2 * m1, droop + h / 2 * f1,
-                                   opened_in, opened_out)
+            d2, m2, f2, r2 = _rates_at(g, m, middle, c + h / 2 * d1, mass + h / 2 * m1, droop + h / 2 * f1, ringing + h / 2 * r1,
+                                       opened_in, opened_out)
             opened_in = settled(opening_after(opened_in, inlet[k], decay), inlet[k])
             opened_out = settled(opening_after(opened_out, exhaust[k], decay), exhaust[k])
-            c, mass, droop = c + h * d2, mass + h * m2, droop + h * f2
+            c, mass, droop, ringing = c + h * d2, mass + h * m2, droop + h * f2, ringing + h * r2
         volume, _ = shape(m, g.dead_volume_m3, length[k])
         out[0, k] = pressure(g, c, volume)
         out[1, k] = mass
 
 
 @compiled
-def _rates_at(g, m, length, c, mass, droop, inlet, exhaust):
+def _rates_at(g, m, length, c, mass, droop, ringing, inlet, exhaust):
     volume, _ = shape(m, g.dead_volume_m3, length)
     rate, mass_rate, drawn = rates(g, c, mass, volume, pressure(g, c, volume), supply_pressure(g, droop), inlet, exhaust)
-    return rate, mass_rate, droop_rate(g, drawn, droop)
+    follows, swings = droop_rates(g, drawn, droop, ringing)
+    return rate, mass_rate, follows, swings

@@ -83,7 +83,7 @@ def test_a_benchmark_has_every_kind_and_decoys():
     assert draw.draw(5, 120) == specs != draw.draw(6, 120)
 
 
-@pytest.mark.parametrize("laws", [2, 3, 4])
+@pytest.mark.parametrize("laws", [2, 3, 4, 5])
 def test_other_laws_are_the_same_cases_with_other_formulas(laws):
     first, second = draw.draw(5, 120), draw.draw(5, 120, laws=laws)
     others = {one: two.name for one, two in effects.IN_PLACE[laws].items()}

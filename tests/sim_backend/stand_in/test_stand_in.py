@@ -61,6 +61,8 @@ THE_SAME_THERE = [  # hidden laws at numbers at which they say what the catalogu
     ({"strap_m": 30.0, "strap_n": 1e6}, {"muscle.strap_compliance_m_n": 3e-5}),
     ({"end_m": 1e-3}, {"muscle.end_length_m": 1e-3}),
     ({"wall_n_m": 300.0, "wall_rise_per_m": 0.0}, {"muscle.bladder_stiffness_n_m": 300.0}),
+    ({"regulator_pa_s_kg": 3e8, "regulator_hz": 5.0, "regulator_damping": 0.3},
+     {"gas.supply_droop_pa_s_kg": 3e8, "gas.droop_time_s": 0.3 / (np.pi * 5.0), "gas.droop_ring_ratio": 0.25 / 0.3**2}),
     ({"tilt_rad": 0.05}, {"load.misalignment_rad": 0.05}),
     ({"knee_spring_nm_rad": 1.0}, {"load.knee_spring_nm_rad": 1.0}),
     ({"force_offset_n": 2.0, "force_gain_ratio": 0.02}, {"sensors.force_offset_n": 2.0, "sensors.force_gain_ratio": 1.02}),
