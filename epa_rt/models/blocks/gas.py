@@ -13,7 +13,7 @@ WARMER = 0.1                # share of its temperature above that around it at w
 STIRS = 0.67                # exponent of the flow that stirs the gas: of Reynolds' number in vessels while they are filled
 AT_ONCE_PER_S = 1000.0      # rate of stirred gas at which it is as warm as its walls for any sensor, and no step of the integrator is too long yet
 HEAT_CAPACITY = 0.4         # ratio of heat capacities of air, less 1
-RINGS_FROM_S = 1e-3        # a regulator's shorter lag below which it is taken to follow with the longer one alone: half a sub-step at most, so that no step is too long
+RINGS_FROM_S = 1e-3        # a regulator's second lag below that is none: two sub-steps of a cycle of a millisecond, so that no step is too long for it
 SHUT = 1e-6                 # a valve closing below this opening is shut exactly
 
 
