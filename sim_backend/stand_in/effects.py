@@ -181,7 +181,7 @@ FOURTH: dict[str, Hidden] = {
     "thermal_gas": H("stirred_gas", "gas_time_s", 0.1, 2.0, ("compression_heat", "polytropic", "fill_heat"), ("gas",),
                      "energy balance, natural convection to the walls that grows with the flow", shapes=(("stir_s", 0.3, 2.0),), rivals=("slow_gauge", "laminar_leak")),
 }
-# A fifth: a regulator whose seat chokes, so that it loses more to the next gram than to the last, and that rings a little longer.
+# A fifth: a regulator whose seat chokes, so that it loses more to the next gram than to the last, and whose damping is drawn.
 FIFTH: dict[str, Hidden] = {
     "soft_regulator": H("choking_regulator", "regulator_pa_s_kg", 1.0e8, 7e8, ("supply_droop",), ("gas",), "regulator of second order whose droop bends upwards with the flow",
                         shapes=(("regulator_hz", 2.0, 8.0), ("regulator_damping", 0.3, 0.8), ("regulator_curve_s_kg", 1500.0, 5000.0)), rivals=("late_valves",)),

@@ -198,8 +198,9 @@ def test_stirred_gas_stays_a_number_at_the_ends_of_its_law(exchange, stir_s):
     assert np.isfinite(pressure).all() and (mass > 0.0).all() and (np.diff(pressure[5:400]) > -1.0).all()
 
 
-def regulated(ring: float, time_s: float, flow_kg_s: float = 2e-4, step_s: float = 2.5e-4, seconds: float = 3.0):
-    """(N,) lagged flow behind a constant one that starts at once, by midpoint steps."""
+def regulated(ring: float, time_s: float):
+    """(N,) lagged flow behind a constant one of 2e-4 kg/s that starts at once, by midpoint steps, until a swing has died down to e^-8."""
+    flow_kg_s, step_s, seconds = 2e-4, 2.5e-4, 16.0 * time_s * max(ring, 1.0)
     p, y = params_with(supply_droop_pa_s_kg=1e8, droop_time_s=time_s, droop_ring_ratio=ring)[0]["gas"][0], np.zeros(2)
     out = np.empty(int(seconds / step_s))
     for k in range(len(out)):
