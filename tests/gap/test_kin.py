@@ -11,7 +11,7 @@ from epa_rt.gap.further import Rules, in_other_words
 from epa_rt.gap.ground import ground_of
 from epa_rt.gap.in_free_run import _kin, _shapes, _with_first, heard
 from epa_rt.gap.problem import Problem
-from epa_rt.gap.refit import Fit
+from epa_rt.gap.refit import Fit, settled
 from tests.gap import toy
 from tests.gap.one_link import problem_of
 from tests.gap.test_in_free_run import Chained, logs
@@ -68,13 +68,15 @@ def test_kin_are_near_laws_of_the_best_ones_family_alone():
     assert [fit.effect for fit in _kin(Thing(effects=effects), role, Rules())] == ["b", "e"]
 
 
-def test_shapes_are_as_strong_as_the_fit_and_the_best_comes_first():
+def test_shapes_are_refitted_and_the_best_comes_first():
     true = {"shaped.a": 0.5, "shaped.b": 2.0}
     subject = Switches()
-    subject.catalogue = tuple(effect._replace(starts=((1.0, 3.0), (1.0, 2.0), (1.0, 7.0))) if effect.name == "shaped" else effect for effect in subject.catalogue)
+    subject.catalogue = tuple(effect._replace(starts=((1.0, 3.0), (1.0, 2.2), (1.0, 7.0))) if effect.name == "shaped" else effect for effect in subject.catalogue)
     problem = problem_of(subject, true, 400, 0.01)
+    role = Thing(point=settled(problem))
     strayed = Fit("shaped", {"shaped.a": 0.5, "shaped.b": 9.0}, 0.0, None)
-    found = _shapes(problem, problem, strayed)
-    assert [start["shaped.b"] for start in found][0] == 2.0 and {start["shaped.a"] for start in found} == {0.5}
-    assert len(_shapes(problem, problem, replace(strayed, values=true))) == 2  # as it is already, a shape is not asked for again
-    assert _shapes(problem, problem, Fit("single", {"single.a": 0.3}, 0.0, None)) == []  # strength alone
+    found = _shapes(problem, problem, role, strayed)
+    assert len(found) == 3 and [found[0][key] for key in true] == pytest.approx(list(true.values()), rel=0.01)
+    there = replace(strayed, values={"shaped.a": 0.5, "shaped.b": 2.2})
+    assert len(_shapes(problem, problem, role, there)) == 2  # as it is already, a shape is not asked for again
+    assert _shapes(problem, problem, role, Fit("single", {"single.a": 0.3}, 0.0, None)) == []  # strength alone
