@@ -32,7 +32,7 @@ class Rules:
     left up to 0.02 of it; what nominal parameters cannot bear is missing whatever part it is; ``first``: the same where nothing is named (24 rigs
     without a gap of two sets showed 17 at most, missed effects at twice their limit and more 45 to 73). ``most``: of that which a further effect must
     explain, and ``gained`` at least, or ``better`` of a second one in another block that takes the plant to the noise and of which no other law does ``half`` (a current's
-    scale 33 of 46, the next law 3); ``never``: of the gap, of which a twelfth is the most that all names together
+    scale 33 of 46, the next law 3), or of what is left than a law of the same family leaves to take its place; ``never``: of the gap, of which a twelfth is the most that all names together
     may leave: a last law that leaves more is not gone on with; ``together``: effects from which free run looks for no other, for what takes a third one that no block shows
     is rather one that is not in the catalogue; ``screened``: families that are fitted for it, ``rough``: as ``near``, of a fit with derivatives
     kept from before (a soft regulator that leaves 27 had left 84). ``plain``: gain from which it is named however weak it is.
@@ -80,6 +80,11 @@ class Rules:
         to_noise = plain and above(best, noise) <= self.noise and chi - noise > self.anothers
         return to_noise or chi - best.normal.chi > self.margin(none, best)
 
+    def in_its_place(self, best: Point, other: Point, noise: float) -> bool:
+        """Whether another law of the best one's own family takes its place: the name is as right, and what it leaves is what a second effect is looked for in. Slip in
+        elements left 92 of 86 286 and a weight on the shin beside it 48; a Preisach braid 513, and nothing was found beside it."""
+        return best.normal.chi - other.normal.chi > self.better and above(other, noise) < self.half * above(best, noise)
+
 
 def further(problem: Problem, whole: Problem, selection: Selection, none: Point, best: Point, noise: float, rules: Rules) -> tuple[Selection, Point, tuple[Fit, ...]] | None:
     """One more effect, looked for in free run, where much is missing there and it explains most of that; and what explains it as well."""
@@ -97,7 +102,7 @@ def further(problem: Problem, whole: Problem, selection: Selection, none: Point,
     name, point = points[0]
     gain = best.normal.chi - point.normal.chi
     only = _of_another_block(problem, selection, name) and above(point, noise) <= rules.noise and _alone(best, tried, name, gain, rules)
-    if point.normal.chi > named or (gain < enough and not only) or _unworthy(problem, selection, name, point, gain, missing, rules):
+    if point.normal.chi > named or (gain < enough and not only and not _relieves(best, point, gain, rules)) or _unworthy(problem, selection, name, point, gain, missing, rules):
         return None
     before = selection.final if selection.roles else selection.base
     as_well = tuple(around(problem, before, *other) for other in points[1:] if not rules.told(best, point, other[1].normal.chi, noise, plainer(problem, name, other[0])))
@@ -113,6 +118,12 @@ def _of_another_block(problem: Problem, selection: Selection, name: str) -> bool
 def _alone(best: Point, tried: Sequence[Tried], name: str, gain: float, rules: Rules) -> bool:
     """Whether an effect tells in free run, and no other law that was tried does half as much."""
     return gain > rules.better and all(best.normal.chi - one.chi < rules.half * gain for one in tried if one.effect != name)
+
+
+def _relieves(best: Point, point: Point, gain: float, rules: Rules) -> bool:
+    """Whether nominal parameters that nobody would believe are believable with an effect: what was missing is what they cost, and the rest the first law's own
+    formula (strong slip left 92, of which 50 for a knee's mass and inertia; with a weight on the shin 48 and 8)."""
+    return gain > rules.gained and strain(best) > BARS.strain and strain(point) < rules.half * BARS.strain
 
 
 def _unworthy(problem: Problem, selection: Selection, name: str, point: Point, gain: float, missing: float, rules: Rules) -> bool:

@@ -90,7 +90,7 @@ def _carried(problem: Problem, whole: Problem, selection: Selection, k: int, non
             role, best = _with_first(role, fit), point
     for fit in _kin(problem, role, rules) if above(best, noise) > in_other_words(above(none, noise)) else ():
         point = instead(fit, _shapes(problem, whole, role, fit)[: rules.shapes])
-        if ahead(fit, point):
+        if ahead(fit, point) or rules.in_its_place(best, point, noise):
             role, best = _as_there(problem, role, fit, point), point
     named = role.best.effect
     others = {name: chi for name, chi in left.items() if problem.effects[name].family != problem.effects[named].family}
