@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from epa_rt.gap.as_one import fitted
-from epa_rt.gap.further import Rules
 from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import settled_with
+from epa_rt.gap.rules import Rules
 from epa_rt.gap.select import Selection
 
 

@@ -6,12 +6,12 @@ from functools import cached_property
 
 from epa_rt.gap.alongside import trials
 from epa_rt.gap.as_one import AsOne, fitted, floor, meters_of, quiet, twins_of
-from epa_rt.gap.further import Rules, above
 from epa_rt.gap.point import Point, linearised
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.promising import most_promising
 from epa_rt.gap.recording import Recording, Span
 from epa_rt.gap.role import starts
+from epa_rt.gap.rules import Rules, above
 from epa_rt.gap.screen import screen
 from epa_rt.gap.subject import Subject
 

@@ -5,8 +5,9 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from epa_rt.gap.bars import BARS
-from epa_rt.gap.further import Rules, most_of_one
+from epa_rt.gap.further import most_of_one
 from epa_rt.gap.refit import Fit
+from epa_rt.gap.rules import Rules
 
 MOST_OF_ONE = 0.0075  # of a gap: what one right law in other words may leave of it where no second one was found (right ones of two sets with a gap above 1000 0.0063 at most or 30, wrong ones 0.0096 and more)
 CLOSELY = 0.013  # of a gap: what a right law in other words may leave of it (stirred gas beside creep 0.01005; wrong ones 0.017 and more)

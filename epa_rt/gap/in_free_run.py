@@ -12,7 +12,7 @@ import numpy as np
 from epa_rt.gap.as_one import fitted
 from epa_rt.gap.fewer import fewer
 from epa_rt.gap.forms import exact, of_one_form
-from epa_rt.gap.further import Rules, above, around, bare, further, in_other_words, plainer, strain, with_effect
+from epa_rt.gap.further import around, bare, further, in_other_words, plainer, with_effect
 from epa_rt.gap.ground import Ground
 from epa_rt.gap.heard import Beside, Heard
 from epa_rt.gap.one_alone import one_alone
@@ -20,6 +20,7 @@ from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import Fit, refit, settled
 from epa_rt.gap.role import Role, gains
+from epa_rt.gap.rules import Rules, above, strain
 from epa_rt.gap.select import Selection
 from epa_rt.gap.together import serving_both
 from epa_rt.models.effect import one_of_each_family

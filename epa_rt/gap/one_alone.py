@@ -3,11 +3,12 @@
 from dataclasses import replace
 
 from epa_rt.gap.forms import exact, of_one_form
-from epa_rt.gap.further import Rules, above, around, bare, plainer, strain, with_effect
+from epa_rt.gap.further import around, bare, plainer, with_effect
 from epa_rt.gap.ground import Ground
 from epa_rt.gap.heard import Heard
 from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem
+from epa_rt.gap.rules import Rules, above, strain
 from epa_rt.gap.select import Selection
 
 

@@ -6,9 +6,9 @@ import pytest
 
 from epa_rt.gap.as_one import AsOne, fitted, floor, meters_of, twins_of
 from epa_rt.gap.fewer import fewer
-from epa_rt.gap.further import Rules
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import settled
+from epa_rt.gap.rules import Rules
 from epa_rt.gap.select import Selection
 from tests.gap import toy
 from tests.gap.test_in_free_run import Chained, logs

@@ -7,7 +7,8 @@ import pytest
 
 from epa_rt.gap.attribution import at_base
 from epa_rt.gap.diagnose import diagnose
-from epa_rt.gap.further import Rules, _unworthy
+from epa_rt.gap.further import _unworthy
+from epa_rt.gap.rules import Rules
 from epa_rt.models.effect import Effect
 from tests.gap import toy
 from tests.gap.test_in_free_run import Chained, logs, without_gas

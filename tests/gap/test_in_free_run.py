@@ -11,7 +11,7 @@ from epa_rt.gap.attribution import _found_there, attributed
 from epa_rt.gap.coverage import Coverage
 from epa_rt.gap.diagnose import diagnose
 from epa_rt.gap.forms import all_read_or_command, exact, of_one_form
-from epa_rt.gap.further import Rules, most_of_one
+from epa_rt.gap.further import most_of_one
 from epa_rt.gap.ground import Ground, ground_of, judged
 from epa_rt.gap.heard import Beside, Heard
 from epa_rt.gap.in_free_run import _of_named, heard
@@ -19,6 +19,7 @@ from epa_rt.gap.one_alone import one_alone
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Span
 from epa_rt.gap.refit import moved, settled
+from epa_rt.gap.rules import Rules
 from epa_rt.gap.verdict import Evidence, decided
 from epa_rt.gap.verdict import said as said_of
 from epa_rt.models.catalogue import CATALOGUE

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.attribution import attributed
-from epa_rt.gap.further import Rules, in_other_words
+from epa_rt.gap.further import in_other_words
 from epa_rt.gap.ground import ground_of
 from epa_rt.gap.in_free_run import _kin, _shapes, _with_first, heard
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import Fit, settled
+from epa_rt.gap.rules import Rules
 from tests.gap import toy
 from tests.gap.one_link import problem_of
 from tests.gap.test_in_free_run import Chained, logs
