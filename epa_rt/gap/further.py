@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from epa_rt.gap.as_one import fitted
 from epa_rt.gap.bars import BARS
 from epa_rt.gap.believe import negligible
 from epa_rt.gap.forms import all_read_or_command

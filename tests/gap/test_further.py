@@ -3,11 +3,13 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from epa_rt.gap.attribution import at_base
 from epa_rt.gap.diagnose import diagnose
-from epa_rt.gap.further import _unworthy
+from epa_rt.gap.further import _relieves, _unworthy
+from epa_rt.gap.point import Point
 from epa_rt.gap.rules import Rules
 from epa_rt.models.effect import Effect
 from tests.gap import toy
@@ -55,3 +57,28 @@ def test_what_nobody_would_act_on_is_named_where_it_is_all_of_a_gap(named, missi
     assert found is unworthy
     strong = replace(Rules(), plain=0.0)
     assert not _unworthy(problem, SimpleNamespace(roles=()), "pressure_offset", point, gain, missing, strong)
+
+
+def left(chi: float, strained: float = 0.0) -> Point:
+    """A point that leaves so much, of which nominal parameters cost ``strained``."""
+    return SimpleNamespace(normal=SimpleNamespace(chi=chi, prior=np.ones(1), z=np.full(1, np.sqrt(strained))))
+
+
+@pytest.mark.parametrize(("left_over", "instead", "takes"), [
+    (513.0, 92.0, True),     # slip elements for a Preisach braid
+    (513.0, 260.0, False),   # more than half of it: neither is right
+    (40.0, 16.0, False),     # too little to look for anything
+])
+def test_a_law_takes_its_kins_place_where_that_leaves_less_than_half(left_over, instead, takes):
+    assert Rules().in_its_place(left(1000.0 + left_over), left(1000.0 + instead), noise=1000.0) is takes
+
+
+@pytest.mark.parametrize(("before", "after", "relieves"), [
+    ((92.0, 50.0), (48.0, 8.0), True),
+    ((92.0, 50.0), (56.0, 8.0), False),    # that little says nothing
+    ((92.0, 30.0), (48.0, 8.0), False),    # they were believable
+    ((92.0, 50.0), (48.0, 30.0), False),   # they still cost much
+])
+def test_an_effect_counts_that_makes_nominal_parameters_believable(before, after, relieves):
+    best, point = left(*before), left(*after)
+    assert _relieves(best, point, best.normal.chi - point.normal.chi, Rules()) is relieves
