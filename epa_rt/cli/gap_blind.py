@@ -1,6 +1,7 @@
 """Judge the diagnosis on cases whose truth is sealed: make them, score them, cross every effect out in turn.
 
   epa gap blind make --seed 7 --cases 120 -o out/blind        logs there, truth sealed in out/blind.sealed
+  epa gap blind make --seed 7 --each 20 -o out/each           every hidden effect alone, strong: a set to develop on
   epa gap blind score out/blind --json blind.json             diagnoses every case, then opens the truth
   epa gap blind score out/blind --json blind.json --next      where effects cannot be told apart, runs the proposed experiment too
   epa gap blind oracle out/blind --json oracle.json           what the data allow: told the laws, it only fits them (run it last)
@@ -28,6 +29,7 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     make.add_argument("--seed", type=int, required=True, help="another seed gives other cases; it is sealed with the truth")
     make.add_argument("--cases", type=_count, default=120)
     make.add_argument("--kinds", nargs="+", help="only these kinds of cases")
+    make.add_argument("--each", type=_limits, metavar="LIMITS", help="instead: every hidden effect that has a name, alone, on every rig that shows it, so many times its detection limit")
     make.add_argument("--laws", type=int, choices=(1, 2, 3, 4, 5), default=5,
                       help="hidden formulas: 1 as in sets up to the tenth, 2 with other ones where the catalogue has come near these, 3 to 5 with others again where it has caught up (default: %(default)s)")
     make.add_argument("-o", "--out", type=Path, required=True, help="folder of the cases; must be new")
@@ -71,6 +73,17 @@ def _count(text: str) -> int:
     if not text.isdecimal() or int(text) < 1:
         raise argparse.ArgumentTypeError(f"found {text}, expected a whole number, 1 or more")
     return int(text)
+
+
+def _limits(text: str) -> float:
+    """A strength in detection limits, 0.5 to 200. Raises ArgumentTypeError."""
+    try:
+        limits = float(text)
+    except ValueError:
+        limits = 0.0
+    if not 0.5 <= limits <= 200.0:
+        raise argparse.ArgumentTypeError(f"found {text}, expected a number of detection limits, 0.5 to 200")
+    return limits
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -124,7 +137,7 @@ def sealed_of(cases: Path, chosen: Path | None) -> Path:
 
 def _make(arguments: argparse.Namespace) -> int:
     _check_folder(arguments.out)
-    from epa_rt.cli.gap_blind_make import make_all
+    from epa_rt.cli.gap_blind_make import make_all, make_each
     from sim_backend.stand_in.draw import KINDS
 
     unknown = [kind for kind in arguments.kinds or () if kind not in KINDS]
@@ -133,6 +146,9 @@ def _make(arguments: argparse.Namespace) -> int:
     sealed = sealed_of(arguments.out, arguments.sealed)
     if (arguments.out / "truth.sha256").exists() or (arguments.out.exists() and any(arguments.out.iterdir()) and not (sealed / "parts").exists()):
         raise VerbError(f"{arguments.out}: found a folder with files, expected a new one (or one whose making was interrupted)")
+    if arguments.each:
+        make_each(arguments.seed, arguments.each, arguments.out, sealed, arguments.config, arguments.jobs, arguments.laws)
+        return COMPLETED
     make_all(arguments.seed, arguments.cases, tuple(arguments.kinds or KINDS), arguments.out, sealed,
              arguments.config, arguments.jobs, arguments.laws)
     return COMPLETED

@@ -26,6 +26,13 @@ def make_all(seed: int, cases: int, kinds: tuple[str, ...], out: Path, sealed: P
     record_all(seed, draw(seed, cases, kinds, laws), out, sealed, config, jobs)
 
 
+def make_each(seed: int, multiple: float, out: Path, sealed: Path, config: Path, jobs: int, laws: int) -> None:
+    """Every hidden effect that has a name, alone, on every rig that shows it; one that cannot be that strong is recorded half as strong."""
+    from sim_backend.stand_in.draw import each_alone
+
+    record_all(seed, each_alone(multiple, laws), out, sealed, config, jobs, weaker=True)
+
+
 def make_matrix(seed: int, out: Path, sealed: Path, config: Path, jobs: int, of: str) -> None:
     """One withheld case for every hidden effect; ``of`` "catalogue": for every other effect of the catalogue, by its own law."""
     from sim_backend.stand_in.draw import one_of_each, one_of_the_others
@@ -33,8 +40,8 @@ def make_matrix(seed: int, out: Path, sealed: Path, config: Path, jobs: int, of:
     record_all(seed, one_of_the_others() if of == "catalogue" else one_of_each(), out, sealed, config, jobs)
 
 
-def record_all(seed: int, specs: "list[Spec]", out: Path, sealed: Path, config: Path, jobs: int) -> None:
-    """Records every case in a process of its own and seals the truth.
+def record_all(seed: int, specs: "list[Spec]", out: Path, sealed: Path, config: Path, jobs: int, weaker: bool = False) -> None:
+    """Records every case in a process of its own and seals the truth. ``weaker``: what does not fit is made half as strong, not drawn again.
 
     Until then each case's truth lies beside the seal, so that a making that was interrupted goes on where it was.
     """
@@ -46,7 +53,7 @@ def record_all(seed: int, specs: "list[Spec]", out: Path, sealed: Path, config: 
     parts = sealed / "parts"
     parts.mkdir(parents=True, exist_ok=True)
     sealed.chmod(0o700)
-    truths = list(side_by_side(jobs, _one, [(seed, spec, out, config, parts) for spec in specs], "cases made"))
+    truths = list(side_by_side(jobs, _one, [(seed, spec, out, config, parts, weaker) for spec in specs], "cases made"))
     truths = [truth for truth in truths if truth is not None]
     truths.sort(key=lambda truth: truth["case"])
     found = seal({"seed": seed, "cases": truths}, sealed, out)
@@ -56,7 +63,7 @@ def record_all(seed: int, specs: "list[Spec]", out: Path, sealed: Path, config: 
     print(f"{len(truths)} cases in {seconds:.0f} s: {', '.join(f'{n} {kind}' for kind, n in counts.items() if n)}; truth in {sealed}, sha256 {found[:16]}")
 
 
-def _one(seed: int, spec: "Spec", out: Path, config: Path, parts: Path) -> "dict | None":
+def _one(seed: int, spec: "Spec", out: Path, config: Path, parts: Path, weaker: bool = False) -> "dict | None":
     """One case; where its candidates do not fit, the next draw of the same kind. None where nothing fits."""
     from sim_backend.stand_in.make import make_case
     from sim_backend.stand_in.strengths import Unfit
@@ -73,7 +80,7 @@ def _one(seed: int, spec: "Spec", out: Path, config: Path, parts: Path) -> "dict
         except Unfit as error:
             reason = str(error)
             shutil.rmtree(path, ignore_errors=True)
-            spec = _another(spec, seed + 1000003 * (turn + 1))
+            spec = spec._replace(multiple=0.5 * spec.multiple) if weaker else _another(spec, seed + 1000003 * (turn + 1))
     print(f"\n{path.name}: left out ({reason})", file=sys.stderr)
     return None
 

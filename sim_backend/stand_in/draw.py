@@ -122,6 +122,13 @@ def one_of_each() -> list[Spec]:
     return [Spec(i, "withheld", effect.rigs[0], RICH, 1.0, (effect.name,), 20.0) for i, effect in enumerate(EFFECTS)]
 
 
+def each_alone(multiple: float, laws: int) -> list[Spec]:
+    """Every hidden effect that the catalogue knows, alone, on every rig that shows it, ``multiple`` times its detection limit: a set to develop on, for what is strong
+    shows where the catalogue's words are too narrow for it."""
+    cases = [(effect.name, rig) for effect in EFFECTS if families(effect) for rig in effect.rigs]
+    return [with_laws(Spec(i, "single", rig, RICH, 1.0, (name,), multiple), laws) for i, (name, rig) in enumerate(cases)]
+
+
 def one_of_the_others() -> list[Spec]:
     """Every effect of the catalogue for which the stand-in has no formula, by the catalogue's own law; else like one_of_each."""
     played = {name for effect in EFFECTS for name in effect.answers}

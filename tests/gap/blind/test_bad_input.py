@@ -38,3 +38,10 @@ def test_counts_are_one_or_more(flag, text, tmp_path, capsys):
     with pytest.raises(SystemExit) as ended:
         main(["gap", "blind", *MAKE, flag, text, "-o", str(tmp_path / "new")])
     assert ended.value.code == 2 and f"found {text}, expected a whole number, 1 or more" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("text", ["0", "-3", "strong", "nan", "1000"])
+def test_a_strength_is_a_number_of_detection_limits(text, tmp_path, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["gap", "blind", *MAKE, f"--each={text}", "-o", str(tmp_path / "new")])
+    assert ended.value.code == 2 and f"found {text}, expected a number of detection limits, 0.5 to 200" in capsys.readouterr().err

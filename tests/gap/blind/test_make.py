@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from epa_rt.cli.gap_blind_make import _record
+from epa_rt.cli.gap_blind_make import _one, _record
 from epa_rt.gap.read import read_recording
 from epa_rt.logs.reader import LogReader
 from epa_rt.models.catalogue import BY_NAME as CATALOGUE
@@ -110,6 +110,30 @@ def test_the_matrix_has_every_hidden_effect_and_every_other_of_the_catalogue():
     assert not answered & {spec.effects[0] for spec in by_own}
     assert all(spec.own_law for spec in by_own) and not any(spec.own_law for spec in by_others)
     assert all(name in effects.BY_NAME[name].answers for name in set(effects.BY_NAME) & set(CATALOGUE)), "one name for two things"
+
+
+def test_each_alone_is_every_effect_with_a_name_on_every_rig_that_shows_it_by_the_newest_laws():
+    specs = draw.each_alone(20.0, 5)
+    named = [effect for effect in effects.EFFECTS if draw.families(effect)]
+    assert len(specs) == sum(len(effect.rigs) for effect in named) and [spec.index for spec in specs] == list(range(len(specs)))
+    assert {spec.effects[0] for spec in specs} == {effects.IN_PLACE[5].get(effect.name, effect).name for effect in named}
+    assert {(spec.kind, spec.multiple, spec.plan, spec.laws) for spec in specs} == {("single", 20.0, "rich", 5)}
+    assert not any(spec.own_law for spec in specs)
+
+
+def test_of_each_alone_what_cannot_be_that_strong_is_made_half_as_strong(monkeypatch, tmp_path):
+    asked = []
+
+    def made(seed, spec, *places):
+        asked.append(spec.multiple)
+        if spec.multiple > 6.0:
+            raise strengths.Unfit("too strong")
+        return {"case": "case_000"}
+
+    monkeypatch.setattr("sim_backend.stand_in.make.make_case", made)
+    spec = draw.each_alone(20.0, 5)[0]
+    assert _one(1, spec, tmp_path, CONFIG, tmp_path, weaker=True)["redrawn"] == 2
+    assert asked == [20.0, 10.0, 5.0]
 
 
 def test_the_blocks_of_an_own_law_are_where_its_fault_shows():
