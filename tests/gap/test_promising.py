@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -68,3 +69,9 @@ def test_a_law_with_a_shape_begins_from_its_first_one_too_and_from_all_where_par
     starts = tuple(dict(zip(problem.effects[name].knobs, start, strict=True)) for start in problem.effects[name].starts)
     afresh(problem, best, Tried(name, starts, {knob_of(name): 0.7}, 1.0, None))
     assert begun == [{knob_of(name): 0.7}, *starts[: begins - 1]]
+
+
+@pytest.mark.parametrize(("spreads", "far"), [((4.5, 0.0, 0.0), True), ((3.8, 3.2, 3.2), True), ((3.0, 1.0, 1.0), False)])
+def test_parameters_have_gone_far_one_by_itself_or_several_together(spreads, far):
+    normal = SimpleNamespace(z=np.array(spreads), prior=np.ones(len(spreads)))
+    assert room._gone_far(SimpleNamespace(normal=normal)) is far
