@@ -37,7 +37,8 @@ def make_matrix(seed: int, out: Path, sealed: Path, config: Path, jobs: int, of:
     """One withheld case for every hidden effect; ``of`` "catalogue": for every other effect of the catalogue, by its own law."""
     from sim_backend.stand_in.draw import one_of_each, one_of_the_others
 
-    record_all(seed, one_of_the_others() if of == "catalogue" else one_of_each(), out, sealed, config, jobs)
+    own = of == "catalogue"
+    record_all(seed, one_of_the_others() if own else one_of_each(), out, sealed, config, jobs, weaker=own)
 
 
 def record_all(seed: int, specs: "list[Spec]", out: Path, sealed: Path, config: Path, jobs: int, weaker: bool = False) -> None:
@@ -64,7 +65,7 @@ def record_all(seed: int, specs: "list[Spec]", out: Path, sealed: Path, config: 
 
 
 def _one(seed: int, spec: "Spec", out: Path, config: Path, parts: Path, weaker: bool = False) -> "dict | None":
-    """One case; where its candidates do not fit, the next draw of the same kind. None where nothing fits."""
+    """One case; where its candidates do not fit, the next draw of the same kind, or (``weaker``) the same one half as strong. None where nothing fits."""
     from sim_backend.stand_in.make import make_case
     from sim_backend.stand_in.strengths import Unfit
 
@@ -86,11 +87,9 @@ def _one(seed: int, spec: "Spec", out: Path, config: Path, parts: Path, weaker: 
 
 
 def _another(spec: "Spec", seed: int) -> "Spec":
-    """What is made where a case does not fit: the next draw of its kind; of the matrix' own laws the same one, half as strong."""
+    """What is made where a case does not fit: the next draw of its kind."""
     from sim_backend.stand_in.draw import draw
 
-    if spec.kind == "withheld" and spec.own_law:
-        return spec._replace(multiple=0.5 * spec.multiple)
     again = draw(seed, 40, (spec.kind,), spec.laws)
     fitting = [other for other in again if other.rig == spec.rig] or again
     return fitting[0]._replace(index=spec.index, noise=spec.noise, multiple=spec.multiple)
