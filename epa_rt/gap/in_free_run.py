@@ -129,7 +129,7 @@ def _shapes(problem: Problem, whole: Problem, role: Role, fit: Fit) -> list[dict
     """A law as strong as it was fitted, from each of the shapes from which fits of it begin, refitted block by block: the one that leaves the blocks least, then those that
     leave the plant least. Strengths of two shapes alone, which screening chose before anything was fitted, may have led nowhere (worn spots at 28 limits)."""
     effect = problem.effects[fit.effect]
-    shapes = [{key: value for key, value in zip(effect.knobs, start, strict=True)} | {key: fit.values[key] for key in problem.strength(fit.effect)} for start in effect.starts]
+    shapes = [dict(zip(effect.knobs, start, strict=True)) | {key: fit.values[key] for key in problem.strength(fit.effect)} for start in effect.starts]
     shapes = [shape for i, shape in enumerate(shapes) if shape not in [{key: fit.values[key] for key in effect.knobs}, *shapes[:i]]]
     fits = sorted(problem.each(lambda shape: refit(problem, role.point, fit.effect, shape), shapes), key=lambda one: one.chi)
     left = whole.each(lambda one: sum(float(r @ r) for r in (whole.residual(one.values, link) for link in whole.links)), fits[1:])

@@ -15,7 +15,7 @@ class Rules:
     left up to 0.02 of it; what nominal parameters cannot bear is missing whatever part it is; ``first``: the same where nothing is named (24 rigs
     without a gap of two sets showed 17 at most, missed effects at twice their limit and more 45 to 73). ``most``: of that which a further effect must
     explain, and ``gained`` at least, or ``better`` of a second one in another block that takes the plant to the noise and of which no other law does ``half`` (a current's
-    scale 33 of 46, the next law 3), or of what is left than a law of the same family leaves to take its place; ``never``: of the gap, of which a twelfth is the most that all names together
+    scale 33 of 46, the next law 3), and of what a law leaves, below which another of its family takes its place; ``never``: of the gap, of which a twelfth is the most that all names together
     may leave: a last law that leaves more is not gone on with; ``together``: effects from which free run looks for no other, for what takes a third one that no block shows
     is rather one that is not in the catalogue; ``screened``: families that are fitted for it, ``rough``: as ``near``, of a fit with derivatives
     kept from before (a soft regulator that leaves 27 had left 84). ``plain``: gain from which it is named however weak it is.

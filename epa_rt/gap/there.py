@@ -54,7 +54,7 @@ def _held(normal: Normal, keys: Iterable[str], off: np.ndarray | None) -> tuple[
     if off is None:
         return held, None
     before, after = normal.uncertain, held.uncertain
-    matrix = normal.matrix.sum(axis=(0, 1)) + np.diag(normal.prior + 1e-9)
+    matrix = normal.matrix.sum(axis=(0, 1)) + np.diag(normal.prior)
     found = np.zeros_like(off)
-    found[:, after] = np.linalg.solve(matrix[np.ix_(after, after)], matrix[np.ix_(after, before)] @ off[:, before].T).T
+    found[:, after] = off[:, before] @ matrix[np.ix_(before, after)] @ held.covariance()
     return held, found
