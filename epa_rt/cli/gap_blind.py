@@ -20,6 +20,7 @@ from epa_rt.cli.gap_blind_rivals import RIVALS, beside_libraries, check_librarie
 from epa_rt.cli.gap_inputs import task_parser
 from epa_rt.cli.write import check_writable
 
+CASES = 120
 DIAGNOSER = "epa_rt.cli.gap_blind_diagnose:diagnose_files"
 
 
@@ -27,7 +28,7 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     parts = task_parser(tasks, "blind", __doc__).add_subparsers(dest="part", metavar="PART", required=True)
     make = parts.add_parser("make", help="record cases and seal their truth")
     make.add_argument("--seed", type=int, required=True, help="another seed gives other cases; it is sealed with the truth")
-    make.add_argument("--cases", type=_count, default=120)
+    make.add_argument("--cases", type=_count, help=f"how many (default: {CASES})")
     make.add_argument("--kinds", nargs="+", help="only these kinds of cases")
     make.add_argument("--each", type=_limits, metavar="LIMITS", help="instead: every hidden effect that has a name, alone, on every rig that shows it, so many times its detection limit")
     make.add_argument("--laws", type=int, choices=(1, 2, 3, 4, 5), default=5,
@@ -146,10 +147,12 @@ def _make(arguments: argparse.Namespace) -> int:
     sealed = sealed_of(arguments.out, arguments.sealed)
     if (arguments.out / "truth.sha256").exists() or (arguments.out.exists() and any(arguments.out.iterdir()) and not (sealed / "parts").exists()):
         raise VerbError(f"{arguments.out}: found a folder with files, expected a new one (or one whose making was interrupted)")
+    if arguments.each and (arguments.cases or arguments.kinds):
+        raise VerbError(f"--each: found {'--cases' if arguments.cases else '--kinds'} beside it, expected it alone (it has as many cases as there are effects and rigs)")
     if arguments.each:
         make_each(arguments.seed, arguments.each, arguments.out, sealed, arguments.config, arguments.jobs, arguments.laws)
         return COMPLETED
-    make_all(arguments.seed, arguments.cases, tuple(arguments.kinds or KINDS), arguments.out, sealed,
+    make_all(arguments.seed, arguments.cases or CASES, tuple(arguments.kinds or KINDS), arguments.out, sealed,
              arguments.config, arguments.jobs, arguments.laws)
     return COMPLETED
 

@@ -13,6 +13,8 @@ MAKE = ["make", "--seed", "1", "--cases", "1"]
     ([*MAKE, "-o", "{folder}/new", "--config", "{folder}/nothing"], "found no folder rigs in it"),
     ([*MAKE, "-o", "{folder}"], "found a folder with files"),
     ([*MAKE, "-o", "{folder}/new", "--kinds", "gremlin"], "found gremlin, expected some of single"),
+    ([*MAKE, "--each", "20", "-o", "{folder}/new"], "found --cases beside it, expected it alone"),
+    (["make", "--seed", "1", "--each", "20", "--kinds", "single", "-o", "{folder}/new"], "found --kinds beside it, expected it alone"),
     (["score", "{folder}/nothing", "--json", "{folder}/out.json"], "found no such folder, expected the cases"),
     (["score", "{folder}", "--json", "{folder}/out.json"], "expected the sealed truth"),
     (["oracle", "{folder}", "--json", "{folder}/out.json"], "expected the sealed truth"),
