@@ -37,8 +37,10 @@ def further(problem: Problem, whole: Problem, selection: Selection, none: Point,
     points = sorted(((one.effect, one.point or afresh(whole, best, one, worth)) for one in close), key=lambda pair: pair[1].normal.chi)
     name, point = points[0]
     gain = best.normal.chi - point.normal.chi
-    only = _of_another_block(problem, selection, name) and above(point, noise) <= rules.noise and _alone(best, tried, name, gain, rules)
-    if point.normal.chi > named or (gain < enough and not only and not _relieves(best, point, gain, rules)) or _unworthy(problem, selection, name, point, gain, missing, rules):
+    only = (not selection.roles or _of_another_block(problem, selection, name)) and above(point, noise) <= rules.noise and _alone(best, tried, name, gain, rules)
+    if point.normal.chi > named or (gain < enough and not only and not _relieves(best, point, gain, rules)):
+        return None
+    if not (only and not selection.roles) and _unworthy(problem, selection, name, point, gain, missing, rules):
         return None
     before = selection.final if selection.roles else selection.base
     as_well = tuple(around(problem, before, *other) for other in points[1:] if not rules.told(best, point, other[1].normal.chi, noise, plainer(problem, name, other[0])))
@@ -53,7 +55,7 @@ def _of_another_block(problem: Problem, selection: Selection, name: str) -> bool
 
 def _alone(best: Point, tried: Sequence[Tried], name: str, gain: float, rules: Rules) -> bool:
     """Whether an effect tells in free run, and no other law that was tried does half as much."""
-    return gain > rules.better and all(best.normal.chi - one.chi < rules.half * gain for one in tried if one.effect != name)
+    return gain > (rules.better if best.effects else rules.helps) and all(best.normal.chi - one.chi < rules.half * gain for one in tried if one.effect != name)
 
 
 def _relieves(best: Point, point: Point, gain: float, rules: Rules) -> bool:
@@ -80,7 +82,7 @@ def _says_little(problem: Problem, name: str) -> bool:
 def _enough(problem: Problem, selection: Selection, none: Point, best: Point, noise: float, rules: Rules) -> float:
     """Chi-square from which something is missing."""
     if not selection.roles:
-        return rules.first
+        return rules.faint
     usual = rules.stays if strain(best) > BARS.strain else max(rules.stays, rules.rest * above(none, noise))
     usual = min(usual, rules.anothers) if all_read_or_command(problem, selection) else usual
     return min(usual, most_of_one(above(none, noise))) if len(selection.roles) == 1 else usual

@@ -43,6 +43,22 @@ def test_not_in_the_same_block():
     assert told(subject).verdict == "not_in_catalogue"
 
 
+FAINT = {"gas.delay_s": 0.0012}  # free run shows 31, and no block a gap
+
+
+def test_what_is_all_of_a_faint_gap_is_named_and_nothing_where_rigs_without_a_gap_show_as_much():
+    found = diagnose(Chained(), logs(FAINT), floors=without_gas, how_far=False)
+    assert [one.name for one in found.effects] == ["valve_delay"] and 25.0 < found.free_run.gap < 40.0
+    assert diagnose(Chained(), logs({"gas.delay_s": 0.0009}), floors=without_gas, how_far=False).verdict == "no_gap"
+
+
+def test_of_a_faint_gap_none_is_named_where_another_law_does_half_as_much():
+    subject = Chained()
+    delay: Effect = next(effect for effect in toy.CATALOGUE if effect.name == "valve_delay")
+    subject.catalogue = (*subject.catalogue, delay._replace(name="slow_valve", family="slow valve"))
+    assert diagnose(subject, logs(FAINT), floors=without_gas, how_far=False).verdict == "no_gap"
+
+
 @pytest.mark.parametrize(("named", "missing", "gain", "unworthy"), [
     (0, 115.0, 114.0, False),    # all of what the whole plant shows
     (0, 115.0, 90.0, True),      # a part of it
