@@ -27,20 +27,23 @@ def further(problem: Problem, whole: Problem, selection: Selection, none: Point,
     missing = above(best, noise)
     if missing < _enough(problem, selection, none, best, noise, rules):
         return None
-    enough, last = max(rules.gained, rules.most * missing), len(selection.roles) + 1 >= rules.together
+    faint = not selection.roles and missing < rules.first
+    enough, last = max(rules.helps if faint else rules.gained, rules.most * missing), len(selection.roles) + 1 >= rules.together
     named = noise + max(rules.never * above(none, noise), rules.stays) if last else np.inf  # what leaves more has no name in the end
     worth = min(named, best.normal.chi - enough + max(rules.better, rules.part * enough))  # what leaves more than that is told from what has one
     tried = promising(whole, best, rules.screened, _nearly(selection), worth)
     if not tried or best.normal.chi - tried[0].chi < 0.5 * rules.most * missing:
         return None
-    close = [one for one in tried if best.normal.chi - one.chi > (rules.rough if one.point is None else rules.near) * (best.normal.chi - tried[0].chi)]
+    near = rules.half if faint else rules.near
+    close = [one for one in tried if best.normal.chi - one.chi > (rules.rough if one.point is None else near) * (best.normal.chi - tried[0].chi)]
     points = sorted(((one.effect, one.point or afresh(whole, best, one, worth)) for one in close), key=lambda pair: pair[1].normal.chi)
     name, point = points[0]
     gain = best.normal.chi - point.normal.chi
-    only = (not selection.roles or _of_another_block(problem, selection, name)) and above(point, noise) <= rules.noise and _alone(best, tried, name, gain, rules)
+    alone = _alone(best, tried, name, gain, rules)
+    only = alone and _of_another_block(problem, selection, name) and above(point, noise) <= rules.noise
     if point.normal.chi > named or (gain < enough and not only and not _relieves(best, point, gain, rules)):
         return None
-    if not (only and not selection.roles) and _unworthy(problem, selection, name, point, gain, missing, rules):
+    if not (faint and alone) and _unworthy(problem, selection, name, point, gain, missing, rules):
         return None
     before = selection.final if selection.roles else selection.base
     as_well = tuple(around(problem, before, *other) for other in points[1:] if not rules.told(best, point, other[1].normal.chi, noise, plainer(problem, name, other[0])))
