@@ -28,8 +28,8 @@ GAS_EFFECTS: tuple[Effect, ...] = (
            "valves pass less the more flows", GAS, FACTS),
     Effect("valve_stuck", "valve flow", "gas", ("gas.inlet_stuck_ratio", "gas.exhaust_stuck_ratio"),
            ((0.3, 0.0), (0.0, 0.3), (0.3, 0.3)), "a valve opens only part of its way", GAS, FACTS),
-    Effect("supply_droop", "supply pressure", "gas", ("gas.supply_droop_pa_s_kg", "gas.droop_time_s", "gas.droop_ring_ratio"),
-           ((1.5e8, 0.02, 0.5), (1.5e8, 0.2, 0.5)), "the supply gives way under flow, and may swing", GAS, FACTS),
+    Effect("supply_droop", "supply pressure", "gas", ("gas.supply_droop_pa_s_kg", "gas.droop_time_s", "gas.droop_ring_ratio", "gas.droop_bend_s_kg"),
+           ((1.5e8, 0.02, 0.5, 0.0), (1.5e8, 0.2, 0.5, 0.0), (1.5e8, 0.05, 0.5, 3e3)), "the supply gives way under flow, and may swing or choke", GAS, FACTS),
 )
 
 MUSCLE_EFFECTS: tuple[Effect, ...] = (

@@ -38,6 +38,7 @@ GAS: Table = (
     P("supply_droop_pa_s_kg", "Pa*s/kg", 0.0, 0.0, 1e10, "supply pressure lost per mass flow", FACTS, "supply_droop"),
     P("droop_time_s", "s", 0.02, 1e-3, 2.0, "time constant of the regulator", FACTS),
     P("droop_ring_ratio", "1", 0.0, 0.0, 4.0, "second time constant of the regulator over its first, which makes it ring from 0.25 on; below 1 ms it is none", FACTS),
+    P("droop_bend_s_kg", "s/kg", 0.0, 0.0, 2e4, "one over the mass flow at which a seat near choking has doubled the droop per flow", "flow characteristics of pressure regulators; engineering estimate"),
     P("inlet_seat_leak_ratio", "1", 0.0, 0.0, 0.5, "opening that remains of a shut inlet", FACTS, "valve_seat_leak"),
     P("exhaust_seat_leak_ratio", "1", 0.0, 0.0, 0.5, "opening that remains of a shut exhaust", FACTS, "valve_seat_leak"),
     P("flow_limit_s_kg", "s/kg", 0.0, 0.0, 1e6, "how much a valve's flow holds itself back: m/(1 + k |m|)", FACTS, "valve_flow_limit"),

@@ -220,6 +220,14 @@ def test_a_regulator_ends_at_the_flow_and_swings_beyond_it_only_from_a_quarter_o
     assert np.max(found) / 2e-4 - 1.0 == pytest.approx(beyond, abs=0.01)
 
 
+def test_a_regulator_near_choking_loses_twice_as_much_per_flow_and_the_same_when_it_swings_back():
+    straight, bent = (params_with(supply_droop_pa_s_kg=1e8, droop_bend_s_kg=bend)[0]["gas"][0] for bend in (0.0, 5e3))
+    full = gas.supply_pressure(straight, 0.0)
+    for flow_kg_s, times in ((2e-4, 2.0), (1e-6, 1.0), (-2e-4, 2.0)):
+        lost = full - gas.supply_pressure(straight, flow_kg_s)
+        assert full - gas.supply_pressure(bent, flow_kg_s) == pytest.approx(times * lost, rel=1e-4)
+
+
 def test_a_regulator_without_a_ring_follows_with_one_time_constant():
     assert regulated(0.0, 0.02)[79] == pytest.approx(2e-4 * (1.0 - math.exp(-1.0)), rel=1e-4)
     assert np.array_equal(regulated(0.04, 0.02), regulated(0.0, 0.02))  # 0.8 ms: none

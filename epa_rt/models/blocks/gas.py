@@ -37,8 +37,9 @@ def settled(opening, wanted):
 
 @compiled
 def supply_pressure(p, supply_flow):
-    """Absolute supply pressure (Pa) behind a regulator that droops with the (lagged) mass flow."""
-    return p.atmosphere_pa + p.supply_gauge_pa - p.supply_droop_pa_s_kg * supply_flow
+    """Absolute supply pressure (Pa) behind a regulator that droops with the (lagged) mass flow, and more steeply the nearer its seat is to choking."""
+    bent = p.droop_bend_s_kg * supply_flow
+    return p.atmosphere_pa + p.supply_gauge_pa - p.supply_droop_pa_s_kg * supply_flow * (1.0 + bent * bent)
 
 
 @compiled
