@@ -94,6 +94,7 @@ MUSCLE: Table = (
     P("end_length_m", "m", 0.0, -0.02, 0.02, "braid length minus length between fittings", FACTS, "end_fittings"),
     P("lock_stiffness_n_m", "N/m", 0.0, 0.0, 1e6, "braid past its locking length", FACTS, "braid_lock"),
     P("lock_hardening_per_m", "1/m", 0.0, 0.0, 2e3, "a lock pulled its inverse too far pulls twice as much", HARDENING),
+    P("lock_steepening_ratio", "1", 1.0, 1.0, 8.0, "power of that: pulled as far too far it then pulls two to this power times as much", "a power between a hardening spring's and an exponential; engineering estimate"),
     P("lock_viscous_n_s_m", "N*s/m", 0.0, 0.0, 1e4, "damping past the locking length", FACTS, "braid_lock"),
     P("lock_length_m", "m", 0.15, 0.01, 5.0, "locking length", FACTS),
     P("strap_compliance_m_n", "m/N", 0.0, 0.0, 1e-3, "stretch of the strap per force", FACTS, "strap_compliance"),

@@ -7,6 +7,7 @@ travel follows the PID's output with one lag, and the drive's limits do not bind
 import math
 
 from epa_rt.models.blocks import braid, gas, load, muscle
+from epa_rt.models.blocks.power import power
 from epa_rt.models.chain import lengths, muscle_rates, pull
 from epa_rt.models.compiled import compiled
 from epa_rt.models.ports import ANGLE, GAS_C, GAS_MASS, INTEGRAL, LOAD_PLACE, LOAD_SPEED, LOAD_STICTION, SMOOTH
@@ -84,7 +85,7 @@ def fill(params, state, no_load_pa, place, travel):
     for i in range(2):
         m, g = p.muscle[i], p.gas[i]
         free, _ = muscle.shape(m, g.dead_volume_m3, 0.0)
-        s.smooth[GAS_C + i] = no_load_pa[i] * gas.power(free, gas.exponent(g))
+        s.smooth[GAS_C + i] = no_load_pa[i] * power(free, gas.exponent(g))
         s.smooth[GAS_MASS + i] = no_load_pa[i] * free / (g.gas_constant_j_kg_k * g.temperature_k)
         s.length_m[i], _ = lengths(p.load, i, travel, 0.0, q, 0.0)
 

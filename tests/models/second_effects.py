@@ -135,5 +135,5 @@ class WithEffects(SecondSimulator):
         past = length - m["lock_length_m"]
         lock = 0.0
         if past > 0:
-            lock = m["lock_stiffness_n_m"] * past * (1 + (m["lock_hardening_per_m"] * past) ** 2) + m["lock_viscous_n_s_m"] * speed * min(past / m["take_up_m"], 1)
+            lock = m["lock_stiffness_n_m"] * past * (1 + (m["lock_hardening_per_m"] * past) ** 2) ** m["lock_steepening_ratio"] + m["lock_viscous_n_s_m"] * speed * min(past / m["take_up_m"], 1)
         return m["bladder_stiffness_n_m"] * stretch * (1 + (m["bladder_hardening_per_m"] * stretch) ** 2) + lock

@@ -112,7 +112,7 @@ def _in_use(key: str, used: set[str], rig: str, slips: bool, friction: bool) -> 
     """Whether a shape that is no knob of an effect which is on matters all the same."""
     name = key.split(".")[1]
     return (name.startswith("slip") and slips or name == "slip_reference_length_m" and friction
-            or name in ("lock_length_m", "lock_hardening_per_m") and rig == "mass"
+            or name in ("lock_length_m", "lock_hardening_per_m", "lock_steepening_ratio") and rig == "mass"
             or name.startswith(("gear_friction", "gear_sliding")) and any(k.startswith("transmission.gear_") for k in used)
             or name == "bouc_wen_unload_ratio" and "muscle.bouc_wen_ratio" in used
             or name == "guide_stiffness_n_m" and "load.coulomb_n" in used

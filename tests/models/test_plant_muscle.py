@@ -154,7 +154,9 @@ def test_tang_by_hand():
 def test_a_hardening_spring_is_a_plain_one_at_first_and_only_ever_stiffer(stiffness, stretch, hardening):
     assert muscle.hardened(stretch, 0.0) == stretch
     assert muscle.hardened(stretch, hardening) >= stretch
+    assert muscle.hardened(stretch, hardening, 4.0) >= muscle.hardened(stretch, hardening)
     if hardening > 0.0:
+        assert muscle.hardened(1.0 / hardening, hardening, 4.0) == pytest.approx(16.0 / hardening)
         assert muscle.hardened(1.0 / hardening, hardening) == pytest.approx(2.0 / hardening)
 
 

@@ -73,7 +73,7 @@ EFFECTS = {  # several at once: each run of the second simulator takes seconds
     "friction of the gear in motion alone": {"transmission.gear_friction_n": 30.0, "transmission.gear_sliding_ratio": 1.0},
     "friction of the gear, half and half; valves that do not shut": {"transmission.gear_friction_n": 10.0, "transmission.gear_friction_speed_rad_s": 5.0, "transmission.gear_sliding_ratio": 0.5,
                                                                      "gas.inlet_seat_leak_ratio": 0.02, "gas.exhaust_seat_leak_ratio": 0.03, "gas.leak_laminar_ratio": 0.6},
-    "lock": {"muscle.lock_stiffness_n_m": 3000.0, "muscle.lock_hardening_per_m": 100.0, "muscle.lock_viscous_n_s_m": 20.0, "muscle.lock_length_m": 0.1385},
+    "lock": {"muscle.lock_stiffness_n_m": 3000.0, "muscle.lock_hardening_per_m": 100.0, "muscle.lock_steepening_ratio": 3.0, "muscle.lock_viscous_n_s_m": 20.0, "muscle.lock_length_m": 0.1385},
 }
 
 

@@ -8,6 +8,7 @@ from epa_rt.gap.house.compiled import compiled
 from epa_rt.models.blocks import gas
 from epa_rt.models.blocks.instruments import lagged
 from epa_rt.models.blocks.muscle import shape, strap_stretch
+from epa_rt.models.blocks.power import power
 
 STEPS = 2    # half-steps of a cycle: midpoint rule over each
 SLOW = 0.02  # part of its heat that gas may lose in a cycle for a shut muscle to be taken over the whole of it at once
@@ -153,7 +154,7 @@ def pressures(params, i, delays, volume, inlet, exhaust, others, measured, shut,
     g = params[0].gas[i]
     s, raised = np.zeros(9), np.empty(len(volume))
     for k in range(len(volume)):
-        raised[k] = gas.power(volume[k], gas.exponent(g))
+        raised[k] = power(volume[k], gas.exponent(g))
     start = max(measured[0], 1e3) if abs(measured[0] - g.atmosphere_pa) > 5e3 else g.atmosphere_pa
     s[0], s[1] = start * raised[0], start * volume[0] / (g.gas_constant_j_kg_k * g.temperature_k)
     s[5] = s[6] = s[7] = start

@@ -6,6 +6,7 @@ import numpy as np
 
 from epa_rt.models.blocks.muscle import shape
 from epa_rt.models.blocks.orifice import laminar_part, seat_flow
+from epa_rt.models.blocks.power import power
 from epa_rt.models.compiled import compiled
 
 WALLS_PA = 4e5              # absolute pressure at which walls bring gas back at the rate they are given
@@ -15,12 +16,6 @@ AT_ONCE_PER_S = 1000.0      # rate of stirred gas at which it is as warm as its 
 HEAT_CAPACITY = 0.4         # ratio of heat capacities of air, less 1
 RINGS_FROM_S = 1e-3        # a regulator's second lag below that is none: two sub-steps of a cycle of a millisecond, so that no step is too long for it
 SHUT = 1e-6                 # a valve closing below this opening is shut exactly
-
-
-@compiled
-def power(base, exponent):
-    """base**exponent, exactly ``base`` for exponent 1."""
-    return base if exponent == 1.0 else base**exponent
 
 
 @compiled

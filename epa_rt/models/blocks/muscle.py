@@ -6,6 +6,7 @@ import numpy as np
 
 from epa_rt.models.blocks import braid
 from epa_rt.models.blocks.laws import polynomial, tang
+from epa_rt.models.blocks.power import power
 from epa_rt.models.compiled import compiled
 from epa_rt.models.ports import BRANCHES, MEMORY
 
@@ -41,9 +42,9 @@ def braid_friction(p, gauge_pa, memory, moved, length, speed):
 
 
 @compiled
-def hardened(stretch, per_m):
+def hardened(stretch, per_m, exponent=1.0):
     """Stretch (m) by which a linear spring would pull as a hardening one does: exactly ``stretch`` at 0 per metre."""
-    return stretch if per_m == 0.0 else stretch * (1.0 + (per_m * stretch) ** 2)
+    return stretch if per_m == 0.0 else stretch * power(1.0 + (per_m * stretch) ** 2, exponent)
 
 
 @compiled
@@ -60,7 +61,7 @@ def holders(p, stretch, length, speed):
     force = p.bladder_stiffness_n_m * hardened(stretch, p.bladder_hardening_per_m)
     past = length - p.lock_length_m
     if past > 0.0:
-        force += p.lock_stiffness_n_m * hardened(past, p.lock_hardening_per_m) + p.lock_viscous_n_s_m * speed * min(past / p.take_up_m, 1.0)
+        force += p.lock_stiffness_n_m * hardened(past, p.lock_hardening_per_m, p.lock_steepening_ratio) + p.lock_viscous_n_s_m * speed * min(past / p.take_up_m, 1.0)
     return force
 
 
