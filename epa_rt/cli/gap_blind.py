@@ -31,8 +31,8 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     make.add_argument("--cases", type=_count, help=f"how many (default: {CASES})")
     make.add_argument("--kinds", nargs="+", help="only these kinds of cases")
     make.add_argument("--each", type=_limits, metavar="LIMITS", help="instead: every hidden effect that has a name, alone, on every rig that shows it, so many times its detection limit")
-    make.add_argument("--laws", type=int, choices=(1, 2, 3, 4, 5), default=5,
-                      help="hidden formulas: 1 as in sets up to the tenth, 2 with other ones where the catalogue has come near these, 3 to 5 with others again where it has caught up (default: %(default)s)")
+    make.add_argument("--laws", type=int, choices=tuple(range(1, 7)), default=6,
+                      help="hidden formulas: 1 as in sets up to the tenth, 2 with other ones where the catalogue has come near these, 3 to 6 with others again where it has caught up (default: %(default)s)")
     make.add_argument("-o", "--out", type=Path, required=True, help="folder of the cases; must be new")
     make.add_argument("--sealed", type=Path, help="folder of the sealed truth (default: OUT.sealed)")
     score = parts.add_parser("score", help="diagnose every case, then open the truth")

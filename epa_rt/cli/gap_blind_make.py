@@ -20,7 +20,7 @@ REDRAWS = 6
 
 
 def make_all(seed: int, cases: int, kinds: tuple[str, ...], out: Path, sealed: Path, config: Path, jobs: int, laws: int) -> None:
-    """Draws, records and seals; ends with one line on standard output. ``laws``: which of the hidden formulas, 1 to 5."""
+    """Draws, records and seals; ends with one line on standard output. ``laws``: which of the hidden formulas, 1 to 6."""
     from sim_backend.stand_in.draw import draw
 
     record_all(seed, draw(seed, cases, kinds, laws), out, sealed, config, jobs)

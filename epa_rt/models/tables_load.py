@@ -39,6 +39,7 @@ LOAD: Table = (
     P("knee_friction_speed_rad_s", "rad/s", 0.0, 0.0, 0.5, "speed at which half of the knee's dry friction is there; 0: all of it at once",
       "regularised Coulomb friction, e.g. Armstrong-Helouvry 1994; " + FACTS, "knee_friction"),
     P("knee_stiffness_nm_rad", "N*m/rad", 50.0, 0.1, 1e5, "spring of the sticking knee", FACTS),
+    P("knee_bend_ratio", "1", 0.0, 0.0, 1.0, "0: the sticking knee bends evenly until it slides; 1: less the nearer it is to sliding, as bristles do", "P. R. Dahl, A solid friction model, 1968"),
     P("payload_kg", "kg", 0.0, -10.0, 10.0, "mass added to the shank, or to the mass", FACTS, "payload"),
     P("payload_lever_ratio", "1", 1.0, 0.25, 3.0, "where it hangs on the shank, over the lever of the shank's centre", FACTS),
     P("misalignment_rad", "rad", 0.0, -0.2, 0.2, "error of the hanging angle", FACTS, "gravity_misalignment"),

@@ -57,7 +57,7 @@ def left_out(name: str) -> list[str]:
 
 
 def draw(seed: int, cases: int, kinds: tuple[str, ...] = KINDS, laws: int = 1) -> list[Spec]:
-    """The cases of a benchmark, in mixed order. ``laws``: with 2 to 5 the same cases, with other formulas (effects.IN_PLACE) where there are any."""
+    """The cases of a benchmark, in mixed order. ``laws``: with 2 to 6 the same cases, with other formulas (effects.IN_PLACE) where there are any."""
     rng = np.random.default_rng([seed, 0])
     counts = _counts(cases, kinds)
     specs: list[Spec] = []
@@ -74,7 +74,7 @@ def draw(seed: int, cases: int, kinds: tuple[str, ...] = KINDS, laws: int = 1) -
 
 
 def with_laws(spec: Spec, laws: int) -> Spec:
-    """A case with the first to fifth formulas of its effects; the catalogue's own laws stay."""
+    """A case with the first to sixth formulas of its effects; the catalogue's own laws stay."""
     others = {} if spec.kind == "same_law" else IN_PLACE[laws]
     return spec._replace(laws=laws, effects=tuple(others[name].name if name in others else name for name in spec.effects))
 

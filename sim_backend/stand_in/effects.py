@@ -186,7 +186,12 @@ FIFTH: dict[str, Hidden] = {
     "soft_regulator": H("choking_regulator", "regulator_pa_s_kg", 1.0e8, 7e8, ("supply_droop",), ("gas",), "regulator of second order whose droop bends upwards with the flow",
                         shapes=(("regulator_hz", 2.0, 8.0), ("regulator_damping", 0.3, 0.8), ("regulator_curve_s_kg", 1500.0, 5000.0)), rivals=("late_valves",)),
 }
+# A sixth: bristles of the knee that hardly give until they are near sliding.
+SIXTH: dict[str, Hidden] = {
+    "knee_bristles": H("knee_grips", "knee_bristle_nm", 0.08, 0.4, ("knee_friction",), ("load",), "bristles that hardly give until they are near sliding", KNEE,
+                       shapes=(("knee_bristle_rad", 0.002, 0.01), ("knee_bristle_power", 1.5, 4.0)), rivals=("knee_rubs", "braid_elements")),
+}
 # by the number that `--laws` takes: what is drawn in the place of which first formula
-IN_PLACE: dict[int, dict[str, Hidden]] = {1: {}, 2: SECOND, 3: SECOND | THIRD, 4: SECOND | THIRD | FOURTH, 5: SECOND | THIRD | FOURTH | FIFTH}
+IN_PLACE: dict[int, dict[str, Hidden]] = {1: {}, 2: SECOND, 3: SECOND | THIRD, 4: SECOND | THIRD | FOURTH, 5: SECOND | THIRD | FOURTH | FIFTH, 6: SECOND | THIRD | FOURTH | FIFTH | SIXTH}
 EFFECTS: tuple[Hidden, ...] = (*_MOTOR_AND_GEAR, *_GAS, *_MUSCLE, *_LOAD, *_SENSORS)
-BY_NAME: dict[str, Hidden] = {effect.name: effect for effect in (*EFFECTS, *SECOND.values(), *THIRD.values(), *FOURTH.values(), *FIFTH.values())}
+BY_NAME: dict[str, Hidden] = {effect.name: effect for effect in (*EFFECTS, *SECOND.values(), *THIRD.values(), *FOURTH.values(), *FIFTH.values(), *SIXTH.values())}

@@ -47,6 +47,7 @@ def acceleration(w, h, place, rate, bristle, force):
     if h.knee_dry_nm != 0.0:
         total -= h.knee_dry_nm * math.tanh(rate / h.knee_dry_rad_s)
     if h.knee_bristle_nm != 0.0:
-        bending = (rate - abs(rate) * bristle) / h.knee_bristle_rad
+        held = bristle if h.knee_bristle_power == 1.0 else math.copysign(abs(bristle) ** h.knee_bristle_power, bristle)
+        bending = (rate - abs(rate) * held) / h.knee_bristle_rad
         total -= h.knee_bristle_nm * bristle
     return total / moment, bending

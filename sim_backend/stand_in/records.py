@@ -28,7 +28,7 @@ HIDDEN_FIELDS: tuple[tuple[str, float], ...] = (
     ("wet_s_m_pa", 0.0), ("soften_per_pa", 0.0), ("frame_m_n", 0.0), ("frame_hz", 18.0),
     ("frame_damping_ratio", 0.08),
     # load
-    ("knee_dry_nm", 0.0), ("knee_dry_rad_s", 0.02), ("knee_bristle_nm", 0.0), ("knee_bristle_rad", 0.004), ("payload_kg", 0.0),
+    ("knee_dry_nm", 0.0), ("knee_dry_rad_s", 0.02), ("knee_bristle_nm", 0.0), ("knee_bristle_rad", 0.004), ("knee_bristle_power", 1.0), ("payload_kg", 0.0),
     ("payload_lever_m", 0.2), ("tilt_rad", 0.0), ("arm_slope_per_rad", 0.0), ("arm_curve_per_rad", 0.0), ("knee_spring_nm_rad", 0.0), ("knee_air_nm_s2", 0.0),
     # sensors
     ("pressure_time_s", 0.0), ("pressure_gain_ratio", 0.0), ("pressure_offset_pa", 0.0), ("pressure_drift_pa", 0.0),

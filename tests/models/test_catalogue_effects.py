@@ -116,5 +116,5 @@ def _in_use(key: str, used: set[str], rig: str, slips: bool, friction: bool) -> 
             or name.startswith(("gear_friction", "gear_sliding")) and any(k.startswith("transmission.gear_") for k in used)
             or name == "bouc_wen_unload_ratio" and "muscle.bouc_wen_ratio" in used
             or name == "guide_stiffness_n_m" and "load.coulomb_n" in used
-            or name == "knee_stiffness_nm_rad" and "load.knee_coulomb_nm" in used
+            or name in ("knee_stiffness_nm_rad", "knee_bend_ratio") and "load.knee_coulomb_nm" in used
             or name == "gauge_warm_up_s" and any("gauge_drift" in k for k in used))

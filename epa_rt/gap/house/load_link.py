@@ -17,7 +17,7 @@ def load_acceleration(params, place, speed, force0, force1, period_s, out):
     fade = math.exp(-period_s / p.presliding_time_s)
     for k in range(len(place)):
         out[k], rate = load.rates(p, place[k], speed[k], stuck, load.along_load(p, force0[k], force1[k]))
-        if rate == speed[k]:
+        if rate == load.sticking_rate(p, stuck, speed[k]):
             stuck += period_s * rate
         else:
             stuck += p.presliding_time_s * rate * (1.0 - fade)

@@ -41,11 +41,20 @@ def _grip(depth):
 
 
 @compiled
-def _dry(p, stiffness, limit, stiction, speed):
-    """Dry friction of the load and the rate of its deflection; both zero where there is none."""
+def _dry(p, stiffness, limit, stiction, sticking):
+    """Dry friction of the load and the rate of its deflection, which is ``sticking`` unless it slides; both zero where there is none."""
     if limit == 0.0:
         return 0.0, 0.0
-    return slider(stiffness, p.presliding_time_s, stiction, speed, -limit, limit)
+    return slider(stiffness, p.presliding_time_s, stiction, sticking, -limit, limit)
+
+
+@compiled
+def sticking_rate(p, stiction, speed):
+    """Rate at which the deflection of a load that sticks grows: its speed, and of a knee whose bristles bend less the nearer they are to sliding what is left of it."""
+    if p.kind_code != KNEE or p.knee_bend_ratio == 0.0 or p.knee_coulomb_nm == 0.0 or speed == 0.0:
+        return speed
+    bent = p.knee_stiffness_nm_rad * stiction / p.knee_coulomb_nm
+    return speed * max(1.0 - p.knee_bend_ratio * (bent if speed > 0.0 else -bent), 0.0)
 
 
 @compiled
@@ -60,7 +69,7 @@ def rates(p, place, speed, stiction, muscle_n):
         limit = p.knee_coulomb_nm
         if p.knee_friction_speed_rad_s != 0.0:
             limit *= abs(speed) / (abs(speed) + p.knee_friction_speed_rad_s)
-        dry, rate = _dry(p, p.knee_stiffness_nm_rad, limit, stiction, speed)
+        dry, rate = _dry(p, p.knee_stiffness_nm_rad, limit, stiction, sticking_rate(p, stiction, speed))
         hung = p.payload_kg * p.payload_lever_ratio   # mass that pulls as much at the shank's centre
         weight = (p.mass_kg + hung) * p.gravity_m_s2 * p.mass_lever_m
         torque = (arm * muscle_n - weight * math.sin(p.hang_rad + p.misalignment_rad + place)
@@ -106,8 +115,8 @@ def _force_over_log(params, place, speed, acceleration, period_s, out):
         for j in range(SLIDER_STEPS):
             moving = before + (speed[k] - before) * ((j + 0.5) / SLIDER_STEPS)
             _, rate = rates(p, place[k], moving, stiction, 0.0)
-            if rate == moving:
-                stiction += h * moving
+            if rate == sticking_rate(p, stiction, moving):
+                stiction += h * rate
             else:
                 end = stiction + p.presliding_time_s * rate
                 stiction = end + (stiction - end) * fade

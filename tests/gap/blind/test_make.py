@@ -17,6 +17,7 @@ from sim_backend.stand_in.make import make_case
 from sim_backend.stand_in.records import HIDDEN_FIELDS
 
 CONFIG = Path(__file__).resolve().parents[3] / "config"
+NEWEST = max(effects.IN_PLACE)
 
 
 @pytest.fixture(scope="module")
@@ -113,11 +114,11 @@ def test_the_matrix_has_every_hidden_effect_and_every_other_of_the_catalogue():
 
 
 def test_each_alone_is_every_effect_with_a_name_on_every_rig_that_shows_it_by_the_newest_laws():
-    specs = draw.each_alone(20.0, 5)
+    specs = draw.each_alone(20.0, NEWEST)
     named = [effect for effect in effects.EFFECTS if draw.families(effect)]
     assert len(specs) == sum(len(effect.rigs) for effect in named) and [spec.index for spec in specs] == list(range(len(specs)))
-    assert {spec.effects[0] for spec in specs} == {effects.IN_PLACE[5].get(effect.name, effect).name for effect in named}
-    assert {(spec.kind, spec.multiple, spec.plan, spec.laws) for spec in specs} == {("single", 20.0, "rich", 5)}
+    assert {spec.effects[0] for spec in specs} == {effects.IN_PLACE[NEWEST].get(effect.name, effect).name for effect in named}
+    assert {(spec.kind, spec.multiple, spec.plan, spec.laws) for spec in specs} == {("single", 20.0, "rich", NEWEST)}
     assert not any(spec.own_law for spec in specs)
 
 
@@ -131,7 +132,7 @@ def test_of_each_alone_what_cannot_be_that_strong_is_made_half_as_strong(monkeyp
         return {"case": "case_000"}
 
     monkeypatch.setattr("sim_backend.stand_in.make.make_case", made)
-    spec = draw.each_alone(20.0, 5)[0]
+    spec = draw.each_alone(20.0, NEWEST)[0]
     assert _one(1, spec, tmp_path, CONFIG, tmp_path, weaker=True)["redrawn"] == 2
     assert asked == [20.0, 10.0, 5.0]
 

@@ -65,6 +65,8 @@ THE_SAME_THERE = [  # hidden laws at numbers at which they say what the catalogu
      {"gas.supply_droop_pa_s_kg": 3e8, "gas.droop_time_s": 0.3 / (np.pi * 5.0), "gas.droop_ring_ratio": 0.25 / 0.3**2}),
     ({"tilt_rad": 0.05}, {"load.misalignment_rad": 0.05}),
     ({"knee_spring_nm_rad": 1.0}, {"load.knee_spring_nm_rad": 1.0}),
+    ({"knee_bristle_nm": 0.1, "knee_bristle_rad": 0.004},
+     {"load.knee_coulomb_nm": 0.1, "load.knee_stiffness_nm_rad": 25.0, "load.knee_bend_ratio": 1.0, "load.presliding_time_s": 5e-4}),
     ({"force_offset_n": 2.0, "force_gain_ratio": 0.02}, {"sensors.force_offset_n": 2.0, "sensors.force_gain_ratio": 1.02}),
     ({"encoder_wobble_rad": 3e-3, "encoder_phase_rad": 1.0},
      {"sensors.encoder_eccentricity_rad": 3e-3, "sensors.encoder_phase_rad": 1.0,
