@@ -191,7 +191,8 @@ SIXTH: dict[str, Hidden] = {
     "knee_bristles": H("knee_grips", "knee_bristle_nm", 0.08, 0.4, ("knee_friction",), ("load",), "bristles that hardly give until they are near sliding", KNEE,
                        shapes=(("knee_bristle_rad", 0.002, 0.01), ("knee_bristle_power", 1.5, 4.0)), rivals=("knee_rubs", "braid_elements")),
 }
-# by the number that `--laws` takes: what is drawn in the place of which first formula
-IN_PLACE: dict[int, dict[str, Hidden]] = {1: {}, 2: SECOND, 3: SECOND | THIRD, 4: SECOND | THIRD | FOURTH, 5: SECOND | THIRD | FOURTH | FIFTH, 6: SECOND | THIRD | FOURTH | FIFTH | SIXTH}
+LATER: tuple[dict[str, Hidden], ...] = ({}, SECOND, THIRD, FOURTH, FIFTH, SIXTH)
+# by the number that `--laws` takes: what is drawn in the place of which first formula, the newest up to there
+IN_PLACE: dict[int, dict[str, Hidden]] = {n: {first: other for laws in LATER[:n] for first, other in laws.items()} for n in range(1, len(LATER) + 1)}
 EFFECTS: tuple[Hidden, ...] = (*_MOTOR_AND_GEAR, *_GAS, *_MUSCLE, *_LOAD, *_SENSORS)
-BY_NAME: dict[str, Hidden] = {effect.name: effect for effect in (*EFFECTS, *SECOND.values(), *THIRD.values(), *FOURTH.values(), *FIFTH.values(), *SIXTH.values())}
+BY_NAME: dict[str, Hidden] = {effect.name: effect for effects in (EFFECTS, *(laws.values() for laws in LATER)) for effect in effects}
