@@ -40,7 +40,7 @@ def further(problem: Problem, whole: Problem, selection: Selection, none: Point,
     name, point = points[0]
     gain = best.normal.chi - point.normal.chi
     alone = _alone(best, tried, name, gain, rules)
-    only = alone and _of_another_block(problem, selection, name) and above(point, noise) <= rules.noise
+    only = alone and gain > rules.better and _of_another_block(problem, selection, name) and above(point, noise) <= rules.noise
     if point.normal.chi > named or (gain < enough and not only and not _relieves(best, point, gain, rules)):
         return None
     if not (faint and alone) and _unworthy(problem, selection, name, point, gain, missing, rules):
@@ -57,8 +57,8 @@ def _of_another_block(problem: Problem, selection: Selection, name: str) -> bool
 
 
 def _alone(best: Point, tried: Sequence[Tried], name: str, gain: float, rules: Rules) -> bool:
-    """Whether an effect tells in free run, and no other law that was tried does half as much."""
-    return gain > (rules.better if best.effects else rules.helps) and all(best.normal.chi - one.chi < rules.half * gain for one in tried if one.effect != name)
+    """Whether no other law that was tried does half as much as an effect."""
+    return all(best.normal.chi - one.chi < rules.half * gain for one in tried if one.effect != name)
 
 
 def _relieves(best: Point, point: Point, gain: float, rules: Rules) -> bool:

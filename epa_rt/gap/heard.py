@@ -14,7 +14,7 @@ CLOSELY = 0.013  # of a gap: what a right law in other words may leave of it (st
 THIRD = 1.0 / 3.0  # of a gap: a name that leaves more is not trusted at all
 USUAL = Rules.noise   # chi-square in free run that the method leaves of rigs without a gap at most (3 to 25)
 CHANCE = 4.0  # that chance gains with a number or two
-HELPED = 15.0  # chi-square in free run that an effect must take off where nothing else speaks for it than a believed gain in its blocks
+HELPED = Rules.helps  # chi-square in free run that an effect must take off where nothing else speaks for it than a believed gain in its blocks
 
 
 class Beside(NamedTuple):

@@ -28,11 +28,16 @@ def test_a_second_effect_that_takes_the_plant_to_the_noise_is_named_though_it_is
     assert answer.free_run.left < 5.0
 
 
-def test_not_where_another_law_does_as_much():
+def with_a_twin_of_the_delay() -> Chained:
+    """The chain with a law of another family that does just what the valve's delay does."""
     subject = Chained()
     delay: Effect = next(effect for effect in toy.CATALOGUE if effect.name == "valve_delay")
     subject.catalogue = (*subject.catalogue, delay._replace(name="slow_valve", family="slow valve"))
-    answer = told(subject)
+    return subject
+
+
+def test_not_where_another_law_does_as_much():
+    answer = told(with_a_twin_of_the_delay())
     assert answer.verdict == "not_in_catalogue" and "chi-square of 36 of 501" in answer.says
 
 
@@ -53,10 +58,7 @@ def test_what_is_all_of_a_faint_gap_is_named_and_nothing_where_rigs_without_a_ga
 
 
 def test_of_a_faint_gap_all_that_do_half_as_much_cannot_be_told_apart():
-    subject = Chained()
-    delay: Effect = next(effect for effect in toy.CATALOGUE if effect.name == "valve_delay")
-    subject.catalogue = (*subject.catalogue, delay._replace(name="slow_valve", family="slow valve"))
-    answer = diagnose(subject, logs(FAINT), floors=without_gas, how_far=False)
+    answer = diagnose(with_a_twin_of_the_delay(), logs(FAINT), floors=without_gas, how_far=False)
     assert answer.verdict == "not_separable" and {"valve_delay", "slow_valve"} == {answer.effects[0].name, *answer.effects[0].not_separable_from}
 
 
