@@ -10,6 +10,7 @@ FACTS = "engineering estimate"
 REGULAR = "regularised Coulomb friction, Armstrong-Helouvry 1994; engineering estimate"
 TWO_NODES = "motor data sheets give two thermal resistances and time constants; engineering estimate"
 HARMONIC = "poles and slots are no sines; engineering estimate"
+STRIBECK = "Armstrong-Helouvry, Dupont and Canudas de Wit 1994 (2 of a Gaussian, 0.5 to 1 of Bo and Pavelescu)"
 EPOS = "EPOS4 cascade, tuned here"
 
 BUS: Table = (
@@ -37,6 +38,7 @@ DRIVE: Table = (
     P("presliding_time_s", "s", 2e-3, 5e-4, 0.1, "damper over spring of the sticking motor shaft", FACTS),
     P("stribeck_ratio", "1", 0.0, 0.0, 3.0, "extra break-away over dry friction", FACTS, "motor_stribeck"),
     P("stribeck_speed_rad_s", "rad/s", 20.0, 0.1, 200.0, "speed at which the extra has fallen to 1/e", FACTS),
+    P("stribeck_exponent_ratio", "1", 2.0, 0.5, 2.0, "how it falls there: 2 as a Gaussian, less with a sharper peak and a longer tail", STRIBECK),
     P("cogging_nm", "N*m", 0.0, 0.0, 1.0, "amplitude of the cogging torque", FACTS, "cogging"),
     P("cogging_per_turn_ratio", "1", 4.0, 1.0, 200.0, "cogging periods per motor turn", FACTS),
     P("cogging_phase_rad", "rad", 0.0, -2 * pi, 2 * pi, "phase of the cogging at motor angle 0", FACTS),

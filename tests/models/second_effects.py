@@ -95,6 +95,10 @@ class WithEffects(SecondSimulator):
         current = y[CURRENT] / (1 + d["torque_saturation_per_a"] * abs(y[CURRENT]))
         return kt * current * (1 + d["torque_ripple_ratio"] * ripple) + d["cogging_nm"] * cogs
 
+    def dry(self, speed):
+        d = self.p["drive"]
+        return d["coulomb_nm"] * (1 + d["stribeck_ratio"] * math.exp(-abs(speed / d["stribeck_speed_rad_s"]) ** d["stribeck_exponent_ratio"]))
+
     def gear(self, load, speed):
         t, eta = self.p["transmission"], self.p["transmission"]["gear_efficiency_ratio"]
         dry = t["gear_friction_n"] * t["spool_radius_m"] / t["gear_ratio"]

@@ -148,10 +148,14 @@ class SecondSimulator:
         stiffness, tau = d["presliding_stiffness_nm_rad"], d["presliding_time_s"]
         load = self.travel(y)[2] * (forces[0] * w["travel0_ratio"] + forces[1] * w["travel1_ratio"])
         low, high, sliding = self.gear(load, y[SPEED])
-        friction = min(max(stiffness * (y[STUCK] + tau * y[SPEED]), low - d["coulomb_nm"]), high + d["coulomb_nm"])
+        friction = min(max(stiffness * (y[STUCK] + tau * y[SPEED]), low - self.dry(y[SPEED])), high + self.dry(y[SPEED]))
         dy[STUCK] = (friction / stiffness - y[STUCK]) / tau
         torque = self.shaft_torque(kt, y) - load - friction - sliding - d["viscous_nm_s_rad"] * y[SPEED]
         dy[SPEED], dy[ANGLE] = torque / d["inertia_kg_m2"], y[SPEED]
+
+    def dry(self, speed):
+        """Limit of the motor's own dry friction."""
+        return self.p["drive"]["coulomb_nm"]
 
     def gear(self, load, speed):
         """What the gear's friction adds to both limits, and what it takes of the torque in motion alone."""

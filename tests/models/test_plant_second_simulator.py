@@ -59,6 +59,7 @@ EFFECTS = {  # several at once: each run of the second simulator takes seconds
         "drive.torque_saturation_per_a": 0.02},
     "a spool that is not round, creep": {"transmission.eccentricity_ratio": 0.1, "transmission.eccentricity_phase_rad": 1.0, "transmission.wind_up_per_rad": 0.06,
                                          "muscle.creep_stiffness_n_m": 2000.0, "muscle.creep_time_s": 0.1, "muscle.creep_slow_ratio": 0.6},
+    "low-speed friction of the motor": {"drive.stribeck_ratio": 1.5, "drive.stribeck_speed_rad_s": 30.0, "drive.stribeck_exponent_ratio": 0.8},
     "play": {"transmission.backlash_rad": 0.03},
     "uneven play": {"transmission.uneven_backlash_rad": 0.03, "transmission.backlash_wave_ratio": 0.7, "transmission.backlash_per_turn_ratio": 2.0, "transmission.backlash_narrowness_ratio": 1.8,
                     "transmission.backlash_phase_rad": 1.1},

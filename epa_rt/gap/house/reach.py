@@ -18,7 +18,7 @@ _DRIVE = {  # rows of the drive; others reach the drive's own loop alone
     "housing_heat_ratio": ("drive", *_MOTOR), "housing_time_s": ("drive", *_MOTOR),
 } | dict.fromkeys((
     "inertia_kg_m2", "viscous_nm_s_rad", "coulomb_nm", "viscous_asymmetry_ratio", "friction_wave_ratio", "friction_wave_per_turn_ratio",
-    "friction_wave_phase_rad", "presliding_stiffness_nm_rad", "presliding_time_s", "stribeck_ratio", "stribeck_speed_rad_s", "cogging_nm",
+    "friction_wave_phase_rad", "presliding_stiffness_nm_rad", "presliding_time_s", "stribeck_ratio", "stribeck_speed_rad_s", "stribeck_exponent_ratio", "cogging_nm",
     "cogging_per_turn_ratio", "cogging_phase_rad", "cogging_twice_sine_ratio", "cogging_twice_cosine_ratio", "torque_ripple_ratio", "ripple_per_turn_ratio",
     "ripple_phase_rad", "ripple_twice_sine_ratio", "ripple_twice_cosine_ratio",
     "torque_saturation_per_a", "winding_thermal_k_w", "winding_time_s"), _MOTOR)

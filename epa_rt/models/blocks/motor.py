@@ -79,7 +79,7 @@ def dry_limit(p, speed, angle):
     """Dry friction limit at the shaft (N m): larger near standstill by the Stribeck effect, and over the angle."""
     limit = p.coulomb_nm
     if p.stribeck_ratio != 0.0:
-        limit = p.coulomb_nm * (1.0 + p.stribeck_ratio * math.exp(-((speed / p.stribeck_speed_rad_s) ** 2)))
+        limit = p.coulomb_nm * (1.0 + p.stribeck_ratio * math.exp(-(abs(speed / p.stribeck_speed_rad_s) ** p.stribeck_exponent_ratio)))
     if p.friction_wave_ratio != 0.0:
         limit *= 1.0 + p.friction_wave_ratio * math.sin(p.friction_wave_per_turn_ratio * angle + p.friction_wave_phase_rad)
     return limit
