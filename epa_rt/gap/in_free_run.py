@@ -89,9 +89,12 @@ def _carried(problem: Problem, whole: Problem, selection: Selection, k: int, non
         if ahead(fit, point):
             left[role.best.effect] = best.normal.chi
             role, best = _with_first(role, fit), point
-    for fit in _kin(problem, role, rules) if above(best, noise) > in_other_words(above(none, noise)) else ():
-        point = instead(fit, _shapes(problem, whole, role, fit)[: rules.shapes])
-        if ahead(fit, point) or rules.in_its_place(best, point, noise):
+    for fit in (role.best, *_kin(problem, role, rules)) if above(best, noise) > in_other_words(above(none, noise)) else ():
+        same, begins = fit is role.best, _shapes(problem, whole, role, fit)[: rules.shapes]
+        if same and not begins:
+            continue
+        point = instead(fit, begins)
+        if (same and point.normal.chi < best.normal.chi) or ahead(fit, point) or rules.in_its_place(best, point, noise):
             role, best = _as_there(problem, role, fit, point), point
     named = role.best.effect
     others = {name: chi for name, chi in left.items() if problem.effects[name].family != problem.effects[named].family}

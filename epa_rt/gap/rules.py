@@ -10,7 +10,8 @@ class Rules:
     """When free run decides; the figures are from the development cases.
 
     ``better``: chi-square by which a law is ahead, and ``part`` of what the best one explains: no law is the rig's own. ``near``: of the best
-    law's gain block by block, from which a law is tried; ``tries``: at most as many for each effect, and ``kin`` of its own family, each also in ``shapes`` of those from which its fits begin. ``stays``: chi-square above noise and steps
+    law's gain block by block, from which a law is tried; ``tries``: at most as many for each effect, and ``kin`` of its own family, each like itself also in ``shapes`` of those from which its fits begin (creep of a braid that blocks had taken
+    for half a second's: 53 of 5636 left, from ten milliseconds 29). ``stays``: chi-square above noise and steps
     (rigs without a gap leave 3 to 25), and ``rest`` of what there is without effects, from which something is missing: the right law in other words
     left up to 0.02 of it; what nominal parameters cannot bear is missing whatever part it is; ``first``: the same where nothing is named (60 rigs
     without a gap of five sets showed 18 at most, missed effects at twice their limit and more 45 to 73), and ``faint``: where what is looked for takes at least ``helps`` and no other

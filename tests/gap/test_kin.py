@@ -18,6 +18,7 @@ from tests.gap.one_link import problem_of
 from tests.gap.test_in_free_run import Chained, logs
 from tests.gap.test_strength import Switches
 
+COGS = {"drive.cogging_a": 0.3, "drive.cogging_per_m": 260.0}
 DAHL = {"spring.dahl_n": 4.0, "spring.dahl_m": 4e-3}
 
 
@@ -49,6 +50,21 @@ def test_a_law_of_the_same_family_that_carries_the_plant_is_named_instead(monkey
     assert found.roles[0].best.effect == "dahl" and gained[0] > 0.99 * gained.max() and len(gained) == len(role.fits)
     kept, said = heard(problem, selection, ground, Rules(kin=0))
     assert "dahl" not in kept.final.effects and not said.to_noise
+
+
+def test_a_law_that_leaves_much_is_begun_again_from_its_other_shapes(monkeypatch):
+    for other in ("further", "one_alone"):
+        monkeypatch.setattr(f"epa_rt.gap.in_free_run.{other}", lambda *arguments: None)
+    problem, selection = chosen(logs(COGS), "cogging")
+    (role,) = selection.roles
+    fits = (replace(role.best, values=role.best.values | {"drive.cogging_per_m": 390.0}), *role.fits[1:])
+    selection = replace(selection, roles=(replace(role, fits=fits),), final=replace(selection.final, values=dict(fits[0].values)))
+    ground = ground_of(problem, selection.base.values)
+    found, said = heard(problem, selection, ground)
+    assert list(found.final.effects) == ["cogging"] and said.to_noise
+    assert found.final.values["drive.cogging_per_m"] == pytest.approx(COGS["drive.cogging_per_m"], rel=0.01)
+    _, strayed = heard(problem, selection, ground, Rules(shapes=0))
+    assert strayed.left > 10.0 * said.left + 100.0
 
 
 def test_a_law_that_leaves_nothing_stands_without_a_look_at_its_kin(monkeypatch):
