@@ -3,14 +3,14 @@
 from dataclasses import replace
 
 from epa_rt.gap.attribution import Attribution
-from epa_rt.gap.diagnosis import Named, Number, Shrinkage
+from epa_rt.gap.diagnosis import Named, Shrinkage
 from epa_rt.gap.doubts import UNSUPPORTED
+from epa_rt.gap.law_ends import stands_at_end
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.yardstick import Left
 
 HALF = 0.5      # share closed of what a name leaves most of on logs set aside, below which it is doubted
 FAR_BELOW = 0.5 # chi-square per sample: seven carriages and shafts without a gap left 0.42 to 0.47, a drive late by four rows 0.74, a gear that winds up 0.62
-WHISKER = 1e-6  # of a spread: so near counts as on a bound
 
 
 def nothing_shows(before: Left) -> bool:
@@ -27,12 +27,7 @@ def without_names(found: Attribution) -> Attribution:
 
 def at_bounds(problem: Problem, one: Named) -> tuple[str, ...]:
     """Numbers of a name that stand where its law ends, and not because the effect or that part of it is absent there: it wanted to go on, as a wrong law does."""
-    def at_end(number: Number) -> bool:
-        knob = problem.knobs[number.name]
-        nearest = min(abs(number.value - knob.low), abs(number.value - knob.high))
-        return number.value not in (knob.value, knob.absent) and nearest < WHISKER * problem.spread(number.name)
-
-    return tuple(number.name for number in one.parameters if at_end(number))
+    return tuple(number.name for number in one.parameters if stands_at_end(problem, number.name, number.value))
 
 
 def doubted_by(problem: Problem, one: Named, kept: Shrinkage | None) -> tuple[float, tuple[str, ...]]:

@@ -15,6 +15,7 @@ from epa_rt.gap.forms import exact, of_one_form
 from epa_rt.gap.further import around, bare, further, in_other_words, plainer, with_effect
 from epa_rt.gap.ground import Ground
 from epa_rt.gap.heard import Beside, Heard
+from epa_rt.gap.law_ends import pressed
 from epa_rt.gap.one_alone import one_alone
 from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem
@@ -65,7 +66,7 @@ def heard(problem: Problem, selection: Selection, ground: Ground | None, rules: 
     if selection.roles and said.carried:
         progress("free run and blocks together", 0.9)
         selection, refitted = serving_both(problem, whole, selection, none.values, best.values)
-        said = replace(said, refitted=refitted)
+        said = replace(said, refitted=refitted, pressed=pressed(problem, whole, none, best, rules))
     return selection, replace(said, bare=none.values)
 
 

@@ -18,8 +18,8 @@ FOLLOWED = 0.5     # of it where the whole plant follows its commands to the noi
 
 @dataclass(frozen=True)
 class Weighed:
-    """``silent``: effects that these logs could not have shown. ``where``: links with a gap that can be foreseen. ``odd``: nominal parameters beyond
-    belief. ``breaks``: links that agreed with the plant and no longer do. ``passed``: links with a gap of which the names explain next to nothing.
+    """``silent``: effects that these logs could not have shown. ``where``: links with a gap that can be foreseen. ``odd``: parameters beyond
+    belief, nominal ones or a law's own. ``breaks``: links that agreed with the plant and no longer do. ``passed``: links with a gap of which the names explain next to nothing.
     ``there``: what free run says of the names, None where none is found or the rig has no model of the whole. ``lost``: chi-square above noise there where nothing
     is found. ``lifted``: whether something speaks for the names that what the blocks leave does not count against."""
 
@@ -107,7 +107,7 @@ def weighed(found: Attribution) -> Weighed:
 
 def _odd(found: Attribution) -> tuple[str, ...]:
     """Nominal parameters beyond belief: where effects are named those that hide more than the effects explain, or that are further off together
-    than plant files are.
+    than plant files are; and numbers of the effects that want to go on from where their laws end.
 
     Where free run finds values for the whole plant that a plant file may have, that is enough. A wrong law drives them there to make up for what it lacks; with the right one they come back.
     """
@@ -118,4 +118,6 @@ def _odd(found: Attribution) -> tuple[str, ...]:
     odd = beyond_belief(normal, BARS.belief_named)
     if absorbed(normal, odd) > sum(float(role.gains[0].sum()) for role in roles):
         return odd
-    return () if found.heard and found.heard.borne else strained(found.selection.base.normal, normal)
+    if found.heard and found.heard.borne:
+        return found.heard.pressed
+    return strained(found.selection.base.normal, normal)
