@@ -10,6 +10,7 @@ from epa_rt.gap.select import Selection
 from epa_rt.gap.together import Together, serving_both
 from tests.gap.test_in_free_run import OFF, Chained, logs, without_gas
 
+COGS = {"drive.cogging_a": 0.3, "drive.cogging_per_m": 260.0}
 OFFSET = {"sensors.force_offset_n": 2.0}
 
 
@@ -41,3 +42,14 @@ def test_every_link_counts_as_in_its_own_problem(parts):
         assert both.samples(link) == own.samples(link) == both.edges[link][-1]
         np.testing.assert_array_equal(both.residual(OFF, link), own.residual(OFF, link))
         assert len(both.edges[link]) == both.blocks + 1
+
+
+def test_an_effects_own_numbers_begin_where_blocks_have_them_if_free_run_has_led_them_astray():
+    subject, recordings = Chained(), logs(COGS)
+    problem = Problem(subject, recordings, without_gas(subject, recordings, {}))
+    whole = Problem(AsOne(subject, meters_of(recordings, twins_of(subject, recordings, {}))), recordings, floor())
+    base, final = settled(problem), settled(problem, ("cogging",), COGS)
+    astray = final.values | {"drive.cogging_per_m": 390.0}
+    selection, _ = serving_both(problem, whole, Selection(problem, base, (), final, None), base.values, astray)
+    assert selection.final.values["drive.cogging_per_m"] == pytest.approx(COGS["drive.cogging_per_m"], rel=0.01)
+    assert selection.final.normal.chi < 1.02 * final.normal.chi
