@@ -9,17 +9,21 @@ from epa_rt.gap.refit import settled
 from epa_rt.gap.select import Selection
 from epa_rt.gap.together import Together, serving_both
 from tests.gap.test_in_free_run import OFF, Chained, logs, without_gas
+from tests.gap.test_kin import COGS
 
-COGS = {"drive.cogging_a": 0.3, "drive.cogging_per_m": 260.0}
 OFFSET = {"sensors.force_offset_n": 2.0}
+
+
+def blocks_and_whole(truth) -> tuple[Problem, Problem]:
+    subject, recordings = Chained(), logs(truth)
+    problem = Problem(subject, recordings, without_gas(subject, recordings, {}))
+    whole = Problem(AsOne(subject, meters_of(recordings, twins_of(subject, recordings, {}))), recordings, floor())
+    return problem, whole
 
 
 @pytest.fixture(scope="module")
 def parts():
-    subject, recordings = Chained(), logs(OFFSET)
-    problem = Problem(subject, recordings, without_gas(subject, recordings, {}))
-    whole = Problem(AsOne(subject, meters_of(recordings, twins_of(subject, recordings, {}))), recordings, floor())
-    return problem, whole
+    return blocks_and_whole(OFFSET)
 
 
 def test_what_no_block_feels_is_fitted_to_free_run_before_and_after(parts):
@@ -45,9 +49,7 @@ def test_every_link_counts_as_in_its_own_problem(parts):
 
 
 def test_an_effects_own_numbers_begin_where_blocks_have_them_if_free_run_has_led_them_astray():
-    subject, recordings = Chained(), logs(COGS)
-    problem = Problem(subject, recordings, without_gas(subject, recordings, {}))
-    whole = Problem(AsOne(subject, meters_of(recordings, twins_of(subject, recordings, {}))), recordings, floor())
+    problem, whole = blocks_and_whole(COGS)
     base, final = settled(problem), settled(problem, ("cogging",), COGS)
     astray = final.values | {"drive.cogging_per_m": 390.0}
     selection, _ = serving_both(problem, whole, Selection(problem, base, (), final, None), base.values, astray)
