@@ -32,7 +32,7 @@ class Heard:
     ``refitted``: nominal parameters without effects, fitted to blocks and free run together like those with the named ones; None where these do
     not carry the whole plant. ``tied``: what was tried in the place of the only named one and free run puts nothing between.
     ``one_form``: whether what is named can hardly have another form, ``exact``: whether it cannot (forms.py). ``bare``: nominal parameters without effects, fitted to free run alone.
-    ``pressed``: numbers of the named ones that want to go on from where their law ends (law_ends.py)."""
+    ``pressed``: numbers of the named ones that want to go on from where their law ends, and where that is (law_ends.py)."""
 
     gap: float
     left: float
@@ -45,7 +45,7 @@ class Heard:
     one_form: bool = False
     exact: bool = False
     bare: Mapping[str, float] = field(default_factory=dict)
-    pressed: tuple[str, ...] = ()
+    pressed: Mapping[str, float] = field(default_factory=dict)
 
     def apart_from(self, named: str) -> frozenset[str]:
         """Effects that free run tells from a named one."""

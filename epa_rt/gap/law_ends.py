@@ -22,8 +22,9 @@ def stands_at_end(problem: Problem, key: str, value: float) -> bool:
     return value not in (knob.value, knob.absent) and min(abs(value - knob.low), abs(value - knob.high)) < WHISKER * problem.spread(key)
 
 
-def pressed(problem: Problem, whole: Problem, none: Point, best: Point, rules: Rules = Rules()) -> tuple[str, ...]:
-    """Times, speeds, lengths and the like by which named laws are shaped, which stand at their ends, and without which there the whole plant is plainly further off. ``none``: without effects.
+def pressed(problem: Problem, whole: Problem, none: Point, best: Point, rules: Rules = Rules()) -> dict[str, float]:
+    """Times, speeds, lengths and the like by which named laws are shaped, and the ends they stand at, where the whole plant is plainly further off with them further in.
+    ``none``: without effects.
 
     A right law that shows faintly may stand there as well, and does not mind (a gas' cooling rate at 100 /s: held at 25 it costs 1 of 56); a wrong one does (held at four times its
     end 33 of 234 for a gas that cools slowly in a leak's place, 47 and more of 150 for a low-speed friction at 5 cm/s in a damping's). A part of a whole, such as how much of a
@@ -32,7 +33,7 @@ def pressed(problem: Problem, whole: Problem, none: Point, best: Point, rules: R
     shapes = [key for name in best.effects for key in problem.effects[name].knobs
               if key not in problem.strength(name) and problem.knobs[key].unit != "1" and not key.endswith("_phase_rad")]
     worth = max(rules.helps, rules.part * (none.normal.chi - best.normal.chi))
-    return tuple(key for key in shapes if stands_at_end(problem, key, best.values[key]) and _costs(whole, best, key) > worth)
+    return {key: best.values[key] for key in shapes if stands_at_end(problem, key, best.values[key]) and _costs(whole, best, key) > worth}
 
 
 def _costs(whole: Problem, best: Point, key: str) -> float:

@@ -84,15 +84,19 @@ def informed(links: Mapping[str, Sequence[str]], silent: Sequence[str], bars: Ba
 
 def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]], links: Sequence[str], part: float, not_tested: int, of: int,
          odd: Sequence[str] = (), whole: float | None = None, lost: float | None = None, breaks: Sequence[str] = (), faint: tuple[float, float] | None = None,
-         over: tuple[float, float] | None = None, other_form: Coverage | None = None) -> str:
+         over: tuple[float, float] | None = None, other_form: Coverage | None = None, ends: Sequence[str] = ()) -> str:
     """The verdict in one or two sentences. ``faint``: chi-square in free run before and after, where little else speaks for the names; ``over``: where too much of the gap stays;
-    ``other_form``: what names that have one form explain in the blocks, where they leave something."""
+    ``other_form``: what names that have one form explain in the blocks, where they leave something; ``ends``: numbers of the nearest law, with value and unit, that want to go on
+    from where it ends."""
     names, (explain, them) = " and ".join(effects), ("explain", "them") if len(effects) > 1 else ("explains", "it")
     where = ", ".join(links)
     if verdict == "no_gap":
         return f"Nothing is left beyond the noise floor once the nominal parameters are refitted; {of - not_tested} of {of} effects would have shown at a typical strength."
     if verdict == "not_excited":
         return f"No gap shows, but these logs could not have shown {not_tested} of {of} effects at a typical strength."
+    if verdict == "not_in_catalogue" and ends:
+        return f"What comes nearest ({names}) does so only with {', '.join(ends)}, where its law ends, and would go on from there: " \
+               "something else is missing, and no effect of the catalogue explains it."
     if verdict == "not_in_catalogue" and odd and not where:
         return f"These logs only agree with the plant at values of {', '.join(odd)} that nobody believes: something like it is missing, " \
                "and no effect of the catalogue explains it better."

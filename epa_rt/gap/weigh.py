@@ -66,6 +66,14 @@ class Weighed:
     def doubts(self) -> tuple[str, ...]:
         return doubts(None if self.lifted else self.there, self.elsewhere)
 
+    @property
+    def ends(self) -> tuple[str, ...]:
+        """Numbers of the named laws that want to go on from where these end, as a person reads them, where that is what is odd about the names."""
+        pressed = self.there.pressed if self.there is not None else {}
+        if self.odd != tuple(pressed):
+            return ()
+        return tuple(f"{key} at {value:.3g} {self.found.problem.knobs[key].unit}" for key, value in pressed.items())
+
     def verdict(self, names: Sequence[Named]) -> tuple[Verdict, str]:
         """The verdict, and the sentences that say it."""
         effects, there = self.found.problem.effects, self.there
@@ -82,7 +90,7 @@ class Weighed:
         shown = (there.gap, there.left) if there else None
         faint = shown if self.helps and self.whole is None and self.covered.part < BARS.covered else None
         says = said(verdict, [spoken(one) for one in names], rivals, self.where, self.covered.part, len(self.silent), len(effects), self.odd,
-                    self.counted, self.lost, self.breaks, faint, shown if over else None, evidence.exact if evidence.other_form(BARS) else None)
+                    self.counted, self.lost, self.breaks, faint, shown if over else None, evidence.exact if evidence.other_form(BARS) else None, self.ends)
         return verdict, says
 
 
@@ -119,5 +127,5 @@ def _odd(found: Attribution) -> tuple[str, ...]:
     if absorbed(normal, odd) > sum(float(role.gains[0].sum()) for role in roles):
         return odd
     if found.heard and found.heard.borne:
-        return found.heard.pressed
+        return tuple(found.heard.pressed)
     return strained(found.selection.base.normal, normal)

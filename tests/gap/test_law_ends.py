@@ -13,7 +13,7 @@ END_M = 3e-3
 DAHL = {"spring.dahl_n": 4.0, "spring.dahl_m": 4e-3}
 
 
-def at_its_end(truth, high_m: float) -> tuple[str, ...]:
+def at_its_end(truth, high_m: float) -> dict[str, float]:
     """What presses where a law's length may be ``high_m`` at most."""
     found = attributed(Chained(), logs(truth), floors=toy.floors)
     ground = ground_of(found.problem, found.selection.base.values)
@@ -23,14 +23,14 @@ def at_its_end(truth, high_m: float) -> tuple[str, ...]:
 
 
 @pytest.mark.parametrize(("truth", "high_m", "expected"), [
-    (DAHL, END_M, ("spring.dahl_m",)), (DAHL, 2e-2, ()), (DAHL | {"spring.dahl_n": 0.02}, END_M, ())], ids=["wants to go on", "within", "faint"])
+    (DAHL, END_M, {"spring.dahl_m": END_M}), (DAHL, 2e-2, {}), (DAHL | {"spring.dahl_n": 0.02}, END_M, {})], ids=["wants to go on", "within", "faint"])
 def test_a_length_presses_where_the_plant_wants_it_longer(truth, high_m, expected):
     assert at_its_end(truth, high_m) == expected
 
 
 def test_a_name_that_presses_is_none(monkeypatch):
     assert [one.name for one in told(DAHL).effects] == ["dahl"]
-    monkeypatch.setattr("epa_rt.gap.in_free_run.pressed", lambda *arguments: ("spring.dahl_m",))
+    monkeypatch.setattr("epa_rt.gap.in_free_run.pressed", lambda *arguments: {"spring.dahl_m": END_M})
     refused = told(DAHL)
-    assert refused.verdict == "not_in_catalogue" and "spring.dahl_m that nobody believes" in refused.says
+    assert refused.verdict == "not_in_catalogue" and "(dahl) does so only with spring.dahl_m at 0.003" in refused.says
     assert refused.free_run.nearest == ("dahl",)
