@@ -28,7 +28,9 @@ def new_state(params: np.ndarray) -> np.ndarray:
         s["length_m"][i] = length
         s["smooth"][GAS_C + i] = g["atmosphere_pa"] * volume ** gas.exponent(g)
         s["smooth"][GAS_MASS + i] = g["atmosphere_pa"] * volume / (g["gas_constant_j_kg_k"] * g["temperature_k"])
-    s["pressure_before_pa"][2] = s["pressure_reading_pa"][2] = p["gas"][0]["supply_gauge_pa"]
+    s["pressure_reading_pa"][1] = s["tube_reading_pa"][1] = p["gas"][1]["atmosphere_pa"] - p["gas"][0]["atmosphere_pa"]  # one gauge zero for both
+    s["pressure_reading_pa"][2] = p["gas"][0]["supply_gauge_pa"]
+    s["pressure_before_pa"] = s["pressure_reading_pa"]
     s["encoder_angle_rad"] = sensors.encoder(p["sensors"], s["smooth"][ANGLE])
     write_truth(p, s)
     instruments.settle(s, s["truth"], p["gas"][0]["atmosphere_pa"])

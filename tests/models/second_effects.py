@@ -1,12 +1,10 @@
 """Effects of the second simulator, written from docs/plant.md like the rest: heat, sag, waves of the torque, a spool that is not round, play, creep,
-low-speed and dry friction, drag, threshold, bladder, end fittings, lock. All absent at their neutral values.
+low-speed and dry friction of motor, gear and braid, drag, threshold, bladder, end fittings, lock. All absent at their neutral values.
 """
 
 import math
 
-from second_simulator import ANGLE, CURRENT, SPEED, SecondSimulator
-
-BRANCHES = 5
+from second_simulator import ANGLE, BRANCHES, CREEP, CURRENT, FIRST_MUSCLE, HEAT, PER_MUSCLE, SLOW_HEAT, SPEED, SecondSimulator
 
 
 def wave(x, sine, cosine):
@@ -14,26 +12,27 @@ def wave(x, sine, cosine):
 
 
 class WithEffects(SecondSimulator):
-    """States beyond the nominal ones: winding heat, slow heat, five creep forces for each muscle; the play's memory stands beside them."""
+    """Beside the nominal ones; the play's memory stands beside the states."""
 
-    def __init__(self, params, place):
+    def __init__(self, params):
         self.play = None
-        super().__init__(params, place)
-        spool, start = self.p["transmission"], float(self.p["load"]["start_travel_m"])
-        for _ in range(40):
-            self.y[ANGLE] -= (self.wound(self.y[ANGLE])[0] - start) / self.wound(self.y[ANGLE])[1]
-        self.half = 0.5 * float((spool["backlash_rad"] + spool["uneven_backlash_rad"]) * spool["spool_radius_m"])  # on the mean
+        super().__init__(params)
+        spool, start = self.p["transmission"], self.p["load"]["start_travel_m"]
+        self.half = 0.5 * (spool["backlash_rad"] + spool["uneven_backlash_rad"]) * spool["spool_radius_m"]  # on the mean
         self.play = (start, start)  # travel before and behind the play when the cycle began
 
-    def more_states(self):
-        return 2 + BRANCHES * len(self.muscles)
+    def wound_up(self, travel):
+        angle = super().wound_up(travel)
+        for _ in range(40):
+            angle -= (self.wound(angle)[0] - travel) / self.wound(angle)[1]
+        return angle
 
     def wound(self, angle):
         """Travel before the play and its slope over the motor's angle."""
         t = self.p["transmission"]
         turn, e, phase, g = angle / t["gear_ratio"], t["eccentricity_ratio"], t["eccentricity_phase_rad"], t["wind_up_per_rad"]
-        return (float(t["spool_radius_m"] * (turn + g * turn**2 / 2 - e * (math.cos(turn + phase) - math.cos(phase)))),
-                float(t["spool_radius_m"] * (1 + g * turn + e * math.sin(turn + phase)) / t["gear_ratio"]))
+        return (t["spool_radius_m"] * (turn + g * turn**2 / 2 - e * (math.cos(turn + phase) - math.cos(phase))),
+                t["spool_radius_m"] * (1 + g * turn + e * math.sin(turn + phase)) / t["gear_ratio"])
 
     def travel(self, y):
         geared, slope = self.wound(y[ANGLE])
@@ -46,10 +45,10 @@ class WithEffects(SecondSimulator):
         """Travel behind the play, and its slope over the travel before it."""
         was, held = self.play
         spool = self.p["transmission"]
-        moved, b = geared - was, float(spool["backlash_roundness_ratio"])
-        swing = (1 + math.sin(float(spool["backlash_per_turn_ratio"]) * geared / float(spool["spool_radius_m"]) + float(spool["backlash_phase_rad"]))) / 2
-        swing = 2 * swing ** float(spool["backlash_narrowness_ratio"]) - 1
-        half = self.half + 0.5 * float(spool["uneven_backlash_rad"] * spool["spool_radius_m"] * spool["backlash_wave_ratio"]) * swing
+        moved, b = geared - was, spool["backlash_roundness_ratio"]
+        swing = (1 + math.sin(spool["backlash_per_turn_ratio"] * geared / spool["spool_radius_m"] + spool["backlash_phase_rad"])) / 2
+        swing = 2 * swing ** spool["backlash_narrowness_ratio"] - 1
+        half = self.half + 0.5 * spool["uneven_backlash_rad"] * spool["spool_radius_m"] * spool["backlash_wave_ratio"] * swing
         sign = math.copysign(1.0, moved if moved != 0.0 else speed)
         gap, way = sign * (was - held), abs(moved)
         if b == 0.0:
@@ -66,27 +65,28 @@ class WithEffects(SecondSimulator):
         slope = 1.0 if q == 1.0 else 0.0 if q == 0.0 else 1 - (1 - q) * (after / q) ** (1 - b)
         return geared - sign * half * q**b, slope
 
-    def rates(self, t, y, k, line, valves):
-        dy = super().rates(t, y, k, line, valves)
-        d, at = self.p["drive"], len(y) - self.more_states()
+    def rates(self, t, y, a, b, line, valves):
+        dy, y, d = super().rates(t, y, a, b, line, valves), y.tolist(), self.p["drive"]
         steady = d["winding_thermal_k_w"] * d["winding_ohm"] * y[CURRENT] ** 2
-        dy[at] = (steady - y[at]) / d["winding_time_s"]
-        dy[at + 1] = (steady - y[at + 1]) / d["housing_time_s"]
+        dy[HEAT] = (steady - y[HEAT]) / d["winding_time_s"]
+        dy[SLOW_HEAT] = (steady - y[SLOW_HEAT]) / d["housing_time_s"]
         for j, i in enumerate(self.muscles):
-            m, speed = self.p["muscle"][i], self.length(i, y)[1]
+            m = self.p["muscle"][i]
+            speed = self.length(i, y)[1] if m["creep_stiffness_n_m"] else 0.0
             for branch in range(BRANCHES):
-                n = at + 2 + BRANCHES * j + branch
+                n = FIRST_MUSCLE + PER_MUSCLE * j + CREEP + branch
                 dy[n] = m["creep_slow_ratio"] ** branch * m["creep_stiffness_n_m"] * speed - y[n] / (10**branch * m["creep_time_s"])
         return dy
 
     def settled(self):
+        super().settled()
         geared = self.wound(self.y[ANGLE])[0]
         if self.half:
             self.play = (geared, self.behind_play(geared, self.y[SPEED])[0])
 
     def torque_constant(self, y):
-        d, at = self.p["drive"], len(y) - self.more_states()
-        return d["torque_constant_nm_a"] * max(1 - d["torque_loss_per_k"] * (y[at] + d["housing_heat_ratio"] * y[at + 1]), 0.1)
+        d = self.p["drive"]
+        return d["torque_constant_nm_a"] * max(1 - d["torque_loss_per_k"] * (y[HEAT] + d["housing_heat_ratio"] * y[SLOW_HEAT]), 0.1)
 
     def shaft_torque(self, kt, y):
         d = self.p["drive"]
@@ -95,9 +95,15 @@ class WithEffects(SecondSimulator):
         current = y[CURRENT] / (1 + d["torque_saturation_per_a"] * abs(y[CURRENT]))
         return kt * current * (1 + d["torque_ripple_ratio"] * ripple) + d["cogging_nm"] * cogs
 
-    def dry(self, speed):
+    def dry(self, y):
         d = self.p["drive"]
-        return d["coulomb_nm"] * (1 + d["stribeck_ratio"] * math.exp(-abs(speed / d["stribeck_speed_rad_s"]) ** d["stribeck_exponent_ratio"]))
+        swing = d["friction_wave_ratio"] * math.sin(d["friction_wave_per_turn_ratio"] * y[ANGLE] + d["friction_wave_phase_rad"])
+        extra = d["stribeck_ratio"] * math.exp(-abs(y[SPEED] / d["stribeck_speed_rad_s"]) ** d["stribeck_exponent_ratio"])
+        return d["coulomb_nm"] * (1 + extra) * (1 + swing)
+
+    def drag(self, speed):
+        uneven = self.p["drive"]["viscous_asymmetry_ratio"]
+        return super().drag(speed) * (1 + uneven if speed > 0 else 1 - uneven)
 
     def gear(self, load, speed):
         t, eta = self.p["transmission"], self.p["transmission"]["gear_efficiency_ratio"]
@@ -122,18 +128,16 @@ class WithEffects(SecondSimulator):
     def reference_slope(self, i):
         return super().shape(i, self.p["muscle"][i]["slip_reference_length_m"])[1]
 
-    def more_friction(self, m, gauge, speed):
+    def acting(self, m, gauge):
         acting = max(gauge - m["threshold_pa"], 0.0) if gauge > 0 else gauge - m["threshold_pa"]
-        acting = acting / (1 + m["softening_per_pa"] * acting) if acting > 0 else acting
+        return acting / (1 + m["softening_per_pa"] * acting) if acting > 0 else acting
+
+    def rubbing(self, m, speed):
         s = math.copysign((abs(speed) / m["stribeck_speed_m_s"]) ** (1 / m["stribeck_breadth_ratio"]), speed)
         q = m["stribeck_tail_ratio"]
         fall = math.exp((1 - s * s) / 2) if q == 0 else (2 / (2 - q + q * s * s)) ** (1 / q)
         dry = m["coulomb_ratio"] * speed / math.sqrt(speed**2 + m["coulomb_speed_m_s"] ** 2)
-        return acting, m["stribeck_ratio"] * s * fall + dry + m["pressure_viscous_s_m"] * speed
-
-    def relaxing(self, i, y):
-        at = len(y) - self.more_states() + 2 + BRANCHES * self.muscles.index(i)
-        return sum(y[at:at + BRANCHES])
+        return m["stribeck_ratio"] * s * fall + dry + m["pressure_viscous_s_m"] * speed
 
     def held(self, m, length, stretch, speed):
         past = length - m["lock_length_m"]

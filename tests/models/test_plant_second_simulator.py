@@ -1,20 +1,23 @@
 """The compiled plant against a second simulator written from the equations alone."""
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from plant_scenarios import SENSOR_STEP, rise, silent, simulate
 from second_effects import WithEffects
+from second_knobs import SCENES, Scene
 from second_simulator import SecondSimulator
 
-from epa_rt.models import plant
-from epa_rt.models.catalogue import write_knob
+from epa_rt.models.knobs import read_knob, write_knob
+from epa_rt.models.parameters import effects, neutral_params
 from epa_rt.models.plant_file import load_plant
-from epa_rt.models.ports import COMMAND, LOAD_PLACE
+from epa_rt.models.ports import COMMAND
 
 PLANTS = Path(__file__).parents[2] / "config" / "plants"
+PAGE = Path(__file__).parents[2] / "docs" / "plant.md"
 SECONDS = 1.2
 
 
@@ -35,65 +38,55 @@ def short_log(per_metre: float, knee: bool) -> np.ndarray:
     return commands
 
 
-def agreed(file, params: np.ndarray, knee: bool, simulator=SecondSimulator):
-    """The readings of the compiled plant and the second simulator's over the short log, which differ by a sensor's step at most; and the commands."""
-    gear = params["transmission"][0]
-    commands = short_log(float(gear["gear_ratio"] / gear["spool_radius_m"]), knee)
-    place = float(plant.new_state(params)["smooth"][0, LOAD_PLACE])
-    first, second = simulate(params, commands, file.substeps), simulator(params, place).run(commands)
+def agreed(name: str, params: np.ndarray, commands: np.ndarray, simulator) -> np.ndarray:
+    """The readings of the compiled plant, from which the second simulator's differ by a sensor's step at most."""
+    first, second = simulate(params, commands, load_plant(PLANTS / f"{name}.yaml").substeps), simulator.run(commands)
+    assert set(second) == set(first.dtype.names)
     for channel, values in second.items():
         assert np.max(np.abs(first[channel] - values)) <= SENSOR_STEP[channel], channel
-    return first, second, commands
+    return first
+
+
+def commands_for(name: str, params: np.ndarray) -> np.ndarray:
+    gear = params["transmission"][0]
+    return short_log(float(gear["gear_ratio"] / gear["spool_radius_m"]), name == "knee")
+
+
+def plant_of(scene: Scene) -> np.ndarray:
+    params = silent(load_plant(PLANTS / f"{scene.plant}.yaml").params)
+    for key, value in scene.knobs.items():
+        write_knob(params, key, value)
+    return params
+
+
+def shows(scene: Scene, params: np.ndarray, commands: np.ndarray, readings: np.ndarray, key: str) -> bool:
+    """Whether a reading moves by more than a sensor's step where this knob alone goes back to its default."""
+    other = params.copy()
+    write_knob(other, key, float(read_knob(neutral_params(), key)))
+    without = simulate(other, commands, load_plant(PLANTS / f"{scene.plant}.yaml").substeps)
+    return any(np.max(np.abs(readings[c] - without[c])) > step for c, step in SENSOR_STEP.items())
 
 
 @pytest.mark.parametrize("name", ["bench_physical", "knee"])
 def test_two_simulators_agree_within_a_sensor_step(name):
-    file = load_plant(PLANTS / f"{name}.yaml")
-    agreed(file, silent(file.params), name == "knee")
+    params = silent(load_plant(PLANTS / f"{name}.yaml").params)
+    agreed(name, params, commands_for(name, params), SecondSimulator(params))
 
 
-EFFECTS = {  # several at once: each run of the second simulator takes seconds
-    "drive: heat, a supply that sags, waves of the torque, saturation": {
-        "drive.torque_loss_per_k": 2e-3, "drive.winding_thermal_k_w": 20.0, "drive.winding_time_s": 0.5, "drive.housing_heat_ratio": 3.0, "drive.housing_time_s": 8.0, "drive.bus_sag_ohm": 2.0,
-        "drive.torque_ripple_ratio": 0.05, "drive.ripple_twice_sine_ratio": 0.3, "drive.ripple_phase_rad": 0.7, "drive.cogging_nm": 3e-3, "drive.cogging_twice_cosine_ratio": -0.4,
-        "drive.torque_saturation_per_a": 0.02},
-    "a spool that is not round, creep": {"transmission.eccentricity_ratio": 0.1, "transmission.eccentricity_phase_rad": 1.0, "transmission.wind_up_per_rad": 0.06,
-                                         "muscle.creep_stiffness_n_m": 2000.0, "muscle.creep_time_s": 0.1, "muscle.creep_slow_ratio": 0.6},
-    "low-speed friction of the motor": {"drive.stribeck_ratio": 1.5, "drive.stribeck_speed_rad_s": 30.0, "drive.stribeck_exponent_ratio": 0.8},
-    "play": {"transmission.backlash_rad": 0.03},
-    "uneven play": {"transmission.uneven_backlash_rad": 0.03, "transmission.backlash_wave_ratio": 0.7, "transmission.backlash_per_turn_ratio": 2.0, "transmission.backlash_narrowness_ratio": 1.8,
-                    "transmission.backlash_phase_rad": 1.1},
-    "play with round flanks": {"transmission.backlash_rad": 0.03, "transmission.backlash_roundness_ratio": 0.6},
-    "friction of the braid": {"muscle.stribeck_ratio": 0.05, "muscle.stribeck_tail_ratio": 0.5, "muscle.stribeck_breadth_ratio": 1.4, "muscle.coulomb_ratio": 0.03,
-                              "muscle.coulomb_speed_m_s": 0.004, "muscle.pressure_viscous_s_m": 0.3},
-    "friction of the gear": {"transmission.gear_friction_n": 12.0, "transmission.gear_efficiency_ratio": 0.85, "transmission.gear_friction_speed_rad_s": 3.0,
-                             "transmission.gear_friction_sharpness_ratio": 2.0},
-    "bladder, threshold, softening, end fittings, leak through narrow gaps": {
-        "muscle.bladder_stiffness_n_m": 500.0, "muscle.bladder_hardening_per_m": 30.0, "muscle.threshold_pa": 2e4, "muscle.softening_per_pa": 3e-7, "muscle.end_length_m": 2e-3,
-        "gas.leak_per_s": 0.2, "gas.leak_laminar_ratio": 0.8},
-    "friction of the gear in motion alone": {"transmission.gear_friction_n": 30.0, "transmission.gear_sliding_ratio": 1.0},
-    "friction of the gear, half and half; valves that do not shut": {"transmission.gear_friction_n": 10.0, "transmission.gear_friction_speed_rad_s": 5.0, "transmission.gear_sliding_ratio": 0.5,
-                                                                     "gas.inlet_seat_leak_ratio": 0.02, "gas.exhaust_seat_leak_ratio": 0.03, "gas.leak_laminar_ratio": 0.6},
-    "lock": {"muscle.lock_stiffness_n_m": 3000.0, "muscle.lock_hardening_per_m": 100.0, "muscle.lock_steepening_ratio": 3.0, "muscle.lock_viscous_n_s_m": 20.0, "muscle.lock_length_m": 0.1385},
-}
+@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
+def test_two_simulators_agree_on_effects_and_laws_within_a_sensor_step(scene):
+    params = plant_of(scene)
+    commands = commands_for(scene.plant, params)[:round(scene.seconds / 1e-3)]
+    if scene.prepare:
+        scene.prepare(commands)
+    simulator = WithEffects(params)
+    simulator.parts = scene.parts
+    readings = agreed(scene.plant, params, commands, simulator)
+    assert not [key for key in scene.knobs if not shows(scene, params, commands, readings, key)]
 
 
-@pytest.mark.parametrize("knobs", EFFECTS.values(), ids=EFFECTS)
-def test_two_simulators_agree_on_effects_within_a_sensor_step(knobs):
-    file = load_plant(PLANTS / "bench_physical.yaml")
-    bare = silent(file.params)
-    params = bare.copy()
-    for key, value in knobs.items():
-        write_knob(params, key, value)
-    first, second, commands = agreed(file, params, knee=False, simulator=WithEffects)
-    without = simulate(bare, commands, file.substeps)
-    assert any(np.max(np.abs(first[c] - without[c])) > SENSOR_STEP[c] for c in second)  # it shows
-
-
-@pytest.mark.parametrize(("payload_kg", "lever"), [(0.3, 1.6), (-0.2, 1.0)])
-def test_two_simulators_agree_on_a_weight_on_the_shin(payload_kg, lever):
-    file = load_plant(PLANTS / "knee.yaml")
-    params = silent(file.params)
-    write_knob(params, "load.payload_kg", payload_kg)
-    write_knob(params, "load.payload_lever_ratio", lever)
-    agreed(file, params, knee=True)
+def test_the_page_says_how_many_effects_two_simulators_are_held_together_on():
+    plants = [plant_of(scene) for scene in SCENES.values()]
+    held = {name for name, switches in effects().items() if any(np.any(p[block][row.name] != row.neutral) for p in plants for block, row in switches)}
+    said = re.search(r"they switch (\d+) of the (\d+) effects on", PAGE.read_text(encoding="utf-8"))
+    assert (int(said[1]), int(said[2])) == (len(held), len(effects())), sorted(set(effects()) - held)

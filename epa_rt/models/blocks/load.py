@@ -63,7 +63,7 @@ def rates(p, place, speed, stiction, muscle_n):
     if p.kind_code == MASS:
         dry, rate = _dry(p, p.guide_stiffness_n_m, p.coulomb_n, stiction, speed)
         force = p.bias_n + muscle_n - p.viscous_n_s_m * speed - dry + stop(p, place, speed, p.low_m, p.high_m)
-        return force / (p.mass_kg + p.payload_kg), rate
+        return force / max(p.mass_kg + p.payload_kg, LEAST_INERTIA * p.mass_kg), rate
     if p.kind_code == KNEE:
         _, _, arm = coordinate(p, place, speed)
         limit = p.knee_coulomb_nm
