@@ -17,7 +17,7 @@ from drivers.words import INIT, OP, SAFEOP
 _CLOSING_CYCLES = 50  # with safe outputs, at most, until the drive says that it is off
 _LOCK_STEP_TIMEOUT_S = 2.0
 _TRIES = 3
-_POWERED = (DriveState.OPERATION_ENABLED, DriveState.QUICK_STOP_ACTIVE, DriveState.FAULT_REACTION)
+_OFF = (DriveState.SWITCH_ON_DISABLED, DriveState.READY, DriveState.FAULT)  # what a drive must say: a word of zeros, 'not ready', says nothing
 
 
 class EthercatBackend:
@@ -142,7 +142,7 @@ class EthercatBackend:
     def _is_off(self, inputs_raw: bytes) -> bool | None:
         if self._status is None:
             return None
-        return decode(int.from_bytes(inputs_raw[self._status.byte: self._status.byte + 2], "little")) not in _POWERED
+        return decode(int.from_bytes(inputs_raw[self._status.byte: self._status.byte + 2], "little")) in _OFF
 
     def _collect_emergencies(self, bus: Bus) -> None:
         """What the slaves said of themselves while nobody asked; mailboxes are never polled in the cycle."""

@@ -32,14 +32,16 @@ class Drive(Protocol):
 
 
 class BusDrive:
-    """A drive enabled by control and status word."""
+    """A drive enabled by control and status word, in a mode that it says itself: targets of another one would mean something else to it."""
 
     def __init__(self, file: Cia402Drive, period_s: float, mode: int):
         self._enabler = DriveEnabler(max(1, round(file.transition_timeout / period_s)))
         self._file, self._mode = file, mode
+        self._reported, self._unlike, self._patience = mode, 0, self._enabler.timeout_cycles  # what it says, cycles of another mode while enabled, and how many may be
         self._status, self._control = file.status_word, file.control_word
 
     def enable(self) -> None:
+        self._patience = self._enabler.timeout_cycles
         self._enabler.enable()
 
     def disable(self, controlled: bool) -> None:
@@ -48,19 +50,27 @@ class BusDrive:
     def step(self, measured: dict[str, float], command: dict[str, float]) -> None:
         command[self._control] = self._enabler.step(measured[self._status])
         command[self._file.mode] = self._mode
+        self._reported = measured[self._file.mode_display]
+        self._unlike = self._unlike + 1 if self._enabler.targets_live and self._reported != self._mode else 0
+        if self.live:
+            self._patience = 0
 
     @property
     def live(self) -> bool:
-        return self._enabler.targets_live
+        return self._enabler.targets_live and not self._unlike
 
     @property
     def off(self) -> bool:
         return not self._enabler.enabled and self._enabler.state in _OFF
 
     def trouble(self, measured: dict[str, float]) -> str:
-        cause = self._enabler.cause
+        cause = self._enabler.cause or self._other_mode()
         code = int(measured[self._file.error_code]) if self._file.error_code else 0
         return f"{cause} (error {drive_error_words(code)})" if cause and code else cause
+
+    def _other_mode(self) -> str:
+        """A drive that is being enabled has time to change its mode; one that has had it has none."""
+        return f"it reports mode {self._reported:g} (0x6061), asked for {self._mode}" if self._unlike > self._patience else ""
 
 
 class WiredDrive:

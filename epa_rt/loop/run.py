@@ -100,7 +100,8 @@ def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, 
     finally:
         broken = "; ".join(filter(None, (broken, _close(backend, recording, cycle, t_ns))))
         _pass_on(told, recording, cycle, t_ns)
-    confirmed = supervisor.confirmed or getattr(backend, "drive_off", None) is True
+    off = getattr(backend, "drive_off", None)  # what the drive said last, where the bus heard it
+    confirmed = supervisor.confirmed if off is None else off
     return _result(envelope, overruns, broken, stopped, cycle + 1, t_ns, encoder.saturated, gaps.count, confirmed)
 
 

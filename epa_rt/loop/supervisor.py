@@ -33,8 +33,7 @@ class Supervisor:
     drained by the loop. ``confirmed``: the drive reported itself off after the safe outputs went out.
     """
 
-    def __init__(self, rig: Rig, sequence: Sequence, valves: Mapping[str, SetAndHold], motions: Mapping[str, Controller],
-                 drive: Drive):
+    def __init__(self, rig: Rig, sequence: Sequence, valves: Mapping[str, SetAndHold], motions: Mapping[str, Controller], drive: Drive):
         self.state = BRING_UP
         self.fault: Fault | None = None
         self.events: list[tuple[str, str, dict]] = [("state", "bring_up", {})]
@@ -54,8 +53,7 @@ class Supervisor:
         self._age = self._still = self._ended = self._vent_cycles = 0
         self._vent_max_cycles = round(VENT_MAX_S / rig.period_s)
         self._rest_cycles, self._rest_max_cycles = round(REST_S / rig.period_s), round(REST_MAX_S / rig.period_s)
-        self._cycles = {s: max(1, round(seconds / rig.period_s)) for s, seconds in
-                        ((BRING_UP, BRING_UP_S), (DISABLE, DISABLE_S), (SAFE, SAFE_MIN_S), (DONE, SAFE_MAX_S))}
+        self._cycles = {s: max(1, round(seconds / rig.period_s)) for s, seconds in ((BRING_UP, BRING_UP_S), (DISABLE, DISABLE_S), (SAFE, SAFE_MIN_S), (DONE, SAFE_MAX_S))}
 
     @property
     def phase(self) -> int:
@@ -109,14 +107,15 @@ class Supervisor:
         if trouble:
             self.fault = ("drive", "", f"the drive cannot be enabled: {trouble}")
         elif stop:
-            self._drive.disable(True)
-            self._enter(DISABLE)
+            self._leave(measured)
         elif self._drive.live:
             self._enter(RUN)
 
     def _run(self, cycle: int, measured: dict[str, float], stop: bool) -> None:
         sequence, command, drive = self.sequence, self.command, self._drive
         if stop and self.state == RUN:
+            if sequence.phase_index < 0:  # nothing has begun: there is no reference to brake from
+                return self._leave(measured)
             sequence.brake()
             self._enter(STOP)
         sequence.step(measured, self.reference, cycle)
@@ -141,9 +140,12 @@ class Supervisor:
         elif sequence.failure:
             self.fault = ("experiment", "", sequence.failure)
         elif sequence.finished and self._at_rest(measured) and self._vented():
-            self._rest(measured)
-            drive.disable(True)
-            self._enter(DISABLE)
+            self._leave(measured)
+
+    def _leave(self, measured: dict[str, float]) -> None:
+        self._rest(measured)
+        self._drive.disable(True)
+        self._enter(DISABLE)
 
     def _at_rest(self, measured: dict[str, float]) -> bool:
         """Whether the motor has stood still for a while; its reference being at rest does not say so."""
@@ -188,13 +190,11 @@ class Supervisor:
         self.command.update(self._safe)
         if self._target:
             self.command[self._target] = measured[self._position]
+        self._drive.step(measured, self.command)
         if self.state == DISABLE:
-            self._drive.step(measured, self.command)
             if self._is_off() or self._age >= self._cycles[DISABLE]:
                 self._drive.disable(False)
                 self._enter(SAFE)
-            return
-        self._drive.step(measured, self.command)
-        if self._age >= self._cycles[SAFE] and (self._is_off() or self._age >= self._cycles[DONE]):
+        elif self._age >= self._cycles[SAFE] and (self._is_off() or self._age >= self._cycles[DONE]):
             self.confirmed = self._is_off()
             self._enter(DONE)

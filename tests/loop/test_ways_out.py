@@ -111,12 +111,42 @@ def test_a_stop_asked_twice_takes_the_torque_off_at_once(tmp_path):
     assert_safe_end(out, inputs.rig)
 
 
-@pytest.mark.parametrize("cycle", [0, 50, 101, 130])
+@pytest.mark.parametrize("cycle", [0, 50, *range(100, 110), 130])
 def test_a_stop_before_anything_moves_is_safe_too(cycle, tmp_path):
     inputs = tiny_inputs(tmp_path)
     out = run_in_memory(inputs, requests=Quiet(stop_at=cycle))
     assert out.result.outcome == "stopped"
     assert_safe_end(out, inputs.rig)
+
+
+MODE_BYTE = 18  # of the inputs: the mode that the drive reports
+
+
+def test_a_drive_that_changes_its_mode_by_itself_trips(tmp_path):
+    inputs = tiny_inputs(tmp_path)
+    out = run_in_memory(inputs, _from(TRIAL, lambda e: _poke(e, MODE_BYTE, b"\x01")))
+    assert (out.result.outcome, out.result.trip.cause, out.result.trip.cycle) == ("tripped", "drive", TRIAL)
+    assert "reports mode 1 (0x6061), asked for 9" in out.result.cause
+    assert_safe_end(out, inputs.rig)
+
+
+@pytest.mark.parametrize(("until", "outcome"), [(500, "completed"), (10**9, "tripped")])
+def test_a_drive_has_time_to_change_its_mode_and_nothing_moves_before(until, outcome, tmp_path):
+    inputs = tiny_inputs(tmp_path)
+    out = run_in_memory(inputs, lambda e, model: _poke(e, MODE_BYTE, b"\x01") if e.cycle < until else e)
+    assert out.result.outcome == outcome
+    assert "cannot be enabled: it reports mode 1 (0x6061), asked for 9" in out.result.cause or outcome == "completed"
+    assert max(abs(s[6]["motor_speed_m_s"]) for s in out.memory.samples if s[0] < 500) < 1e-4
+    assert_safe_end(out, inputs.rig)
+
+
+def test_a_drive_that_says_it_is_on_when_the_bus_closes_is_not_called_off(tmp_path):
+    """A drive on wires is off for the loop where the enabling output is; its own status word may know better."""
+    inputs = tiny_inputs(tmp_path)
+    assembly, backend = assemble(inputs.rig, inputs.experiment), Between(SimBackend(inputs.rig, inputs.plant, 1))
+    backend.drive_off = False
+    result = run(inputs.rig, backend, assembly.supervisor, assembly.envelope, assembly.decoder, assembly.encoder, Memory(), Quiet(stop_at=50))
+    assert assembly.supervisor.confirmed and not result.confirmed
 
 
 def test_a_recorder_that_fails_ends_the_run(tmp_path):
