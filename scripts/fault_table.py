@@ -51,9 +51,12 @@ FOOT = """
 - A **lost supply** and an **inlet stuck closed** show only while a muscle is filled; an **exhaust stuck closed** only while
   one is vented. During a trial no valve switches, so they wait until its end.
 - A **stuck pressure sensor** looks, while a muscle is filled, like an inlet that does not open, and while it is vented like
-  an exhaust that does not: the sentence names the valve, the operator looks at both. Filling goes on for the 0.8 s.
+  an exhaust that does not: the sentence names the valve, the operator looks at both. Filling goes on for 0.8 to 1.6 s, in which the muscle may
+  reach the supply's pressure.
 - A valve that is **stuck** cannot be brought into its safe state. Its opposite, and the drive, are.
-- A **drive on wires** (bench_analog) says nothing of itself; a fault in it shows in the travel alone.
+- An **inlet stuck open** while a muscle holds shows by a gain of 35 %, by `pressure_max`, or at 97 % of `valves: {supply: …}` (900 kPa absolute where the rig
+  file does not say): write the regulator's pressure there, else it is a drift in the log and no trip.
+- A **drive on wires** (bench_analog) reports its status and its error on the bus, but nobody judges them before the end: a fault in it shows in the travel alone.
 - A frame whose **data** are damaged never gets here: the slaves' and the card's check sequence throw it away. Damage to
   headers that SOEM does not look at (length, frame type) has no effect.
 """

@@ -62,7 +62,7 @@ class ValveSettings:
     vented_pa: float = 3000.0  # above atmosphere
     vented_open: bool = True  # the exhaust stays open once vented
     over_pressure_pa: float = 950e3
-    supply_pa: float = 900e3  # only for the shape of the inlet's flow; learned responses correct it
+    supply_pa: float = 900e3  # the regulator's: shape of the inlet's flow (learned responses correct it), and where an inlet stuck open is told in hold
     atmosphere_pa: float = 101325.0
 
     def __post_init__(self) -> None:
