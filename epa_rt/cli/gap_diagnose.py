@@ -61,6 +61,8 @@ def run(arguments: argparse.Namespace) -> int:
     gate, code = None, COMPLETED
     try:
         write_answer(diagnosis, arguments)
+        if arguments.patch and diagnosis.effects:
+            write_whole(arguments.patch, _patched(given, diagnosis))
         with progress_shown(arguments.quiet) as progress:
             if not arguments.no_plan:
                 diagnosis = replace(diagnosis, next_experiment=planned(given, diagnosis, progress))
@@ -75,12 +77,11 @@ def run(arguments: argparse.Namespace) -> int:
         raise
     show(replace(diagnosis, found_first=()), out)  # before what may fail at a full disk
     write_answer(diagnosis, arguments)
-    _write_pictures(given, diagnosis, gate, arguments)
+    written = (arguments.json, arguments.html, arguments.patch if diagnosis.effects else None, _write_pictures(given, diagnosis, gate, arguments))
     for path in (arguments.json, arguments.html, arguments.patch, arguments.picture):
-        if path is not None and path == arguments.patch and not diagnosis.effects:
-            out.print(f"{path}: not written, no effect is named")
-        elif path is not None and path.exists():
-            out.print(str(path))
+        if path is not None:
+            why = "no effect is named" if not diagnosis.effects else "this rig has no model of the whole that could be drawn"
+            out.print(str(path) if path in written else f"{path}: not written, {why}")
     return code
 
 
@@ -106,13 +107,11 @@ def _diagnosed(given: Opened, arguments: argparse.Namespace, progress: Progress)
 
 
 def _confirmed(given: Opened, diagnosis: "Diagnosis", arguments: argparse.Namespace, progress: Progress) -> "Gate | None":
-    """The gate, where effects are named and the rig can be simulated on the log's own experiment; the patched plant file where it is asked for."""
+    """The gate, where effects are named and the rig can be simulated on the log's own experiment."""
     if not diagnosis.effects:
         return None
     if given.rig is not None and not arguments.no_gate and EXPERIMENT in _shortest(given).attachments:
         return gated(given, diagnosis, arguments.patch, progress)
-    if arguments.patch:
-        write_whole(arguments.patch, _patched(given, diagnosis))
     return None
 
 
@@ -146,13 +145,14 @@ def write_answer(diagnosis: "Diagnosis", arguments: argparse.Namespace) -> None:
         write_whole(arguments.json, json_text(diagnosis))
 
 
-def _write_pictures(given: Opened, diagnosis: "Diagnosis", gate: "Gate | None", arguments: argparse.Namespace) -> None:
+def _write_pictures(given: Opened, diagnosis: "Diagnosis", gate: "Gate | None", arguments: argparse.Namespace) -> Path | None:
+    """The page and the picture; the latter's path where there was anything to draw."""
     from epa_rt.gap.report.page import gap_page
     from epa_rt.gap.report.picture import gap_picture
     from epa_rt.gap.report.traces import alongside_trace, traces
 
     if not (arguments.html or arguments.picture):
-        return
+        return None
     curves = _curves(given, diagnosis, traces) if diagnosis.effects else ()
     if arguments.html:
         write_whole(arguments.html, gap_page(diagnosis, curves))
@@ -160,6 +160,8 @@ def _write_pictures(given: Opened, diagnosis: "Diagnosis", gate: "Gate | None", 
         trace = alongside_trace(given.subject, gate.real, gate.before, gate.after, gate.twin, _worst(diagnosis)) if gate else next((one for one in curves if not one.is_error), None)
         if trace is not None:
             write_whole(arguments.picture, gap_picture(diagnosis, trace))
+            return arguments.picture
+    return None
 
 
 def _curves(given: Opened, diagnosis: "Diagnosis", traces: "Callable") -> tuple:
@@ -171,8 +173,11 @@ def _curves(given: Opened, diagnosis: "Diagnosis", traces: "Callable") -> tuple:
 
 
 def _shortest(given: Opened) -> "Recording":
-    """Of the logs to be judged the one that is run again and drawn."""
-    return min(given.holdout or given.recordings, key=lambda one: one.samples)
+    """Of the logs to be judged the one that is run again and drawn: without a hold-out one of those whose last trial was set aside, the last log where none has several."""
+    from epa_rt.gap.alongside import trials
+
+    judged = given.holdout or [one for one in given.recordings if len(trials(one)) > 1] or given.recordings[-1:]
+    return min(judged, key=lambda one: one.samples)
 
 
 def _worst(diagnosis: "Diagnosis") -> str | None:

@@ -48,14 +48,15 @@ def catalogue_command(given: Opened) -> str:
 
 
 def open_rig(rig: Path, plant: Path | None) -> "tuple[Subject, Rig | None, Path | None]":
-    """The subject, the typed rig and the plant file's path; the last two None for a rig that is not ours. Raises ConfigError."""
+    """The subject, the typed rig (None for a rig that is not ours) and the plant file's path. Raises ConfigError."""
     from epa_rt.cli.inputs import load_plant_of
     from epa_rt.config.rig import load_rig
     from epa_rt.gap.foreign import is_foreign, open_foreign
     from epa_rt.gap.house import HouseSubject
 
     if is_foreign(rig):
-        return open_foreign(rig, plant), None, plant
+        subject = open_foreign(rig, plant)
+        return subject, None, plant or subject.rig.plant
     typed = load_rig(rig)
     _, read_plant = load_plant_of(rig, typed, plant)
     return HouseSubject(typed, read_plant), typed, plant or rig.parent / typed.plant
@@ -78,6 +79,7 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
     if rig is None:
         check_columns(subject, arguments.rig, recordings)
     findings = (*check(recordings, rig), *((*check_sizes(recordings, subject.rig), *check_dead(recordings, subject.rig)) if rig is None else ()))
+    findings = findings if rig is not None else _of_used(findings, subject)
     _refused(findings)
     cleaned, n = clean(recordings, findings), len(arguments.logs)
     if rig is None:
@@ -88,6 +90,12 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
         findings = (*findings, *counted, *_without_experiment(cleaned))
         cleaned = tuple(_with_rig(one, arguments.rig) for one in cleaned)
     return Opened(subject, rig, plant, cleaned[:n], cleaned[n:], tuple(dict.fromkeys(finding.says for finding in findings)))
+
+
+def _of_used(findings: "Sequence[Finding]", subject: "Subject") -> "tuple[Finding, ...]":
+    """What is wrong with a column that a rig of others does not use is a note."""
+    used = set(subject.rig.channels.values())
+    return tuple(dataclasses.replace(one, severity="note") if one.severity == "refuse" and one.channel and one.channel not in used else one for one in findings)
 
 
 def _refused(findings: "Sequence[Finding]") -> None:

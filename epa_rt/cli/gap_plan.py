@@ -43,6 +43,7 @@ def run(arguments: argparse.Namespace) -> int:
     except PatchError as error:
         raise VerbError(str(error)) from None
     given = opened(arguments)
+    check_spares(arguments.out, (given.plant,))
     try:
         check_rig(diagnosis, given.subject)
     except PatchError as error:

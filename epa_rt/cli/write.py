@@ -15,9 +15,14 @@ def write_whole(path: Path, text: str) -> None:
             raise VerbError(f"{path}: found a log, expected another name (no log is overwritten)")
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile("w", encoding="utf-8", errors="backslashreplace", dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
-            file.write(text)
-        os.chmod(file.name, 0o644)
-        os.replace(file.name, path)
+            try:
+                file.write(text)
+                file.flush()
+                os.chmod(file.name, 0o644)
+                os.replace(file.name, path)
+            except BaseException:
+                os.unlink(file.name)  # a full disk, or Ctrl-C: no scraps
+                raise
     except OSError as error:
         raise VerbError(f"{path}: cannot be written ({error.strerror})", FAILED) from None
 

@@ -22,7 +22,7 @@ from epa_rt.gap.verdict import said_of_moved
 from epa_rt.gap.weigh import Weighed, weighed
 
 SILENT = ("no_gap", "not_excited")               # verdicts that say of no place that anything is wrong
-NAMELESS = ("no_gap", "not_in_catalogue")        # verdicts beside which no name stands
+NAMELESS = (*SILENT, "not_in_catalogue")         # verdicts beside which no name stands
 
 
 def composed(subject: Subject, recordings: Sequence[Recording], found: Attribution, rows: Sequence[Shrinkage] = (), unseen: bool = True,

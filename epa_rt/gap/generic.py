@@ -70,7 +70,7 @@ class _Grams:
 def designed(residuals: Mapping[str, np.ndarray], states: Mapping[str, Mapping[str, np.ndarray]], floor: Floor, rate_hz: float) -> Design:
     """The terms of a link. ``residuals``: recording name to (n,), NaN where not judged; ``states``: to ``Subject.features``."""
     names, columns, slices = _columns(states, rate_hz)
-    size = round(BLOCK_S * rate_hz)
+    size = max(round(BLOCK_S * rate_hz), 2 * len(floor.ar))  # whitening takes the first rows of every block: of a slow rig's it would take all
     judged, blocks = {}, []
     for recording, residual in residuals.items():
         table = np.column_stack([columns[recording], np.ones(len(residual))])
@@ -125,7 +125,7 @@ def _columns(states: Mapping[str, Mapping[str, np.ndarray]], rate_hz: float):
         width = next(iter(made.values()))[name].shape[1]
         slices[name] = slice(start, start + width)
         start += width
-    stacked = {recording: np.column_stack([groups[name] for name in shared]) for recording, groups in made.items()}
+    stacked = {recording: np.column_stack([np.empty((len(states[recording][next(iter(states[recording]))]), 0)), *(groups[name] for name in shared)]) for recording, groups in made.items()}
     everything = np.concatenate(list(stacked.values()))
     known = np.isfinite(everything)
     many = np.maximum(known.sum(axis=0), 1)  # a memory of what stands still has no value at all

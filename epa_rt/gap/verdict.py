@@ -79,7 +79,7 @@ def untested(typical: Mapping[str, float], names: Sequence[str], bars: Bars = BA
 
 def informed(links: Mapping[str, Sequence[str]], silent: Sequence[str], bars: Bars = BARS) -> tuple[str, ...]:
     """Links that these logs can judge. ``links``: to the effects that touch each; ``silent``: effects that were not tested."""
-    return tuple(name for name, own in links.items() if own and len(set(own) & set(silent)) <= bars.mostly * len(own))
+    return tuple(name for name, own in links.items() if len(set(own) & set(silent)) <= bars.mostly * len(own))
 
 
 def said(verdict: Verdict, effects: Sequence[str], sets: Sequence[Sequence[str]], links: Sequence[str], part: float, not_tested: int, of: int,

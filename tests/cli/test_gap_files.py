@@ -24,6 +24,14 @@ def test_a_folder_that_cannot_be_made_is_one_sentence(tmp_path):
         write_whole(tmp_path / "file/gap.json", "x")
 
 
+def test_a_disk_that_fills_leaves_the_old_file_and_no_scraps(tmp_path, monkeypatch):
+    write_whole(tmp_path / "gap.json", "one")
+    monkeypatch.setattr("os.replace", lambda *_: (_ for _ in ()).throw(OSError(28, "No space left on device")))
+    with pytest.raises(VerbError, match="No space left"):
+        write_whole(tmp_path / "gap.json", "two")
+    assert [file.name for file in tmp_path.iterdir()] == ["gap.json"] and (tmp_path / "gap.json").read_text() == "one"
+
+
 @pytest.mark.parametrize("name, words", [("gap.txt", "expected .json"), ("gap", "found the ending ''")])
 def test_endings_are_checked_before_any_work(name, words, tmp_path):
     with pytest.raises(VerbError, match=words):

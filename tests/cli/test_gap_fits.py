@@ -2,6 +2,7 @@
 
 import shutil
 
+import numpy as np
 import pytest
 
 from epa_rt.cli.main import main
@@ -61,12 +62,12 @@ def test_a_column_that_the_rig_of_others_names_and_the_log_lacks(tmp_path, capsy
     assert "a.mcap: found no column motor_force_n, expected what " in refused(capsys, "localise", "--rig", ROOT / "config/rigs_foreign/emps.yaml", tmp_path / "a.mcap")
 
 
-def imported_carriage(tmp_path, scale: str, rows: int = -1):
+def imported_carriage(tmp_path, scale: str, rows: int = -1, rate: str = "500 Hz"):
     """A carriage's log whose force the mapping reads with a scale; its first ``rows`` alone."""
     made = with_output("carriage", {})
     table = list(zip(*(made.columns[name] for name in ("carriage_position_m", "motor_force_n")), strict=True))
     (tmp_path / "a.csv").write_text("x,f\n" + "".join(f"{x:.9g},{f:.9g}\n" for x, f in table[:rows]))
-    (tmp_path / "m.yaml").write_text("mapping: emps\nrig: emps\nformat: {kind: csv}\nclock: {rate: 500 Hz}\nmeasured:\n"
+    (tmp_path / "m.yaml").write_text(f"mapping: emps\nrig: emps\nformat: {{kind: csv}}\nclock: {{rate: {rate}}}\nmeasured:\n"
                                      f"  carriage_position_m: {{column: x, unit: m}}\n  motor_force_n: {{column: f, unit: N, scale: {scale}}}\n")
     assert main(["import", str(tmp_path / "m.yaml"), str(tmp_path / "a.csv"), "-o", str(tmp_path / "a.mcap")]) == 0
     return tmp_path / "a.mcap"
@@ -77,6 +78,52 @@ def test_a_wrong_unit_on_a_rig_of_others(tmp_path, capsys):
     capsys.readouterr()
     said = refused(capsys, "localise", "--rig", ROOT / "config/rigs_foreign/emps.yaml", log)
     assert "motor_force_n: found" in said and "they look too large, a unit or a scale of the import may be wrong" in said
+
+
+@pytest.mark.parametrize("rate", ["250 Hz", "80 Hz"])
+def test_a_log_at_a_rate_that_is_no_multiple_of_the_rigs(rate, tmp_path, capsys):
+    """Its trials would be looked for where they are not."""
+    log = imported_carriage(tmp_path, "1", rate=rate)
+    capsys.readouterr()
+    assert f"a.mcap: found {rate}, expected a multiple of 100 Hz, the rate of " in refused(capsys, "localise", "--rig", ROOT / "config/rigs_foreign/emps.yaml", log)
+
+
+@pytest.mark.parametrize("severity", ["refuse", "exclude"])
+def test_what_is_wrong_with_a_column_that_the_rig_does_not_use_is_a_note(severity):
+    from types import SimpleNamespace
+
+    from epa_rt.cli.gap_inputs import _of_used
+    from epa_rt.gap.hygiene_finding import Finding
+
+    subject = SimpleNamespace(rig=SimpleNamespace(channels={"position": "x_m"}))
+    found = [Finding(severity, "units", "a", channel, "a: x") for channel in ("x_m", "jaw_torque_nm", "")]
+    assert [one.severity for one in _of_used(found, subject)] == [severity, "note" if severity == "refuse" else severity, severity]
+
+
+def test_the_believed_plant_file_of_a_rig_of_others_is_not_written_over(tmp_path, capsys):
+    for folder in ("rigs_foreign", "plants_foreign"):
+        (tmp_path / folder).mkdir()
+        shutil.copy(ROOT / f"config/{folder}/emps.yaml", tmp_path / folder)
+    rig, plant, before = tmp_path / "rigs_foreign/emps.yaml", tmp_path / "plants_foreign/emps.yaml", (tmp_path / "plants_foreign/emps.yaml").read_bytes()
+    log = imported_carriage(tmp_path, "1")
+    capsys.readouterr()
+    assert "found a file that is read here" in refused(capsys, "diagnose", "--rig", rig, log, "--patch", plant)
+    (tmp_path / "gap.json").write_text("{}")
+    assert main(["gap", "patch", str(tmp_path / "gap.json"), "--rig", str(rig), "-o", str(plant)]) == 2
+    assert "the plant file that was diagnosed" in capsys.readouterr().err and plant.read_bytes() == before
+
+
+@pytest.mark.parametrize(("trials", "chosen"), [({"a": 1, "b": 3}, "b"), ({"a": 2, "b": 3}, "a"), ({"a": 1, "b": 1}, "b")])
+def test_the_gate_runs_a_log_of_which_something_was_set_aside(trials, chosen):
+    from types import SimpleNamespace
+
+    from epa_rt.cli.gap_diagnose import _shortest
+    from epa_rt.gap.recording import Recording, Span
+
+    logs = [Recording(name, "", "rig", "", "", 0.01, np.arange(300 * count), {"x_m": np.zeros(300 * count)},
+                      tuple(Span(f"trial {k}", 300 * k, 300 * (k + 1), True) for k in range(count))) for name, count in trials.items()]
+    assert _shortest(SimpleNamespace(holdout=(), recordings=tuple(logs))).name == chosen
+    assert _shortest(SimpleNamespace(holdout=tuple(logs), recordings=())).name == "a"
 
 
 def test_a_turned_sign_on_a_rig_of_others_is_said_first(tmp_path, capsys):
@@ -109,7 +156,7 @@ def test_a_column_that_its_kind_can_do_without_may_lack():
     subject = open_subject(ROOT / "config/rigs_foreign/so101_elbow.yaml")
     needed = [subject.rig.channels[channel.role] for channel in subject.rig.component.channels if channel.required]
     assert 0 < len(needed) < len(subject.rig.channels)
-    check_columns(subject, RIG, [SimpleNamespace(rig=subject.name, path="a.mcap", columns=dict.fromkeys(needed))])
+    check_columns(subject, RIG, [SimpleNamespace(rig=subject.name, path="a.mcap", period_s=0.02, columns=dict.fromkeys(needed))])
 
 
 def test_a_folder_that_takes_no_file_is_said_before_the_work(log, tmp_path, capsys):

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from epa_rt.gap.colour import autocovariance, levinson
+from epa_rt.gap.colour import autocovariance, levinson, white_size
 from epa_rt.gap.floor import TWINS, Floor, floors
+from epa_rt.gap.foreign.signals import lowpass
 from tests.gap import toy
 from tests.gap.house.runs import plant_with, recorded, subject
 
@@ -120,3 +121,12 @@ def test_the_floor_of_last_resort_knows_what_a_low_pass_has_taken(lowpass_hz):
     log = toy.recording("log", 3, {})
     calm = np.r_[subject.residual(log, {}, "drive")[:3500], subject.residual(log, {}, "drive")[4500:]]
     assert floors(subject, [log], {})["drive"].rms == pytest.approx(np.sqrt(np.mean(calm**2)), rel=0.1)
+
+
+def test_stretches_shorter_than_the_filters_periods_still_have_noise():
+    """Strokes of a third of a second between rests, behind 4 Hz: 36 rows would be wanted, and the floor was nothing."""
+    passed = lowpass(0.02 * np.random.default_rng(3).standard_normal(6000), 100.0, 4.0)
+    size = passed.std()
+    for start in range(0, 6000, 30):
+        passed[start + 24:start + 30] = np.nan
+    assert white_size([passed], 100.0, 4.0) == pytest.approx(size, rel=0.2)

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from epa_rt.gap.answer import NAMELESS
 from epa_rt.gap.coverage import Coverage, broken, coverage, gaps, passed_over, trust
 from epa_rt.gap.diagnosis import Number
 from epa_rt.gap.generic import GenericFit
@@ -73,6 +74,14 @@ def test_noise_that_nothing_foresees_and_a_shape_within_the_methods_own_misfit_a
 
 def test_link_of_whose_effects_few_were_tested_is_not_judged():
     assert informed({"gas": ("leak", "droop"), "drive": ("cogging", "backlash")}, ("cogging", "backlash", "leak")) == ("gas",)
+
+
+def test_a_link_whose_effects_are_all_left_out_is_judged():
+    assert informed({"gas": (), "drive": ("cogging",)}, ("cogging",)) == ("gas",)
+
+
+def test_no_name_stands_beside_a_verdict_that_says_of_no_place_that_anything_is_wrong():
+    assert {"no_gap", "not_excited", "not_in_catalogue"} == set(NAMELESS)
 
 
 def test_a_name_is_trusted_less_the_more_its_law_leaves():

@@ -18,7 +18,7 @@ def rate_pa_s(p: np.ndarray, n: Numbers) -> np.ndarray:
     if n["leak.orifice_per_s"] != 0.0:
         rate = rate - n["leak.orifice_per_s"] * p * _outflow(ambient / np.maximum(p, ambient))
     if n["leak.power_per_s"] != 0.0:
-        rate = rate - n["leak.power_per_s"] * over * (over / ambient) ** n["leak.power_ratio"]
+        rate = rate - n["leak.power_per_s"] * over * np.maximum(over / ambient, 1e-12) ** n["leak.power_ratio"]  # a power below 0 has no value where nothing stands over
     if n["leak.pressure_opened_per_s"] != 0.0:
         rate = rate - n["leak.pressure_opened_per_s"] * np.maximum(p - n["leak.opens_at_pa"], 0.0)
     if n["leak.supply_per_s"] != 0.0:

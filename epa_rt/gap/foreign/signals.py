@@ -1,6 +1,6 @@
 """Columns of a recording on a full grid, and the zero-phase filter that every residual passes."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,15 +23,10 @@ class Signals:
     columns: dict[str, np.ndarray]
     valid: dict[str, np.ndarray]
     spans: tuple[Span, ...] = ()
-    found: list[str] = field(default_factory=list)
 
     @property
     def samples(self) -> int:
         return len(next(iter(self.columns.values())))
-
-    @property
-    def time_s(self) -> np.ndarray:
-        return np.arange(self.samples) / self.rate_hz
 
     def lowpass(self, values: np.ndarray) -> np.ndarray:
         return lowpass(values, self.rate_hz, self.lowpass_hz)

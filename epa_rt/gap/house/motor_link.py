@@ -7,15 +7,10 @@ import numpy as np
 from epa_rt.gap.house.compiled import compiled
 from epa_rt.models.blocks import bus, drive, motor, transmission
 from epa_rt.models.blocks.friction import slider
-from epa_rt.models.ports import STATE
 
 STEPS = 2
 WATCH_S = 0.5  # the speed loop's integral is led to the measured current this slowly: rounding must not add up in it
 STANDING_S = 0.05  # and this fast where only rounding is left of the motion, or nothing is known of it
-
-
-def new_ring() -> np.ndarray:
-    return np.zeros(1, STATE)
 
 
 @compiled

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from epa_rt.gap.foreign import servo_model
+from epa_rt.gap.foreign.chamber_laws import rate_pa_s
 from epa_rt.gap.foreign.operators import dahl, lugre, play
 from epa_rt.gap.foreign.repeats import lap_differences, lap_samples
 from epa_rt.gap.foreign.signals import shifted
@@ -41,6 +42,14 @@ def test_a_chamber_that_leaks_exponentially(rate):
     assert np.nanmax(np.abs(left)) < 30.0          # Pa, of 700 kPa
     run = subject.free_run(made, {"chamber.stand_leak_per_s": 0.0, "leak.linear_per_s": rate}, None).columns["chamber_pressure_pa"]
     assert np.max(np.abs(run - pressure)) < 300.0
+
+
+@pytest.mark.parametrize("power", [-0.5, -0.1, 0.0, 0.5])
+def test_a_leak_by_a_power_of_the_pressure_ends_where_nothing_stands_over(power):
+    over = np.array([-2e3, 0.0, 1.0, 5e5])
+    subject = subject_of("chamber")
+    rate = rate_pa_s(101_325.0 + over, {**subject.rig.settings, **subject.plant.numbers, "chamber.stand_leak_per_s": 0.0, "leak.power_per_s": 0.1, "leak.power_ratio": power})
+    assert np.isfinite(rate).all() and rate[1] == 0.0 and rate[3] < -1e3
 
 
 def test_a_servo_without_friction_answers_a_step_as_a_second_order_lag():
