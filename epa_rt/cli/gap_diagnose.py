@@ -122,7 +122,7 @@ def _patched(given: Opened, diagnosis: "Diagnosis") -> str:
 
 
 def gated(given: Opened, diagnosis: "Diagnosis", patch: Path | None, progress: Progress) -> "Gate":
-    """Writes the patched plant file (a passing one where no name is given) and runs it. Raises VerbError."""
+    """Writes the patched plant file (a passing one where no name is given) and runs it. Raises VerbError, ConfigError where the log's own files are broken."""
     from epa_rt.cli.gap_simulate import Simulator
     from epa_rt.gap.gate import GateError, gate
 
@@ -138,7 +138,7 @@ def gated(given: Opened, diagnosis: "Diagnosis", patch: Path | None, progress: P
 
 
 def write_answer(diagnosis: "Diagnosis", arguments: argparse.Namespace) -> None:
-    """The JSON as far as it is known, so that an interruption later loses nothing."""
+    """The JSON as far as it is known, so that an interruption later loses nothing; without --json nothing. Raises VerbError where it cannot be written."""
     from epa_rt.gap.report.as_json import json_text
 
     if arguments.json:

@@ -72,7 +72,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def planned(given: Opened, diagnosis: "Diagnosis", progress: "Callable[[str, float], None]", within_family: bool = False) -> "NextExperiment | None":
-    """The next experiment; None where nothing is to be told apart, or none of the menu can be run."""
+    """The next experiment; None where nothing is to be told apart, or none of the menu can be run.
+
+    ``progress``: stage and share, 0 to 1. Raises VerbError where the log lacks what a run needs or a run cannot be recorded.
+    """
     from epa_rt.cli.gap_simulate import Simulator
     from epa_rt.gap.menu import menu
     from epa_rt.gap.own_loop import judged_by

@@ -27,8 +27,7 @@ WITHIN = 0.55        # of a step: a reading that stands still says that the valu
 
 
 class AsOne:
-    """A subject with one link from commands to all measured channels, in deviations of their noise, interleaved sample by sample.
-    Only trials are judged."""
+    """A subject with one link from commands to all measured channels, in deviations of their noise, interleaved sample by sample. Only trials are judged."""
 
     finite_step = 1e-4   # a knee's run bends: with a hundred times that a payload and the mass that hides it look 6 % unlike, and no fit finds the way
 
@@ -44,9 +43,11 @@ class AsOne:
         self._bases: dict[tuple, np.ndarray] = {}
 
     def touched(self, key: str) -> tuple[str, ...]:
+        """The one link, whatever the knob."""
         return (LINK,)
 
     def prepare(self, recording: Recording) -> "Held":
+        """What ``apart`` holds a run against, of the recording up to its last trial's end where the subject has ``upto``."""
         end = _judged_to(recording)
         return held(self._upto(recording, end) if self._upto and end < recording.samples else recording, self.meters)
 
@@ -55,8 +56,7 @@ class AsOne:
         return self._by(self._subject.free_run, prepared, values)
 
     def change(self, prepared: "Held", values: Values, at: Values, far: bool = False) -> np.ndarray | None:
-        """(n,) residual at ``values`` less that at ``at`` by the rougher model, the roughest where they are ``far`` apart; None where there is none, or one of the two is
-        no number."""
+        """(n,) residual at ``values`` less that at ``at`` by the rougher model, the roughest where they are ``far`` apart; None without one, or where one is no number."""
         if not self._rough:
             return None
         made, base = self._by(self._rough[far], prepared, values), self._base(prepared, at, far)
@@ -76,6 +76,7 @@ class AsOne:
         return apart(prepared, run(prepared.recording, values, None), self.meters).ravel()
 
     def features(self, prepared: "Held", link: str) -> Mapping[str, np.ndarray]:
+        """{}: a whole rig has no inputs but its commands."""
         return {}
 
 
@@ -94,8 +95,7 @@ class Meter(NamedTuple):
 
 
 class Held(NamedTuple):
-    """A recording and by channel, trial by trial, (n,) how far each average may be off unnoticed: a reading that stands still says only
-    that the value lies within its step, and one that no noise carries to and fro over an edge no more."""
+    """A recording and by channel, trial by trial, (n,) how far each average may be off unnoticed: by WITHIN of its step where it stands still, or no noise carries it over an edge."""
 
     recording: Recording
     within: Mapping[str, list[np.ndarray]]

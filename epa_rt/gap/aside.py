@@ -30,9 +30,11 @@ class Part:
         return Part(self._subject.doubted({name: one for name, (one, _) in prepared.items()}), self._windows)
 
     def prepare(self, recording: Recording) -> tuple[object, Recording]:
+        """What the subject prepares, and the recording, whose name finds its windows."""
         return self._subject.prepare(recording), recording
 
     def residual(self, prepared: tuple[object, Recording], values: Values, link: str) -> np.ndarray:
+        """As Subject.residual, NaN outside the recording's windows besides; everywhere where it has none."""
         inner, recording = prepared
         found = self._subject.residual(inner, values, link)
         outside = np.ones(len(found), bool)
@@ -42,6 +44,7 @@ class Part:
         return np.where(outside, np.nan, found)
 
     def free_run(self, recording: Recording, values: Values, seed: int | None) -> Recording | None:
+        """As Subject.free_run, under the recording's own name."""
         found = self._subject.free_run(recording, values, seed)
         return found and replace(found, name=recording.name)   # so that its windows are those of the recording
 
@@ -54,6 +57,7 @@ class Part:
         return any(start <= span.start and span.stop <= stop for start, stop in self._windows[name])
 
     def features(self, prepared: tuple[object, Recording], link: str) -> Mapping[str, np.ndarray]:
+        """As Subject.features, inside the windows and outside."""
         return self._subject.features(prepared[0], link)
 
 

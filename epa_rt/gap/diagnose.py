@@ -22,7 +22,7 @@ def diagnose(subject: Subject, recordings: Sequence[Recording], holdout: Sequenc
 
     ``holdout``: recordings for the shrinkage; without any, the last trial of every log is set aside. ``without``: effects
     left out of the catalogue. ``repeats``: as ``floor.floors`` takes them. ``progress(stage, share)`` is called from this
-    thread. Raises Stopped when ``stop()`` says so.
+    thread. Raises Stopped when ``stop()`` says so, KeyError where a recording lacks a column or ``repeats`` name one that is not there.
     """
     begun = time.monotonic()
     given = (recordings, holdout, tuple(without), repeats, seed, floors, how_far)

@@ -59,7 +59,8 @@ def floors(subject: Subject, recordings: Sequence[Recording], values: Values, re
            seed: int = 0) -> dict[str, Floor]:
     """Link name to its floor at these nominal values; links that the recordings never let judge are left out.
 
-    ``repeats``: groups of recording names that are runs of one experiment.
+    ``repeats``: groups of recording names that are runs of one experiment. Raises KeyError where one is of no recording, a recording lacks a column,
+    or a number of ``values`` is unknown.
     """
     own = {r.name: _residuals(subject, r, values) for r in recordings}
     twins = {r.name: _twins(subject, r, values, seed) for r in recordings}

@@ -44,7 +44,7 @@ def gate(subject: Subject, real: Recording, believed: Path, patched: Path, run_a
     and the noise of the recording, make the floor, what they differ by from the log the gap that is left. ``predicted``: rows of ``shrinkage``; those in free run against the plant file
     on this log are held against what is achieved. Shares are of all channels together, each in units of its floor;
     ``points`` is achieved minus predicted in percent, ``passed`` whether within 5. Raises GateError where a file does not
-    load or a run does not reach all trials.
+    load, a run does not reach all trials, or no channel is in both; and whatever ``run_again`` raises.
     """
     for path in (believed, patched):
         _check(path)

@@ -38,6 +38,7 @@ class GenericFit:
 
     @property
     def misfit(self) -> float:
+        """s^2, the chi-square per whitened sample that even this model leaves; at least 1."""
         return max(self.after, 1.0)
 
 

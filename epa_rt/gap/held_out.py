@@ -34,11 +34,13 @@ def _block_by_block(rows: Sequence[Shrinkage]) -> list[Shrinkage]:
 
 
 def said_of_held_out(row: Shrinkage) -> str:
+    """The sentence on what ``not_carried_over`` found; ``before`` and ``floor`` in the channel's unit."""
     return f"With the nominal parameters refitted no block of the fitted logs has a gap that could be foreseen, but on the logs set aside {row.channel} is {row.before / row.floor:.1f} x " \
            "its noise floor: what these values hide does not carry over, and no effect of the catalogue explains it."
 
 
 def said_of_not_closed(row: Shrinkage) -> str:
+    """The sentence on what ``not_closed`` found; ``before``, ``after`` and ``floor`` in the channel's unit."""
     before, after = row.before / row.floor, row.after / row.floor
     if after > before:
         return f"On the logs set aside it makes {row.channel} worse, {after:.1f} x its noise floor where it was {before:.1f} x: something else is missing."
@@ -46,5 +48,6 @@ def said_of_not_closed(row: Shrinkage) -> str:
 
 
 def said_of_unforeseen(channel: str, times: float) -> str:
+    """The sentence on a channel that is so many ``times`` its floor and that no measured state foresees."""
     return f"{channel} is {times:.1f} x its noise floor with the nominal parameters refitted, and nothing that was measured foresees it: a disturbance from outside, a law that hangs on what was " \
            "not measured, or noise that the floor does not know; no effect of the catalogue explains it."

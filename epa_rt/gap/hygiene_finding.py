@@ -41,7 +41,7 @@ def judged_rows(recording: Recording, trials_only: bool = False) -> np.ndarray:
 
 
 def seconds(recording: Recording, row: int) -> float:
-    """When a row was, from the first one on."""
+    """When a row was, s from the first one on, lost cycles counted. Raises IndexError past the last."""
     return float(recording.cycle[row] - recording.cycle[0]) * recording.period_s
 
 

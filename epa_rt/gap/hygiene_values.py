@@ -45,7 +45,7 @@ def check_values(recording: Recording, rig: Rig | None) -> list[Finding]:
 
 
 def scaling_of_row(rig: Rig, name: str) -> Scaling | None:
-    """How a row's counts become SI; None for bits and words."""
+    """How a row's counts become SI; None for bits, words and raw counts. Raises KeyError where the rig has no such row."""
     row = rig.row(name)
     slave, entry_name = row.entry.split(".")
     entry = next(e for s in rig.slaves if s.name == slave for e in entries_of(s, row.is_output) if e.name == entry_name)

@@ -38,6 +38,7 @@ class Rest:
         self.lowpass_hz = getattr(subject, "lowpass_hz", subject.rate_hz)
 
     def touched(self, key: str) -> tuple[str, ...]:
+        """As Subject.touched, less the link that was left out."""
         return tuple(link for link in self._subject.touched(key) if link != self._without)
 
     def told(self, recording: Recording) -> bool:

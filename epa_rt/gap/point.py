@@ -101,10 +101,12 @@ def solve(matrix: np.ndarray, vector: np.ndarray, prior: np.ndarray, z: np.ndarr
 
 
 def z_of(problem: Problem, keys, values) -> np.ndarray:
+    """(k,) distance of each key from its plant-file value, in spreads. Raises KeyError for an unknown key."""
     return np.array([(values.get(k, problem.knobs[k].value) - problem.knobs[k].value) / problem.spread(k) for k in keys])
 
 
 def prior_of(problem: Problem, keys) -> np.ndarray:
+    """(k,) 1 for nominal parameters, 0 for effects' knobs. Raises KeyError for an unknown key."""
     return np.array([1.0 if problem.knobs[k].effect is None else 0.0 for k in keys])
 
 

@@ -32,10 +32,9 @@ class Stopped(Exception):
 class Problem:
     """A subject held against recordings.
 
-    ``links``: names of those that have a floor. ``effects``: the catalogue by name. ``misfit``: link to s^2 (at least 1),
-    the chi-square per sample that even a data-driven model leaves; residuals are divided by its root. ``prepared``:
-    recording name to ``Subject.prepare``. ``block_of_fold``: (B,) fold of every block. ``waves``: by effect that swings over an angle where fits begin besides its
-    own starts (waves.py).
+    ``links``: names of those that have a floor. ``effects``: the catalogue by name. ``misfit``: link to s^2 (at least 1), the chi-square per sample that even a
+    data-driven model leaves; residuals are divided by its root. ``prepared``: recording name to ``Subject.prepare``. ``fold_of_block``: (B,) fold of every block.
+    ``waves``: by effect that swings over an angle where fits begin besides its own starts (waves.py).
     """
 
     def __init__(self, subject: Subject, recordings: Sequence[Recording], floors: Mapping[str, Floor], misfit: Mapping[str, float] | None = None,
@@ -113,6 +112,7 @@ class Problem:
         return made
 
     def samples(self, link: str) -> int:
+        """How many samples of a link's residual count, over all recordings. Raises KeyError for an unknown link."""
         return int(self.edges[link][-1])
 
     def _whitened(self, recording: str, link: str, values: Values) -> np.ndarray:
@@ -153,7 +153,7 @@ class Problem:
         return size if at + size <= self.knobs[key].high else -size
 
     def derivative(self, values: Values, key: str, link: str, here: np.ndarray) -> np.ndarray:
-        """(n,) change of a link's residual per spread of a knob; nothing of one that cannot move."""
+        """(n,) change of a link's residual per spread of a knob; nothing of one that cannot move. Raises Stopped, and KeyError for an unknown knob."""
         if self.knobs[key].low == self.knobs[key].high:
             return np.zeros_like(here)
         at = values.get(key, self.knobs[key].value)
@@ -161,7 +161,7 @@ class Problem:
         return self.change({**values, key: at + step}, values, link, here) * (self.spread(key) / step)
 
     def change(self, values: Values, at: Values, link: str, here: np.ndarray, far: bool = False) -> np.ndarray:
-        """(n,) a link's residual at ``values`` less that at ``at``, which is ``here``. ``far``: whether they are as far apart as an effect of typical strength takes them."""
+        """(n,) a link's residual at ``values`` less that at ``at``, which is ``here``. ``far``: as far apart as an effect of typical strength takes them. Raises Stopped."""
         cheaper = getattr(self.subject, "change", None)
         if cheaper is None:
             return self.residual(values, link) - here

@@ -35,7 +35,7 @@ class Fit:
 
 
 def settled(problem: Problem, effects: tuple[str, ...] = (), values: Mapping[str, float] | None = None, rounds: int = POLISH_ROUNDS) -> Point:
-    """Everything free refitted with fresh derivatives: the nominal parameters alone, or with the effects that are on."""
+    """Everything free refitted with fresh derivatives: the nominal parameters alone, or with the effects that are on. Raises Stopped."""
     point = linearised(problem, effects, dict(values or {}))
     for _ in range(rounds):
         after = searched(problem, point)
@@ -58,7 +58,7 @@ def searched(problem: Problem, point: Point, light: bool = False) -> dict[str, f
     """Values after the first of a few lengths of the Gauss-Newton step, bent and straight, then of damped ones, that helps; None where none does.
 
     Far from a valley's floor a damped step falls several times as far as the first that helps, and takes its place where ``light``; on the floor it hardly moves, and a bent
-    one leads along. Fits of blocks begin near, and without it.
+    one leads along. Fits of blocks begin near, and without it. Raises Stopped.
     """
     normal = point.normal
     system = (normal.matrix.sum(axis=(0, 1)), normal.vector.sum(axis=(0, 1)), normal.prior, normal.z, ~normal.frozen)
@@ -120,7 +120,7 @@ class _Trial:
 
 
 def refit(problem: Problem, point: Point, effect: str, start: Mapping[str, float], rounds: int = ROUNDS, enough: float = ENOUGH) -> Fit:
-    """The effect's knobs with everything free at ``point``, from ``start`` (knob key to value), until chi-square falls by less than the part ``enough``."""
+    """The effect's knobs with everything free at ``point``, from ``start`` (knob key to value), until chi-square falls by less than ``enough`` of it. Raises Stopped."""
     new = tuple(k for k in problem.effects[effect].knobs if k not in point.normal.keys)
     keys = point.normal.keys + new
     touched = problem.touched(new)

@@ -112,6 +112,7 @@ class Arena:
         return out
 
     def rmse(self, values: dict[str, float]) -> float:
+        """Root mean square of all links over all logs, in units of their noise. Raises ValueError where no link has noise."""
         return float(np.sqrt(np.mean(self.residual(values) ** 2)))
 
     def answer(self, z: np.ndarray) -> dict:

@@ -47,7 +47,10 @@ def fits(row: str, cell: str) -> bool:
 
 
 def draw(table: dict[str, dict[str, int]], path: Path, title: str, right: Callable[[str, str], bool]) -> None:
-    """A table of counts as a picture; rows true, columns said, the same order on both where they meet; blue right, orange wrong."""
+    """A table of counts as a picture; rows true, columns said, the same order on both where they meet; blue right, orange wrong.
+
+    ``table``: row to column to count. Writes an HTML page, making its folder. Raises ValueError for an empty table.
+    """
     import plotly.graph_objects as go
 
     rows = sorted(table)

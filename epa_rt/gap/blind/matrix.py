@@ -10,7 +10,10 @@ from epa_rt.gap.blind.seal import can_hide, opened
 
 
 def matrix(cases: Path, sealed: Path, diagnoser: str, jobs: int) -> str:
-    """Diagnoses the cases (resumable), draws ``matrix.html`` beside them, and returns a table and a closing line."""
+    """Diagnoses the cases (resumable), draws ``matrix.html`` beside them, and returns a table and a closing line.
+
+    ``jobs``: cases at once. Raises SealError where the truth does not fit the logs, FileNotFoundError where a case has no answer.
+    """
     answers = cases / "answers"
     diagnose_all(sorted(path.parent for path in cases.glob("case_*/case.json")), answers, sealed, diagnoser, jobs, can_hide())
     table: dict[str, dict[str, int]] = {}

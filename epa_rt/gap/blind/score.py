@@ -96,6 +96,7 @@ class Running:
             return process
 
     def stop(self) -> None:
+        """Asks all of them to end (SIGTERM) and lets none start any more; does not wait for them."""
         with self._lock:
             self.stopped = True
             for process in self._processes:

@@ -76,4 +76,5 @@ def hidden_command(folder: Path, command: list[str]) -> list[str]:
 
 
 def python_command(module: str, *arguments: str) -> list[str]:
+    """The command that runs a module with arguments by this very interpreter."""
     return [sys.executable, "-m", module, *arguments]

@@ -37,11 +37,13 @@ def _motion(position_m: np.ndarray, rate_hz: float, n: Numbers) -> Motion:
 
 
 def prepare(signals: Signals, numbers: Numbers) -> Prepared:
+    """The drive's force as measured, N, and the motion of the low-passed position, m, m/s, m/s^2, (N,) each. Raises ValueError where ``lowpass`` does."""
     base = _motion(smoothed(signals, numbers), signals.rate_hz, numbers)
     return Prepared(signals, signals.columns["force"], base, _turned_rad(base, numbers))
 
 
 def residual(prepared: Prepared, numbers: Numbers, link: str, laws: Sequence[Law] = LAWS) -> np.ndarray:
+    """(N,) the drive's force less what ``numbers`` ask of it by EQUATIONS, N, at the log's rate, unfiltered. ``laws``: of friction and stray forces."""
     return prepared.force_n - _through_drive(needed_n(_true_motion(prepared, numbers), numbers, laws), prepared.signals, numbers)
 
 
@@ -91,10 +93,12 @@ def _through_drive(force_n: np.ndarray, signals: Signals, n: Numbers) -> np.ndar
 
 
 def undetermined(prepared: Prepared, numbers: Numbers) -> np.ndarray:
+    """(N,) bool: rows in which the carriage stands still (rests.py)."""
     return at_rest(prepared.signals, prepared.base.speed_m_s, numbers)
 
 
 def features(prepared: Prepared, link: str) -> Mapping[str, np.ndarray]:
+    """(N,) each, at the log's rate: place, speed and acceleration of the low-passed position, m, m/s, m/s^2, and turn of the motor, rad."""
     return motion_features(prepared.base) | {"motor_turn_rad": prepared.turned_rad}
 
 

@@ -38,7 +38,10 @@ class Prepared:
 
 
 def prepare(signals: Signals, numbers: Numbers) -> Prepared:
-    """Finds the holds: the trials of the log (all of it where it has none), each from the moment the pressure starts to fall, after a fill that it holds."""
+    """Finds the holds: the trials of the log (all of it where it has none), each from the moment the pressure starts to fall, after a fill that it holds.
+
+    Times in s, pressures in Pa, low-passed. Rows outside are no longer valid in ``signals``. Raises ValueError where ``lowpass`` does.
+    """
     pressure, good = signals.columns["pressure"], signals.valid["pressure"]
     smooth = signals.lowpass(pressure)
     trials = [(span.start, span.stop) for span in signals.spans if span.trial] or [(0, len(pressure))]
@@ -84,6 +87,7 @@ def _shut(pressure: np.ndarray, rate_hz: float) -> int:
 
 
 def residual(prepared: Prepared, numbers: Numbers, link: str) -> np.ndarray:
+    """(N,) pressure less what the laws take and add since a hold began, Pa, less its mean over the hold's judged rows; 0 outside the holds. At the log's rate, unfiltered."""
     pressure = prepared.signals.columns["pressure"]
     left = np.zeros(len(pressure))
     for hold in prepared.holds:
@@ -97,6 +101,7 @@ def residual(prepared: Prepared, numbers: Numbers, link: str) -> np.ndarray:
 
 
 def features(prepared: Prepared, link: str) -> Mapping[str, np.ndarray]:
+    """(N,) each, at the log's rate: low-passed pressure, Pa, seconds since the hold began, 0 outside the holds. Raises ValueError where ``lowpass`` does."""
     seconds = np.zeros(prepared.signals.samples)
     pressure = prepared.signals.lowpass(prepared.signals.columns["pressure"])
     for hold in prepared.holds:

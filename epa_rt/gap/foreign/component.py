@@ -110,7 +110,7 @@ class Component:
 
 
 def scaled(scale: str, settings: Numbers) -> float:
-    """Value of a scale such as 'typical_force*typical_speed/stroke'; 1 for ''."""
+    """Value of a scale such as 'typical_force*typical_speed/stroke', in SI; 1 for ''. Raises KeyError for an unknown setting."""
     value, sign = 1.0, "*"
     for part in scale.replace("/", " / ").replace("*", " * ").split():
         if part in "*/":

@@ -23,7 +23,10 @@ def items(subject: ForeignSubject) -> tuple[Item, ...]:
 
 
 def simulated(subject: ForeignSubject, item: Item, plant_text: str, like: Recording, seed: int = 1) -> Recording | None:
-    """The recording that a plant (text of its file) would make of an experiment, as noisy as ``like``; None for an unknown one."""
+    """The recording that a plant (text of its file) would make of an experiment, as noisy as ``like``; None for an unknown one.
+
+    Raises ConfigError where the text is no plant file of this rig, KeyError where ``like`` lacks a column that the rig file names.
+    """
     one = next((e for e in subject.menu() if e.name == item.name and e.settings == item.settings), None)
     if one is None or subject.rig.component.free_run is None:
         return None

@@ -21,11 +21,13 @@ class Prepared:
 
 
 def prepare(signals: Signals, numbers: Numbers) -> Prepared:
+    """Pressure over the atmosphere, Pa, and motion, m, m/s, m/s^2, of low-passed channels, (N,) each. Raises ValueError where ``lowpass`` does."""
     moved = motion(smoothed(signals, numbers), signals.rate_hz, numbers["typical_speed"], numbers["middle"], numbers["stroke"])
     return Prepared(signals, signals.lowpass(signals.columns["pressure"]) - numbers["atmosphere"], moved)
 
 
 def residual(prepared: Prepared, numbers: Numbers, link: str) -> np.ndarray:
+    """(N,) measured force less ``predicted_n``, N, at the log's rate, unfiltered."""
     return prepared.signals.columns["force"] - predicted_n(prepared, numbers)
 
 
@@ -43,10 +45,12 @@ def predicted_n(prepared: Prepared, n: Numbers) -> np.ndarray:
 
 
 def undetermined(prepared: Prepared, numbers: Numbers) -> np.ndarray:
+    """(N,) bool: rows in which the piston stands still (rests.py)."""
     return at_rest(prepared.signals, prepared.motion.speed_m_s, numbers)
 
 
 def features(prepared: Prepared, link: str) -> Mapping[str, np.ndarray]:
+    """(N,) each, at the log's rate: pressure over the atmosphere, Pa, place, speed and acceleration, m, m/s, m/s^2."""
     return {"pressure_pa": prepared.over_pa, **motion_features(prepared.motion)}
 
 

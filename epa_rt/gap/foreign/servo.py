@@ -33,6 +33,7 @@ class Prepared:
 
 
 def prepare(signals: Signals, numbers: Numbers) -> Prepared:
+    """Command, rad, factor of the gain and preload, rad/s (1 and 0 where the log has none), (N,) each; starts at the first angle measured, else commanded."""
     columns, count = signals.columns, signals.samples
     start = columns["position"] if "position" in columns and signals.valid["position"].any() else columns["command"]
     return Prepared(signals, columns["command"], columns.get("gain_ratio", np.ones(count)), columns.get("preload", np.zeros(count)), float(start[0]))
@@ -53,10 +54,12 @@ def free_run(prepared: Prepared, n: Numbers) -> Mapping[str, np.ndarray]:
 
 
 def residual(prepared: Prepared, numbers: Numbers, link: str) -> np.ndarray:
+    """(N,) measured angle less that of ``free_run``, rad, at the log's rate, unfiltered."""
     return prepared.signals.columns["position"] - free_run(prepared, numbers)["position"]
 
 
 def features(prepared: Prepared, link: str) -> Mapping[str, np.ndarray]:
+    """(N,) each, at the log's rate: command, rad, its low-passed speed, rad/s, measured angle, rad. Raises ValueError where ``lowpass`` does."""
     signals = prepared.signals
     speed = signals.slope(signals.lowpass(prepared.command_rad))
     return {"command_rad": prepared.command_rad, "command_speed_rad_s": speed, "position_rad": signals.columns["position"]}

@@ -55,19 +55,23 @@ def _as_carriage(numbers: Numbers) -> dict[str, float]:
 
 
 def prepare(signals: Signals, numbers: Numbers) -> carriage.Prepared:
+    """As carriage.prepare, of angle and torque: rad for m, N*m for N."""
     alike = replace(signals, columns={ROLES[role]: values for role, values in signals.columns.items()}, valid={ROLES[role]: values for role, values in signals.valid.items()})
     return carriage.prepare(alike, _as_carriage(numbers))
 
 
 def residual(prepared: carriage.Prepared, numbers: Numbers, link: str) -> np.ndarray:
+    """(N,) the drive's torque less what ``numbers`` ask of it, N*m: as carriage.residual, with the weight that hangs on the shaft."""
     return carriage.residual(prepared, _as_carriage(numbers), link, _ALL)
 
 
 def undetermined(prepared: carriage.Prepared, numbers: Numbers) -> np.ndarray:
+    """(N,) bool: as carriage.undetermined."""
     return carriage.undetermined(prepared, _as_carriage(numbers))
 
 
 def features(prepared: carriage.Prepared, link: str) -> Mapping[str, np.ndarray]:
+    """(N,) each, at the log's rate: low-passed angle, its speed and acceleration, rad, rad/s, rad/s^2, and turn of the motor, rad."""
     m = prepared.base
     return {"angle_rad": m.position_m, "speed_rad_s": m.speed_m_s, "acceleration_rad_s2": m.acceleration_m_s2, "motor_turn_rad": prepared.turned_rad}
 

@@ -26,9 +26,11 @@ class Signals:
 
     @property
     def samples(self) -> int:
+        """N, rows of the full grid."""
         return len(next(iter(self.columns.values())))
 
     def lowpass(self, values: np.ndarray) -> np.ndarray:
+        """(N,) of the recording's rate and cut-off, as ``lowpass``; ValueError where that raises it."""
         return lowpass(values, self.rate_hz, self.lowpass_hz)
 
     def slope(self, values: np.ndarray) -> np.ndarray:
@@ -81,7 +83,7 @@ def _bridged(good: np.ndarray, most: int) -> np.ndarray:
 
 
 def lowpass(values: np.ndarray, rate_hz: float, lowpass_hz: float) -> np.ndarray:
-    """Zero-phase Butterworth; the values themselves where the cut-off lies at or above half the rate."""
+    """(N,) zero-phase Butterworth; unchanged where the cut-off is at or above half the rate. Raises ValueError where it filters less than 16 rows."""
     if lowpass_hz >= 0.5 * rate_hz:
         return np.array(values, dtype=float)
     from scipy import signal

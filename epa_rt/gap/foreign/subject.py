@@ -61,6 +61,7 @@ class ForeignSubject:
         return self._roles[link]
 
     def touched(self, key: str) -> tuple[str, ...]:
+        """As Subject.touched; KeyError for an unknown number."""
         return self._parameters[key].links
 
     def prepare(self, recording: Recording) -> Ready:
@@ -96,6 +97,7 @@ class ForeignSubject:
         return {**self.rig.settings, **self.plant.numbers, **values}
 
     def residual(self, prepared: Ready, values: Values, link: str) -> np.ndarray:
+        """As Subject.residual, behind ``lowpass``; KeyError for an unknown number or link, ValueError where ``lowpass`` raises it."""
         left = self.rig.component.residual(prepared.work, self._numbers(values), link)
         left = lowpass(left, prepared.signals.rate_hz, self.rig.lowpass_hz)[::prepared.signals.stride]
         if link in prepared.beside:
@@ -103,10 +105,12 @@ class ForeignSubject:
         return np.where(prepared.judged[link], left, np.nan)
 
     def features(self, prepared: Ready, link: str) -> Mapping[str, np.ndarray]:
+        """As Subject.features: the component's own, thinned out to ``rate_hz`` without a low-pass."""
         found = self.rig.component.features(prepared.work, link)
         return {name: np.asarray(values)[::prepared.signals.stride] for name, values in found.items()}
 
     def free_run(self, recording: Recording, values: Values, seed: int | None) -> Recording | None:
+        """As Subject.free_run; KeyError for an unknown number, or where the recording lacks a column that the rig file names."""
         component = self.rig.component
         if component.free_run is None:
             return None

@@ -39,6 +39,7 @@ class Channel(NamedTuple):
         return np.clip(counts * self.step + self.anchor, self.low, self.high)
 
     def to_column(self, port_values: np.ndarray) -> np.ndarray:
+        """(N,) the way back: port values as the column has them."""
         return (port_values - self.offset) / self.scale
 
 

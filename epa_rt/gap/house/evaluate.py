@@ -26,9 +26,11 @@ class Bench:
         return instruments.shown(self.sensors, port, truth, self.prepared.period_s)
 
     def cycles(self, name: str) -> float:
+        """A time (s) of the sensors' rows in cycles."""
         return float(self.sensors[name]) / self.prepared.period_s
 
     def zero(self) -> np.ndarray:
+        """(N,) zeros that all share, to be read only."""
         return self.kept("zero", (), lambda: np.zeros(self.prepared.count))
 
     def kept(self, name: str, blocks: tuple[np.ndarray, ...], make: Callable[[], object]) -> object:
@@ -60,6 +62,7 @@ class Bench:
         return instruments.moved(angle, late), instruments.moved(speed, late), instruments.moved(acceleration, late)
 
     def place_port(self) -> str | None:
+        """Port that shows the load's place, of a knee in rad, of a mass in m; None where none does."""
         return next((port for port in ("joint_angle_rad", "load_position_m") if port in self.prepared.readings), None)
 
     def place(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -158,6 +161,7 @@ class Bench:
         return self._pressures(i, others)[:2]
 
     def volume(self, i: int) -> np.ndarray:
+        """(N,) volume of muscle i at its measured line's length, m^3, its dead volume included."""
         compliance = self.params["muscle"]["strap_compliance_m_n"][0, i]
         strap = self.force(i) if compliance != 0.0 else self.zero()
         out = np.empty(self.prepared.count)

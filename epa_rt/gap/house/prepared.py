@@ -73,6 +73,7 @@ class Prepared:
 
 
 def prepare(rig: Rig, channels: dict[str, Channel], hold_s: float, recording: Recording) -> Prepared:
+    """A recording bridged, scaled to the plant's ports and smoothed. ``hold_s``: of the encoder's readings. Raises KeyError where a column of the rig is missing."""
     columns, place = on_grid(recording)
     period = recording.period_s
     readings, bad = {}, {}

@@ -18,6 +18,7 @@ ABSURD = 1e12  # stands for a prediction that is no number
 
 
 def drive_residual(bench: Bench) -> np.ndarray:
+    """(N,) current reading less what the drive's loop makes of commands and measured motion, A."""
     p = bench.prepared
     angle, speed, _ = bench.motor()
     out = np.empty(p.count)
@@ -27,6 +28,7 @@ def drive_residual(bench: Bench) -> np.ndarray:
 
 
 def motor_residual(bench: Bench) -> np.ndarray:
+    """(N,) current reading less what the measured motion and the muscles' forces need, A."""
     p = bench.prepared
     out = np.empty(p.count)
     motor_link.balance_current(bench.params, *bench.motor(), bench.spool(), bench.warmth(), p.period_s, out)
@@ -34,6 +36,7 @@ def motor_residual(bench: Bench) -> np.ndarray:
 
 
 def torque_residual(bench: Bench) -> np.ndarray:
+    """(N,) torque reading less torque constant times current (NEEDED of it from the motion's balance), N*m."""
     p = bench.prepared
     angle, speed, acceleration = bench.motor()
     needed = np.empty(p.count)
@@ -45,6 +48,7 @@ def torque_residual(bench: Bench) -> np.ndarray:
 
 
 def encoder_residual(bench: Bench) -> np.ndarray:
+    """(N,) speed reading less the slope of the angle reading, what the encoder does taken off, rad/s."""
     p = bench.prepared
     out = np.empty(p.count)
     motion.true_angle(bench.sensors, p.renewed["motor_angle_rad"], bench.zero(), 1.0, out)
@@ -52,6 +56,7 @@ def encoder_residual(bench: Bench) -> np.ndarray:
 
 
 def gas_residual(bench: Bench, i: int) -> np.ndarray:
+    """(N,) gauge reading of muscle i less what valves and measured lengths make of its gas, Pa."""
     _, seen = bench.pressure(i)
     port = f"muscle{i}_gauge_pa"
     gauge = instruments.moved(seen - float(bench.params["gas"]["atmosphere_pa"][0, i]), -bench.cycles("gauge_skew_s"))
@@ -61,6 +66,7 @@ def gas_residual(bench: Bench, i: int) -> np.ndarray:
 
 
 def muscle_residual(bench: Bench) -> np.ndarray:
+    """(N,) reading of the force cell less the force of muscle 0 from measured pressure and length, N."""
     predicted = bench.predicted_force(0)
     if instruments.is_dynamic(bench.sensors):
         predicted = predicted + bench.late_part()
@@ -70,6 +76,7 @@ def muscle_residual(bench: Bench) -> np.ndarray:
 
 
 def load_residual(bench: Bench) -> np.ndarray:
+    """(N,) the load's acceleration less what the muscles' forces give it, behind two poles at LOAD_HZ, rad/s^2 or m/s^2."""
     p = bench.prepared
     place, speed, _ = bench.place()
     out = np.empty(p.count)

@@ -24,6 +24,7 @@ TAPS = _lowpass_taps()
 
 
 def gaussian_taps(cycles: float) -> np.ndarray:
+    """(2 int(3.5 cycles) + 1,) of a Gaussian with a deviation of so many cycles, cut off at 3.5 of it; their sum is 1."""
     k = np.arange(-int(3.5 * cycles), int(3.5 * cycles) + 1)
     taps = np.exp(-0.5 * (k / cycles) ** 2)
     return taps / taps.sum()

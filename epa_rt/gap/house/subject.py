@@ -93,21 +93,26 @@ class HouseSubject:
         return found
 
     def prepare(self, recording: Recording) -> Prepared:
+        """As Subject.prepare; KeyError where the recording lacks a column of the rig."""
         made = self._prepared(recording)
         for link in self.links:
             made.judged[link.name] = judged(made, self.plant.params, link.name)
         return made
 
     def residual(self, prepared: Prepared, values: Values, link: str) -> np.ndarray:
+        """As Subject.residual; KeyError for an unknown number or link."""
         return at_rate(RESIDUALS[link](Bench(prepared, self._params_once(values))), prepared.judged[link])
 
     def features(self, prepared: Prepared, link: str) -> Mapping[str, np.ndarray]:
+        """As Subject.features: by the nominal plant, behind the residuals' low-pass."""
         return features(Bench(prepared, self.plant.params), link)
 
     def doubted(self, prepared: Mapping[str, Prepared]) -> DoubtedSubject:
+        """The same rig with its places for a catalogue (origin.py). ``prepared``: recording name to what ``prepare`` gave."""
         return DoubtedSubject(self, prepared)
 
     def free_run(self, recording: Recording, values: Values, seed: int | None) -> Recording | None:
+        """As Subject.free_run, from rest and never None; KeyError for an unknown number, or where the recording lacks a column of the rig."""
         if seed is None:
             return self._run(recording, values, None, 0, self._phase(recording))
         phase, noise = self._noise(recording, values)
@@ -170,6 +175,7 @@ class HouseSubject:
         return max((abs(values.get(k.key, k.value) - others.get(k.key, k.value)) / k.spread for k in self.nominal), default=0.0)
 
     def patched(self, values: Values, effects: Sequence[str]) -> str:
+        """As Subject.patched, without effects that no plant file names; KeyError for an unknown number."""
         known = effect_rows()
         plant = replace(self.plant, params=self.params(values),
                         effects=tuple(dict.fromkeys([*self.plant.effects, *(name for name in effects if name in known)])))

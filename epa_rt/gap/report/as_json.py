@@ -8,6 +8,7 @@ from epa_rt.gap.diagnosis import Diagnosis
 
 
 def json_text(diagnosis: Diagnosis) -> str:
+    """The text, indented. Raises TypeError where a field holds what JSON has no type for."""
     return json.dumps(finite(diagnosis.as_json()), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 

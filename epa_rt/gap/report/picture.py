@@ -23,7 +23,10 @@ text.before{fill:#b8560f;stroke:none;font-weight:600}text.after{fill:#1f5fa8;str
 
 
 def gap_picture(diagnosis: Diagnosis, trace: Trace) -> str:
-    """An SVG of ``trace`` (a measured channel with both plants): the curves, what each plant leaves, and how much is closed."""
+    """An SVG of ``trace`` (a measured channel with both plants): the curves, what each plant leaves, and how much is closed.
+
+    Raises KeyError for a trace that has no measured curve (``is_error``).
+    """
     scale = Shown().scale(trace.unit)
     by = {kind: scale.of(np.asarray(values, float)) for _, kind, values in trace.lines}
     left = {kind: by["measured"] - by[kind] for kind in ("before", "after")}

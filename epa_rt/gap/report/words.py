@@ -135,6 +135,7 @@ def headline(diagnosis: Diagnosis) -> Shrinkage | None:
 
 
 def where_words(diagnosis: Diagnosis) -> str:
+    """The first place's link, channel, excess over the floor and times its floor; words where none could be judged."""
     if not diagnosis.location:
         return "no link could be judged"
     place = diagnosis.location[0]
@@ -142,6 +143,7 @@ def where_words(diagnosis: Diagnosis) -> str:
 
 
 def which_words(diagnosis: Diagnosis) -> str:
+    """Names of the effects in plain words, with commas; words where none is named."""
     return ", ".join(named_words(effect) for effect in diagnosis.effects) or "no effect is named"
 
 
@@ -151,6 +153,7 @@ def named_words(effect: Named) -> str:
 
 
 def far_words(diagnosis: Diagnosis) -> str:
+    """Share of the gap that is closed, and times the floor before and after, by ``headline``."""
     row = headline(diagnosis)
     if row is None:
         return "not measured"
