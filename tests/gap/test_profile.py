@@ -93,3 +93,13 @@ def test_an_end_is_found_from_too_near_and_from_too_far(true, begun, bound):
     elif true > begun * 0.5**5:
         assert end == pytest.approx(true, rel=1e-6)
     assert 0.0 < end <= bound * (1.0 + 1e-12)
+
+
+@given(st.floats(1e5, 3e6), st.floats(30.0, 1400.0))
+def test_an_end_is_found_along_a_valley_that_steepens(strength, begun):
+    """A time of which short logs show little more than its inverse: towards short ones what it costs climbs ever faster."""
+    def costs(time_s: float) -> float:
+        return strength * (1.0 / time_s - 1.0 / 1441.0) ** 2
+
+    end = reached(costs, 1441.0, begun, 10.0, 3.84)
+    assert 0.8 * 3.84 < costs(end) < 1.25 * 3.84
