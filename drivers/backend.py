@@ -2,7 +2,7 @@
 
 from epa_rt.backend import BackendError, Exchange
 from epa_rt.config.rig import Rig
-from epa_rt.control.cia402 import DriveState, decode
+from epa_rt.control.cia402 import OFF, decode
 from epa_rt.signals.image import image_of
 
 from drivers.bring_up import Unclear, configure, identify, stop_clocks
@@ -17,7 +17,6 @@ from drivers.words import INIT, OP, SAFEOP
 _CLOSING_CYCLES = 50  # with safe outputs, at most, until the drive says that it is off
 _LOCK_STEP_TIMEOUT_S = 2.0
 _TRIES = 3
-_OFF = (DriveState.SWITCH_ON_DISABLED, DriveState.READY, DriveState.FAULT)  # what a drive must say: a word of zeros, 'not ready', says nothing
 
 
 class EthercatBackend:
@@ -142,7 +141,7 @@ class EthercatBackend:
     def _is_off(self, inputs_raw: bytes) -> bool | None:
         if self._status is None:
             return None
-        return decode(int.from_bytes(inputs_raw[self._status.byte: self._status.byte + 2], "little")) in _OFF
+        return decode(int.from_bytes(inputs_raw[self._status.byte: self._status.byte + 2], "little")) in OFF
 
     def _collect_emergencies(self, bus: Bus) -> None:
         """What the slaves said of themselves while nobody asked; mailboxes are never polled in the cycle."""

@@ -53,7 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
     for path, endings in ((arguments.json, (".json",)), (arguments.html, (".html", ".htm")), (arguments.patch, (".yaml", ".yml")), (arguments.picture, (".svg",))):
         check_writable(path, endings)
     given, out = opened(arguments, arguments.holdout), console()
-    check_spares(arguments.patch, (arguments.rig, given.plant or arguments.plant))
+    check_spares(arguments.patch, (arguments.rig, given.plant))
     _known(arguments.leave_out, given)
     show_found(given.found, out)
     with progress_shown(arguments.quiet) as progress:
@@ -100,7 +100,7 @@ def _diagnosed(given: Opened, arguments: argparse.Namespace, progress: Progress)
     found = diagnose(given.subject, given.recordings, given.holdout, without=arguments.leave_out, progress=progress)
     check_judged(found.location, given.subject)
     set_aside = bool(given.holdout) or split(given.subject, given.recordings) is not None
-    inputs = {"rig": str(arguments.rig), "plant": str(given.plant or arguments.plant or ""), "logs": [str(r.path) for r in given.recordings],
+    inputs = {"rig": str(arguments.rig), "plant": str(given.plant or ""), "logs": [str(r.path) for r in given.recordings],
               "holdout": [str(r.path) for r in given.holdout], "left_out": list(arguments.leave_out), "set_aside": set_aside}
     named = {effect.name for effect in found.effects}
     return replace(found, found_first=given.found, inputs=found.inputs | inputs, not_tested=tuple(name for name in found.not_tested if name not in named))
@@ -122,14 +122,15 @@ def _patched(given: Opened, diagnosis: "Diagnosis") -> str:
 
 
 def gated(given: Opened, diagnosis: "Diagnosis", patch: Path | None, progress: Progress) -> "Gate":
-    """Writes the patched plant file (a passing one where no name is given) and runs it. Raises VerbError, ConfigError where the log's own files are broken."""
+    """Runs the patched plant file ``patch``, a passing one where it has not been written. Raises VerbError, ConfigError where the log's own files are broken."""
     from epa_rt.cli.gap_simulate import Simulator
     from epa_rt.gap.gate import GateError, gate
 
     real = _shortest(given)
     with tempfile.TemporaryDirectory(prefix="epa-gap-") as folder:
         path = patch or Path(folder) / f"{given.plant.stem}_patched.yaml"
-        write_whole(path, _patched(given, diagnosis))
+        if patch is None:
+            write_whole(path, _patched(given, diagnosis))
         try:
             found = gate(given.subject, real, given.plant, path, Simulator(Path(folder)).again, diagnosis.shrinkage, progress)
         except GateError as error:

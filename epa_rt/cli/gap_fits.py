@@ -15,12 +15,14 @@ CLOCKS = 0.01  # by which a log's rate may be beside a multiple of the residuals
 
 def check_columns(subject, rig_file: Path, recordings: "Sequence[Recording]") -> None:
     """Raises VerbError where a log was recorded on another component rig, at a rate that is none of its residuals' multiples, or lacks a column that its kind cannot do without."""
+    from epa_rt.gap.foreign.signals import stride
+
     needed = {subject.rig.channels[channel.role] for channel in subject.rig.component.channels if channel.required}
     for recording in recordings:
         if recording.rig and recording.rig != subject.name:
             raise VerbError(f"{recording.path}: found a log of the rig '{recording.rig}', expected '{subject.name}', as {rig_file} says")
         recorded = 1.0 / recording.period_s
-        if abs(recorded / max(1, round(recorded / subject.rate_hz)) / subject.rate_hz - 1.0) > CLOCKS:
+        if abs(recorded / stride(recorded, subject.rate_hz) / subject.rate_hz - 1.0) > CLOCKS:
             raise VerbError(f"{recording.path}: found {recorded:g} Hz, expected a multiple of {subject.rate_hz:g} Hz, the rate of {rig_file}")
         missing = sorted(needed - recording.columns.keys())
         if missing:

@@ -37,13 +37,12 @@ def run(arguments: argparse.Namespace) -> int:
     from epa_rt.gap.rivals import sets_apart
 
     check_writable(arguments.out, (".yaml", ".yml"))
-    check_spares(arguments.out, (arguments.rig, arguments.plant))
     try:
         diagnosis = load_diagnosis(arguments.diagnosis)
     except PatchError as error:
         raise VerbError(str(error)) from None
     given = opened(arguments)
-    check_spares(arguments.out, (given.plant,))
+    check_spares(arguments.out, (arguments.rig, given.plant))
     try:
         check_rig(diagnosis, given.subject)
     except PatchError as error:

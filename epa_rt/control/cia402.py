@@ -58,6 +58,7 @@ _DOWN = {
     DriveState.SWITCHED_ON: CONTROL_SHUTDOWN,
     DriveState.READY: CONTROL_SHUTDOWN,
 }
+OFF = (DriveState.SWITCH_ON_DISABLED, DriveState.READY, DriveState.FAULT)  # what a drive must say to count as off: a status word of zeros, 'not ready', says nothing
 _FAULTS = (DriveState.FAULT, DriveState.FAULT_REACTION)
 
 

@@ -17,12 +17,19 @@ def white_size(residuals: Sequence[np.ndarray], rate_hz: float, lowpass_hz: floa
     as many samples as two periods of it ask for, and count for what they see of such noise. The median over windows: a jolt, which is rough, is no noise.
     """
     apart = max(int(rate_hz / (2.0 * lowpass_hz)), 1)
-    while apart > 1 and not any(np.isfinite(np.convolve(residual, _spread_out(THIRD, apart), "valid")).any() for residual in residuals if len(residual) > 3 * apart):
+    rough = _third_differences(residuals, apart)
+    while apart > 1 and not any(map(len, rough)):
         apart //= 2  # stretches shorter than that say less, but something
-    square = [np.convolve(residual, _spread_out(THIRD, apart), "valid") ** 2 for residual in residuals if len(residual) > 3 * apart]
-    means = [np.mean(part) for one in square for good in [one[np.isfinite(one)]] for part in np.array_split(good, max(len(good) // WINDOW, 1)) if len(part)]
+        rough = _third_differences(residuals, apart)
+    means = [np.mean(part**2) for good in rough for part in np.array_split(good, max(len(good) // WINDOW, 1)) if len(part)]
     seen = THIRD @ _echo(np.subtract.outer(np.arange(4), np.arange(4)) * apart, rate_hz, lowpass_hz) @ THIRD
     return float(np.sqrt(np.median(means) / seen)) if means else 0.0
+
+
+def _third_differences(residuals: Sequence[np.ndarray], apart: int) -> list[np.ndarray]:
+    """Those that are numbers, of each residual, over ``apart`` samples each."""
+    found = [np.convolve(residual, _spread_out(THIRD, apart), "valid") for residual in residuals if len(residual) > 3 * apart]
+    return [one[np.isfinite(one)] for one in found]
 
 
 def _spread_out(taps: np.ndarray, apart: int) -> np.ndarray:

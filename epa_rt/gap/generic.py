@@ -126,7 +126,8 @@ def _columns(states: Mapping[str, Mapping[str, np.ndarray]], rate_hz: float):
         width = next(iter(made.values()))[name].shape[1]
         slices[name] = slice(start, start + width)
         start += width
-    stacked = {recording: np.column_stack([np.empty((len(states[recording][next(iter(states[recording]))]), 0)), *(groups[name] for name in shared)]) for recording, groups in made.items()}
+    nothing = {recording: np.empty((len(next(iter(found.values()))), 0)) for recording, found in states.items()}  # where all stands still no group is left
+    stacked = {recording: np.column_stack([nothing[recording], *(groups[name] for name in shared)]) for recording, groups in made.items()}
     everything = np.concatenate(list(stacked.values()))
     known = np.isfinite(everything)
     many = np.maximum(known.sum(axis=0), 1)  # a memory of what stands still has no value at all

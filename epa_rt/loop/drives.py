@@ -5,12 +5,10 @@ from typing import Protocol
 from epa_rt.config.rig import AnalogDrive as AnalogDriveFile
 from epa_rt.config.rig import Cia402Drive, Rig
 from epa_rt.control.analog_drive import OutputEnabler
-from epa_rt.control.cia402 import DriveEnabler, DriveState
+from epa_rt.control.cia402 import OFF, DriveEnabler
 from epa_rt.control.drive_errors import drive_error_words
 
 MODE_OF_TARGET = {"position": 8, "speed": 9, "torque": 10}
-# a status word of zeros reads as 'not ready'; only states that a drive must say count as off
-_OFF = (DriveState.SWITCH_ON_DISABLED, DriveState.READY, DriveState.FAULT)
 
 
 class Drive(Protocol):
@@ -37,7 +35,7 @@ class BusDrive:
     def __init__(self, file: Cia402Drive, period_s: float, mode: int):
         self._enabler = DriveEnabler(max(1, round(file.transition_timeout / period_s)))
         self._file, self._mode = file, mode
-        self._reported, self._unlike, self._patience = mode, 0, self._enabler.timeout_cycles  # what it says, cycles of another mode while enabled, and how many may be
+        self._reported, self._unlike, self._patience = mode, 0, 0  # what it says, cycles of another mode while enabled, and how many may be
         self._status, self._control = file.status_word, file.control_word
 
     def enable(self) -> None:
@@ -61,7 +59,7 @@ class BusDrive:
 
     @property
     def off(self) -> bool:
-        return not self._enabler.enabled and self._enabler.state in _OFF
+        return not self._enabler.enabled and self._enabler.state in OFF
 
     def trouble(self, measured: dict[str, float]) -> str:
         cause = self._enabler.cause or self._other_mode()

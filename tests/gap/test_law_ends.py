@@ -28,6 +28,11 @@ def test_a_length_presses_where_the_plant_wants_it_longer(truth, high_m, expecte
     assert at_its_end(truth, high_m) == expected
 
 
+def test_no_name_stands_beside_logs_that_could_not_have_shown_it(monkeypatch):
+    monkeypatch.setattr("epa_rt.gap.weigh.Weighed.verdict", lambda self, names: ("not_excited", "No gap shows."))
+    assert not told(DAHL).effects
+
+
 def test_a_name_that_presses_is_none(monkeypatch):
     assert [one.name for one in told(DAHL).effects] == ["dahl"]
     monkeypatch.setattr("epa_rt.gap.in_free_run.pressed", lambda *arguments: {"spring.dahl_m": END_M})

@@ -70,7 +70,12 @@ def on_grid(recording: Recording, roles: dict[str, str], rate_hz: float, lowpass
         columns[role] = np.interp(np.arange(samples), places, full[places]) if len(places) else np.zeros(samples)
         valid[role] = _bridged(good, int(BRIDGED * rate_in / lowpass_hz))
     spans = tuple(Span(s.name, int(index[s.start]), int(index[min(s.stop, len(index)) - 1]) + 1, s.trial) for s in recording.spans if s.stop > s.start)
-    return Signals(recording.name, rate_in, lowpass_hz, max(1, round(rate_in / rate_hz)), columns, valid, spans)
+    return Signals(recording.name, rate_in, lowpass_hz, stride(rate_in, rate_hz), columns, valid, spans)
+
+
+def stride(recorded_hz: float, rate_hz: float) -> int:
+    """How many samples of a recording make one of its residuals."""
+    return max(1, round(recorded_hz / rate_hz))
 
 
 def _bridged(good: np.ndarray, most: int) -> np.ndarray:
