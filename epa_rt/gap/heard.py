@@ -70,6 +70,11 @@ class Heard:
         return self.left <= max(USUAL, min(BARS.little_left, THIRD * self.gap))
 
     @property
+    def shows(self) -> bool:
+        """Whether there is a gap whatever the blocks say."""
+        return self.gap > BARS.shows
+
+    @property
     def large(self) -> bool:
         """Whether the whole plant has a gap worth the word without the effects."""
         return self.gap > 10.0 * USUAL

@@ -120,6 +120,15 @@ def test_one_law_that_takes_the_plant_to_the_noise_stands_instead_of_two_that_do
     assert one_alone(problem, Ground(whole, fitted(whole, (), base.values), noise), two, Rules()) is None
 
 
+def test_where_nothing_is_named_one_law_alone_is_looked_for_from_the_plant_file_on(monkeypatch):
+    """A gap that shows whatever the blocks say, and less than what is large."""
+    monkeypatch.setattr("epa_rt.gap.in_free_run.further", lambda *arguments: None)
+    answer = told({"gas.delay_s": 0.003})
+    assert 100.0 < answer.free_run.gap < 250.0
+    assert [one.name for one in answer.effects] == ["valve_delay"] and answer.verdict == "explained"
+    assert told({"gas.delay_s": 0.0015}).verdict != "explained"  # of forty nothing but a fit beside what is named is asked
+
+
 def test_an_effect_that_no_judged_link_shows_is_found_in_free_run():
     answer = told({"gas.delay_s": 0.02})
     assert [one.name for one in answer.effects] == ["valve_delay"]
