@@ -60,9 +60,9 @@ def noise_of(values: np.ndarray) -> float:
 
 
 def _is_noisy(values: np.ndarray, count: float, analog: bool) -> bool:
-    """Whether a channel is never the same for long. One that is not analog must show it at rest too, before the power is on."""
+    """Whether a channel is never the same for long, by a hundred rows at least. One that is not analog must show it at rest too, before the power is on."""
     first = values[np.isfinite(values)][:_AT_REST_ROWS]  # a log may begin at the end of a sensor's range
-    return noise_of(values) > _NOISE_COUNTS * count and (analog or noise_of(first) > _NOISE_COUNTS * count)
+    return len(first) == _AT_REST_ROWS and noise_of(values) > _NOISE_COUNTS * count and (analog or noise_of(first) > _NOISE_COUNTS * count)
 
 
 def _off_its_ends(values: np.ndarray) -> np.ndarray:
