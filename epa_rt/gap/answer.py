@@ -3,13 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from epa_rt.gap.attribution import Attribution, Progress
 from epa_rt.gap.blocks_alone import doubted_by, nothing_shows, without_names
 from epa_rt.gap.coverage import above_noise, unforeseen
 from epa_rt.gap.diagnosis import Diagnosis, FreeRun, Named, Origin, Shrinkage, Verdict
-from epa_rt.gap.held_out import not_carried_over, not_closed, said_of_held_out, said_of_not_closed, said_of_unforeseen
+from epa_rt.gap.held_out import not_carried_over, not_closed, said_of_held_out, said_of_not_closed, said_of_unforeseen, times_floor
 from epa_rt.gap.localise import localise
 from epa_rt.gap.named import moved, named, numbers
 from epa_rt.gap.origin import origin_first, origins
@@ -72,7 +70,7 @@ def _names(weights: Weighed, held_out: Sequence[Shrinkage]) -> tuple[tuple[Named
 
 def _last_word(found: Attribution, verdict: Verdict, says: str, names: Sequence[Named], held_out: Sequence[Shrinkage]) -> tuple[Verdict, str, str | None]:
     """Verdict and sentences after the logs set aside and, without a model of the whole, the noise floor have spoken, and the link of which nothing measured foresees what it leaves."""
-    apart = not_carried_over(held_out, _times_floor(found)) if verdict in SILENT else None
+    apart = not_carried_over(held_out, times_floor(found.problem.subject.links, found.before)) if verdict in SILENT else None
     if apart is not None:
         verdict, says = "not_in_catalogue", said_of_held_out(apart)
     silence = found.heard is None and verdict in SILENT
@@ -81,12 +79,6 @@ def _last_word(found: Attribution, verdict: Verdict, says: str, names: Sequence[
     if kept is not None:
         verdict, says = "partly_explained" if verdict == "explained" else verdict, f"{says} {said_of_not_closed(kept)}"
     return "not_in_catalogue" if beyond else verdict, says, beyond
-
-
-def _times_floor(found: Attribution) -> dict[str, float]:
-    """Channel to what the refitted nominal parameters leave of it in the fitted logs, in multiples of the floor."""
-    links = found.before.links
-    return {link.channel: float(np.sqrt(links[link.name].before)) for link in found.problem.subject.links if link.name in links}
 
 
 def _seen_at(weights: Weighed) -> dict[str, float]:

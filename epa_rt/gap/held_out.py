@@ -3,8 +3,12 @@
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
+import numpy as np
+
 from epa_rt.gap.diagnosis import Shrinkage
-from epa_rt.gap.shrink import ALL, OVERALL
+from epa_rt.gap.shrink import ALL, OVERALL, label
+from epa_rt.gap.subject import Link
+from epa_rt.gap.yardstick import Left
 
 CARRIES = 2.0   # times the floor: 60 rigs without a gap, or that these logs could not excite, reached 1.3, with experiments of little motion 1.7
 
@@ -14,13 +18,18 @@ CLOSES = 0.8    # share closed of a channel on held-out logs from which named ef
 def not_carried_over(rows: Sequence[Shrinkage], fitted: Mapping[str, float] = MappingProxyType({})) -> Shrinkage | None:
     """The channel, block by block, that the refitted plant misses most on held-out logs; None where it misses none by much.
 
-    ``fitted``: channel to what it leaves of the logs that it was fitted to, times the floor; noise that no floor knows is in those as well.
+    ``fitted``: as ``times_floor`` has it; noise that no floor knows is in the logs that it was fitted to as well.
     """
     def times(row: Shrinkage) -> float:
         return row.before / row.floor / max(fitted.get(row.channel, 1.0), 1.0)
 
     worst = max(_block_by_block(rows), key=times, default=None)
     return worst if worst is not None and times(worst) > CARRIES else None
+
+
+def times_floor(links: Sequence[Link], left: Left) -> dict[str, float]:
+    """Channel, as the rows name it, to what the refitted nominal parameters leave of it in the fitted logs, in multiples of the floor."""
+    return {label(links, link): float(np.sqrt(left.links[link.name].before)) for link in links if link.name in left.links}
 
 
 def not_closed(rows: Sequence[Shrinkage]) -> Shrinkage | None:

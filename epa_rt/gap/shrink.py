@@ -10,7 +10,7 @@ from epa_rt.gap.floor import Floor
 from epa_rt.gap.localise import unbiased
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.share import Squares, share, squares
-from epa_rt.gap.subject import Subject, Values
+from epa_rt.gap.subject import Link, Subject, Values
 
 OVERALL, ALL = "all channels", "all"
 FLOOR_SEEDS = (1, 2, 3)
@@ -43,10 +43,10 @@ def _teacher_forced(subject: Subject, recordings: Sequence[Recording], before: V
     found: _Misfits = {}
     ready = [prepared.get(recording.name) or subject.prepare(recording) for recording in recordings]
     for link in (link for link in subject.links if link.name in floors):
-        floor, label = floors[link.name], _label(subject, link.name, link.channel)
+        floor, channel = floors[link.name], label(subject.links, link)
         for recording, one in zip(recordings, ready, strict=True):
             residuals = [unbiased(subject.residual(one, values, link.name), floor, recording.name) for values in (before, after)]
-            _add(found, recording.name, {(label, link.unit): squares(*residuals, floor.rms, _per_block(subject))})
+            _add(found, recording.name, {(channel, link.unit): squares(*residuals, floor.rms, _per_block(subject))})
     source = next((floors[link.name].source for link in subject.links if link.name in floors), "")
     return _rows(found, "teacher_forced", baseline, source)
 
@@ -143,9 +143,9 @@ def together(of_channels: Sequence[Squares]) -> Squares:
     return total
 
 
-def _label(subject: Subject, link: str, channel: str) -> str:
-    """The channel; with the link where two links end in the same one."""
-    return channel if sum(one.channel == channel for one in subject.links) == 1 else f"{channel} ({link})"
+def label(links: Sequence[Link], link: Link) -> str:
+    """What a row in which a link is judged has as its channel: with the link where two links end in the same one."""
+    return link.channel if sum(one.channel == link.channel for one in links) == 1 else f"{link.channel} ({link.name})"
 
 
 def _add(found: _Misfits, recording: str, more: Mapping[tuple[str, str], Squares]) -> None:

@@ -1,7 +1,12 @@
 """What the fitted logs hide must serve the logs set aside too."""
 
+import pytest
+
 from epa_rt.gap.diagnosis import Shrinkage
-from epa_rt.gap.held_out import not_carried_over, not_closed, said_of_held_out, said_of_not_closed
+from epa_rt.gap.generic import GenericFit
+from epa_rt.gap.held_out import not_carried_over, not_closed, said_of_held_out, said_of_not_closed, times_floor
+from epa_rt.gap.subject import Link
+from epa_rt.gap.yardstick import Left
 
 
 def row(channel="motor_torque_nm", before=1.0, mode="teacher_forced", log="all", baseline="refitted", after=1.0, closed=None):
@@ -18,6 +23,16 @@ def test_noise_that_the_fitted_logs_have_as_well_is_no_gap():
     assert not_carried_over([row(before=2.5)], {"motor_torque_nm": 2.4}) is None
     assert not_carried_over([row(before=2.5)], {"motor_torque_nm": 0.8}) is not None
     assert not_carried_over([row(before=2.5), row("force_n", 5.0)], {"motor_torque_nm": 2.4, "force_n": 1.1}).channel == "force_n"
+
+
+def test_noise_of_the_fitted_logs_is_known_for_every_link_where_two_end_in_one_channel():
+    """A drive's current is foretold from its commands and from the motor's motion."""
+    links = tuple(Link(name, "drive", "motor_current_a", "A", "") for name in ("drive", "motor")) + (Link("muscle0", "muscle", "force_n", "N", ""),)
+    left = Left({link.name: GenericFit(link.name, 1000, times**2, 1.0, 0.0, ()) for link, times in zip(links, (2.4, 1.1, 1.0), strict=True)})
+    known = times_floor(links, left)
+    assert known == pytest.approx({"motor_current_a (drive)": 2.4, "motor_current_a (motor)": 1.1, "force_n": 1.0})
+    assert not_carried_over([row("motor_current_a (drive)", 2.5)], known) is None
+    assert not_carried_over([row("motor_current_a (motor)", 2.5)], known) is not None
 
 
 def test_the_worst_channel_is_said_with_its_figure():
