@@ -39,7 +39,7 @@ class Part:
         found = self._subject.residual(inner, values, link)
         outside = np.ones(len(found), bool)
         for start, stop in self._windows.get(recording.name, ()):
-            a, b = (round(edge * recording.period_s * self.rate_hz) for edge in (start, stop))
+            a, b = (round(edge * len(found) / recording.samples) for edge in (start, stop))  # not by time: a log's rate may be a little off the rig's
             outside[a:b] = False
         return np.where(outside, np.nan, found)
 
