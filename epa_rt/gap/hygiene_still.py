@@ -1,7 +1,9 @@
 """A channel of a rig of others that stands still while the rig moves, or without the flicker that it has otherwise: frozen, to the end of the log or for a while.
 
-Nothing is known of its converter. A force may move without a place, as dry friction holds it, but no force stays the same to the last digit where a place moves. What stands still at its lowest or highest value is left alone: a drive at its limit is at it.
+Nothing is known of its converter. A force may move without a place, as dry friction holds it, but no force stays the same to the last digit where a place moves; a joint that is asked to stay does so while another moves. What stands still at its lowest or highest value is left alone: a drive at its limit is at it.
 """
+
+import re
 
 import numpy as np
 
@@ -11,9 +13,11 @@ from epa_rt.gap.recording import PLACES, Recording
 
 _LEAST_ROWS = 100
 _MOVED = 0.3       # of the range of another place or of a reference, over which nothing stays so
+_ASKED = 0.05      # of its range: a joint that is asked for less is asked to stay
 _LIVELY = 0.5      # share of rows with a change from which a channel is said to follow what moves
 _FLICKERS_ROWS = 20   # rows within which a channel that flickers changes, but for one time in a hundred
 _LONGER = 10.0     # times the usual, without any change
+_QUANTITY = re.compile("_(?:position|angle|travel|speed|force|torque|current)_")
 _FOLLOWS = 0.3     # share of rows with a change from which another channel does not rest meanwhile: dry friction holds a rig still, to the last digit of all its sensors
 
 
@@ -33,6 +37,7 @@ def _still(recording: Recording, name: str) -> Finding | None:
     if not long:
         return None
     rest = _rest(changes, long)
+    long = [run for run in long if not _asked_to_stay(recording, name, *run)]
     frozen = [run for run in long if _others_move(recording, name, *run)] if _lively(rest) else []
     which = "while another channel moved"
     usual = _usual_rows(rest)
@@ -67,14 +72,28 @@ def _usual_rows(rest: np.ndarray) -> float | None:
     return usual if usual <= _FLICKERS_ROWS else None
 
 
+def _asked_to_stay(recording: Recording, name: str, start: int, stop: int) -> bool:
+    """Whether all that a joint is asked for stands still meanwhile: it rests, whatever another one does."""
+    asked = [values for other, values in recording.columns.items() if other.startswith(("cmd_", "ref_")) and other.endswith(PLACES) and _part(other[4:]) == _part(name)]
+    early = stop - (stop - start) // 4   # it answers late, and may still stand where it is asked to go on
+    return bool(asked) and not any(_goes(values, start, early) > _ASKED for values in asked)
+
+
 def _others_move(recording: Recording, name: str, start: int, stop: int) -> bool:
-    for other, values in recording.columns.items():
-        if other == name or not other.endswith(PLACES) or not np.isfinite(values[start:stop]).any():
-            continue
-        whole = float(np.nanmax(values) - np.nanmin(values))
-        if whole > 0.0 and float(np.nanmax(values[start:stop]) - np.nanmin(values[start:stop])) > _MOVED * whole:
-            return True
-    return False
+    return any(_goes(values, start, stop) > _MOVED for other, values in recording.columns.items() if other != name and other.endswith(PLACES))
+
+
+def _part(name: str) -> str:
+    """'elbow' of 'elbow_position_rad', 'elbow_speed_rad_s' and 'elbow_torque_nm'."""
+    return _QUANTITY.split(name)[0]
+
+
+def _goes(values: np.ndarray, start: int, stop: int) -> float:
+    """How far a channel goes within a stretch, in shares of its range; 0 where nothing is known of it."""
+    within, known = values[start:stop], values[np.isfinite(values)]
+    if not np.isfinite(within).any() or known.max() == known.min():
+        return 0.0
+    return float((np.nanmax(within) - np.nanmin(within)) / (known.max() - known.min()))
 
 
 def _rests(recording: Recording, name: str, start: int, stop: int) -> bool:

@@ -85,3 +85,32 @@ def test_a_channel_that_is_frozen_twice_loses_both_stretches_whichever_check_fin
     rows = [row for _, _, rows in frozen(check([recording(**columns)], None)) for row in rows]
     assert any(a <= 1310 and b >= 1890 for a, b in rows)
     assert any(a <= 4310 and b == N for a, b in rows)
+
+
+def joints() -> dict[str, np.ndarray]:
+    """The pitch moves in the first half, the elbow in the second; each answers three rows late."""
+    swing = np.where(T < 3.0, 0.0, 0.5 * np.sin(2.0 * np.pi * (T - 3.0)))
+    asked = {"pitch": swing[::-1].copy(), "elbow": swing + 0.3}
+    step = 1.5e-5
+    columns = {f"cmd_{name}_position_rad": values for name, values in asked.items()}
+    for name, values in asked.items():
+        place = np.round(np.concatenate([np.full(3, values[0]), values[:-3]]) / step) * step
+        columns |= {f"{name}_position_rad": place, f"{name}_speed_rad_s": np.gradient(place) * 1e3}
+    return columns
+
+
+def test_joints_that_move_one_after_the_other_are_let_alone():
+    assert not check_still(recording(**joints()), None)
+
+
+def test_a_joint_that_stands_still_where_it_is_asked_to_move_is_left_out_with_its_rests_let_alone():
+    columns = joints()
+    columns["elbow_position_rad"][4100:4600] = columns["elbow_position_rad"][4100]
+    (finding,) = check_still(recording(**columns), None)
+    assert (finding.channel, finding.severity) == ("elbow_position_rad", "exclude") and finding.rows == ((4100, 4600),)
+
+
+def test_a_joint_whose_command_nobody_recorded_is_held_against_the_others():
+    columns = joints()
+    del columns["cmd_elbow_position_rad"], columns["elbow_speed_rad_s"]
+    assert [one.channel for one in check_still(recording(**columns), None)] == ["elbow_position_rad"]
