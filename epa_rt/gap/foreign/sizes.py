@@ -21,13 +21,19 @@ def check_sizes(recordings: Sequence[Recording], rig: ForeignRig) -> list[Findin
 
 
 def _checked(recording: Recording, rig: ForeignRig, channel) -> Finding | None:
-    name, expected = rig.channels[channel.role], scaled(channel.size, rig.settings)
+    name, expected, unit = rig.channels[channel.role], scaled(channel.size, rig.settings), channel.unit
     values = recording.columns[name][judged_rows(recording)] if name in recording.columns else np.zeros(0)
     values = values[np.isfinite(values)]
-    size = float(np.max(np.abs(np.percentile(values, (1.0, 99.0))))) if len(values) else 0.0
-    least, most = (SMALLEST, LARGEST) if channel.unit != "Pa" else (VACUUM, MOST_OF_SUPPLY if channel.size == "supply" else MOST_ATMOSPHERES)
-    if size == 0.0 or least <= size / expected <= most:
+    if not len(values):
         return None
+    middle = rig.settings.get("middle", 0.0) if channel.size == "stroke" else 0.0   # a place may count from far away: the stroke says how far it goes about its middle
+    ends = np.percentile(values, (1.0, 99.0))
+    size, off = float(np.max(np.abs(ends))), float(np.max(np.abs(ends - middle)))
+    least, most = (SMALLEST, LARGEST) if unit != "Pa" else (VACUUM, MOST_OF_SUPPLY if channel.size == "supply" else MOST_ATMOSPHERES)
+    small = size < least * (expected + abs(middle))
+    if size == 0.0 or not small and off <= most * expected:
+        return None
+    about = f" about its middle of {middle:.3g} {unit}" if middle else ""
     return Finding("refuse", "units", recording.name, name,
-                   f"{recording.name}: {name}: found values of up to {size:.3g} {channel.unit}, expected about {expected:.3g} {channel.unit} ({channel.size} in the rig file): "
-                   f"they look too {'large' if size > expected else 'small'}, a unit or a scale of the import may be wrong")
+                   f"{recording.name}: {name}: found values of up to {size:.3g} {unit}, expected about {expected:.3g} {unit}{about} ({channel.size} in the rig file): "
+                   f"they look too {'small' if small else 'large'}, a unit or a scale of the import may be wrong")

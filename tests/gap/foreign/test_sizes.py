@@ -53,3 +53,15 @@ def test_units_that_are_often_mistaken_for_one_another_are_refused(kind, role, f
     assert not check_sizes([replace(made, columns={**made.columns, **supply})], subject.rig)
     wrong = replace(made, columns={**made.columns, name: supply[name] * factor})
     assert [one.severity for one in check_sizes([wrong], subject.rig)] == ["refuse"]
+
+
+@pytest.mark.parametrize(("kind", "role"), [("carriage", "position"), ("shaft", "angle"), ("piston", "position")])
+@pytest.mark.parametrize(("factor", "like"), [(1.0, None), (1e3, "large"), (1e-3, "small")])
+def test_a_place_that_counts_from_far_away_is_held_against_the_stroke_about_its_middle(kind, role, factor, like):
+    subject, made = subject_of(kind), with_output(kind, {})
+    name, stroke = subject.rig.channels[role], subject.rig.settings["stroke"]
+    rig = replace(subject.rig, settings={**subject.rig.settings, "middle": 24.0 * stroke})
+    far = replace(made, columns={**made.columns, name: factor * (24.0 * stroke + 0.5 * stroke * np.sin(np.linspace(0.0, 40.0, made.samples)))})
+    found = check_sizes([far], rig)
+    assert [one.severity for one in found] == ["refuse"] * (like is not None)
+    assert all(f"too {like}" in one.says and "about its middle" in one.says for one in found)
