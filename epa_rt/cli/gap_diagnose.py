@@ -132,7 +132,7 @@ def gated(given: Opened, diagnosis: "Diagnosis", patch: Path | None, progress: P
         if patch is None:
             write_whole(path, _patched(given, diagnosis))
         try:
-            found = gate(given.subject, real, given.plant, path, Simulator(Path(folder)).again, diagnosis.shrinkage, progress)
+            found = gate(given.subject, real, given.plant, path, Simulator(Path(folder)).again, diagnosis.shrinkage, progress, _aside(given, real))
         except GateError as error:
             raise VerbError(str(error)) from None
     return found._replace(report=found.report | {"plant_file": str(patch) if patch else None})
@@ -179,6 +179,14 @@ def _shortest(given: Opened) -> "Recording":
 
     judged = given.holdout or [one for one in given.recordings if len(trials(one)) > 1] or given.recordings[-1:]
     return min(judged, key=lambda one: one.samples)
+
+
+def _aside(given: Opened, real: "Recording") -> "Recording | None":
+    """A log with those trials alone that were set aside; None where it was given with --holdout or nothing could be set aside: then all of it is judged."""
+    from epa_rt.gap.aside import split
+
+    halves = None if given.holdout else split(given.subject, given.recordings)
+    return next((one for one in halves[1].only(given.recordings) if one.name == real.name), None) if halves else None
 
 
 def _worst(diagnosis: "Diagnosis") -> str | None:

@@ -4,15 +4,17 @@ What was predicted from the log's own commands in free run must come true with t
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 from typing import NamedTuple
 
 from epa_rt.config.source import ConfigError, load_yaml
+from epa_rt.gap.alongside import trials
 from epa_rt.gap.diagnosis import Shrinkage
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.share import Share, Squares, share
-from epa_rt.gap.shrink import OVERALL, Pairs, channel_squares, figure_squares, together
+from epa_rt.gap.shrink import ALL, OVERALL, Pairs, channel_squares, figure_squares, together
 from epa_rt.gap.subject import Subject
 from epa_rt.models.plant_file import read_plant
 
@@ -37,23 +39,24 @@ class GateError(Exception):
 
 
 def gate(subject: Subject, real: Recording, believed: Path, patched: Path, run_again: RunAgain,
-         predicted: Sequence[Shrinkage], progress: Callable[[str, float], None] = lambda stage, share: None) -> Gate:
+         predicted: Sequence[Shrinkage], progress: Callable[[str, float], None] = lambda stage, share: None, aside: Recording | None = None) -> Gate:
     """Runs the experiment of ``real`` on both plant files; predicted against achieved share of the gap, by channel.
 
     The plant file as it stands runs once, the patched one several times with other noise: what those differ by from each other,
     and the noise of the recording, make the floor, what they differ by from the log the gap that is left. ``predicted``: rows of ``shrinkage``; those in free run against the plant file
-    on this log are held against what is achieved. Shares are of all channels together, each in units of its floor;
-    ``points`` is achieved minus predicted in percent, ``passed`` whether within 5. Raises GateError where a file does not
-    load, a run does not reach all trials, or no channel is in both; and whatever ``run_again`` raises.
+    on this log are held against what is achieved. ``aside``: ``real`` with those trials alone of which they speak (``Part.only``), where that is not all. Shares are of all
+    channels together, each in units of its floor; ``points`` is achieved minus predicted in percent, ``passed`` whether within 5, both None where either has no gap to close,
+    which ``not_judged`` says. Raises GateError where a file does not load, a run does not reach all trials, or no channel is in both; and whatever ``run_again`` raises.
     """
     for path in (believed, patched):
         _check(path)
     progress("gate: the plant as believed", 0.0)
     before = _ran(run_again(believed, real, SEEDS[0]), real, "believed")
-    runs = _runs(patched, real, run_again, progress)
+    judged, *ran = [_aside(run, real, aside) for run in (real, before, *_runs(patched, real, run_again, progress))]
+    before, *runs = ran
     own = {row.channel: row for row in _free(predicted, real.name)}
     noise = {name: row.floor for name, row in own.items()}
-    held = (real, before, runs, _apart(real, runs), noise)
+    held = (judged, before, runs, _apart(judged, runs), noise)
     found = channel_squares(subject, *held)
     overall = share([together(list(found.values()))]) if found else None
     if overall is None:
@@ -64,10 +67,10 @@ def gate(subject: Subject, real: Recording, believed: Path, patched: Path, run_a
             if (one := _share(squares)) is not None]
     whole = _row(OVERALL, "x floor", overall, promised.get(OVERALL))
     points = whole["points"]
-    report = {"log": real.name, "plant_file": str(patched), "passed": points is not None and abs(points) <= PASSES_POINTS,
-              "predicted_share": whole["predicted_share"], "achieved_share": whole["achieved_share"], "points": points,
+    report = {"log": real.name, "trials": len(trials(judged)), "of_trials": len(trials(real)), "plant_file": str(patched), "passed": None if points is None else abs(points) <= PASSES_POINTS,
+              "predicted_share": whole["predicted_share"], "achieved_share": whole["achieved_share"], "points": points, "not_judged": _not_judged(whole, OVERALL in own),
               "channels": [whole, *rows]}
-    return Gate(report, real, before, runs[0], runs[-1])
+    return Gate(report, judged, before, runs[0], runs[-1])
 
 
 def _check(path: Path) -> None:
@@ -87,6 +90,21 @@ def _ran(recording: Recording, real: Recording, plant: str) -> Recording:
     return recording
 
 
+def _aside(run: Recording, real: Recording, aside: Recording | None) -> Recording:
+    """A run, or ``real`` itself, with those trials alone that ``aside`` has of the ones of ``real``; they are found by their order."""
+    kept = iter([now.trial for was, now in zip(real.spans, aside.spans, strict=True) if was.trial] if aside else [])
+    return replace(run, spans=tuple(replace(span, trial=span.trial and next(kept, False)) for span in run.spans)) if aside else run
+
+
+def _not_judged(whole: dict, in_free_run: bool) -> str | None:
+    """Why achieved could not be held against predicted; None where it was."""
+    if whole["points"] is not None:
+        return None
+    if whole["predicted_share"] is not None:
+        return "run again on the plant file as it stands, nothing rises above the noise, so that there is no gap to close"
+    return "in free run nothing rises above the noise, so that nothing was predicted" if in_free_run else "there are no figures in free run, so that nothing was predicted"
+
+
 def _share(one: Squares) -> Share | None:
     found = share([one])
     return found if found is not None and found.floor > 0.0 else None
@@ -95,7 +113,7 @@ def _share(one: Squares) -> Share | None:
 def _free(predicted: Sequence[Shrinkage], log: str) -> list[Shrinkage]:
     """Rows in free run against the plant file: those of this log, else those over all logs."""
     rows = [row for row in predicted if row.mode == "free_run" and row.baseline == "plant_file"]
-    return [row for row in rows if row.log == log] or [row for row in rows if row.log == "all"]
+    return [row for row in rows if row.log == log] or [row for row in rows if row.log == ALL]
 
 
 def _runs(patched: Path, real: Recording, run_again: RunAgain, progress: Callable[[str, float], None]) -> list[Recording]:

@@ -126,6 +126,17 @@ def test_the_gate_runs_a_log_of_which_something_was_set_aside(trials, chosen):
     assert _shortest(SimpleNamespace(holdout=tuple(logs), recordings=())).name == "a"
 
 
+def test_the_gate_judges_those_trials_alone_that_were_set_aside():
+    from types import SimpleNamespace
+
+    from epa_rt.cli.gap_diagnose import _aside
+    from tests.gap.damper import Damper, recorded
+
+    log, other = recorded({}, "a"), recorded({}, "b")
+    assert [span.trial for span in _aside(SimpleNamespace(subject=Damper(), holdout=(), recordings=(log,)), log).spans] == [False, False, True]
+    assert _aside(SimpleNamespace(subject=Damper(), holdout=(other,), recordings=(log,)), other) is None
+
+
 def test_a_turned_sign_on_a_rig_of_others_is_said_first(tmp_path, capsys):
     log = imported_carriage(tmp_path, "-1")
     capsys.readouterr()

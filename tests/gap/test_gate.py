@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from epa_rt.gap.alongside import trials
+from epa_rt.gap.aside import split
 from epa_rt.gap.gate import GateError, gate
 from epa_rt.gap.shrink import OVERALL, shrinkage
 from tests.gap.damper import NOISE_N, Damper, noise, recorded, white_floor
@@ -57,6 +59,36 @@ def test_every_channel_is_told_with_what_was_promised_for_it(patched):
     assert names[0] == OVERALL and "force_n" in names
     row = found["channels"][names.index("force_n")]
     assert row["predicted_share"] == pytest.approx(row["achieved_share"], abs=0.05) and row["before"] > 5.0 * row["after"]
+
+
+def test_what_was_promised_of_the_trial_set_aside_is_held_against_that_trial_alone(patched):
+    """The first trial has another gap as well, which the patch leaves there and which is not in the one set aside."""
+    real = recorded(TRUTH)
+    first = real.spans[0]
+    real.columns["force_n"][first.start:first.stop] += 3.0
+    _, part = split(Damper(), [real])
+    (aside,) = part.only([real])
+    promised = shrinkage(part, [aside], {}, TRUTH, {"damper": white_floor()})
+    found = gate(Damper(), real, PLANT, patched, simulator(TRUTH), promised, aside=aside)
+    assert found.report["passed"] and found.report["predicted_share"] == pytest.approx(1.0, abs=0.02)
+    assert (found.report["trials"], found.report["of_trials"]) == (1, 2)
+    assert all([span.name for span in trials(one)] == ["two"] for one in found[1:]), "what is drawn is of that trial too"
+    whole = gate(Damper(), real, PLANT, patched, simulator(TRUTH), promised).report
+    assert not whole["passed"] and (whole["trials"], whole["of_trials"]) == (2, 2)
+
+
+@pytest.mark.parametrize(("real", "words"), [({}, "in free run nothing rises above the noise"), (TRUTH, "no figures in free run")])
+def test_where_nothing_was_to_be_predicted_the_gate_is_not_judged_and_says_why(patched, real, words):
+    """No gap in free run, or nothing that was measured in it."""
+    promised = [row for row in promise(TRUTH) if row.mode != "free_run"] if real else shrinkage(Damper(), [recorded({})], {}, {}, {"damper": white_floor()})
+    found = gate(Damper(), recorded(real), PLANT, patched, simulator(real), promised).report
+    assert found["passed"] is None and found["points"] is None and words in found["not_judged"]
+    assert (found["achieved_share"] is None) == (real == {})
+
+
+def test_where_the_run_shows_no_gap_to_close_that_is_what_is_said(patched):
+    found = gate(Damper(), recorded({}), PLANT, patched, simulator({}), promise(TRUTH)).report
+    assert found["passed"] is None and found["predicted_share"] > 0.9 and "no gap to close" in found["not_judged"]
 
 
 def test_a_patched_file_that_does_not_load_is_one_sentence_and_nothing_is_run(patched):

@@ -5,8 +5,9 @@ from collections.abc import Sequence
 from epa_rt.gap.diagnosis import Diagnosis
 from epa_rt.gap.report.curves import figure
 from epa_rt.gap.report.effects import catalogue_note, effects, not_tested
-from epa_rt.gap.report.far import gate_section, how_far
+from epa_rt.gap.report.far import how_far
 from epa_rt.gap.report.frame import framed
+from epa_rt.gap.report.gate import gate_section
 from epa_rt.gap.report.map import gap_map
 from epa_rt.gap.report.origin import origins
 from epa_rt.gap.report.rest import found_first, inputs, next_experiment, remainder

@@ -6,6 +6,7 @@ import numpy as np
 
 from epa_rt.gap.diagnosis import Diagnosis
 from epa_rt.gap.report.curves import path, tick_text, ticks
+from epa_rt.gap.report.gate import measured_over
 from epa_rt.gap.report.traces import Trace
 from epa_rt.gap.report.words import channel_words, named_words, percent
 from epa_rt.report.charts import FONT
@@ -102,7 +103,7 @@ def _closed(diagnosis: Diagnosis, left: dict[str, np.ndarray], floor: float, tra
     closed = shares[0] if shares else 1.0 - (after2 - floor**2) / (before2 - floor**2) if before2 > floor**2 else None
     if closed is None:
         return []
-    where = "over all trials of the log" if shares else "in these seconds"
+    where = measured_over(diagnosis.gate) if shares else "in these seconds"
     return [_text(876, 182, percent(closed), "big"), _text(876, 208, "of the gap is closed"), _text(876, 229, where, "soft")]
 
 

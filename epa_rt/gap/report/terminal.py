@@ -8,8 +8,9 @@ from rich.console import Console
 from rich.table import Table
 
 from epa_rt.gap.diagnosis import Diagnosis, Place
+from epa_rt.gap.report.gate import gate_line
 from epa_rt.gap.report.origin import origin_words
-from epa_rt.gap.report.words import (BASELINES, CONFIDENCE, MODES, VERDICTS, WHO, channel_words, free_run_words, gone_words, judged_on, missed_words, parameter_words, percent, plain, region_words, share_words,
+from epa_rt.gap.report.words import (BASELINES, CONFIDENCE, MODES, VERDICTS, WHO, channel_words, free_run_words, gone_words, judged_on, parameter_words, percent, plain, region_words, share_words,
                                      shown_rows, sigmas, size, times)
 from epa_rt.gap.shrink import OVERALL
 
@@ -106,10 +107,8 @@ def _far(diagnosis: Diagnosis, out: Console) -> None:
                       share_words(row), times(row.times_floor), style="bold" if row.channel == OVERALL else None)
     out.print(table)
     out.print("block by block: every block fed with what was measured. free run: the whole plant fed with the commands alone.", style="dim")
-    gate = diagnosis.gate
-    if gate:
-        out.print(f"gate {'passed' if gate['passed'] else 'NOT passed'}: the patched plant, run again, closes {percent(gate['achieved_share'])} of the gap "
-                  f"(predicted {percent(gate['predicted_share'])}){missed_words(gate)}")
+    if diagnosis.gate:
+        out.print(gate_line(diagnosis.gate))
 
 
 def _next(diagnosis: Diagnosis, out: Console) -> None:

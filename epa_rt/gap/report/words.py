@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from epa_rt.gap.diagnosis import Diagnosis, Named, Number, Shrinkage
-from epa_rt.gap.gate import PASSES_POINTS
 from epa_rt.gap.shrink import ALL, OVERALL
 from epa_rt.report.sections.section import spoken
 from epa_rt.report.shown import Shown, number, pretty
@@ -27,7 +26,7 @@ SOURCES = {"repeats": "repeats of the same trial", "twin": "a simulated run of t
            "sensors": "the sensors' own noise (weaker than repeats)"}
 CONFIDENCE = "how often it, or a law of its family that these logs cannot tell from it, stays the best explanation when stretches of the logs are drawn anew at random, lowered by the part of the gap that it leaves, block by block and in free run"
 WHO = {"plant_file": "in the plant file, not in the rig", "both": "in both, at other strengths"}
-CLOSE, ALL_OF_IT, BEYOND = 1.2, 1.05, 99.0  # times the floor; share of a gap; standard deviations
+BEYOND = 99.0  # standard deviations
 _SMALL = {"Pa": (1e3, 1.0, "Pa"), "A": (0.1, 1e3, "mA"), "m": (1e-5, 1e6, "µm")}  # below: in this smaller unit
 _SHOWN = Shown()
 _NAME = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)+")
@@ -69,22 +68,6 @@ def share_words(row: Shrinkage) -> str:
         return percent(row.closed_share)
     low, high = (percent(bound).removesuffix(" %") for bound in row.interval)
     return f"{percent(row.closed_share)} ({low} to {high})"
-
-
-def gate_words(row: dict) -> str:
-    """The share that a channel achieved in the gate; words where the noise decides what the figure is."""
-    if row["achieved_share"] is not None and max(row["before"], row["after"]) < CLOSE * row["floor"]:
-        return "at the floor"
-    if row["achieved_share"] is not None and row["achieved_share"] > ALL_OF_IT:
-        return "down to the floor"
-    return percent(row["achieved_share"])
-
-
-def missed_words(gate: dict) -> str:
-    """The channels by themselves that came out otherwise than predicted, where the gate judges all of them together; '' where none did."""
-    rows = [row for row in gate["channels"][1:] if row["points"] is not None and abs(row["points"]) > PASSES_POINTS and gate_words(row) not in ("at the floor", "down to the floor")]
-    found = ", ".join(f"{channel_words(row['channel'])} {gate_words(row)}" for row in rows)
-    return f"; by themselves otherwise than predicted: {found}" if rows else ""
 
 
 def sigmas(significance: float) -> str:

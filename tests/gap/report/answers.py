@@ -40,7 +40,7 @@ SHRINKAGE = tuple(shrunk(*row, mode, baseline, log) for mode in ("teacher_forced
                               ("muscle_pressure_pa", "Pa", 214.0, 212.0, 210.0)))
 ASKED = (shrunk("energy (integral of motor_current_a squared)", "A^2*s", 1.9, 0.11, 0.05, "free_run"), shrunk("mean muscle_pressure_pa of a trial", "Pa", 900.0, 950.0, 820.0, "free_run"))
 INPUTS = {"rig": "bench", "plant": "bench.yaml", "logs": [LOGS[0]], "holdout": [LOGS[1]], "left_out": []}
-GATE = {"log": LOGS[1], "plant_file": "bench-patched.yaml", "passed": True, "predicted_share": 0.97, "achieved_share": 0.985, "points": 1.5,
+GATE = {"log": LOGS[1], "trials": 3, "of_trials": 3, "plant_file": "bench-patched.yaml", "passed": True, "not_judged": None, "predicted_share": 0.97, "achieved_share": 0.985, "points": 1.5,
         "channels": [{"channel": "all channels", "unit": "x floor", "before": 6.3, "after": 1.2, "floor": 1.0, "predicted_share": 0.97, "achieved_share": 0.985,
                       "interval": (0.95, 0.99), "points": 1.5},
                      {"channel": "muscle_force_n", "unit": "N", "before": 4.2, "after": 0.44, "floor": 0.33, "predicted_share": 0.98, "achieved_share": 0.986,

@@ -11,8 +11,9 @@ from rich.console import Console
 from epa_rt.gap.diagnosis import Diagnosis
 from epa_rt.gap.patch import PatchError, load_diagnosis, patched_text
 from epa_rt.gap.report.as_json import json_text, schema
+from epa_rt.gap.report.gate import gate_words
 from epa_rt.gap.report.terminal import show
-from epa_rt.gap.report.words import gate_words, parameter_words, percent, sigmas, size, times
+from epa_rt.gap.report.words import parameter_words, percent, sigmas, size, times
 from tests.gap.report.answers import ANSWERS, EXPLAINED, GATE, GONE, NO_GAP, NOT_SEPARABLE, SLIP
 from tests.gap.damper import Damper
 

@@ -8,6 +8,7 @@ import pytest
 
 from epa_rt.gap.diagnosis import Diagnosis, Near
 from epa_rt.gap.report.curves import path, ticks
+from epa_rt.gap.report.gate import gate_line
 from epa_rt.gap.report.map import AT_FLOOR, _regions, heat
 from epa_rt.gap.report.page import gap_page
 from epa_rt.gap.report.picture import gap_picture
@@ -73,6 +74,20 @@ def test_the_gate_shows_no_share_of_noise():
     quiet = GATE["channels"][1] | {"channel": "muscle_pressure_pa", "unit": "Pa", "before": 285.0, "after": 197.0, "floor": 245.0, "achieved_share": 1.98, "points": 58.0}
     gate = Page(gap_page(replace(EXPLAINED, gate=GATE | {"channels": [*GATE["channels"], quiet]}))).sections["gate"]
     assert "at the floor" in gate and "198 %" not in gate and "58" not in gate and "98.6 %" in gate
+
+
+def test_a_gate_without_a_promise_is_not_judged_and_says_why():
+    none = GATE | {"passed": None, "predicted_share": None, "points": None, "not_judged": "nothing was predicted"}
+    for says in (Page(gap_page(replace(EXPLAINED, gate=none))).sections["gate"], gate_line(none)):
+        assert "not judged: nothing was predicted" in says and "not passed" not in says.lower().split("passed where")[0]
+        assert "closes 98.5 % of the gap" in says and "predicted –" not in says.lower()
+
+
+def test_the_gate_says_of_which_trials_its_shares_are():
+    part = GATE | {"trials": 1}
+    assert "98.5 % of the gap over the trial set aside (predicted 97 %)" in gate_line(part) and "set aside" not in gate_line(GATE)
+    assert "97 % of the gap closed over the trial set aside" in Page(gap_page(replace(EXPLAINED, gate=part))).sections["gate"]
+    assert "over the trial set aside" in gap_picture(replace(EXPLAINED, gate=part), curves()[0])
 
 
 def test_colour_grows_with_the_gap_and_starts_above_the_floor():
