@@ -14,6 +14,7 @@ from epa_rt.gap.hygiene_skew import check_skew
 from epa_rt.gap.hygiene_spikes import check_spikes
 from epa_rt.gap.hygiene_still import check_still
 from epa_rt.gap.hygiene_time import check_time
+from epa_rt.gap.hygiene_twice import check_twice
 from epa_rt.gap.hygiene_values import check_values
 from epa_rt.gap.hygiene_valves import check_valves
 from epa_rt.gap.read import misfits
@@ -30,7 +31,7 @@ def check(recordings: Sequence[Recording], rig: Rig | None) -> tuple[Finding, ..
 
     Where one says ``refuse`` a diagnosis would mean nothing; the stretches of ``exclude`` are taken out by ``clean``.
     """
-    found = _mixed(recordings) + _twice(recordings)
+    found = _mixed(recordings) + check_twice(recordings)
     for recording in recordings:
         found += _said_by_log(recording, rig)
         for checks in _WITHOUT_RIG if rig is None else _HOUSE:
@@ -72,19 +73,6 @@ def _mixed(recordings: Sequence[Recording]) -> list[Finding]:
         return []
     which = "; ".join(f"{rig or 'no name'}: {', '.join(r.name for r in recordings if r.rig == rig)}" for rig in rigs)
     return [Finding("refuse", "mixed rigs", "", "", f"found logs of {len(rigs)} rigs ({which}), expected logs of one")]
-
-
-def _twice(recordings: Sequence[Recording]) -> list[Finding]:
-    """One recording under two names, or with its beginning as another: it would weigh twice, or judge itself as its own holdout."""
-    found = []
-    for i, one in enumerate(recordings):
-        for other in recordings[i + 1 :]:
-            rows = min(one.samples, other.samples)
-            names = [name for name in measured_names(one) if name in other.columns]
-            if rows and names and all(np.array_equal(one.columns[name][:rows], other.columns[name][:rows], equal_nan=True) for name in names):
-                found.append(Finding("refuse", "twice", other.name, "", f"{other.name}: found every one of its {rows} rows in {one.name} too, expected another recording"
-                                     if rows == other.samples else f"{one.name}: found every one of its {rows} rows in {other.name} too, expected another recording"))
-    return found
 
 
 def _said_by_log(recording: Recording, rig: Rig | None) -> list[Finding]:

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.hygiene import check, clean
+from epa_rt.gap.hygiene_twice import check_twice
+from tests.gap.foreign.made import one_trial
 from tests.gap.recorded import column, cut_at, gone, late, lost, recording_of, rig_of_name, rows_left, scaled, stamps, swapped, written_over
 
 LOGS = {"bench": "identification_short", "bench_analog": "step", "knee": "knee_chirp_short", "mass": "mass_sine"}
@@ -122,6 +124,28 @@ def test_one_recording_under_two_names_is_refused(rows):
         assert [finding.severity for finding in twice] == ["refuse"] and "copy" in twice[0].says and recording.name in twice[0].says
     other = recording_of("bench", LOGS["bench"], "noisy")
     assert not any(finding.kind == "twice" for finding in check([recording, dataclasses.replace(other, name="other")], rig_of_name("bench")))
+
+
+@pytest.mark.parametrize(("start", "stop"), [(12_000, 15_000), (1, None), (-40, None)])
+def test_a_piece_of_a_recording_is_refused_wherever_it_begins(start, stop):
+    recording = recording_of("bench", LOGS["bench"])
+    rows = np.zeros(recording.samples, bool)
+    rows[start:stop] = True
+    piece = dataclasses.replace(rows_left(recording, rows), name="piece")
+    first = start % recording.samples
+    for pair in ([recording, piece], [piece, recording]):
+        twice = [finding for finding in check(pair, rig_of_name("bench")) if finding.kind == "twice"]
+        assert [finding.severity for finding in twice] == ["refuse"]
+        assert twice[0].says.startswith(f"piece: found every one of its {rows.sum()} rows in {recording.name} too, from {first * recording.period_s:.3f} s on")
+    noisy = column(piece, F, np.where(np.arange(rows.sum()) == 20, piece.columns[F] + 1e-3, piece.columns[F]))
+    assert not [finding for finding in check([recording, noisy], rig_of_name("bench")) if finding.kind == "twice"]
+
+
+def test_two_rests_without_noise_are_two():
+    """Of which one is as long as a stretch of the other, to the last digit, and has no more than a step."""
+    place = np.concatenate([0.1 * np.sin(np.arange(3000) * 1e-2), np.full(4000, 0.02), np.full(3000, 0.05)])
+    moved, rested = (one_trial(name, "cart", 1e-3, {"cart_position_m": values}) for name, values in (("moved", place), ("rested", place[5000:9000])))
+    assert not check_twice([moved, rested])
 
 
 @pytest.mark.parametrize(("factor", "kind", "words"), [(1.0, "", ""), (1.3, "", ""), (1e3, "units", "by a thousand"), (-1.0, "sign", "expected it to follow")])
