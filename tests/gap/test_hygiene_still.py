@@ -77,6 +77,13 @@ def test_a_force_that_rests_at_first_and_is_cut_off_then_is_said_at_both_ends():
     assert len(said) == 2 and "flat at 8, its highest value" in said[0] and "flat at -7, its lowest value" in said[1]
 
 
+def test_what_is_asked_of_a_drive_at_its_limit_is_no_sensor_at_the_end_of_its_range():
+    """By its column's name: a force that is read back may be either."""
+    columns = carriage()
+    columns["cmd_motor_force_n"] = np.clip(columns.pop("motor_force_n"), -8.0, 8.0)
+    assert not check([recording(**columns)], None)
+
+
 def test_a_channel_that_is_frozen_twice_loses_both_stretches_whichever_check_finds_them():
     """The first one ends with a jump, which another check finds; it does not stand for the second, at the end of the log."""
     columns = carriage()
