@@ -7,8 +7,8 @@ import numpy as np
 from epa_rt.gap.diagnosis import Diagnosis
 from epa_rt.gap.report.curves import path, tick_text, ticks
 from epa_rt.gap.report.gate import measured_over
-from epa_rt.gap.report.traces import Trace
-from epa_rt.gap.report.words import channel_words, named_words, percent
+from epa_rt.gap.report.traces import BELIEVED, Trace
+from epa_rt.gap.report.words import BASELINES, channel_words, named_words, percent
 from epa_rt.report.charts import FONT
 from epa_rt.report.shown import Shown, number
 
@@ -28,26 +28,28 @@ def gap_picture(diagnosis: Diagnosis, trace: Trace) -> str:
 
     Raises KeyError for a trace that has no measured curve (``is_error``).
     """
-    scale = Shown().scale(trace.unit)
+    scale, apart = Shown().scale(trace.unit), Shown().difference_scale(trace.unit).unit
     by = {kind: scale.of(np.asarray(values, float)) for _, kind, values in trace.lines}
     left = {kind: by["measured"] - by[kind] for kind in ("before", "after")}
+    believed = any(BELIEVED in words for words, kind, _ in trace.lines if kind == "before")
     floor, channel = trace.floor * scale.factor, channel_words(trace.title.partition(":")[0])
     parts = [_text(LEFT, 40, f"{channel.capitalize()}: the rig and its simulation, before and after", "title"),
-             *_told(diagnosis), *_panel(trace.t_s, [("measured", by["measured"]), ("before", by["before"]), ("after", by["after"])], _TOP, None),
-             _text(LEFT, 112, f"{channel}, {scale.unit}"), *_key(),
+             *_told(diagnosis, believed), *_panel(trace.t_s, [("measured", by["measured"]), ("before", by["before"]), ("after", by["after"])], _TOP, None),
+             _text(LEFT, 112, f"{channel}, {scale.unit}"), *_key(BELIEVED if believed else "refitted"),
              *_panel(trace.t_s, [(kind, left[kind]) for kind in ("before", "after")], _BOTTOM, floor),
-             _text(LEFT, 416, f"what is left: rig minus simulation, {scale.unit} (grey: noise, ± 2 rms)"),
-             _text((LEFT + RIGHT) / 2, 630, "time, s", "tick", "middle"), *_bars(left, floor, scale.unit), *_closed(diagnosis, left, floor, trace)]
+             _text(LEFT, 416, f"what is left: rig minus simulation, {apart} (grey: noise, ± 2 rms)"),
+             _text((LEFT + RIGHT) / 2, 630, "time, s", "tick", "middle"), *_bars(left, floor, apart), *_closed(diagnosis, left, floor, trace)]
     style = _STYLE % FONT.replace('"', "'")
     return (f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}"><style>{style}</style>'
             f'<rect class="page" width="{WIDTH}" height="{HEIGHT}"/>{"".join(parts)}</svg>\n')
 
 
-def _told(diagnosis: Diagnosis) -> list[str]:
-    """What was named and what was done about it, on one line where it fits."""
+def _told(diagnosis: Diagnosis, believed: bool) -> list[str]:
+    """What was named and what was done about it, on one line where it fits; what the simulation before is, where that is not the plant file as it stands."""
     named = f"The diagnosis named {' and '.join(map(named_words, diagnosis.effects)) or 'no effect'}."
     by_it = "with it" if all(effect.who == "rig" for effect in diagnosis.effects) else "accordingly"
     done = f"The plant file was patched {by_it} and the experiment run again." if diagnosis.gate else f"The plant was patched {by_it} and run again on the recorded commands."
+    done = done if believed else f"{done.removesuffix('.')}; before: {BASELINES['refitted']}."
     if len(named) + len(done) < FITS:
         return [_text(LEFT, 66, f"{named} {done}", "soft")]
     return [_text(LEFT, 62, named, "soft"), _text(LEFT, 83, done, "soft")]
@@ -75,9 +77,9 @@ def _panel(t_s: np.ndarray, curves: list[tuple[str, np.ndarray]], rows: tuple[in
     return [*parts, f'<g transform="translate({LEFT} {top})">{lines}</g>', f'<rect class="frame" x="{LEFT}" y="{top}" width="{width}" height="{height}"/>']
 
 
-def _key() -> list[str]:
+def _key(before: str) -> list[str]:
     x, found = RIGHT, []
-    for words, kind, wide in (("simulation, patched", "after", 178), ("simulation, as believed", "before", 216), ("the rig", "measured", 90)):
+    for words, kind, wide in (("simulation, patched", "after", 178), (f"simulation, {before}", "before", 216), ("the rig", "measured", 90)):
         x -= wide
         found += [f'<path class="{kind}" d="M{x} 107h26"/>', _text(x + 32, 112, words)]
     return found

@@ -13,6 +13,7 @@ from epa_rt.gap.shrink import FLOOR_SEEDS
 from epa_rt.gap.subject import Subject, Values
 
 EXCERPT_S = 6.0
+BELIEVED, REFITTED = "as believed", "with nominal parameters refitted"   # what the plant before is
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class Trace:
 
 def traces(subject: Subject, recordings: Sequence[Recording], before: Values, after: Values, floors: Mapping[str, Floor],
            prepared: Mapping[str, object] | None = None, channel: str | None = None) -> tuple[Trace, ...]:
-    """A few seconds of one channel in free run, and what is left over the log with the largest gap of the worst link.
+    """A few seconds of one channel in free run, and what is left over the log with the largest gap of the worst link. ``before``: nominal parameters refitted without the effects.
 
     ``channel``: the one to draw in free run, if the plant has it; else the one in which the patch does most.
     """
@@ -61,7 +62,7 @@ def _left(subject: Subject, recordings: Sequence[Recording], before: Values, aft
     judged = np.flatnonzero(np.isfinite(residual))
     cut = slice(judged[0], judged[-1] + 1) if judged.size else slice(0, 0)
     return Trace(f"What is left of {link.channel} in {link.name}, measured minus plant", link.unit, recording.name, t_s[cut],
-                 (("before", "before", residual[cut]), ("with the effects", "after", rest[cut])), floors[link.name].rms, True)
+                 ((f"before, {REFITTED}", "before", residual[cut]), ("with the effects", "after", rest[cut])), floors[link.name].rms, True)
 
 
 def _alongside(subject: Subject, recordings: Sequence[Recording], before: Values, after: Values, channel: str | None) -> Trace | None:
@@ -71,20 +72,20 @@ def _alongside(subject: Subject, recordings: Sequence[Recording], before: Values
         runs = [subject.free_run(recording, values, seed) for values, seed in ((before, None), (after, None), (after, FLOOR_SEEDS[0]))]
         if any(run is None for run in runs):
             return None
-        found = _best_seconds(subject, recording, runs, channel)
+        found = _best_seconds(subject, recording, runs, channel, REFITTED)
         if found is not None and (best is None or found[0] > best[0]):
             best = found
     return best[1] if best else None
 
 
 def alongside_trace(subject: Subject, real: Recording, before: Recording, after: Recording, twin: Recording, channel: str | None = None) -> Trace | None:
-    """The seconds in which the patch does most, in units of the floor; ``twin``: ``after`` with other noise."""
-    found = _best_seconds(subject, real, (before, after, twin), channel)
+    """The seconds in which the patch does most, in units of the floor; ``before``: the plant file as it stands, ``twin``: ``after`` with other noise."""
+    found = _best_seconds(subject, real, (before, after, twin), channel, BELIEVED)
     return found[1] if found else None
 
 
-def _best_seconds(subject: Subject, real: Recording, runs: Sequence[Recording], channel: str | None) -> tuple[float, Trace] | None:
-    """The gain and the trace; ``runs``: before, after and its twin."""
+def _best_seconds(subject: Subject, real: Recording, runs: Sequence[Recording], channel: str | None, before: str) -> tuple[float, Trace] | None:
+    """The gain and the trace; ``runs``: before, after and its twin. ``before``: what the first of them is, in words."""
     best, names = None, channels(real, runs[1])
     for name in (channel,) if channel in names else names:
         for trial in range(min(len(trials(one)) for one in (real, *runs))):
@@ -97,8 +98,8 @@ def _best_seconds(subject: Subject, real: Recording, runs: Sequence[Recording], 
             start = int(np.argmax(windows))
             if best is None or windows[start] > best[0]:
                 cut = slice(start, start + width)
-                lines = (("the rig", "measured", measured[cut]), ("the plant as believed", "before", old[cut]), ("the plant with the effects", "after", new[cut]))
-                title = f"{name}: the rig, the plant as believed, the plant with the effects"
+                lines = (("the rig", "measured", measured[cut]), (f"the plant {before}", "before", old[cut]), ("the plant with the effects", "after", new[cut]))
+                title = f"{name}: " + ", ".join(words for words, _, _ in lines)
                 t_s = np.arange(start, start + width) / subject.rate_hz
                 best = float(windows[start]), Trace(title, unit_of(subject, name), f"{real.name}, {trials(real)[trial].name} {trial + 1}", t_s, lines, floor, False)
     return best

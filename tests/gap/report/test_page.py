@@ -12,7 +12,7 @@ from epa_rt.gap.report.gate import gate_line
 from epa_rt.gap.report.map import AT_FLOOR, _regions, heat
 from epa_rt.gap.report.page import gap_page
 from epa_rt.gap.report.picture import gap_picture
-from epa_rt.gap.report.traces import traces
+from epa_rt.gap.report.traces import alongside_trace, traces
 from tests.gap.report.answers import ANSWERS, EXPLAINED, GATE, GONE, NOT_SEPARABLE, SLIP, curves
 from tests.gap.damper import Damper, recorded, white_floor
 from tests.report.reading import Page
@@ -130,6 +130,26 @@ def test_the_picture_stands_alone_and_says_what_was_closed_over_the_whole_log():
     assert "98.6 %" in words and "over all trials of the log" in words and any("braid maxwell slip" in one for one in words)
     alone = gap_picture(replace(EXPLAINED, gate=None), curves()[0])
     assert "in these seconds" in alone and "on the recorded commands" in alone
+
+
+def test_the_plant_before_is_called_what_it_is():
+    """The page draws the refitted plant, which the shares are of; the picture of the gate the plant file as it stands."""
+    truth = {"muscle.coulomb_n": 1.0}
+    real, before, after, twin = (recorded(truth), *(Damper().free_run(recorded(truth), values, seed) for values, seed in (({}, None), (truth, None), (truth, 1))))
+    refitted, left = traces(Damper(), [real], {}, truth, {"damper": white_floor()})
+    believed = alongside_trace(Damper(), real, before, after, twin)
+    named = {kind: words for words, kind, _ in (*left.lines, *refitted.lines)}
+    assert named["before"] == "the plant with nominal parameters refitted" and left.lines[0][0] == "before, with nominal parameters refitted"
+    assert "refitted" not in believed.title and "the plant as believed" in believed.title and "as believed" not in gap_page(EXPLAINED, [refitted, left])
+    alone, gated = gap_picture(replace(EXPLAINED, gate=None), refitted), gap_picture(EXPLAINED, believed)
+    assert "simulation, refitted" in alone and "before: nominal parameters refitted, no effect" in alone and "as believed" not in alone
+    assert "simulation, as believed" in gated and "refitted" not in gated
+
+
+def test_a_difference_of_pressures_is_neither_absolute_nor_gauge():
+    gas = replace(curves()[0], title="muscle_pressure_pa: the rig", unit="Pa")
+    text = gap_picture(EXPLAINED, gas)
+    assert "muscle pressure, kPa abs<" in text and "rig minus simulation, kPa (grey" in text and "rms of what is left, kPa<" in text
 
 
 def test_what_came_near_stands_beside_the_name_unless_it_cannot_be_told_apart():
