@@ -8,7 +8,7 @@ import numpy as np
 
 from epa_rt.config.source import Located
 from epa_rt.logs.importers.csv_table import read_csv
-from epa_rt.logs.importers.grid import Grid, grid_of, put, stamps_s
+from epa_rt.logs.importers.grid import Grid, beside, grid_of, put, stamps_s
 from epa_rt.logs.importers.line import line_of
 from epa_rt.logs.importers.mapping import Mapping, Signal, Stretch, TrialColumn
 from epa_rt.logs.importers.mat_table import read_mat
@@ -16,6 +16,7 @@ from epa_rt.logs.importers.mcap_table import read_mcap
 from epa_rt.logs.importers.table import ImportRefused, Key, Table
 
 _LARGEST_SI = 1e300
+_MOST_TRIALS = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -51,10 +52,11 @@ def gather(mapping: Mapping, located: Located, files: Sequence[Path]) -> Gathere
         raise ImportRefused(f"{mapping_name(located)}: found no signal from {unused[0]}, expected every file to be used (give 'file:' in the mapping)")
     tables, constants = _tables(mapping, list(keys.values()))
     first = next(iter(keys.values()))
-    main, says = tables[first.path, first.topic], []
+    main = tables[first.path, first.topic]
     grid = grid_of(main, mapping.clock)
     raw = stamps_s(main, mapping.clock)
-    found = {}
+    places = {which: beside(grid, table, mapping.clock, raw) for which, table in tables.items()}
+    found, says = {}, [sentence for place in places.values() for sentence in place.says]
     for name, signal in mapping.signals.items():
         table, line = tables[keys[name].path, keys[name].topic], line_of(name, signal.unit, signal.scale, signal.offset, mapping.atmosphere)
         slope = line.slope * (constants[keys[name].path][signal.scale_variable] if signal.scale_variable else 1.0)
@@ -62,15 +64,14 @@ def gather(mapping: Mapping, located: Located, files: Sequence[Path]) -> Gathere
             column = table.columns[keys[name].column] * slope + line.intercept
         if np.any(np.abs(column) > _LARGEST_SI):
             raise ImportRefused(f"{table.place(int(np.argmax(np.abs(column) > _LARGEST_SI)))}: column {signal.column}: found a number too large for {name}, expected less")
-        found[name] = put(grid, table, mapping.clock, raw, column, hold=_is_discrete(name))
+        found[name] = put(grid, places[keys[name].path, keys[name].topic], column, hold=_is_discrete(name))
         empty = int(np.isnan(found[name]).sum())
         if empty:
-            says.append(f"{name} has no value on {empty} of {len(found[name])} rows; they are marked invalid")
+            says.append(f"{name} has no value on {empty} of {len(found[name])} rows; " + ("they are marked invalid" if name in mapping.measured else "nothing is put in their place"))
     trials = _trials(mapping, grid, located)
     if isinstance(mapping.trials, TrialColumn):
         key = keys["trials"]
-        table = tables[key.path, key.topic]
-        trials = _trials_by(put(grid, table, mapping.clock, raw, table.columns[key.column], hold=True))
+        trials = _trials_by(put(grid, places[key.path, key.topic], _numbers(tables[key.path, key.topic], key.column), hold=True))
     groups = [{name: found[name] for name in getattr(mapping, section)} for section in ("measured", "references", "commands")]
     return Gathered(grid, *groups, trials, (*grid.says, *says))
 
@@ -131,9 +132,17 @@ def _trials(mapping: Mapping, grid: Grid, located: Located) -> tuple[Trial, ...]
     return tuple(trials) or (Trial("recording", 0, rows, True),)
 
 
+def _numbers(table: Table, column: str | int) -> np.ndarray:
+    """A column of trials' numbers, zero where it has no value. Raises ImportRefused for one that is none."""
+    numbers = np.nan_to_num(table.columns[column])
+    wrong = (numbers != np.rint(numbers)) | (np.abs(numbers) > _MOST_TRIALS)
+    if wrong.any():
+        row = int(np.argmax(wrong))
+        raise ImportRefused(f"{table.place(row)}: column {column}: found {numbers[row]:g}, expected the number of a trial, whole and at most a million")
+    return numbers
+
+
 def _trials_by(values: np.ndarray) -> tuple[Trial, ...]:
     numbers = np.nan_to_num(values)
-    if np.any(numbers != np.rint(numbers)) or np.abs(numbers).max() > 1e6:
-        raise ImportRefused(f"trials: found {numbers[np.argmax(numbers != np.rint(numbers))]:g} in the column of trials, expected whole numbers below a million")
     cuts = [0, *(np.flatnonzero(np.diff(numbers)) + 1).tolist(), len(numbers)]
     return tuple(Trial(f"trial {numbers[a]:.0f}" if numbers[a] else "between", a, b, bool(numbers[a])) for a, b in zip(cuts, cuts[1:]))

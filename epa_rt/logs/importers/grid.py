@@ -67,25 +67,61 @@ def grid_of(table: Table, clock: Clock) -> Grid:
     return _resampled(t, period_s, clock)
 
 
-def put(grid: Grid, table: Table, clock: Clock, main: np.ndarray, values: np.ndarray, hold: bool) -> np.ndarray:
-    """A column of any table on the grid. ``main``: raw stamps of the main table; NaN outside of this table's time."""
-    t = stamps_s(table, clock) - main[0]
+@dataclass(frozen=True)
+class Beside:
+    """A table against the grid: its stamps ``t_s`` (N,) since the main table's first row, whether they are the grid's own, the cycles (M,) that lie
+    outside of its time and in its gaps, and what was found, in words."""
+
+    t_s: np.ndarray
+    as_is: bool
+    outside: np.ndarray
+    in_gap: np.ndarray
+    says: tuple[str, ...] = ()
+
+
+def beside(grid: Grid, table: Table, clock: Clock, main: np.ndarray) -> Beside:
+    """Where any table has rows on the grid. ``main``: raw stamps of the main table. Raises ImportRefused as ``stamps_s``."""
+    t, none = stamps_s(table, clock) - main[0], np.zeros(len(grid.t_s), bool)
     if not grid.resampled and len(t) == len(grid.t_s) and np.array_equal(t, grid.t_s):
+        return Beside(t, True, none, none)
+    slack_s = 0.5 * grid.period_s
+    outside = (grid.t_s < t[0] - slack_s) | (grid.t_s > t[-1] + slack_s)
+    if len(t) < 2:
+        return Beside(t, False, outside, none)
+    typical_s = float(np.median(np.diff(t)))  # a table may be slower than the grid: its usual step is no gap
+    max_gap_s = _GAP_PERIODS * max(typical_s, grid.period_s) if clock.max_gap is None else max(clock.max_gap, _TYPICAL_PERIODS * typical_s)
+    after, on_row = _around(t, grid.t_s, slack_s)
+    in_gap = ~outside & ~on_row & (t[after] - t[after - 1] > max_gap_s)
+    rows = np.unique(after[in_gap])
+    if not len(rows):
+        return Beside(t, False, outside, none)
+    row = int(rows[np.argmax(t[rows] - t[rows - 1])])
+    says = (f"{table.place(row)}: found {t[row] - t[row - 1]:.4g} s without a row; {int(in_gap.sum())} cycles lie in {len(rows)} such gap{'s' * (len(rows) != 1)}, "
+            "where its columns have no value (valves, enables and words hold theirs)")
+    return Beside(t, False, outside, in_gap, (says,))
+
+
+def put(grid: Grid, found: Beside, values: np.ndarray, hold: bool) -> np.ndarray:
+    """A column of any table on the grid; NaN outside of its table's time and in its gaps, through which a column with ``hold`` keeps its value."""
+    if found.as_is:
         return values
     if hold:
-        found = values[np.clip(np.searchsorted(t, grid.t_s, side="right") - 1, 0, None)]
-    else:
-        found = np.interp(grid.t_s, t, values)  # NaN in values spreads to its neighbours, as it should
-    slack_s = 0.5 * grid.period_s
-    return np.where((grid.t_s < t[0] - slack_s) | (grid.t_s > t[-1] + slack_s), np.nan, found)
+        held = values[np.clip(np.searchsorted(found.t_s, grid.t_s, side="right") - 1, 0, None)]
+        return np.where(found.outside, np.nan, held)
+    return np.where(found.outside | found.in_gap, np.nan, np.interp(grid.t_s, found.t_s, values))  # NaN in values spreads to its neighbours, as it should
+
+
+def _around(t: np.ndarray, grid_s: np.ndarray, slack_s: float) -> tuple[np.ndarray, np.ndarray]:
+    """The row (M,) at or after each cycle, from 1 on, and (M,) bool: whether a row lies within ``slack_s`` of it."""
+    after = np.clip(np.searchsorted(t, grid_s, side="left"), 1, len(t) - 1)
+    return after, np.minimum(np.abs(grid_s - t[after - 1]), np.abs(grid_s - t[after])) <= slack_s
 
 
 def _resampled(t: np.ndarray, period_s: float, clock: Clock) -> Grid:
     cycle = np.arange(int(t[-1] / period_s + 1e-9) + 1)
     grid_s = cycle * period_s
     max_gap_s = _GAP_PERIODS * period_s if clock.max_gap is None else clock.max_gap
-    after = np.clip(np.searchsorted(t, grid_s, side="left"), 1, len(t) - 1)
-    on_row = np.minimum(np.abs(grid_s - t[after - 1]), np.abs(grid_s - t[after])) <= 0.5 * period_s
+    after, on_row = _around(t, grid_s, 0.5 * period_s)
     kept = (t[after] - t[after - 1] <= max_gap_s) | on_row
     moved_s = np.minimum(np.abs(grid_s - t[after - 1]), np.abs(grid_s - t[after]))[kept].max()
     says = (f"{len(t)} rows were put onto {int(kept.sum())} cycles of {period_s * 1e3:.6g} ms by linear interpolation; a row lies up to "

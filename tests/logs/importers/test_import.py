@@ -88,6 +88,47 @@ def test_resampling_leaves_gaps_open(imported, tmp_path):
     assert 28 <= np.diff(read_recording(log).cycle).max() <= 31
 
 
+TWO = CSV.replace("cart_force_n: {column: force", "cart_force_n: {file: cell, column: force").replace("cart_position_m: {", "cart_position_m: {file: place, ") \
+    .replace("cmd_cart_force_n: {", "cmd_cart_force_n: {file: cell, ").replace("trials: [{name: first, begin: 0.5 s, end: 1 s}]\n", "")
+
+
+def _two(folder, kept, t=T):
+    """A complete file, and another with the rows ``kept`` alone."""
+    (folder / "place.csv").write_text(csv_text())
+    (folder / "cell.csv").write_text(csv_text(t[kept], POSITION[kept], FORCE[kept]))
+    return folder / "place.csv", folder / "cell.csv"
+
+
+@pytest.mark.parametrize(("clock", "beside_s"), [("", 0.0), ("", 0.003), (", resample: linear", 0.003), (", max_gap: 100 ms", 0.0)])
+def test_a_dropout_of_a_second_file_is_no_straight_line(imported, tmp_path, clock, beside_s):
+    """Rows 60 to 110 are gone in one file of two; a hole of one row is bridged."""
+    kept = np.delete(np.arange(ROWS), [*range(60, 111), 150])
+    code, said, log = imported(TWO.replace("period: 10 ms", "period: 10 ms" + clock), *_two(tmp_path, kept, T + beside_s))
+    assert code == 0 and "cell.csv:62: found 0.52 s without a row; 51 cycles lie in 1 such gap, where its columns have no value" in said
+    recording = read_recording(log)
+    for name in ("cart_force_n", "cmd_cart_force_n"):
+        lost = np.flatnonzero(np.isnan(recording.columns[name])[1:]) + 1
+        assert lost.tolist() == list(range(60, 111)) if beside_s == 0.0 else (len(lost) == 51 and lost[0] in (60, 61))
+    assert "cart_force_n has no value on " in said and "they are marked invalid" in said
+    assert "cmd_cart_force_n has no value on " in said and "nothing is put in their place" in said
+    assert np.isfinite(recording.columns["cart_position_m"]).all()
+
+
+def test_a_second_file_may_be_slower_and_its_gaps_may_be_allowed(imported, tmp_path):
+    slow = np.arange(0, ROWS, 5)
+    for clock, kept in (("", slow), (", max_gap: 20 ms", slow), (", max_gap: 600 ms", np.delete(np.arange(ROWS), range(60, 111)))):
+        code, _, log = imported(TWO.replace("period: 10 ms", "period: 10 ms" + clock), *_two(tmp_path, kept))
+        assert code == 0 and np.isfinite(read_recording(log).columns["cart_force_n"][: kept[-1]]).all()
+
+
+def test_words_of_a_second_file_hold_through_its_gaps(imported, tmp_path):
+    kept = np.delete(np.arange(ROWS), range(60, 111))
+    text = TWO.replace("cart_force_n: {file: cell, column: force, unit: N}", "brake_raw: {file: cell, column: force, unit: '1'}")
+    code, said, log = imported(text, *_two(tmp_path, kept))
+    values = read_recording(log).columns["brake_raw"]
+    assert code == 0 and "valves, enables and words hold theirs" in said and np.all(values[60:111] == values[59])
+
+
 def test_missing_values_are_allowed_by_name_only_and_counted(imported, tmp_path):
     lines = csv_text().splitlines()
     lines[20] = lines[20].replace(lines[20].split(";")[2], "n/a")
@@ -113,6 +154,15 @@ def test_trials_by_a_column(imported, tmp_path):
     _, _, log = imported(CSV.replace("trials: [{name: first, begin: 0.5 s, end: 1 s}]", "trials: {column: lap}"), tmp_path / "laps.csv")
     assert [(s.name, s.start, s.stop, s.trial) for s in read_recording(log).spans] == [
         ("between", 0, 50, False), ("trial 1", 50, 100, True), ("trial 2", 100, 150, True), ("between", 150, 200, False)]
+
+
+@pytest.mark.parametrize(("number", "shown"), [(2_000_000, "2e+06"), (1.5, "1.5")])
+def test_a_number_that_is_no_trial_is_named(imported, tmp_path, number, shown):
+    lap = np.where(np.arange(ROWS) == 120, number, 1.0)
+    rows = csv_text().splitlines()
+    (tmp_path / "laps.csv").write_text("\n".join([rows[0] + ";lap", *(f"{row};{k:.1f}" for row, k in zip(rows[1:], lap, strict=True))]) + "\n")
+    code, said, _ = imported(CSV.replace("trials: [{name: first, begin: 0.5 s, end: 1 s}]", "trials: {column: lap}"), tmp_path / "laps.csv")
+    assert code == 2 and f"laps.csv:122: column lap: found {shown}, expected the number of a trial" in said
 
 
 def test_a_rig_file_is_attached_and_must_be_of_that_rig(imported, files, tmp_path):
