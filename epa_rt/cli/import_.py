@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from epa_rt.cli.exits import COMPLETED, VerbError
 
 if TYPE_CHECKING:
+    from epa_rt.config.source import Located
     from epa_rt.logs.importers.gather import Gathered
     from epa_rt.logs.importers.mapping import Mapping
 
@@ -35,6 +36,7 @@ def main(arguments: argparse.Namespace) -> int:
     if not arguments.dry and (out is None or out.suffix != ".mcap"):
         raise VerbError(f"found {'no log to write' if out is None else out}, expected -o with a name that ends in .mcap, or --dry")
     mapping, located = load_mapping(arguments.mapping)
+    _check_kind(mapping, located)
     try:
         gathered = gather(mapping, located, arguments.files)
         attachments = attachments_of(mapping, located, arguments.files)
@@ -46,6 +48,24 @@ def main(arguments: argparse.Namespace) -> int:
     except ImportRefused as error:
         raise VerbError(str(error)) from None
     return COMPLETED
+
+
+def _check_kind(mapping: "Mapping", located: "Located") -> None:
+    """Raises ConfigError where a rig of others says no atmosphere and its kind takes another one than the mapping says."""
+    from epa_rt.config.source import load_yaml
+    from epa_rt.gap.foreign.kinds import KINDS
+    from epa_rt.logs.importers.rig_text import SAME_ATMOSPHERE
+
+    if mapping.rig_file is None or located.data.get("atmosphere") is None:
+        return
+    rig = load_yaml(located.path.parent / mapping.rig_file).data
+    kind, settings = KINDS.get(str(rig.get("kind"))), rig.get("settings")
+    if kind is None or isinstance(settings, dict) and "atmosphere" in settings:
+        return
+    taken = next((setting.default for setting in kind.settings if setting.name == "atmosphere"), None)
+    if taken is not None and abs(taken / mapping.atmosphere - 1.0) > SAME_ATMOSPHERE:
+        raise located.error(("atmosphere",), f"{mapping.atmosphere / 1e3:.6g} kPa abs", f"{taken / 1e3:.6g} kPa abs, which a {rig['kind']} takes where its rig file {mapping.rig_file} "
+                            "does not say 'settings: {atmosphere: ...}'")
 
 
 def table_text(mapping: "Mapping", gathered: "Gathered") -> str:

@@ -5,11 +5,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, StringConstraints, field_validator, model_validator
 
-from epa_rt.config.fields import STANDARD_ATMOSPHERE_PA, Frozen, Name, Seconds, pressure, quantity
+from epa_rt.config.fields import Frozen, Name, Seconds, pressure, quantity
 from epa_rt.config.source import Located, load_yaml, validate
 from epa_rt.config.units import UnitError, unit
 from epa_rt.logs.importers.line import line_of
-
+from epa_rt.logs.importers.rig_text import atmosphere_of
 
 
 def _column(value: Any) -> str | int:
@@ -135,14 +135,16 @@ class TrialColumn(Frozen):
 
 
 class Mapping(Frozen):
-    """The whole file. ``rig_file`` is attached to the log and must say ``rig:`` as this one does."""
+    """The whole file. ``rig_file`` is attached to the log and must say ``rig:`` as this one does, and no other ``atmosphere``; read by
+    ``load_mapping``, ``atmosphere`` is the rig's, in Pa, where this one does not say it.
+    """
 
     mapping: Name
     description: str = ""
     rig: Name
     rig_file: Text | None = None
     experiment: Name | None = None
-    atmosphere: pressure(30e3, 120e3) = STANDARD_ATMOSPHERE_PA
+    atmosphere: pressure(30e3, 120e3) | None = None
     format: Format
     clock: Clock
     measured: Annotated[dict[Name, Signal], Field(min_length=1, max_length=64)]
@@ -160,6 +162,7 @@ def load_mapping(path: Path | str) -> tuple[Mapping, Located]:
     """Reads and checks a mapping file. Raises ConfigError: one sentence with file, line, found, expected."""
     located = load_yaml(path)
     mapping = validate(located, Mapping)
+    mapping = mapping.model_copy(update={"atmosphere": atmosphere_of(mapping, located)})
     seen: set[str] = set()
     for section, prefix in (("measured", ""), ("commands", "cmd_"), ("references", "ref_")):
         for name, signal in getattr(mapping, section).items():

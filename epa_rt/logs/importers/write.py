@@ -11,6 +11,7 @@ import numpy as np
 from epa_rt.config.source import Located
 from epa_rt.logs.importers.gather import Gathered
 from epa_rt.logs.importers.mapping import Mapping
+from epa_rt.logs.importers.rig_text import rig_text
 from epa_rt.logs.importers.table import ImportRefused
 from epa_rt.logs.layout import FLAG_WORKING_COUNTER_OK, SampleLayout
 from epa_rt.logs.mcap_file import McapFile
@@ -26,7 +27,7 @@ def attachments_of(mapping: Mapping, located: Located, files: Sequence[Path]) ->
     sources = [{"name": path.name, "bytes": path.stat().st_size, "sha256": hashlib.sha256(path.read_bytes()).hexdigest()} for path in files]
     found = {"mapping.yaml": located.text.encode(), "sources.json": json.dumps(sources, indent=1).encode()}
     if mapping.rig_file is not None:
-        found["rig.yaml"] = _rig_text(mapping, located).encode()
+        found["rig.yaml"] = rig_text(mapping, located).encode()
     return found
 
 
@@ -90,20 +91,3 @@ def _slots(layout: SampleLayout, gathered: Gathered, t_ns: np.ndarray) -> np.nda
         if i < len(gathered.measured):
             slots["invalid_mask"] |= np.isnan(values).astype(np.uint64) << np.uint64(i)
     return slots
-
-
-def _rig_text(mapping: Mapping, located: Located) -> str:
-    """The rig file's text, checked as far as this room knows it: its name, and of a rig of ours its rows."""
-    from epa_rt.config.rig import rig_from
-    from epa_rt.config.source import load_yaml
-
-    rig = load_yaml(located.path.parent / mapping.rig_file)
-    if rig.data.get("rig") != mapping.rig:
-        raise rig.error(("rig",), repr(rig.data.get("rig")), f"'{mapping.rig}', as the mapping {located.path} says")
-    if "bus" in rig.data and "signals" in rig.data:
-        rows = {row.name for row in rig_from(rig).signals}
-        for section in ("measured", "commands"):
-            for name in getattr(mapping, section):
-                if name not in rows:
-                    raise located.error((section, name), f"'{name}'", f"a signal of the rig {mapping.rig}: {', '.join(sorted(rows))}")
-    return rig.text

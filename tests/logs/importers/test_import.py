@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from epa_rt.cli.main import main
 from epa_rt.gap.read import read_recording
 from epa_rt.logs.reader import LogReader
 from foreign_files import CSV, FORCE, MAT, MCAP, POSITION, ROWS, T, csv_text, mat_bytes, mcap_json, mcap_protobuf
+
+ROOT = Path(__file__).resolve().parents[3]
 
 
 @pytest.fixture
@@ -171,3 +174,40 @@ def test_a_rig_file_is_attached_and_must_be_of_that_rig(imported, files, tmp_pat
     assert read_recording(log).attachments["rig.yaml"] == b"rig: cart\nmass: 2 kg\n"
     code, said, _ = imported(CSV.replace("rig: cart\n", "rig: wagon\nrig_file: rig.yaml\n"), files / "cart.csv")
     assert code == 2 and "found 'cart', expected 'wagon'" in said
+
+
+CELL = CSV.replace("cart_force_n: {column: force, unit: N}", "cart_pressure_pa: {column: force, unit: bar gauge}", 1)
+
+
+@pytest.mark.parametrize("rig", ["rig: cart\nkind: piston\nsettings: {atmosphere: 83 kPa}\n", "ours"])
+def test_the_atmosphere_is_that_of_the_rig_file(imported, files, tmp_path, rig):
+    """Taken from there where the mapping does not say it; refused where it says another."""
+    name, text = "cart", CELL
+    if rig == "ours":
+        bench = (ROOT / "config/rigs/bench.yaml").read_text()
+        name, rig = "bench", bench.replace("atmosphere: 101.325 kPa abs", "atmosphere: 83 kPa abs")
+        text = CELL.replace("cart_position_m", "motor_travel_m").replace("cart_pressure_pa", "muscle_pressure_pa").replace("cmd_cart_force_n", "cmd_motor_torque_nm").replace("kN", "kN*m")
+    (tmp_path / "rig.yaml").write_text(rig)
+    text = text.replace("rig: cart\n", f"rig: {name}\nrig_file: rig.yaml\n")
+    pressure = text.partition("_pressure_pa")[0].split()[-1] + "_pressure_pa"
+    for line in ("", "atmosphere: 830 mbar abs\n"):
+        code, said, log = imported(line + text, files / "cart.csv")
+        assert code == 0 and np.allclose(read_recording(log).columns[pressure], 1e5 * FORCE + 83e3, atol=1.0), said
+    code, said, _ = imported("atmosphere: 101.325 kPa abs\n" + text, files / "cart.csv")
+    assert code == 2 and ".yaml:1: atmosphere: found 101.325 kPa abs, expected 83 kPa abs, as the rig file rig.yaml says" in said
+
+
+def test_the_atmosphere_that_a_kind_takes_by_default_counts_too(imported, files, tmp_path):
+    (tmp_path / "rig.yaml").write_text("rig: cart\nkind: piston\n")
+    text = "atmosphere: 83 kPa abs\n" + CELL.replace("rig: cart\n", "rig: cart\nrig_file: rig.yaml\n")
+    code, said, _ = imported(text, files / "cart.csv")
+    assert code == 2 and ".yaml:1: atmosphere: found 83 kPa abs, expected 101.325 kPa abs, which a piston takes where its rig file rig.yaml does not say 'settings: {atmosphere: ...}'" in said
+    (tmp_path / "rig.yaml").write_text("rig: cart\nkind: carriage\n")
+    assert imported(text, files / "cart.csv")[0] == 0  # of which nothing hangs on it
+
+
+@pytest.mark.parametrize(("setting", "expected"), [("83", "without a unit"), ("83 mm", "expected a quantity in Pa"), ("-1 kPa", "expected a pressure above zero")])
+def test_an_atmosphere_of_a_rig_of_others_that_is_none_is_refused(imported, files, tmp_path, setting, expected):
+    (tmp_path / "rig.yaml").write_text(f"rig: cart\nsettings:\n  atmosphere: {setting}\n")
+    code, said, _ = imported(CELL.replace("rig: cart\n", "rig: cart\nrig_file: rig.yaml\n"), files / "cart.csv")
+    assert code == 2 and "rig.yaml:3: settings.atmosphere: found " in said and expected in said
