@@ -113,7 +113,7 @@ class NextExperiment:
 
     name: str
     settings: dict[str, str]
-    separates: tuple[str, ...]
+    separates: tuple[str, ...]      # effects that stand in some of the answers and not in all
     expected_distance: float        # chi-square between the two best fits on the new data; above 25 decides
     file: str                       # text of an experiment file for ``epa run``
     says: str

@@ -101,7 +101,7 @@ def next_experiment(rivals: Sequence[Rival], items: Sequence[Item], simulate: Si
 
 def _proposed(best: Judged, rivals: Sequence[Rival]) -> NextExperiment:
     item = best.item
-    names = tuple(dict.fromkeys(name for rival in rivals for name in rival.names))
+    names = tuple(dict.fromkeys(name for rival in rivals for name in rival.names if not all(name in other.names for other in rivals)))
     settings = ", ".join(f"{key} {value}" for key, value in item.settings.items())
     apart = int(np.sqrt(max(best.distance, 0.0)))  # not rounded up: what lies 4.5 apart does not decide where 5 do
     says = f"{item.says} ({settings}): the closest two answers would lie {apart} standard deviations of the noise apart, which {_sure(best.distance)}{_others(best)}"

@@ -32,6 +32,12 @@ def test_the_smaller_of_both_distances_counts():
     assert (found.name, found.expected_distance, found.separates, found.file) == ("short", 81.0, ("leak", "heat"), "experiment: short")
 
 
+def test_what_stands_in_every_answer_is_not_told_apart():
+    rivals = (Rival(("creep", "leak"), "a"), Rival(("creep", "heat"), "b"))
+    found = next_experiment(rivals, ITEMS[:1], lambda item, plant: toy.recording(item.name, 1, seconds=1.0), lambda recording, truth, other: 81.0)
+    assert found.separates == ("leak", "heat")
+
+
 def test_an_experiment_that_is_beaten_already_is_not_run_for_every_rival():
     ran = []
 

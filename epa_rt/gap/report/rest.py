@@ -1,7 +1,7 @@
 """What is left, what to do next, and what the answer stands on."""
 
 from epa_rt.gap.diagnosis import Diagnosis, Remainder
-from epa_rt.gap.report.words import channel_words, percent, plain, region_words, size, times
+from epa_rt.gap.report.words import alike_words, channel_words, percent, plain, region_words, size, times
 from epa_rt.report.markup import Html, facts, folded, join, note, paragraph, table, tag
 
 
@@ -18,6 +18,8 @@ def next_experiment(diagnosis: Diagnosis) -> Html:
     plan = diagnosis.next_experiment
     if plan is None and diagnosis.verdict == "not_separable":
         return paragraph("Not looked for, or none of the menu can be run on this rig: epa gap plan looks for it.")
+    if plan is None and (alike := alike_words(diagnosis)):
+        return paragraph(f"None was looked for, since laws of one family are one answer. An experiment that tells {alike}: epa gap plan looks for it (this house's rigs and servos).")
     if plan is None:
         return paragraph("None is needed: nothing stands that another experiment would have to tell apart.")
     between = " and ".join(map(plain, plan.separates)) or "what is open"

@@ -148,7 +148,12 @@ def next_words(diagnosis: Diagnosis) -> str:
     """Name of the next experiment, or why there is none."""
     if diagnosis.next_experiment:
         return plain(diagnosis.next_experiment.name) if diagnosis.next_experiment.tells else "none of the menu would tell"
-    return "not looked for" if diagnosis.verdict == "not_separable" else "none needed"
+    return "not looked for" if diagnosis.verdict == "not_separable" or alike_words(diagnosis) else "none needed"
+
+
+def alike_words(diagnosis: Diagnosis) -> str:
+    """'braid friction from braid dahl': names with the laws that they cannot be told from; '' where there are none."""
+    return "; ".join(f"{plain(one.name)} from {join_words(one.not_separable_from)}" for one in diagnosis.effects if one.not_separable_from)
 
 
 def judged_on(diagnosis: Diagnosis) -> str:

@@ -13,6 +13,7 @@ from epa_rt.gap.report.map import AT_FLOOR, _regions, heat
 from epa_rt.gap.report.page import gap_page
 from epa_rt.gap.report.picture import gap_picture
 from epa_rt.gap.report.traces import alongside_trace, traces
+from epa_rt.gap.report.words import next_words
 from tests.gap.report.answers import ANSWERS, EXPLAINED, GATE, GONE, NOT_SEPARABLE, SLIP, curves
 from tests.gap.damper import Damper, recorded, white_floor
 from tests.report.reading import Page
@@ -130,6 +131,13 @@ def test_the_picture_stands_alone_and_says_what_was_closed_over_the_whole_log():
     assert "98.6 %" in words and "over all trials of the log" in words and any("braid maxwell slip" in one for one in words)
     alone = gap_picture(replace(EXPLAINED, gate=None), curves()[0])
     assert "in these seconds" in alone and "on the recorded commands" in alone
+
+
+def test_a_law_of_the_same_family_that_cannot_be_told_apart_leaves_an_experiment_to_be_looked_for():
+    page = Page(gap_page(replace(EXPLAINED, effects=(replace(SLIP, not_separable_from=("braid_dahl",)),))))
+    assert "Cannot be told apart from braid dahl" in page.sections["which"]
+    assert "tells braid maxwell slip from braid dahl: epa gap plan looks for it" in page.sections["next"] and "None is needed" not in page.sections["next"]
+    assert next_words(EXPLAINED) == "none needed" and "None is needed" in Page(gap_page(EXPLAINED)).sections["next"]
 
 
 def test_the_plant_before_is_called_what_it_is():
