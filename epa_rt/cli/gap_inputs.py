@@ -135,8 +135,13 @@ def read(logs: Sequence[Path], rig: "Rig | None") -> "tuple[Recording, ...]":
 
 
 def _unique(recordings: "Sequence[Recording]") -> None:
+    """Raises VerbError where two logs have one name, or one of several has the name that all of them together have in the answer."""
+    from epa_rt.gap.shrink import ALL
+
     seen: dict[str, str] = {}
     for recording in recordings:
+        if recording.name == ALL and len(recordings) > 1:
+            raise VerbError(f"{recording.path}: found a log named '{ALL}' among others, expected another name: '{ALL}' are all logs together in the answer")
         if recording.name in seen:
             raise VerbError(f"found {recording.path} beside {seen[recording.name]}, expected every log once and under a name of its own")
         seen[recording.name] = recording.path

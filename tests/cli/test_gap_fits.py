@@ -1,10 +1,12 @@
 """epa gap refuses what does not belong together before any fit, and loses no answer to a file that cannot be written."""
 
+import argparse
 import shutil
 
 import numpy as np
 import pytest
 
+from epa_rt.cli.gap_inputs import opened
 from epa_rt.cli.main import main
 from epa_rt.gap.diagnosis import Diagnosis
 from tests.cli.shell import RIGS, ROOT
@@ -71,6 +73,17 @@ def imported_carriage(tmp_path, scale: str, rows: int = -1, rate: str = "500 Hz"
                                      f"  carriage_position_m: {{column: x, unit: m}}\n  motor_force_n: {{column: f, unit: N, scale: {scale}}}\n")
     assert main(["import", str(tmp_path / "m.yaml"), str(tmp_path / "a.csv"), "-o", str(tmp_path / "a.mcap")]) == 0
     return tmp_path / "a.mcap"
+
+
+def test_no_log_of_several_has_the_name_of_all_of_them(tmp_path, capsys):
+    """Its rows would take the place of those over all logs."""
+    log = imported_carriage(tmp_path, "1")
+    shutil.copy(log, tmp_path / "all.mcap")
+    capsys.readouterr()
+    for logs in ((log, "--holdout", tmp_path / "all.mcap"), (tmp_path / "all.mcap", log)):
+        said = refused(capsys, "diagnose", "--rig", ROOT / "config/rigs_foreign/emps.yaml", *logs)
+        assert f"{tmp_path / 'all.mcap'}: found a log named 'all' among others, expected another name" in said
+    assert opened(argparse.Namespace(rig=ROOT / "config/rigs_foreign/emps.yaml", plant=None, logs=[tmp_path / "all.mcap"])).recordings[0].name == "all"
 
 
 def test_a_wrong_unit_on_a_rig_of_others(tmp_path, capsys):
