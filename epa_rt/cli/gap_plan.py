@@ -8,6 +8,7 @@ furthest apart is proposed. For a rig of others the file holds the commanded pro
 """
 
 import argparse
+import sys
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -29,7 +30,7 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     parser.add_argument("diagnosis", type=Path, metavar="JSON", help="what epa gap diagnose --json wrote")
     add_rig_arguments(parser)
     add_log_arguments(parser)
-    parser.add_argument("-o", "--out", type=Path, metavar="EXPERIMENT.yaml", help="experiment file to write (default: print it)")
+    parser.add_argument("-o", "--out", type=Path, metavar="EXPERIMENT.yaml", help="experiment file to write (default: print it, and what is said of it on stderr)")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -37,6 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
     from epa_rt.gap.rivals import sets_apart
 
     check_writable(arguments.out, (".yaml", ".yml"))
+    says = sys.stdout if arguments.out else sys.stderr  # what is printed for epa run to read is the file and nothing else
     try:
         diagnosis = load_diagnosis(arguments.diagnosis)
     except PatchError as error:
@@ -56,7 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
     if unknown := [name for one in diagnosis.effects for name in (one.name, *one.not_separable_from) if name not in known]:
         raise VerbError(f"{arguments.diagnosis}: found the effect {unknown[0]}, expected one of the catalogue of {arguments.rig} ({catalogue_command(given)})")
     if len(sets_apart(diagnosis, given.subject, within_family=True)) < 2:
-        print("nothing to tell apart: the diagnosis names no effect that these logs could not separate from another")
+        print("nothing to tell apart: the diagnosis names no effect that these logs could not separate from another", file=says)
         return COMPLETED
     with progress_shown(arguments.quiet) as progress:
         plan = planned(given, diagnosis, progress, within_family=True)
@@ -66,7 +68,7 @@ def run(arguments: argparse.Namespace) -> int:
         print(plan.file)
     else:
         write_whole(arguments.out, plan.file)
-    print(f"{arguments.out or plan.name}: {plan.says}")
+    print(f"{arguments.out or plan.name}: {plan.says}", file=says)
     return COMPLETED
 
 

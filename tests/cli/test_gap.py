@@ -7,6 +7,7 @@ import jsonschema
 import pytest
 
 from epa_rt.cli.main import main
+from epa_rt.config.rig import load_rig
 from tests.cli.shell import EXPERIMENTS, RIGS, ROOT, epa
 
 RIG = RIGS / "bench.yaml"
@@ -108,7 +109,28 @@ def test_plan_has_nothing_to_tell_apart_without_rivals(diagnosed, folder, log, c
     alone = folder / "alone.json"
     alone.write_text(json.dumps(answer), encoding="utf-8")
     assert main(["gap", "plan", str(alone), "--rig", str(RIG), str(log), "--quiet"]) == 0
-    assert "nothing to tell apart" in capsys.readouterr().out
+    said = capsys.readouterr()
+    assert "nothing to tell apart" in said.err and not said.out, "nothing that is no experiment goes where the file would"
+
+
+def test_plan_prints_the_file_alone_and_what_it_says_of_it_beside(diagnosed, folder, log, capsys, monkeypatch):
+    from epa_rt.cli import gap_plan
+    from epa_rt.experiments.experiment import load_experiment
+    from epa_rt.gap.diagnosis import NextExperiment
+
+    answer = json.loads((folder / "gap.json").read_text(encoding="utf-8"))
+    answer["effects"][0]["not_separable_from"] = ["leak"]
+    both, file = folder / "open.json", (EXPERIMENTS / "identification_short.yaml").read_text(encoding="utf-8")
+    both.write_text(json.dumps(answer), encoding="utf-8")
+    monkeypatch.setattr(gap_plan, "planned", lambda *_, **__: NextExperiment("short", {}, ("leak",), 30.0, file, "five apart, which decides"))
+    asked = ["gap", "plan", str(both), "--rig", str(RIG), str(log), "--quiet"]
+    assert main(asked) == 0
+    said = capsys.readouterr()
+    assert said.err == "short: five apart, which decides\n"
+    (folder / "next.yaml").write_text(said.out, encoding="utf-8")
+    assert load_experiment(folder / "next.yaml", load_rig(RIG)).trials
+    assert main([*asked, "-o", str(folder / "other.yaml")]) == 0
+    assert capsys.readouterr().out == f"{folder / 'other.yaml'}: five apart, which decides\n" and (folder / "other.yaml").read_text(encoding="utf-8") == file
 
 
 def test_plan_refuses_a_name_that_the_rig_has_not(diagnosed, folder, log, capsys):
