@@ -1,5 +1,7 @@
 """Single channels: gone, constant, frozen for a while, at the end of their range, not valid."""
 
+import dataclasses
+
 import numpy as np
 
 from epa_rt.config.rig import Rig
@@ -27,7 +29,7 @@ def check_values(recording: Recording, rig: Rig | None) -> list[Finding]:
         if rig is not None and name not in {row.name for row in rig.inputs}:
             continue
         values = recording.columns[name]
-        found += _invalid(recording, name, values, rows)
+        found += invalid(recording, name, values, rows)
         known = values[np.isfinite(values)]
         if not len(known):
             continue
@@ -41,7 +43,7 @@ def check_values(recording: Recording, rig: Rig | None) -> list[Finding]:
             found += _frozen(recording, name, values)
         elif rig is not None and name not in (rig.motor.position, rig.motor.speed):
             found += _standing(recording, rig, name, values, count) or _still(recording, name, values)
-    return found
+    return found + (_unasked(recording, rig, rows) if rig is not None else [])
 
 
 def scaling_of_row(rig: Rig, name: str) -> Scaling | None:
@@ -86,7 +88,8 @@ def _of(recording: Recording, severity: str, kind: str, name: str, sentence: str
     return Finding(severity, kind, recording.name, name, f"{recording.name}: {name}: {sentence}", tuple(rows))
 
 
-def _invalid(recording: Recording, name: str, values: np.ndarray, rows: np.ndarray) -> list[Finding]:
+def invalid(recording: Recording, name: str, values: np.ndarray, rows: np.ndarray) -> list[Finding]:
+    """A channel without a valid value on some of the ``rows`` (N,) that count."""
     bad = ~np.isfinite(values) & rows
     count, share = int(bad.sum()), bad.sum() / max(rows.sum(), 1)
     if not count:
@@ -97,6 +100,22 @@ def _invalid(recording: Recording, name: str, values: np.ndarray, rows: np.ndarr
     return [_of(recording, severity, "dropped channel" if share > _MOST_INVALID else "invalid", name,
                 f"found no valid value on {count} of {int(rows.sum())} rows ({share:.2%}) in {len(where)} stretches, the longest from {seconds(recording, longest[0]):.3f} s to "
                 f"{seconds(recording, longest[1] - 1):.3f} s, expected values throughout" + ("" if share > _MOST_INVALID else "; they are left out"), where)]
+
+
+def _unasked(recording: Recording, rig: Rig, rows: np.ndarray) -> list[Finding]:
+    """Commands, and the drive's word on its state and mode, that are missing where they are read: what every channel did there was asked by nobody knows what."""
+    from epa_rt.gap.house.commands import AGE, read_rows
+
+    columns = recording.columns
+    if not {row.name for row in rig.signals} <= columns.keys():
+        return []
+    gone = np.logical_and.reduce([np.isnan(columns[row.name]) for row in rig.inputs])  # a cycle without process data, which is said of every channel
+    found = []
+    for name, read in read_rows(rig, columns).items():
+        for one in invalid(recording, name, np.where(gone, 0.0, columns[name]), read & rows):
+            says = one.says.replace("; they are left out", "; no channel is judged there")
+            found.append(dataclasses.replace(one, channel=name if one.severity == "refuse" else "", says=says, rows=tuple((a, min(b + AGE, recording.samples)) for a, b in one.rows)))
+    return found
 
 
 def _constant(recording: Recording, rig: Rig | None, name: str, value: float) -> list[Finding]:

@@ -5,18 +5,20 @@ import math
 import numpy as np
 
 from epa_rt.config.devices import EPOS4_OUTPUTS
-from epa_rt.config.ports import VALVE_PORTS
+from epa_rt.config.ports import DRIVE_SPEED_PORT, VALVE_PORTS
 from epa_rt.config.rig import Rig
 from epa_rt.config.rig_checks import entries_of
 from epa_rt.gap.house.channels import CONVERTER_COUNTS, analog_speed_step
 from epa_rt.gap.house.smooth import bridged
-from epa_rt.models.blocks.drive import SPEED_MODE
+from epa_rt.models.blocks.bus import POSITION_MODE
+from epa_rt.models.blocks.drive import SPEED_MODE, TORQUE_MODE
 from epa_rt.models.ports import COMMAND
 from epa_rt.signals.scaling import scaling_of
 
 AGE = 2            # rows: computed from the inputs of edge k, sent at k + 1, seen in the motion that edge k + 2 samples
 _STATE, _RUNNING, _QUICK_STOP = 0x6F, 0x27, 0x07  # CiA 402 status word
 _TARGETS = {"target_position": "target_angle_rad", "target_speed": "target_speed_rad_s", "target_torque": "target_torque_nm"}
+_MODES = {"target_position": POSITION_MODE, "target_speed": SPEED_MODE, "target_torque": TORQUE_MODE}
 
 
 def commands_of(rig: Rig, columns: dict[str, np.ndarray]) -> np.ndarray:
@@ -42,19 +44,37 @@ def _status_row(rig: Rig) -> str | None:
     return next((row.name for row in rig.inputs if row.entry.endswith(".status_word")), None)
 
 
+def read_rows(rig: Rig, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """(N,) bool by name: where the diagnosis reads a command, or the drive's word on its state and mode. Raises KeyError where that word has no column."""
+    count = len(next(iter(columns.values())))
+    status, always = _status_row(rig), np.ones(count, bool)
+    on = _integers(columns, status, count) & _STATE == _RUNNING
+    found = {} if status is None else {status: always}
+    mode = np.full(count, SPEED_MODE)
+    if rig.drive.interface == "cia402":
+        found[rig.drive.mode_display], mode = on, _integers(columns, rig.drive.mode_display, count)
+    for row in rig.outputs:
+        asked = row.entry.split(".")[-1]
+        if row.port in VALVE_PORTS or row.port == DRIVE_SPEED_PORT:
+            found[row.name] = always
+        elif asked in _MODES:
+            found[row.name] = on & (mode == _MODES[asked])
+    return found
+
+
 def _integers(columns, name: str | None, count: int) -> np.ndarray:
     if name is None:
         return np.full(count, _RUNNING)
-    return np.nan_to_num(_held(columns[name])).astype(np.int64)
+    return _held(columns[name], 0.0).astype(np.int64)
 
 
-def _held(values: np.ndarray) -> np.ndarray:
-    """Gaps (NaN) keep the value before them."""
+def _held(values: np.ndarray, first: float) -> np.ndarray:
+    """Gaps (NaN) keep the value before them; ``first`` where there is none."""
     good = np.isfinite(values)
     if good.all():
         return values
     last = np.maximum.accumulate(np.where(good, np.arange(len(values)), -1))
-    return np.where(last >= 0, values[np.maximum(last, 0)], 0.0)
+    return np.where(last >= 0, values[np.maximum(last, 0)], first)
 
 
 def _between(values: np.ndarray, lost: np.ndarray) -> np.ndarray:
@@ -67,7 +87,7 @@ def _between(values: np.ndarray, lost: np.ndarray) -> np.ndarray:
 
 
 def _aged(values: np.ndarray, first: float) -> np.ndarray:
-    return np.concatenate([np.full(min(AGE, len(values)), first), _held(values)[:-AGE]])
+    return np.concatenate([np.full(min(AGE, len(values)), first), _held(values, first)[:-AGE]])
 
 
 def lost_rows(rig: Rig, columns: dict[str, np.ndarray]) -> np.ndarray:
@@ -98,7 +118,7 @@ def _write_targets(rig: Rig, columns, commands: np.ndarray) -> None:
             size = {"target_position": 2 * math.pi / slave.counts_per_turn, "target_speed": 2 * math.pi / 60.0,
                     "target_torque": 1e-3 * slave.rated_torque}[entry.name]
             commands[_TARGETS[entry.name]] = counts * size
-        elif row.port == "drive_analog_speed":
+        elif row.port == DRIVE_SPEED_PORT:
             line = scaling_of(row, entry, rig)
             counts = np.rint((values - line.intercept) / line.slope)
             commands["target_speed_rad_s"] = np.floor(counts / CONVERTER_COUNTS) * CONVERTER_COUNTS * analog_speed_step(rig)
