@@ -39,7 +39,7 @@ class ChunkStore:
 
     def rows_at_most(self) -> int:
         """A bound on the number of samples, without unpacking."""
-        return sum(chunk.content_bytes // self.row.itemsize for chunk in self._with_samples())
+        return sum(chunk.content_bytes // self.row.itemsize for chunk in self._with_samples() if not chunk.wrong)
 
     def rows(self) -> Iterator[np.ndarray]:
         """The samples, an array of rows for each chunk that is whole."""

@@ -23,6 +23,8 @@ _OPCODES = {int(opcode) for opcode in Opcode}
 _CHUNK_MARK = struct.pack("<I", 4) + b"zstd"
 _CHUNK_MARK_AT = _RECORD_HEAD.size + 8 + 8 + 8 + 4
 _INDEX_ENTRY_BYTES = 16
+_LARGEST_CONTENT = 256 << 20  # bytes of a chunk unpacked; the recorder's have one or two million
+_FRAME_HEAD_BYTES = 18  # of zstd, at most
 
 
 class LogError(Exception):
@@ -31,7 +33,10 @@ class LogError(Exception):
 
 @dataclass
 class ChunkEntry:
-    """Where a chunk lies (bytes), when its messages were (ns), and how many each channel has where that is known."""
+    """Where a chunk lies (bytes), when its messages were (ns), and how many each channel has where that is known.
+
+    ``wrong``: why its head, which no checksum of its own covers, cannot be believed; '' where it can. Nothing is made by ``content_bytes`` before that.
+    """
 
     begin: int
     data_begin: int
@@ -40,6 +45,7 @@ class ChunkEntry:
     content_crc: int
     begin_ns: int
     end_ns: int
+    wrong: str = ""
     counts: dict[int, int] = field(default_factory=dict)
 
 
@@ -81,6 +87,8 @@ def scan(view: mmap.mmap | bytes) -> Scan:
 
 def unpack(view: mmap.mmap | bytes, chunk: ChunkEntry) -> bytes:
     """A chunk's content. Raises ValueError, with the reason, where the chunk is damaged."""
+    if chunk.wrong:
+        raise ValueError(chunk.wrong)
     data = view[chunk.data_begin : chunk.data_begin + chunk.data_bytes]
     try:
         content = zstandard.ZstdDecompressor().decompress(data, max_output_size=chunk.content_bytes)
@@ -122,7 +130,8 @@ def _take(found: Scan, view: mmap.mmap | bytes, at: int, end: int) -> None:
     if opcode == Opcode.CHUNK:
         begin_ns, end_ns, content_bytes, crc, _, _, data_bytes = _CHUNK_HEAD.unpack_from(view, body)
         data_begin = body + _CHUNK_HEAD.size
-        found.chunks.append(ChunkEntry(at, data_begin, data_bytes, content_bytes, crc, begin_ns, end_ns))
+        wrong = _wrong_size(view[data_begin : min(data_begin + _FRAME_HEAD_BYTES, end)], content_bytes)
+        found.chunks.append(ChunkEntry(at, data_begin, data_bytes, content_bytes, crc, begin_ns, end_ns, wrong))
     elif opcode == Opcode.MESSAGE_INDEX and found.chunks:
         channel_id, index_bytes = _INDEX_HEAD.unpack_from(view, body)
         found.chunks[-1].counts[channel_id] = index_bytes // _INDEX_ENTRY_BYTES
@@ -138,6 +147,17 @@ def _take(found: Scan, view: mmap.mmap | bytes, at: int, end: int) -> None:
         found.data_end_at, found.data_crc = at, records.DataEnd.read(_stream(view, body, end)).data_section_crc
     elif opcode == Opcode.FOOTER:
         found.has_footer = view[end : end + len(MCAP0_MAGIC)] == MCAP0_MAGIC
+
+
+def _wrong_size(frame: bytes, content_bytes: int) -> str:
+    """Why a chunk cannot have as many bytes as its head says; '' where it can. ``frame``: the beginning of what is packed."""
+    try:
+        packed = zstandard.frame_content_size(frame)  # -1 where the frame does not say it
+    except zstandard.ZstdError:
+        return "it cannot be unpacked"
+    if packed not in (-1, content_bytes):
+        return f"its head says {content_bytes} bytes, what is packed in it says {packed}"
+    return f"its head says {content_bytes} bytes, more than any chunk has" if content_bytes > _LARGEST_CONTENT else ""
 
 
 def _stream(view: mmap.mmap | bytes, begin: int, end: int) -> ReadDataStream:

@@ -113,6 +113,30 @@ def test_a_chunk_whose_head_is_damaged_is_passed_over(tmp_path, content, scanned
         assert f"bytes from byte {chunk.begin} on are damaged and were passed over" in log.missing[0]
 
 
+@pytest.mark.parametrize("flip", [0x01, 0x80, 0xFF])
+@pytest.mark.parametrize("which", [2, 3, -1], ids=["samples", "events", "the last"])
+def test_every_byte_of_a_chunks_head_may_be_damaged(tmp_path, content, scanned, which, flip):
+    """The head lies outside of the chunk's checksum; the frame's own head, behind it, says its size too. No array is made by what is not believed."""
+    chunk, path = scanned.chunks[which], tmp_path / "damaged.mcap"
+    for place in range(chunk.begin, chunk.data_begin + 18):
+        damaged = bytearray(content)
+        damaged[place] ^= flip
+        path.write_bytes(damaged)
+        with LogReader(path) as log:
+            assert len(cycles_of(log)) >= SAMPLES - 2000, place
+            assert len(log.events()) and log.missing, place
+
+
+def test_a_chunk_that_says_another_size_is_left_out_and_said(tmp_path, content, scanned):
+    chunk, path = scanned.chunks[2], tmp_path / "damaged.mcap"
+    damaged = bytearray(content)
+    damaged[chunk.begin + 9 + 16 + 7] = 0x10  # the upper byte of content_bytes
+    path.write_bytes(damaged)
+    with LogReader(path) as log:
+        assert cycles_of(log) == [*range(2000), *range(4000, SAMPLES)]
+        assert f"is damaged and was left out: its head says {(0x10 << 56) + chunk.content_bytes} bytes, what is packed in it says {chunk.content_bytes}" in log.missing[0]
+
+
 def test_a_damaged_attachment_is_left_out_and_said(tmp_path, content):
     path = tmp_path / "damaged.mcap"
     path.write_bytes(content.replace(b"rig: bench\n", b"rig: bonch\n", 1))
