@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import math
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from epa_rt.logs.importers.table import ImportRefused, Table, element_of, shown,
 _LARGEST = 1 << 30  # bytes of a file
 _NO_VALUE = ("", "nan", "na", "n/a", "none", "null", "nil", "-", "--", "#n/a", "missing")  # texts that loggers write where they have none
 UNITS_HINT = "; where units stand below the header, say 'skip_below_header: 1' under format"
+_GROUPS = r"[+-]?[1-9]\d{{0,2}}(?:{sign}\d{{3}})+(?:{decimal}\d*)?(?:[eE][+-]?\d+)?"
 _ENCODINGS = {"utf-8": "utf-8-sig", "latin-1": "latin-1", "utf-16": "utf-16"}
 
 
@@ -141,8 +143,7 @@ def _number(text: str, form: Format, path: Path, line: int, column: str | int, h
     plain = text.strip()
     if plain in form.missing:
         return math.nan
-    if form.thousands is not None:
-        plain = plain.replace(form.thousands, "", plain.count(form.thousands) - 1 if form.thousands == form.decimal else -1)
+    plain, grouped = _ungrouped(plain, form)
     if form.decimal == ",":
         plain = "(a point)" if "." in plain else plain.replace(",", ".")
     try:
@@ -151,8 +152,19 @@ def _number(text: str, form: Format, path: Path, line: int, column: str | int, h
         value = math.nan
     if not math.isfinite(value):
         found = "an empty cell" if not text.strip() else shown(text)
-        raise ImportRefused(f"{path}:{line}: column {shown(column) if isinstance(column, str) else column}: found {found}, expected a number{_missing_hint(text.strip()) or hint * bool(text.strip())}")
+        expected = "a number" if grouped else f"a number with groups of three digits between {form.thousands!r}, its sign for thousands, or without that sign"
+        raise ImportRefused(f"{path}:{line}: column {shown(column) if isinstance(column, str) else column}: found {found}, expected {expected}{_missing_hint(text.strip()) or hint * bool(text.strip())}")
     return value
+
+
+def _ungrouped(plain: str, form: Format) -> tuple[str, bool]:
+    """A cell without its signs for thousands; and whether they part groups of three, the first of one to three without a leading zero, as '1.015' for 1015 and not '0.015'."""
+    sign = form.thousands
+    if sign is None or plain.count(sign) <= (sign == form.decimal):
+        return plain, True
+    if not re.fullmatch(_GROUPS.format(sign=re.escape(sign), decimal=re.escape(form.decimal)), plain, re.ASCII):
+        return "", False
+    return plain.replace(sign, "", plain.count(sign) - 1 if sign == form.decimal else -1), True
 
 
 def _missing_hint(text: str) -> str:

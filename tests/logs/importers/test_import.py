@@ -91,6 +91,33 @@ def test_resampling_leaves_gaps_open(imported, tmp_path):
     assert 28 <= np.diff(read_recording(log).cycle).max() <= 31
 
 
+GROUPED = {"point": ("decimal: ',', thousands: '.'", ["1.234,5", "-12.345.678", "0,015", "1234,5", "7", "1.015", "1.000,5E-3"], [1234.5, -12345678.0, 0.015, 1234.5, 7.0, 1015.0, 1.0005]),
+           "comma": ("decimal: '.', thousands: ','", ["1,234.5", "12.5", "+1,000", ".5"], [1234.5, 12.5, 1000.0, 0.5]),
+           "space": ("thousands: ' '", ["1 234.5", "12.5"], [1234.5, 12.5]),
+           "both the point": ("thousands: '.'", ["100.092.000", "92.5", "0.015", "1.000.5"], [100092.0, 92.5, 0.015, 1000.5])}
+
+
+@pytest.mark.parametrize("name", GROUPED)
+def test_signs_for_thousands_part_groups_of_three(imported, tmp_path, name):
+    signs, cells, values = GROUPED[name]
+    cells = (cells * ROWS)[:ROWS]
+    rows = [f"{10 * k};{cell}" for k, cell in enumerate(cells)]
+    (tmp_path / "thousands.csv").write_text("\n".join(["time;pos", *rows]) + "\n")
+    text = f"mapping: cart\nrig: cart\nformat: {{kind: csv, delimiter: ';', {signs}}}\nclock: {{column: time, unit: ms, period: 10 ms}}\nmeasured: {{cart_position_m: {{column: pos, unit: m}}}}\n"
+    code, said, log = imported(text, tmp_path / "thousands.csv")
+    assert code == 0 and np.allclose(read_recording(log).columns["cart_position_m"], (values * ROWS)[:ROWS]), said
+
+
+@pytest.mark.parametrize(("signs", "cell"), [("decimal: ',', thousands: '.'", "0.015"), ("decimal: ',', thousands: '.'", "1.5E-3"), ("decimal: ',', thousands: '.'", "1.5"),
+                                             ("decimal: '.', thousands: ','", "12,5"), ("decimal: '.', thousands: ','", "1,2345"), ("decimal: '.', thousands: ','", "1.5,000"),
+                                             ("thousands: ' '", "1 2"), ("thousands: '.'", "10.57.000")])
+def test_a_sign_for_thousands_that_parts_no_groups_is_refused(imported, tmp_path, signs, cell):
+    (tmp_path / "thousands.csv").write_text(f"time;pos\n0;1\n10;{cell}\n20;3\n")
+    text = f"mapping: cart\nrig: cart\nformat: {{kind: csv, delimiter: ';', {signs}}}\nclock: {{column: time, unit: ms, period: 10 ms}}\nmeasured: {{cart_position_m: {{column: pos, unit: m}}}}\n"
+    code, said, _ = imported(text, tmp_path / "thousands.csv")
+    assert code == 2 and f"thousands.csv:3: column 'pos': found {cell!r}, expected a number with groups of three digits between" in said
+
+
 TWO = CSV.replace("cart_force_n: {column: force", "cart_force_n: {file: cell, column: force").replace("cart_position_m: {", "cart_position_m: {file: place, ") \
     .replace("cmd_cart_force_n: {", "cmd_cart_force_n: {file: cell, ").replace("trials: [{name: first, begin: 0.5 s, end: 1 s}]\n", "")
 
