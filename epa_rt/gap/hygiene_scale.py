@@ -23,6 +23,8 @@ _PRESENTED = 16.0      # counts that an analog terminal changes by: 12 bit, left
 _ENOUGH_VALUES = 50
 _ATMOSPHERE_OFF_PA = 40e3
 _REST_S = 0.05
+_DECIMAL = 3e-3         # relative: by which a step may be beside 1, 2 or 5 times a power of ten to be that of decimals in a text
+_LEAST_COUNTS = 10.0    # by which a channel without limits changes
 _ONE_SIDED = 0.5        # limits of which the negative one is smaller than this share of the positive one
 _PUSHES = 0.03           # of the upper limit: more than any zero is off
 
@@ -113,6 +115,8 @@ def _counts(recording: Recording, rig: Rig, row: SignalRow, values: np.ndarray) 
         return []  # no grid: not straight from a terminal
     presented = _PRESENTED if is_analog(rig, row.name) else 1.0
     ratio = step / abs(scaling.slope)
+    if ratio < _COUNTS_OFF[0] and _of_text(step, row, float(unique[-1] - unique[0]), abs(scaling.slope) * presented):
+        return []
     if nearby := _nearby(ratio / presented, row.si_unit):
         return [_of(recording, "refuse", "units", row.name, f"found values in steps of {step:.4g} {row.si_unit}, expected steps of {step / nearby:.4g} {row.si_unit}: "
                     f"they look like {NEARBY[row.si_unit][nearby]}")]
@@ -122,6 +126,17 @@ def _counts(recording: Recording, rig: Rig, row: SignalRow, values: np.ndarray) 
     expected = abs(scaling.slope) * presented
     return [_of(recording, "refuse", "units", row.name, f"found values in steps of {step:.3g} {row.si_unit}, expected steps of about {expected:.3g} {row.si_unit}, the least that "
                 f"it can change by: the values look too {'large' if ratio > 1.0 else 'small'} by {nearest_factor(ratio, row.si_unit)}")]
+
+
+def _of_text(step: float, row: SignalRow, span: float, count: float) -> bool:
+    """Whether steps are those of decimals in a text, of a channel that does not come in counts: 1, 2 or 5 times a power of ten, in degrees too, where the
+    channel changes by more than it could in a unit that makes it small as well. A unit mistaken for another keeps the count's own odd number."""
+    for size, smallest in ((1.0, 1e-3), (np.pi / 180.0, np.pi / 180.0))[: 2 if "rad" in row.si_unit else 1]:
+        mantissa = step / size / 10.0 ** np.floor(np.log10(step / size))
+        least = _LEAST_COUNTS * count if row.limits is None else smallest * (1.0 + 2.0 * _BESIDE) * (row.limits[1] - row.limits[0])
+        if span > least and any(abs(mantissa / one - 1.0) < _DECIMAL for one in (1.0, 2.0, 5.0, 10.0)):
+            return True
+    return False
 
 
 def _nearby(ratio: float, unit: str) -> float | None:
