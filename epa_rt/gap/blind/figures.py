@@ -3,15 +3,15 @@
 A *case* is a pair (truth, said): the truth as it was sealed, and the answer's JSON. An answer that ended in an error counts
 as wrong everywhere. *Judged* are cases whose effect is at least twice the detection limit (oracle.py), is seen in these logs,
 and is told from its rivals by the oracle. A name is *right* where it is one of the truth's answers, or of their family.
-The *block said* is that of the first effect named, else of the first place of the gap.
+The *block said* is that of the first effect named, else of the first place of the gap; none where the verdict is that there is no gap, or nothing to see it by.
 
 first: the first effect named is right, judged cases. in_set: any effect named or said to be alike is right; judged cases and those
-made not to be separable. pair: both named, whatever else is. none: anything named. withheld: that verdict, and the first place of the gap in a
+made not to be separable. pair: both named, whatever else is. none: anything named, or an error. withheld: that verdict, and the first place of the gap in a
 block of the truth; at least twice the limit. withheld_apart: those of them that the oracle tells from every effect that can be named.
-wrong_sure: any effect named with a confidence of SURE or more; wrong_sure_apart: the same of those that the oracle tells. block: singles, same law and
+wrong_sure: any effect named with a confidence of SURE or more, or an error; wrong_sure_apart: the same of those that the oracle tells. block: singles, same law and
 withheld, at least twice the limit. intervals: parameters of right first names, by name. closed: all channels in units of their
 floors, teacher-forced, held out, against the refitted nominal plant; at least twice the limit; an error counts as nothing closed.
-gate: an error counts as missed, a run with no gap to predict is not counted. next: nothing but the truth's families is left in the
+gate: an error counts as missed, the gate's own or that of a diagnosis where there is an effect; a run with no gap to predict is not counted. next: nothing but the truth's families is left in the
 set. first_weak: as first, from half the limit to twice.
 next_named: as next, without withheld truths. next_oracle: of these, where every rival has a law to fit, those whose experiment tells: the true law, fitted over all logs and the new one, leaves 25 less than nothing
 and than every law that a name said before or after may be. next_apart: next_named of those.
@@ -36,7 +36,9 @@ def right(effect: dict, name: str, family: str | None = None) -> bool:
 
 
 def block_said(said: dict) -> str | None:
-    """The block that the answer points at first."""
+    """The block that the answer points at first; None where it says that there is no gap, or that these logs show none."""
+    if said.get("verdict") in ("no_gap", "not_excited"):
+        return None  # it ranks all its links even then
     for entry in (*named(said), *(said.get("location") or ())):
         return entry["block"]
     return None
@@ -77,7 +79,7 @@ def _withheld(truth: dict, said: dict) -> bool:
 
 
 def _wrong_and_sure(truth: dict, said: dict) -> bool:
-    return any(n.get("confidence", 1.0) >= SURE and not right(truth["effects"][0], n["name"]) for n in named(said))
+    return "error" in said or any(n.get("confidence", 1.0) >= SURE and not right(truth["effects"][0], n["name"]) for n in named(said))
 
 
 def _block(truth: dict, said: dict) -> bool:
@@ -148,12 +150,12 @@ def figures(cases: Sequence[Case]) -> list[Figure]:
     placed = [(t, s) for t, s in cases if t["kind"] in ("single", "same_law", "withheld") and strong(t)]
     hidden = [(t, s) for t, s in cases if t["kind"] in ("single", "same_law", "pair") and strong(t)]
     weak = [(t, s) for t, s in cases if t["kind"] in ("single", "same_law") and t["effects"][0]["families"] and not strong(t) and not_lost(t)]
-    gates = [s["gate"] for _, s in cases if s.get("gate") and ("error" in s["gate"] or s["gate"].get("points") is not None)]
+    gates = [s if "error" in s else s["gate"] for t, s in cases if "error" in s and t["effects"] or s.get("gate") and ("error" in s["gate"] or s["gate"].get("points") is not None)]
     return [
         share("first", "right first effect (family)", ">= 95 %", single, _first_right),
         share("in_set", "truth within the reported set", ">= 99 %", [*single, *((t, s) for t, s in of.get("not_separable", ()) if strong(t))], _in_set),
         share("pair", "both of a pair", ">= 85 %", of.get("pair", ()), _both),
-        share("none", "false name where there is none", "<= 2 %", of.get("none", ()), lambda t, s: bool(named(s))),
+        share("none", "false name where there is none", "<= 2 %", of.get("none", ()), lambda t, s: "error" in s or bool(named(s))),
         share("withheld", "not_in_catalogue with the right block where withheld", ">= 90 %", withheld, _withheld),
         share("withheld_apart", "the same where the oracle tells it from all that can be named", "", [(t, s) for t, s in withheld if t["separable"]], _withheld),
         share("wrong_sure", "wrong name with confidence where withheld", "<= 5 %", withheld, _wrong_and_sure),

@@ -126,6 +126,19 @@ def test_what_was_closed_is_the_whole_gap_against_the_refitted_plant():
     assert (value(cases, "closed").value, value(cases, "closed").of) == (pytest.approx(0.45), 2)
 
 
+def test_an_error_is_wrong_in_every_figure():
+    died = {"error": "died", "wall_seconds": 3600.0}
+    cases = [(truth("none"), died), (truth("withheld"), died), (truth(), died)]
+    assert [(value(cases, key).right, value(cases, key).of) for key in ("none", "wrong_sure", "wrong_sure_apart", "withheld", "first", "block", "gate")] == [
+        (1, 1), (1, 1), (1, 1), (0, 1), (0, 1), (0, 2), (0, 2)]
+    assert value(cases, "seconds").value == 3600.0
+
+
+@pytest.mark.parametrize("verdict", ["no_gap", "not_excited"])
+def test_an_answer_that_sees_no_gap_has_said_no_block(verdict):
+    assert (value([(truth(), said(verdict))], "block").right, value([(truth(), said("not_in_catalogue"))], "block").right) == (0, 1)
+
+
 def test_a_gate_that_ended_in_an_error_is_missed():
     gates = [{"passed": True, "points": 1.0}, {"error": "died"}, {"passed": False, "points": None}]
     assert (value([(truth(), said("explained", "leak") | {"gate": g}) for g in gates], "gate").right,
