@@ -6,8 +6,8 @@ the logs it looks at and how a fitted vector is read). Budgets are counted in ev
 - ``cma_es``: CMA-ES over all parameters at once, as PACE does (library cma), CMA_EVALUATIONS evaluations on the first log;
 - ``least_squares``: scipy's bounded least squares over all parameters at once, at most ROUNDS rounds with a whole Jacobian each;
 - ``sparse``: sparse regression of each link's residual (pysindy's STLSQ) on the terms of gap/regressors without their products,
-  every SPARSE_EVERY-th sample; terms have no names, so it is given the name of the effect whose signature lies closest to what
-  the terms explain;
+  every SPARSE_EVERY-th sample; terms have no names, so it is given the name of the effect whose signature, at the nearest of its starts and of either
+  sign, lies closest to what the terms explain;
 - ``rmse``: every effect alone at its typical strengths; the one with the lowest RMSE.
 """
 
@@ -54,7 +54,7 @@ def sparse(rig: Path, plant: Path, logs: Sequence[Path], holdout: Sequence[Path]
     arena = Arena(rig, plant, logs, leave_out)
     explained = np.concatenate([_explained(arena, link) for link in arena.links])
     zero = arena.residual({})
-    best = max(((_cosine(zero - arena.residual(arena.switched(e, e.starts[0], 1.0)), explained), -i, e) for i, e in enumerate(arena.effects)),
+    best = max(((max(abs(_cosine(zero - arena.residual(arena.switched(e, start, 1.0)), explained)) for start in e.starts), -i, e) for i, e in enumerate(arena.effects)),
                default=None)
     after = float(np.sqrt(np.mean((zero - explained) ** 2)))
     return arena.said(arena.rmse({}), after, [best[2]] if best else [])

@@ -1,5 +1,7 @@
 """Rivals keep to their budgets and answer in the diagnosis' own words."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -21,6 +23,19 @@ def test_every_rival_answers_within_its_budget(short_case, monkeypatch, name):
     assert {"block", "channel"} <= said["location"][0].keys()
     assert all({"name", "family", "block", "confidence"} <= effect.keys() and effect["name"] != "leak" for effect in said["effects"])
     assert said.get("evaluations", 0) <= (60 if name == "cma_es" else 400)
+
+
+def test_a_sparse_model_is_named_by_an_effect_of_either_sign(monkeypatch):
+    """Its terms explain what an effect makes of the residual at the other sign, or at its second start; another effect lies half as near."""
+    near, far = np.array([1.0, -1.0, 0.5, 2.0]), np.array([1.0, 1.0, 1.0, 0.0])
+    signatures = {("near", -1.0): -near, ("near", 1.0): far, ("far", 1.0): far + 0.5 * near}
+    effects = [SimpleNamespace(name="near", starts=((1.0,), (-1.0,))), SimpleNamespace(name="far", starts=((1.0,),))]
+    arena = SimpleNamespace(links=["p"], effects=effects, switched=lambda e, start, amplitude: {(e.name, start[0]): amplitude}, rmse=lambda values: 1.0,
+                            residual=lambda values: sum((signatures[key] for key in values), np.zeros(4)), said=lambda before, after, found: [e.name for e in found])
+    monkeypatch.setattr(rivals, "Arena", lambda *_: arena)
+    for sign in (1.0, -1.0):
+        monkeypatch.setattr(rivals, "_explained", lambda arena, link, sign=sign: sign * near)
+        assert rivals.sparse(None, None, [], [], []) == ["near"]
 
 
 def test_columns_of_the_jacobian_are_differences_of_the_whole_residual(short_case):
