@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from zlib import crc32
 
+from epa_rt.cli.exits import FAILED, VerbError
 from epa_rt.cli.gap_blind_side_by_side import side_by_side
+from epa_rt.cli.write import write_whole
 
 if TYPE_CHECKING:
     import numpy as np
@@ -39,6 +41,16 @@ def make_matrix(seed: int, out: Path, sealed: Path, config: Path, jobs: int, of:
 
     own = of == "catalogue"
     record_all(seed, one_of_the_others() if own else one_of_each(), out, sealed, config, jobs, weaker=own)
+
+
+def check_matrix(seed: int, out: Path, sealed: Path, of: str) -> None:
+    """That what was made is what is asked for. Opens the truth; raises VerbError, SealError."""
+    from epa_rt.gap.blind.seal import opened
+
+    truth = opened(sealed, out)
+    made = (truth["seed"], "catalogue" if any(case["same_law"] for case in truth["cases"]) else "stand_in")
+    if made != (seed, of):
+        raise VerbError(f"{out}: found cases of --seed {made[0]} --of {made[1]}, expected those of --seed {seed} --of {of}; give these, or another folder (-o)")
 
 
 def record_all(seed: int, specs: "list[Spec]", out: Path, sealed: Path, config: Path, jobs: int, weaker: bool = False) -> None:
@@ -76,7 +88,7 @@ def _one(seed: int, spec: "Spec", out: Path, config: Path, parts: Path, weaker: 
     for turn in range(REDRAWS if spec.kind != "same_law" else 2):
         try:
             truth = {**make_case(seed + 1000003 * turn, spec, path, config, _record), "redrawn": turn}
-            part.write_text(json.dumps(truth), encoding="utf-8")
+            write_whole(part, json.dumps(truth))
             return truth
         except Unfit as error:
             reason = str(error)
@@ -113,7 +125,10 @@ class _Listener:
 
 
 def _record(experiment: Path, rig: Path, plant: Path, backend: "SimBackend", log: Path | None) -> "tuple[str, np.ndarray]":
-    """One run through the whole loop; the log carries the plant that is believed, and nothing of the one behind the bytes."""
+    """One run through the whole loop; the log carries the plant that is believed, and nothing of the one behind the bytes.
+
+    Raises KeyboardInterrupt where the operator stopped it and VerbError where its recorder failed: neither is a trip of the rig, by which a case would change.
+    """
     import numpy as np
 
     from epa_rt.cli.inputs import load_inputs
@@ -129,5 +144,9 @@ def _record(experiment: Path, rig: Path, plant: Path, backend: "SimBackend", log
         return result.outcome, np.frombuffer(b"".join(listener.outputs), np.uint8).reshape(len(listener.outputs), -1)
     facts = {"rig": inputs.rig.name, "experiment": inputs.experiment.name, "plant": inputs.plant.name, "backend": "sim", "seed": "0",
              "speed": "unpaced", "period_s": f"{inputs.rig.period_s:g}"}
-    _, result = run_recorded(inputs, backend, log, facts, paced=False, progress=False)
+    summary, result = run_recorded(inputs, backend, log, facts, paced=False, progress=False)
+    if result.outcome == "stopped":
+        raise KeyboardInterrupt  # the run itself took the operator's Ctrl-C
+    if summary.failure:
+        raise VerbError(f"recorder: {summary.failure}", FAILED)
     return result.outcome, np.zeros((0, 0), np.uint8)

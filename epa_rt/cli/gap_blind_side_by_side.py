@@ -2,7 +2,8 @@
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from itertools import islice
 from multiprocessing import get_context
 from typing import TypeVar
 
@@ -10,10 +11,23 @@ Made = TypeVar("Made")
 
 
 def side_by_side(jobs: int, work: Callable[..., Made], asked: Sequence[tuple], says: str) -> Iterator[Made]:
-    """What ``work`` gives for each tuple of arguments, as each is done, by ``jobs`` processes that are started anew. ``says``: what is counted, 'cases made'."""
-    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as pool:
-        waiting = [pool.submit(work, *arguments) for arguments in asked]
-        for n, done in enumerate(as_completed(waiting), 1):
-            made = done.result()
-            print(f"\r{n} of {len(waiting)} {says}", end="" if n < len(waiting) else "\n", file=sys.stderr, flush=True)
-            yield made
+    """What ``work`` gives for each tuple of arguments, as each is done, by ``jobs`` processes that are started anew. ``says``: what is counted, 'cases made'.
+
+    No process is given more than it works on, so that after Ctrl-C, or an error, nothing else begins; what is under way is not waited for here.
+    """
+    pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"))
+    try:
+        waiting, n = iter(asked), 0
+        running = {pool.submit(work, *arguments) for arguments in islice(waiting, jobs)}
+        while running:
+            done, running = wait(running, return_when=FIRST_COMPLETED)
+            results = [one.result() for one in done]
+            running |= {pool.submit(work, *arguments) for arguments in islice(waiting, len(done))}
+            for made in results:
+                n += 1
+                print(f"\r{n} of {len(asked)} {says}", end="" if n < len(asked) else "\n", file=sys.stderr, flush=True)
+                yield made
+    except BaseException:
+        pool.shutdown(wait=False, cancel_futures=True)
+        raise
+    pool.shutdown()

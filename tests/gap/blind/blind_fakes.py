@@ -22,6 +22,25 @@ def cheater(rig, plant, logs, holdout, leave_out):
     return {"verdict": "no_gap", "effects": [], "got": got, "listed": os.listdir(sealed) if sealed.exists() else None}
 
 
+def nosy(rig, plant, logs, holdout, leave_out):
+    """Reads what lies beside the cases: what score and the oracle have written of them."""
+    beside = Path(rig).parent.parent.parent
+    got = {path.relative_to(beside).as_posix(): path.read_bytes().decode() for path in beside.rglob("*") if path.suffix in (".json", ".html") and not path.is_dir()
+           and not path.is_relative_to(beside / "cases")}
+    return {"verdict": "no_gap", "effects": [], "location": [], "got": got}
+
+
+def stopped_at(folder: str, n: int, stop: int) -> int:
+    """Work of side_by_side that the operator ends at ``stop``; every other one leaves a file and takes its time."""
+    import time
+
+    (Path(folder) / str(n)).touch()
+    if n == stop:
+        raise KeyboardInterrupt
+    time.sleep(0.2)
+    return n
+
+
 def broken(rig, plant, logs, holdout, leave_out):
     raise ValueError("found nothing to say")
 
@@ -44,6 +63,18 @@ def doubting(rig, plant, logs, holdout, leave_out):
 
     read = read_recording(Path(logs[-1]))
     return {"verdict": "explained", "effects": [{**FORCE, "not_separable_from": []}], "location": [], "samples": read.samples}
+
+
+def dying(rig, plant, logs, holdout, leave_out):
+    """Cannot tell two effects apart, and ends in an error once it is given one more log."""
+    if len(logs) > 1:
+        raise ValueError("found one log too many")
+    return {"verdict": "not_separable", "effects": [FORCE], "location": [], "next_experiment": {"file": SHORT}}
+
+
+def gone(rig, plant, logs, holdout, leave_out):
+    """Takes its whole process with it."""
+    os._exit(7)
 
 
 def helpless(rig, plant, logs, holdout, leave_out):
