@@ -16,6 +16,7 @@ import sys
 from pathlib import Path
 
 from epa_rt.cli.exits import BAD_INPUT, COMPLETED, VerbError
+from epa_rt.cli.gap_blind_places import check_answers, check_folder, check_sealed, sealed_of
 from epa_rt.cli.gap_blind_rivals import RIVALS, beside_libraries, check_libraries
 from epa_rt.cli.gap_inputs import task_parser
 from epa_rt.cli.write import check_writable
@@ -100,9 +101,9 @@ def run(arguments: argparse.Namespace) -> int:
         print(pool(arguments.sets))
         return COMPLETED
     if arguments.part == "oracle":
-        _check_answers(arguments.answers, "--missed" if arguments.missed else "--next" if arguments.next else None)
+        check_answers(arguments.answers, "--missed" if arguments.missed else "--next" if arguments.next else None)
     if arguments.part in ("score", "rivals", "oracle"):
-        _check_sealed(arguments.cases, sealed_of(arguments.cases, arguments.sealed))
+        check_sealed(arguments.cases, sealed_of(arguments.cases, arguments.sealed))
     if arguments.part == "rivals":
         check_libraries(arguments.only)
     try:
@@ -111,33 +112,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise VerbError(str(error), BAD_INPUT) from None
 
 
-def _check_sealed(cases: Path, sealed: Path) -> None:
-    """That there is something to open in the end; it is not opened here."""
-    if not cases.is_dir():
-        raise VerbError(f"{cases}: found no such folder, expected the cases that epa gap blind make wrote")
-    if not (sealed / "truth.sealed").is_file():
-        raise VerbError(f"{sealed / 'truth.sealed'}: found no such file, expected the sealed truth of {cases} (--sealed)")
-
-
-def _check_answers(answers: Path | None, asks: str | None) -> None:
-    if asks and answers is None:
-        raise VerbError(f"{asks}: found no --answers, expected the folder of answers that score has kept (DIR with case_000.json)")
-    if answers is not None and not answers.is_dir():
-        raise VerbError(f"{answers}: found no such folder, expected the answers that score or matrix keeps (--answers)")
-
-
-def _check_folder(out: Path) -> None:
-    if out.exists() and not out.is_dir():
-        raise VerbError(f"{out}: found a file, expected a folder, or a name for a new one")
-
-
-def sealed_of(cases: Path, chosen: Path | None) -> Path:
-    """Where the truth of a folder of cases lies."""
-    return (chosen or cases.with_name(cases.name + ".sealed")).resolve()
-
-
 def _make(arguments: argparse.Namespace) -> int:
-    _check_folder(arguments.out)
+    check_folder(arguments.out)
     from epa_rt.cli.gap_blind_make import make_all, make_each
     from sim_backend.stand_in.draw import KINDS
 
@@ -164,8 +140,8 @@ def _score(arguments: argparse.Namespace) -> int:
     if arguments.next:
         from epa_rt.cli.gap_blind_next import add_next
 
-        def again(judged: list, answers: Path, hides: bool) -> None:
-            add_next(arguments.cases, sealed, judged, answers, arguments.diagnoser, hides, arguments.jobs)
+        def again(judged: list, answers: Path, hidden: list[Path]) -> None:
+            add_next(arguments.cases, judged, answers, arguments.diagnoser, hidden, arguments.jobs)
     print(score(arguments.cases, sealed, arguments.json, arguments.html or arguments.json.with_suffix(".html"), arguments.diagnoser,
                 arguments.jobs, again))
     return COMPLETED
@@ -188,12 +164,14 @@ def _rivals(arguments: argparse.Namespace) -> int:
 
 
 def _matrix(arguments: argparse.Namespace) -> int:
-    from epa_rt.cli.gap_blind_make import make_matrix
+    from epa_rt.cli.gap_blind_make import check_matrix, make_matrix
     from epa_rt.gap.blind.matrix import matrix
 
-    _check_folder(arguments.out)
+    check_folder(arguments.out)
     sealed = sealed_of(arguments.out, None)
-    if not (arguments.out / "truth.sha256").exists():
+    if (arguments.out / "truth.sha256").exists():
+        check_matrix(arguments.seed, arguments.out, sealed, arguments.of)
+    else:
         make_matrix(arguments.seed, arguments.out, sealed, arguments.config, arguments.jobs, arguments.of)
     print(matrix(arguments.out, sealed, arguments.diagnoser, arguments.jobs), file=sys.stdout)
     return COMPLETED

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from epa_rt.gap.blind.score import diagnose_each
@@ -9,11 +10,11 @@ from epa_rt.gap.blind.score import diagnose_each
 UNANSWERED = "not_separable"
 
 
-def add_next(cases: Path, sealed: Path, judged: "list[tuple[dict, dict]]", answers: Path, diagnoser: str, hides: bool, jobs: int = 1) -> int:
+def add_next(cases: Path, judged: "list[tuple[dict, dict]]", answers: Path, diagnoser: str, hidden: Sequence[Path], jobs: int = 1) -> int:
     """Gives every answer that says 'not separable' of a case with an effect an ``after_next``: what is said with the proposed log too,
     or why there is none. Answers of a second diagnosis are kept beside the first; returns how many there are.
 
-    This process knows the truth by now, and records one experiment after the other; the second diagnoses run where the first did, ``jobs`` at once, without it.
+    This process knows the truth by now, and records one experiment after the other; the second diagnoses run where the first did, ``jobs`` at once, without it (``hidden`` as in diagnose_each).
     """
     open_ones = [(truth, said) for truth, said in judged if said.get("verdict") == UNANSWERED and truth["effects"]]
     asked = []
@@ -25,7 +26,7 @@ def add_next(cases: Path, sealed: Path, judged: "list[tuple[dict, dict]]", answe
         else:
             asked.append((said, folder / "next", out))
         print(f"\r{n} of {len(open_ones)} next experiments recorded", end="" if n < len(open_ones) else "\n", file=sys.stderr, flush=True)
-    diagnose_each([(folder, out) for _, folder, out in asked], sealed, diagnoser, jobs, hides, "next experiments diagnosed")
+    diagnose_each([(folder, out) for _, folder, out in asked], hidden, diagnoser, jobs, "next experiments diagnosed")
     for said, _, out in asked:
         said["after_next"] = json.loads(out.read_text(encoding="utf-8"))
     return len(open_ones)

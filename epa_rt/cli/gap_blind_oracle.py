@@ -17,27 +17,31 @@ SHOWN = ("first", "in_set", "pair", "withheld", "wrong_sure", "block", "not_sepa
 
 
 def oracle_all(cases: Path, sealed: Path, out: Path, jobs: int, said: Path | None = None, missed: bool = False) -> str:
-    """Judges every case that hides something (resumable, answers beside ``out``), writes the JSON, returns table and closing line.
+    """Judges every case that hides something (resumable, answers beside ``out``: one whose rivals were others is made again), writes the JSON, returns table and closing line.
 
     ``said``: folder of a diagnosis' answers to these cases; a wrong name that it gave is a rival too. ``missed``: only cases that it was asked and got wrong.
     Opens the truth first and its answers tell it: to be run when the diagnoses are done. Raises SealError.
     """
     from epa_rt.gap.blind.figures import figures, wrong
+    from epa_rt.gap.blind.kept import ORACLE, check_given, hash_of, take
     from epa_rt.gap.blind.seal import opened
     from epa_rt.gap.blind.shown import closing_line, table
 
+    if said is not None:
+        check_given(said, cases)
     truths = [truth for truth in opened(sealed, cases)["cases"] if truth["effects"]]
     told = {t["case"]: _told(said, t["case"]) for t in truths}
     if missed:
         truths = [t for t in truths if told[t["case"]] and wrong(t, told[t["case"]])]
     answers = out.with_suffix(".answers")
+    take(answers, cases, ORACLE)
     asked = [(cases / t["case"], t, answers / f"{t['case']}.json", told[t["case"]]) for t in truths]
     for _ in side_by_side(jobs, _one, asked, "cases judged"):
         pass
     judged = [(t, json.loads((answers / f"{t['case']}.json").read_text(encoding="utf-8"))) for t in truths]
     found = [f for f in figures(judged) if f.key in SHOWN]
     seconds = sum(said["wall_seconds"] for _, said in judged) / max(len(judged), 1)
-    write_whole(out, json.dumps({"figures": [f._asdict() for f in found], "cases": [{"truth": t, "said": s} for t, s in judged]}, indent=1))
+    write_whole(out, json.dumps({"figures": [f._asdict() for f in found], "truth_sha256": hash_of(cases), "cases": [{"truth": t, "said": s} for t, s in judged]}, indent=1))
     return f"{table(found)}\noracle: {closing_line(found)}; {seconds:.0f} s of a core per case"
 
 
@@ -48,7 +52,7 @@ def _told(answers: Path | None, case: str) -> dict:
 
 
 def _one(folder: Path, truth: dict, out: Path, told: dict) -> None:
-    if not out.exists():
+    if not out.exists() or json.loads(out.read_text(encoding="utf-8")).get("instead", []) != _instead_names(truth, told):
         write_whole(out, json.dumps(judge(folder, truth, told)))
 
 
@@ -61,18 +65,26 @@ def judge(folder: Path, truth: dict, told: dict | None = None) -> dict:
     if instead := _instead(truth, told or {}):
         fits.append(fitting.fit(instead, fitting.spreads_of(told["fitted"])))
     fits = [fit._replace(chi=min(fit.chi, nothing.chi)) for fit in fits]  # at no strength every law is nothing
-    return {**_said(truth, nothing, fits), "wall_seconds": time.process_time() - begun_s, "runs": fitting.runs, "chi": chi_of(nothing, *fits),
+    return {**_said(truth, nothing, fits), "instead": _instead_names(truth, told or {}), "wall_seconds": time.process_time() - begun_s, "runs": fitting.runs, "chi": chi_of(nothing, *fits),
             "fitted": fits[0].values}
 
 
 def _instead(truth: dict, told: dict) -> "Law | None":
     """The catalogue's laws that a diagnosis named though none of them is the truth, with its numbers; None where it did not."""
-    from epa_rt.gap.blind.figures import named, right
+    from epa_rt.gap.blind.figures import named
     from sim_backend.stand_in.fitted import catalogue_law, together
 
-    names = [] if any(right(e, n["name"], n.get("family")) for e in truth["effects"] for n in named(told)) else named(told)
-    laws = [catalogue_law(n["name"], {number["name"]: number["value"] for number in n["parameters"]}) for n in names]
+    names = _instead_names(truth, told)
+    laws = [catalogue_law(n["name"], {number["name"]: number["value"] for number in n["parameters"]}) for n in named(told) if n["name"] in names]
     return functools.reduce(together, laws) if laws else None
+
+
+def _instead_names(truth: dict, told: dict) -> list[str]:
+    """What a diagnosis named where no name of its answer is right."""
+    from epa_rt.gap.blind.figures import named, right
+
+    names = named(told)
+    return [] if any(right(e, n["name"], n.get("family")) for e in truth["effects"] for n in names) else [n["name"] for n in names]
 
 
 def _said(truth: dict, nothing: "Fitted", fits: "list[Fitted]") -> dict:

@@ -25,14 +25,17 @@ def oracle_next(cases: Path, sealed: Path, out: Path, jobs: int, said: Path) -> 
     ``said``: folder of the diagnosis' answers, those with the next experiment among them. Opens the truth. Raises SealError, VerbError.
     """
     from epa_rt.gap.blind.figures import after_next
+    from epa_rt.gap.blind.kept import ORACLE, check_given, hash_of, take
     from epa_rt.gap.blind.seal import opened
     from epa_rt.gap.blind.shown import closing_line, table
 
     answers = out.with_suffix(".answers")
     if not any(said.glob("*_next.json")) or answers.resolve() == said.resolve():
         raise VerbError(f"{said}: found no answers of next experiments, or this oracle's own, expected those that score --next has kept (--answers)", BAD_INPUT)
+    check_given(said, cases)
     asked = _asked(opened(sealed, cases)["cases"], said)
-    ran = [(truth, _rivals(truth, before, after)) for truth, before, after in asked if "error" not in after]
+    take(answers, cases, ORACLE)
+    ran = [(truth, _rivals(truth, before, after)) for truth, before, after in asked if _kept(said, truth).exists()]  # also where the second diagnosis died
     work = [(cases / truth["case"] / "next", truth, rivals, _kept(answers, truth)) for truth, rivals in ran]
     for _ in side_by_side(jobs, _one, work, "next experiments judged"):
         pass
@@ -40,7 +43,7 @@ def oracle_next(cases: Path, sealed: Path, out: Path, jobs: int, said: Path) -> 
     judged = [(truth, {**before, "after_next": after, "oracle_tells": told.get(truth["case"], {"tells": False})["tells"]}) for truth, before, after in asked]
     found = after_next(judged)
     rows = [{"truth": t, "said": s, "oracle": told.get(t["case"])} for t, s in judged]
-    write_whole(out, json.dumps({"figures": [f._asdict() for f in found], "cases": rows}, indent=1))
+    write_whole(out, json.dumps({"figures": [f._asdict() for f in found], "truth_sha256": hash_of(cases), "cases": rows}, indent=1))
     return f"{table(found)}\n{closing_line(found)}"
 
 

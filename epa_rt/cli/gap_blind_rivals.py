@@ -24,28 +24,46 @@ def beside_libraries(cases: Path, sealed: Path, out: Path, names: Sequence[str],
 
     Raises VerbError where a rival ended in an error everywhere.
     """
-    if beside is not None and not beside.is_file():
-        raise VerbError(f"{beside}: found no such file, expected the JSON of epa gap blind score (--beside)")
     from epa_rt.gap.blind.figures import figures
     from epa_rt.gap.blind.score import score
+    from epa_rt.gap.blind.seal import NOT_HIDDEN
 
-    rows, asked = [], set()
+    scored, rows, asked, hides = _scored(beside, cases) if beside is not None else [], [], set(), True
     for name in names:
         own = out.with_name(f"{out.stem}_{name}.json")
-        score(cases, sealed, own, own.with_suffix(".html"), f"epa_rt.gap.blind.rivals:{name}", jobs, first=first)
+        score(cases, sealed, own, own.with_suffix(".html"), f"epa_rt.gap.blind.rivals:{name}", jobs, first=first, beside=beside)
         kept = json.loads(own.read_text(encoding="utf-8"))
         _check_ran(name, own, kept["cases"])
+        hides = hides and kept["hidden_from_the_diagnosis"]
         asked = {case["truth"]["case"] for case in kept["cases"]}
         rows.append({"rival": name, **{f["key"]: f["value"] for f in kept["figures"]}})
     best = max((row["first"] for row in rows if row["first"] is not None), default=None)
     if beside is not None:
-        ours = [(c["truth"], c["said"]) for c in json.loads(beside.read_text(encoding="utf-8"))["cases"] if c["truth"]["case"] in asked]
+        ours = [(c["truth"], c["said"]) for c in scored if c["truth"]["case"] in asked]
         rows.insert(0, {"rival": "epa gap diagnose", **{f.key: f.value for f in figures(ours)}})
     out.write_text(json.dumps(rows, indent=1), encoding="utf-8")
     lines = ["| Rival | " + " | ".join(SHOWN) + " |", "|---" * (len(SHOWN) + 1) + "|", *map(_line, rows)]
     if beside is not None and best is not None and rows[0]["first"] is not None:
         lines.append(f"ahead of the best rival in naming the effect by {100 * (rows[0]['first'] - best):.0f} points")
+    if not hides:
+        lines.append(NOT_HIDDEN)
     return "\n".join(lines)
+
+
+def _scored(path: Path, cases: Path) -> list[dict]:
+    """Cases of the JSON that score wrote for this very set. Raises VerbError."""
+    from epa_rt.gap.blind.kept import hash_of
+
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+        of, scored = found.get("truth_sha256"), found["cases"]
+    except OSError as error:
+        raise VerbError(f"{path}: cannot be read ({error.strerror}), expected the JSON of epa gap blind score (--beside)") from None
+    except (ValueError, KeyError, TypeError, AttributeError):
+        raise VerbError(f"{path}: found no cases in it, expected the JSON of epa gap blind score (--beside)") from None
+    if of != hash_of(cases):
+        raise VerbError(f"{path}: found {f'the set {of[:16]}' if of else 'no truth_sha256'}, expected what score wrote for {cases}, {hash_of(cases)[:16]} (--beside)")
+    return scored
 
 
 def _check_ran(name: str, own: Path, cases: Sequence[dict]) -> None:

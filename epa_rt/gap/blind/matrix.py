@@ -5,8 +5,9 @@ from pathlib import Path
 
 from epa_rt.gap.blind.confusion import NOTHING, draw, said_family
 from epa_rt.gap.blind.figures import SURE, block_said, named
+from epa_rt.gap.blind.kept import take, telling
 from epa_rt.gap.blind.score import diagnose_all
-from epa_rt.gap.blind.seal import can_hide, opened
+from epa_rt.gap.blind.seal import NOT_HIDDEN, can_hide, opened
 
 
 def matrix(cases: Path, sealed: Path, diagnoser: str, jobs: int) -> str:
@@ -14,8 +15,9 @@ def matrix(cases: Path, sealed: Path, diagnoser: str, jobs: int) -> str:
 
     ``jobs``: cases at once. Raises SealError where the truth does not fit the logs, FileNotFoundError where a case has no answer.
     """
-    answers = cases / "answers"
-    diagnose_all(sorted(path.parent for path in cases.glob("case_*/case.json")), answers, sealed, diagnoser, jobs, can_hide())
+    answers, hides = cases / "answers", can_hide()
+    take(answers, cases, diagnoser)
+    diagnose_all(sorted(path.parent for path in cases.glob("case_*/case.json")), answers, telling(sealed, cases) if hides else [], diagnoser, jobs)
     table: dict[str, dict[str, int]] = {}
     lines, refused, wrong = ["| Hidden, left out | Times its limit | Said instead | Block |", "|---|---|---|---|"], 0, 0
     truths = opened(sealed, cases)["cases"]
@@ -27,8 +29,10 @@ def matrix(cases: Path, sealed: Path, diagnoser: str, jobs: int) -> str:
         row = table.setdefault(effect["name"], {})
         row[instead] = row.get(instead, 0) + 1
         refused += instead == NOTHING["not_in_catalogue"]
-        wrong += any(n.get("confidence", 1.0) >= SURE for n in named(said)[:1])
-        lines.append(f"| {effect['name']} ({', '.join(effect['families']) or 'never had'}) | {effect['multiple']:.1f} | {instead} | {block_said(said)} |")
+        wrong += any(n.get("confidence", 1.0) >= SURE for n in named(said))
+        lines.append(f"| {effect['name']} ({', '.join(effect['families']) or 'never had'}) | {effect['multiple']:.1f} | {instead} | {block_said(said) or '-'} |")
     draw(table, cases / "matrix.html", "Each effect hidden and left out of the catalogue: what is said instead",
          lambda row, cell: cell == NOTHING["not_in_catalogue"])
+    if not hides:
+        lines.append(NOT_HIDDEN)
     return "\n".join([*lines, f"{refused} of {len(truths)} said to be not in the catalogue, in the right block; {wrong} given a wrong name with confidence"])

@@ -1,7 +1,8 @@
 """The truth of the cases, sealed: written elsewhere, encrypted, with its hash beside the logs.
 
 The key lies beside the sealed text. A process that diagnoses sees an empty folder in its place (a mount namespace of its
-own) where the machine allows that; the parent reads the key after the last diagnosis.
+own) where the machine allows that, and empty files in the place of what tells the truth otherwise (kept.py); the parent reads the key after the last
+diagnosis (matrix: before, to see whether it is the set that was asked for).
 """
 
 import hashlib
@@ -12,9 +13,11 @@ import secrets
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 TRUTH, KEY, HASH = "truth.sealed", "truth.key", "truth.sha256"
+NOT_HIDDEN = "the truth lay under file mode only: no mount namespace can be made here"
 
 
 class SealError(Exception):
@@ -62,17 +65,18 @@ def _xor(text: bytes, key: bytes, nonce: bytes) -> bytes:
 
 
 def can_hide() -> bool:
-    """Whether a process can be given a mount namespace of its own here."""
+    """Whether a process can be given a mount namespace of its own here, with an empty folder and an empty file in it."""
     if shutil.which("unshare") is None:
         return False
-    found = subprocess.run(["unshare", "-rm", "sh", "-c", "mount -t tmpfs tmpfs /tmp"], capture_output=True)
+    found = subprocess.run(["unshare", "-rm", "sh", "-c", "mount -t tmpfs tmpfs /tmp && : > /tmp/file && mount --bind /dev/null /tmp/file"], capture_output=True)
     return found.returncode == 0
 
 
-def hidden_command(folder: Path, command: list[str]) -> list[str]:
-    """The command, run where ``folder`` is empty. It sees everything else."""
-    script = 'mount -t tmpfs tmpfs "$0" && exec "$@"'
-    return ["unshare", "-rm", "sh", "-c", script, os.fspath(folder), *command]
+def hidden_command(places: Sequence[Path], command: list[str]) -> list[str]:
+    """The command, run where every folder and file of ``places`` (absolute) is empty. It sees everything else; a place that is gone by then is passed over."""
+    script = ('while [ "$1" != -- ]; do if [ -d "$1" ]; then mount -t tmpfs tmpfs "$1"; elif [ -e "$1" ]; then mount --bind /dev/null "$1"; fi || exit 1; shift; done; '
+              'shift; exec "$@"')
+    return ["unshare", "-rm", "sh", "-c", script, "sh", *map(os.fspath, places), "--", *command]
 
 
 def python_command(module: str, *arguments: str) -> list[str]:

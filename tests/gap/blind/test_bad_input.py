@@ -1,5 +1,7 @@
 """epa gap blind refuses bad input in one sentence, before any case is recorded or diagnosed."""
 
+import json
+
 import pytest
 
 from epa_rt.cli.main import main
@@ -33,6 +35,16 @@ def test_one_sentence_and_exit_2(arguments, words, tmp_path, capsys):
     error = capsys.readouterr().err.strip()
     assert words in error and error.count("\n") == 0
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+def test_one_set_scored_twice_is_not_pooled_as_two(tmp_path, capsys):
+    figure = {"key": "first", "says": "", "bar": "", "value": 1.0, "right": 1, "of": 1}
+    for name, found in (("a", {"truth_sha256": "1"}), ("b", {"truth_sha256": "1"}), ("old", {}), ("older", {})):
+        (tmp_path / f"{name}.json").write_text(json.dumps({**found, "figures": [figure]}))
+    assert main(["gap", "blind", "pool", *(str(tmp_path / f"{name}.json") for name in ("a", "b"))]) == 2
+    assert "b.json: found the same set as in" in capsys.readouterr().err
+    assert main(["gap", "blind", "pool", *(str(tmp_path / f"{name}.json") for name in ("a", "old", "older"))]) == 0
+    assert "3/3" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("flag, text", [("--cases", "0"), ("--cases", "-3"), ("--cases", "many"), ("--jobs", "0")])

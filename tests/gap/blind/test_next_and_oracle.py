@@ -8,11 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from epa_rt.cli import gap_blind_oracle
 from epa_rt.cli.exits import VerbError
 from epa_rt.cli.gap_blind_next import add_next
 from epa_rt.cli.gap_blind_oracle import judge, oracle_all
 from epa_rt.cli.gap_blind_oracle_next import laws_instead, oracle_next
 from epa_rt.cli.gap_blind_told import fitting_of
+from epa_rt.gap.blind.kept import ORACLE, take
 from epa_rt.gap.blind.score import score
 from epa_rt.gap.blind.seal import seal
 from epa_rt.models.plant_file import load_plant
@@ -32,8 +34,8 @@ def sealed_case(short_case, tmp_path) -> tuple[Path, Path]:
 def scored(cases: Path, sealed: Path, diagnoser: str) -> dict:
     out = cases.parent / "score.json"
 
-    def again(judged, answers, hides):
-        add_next(cases, sealed, judged, answers, f"blind_fakes:{diagnoser}", hides)
+    def again(judged, answers, hidden):
+        add_next(cases, judged, answers, f"blind_fakes:{diagnoser}", hidden)
 
     score(cases, sealed, out, out.with_suffix(".html"), f"blind_fakes:{diagnoser}", 1, again)
     return json.loads(out.read_text())
@@ -74,25 +76,38 @@ def test_the_oracle_fits_what_a_diagnosis_named_instead(short_case):
     told = {"verdict": "explained", "fitted": {"muscle.viscous_n_s_m": 12.5},
             "effects": [{"name": "force_crosstalk", "family": "force crosstalk", "block": "sensors", "parameters": [number]}]}
     lone = {**truth, "effects": [{**truth["effects"][0], "rivals": {}}]}
-    chi = dict(judge(folder, lone, told)["chi"])
-    assert set(chi) == {"nothing", "force_zero", "force_crosstalk"}
+    answer = judge(folder, lone, told)
+    chi = dict(answer["chi"])
+    assert set(chi) == {"nothing", "force_zero", "force_crosstalk"} and answer["instead"] == ["force_crosstalk"]
     assert chi["force_zero"] < chi["force_crosstalk"] <= chi["nothing"]
+
+
+def test_an_oracles_answer_without_the_name_that_was_given_instead_is_made_again(short_case, tmp_path, monkeypatch):
+    folder, truth = short_case
+    out, asked = tmp_path / "case_000.json", []
+    monkeypatch.setattr(gap_blind_oracle, "judge", lambda folder, truth, told: asked.append(told) or {"instead": gap_blind_oracle._instead_names(truth, told)})
+    wrongly = {"verdict": "explained", "effects": [{"name": "force_crosstalk", "family": "force crosstalk", "block": "sensors", "parameters": []}]}
+    rightly = {"verdict": "explained", "effects": [{"name": "force_offset", "family": "force offset", "block": "sensors", "parameters": []}]}
+    for told in ({}, {}, wrongly, wrongly, rightly, {}):
+        gap_blind_oracle._one(folder, truth, out, told)
+    assert asked == [{}, wrongly, rightly]
+    assert json.loads(out.read_text())["instead"] == []
 
 
 def test_the_oracle_can_be_asked_about_what_was_missed_alone(short_case, tmp_path):
     cases, sealed = sealed_case(short_case, tmp_path)
     said = tmp_path / "said"
-    said.mkdir()
+    take(said, cases, "somebody")
     found = {"verdict": "explained", "effects": [{"name": "force_offset", "family": "force zero", "block": "sensors"}], "location": [{"block": "sensors"}]}
     (said / "case_000.json").write_text(json.dumps(found))
     text = oracle_all(cases, sealed, tmp_path / "oracle.json", 1, said, missed=True)
-    assert not list(tmp_path.glob("oracle.answers/*")) and "oracle" in text
+    assert not list(tmp_path.glob("oracle.answers/case_*")) and "oracle" in text
 
 
 def test_the_oracles_answers_are_counted_as_a_diagnosis_is(short_case, tmp_path):
     cases, sealed = sealed_case(short_case, tmp_path)
     answers = tmp_path / "oracle.answers"
-    answers.mkdir()
+    take(answers, cases, ORACLE)
     kept = {"verdict": "explained", "effects": [{"name": "force_offset", "family": "force offset", "block": "sensors"}], "location": [], "wall_seconds": 1.0}
     (answers / "case_000.json").write_text(json.dumps(kept))
     text = oracle_all(cases, sealed, tmp_path / "oracle.json", 1)
@@ -130,6 +145,15 @@ def test_the_oracle_says_whether_the_proposed_experiment_tells(short_case, tmp_p
     assert len(chi) > 2
     assert [(f["key"], f["right"], f["of"]) for f in found["figures"]] == [("next_named", 1, 1), ("next_oracle", 1, 1), ("next_apart", 1, 1)]
     assert "next_apart 100 % of 1" in text.splitlines()[-1]
+
+
+def test_an_experiment_that_tells_counts_against_a_second_diagnosis_that_died(short_case, tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(HERE), str(HERE.parents[2])]))
+    cases, sealed = sealed_case(short_case, tmp_path)
+    assert "one log too many" in scored(cases, sealed, "dying")["cases"][0]["said"]["after_next"]["error"]
+    oracle_next(cases, sealed, tmp_path / "oracle.json", 1, tmp_path / "score.answers")
+    figures = json.loads((tmp_path / "oracle.json").read_text())["figures"]
+    assert [(f["key"], f["right"], f["of"]) for f in figures] == [("next_named", 0, 1), ("next_oracle", 1, 1), ("next_apart", 0, 1)]
 
 
 def test_a_proposed_experiment_of_what_nothing_can_name_is_not_judged(short_case, tmp_path, monkeypatch):

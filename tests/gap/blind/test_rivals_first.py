@@ -7,7 +7,7 @@ import pytest
 from epa_rt.cli import gap_blind_rivals
 from epa_rt.cli.main import main
 from epa_rt.gap.blind import score
-from epa_rt.gap.blind.seal import seal
+from epa_rt.gap.blind.seal import HASH, NOT_HIDDEN, seal
 
 LEAK = {"name": "laminar_leak", "answers": ["leak"], "families": ["leak"], "blocks": ["gas"], "multiple": 9.0, "rivals": {}, "fields": {}}
 NOTHING = {"verdict": "no_gap", "effects": [], "location": []}
@@ -23,9 +23,9 @@ def blind(tmp_path, monkeypatch):
         (cases / case["case"]).mkdir(parents=True)
         (cases / case["case"] / "case.json").write_text("{}")
     seal({"seed": 1, "cases": TRUTH}, tmp_path / "cases.sealed", cases)
-    (tmp_path / "ours.json").write_text(json.dumps({"cases": [{"truth": case, "said": NOTHING} for case in TRUTH]}))
+    (tmp_path / "ours.json").write_text(json.dumps({"truth_sha256": (cases / HASH).read_text().strip(), "cases": [{"truth": case, "said": NOTHING} for case in TRUTH]}))
 
-    def answered(folder, out, sealed, diagnoser, hides, running):
+    def answered(folder, out, hidden, diagnoser, running):
         asked.append((folder.name, diagnoser))
         out.write_text(json.dumps(NOTHING))
 
@@ -80,3 +80,37 @@ def test_no_count_is_refused(blind, count, capsys):
         rows(blind[0], "--first", count)
     assert stopped.value.code == 2 and "expected a whole number, 1 or more" in capsys.readouterr().err
     assert not blind[1]
+
+
+@pytest.mark.parametrize("changed, words", [({"truth_sha256": 64 * "0"}, "found the set 0000000000000000, expected what score wrote for"), ({"truth_sha256": None}, "found no truth_sha256"),
+                                            (None, "found no cases in it")])
+def test_what_score_wrote_for_another_set_is_no_row(blind, changed, words, capsys):
+    ours = blind[0].parent / "ours.json"
+    kept = json.loads(ours.read_text())
+    ours.write_text("[" if changed is None else json.dumps({**kept, **changed}))
+    assert main(["gap", "blind", "rivals", str(blind[0]), "--json", str(blind[0].parent / "rivals.json"), "--only", "rmse", "--beside", str(ours)]) == 2
+    error = capsys.readouterr().err.strip()
+    assert words in error and "\n" not in error and not blind[1]
+
+
+def test_that_nothing_could_be_hidden_is_said(blind, monkeypatch, capsys):
+    monkeypatch.setattr(score, "can_hide", lambda: False)
+    rows(blind[0])
+    assert NOT_HIDDEN in capsys.readouterr().out
+
+
+def test_neither_our_own_row_nor_a_rivals_json_can_be_read_by_the_next_rival(blind, monkeypatch):
+    seen = {}
+
+    def answered(folder, out, hidden, diagnoser, running):
+        seen.setdefault(diagnoser.partition(":")[2], {path.name for path in hidden})
+        out.write_text(json.dumps(NOTHING))
+
+    monkeypatch.setattr(score, "can_hide", lambda: True)
+    monkeypatch.setattr(score, "diagnose_one", answered)
+    elsewhere = blind[0].parent / "elsewhere"
+    elsewhere.mkdir()
+    ours = (blind[0].parent / "ours.json").rename(elsewhere / "ours.json")
+    out = blind[0].parent / "rivals.json"
+    assert main(["gap", "blind", "rivals", str(blind[0]), "--json", str(out), "--only", "rmse", "least_squares", "--beside", str(ours)]) == 0
+    assert seen == {"rmse": {"cases.sealed", "ours.json"}, "least_squares": {"cases.sealed", "ours.json", "rivals_rmse.json", "rivals_rmse.html"}}

@@ -7,6 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from epa_rt.cli.gap_blind import DIAGNOSER
+from epa_rt.cli.main import main
+from epa_rt.gap.blind.kept import OF, ORACLE, take
 from epa_rt.gap.blind.score import score
 from epa_rt.gap.blind.seal import HASH, KEY, TRUTH, SealError, can_hide, opened, seal
 
@@ -75,9 +78,24 @@ def test_a_diagnoser_that_cheats_finds_an_empty_folder(cases):
     assert found["hidden_from_the_diagnosis"]
 
 
+def test_what_score_and_oracle_have_written_is_empty_for_a_diagnosis(cases):
+    """The JSON of a first score says what is true of every case, and so do its picture and an oracle's answers; another diagnosis' answers do not."""
+    if not can_hide():
+        pytest.skip("no mount namespace can be made here: what was written can be read")
+    scored(cases, "careful")
+    take(cases.parent / "o.answers", cases, ORACLE)
+    (cases.parent / "o.answers" / "case_001.json").write_text("laminar_leak")
+    (cases.parent / "nosy.html").write_text("laminar_leak")
+    _, found = scored(cases, "nosy")
+    for one in found["cases"]:
+        got = one["said"]["got"]
+        assert {name: text for name, text in got.items() if not name.startswith(("careful.answers/", "nosy.answers/"))} == {"careful.json": "", "careful.html": "", "nosy.html": ""}
+        assert "careful.answers/case_000.json" in got and not [text for text in got.values() if "laminar_leak" in text]
+
+
 def test_score_goes_on_where_it_was_interrupted_and_counts(cases):
     out = cases.parent / "careful.answers"
-    out.mkdir()
+    take(out, cases, "blind_fakes:careful")
     (out / "case_000.json").write_text(json.dumps({"verdict": "explained", "effects": [{"name": "creep", "family": "creep", "confidence": 1.0}], "kept": True}))
     text, found = scored(cases, "careful")
     assert found["cases"][0]["said"]["kept"]
@@ -87,6 +105,54 @@ def test_score_goes_on_where_it_was_interrupted_and_counts(cases):
     assert values["first"]["value"] == 0.0
     assert text.splitlines()[-1].startswith("first 0 % of 1")
     assert (cases.parent / "careful.html").stat().st_size > 1000
+
+
+def test_answers_of_another_set_or_of_another_hand_are_not_taken_for_these(cases):
+    answers = cases.parent / "careful.answers"
+    scored(cases, "careful")
+    said = {path.name: path.read_bytes() for path in answers.iterdir()}
+    seal({"seed": 4, "cases": [case("case_000", "single", [EFFECT]), case("case_001", "none", [])]}, cases.with_name("cases.sealed"), cases)
+    with pytest.raises(SealError, match="found answers by blind_fakes:careful to the set .* delete the folder"):
+        scored(cases, "careful")
+    (answers / OF).unlink()
+    with pytest.raises(SealError, match="found answers and no of.json .* delete it"):
+        scored(cases, "careful")
+    (answers / OF).write_text("{")
+    with pytest.raises(SealError, match="found answers by nobody knows whom"):
+        scored(cases, "careful")
+    assert {path.name: path.read_bytes() for path in answers.iterdir() if path.name != OF} == {name: text for name, text in said.items() if name != OF}
+
+
+def test_neither_another_diagnosers_answers_nor_an_oracles_are_taken(cases):
+    for by in ("blind_fakes:broken", ORACLE):
+        folder = cases.parent / "careful.answers"
+        shutil.rmtree(folder, ignore_errors=True)
+        take(folder, cases, by)
+        with pytest.raises(SealError, match=f"found answers by {by} .* expected answers by blind_fakes:careful"):
+            scored(cases, "careful")
+
+
+def test_an_oracle_does_not_take_a_diagnosis_answers_for_its_own_nor_its_own_or_another_sets_for_a_diagnosis(cases, capsys):
+    folder, out = cases.parent / "j.answers", str(cases.parent / "j.json")
+    take(folder, cases, DIAGNOSER)
+    (folder / "case_001.json").write_text(json.dumps({"verdict": "no_gap", "effects": [], "location": []}))
+    ask = ["gap", "blind", "oracle", str(cases)]
+    assert main([*ask, "--json", out]) == 2
+    assert "expected answers by oracle" in capsys.readouterr().err
+    for owner, words in (({"by": ORACLE, "truth_sha256": (cases / HASH).read_text().strip()}, "found answers by oracle"),
+                         ({"by": DIAGNOSER, "truth_sha256": 64 * "0"}, "to the set 0000000000000000, expected"), (None, "found no of.json")):
+        (folder / OF).unlink() if owner is None else (folder / OF).write_text(json.dumps(owner))
+        assert main([*ask, "--json", str(cases.parent / "o.json"), "--answers", str(folder)]) == 2
+        error = capsys.readouterr().err.strip()
+        assert words in error and "\n" not in error
+    assert not (cases.parent / "o.answers").exists()
+
+
+@pytest.mark.parametrize("place", [".", "../cases", "case_000/.."])
+def test_a_folder_may_be_called_by_where_one_stands(cases, place, monkeypatch):
+    monkeypatch.chdir(cases)
+    assert main(["gap", "blind", "score", place, "--json", "../out.json", "--diagnoser", "blind_fakes:careful"]) == 0
+    assert json.loads((cases.parent / "out.json").read_text())["truth_sha256"] == (cases / HASH).read_text().strip()
 
 
 def test_a_case_that_was_taken_away_is_missed(cases):
@@ -101,3 +167,9 @@ def test_a_diagnosis_that_dies_counts_as_wrong(cases):
     values = {f["key"]: f["value"] for f in found["figures"]}
     assert values["errors"] == 1.0
     assert values["first"] == 0.0
+
+
+def test_a_diagnosis_whose_process_dies_counts_its_seconds(cases):
+    _, found = scored(cases, "gone")
+    assert all("exit code 7" in one["said"]["error"] and one["said"]["wall_seconds"] > 0.0 for one in found["cases"])
+    assert next(f["of"] for f in found["figures"] if f["key"] == "seconds") == 2
