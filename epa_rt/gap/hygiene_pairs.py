@@ -3,6 +3,7 @@
 import numpy as np
 
 from epa_rt.config.rig import Rig
+from epa_rt.config.rig_rows import si_unit_of
 from epa_rt.gap.hygiene_finding import (
     Finding, correlation, judged_rows, position_pairs, regular, regular_rows, seconds, smooth, stretches,
 )  # fmt: skip
@@ -12,7 +13,7 @@ from epa_rt.gap.recording import Recording
 _SMOOTH_S = 0.02
 _GAIN_OFF = 0.3          # |gain - 1| above which it is no sensor's error
 _FOREIGN_OFF = 5.0       # the gain above which a speed of others is in another unit
-_FOREIGN_GAIN = 10.0     # a position against what it was asked to be: a loop of others may follow badly, not by a factor like this
+_FOREIGN_GAIN = 5.0      # a position against what it was asked to be: a loop of others may follow badly, not by a factor like this; one that is ten times off stays a little below ten
 _ALIKE = 0.7             # correlation below which two channels do not show the same motion
 _SAME = 0.95             # correlation above which they do, but for sign and size
 _APART = 0.08            # of the usual speed: how far speed and slope may be apart ...
@@ -53,14 +54,16 @@ def _speed_and_slope(recording: Recording, rig: Rig | None, position: str, speed
         if correlation(smooth(x, window), back) > _ALIKE:
             return [_of(recording, "refuse", "swapped", position, f"found it to be the slope of {speed}, expected it the other way round: the two are swapped")]
     if alike < -_SAME:
-        wrong = _stranger(recording, rig, position, speed, gain)
-        return [_of(recording, "refuse", "sign", wrong, f"found {speed} against the slope of {position} (correlation {alike:.2f}), expected the same sign; {_which(wrong, position, speed)}")]
+        wrong, why = _stranger(recording, rig, position, speed, gain)
+        return [_of(recording, "refuse", "sign", wrong, f"found {speed} against the slope of {position} (correlation {alike:.2f}), expected the same sign; "
+                    + (f"{why}: {wrong} looks turned round" if why else f"one of the two looks turned round{_left_out(rig, speed)}"))]
     if alike > _SAME and abs(np.log(gain)) > np.log(1.0 + _GAIN_OFF):
-        wrong = _stranger(recording, rig, position, speed, gain)
-        factor = gain if wrong != position else 1.0 / gain
+        wrong, why = _stranger(recording, rig, position, speed, gain)
         # a servo of others may make its speed in ways of its own; a wrong unit is further off
         severity = "refuse" if rig is not None or not 1.0 / _FOREIGN_OFF < gain < _FOREIGN_OFF else "note"
-        return [_of(recording, severity, "units", wrong, f"found {speed} to be {gain:.4g} times the slope of {position}, expected 1; {_which(wrong, position, speed)} and looks off by {nearest_factor(factor)}")]
+        return [_of(recording, severity, "units", wrong, f"found {speed} to be {gain:.4g} times the slope of {position}, expected 1; "
+                    + (f"{why}: {wrong} looks off by {nearest_factor(gain if wrong != position else 1.0 / gain, si_unit_of(wrong))}" if why else
+                       f"{speed} looks off by {nearest_factor(gain, si_unit_of(speed))}, or {position} by {nearest_factor(1.0 / gain, si_unit_of(position))}{_left_out(rig, speed)}"))]
     if rig is None:
         return []
     usual = min(np.percentile(np.abs(v), 99.0), np.percentile(np.abs(slope), 99.0))  # a jump of one of them is not usual
@@ -74,23 +77,37 @@ def _speed_and_slope(recording: Recording, rig: Rig | None, position: str, speed
                 f"({len(long)} stretches), expected the same: one of the two is frozen, cut off or jumps; they are left out", rows) for name in (position, speed)]
 
 
-def _stranger(recording: Recording, rig: Rig | None, position: str, speed: str, gain: float) -> str:
-    """Which of position and speed is off: the one that does not follow its target."""
+def _stranger(recording: Recording, rig: Rig | None, position: str, speed: str, gain: float) -> tuple[str, str]:
+    """Which of position and speed is off, and why: the one that does not follow its target, the other where it does. Without a target '' as why, and of a
+    rig of others the position, which it may use, where no kind of rig uses a speed."""
     if rig is None:
-        return speed
+        return _stranger_of_others(recording, position, speed, gain)
     for name, target in ((position, rig.motor.position_target), (speed, rig.motor.speed_target)):
         if target in recording.columns and np.ptp(recording.columns[target]) > 0.0:
             found = _gain(recording, name, target)
             if found is not None and found[0] > _ALIKE:
-                return speed if name == position and abs(np.log(abs(found[1]))) < 0.5 and found[1] > 0 else \
-                    position if name == speed and abs(np.log(abs(found[1]))) < 0.5 and found[1] > 0 else name
+                fits = abs(np.log(abs(found[1]))) < 0.5 and found[1] > 0
+                return ({position: speed, speed: position}[name] if fits else name), f"{name} {'fits' if fits else 'does not fit'} {target}"
             if found is not None and found[0] < -_ALIKE:
-                return name
-    return speed
+                return name, f"{name} does not fit {target}"
+    return speed, ""
 
 
-def _which(wrong: str, position: str, speed: str) -> str:
-    return f"{wrong} does not fit its target" if wrong in (position, speed) else "one of the two"
+def _stranger_of_others(recording: Recording, position: str, speed: str, gain: float) -> tuple[str, str]:
+    """As ``_stranger``: the position is right where it follows its target more nearly than it would with the mistake that the speed shows."""
+    for target in (target for name, target in _asked_of_others(recording) if name == position):
+        found = _gain(recording, position, target)
+        if found is None or abs(found[0]) < _ALIKE:
+            continue
+        size = abs(found[1])
+        fits = found[1] > 0.0 and (gain < 0.0 or abs(np.log(size)) < abs(np.log(size * gain)))
+        return (speed if fits else position), f"{position} {'fits' if fits else 'does not fit'} {target}"
+    return position, ""
+
+
+def _left_out(rig: Rig | None, speed: str) -> str:
+    """What may be done where it cannot be told which one is off."""
+    return f" (where it is {speed}: no kind of rig reads it, import the log without that column)" if rig is None else ""
 
 
 def _followed(recording: Recording, rig: Rig) -> list[tuple[str, str]]:
@@ -132,7 +149,7 @@ def _target(recording: Recording, name: str, target: str, least: float = _ALIKE,
     if alike < -least:
         return [_of(recording, "refuse", "sign", name, f"found it against {target} (correlation {alike:.2f}), expected it to follow")]
     if alike > least and not 1.0 / most < gain < most:
-        return [_of(recording, "refuse", "units", name, f"found {gain:.4g} times the motion of {target}, expected it to follow; it looks off by {nearest_factor(gain)}")]
+        return [_of(recording, "refuse", "units", name, f"found {gain:.4g} times the motion of {target}, expected it to follow; it looks off by {nearest_factor(gain, si_unit_of(name))}")]
     return []
 
 
