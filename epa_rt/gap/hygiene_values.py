@@ -104,16 +104,16 @@ def invalid(recording: Recording, name: str, values: np.ndarray, rows: np.ndarra
 
 def _unasked(recording: Recording, rig: Rig, rows: np.ndarray) -> list[Finding]:
     """Commands, and the drive's word on its state and mode, that are missing where they are read: what every channel did there was asked by nobody knows what."""
-    from epa_rt.gap.house.commands import AGE, read_rows
+    from epa_rt.gap.house.commands import AGE, read_rows, untold
+    from epa_rt.gap.house.prepared import followed
 
     columns = recording.columns
     if not {row.name for row in rig.signals} <= columns.keys():
         return []
-    gone = np.logical_and.reduce([np.isnan(columns[row.name]) for row in rig.inputs])  # a cycle without process data, which is said of every channel
-    found = []
+    found, follows, gone = [], followed(rig, columns), untold(rig, columns)
     for name, read in read_rows(rig, columns).items():
-        for one in invalid(recording, name, np.where(gone, 0.0, columns[name]), read & rows):
-            says = one.says.replace("; they are left out", "; no channel is judged there")
+        for one in invalid(recording, name, np.where(gone[name], np.nan, 0.0), read & rows):
+            says = one.says.replace("; they are left out", "; no channel is judged there" + ("" if follows[name] else ", and free run not on this log"))
             found.append(dataclasses.replace(one, channel=name if one.severity == "refuse" else "", says=says, rows=tuple((a, min(b + AGE, recording.samples)) for a, b in one.rows)))
     return found
 

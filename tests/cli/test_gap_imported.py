@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
+from epa_rt.cli.exits import VerbError
 from epa_rt.cli.gap_diagnose import _confirmed
 from epa_rt.cli.gap_inputs import _with_rig, opened
 from epa_rt.cli.inputs import RIG
@@ -51,3 +52,25 @@ def test_that_no_gate_can_run_it_again_is_said_and_breaks_nothing(imported):
     assert _with_rig(bare, RIGS / "bench.yaml").attachments[RIG] == (RIGS / "bench.yaml").read_bytes()
     named = SimpleNamespace(effects=("leak",))
     assert _confirmed(imported, named, argparse.Namespace(no_gate=False, patch=None), lambda stage, share: None) is None
+
+
+def test_a_control_file_that_ends_early_is_no_gap_of_the_drive(tmp_path):
+    """The targets of the second half and more are missing: that is said, at the import and before any diagnosis."""
+    log, asked = recording_of("bench", "step"), yaml.safe_load(MAPPING.read_text())
+    asked.pop("trials")
+    asked["rig_file"] = str(RIGS / "bench.yaml")
+    for one in asked["measured"].values():
+        one["file"] = "measured"
+    for one in asked["commands"].values():
+        one["file"] = "control"
+    (tmp_path / "map.yaml").write_text(yaml.safe_dump(asked, sort_keys=False))
+    for file, section, rows in (("measured", "measured", log.samples), ("control", "commands", int(0.3 * log.samples))):
+        columns = {one["column"]: (log.columns[name] - (101_325.0 if one["unit"] == "kPa gauge" else 0.0)) * PER_SI[one["unit"]] for name, one in asked[section].items()}
+        with (tmp_path / f"{file}.csv").open("w", newline="") as into:
+            out = csv.writer(into)
+            out.writerow(["t", *columns])
+            out.writerows(zip(*(np.char.mod("%.9g", values[:rows]) for values in (log.cycle * log.period_s, *columns.values())), strict=True))
+    done = epa("import", tmp_path / "map.yaml", tmp_path / "measured.csv", tmp_path / "control.csv", "-o", tmp_path / "cut.mcap")
+    assert done.returncode == 0 and "cmd_motor_travel_m has no value on " in done.stdout and "nothing is put in their place" in done.stdout, done.stdout + done.stderr
+    with pytest.raises(VerbError, match="cut: cmd_muscle_inlet_open: found no valid value on .* rows .*, expected values throughout"):
+        opened(argparse.Namespace(rig=RIGS / "bench.yaml", plant=None, logs=[tmp_path / "cut.mcap"]))

@@ -7,11 +7,14 @@ import pytest
 
 from epa_rt.gap.foreign.dead import check_dead
 from epa_rt.gap.house.commands import commands_of, read_rows
+from epa_rt.gap.house.subject import open_house
 from epa_rt.gap.hygiene import check, clean
+from tests.cli.shell import RIGS
 from tests.gap.foreign.made import subject_of, with_output
-from tests.gap.recorded import column, recording_of, rig_of_name, written_over
+from tests.gap.recorded import PLANTS, column, recording_of, rig_of_name, written_over
 
 RIG = rig_of_name("bench")
+HOUSE = open_house(RIGS / "bench.yaml", PLANTS / "bench.yaml")
 INLET, EXHAUST = "cmd_muscle_inlet_open", "cmd_muscle_exhaust_open"
 ASKED = {"cmd_motor_travel_m": 8, "cmd_motor_speed_m_s": 9, "cmd_motor_torque_nm": 10}
 
@@ -40,7 +43,7 @@ def test_where_less_is_missing_no_channel_is_judged(name):
     name = name or used_target()
     damaged = written_over(name, np.nan, 9000, 9300)(log())
     (finding,) = check([damaged], RIG)
-    assert (finding.severity, finding.kind, finding.rows) == ("exclude", "invalid", ((9000, 9302),)) and name in finding.says and finding.says.endswith("no channel is judged there")
+    assert (finding.severity, finding.kind, finding.rows) == ("exclude", "invalid", ((9000, 9302),)) and name in finding.says and finding.says.endswith("no channel is judged there, and free run not on this log")
     cleaned = clean([damaged], [finding])[0]
     for measured in ("muscle_pressure_pa", "muscle_force_n", "motor_travel_m", "motor_current_a"):
         assert np.flatnonzero(np.isnan(cleaned.columns[measured])).tolist() == list(range(9000, 9302))
@@ -74,6 +77,25 @@ def test_before_the_first_value_a_valve_is_safe():
         columns[name][:500] = np.nan
     commands = commands_of(RIG, columns)
     assert np.all(commands["exhaust"][:502, 0] == 1.0) and not commands["inlet"][:502, 0].any() and not commands["enabled"][:500].any()
+
+
+@pytest.mark.parametrize(("experiment", "name", "start", "stop", "followed"), [
+    ("step", "cmd_motor_travel_m", 9000, 9300, False), ("step", "cmd_motor_travel_m", 9000, 9003, True), ("identification_short", "cmd_motor_speed_m_s", 9000, 9003, False),
+    ("identification_short", INLET, 9000, 9300, False), ("identification_short", INLET, 9000, 9003, True), ("identification_short", EXHAUST, 0, 300, True),
+    ("identification_short", "drive_status_raw", 0, 300, True), ("identification_short", "drive_status_raw", 9000, 9300, False)])
+def test_free_run_follows_a_log_of_which_a_few_cycles_are_missing(experiment, name, start, stop, followed):
+    """Where a target is missing for long, or leaps from cycle to cycle, the motor is elsewhere ever after."""
+    damaged = written_over(name, np.nan, start, stop)(recording_of("bench", experiment))
+    (finding,) = check([damaged], RIG)
+    assert HOUSE.told(clean([damaged], [finding])[0]) == followed and ("free run not on this log" in finding.says) != followed
+
+
+def test_a_target_that_is_missing_for_a_few_cycles_goes_on_in_a_straight_line():
+    step = recording_of("bench", "step")
+    moving = int(np.argmax(np.abs(np.diff(step.columns["cmd_motor_travel_m"]))))
+    missing = dict(written_over("cmd_motor_travel_m", np.nan, moving, moving + 3)(step).columns)
+    asked, whole = (commands_of(RIG, columns)["target_angle_rad"] for columns in (missing, step.columns))
+    assert np.allclose(asked, whole, atol=2e-3 * np.ptp(whole)) and np.diff(asked[moving:moving + 7]).all()
 
 
 @pytest.mark.parametrize(("share", "severity"), [(0.6, "refuse"), (0.1, "exclude")])

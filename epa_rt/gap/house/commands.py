@@ -62,6 +62,12 @@ def read_rows(rig: Rig, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]
     return found
 
 
+def untold(rig: Rig, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """(N,) bool by name: where a command or a word is missing that is read, though something was recorded. KeyError as ``read_rows``, and for a row without a column."""
+    lost = lost_rows(rig, columns)
+    return {name: read & np.isnan(columns[name]) & ~lost for name, read in read_rows(rig, columns).items()}
+
+
 def _integers(columns, name: str | None, count: int) -> np.ndarray:
     if name is None:
         return np.full(count, _RUNNING)
@@ -78,11 +84,12 @@ def _held(values: np.ndarray, first: float) -> np.ndarray:
 
 
 def _between(values: np.ndarray, lost: np.ndarray) -> np.ndarray:
-    """A target where rows are lost and it was filled in: on from the one before to the one after, for what a recorder loses the drive has had.
+    """A target where rows are lost and it was filled in, or where it is missing: on from the one before to the one after, for what a recorder loses the drive has had.
 
     In a cycle without sound process data the row is there, and says what was sent.
     """
-    filled = lost & (np.isnan(values) | (values == np.concatenate([[np.nan], values[:-1]])))
+    missing = np.isnan(values)
+    filled = (missing & (lost | np.logical_or.accumulate(~missing))) | (lost & (values == np.concatenate([[np.nan], values[:-1]])))
     return np.where(filled, bridged(np.where(filled, np.nan, values)), values) if filled.any() else values
 
 

@@ -5,10 +5,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from epa_rt.config.ports import VALVE_PORTS
 from epa_rt.config.rig import Rig
 from epa_rt.gap.house import smooth
 from epa_rt.gap.house.channels import Channel
-from epa_rt.gap.house.commands import commands_of, lost_rows
+from epa_rt.gap.house.commands import commands_of, lost_rows, untold
 from epa_rt.gap.house.rounding import unrounded
 from epa_rt.gap.house.whole import on_grid
 from epa_rt.gap.recording import Recording
@@ -19,8 +20,8 @@ SHUT_S = 0.04          # a valve's own lag, after which a shut one passes nothin
 SHORTEST_SHUT_S = 0.05
 STAND_S, STAND_STEPS = 0.15, 6
 KEPT = 24         # results of a recording, some half a megabyte each
-BRIDGED = 3       # cycles that a straight line makes good
 LED_S = 0.3       # after a longer gap in what a drive is fed with: six times what its integral takes to be led back (motor_link.STANDING_S)
+BRIDGED = 3       # cycles that a straight line makes good
 TARGETS = {POSITION_MODE: "target_angle_rad", SPEED_MODE: "target_speed_rad_s", TORQUE_MODE: "target_torque_nm"}  # by the drive's mode (CiA 402)
 LEAP, OFTEN = 2.1, 0.02  # steps of a target by which it bends in a cycle (a smooth one's rounding: two at most), and share of the cycles
 START_S = 0.2          # of a recording, not judged: filters and lags settle
@@ -111,6 +112,18 @@ def _unknown(commands: np.ndarray, lost: np.ndarray, bad: Mapping[str, np.ndarra
     gone = np.logical_or.reduce([lost, *(bad[port] for port in ("motor_angle_rad", "motor_speed_rad_s", "motor_current_a") if port in bad)])
     long = smooth.long_runs(gone, BRIDGED)
     return smooth.any_before(long | (lost & unsteady(commands)), round(LED_S / period_s))
+
+
+def followed(rig: Rig, columns: dict[str, np.ndarray]) -> dict[str, bool]:
+    """By name, of what ``untold`` looks at, whether free run can follow: a hole of some cycles is made good, in a target but where targets leap, and longer ones are
+    not, after which the motor is elsewhere; but before its first value a valve is safe and a drive off."""
+    found, targets = {}, {row.name for row in rig.outputs if row.port not in VALVE_PORTS}
+    for name, rows in untold(rig, columns).items():
+        if name in targets:
+            found[name] = not rows.any() or not (smooth.long_runs(rows, BRIDGED).any() or unsteady(commands_of(rig, columns)))
+        else:
+            found[name] = not smooth.long_runs(rows & np.logical_or.accumulate(np.isfinite(columns[name])), BRIDGED).any()
+    return found
 
 
 def unsteady(commands: np.ndarray) -> bool:

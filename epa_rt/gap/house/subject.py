@@ -18,7 +18,7 @@ from epa_rt.gap.house.evaluate import Bench
 from epa_rt.gap.house.judged import judged
 from epa_rt.gap.house.links import links_of
 from epa_rt.gap.house.noise import noise_of
-from epa_rt.gap.house.prepared import Prepared, prepare, unsteady
+from epa_rt.gap.house.prepared import Prepared, followed, prepare, unsteady
 from epa_rt.gap.house.reach import applies, reached
 from epa_rt.gap.house.residuals import RESIDUALS, at_rate
 from epa_rt.gap.house.states import features
@@ -119,9 +119,10 @@ class HouseSubject:
         return with_gaps(self.rig, recording, self._run(recording, values, noise, seed, phase))
 
     def told(self, recording: Recording) -> bool:
-        """Whether what was lost of a recording, if anything, can be made up for: targets that leap cannot, and the motor would be elsewhere ever after."""
+        """Whether what was lost of a recording, or of its commands alone, if anything, can be made up for: targets that leap cannot, nor a command that is missing for long,
+        and the motor would be elsewhere ever after."""
         columns, _ = on_grid(recording)
-        return not (lost_rows(self.rig, columns).any() and unsteady(commands_of(self.rig, columns)))
+        return all(followed(self.rig, columns).values()) and not (lost_rows(self.rig, columns).any() and unsteady(commands_of(self.rig, columns)))
 
     def on_channels(self, channels: dict[str, Channel]) -> "HouseSubject":
         """The same rig whose instruments read otherwise."""
