@@ -79,12 +79,11 @@ class Weighed:
         effects, there = self.found.problem.effects, self.there
         rivals = [[law for law in one.not_separable_from if effects[law].family != one.family] for one in names]
         over = there is not None and there.too_much_left
-        groundless = there is not None and not there.supports and all(one.confidence < BARS.heard_of for one in names)
         evidence = Evidence(
             gap=bool(self.where), effects=[one.name for one in names], found=self.covered, ambiguous=any(rivals),
             untested=len(self.silent) / max(len(effects), 1), odd=bool(self.odd), whole=self.counted, lost=self.lost, to_noise=self.to_noise,
             breaks=bool(self.breaks), elsewhere=bool(self.elsewhere), helps=self.helps,
-            trust=trust(self.found.before, self.found.after, self.counted), too_much_left=over, groundless=groundless,
+            trust=trust(self.found.before, self.found.after, self.counted), too_much_left=over, groundless=groundless(names, there),
             exact=coverage(self.found.before, self.found.after, but=self.passed) if there is not None and there.exact else None)
         verdict = decided(evidence)
         shown = (there.gap, there.left) if there else None
@@ -92,6 +91,14 @@ class Weighed:
         says = said(verdict, [spoken(one) for one in names], rivals, self.where, self.covered.part, len(self.silent), len(effects), self.odd,
                     self.counted, self.lost, self.breaks, faint, shown if over else None, evidence.exact if evidence.other_form(BARS) else None, self.ends)
         return verdict, says
+
+
+def groundless(names: Sequence[Named], there: Heard | None) -> bool:
+    """Whether nothing speaks for any of the names: they are hardly ever first and the whole plant is no better with them, or, of a rig without a model of the whole,
+    none has any confidence (a rise towards standstill of a shaft without a gap was `explained` with none)."""
+    if there is None:
+        return all(one.confidence < BARS.no_trust for one in names)
+    return not there.supports and all(one.confidence < BARS.heard_of for one in names)
 
 
 def weighed(found: Attribution) -> Weighed:

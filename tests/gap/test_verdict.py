@@ -11,6 +11,7 @@ from epa_rt.gap.diagnosis import Number
 from epa_rt.gap.generic import GenericFit
 from epa_rt.gap.plausible import strained
 from epa_rt.gap.verdict import Evidence, decided, informed, said, said_of_moved, untested
+from epa_rt.gap.weigh import groundless
 from epa_rt.gap.yardstick import Left
 
 
@@ -161,6 +162,12 @@ def test_a_name_that_is_hardly_ever_first_and_helps_nothing_in_free_run_is_none(
     found = Coverage(1.0, 1.0, 0.0)
     assert decided(Evidence(gap, ["force_bow"], found, ambiguous=True, groundless=True)) == verdict
     assert decided(Evidence(gap, ["force_bow"], found)) == "explained"
+
+
+@pytest.mark.parametrize(("confidence", "nothing"), [(0.0, True), (0.1, False), (0.6, False)])
+def test_without_a_model_of_the_whole_a_name_without_any_confidence_is_none(confidence, nothing):
+    """A rise towards standstill of a shaft without a gap that took its place between two bars: what it explained was above the one, its confidence below the other."""
+    assert groundless([SimpleNamespace(confidence=confidence), SimpleNamespace(confidence=0.0)], None) is nothing
 
 
 def test_a_name_counts_for_less_where_it_leaves_part_of_the_gap_in_free_run():

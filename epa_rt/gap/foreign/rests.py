@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 NOISE_ONLY = 4.0   # deviations of a speed's noise below which its sign is chance
 STILL = 3e-3       # of the typical speed: the filter's tails of the motion before
-RESTS = 2.5        # periods of the motion's cut-off: a reversal passes faster, and says much of friction
+RESTS = 1.5        # periods of the motion's cut-off: a reversal passes faster, and says much of friction; sticks of 10 to 25 ms had left 1.6 to 3.6 floors of carriages without a gap (at 0.8 a rise towards standstill in other words became a scale of the drive beside it)
 LONGEST_S = 0.1    # that a rest must last, however slowly the motion is seen
 SPREAD = 2.0       # cut-off periods over which the filter spreads what is there
 WORTH_SAYING = 0.02  # of the rows
