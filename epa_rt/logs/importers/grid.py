@@ -11,11 +11,12 @@ from epa_rt.logs.importers.table import ImportRefused, Table
 MOST_CYCLES = 50_000_000
 _GAP_PERIODS = 3.0
 _TYPICAL_PERIODS = 1.5  # between most rows: more is no lost row but another period
+_FEW = 50               # rows that a refusal hangs its grid on: the row named is where stamps leave it, not the first of them all
 
 
 @dataclass(frozen=True)
 class Grid:
-    """``cycle`` (M,) with holes where rows are lost, ``t_s`` (M,) stamps since the first row, and what was done, in words."""
+    """``cycle`` (M,) from 0 with holes where rows are lost, ``t_s`` (M,) stamps since the first row, and what was done, in words."""
 
     period_s: float
     cycle: np.ndarray
@@ -48,23 +49,49 @@ def grid_of(table: Table, clock: Clock) -> Grid:
         raise ImportRefused(f"{table.place(0)}: found one row, expected two at least")
     if clock.column is None:
         return Grid(1.0 / clock.rate, np.arange(len(t)), t, False, ())
-    period_s = clock.period or float(t[-1] / (len(t) - 1))
+    mean_s = float(t[-1] / (len(t) - 1))  # a tenth off at either end shifts the mean step by more than a tenth over the log, but hardly the line through all rows
+    periods_s = (clock.period,) if clock.period else (mean_s, float(np.polyfit(np.arange(len(t)) / len(t), t, 1)[0] / len(t)))
+    period_s = periods_s[0]
     if t[-1] / period_s > MOST_CYCLES:
         raise ImportRefused(f"{table.place(len(t) - 1)}: found a stamp {t[-1] / period_s:.3g} periods after the first, expected at most {MOST_CYCLES}")
     typical_s = float(np.median(np.diff(t)))
     if typical_s > _TYPICAL_PERIODS * period_s and clock.resample is None:
         raise ImportRefused(f"{table.place(1)}: found rows {typical_s:.6g} s apart as a rule, expected the period of {period_s:.6g} s that the mapping gives "
                             "(is the clock's unit right?)")
-    cycle = np.rint(t / period_s).astype(np.int64)
-    off_s = np.abs(t - cycle * period_s)
-    jitter_s = 0.1 * period_s if clock.jitter is None else clock.jitter
-    if off_s.max() <= jitter_s and np.all(np.diff(cycle) > 0):
-        return Grid(period_s, cycle, t, False, _lost_words(cycle, period_s))
+    for even_s in periods_s:
+        cycle, _, wrong = _on(t, even_s, clock)
+        if not wrong.any():
+            return Grid(even_s, cycle, t, False, _lost_words(cycle, even_s))
     if clock.resample is None:
-        row = int(np.argmax((off_s > jitter_s) | (np.diff(cycle, prepend=-1) <= 0)))
-        raise ImportRefused(f"{table.place(row)}: found a stamp {off_s[row] * 1e3:.6g} ms off a grid of {period_s * 1e3:.6g} ms, expected at most "
-                            f"{jitter_s * 1e3:.6g} ms (give another period or jitter, or 'resample: linear', under clock)")
+        raise ImportRefused(_leaves(table, t, period_s, clock))
     return _resampled(t, period_s, clock)
+
+
+def _on(t: np.ndarray, period_s: float, clock: Clock, rows: int | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Every row's cycle (M,) from 0 on the even grid that lies in the midst of the stamps (of the first ``rows``), s off it, and whether that or a cycle taken twice is wrong.
+
+    No single stamp is the grid's origin: one that came early would put all others off.
+    """
+    turn = np.exp(2j * np.pi / period_s * t[:rows])
+    phase_s = np.angle(turn.mean()) / (2.0 * np.pi) * period_s
+    phase_s += np.median((t[:rows] - phase_s + 0.5 * period_s) % period_s) - 0.5 * period_s
+    cycle = np.rint((t - phase_s) / period_s).astype(np.int64)
+    off_s = np.abs(t - phase_s - cycle * period_s)
+    return cycle - cycle[0], off_s, (off_s > _jitter_s(period_s, clock)) | (np.diff(cycle, prepend=cycle[0] - 1) <= 0)
+
+
+def _jitter_s(period_s: float, clock: Clock) -> float:
+    return 0.1 * period_s if clock.jitter is None else clock.jitter
+
+
+def _leaves(table: Table, t: np.ndarray, period_s: float, clock: Clock) -> str:
+    """The refusal, with the row where the stamps leave the grid of the first rows; the first that is off the grid of all where none does."""
+    _, off_s, wrong = _on(t, period_s, clock, _FEW)
+    if not wrong.any():
+        _, off_s, wrong = _on(t, period_s, clock)
+    row = int(np.argmax(wrong))
+    return f"{table.place(row)}: found a stamp {off_s[row] * 1e3:.6g} ms off a grid of {period_s * 1e3:.6g} ms, expected at most " \
+           f"{_jitter_s(period_s, clock) * 1e3:.6g} ms (give another period or jitter, or 'resample: linear', under clock)"
 
 
 @dataclass(frozen=True)
