@@ -102,7 +102,7 @@ class Remainder:
     unit: str
     rms: float
     floor: float
-    depends_on: tuple[tuple[str, float], ...]   # feature and share of the excess that it explains, ranked
+    depends_on: tuple[tuple[str, float], ...]   # feature and share of the excess that it explains, ranked; above 1 where that goes below the floor
     explained_share: float                      # by the generic model, of the excess, on held-out spans
     coverage: float | None                      # shrink(named effects) / shrink(generic model)
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from epa_rt.gap.diagnosis import Diagnosis, Shrinkage
-from epa_rt.gap.report.words import BASELINES, MODES, SOURCES, channel_words, judged_on, share_words, shown_rows, size, times
+from epa_rt.gap.report.words import BASELINES, MODES, SOURCES, channel_words, got_worse, judged_on, share_words, shown_rows, size, times
 from epa_rt.report.markup import Html, folded, join, note, paragraph, table, tag
 
 _HEADS = {"teacher_forced": "Block by block, each fed with what was measured", "free_run": "The whole plant in free run, fed with the commands only"}
@@ -15,7 +15,7 @@ def how_far(diagnosis: Diagnosis) -> Html:
     if not rows:
         return paragraph("Not shown: no shrinkage was measured.")
     parts = [note(f"Measured on {judged_on(diagnosis)}. ", _key(), " The share closed is 1 − (after² − floor²)/(before² − floor²), never clipped: "
-                  "below zero the patch makes it worse. Its 95 % interval stands in brackets. Before: ", BASELINES["refitted" if diagnosis.effects else "plant_file"], "; after: ",
+                  "below zero the patch makes it worse; where it is less than −100 %, the multiples of the floor before and after stand in its place. Its 95 % interval stands in brackets. Before: ", BASELINES["refitted" if diagnosis.effects else "plant_file"], "; after: ",
                   "with the effects." if diagnosis.effects else "nominal parameters refitted (no effect is named).")]
     for mode, head in _HEADS.items():
         chosen = [row for row in shown_rows(diagnosis) if row.mode == mode]
@@ -39,7 +39,7 @@ def _bars(row: Shrinkage) -> Html:
                                  tag("em", size(value, row.unit), style=f"margin-left:calc(.45em + {beyond:.2f}%)")]), class_="track")
 
     floor = tag("i", "", class_="floor", style=f"--at:{row.floor / longest:.4f}")
-    words = join([tag("strong", share_words(row)), "" if row.closed_share is None else " closed", tag("span", f"{times(row.times_floor)} floor left", class_="soft")])
+    words = join([tag("strong", share_words(row)), "" if row.closed_share is None or got_worse(row) else " closed", tag("span", f"{times(row.times_floor)} floor left", class_="soft")])
     pair = join([bar(row.before, "before"), bar(row.after, "after"), floor])
     parts = ((channel_words(row.channel), "name"), (pair, "pair"), (words, "says"))
     return tag("div", join(tag("span", content, class_=name) for content, name in parts), class_="row")

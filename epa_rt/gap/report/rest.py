@@ -1,6 +1,7 @@
 """What is left, what to do next, and what the answer stands on."""
 
 from epa_rt.gap.diagnosis import Diagnosis, Remainder
+from epa_rt.gap.report.left_words import explained_words, goes_with
 from epa_rt.gap.report.words import alike_words, channel_words, percent, plain, region_words, size, times
 from epa_rt.report.markup import Html, facts, folded, join, note, paragraph, table, tag
 
@@ -46,11 +47,8 @@ def found_first(diagnosis: Diagnosis) -> Html:
 
 def _one(left: Remainder) -> Html:
     above = f"{size(left.rms, left.unit)} rms is left, {times(left.rms / left.floor) if left.floor else '–'} the floor of {size(left.floor, left.unit)}. "
-    more = f"States explain {percent(left.explained_share)} of what lies above the floor. "
-    if left.coverage is not None:
-        more += f"The named effects explain {percent(left.coverage)} of what a description by data alone could have explained at first."
-    rows = join(_bar(name, part) for name, part in left.depends_on)
-    return tag("div", join([tag("h3", join([f"{left.link}: {channel_words(left.channel)}"])), paragraph(above, more),
+    rows = join(_bar(name, part) for name, part in goes_with(left))
+    return tag("div", join([tag("h3", join([f"{left.link}: {channel_words(left.channel)}"])), paragraph(above, explained_words(left)),
                             tag("div", rows, class_="bars depends")]), class_="effect")
 
 

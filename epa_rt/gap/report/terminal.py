@@ -9,6 +9,7 @@ from rich.table import Table
 
 from epa_rt.gap.diagnosis import Diagnosis, Place
 from epa_rt.gap.report.gate import gate_line
+from epa_rt.gap.report.left_words import goes_with
 from epa_rt.gap.report.origin import origin_words
 from epa_rt.gap.report.words import (BASELINES, CONFIDENCE, MODES, VERDICTS, WHO, channel_words, free_run_words, gone_words, judged_on, parameter_words, percent, plain, region_words, share_words,
                                      shown_rows, sigmas, size, times)
@@ -37,7 +38,7 @@ def show(diagnosis: Diagnosis, out: Console) -> None:
         out.print(words)
     _far(diagnosis, out)
     for left in diagnosis.remainder[:3]:
-        on = ", ".join(f"{region_words(name)} {percent(part)}" for name, part in left.depends_on[:3])
+        on = ", ".join(f"{region_words(name)} {percent(part)}" for name, part in goes_with(left)[:3])
         out.print(f"left in {left.link}: {size(left.rms, left.unit)}, {times(left.rms / left.floor)} floor" + (f"; goes with {on}" if on else ""))
     _next(diagnosis, out)
     out.print(f"{diagnosis.seconds:.0f} s", style="dim")

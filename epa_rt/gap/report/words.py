@@ -27,6 +27,7 @@ SOURCES = {"repeats": "repeats of the same trial", "twin": "a simulated run of t
 CONFIDENCE = "how often it, or a law of its family that these logs cannot tell from it, stays the best explanation when stretches of the logs are drawn anew at random, lowered by the part of the gap that it leaves, block by block and in free run"
 WHO = {"plant_file": "in the plant file, not in the rig", "both": "in both, at other strengths"}
 BEYOND = 99.0  # standard deviations
+WORSE = -1.0   # share closed below which the figure says less than how many times the floor it was and is: of a gap near the floor it soon is thousands of per cent
 _SMALL = {"Pa": (1e3, 1.0, "Pa"), "A": (0.1, 1e3, "mA"), "m": (1e-5, 1e6, "µm")}  # below: in this smaller unit
 _SHOWN = Shown()
 _NAME = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)+")
@@ -61,13 +62,20 @@ def percent(share: float | None) -> str:
 
 
 def share_words(row: Shrinkage) -> str:
-    """'97 % (95 to 98)'; 'no gap to close' where before does not rise above the floor."""
+    """'97 % (95 to 98)'; 'no gap to close' where before does not rise above the floor, 'worse: 1.5 × → 7.6 × floor' where it grew by more than itself."""
     if row.closed_share is None:
         return "no gap to close"
+    if got_worse(row):
+        return f"worse: {times(row.before / row.floor)} → {times(row.after / row.floor)} floor"
     if row.interval is None:
         return percent(row.closed_share)
     low, high = (percent(bound).removesuffix(" %") for bound in row.interval)
     return f"{percent(row.closed_share)} ({low} to {high})"
+
+
+def got_worse(row: Shrinkage) -> bool:
+    """Whether so much more is left after than before that it is said in multiples of the floor and not as a share."""
+    return row.closed_share is not None and row.closed_share < WORSE
 
 
 def sigmas(significance: float) -> str:
@@ -141,6 +149,8 @@ def far_words(diagnosis: Diagnosis) -> str:
     if row is None:
         return "not measured"
     by = "" if diagnosis.effects else " by refitting nominal parameters"
+    if got_worse(row):
+        return share_words(row).replace("worse", f"worse{by}")
     return f"{share_words(row)} of the gap closed{by}; {times(row.before)} → {times(row.after)} floor" if row.closed_share is not None else "no gap to close"
 
 
