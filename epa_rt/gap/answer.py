@@ -9,13 +9,15 @@ from epa_rt.gap.coverage import above_noise, unforeseen
 from epa_rt.gap.diagnosis import Diagnosis, FreeRun, Named, Origin, Shrinkage, Verdict
 from epa_rt.gap.held_out import not_carried_over, not_closed, said_of_held_out, said_of_not_closed, said_of_unforeseen, times_floor
 from epa_rt.gap.localise import localise
-from epa_rt.gap.named import moved, named, numbers
+from epa_rt.gap.named import furthest, moved, named, numbers
 from epa_rt.gap.origin import origin_first, origins
 from epa_rt.gap.plausible import absorbed, beyond_belief, within_belief
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.remainder import remainders
 from epa_rt.gap.run_freely import localise_freely
+from epa_rt.gap.shrink import label
 from epa_rt.gap.subject import Subject
+from epa_rt.gap.unshown import could_sit, with_unshown
 from epa_rt.gap.verdict import said_of_moved
 from epa_rt.gap.weigh import Weighed, weighed
 
@@ -41,6 +43,7 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     names = tuple(replace(one, parameters=numbers(problem, selection.final, one.name, off, searched=True)) for one in names)
     places = localise(subject, problem.prepared, _seen_at(weights), problem.floors)
     says = next((said_of_unforeseen(place.channel, place.times_floor) for place in places if place.link == beyond), says)
+    says = with_unshown(says, could_sit(problem, _links_of(weights, beyond, held_out), weights.silent))
     whence: tuple[Origin, ...] = ()
     if verdict == "not_in_catalogue":
         progress("where it comes from", 0.96)
@@ -72,13 +75,21 @@ def _last_word(found: Attribution, verdict: Verdict, says: str, names: Sequence[
     """Verdict and sentences after the logs set aside and, without a model of the whole, the noise floor have spoken, and the link of which nothing measured foresees what it leaves."""
     apart = not_carried_over(held_out, times_floor(found.problem.subject.links, found.before)) if verdict in SILENT else None
     if apart is not None:
-        verdict, says = "not_in_catalogue", said_of_held_out(apart)
+        verdict, says = "not_in_catalogue", said_of_held_out(apart, furthest(found.problem, found.selection.base.normal))
     silence = found.heard is None and verdict in SILENT
     beyond = unforeseen(found.before, {link: floor.source for link, floor in found.problem.floors.items()}) if silence else None
     kept = not_closed(held_out) if names else None
     if kept is not None:
         verdict, says = "partly_explained" if verdict == "explained" else verdict, f"{says} {said_of_not_closed(kept)}"
     return "not_in_catalogue" if beyond else verdict, says, beyond
+
+
+def _links_of(weights: Weighed, beyond: str | None, held_out: Sequence[Shrinkage]) -> tuple[str, ...]:
+    """The links that the verdict's sentences speak of; none where only the whole plant shows a gap."""
+    if beyond is not None or weights.where:
+        return (beyond,) if beyond is not None else weights.where
+    links, apart = weights.found.problem.subject.links, not_carried_over(held_out, times_floor(weights.found.problem.subject.links, weights.found.before))
+    return tuple(link.name for link in links if apart is not None and label(links, link) == apart.channel)
 
 
 def _seen_at(weights: Weighed) -> dict[str, float]:

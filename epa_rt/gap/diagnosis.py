@@ -47,6 +47,7 @@ class Number:
     low: float
     high: float
     neutral: float
+    at_end: bool = False            # whether the value stands where its law's range ends, and neither as in the plant file nor absent
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from epa_rt.gap.diagnosis import Shrinkage
+from epa_rt.gap.diagnosis import Number, Shrinkage
 from epa_rt.gap.shrink import ALL, OVERALL, label
 from epa_rt.gap.subject import Link
 from epa_rt.gap.yardstick import Left
@@ -42,10 +42,12 @@ def _block_by_block(rows: Sequence[Shrinkage]) -> list[Shrinkage]:
     return [row for row in rows if row.mode == "teacher_forced" and row.baseline == "refitted" and row.log == ALL and row.channel != OVERALL]
 
 
-def said_of_held_out(row: Shrinkage) -> str:
-    """The sentence on what ``not_carried_over`` found; ``before`` and ``floor`` in the channel's unit."""
-    return f"With the nominal parameters refitted no block of the fitted logs has a gap that could be foreseen, but on the logs set aside {row.channel} is {row.before / row.floor:.1f} x " \
-           "its noise floor: what these values hide does not carry over, and no effect of the catalogue explains it."
+def said_of_held_out(row: Shrinkage, went: Sequence[Number] = ()) -> str:
+    """The sentences on what ``not_carried_over`` found; ``before`` and ``floor`` in the channel's unit. ``went``: the nominal parameters that were refitted furthest from the plant file."""
+    values = " and ".join(f"{one.name} to {one.value:.3g}{'' if one.unit == '1' else f' {one.unit}'} (plant file: {one.neutral:.3g})" for one in went)
+    return "With the nominal parameters refitted, what is left in the fitted logs is little from one sample to the next, or nothing that was measured foresees it; but on the logs set aside " \
+           f"{row.channel} is {row.before / row.floor:.1f} x its noise floor: what the refitted values hide does not carry over, and no effect of the catalogue explains it." \
+           + (f" Furthest from the plant file went {values}." if values else "")
 
 
 def said_of_not_closed(row: Shrinkage) -> str:

@@ -4,6 +4,7 @@ import numpy as np
 
 from epa_rt.gap.attribution import Attribution
 from epa_rt.gap.diagnosis import Named, Near, Number
+from epa_rt.gap.law_ends import stands_at_end
 from epa_rt.gap.point import Normal, Point
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.profile import profiled
@@ -50,7 +51,14 @@ def _number(problem: Problem, key: str, value: float, width: float, ends: tuple[
     knob, by = problem.knobs[key], width * problem.spread(key)
     value = min(max(value, knob.low), knob.high)  # spreads and back leave a whisker beside a bound
     low, high = ends or (max(value - by, knob.low), min(value + by, knob.high))
-    return Number(key, value, knob.unit, low, high, knob.value)
+    return Number(key, value, knob.unit, low, high, knob.value, stands_at_end(problem, key, value))
+
+
+def furthest(problem: Problem, normal: Normal, most: int = 2) -> tuple[Number, ...]:
+    """The nominal parameter that went furthest from the plant file, in spreads, and others that went by more than a plant file's own error, ``most`` in all."""
+    width = intervals(normal, problem.nominal, None)
+    far = sorted(((abs(z), key, z) for key, z, prior in zip(normal.keys, normal.z, normal.prior, strict=True) if prior and problem.knobs[key].effect is None), reverse=True)
+    return tuple(_number(problem, key, problem.knobs[key].value + z * problem.spread(key), width[key]) for k, (by, key, z) in enumerate(far[:most]) if not k or by > 1.0)
 
 
 def moved(problem: Problem, normal: Normal, off: np.ndarray | None) -> tuple[Number, ...]:

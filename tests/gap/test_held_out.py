@@ -2,7 +2,7 @@
 
 import pytest
 
-from epa_rt.gap.diagnosis import Shrinkage
+from epa_rt.gap.diagnosis import Number, Shrinkage
 from epa_rt.gap.generic import GenericFit
 from epa_rt.gap.held_out import not_carried_over, not_closed, said_of_held_out, said_of_not_closed, times_floor
 from epa_rt.gap.subject import Link
@@ -39,6 +39,15 @@ def test_the_worst_channel_is_said_with_its_figure():
     found = not_carried_over([row("force_n", 2.5), row(before=8.9), row("speed", 1.0)])
     assert found.channel == "motor_torque_nm"
     assert "motor_torque_nm is 8.9 x" in said_of_held_out(found)
+
+
+def test_what_the_refit_hides_is_said_with_the_numbers_that_went_furthest():
+    """A chamber of which the walls creep: a newcomer reads what was refitted, and that the fitted logs are not without a gap."""
+    leak = Number("chamber.stand_leak_per_s", 4.7467e-5, "1/s", 4.6e-5, 4.9e-5, 2.1e-5)
+    says = said_of_held_out(row("p_pa", before=2.57), (leak, Number("clock.row_ratio", 1.5, "1", 1.4, 1.5, 0.0)))
+    assert "what is left in the fitted logs is little from one sample to the next, or nothing that was measured foresees it; but on the logs set aside p_pa is 2.6 x its noise floor" in says
+    assert says.endswith("Furthest from the plant file went chamber.stand_leak_per_s to 4.75e-05 1/s (plant file: 2.1e-05) and clock.row_ratio to 1.5 (plant file: 0).")
+    assert "Furthest" not in said_of_held_out(row("p_pa", before=2.57))
 
 
 def test_only_block_by_block_against_the_refit_over_all_logs_counts():

@@ -30,7 +30,7 @@ def not_tested(diagnosis: Diagnosis) -> Html:
 
 def _effect(rank: int, effect: Named) -> Html:
     family = f", family {effect.family}" if effect.family != effect.name else ""
-    head = tag("h3", join([f"{rank}. {named_words(effect)} ", tag("span", join([tag("code", effect.name), f"{family}, block {effect.block}"]), class_="soft")]))
+    head = tag("h3", join([f"{rank}. {named_words(effect)} ", tag("span", join([tag("code", effect.name), f"{family}, block {effect.block}{_ends(effect)}"]), class_="soft")]))
     sure = paragraph(f"Confidence {percent(effect.confidence)}: {CONFIDENCE}. On trials that it was not fitted to, it lowers the sum of squared errors, "
                      f"each divided by the rms of the noise, by {effect.gain:,.0f}; one that has no part in the gap lowers it by about 0.")
     parts = [head, sure, *_whose(effect), _gone(effect.parameters) if effect.who == "plant_file" else _numbers(effect.parameters)]
@@ -41,6 +41,11 @@ def _effect(rank: int, effect: Named) -> Html:
     if told:
         parts.append(note("Came near: " + "; ".join(map(_near, told)) + "."))
     return tag("div", join(parts), class_="effect")
+
+
+def _ends(effect: Named) -> str:
+    ends = [one.name for one in effect.parameters if one.at_end and effect.who != "plant_file"]
+    return f"; {' and '.join(ends)} at the end of the range of its law" if ends else ""
 
 
 def _near(one: Near) -> str:

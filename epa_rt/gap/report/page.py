@@ -8,6 +8,7 @@ from epa_rt.gap.report.effects import catalogue_note, effects, not_tested
 from epa_rt.gap.report.far import how_far
 from epa_rt.gap.report.frame import framed
 from epa_rt.gap.report.gate import gate_section
+from epa_rt.gap.report.left_words import ends_words
 from epa_rt.gap.report.map import gap_map
 from epa_rt.gap.report.origin import origins
 from epa_rt.gap.report.rest import found_first, inputs, next_experiment, remainder
@@ -36,5 +37,5 @@ def _header(diagnosis: Diagnosis) -> Html:
     told = f"Diagnosis of the gap between {rig} and {plant}" if rig and plant else "Diagnosis of the sim-to-real gap"
     return join([tag("p", told, class_="kicker"), found_first(diagnosis), tag("h1", diagnosis.says),
                  tag("p", join([tag("span", word, class_=f"badge {'good' if diagnosis.verdict in GOOD else 'open'}"), meaning])),
-                 facts([("Where", where_words(diagnosis)), ("Which", which_words(diagnosis)), ("How far", far_words(diagnosis)),
+                 facts([("Where", where_words(diagnosis)), ("Which", "; ".join(filter(None, (which_words(diagnosis), ends_words(diagnosis))))), ("How far", far_words(diagnosis)),
                         ("Next experiment", next_words(diagnosis))])])

@@ -9,7 +9,7 @@ from rich.table import Table
 
 from epa_rt.gap.diagnosis import Diagnosis, Place
 from epa_rt.gap.report.gate import gate_line
-from epa_rt.gap.report.left_words import goes_with
+from epa_rt.gap.report.left_words import ends_words, goes_with
 from epa_rt.gap.report.origin import origin_words
 from epa_rt.gap.report.words import (BASELINES, CONFIDENCE, MODES, VERDICTS, WHO, channel_words, free_run_words, gone_words, judged_on, parameter_words, percent, plain, region_words, share_words,
                                      shown_rows, sigmas, size, times)
@@ -29,6 +29,8 @@ def show(diagnosis: Diagnosis, out: Console) -> None:
     """Everything that an operator needs to read before opening the page."""
     show_found(diagnosis.found_first, out)
     out.print(f"{VERDICTS[diagnosis.verdict][0].upper()}: {diagnosis.says}", style="bold")
+    if words := ends_words(diagnosis):
+        out.print(f"{words}.", style="bold yellow")
     if diagnosis.effects:
         _effects(diagnosis, out)
     if words := free_run_words(diagnosis):

@@ -15,7 +15,7 @@ VERDICTS = {
     "no_gap": ("No gap", "The plant file already describes these logs down to the noise."),
     "explained": ("Explained", "The named effects explain the gap."),
     "partly_explained": ("Partly explained", "The named effects explain part of the gap; the rest is described below."),
-    "not_in_catalogue": ("Not in the catalogue", "There is a gap, and no effect of the catalogue explains it."),
+    "not_in_catalogue": ("Not in the catalogue", "There is a gap, and no effect of the catalogue that these logs could have shown explains it."),
     "not_excited": ("Not excited", "These logs could not have shown most of the effects."),
     "not_separable": ("Not separable", "Several effects explain these logs equally well."),
 }

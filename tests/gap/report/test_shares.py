@@ -8,11 +8,12 @@ from rich.console import Console
 
 from epa_rt.gap.diagnosis import Remainder
 from epa_rt.gap.report.far import how_far
-from epa_rt.gap.report.left_words import explained_words, goes_with
+from epa_rt.gap.report.left_words import ends_words, explained_words, goes_with
 from epa_rt.gap.report.rest import remainder
 from epa_rt.gap.report.terminal import show
+from epa_rt.gap.report.page import gap_page
 from epa_rt.gap.report.words import far_words, share_words
-from tests.gap.report.answers import EXPLAINED, NOT_IN_CATALOGUE, shrunk
+from tests.gap.report.answers import EXPLAINED, GONE, NOT_IN_CATALOGUE, SLIP, shrunk
 
 BELOW_THE_FLOOR = Remainder("pressure", "p_pa", "Pa", 1214.0, 86.6, (("pressure_pa, slowly forgotten", 1.39), ("hold_time_s", 0.076), ("rate of pressure_pa", 0.065)), 1.55, 1.0035)
 
@@ -53,3 +54,14 @@ def test_what_got_much_worse_is_said_in_multiples_of_the_floor():
 
 def test_a_little_worse_stays_a_share():
     assert share_words(shrunk("joint_rad", "rad", 17.0, 18.0, 1.0, "teacher_forced")).startswith("−12 % (")
+
+
+def test_a_number_at_the_end_of_its_law_is_said_beside_the_name_with_the_floors_that_are_left():
+    """'Explained' with 37 % of confidence, heat_ratio at its bound and 9.9 floors left read like any other answer."""
+    ratio, reach = SLIP.parameters
+    at_end = replace(EXPLAINED, effects=(replace(SLIP, parameters=(ratio, replace(reach, at_end=True))),))
+    words = ends_words(at_end)
+    assert words.startswith("muscle0.slip_reach_m = 1.9") and words.endswith("stands at the end of the range of its law; 1.2 × floor left block by block")
+    assert words in said(at_end) and words in gap_page(at_end) and "muscle0.slip_reach_m at the end of the range of its law" in gap_page(at_end)
+    assert "the range of its law" not in said(EXPLAINED) + gap_page(EXPLAINED)
+    assert ends_words(replace(EXPLAINED, effects=(replace(GONE, parameters=(replace(ratio, at_end=True),)),))) == ""
