@@ -138,10 +138,11 @@ def candidates(problem: Problem, point: Point, screening: Screening, pairs: bool
 
 
 def starts(problem: Problem, screening: Screening, effect: str) -> list[dict[str, float]]:
-    """The most promising starting points of an effect, at the strength that screening found."""
-    own = sorted((s for s in screening.signatures if s.effect == effect), key=lambda s: -s.gain)[:STARTS]
+    """The most promising starting points of an effect, at the strength that screening found; as they are where it sets in only from some strength on."""
+    own, one = sorted((s for s in screening.signatures if s.effect == effect), key=lambda s: -s.gain)[:STARTS], problem.effects[effect]
+    if own and one.sets_in:
+        return [s.start for s in own]
     if not own:
-        one = problem.effects[effect]
         return [dict(zip(one.knobs, one.starts[0], strict=True))]
     return [scaled(problem, effect, s.start, float(np.sign(s.amplitude) or 1.0) * min(max(abs(s.amplitude), WEAKEST), STRONGEST)) for s in own]
 

@@ -32,6 +32,7 @@ class Effect(NamedTuple):
     ``family``: laws for one and the same thing share it, so that the answer can be the family. ``says``: one clause
     for people; ``equation`` where docs/plant.md has it; ``source`` where it comes from. ``swings_over``: the measured angle, in rad and
     as a subject's features name it, over which it swings with periods that nobody knows beforehand; its first knobs then are strength, periods to a turn and phase.
+    ``sets_in``: it does nothing below a strength that the logs set; fits then begin at its starts as they are, never at a weaker one that screening makes of them.
     """
 
     name: str
@@ -43,6 +44,7 @@ class Effect(NamedTuple):
     equation: str
     source: str
     swings_over: str | None = None
+    sets_in: bool = False
 
 
 def one_of_each_family(names: Iterable[str], effects: Mapping[str, Effect], but: Iterable[str] = ()) -> list[str]:

@@ -121,6 +121,6 @@ def scaled(scale: str, settings: Numbers) -> float:
 
 
 def effect(name: str, family: str, block: str, knobs: tuple[str, ...], starts: tuple[tuple[float, ...], ...], says: str,
-           equation: str, source: str, swings_over: str | None = None) -> Effect:
-    """An entry of a component's catalogue; ``starts`` in units of the knobs' scales; ``swings_over``: the feature whose angle it swings over."""
-    return Effect(name, family, block, knobs, starts, says, equation, source, swings_over=swings_over)
+           equation: str, source: str, swings_over: str | None = None, sets_in: bool = False) -> Effect:
+    """An entry of a component's catalogue; ``starts`` in units of the knobs' scales; ``swings_over``: the feature whose angle it swings over; ``sets_in`` as in Effect."""
+    return Effect(name, family, block, knobs, starts, says, equation, source, swings_over=swings_over, sets_in=sets_in)

@@ -121,9 +121,13 @@ _ROWS = (
 )
 
 
-def _e(name: str, family: str, block: str, starts: tuple[tuple[float, ...], ...], says: str, equation: str, source: str):
-    return effect(name, family, block, tuple(row.key for row in _ROWS if row.effect == name), starts, says, equation, source)
+def _e(name: str, family: str, block: str, starts: tuple[tuple[float, ...], ...], says: str, equation: str, source: str, sets_in: bool = False):
+    return effect(name, family, block, tuple(row.key for row in _ROWS if row.effect == name), starts, says, equation, source, sets_in=sets_in)
 
+
+# A limit does nothing until it is below the largest speed that the logs ask for, gain times error: 0.3 to 17 rad/s by stroke and servo. A fit finds it from where it
+# bites and from not far below what it is, so that starts stand close over all of that; 5 rad/s, a hobby servo's, is the typical one.
+_LIMITS = tuple((round(0.2 * 1.3**i, 3),) for i in (0, *range(-9, 0), *range(1, 12)))
 
 _EFFECTS = (
     _e("backlash", "backlash", "gear", ((0.01,), (0.03,)), "a gap in the gear", "q = play(q_motor, b)", "STS3215 data sheet; SO-ARM100 reports"),
@@ -135,8 +139,9 @@ _EFFECTS = (
     _e("gain_loss", "gain", "drive", ((0.2,), (-0.2,)), "a servo gain that is lost", "K -> K (1 - l)", "battery voltage, heat"),
     _e("deadband", "deadband", "drive", ((0.01,), (0.03,)), "the servo ignores small errors", "e -> e - clip(e, -d, d)", "STS3215 registers 26, 27"),
     _e("delay", "delay", "drive", ((0.02,), (0.06,)), "commands arrive late", "u(t - T)", "half-duplex bus"),
-    _e("speed_limit", "limit", "drive", ((0.2,), (1.0,)), "a motor that runs no faster (inverse of the speed)", "|K e| <= 1/s", "supply voltage"),
-    _e("torque_limit", "limit", "drive", ((0.2,), (1.0,)), "a torque that saturates (inverse of the speed it would drive)", "|K e - w| <= 1/s", "current limit"),
+    _e("speed_limit", "limit", "drive", _LIMITS, "a motor that runs no faster (inverse of the speed)", "|K e| <= 1/s", "supply voltage", sets_in=True),
+    _e("torque_limit", "limit", "drive", _LIMITS, "a torque that saturates (inverse of the speed it would drive)", "|K e - w| <= 1/s", "current limit",
+       sets_in=True),
     _e("gear_compliance", "compliance", "gear", ((1e-3, 0.3), (5e-3, 0.3), (2e-4, 0.3)), "a gear that winds up, part of the mass beyond it",
        "q'' = (q_motor - q)/c + damping, (1 - r) T dw/dt = K e - w - r T q''", "plastic gear; two-mass drive"),
     _e("gravity", "load", "load", ((0.2, 0.0), (0.0, 0.2)), "weight of what hangs on the joint", "a sin(q) + b cos(q)", "arm pose"),
@@ -146,12 +151,15 @@ _EFFECTS = (
 )
 
 EQUATIONS = (
-    f"{model.SUBSTEPS} steps dt to a row, from rest at the first angle read; w: the motor's speed, q: the joint's angle; forces count as the speed that they take from the motor",
+    f"{model.SUBSTEPS} steps dt to a row, from rest at the first angle read; w: the motor's speed, q: the joint's angle; forces count as the speed that they take from the motor "
+    "and act in the middle of a step, half of which w goes before them and half after",
     "u: command less zero, late by delay + row * period (cubic interpolation); e = u - round(q/step) step; e -> e - clip(e, -d, d)",
     "drive = K (1 - loss) gain_ratio e, drive -> drive / max(1, |drive| s); push = drive - a sin(q) - b cos(q) - L - preload, push -> w + (push - w) / max(1, |push - w| s)",
-    "rigid gear: T dw/dt = push - (1 + d) w - dry sgn(w), implicit, dry = c + c+ or c-; at rest while |push| <= dry + stiction; q follows the motor within b/2 (b = 0 under a preload)",
-    f"a compliance c above {model.RIGID_S2:g} s^2: q'' = bent/c + {2 * model.JOINT_DAMPING:g} / sqrt(c) (w - q'), bent = motor - q less what the gap takes, (1 - r) T dw/dt = push - ... - r T q'', implicit",
-    "residual = angle - (1 + scale) round(q/step) step at the begin of the row's last step, low-passed and thinned out; the same is the free run",
+    "rigid gear: T dw/dt = push - (1 + d) w - dry sgn(w), exact over a step of constant push, dry = c + c+ or c-; at rest while |push| <= dry + stiction; "
+    "q follows the motor within b/2 (b = 0 under a preload)",
+    f"a compliance c above {model.RIGID_S2:g} s^2, {model.WOUND * model.SUBSTEPS} steps: q'' = bent/c + {2 * model.JOINT_DAMPING:g} / sqrt(c) (w - q'), bent = motor - q less what the gap takes, "
+    "(1 - r) T dw/dt = push - ... - r T q'', implicit midpoint",
+    "residual = angle - (1 + scale) round(q/step) step at the row's end, low-passed and thinned out; the same is the free run",
 )
 
 COMPONENT = Component(
