@@ -20,7 +20,7 @@ PLACE = {"joint.gain_per_s": model.GAIN, "joint.lag_s": model.LAG, "drive.gain_l
          "friction.stiction_rad_s": model.STICTION, "friction.viscous_ratio": model.VISCOUS, "gear.backlash_rad": model.BACKLASH,
          "gear.compliance_s2": model.COMPLIANCE, "load.gravity_sine_rad_s": model.GRAVITY_SINE, "load.gravity_cosine_rad_s": model.GRAVITY_COSINE,
          "load.constant_rad_s": model.LOAD, "sensor.step_rad": model.STEP, "gear.beyond_ratio": model.BEYOND, "friction.forward_rad_s": model.FORWARD,
-         "friction.backward_rad_s": model.BACKWARD}
+         "friction.backward_rad_s": model.BACKWARD, "drive.ignored_rad": model.IGNORED}
 
 
 @dataclass(frozen=True)
@@ -102,6 +102,7 @@ _ROWS = (
     Parameter("clock.row_ratio", "1", 0.0, 0.0, 1.0, 0.5, LINK, absolute=True),
     _p("drive.gain_loss_ratio", "1", "gain_loss", -2.0, 0.95, 0.2),
     _p("drive.deadband_rad", "rad", "deadband", 0.0, 0.5, 0.01),
+    _p("drive.ignored_rad", "rad", "deadband_whole", 0.0, 0.5, 0.01),
     _p("drive.delay_s", "s", "delay", 0.0, 0.5, 0.02),
     _p("drive.speed_limit_s_rad", "s/rad", "speed_limit", 0.0, 20.0, 0.2),
     _p("drive.torque_limit_s_rad", "s/rad", "torque_limit", 0.0, 20.0, 0.2),
@@ -128,6 +129,7 @@ def _e(name: str, family: str, block: str, starts: tuple[tuple[float, ...], ...]
 # A limit does nothing until it is below the largest speed that the logs ask for, gain times error: 0.3 to 17 rad/s by stroke and servo. A fit finds it from where it
 # bites and from not far below what it is, so that starts stand close over all of that; 5 rad/s, a hobby servo's, is the typical one.
 _LIMITS = tuple((round(0.2 * 1.3**i, 3),) for i in (0, *range(-9, 0), *range(1, 12)))
+_IGNORED = tuple((round(0.01 * 1.25**i, 5),) for i in (0, *range(-4, 0), *range(1, 10)))   # jumps: a slope leads only a little way
 
 _EFFECTS = (
     _e("backlash", "backlash", "gear", ((0.01,), (0.03,)), "a gap in the gear", "q = play(q_motor, b)", "STS3215 data sheet; SO-ARM100 reports"),
@@ -138,6 +140,8 @@ _EFFECTS = (
     _e("viscous", "gain", "friction", ((0.2,), (-0.2,)), "drag beyond the motor's own", "T dw/dt = K e - (1 + d) w", "grease"),
     _e("gain_loss", "gain", "drive", ((0.2,), (-0.2,)), "a servo gain that is lost", "K -> K (1 - l)", "battery voltage, heat"),
     _e("deadband", "deadband", "drive", ((0.01,), (0.03,)), "the servo ignores small errors", "e -> e - clip(e, -d, d)", "STS3215 registers 26, 27"),
+    _e("deadband_whole", "deadband", "drive", _IGNORED, "the servo ignores small errors and answers larger ones in full",
+       "e -> 0 while |e| < d", "a relay with a dead zone", sets_in=True),
     _e("delay", "delay", "drive", ((0.02,), (0.06,)), "commands arrive late", "u(t - T)", "half-duplex bus"),
     _e("speed_limit", "limit", "drive", _LIMITS, "a motor that runs no faster (inverse of the speed)", "|K e| <= 1/s", "supply voltage", sets_in=True),
     _e("torque_limit", "limit", "drive", _LIMITS, "a torque that saturates (inverse of the speed it would drive)", "|K e - w| <= 1/s", "current limit",
@@ -153,7 +157,7 @@ _EFFECTS = (
 EQUATIONS = (
     f"{model.SUBSTEPS} steps dt to a row, from rest at the first angle read; w: the motor's speed, q: the joint's angle; forces count as the speed that they take from the motor "
     "and act in the middle of a step, half of which w goes before them and half after",
-    "u: command less zero, late by delay + row * period (cubic interpolation); e = u - round(q/step) step; e -> e - clip(e, -d, d)",
+    "u: command less zero, late by delay + row * period (cubic interpolation); e = u - round(q/step) step; e -> 0 while |e| < ignored, else e - clip(e, -d, d)",
     "drive = K (1 - loss) gain_ratio e, drive -> drive / max(1, |drive| s); push = drive - a sin(q) - b cos(q) - L - preload, push -> w + (push - w) / max(1, |push - w| s)",
     "rigid gear: T dw/dt = push - (1 + d) w - dry sgn(w), exact over a step of constant push, dry = c + c+ or c-; at rest while |push| <= dry + stiction; "
     "q follows the motor within b/2 (b = 0 under a preload)",

@@ -12,7 +12,7 @@ JOINT_DAMPING = 0.2     # of the compliant gear
 GAIN, LAG, LOSS, DEADBAND, SPEED_LIMIT, TORQUE_LIMIT = 0, 1, 2, 3, 4, 5
 COULOMB, STICTION, VISCOUS, BACKLASH, COMPLIANCE = 6, 7, 8, 9, 10
 GRAVITY_SINE, GRAVITY_COSINE, LOAD, STEP, BEYOND = 11, 12, 13, 14, 15
-FORWARD, BACKWARD, PLACES = 16, 17, 18
+FORWARD, BACKWARD, IGNORED, PLACES = 16, 17, 18, 19
 
 
 @njit(cache=True, nogil=True)
@@ -41,7 +41,7 @@ def run(command_rad: np.ndarray, gain_ratio: np.ndarray, preload_rad_s: np.ndarr
                 motor += 0.5 * dt * speed
                 middle = joint = min(max(joint, motor - half), motor + half)
             error = command_rad[k] - _read(middle, n)
-            error -= min(max(error, -n[DEADBAND]), n[DEADBAND])
+            error = 0.0 if abs(error) < n[IGNORED] else error - min(max(error, -n[DEADBAND]), n[DEADBAND])
             drive = n[GAIN] * (1.0 - n[LOSS]) * gain_ratio[k] * error
             if n[SPEED_LIMIT] > 0.0:
                 drive = drive / max(1.0, abs(drive) * n[SPEED_LIMIT])

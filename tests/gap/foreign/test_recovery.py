@@ -11,7 +11,7 @@ from tests.gap.foreign.made import HOSTS, blank, subject_of, with_output
 KINDS = ("carriage", "piston", "chamber", "servo", "shaft")
 EVERY = [(kind, effect.name) for kind in KINDS for effect in subject_of(kind).catalogue]
 DRY = {"carriage": {"friction.coulomb_n": 12.0}, "piston": {"friction.coulomb_n": 12.0}, "shaft": {"friction.coulomb_nm": 0.3}}   # what a rounding rounds off
-STAIRS = (("servo", "encoder_step"), ("servo", "stiction"))   # they act by jumps: no slope to follow
+STAIRS = (("servo", "encoder_step"), ("servo", "stiction"), ("servo", "deadband_whole"))   # they act by jumps: no slope to follow
 
 
 def parts(kind: str, name: str):

@@ -23,8 +23,9 @@ PLANT = "plant: joint\nkind: servo\njoint: {gain: 13 1/s, lag: 55 ms}\nsensor: {
 
 
 def run(seed: int, reads_first: bool = False, scale: float = 1.0, beyond: float = 0.0, rise_s2: float = 0.0, forward: float = 0.0, backward: float = 0.0,
-        smooth: bool = False, speed: float = np.inf, torque: float = np.inf) -> Recording:
-    """``beyond``: part of the mass behind a gear of compliance ``rise_s2``; the loop closes on the joint. ``forward``, ``backward``: dry friction by direction, ``speed``, ``torque``: limits, rad/s."""
+        smooth: bool = False, speed: float = np.inf, torque: float = np.inf, ignored: float = 0.0) -> Recording:
+    """``beyond``: part of the mass behind a gear of compliance ``rise_s2``; the loop closes on the joint. ``forward``, ``backward``: dry friction by direction, ``speed``, ``torque``: limits, rad/s;
+    ``ignored``: error that the servo does not answer, rad."""
     random, t = np.random.default_rng(seed), np.arange(0.0, 30.0, PERIOD_S)
     steps = 0.4 * np.sin(2 * np.pi * 0.13 * t) if smooth else np.repeat(random.uniform(-0.5, 0.5, 20), 75)
     command = steps + sum(0.06 * np.sin(2 * np.pi * f * t + seed) for f in (0.3, 0.9, 2.2))
@@ -33,7 +34,8 @@ def run(seed: int, reads_first: bool = False, scale: float = 1.0, beyond: float 
     for k, wanted in enumerate(command):
         before[k] = joint
         for _ in range(SUBSTEPS):
-            push = np.clip(np.clip(GAIN_PER_S * (wanted - joint), -speed, speed) - motor_speed, -torque, torque)
+            error = wanted - joint if abs(wanted - joint) > ignored else 0.0
+            push = np.clip(np.clip(GAIN_PER_S * error, -speed, speed) - motor_speed, -torque, torque)
             if beyond > 0.0:
                 turning = ((motor - joint) + 0.4 * np.sqrt(rise_s2) * (motor_speed - joint_speed)) / rise_s2
                 joint_speed += step * turning
@@ -83,6 +85,13 @@ def test_a_limit_is_found_wherever_the_logs_begin_to_reach_it(joint, law, limit)
     found = diagnose(joint, [run(1, smooth=smooth, **{law: limit}), run(2, smooth=smooth, **{law: limit})], how_far=False)
     assert found.verdict == "explained" and [one.name for one in found.effects] == [f"{law}_limit"], found.says
     assert found.fitted[f"drive.{law}_limit_s_rad"] == pytest.approx(1.0 / limit, rel=0.02)
+
+
+@pytest.mark.parametrize("ignored", [0.028, 0.035])
+def test_a_servo_that_answers_larger_errors_in_full_has_a_dead_zone_of_that_kind(joint, ignored):
+    found = diagnose(joint, [run(1, smooth=True, ignored=ignored), run(2, smooth=True, ignored=ignored)], how_far=False)
+    assert found.effects[0].name == "deadband_whole", found.says
+    assert found.fitted["drive.ignored_rad"] == pytest.approx(ignored, rel=0.02)
 
 
 @pytest.mark.parametrize("law", [{}, {"BACKLASH": 0.03}, {"COULOMB": 0.4}, {"DEADBAND": 0.02}, {"TORQUE_LIMIT": 0.8}, {"SPEED_LIMIT": 0.5}, {"GRAVITY_COSINE": 1.2, "COULOMB": 0.15},
