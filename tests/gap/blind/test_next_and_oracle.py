@@ -147,6 +147,7 @@ def test_the_oracle_says_whether_the_proposed_experiment_tells(short_case, tmp_p
     assert "next_apart 100 % of 1" in text.splitlines()[-1]
 
 
+@pytest.mark.slow
 def test_an_experiment_that_tells_counts_against_a_second_diagnosis_that_died(short_case, tmp_path, monkeypatch):
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(HERE), str(HERE.parents[2])]))
     cases, sealed = sealed_case(short_case, tmp_path)

@@ -59,6 +59,7 @@ def test_dry_friction_beside_the_weight_is_named(tmp_path):
     assert found.effects[0].parameters[0].value == pytest.approx(0.15, rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_noisy_encoder_widens_the_intervals_of_what_it_shifts(tmp_path):
     found = diagnose(opened(tmp_path, RIG, PLANT), [swing(1, noise_rad=5e-5), swing(2, noise_rad=5e-5)], how_far=False)
     subject = opened(tmp_path, RIG, PLANT)
@@ -77,6 +78,7 @@ def test_an_arm_that_hangs_across_its_zero_has_all_its_weight_in_the_cosine(tmp_
     assert found.fitted["load.gravity_cosine_nm"] == pytest.approx(WEIGHT_NM, rel=0.02)
 
 
+@pytest.mark.slow
 def test_friction_that_rises_towards_standstill_keeps_its_level_beside_it(tmp_path):
     logs = [swing(seed, 0.1, 0.0, breakaway_nm=0.15) for seed in (1, 2, 3)]
     found = diagnose(opened(tmp_path, RIG, PLANT), logs, how_far=False)
