@@ -35,7 +35,8 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     verdict, says = weights.verdict(names)
     nearest = tuple(one.name for one in names)
     names = () if verdict in NAMELESS else names
-    verdict, says, beyond = _last_word(found, verdict, says, names, held_out)
+    apart = not_carried_over(held_out, times_floor(problem.subject.links, found.before))
+    verdict, says, beyond = _last_word(found, verdict, says, names, held_out, apart)
     point, off = (selection.final, found.off) if names else (selection.base, None)
     went = moved(problem, point.normal, off)
     says = f"{says} {said_of_moved(went)}" if verdict == "no_gap" and went else says
@@ -43,7 +44,7 @@ def composed(subject: Subject, recordings: Sequence[Recording], found: Attributi
     names = tuple(replace(one, parameters=numbers(problem, selection.final, one.name, off, searched=True)) for one in names)
     places = localise(subject, problem.prepared, _seen_at(weights), problem.floors)
     says = next((said_of_unforeseen(place.channel, place.times_floor) for place in places if place.link == beyond), says)
-    says = with_unshown(says, could_sit(problem, _links_of(weights, beyond, held_out), weights.silent))
+    says = with_unshown(says, could_sit(problem, _links_of(weights, beyond, apart), weights.silent))
     whence: tuple[Origin, ...] = ()
     if verdict == "not_in_catalogue":
         progress("where it comes from", 0.96)
@@ -71,10 +72,10 @@ def _names(weights: Weighed, held_out: Sequence[Shrinkage]) -> tuple[tuple[Named
     return names, (*words, *(word for _, why in against for word in why))
 
 
-def _last_word(found: Attribution, verdict: Verdict, says: str, names: Sequence[Named], held_out: Sequence[Shrinkage]) -> tuple[Verdict, str, str | None]:
-    """Verdict and sentences after the logs set aside and, without a model of the whole, the noise floor have spoken, and the link of which nothing measured foresees what it leaves."""
-    apart = not_carried_over(held_out, times_floor(found.problem.subject.links, found.before)) if verdict in SILENT else None
-    if apart is not None:
+def _last_word(found: Attribution, verdict: Verdict, says: str, names: Sequence[Named], held_out: Sequence[Shrinkage], apart: Shrinkage | None) -> tuple[Verdict, str, str | None]:
+    """Verdict and sentences after the logs set aside and, without a model of the whole, the noise floor have spoken, and the link of which nothing measured foresees what it leaves.
+    ``apart``: the channel that the refitted plant misses on the logs set aside."""
+    if apart is not None and verdict in SILENT:
         verdict, says = "not_in_catalogue", said_of_held_out(apart, furthest(found.problem, found.selection.base.normal))
     silence = found.heard is None and verdict in SILENT
     beyond = unforeseen(found.before, {link: floor.source for link, floor in found.problem.floors.items()}) if silence else None
@@ -84,11 +85,11 @@ def _last_word(found: Attribution, verdict: Verdict, says: str, names: Sequence[
     return "not_in_catalogue" if beyond else verdict, says, beyond
 
 
-def _links_of(weights: Weighed, beyond: str | None, held_out: Sequence[Shrinkage]) -> tuple[str, ...]:
-    """The links that the verdict's sentences speak of; none where only the whole plant shows a gap."""
+def _links_of(weights: Weighed, beyond: str | None, apart: Shrinkage | None) -> tuple[str, ...]:
+    """The links that the verdict's sentences speak of; none where only the whole plant shows a gap. ``apart`` as in ``_last_word``."""
     if beyond is not None or weights.where:
         return (beyond,) if beyond is not None else weights.where
-    links, apart = weights.found.problem.subject.links, not_carried_over(held_out, times_floor(weights.found.problem.subject.links, weights.found.before))
+    links = weights.found.problem.subject.links
     return tuple(link.name for link in links if apart is not None and label(links, link) == apart.channel)
 
 
