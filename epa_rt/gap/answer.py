@@ -18,8 +18,8 @@ from epa_rt.gap.run_freely import localise_freely
 from epa_rt.gap.shrink import label
 from epa_rt.gap.subject import Subject
 from epa_rt.gap.unshown import could_sit, with_unshown
-from epa_rt.gap.verdict import said_of_moved
 from epa_rt.gap.weigh import Weighed, weighed
+from epa_rt.gap.wording import said_of_moved
 
 SILENT = ("no_gap", "not_excited")               # verdicts that say of no place that anything is wrong
 NAMELESS = (*SILENT, "not_in_catalogue")         # verdicts beside which no name stands

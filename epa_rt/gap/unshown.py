@@ -1,12 +1,11 @@
 """That no effect explains a gap says nothing of those that the logs could not have shown: these are named in the same sentence."""
 
-import re
 from collections.abc import Sequence
 
 from epa_rt.gap.problem import Problem
+from epa_rt.gap.wording import NONE_EXPLAINS
 
 MOST = 6
-_NONE = re.compile(r"no effect of the catalogue explains it( better)?")
 
 
 def could_sit(problem: Problem, links: Sequence[str], silent: Sequence[str]) -> tuple[str, ...]:
@@ -19,4 +18,5 @@ def with_unshown(says: str, names: Sequence[str]) -> str:
     if not names:
         return says
     more = f" and {len(names) - MOST} more" if len(names) > MOST else ""
-    return _NONE.sub(lambda found: f"no effect of the catalogue that these logs could have shown explains it{found[1] or ''} (not tested: {', '.join(names[:MOST])}{more})", says)
+    shown = NONE_EXPLAINS.replace("catalogue", "catalogue that these logs could have shown")
+    return says.replace(NONE_EXPLAINS, f"{shown} (not tested: {', '.join(names[:MOST])}{more})")

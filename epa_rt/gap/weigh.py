@@ -10,8 +10,9 @@ from epa_rt.gap.diagnosis import Named, Verdict
 from epa_rt.gap.doubts import UNSUPPORTED, doubted, doubts
 from epa_rt.gap.heard import Heard
 from epa_rt.gap.plausible import absorbed, beyond_belief, beyond_belief_together, strained
-from epa_rt.gap.verdict import Evidence, decided, informed, said, untested
+from epa_rt.gap.verdict import Evidence, decided, informed, untested
 from epa_rt.gap.whose import spoken
+from epa_rt.gap.wording import Wording
 
 FOLLOWED = 0.5     # of it where the whole plant follows its commands to the noise, though a block is not content; and where all that speaks for a name is faint
 
@@ -88,9 +89,10 @@ class Weighed:
         verdict = decided(evidence)
         shown = (there.gap, there.left) if there else None
         faint = shown if self.helps and self.whole is None and self.covered.part < BARS.covered else None
-        says = said(verdict, [spoken(one) for one in names], rivals, self.where, self.covered.part, len(self.silent), len(effects), self.odd,
-                    self.counted, self.lost, self.breaks, faint, shown if over else None, evidence.exact if evidence.other_form(BARS) else None, self.ends)
-        return verdict, says
+        says = Wording(
+            verdict, [spoken(one) for one in names], rivals, self.where, self.covered.part, len(self.silent), len(effects), odd=self.odd, whole=self.counted, lost=self.lost, breaks=self.breaks,
+            faint=faint, over=shown if over else None, other_form=evidence.exact if evidence.other_form(BARS) else None, ends=self.ends)
+        return verdict, says.said()
 
 
 def groundless(names: Sequence[Named], there: Heard | None) -> bool:

@@ -21,7 +21,7 @@ from epa_rt.gap.recording import Span
 from epa_rt.gap.refit import moved, settled
 from epa_rt.gap.rules import Rules
 from epa_rt.gap.verdict import Evidence, decided
-from epa_rt.gap.verdict import said as said_of
+from epa_rt.gap.wording import Wording
 from epa_rt.models.catalogue import CATALOGUE
 from tests.gap import toy
 
@@ -293,7 +293,7 @@ def test_a_small_gap_of_which_too_much_stays_is_said_to_be_no_law_of_the_catalog
     found = Coverage(0.9, 0.9, 0.1)
     assert decided(Evidence(True, ("a",), found, whole=0.97)) != "not_in_catalogue"
     assert decided(Evidence(True, ("a",), found, whole=0.97, too_much_left=True)) == "not_in_catalogue"
-    text = said_of("not_in_catalogue", ("a",), ((),), ("spring",), 0.9, 0, 5, whole=0.97, over=(592.0, 41.0))
+    text = Wording("not_in_catalogue", ("a",), ((),), ("spring",), 0.9, 0, 5, whole=0.97, over=(592.0, 41.0)).said()
     assert "chi-square of 41 of 592" in text
 
 

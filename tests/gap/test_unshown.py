@@ -4,14 +4,14 @@ import pytest
 
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.unshown import could_sit, with_unshown
-from epa_rt.gap.verdict import said
+from epa_rt.gap.wording import Wording
 from tests.gap import toy
 
 
 @pytest.mark.parametrize("more", [{}, {"odd": ("leak",), "links": ()}, {"lost": 90.0, "links": ()}, {"effects": ["creep"], "breaks": ("muscle0",)}])
 def test_every_sentence_that_says_none_explains_it_names_what_was_not_tested(more):
     """Written so that a verdict's sentence that is worded anew does not lose them."""
-    says = said(**{"verdict": "not_in_catalogue", "effects": [], "sets": [], "links": ("position",), "part": 0.5, "not_tested": 2, "of": 9} | more)
+    says = Wording(**{"verdict": "not_in_catalogue", "effects": [], "sets": [], "links": ("position",), "part": 0.5, "not_tested": 2, "of": 9} | more).said()
     found = with_unshown(says, ("torque_limit", "viscous"))
     assert "no effect of the catalogue that these logs could have shown explains it" in found and found.endswith("(not tested: torque_limit, viscous).")
     assert with_unshown(says, ()) == says
@@ -23,7 +23,7 @@ def test_many_are_cut_short():
 
 
 def test_other_verdicts_stay_as_they_are():
-    says = said("explained", ["creep"], [], ("muscle0",), 0.98, 3, 9)
+    says = Wording("explained", ["creep"], [], ("muscle0",), 0.98, 3, 9).said()
     assert with_unshown(says, ("leak",)) == says
 
 

@@ -10,7 +10,8 @@ from epa_rt.gap.coverage import Coverage, broken, coverage, gaps, passed_over, t
 from epa_rt.gap.diagnosis import Number
 from epa_rt.gap.generic import GenericFit
 from epa_rt.gap.plausible import strained
-from epa_rt.gap.verdict import Evidence, decided, informed, said, said_of_moved, untested
+from epa_rt.gap.verdict import Evidence, decided, informed, untested
+from epa_rt.gap.wording import Wording, said_of_moved
 from epa_rt.gap.weigh import groundless
 from epa_rt.gap.yardstick import Left
 
@@ -134,7 +135,7 @@ def test_a_faint_effect_on_which_blocks_and_free_run_agree_is_named():
     assert decided(Evidence(True, ["force_offset"], faint)) == "no_gap"
     assert decided(Evidence(True, ["force_offset"], Coverage(0.01, 0.01, 3.0), helps=True)) == "not_in_catalogue"
     assert decided(Evidence(True, ["force_offset"], faint, odd=True, helps=True)) == "not_in_catalogue"
-    assert said("explained", ["force_offset"], [], ["motor"], 0.01, 0, 60, faint=(28.0, 9.0)) == \
+    assert Wording("explained", ["force_offset"], [], ["motor"], 0.01, 0, 60, faint=(28.0, 9.0)).said() == \
         "force_offset: faint, but the blocks' fits and free run agree on it (chi-square 28 to 9 above its noise)."
 
 
@@ -146,9 +147,9 @@ def test_a_plant_that_follows_its_commands_to_the_noise_is_named_whatever_a_bloc
 
 
 def test_the_sentence_then_speaks_of_free_run():
-    text = said("explained", ["knee_friction"], [], ["load"], 0.47, 0, 60, whole=1.0)
+    text = Wording("explained", ["knee_friction"], [], ["load"], 0.47, 0, 60, whole=1.0).said()
     assert text.startswith("knee_friction explains 100 % of the gap in free run") and "in load" in text
-    assert said("explained", ["knee_friction"], [], ["load"], 0.95, 0, 60, whole=1.0) == "knee_friction explains 95 % of what can be explained in load."
+    assert Wording("explained", ["knee_friction"], [], ["load"], 0.95, 0, 60, whole=1.0).said() == "knee_friction explains 95 % of what can be explained in load."
 
 
 @pytest.mark.parametrize(("lost", "verdict"), [(None, "no_gap"), (53.0, "no_gap"), (90.0, "no_gap"), (120.0, "not_in_catalogue"), (170.0, "not_in_catalogue"), (304.0, "not_in_catalogue")])
@@ -203,7 +204,7 @@ def test_a_right_law_breaks_no_link_that_agreed():
     assert decided(Evidence(True, ["encoder_skew"], found)) == "partly_explained"
     assert decided(Evidence(True, ["encoder_skew"], found, breaks=True)) == "not_in_catalogue"
     assert decided(Evidence(True, ["encoder_skew"], found, breaks=True, to_noise=True)) == "partly_explained"
-    assert "torque, motor no longer agrees" in said("not_in_catalogue", ["encoder_skew"], [[]], ["drive"], found.part, 0, 40, breaks=("torque", "motor"))
+    assert "torque, motor no longer agrees" in Wording("not_in_catalogue", ["encoder_skew"], [[]], ["drive"], found.part, 0, 40, breaks=("torque", "motor")).said()
 
 
 def test_what_was_off_already_or_grows_by_noise_is_not_broken():
@@ -237,7 +238,7 @@ def test_names_that_have_one_form_leave_nothing_in_the_blocks_that_they_have_to_
     assert skew(None) == "explained"  # one that may have another curve
     assert skew(Coverage(0.995, 0.995, 3.0)) == "explained"  # the rest is in links that it has nothing to do with
     assert skew(Coverage(0.5, 1.0, 0.3)) == "explained"  # nothing worth a word stays
-    text = said("not_in_catalogue", ["encoder_skew"], [[]], ["drive"], 0.95, 0, 5, whole=1.0, other_form=some)
+    text = Wording("not_in_catalogue", ["encoder_skew"], [[]], ["drive"], 0.95, 0, 5, whole=1.0, other_form=some).said()
     assert "(encoder_skew) leaves 8 % of the gap" in text and "one formula" in text
 
 
