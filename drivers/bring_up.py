@@ -11,6 +11,7 @@ from epa_rt.config.rig_checks import entries_of
 
 import pysoem
 
+from drivers.alone import check_alone
 from drivers.bus import Bus, State
 from drivers.epos4 import check_drive
 from drivers.identity import Found, differences, label
@@ -55,8 +56,9 @@ def set_up_slave(bus: Bus, rig: Rig, index: int, mailbox: Mailbox | None) -> lis
         for sdo in slave.startup:
             mailbox.set(*sdo.place, sdo.data)
         set_up_mapping(mailbox, slave)
+        notes = check_alone(mailbox, slave)
         if slave.device == "EPOS4":
-            notes = check_drive(mailbox, slave, rig)
+            notes = notes + check_drive(mailbox, slave, rig)
     if entries_of(slave, outputs=True):
         set_watchdog(bus.slaves[index], label(index + 1, slave), rig.safety.watchdog)
     return notes

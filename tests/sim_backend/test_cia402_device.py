@@ -116,7 +116,7 @@ def test_disable_voltage_takes_the_current_off_at_once():
 def test_a_drive_with_fewer_entries_takes_the_missing_ones_as_zero():
     from sim_rigs import edited
 
-    on = edited("bench", ("rated_torque: 170 mNm}", "rated_torque: 170 mNm, outputs: [control_word, mode, target_position]}"),
+    on = edited("bench", ("rated_torque: 170 mNm,", "rated_torque: 170 mNm, outputs: [control_word, mode, target_position],"),
                 ("  - name: cmd_motor_speed_m_s\n    entry: drive.target_speed\n    calibration: {native: [0 rpm, 1140 rpm], value: [0 mm/s, 62.83185307 mm/s]}\n"
                  "    limits: [-80 mm/s, 80 mm/s]\n    slew: 3 m/s^2\n", ""),
                 ("  - name: cmd_motor_torque_nm\n    entry: drive.target_torque\n    calibration: {native: [0 permille, 1000 permille], value: [0 mNm, 170 mNm]}\n"

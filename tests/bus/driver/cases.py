@@ -122,9 +122,11 @@ def seen_outputs(bus) -> list:
 # cases
 
 
-def refused(change: str, slave: str = "", index: int = 0, subindex: int = 0, value: int = 0, size: int = 4, rig: str = "bench") -> dict:
-    """A bus that is not the rig file's; the sentence, and what the emulator saw of outputs."""
+def refused(change: str, slave: str = "", index: int = 0, subindex: int = 0, value: int = 0, size: int = 4, rig: str = "bench", bare: bool = False) -> dict:
+    """A bus that is not the rig file's; the sentence, and what the emulator saw of outputs. ``bare``: without start-up objects."""
     typed = rig_named(rig)
+    if bare:
+        typed = with_slaves(typed, [one.model_copy(update={"startup": ()}) for one in typed.bus])
     present = list(typed.bus)
     if change == "swapped":
         present[2], present[3] = present[3], present[2]
