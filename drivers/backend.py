@@ -57,7 +57,7 @@ class EthercatBackend:
         try:
             has_clock, notes = self._configure_insisting(bus)
             self.cycle = Cycle(bus, self._rig, self._wire, not self._lock_step, has_clock)
-            notes += self.cycle.to_op()
+            notes += [*slow_to_notice(self._rig), *self.cycle.to_op()]
             self._watch = StateWatch(bus, self._rig, self._wire, self._mailboxes, self.events)
         except BaseException:
             self.close()
@@ -158,3 +158,14 @@ def frame_timeout_s(rig: Rig) -> float:
     if rig.master.frame_timeout is not None:
         return rig.master.frame_timeout
     return max(rig.period_s, rig.safety.reaction / (rig.safety.lost_cycles + 1))
+
+
+def slow_to_notice(rig: Rig) -> list[str]:
+    """A sentence each where the rig file lets the bus be watched more slowly than the rig must react."""
+    safety, master, reaction_ms = rig.safety, rig.master, 1e3 * rig.safety.reaction
+    notes = []
+    if (lost_s := safety.lost_cycles * frame_timeout_s(rig)) > safety.reaction:
+        notes.append(f"{safety.lost_cycles} lost frames are noticed after {1e3 * lost_s:g} ms (frame_timeout), later than the reaction time of {reaction_ms:g} ms")
+    if master.states_every > safety.reaction:
+        notes.append(f"a slave that left OP is noticed after up to {1e3 * master.states_every:g} ms (states_every), later than the reaction time of {reaction_ms:g} ms")
+    return notes

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from drivers.backend import EthercatBackend, frame_timeout_s
+from drivers.backend import EthercatBackend, frame_timeout_s, slow_to_notice
 from drivers import nic
 from drivers.epos4 import interpolation_time
 from drivers.host import cores_of, host_findings
@@ -87,6 +87,10 @@ def test_a_frame_is_lost_in_time_for_the_reaction():
     assert frame_timeout_s(rig) * rig.safety.lost_cycles < rig.safety.reaction
     own = rig.model_copy(update={"master": rig.master.model_copy(update={"frame_timeout": 0.001})})
     assert frame_timeout_s(own) == 0.001
+    assert slow_to_notice(rig) == slow_to_notice(own) == []
+    slow = rig.model_copy(update={"master": rig.master.model_copy(update={"frame_timeout": 0.1, "states_every": 0.05})})
+    assert slow_to_notice(slow) == ["3 lost frames are noticed after 300 ms (frame_timeout), later than the reaction time of 20 ms",
+                                    "a slave that left OP is noticed after up to 50 ms (states_every), later than the reaction time of 20 ms"]
 
 
 def test_a_closed_backend_exchanges_nothing_and_closes_twice():
