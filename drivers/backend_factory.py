@@ -9,6 +9,7 @@ from drivers.interface import choose
 def open_ethercat(rig: Rig, interface: str | None, lock_step: bool = False) -> EthercatBackend:
     """A backend on this interface (None: the only candidate), not opened yet: ``run`` opens and closes it.
 
-    Raises BackendError where there is no such interface, or no right to it, before a log is begun.
+    Raises BackendError where there is no such interface, no right to it, or ``lock_step`` asked of a real wire, before a
+    log is begun.
     """
-    return EthercatBackend(rig, choose(interface), lock_step)
+    return EthercatBackend(rig, choose(interface, lock_step), lock_step)

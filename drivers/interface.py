@@ -3,6 +3,7 @@
 import fcntl
 import socket
 import struct
+from pathlib import Path
 from typing import NamedTuple
 
 from epa_rt.backend import BackendError
@@ -10,6 +11,7 @@ from epa_rt.backend import BackendError
 _SIOCGIFFLAGS, _SIOCGIFHWADDR, _SIOCGIWNAME = 0x8913, 0x8927, 0x8B01  # linux/sockios.h, linux/wireless.h
 _UP, _LOOPBACK, _RUNNING = 0x1, 0x8, 0x40  # IFF_*, linux/if.h
 _ETHERNET = 1  # ARPHRD_ETHER, linux/if_arp.h
+_NET = Path("/sys/class/net")
 
 RIGHTS_COMMAND = 'sudo setcap cap_net_raw,cap_net_admin,cap_sys_nice,cap_ipc_lock+ep "$(readlink -f "$(command -v python3)")"'
 
@@ -55,8 +57,10 @@ def candidates(present: list[Interface]) -> list[Interface]:
     return [i for i in wired if i.is_up] or wired
 
 
-def choose(wanted: str | None) -> str:
-    """The interface of this name, or the only candidate. Raises BackendError: one sentence with what there is."""
+def choose(wanted: str | None, lock_step: bool = False, net: Path = _NET) -> str:
+    """The interface of this name, or the only candidate. Raises BackendError: one sentence with what there is, or that
+    ``lock_step`` is not for a real wire.
+    """
     present = interfaces()
     shown = ", ".join(f"{i.name} ({i.state})" for i in present) or "none"
     if wanted is not None:
@@ -69,6 +73,9 @@ def choose(wanted: str | None) -> str:
             raise BackendError(f"found {len(possible)} network interfaces that could carry the bus, expected one, "
                                f"or --interface to say which (there are: {shown})")
         chosen = possible[0]
+    if lock_step and reaches_a_card(chosen.name, net):
+        raise BackendError(f"found lock step on {chosen.name}, which leads to a real wire, expected an emulated bus: "
+                           "cycles would follow each other as fast as the slaves answer, and not by the rig's period")
     if not chosen.is_up:
         raise BackendError(f"found the network interface {chosen.name} switched off, expected it up: sudo ip link set {chosen.name} up")
     if not chosen.has_link:
@@ -76,6 +83,13 @@ def choose(wanted: str | None) -> str:
                            "expected the bus coupler powered and its cable plugged in")
     check_rights()
     return chosen.name
+
+
+def reaches_a_card(name: str, net: Path = _NET) -> bool:
+    """Whether there is hardware behind this interface or below it (bridge, bond, VLAN); a veth has none. As sysfs shows it,
+    which in a network namespace that was made without a mount of its own knows only those outside.
+    """
+    return (net / name / "device").exists() or any(reaches_a_card(lower.name.removeprefix("lower_"), net) for lower in (net / name).glob("lower_*"))
 
 
 def check_rights() -> None:

@@ -37,7 +37,7 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     add_input_arguments(verb)
     verb.add_argument("--backend", choices=("sim", "ethercat"), default="sim", help="what is behind the bytes (default: %(default)s)")
     verb.add_argument("--interface", help="network interface of the bus (default: the only candidate)")
-    verb.add_argument("--lock-step", action="store_true", help="one bus cycle after the other without pace (emulated bus only)")
+    verb.add_argument("--lock-step", action="store_true", help="one bus cycle after the other without pace (emulated bus only; refused on a card)")
     verb.add_argument("-o", "--out", type=Path, default=Path("out"), help="folder for the log, or a name that ends in .mcap")
     verb.add_argument("--seed", type=int, default=1, help="seed of the simulated sensors' noise (default: %(default)s)")
     verb.add_argument("--speed", type=_positive, help="pace of the simulated rig; 1 is real time (default: as fast as it goes)")
