@@ -84,7 +84,9 @@ class EthercatBackend:
         return self._configure(bus)
 
     def exchange(self, outputs_raw: bytes) -> Exchange:
-        """Raises BackendError where it is not open, the image has the wrong size, or the bus is lost, naming the slave."""
+        """Raises BackendError where it is not open, the image has the wrong size, or the bus is lost, naming the slave; and
+        where the slaves have dropped their outputs meanwhile.
+        """
         cycle, watch = self.cycle, self._watch
         if watch is None or len(outputs_raw) != self._wire.output_size:
             found = f"{len(outputs_raw)} bytes" if watch is not None else "a closed backend"
@@ -93,11 +95,10 @@ class EthercatBackend:
         busy_ns = cycle.edges.busy_ns()
         if self._number % self._every == 0 or self._bad > 1 or watch.is_busy:
             watch.look()  # before the edge: it costs time that the cycle has left, not latency
-        ok, edge_ns, lateness_ns = cycle.turn(outputs_raw)
+        ok, edge_ns, lateness_ns = cycle.turn(outputs_raw, live=True)
         self._bad = 0 if ok else self._bad + 1
         if cycle.lost >= self._allowed:
-            raise BackendError(f"no frame came back from {self._bus.interface} in {cycle.lost} cycles in a row: "
-                               f"its cable, its link, or the supply of {self._rig.slaves[0].name}")
+            raise BackendError(cycle.no_frame())
         cycle.edges.mark()
         if self._lock_step:
             return Exchange(self._number, (self._number + 1) * self._period_ns, cycle.inputs, ok, 0, 0)

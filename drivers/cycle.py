@@ -17,7 +17,8 @@ _FIRST_FRAMES = 10  # with safe outputs, before OP is asked for
 
 class Cycle:
     """``turn`` is one exchange of process data. ``inputs`` are the last that came in full, ``seen`` the last at all;
-    ``lost`` frames in a row stayed away. Without ``paced`` turns follow each other as fast as the bus answers.
+    ``lost`` frames in a row stayed away. Without ``paced`` turns follow each other as fast as the bus answers. ``heard_ns``
+    (monotonic clock) is just before the last frame that is known to have reached the slaves.
     """
 
     def __init__(self, bus: Bus, rig: Rig, wire: WireImage, paced: bool, has_clock: bool):
@@ -29,17 +30,25 @@ class Cycle:
         self.safe = bytes(wire.output_size)  # de-energised is zero, which the rig check holds
         self._wire, self._paced, self._period_s = wire, paced, rig.period_s
         self._every = max(1, round(rig.master.states_every / rig.period_s))
-        self._epoch_ns = time.time_ns() - time.monotonic_ns()
+        self._watchdog_ns = round(rig.safety.watchdog * 1e9)
+        self._recovers = rig.master.recovery == "continue"
+        self._first = rig.slaves[0].name
+        self.heard_ns = time.monotonic_ns()
+        self._epoch_ns = time.time_ns() - self.heard_ns
         self.edges.start()
 
-    def turn(self, outputs_raw: bytes) -> tuple[bool, int, int]:
+    def turn(self, outputs_raw: bytes, live: bool = False) -> tuple[bool, int, int]:
         """Whether the frame came back counted in full, its edge (ns since 1970), and the lateness of the wake-up in ns.
 
         Inputs of a frame that did not are not believed: the overlapping map shows our own outputs in the place of a slave
-        that is not there.
+        that is not there. ``live`` outputs move something: where the slaves have dropped theirs meanwhile BackendError is
+        raised and nothing is sent, for the next frame would give all of it back at once.
         """
         bus, clock = self.bus, self.clock
         edge_ns, lateness_ns = self.edges.wait() if self._paced else (0, 0)
+        now_ns = time.monotonic_ns()
+        if live and self._paced and now_ns - self.heard_ns > self._watchdog_ns:
+            raise BackendError(self._silence(now_ns - self.heard_ns))
         counter, self.seen = bus.swap(outputs_raw)
         ok = counter == self._wire.working_counter
         self.lost = self.lost + 1 if counter == LOST else 0
@@ -50,7 +59,18 @@ class Cycle:
                 self.edges.steer(clock.step(dc_time_ns, bus.sent_ns - edge_ns, bus.round_trip_ns))
         if ok:
             self.inputs = self.seen
+        if ok or self._recovers and counter > 0:  # a terminal that is being taken back does not count; the others hear all the same
+            self.heard_ns = now_ns
         return ok, self._epoch_ns + edge_ns, lateness_ns
+
+    def no_frame(self) -> str:
+        """A sentence on the frames that stayed away."""
+        return f"no frame came back from {self.bus.interface} in {self.lost} cycles in a row: its cable, its link, or the supply of {self._first}"
+
+    def _silence(self, silent_ns: int) -> str:
+        why = f"; {self.no_frame()}" if self.lost else ""
+        return (f"no process data reached the slaves for {silent_ns / 1e6:.1f} ms, longer than their watchdog of {self._watchdog_ns / 1e6:g} ms: "
+                f"they have dropped their outputs{why}")
 
     def to_op(self) -> list[str]:
         """From SAFEOP: safe outputs until the clock is locked, then OP with frames all the while. Gives what to log.

@@ -56,6 +56,6 @@ REAL_TIME: dict[str, Scenario] = {
                                              "waited for up to `frame_timeout`: late cycles; later than that: lost", "driver: time-out; loop: overruns", 0, real_time=True, settings=PATIENT, bad_cycles=1),
     "clock_drift, 50 ppm": Scenario((*one("clock_drift"), *one("frames_repeated", cycles=5, after=300), *one("frames_reordered", after=500)),
                                     "the cycle follows the reference clock; old frames are known by its time", "driver: PI loop", 0, real_time=True, settings=PATIENT, bad_cycles=1),
-    "cable_pulled, in real time": Scenario(one("cable_pulled"), "", f"{_SILENT}; outputs: {_WATCHDOG}", 4, "no frame came back from ve0 in 3 cycles in a row", within=WATCHDOG_CYCLES + 3,
+    "cable_pulled, in real time": Scenario(one("cable_pulled"), "", f"driver: nothing got through for longer than the watchdog; outputs: {_WATCHDOG}", 4, "no process data reached the slaves for ", within=WATCHDOG_CYCLES + 3,
                                            real_time=True, settings={"master": {"frame_timeout": "60 ms"}}),
 }
