@@ -35,7 +35,7 @@ class RecorderLoop:
         self._pending_since_s: float | None = None
         spec = ProgressSpec(**job["progress"]) if job["progress"] else None
         self._progress = None
-        if spec and spec.enabled:
+        if spec and spec.enabled and sys.stderr is not None:  # None: it was closed
             self._progress = ProgressLine(spec, self._layout.states, self._layout.phases, sys.stderr)
 
     def run(self, attachments: dict[str, bytes], metadata: dict[str, dict[str, str]]) -> int:
