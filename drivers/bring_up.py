@@ -17,7 +17,7 @@ from drivers.epos4 import check_drive
 from drivers.identity import Found, differences, label
 from drivers.mailbox import Mailbox
 from drivers.mapping import assignment_steps, set_up_mapping
-from drivers.registers import INPUTS, OUTPUTS, set_watchdog, switch_off
+from drivers.registers import INPUTS, OUTPUTS, OUTPUTS_BARE, arm_watchdog, set_watchdog, switch_off
 from drivers.wire import WireImage
 from drivers.words import ERROR, PREOP, SAFEOP, abort_words, state_words
 
@@ -85,6 +85,7 @@ def configure(bus: Bus, rig: Rig, wire: WireImage, synchronise: bool) -> tuple[d
     _map(bus, wire)
     _switch_off_unused(bus, rig, wire)
     has_clock = synchronise and _synchronise(bus, rig)
+    _arm_watchdogs(bus, rig, wire)
     bus.use(wire)
     bus.ask(SAFEOP)
     reached(bus.wait_for(SAFEOP, _STATE_S), SAFEOP, wire.labels)
@@ -104,6 +105,13 @@ def _map(bus: Bus, wire: WireImage) -> None:
 
 def _switch_off_unused(bus: Bus, rig: Rig, wire: WireImage) -> None:
     """A drive that only reports has no outputs, or only takes commands."""
+def _arm_watchdogs(bus: Bus, rig: Rig, wire: WireImage) -> None:
+    """After the mapping, which writes the sync managers; what is taken back later is written as it stands then (Shape)."""
+    for i, slave in enumerate(rig.slaves):
+        if entries_of(slave, outputs=True):
+            arm_watchdog(bus.slaves[i], wire.labels[i], OUTPUTS if slave.device in WITH_OBJECTS else OUTPUTS_BARE)
+
+
     for i, slave in enumerate(rig.slaves):
         for outputs, sync_manager in ((True, OUTPUTS), (False, INPUTS)):
             if slave.device == "EPOS4" and not entries_of(slave, outputs):

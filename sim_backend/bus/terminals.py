@@ -149,7 +149,7 @@ class AnalogOutputs(Slave):
         content = sii.SiiContent(
             "EL4034", *identity, mailbox=(0x1000, 128, 0x1080, 128), ports=_EBUS_PORTS, ebus_ma=130, protocols=sii.COE_PROTOCOL,
             coe_details=sii.SDO | sii.SDO_INFO, pdos=pdos, fmmu_uses=(1, 2, 3),
-            sync_managers=(*_MAILBOX, SyncManagerSetting(0x1100, 8, 0x24 | 0x40, 0x01, sii.OUTPUTS),
+            sync_managers=(*_MAILBOX, SyncManagerSetting(0x1100, 8, 0x24, 0x01, sii.OUTPUTS),  # its watchdog is the master's to arm
                            SyncManagerSetting(0x1180, 0, 0x00, 0x00, sii.INPUTS)))
         super().__init__(name, _ANALOG, content, agenda, settings)
         add_identity(self.dictionary, content, 0x01901389)

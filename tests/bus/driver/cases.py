@@ -201,6 +201,8 @@ def register_values(bus) -> dict:
     word = lambda name, at: memory[name][at] | memory[name][at + 1] << 8  # noqa: E731
     return {"divider": [word(n, 0x0400) for n in ("valves", "analog_out", "drive")],
             "watchdog": [word(n, 0x0420) for n in ("valves", "analog_out", "drive")],
+            "triggers": [memory["valves"][0x0804], memory["analog_out"][0x0814], memory["drive"][0x0814]],
+            "active": [memory["valves"][0x0806] & 1, memory["analog_out"][0x0816] & 1, memory["drive"][0x0816] & 1],
             "interpolation": [object_value(bus, "drive", 0x60C2, 1), object_value(bus, "drive", 0x60C2, 2)],
             "sync": memory["drive"][0x0981], "sync0_ns": int.from_bytes(memory["drive"][0x09A0:0x09A4], "little")}
 
@@ -314,11 +316,11 @@ def troubled(trouble: str, slave: str = "", code: int = 0x001B, recovery: str = 
     with emulated(rig, not real_time, **({} if real_time else {"delays_ns": BRISK_NS})) as bus:
         backend = EthercatBackend(rig, MASTER_END, not real_time)
         result, memory = _run(inputs, Troubling(backend, bus, at, trouble, slave, code))
-        after = bus.do(counters)
+        after, triggers = bus.do(counters), bus.do(register_values)["triggers"]
         again = _run(inputs, EthercatBackend(rig, MASTER_END, not real_time), Quiet(stop_at=400))[0] if trouble == "power_cycle" else None
     return {"outcome": result.outcome, "cause": result.cause, "cycles": result.cycles, "confirmed": result.confirmed,
             "drive_off": backend.drive_off, "outputs_after": after["outputs"], "enabled_after": after["enabled"],
-            "bad": [s[0] for s in memory.samples if not s[1] & 1], "events": [list(e[:2]) for e in backend.events],
+            "triggers": triggers, "bad": [s[0] for s in memory.samples if not s[1] & 1], "events": [list(e[:2]) for e in backend.events],
             "again": again.outcome if again else "", "again_cause": again.cause if again else ""}
 
 

@@ -70,6 +70,7 @@ def test_a_start_up_object_that_is_refused_is_named():
 def test_watchdogs_cycle_time_and_sync0_stand_in_the_slaves():
     result = bus_case("registers", watchdog_s=0.05)
     assert result["divider"] == [2498] * 3 and result["watchdog"] == [500] * 3
+    assert result["triggers"] == [0x44, 0x64, 0x64] and result["active"] == [1] * 3  # an EL4034's SII has 0x24
     assert result["interpolation"] == [1, 0xFD] and result["sync"] == 3 and result["sync0_ns"] == 1_000_000
     assert result["sync_after"] == 0
 
@@ -131,6 +132,7 @@ def test_a_terminal_whose_supply_came_back_is_taken_back(slave):
     result = bus_case("troubled", trouble="power_cycle", slave=slave, recovery="continue", lost_cycles=1000)
     assert (result["outcome"], result["cause"]) == ("completed", "")
     assert result["bad"] and result["events"][-1][1].endswith("is in OP again")
+    assert result["triggers"] == [0x44, 0x64, 0x64]
 
 
 def test_a_slave_that_disappears_is_named():

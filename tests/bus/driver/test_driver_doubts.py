@@ -1,10 +1,10 @@
-"""Where the driver asks a second time before it believes: states, registers."""
+"""Where the driver asks a second time before it believes: states, registers, and whether a watchdog is armed at all."""
 
 import pysoem
 import pytest
 
 from drivers.bus import State
-from drivers.registers import set_watchdog
+from drivers.registers import OUTPUTS, OUTPUTS_BARE, arm_watchdog, set_watchdog, switch_off
 from drivers.states import StateWatch
 from drivers.wire import WireImage
 from epa_rt.backend import BackendError
@@ -69,3 +69,44 @@ def test_a_register_is_asked_again_but_not_for_ever():
     assert slave.registers[0x0420] == (1000).to_bytes(2, "little")
     with pytest.raises(BackendError, match="valves does not answer at register 0x0400"):
         set_watchdog(Deaf(3), "valves", 0.1)
+
+
+class Controller:
+    """A slave controller of one byte per register, whose sync managers' control and length can be written only while they are off."""
+
+    def __init__(self, registers, stuck=()):
+        self.registers, self.stuck, self.writes = dict(registers), stuck, []
+
+    def _fpwr(self, address, data, timeout_us=0):
+        self.writes.append((address, bytes(data)))
+        for at, byte in enumerate(data, address):
+            is_on = self.registers.get(at - at % 8 + 6, 0) & 1
+            if at not in self.stuck and (at % 8 == 6 or not is_on):
+                self.registers[at] = byte
+
+    def _fprd(self, address, size, timeout_us=0):
+        return bytes(self.registers.get(at, 0) for at in range(address, address + size))
+
+
+def test_a_watchdog_that_the_sii_leaves_out_is_armed_and_the_sync_manager_is_on_again():
+    slave = Controller({0x0814: 0x24, 0x0816: 0x01})
+    arm_watchdog(slave, "analog_out", OUTPUTS)
+    assert (slave.registers[0x0814], slave.registers[0x0816]) == (0x64, 0x01)
+
+
+def test_an_armed_watchdog_is_left_alone():
+    slave = Controller({0x0804: 0x44, 0x0806: 0x09})
+    arm_watchdog(slave, "valves", OUTPUTS_BARE)
+    assert slave.writes == []
+
+
+def test_a_watchdog_that_cannot_be_armed_is_refused():
+    slave = Controller({0x0814: 0x24, 0x0816: 0x01}, stuck={0x0814})
+    with pytest.raises(BackendError, match="found 0x24 in register 0x0814 of analog_out, expected 0x64: its outputs cannot arm its watchdog"):
+        arm_watchdog(slave, "analog_out", OUTPUTS)
+
+
+def test_an_unused_sync_manager_is_off_before_its_length_is_written():
+    slave = Controller({0x0812: 6, 0x0816: 0x01})
+    switch_off(slave, "drive", OUTPUTS)
+    assert (slave.registers[0x0812], slave.registers[0x0816]) == (0, 0)
