@@ -13,6 +13,7 @@ import pysoem
 
 from drivers.alone import check_alone
 from drivers.bus import Bus, State
+from drivers.channels import check_channels
 from drivers.epos4 import check_drive
 from drivers.identity import Found, differences, label
 from drivers.mailbox import Mailbox
@@ -56,6 +57,7 @@ def set_up_slave(bus: Bus, rig: Rig, index: int, mailbox: Mailbox | None) -> lis
         for sdo in slave.startup:
             mailbox.set(*sdo.place, sdo.data)
         set_up_mapping(mailbox, slave)
+        check_channels(mailbox, slave, rig)
         notes = check_alone(mailbox, slave)
         if slave.device == "EPOS4":
             notes = notes + check_drive(mailbox, slave, rig)

@@ -62,3 +62,8 @@ def al_status_words(code: int) -> str:
 def abort_words(code: int) -> str:
     """'0x06010002 attempt to write a read-only object'; an unknown code is said to be unknown."""
     return f"0x{code:08X} {_ABORT.get(code, 'an abort code that is not in the table')}"
+
+
+def startup_line(place: str, kind: str, value: int) -> str:
+    """What to write in the rig file so that an object, '0x8000:05', has this value once the bus runs."""
+    return f"write it at start by 'startup: [{{object: {place}, type: {kind}, value: {value}}}]' in the rig file"
