@@ -32,7 +32,8 @@ class StateWatch:
         self._looks: dict[int, int] = {}
         self._most_looks = round(GIVE_UP_S / rig.period_s)
         self._may_recover = rig.master.recovery == "continue"
-        self._shapes = {i: Shape(bus.slaves[i]) for i, slave in enumerate(rig.slaves) if self._may_recover and slave.device != "EPOS4"}
+        moves = _move_the_drive(rig)
+        self._shapes = {i: Shape(bus.slaves[i]) for i, slave in enumerate(rig.slaves) if self._may_recover and slave.name not in moves}
 
     @property
     def is_busy(self) -> bool:
@@ -70,12 +71,15 @@ class StateWatch:
             return f"{name} does not answer any more: its supply, or {before}"
         return f"{name} left OP: it is in {state.words()}"
 
+    def _on_wires(self, index: int) -> str:
+        return "" if self._rig.slaves[index].device == "EPOS4" else ", whose enable or target comes from there,"
+
     def _take_back(self, index: int, state: State) -> None:
         text = self.trouble(index, state)
         if not self._may_recover:
             raise BackendError(text)
         if index not in self._shapes:
-            raise BackendError(f"{text}; a drive is not taken back within a run, it has to be enabled from scratch")
+            raise BackendError(f"{text}; a drive{self._on_wires(index)} is not taken back within a run, it has to be enabled from scratch")
         looks = self._looks[index] = self._looks.get(index, -1) + 1
         if looks == 0:
             self._events.append(("recovery", text, {"slave": index + 1, "state": state.state, "al_status": state.al_status}))
@@ -88,3 +92,14 @@ class StateWatch:
             next(self._recoveries[index], None)
         except pysoem.WkcError:  # gone again: from the beginning
             del self._recoveries[index]
+
+
+def _move_the_drive(rig: Rig) -> set[str]:
+    """The drive, and where it hangs on wires the terminals that carry its enable and its targets: back in OP they would give
+    it both at once, unasked.
+    """
+    names = {slave.name for slave in rig.slaves if slave.device == "EPOS4"}
+    if rig.drive.interface == "analog":
+        rows = (rig.drive.enable, rig.motor.position_target, rig.motor.speed_target, rig.motor.torque_target)
+        names |= {rig.row(name).entry.split(".")[0] for name in rows if name}
+    return names

@@ -304,12 +304,12 @@ def _number(image: bytes, at: int) -> int:
     return int.from_bytes(image[at: at + 4], "little", signed=True)
 
 
-def troubled(trouble: str, slave: str = "", code: int = 0x001B, recovery: str = "stop", lost_cycles: int = 3, at: int = 1500, real_time: bool = False) -> dict:
+def troubled(trouble: str, slave: str = "", code: int = 0x001B, recovery: str = "stop", lost_cycles: int = 3, at: int = 1500, real_time: bool = False, rig: str = "bench") -> dict:
     """A run in which something happens to the bus ``at`` a cycle; how it ended and what the log would say. In lock step
     unless ``real_time``: nothing of it depends on when this machine lets somebody run.
     """
     drivers.backend._LOCK_STEP_TIMEOUT_S = LOST_S
-    inputs = _short("bench")
+    inputs = _short(rig)
     rig = patient(inputs.rig, recovery=recovery) if real_time else inputs.rig.model_copy(update={"master": inputs.rig.master.model_copy(update={"recovery": recovery})})
     rig = rig.model_copy(update={"safety": rig.safety.model_copy(update={"lost_cycles": lost_cycles})})
     inputs = _on(inputs, rig)

@@ -153,6 +153,13 @@ def test_a_drive_is_never_taken_back_within_a_run_but_starts_anew(trouble):
         assert ["emergency", "drive (slave 5, EPOS4): emergency 0x8180, register 0x01"] in result["events"]
 
 
+@pytest.mark.parametrize("slave", ["valves", "analog_out"])
+def test_a_terminal_that_enables_or_steers_a_wired_drive_is_never_taken_back(slave):
+    result = bus_case("troubled", trouble="fall", slave=slave, recovery="continue", rig="bench_analog")
+    assert result["outcome"] == "failed" and result["cause"].endswith("a drive, whose enable or target comes from there, is not taken back within a run, it has to be enabled from scratch")
+    assert not any(bytes.fromhex(result["outputs_after"])) and not result["enabled_after"]
+
+
 def test_one_lost_frame_is_one_bad_cycle():
     result = bus_case("troubled", trouble="lose", code=1)
     assert result["outcome"] == "completed" and 1506 in result["bad"]

@@ -110,3 +110,20 @@ def test_an_unused_sync_manager_is_off_before_its_length_is_written():
     slave = Controller({0x0812: 6, 0x0816: 0x01})
     switch_off(slave, "drive", OUTPUTS)
     assert (slave.registers[0x0812], slave.registers[0x0816]) == (0, 0)
+
+
+@pytest.mark.parametrize(("name", "slave", "taken_back"), [
+    ("bench_analog", 1, False), ("bench_analog", 2, True), ("bench_analog", 3, False), ("bench_analog", 4, False),
+    ("bench", 1, True), ("bench", 3, True), ("bench", 4, False)])
+def test_what_makes_a_drive_move_is_not_taken_back(name, slave, taken_back):
+    """bench_analog: the enable on slave 2, the target on slave 4."""
+    rig = load_rig(f"config/rigs/{name}.yaml")
+    rig = rig.model_copy(update={"master": rig.master.model_copy(update={"recovery": "continue"})})
+    bus, events = Says([SAFEOP_ERROR, SAFEOP_ERROR], slave), []
+    bus.slaves = [Controller({0x0130: 0x14}) for _ in rig.slaves]
+    looked = StateWatch(bus, rig, WireImage(rig), {}, events)
+    if taken_back:
+        assert looked.look() is False and len(events) == 1
+    else:
+        with pytest.raises(BackendError, match=r"left OP: .*; a drive(, whose enable or target comes from there,)? is not taken back within a run"):
+            looked.look()
