@@ -85,9 +85,9 @@ def configure(bus: Bus, rig: Rig, wire: WireImage, synchronise: bool) -> tuple[d
     mailboxes = {i: Mailbox(bus.slaves[i], wire.labels[i]) for i, slave in enumerate(rig.slaves) if slave.device in WITH_OBJECTS}
     notes = [note for i in range(len(rig.slaves)) for note in set_up_slave(bus, rig, i, mailboxes.get(i))]
     _map(bus, wire)
+    _arm_watchdogs(bus, rig, wire)
     _switch_off_unused(bus, rig, wire)
     has_clock = synchronise and _synchronise(bus, rig)
-    _arm_watchdogs(bus, rig, wire)
     bus.use(wire)
     bus.ask(SAFEOP)
     reached(bus.wait_for(SAFEOP, _STATE_S), SAFEOP, wire.labels)
@@ -105,8 +105,6 @@ def _map(bus: Bus, wire: WireImage) -> None:
     wire.check([(len(slave.output), len(slave.input)) for slave in bus.slaves], bus.master.expected_wkc)
 
 
-def _switch_off_unused(bus: Bus, rig: Rig, wire: WireImage) -> None:
-    """A drive that only reports has no outputs, or only takes commands."""
 def _arm_watchdogs(bus: Bus, rig: Rig, wire: WireImage) -> None:
     """After the mapping, which writes the sync managers; what is taken back later is written as it stands then (Shape)."""
     for i, slave in enumerate(rig.slaves):
@@ -114,6 +112,8 @@ def _arm_watchdogs(bus: Bus, rig: Rig, wire: WireImage) -> None:
             arm_watchdog(bus.slaves[i], wire.labels[i], OUTPUTS if slave.device in WITH_OBJECTS else OUTPUTS_BARE)
 
 
+def _switch_off_unused(bus: Bus, rig: Rig, wire: WireImage) -> None:
+    """A drive that only reports has no outputs, or only takes commands."""
     for i, slave in enumerate(rig.slaves):
         for outputs, sync_manager in ((True, OUTPUTS), (False, INPUTS)):
             if slave.device == "EPOS4" and not entries_of(slave, outputs):
