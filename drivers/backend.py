@@ -53,7 +53,8 @@ class EthercatBackend:
         if self._bus is not None:
             raise BackendError("found an open bus, expected a closed one")
         interface = choose(self._wanted)
-        bus = self._bus = Bus(interface, _LOCK_STEP_TIMEOUT_S if self._lock_step else frame_timeout_s(self._rig))
+        waits_s = (_LOCK_STEP_TIMEOUT_S, _LOCK_STEP_TIMEOUT_S) if self._lock_step else (frame_timeout_s(self._rig), answer_s(self._rig))
+        bus = self._bus = Bus(interface, *waits_s)
         try:
             has_clock, notes = self._configure_insisting(bus)
             self.cycle = Cycle(bus, self._rig, self._wire, not self._lock_step, has_clock)
@@ -159,6 +160,11 @@ def frame_timeout_s(rig: Rig) -> float:
     if rig.master.frame_timeout is not None:
         return rig.master.frame_timeout
     return max(rig.period_s, rig.safety.reaction / (rig.safety.lost_cycles + 1))
+
+
+def answer_s(rig: Rig) -> float:
+    """How long a step of a recovery waits for a slave's mailbox to be free, and for its answer: both fit twice into the reaction time."""
+    return max(1e-3, rig.safety.reaction / 4)
 
 
 def slow_to_notice(rig: Rig) -> list[str]:

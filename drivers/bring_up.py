@@ -18,7 +18,7 @@ from drivers.epos4 import check_drive
 from drivers.identity import Found, differences, label
 from drivers.mailbox import Mailbox
 from drivers.mapping import assignment_steps, set_up_mapping
-from drivers.registers import INPUTS, OUTPUTS, OUTPUTS_BARE, arm_watchdog, set_watchdog, switch_off
+from drivers.registers import INPUTS, OUTPUTS, OUTPUTS_BARE, arm_watchdog, set_watchdog, set_watchdog_once, switch_off
 from drivers.wire import WireImage
 from drivers.words import ERROR, PREOP, SAFEOP, abort_words, state_words
 
@@ -67,14 +67,16 @@ def set_up_slave(bus: Bus, rig: Rig, index: int, mailbox: Mailbox | None) -> lis
 
 
 def set_up_again(bus: Bus, rig: Rig, index: int, mailbox: Mailbox | None) -> list[Callable[[], None]]:
-    """What a terminal needs in PREOP after it lost its supply, one short step each; its mapping has been seen before."""
+    """What a terminal needs in PREOP after it lost its supply, one short step each; its mapping has been seen
+    before. A step raises pysoem.WkcError where the terminal is gone again.
+    """
     slave = rig.slaves[index]
     steps: list[Callable[[], None]] = []
     if mailbox is not None:
-        steps += [lambda sdo=sdo: mailbox.set(*sdo.place, sdo.data) for sdo in slave.startup]
+        steps += [step for sdo in slave.startup for step in mailbox.steps_to_set(*sdo.place, sdo.data)]
         steps += assignment_steps(mailbox, slave)
     if entries_of(slave, outputs=True):
-        steps.append(lambda: set_watchdog(bus.slaves[index], label(index + 1, slave), rig.safety.watchdog))
+        steps.append(lambda: set_watchdog_once(bus.slaves[index], label(index + 1, slave), rig.safety.watchdog))
     return steps
 
 

@@ -18,6 +18,7 @@ pysoem.settings.always_release_gil = True  # read by Master() when it is made
 LOST = -1  # no frame came back
 _TRIES = 3
 _PATIENT_US, _BRISK_US = 50_000, 2_000  # how long SOEM waits for an answer before it sends again; the second is its own
+_PATIENT_SDO_US, _PATIENT_SEND_US = 700_000, 20_000  # SOEM's own: for an object's answer, and for a mailbox to be free
 
 
 class State(NamedTuple):
@@ -36,12 +37,14 @@ class Bus:
     ``sent_ns`` (monotonic clock) and ``round_trip_ns`` tell of the last one.
     """
 
-    def __init__(self, interface: str, frame_timeout_s: float):
+    def __init__(self, interface: str, frame_timeout_s: float, answer_s: float = 1e-6 * _PATIENT_SDO_US):
+        """``answer_s``: how long a slave's mailbox is waited for while others run."""
         self.interface = interface
         self.master = pysoem.Master()
         self.slaves: list[pysoem.CdefSlave] = []
         self._timeout_s = frame_timeout_s
         self._timeout_us = round(frame_timeout_s * 1e6)
+        self._answer_us = round(answer_s * 1e6)
         self._socket = self._open(interface)
         self._wire: WireImage | None = None
         self.sent_ns = self.round_trip_ns = 0
@@ -78,8 +81,13 @@ class Bus:
         return count
 
     def be_patient(self, patient: bool) -> None:
-        """Patient while nothing runs: a frame that is late, and sent again too early, confuses mailboxes."""
-        pysoem.settings.timeouts.ret = _PATIENT_US if patient else _BRISK_US
+        """Patient while nothing runs: a frame that is late, and sent again too early, confuses mailboxes. Afterwards no answer
+        may hold up the process data.
+        """
+        timeouts, answer_us = pysoem.settings.timeouts, _PATIENT_SDO_US if patient else self._answer_us
+        timeouts.ret = _PATIENT_US if patient else _BRISK_US
+        timeouts.tx_mailbox = min(_PATIENT_SEND_US, answer_us)
+        self.master.sdo_read_timeout = self.master.sdo_write_timeout = answer_us
 
     def use(self, wire: WireImage) -> None:
         """The layout by which ``swap`` cuts the image up."""

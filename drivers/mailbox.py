@@ -59,9 +59,24 @@ class Mailbox:
         self.write(index, subindex, data)
         self.expect(index, subindex, data)
 
+    def steps_to_set(self, index: int, subindex: int, data: bytes) -> list[Callable[[], None]]:
+        """``set`` while the others run: each step asks once, and raises pysoem.WkcError where the answer stays away."""
+        return [lambda: self._once(f"set to 0x{data[::-1].hex().upper()}", self._slave.sdo_write, index, subindex, data),
+                lambda: self._compare(index, subindex, data, self._once("read", self._slave.sdo_read, index, subindex))]
+
+    def _once(self, what: str, ask: Callable, index: int, subindex: int, *data: bytes) -> bytes:
+        try:
+            return ask(index, subindex, *data)
+        except (pysoem.WkcError, pysoem.PacketError):
+            raise pysoem.WkcError from None
+        except Exception as error:
+            raise self._refused(what, index, subindex, error) from None
+
     def expect(self, index: int, subindex: int, data: bytes) -> None:
         """Raises BackendError unless the object holds this value."""
-        found = self.read(index, subindex)
+        self._compare(index, subindex, data, self.read(index, subindex))
+
+    def _compare(self, index: int, subindex: int, data: bytes, found: bytes) -> None:
         if found[: len(data)] != data or any(found[len(data):]):
             raise BackendError(f"found 0x{found[::-1].hex().upper()} in object 0x{index:04X}:{subindex:02X} of {self.label}, "
                                f"expected 0x{data[::-1].hex().upper()}")

@@ -64,12 +64,12 @@ def _assign(mailbox: Mailbox, assignment: int, pdos: Sequence[int]) -> None:
 
 
 def assignment_steps(mailbox: Mailbox, slave: Slave) -> list[Callable[[], None]]:
-    """The assignment of an EL3004 written anew, one object per step; an EL4034's is fixed."""
+    """The assignment of an EL3004 written anew, in short steps; an EL4034's is fixed."""
     if slave.device != "EL3004":
         return []
     pdos = analog_in_pdos(slave)
     writes = [(0, u8(0)), *((i, u16(pdo)) for i, pdo in enumerate(pdos, 1)), (0, u8(len(pdos)))]
-    return [lambda subindex=subindex, data=data: mailbox.set(INPUT_ASSIGNMENT, subindex, data) for subindex, data in writes]
+    return [step for subindex, data in writes for step in mailbox.steps_to_set(INPUT_ASSIGNMENT, subindex, data)]
 
 
 def _assigned(mailbox: Mailbox, assignment: int) -> list[int]:

@@ -23,8 +23,19 @@ _TRIGGERS_WATCHDOG, _ENABLE = 0x40, 0x01
 
 def set_watchdog(slave: "pysoem.CdefSlave", label: str, seconds: float) -> None:
     """Outputs drop to safe after ``seconds`` without a frame. Raises BackendError."""
-    _set(slave, label, WATCHDOG_DIVIDER, struct.pack("<H", _DIVIDER))
-    _set(slave, label, WATCHDOG_PROCESS_DATA, struct.pack("<H", round(seconds / _TICK_S)))
+    for register, data in _watchdog_times(seconds):
+        _set(slave, label, register, data)
+
+
+def set_watchdog_once(slave: "pysoem.CdefSlave", label: str, seconds: float) -> None:
+    """The same while others run: nothing is asked again, and pysoem.WkcError is raised where the slave does not answer."""
+    for register, data in _watchdog_times(seconds):
+        slave._fpwr(register, data)
+        _compare(label, register, data, slave._fprd(register, len(data)))
+
+
+def _watchdog_times(seconds: float) -> tuple[tuple[int, bytes], ...]:
+    return (WATCHDOG_DIVIDER, struct.pack("<H", _DIVIDER)), (WATCHDOG_PROCESS_DATA, struct.pack("<H", round(seconds / _TICK_S)))
 
 
 def arm_watchdog(slave: "pysoem.CdefSlave", label: str, sync_manager: int) -> None:
@@ -57,7 +68,10 @@ def _set(slave: "pysoem.CdefSlave", label: str, register: int, data: bytes) -> N
         slave._fpwr(register, data, _ANSWER_US)
         return slave._fprd(register, len(data), _ANSWER_US)
 
-    found = _insist(both, label, register)
+    _compare(label, register, data, _insist(both, label, register))
+
+
+def _compare(label: str, register: int, data: bytes, found: bytes) -> None:
     if found != data:
         raise BackendError(f"found 0x{found[::-1].hex().upper()} in register 0x{register:04X} of {label}, "
                            f"expected 0x{data[::-1].hex().upper()}")
