@@ -149,6 +149,7 @@ def _run(assembly: "Assembly", backend: "Backend", recorder: "Recorder", request
         outcome, cause = result.outcome, result.cause
         facts = {"cycles": result.cycles, "overruns": result.overruns, "worst_lateness_ns": result.worst_lateness_ns,
                  "drive_off_confirmed": result.confirmed, "clamped": result.clamped, "slewed": result.slewed,
+                 "controller_clamped": result.controller_clamped, "controller_slewed": result.controller_slewed,
                  "saturated": result.saturated, "bad_cycles": result.bad_cycles}
         recorder.event(result.cycles - 1, result.t_ns, "summary", f"{outcome}{': ' + cause if cause else ''}", **facts)
     finally:
@@ -167,8 +168,10 @@ def closing_text(summary: "LogSummary", result: "RunResult", period_s: float) ->
         lines.append(f"recorder: {summary.failure}")
     if result.bad_cycles:
         lines.append(f"{result.bad_cycles} cycles without sound process data")
-    for words, counts in (("clamped to its limits", result.clamped), ("slowed to its slew limit", result.slewed)):
-        lines += [f"{name} was {words} in {count} cycles" for name, count in counts.items()]
+    for words, counts, before in (("clamped to its limits", result.clamped, result.controller_clamped),
+                                  ("slowed to its slew limit", result.slewed, result.controller_slewed)):
+        lines += [f"{name} was {words} by the gate in {count} cycles" for name, count in counts.items()]
+        lines += [f"{name} was {words} by the controller {loop} in {count} cycles" for name, loops in before.items() for loop, count in loops.items()]
     if result.saturated:
         lines.append(f"{result.saturated} values did not fit their entry and were cut")
     lines.append(f"end state: outputs safe, {'drive off' if result.confirmed else 'the drive did NOT confirm that it is off'}")

@@ -33,6 +33,8 @@ class MotorPosition:
     `align_speed_m_s` above zero takes the alignment away again at that speed, for references that are absolute.
     """
 
+    saturated = slewed = 0  # it cuts nothing; the gate does
+
     def __init__(
         self,
         *,
@@ -71,6 +73,8 @@ class MotorSpeed:
     kp_position in 1/s, limit in m/s; travel is compared from where both were at reset. `saturated` counts clamped
     steps. `align_speed_m_s` as in MotorPosition.
     """
+
+    slewed = 0
 
     def __init__(
         self,
@@ -122,7 +126,7 @@ class MotorSpeed:
 class MotorTorque:
     """Torque command = reference torque, met from the last command at `slew_n_m_s` at most. Limit in N m.
 
-    `saturated` counts steps in which the limit clamped.
+    `saturated` counts steps in which the limit clamped, `slewed` those in which the slew limit kept it from what is wanted.
     """
 
     def __init__(
@@ -137,7 +141,7 @@ class MotorTorque:
             raise ValueError(f"limit_n_m, slew_n_m_s: found {limit_n_m}, {slew_n_m_s}, expected above zero")
         self.reads = (reference,)
         self.writes = (command,)
-        self.saturated = 0
+        self.saturated = self.slewed = 0
         self._reference, self._command = reference, command
         self._limit_n_m, self._slew_n_m_s = limit_n_m, slew_n_m_s
         self._torque_n_m = 0.0
@@ -157,6 +161,8 @@ class MotorTorque:
         torque = _toward(self._torque_n_m, wanted, self._slew_n_m_s * dt_s)
         if torque == torque:  # one NaN must not stay for ever
             self._torque_n_m = torque
+            if torque != wanted:
+                self.slewed += 1
         self._out[self._command] = torque
         return self._out
 
@@ -171,6 +177,8 @@ class JointAngle:
     (s and s^2, on the reference) carry what the derivative, which brakes all motion, and the inertia ask for.
     ValueError for any other `output`.
     """
+
+    slewed = 0
 
     def __init__(
         self,
@@ -206,6 +214,11 @@ class JointAngle:
         self._cutoff_rad_s = 2.0 * pi * output_cutoff_hz
         self._first = self._second = 0.0
         self._out = {command: 0.0}
+
+    @property
+    def saturated(self) -> int:
+        """Steps in which the gains' limits cut the output, before it is smoothed."""
+        return self.pid.saturated
 
     def reset(self, measured: Signals, commanded: Signals | None = None) -> None:
         """Start from the last command; where none is known from the measured travel, or from zero speed or torque."""

@@ -9,11 +9,15 @@ Signals = Mapping[str, float]
 class Controller(Protocol):
     """One control law: present values and references in, commands out.
 
-    `reads` and `writes` are signal names, so that the wiring is checked before anything is opened.
+    `reads` and `writes` are signal names, so that the wiring is checked before anything is opened. `saturated` and `slewed`
+    count the steps in which it cut its own command at a limit, or held it to a slew limit: the gate behind it sees none of
+    these.
     """
 
     reads: tuple[str, ...]
     writes: tuple[str, ...]
+    saturated: int
+    slewed: int
 
     def reset(self, measured: Signals, commanded: Signals | None = None) -> None:
         """Start from where the rig is; `commanded` holds what was last sent, where it is known."""

@@ -1,11 +1,13 @@
 """run(): the one cycle that drives hardware, simulation and replay alike."""
 
 import traceback
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
 from epa_rt.backend import Backend, BackendError
 from epa_rt.config.rig import Rig
+from epa_rt.control.protocol import Controller
 from epa_rt.logs.layout import (
     FLAG_OVERRUN, FLAG_RECORDER_FAILED, FLAG_STOP_AT_ONCE, FLAG_STOP_REQUESTED, FLAG_TRIPPED, FLAG_WORKING_COUNTER_OK,
 )  # fmt: skip
@@ -35,7 +37,11 @@ class Requests(Protocol):
 
 @dataclass(frozen=True)
 class RunResult:
-    """How a run ended. ``outcome``: completed, stopped, tripped or failed. ``confirmed``: the drive said it is off."""
+    """How a run ended. ``outcome``: completed, stopped, tripped or failed. ``confirmed``: the drive said it is off.
+
+    ``clamped`` and ``slewed``: cycles in which the gate cut a row; ``controller_`` the same by row and loop, of what the
+    controller had cut before, so that the gate found nothing to cut.
+    """
 
     outcome: str
     cause: str
@@ -45,6 +51,8 @@ class RunResult:
     worst_lateness_ns: int
     clamped: dict[str, int] = field(default_factory=dict)
     slewed: dict[str, int] = field(default_factory=dict)
+    controller_clamped: dict[str, dict[str, int]] = field(default_factory=dict)
+    controller_slewed: dict[str, dict[str, int]] = field(default_factory=dict)
     trip: Trip | None = None
     t_ns: int = 0  # the last cycle's stamp
     saturated: int = 0  # counts that did not fit their entry
@@ -102,7 +110,7 @@ def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, 
         _pass_on(told, recording, cycle, t_ns)
     off = getattr(backend, "drive_off", None)  # what the drive said last, where the bus heard it
     confirmed = supervisor.confirmed if off is None else off
-    return _result(envelope, overruns, broken, stopped, cycle + 1, t_ns, encoder.saturated, gaps.count, confirmed)
+    return _result(envelope, supervisor.motions, overruns, broken, stopped, cycle + 1, t_ns, encoder.saturated, gaps.count, confirmed)
 
 
 def _pass_on(told: list, recording: Recording, cycle: int, t_ns: int) -> None:
@@ -160,7 +168,7 @@ def _report(supervisor: Supervisor, envelope: Envelope, recording: Recording, cy
     supervisor.events.clear()
 
 
-def _result(envelope: Envelope, overruns: Overruns, broken: str, stopped: bool,
+def _result(envelope: Envelope, motions: Mapping[str, Controller], overruns: Overruns, broken: str, stopped: bool,
             cycles: int, t_ns: int, saturated: int, bad_cycles: int, confirmed: bool) -> RunResult:
     trip = envelope.tripped
     if broken:
@@ -173,4 +181,15 @@ def _result(envelope: Envelope, overruns: Overruns, broken: str, stopped: bool,
         outcome, cause = "completed", ""
     gate = envelope.gate
     return RunResult(outcome, cause, cycles, confirmed, overruns.count, overruns.worst_ns,
-                     {k: n for k, n in gate.clamped.items() if n}, {k: n for k, n in gate.slewed.items() if n}, trip, t_ns, saturated, bad_cycles)
+                     {k: n for k, n in gate.clamped.items() if n}, {k: n for k, n in gate.slewed.items() if n},
+                     _by_row(motions, {loop: m.saturated for loop, m in motions.items()}), _by_row(motions, {loop: m.slewed for loop, m in motions.items()}),
+                     trip, t_ns, saturated, bad_cycles)
+
+
+def _by_row(motions: Mapping[str, Controller], counts: dict[str, int]) -> dict[str, dict[str, int]]:
+    """Counts of loops by the row that each writes, without those of nothing."""
+    found: dict[str, dict[str, int]] = {}
+    for loop, motion in motions.items():
+        for row in motion.writes if counts[loop] else ():
+            found.setdefault(row, {})[loop] = counts[loop]
+    return found

@@ -30,7 +30,7 @@ class Supervisor:
     """One step per cycle. ``command``, ``reference`` and ``estimate`` are written in place, in table order.
 
     ``fault`` is what the supervisor found and the envelope shall trip on. ``events`` are (kind, text, data), to be
-    drained by the loop. ``confirmed``: the drive reported itself off after the safe outputs went out.
+    drained by the loop. ``confirmed``: the drive reported itself off after the safe outputs went out. ``motions``: by loop.
     """
 
     def __init__(self, rig: Rig, sequence: Sequence, valves: Mapping[str, SetAndHold], motions: Mapping[str, Controller], drive: Drive):
@@ -44,7 +44,7 @@ class Supervisor:
         self.estimate = {f"est_{m.pressure}": float("nan") for m in rig.muscles}
         self._safe = dict(self.command)
         self._following = Following(rig, tuple((valves[m.name], m.name) for m in rig.muscles))
-        self._motions, self._motion = motions, next(iter(motions.values()))
+        self.motions, self._motion = motions, next(iter(motions.values()))
         self._drive, self._dt_s = drive, rig.period_s
         self._valves = [(valves[m.name], m.name, m.pressure, m.inlet, m.exhaust, f"est_{m.pressure}") for m in rig.muscles]
         self._target, self._position = rig.motor.position_target, rig.motor.position
@@ -124,7 +124,7 @@ class Supervisor:
             sequence.events.clear()
         drive.step(measured, command)
         if sequence.loop_changed:
-            self._motion = self._motions[sequence.loop]
+            self._motion = self.motions[sequence.loop]
             self._motion.reset(measured, command)
         if self._vent_cycles:
             self._hold_still(measured)

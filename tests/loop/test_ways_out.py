@@ -172,7 +172,7 @@ def test_a_lost_bus_ends_the_run_with_its_sentence(tmp_path):
 
 def test_a_fault_of_our_own_does_not_leave_the_last_command_standing(tmp_path):
     def prepare(assembly, model):
-        motion = assembly.supervisor._motions["motor_speed"]
+        motion = assembly.supervisor.motions["motor_speed"]
         whole = motion.step
 
         def step(measured, reference, dt_s):

@@ -10,9 +10,8 @@ from epa_rt.report.run import Run
 
 @dataclass(frozen=True)
 class SignalHealth:
-    """One row: lowest and highest value and limits in SI, cycles invalid and stale, cycles clamped and slewed.
-
-    ``clamped`` and ``slewed`` are None where the log has no closing count.
+    """One row: lowest and highest value and limits in SI, cycles invalid and stale, cycles clamped and slewed by the gate
+    (``clamped``, ``slewed``), and before it by the controllers. These counts are None where the log did not close with them.
     """
 
     row: SignalRow
@@ -22,6 +21,8 @@ class SignalHealth:
     stale: int
     clamped: int | None
     slewed: int | None
+    controller_clamped: int | None
+    controller_slewed: int | None
 
     @property
     def margin(self) -> float:
@@ -49,7 +50,8 @@ def _health(run: Run, row: SignalRow, i: int, is_output: bool, summary: dict | N
     invalid, stale = (0, 0) if is_output else (_marked(run, name, i) for name in ("invalid_mask", "stale_mask"))
     counted = summary is not None and is_output
     held = [int(summary.get(key, {}).get(row.name, 0)) if counted else None for key in ("clamped", "slewed")]
-    return SignalHealth(row, low, high, invalid, stale, *held)
+    before = [sum(summary[key].get(row.name, {}).values()) if counted and key in summary else None for key in ("controller_clamped", "controller_slewed")]
+    return SignalHealth(row, low, high, invalid, stale, *held, *before)
 
 
 def _marked(run: Run, mask: str, i: int) -> int:

@@ -12,21 +12,22 @@ from epa_rt.report.shown import Shown, number
 def health(run: Run) -> Section:
     """A row for each signal of the rig's table that is a quantity. Raises NotShown without a rig file."""
     healths = [one for one in health_of(run) if one.row.si_unit]
-    head = ("Signal", "Range used within its limits", "Margin", "Invalid", "Stale", "Clamped", "Slewed")
+    head = ("Signal", "Range used within its limits", "Margin", "Invalid", "Stale", "Clamped", "Slewed", "Clamped by controller", "Slewed by controller")
     rows = [_row(run.shown, one) for one in healths]
     return Section("health", "Health", join([
         table(head, rows, (0, 1), "health"),
         note("Bars: the range used, on a scale from the lower to the upper limit. Margin: how far the signal stayed "
              "from the nearer limit. Invalid and stale are cycles; clamped and slewed are cycles in which the envelope held a command "
-             "back, counted when the run closes (a dash: not recorded).")]))
+             "back, or a controller its own before that, counted when the run closes (a dash: not recorded).")]))
 
 
 def _row(shown: Shown, one: SignalHealth) -> list[object]:
     margin: object = shown.difference(one.margin, one.row.si_unit)
     margin = tag("strong", f"▲ {margin}", class_="off") if one.margin < 0.0 else margin
     is_output = one.row.is_output
-    counts = [_count(n) for n in ((one.clamped, one.slewed) if is_output else (one.invalid, one.stale))]
-    return [one.row.name, _bar(shown, one), margin, *(["", "", *counts] if is_output else [*counts, "", ""])]
+    held = (one.clamped, one.slewed, one.controller_clamped, one.controller_slewed)
+    counts = [_count(n) for n in (held if is_output else (one.invalid, one.stale))]
+    return [one.row.name, _bar(shown, one), margin, *(["", "", *counts] if is_output else [*counts, "", "", "", ""])]
 
 
 def _count(n: int | None) -> object:
