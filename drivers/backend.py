@@ -52,7 +52,7 @@ class EthercatBackend:
         """Takes the bus from whatever state to OP with safe outputs. Raises BackendError: one sentence, slave and cause."""
         if self._bus is not None:
             raise BackendError("found an open bus, expected a closed one")
-        interface = choose(self._wanted)
+        interface = choose(self._wanted, self._lock_step)
         waits_s = (_LOCK_STEP_TIMEOUT_S, _LOCK_STEP_TIMEOUT_S) if self._lock_step else (frame_timeout_s(self._rig), answer_s(self._rig))
         bus = self._bus = Bus(interface, *waits_s)
         try:
