@@ -93,6 +93,12 @@ class Heard:
         return self.counted is None or (self.counted >= BARS.carried and not self.too_much_left)
 
     @property
+    def asks_for_one(self) -> bool:
+        """Whether one law by itself is looked for: nothing that is named carries the plant, or two do and leave more than one right law would, for they may both stand
+        for another one (a joint's zero of 0.08 rad: a braid that locks and a leaning frame left 449 of 5508, the zero alone 8)."""
+        return self.shows and not (self.carried and (self.alone or self.left <= USUAL))
+
+    @property
     def supports(self) -> bool:
         """Whether the whole plant is any better with the effects than without."""
         return self.gap - self.left > CHANCE

@@ -60,7 +60,7 @@ def heard(problem: Problem, selection: Selection, ground: Ground | None, rules: 
             tied = frozenset()
     said = Heard(above(none, noise), above(best, noise), strain(best), _of_named(beside, selection.final.effects), as_well, tied=tied, alone=len(selection.roles) == 1,
                  one_form=of_one_form(problem, selection), exact=exact(problem, selection))
-    if said.shows and not said.carried:
+    if said.asks_for_one:
         progress("free run: one law alone", 0.8)
         selection, best, said = one_alone(problem, ground, selection, rules) or (selection, best, said)
     if selection.roles and said.carried:

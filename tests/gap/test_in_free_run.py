@@ -325,6 +325,13 @@ def test_valves_act_before_a_trial_so_all_counts_that_no_stop_spoils_and_nobody_
     assert [(span.start, span.stop) for span in found.spans if span.trial] == spans
 
 
+@pytest.mark.parametrize(("gap", "left", "alone", "asks"), [
+    (5508.0, 449.0, False, True), (5508.0, 8.0, False, False), (5508.0, 2000.0, False, True), (5508.0, 5508.0, False, True), (90.0, 90.0, False, False),
+    (11000.0, 60.0, True, False), (11000.0, 900.0, True, True)])
+def test_one_law_by_itself_is_looked_for_where_nothing_carries_the_plant_or_two_leave_much(gap, left, alone, asks):
+    assert Heard(gap, left, 0.0, {}, {}, alone=alone).asks_for_one == asks
+
+
 @pytest.mark.parametrize(("gap", "left", "supports"), [(10.0, 9.0, False), (13.0, 14.0, False), (9.0, 0.0, True)])
 def test_a_name_that_gains_nothing_in_free_run_has_no_support_there(gap, left, supports):
     assert Heard(gap, left, 5.0, {}, {}).supports is supports
