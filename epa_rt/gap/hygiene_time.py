@@ -21,7 +21,8 @@ def check_time(recording: Recording, rig: Rig | None) -> list[Finding]:
     if recording.samples < LEAST_ROWS:
         return [_of(recording, "refuse", "too short", f"found {recording.samples} rows, expected an experiment of {LEAST_ROWS} or more")]
     if rig is not None and abs(recording.period_s / rig.period_s - 1.0) > 1e-6:
-        found.append(_of(recording, "refuse", "period", f"found a sampling period of {recording.period_s * 1e3:g} ms, expected {rig.period_s * 1e3:g} ms, the rig's"))
+        found.append(_of(recording, "refuse", "period", f"found a sampling period of {recording.period_s * 1e3:g} ms, expected {rig.period_s * 1e3:g} ms, the rig's: a row a cycle "
+                         "(rows that were never recorded are not made up)"))
     found += _cycles(recording)
     if recording.t_ns is not None and not any(f.severity == "refuse" for f in found):
         found += _clock(recording)

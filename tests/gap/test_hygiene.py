@@ -29,6 +29,7 @@ BENCH = [
     *((f"{name} frozen", written_over(name, None, 6300, 6900), "frozen|disagree", "exclude", name) for name in (P, F, X, V, I)),
     *((f"{name} cut off", cut_at(name, 0.9), "saturated|disagree", "exclude", name) for name in (P, F, X, V, I)),
     *((f"{name} {rows} rows late", late(name, rows), "skew", "refuse", None) for name in (P, F, I) for rows in (30, -30)),
+    *((f"{name} 18 rows late, which a rig may do by itself", late(name, 18), "skew", "note", None) for name in (F, I)),
     ("speed 8 rows late", late(V, 8), "skew", "refuse", V),
     *((f"{name} turned round", scaled(name, -1.0), "sign|outside limits|units", "refuse", None) for name in (P, F, X, V, I)),
     ("pressure frozen while it is vented", written_over(P, None, 11600, 12200), "frozen", "exclude", P),

@@ -10,7 +10,7 @@ from epa_rt.config.source import Located
 from epa_rt.logs.importers.csv_table import read_csv
 from epa_rt.logs.importers.grid import Grid, beside, grid_of, put, stamps_s
 from epa_rt.logs.importers.line import line_of
-from epa_rt.logs.importers.mapping import Mapping, Signal, Stretch, TrialColumn
+from epa_rt.logs.importers.mapping import HOUSE_ROWS, Mapping, Signal, Stretch, TrialColumn
 from epa_rt.logs.importers.mat_table import read_mat
 from epa_rt.logs.importers.mcap_table import read_mcap
 from epa_rt.logs.importers.table import ImportRefused, Key, Table
@@ -68,12 +68,21 @@ def gather(mapping: Mapping, located: Located, files: Sequence[Path]) -> Gathere
         empty = int(np.isnan(found[name]).sum())
         if empty:
             says.append(f"{name} has no value on {empty} of {len(found[name])} rows; " + ("they are marked invalid" if name in mapping.measured else "nothing is put in their place"))
+    early = 0 if mapping.answered_after is None else HOUSE_ROWS - mapping.answered_after
+    if early and mapping.commands:
+        found |= {name: _earlier(grid, found[name], early) for name in mapping.commands}
+        says.append(f"commands are put {early} row{'s' if early > 1 else ''} earlier (answered_after: {mapping.answered_after}), where this house's loop would have them")
     trials = _trials(mapping, grid, located)
     if isinstance(mapping.trials, TrialColumn):
         key = keys["trials"]
         trials = _trials_by(put(grid, places[key.path, key.topic], _numbers(tables[key.path, key.topic], key.column), hold=True))
     groups = [{name: found[name] for name in getattr(mapping, section)} for section in ("measured", "references", "commands")]
     return Gathered(grid, *groups, trials, (*grid.says, *says))
+
+
+def _earlier(grid: Grid, values: np.ndarray, cycles: int) -> np.ndarray:
+    """Each row gets what is commanded so many cycles later, across lost ones too; the last rows hold."""
+    return values[np.searchsorted(grid.cycle, grid.cycle + cycles, side="right") - 1]
 
 
 def mapping_name(located: Located) -> str:
