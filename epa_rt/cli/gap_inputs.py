@@ -71,6 +71,7 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
     from epa_rt.gap.foreign.sizes import check_sizes
     from epa_rt.gap.foreign.swaps import check_swaps
     from epa_rt.gap.house.counter import as_counted
+    from epa_rt.gap.house.early import check_early
     from epa_rt.gap.hygiene import check, clean
 
     subject, rig, plant = open_rig(arguments.rig, arguments.plant)
@@ -86,6 +87,7 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
         _refused(check_swaps(cleaned, subject))
         findings = (*findings, *check_signs(cleaned, subject), *check_rests(cleaned, subject))
     else:
+        _refused(check_early(cleaned, subject))
         subject, counted = as_counted(subject, cleaned[:n])
         findings = (*findings, *counted, *_without_experiment(cleaned))
         cleaned = tuple(_with_rig(one, arguments.rig) for one in cleaned)

@@ -25,7 +25,7 @@ def as_counted(subject: "HouseSubject", recordings: Sequence[Recording]) -> "tup
     if channel is None or not channel.floors or LINK not in {link.name for link in subject.links}:
         return subject, ()
     other = _rounding(subject)
-    cuts, rounds = (_left(one, recordings) for one in (subject, other))
+    cuts, rounds = (left(one, recordings) for one in (subject, other))
     if not rounds < PLAINLY * cuts:
         return subject, ()
     says = (f"{channel.column}: found counts that are rounded to the nearest, or a drive that closes its loop on the counts themselves (its current is off by {rounds:.3g} A so read, by {cuts:.3g} A otherwise), "
@@ -37,7 +37,7 @@ def _rounding(subject: "HouseSubject") -> "HouseSubject":
     return subject.on_channels({**subject.channels, PORT: subject.channels[PORT]._replace(floors=False)})
 
 
-def _left(subject: "HouseSubject", recordings: Sequence[Recording]) -> float:
+def left(subject: "HouseSubject", recordings: Sequence[Recording]) -> float:
     """rms of the drive's link at the plant file's values, A; infinite where nothing of it can be judged."""
-    left = np.concatenate([subject.residual(subject.prepare(recording), {}, LINK) for recording in recordings])
-    return float(np.sqrt(np.nanmean(left**2))) if np.isfinite(left).any() else np.inf
+    residuals = np.concatenate([subject.residual(subject.prepare(recording), {}, LINK) for recording in recordings])
+    return float(np.sqrt(np.nanmean(residuals**2))) if np.isfinite(residuals).any() else np.inf

@@ -1,0 +1,39 @@
+"""Commands that the drive seems to answer before they act: rows of a recorder that counts a cycle otherwise than this house's loop (docs/import.md, `answered_after`).
+
+No law has that sign, and a millisecond is hundreds of floors in the drive's current.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from epa_rt.gap.house.counter import LINK, left
+from epa_rt.gap.hygiene_finding import Finding
+from epa_rt.gap.recording import Recording
+
+if TYPE_CHECKING:
+    from epa_rt.gap.house.subject import HouseSubject
+
+ROWS = 2       # between this house's loop, which reads, computes and sends, and a recorder that writes what was read at the end of a row's own cycle
+PLAINLY = 0.2  # of the rms that the drive's loop leaves at the plant file's values, below which its commands are of earlier rows
+
+
+def check_early(recordings: Sequence[Recording], subject: "HouseSubject") -> tuple[Finding, ...]:
+    """A refusal of the first recording whose drive's current is only understood with its commands some rows earlier."""
+    if LINK not in {link.name for link in subject.links}:
+        return ()
+    for recording in recordings:
+        off = [left(subject, [_earlier(recording, rows)]) for rows in range(ROWS + 1)]
+        best = int(np.argmin(off))
+        if best and off[best] < PLAINLY * off[0]:
+            return (Finding("refuse", "rows", recording.name, "", f"{recording.name}: found commands that the drive answers {best} row{'s' if best > 1 else ''} before they act (its current is off by "
+                            f"{off[0]:.3g} A, by {off[best]:.3g} A with the commands so much earlier), expected rows as this house's loop writes them: 'answered_after: {ROWS - best}' in the mapping"),)
+    return ()
+
+
+def _earlier(recording: Recording, rows: int) -> Recording:
+    """Each row with what is commanded so many rows later; the last ones hold."""
+    later = np.minimum(np.arange(recording.samples) + rows, recording.samples - 1)
+    return replace(recording, columns={name: values[later] if name.startswith("cmd_") else values for name, values in recording.columns.items()}) if rows else recording
