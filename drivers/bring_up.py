@@ -60,7 +60,7 @@ def set_up_slave(bus: Bus, rig: Rig, index: int, mailbox: Mailbox | None) -> lis
         check_channels(mailbox, slave, rig)
         notes = check_alone(mailbox, slave)
         if slave.device == "EPOS4":
-            notes = notes + check_drive(mailbox, slave, rig)
+            notes += check_drive(mailbox, slave, rig)
     if entries_of(slave, outputs=True):
         set_watchdog(bus.slaves[index], label(index + 1, slave), rig.safety.watchdog)
     return notes

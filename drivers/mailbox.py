@@ -7,10 +7,8 @@ import pysoem
 
 from epa_rt.backend import BackendError
 
+from drivers.asking import insist
 from drivers.words import ABORT_NO_OBJECT, ABORT_NO_SUBINDEX, abort_words
-
-
-_TRIES = 3
 
 
 class Mailbox:
@@ -28,7 +26,7 @@ class Mailbox:
     def read(self, index: int, subindex: int = 0) -> bytes:
         """Raises BackendError: which object of which slave, and why not."""
         try:
-            return _insist(self._slave.sdo_read, index, subindex)
+            return insist(self._slave.sdo_read, index, subindex)
         except Exception as error:
             raise self._refused("read", index, subindex, error) from None
 
@@ -39,7 +37,7 @@ class Mailbox:
     def number_if_there(self, index: int, subindex: int = 0) -> int | None:
         """As ``number``; None where the slave does not have the object."""
         try:
-            return int.from_bytes(_insist(self._slave.sdo_read, index, subindex), "little")
+            return int.from_bytes(insist(self._slave.sdo_read, index, subindex), "little")
         except pysoem.SdoError as error:
             if error.abort_code & 0xFFFFFFFF in (ABORT_NO_OBJECT, ABORT_NO_SUBINDEX):
                 return None
@@ -50,7 +48,7 @@ class Mailbox:
     def write(self, index: int, subindex: int, data: bytes) -> None:
         """Writes without reading back, for objects that are in the middle of a change."""
         try:
-            _insist(self._slave.sdo_write, index, subindex, data)
+            insist(self._slave.sdo_write, index, subindex, data)
         except Exception as error:
             raise self._refused(f"set to 0x{data[::-1].hex().upper()}", index, subindex, error) from None
 
@@ -91,16 +89,6 @@ class Mailbox:
         else:
             why = f"{type(error).__name__} {error}"
         return BackendError(f"object 0x{index:04X}:{subindex:02X} of {self.label} could not be {what}: {why}")
-
-
-def _insist(ask: Callable, *arguments: object) -> bytes:
-    """Asks again where the answer got lost; a refusal is an answer. Every write here may come twice."""
-    for _ in range(_TRIES - 1):
-        try:
-            return ask(*arguments)
-        except (pysoem.WkcError, pysoem.PacketError):
-            pass
-    return ask(*arguments)
 
 
 def u8(value: int) -> bytes:

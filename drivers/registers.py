@@ -12,10 +12,12 @@ import pysoem
 
 from epa_rt.backend import BackendError
 
+from drivers.asking import insist
+
 WATCHDOG_DIVIDER, WATCHDOG_PROCESS_DATA, SYNC_MANAGER = 0x0400, 0x0420, 0x0800
 OUTPUTS, INPUTS = 2, 3  # sync managers of process data, where a slave has a mailbox
 OUTPUTS_BARE = 0  # where it has none
-_TRIES, _ANSWER_US = 3, 50_000
+_ANSWER_US = 50_000
 _DIVIDER, _TICK_S = 2498, 100e-6  # (2498 + 2) x 40 ns
 _LENGTH, _CONTROL, _ACTIVATE = 2, 4, 6  # of a sync manager
 _TRIGGERS_WATCHDOG, _ENABLE = 0x40, 0x01
@@ -82,13 +84,7 @@ def _get(slave: "pysoem.CdefSlave", label: str, register: int, size: int) -> byt
 
 
 def _insist(ask: Callable[[], bytes], label: str, register: int) -> bytes:
-    """Asked again where an answer stays away."""
-    for _ in range(_TRIES - 1):
-        try:
-            return ask()
-        except pysoem.WkcError:
-            pass
     try:
-        return ask()
+        return insist(ask)
     except pysoem.WkcError:
         raise BackendError(f"{label} does not answer at register 0x{register:04X}") from None

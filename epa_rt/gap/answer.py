@@ -87,8 +87,10 @@ def _last_word(found: Attribution, verdict: Verdict, says: str, names: Sequence[
 
 def _links_of(weights: Weighed, beyond: str | None, apart: Shrinkage | None) -> tuple[str, ...]:
     """The links that the verdict's sentences speak of; none where only the whole plant shows a gap. ``apart`` as in ``_last_word``."""
-    if beyond is not None or weights.where:
-        return (beyond,) if beyond is not None else weights.where
+    if beyond is not None:
+        return (beyond,)
+    if weights.where:
+        return weights.where
     links = weights.found.problem.subject.links
     return tuple(link.name for link in links if apart is not None and label(links, link) == apart.channel)
 

@@ -8,6 +8,7 @@ from epa_rt.config.rig import Rig
 from epa_rt.config.rig_checks import entries_of
 from epa_rt.gap.hygiene_finding import Finding, judged_rows, measured_names, seconds, stretches
 from epa_rt.gap.recording import Recording
+from epa_rt.logs.layout import ANSWERED_AFTER
 from epa_rt.signals.scaling import Scaling, scaling_of
 
 _MOST_INVALID = 0.5
@@ -104,7 +105,7 @@ def invalid(recording: Recording, name: str, values: np.ndarray, rows: np.ndarra
 
 def _unasked(recording: Recording, rig: Rig, rows: np.ndarray) -> list[Finding]:
     """Commands, and the drive's word on its state and mode, that are missing where they are read: what every channel did there was asked by nobody knows what."""
-    from epa_rt.gap.house.commands import AGE, read_rows, untold
+    from epa_rt.gap.house.commands import read_rows, untold
     from epa_rt.gap.house.prepared import followed
 
     columns = recording.columns
@@ -114,7 +115,7 @@ def _unasked(recording: Recording, rig: Rig, rows: np.ndarray) -> list[Finding]:
     for name, read in read_rows(rig, columns).items():
         for one in invalid(recording, name, np.where(gone[name], np.nan, 0.0), read & rows):
             says = one.says.replace("; they are left out", "; no channel is judged there" + ("" if follows[name] else ", and free run not on this log"))
-            found.append(dataclasses.replace(one, channel=name if one.severity == "refuse" else "", says=says, rows=tuple((a, min(b + AGE, recording.samples)) for a, b in one.rows)))
+            found.append(dataclasses.replace(one, channel=name if one.severity == "refuse" else "", says=says, rows=tuple((a, min(b + ANSWERED_AFTER, recording.samples)) for a, b in one.rows)))
     return found
 
 

@@ -6,6 +6,8 @@ import json
 import re
 from dataclasses import asdict, dataclass
 
+ANSWERED_AFTER = 2  # rows: computed from the inputs of edge k, sent at k + 1, seen in the motion that edge k + 2 samples
+
 FLAG_WORKING_COUNTER_OK = 1
 FLAG_STOP_REQUESTED = 2
 FLAG_RECORDER_FAILED = 4

@@ -1,7 +1,7 @@
 """run(): the one cycle that drives hardware, simulation and replay alike."""
 
 import traceback
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -182,14 +182,14 @@ def _result(envelope: Envelope, motions: Mapping[str, Controller], overruns: Ove
     gate = envelope.gate
     return RunResult(outcome, cause, cycles, confirmed, overruns.count, overruns.worst_ns,
                      {k: n for k, n in gate.clamped.items() if n}, {k: n for k, n in gate.slewed.items() if n},
-                     _by_row(motions, {loop: m.saturated for loop, m in motions.items()}), _by_row(motions, {loop: m.slewed for loop, m in motions.items()}),
+                     _by_row(motions, lambda motion: motion.saturated), _by_row(motions, lambda motion: motion.slewed),
                      trip, t_ns, saturated, bad_cycles)
 
 
-def _by_row(motions: Mapping[str, Controller], counts: dict[str, int]) -> dict[str, dict[str, int]]:
+def _by_row(motions: Mapping[str, Controller], count: Callable[[Controller], int]) -> dict[str, dict[str, int]]:
     """Counts of loops by the row that each writes, without those of nothing."""
     found: dict[str, dict[str, int]] = {}
     for loop, motion in motions.items():
-        for row in motion.writes if counts[loop] else ():
-            found.setdefault(row, {})[loop] = counts[loop]
+        for row in motion.writes if count(motion) else ():
+            found.setdefault(row, {})[loop] = count(motion)
     return found

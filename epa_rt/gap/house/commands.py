@@ -10,12 +10,12 @@ from epa_rt.config.rig import Rig
 from epa_rt.config.rig_checks import entries_of
 from epa_rt.gap.house.channels import CONVERTER_COUNTS, analog_speed_step
 from epa_rt.gap.house.smooth import bridged
+from epa_rt.logs.layout import ANSWERED_AFTER
 from epa_rt.models.blocks.bus import POSITION_MODE
 from epa_rt.models.blocks.drive import SPEED_MODE, TORQUE_MODE
 from epa_rt.models.ports import COMMAND
 from epa_rt.signals.scaling import scaling_of
 
-AGE = 2            # rows: computed from the inputs of edge k, sent at k + 1, seen in the motion that edge k + 2 samples
 _STATE, _RUNNING, _QUICK_STOP = 0x6F, 0x27, 0x07  # CiA 402 status word
 _TARGETS = {"target_position": "target_angle_rad", "target_speed": "target_speed_rad_s", "target_torque": "target_torque_nm"}
 _MODES = {"target_position": POSITION_MODE, "target_speed": SPEED_MODE, "target_torque": TORQUE_MODE}
@@ -94,7 +94,7 @@ def _between(values: np.ndarray, lost: np.ndarray) -> np.ndarray:
 
 
 def _aged(values: np.ndarray, first: float) -> np.ndarray:
-    return np.concatenate([np.full(min(AGE, len(values)), first), _held(values, first)[:-AGE]])
+    return np.concatenate([np.full(min(ANSWERED_AFTER, len(values)), first), _held(values, first)[:-ANSWERED_AFTER]])
 
 
 def lost_rows(rig: Rig, columns: dict[str, np.ndarray]) -> np.ndarray:

@@ -12,11 +12,11 @@ import numpy as np
 from epa_rt.gap.house.counter import LINK, left
 from epa_rt.gap.hygiene_finding import Finding
 from epa_rt.gap.recording import Recording
+from epa_rt.logs.layout import ANSWERED_AFTER
 
 if TYPE_CHECKING:
     from epa_rt.gap.house.subject import HouseSubject
 
-ROWS = 2       # between this house's loop, which reads, computes and sends, and a recorder that writes what was read at the end of a row's own cycle
 PLAINLY = 0.2  # of the rms that the drive's loop leaves at the plant file's values, below which its commands are of earlier rows
 
 
@@ -25,11 +25,11 @@ def check_early(recordings: Sequence[Recording], subject: "HouseSubject") -> tup
     if LINK not in {link.name for link in subject.links}:
         return ()
     for recording in recordings:
-        off = [left(subject, [_earlier(recording, rows)]) for rows in range(ROWS + 1)]
+        off = [left(subject, [_earlier(recording, rows)]) for rows in range(ANSWERED_AFTER + 1)]
         best = int(np.argmin(off))
         if best and off[best] < PLAINLY * off[0]:
             return (Finding("refuse", "rows", recording.name, "", f"{recording.name}: found commands that the drive answers {best} row{'s' if best > 1 else ''} before they act (its current is off by "
-                            f"{off[0]:.3g} A, by {off[best]:.3g} A with the commands so much earlier), expected rows as this house's loop writes them: 'answered_after: {ROWS - best}' in the mapping"),)
+                            f"{off[0]:.3g} A, by {off[best]:.3g} A with the commands so much earlier), expected rows as this house's loop writes them: 'answered_after: {ANSWERED_AFTER - best}' in the mapping"),)
     return ()
 
 

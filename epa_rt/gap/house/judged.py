@@ -3,8 +3,8 @@
 import numpy as np
 
 from epa_rt.gap.house import smooth
-from epa_rt.gap.house.commands import AGE
 from epa_rt.gap.house.prepared import BRIDGED, START_S, Prepared
+from epa_rt.logs.layout import ANSWERED_AFTER
 from epa_rt.models.blocks.load import KNEE, MASS
 
 NEEDS = {
@@ -40,7 +40,7 @@ def judged(prepared: Prepared, params: np.ndarray, link: str) -> np.ndarray:
         bad |= prepared.led
     edge = none.copy()
     edge[:round(START_S / period)] = True
-    edge[-smooth.HALF - AGE:] = True
+    edge[-smooth.HALF - ANSWERED_AFTER:] = True
     return ~(smooth.any_near(bad) | smooth.any_near(long, REACH) | edge[::smooth.EVERY])
 
 

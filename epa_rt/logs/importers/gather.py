@@ -10,10 +10,11 @@ from epa_rt.config.source import Located
 from epa_rt.logs.importers.csv_table import read_csv
 from epa_rt.logs.importers.grid import Grid, beside, grid_of, put, stamps_s
 from epa_rt.logs.importers.line import line_of
-from epa_rt.logs.importers.mapping import HOUSE_ROWS, Mapping, Signal, Stretch, TrialColumn
+from epa_rt.logs.importers.mapping import Mapping, Signal, Stretch, TrialColumn
 from epa_rt.logs.importers.mat_table import read_mat
 from epa_rt.logs.importers.mcap_table import read_mcap
 from epa_rt.logs.importers.table import ImportRefused, Key, Table
+from epa_rt.logs.layout import ANSWERED_AFTER
 
 _LARGEST_SI = 1e300
 _MOST_TRIALS = 1_000_000
@@ -68,7 +69,7 @@ def gather(mapping: Mapping, located: Located, files: Sequence[Path]) -> Gathere
         empty = int(np.isnan(found[name]).sum())
         if empty:
             says.append(f"{name} has no value on {empty} of {len(found[name])} rows; " + ("they are marked invalid" if name in mapping.measured else "nothing is put in their place"))
-    early = 0 if mapping.answered_after is None else HOUSE_ROWS - mapping.answered_after
+    early = ANSWERED_AFTER - mapping.answered_after
     if early and mapping.commands:
         found |= {name: _earlier(grid, found[name], early) for name in mapping.commands}
         says.append(f"commands are put {early} row{'s' if early > 1 else ''} earlier (answered_after: {mapping.answered_after}), where this house's loop would have them")

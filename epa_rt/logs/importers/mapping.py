@@ -10,6 +10,7 @@ from epa_rt.config.source import Located, load_yaml, validate
 from epa_rt.config.units import UnitError, unit
 from epa_rt.logs.importers.line import line_of
 from epa_rt.logs.importers.rig_text import atmosphere_of
+from epa_rt.logs.layout import ANSWERED_AFTER
 
 
 def _column(value: Any) -> str | int:
@@ -26,7 +27,6 @@ def _factor(value: Any) -> Any:
     return value
 
 
-HOUSE_ROWS = 2  # the loop reads, computes and sends: what a row commands acts in the next cycle, and is read at the end of that (docs/decisions/0006)
 Column = Annotated[Any, BeforeValidator(_column)]
 Factor = Annotated[Any, BeforeValidator(_factor)]
 Text = Annotated[str, StringConstraints(min_length=1, max_length=200)]
@@ -138,7 +138,7 @@ class TrialColumn(Frozen):
 class Mapping(Frozen):
     """The whole file. ``rig_file`` is attached to the log and must say ``rig:`` as this one does, and no other ``atmosphere``; read by
     ``load_mapping``, ``atmosphere`` is the rig's, in Pa, where this one does not say it. ``answered_after``: rows until the readings show what a row's commands did, of a rig of
-    this house; its own loop's is HOUSE_ROWS, which stands where nothing is said.
+    this house; its own loop's stands where nothing is said.
     """
 
     mapping: Name
@@ -146,7 +146,7 @@ class Mapping(Frozen):
     rig: Name
     rig_file: Text | None = None
     experiment: Name | None = None
-    answered_after: Annotated[int, Field(ge=0, le=HOUSE_ROWS)] | None = None
+    answered_after: Annotated[int, Field(ge=0, le=ANSWERED_AFTER)] = ANSWERED_AFTER
     atmosphere: pressure(30e3, 120e3) | None = None
     format: Format
     clock: Clock

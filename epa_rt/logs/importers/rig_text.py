@@ -24,7 +24,7 @@ def rig_text(mapping: "Mapping", located: Located) -> str:
             for name in getattr(mapping, section):
                 if name not in rows:
                     raise located.error((section, name), f"'{name}'", f"a signal of the rig {mapping.rig}: {', '.join(sorted(rows))}")
-    elif mapping.answered_after is not None:
+    elif "answered_after" in mapping.model_fields_set:
         raise located.error(("answered_after",), f"{mapping.answered_after} rows for a rig of others", "none: their commands and readings are compared row by row, and a shift of the rows is fitted")
     return rig.text
 
