@@ -41,7 +41,7 @@ def further(problem: Problem, whole: Problem, selection: Selection, none: Point,
     gain = best.normal.chi - point.normal.chi
     alone = _alone(best, tried, name, gain, rules)
     only = alone and gain > rules.better and _of_another_block(problem, selection, name) and above(point, noise) <= rules.noise
-    if point.normal.chi > named or (gain < enough and not only and not _relieves(best, point, gain, rules)):
+    if point.normal.chi > named or (gain < enough and not only and not _relieves(best, point, gain, noise, rules)):
         return None
     if not (faint and alone) and _unworthy(problem, selection, name, point, gain, missing, rules):
         return None
@@ -61,10 +61,12 @@ def _alone(best: Point, tried: Sequence[Tried], name: str, gain: float, rules: R
     return all(best.normal.chi - one.chi < rules.half * gain for one in tried if one.effect != name)
 
 
-def _relieves(best: Point, point: Point, gain: float, rules: Rules) -> bool:
+def _relieves(best: Point, point: Point, gain: float, noise: float, rules: Rules) -> bool:
     """Whether nominal parameters that nobody would believe are believable with an effect: what was missing is what they cost, and the rest the first law's own
-    formula (strong slip left 92, of which 50 for a knee's mass and inertia; with a weight on the shin 48 and 8)."""
-    return gain > rules.gained and strain(best) > BARS.strain and strain(point) < rules.half * BARS.strain
+    formula (strong slip left 92, of which 50 for a knee's mass and inertia; with a weight on the shin 48 and 8). Less will do where nothing else is left then
+    (a knee's spring 46, of which 45 for them; with a weight on the shin 9 and 8)."""
+    enough = rules.better if above(point, noise) <= rules.noise else rules.gained
+    return gain > enough and strain(best) > BARS.strain and strain(point) < rules.half * BARS.strain
 
 
 def _unworthy(problem: Problem, selection: Selection, name: str, point: Point, gain: float, missing: float, rules: Rules) -> bool:
@@ -86,7 +88,9 @@ def _enough(problem: Problem, selection: Selection, none: Point, best: Point, no
     """Chi-square from which something is missing."""
     if not selection.roles:
         return rules.faint
-    usual = rules.stays if strain(best) > BARS.strain else max(rules.stays, rules.rest * above(none, noise))
+    if strain(best) > BARS.strain:  # by itself it is refused for that
+        return rules.noise
+    usual = max(rules.stays, rules.rest * above(none, noise))
     usual = min(usual, rules.anothers) if all_read_or_command(problem, selection) else usual
     return min(usual, most_of_one(above(none, noise))) if len(selection.roles) == 1 else usual
 

@@ -23,6 +23,7 @@ from epa_rt.gap.refit import Fit, refit, settled
 from epa_rt.gap.role import Role, gains
 from epa_rt.gap.rules import Rules, above, strain
 from epa_rt.gap.select import Selection
+from epa_rt.gap.swapped import swapped
 from epa_rt.gap.together import serving_both
 from epa_rt.models.effect import one_of_each_family
 
@@ -58,6 +59,9 @@ def heard(problem: Problem, selection: Selection, ground: Ground | None, rules: 
         if len(selection.roles) < together and selection.roles[0].best.effect in as_well:  # laws had been tried in the place of what is gone
             selection = with_effect(problem, bare(selection), selection.roles[0].best.effect, best)
             tied = frozenset()
+    if other := swapped(problem, whole, selection, none, best, noise, rules):
+        selection, best, others = other
+        as_well, tied = as_well | others, frozenset()
     said = Heard(above(none, noise), above(best, noise), strain(best), _of_named(beside, selection.final.effects), as_well, tied=tied, alone=len(selection.roles) == 1,
                  one_form=of_one_form(problem, selection), exact=exact(problem, selection))
     if said.asks_for_one:

@@ -97,7 +97,10 @@ def test_a_law_takes_its_kins_place_where_that_leaves_less_than_half(left_over, 
     ((92.0, 50.0), (56.0, 8.0), False),    # that little says nothing
     ((92.0, 30.0), (48.0, 8.0), False),    # they were believable
     ((92.0, 50.0), (48.0, 30.0), False),   # they still cost much
+    ((46.0, 45.0), (9.0, 8.0), True),      # nothing else is left
+    ((46.0, 45.0), (24.0, 8.0), False),    # that may be chance
+    ((60.0, 45.0), (30.0, 8.0), False),    # something else is, and it is little for that
 ])
 def test_an_effect_counts_that_makes_nominal_parameters_believable(before, after, relieves):
     best, point = left(*before), left(*after)
-    assert _relieves(best, point, best.normal.chi - point.normal.chi, Rules()) is relieves
+    assert _relieves(best, point, best.normal.chi - point.normal.chi, 0.0, Rules()) is relieves

@@ -1,0 +1,62 @@
+"""One of two laws tried again in free run with the other on: what was chosen first had both to explain."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from epa_rt.gap.as_one import fitted
+from epa_rt.gap.further import around, bare, in_other_words, plainer, with_effect
+from epa_rt.gap.point import Point, linearised
+from epa_rt.gap.problem import Problem
+from epa_rt.gap.promising import most_promising
+from epa_rt.gap.refit import Fit, refit
+from epa_rt.gap.role import starts
+from epa_rt.gap.rules import Rules, above
+from epa_rt.gap.screen import screen
+from epa_rt.gap.select import Selection
+
+FAMILIES, THOROUGH, ROUNDS = 8, 2, 4   # families that are fitted with kept derivatives in a law's place, those of them that are fitted with fresh ones, and rounds of the former
+PART = 0.25                            # of what both leave that another pair leaves at most: a right law in other words stays where a wrong one mends it a little
+
+
+class _Pair(NamedTuple):
+    """A fit with another law in the place of ``gone``."""
+
+    gone: str
+    point: Point
+
+    @property
+    def law(self) -> str:
+        return self.point.effects[-1]
+
+
+def swapped(problem: Problem, whole: Problem, selection: Selection, none: Point, best: Point, noise: float, rules: Rules) -> tuple[Selection, Point, dict[str, tuple[Fit, ...]]] | None:
+    """The selection of two with another law in one's place that carries the plant far better; its fit in free run, and by the new name what explains it as well there.
+    None where there is no such law, or where no more is left than right ones leave.
+
+    A spring and a zero of a knee were a lock and the zero, 551 of 11 170 left: blocks had chosen the lock to explain both. With both on the nominal parameters are
+    back where the plant file has them, and from there the spring's signature is the first: 12 left.
+    """
+    left = above(best, noise)
+    if len(best.effects) != 2 or left <= in_other_words(above(none, noise)):
+        return None
+    pairs = [_Pair(name, point) for name in best.effects for point in _in_place_of(whole, best, name)]
+    one = min(pairs, key=lambda pair: pair.point.normal.chi)
+    if best.normal.chi - one.point.normal.chi < rules.gained or above(one.point, noise) > PART * left:
+        return None
+    kept = before = bare(selection)
+    for effect in one.point.effects:
+        before = kept
+        kept = with_effect(problem, kept, effect, one.point)
+    close = [other for other in pairs if other is not one and other.gone == one.gone
+             and not rules.told(none, one.point, other.point.normal.chi, noise, plainer(problem, one.law, other.law))]
+    return kept, one.point, {one.law: tuple(around(problem, before.final, other.law, other.point) for other in close)}
+
+
+def _in_place_of(whole: Problem, best: Point, name: str) -> Sequence[Point]:
+    """Fits with the laws in a named one's place whose signatures promise most, nominal parameters where they stand with it."""
+    others = tuple(one for one in best.effects if one != name)
+    at = linearised(whole, others, whole.kept(best.values, others))
+    screening = screen(whole, at)
+    laws = most_promising(whole, screening, best.effects)[:FAMILIES]
+    fits = sorted(whole.each(lambda law: refit(whole, at, law, starts(whole, screening, law)[0], ROUNDS), laws), key=lambda fit: fit.chi)
+    return whole.each(lambda fit: fitted(whole, (*others, fit.effect), fit.values, best.normal.chi), fits[:THOROUGH])
