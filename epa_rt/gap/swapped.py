@@ -1,6 +1,5 @@
 """One of two laws tried again in free run with the other on: what was chosen first had both to explain."""
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 from epa_rt.gap.as_one import fitted
@@ -14,7 +13,7 @@ from epa_rt.gap.rules import Rules, above
 from epa_rt.gap.screen import screen
 from epa_rt.gap.select import Selection
 
-FAMILIES, THOROUGH, ROUNDS = 8, 2, 4   # families that are fitted with kept derivatives in a law's place, those of them that are fitted with fresh ones, and rounds of the former
+FAMILIES, THOROUGH, ROUNDS = 8, 3, 4   # families that are fitted with kept derivatives in a law's place, fits of both places that are gone on with, and rounds of the former
 PART = 0.25                            # of what both leave that another pair leaves at most: a right law in other words stays where a wrong one mends it a little
 
 
@@ -39,24 +38,29 @@ def swapped(problem: Problem, whole: Problem, selection: Selection, none: Point,
     left = above(best, noise)
     if len(best.effects) != 2 or left <= in_other_words(above(none, noise)):
         return None
-    pairs = [_Pair(name, point) for name in best.effects for point in _in_place_of(whole, best, name)]
-    one = min(pairs, key=lambda pair: pair.point.normal.chi)
-    if best.normal.chi - one.point.normal.chi < rules.gained or above(one.point, noise) > PART * left:
+    tried = sorted(((name, fit) for name in best.effects for fit in _in_place_of(whole, best, name)), key=lambda one: one[1].chi)[:THOROUGH]
+    worth = noise + PART * left + rules.better
+    pairs = whole.each(lambda one: _Pair(one[0], fitted(whole, (*_but(best, one[0]), one[1].effect), one[1].values, worth)), tried)
+    one = min(pairs, key=lambda pair: pair.point.normal.chi, default=None)
+    if one is None or best.normal.chi - one.point.normal.chi < rules.gained or above(one.point, noise) > PART * left:
         return None
     kept = before = bare(selection)
     for effect in one.point.effects:
         before = kept
         kept = with_effect(problem, kept, effect, one.point)
     close = [other for other in pairs if other is not one and other.gone == one.gone
-             and not rules.told(none, one.point, other.point.normal.chi, noise, plainer(problem, one.law, other.law))]
+             and not rules.told(best, one.point, other.point.normal.chi, noise, plainer(problem, one.law, other.law))]
     return kept, one.point, {one.law: tuple(around(problem, before.final, other.law, other.point) for other in close)}
 
 
-def _in_place_of(whole: Problem, best: Point, name: str) -> Sequence[Point]:
-    """Fits with the laws in a named one's place whose signatures promise most, nominal parameters where they stand with it."""
-    others = tuple(one for one in best.effects if one != name)
+def _but(best: Point, name: str) -> tuple[str, ...]:
+    return tuple(one for one in best.effects if one != name)
+
+
+def _in_place_of(whole: Problem, best: Point, name: str) -> list[Fit]:
+    """The laws whose signatures promise most in a named one's place, nominal parameters where they stand with it, each fitted once to see."""
+    others = _but(best, name)
     at = linearised(whole, others, whole.kept(best.values, others))
-    screening = screen(whole, at)
-    laws = most_promising(whole, screening, best.effects)[:FAMILIES]
-    fits = sorted(whole.each(lambda law: refit(whole, at, law, starts(whole, screening, law)[0], ROUNDS), laws), key=lambda fit: fit.chi)
-    return whole.each(lambda fit: fitted(whole, (*others, fit.effect), fit.values, best.normal.chi), fits[:THOROUGH])
+    laws = most_promising(whole, screen(whole, at, shapes=1), best.effects)[:FAMILIES]  # all shapes of all laws took a knee 50 s
+    screening = screen(whole, at, laws)
+    return whole.each(lambda law: refit(whole, at, law, starts(whole, screening, law)[0], ROUNDS), laws)
