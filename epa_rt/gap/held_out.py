@@ -8,7 +8,7 @@ import numpy as np
 from epa_rt.gap.diagnosis import Number, Shrinkage
 from epa_rt.gap.shrink import ALL, OVERALL, label
 from epa_rt.gap.subject import Link
-from epa_rt.gap.wording import NONE_EXPLAINS
+from epa_rt.gap.wording import NONE_EXPLAINS, went_to
 from epa_rt.gap.yardstick import Left
 
 CARRIES = 2.0   # times the floor: 60 rigs without a gap, or that these logs could not excite, reached 1.3, with experiments of little motion 1.7
@@ -45,7 +45,7 @@ def _block_by_block(rows: Sequence[Shrinkage]) -> list[Shrinkage]:
 
 def said_of_held_out(row: Shrinkage, went: Sequence[Number] = ()) -> str:
     """The sentences on what ``not_carried_over`` found; ``before`` and ``floor`` in the channel's unit. ``went``: the nominal parameters that were refitted furthest from the plant file."""
-    values = " and ".join(f"{one.name} to {one.value:.3g}{'' if one.unit == '1' else f' {one.unit}'} (plant file: {one.neutral:.3g})" for one in went)
+    values = " and ".join(went_to(one) for one in went)
     return "With the nominal parameters refitted, what is left in the fitted logs is little from one sample to the next, or nothing that was measured foresees it; but on the logs set aside " \
            f"{row.channel} is {row.before / row.floor:.1f} x its noise floor: what the refitted values hide does not carry over, and {NONE_EXPLAINS}." \
            + (f" Furthest from the plant file went {values}." if values else "")

@@ -118,5 +118,9 @@ def _percent(part: float) -> str:
 
 def said_of_moved(moved: Sequence[Number]) -> str:
     """What hides in the plant file's own numbers where nothing else shows."""
-    numbers = ", ".join(f"{one.name} to {one.value:.3g} {one.unit} (plant file: {one.neutral:.3g})" for one in moved)
-    return f"For that these went further from the plant file than it should be wrong: {numbers}."
+    return f"For that these went further from the plant file than it should be wrong: {', '.join(went_to(one) for one in moved)}."
+
+
+def went_to(moved: Number) -> str:
+    """A nominal parameter and where its refit took it; a ratio has no unit to say."""
+    return f"{moved.name} to {moved.value:.3g}{'' if moved.unit == '1' else f' {moved.unit}'} (plant file: {moved.neutral:.3g})"

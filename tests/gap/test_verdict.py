@@ -225,6 +225,8 @@ def test_a_gap_elsewhere_that_the_effects_do_not_touch_is_passed_over():
 def test_a_plant_file_that_was_far_off_is_said_where_nothing_else_is():
     moved = Number("chamber.stand_leak_per_s", 1.2e-4, "1/s", 1.1e-4, 1.3e-4, 2.2e-5)
     assert "chamber.stand_leak_per_s to 0.00012 1/s (plant file: 2.2e-05)" in said_of_moved([moved])
+    ratio = Number("drive.torque_gain_ratio", 1.2, "1", 1.1, 1.3, 1.0)
+    assert said_of_moved([ratio]).endswith("drive.torque_gain_ratio to 1.2 (plant file: 1).")
 
 
 def test_names_that_have_one_form_leave_nothing_in_the_blocks_that_they_have_to_do_with():
