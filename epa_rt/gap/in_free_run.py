@@ -10,9 +10,10 @@ from dataclasses import replace
 import numpy as np
 
 from epa_rt.gap.as_one import fitted
+from epa_rt.gap.completed import completed
 from epa_rt.gap.fewer import fewer
 from epa_rt.gap.forms import exact, of_one_form
-from epa_rt.gap.further import around, bare, further, in_other_words, plainer, with_effect
+from epa_rt.gap.further import around, in_other_words, plainer
 from epa_rt.gap.ground import Ground
 from epa_rt.gap.heard import Beside, Heard
 from epa_rt.gap.law_ends import pressed
@@ -23,9 +24,9 @@ from epa_rt.gap.refit import Fit, refit, settled
 from epa_rt.gap.role import Role, gains
 from epa_rt.gap.rules import Rules, above, strain
 from epa_rt.gap.select import Selection
-from epa_rt.gap.swapped import swapped
 from epa_rt.gap.together import serving_both
 from epa_rt.models.effect import one_of_each_family
+
 
 def heard(problem: Problem, selection: Selection, ground: Ground | None, rules: Rules = Rules(),
           progress: Callable[[str, float], None] = lambda stage, share: None) -> tuple[Selection, Heard | None]:
@@ -43,25 +44,8 @@ def heard(problem: Problem, selection: Selection, ground: Ground | None, rules: 
     alone = run == len(selection.roles) == 1 and none.normal.chi - best.normal.chi > rules.gained  # with two on, or one dropped since, a law was tried beside others
     tied = frozenset(law for laws in beside.values() for law, one in laws.items() if alone and one.behind < rules.tied)
     progress("free run: what is left", 0.7)
-    as_well: dict[str, tuple[Fit, ...]] = {}
-    little: set[str] = set()
-    while len(selection.roles) < rules.together:
-        found = further(problem, whole, selection, none, best, noise, rules)
-        if found is None:
-            break
-        if best.normal.chi - found[1].normal.chi <= rules.gained:
-            little.add(found[0].roles[-1].best.effect)
-        selection, best, others = found
-        as_well[selection.roles[-1].best.effect] = others
-    if as_well:  # what was found there may do without what a block had named for it
-        together = len(selection.roles)
-        selection, best = fewer(problem, whole, selection, best, rules, little)
-        if len(selection.roles) < together and selection.roles[0].best.effect in as_well:  # laws had been tried in the place of what is gone
-            selection = with_effect(problem, bare(selection), selection.roles[0].best.effect, best)
-            tied = frozenset()
-    if other := swapped(problem, whole, selection, none, best, noise, rules):
-        selection, best, others = other
-        as_well, tied = as_well | others, frozenset()
+    selection, best, as_well, others_gone = completed(problem, whole, selection, none, best, noise, rules)
+    tied = frozenset() if others_gone else tied
     said = Heard(above(none, noise), above(best, noise), strain(best), _of_named(beside, selection.final.effects), as_well, tied=tied, alone=len(selection.roles) == 1,
                  one_form=of_one_form(problem, selection), exact=exact(problem, selection))
     if said.asks_for_one:

@@ -92,7 +92,7 @@ def judged_alone(found):
 
 
 def test_names_that_do_not_carry_the_plant_give_way_to_one_law_alone(monkeypatch):
-    monkeypatch.setattr("epa_rt.gap.in_free_run.further", lambda *arguments: None)
+    monkeypatch.setattr("epa_rt.gap.completed.further", lambda *arguments: None)
     recordings = logs({"sensors.pressure_offset_pa": -1000.0})
     blind = attributed(Chained(), recordings, without=("pressure_offset",), floors=without_gas)
     problem = Problem(Chained(), recordings, blind.problem.floors, {link: scale**2 for link, scale in blind.problem.scale.items()})
@@ -122,7 +122,7 @@ def test_one_law_that_takes_the_plant_to_the_noise_stands_instead_of_two_that_do
 
 def test_where_nothing_is_named_one_law_alone_is_looked_for_from_the_plant_file_on(monkeypatch):
     """A gap that shows whatever the blocks say, and less than what is large."""
-    monkeypatch.setattr("epa_rt.gap.in_free_run.further", lambda *arguments: None)
+    monkeypatch.setattr("epa_rt.gap.completed.further", lambda *arguments: None)
     answer = told({"gas.delay_s": 0.003})
     assert 100.0 < answer.free_run.gap < 250.0
     assert [one.name for one in answer.effects] == ["valve_delay"] and answer.verdict == "explained"

@@ -36,8 +36,8 @@ def chosen(recordings, first: str):
 
 
 def test_a_law_of_the_same_family_that_carries_the_plant_is_named_instead(monkeypatch):
-    for other in ("further", "one_alone"):  # what would find it as well, later
-        monkeypatch.setattr(f"epa_rt.gap.in_free_run.{other}", lambda *arguments: None)
+    for other in ("completed.further", "in_free_run.one_alone"):  # what would find it as well, later
+        monkeypatch.setattr(f"epa_rt.gap.{other}", lambda *arguments: None)
     problem, selection = chosen(logs(DAHL), "coulomb")
     (role,) = selection.roles
     strayed = tuple(replace(fit, values=fit.values | {"spring.dahl_m": 2e-2}) if fit.effect == "dahl" else fit for fit in role.fits)
@@ -53,8 +53,8 @@ def test_a_law_of_the_same_family_that_carries_the_plant_is_named_instead(monkey
 
 
 def test_a_law_that_leaves_much_is_begun_again_from_its_other_shapes(monkeypatch):
-    for other in ("further", "one_alone"):
-        monkeypatch.setattr(f"epa_rt.gap.in_free_run.{other}", lambda *arguments: None)
+    for other in ("completed.further", "in_free_run.one_alone"):
+        monkeypatch.setattr(f"epa_rt.gap.{other}", lambda *arguments: None)
     problem, selection = chosen(logs(COGS), "cogging")
     (role,) = selection.roles
     fits = (replace(role.best, values=role.best.values | {"drive.cogging_per_m": 390.0}), *role.fits[1:])
