@@ -30,13 +30,13 @@ class _Pair(NamedTuple):
 
 def swapped(problem: Problem, whole: Problem, selection: Selection, none: Point, best: Point, noise: float, rules: Rules) -> tuple[Selection, Point, dict[str, tuple[Fit, ...]]] | None:
     """The selection of two with another law in one's place that carries the plant far better; its fit in free run, and by the new name what explains it as well there.
-    None where there is no such law, or where no more is left than right ones leave.
+    None where there is no such law, where no more is left than right ones leave, or so much that neither is right.
 
     A spring and a zero of a knee were a lock and the zero, 551 of 11 170 left: blocks had chosen the lock to explain both. With both on the nominal parameters are
     back where the plant file has them, and from there the spring's signature is the first: 12 left.
     """
-    left = above(best, noise)
-    if len(best.effects) != 2 or left <= in_other_words(above(none, noise)):
+    left, gap = above(best, noise), above(none, noise)
+    if len(best.effects) != 2 or not in_other_words(gap) < left < rules.never * gap:
         return None
     tried = sorted(((name, fit) for name in best.effects for fit in _in_place_of(whole, best, name)), key=lambda one: one[1].chi)[:THOROUGH]
     worth = noise + PART * left + rules.better

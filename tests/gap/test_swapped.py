@@ -17,7 +17,7 @@ NOISE = float(len(TIME))
 
 @pytest.fixture(scope="module")
 def problem() -> Problem:
-    return problem_of(Sum(), {knob_of("drift"): 0.3, knob_of("quick"): 0.05}, len(TIME), 0.01)
+    return problem_of(Sum(), {knob_of("drift"): 0.1, knob_of("quick"): 0.3}, len(TIME), 0.01)
 
 
 def named(problem: Problem, *laws: str):
@@ -32,10 +32,10 @@ def named(problem: Problem, *laws: str):
 
 def test_the_wrong_one_of_two_laws_makes_place_for_the_right_one(problem):
     selection, none, best = named(problem, "square", "quick")
-    assert above(best, NOISE) > 100.0
+    assert 100.0 < above(best, NOISE) < 0.25 * above(none, NOISE)
     found, point, as_well = swapped(problem, problem, selection, none, best, NOISE, Rules())
     assert set(found.final.effects) == {"drift", "quick"} == {role.best.effect for role in found.roles} == set(point.effects)
-    assert point.values[knob_of("drift")] == pytest.approx(0.3, abs=0.02) and above(point, NOISE) < 3.0 * np.sqrt(2.0 * NOISE)
+    assert point.values[knob_of("drift")] == pytest.approx(0.1, abs=0.01) and above(point, NOISE) < 3.0 * np.sqrt(2.0 * NOISE)
     assert as_well == {"drift": ()}
 
 
@@ -46,7 +46,12 @@ def test_two_right_laws_stay_and_so_does_one_alone(problem):
 
 
 def test_what_takes_a_part_of_what_is_left_takes_no_ones_place():
-    """Of three waves that are there any two leave the third one."""
-    problem = problem_of(Sum(), {knob_of("square"): 0.3, knob_of("quick"): 0.3, knob_of("slow"): 0.3}, len(TIME), 0.01)
+    """Of three waves that are there the two stronger ones leave a little less than those named do."""
+    problem = problem_of(Sum(), {knob_of("square"): 0.27, knob_of("quick"): 1.0, knob_of("slow"): 0.3}, len(TIME), 0.01)
     selection, none, best = named(problem, "square", "quick")
-    assert above(best, NOISE) > 1000.0 and swapped(problem, problem, selection, none, best, NOISE, Rules()) is None
+    assert 1000.0 < above(best, NOISE) < 0.25 * above(none, NOISE) and swapped(problem, problem, selection, none, best, NOISE, Rules()) is None
+
+
+def test_where_both_together_explain_little_none_is_tried(problem):
+    selection, none, best = named(problem, "square", "shaped")
+    assert above(best, NOISE) > 0.25 * above(none, NOISE) and swapped(problem, problem, selection, none, best, NOISE, Rules()) is None
