@@ -79,7 +79,7 @@ def test_friction_that_differs_by_direction_is_friction(joint):
     assert found.effects[0].family == "friction" and found.verdict in ("explained", "not_separable"), found.says
 
 
-@pytest.mark.parametrize(("law", "limit"), [("torque", 0.4), ("torque", 2.5), ("speed", 0.8), ("speed", 2.5)])
+@pytest.mark.parametrize(("law", "limit"), [("torque", 0.4), pytest.param("torque", 2.5, marks=pytest.mark.slow), pytest.param("speed", 0.8, marks=pytest.mark.slow), ("speed", 2.5)])
 def test_a_limit_is_found_wherever_the_logs_begin_to_reach_it(joint, law, limit):
     smooth = limit < 1.0
     found = diagnose(joint, [run(1, smooth=smooth, **{law: limit}), run(2, smooth=smooth, **{law: limit})], how_far=False)

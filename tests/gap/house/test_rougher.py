@@ -18,7 +18,7 @@ def whole(rig):
 
 
 @pytest.mark.parametrize("far", [False, True])
-@pytest.mark.parametrize("every", [3, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("every", [4, pytest.param(1, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("rig", ["bench", "knee"])
 def test_every_effect_and_nominal_parameter_changes_the_rougher_run_as_it_changes_the_run(rig, every, far):
     problem = whole(rig)
