@@ -137,6 +137,13 @@ def around(problem: Problem, before: Point, name: str, point: Point) -> Fit:
     return refit(problem, before, name, {key: point.values[key] for key in problem.effects[name].knobs})
 
 
+def as_there(problem: Problem, role: Role, fit: Fit, point: Point) -> Role:
+    """A role with a law first, in the numbers that free run gave it: block by block everything else is fitted around them."""
+    found = around(problem, role.point, fit.effect, point)
+    kept = [i for i, one in enumerate(role.fits) if one.effect != fit.effect]
+    return replace(role, fits=(found, *(role.fits[i] for i in kept)), gains=np.concatenate([gains(problem, role.point, found)[None], role.gains[kept]]))
+
+
 def _screening(problem: Problem, selection: Selection, before: Point) -> Screening:
     seen = selection.roles[0] if selection.roles else selection.refused
     return seen.screening if seen else screen(problem, before)

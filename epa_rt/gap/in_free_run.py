@@ -13,7 +13,7 @@ from epa_rt.gap.as_one import fitted
 from epa_rt.gap.completed import completed
 from epa_rt.gap.fewer import fewer
 from epa_rt.gap.forms import exact, of_one_form
-from epa_rt.gap.further import around, in_other_words, plainer
+from epa_rt.gap.further import as_there, in_other_words, plainer
 from epa_rt.gap.ground import Ground
 from epa_rt.gap.heard import Beside, Heard
 from epa_rt.gap.law_ends import pressed
@@ -21,7 +21,7 @@ from epa_rt.gap.one_alone import one_alone
 from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import Fit, refit, settled
-from epa_rt.gap.role import Role, gains
+from epa_rt.gap.role import Role
 from epa_rt.gap.rules import Rules, above, strain
 from epa_rt.gap.select import Selection
 from epa_rt.gap.together import serving_both
@@ -84,7 +84,7 @@ def _carried(problem: Problem, whole: Problem, selection: Selection, k: int, non
             continue
         point = instead(fit, begins)
         if (same and point.normal.chi < best.normal.chi) or ahead(fit, point) or rules.in_its_place(best, point, noise):
-            role, best = _as_there(problem, role, fit, point), point
+            role, best = as_there(problem, role, fit, point), point
     named = role.best.effect
     others = {name: chi for name, chi in left.items() if problem.effects[name].family != problem.effects[named].family}
     beside[named] = {name: Beside(chi - best.normal.chi, rules.told(none, best, chi, noise, plainer(problem, named, name))) for name, chi in others.items()}
@@ -126,13 +126,6 @@ def _shapes(problem: Problem, whole: Problem, role: Role, fit: Fit) -> list[dict
     fits = sorted(problem.each(lambda shape: refit(problem, role.point, fit.effect, shape), shapes), key=lambda one: one.chi)
     left = whole.each(lambda one: sum(float(r @ r) for r in (whole.residual(one.values, link) for link in whole.links)), fits[1:])
     return [one.values for one in (*fits[:1], *(fits[1 + i] for i in np.argsort(left, kind="stable")))]
-
-
-def _as_there(problem: Problem, role: Role, fit: Fit, point: Point) -> Role:
-    """A role with a law first, in the numbers that free run gave it: block by block everything else is fitted around them."""
-    found = around(problem, role.point, fit.effect, point)
-    kept = [i for i, one in enumerate(role.fits) if one.effect != fit.effect]
-    return replace(role, fits=(found, *(role.fits[i] for i in kept)), gains=np.concatenate([gains(problem, role.point, found)[None], role.gains[kept]]))
 
 
 def _with_first(role: Role, fit: Fit) -> Role:

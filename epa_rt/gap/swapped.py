@@ -1,14 +1,15 @@
 """One of two laws tried again in free run with the other on: what was chosen first had both to explain."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 from epa_rt.gap.as_one import fitted
-from epa_rt.gap.further import around, bare, in_other_words, plainer, with_effect
+from epa_rt.gap.further import around, as_there, bare, in_other_words, plainer, with_effect
 from epa_rt.gap.point import Point, linearised
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.promising import most_promising
 from epa_rt.gap.refit import Fit, refit
-from epa_rt.gap.role import starts
+from epa_rt.gap.role import Role, starts
 from epa_rt.gap.rules import Rules, above
 from epa_rt.gap.screen import screen
 from epa_rt.gap.select import Selection
@@ -50,7 +51,14 @@ def swapped(problem: Problem, whole: Problem, selection: Selection, none: Point,
         kept = with_effect(problem, kept, effect, one.point)
     close = [other for other in pairs if other is not one and other.gone == one.gone
              and not rules.told(best, one.point, other.point.normal.chi, noise, plainer(problem, one.law, other.law))]
+    kept = replace(kept, roles=tuple(_with_rivals(problem, role, selection, one) for role in kept.roles))
     return kept, one.point, {one.law: tuple(around(problem, before.final, other.law, other.point) for other in close)}
+
+
+def _with_rivals(problem: Problem, role: Role, before: Selection, pair: _Pair) -> Role:
+    """A role of a law that stays keeps those that the blocks came near to in its place, unless they were tried beside what is gone."""
+    old = next((one for one in before.roles if one.best.effect == role.best.effect and pair.gone not in one.point.effects), None)
+    return as_there(problem, old, role.best, pair.point) if old else role
 
 
 def _but(best: Point, name: str) -> tuple[str, ...]:

@@ -1,5 +1,7 @@
 """A law that was chosen when it had two effects to explain is tried again with the other one on."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -55,3 +57,15 @@ def test_what_takes_a_part_of_what_is_left_takes_no_ones_place():
 def test_where_both_together_explain_little_none_is_tried(problem):
     selection, none, best = named(problem, "square", "shaped")
     assert above(best, NOISE) > 0.25 * above(none, NOISE) and swapped(problem, problem, selection, none, best, NOISE, Rules()) is None
+
+
+def test_the_law_that_stays_keeps_what_the_blocks_came_near_to(problem):
+    """Of the blocks' own selection, whose first role has several fits."""
+    selection, none, best = named(problem, "quick", "square")
+    first = selection.roles[0]
+    rival = replace(first.best, effect="shaped")
+    selection = replace(selection, roles=(replace(first, fits=(first.best, rival), gains=np.vstack([first.gains, 0.5 * first.gains])), selection.roles[1]))
+    found, point, _ = swapped(problem, problem, selection, none, best, NOISE, Rules())
+    kept = next(role for role in found.roles if role.best.effect == "quick")
+    assert [fit.effect for fit in kept.fits] == ["quick", "shaped"] and kept.gains.shape[0] == 2
+    assert kept.best.values[knob_of("quick")] == pytest.approx(point.values[knob_of("quick")], rel=0.05)
