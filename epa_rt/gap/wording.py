@@ -45,7 +45,7 @@ class Wording:
             case "not_in_catalogue":
                 return self._of_odd_values() or self._of_the_nearest() or self._of_nothing()
             case "not_separable":
-                return f"{self._share()}; this data cannot tell it from {'; '.join(', '.join(s) for s in self.sets if s)}."
+                return f"{self._share()}; this data cannot tell {self._alike()}."
         return self._of_free_run() or (f"{self._share()}; the rest is described by data alone." if self.verdict == "partly_explained" else f"{self._share()}.")
 
     @property
@@ -66,6 +66,10 @@ class Wording:
 
     def _share(self) -> str:
         return f"{self._explain} {_percent(self.part)} of what can be explained in {self.where or 'the residual'}"
+
+    def _alike(self) -> str:
+        pairs = [(name, ", ".join(alike)) for name, alike in zip(self.effects, self.sets, strict=True) if alike]
+        return ", nor ".join(f"{name if self._several else 'it'} from {alike}" for name, alike in pairs)
 
     def _of_odd_values(self) -> str | None:
         """What comes nearest has values that are none; None where that is not why nothing is named."""

@@ -249,3 +249,10 @@ def test_links_of_another_cause_are_not_what_a_name_is_held_to():
     assert coverage(before, after).part < 0.7
     assert passed_over(before, after) == ("b",)
     assert coverage(before, after, but=("b",)).part == 1.0
+
+
+def test_what_cannot_be_told_apart_is_said_of_each_name():
+    one = Wording("not_separable", ["leak"], [["gauge_drift", "fill_heat"]], ["gas"], 0.99, 0, 40).said()
+    assert one.endswith("this data cannot tell it from gauge_drift, fill_heat.")
+    both = Wording("not_separable", ["knee_spring", "payload", "leak"], [["tilt"], ["tilt"], []], ["load"], 0.99, 0, 40).said()
+    assert both.endswith("this data cannot tell knee_spring from tilt, nor payload from tilt.")
