@@ -85,7 +85,7 @@ def screen(problem: Problem, point: Point, effects: Sequence[str] | None = None,
     """Signatures of all effects that are not on at a point, from so many of their ``shapes`` (None: all, and one weaker). ``part``: of each strength at which the difference is taken; a small one gives
     derivatives, for where nominal parameters imitate an effect so well that its curvature would hide that."""
     names = [name for name in (effects or problem.effects) if name not in point.effects]
-    jobs = [(name, start) for name in names for start in starts(problem, name)[: shapes if part == 1.0 else -1]]  # the weaker one has the same derivative
+    jobs = [(name, start) for name in names for start in starts(problem, name)[: None if part == 1.0 else -1][:shapes]]  # the weaker one has the same derivative
     made = problem.each(lambda job: difference(problem, point, *job, part), jobs)
     alive = [i for i, difference in enumerate(made) if any(np.any(d != 0.0) for d in difference.values())]
     jobs, made = [jobs[i] for i in alive], [made[i] for i in alive]
