@@ -11,8 +11,7 @@ from epa_rt.cli.report import MAGIC
 def write_whole(path: Path, text: str) -> None:
     """Writes a file in one step, making its folder; a name of a file that is no UTF-8 stands in it with its bytes spelt out. Raises VerbError where it cannot, or where it would write over a log."""
     try:
-        if path.is_file() and _is_log(path):
-            raise VerbError(f"{path}: found a log, expected another name (no log is overwritten)")
+        _refuse_log(path)
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile("w", encoding="utf-8", errors="backslashreplace", dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
             try:
@@ -27,9 +26,12 @@ def write_whole(path: Path, text: str) -> None:
         raise VerbError(f"{path}: cannot be written ({error.strerror})", FAILED) from None
 
 
-def _is_log(path: Path) -> bool:
+def _refuse_log(path: Path) -> None:
+    if not path.is_file():
+        return
     with path.open("rb") as file:
-        return file.read(len(MAGIC)) == MAGIC
+        if file.read(len(MAGIC)) == MAGIC:
+            raise VerbError(f"{path}: found a log, expected another name (no log is overwritten)")
 
 
 def check_writable(path: Path | None, endings: tuple[str, ...]) -> None:
@@ -41,6 +43,10 @@ def check_writable(path: Path | None, endings: tuple[str, ...]) -> None:
     if path.is_dir():
         raise VerbError(f"{path}: found a folder, expected a name for a file")
     folder = next(parent for parent in path.absolute().parents if parent.exists())
+    try:
+        _refuse_log(path)
+    except OSError as error:
+        raise VerbError(f"{path}: found a file that cannot be read ({error.strerror}), expected a name that is free or a file to write over") from None
     try:
         with tempfile.TemporaryFile(dir=folder):
             pass

@@ -21,13 +21,16 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def logs(folder):
-    """Two runs of a bench whose braid rubs, which its plant file does not know."""
+    """Two runs of a bench whose braid rubs, which its plant file does not know. At one pressure: what a diagnosis takes goes with its rows."""
     plant = (ROOT / "config/plants/bench.yaml").read_text(encoding="utf-8")
     real = folder / "real.yaml"
     real.write_text(plant + "\neffects:\n  braid_maxwell_slip: {slip: 0.06}\n", encoding="utf-8")
+    short, one = (EXPERIMENTS / "identification_short.yaml").read_text(encoding="utf-8"), folder / "one_pressure.yaml"
+    one.write_text(short.replace("p0: [460 kPa gauge, 640 kPa gauge]", "p0: [640 kPa gauge]"), encoding="utf-8")
+    assert one.read_text(encoding="utf-8") != short
     paths = [folder / f"run{seed}.mcap" for seed in (1, 2)]
     for seed, path in enumerate(paths, 1):
-        done = epa("run", EXPERIMENTS / "identification_short.yaml", "--rig", RIG, "--plant", real, "--seed", seed, "-o", path, "--quiet")
+        done = epa("run", one, "--rig", RIG, "--plant", real, "--seed", seed, "-o", path, "--quiet")
         assert done.returncode == 0, done.stderr
     return paths
 
@@ -197,11 +200,16 @@ def test_a_log_of_another_rig_is_said_before_anything_is_fitted(log, capsys):
     assert "recorded on the rig 'bench', expected 'knee'" in found.err and found.err.count("\n") == 1 and not found.out
 
 
-def test_a_log_is_never_written_over(log, capsys):
+@pytest.mark.parametrize("task", ["localise", "diagnose"])
+def test_a_log_is_never_written_over_and_that_is_said_before_any_work(task, log, capsys, monkeypatch):
+    def opened(*_):
+        pytest.fail("the logs were read first")
+
+    monkeypatch.setattr(f"epa_rt.cli.gap_{task}.opened", opened)
     before = log.read_bytes()
     renamed = log.with_suffix(".json")
     renamed.write_bytes(before)
-    assert main(["gap", "localise", "--rig", str(RIG), str(log), "--json", str(renamed), "--quiet"]) == 2
+    assert main(["gap", task, "--rig", str(RIG), str(log), "--json", str(renamed), "--quiet"]) == 2
     assert "no log is overwritten" in capsys.readouterr().err and renamed.read_bytes() == before
 
 

@@ -2,11 +2,13 @@
 
 import io
 import sys
+from pathlib import Path
 
 import pytest
 
 from epa_rt.cli.exits import VerbError
 from epa_rt.cli.progress import progress_shown
+from epa_rt.cli.report import MAGIC
 from epa_rt.cli.write import check_writable, write_whole
 
 
@@ -40,6 +42,20 @@ def test_endings_are_checked_before_any_work(name, words, tmp_path):
     with pytest.raises(VerbError, match="found a folder"):
         check_writable(tmp_path / "folder.json", (".json",))
     check_writable(None, (".json",))
+
+
+def test_a_log_and_what_cannot_be_read_are_found_before_any_work(tmp_path, monkeypatch):
+    there = tmp_path / "there.json"
+    there.write_bytes(MAGIC + b"the rest of a log")
+    for write in (lambda: check_writable(there, (".json",)), lambda: write_whole(there, "x")):
+        with pytest.raises(VerbError, match="found a log, expected another name"):
+            write()
+    assert there.read_bytes() == MAGIC + b"the rest of a log"
+    there.write_text("an answer of before")
+    check_writable(there, (".json",))
+    monkeypatch.setattr(Path, "open", lambda *_: (_ for _ in ()).throw(PermissionError(13, "Permission denied")))
+    with pytest.raises(VerbError, match="cannot be read .Permission denied."):
+        check_writable(there, (".json",))
 
 
 def test_progress_in_a_file_is_a_line_per_stage(capsys):

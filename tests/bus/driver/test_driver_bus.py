@@ -87,7 +87,7 @@ def test_images_of_the_wrong_size_are_refused():
     assert "found 0 bytes" in result["sentences"][0] and "closed backend" in result["sentences"][2]
 
 
-@pytest.mark.parametrize(("rig", "experiment", "cycles"), [("bench", "identification", 61_000), ("bench_analog", "identification_short", 15_000),
+@pytest.mark.parametrize(("rig", "experiment", "cycles"), [pytest.param("bench", "identification", 61_000, marks=pytest.mark.slow), ("bench", "identification_short", 15_000), ("bench_analog", "identification_short", 15_000),
                                                            ("mass", "mass_sine", 15_000), ("knee", "knee_chirp_short", 15_000)])
 def test_lock_step_gives_the_simulations_image_byte_for_byte(rig, experiment, cycles):
     result = bus_case("lock_step", rig=rig, experiment=experiment, cycles=cycles)
@@ -96,8 +96,8 @@ def test_lock_step_gives_the_simulations_image_byte_for_byte(rig, experiment, cy
 
 
 @REAL_TIME
-@pytest.mark.parametrize(("rig", "loop"), [("bench", "motor_speed"), ("bench", "motor_position"), ("bench_analog", "motor_speed"),
-                                           ("mass", "motor_speed"), ("knee", "motor_speed")])
+@pytest.mark.parametrize(("rig", "loop"), [("bench", "motor_speed"), ("bench", "motor_position"), ("knee", "motor_speed"),
+                                           pytest.param("bench_analog", "motor_speed", marks=pytest.mark.slow), pytest.param("mass", "motor_speed", marks=pytest.mark.slow)])
 def test_reaches_op_twice_and_runs_an_experiment_in_real_time(rig, loop):
     result = bus_case("runs", rig=rig, loop=loop)
     opened = result["opened"]

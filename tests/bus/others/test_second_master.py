@@ -21,7 +21,7 @@ from tests.bus.own_network import STALL_S, repeated
 PYTHON = os.environ.get("EPA_KICKCAT_PYTHON") or (sys.executable if importlib.util.find_spec("kickcat") else None)
 pytestmark = [pytest.mark.skipif(PYTHON is None, reason="there is no kickcat: pip install kickcat, or EPA_KICKCAT_PYTHON"),
               pytest.mark.network, pytest.mark.xdist_group("kickcat")]
-RIGS = ("bench", "bench_analog", "knee")
+RIGS = (pytest.param("bench", marks=pytest.mark.slow), "bench_analog", "knee")
 VOLTS = bytes.fromhex("1111222233334444")
 
 
