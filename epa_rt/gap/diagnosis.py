@@ -74,6 +74,7 @@ class Named:
     not_separable_from: tuple[str, ...] = ()
     who: Who = "rig"                # has it: the rig alone, the plant file alone (it is to be taken out), or both at other strengths
     came_near: tuple[Near, ...] = ()  # the nearest laws of other families, nearest first
+    in_more_numbers: tuple[str, ...] = ()  # laws of its family with more numbers that were fitted and have become it
 
 
 @dataclass(frozen=True)

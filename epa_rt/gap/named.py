@@ -24,7 +24,7 @@ def named(found: Attribution, k: int, trusted: float) -> Named:
     stays = shares(problem, role, found.become[k])
     same = {effect.name, *(fit.effect for fit in found.sets[k] if problem.effects[fit.effect].family == effect.family)}
     return Named(effect.name, effect.family, effect.block, own, trusted * sum(stays.get(name, 0.0) for name in same), float(role.gains[0].sum()),
-                 tuple(fit.effect for fit in found.sets[k] if fit.effect not in final.effects), who_has(problem, effect.name, own), _came_near(found, k))
+                 tuple(fit.effect for fit in found.sets[k] if fit.effect not in final.effects), who_has(problem, effect.name, own), _came_near(found, k), tuple(sorted(found.become[k])))
 
 
 def _came_near(found: Attribution, k: int) -> tuple[Near, ...]:

@@ -52,6 +52,8 @@ def diagnosed(folder, logs):
 def test_the_diagnosis_names_the_place_and_the_kind_of_effect(diagnosed):
     done, answer = diagnosed
     assert answer["location"][0]["block"] == "muscle" and answer["effects"][0]["family"].startswith("braid friction")
+    first = answer["effects"][0]
+    assert "braid_maxwell_slip" in (first["name"], *first["not_separable_from"], *first["in_more_numbers"]), "the rig's own law is said, if only as one that says the same"
     assert answer["verdict"].upper().replace("_", " ") in done.stdout and "all channels" in done.stdout
     assert "effect 1" in done.stderr, "progress is shown"
 

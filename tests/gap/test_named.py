@@ -17,8 +17,10 @@ def test_what_is_named_itself_is_no_rival_of_another_name(monkeypatch):
 
     def rivals(*named):
         selection = SimpleNamespace(final=SimpleNamespace(effects=named), roles=(role,))
-        found = SimpleNamespace(problem=SimpleNamespace(effects=effects), selection=selection, become=[()], sets=[alike])
-        return naming.named(found, 0, 1.0).not_separable_from
+        found = SimpleNamespace(problem=SimpleNamespace(effects=effects), selection=selection, become=[frozenset({"force_skew", "force_lag"})], sets=[alike])
+        answer = naming.named(found, 0, 1.0)
+        assert answer.in_more_numbers == ("force_lag", "force_skew")
+        return answer.not_separable_from
 
     assert rivals("transport_delay", "encoder_skew") == ("force_skew",)
     assert rivals("encoder_skew") == ("transport_delay", "force_skew")

@@ -1,7 +1,7 @@
 """Which effects, with their parameters and intervals; what else moved; what was not tested."""
 
 from epa_rt.gap.diagnosis import Diagnosis, Named, Near, Number
-from epa_rt.gap.report.words import CONFIDENCE, free_run_words, gone_words, named_words, parameter_words, percent, plain
+from epa_rt.gap.report.words import CONFIDENCE, free_run_words, gone_words, more_numbers_words, named_words, parameter_words, percent, plain
 from epa_rt.report.markup import Html, folded, join, note, paragraph, table, tag
 
 
@@ -37,6 +37,8 @@ def _effect(rank: int, effect: Named) -> Html:
     if effect.not_separable_from:
         others = ", ".join(map(plain, effect.not_separable_from))
         parts.append(tag("p", join([tag("strong", "Cannot be told apart from "), others, ": these logs fit as well with them."]), class_="warning"))
+    if same := more_numbers_words(effect):
+        parts.append(note(f"{same[0].upper()}{same[1:]}."))
     told = [one for one in effect.came_near if one.name not in effect.not_separable_from]
     if told:
         parts.append(note("Came near: " + "; ".join(map(_near, told)) + "."))

@@ -8,12 +8,13 @@ from epa_rt.gap.report.effects import catalogue_note, effects, not_tested
 from epa_rt.gap.report.far import how_far
 from epa_rt.gap.report.frame import framed
 from epa_rt.gap.report.gate import gate_section
+from epa_rt.gap.report.head_words import far_words, next_words, where_words, which_words
 from epa_rt.gap.report.left_words import ends_words
 from epa_rt.gap.report.map import gap_map
 from epa_rt.gap.report.origin import origins
 from epa_rt.gap.report.rest import found_first, inputs, next_experiment, remainder
 from epa_rt.gap.report.traces import Trace
-from epa_rt.gap.report.words import GOOD, VERDICTS, far_words, next_words, where_words, which_words
+from epa_rt.gap.report.words import GOOD, VERDICTS
 from epa_rt.report.markup import Html, facts, join, tag
 
 

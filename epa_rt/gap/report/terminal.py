@@ -11,7 +11,7 @@ from epa_rt.gap.diagnosis import Diagnosis, Place
 from epa_rt.gap.report.gate import gate_line
 from epa_rt.gap.report.left_words import ends_words, goes_with
 from epa_rt.gap.report.origin import origin_words
-from epa_rt.gap.report.words import (BASELINES, CONFIDENCE, MODES, VERDICTS, WHO, channel_words, free_run_words, gone_words, judged_on, parameter_words, percent, plain, region_words, share_words,
+from epa_rt.gap.report.words import (BASELINES, CONFIDENCE, MODES, VERDICTS, WHO, channel_words, free_run_words, gone_words, judged_on, more_numbers_words, parameter_words, percent, plain, region_words, share_words,
                                      shown_rows, sigmas, size, times)
 from epa_rt.gap.shrink import OVERALL
 
@@ -89,6 +89,8 @@ def _effects(diagnosis: Diagnosis, out: Console) -> None:
             table.add_row(*head, "", "", "", "", others)
     out.print(table)
     out.print(f"Confidence in an effect: {CONFIDENCE}.", style="dim")
+    for effect in (one for one in diagnosis.effects if one.in_more_numbers):
+        out.print(f"{plain(effect.name)}: {more_numbers_words(effect)}")
     for words in diagnosis.doubts:
         out.print(words, style="bold")
     for effect in (one for one in diagnosis.effects if one.who in WHO):

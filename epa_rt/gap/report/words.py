@@ -125,40 +125,9 @@ def headline(diagnosis: Diagnosis) -> Shrinkage | None:
     return next((rows[mode] for mode in MODES if mode in rows), None)
 
 
-def where_words(diagnosis: Diagnosis) -> str:
-    """The first place's link, channel, excess over the floor and times its floor; words where none could be judged."""
-    if not diagnosis.location:
-        return "no link could be judged"
-    place = diagnosis.location[0]
-    return f"{place.link} ({channel_words(place.channel)}): {size(place.excess, place.unit)} above the floor, {times(place.times_floor)} floor"
-
-
-def which_words(diagnosis: Diagnosis) -> str:
-    """Names of the effects in plain words, with commas; words where none is named."""
-    return ", ".join(named_words(effect) for effect in diagnosis.effects) or "no effect is named"
-
-
 def named_words(effect: Named) -> str:
     """'braid friction', with who has it where that is not the rig alone."""
     return plain(effect.name) + (f" ({WHO[effect.who]})" if effect.who in WHO else "")
-
-
-def far_words(diagnosis: Diagnosis) -> str:
-    """Share of the gap that is closed, and times the floor before and after, by ``headline``."""
-    row = headline(diagnosis)
-    if row is None:
-        return "not measured"
-    by = "" if diagnosis.effects else " by refitting nominal parameters"
-    if got_worse(row):
-        return share_words(row).replace("worse", f"worse{by}")
-    return f"{share_words(row)} of the gap closed{by}; {times(row.before)} → {times(row.after)} floor" if row.closed_share is not None else "no gap to close"
-
-
-def next_words(diagnosis: Diagnosis) -> str:
-    """Name of the next experiment, or why there is none."""
-    if diagnosis.next_experiment:
-        return plain(diagnosis.next_experiment.name) if diagnosis.next_experiment.tells else "none of the menu would tell"
-    return "not looked for" if diagnosis.verdict == "not_separable" or alike_words(diagnosis) else "none needed"
 
 
 def alike_words(diagnosis: Diagnosis) -> str:
@@ -190,6 +159,12 @@ def free_run_words(diagnosis: Diagnosis) -> str:
     if heard.told_apart:
         found.append(f"It tells that from {join_words(heard.told_apart)}, which explain the blocks one by one as well.")
     return " ".join(found)
+
+
+def more_numbers_words(effect: Named) -> str:
+    """'braid lugre, of the same family, says the same of these logs with more numbers': laws that became a named effect; '' where none did."""
+    others = effect.in_more_numbers
+    return f"{join_words(others)}, of the same family, {'says' if len(others) == 1 else 'say'} the same of these logs with more numbers" if others else ""
 
 
 def join_words(names: Sequence[str]) -> str:

@@ -9,11 +9,12 @@ import pytest
 from epa_rt.gap.diagnosis import Diagnosis, Near
 from epa_rt.gap.report.curves import path, ticks
 from epa_rt.gap.report.gate import gate_line
+from epa_rt.gap.report.head_words import next_words
 from epa_rt.gap.report.map import AT_FLOOR, _regions, heat
 from epa_rt.gap.report.page import gap_page
 from epa_rt.gap.report.picture import gap_picture
+from epa_rt.gap.report.terminal import console, show
 from epa_rt.gap.report.traces import alongside_trace, traces
-from epa_rt.gap.report.words import next_words
 from tests.gap.report.answers import ANSWERS, EXPLAINED, GATE, GONE, NOT_SEPARABLE, SLIP, curves
 from tests.gap.damper import Damper, recorded, white_floor
 from tests.report.reading import Page
@@ -166,6 +167,14 @@ def test_what_came_near_stands_beside_the_name_unless_it_cannot_be_told_apart():
     assert "explains 99.3 % as much, and run from the commands alone it leaves squared errors that are larger by 13" in which and "creep explains 70 % as much." in which
     alike = replace(SLIP, came_near=near, not_separable_from=("braid_stribeck",))
     assert "99.3" not in Page(gap_page(replace(EXPLAINED, effects=(alike,)))).sections["which"]
+
+
+def test_page_and_terminal_say_which_laws_of_the_family_say_the_same_with_more_numbers(capsys):
+    words = "raid preisach and braid lugre, of the same family, say the same of these logs with more numbers"
+    more = replace(EXPLAINED, effects=(replace(SLIP, in_more_numbers=("braid_preisach", "braid_lugre")),))
+    assert f"B{words}." in unescape(gap_page(more)) and words not in unescape(gap_page(EXPLAINED))
+    show(more, console())
+    assert f"{SLIP.name.replace('_', ' ')}: b{words}" in " ".join(capsys.readouterr().out.split())
 
 
 def test_the_page_says_what_an_error_of_each_place_would_explain():

@@ -8,11 +8,12 @@ from rich.console import Console
 
 from epa_rt.gap.diagnosis import Remainder
 from epa_rt.gap.report.far import how_far
+from epa_rt.gap.report.head_words import far_words
 from epa_rt.gap.report.left_words import ends_words, explained_words, goes_with
 from epa_rt.gap.report.rest import remainder
 from epa_rt.gap.report.terminal import show
 from epa_rt.gap.report.page import gap_page
-from epa_rt.gap.report.words import far_words, share_words
+from epa_rt.gap.report.words import share_words
 from tests.gap.report.answers import EXPLAINED, GONE, NOT_IN_CATALOGUE, SLIP, shrunk
 
 BELOW_THE_FLOOR = Remainder("pressure", "p_pa", "Pa", 1214.0, 86.6, (("pressure_pa, slowly forgotten", 1.39), ("hold_time_s", 0.076), ("rate of pressure_pa", 0.065)), 1.55, 1.0035)
