@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from epa_rt.cli.report import write_page
+from epa_rt.cli.write import write_whole
 
 if TYPE_CHECKING:
     from epa_rt.config.rig import Rig
@@ -34,7 +34,7 @@ def show_dry_run(experiment: "Experiment", rig: "Rig", out: Path) -> Sequence[st
         print(f"FINDING: {finding}")
     print("the rig cannot follow this" if dry.findings else "within every limit of the rig")
     page = page_path(out, dry, rig)
-    write_page(page, dry_page(dry, rig))
+    write_whole(page, dry_page(dry, rig))
     print(f"picture: {page}")
     return dry.findings
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from epa_rt.cli.exits import BAD_INPUT, COMPLETED
-from epa_rt.cli.report import MAGIC
+from epa_rt.cli.write import MAGIC
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:

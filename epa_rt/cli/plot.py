@@ -12,7 +12,7 @@ import argparse
 from pathlib import Path
 
 from epa_rt.cli.exits import COMPLETED, VerbError
-from epa_rt.cli.report import write_page
+from epa_rt.cli.write import write_whole
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
@@ -40,6 +40,6 @@ def main(arguments: argparse.Namespace) -> int:
         raise VerbError(str(error)) from None
     except NotShown as error:
         raise VerbError(f"{log}: {error}") from None
-    write_page(out, text)
+    write_whole(out, text)
     print(f"{out} ({out.stat().st_size / 1e6:.1f} MB)")
     return COMPLETED

@@ -10,10 +10,8 @@ cut, or whose run tripped, gives a page too; it says what is missing, and the ca
 import argparse
 from pathlib import Path
 
-from epa_rt.cli.exits import COMPLETED, FAILED, VerbError
-
-
-MAGIC = b"\x89MCAP0\r\n"
+from epa_rt.cli.exits import COMPLETED, VerbError
+from epa_rt.cli.write import write_whole
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
@@ -33,22 +31,11 @@ def main(arguments: argparse.Namespace) -> int:
         run = load_run(arguments.log)
     except LogError as error:
         raise VerbError(str(error)) from None
-    write_page(out, run_page(run, winding_ohm(run.attachments)))
+    write_whole(out, run_page(run, winding_ohm(run.attachments)))
     for sentence in run.missing:
         print(f"the log is not whole: {sentence}")
     print(f"{out} ({out.stat().st_size / 1e6:.1f} MB)")
     return COMPLETED
-
-
-def write_page(out: Path, text: str) -> None:
-    """Writes a page, making its folder. Raises VerbError where it cannot, or where it would write over a log."""
-    try:
-        if out.exists() and out.read_bytes()[: len(MAGIC)] == MAGIC:
-            raise VerbError(f"{out}: found a log, expected a name for a page (no log is overwritten)")
-        out.parent.mkdir(parents=True, exist_ok=True)
-        out.write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise VerbError(f"{out}: cannot be written ({error.strerror})", FAILED) from None
 
 
 def winding_ohm(attachments: dict[str, bytes]) -> float | None:

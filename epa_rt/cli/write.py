@@ -1,11 +1,12 @@
-"""Writing what a diagnosis gives: whole files only, so that an interruption leaves the old one or the new one."""
+"""Writing pages, answers and plant files: whole files only, so that an interruption leaves the old one or the new one."""
 
 import os
 import tempfile
 from pathlib import Path
 
 from epa_rt.cli.exits import FAILED, VerbError
-from epa_rt.cli.report import MAGIC
+
+MAGIC = b"\x89MCAP0\r\n"
 
 
 def write_whole(path: Path, text: str) -> None:

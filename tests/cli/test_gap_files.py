@@ -8,8 +8,7 @@ import pytest
 
 from epa_rt.cli.exits import VerbError
 from epa_rt.cli.progress import progress_shown
-from epa_rt.cli.report import MAGIC
-from epa_rt.cli.write import check_writable, write_whole
+from epa_rt.cli.write import MAGIC, check_writable, write_whole
 
 
 def test_a_file_is_replaced_in_one_step_and_nothing_else_is_left(tmp_path):
