@@ -16,6 +16,7 @@ import sys
 from pathlib import Path
 
 from epa_rt.cli.exits import BAD_INPUT, COMPLETED, VerbError
+from epa_rt.cli.gap_blind_cases import check_cases
 from epa_rt.cli.gap_blind_places import check_answers, check_folder, check_sealed, sealed_of
 from epa_rt.cli.gap_blind_rivals import RIVALS, beside_libraries, check_libraries
 from epa_rt.cli.gap_inputs import task_parser
@@ -104,6 +105,7 @@ def run(arguments: argparse.Namespace) -> int:
         check_answers(arguments.answers, "--missed" if arguments.missed else "--next" if arguments.next else None)
     if arguments.part in ("score", "rivals", "oracle"):
         check_sealed(arguments.cases, sealed_of(arguments.cases, arguments.sealed))
+        check_cases(arguments.cases)
     if arguments.part == "rivals":
         check_libraries(arguments.only)
     try:
@@ -171,6 +173,7 @@ def _matrix(arguments: argparse.Namespace) -> int:
     sealed = sealed_of(arguments.out, None)
     if (arguments.out / "truth.sha256").exists():
         check_matrix(arguments.seed, arguments.out, sealed, arguments.of)
+        check_cases(arguments.out)
     else:
         make_matrix(arguments.seed, arguments.out, sealed, arguments.config, arguments.jobs, arguments.of)
     print(matrix(arguments.out, sealed, arguments.diagnoser, arguments.jobs), file=sys.stdout)

@@ -1,6 +1,7 @@
 """Where the cases of the blind benchmark, their sealed truth and answers to them lie."""
 
 import os
+import re
 from pathlib import Path
 
 from epa_rt.cli.exits import VerbError
@@ -12,6 +13,16 @@ def check_sealed(cases: Path, sealed: Path) -> None:
         raise VerbError(f"{cases}: found no such folder, expected the cases that epa gap blind make wrote")
     if not (sealed / "truth.sealed").is_file():
         raise VerbError(f"{sealed / 'truth.sealed'}: found no such file, expected the sealed truth of {cases} (--sealed)")
+    if not (sealed / "truth.key").is_file():
+        raise VerbError(f"{sealed / 'truth.key'}: found no such file, expected the key of the sealed truth of {cases}")
+    try:
+        told = (cases / "truth.sha256").read_text(encoding="utf-8").strip()
+    except UnicodeDecodeError:
+        told = ""
+    except OSError as error:
+        raise VerbError(f"{cases / 'truth.sha256'}: cannot be read ({error.strerror}), expected the hash of the sealed truth, which epa gap blind make writes beside the cases") from None
+    if re.fullmatch("[0-9a-f]{64}", told) is None:
+        raise VerbError(f"{cases / 'truth.sha256'}: found {told[:70]!r}, expected the hash of the sealed truth, 64 hex digits")
 
 
 def check_answers(answers: Path | None, asks: str | None) -> None:

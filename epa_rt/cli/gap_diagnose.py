@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, STOPPED, VerbError
 from epa_rt.cli.gap_fits import check_judged, check_spares
-from epa_rt.cli.gap_inputs import Opened, add_log_arguments, add_rig_arguments, catalogue_command, opened, task_parser
+from epa_rt.cli.gap_inputs import Opened, add_log_arguments, add_rig_arguments, catalogue_command, opened, plant_named, task_parser
 from epa_rt.cli.gap_plan import planned
 from epa_rt.cli.inputs import EXPERIMENT
 from epa_rt.cli.progress import progress_shown
@@ -53,7 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
     for path, endings in ((arguments.json, (".json",)), (arguments.html, (".html", ".htm")), (arguments.patch, (".yaml", ".yml")), (arguments.picture, (".svg",))):
         check_writable(path, endings)
     given, out = opened(arguments, arguments.holdout), console()
-    check_spares(arguments.patch, (arguments.rig, given.plant))
+    check_spares(arguments.patch, (arguments.rig, given.plant, plant_named(arguments.rig, given.rig, given.subject)))
     _known(arguments.leave_out, given)
     show_found(given.found, out)
     with progress_shown(arguments.quiet) as progress:
@@ -96,11 +96,12 @@ def _known(names: tuple[str, ...], given: Opened) -> None:
 def _diagnosed(given: Opened, arguments: argparse.Namespace, progress: Progress) -> "Diagnosis":
     from epa_rt.gap.aside import split
     from epa_rt.gap.diagnose import diagnose
+    from epa_rt.gap.patch import PLANT_DIGEST, digest_of
 
     found = diagnose(given.subject, given.recordings, given.holdout, without=arguments.leave_out, progress=progress)
     check_judged(found.location, given.subject)
     set_aside = bool(given.holdout) or split(given.subject, given.recordings) is not None
-    inputs = {"rig": str(arguments.rig), "plant": str(given.plant or ""), "logs": [str(r.path) for r in given.recordings],
+    inputs = {"rig": str(arguments.rig), "plant": str(given.plant or ""), PLANT_DIGEST: digest_of(given.subject), "logs": [str(r.path) for r in given.recordings],
               "holdout": [str(r.path) for r in given.holdout], "left_out": list(arguments.leave_out), "set_aside": set_aside}
     named = {effect.name for effect in found.effects}
     return replace(found, found_first=given.found, inputs=found.inputs | inputs, not_tested=tuple(name for name in found.not_tested if name not in named))

@@ -62,6 +62,11 @@ def open_rig(rig: Path, plant: Path | None) -> "tuple[Subject, Rig | None, Path 
     return HouseSubject(typed, read_plant), typed, plant or rig.parent / typed.plant
 
 
+def plant_named(path: Path, rig: "Rig | None", subject: "Subject") -> Path | None:
+    """The plant file that a rig file names, whatever --plant says: nothing is written over it."""
+    return subject.rig.plant if rig is None else path.parent / rig.plant
+
+
 def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opened:
     """Rig and logs, the logs checked and cleaned. Raises VerbError, ConfigError where a diagnosis of them would mean nothing."""
     from epa_rt.cli.gap_fits import check_columns

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, VerbError
 from epa_rt.cli.gap_fits import check_spares
-from epa_rt.cli.gap_inputs import Opened, add_log_arguments, add_rig_arguments, catalogue_command, opened, task_parser
+from epa_rt.cli.gap_inputs import Opened, add_log_arguments, add_rig_arguments, opened, plant_named, task_parser
 from epa_rt.cli.progress import progress_shown
 from epa_rt.cli.write import check_writable, write_whole
 
@@ -34,7 +34,7 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from epa_rt.gap.patch import PatchError, check_rig, load_diagnosis
+    from epa_rt.gap.patch import PatchError, check_names, check_rig, load_diagnosis
     from epa_rt.gap.rivals import sets_apart
 
     check_writable(arguments.out, (".yaml", ".yml"))
@@ -44,9 +44,10 @@ def run(arguments: argparse.Namespace) -> int:
     except PatchError as error:
         raise VerbError(str(error)) from None
     given = opened(arguments)
-    check_spares(arguments.out, (arguments.rig, given.plant))
+    check_spares(arguments.out, (arguments.rig, given.plant, plant_named(arguments.rig, given.rig, given.subject)))
     try:
         check_rig(diagnosis, given.subject)
+        check_names(diagnosis, given.subject)
     except PatchError as error:
         raise VerbError(f"{arguments.diagnosis}: {error}") from None
     if given.rig is None and not given.subject.menu():
@@ -54,11 +55,9 @@ def run(arguments: argparse.Namespace) -> int:
 
         kinds = ", ".join(kind for kind, component in KINDS.items() if component.menu)
         raise VerbError(f"{arguments.rig}: found a rig without a menu of experiments, expected one of this house, or of the kind {kinds}")
-    known = {effect.name for effect in given.subject.catalogue}
-    if unknown := [name for one in diagnosis.effects for name in (one.name, *one.not_separable_from) if name not in known]:
-        raise VerbError(f"{arguments.diagnosis}: found the effect {unknown[0]}, expected one of the catalogue of {arguments.rig} ({catalogue_command(given)})")
     if len(sets_apart(diagnosis, given.subject, within_family=True)) < 2:
-        print("nothing to tell apart: the diagnosis names no effect that these logs could not separate from another", file=says)
+        stays = f"; {arguments.out} is not written" + (", and what stands there is older" if arguments.out.exists() else "") if arguments.out else ""
+        print(f"nothing to tell apart: the diagnosis names no effect that these logs could not separate from another{stays}", file=says)
         return COMPLETED
     with progress_shown(arguments.quiet) as progress:
         plan = planned(given, diagnosis, progress, within_family=True)

@@ -22,7 +22,7 @@ import os
 import sys
 from collections.abc import Sequence
 
-from epa_rt.cli.exits import EPILOGUE, FAILED, STOPPED, VerbError
+from epa_rt.cli.exits import BAD_INPUT, EPILOGUE, FAILED, STOPPED, VerbError
 
 VERBS = ("check", "run", "bus", "replay", "info", "plot", "report", "gap", "identify", "study", "import", "schema", "scan", "doctor")
 _REFUSED = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # by what the output goes to
@@ -68,7 +68,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _discard_the_rest()
         return 0
     except OSError as error:
-        if error.filename is not None or error.errno not in _REFUSED:
+        if error.filename is not None:  # a folder that may not be entered, a name too long: whichever question met it first
+            print(f"epa {chosen.verb}: {error.filename}: cannot be read or written ({error.strerror})", file=sys.stderr)
+            return BAD_INPUT
+        if error.errno not in _REFUSED:
             raise
         _discard_the_rest()
         print(f"epa {chosen.verb}: what it says cannot be written ({error.strerror})", file=sys.stderr)

@@ -41,8 +41,10 @@ def check_writable(path: Path | None, endings: tuple[str, ...]) -> None:
         return
     if path.suffix.lower() not in endings:
         raise VerbError(f"{path}: found the ending '{path.suffix}', expected {' or '.join(endings)}")
-    if path.is_dir():
-        raise VerbError(f"{path}: found a folder, expected a name for a file")
+    if path.exists() and not path.is_file():
+        raise VerbError(f"{path}: found {'a folder' if path.is_dir() else 'no plain file'}, expected a name for a file")
+    if path.exists() and not os.access(path, os.W_OK):  # a new file would take its place all the same
+        raise VerbError(f"{path}: found a file that is not to be written over (read-only), expected another name")
     folder = next(parent for parent in path.absolute().parents if parent.exists())
     try:
         _refuse_log(path)

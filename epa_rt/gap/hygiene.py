@@ -17,11 +17,12 @@ from epa_rt.gap.hygiene_time import check_time
 from epa_rt.gap.hygiene_twice import check_twice
 from epa_rt.gap.hygiene_values import check_values
 from epa_rt.gap.hygiene_valves import check_valves
+from epa_rt.gap.hygiene_words import check_words
 from epa_rt.gap.read import misfits
 from epa_rt.gap.recording import Recording, Span
 
 _REFUSED = ("recorded on the rig", "has no column for", "recorded at a period", "with reads", "with inverted", "is not what its raw bytes say")
-_HOUSE = (check_time, check_values, check_scale, check_ends, check_pairs, check_skew, check_valves, check_spikes)
+_HOUSE = (check_time, check_words, check_values, check_scale, check_ends, check_pairs, check_skew, check_valves, check_spikes)
 _WITHOUT_RIG = (check_time, check_values, check_ends, check_pairs, check_spikes, check_still)
 _ORDER = {"refuse": 0, "exclude": 1, "note": 2}
 

@@ -1,10 +1,15 @@
 """From an answer back to numbers: the values and effects that a diagnosis found, and the plant file that has them."""
 
+import hashlib
 import json
+import math
 from pathlib import Path
 
 from epa_rt.gap.diagnosis import Diagnosis, Number
 from epa_rt.gap.subject import Subject
+
+PLANT_DIGEST = "plant_sha256"  # among the inputs of a diagnosis
+SLACK = 1e-9                    # of a number that stands at the end of its range: it has been through text
 
 
 class PatchError(Exception):
@@ -36,6 +41,40 @@ def check_rig(diagnosis: Diagnosis, subject: Subject) -> None:
         raise PatchError(f"found a diagnosis of the rig {told}, expected one of {subject.name}")
 
 
+def check_names(diagnosis: Diagnosis, subject: Subject) -> None:
+    """Raises PatchError where a diagnosis names an effect that the rig cannot have."""
+    known = {effect.name for effect in subject.catalogue}
+    for name in (name for one in diagnosis.effects for name in (one.name, *one.not_separable_from)):
+        if name not in known:
+            raise PatchError(f"found the effect {name}, expected one of the catalogue of {subject.name}")
+
+
+def check_values(diagnosis: Diagnosis, subject: Subject) -> None:
+    """Raises PatchError where a number of a diagnosis is none that the rig's plant file takes: it has been through other hands."""
+    for key, value in values_of(diagnosis, subject)[0].items():
+        knob = subject.knobs[key]
+        ends = [end for end in (knob.low, knob.high, knob.value, knob.absent) if end is not None]
+        if not min(ends) - SLACK * abs(value) <= value <= max(ends) + SLACK * abs(value):  # not so of NaN either
+            unit = "" if knob.unit == "1" else f" {knob.unit}"
+            raise PatchError(f"{key}: found {value:.6g}{unit}, expected {knob.low:.6g} to {knob.high:.6g}{unit}")
+
+
+def digest_of(subject: Subject) -> str:
+    """A digest of every number of a plant file, comments and order left out: a diagnosis says of which it is."""
+    return hashlib.sha256(json.dumps(sorted((key, knob.value) for key, knob in subject.knobs.items())).encode()).hexdigest()
+
+
+def check_plant(diagnosis: Diagnosis, subject: Subject) -> None:
+    """Raises PatchError where a diagnosis says that it is of another plant file; one whose numbers are all the patched ones is none."""
+    told = diagnosis.inputs.get(PLANT_DIGEST)
+    if told is None or told == digest_of(subject):
+        return
+    values, _ = values_of(diagnosis, subject)
+    if all(math.isclose(subject.knobs[key].value, value, rel_tol=1e-12) for key, value in values.items()):
+        return  # has been patched with it already
+    raise PatchError(f"found a diagnosis of the plant file {diagnosis.inputs.get('plant')}, expected one of the plant file that is to be patched, which has other numbers (give the one that was diagnosed: --plant)")
+
+
 def numbers(diagnosis: Diagnosis) -> tuple[Number, ...]:
     """Every number that the diagnosis moved: nominal parameters, then those of the effects."""
     return (*diagnosis.nominal_moved, *(number for effect in diagnosis.effects for number in effect.parameters))
@@ -48,7 +87,7 @@ def values_of(diagnosis: Diagnosis, subject: Subject) -> tuple[dict[str, float],
     for key in values:
         if key not in subject.knobs:
             raise PatchError(f"found the parameter '{key}' in the diagnosis, expected one that the rig {subject.name} has")
-    return dict(values), tuple(effect.name for effect in diagnosis.effects)
+    return dict(values), tuple(dict.fromkeys(effect.name for effect in diagnosis.effects))
 
 
 def patched_text(diagnosis: Diagnosis, subject: Subject) -> str:

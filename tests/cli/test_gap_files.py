@@ -1,14 +1,17 @@
 """What epa gap writes and shows on its way: whole files or none, progress in a file and on a terminal."""
 
 import io
+import os
 import sys
 from pathlib import Path
 
 import pytest
 
 from epa_rt.cli.exits import VerbError
+from epa_rt.cli.main import main
 from epa_rt.cli.progress import progress_shown
 from epa_rt.cli.write import MAGIC, check_writable, write_whole
+from tests.cli.shell import RIGS, ROOT
 
 
 def test_a_file_is_replaced_in_one_step_and_nothing_else_is_left(tmp_path):
@@ -41,6 +44,26 @@ def test_endings_are_checked_before_any_work(name, words, tmp_path):
     with pytest.raises(VerbError, match="found a folder"):
         check_writable(tmp_path / "folder.json", (".json",))
     check_writable(None, (".json",))
+
+
+def test_a_pipe_and_a_file_that_is_kept_are_not_written_over(tmp_path, monkeypatch):
+    os.mkfifo(tmp_path / "pipe.json")
+    with pytest.raises(VerbError, match="found no plain file"):
+        check_writable(tmp_path / "pipe.json", (".json",))
+    (tmp_path / "kept.json").write_text("keep")
+    monkeypatch.setattr(os, "access", lambda path, mode: mode != os.W_OK)  # root may write to what is read-only
+    with pytest.raises(VerbError, match="not to be written over"):
+        check_writable(tmp_path / "kept.json", (".json",))
+
+
+@pytest.mark.parametrize("arguments", [("gap", "patch", "gap.json", "--rig", RIGS / "bench.yaml", "-o", f"{300 * 'a'}.yaml"),
+                                       ("gap", "blind", "make", "--seed", "1", "--cases", "1", "-o", 300 * "a"), ("gap", "blind", "score", 300 * "a", "--json", "a.json"),
+                                       ("import", ROOT / "config/imports/emps.yaml", __file__, "-o", f"{300 * 'a'}.mcap")])
+def test_a_name_that_no_file_can_have_is_one_sentence(arguments, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main([*map(str, arguments)]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and not list(tmp_path.iterdir()), said
 
 
 def test_a_log_and_what_cannot_be_read_are_found_before_any_work(tmp_path, monkeypatch):

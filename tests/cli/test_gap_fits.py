@@ -126,6 +126,18 @@ def test_the_believed_plant_file_of_a_rig_of_others_is_not_written_over(tmp_path
     assert "the plant file that was diagnosed" in capsys.readouterr().err and plant.read_bytes() == before
 
 
+def test_the_plant_file_that_a_rig_names_is_not_written_over_where_another_one_is_given(tmp_path, log, capsys):
+    for folder, name in (("rigs", "bench"), ("plants", "bench"), ("plants", "bench_paper")):
+        (tmp_path / folder).mkdir(exist_ok=True)
+        shutil.copy(ROOT / f"config/{folder}/{name}.yaml", tmp_path / folder)
+    rig, own, other = tmp_path / "rigs/bench.yaml", tmp_path / "plants/bench.yaml", tmp_path / "plants/bench_paper.yaml"
+    before = own.read_bytes()
+    (tmp_path / "gap.json").write_text("{}")
+    for arguments in (("diagnose", log, "--patch", own), ("patch", tmp_path / "gap.json", "-o", own)):
+        assert main(["gap", *map(str, arguments), "--rig", str(rig), "--plant", str(other)]) == 2
+        assert "found a file that is read here" in capsys.readouterr().err and own.read_bytes() == before
+
+
 @pytest.mark.parametrize(("trials", "chosen"), [({"a": 1, "b": 3}, "b"), ({"a": 2, "b": 3}, "a"), ({"a": 1, "b": 1}, "b")])
 def test_the_gate_runs_a_log_of_which_something_was_set_aside(trials, chosen):
     from types import SimpleNamespace

@@ -47,6 +47,11 @@ BENCH = [
     ("another period", stamps(lambda t: t * 2), "period", "refuse", ""),
     ("travel and speed swapped", swapped(X, V), "swapped|units|outside limits", "refuse", None),
     ("force and pressure swapped", swapped(F, P), "units|outside limits", "refuse", None),
+    ("the drive never on", written_over("drive_status_raw", 0.0), "drive off", "refuse", "drive_status_raw"),
+    ("a word of another kind", written_over("drive_status_raw", 17.0), "drive off", "refuse", "drive_status_raw"),
+    ("a word that is none", written_over("drive_mode_raw", 8.4, 6000, 6001), "word", "refuse", "drive_mode_raw"),
+    ("a valve half open", written_over("cmd_muscle_inlet_open", 0.5, 6000, 6001), "word", "refuse", "cmd_muscle_inlet_open"),
+    ("a valve that counts to 255", scaled("cmd_muscle_inlet_open", 255.0), "word", "refuse", "cmd_muscle_inlet_open"),
     ("a channel missing", lambda r: dataclasses.replace(r, columns={k: v for k, v in r.columns.items() if k != F}), "log", "refuse", None),
 ]
 KNEE = [

@@ -51,7 +51,12 @@ def score(cases: Path, sealed: Path, out: Path, html: Path, diagnoser: str, jobs
 
     confusion(judged, html)
     warning = "" if hides else f"\n{NOT_HIDDEN}"
-    return f"{table(found)}{warning}\n{closing_line(found)}"
+    return f"{table(found)}{warning}{_errors(judged, answers)}\n{closing_line(found)}"
+
+
+def _errors(judged: Sequence[tuple[dict, dict]], answers: Path) -> str:
+    """Which diagnoses ended in an error, a line each; they count as wrong, and are not asked again by themselves."""
+    return "".join(f"\n{case['case']}: {said['error'].strip().splitlines()[-1][:300]} (asked again once {answers / case['case']}.json is gone)" for case, said in judged if said.get("error"))
 
 
 def diagnose_all(folders: list[Path], answers: Path, hidden: Sequence[Path], diagnoser: str, jobs: int) -> None:

@@ -28,26 +28,32 @@ def commands_of(rig: Rig, columns: dict[str, np.ndarray]) -> np.ndarray:
     """
     count = len(next(iter(columns.values())))
     commands = np.zeros(count, COMMAND)
-    status = _integers(columns, _status_row(rig), count)
-    state = status & _STATE
-    commands["enabled"] = (state == _RUNNING) | (state == _QUICK_STOP)
+    status = _integers(columns, status_row(rig), count)
+    commands["enabled"] = is_on(status)
     commands["mode"] = SPEED_MODE
     if rig.drive.interface == "cia402":
         commands["mode"] = _integers(columns, rig.drive.mode_display, count)
     _write_targets(rig, columns, commands)
-    stopping = state == _QUICK_STOP
+    stopping = status & _STATE == _QUICK_STOP
     commands["mode"][stopping], commands["target_speed_rad_s"][stopping] = SPEED_MODE, 0.0
     return commands
 
 
-def _status_row(rig: Rig) -> str | None:
+def is_on(status: np.ndarray) -> np.ndarray:
+    """(N,) bool: whether status words, whole numbers, say operation enabled or quick stop."""
+    state = status.astype(np.int64) & _STATE
+    return (state == _RUNNING) | (state == _QUICK_STOP)
+
+
+def status_row(rig: Rig) -> str | None:
+    """The row of the drive's status word; None for a drive that has none."""
     return next((row.name for row in rig.inputs if row.entry.endswith(".status_word")), None)
 
 
 def read_rows(rig: Rig, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """(N,) bool by name: where the diagnosis reads a command, or the drive's word on its state and mode. Raises KeyError where that word has no column."""
     count = len(next(iter(columns.values())))
-    status, always = _status_row(rig), np.ones(count, bool)
+    status, always = status_row(rig), np.ones(count, bool)
     on = _integers(columns, status, count) & _STATE == _RUNNING
     found = {} if status is None else {status: always}
     mode = np.full(count, SPEED_MODE)

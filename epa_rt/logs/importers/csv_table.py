@@ -92,11 +92,20 @@ def _text(path: Path, form: Format) -> str:
     return text
 
 
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
 def _header(path: Path, line: int, row: list[str]) -> list[str]:
     names = [cell.strip() for cell in row]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
-        raise ImportRefused(f"{path}:{line}: found the column {shown(twice)} {names.count(twice)} times in the header, expected each name once")
+        raise ImportRefused(f"{path}:{line}: found the column {shown(twice)} {names.count(twice)} times in the header, expected each name once"
+                            + (" (a file without a header: 'header: false', under format)" if _is_number(twice) else ""))
     return names
 
 

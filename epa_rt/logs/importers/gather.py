@@ -77,6 +77,9 @@ def gather(mapping: Mapping, located: Located, files: Sequence[Path]) -> Gathere
     if isinstance(mapping.trials, TrialColumn):
         key = keys["trials"]
         trials = _trials_by(put(grid, places[key.path, key.topic], _numbers(tables[key.path, key.topic], key.column), hold=True))
+    else:
+        says += [f"trial {stretch.name} was to end at {stretch.end:g} s and is cut at {grid.t_s[-1]:.6g} s, where the recording ends"
+                 for stretch in mapping.trials or () if stretch.end > grid.t_s[-1] + 1.5 * grid.period_s]
     groups = [{name: found[name] for name in getattr(mapping, section)} for section in ("measured", "references", "commands")]
     return Gathered(grid, *groups, trials, (*grid.says, *says))
 

@@ -64,7 +64,7 @@ def grid_of(table: Table, clock: Clock) -> Grid:
             return Grid(even_s, cycle, t, False, _lost_words(cycle, even_s))
     if clock.resample is None:
         raise ImportRefused(_leaves(table, t, period_s, clock))
-    return _resampled(t, period_s, clock)
+    return _resampled(table, t, period_s, clock)
 
 
 def _on(t: np.ndarray, period_s: float, clock: Clock, rows: int | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -90,8 +90,10 @@ def _leaves(table: Table, t: np.ndarray, period_s: float, clock: Clock) -> str:
     if not wrong.any():
         _, off_s, wrong = _on(t, period_s, clock)
     row = int(np.argmax(wrong))
+    typical_s = float(np.median(np.diff(t)))
+    dense = f"; rows are {typical_s:.6g} s apart as a rule: is the clock's unit right?" if _TYPICAL_PERIODS * typical_s < period_s else ""
     return f"{table.place(row)}: found a stamp {off_s[row] * 1e3:.6g} ms off a grid of {period_s * 1e3:.6g} ms, expected at most " \
-           f"{_jitter_s(period_s, clock) * 1e3:.6g} ms (give another period or jitter, or 'resample: linear', under clock)"
+           f"{_jitter_s(period_s, clock) * 1e3:.6g} ms (give another period or jitter, or 'resample: linear', under clock{dense})"
 
 
 @dataclass(frozen=True)
@@ -113,6 +115,9 @@ def beside(grid: Grid, table: Table, clock: Clock, main: np.ndarray) -> Beside:
         return Beside(t, True, none, none)
     slack_s = 0.5 * grid.period_s
     outside = (grid.t_s < t[0] - slack_s) | (grid.t_s > t[-1] + slack_s)
+    if outside.all():
+        raise ImportRefused(f"{table.place(0)}: found rows from {t[0]:.6g} s to {t[-1]:.6g} s by the clock of the first file's, which go from 0 s to {grid.t_s[-1]:.6g} s, "
+                            "expected some at the same time (is it one recording, and the clocks' origin and unit the same?)")
     if len(t) < 2:
         return Beside(t, False, outside, none)
     typical_s = float(np.median(np.diff(t)))  # a table may be slower than the grid: its usual step is no gap
@@ -144,8 +149,10 @@ def _around(t: np.ndarray, grid_s: np.ndarray, slack_s: float) -> tuple[np.ndarr
     return after, np.minimum(np.abs(grid_s - t[after - 1]), np.abs(grid_s - t[after])) <= slack_s
 
 
-def _resampled(t: np.ndarray, period_s: float, clock: Clock) -> Grid:
+def _resampled(table: Table, t: np.ndarray, period_s: float, clock: Clock) -> Grid:
     cycle = np.arange(int(t[-1] / period_s + 1e-9) + 1)
+    if len(cycle) < 2:
+        raise ImportRefused(f"{table.place(len(t) - 1)}: found {len(t)} rows within {t[-1]:.6g} s, expected two periods of {period_s:.6g} s at least (is the clock's unit right?)")
     grid_s = cycle * period_s
     max_gap_s = _GAP_PERIODS * period_s if clock.max_gap is None else clock.max_gap
     after, on_row = _around(t, grid_s, 0.5 * period_s)

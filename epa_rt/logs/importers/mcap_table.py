@@ -2,14 +2,16 @@
 
 import json
 import math
+import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from epa_rt.logs.importers.table import ImportRefused, Table, element_of, shown, why
 
+_MAGIC = b"\x89MCAP0\r\n"
 STAMPS = ("log_time", "publish_time")
 _ENCODINGS = ("json", "protobuf")
 
@@ -45,6 +47,7 @@ def _messages(path: Path, topic: str):
 
     try:
         with path.open("rb") as file:
+            _check_ends(path, file)
             yield from make_reader(file, validate_crcs=True).iter_messages(topics=[topic])
     except ImportRefused:
         raise
@@ -53,6 +56,17 @@ def _messages(path: Path, topic: str):
     except (McapError, Exception) as error:  # a damaged file makes the library raise nearly anything
         reason = " ".join(str(error).split())[:120]
         raise ImportRefused(f"{path}: found a file that is no whole MCAP file ({type(error).__name__}: {reason}), expected one") from None
+
+
+def _check_ends(path: Path, file: BinaryIO) -> None:
+    """Raises ImportRefused for what is no MCAP file or was cut. A pipe or a folder raises OSError."""
+    first, size = file.read(len(_MAGIC)), file.seek(0, os.SEEK_END)
+    if first != _MAGIC:
+        raise ImportRefused(f"{path}: found {f'a file that begins with {first!r}' if first else 'an empty file'}, expected an MCAP file (it begins with {_MAGIC!r})")
+    file.seek(max(size - len(_MAGIC), 0))
+    if size < 2 * len(_MAGIC) or file.read() != _MAGIC:
+        raise ImportRefused(f"{path}: found a file that was cut at byte {size} (its last bytes are missing), expected a whole MCAP file")
+    file.seek(0)
 
 
 def _topics(path: Path) -> str:

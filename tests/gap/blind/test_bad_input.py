@@ -1,10 +1,15 @@
 """epa gap blind refuses bad input in one sentence, before any case is recorded or diagnosed."""
 
 import json
+import os
+import shutil
 
 import pytest
 
+from epa_rt.cli.gap_blind_cases import check_cases
+from epa_rt.cli.gap_blind_places import check_sealed
 from epa_rt.cli.main import main
+from epa_rt.gap.blind.seal import seal
 
 MAKE = ["make", "--seed", "1", "--cases", "1"]
 
@@ -35,6 +40,32 @@ def test_one_sentence_and_exit_2(arguments, words, tmp_path, capsys):
     error = capsys.readouterr().err.strip()
     assert words in error and error.count("\n") == 0
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+@pytest.mark.parametrize("spoil, words", [
+    (lambda d: (d / "cases.sealed/truth.key").unlink(), "truth.key: found no such file, expected the key"),
+    (lambda d: (d / "cases/truth.sha256").unlink(), "truth.sha256: cannot be read"),
+    (lambda d: (d / "cases/truth.sha256").write_text("deadbeef"), "truth.sha256: found 'deadbeef', expected the hash of the sealed truth, 64 hex digits"),
+    (lambda d: (d / "cases/case_000/case.json").unlink(), "case_000/case.json: cannot be read"),
+    (lambda d: (d / "cases/case_000/case.json").write_text("{"), "case_000/case.json: found no JSON"),
+    (lambda d: (d / "cases/case_000/case.json").write_text("{}"), "case_000/case.json: rig: found None, expected a name"),
+    (lambda d: (d / "cases/case_000/logs/log_a.mcap").unlink(), "log_a.mcap: found no such file or directory, expected a log"),
+    (lambda d: os.truncate(d / "cases/case_000/logs/log_a.mcap", 40_000), "log_a.mcap: found that no footer: the file was cut at byte 40000"),
+    (lambda d: (d / "cases/case_000/plant.yaml").write_text("plant: {"), "plant.yaml:1: "),
+    (lambda d: shutil.rmtree(d / "cases/case_000"), "found no folder case_000"),
+])
+def test_a_case_that_is_not_as_it_was_made_is_said_before_any_diagnosis_and_the_truth_stays_sealed(spoil, words, short_case, tmp_path, capsys, monkeypatch):
+    folder, truth = short_case
+    shutil.copytree(folder, tmp_path / "cases/case_000")
+    seal({"seed": 1, "cases": [truth]}, tmp_path / "cases.sealed", tmp_path / "cases")
+    check_sealed(tmp_path / "cases", tmp_path / "cases.sealed")
+    check_cases(tmp_path / "cases")
+    spoil(tmp_path)
+    monkeypatch.setattr("epa_rt.gap.blind.score.opened", lambda *_: pytest.fail("the truth was opened"))
+    assert main(["gap", "blind", "score", str(tmp_path / "cases"), "--json", str(tmp_path / "out.json")]) == 2
+    error = capsys.readouterr().err.strip()
+    assert words in error and error.count("\n") == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["cases", "cases.sealed"]
 
 
 def test_one_set_scored_twice_is_not_pooled_as_two(tmp_path, capsys):

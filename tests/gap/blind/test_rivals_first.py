@@ -30,6 +30,7 @@ def blind(tmp_path, monkeypatch):
         out.write_text(json.dumps(NOTHING))
 
     monkeypatch.setattr(score, "diagnose_one", answered)
+    monkeypatch.setattr("epa_rt.cli.gap_blind.check_cases", lambda cases: None)  # their files are empty
     return cases, asked
 
 

@@ -9,7 +9,7 @@ import pytest
 from rich.console import Console
 
 from epa_rt.gap.diagnosis import Diagnosis
-from epa_rt.gap.patch import PatchError, load_diagnosis, patched_text
+from epa_rt.gap.patch import PLANT_DIGEST, PatchError, check_names, check_plant, check_values, digest_of, load_diagnosis, patched_text
 from epa_rt.gap.report.as_json import json_text, schema
 from epa_rt.gap.report.gate import gate_words
 from epa_rt.gap.report.terminal import show
@@ -73,6 +73,38 @@ def test_a_patch_for_another_rig_whose_parameters_have_the_same_names_is_refused
     with pytest.raises(PatchError, match="found a diagnosis of the rig bench, expected one of damper"):
         patched_text(answer, Damper())
     assert patched_text(replace(answer, inputs={"subject": "damper"}), Damper())
+
+
+FRICTION = replace(EXPLAINED, fitted={"muscle.viscous_n_s_m": 5.5, "muscle.coulomb_n": 1.2}, effects=(replace(SLIP, name="friction", not_separable_from=()),), inputs={"plant": "a.yaml"})
+
+
+@pytest.mark.parametrize("value", [float("nan"), -1e9, 50.1])
+def test_a_number_that_the_plant_file_would_not_take_is_refused(value):
+    check_values(FRICTION, Damper())
+    with pytest.raises(PatchError, match=r"^muscle.coulomb_n: found .* N, expected 0 to 50 N$"):
+        check_values(replace(FRICTION, fitted={**FRICTION.fitted, "muscle.coulomb_n": value}), Damper())
+
+
+def test_an_effect_that_the_rig_cannot_have_is_refused():
+    check_names(FRICTION, Damper())
+    for wrong in (replace(SLIP, name="gremlin"), replace(SLIP, name="friction", not_separable_from=("gremlin",))):
+        with pytest.raises(PatchError, match="found the effect gremlin, expected one of the catalogue of damper"):
+            check_names(replace(FRICTION, effects=(wrong,)), Damper())
+
+
+def test_a_diagnosis_of_another_plant_file_is_refused_and_one_that_has_been_patched_is_not():
+    class Other(Damper):
+        knobs = {key: knob._replace(value=knob.value + 0.5) for key, knob in Damper.knobs.items()}
+
+    class Patched(Damper):
+        knobs = {key: knob._replace(value=FRICTION.fitted[key]) for key, knob in Damper.knobs.items()}
+
+    told = replace(FRICTION, inputs=FRICTION.inputs | {PLANT_DIGEST: digest_of(Damper())})
+    for fits in (Damper(), Patched()):
+        check_plant(told, fits)
+    check_plant(FRICTION, Other())  # an older answer, which does not say
+    with pytest.raises(PatchError, match="found a diagnosis of the plant file a.yaml, expected one of the plant file that is to be patched"):
+        check_plant(told, Other())
 
 
 def shown(diagnosis: Diagnosis) -> str:

@@ -51,6 +51,22 @@ def test_a_step_of_a_quarter_of_the_period_is_refused(at, step, jitter, clock):
         grid_of(table(jittered(off)), clock)
 
 
+def test_two_files_whose_clocks_never_meet_are_no_one_recording():
+    t = PERIOD_S * np.arange(200)
+    grid = grid_of(table(t), STATED)
+    assert beside(grid, table(t + 0.5), STATED, t).outside.sum() == 50
+    with pytest.raises(ImportRefused, match=r"log.csv:2: found rows from 10 s to 11.99 s by the clock of the first file's, which go from 0 s to 1.99 s"):
+        beside(grid, table(t + 10.0), STATED, t)
+
+
+def test_a_clock_in_a_unit_of_its_own_leaves_no_log_of_one_row():
+    t = 1e-3 * PERIOD_S * np.arange(200)
+    with pytest.raises(ImportRefused, match="found 200 rows within 0.00199 s, expected two periods of 0.01 s at least .is the clock's unit right"):
+        grid_of(table(t), Clock(column="t", unit="s", period="10 ms", resample="linear"))
+    with pytest.raises(ImportRefused, match="rows are 1e-05 s apart as a rule: is the clock's unit right"):
+        grid_of(table(t), STATED)
+
+
 @pytest.mark.parametrize("at", [60, 100, 140, 300])
 def test_the_row_that_is_named_is_the_one_where_the_stamps_step(at):
     off = np.zeros(400)

@@ -186,6 +186,12 @@ def test_trials_by_a_column(imported, tmp_path):
         ("between", 0, 50, False), ("trial 1", 50, 100, True), ("trial 2", 100, 150, True), ("between", 150, 200, False)]
 
 
+def test_a_trial_that_was_to_end_after_the_recording_is_said_to_be_cut(imported, files):
+    code, said, _ = imported(CSV.replace("end: 1 s", "end: 60 s"), files / "cart.csv")
+    assert code == 0 and "trial first was to end at 60 s and is cut at 1.99 s, where the recording ends" in said
+    assert "is cut at" not in imported(CSV.replace("end: 1 s", "end: 2 s"), files / "cart.csv")[1]
+
+
 @pytest.mark.parametrize(("number", "shown"), [(2_000_000, "2e+06"), (1.5, "1.5")])
 def test_a_number_that_is_no_trial_is_named(imported, tmp_path, number, shown):
     lap = np.where(np.arange(ROWS) == 120, number, 1.0)

@@ -238,3 +238,21 @@ def test_a_mat_file_on_which_its_reader_crashes(imported, tmp_path, monkeypatch)
     monkeypatch.setattr(mat_child.subprocess, "run", lambda command, **rest: run([command[0], "-c", "import os; os.abort()"], **rest))
     (tmp_path / "a.mat").write_bytes(mat_bytes())
     assert "its reader crashes on it" in imported(MAT, tmp_path / "a.mat")[1]
+
+
+@pytest.mark.parametrize(("kept", "words"), [(0, "found an empty file, expected an MCAP file"), (8, "found a file that was cut at byte 8"), (2000, "found a file that was cut at byte 2000")])
+def test_an_mcap_file_that_was_cut_says_so(kept, words, imported, tmp_path):
+    mcap_json(tmp_path / "a.mcap")
+    (tmp_path / "cut.mcap").write_bytes((tmp_path / "a.mcap").read_bytes()[:kept])
+    assert words in imported(MCAP, tmp_path / "cut.mcap")[1]
+    assert "found a file that begins with b'time;pos'" in imported(MCAP, _written(tmp_path / "b.mcap", csv_text()))[1]
+
+
+def test_a_first_row_of_numbers_is_no_header(imported, tmp_path):
+    said = imported(CSV.replace("time,", "'0.0',"), _written(tmp_path / "a.csv", "0.0;0.0;1.0\n10.0;0.1;1.0\n"))[1]
+    assert "found the column '0.0' 2 times in the header" in said and "'header: false', under format" in said
+
+
+def _written(path, text):
+    path.write_text(text)
+    return path
