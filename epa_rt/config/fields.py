@@ -53,7 +53,7 @@ def bounded(value: float, si_unit: str, low: float | None, high: float | None, s
         elif low is None:
             expected = f"at most {high:g} {si_unit}"
         else:
-            expected = f"{low:g} to {high:g} {si_unit}"
+            expected = f"{low:g} to {high:g} {si_unit}".removesuffix(" 1")
         raise UnitError(f"found '{shown}', expected {expected}")
     return value
 

@@ -149,7 +149,7 @@ def _quantity(source: Located, where: Location, row: Parameter, quantity: Any) -
     if row.name in WHOLE and value != int(value):
         raise source.error(where, f"{quantity}", "a whole number")
     if not row.low <= value <= row.high:
-        raise source.error(where, f"{quantity}", f"{row.low:g} to {row.high:g} {row.unit}")
+        raise source.error(where, f"{quantity}", f"{row.low:g} to {row.high:g} {row.unit}".removesuffix(" 1"))
     return value
 
 

@@ -110,5 +110,5 @@ def bounded(source: Located, where: Location, text: Any, unit: str, low: float, 
         found, _, expected = str(error).removeprefix("found ").partition(", expected ")
         raise source.error(where, found, expected) from None
     if not low <= value <= high:
-        raise source.error(where, f"{text}", f"{low:g} to {high:g} {unit}")
+        raise source.error(where, f"{text}", f"{low:g} to {high:g} {unit}".removesuffix(" 1"))
     return value
