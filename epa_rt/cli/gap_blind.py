@@ -103,12 +103,12 @@ def run(arguments: argparse.Namespace) -> int:
         return COMPLETED
     if arguments.part == "oracle":
         check_answers(arguments.answers, "--missed" if arguments.missed else "--next" if arguments.next else None)
-    if arguments.part in ("score", "rivals", "oracle"):
-        check_sealed(arguments.cases, sealed_of(arguments.cases, arguments.sealed))
-        check_cases(arguments.cases)
-    if arguments.part == "rivals":
-        check_libraries(arguments.only)
     try:
+        if arguments.part in ("score", "rivals", "oracle"):
+            check_sealed(arguments.cases, sealed_of(arguments.cases, arguments.sealed))
+            check_cases(arguments.cases)
+        if arguments.part == "rivals":
+            check_libraries(arguments.only)
         return {"make": _make, "score": _score, "matrix": _matrix, "rivals": _rivals, "oracle": _oracle}[arguments.part](arguments)
     except SealError as error:
         raise VerbError(str(error), BAD_INPUT) from None

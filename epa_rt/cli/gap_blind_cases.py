@@ -1,9 +1,9 @@
 """Whether every case of the blind benchmark is as it was made, before hours of diagnoses and before the truth is opened: what is broken is no wrong answer."""
 
-import json
 from pathlib import Path
 
 from epa_rt.cli.exits import VerbError
+from epa_rt.config.json_file import read_json
 
 ASKED = {"rig": str, "plant": str, "logs": list, "holdout": list, "leave_out": list}
 
@@ -19,12 +19,7 @@ def check_cases(cases: Path) -> None:
 
 def _told(path: Path) -> dict:
     """What a case says of itself."""
-    try:
-        told = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise VerbError(f"{path}: cannot be read ({error.strerror}), expected what epa gap blind make wrote of the case") from None
-    except (ValueError, RecursionError) as error:
-        raise VerbError(f"{path}: found no JSON ({error}), expected what epa gap blind make wrote of the case") from None
+    told = read_json(path, "what epa gap blind make wrote of the case", VerbError)
     for key, kind in ASKED.items():
         found = told.get(key) if isinstance(told, dict) else None
         if not isinstance(found, kind) or kind is list and not all(isinstance(one, str) for one in found):
@@ -39,7 +34,8 @@ def _check_case(folder: Path, told: dict) -> None:
     open_subject(folder / told["rig"], folder / told["plant"])
     for log in (*told["logs"], *told["holdout"]):
         try:
-            wrong = LogReader(folder / log).missing
+            with LogReader(folder / log) as reader:
+                wrong = reader.missing
         except LogError as error:
             raise VerbError(str(error)) from None
         if wrong:

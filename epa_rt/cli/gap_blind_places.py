@@ -8,21 +8,17 @@ from epa_rt.cli.exits import VerbError
 
 
 def check_sealed(cases: Path, sealed: Path) -> None:
-    """That there is something to open in the end; it is not opened here. Raises VerbError."""
+    """That there is something to open in the end; it is not opened here. Raises VerbError, SealError."""
+    from epa_rt.gap.blind.kept import hash_of
+    from epa_rt.gap.blind.seal import HASH, KEY, TRUTH
+
     if not cases.is_dir():
         raise VerbError(f"{cases}: found no such folder, expected the cases that epa gap blind make wrote")
-    if not (sealed / "truth.sealed").is_file():
-        raise VerbError(f"{sealed / 'truth.sealed'}: found no such file, expected the sealed truth of {cases} (--sealed)")
-    if not (sealed / "truth.key").is_file():
-        raise VerbError(f"{sealed / 'truth.key'}: found no such file, expected the key of the sealed truth of {cases}")
-    try:
-        told = (cases / "truth.sha256").read_text(encoding="utf-8").strip()
-    except UnicodeDecodeError:
-        told = ""
-    except OSError as error:
-        raise VerbError(f"{cases / 'truth.sha256'}: cannot be read ({error.strerror}), expected the hash of the sealed truth, which epa gap blind make writes beside the cases") from None
-    if re.fullmatch("[0-9a-f]{64}", told) is None:
-        raise VerbError(f"{cases / 'truth.sha256'}: found {told[:70]!r}, expected the hash of the sealed truth, 64 hex digits")
+    for name, what in ((TRUTH, "sealed truth"), (KEY, "key of the sealed truth")):
+        if not (sealed / name).is_file():
+            raise VerbError(f"{sealed / name}: found no such file, expected the {what} of {cases} (--sealed)")
+    if re.fullmatch("[0-9a-f]{64}", told := hash_of(cases)) is None:
+        raise VerbError(f"{cases / HASH}: found {told[:70]!r}, expected the hash of the sealed truth, 64 hex digits")
 
 
 def check_answers(answers: Path | None, asks: str | None) -> None:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, STOPPED, VerbError
 from epa_rt.cli.gap_fits import check_judged, check_spares
-from epa_rt.cli.gap_inputs import Opened, add_log_arguments, add_rig_arguments, catalogue_command, opened, plant_named, task_parser
+from epa_rt.cli.gap_inputs import Opened, add_log_arguments, add_rig_arguments, catalogue_command, opened, task_parser
 from epa_rt.cli.gap_plan import planned
 from epa_rt.cli.inputs import EXPERIMENT
 from epa_rt.cli.progress import progress_shown
@@ -49,11 +49,12 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
 def run(arguments: argparse.Namespace) -> int:
     from epa_rt.config.source import ConfigError
     from epa_rt.gap.report.terminal import console, show, show_found
+    from epa_rt.gap.subjects import named_plant
 
     for path, endings in ((arguments.json, (".json",)), (arguments.html, (".html", ".htm")), (arguments.patch, (".yaml", ".yml")), (arguments.picture, (".svg",))):
         check_writable(path, endings)
     given, out = opened(arguments, arguments.holdout), console()
-    check_spares(arguments.patch, (arguments.rig, given.plant, plant_named(arguments.rig, given.rig, given.subject)))
+    check_spares(arguments.patch, (arguments.rig, given.plant, named_plant(arguments.rig)))
     _known(arguments.leave_out, given)
     show_found(given.found, out)
     with progress_shown(arguments.quiet) as progress:
@@ -90,7 +91,7 @@ def _known(names: tuple[str, ...], given: Opened) -> None:
     for name in names:
         if name not in known:
             near = get_close_matches(name, known, 3) or known
-            raise VerbError(f"--leave-out: found '{name}', expected an effect of this rig's catalogue ({', '.join(near)}; all: {catalogue_command(given)})")
+            raise VerbError(f"--leave-out: found '{name}', expected an effect of this rig's catalogue ({', '.join(near)}; all: {catalogue_command(given.subject, given.rig)})")
 
 
 def _diagnosed(given: Opened, arguments: argparse.Namespace, progress: Progress) -> "Diagnosis":

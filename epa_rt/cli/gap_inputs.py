@@ -42,9 +42,9 @@ def add_log_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quiet", action="store_true", help="no progress")
 
 
-def catalogue_command(given: Opened) -> str:
+def catalogue_command(subject: "Subject", rig: "Rig | None") -> str:
     """What lists the effects that this rig can have."""
-    return "epa gap catalogue" if given.rig is not None else f"epa gap catalogue --kind {given.subject.rig.component.kind}"
+    return "epa gap catalogue" if rig is not None else f"epa gap catalogue --kind {subject.rig.component.kind}"
 
 
 def open_rig(rig: Path, plant: Path | None) -> "tuple[Subject, Rig | None, Path | None]":
@@ -60,11 +60,6 @@ def open_rig(rig: Path, plant: Path | None) -> "tuple[Subject, Rig | None, Path 
     typed = load_rig(rig)
     _, read_plant = load_plant_of(rig, typed, plant)
     return HouseSubject(typed, read_plant), typed, plant or rig.parent / typed.plant
-
-
-def plant_named(path: Path, rig: "Rig | None", subject: "Subject") -> Path | None:
-    """The plant file that a rig file names, whatever --plant says: nothing is written over it."""
-    return subject.rig.plant if rig is None else path.parent / rig.plant
 
 
 def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opened:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, VerbError
 from epa_rt.cli.gap_fits import check_spares
-from epa_rt.cli.gap_inputs import Opened, add_log_arguments, add_rig_arguments, opened, plant_named, task_parser
+from epa_rt.cli.gap_inputs import Opened, add_log_arguments, add_rig_arguments, catalogue_command, opened, task_parser
 from epa_rt.cli.progress import progress_shown
 from epa_rt.cli.write import check_writable, write_whole
 
@@ -36,6 +36,7 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
 def run(arguments: argparse.Namespace) -> int:
     from epa_rt.gap.patch import PatchError, check_names, check_rig, load_diagnosis
     from epa_rt.gap.rivals import sets_apart
+    from epa_rt.gap.subjects import named_plant
 
     check_writable(arguments.out, (".yaml", ".yml"))
     says = sys.stdout if arguments.out else sys.stderr  # what is printed for epa run to read is the file and nothing else
@@ -44,10 +45,10 @@ def run(arguments: argparse.Namespace) -> int:
     except PatchError as error:
         raise VerbError(str(error)) from None
     given = opened(arguments)
-    check_spares(arguments.out, (arguments.rig, given.plant, plant_named(arguments.rig, given.rig, given.subject)))
+    check_spares(arguments.out, (arguments.rig, given.plant, named_plant(arguments.rig)))
     try:
         check_rig(diagnosis, given.subject)
-        check_names(diagnosis, given.subject)
+        check_names(diagnosis, given.subject, catalogue_command(given.subject, given.rig))
     except PatchError as error:
         raise VerbError(f"{arguments.diagnosis}: {error}") from None
     if given.rig is None and not given.subject.menu():

@@ -4,7 +4,7 @@ from typing import Annotated, Any, get_args
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, WithJsonSchema, field_validator
 
-from epa_rt.config.units import UnitError, parse_pressure, parse_quantity
+from epa_rt.config.units import UnitError, parse_pressure, parse_quantity, with_unit
 
 STANDARD_ATMOSPHERE_PA = 101_325.0
 NAME_PATTERN = r"^[a-z][a-z0-9_]*$"
@@ -49,11 +49,11 @@ def bounded(value: float, si_unit: str, low: float | None, high: float | None, s
     """The value, or UnitError where it lies outside [low, high]."""
     if (low is not None and value < low) or (high is not None and value > high):
         if high is None:
-            expected = f"at least {low:g} {si_unit}"
+            expected = with_unit(f"at least {low:g}", si_unit)
         elif low is None:
-            expected = f"at most {high:g} {si_unit}"
+            expected = with_unit(f"at most {high:g}", si_unit)
         else:
-            expected = f"{low:g} to {high:g} {si_unit}".removesuffix(" 1")
+            expected = with_unit(f"{low:g} to {high:g}", si_unit)
         raise UnitError(f"found '{shown}', expected {expected}")
     return value
 

@@ -19,6 +19,11 @@ def _dim(**exponents: int) -> Dimension:
     return tuple(exponents.get(base, 0) for base in _BASES)
 
 
+def with_unit(number: str, si_unit: str) -> str:
+    """A number or a range as text with its unit; one that has none ("1") stands alone."""
+    return number if si_unit in ("1", "") else f"{number} {si_unit}"
+
+
 _LBF = 4.4482216152605  # N, exact: 0.453 592 37 kg at 9.806 65 m/s^2 (NIST SP 811, B.8)
 _UNITS: dict[str, tuple[float, Dimension]] = {
     "m": (1.0, _dim(m=1)), "g": (1e-3, _dim(kg=1)), "s": (1.0, _dim(s=1)), "A": (1.0, _dim(A=1)),

@@ -8,6 +8,8 @@ import numpy as np
 from epa_rt.config.rig import Rig
 from epa_rt.gap.recording import Recording
 
+_MOVES = 1e-3  # of a target, in its SI unit: less is no motion that is asked for
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -38,6 +40,13 @@ def judged_rows(recording: Recording, trials_only: bool = False) -> np.ndarray:
     for span in spans:
         rows[span.start : span.stop] = True
     return rows
+
+
+def target_moves(recording: Recording, rows: np.ndarray | None = None) -> bool:
+    """Whether the motor is told to move, on all rows or on those of a mask (N,)."""
+    told = (values if rows is None else values[rows] for name, values in recording.columns.items() if name.startswith(("cmd_motor", "ref_motor")))
+    known = (values[np.isfinite(values)] for values in told)
+    return any(len(values) and np.ptp(values) > _MOVES for values in known)
 
 
 def seconds(recording: Recording, row: int) -> float:

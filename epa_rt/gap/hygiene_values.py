@@ -4,9 +4,10 @@ import dataclasses
 
 import numpy as np
 
+from epa_rt.config.devices import Entry
 from epa_rt.config.rig import Rig
 from epa_rt.config.rig_checks import entries_of
-from epa_rt.gap.hygiene_finding import Finding, judged_rows, measured_names, seconds, stretches
+from epa_rt.gap.hygiene_finding import Finding, judged_rows, measured_names, seconds, stretches, target_moves
 from epa_rt.gap.recording import Recording
 from epa_rt.logs.layout import ANSWERED_AFTER
 from epa_rt.signals.scaling import Scaling, scaling_of
@@ -47,11 +48,16 @@ def check_values(recording: Recording, rig: Rig | None) -> list[Finding]:
     return found + (_unasked(recording, rig, rows) if rig is not None else [])
 
 
-def scaling_of_row(rig: Rig, name: str) -> Scaling | None:
-    """How a row's counts become SI; None for bits, words and raw counts. Raises KeyError where the rig has no such row."""
+def entry_of(rig: Rig, name: str) -> Entry:
+    """The entry of the process data that a row stands in. Raises KeyError where the rig has no such row."""
     row = rig.row(name)
     slave, entry_name = row.entry.split(".")
-    entry = next(e for s in rig.slaves if s.name == slave for e in entries_of(s, row.is_output) if e.name == entry_name)
+    return next(e for s in rig.slaves if s.name == slave for e in entries_of(s, row.is_output) if e.name == entry_name)
+
+
+def scaling_of_row(rig: Rig, name: str) -> Scaling | None:
+    """How a row's counts become SI; None for bits, words and raw counts. Raises KeyError where the rig has no such row."""
+    row, entry = rig.row(name), entry_of(rig, name)
     return None if entry.code == "?" or name.endswith("_raw") else scaling_of(row, entry, rig)
 
 
@@ -121,9 +127,8 @@ def _unasked(recording: Recording, rig: Rig, rows: np.ndarray) -> list[Finding]:
 
 def _constant(recording: Recording, rig: Rig | None, name: str, value: float) -> list[Finding]:
     """An analog sensor that never moves is dead; what a drive says may stand still while the motor is not told to move."""
-    told = [v[np.isfinite(v)] for n, v in recording.columns.items() if n.startswith(("cmd_motor", "ref_motor"))]
     severity = "note" if rig is None else "refuse"
-    if rig is not None and not is_analog(rig, name) and not any(len(v) and np.ptp(v) > 1e-3 for v in told):
+    if rig is not None and not is_analog(rig, name) and not target_moves(recording):
         return []
     return [_of(recording, severity, "dropped channel", name, f"found {value:.6g} on every row, expected a channel that moves")]
 

@@ -3,20 +3,18 @@
 import numpy as np
 
 from epa_rt.config.rig import Rig
-from epa_rt.config.rig_checks import entries_of
-from epa_rt.gap.hygiene_finding import Finding, judged_rows, seconds
+from epa_rt.gap.hygiene_finding import Finding, judged_rows, seconds, target_moves
+from epa_rt.gap.hygiene_values import entry_of
 from epa_rt.gap.recording import Recording
-
-_MOVES = 1e-3  # of a target, in its SI unit: less is no motion that is asked for
 
 
 def check_words(recording: Recording, rig: Rig) -> list[Finding]:
     """Findings on bits, words and counts that are none, and on a drive that is never on."""
     found = []
-    codes = {f"{slave.name}.{entry.name}": entry.code for slave in rig.slaves for outputs in (False, True) for entry in entries_of(slave, outputs)}
     for row in rig.signals:
-        if row.name in recording.columns and (codes[row.entry] == "?" or row.name.endswith("_raw")):
-            found += _no_word(recording, row.name, codes[row.entry] == "?")
+        bit = entry_of(rig, row.name).code == "?"
+        if row.name in recording.columns and (bit or row.name.endswith("_raw")):
+            found += _no_word(recording, row.name, bit)
     return found or _never_on(recording, rig)
 
 
@@ -38,8 +36,7 @@ def _never_on(recording: Recording, rig: Rig) -> list[Finding]:
     if name is None or name not in recording.columns:
         return []
     known = rows & np.isfinite(recording.columns[name])
-    told = [values[known & np.isfinite(values)] for other, values in recording.columns.items() if other.startswith(("cmd_motor", "ref_motor"))]
-    if not known.any() or is_on(recording.columns[name][known]).any() or not any(len(values) and np.ptp(values) > _MOVES for values in told):
+    if not known.any() or is_on(recording.columns[name][known]).any() or not target_moves(recording, known):
         return []
     first = int(recording.columns[name][known][0])
     return [_of(recording, "drive off", name, f"found the drive on in no row of the trials (the first word is {first}, 0x{first & 0xFFFF:04X}) while the motor's target moves, "

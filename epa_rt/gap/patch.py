@@ -5,8 +5,10 @@ import json
 import math
 from pathlib import Path
 
+from epa_rt.config.json_file import read_json
+from epa_rt.config.units import with_unit
 from epa_rt.gap.diagnosis import Diagnosis, Number
-from epa_rt.gap.subject import Subject
+from epa_rt.gap.subject import Subject, Values
 
 PLANT_DIGEST = "plant_sha256"  # among the inputs of a diagnosis
 SLACK = 1e-9                    # of a number that stands at the end of its range: it has been through text
@@ -20,12 +22,7 @@ def load_diagnosis(path: Path) -> Diagnosis:
     """A diagnosis as ``epa gap diagnose --json`` wrote it. Raises PatchError."""
     from pydantic import TypeAdapter, ValidationError
 
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise PatchError(f"{path}: cannot be read ({error.strerror})") from None
-    except (ValueError, RecursionError) as error:
-        raise PatchError(f"{path}: found no JSON ({error}), expected a diagnosis of epa gap diagnose") from None
+    data = read_json(path, "a diagnosis of epa gap diagnose", PatchError)
     try:
         return TypeAdapter(Diagnosis).validate_python(data)
     except ValidationError as error:
@@ -41,22 +38,21 @@ def check_rig(diagnosis: Diagnosis, subject: Subject) -> None:
         raise PatchError(f"found a diagnosis of the rig {told}, expected one of {subject.name}")
 
 
-def check_names(diagnosis: Diagnosis, subject: Subject) -> None:
-    """Raises PatchError where a diagnosis names an effect that the rig cannot have."""
+def check_names(diagnosis: Diagnosis, subject: Subject, listed_by: str) -> None:
+    """Raises PatchError where a diagnosis names an effect that the rig cannot have; ``listed_by``: the command that lists those that it can."""
     known = {effect.name for effect in subject.catalogue}
     for name in (name for one in diagnosis.effects for name in (one.name, *one.not_separable_from)):
         if name not in known:
-            raise PatchError(f"found the effect {name}, expected one of the catalogue of {subject.name}")
+            raise PatchError(f"found the effect {name}, expected one of the catalogue of {subject.name} ({listed_by})")
 
 
-def check_values(diagnosis: Diagnosis, subject: Subject) -> None:
+def check_values(values: Values, subject: Subject) -> None:
     """Raises PatchError where a number of a diagnosis is none that the rig's plant file takes: it has been through other hands."""
-    for key, value in values_of(diagnosis, subject)[0].items():
+    for key, value in values.items():
         knob = subject.knobs[key]
         ends = [end for end in (knob.low, knob.high, knob.value, knob.absent) if end is not None]
         if not min(ends) - SLACK * abs(value) <= value <= max(ends) + SLACK * abs(value):  # not so of NaN either
-            unit = "" if knob.unit == "1" else f" {knob.unit}"
-            raise PatchError(f"{key}: found {value:.6g}{unit}, expected {knob.low:.6g} to {knob.high:.6g}{unit}")
+            raise PatchError(f"{key}: found {with_unit(f'{value:.6g}', knob.unit)}, expected {with_unit(f'{knob.low:.6g} to {knob.high:.6g}', knob.unit)}")
 
 
 def digest_of(subject: Subject) -> str:
@@ -64,12 +60,11 @@ def digest_of(subject: Subject) -> str:
     return hashlib.sha256(json.dumps(sorted((key, knob.value) for key, knob in subject.knobs.items())).encode()).hexdigest()
 
 
-def check_plant(diagnosis: Diagnosis, subject: Subject) -> None:
-    """Raises PatchError where a diagnosis says that it is of another plant file; one whose numbers are all the patched ones is none."""
+def check_plant(diagnosis: Diagnosis, values: Values, subject: Subject) -> None:
+    """Raises PatchError where a diagnosis says that it is of another plant file; one whose numbers are all the patched ``values`` is none."""
     told = diagnosis.inputs.get(PLANT_DIGEST)
     if told is None or told == digest_of(subject):
         return
-    values, _ = values_of(diagnosis, subject)
     if all(math.isclose(subject.knobs[key].value, value, rel_tol=1e-12) for key, value in values.items()):
         return  # has been patched with it already
     raise PatchError(f"found a diagnosis of the plant file {diagnosis.inputs.get('plant')}, expected one of the plant file that is to be patched, which has other numbers (give the one that was diagnosed: --plant)")

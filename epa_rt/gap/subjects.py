@@ -15,8 +15,12 @@ def open_subject(rig: Path, plant: Path | None = None, leave_out: frozenset[str]
     return open_house(rig, plant or named_plant(rig), leave_out)
 
 
-def named_plant(rig: Path) -> Path:
-    """The plant file that a rig of this house names. Raises ConfigError."""
+def named_plant(rig: Path) -> Path | None:
+    """The plant file that a rig file names; None where one of others names none. Raises ConfigError."""
+    if is_foreign(rig):
+        from epa_rt.gap.foreign.rig_file import load_rig
+
+        return load_rig(rig).plant
     from epa_rt.config.rig import rig_from
     from epa_rt.config.source import load_yaml
 

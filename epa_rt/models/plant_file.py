@@ -9,7 +9,7 @@ import numpy as np
 import yaml
 
 from epa_rt.config.source import Located, Location, load_yaml
-from epa_rt.config.units import UnitError, parse_quantity
+from epa_rt.config.units import UnitError, parse_quantity, with_unit
 from epa_rt.models.parameters import BLOCKS, TWICE, Parameter, Table, effects, neutral_params
 
 SUBSTEPS = 2
@@ -149,7 +149,7 @@ def _quantity(source: Located, where: Location, row: Parameter, quantity: Any) -
     if row.name in WHOLE and value != int(value):
         raise source.error(where, f"{quantity}", "a whole number")
     if not row.low <= value <= row.high:
-        raise source.error(where, f"{quantity}", f"{row.low:g} to {row.high:g} {row.unit}".removesuffix(" 1"))
+        raise source.error(where, f"{quantity}", with_unit(f"{row.low:g} to {row.high:g}", row.unit))
     return value
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from epa_rt.config.source import Located, Location, load_yaml
-from epa_rt.config.units import UnitError, parse_pressure, parse_quantity
+from epa_rt.config.units import UnitError, parse_pressure, parse_quantity, with_unit
 from epa_rt.models.plant_file import PlantFile, load_plant
 
 MOST_POINTS = 400
@@ -31,7 +31,7 @@ class Setting:
             return default
         value = self._value((key,), self._there(key), lambda text: parse_quantity(text, unit))
         if not low <= value <= high:
-            raise self.source.error((key,), str(self.source.data[key]), f"{low:g} to {high:g} {unit}")
+            raise self.source.error((key,), str(self.source.data[key]), with_unit(f"{low:g} to {high:g}", unit))
         return value
 
     def pressures(self, key: str, atmosphere_pa: float) -> np.ndarray:

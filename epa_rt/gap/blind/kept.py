@@ -15,7 +15,7 @@ OF, ORACLE = "of.json", "oracle"
 def hash_of(cases: Path) -> str:
     """Hash of the truth that was sealed with these cases, which tells one set from another. Raises SealError."""
     try:
-        return (cases / HASH).read_text(encoding="utf-8").strip()
+        return (cases / HASH).read_text(encoding="utf-8", errors="replace").strip()
     except OSError as error:
         raise SealError(f"{error.filename}: cannot be read ({error.strerror}), expected the hash that epa gap blind make wrote") from None
 

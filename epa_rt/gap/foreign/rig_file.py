@@ -6,7 +6,7 @@ from typing import Any
 
 from epa_rt.config.fields import Frozen, Name, quantity
 from epa_rt.config.source import Located, Location, load_yaml, validate
-from epa_rt.config.units import UnitError, parse_quantity
+from epa_rt.config.units import UnitError, parse_quantity, with_unit
 from epa_rt.gap.foreign.component import Component
 
 
@@ -110,5 +110,5 @@ def bounded(source: Located, where: Location, text: Any, unit: str, low: float, 
         found, _, expected = str(error).removeprefix("found ").partition(", expected ")
         raise source.error(where, found, expected) from None
     if not low <= value <= high:
-        raise source.error(where, f"{text}", f"{low:g} to {high:g} {unit}".removesuffix(" 1"))
+        raise source.error(where, f"{text}", with_unit(f"{low:g} to {high:g}", unit))
     return value

@@ -11,7 +11,6 @@ import numpy as np
 
 from epa_rt.logs.importers.table import ImportRefused, Table, element_of, shown, why
 
-_MAGIC = b"\x89MCAP0\r\n"
 STAMPS = ("log_time", "publish_time")
 _ENCODINGS = ("json", "protobuf")
 
@@ -60,11 +59,13 @@ def _messages(path: Path, topic: str):
 
 def _check_ends(path: Path, file: BinaryIO) -> None:
     """Raises ImportRefused for what is no MCAP file or was cut. A pipe or a folder raises OSError."""
-    first, size = file.read(len(_MAGIC)), file.seek(0, os.SEEK_END)
-    if first != _MAGIC:
-        raise ImportRefused(f"{path}: found {f'a file that begins with {first!r}' if first else 'an empty file'}, expected an MCAP file (it begins with {_MAGIC!r})")
-    file.seek(max(size - len(_MAGIC), 0))
-    if size < 2 * len(_MAGIC) or file.read() != _MAGIC:
+    from mcap.writer import MCAP0_MAGIC
+
+    first, size = file.read(len(MCAP0_MAGIC)), file.seek(0, os.SEEK_END)
+    if first != MCAP0_MAGIC:
+        raise ImportRefused(f"{path}: found {f'a file that begins with {first!r}' if first else 'an empty file'}, expected an MCAP file (it begins with {MCAP0_MAGIC!r})")
+    file.seek(max(size - len(MCAP0_MAGIC), 0))
+    if size < 2 * len(MCAP0_MAGIC) or file.read() != MCAP0_MAGIC:
         raise ImportRefused(f"{path}: found a file that was cut at byte {size} (its last bytes are missing), expected a whole MCAP file")
     file.seek(0)
 

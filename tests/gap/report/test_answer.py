@@ -80,16 +80,16 @@ FRICTION = replace(EXPLAINED, fitted={"muscle.viscous_n_s_m": 5.5, "muscle.coulo
 
 @pytest.mark.parametrize("value", [float("nan"), -1e9, 50.1])
 def test_a_number_that_the_plant_file_would_not_take_is_refused(value):
-    check_values(FRICTION, Damper())
+    check_values(FRICTION.fitted, Damper())
     with pytest.raises(PatchError, match=r"^muscle.coulomb_n: found .* N, expected 0 to 50 N$"):
-        check_values(replace(FRICTION, fitted={**FRICTION.fitted, "muscle.coulomb_n": value}), Damper())
+        check_values({**FRICTION.fitted, "muscle.coulomb_n": value}, Damper())
 
 
 def test_an_effect_that_the_rig_cannot_have_is_refused():
-    check_names(FRICTION, Damper())
+    check_names(FRICTION, Damper(), "epa gap catalogue")
     for wrong in (replace(SLIP, name="gremlin"), replace(SLIP, name="friction", not_separable_from=("gremlin",))):
-        with pytest.raises(PatchError, match="found the effect gremlin, expected one of the catalogue of damper"):
-            check_names(replace(FRICTION, effects=(wrong,)), Damper())
+        with pytest.raises(PatchError, match="found the effect gremlin, expected one of the catalogue of damper .epa gap catalogue."):
+            check_names(replace(FRICTION, effects=(wrong,)), Damper(), "epa gap catalogue")
 
 
 def test_a_diagnosis_of_another_plant_file_is_refused_and_one_that_has_been_patched_is_not():
@@ -101,10 +101,10 @@ def test_a_diagnosis_of_another_plant_file_is_refused_and_one_that_has_been_patc
 
     told = replace(FRICTION, inputs=FRICTION.inputs | {PLANT_DIGEST: digest_of(Damper())})
     for fits in (Damper(), Patched()):
-        check_plant(told, fits)
-    check_plant(FRICTION, Other())  # an older answer, which does not say
+        check_plant(told, told.fitted, fits)
+    check_plant(FRICTION, FRICTION.fitted, Other())  # an older answer, which does not say
     with pytest.raises(PatchError, match="found a diagnosis of the plant file a.yaml, expected one of the plant file that is to be patched"):
-        check_plant(told, Other())
+        check_plant(told, told.fitted, Other())
 
 
 def shown(diagnosis: Diagnosis) -> str:
