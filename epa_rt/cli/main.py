@@ -26,6 +26,7 @@ from epa_rt.cli.exits import BAD_INPUT, EPILOGUE, FAILED, STOPPED, VerbError
 
 VERBS = ("check", "run", "bus", "replay", "info", "plot", "report", "gap", "identify", "study", "import", "schema", "scan", "doctor")
 _REFUSED = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # by what the output goes to
+_ONE_THREAD = "OPENBLAS_NUM_THREADS"  # what is worked on side by side are links and logs; threads of their own inside small products wait for each other (a fifth of a diagnosis)
 _FILES = {"import": "import_"}  # verbs that Python has another use for
 
 
@@ -45,6 +46,7 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one verb; returns its exit code. Errors of the operator's input come out as one sentence."""
+    os.environ.setdefault(_ONE_THREAD, "1")  # before anything imports numpy
     from epa_rt.config.source import ConfigError
 
     for stream in (sys.stdout, sys.stderr):

@@ -11,6 +11,7 @@ from epa_rt.gap.point import Point, linearised, normal_of, solve, z_of
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.refit import searched
+from epa_rt.gap.side_by_side import each
 from epa_rt.gap.subject import Link, Subject, Values
 
 LINK = "whole"
@@ -134,7 +135,7 @@ def twins_of(subject: Subject, recordings: Sequence[Recording], values: Values) 
     """Of every recording the run of the plant ``values`` without noise and those with it; None where the rig has no model of the whole."""
     found = []
     for recording in recordings:
-        runs = [subject.free_run(recording, values, seed) for seed in (None, *SEEDS)]
+        runs = each(lambda seed, of=recording: subject.free_run(of, values, seed), (None, *SEEDS))
         if any(run is None for run in runs):
             return None
         found.append((runs[0], runs[1:]))

@@ -12,6 +12,7 @@ import numpy as np
 from epa_rt.gap.bars import BARS
 from epa_rt.gap.colour import autocovariance, levinson, white_size
 from epa_rt.gap.recording import Recording
+from epa_rt.gap.side_by_side import each
 from epa_rt.gap.significance import scatter
 from epa_rt.gap.subject import Subject, Values
 
@@ -62,8 +63,8 @@ def floors(subject: Subject, recordings: Sequence[Recording], values: Values, re
     ``repeats``: groups of recording names that are runs of one experiment. Raises KeyError where one is of no recording, a recording lacks a column,
     or a number of ``values`` is unknown.
     """
-    own = {r.name: _residuals(subject, r, values) for r in recordings}
-    twins = {r.name: _twins(subject, r, values, seed) for r in recordings}
+    made = each(lambda r: (_residuals(subject, r, values), _twins(subject, r, values, seed)), recordings)
+    own, twins = ({r.name: of_recording[i] for r, of_recording in zip(recordings, made, strict=True)} for i in range(2))
     found = {}
     for link in subject.links:
         if not any(np.isfinite(own[r.name][link.name]).any() for r in recordings):

@@ -148,11 +148,10 @@ def linearised(problem: Problem, effects: tuple[str, ...], values: dict[str, flo
     """Residuals and derivatives of all links over the nominal parameters and the knobs of the effects that are on."""
     keys = problem.nominal + tuple(dict.fromkeys(k for e in effects for k in problem.effects[e].knobs))
     residual = dict(zip(problem.links, problem.each(lambda link: problem.residual(values, link), problem.links), strict=True))
-    jobs = [(i, link) for i, key in enumerate(keys) for link in problem.touched((key,))]
-    made = problem.each(lambda job: problem.derivative(values, keys[job[0]], job[1], residual[job[1]]), jobs)
+    made = problem.each(lambda key: {link: problem.derivative(values, key, link, residual[link]) for link in problem.touched((key,))}, keys)  # links share much of a plant
     columns = {}
     for link in problem.links:
-        own = [(i, column) for (i, at), column in zip(jobs, made, strict=True) if at == link]
+        own = [(i, of_key[link]) for i, of_key in enumerate(made) if link in of_key]
         table = np.column_stack([c for _, c in own]) if own else np.zeros((problem.samples(link), 0))
         columns[link] = (np.array([i for i, _ in own], int), table)
     return Point(effects, dict(values), residual, columns, normal_of(problem, keys, values, residual, columns))

@@ -6,7 +6,6 @@ Cut into blocks of a second or two that all links share, for what resamples or l
 import copy
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from itertools import combinations
 
 import numpy as np
@@ -15,6 +14,7 @@ from epa_rt.gap.chunks import chunks_of
 from epa_rt.gap.floor import Floor
 from epa_rt.gap.generic import Design
 from epa_rt.gap.recording import Recording
+from epa_rt.gap.side_by_side import each
 from epa_rt.gap.subject import Subject, Values
 from epa_rt.models.effect import Effect, Knob
 
@@ -22,7 +22,6 @@ BLOCK_S = 1.5          # longer than what the residuals remember; the unit of ev
 MOST_BLOCKS = 240      # long logs get longer blocks, so that a fit's normal equations stay small
 FOLDS = 4
 FINITE_STEP = 0.01     # of a knob's spread, for derivatives; a subject may want another one (``finite_step``)
-WORKERS = 2
 
 
 class Stopped(Exception):
@@ -46,7 +45,7 @@ class Problem:
         self.effects: dict[str, Effect] = {e.name: e for e in subject.catalogue if not {e.name, e.family} & left_out}
         self.knobs: Mapping[str, Knob] = subject.knobs
         self.nominal = tuple(knob.key for knob in subject.nominal)
-        self.prepared = dict(prepared) if prepared else {r.name: subject.prepare(r) for r in recordings}
+        self.prepared = dict(prepared) if prepared else dict(zip((r.name for r in recordings), each(subject.prepare, recordings), strict=True))
         self.scale = {link: float(np.sqrt((misfit or {}).get(link, 1.0))) for link in self.links}
         self._stop = stop
         self._lock = threading.Lock()
@@ -124,7 +123,7 @@ class Problem:
     def residual(self, values: Values, link: str) -> np.ndarray:
         """(samples(link),) whitened residual over all recordings. Raises Stopped when the caller asked for it."""
         self._asked()
-        return np.concatenate([self._whitened(r.name, link, values)[self._keep[r.name, link]] for r in self.recordings])
+        return np.concatenate(each(lambda r: self._whitened(r.name, link, values)[self._keep[r.name, link]], self.recordings))
 
     def _asked(self) -> None:
         if self._stop is not None and self._stop():
@@ -166,10 +165,10 @@ class Problem:
         if cheaper is None:
             return self.residual(values, link) - here
         self._asked()
-        made = [(r.name, cheaper(self.prepared[r.name], values, at, far)) for r in self.recordings]
-        if any(one is None for _, one in made):
+        made = each(lambda r: cheaper(self.prepared[r.name], values, at, far), self.recordings)
+        if any(one is None for one in made):
             return self.residual(values, link) - here
-        return np.concatenate([self.floors[link].whiten(one)[self._keep[name, link]] for name, one in made]) / self.scale[link]
+        return np.concatenate([self.floors[link].whiten(one)[self._keep[r.name, link]] for r, one in zip(self.recordings, made, strict=True)]) / self.scale[link]
 
     def strength(self, effect: str) -> tuple[str, ...]:
         """Knobs that switch an effect off, each on its own or, where none does, the fewest together; the others shape it."""
@@ -193,8 +192,5 @@ class Problem:
         return self._strength[effect]
 
     def each(self, function, items: Sequence) -> list:
-        """``function`` of every item on two threads (the models release the interpreter's lock), in order."""
-        if len(items) < 2:
-            return [function(item) for item in items]
-        with ThreadPoolExecutor(WORKERS) as pool:
-            return list(pool.map(function, items))
+        """``function`` of every item, in order, on both processors."""
+        return each(function, items)

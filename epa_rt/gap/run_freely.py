@@ -13,6 +13,7 @@ from epa_rt.gap.floor import Floor, fitted, white
 from epa_rt.gap.ground import judged
 from epa_rt.gap.localise import localise
 from epa_rt.gap.recording import Recording
+from epa_rt.gap.side_by_side import each
 from epa_rt.gap.shrink import FLOOR_SEEDS
 from epa_rt.gap.significance import scatter
 from epa_rt.gap.subject import Link, Subject, Values
@@ -26,8 +27,10 @@ def localise_freely(subject: Subject, recordings: Sequence[Recording], values: V
     Of what free run is heard on (``ground.judged``). The block is ``BLOCK``: a reading that is off in free run says nothing of which one. ``prepared``: recording name to ``Subject.prepare``, where it is at hand.
     """
     recordings = judged(subject, recordings)
-    runs = {one.name: subject.free_run(one, values, None) for one in recordings}
-    twins = {one.name: [subject.free_run(one, values, seed) for seed in FLOOR_SEEDS] for one in recordings}
+    made = each(lambda job: subject.free_run(job[0], values, job[1]), [(one, seed) for one in recordings for seed in (None, *FLOOR_SEEDS)])
+    count = 1 + len(FLOOR_SEEDS)
+    runs = {one.name: made[count * i] for i, one in enumerate(recordings)}
+    twins = {one.name: made[count * i + 1:count * (i + 1)] for i, one in enumerate(recordings)}
     if not runs or any(run is None for run in runs.values()) or any(twin is None for made in twins.values() for twin in made):
         return ()
     names = [name for name in channels(recordings[0], runs[recordings[0].name]) if all(name in one.columns for one in recordings)]

@@ -10,6 +10,7 @@ from epa_rt.gap.floor import Floor
 from epa_rt.gap.localise import unbiased
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.share import Squares, share, squares
+from epa_rt.gap.side_by_side import each
 from epa_rt.gap.subject import Link, Subject, Values
 
 OVERALL, ALL = "all channels", "all"
@@ -56,12 +57,14 @@ def _free_run(subject: Subject, recordings: Sequence[Recording], before: Values,
     found: dict[Baseline, _Misfits] = {"refitted": {}, "plant_file": {}}
     asked: dict[Baseline, _Misfits] = {"refitted": {}, "plant_file": {}}
     for recording in recordings:
-        best, twins = subject.free_run(recording, after, None), [subject.free_run(recording, after, seed) for seed in FLOOR_SEEDS]
+        plants = [(before, None), ({}, None), (after, None), *((after, seed) for seed in FLOOR_SEEDS)]
+        *baselines, best, one, two, three = each(lambda plant, of=recording: subject.free_run(of, *plant), plants)
+        twins = (one, two, three)
         if best is None or any(twin is None for twin in twins):
             return []
         apart = [[(twin, best) for twin in twins]]
-        for baseline, values in (("refitted", before), ("plant_file", {})):
-            runs = (recording, subject.free_run(recording, values, None), [best], apart)
+        for baseline, run in zip(found, baselines, strict=True):
+            runs = (recording, run, [best], apart)
             _add(found[baseline], recording.name, channel_squares(subject, *runs))
             _add(asked[baseline], recording.name, figure_squares(*runs))
     return [row for baseline in found for row in (*_rows(found[baseline], "free_run", baseline, "twin"),

@@ -42,10 +42,10 @@ def on_noise(problem: Problem, point: Point, seed: int = 0) -> dict[str, float]:
     has a shape. 1 where the rig has no model of the whole.
     """
     subject = problem.subject
-    twins = {r.name: subject.free_run(r, point.values, TWIN_SEED + seed) for r in problem.recordings}
-    if any(twin is None for twin in twins.values()):
+    twins = problem.each(lambda r: subject.free_run(r, point.values, TWIN_SEED + seed), problem.recordings)
+    if any(twin is None for twin in twins):
         return dict.fromkeys(problem.links, 1.0)
-    prepared = {name: subject.prepare(twin) for name, twin in twins.items()}
+    prepared = dict(zip((r.name for r in problem.recordings), problem.each(subject.prepare, twins), strict=True))
     made = problem.each(lambda link: generic_of(subject, prepared, point.values, problem.floors, link), problem.links)
     return {link: min(fit.after / fit.before, 1.0) if fit.before > 0.0 and fit.samples else 1.0
             for link, fit in zip(problem.links, made, strict=True)}

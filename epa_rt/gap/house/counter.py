@@ -11,6 +11,7 @@ import numpy as np
 
 from epa_rt.gap.hygiene_finding import Finding
 from epa_rt.gap.recording import Recording
+from epa_rt.gap.side_by_side import each
 
 if TYPE_CHECKING:
     from epa_rt.gap.house.subject import HouseSubject
@@ -39,5 +40,5 @@ def _rounding(subject: "HouseSubject") -> "HouseSubject":
 
 def left(subject: "HouseSubject", recordings: Sequence[Recording]) -> float:
     """rms of the drive's link at the plant file's values, A; infinite where nothing of it can be judged."""
-    residuals = np.concatenate([subject.residual(subject.prepare(recording), {}, LINK) for recording in recordings])
+    residuals = np.concatenate(each(lambda recording: subject.residual(subject.prepare(recording), {}, LINK), recordings))
     return float(np.sqrt(np.nanmean(residuals**2))) if np.isfinite(residuals).any() else np.inf

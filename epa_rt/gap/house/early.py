@@ -12,6 +12,7 @@ import numpy as np
 from epa_rt.gap.house.counter import LINK, left
 from epa_rt.gap.hygiene_finding import Finding
 from epa_rt.gap.recording import Recording
+from epa_rt.gap.side_by_side import each
 from epa_rt.logs.layout import ANSWERED_AFTER
 
 if TYPE_CHECKING:
@@ -24,8 +25,8 @@ def check_early(recordings: Sequence[Recording], subject: "HouseSubject") -> tup
     """A refusal of the first recording whose drive's current is only understood with its commands some rows earlier."""
     if LINK not in {link.name for link in subject.links}:
         return ()
-    for recording in recordings:
-        off = [left(subject, [_earlier(recording, rows)]) for rows in range(ANSWERED_AFTER + 1)]
+    rows_earlier = range(ANSWERED_AFTER + 1)
+    for recording, off in zip(recordings, each(lambda one: [left(subject, [_earlier(one, rows)]) for rows in rows_earlier], recordings), strict=True):
         best = int(np.argmin(off))
         if best and off[best] < PLAINLY * off[0]:
             return (Finding("refuse", "rows", recording.name, "", f"{recording.name}: found commands that the drive answers {best} row{'s' if best > 1 else ''} before they act (its current is off by "

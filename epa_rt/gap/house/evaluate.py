@@ -8,6 +8,7 @@ from epa_rt.gap.house import gas_link, instruments, motion, motor_link, smooth
 from epa_rt.gap.house.depends import gases, lengths, pressures
 from epa_rt.gap.house.prepared import Prepared
 from epa_rt.models.blocks.bus import valve_delays
+from epa_rt.models.ports import STATE
 
 
 class Bench:
@@ -122,6 +123,9 @@ class Bench:
 
     def late_part(self) -> np.ndarray:
         """(N,) what frame, age and lag add to the force, from a prediction: taken from the reading, its noise would swing too."""
+        return self.kept("late part", (self.params,), self._late_part)
+
+    def _late_part(self) -> np.ndarray:
         calm = self.predicted_force(0, calm=True)
         return instruments.cell(self.sensors, calm, self.prepared.period_s) - calm
 
@@ -147,7 +151,7 @@ class Bench:
     def _pull(self, i: int, gauge: np.ndarray) -> np.ndarray:
         """(N,) force of muscle i at a gauge pressure (N,) and its measured length."""
         line, out = self.line(i), np.empty(self.prepared.count)
-        motion.pulls(self.params, i, gauge, line[0], line[1], self.prepared.period_s, out)
+        motion.pulls(self.params, np.zeros(1, STATE), i, gauge, line[0], line[1], self.prepared.period_s, out)
         return out
 
     def pressure(self, i: int) -> tuple[np.ndarray, np.ndarray]:
@@ -187,6 +191,15 @@ class Bench:
             return self.zero()
         out = np.empty(self.prepared.count)
         motor_link.warmth(self.params["drive"][0], self.true("motor_current_a"), self.prepared.period_s, out)
+        return out
+
+    def needed_current(self) -> np.ndarray:
+        """(N,) current that the measured motion needs against the muscles' forces, A: made once for the two links that are held against it."""
+        return self.kept("current", (self.params,), self._needed_current)
+
+    def _needed_current(self) -> np.ndarray:
+        out = np.empty(self.prepared.count)
+        motor_link.balance_current(self.params, *self.motor(), self.spool(), self.warmth(), self.prepared.period_s, out)
         return out
 
     def spool(self) -> np.ndarray:

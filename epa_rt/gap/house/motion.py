@@ -7,7 +7,7 @@ import numpy as np
 from epa_rt.gap.house.compiled import compiled
 from epa_rt.models.blocks import braid, load, muscle, sensors, transmission
 from epa_rt.models.chain import lengths
-from epa_rt.models.ports import BRANCHES, MEMORY
+from epa_rt.models.ports import BRANCHES
 
 
 @compiled
@@ -44,10 +44,10 @@ def crept(branch, rate, time_s, period_s):
 
 
 @compiled
-def pulls(params, i, gauge, length, speed, period_s, out):
-    """Force of muscle i (N,) from gauge pressure, line length and its speed; the force of the cycle before stretches the strap."""
-    m = params[0].muscle[i]
-    memory = np.zeros(MEMORY)
+def pulls(params, state, i, gauge, length, speed, period_s, out):
+    """Force of muscle i (N,) from gauge pressure, line length and its speed; the force of the cycle before stretches the strap. ``state``: a fresh STATE (1,), whose
+    braid is moved: to an array of its own every cycle would count its references twice, which takes as long as the force itself."""
+    m, memory = params[0].muscle[i], state[0].memory[i]
     creep, strap, before = np.zeros(BRANCHES), 0.0, length[0]
     for k in range(len(length)):
         fitted = length[k] - muscle.strap_stretch(m, strap)

@@ -10,6 +10,7 @@ from epa_rt.gap.house.channels import Channel
 
 if TYPE_CHECKING:
     from epa_rt.gap.house.prepared import Prepared
+    from epa_rt.gap.house.readings import Readings
 
 WINDOW = 32          # samples
 CALM = 0.1          # quantile of the windows that is taken for noise alone: elsewhere the signal itself may be rough
@@ -18,7 +19,7 @@ LOUD = 0.8           # of a step: noise that spreads the rounding error by itsel
 _THIRD = THIRD / np.sqrt(20.0)  # white noise passes with its own size
 
 
-def noise_of(prepared: "Prepared", channels: dict[str, Channel], made: "Prepared | None" = None) -> dict[str, float]:
+def noise_of(prepared: "Prepared | Readings", channels: dict[str, Channel], made: "Prepared | Readings | None" = None) -> dict[str, float]:
     """Port to the standard deviation of its noise before rounding, in the port's unit.
 
     ``made``: the same recording as the noise-free plant would have made it; what both have in common is no noise.

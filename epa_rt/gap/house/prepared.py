@@ -10,7 +10,7 @@ from epa_rt.config.rig import Rig
 from epa_rt.gap.house import smooth
 from epa_rt.gap.house.channels import Channel
 from epa_rt.gap.house.commands import commands_of, lost_rows, untold
-from epa_rt.gap.house.rounding import unrounded
+from epa_rt.gap.house.readings import encoder, read
 from epa_rt.gap.house.whole import on_grid
 from epa_rt.gap.recording import Recording
 from epa_rt.models.blocks.bus import POSITION_MODE
@@ -76,35 +76,14 @@ class Prepared:
 def prepare(rig: Rig, channels: dict[str, Channel], hold_s: float, recording: Recording) -> Prepared:
     """A recording bridged, scaled to the plant's ports and smoothed. ``hold_s``: of the encoder's readings. Raises KeyError where a column of the rig is missing."""
     columns, place = on_grid(recording)
-    period = recording.period_s
-    readings, bad = {}, {}
-    for port, channel in channels.items():
-        raw = columns[channel.column]
-        bad[port] = ~np.isfinite(raw)
-        readings[port] = smooth.bridged(raw) * channel.scale + channel.offset
-        if channel.floors:
-            readings[port] = readings[port] + 0.5 * channel.step  # a counter cuts downward
-        if "gauge" in port:
-            readings[port] = unrounded(readings[port], channel)
-    commands = commands_of(rig, columns)
-    hold = max(int(hold_s / period + 0.5), 1)
-    _fill_held(readings, bad, hold)
-    angle_raw = readings.get("motor_angle_rad", np.zeros(len(commands)))
-    speed_raw = readings.get("motor_speed_rad_s", smooth.slope(angle_raw, period))
-    phase = smooth.hold_phase(speed_raw, hold)
+    period, commands = recording.period_s, commands_of(rig, columns)
+    readings, bad, hold, phase = read(channels, hold_s, recording)
+    angle_raw, speed_raw = encoder(readings, len(commands), period)
     renewed = {"motor_angle_rad": smooth.renewed(angle_raw, hold, phase), "motor_speed_rad_s": smooth.renewed(speed_raw, hold, phase)}
     angle, speed, acceleration = _fused(renewed["motor_angle_rad"], renewed["motor_speed_rad_s"], period)
     still = standing(angle_raw, channels.get("motor_angle_rad"), period)
     return Prepared(recording.name, period, place, commands, readings, bad, hold, phase, renewed, angle, speed, acceleration,
                     _derived(readings, period), tuple(shut_spans(commands, i, period) for i in (0, 1)), still, still | _unknown(commands, lost_rows(rig, columns), bad, period))
-
-
-def _fill_held(readings: dict[str, np.ndarray], bad: Mapping[str, np.ndarray], hold: int) -> None:
-    """Gaps in the encoder's readings take what another cycle of the same hold has shown: half-way between two holds is no reading."""
-    for port in ("motor_angle_rad", "motor_speed_rad_s"):
-        if port in readings and bad[port].any():
-            phase = smooth.hold_phase(readings[port], hold)
-            readings[port] = smooth.bridged(smooth.filled_by_hold(np.where(bad[port], np.nan, readings[port]), hold, phase))
 
 
 def _unknown(commands: np.ndarray, lost: np.ndarray, bad: Mapping[str, np.ndarray], period_s: float) -> np.ndarray:

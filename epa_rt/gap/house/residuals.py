@@ -29,22 +29,15 @@ def drive_residual(bench: Bench) -> np.ndarray:
 
 def motor_residual(bench: Bench) -> np.ndarray:
     """(N,) current reading less what the measured motion and the muscles' forces need, A."""
-    p = bench.prepared
-    out = np.empty(p.count)
-    motor_link.balance_current(bench.params, *bench.motor(), bench.spool(), bench.warmth(), p.period_s, out)
-    return p.readings["motor_current_a"] - bench.shown("motor_current_a", out)
+    return bench.prepared.readings["motor_current_a"] - bench.shown("motor_current_a", bench.needed_current())
 
 
 def torque_residual(bench: Bench) -> np.ndarray:
     """(N,) torque reading less torque constant times current (NEEDED of it from the motion's balance), N*m."""
-    p = bench.prepared
-    angle, speed, acceleration = bench.motor()
-    needed = np.empty(p.count)
-    motor_link.balance_current(bench.params, angle, speed, acceleration, bench.spool(), bench.warmth(), p.period_s, needed)
-    current = NEEDED * needed + (1.0 - NEEDED) * bench.true("motor_current_a")
+    current = NEEDED * bench.needed_current() + (1.0 - NEEDED) * bench.true("motor_current_a")
     seen = bench.shown("motor_current_a", current)  # all that the drive knows of its torque
     reported = float(bench.params["drive"]["torque_constant_nm_a"][0]) * seen
-    return p.readings["motor_torque_nm"] - bench.shown("motor_torque_nm", reported)
+    return bench.prepared.readings["motor_torque_nm"] - bench.shown("motor_torque_nm", reported)
 
 
 def encoder_residual(bench: Bench) -> np.ndarray:

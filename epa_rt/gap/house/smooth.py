@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.signal import lfilter
 
-from epa_rt.gap.house.compiled import compiled
+from epa_rt.gap.house.decimate import decimated
 
 EVERY = 10           # residuals keep every tenth cycle
 HALF = 25            # half length of the residuals' low-pass (cycles)
@@ -28,21 +28,6 @@ def gaussian_taps(cycles: float) -> np.ndarray:
     k = np.arange(-int(3.5 * cycles), int(3.5 * cycles) + 1)
     taps = np.exp(-0.5 * (k / cycles) ** 2)
     return taps / taps.sum()
-
-
-@compiled
-def decimated(values, taps, every, out):
-    """Low-pass of ``values`` (N,) at every ``every``-th sample into ``out``; ends are held."""
-    half, last = len(taps) // 2, len(values) - 1
-    for j in range(len(out)):
-        centre, total = j * every, 0.0
-        if centre >= half and centre + half <= last:
-            for i in range(len(taps)):
-                total += taps[i] * values[centre - half + i]
-        else:
-            for i in range(len(taps)):
-                total += taps[i] * values[min(max(centre - half + i, 0), last)]
-        out[j] = total
 
 
 def at_rate(values: np.ndarray) -> np.ndarray:

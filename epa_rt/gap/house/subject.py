@@ -16,10 +16,12 @@ from epa_rt.gap.house.commands import commands_of, lost_rows
 from epa_rt.gap.house.doubt.subject import DoubtedSubject
 from epa_rt.gap.house.evaluate import Bench
 from epa_rt.gap.house.judged import judged
+from epa_rt.gap.house.known import AllKnown
 from epa_rt.gap.house.links import links_of
 from epa_rt.gap.house.noise import noise_of
 from epa_rt.gap.house.prepared import Prepared, followed, prepare, unsteady
 from epa_rt.gap.house.reach import applies, reached
+from epa_rt.gap.house.readings import phase_of, read
 from epa_rt.gap.house.residuals import RESIDUALS, at_rate
 from epa_rt.gap.house.states import features
 from epa_rt.gap.house.whole import on_grid, run_whole, with_gaps
@@ -32,7 +34,6 @@ from epa_rt.models.knobs import write_knob
 from epa_rt.models.parameters import effects as effect_rows
 from epa_rt.models.plant_file import PlantFile, load_plant, save_plant
 
-MOST_PLANTS = 4  # per recording, beside which its noise is looked for
 MOST_KEPT = 16   # sets of parameters
 
 
@@ -50,8 +51,7 @@ class HouseSubject:
         names = tuple(link.name for link in self.links)
         self._reach: dict[str, tuple[str, ...]] = {}
         self._made: dict[tuple, np.ndarray] = {}
-        self._noises: list[tuple[Recording, dict[str, float], int, dict[str, float]]] = []
-        self._phases: list[tuple[Recording, int]] = []
+        self._all_known = AllKnown()
         self.without_stop = bool(plant.params["load"]["kind_code"][0] == FIXED)
         self.nominal: tuple[Knob, ...] = tuple(knob(n.key, plant.params) for n in NOMINAL if self._touch(n.key, names))
         self._own = {k.key for k in self.nominal}
@@ -94,7 +94,7 @@ class HouseSubject:
 
     def prepare(self, recording: Recording) -> Prepared:
         """As Subject.prepare; KeyError where the recording lacks a column of the rig."""
-        made = self._prepared(recording)
+        made = prepare(self.rig, self.channels, self._hold_s(), recording)
         for link in self.links:
             made.judged[link.name] = judged(made, self.plant.params, link.name)
         return made
@@ -113,10 +113,11 @@ class HouseSubject:
 
     def free_run(self, recording: Recording, values: Values, seed: int | None) -> Recording | None:
         """As Subject.free_run, from rest and never None; KeyError for an unknown number, or where the recording lacks a column of the rig."""
+        known = self._all_known.of(recording, lambda: phase_of(self.channels, self._hold_s(), recording))
         if seed is None:
-            return self._run(recording, values, None, 0, self._phase(recording))
-        phase, noise = self._noise(recording, values)
-        return with_gaps(self.rig, recording, self._run(recording, values, noise, seed, phase))
+            return self._run(recording, values, None, 0, known.phase)
+        noise = known.noise(values, self._apart, lambda: self._noise(recording, values, known.phase))
+        return with_gaps(self.rig, recording, self._run(recording, values, noise, seed, known.phase))
 
     def told(self, recording: Recording) -> bool:
         """Whether what was lost of a recording, or of its commands alone, if anything, can be made up for: targets that leap cannot, nor a command that is missing for long,
@@ -127,7 +128,7 @@ class HouseSubject:
     def on_channels(self, channels: dict[str, Channel]) -> "HouseSubject":
         """The same rig whose instruments read otherwise."""
         made = copy.copy(self)
-        made.channels, made._noises, made._phases = channels, [], []
+        made.channels, made._all_known = channels, AllKnown()
         return made
 
     def rougher(self, far: bool = False) -> "HouseSubject | None":
@@ -136,7 +137,7 @@ class HouseSubject:
         if self.plant.substeps < 2:
             return None
         made = copy.copy(self)
-        made.plant, made.roughly = replace(self.plant, substeps=self.plant.substeps // 2), far
+        made.plant, made.roughly, made._all_known = replace(self.plant, substeps=self.plant.substeps // 2), far, AllKnown()
         return made
 
     def upto(self, recording: Recording, samples: int) -> Recording:
@@ -148,26 +149,14 @@ class HouseSubject:
     def _run(self, recording: Recording, values: Values, noise: dict[str, float] | None, seed: int, phase: int) -> Recording:
         return run_whole(self.rig, self.channels, self.params(values), self.plant.substeps, recording, noise, seed, phase, self.roughly)
 
-    def _prepared(self, recording: Recording) -> Prepared:
-        return prepare(self.rig, self.channels, float(self.plant.params["sensors"]["encoder_hold_s"][0]), recording)
+    def _hold_s(self) -> float:
+        return float(self.plant.params["sensors"]["encoder_hold_s"][0])
 
-    def _phase(self, recording: Recording) -> int:
-        """On which cycle the encoder renews. Kept: fits run the same recordings a thousand times."""
-        found = next((phase for one, phase in self._phases if one is recording), None)
-        if found is None:
-            found = self._prepared(recording).phase
-            self._phases = [*self._phases[-31:], (recording, found)]
-        return found
-
-    def _noise(self, recording: Recording, values: Values) -> tuple[int, dict[str, float]]:
-        """On which cycle the encoder renews, and port to noise: the least that a plant seen so far leaves of the recording."""
-        kept = [one for one in self._noises if one[0] is recording]
-        if not kept or (len(kept) < MOST_PLANTS and not any(self._apart(one[1], values) < 0.5 for one in kept)):
-            prepared = self._prepared(recording)
-            made = self._prepared(with_gaps(self.rig, recording, self._run(recording, values, None, 0, prepared.phase)))
-            kept.append((recording, dict(values), prepared.phase, noise_of(prepared, self.channels, made)))
-            self._noises = [*self._noises[-15:], kept[-1]]
-        return kept[0][2], {port: min(one[3][port] for one in kept) for port in kept[0][3]}
+    def _noise(self, recording: Recording, values: Values, phase: int) -> dict[str, float]:
+        """Port to noise: what this plant leaves of the recording."""
+        made = with_gaps(self.rig, recording, self._run(recording, values, None, 0, phase))
+        seen, run = (read(self.channels, self._hold_s(), one) for one in (recording, made))
+        return noise_of(seen, self.channels, run)
 
     def _apart(self, values: Values, others: Values) -> float:
         """Largest difference of a nominal parameter between two plants, in spreads; infinite where effects differ."""

@@ -46,7 +46,8 @@ class Doubted(Bench):
     def kept(self, name: str, blocks: tuple[np.ndarray, ...], make: Callable[[], object]) -> object:
         """Made anew where an error has a part in it."""
         pressure = (*PRESSURE, "pull", "force") if feels_force(self.params) else PRESSURE
-        part = {"motor": MOTION[:1], "line": LENGTH, "pressure": pressure, "force": (*pressure, "gas0", "gas1", "pull")}.get(name.rstrip("01"), ())
+        part = {"motor": MOTION[:1], "line": LENGTH, "pressure": pressure, "force": (*pressure, "gas0", "gas1", "pull"),
+                "current": tuple(self.errors), "late part": tuple(self.errors)}.get(name.rstrip("01"), ())
         return make() if self._off(*part) else super().kept(name, blocks, make)
 
     def true(self, port: str) -> np.ndarray:
