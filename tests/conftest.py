@@ -1,5 +1,9 @@
 """For all tests: groups that xdist keeps together, and what the machine did to tests that run by the clock."""
 
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy, as `epa` has it: threads of a small product spin on the processors that the tests run on
+
 STALLED = "the machine stood still"  # tests/bus/own_network.py
 
 

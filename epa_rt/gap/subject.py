@@ -48,7 +48,7 @@ class Subject(Protocol):
         """Names of the links whose residual may change with a knob."""
 
     def prepare(self, recording: Recording) -> object:
-        """What every evaluation on a recording needs and no knob changes; made once."""
+        """What every evaluation on a recording needs and no knob changes; made once. Two threads may call it at once."""
 
     def residual(self, prepared: object, values: Values, link: str) -> np.ndarray:
         """Measured minus predicted of a link at ``rate_hz``, (n,), in the link's unit; NaN where it is not judged.
@@ -64,7 +64,7 @@ class Subject(Protocol):
         """The same commands through the whole plant: a recording as the rig would have made it.
 
         With ``seed`` the sensors are noisy (at the level found in the recording) and quantised, without it neither.
-        None where the rig has no model of the whole.
+        None where the rig has no model of the whole. Two threads may call it at once, for one recording with one set of ``values`` alone.
         """
 
     def patched(self, values: Values, effects: Sequence[str]) -> str:
