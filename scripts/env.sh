@@ -38,7 +38,9 @@ make_environment() {
     fi
     "$venv/bin/python" -m pip install --quiet --disable-pip-version-check -r "$root/requirements.txt" &&
         "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e "$root" &&
-        echo "$wanted" >"$stamp"
+        echo "$wanted" >"$stamp" || return 1
+    echo "compiling the plant and what a diagnosis asks of it (once, a minute) ..." >&2
+    "$venv/bin/python" "$root/scripts/compile_once.py" || echo "not compiled; the first run will do it" >&2
 }
 
 make_environment || exit 1
