@@ -133,13 +133,8 @@ def apart(real: Held, run: Recording, meters: Mapping[str, Meter]) -> np.ndarray
 
 def twins_of(subject: Subject, recordings: Sequence[Recording], values: Values) -> list[tuple[Recording, list[Recording]]] | None:
     """Of every recording the run of the plant ``values`` without noise and those with it; None where the rig has no model of the whole."""
-    found = []
-    for recording in recordings:
-        runs = each(lambda seed, of=recording: subject.free_run(of, values, seed), (None, *SEEDS))
-        if any(run is None for run in runs):
-            return None
-        found.append((runs[0], runs[1:]))
-    return found
+    made = [each(lambda seed, of=recording: subject.free_run(of, values, seed), (None, *SEEDS)) for recording in recordings]
+    return None if any(run is None for runs in made for run in runs) else [(runs[0], runs[1:]) for runs in made]
 
 
 def meters_of(recordings: Sequence[Recording], twins: Sequence[tuple[Recording, list[Recording]]]) -> dict[str, Meter]:
