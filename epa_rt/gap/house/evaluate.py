@@ -82,8 +82,7 @@ class Bench:
         return self.kept(f"line{i}", lengths(self.params), lambda: self._line(i))
 
     def _line(self, i: int) -> np.ndarray:
-        angle, speed, _ = self.motor()
-        place, place_speed, _ = self.place()
+        (angle, speed, _), (place, place_speed, _) = self.motor(), self.place()
         out = np.empty((2, len(angle)))
         motion.line_lengths(self.params, i, angle, speed, place, place_speed, out)
         return out
@@ -123,11 +122,11 @@ class Bench:
 
     def late_part(self) -> np.ndarray:
         """(N,) what frame, age and lag add to the force, from a prediction: taken from the reading, its noise would swing too."""
-        return self.kept("late part", (self.params,), self._late_part)
+        def made() -> np.ndarray:
+            calm = self.predicted_force(0, calm=True)
+            return instruments.cell(self.sensors, calm, self.prepared.period_s) - calm
 
-    def _late_part(self) -> np.ndarray:
-        calm = self.predicted_force(0, calm=True)
-        return instruments.cell(self.sensors, calm, self.prepared.period_s) - calm
+        return self.kept("late part", (self.params,), made)
 
     def predicted_force(self, i: int, calm: bool = False) -> np.ndarray:
         """(N,) from measured pressure, ``calm``: smoothed, and length."""
@@ -191,15 +190,6 @@ class Bench:
             return self.zero()
         out = np.empty(self.prepared.count)
         motor_link.warmth(self.params["drive"][0], self.true("motor_current_a"), self.prepared.period_s, out)
-        return out
-
-    def needed_current(self) -> np.ndarray:
-        """(N,) current that the measured motion needs against the muscles' forces, A: made once for the two links that are held against it."""
-        return self.kept("current", (self.params,), self._needed_current)
-
-    def _needed_current(self) -> np.ndarray:
-        out = np.empty(self.prepared.count)
-        motor_link.balance_current(self.params, *self.motor(), self.spool(), self.warmth(), self.prepared.period_s, out)
         return out
 
     def spool(self) -> np.ndarray:

@@ -29,12 +29,22 @@ def drive_residual(bench: Bench) -> np.ndarray:
 
 def motor_residual(bench: Bench) -> np.ndarray:
     """(N,) current reading less what the measured motion and the muscles' forces need, A."""
-    return bench.prepared.readings["motor_current_a"] - bench.shown("motor_current_a", bench.needed_current())
+    return bench.prepared.readings["motor_current_a"] - bench.shown("motor_current_a", _needed_current(bench))
+
+
+def _needed_current(bench: Bench) -> np.ndarray:
+    """(N,) current that the measured motion needs against the muscles' forces, A: made once for the two links that are held against it."""
+    def made() -> np.ndarray:
+        out = np.empty(bench.prepared.count)
+        motor_link.balance_current(bench.params, *bench.motor(), bench.spool(), bench.warmth(), bench.prepared.period_s, out)
+        return out
+
+    return bench.kept("current", (bench.params,), made)
 
 
 def torque_residual(bench: Bench) -> np.ndarray:
     """(N,) torque reading less torque constant times current (NEEDED of it from the motion's balance), N*m."""
-    current = NEEDED * bench.needed_current() + (1.0 - NEEDED) * bench.true("motor_current_a")
+    current = NEEDED * _needed_current(bench) + (1.0 - NEEDED) * bench.true("motor_current_a")
     seen = bench.shown("motor_current_a", current)  # all that the drive knows of its torque
     reported = float(bench.params["drive"]["torque_constant_nm_a"][0]) * seen
     return bench.prepared.readings["motor_torque_nm"] - bench.shown("motor_torque_nm", reported)
