@@ -1,4 +1,4 @@
-"""Compiles what a run and a diagnosis compile, so that the first of each does not wait for it: the plant, its links and every effect of the catalogue, on the bench and the knee.
+"""Compiles what a run and a diagnosis compile, so that the first of each does not wait for it: the plant, its links and every effect of the catalogue, on the bench, the knee and the mass.
 
 Numba keeps it beside the sources; a change of them makes it again. env.sh calls this when it makes an environment.
 """
@@ -31,13 +31,15 @@ def compile_all(rig: Path) -> None:
     SimBackend(subject.rig, subject.plant, 1, None).model.warm_up()
     recording = blank(subject)
     prepared = subject.prepare(recording)
-    shapes = [{}, *({**dict(zip(effect.knobs, start, strict=True))} for effect in subject.catalogue for start in effect.starts)]
+    shapes = [{}, *(dict(zip(effect.knobs, start, strict=True)) for effect in subject.catalogue for start in effect.starts)]
+    for link in subject.links:
+        subject.features(prepared, link.name)
     for values in shapes:
         for link in subject.links:
             subject.residual(prepared, values, link.name)
     subject.free_run(recording, {}, 1)
-    for far in (False, True):
-        subject.rougher(far).free_run(recording, {}, None)
+    for rougher in filter(None, (subject.rougher(far) for far in (False, True))):
+        rougher.free_run(recording, {}, None)
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-# Makes .venv with the pinned packages of requirements.txt; sourced by demo.sh and test.sh. Runs as an ordinary user.
+# Makes .venv with the pinned packages of requirements.txt, and compiles what runs and diagnoses need; sourced by demo.sh and test.sh. Runs as an ordinary user.
 # What is there and up to date is left alone, so a second call takes no time.
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)

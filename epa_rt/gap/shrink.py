@@ -58,12 +58,11 @@ def _free_run(subject: Subject, recordings: Sequence[Recording], before: Values,
     asked: dict[Baseline, _Misfits] = {"refitted": {}, "plant_file": {}}
     for recording in recordings:
         plants = [(before, None), ({}, None), (after, None), *((after, seed) for seed in FLOOR_SEEDS)]
-        *baselines, best, one, two, three = each(lambda plant, of=recording: subject.free_run(of, *plant), plants)
-        twins = (one, two, three)
+        refitted, as_file, best, *twins = each(lambda plant, of=recording: subject.free_run(of, *plant), plants)
         if best is None or any(twin is None for twin in twins):
             return []
         apart = [[(twin, best) for twin in twins]]
-        for baseline, run in zip(found, baselines, strict=True):
+        for baseline, run in (("refitted", refitted), ("plant_file", as_file)):
             runs = (recording, run, [best], apart)
             _add(found[baseline], recording.name, channel_squares(subject, *runs))
             _add(asked[baseline], recording.name, figure_squares(*runs))

@@ -12,26 +12,50 @@ _helpers = threading.BoundedSemaphore(WORKERS - 1)
 
 
 def each(function: Callable, items: Sequence) -> list:
-    """``function`` of every item, in order; they are begun in order too. Raises what the function raises; nothing is begun after that."""
+    """``function`` of every item, in order; they are begun in order too. Raises what it raises for the first item that fails; hardly anything is begun after that."""
     if len(items) < 2 or not _helpers.acquire(blocking=False):
         return [function(item) for item in items]
-    found, left, failed, first = [None] * len(items), iter(range(len(items))), threading.Event(), threading.Semaphore(1)
+    shared = _Shared(function, items)
+    try:
+        with ThreadPoolExecutor(1) as pool:
+            try:
+                helper = pool.submit(shared.work)
+                shared.work()
+                helper.result()
+            except BaseException:
+                shared.over.set()  # an interruption while the helper still works
+                raise
+    finally:
+        shared.leave()
+    if shared.errors:
+        raise shared.errors[min(shared.errors)]
+    return shared.found
 
-    def work() -> None:
+
+class _Shared:
+    """Items that a caller and its helper take by turns. ``errors``: number of an item to what it raised."""
+
+    def __init__(self, function: Callable, items: Sequence) -> None:
+        self.found, self.errors, self.over = [None] * len(items), {}, threading.Event()
+        self._function, self._items, self._left, self._stays = function, items, iter(range(len(items))), threading.Semaphore(1)
+
+    def work(self) -> None:
         try:
-            for i in left:  # one thread at a time takes the next: the interpreter's lock guards that
-                if failed.is_set():
+            for i in self._left:  # one thread at a time takes the next: the interpreter's lock guards that
+                if self.over.is_set():
                     return
-                found[i] = function(items[i])
+                try:
+                    self.found[i] = self._function(self._items[i])
+                except Exception as error:
+                    self.errors[i] = error
+                    self.over.set()
         except BaseException:
-            failed.set()
+            self.over.set()
             raise
         finally:
-            if first.acquire(blocking=False):
-                _helpers.release()  # the first of the two that is done: what the other one still works on may be helped with
+            self.leave()
 
-    with ThreadPoolExecutor(1) as pool:
-        helper = pool.submit(work)
-        work()
-    helper.result()
-    return found
+    def leave(self) -> None:
+        """The first to leave sets a helper free: what the other one still works on may be helped with."""
+        if self._stays.acquire(blocking=False):
+            _helpers.release()

@@ -58,13 +58,13 @@ class Subject(Protocol):
         """
 
     def features(self, prepared: object, link: str) -> Mapping[str, np.ndarray]:
-        """Measured states that a link's residual may depend on, (n,) each, named with unit ('muscle_speed_m_s')."""
+        """Measured states that a link's residual may depend on, (n,) each, named with unit ('muscle_speed_m_s'). Two threads may call it at once."""
 
     def free_run(self, recording: Recording, values: Values, seed: int | None) -> Recording | None:
         """The same commands through the whole plant: a recording as the rig would have made it.
 
         With ``seed`` the sensors are noisy (at the level found in the recording) and quantised, without it neither.
-        None where the rig has no model of the whole. Two threads may call it at once, for one recording with one set of ``values`` alone.
+        None where the rig has no model of the whole. Two threads may call it at once; with a seed, for one recording, with one set of ``values`` alone.
         """
 
     def patched(self, values: Values, effects: Sequence[str]) -> str:

@@ -87,6 +87,7 @@ class Component:
     ``features(prepared, link)``: (N,) each. ``free_run(prepared, numbers)``: measured channels by role, simulated
     forward from what was commanded, without noise; None where there is no model of the whole. ``menu(settings)``:
     experiments that the rig could run next. ``equations``: the model with every number that it has, so that another person could write it again.
+    Two threads may call any of them at once.
     """
 
     kind: str
