@@ -26,7 +26,7 @@ from epa_rt.cli.exits import BAD_INPUT, EPILOGUE, FAILED, STOPPED, VerbError
 
 VERBS = ("check", "run", "bus", "replay", "info", "plot", "report", "gap", "identify", "study", "import", "schema", "scan", "doctor")
 _REFUSED = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # by what the output goes to
-_ONE_THREAD = "OPENBLAS_NUM_THREADS"  # what is worked on side by side are links and logs; threads of their own inside small products wait for each other (a fifth of a diagnosis)
+_ONE_THREAD = "OPENBLAS_NUM_THREADS"  # links and logs go side by side; threads inside their small products would spin on the same processors (docs/decisions/0015)
 _FILES = {"import": "import_"}  # verbs that Python has another use for
 
 

@@ -131,9 +131,9 @@ def apart(real: Held, run: Recording, meters: Mapping[str, Meter]) -> np.ndarray
     return found
 
 
-def twins_of(subject: Subject, recordings: Sequence[Recording], values: Values) -> list[tuple[Recording, list[Recording]]] | None:
+def twins_of(subject: Subject, recordings: Sequence[Recording], values: Values, seeds: Sequence[int] = SEEDS) -> list[tuple[Recording, list[Recording]]] | None:
     """Of every recording the run of the plant ``values`` without noise and those with it; None where the rig has no model of the whole."""
-    made = [each(lambda seed, of=recording: subject.free_run(of, values, seed), (None, *SEEDS)) for recording in recordings]
+    made = [each(lambda seed, of=recording: subject.free_run(of, values, seed), (None, *seeds)) for recording in recordings]
     return None if any(run is None for runs in made for run in runs) else [(runs[0], runs[1:]) for runs in made]
 
 

@@ -8,12 +8,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from epa_rt.gap.alongside import channels, step_of, trials, unit_of
+from epa_rt.gap.as_one import twins_of
 from epa_rt.gap.diagnosis import Place
 from epa_rt.gap.floor import Floor, fitted, white
 from epa_rt.gap.ground import judged
 from epa_rt.gap.localise import localise
 from epa_rt.gap.recording import Recording
-from epa_rt.gap.side_by_side import each
 from epa_rt.gap.shrink import FLOOR_SEEDS
 from epa_rt.gap.significance import scatter
 from epa_rt.gap.subject import Link, Subject, Values
@@ -27,12 +27,11 @@ def localise_freely(subject: Subject, recordings: Sequence[Recording], values: V
     Of what free run is heard on (``ground.judged``). The block is ``BLOCK``: a reading that is off in free run says nothing of which one. ``prepared``: recording name to ``Subject.prepare``, where it is at hand.
     """
     recordings = judged(subject, recordings)
-    made = each(lambda job: subject.free_run(job[0], values, job[1]), [(one, seed) for one in recordings for seed in (None, *FLOOR_SEEDS)])
-    count = 1 + len(FLOOR_SEEDS)
-    runs = {one.name: made[count * i] for i, one in enumerate(recordings)}
-    twins = {one.name: made[count * i + 1:count * (i + 1)] for i, one in enumerate(recordings)}
-    if not runs or any(run is None for run in runs.values()) or any(twin is None for made in twins.values() for twin in made):
+    made = twins_of(subject, recordings, values, FLOOR_SEEDS)
+    if not made:
         return ()
+    runs = {one.name: clean for one, (clean, _) in zip(recordings, made, strict=True)}
+    twins = {one.name: noisy for one, (_, noisy) in zip(recordings, made, strict=True)}
     names = [name for name in channels(recordings[0], runs[recordings[0].name]) if all(name in one.columns for one in recordings)]
     whole = _Whole(subject, runs, names, prepared or {one.name: subject.prepare(one) for one in recordings})
     floors = {name: _floor(subject, name, recordings, runs, twins) for name in names}

@@ -51,8 +51,8 @@ def phase_of(channels: Mapping[str, Channel], hold_s: float, recording: Recordin
 
 def encoder(readings: Mapping[str, np.ndarray], count: int, period_s: float) -> tuple[np.ndarray, np.ndarray]:
     """(N,) angle and speed as read; a speed that is not read is the angle's slope."""
-    angle = readings.get("motor_angle_rad", np.zeros(count))
-    return angle, readings.get("motor_speed_rad_s", smooth.slope(angle, period_s))
+    angle = readings["motor_angle_rad"] if "motor_angle_rad" in readings else np.zeros(count)
+    return angle, readings["motor_speed_rad_s"] if "motor_speed_rad_s" in readings else smooth.slope(angle, period_s)
 
 
 def _fill_held(readings: dict[str, np.ndarray], bad: Mapping[str, np.ndarray], hold: int) -> None:
