@@ -1,24 +1,33 @@
-"""What a slave does by itself once its master is gone, held against what safe means (docs/decisions/0003) before anything moves.
+"""What a slave does by itself once its master is gone, held against what safe means
+(docs/decisions/0003) before anything moves.
 
-Sources: CiA 402 (0x6007, 0x605A), maxon EPOS4 firmware specification, Beckhoff EL40xx documentation, watchdog function (0x80n0:05, :13, :14).
+Sources: CiA 402 (0x6007, 0x605A), maxon EPOS4 firmware specification, Beckhoff EL40xx
+documentation, watchdog function (0x80n0:05, :13, :14).
 """
 
+from drivers.mailbox import Mailbox
+from drivers.words import startup_line
 from epa_rt.backend import BackendError
 from epa_rt.config.rig import Slave
 from epa_rt.config.rig_checks import entries_of
 
-from drivers.mailbox import Mailbox
-from drivers.words import startup_line
-
-_NO_ACTION, _OFF, _QUICK_STOP = 0, (1, 2), 3  # 0x6007: a fault, or the voltage off; anything else is nobody's or the maker's own
-_STAYS = 5                          # 0x605A: from here on the drive keeps its power once it has stopped
-_RAMP, _HOLD = 1, 2                 # 0x80n0:05; 0 goes to the default output at once
-_RAMP_DIGITS_MS = 32_767 // 100     # from 10 V to 0 V in a tenth of a second, as long as the watchdog itself takes
+_NO_ACTION, _OFF, _QUICK_STOP = (
+    0,
+    (1, 2),
+    3,
+)  # 0x6007: a fault, or the voltage off; anything else is nobody's or the maker's own
+_STAYS = 5  # 0x605A: from here on the drive keeps its power once it has stopped
+_RAMP, _HOLD = 1, 2  # 0x80n0:05; 0 goes to the default output at once
+_RAMP_DIGITS_MS = (
+    32_767 // 100
+)  # from 10 V to 0 V in a tenth of a second, as long as the watchdog itself takes
 _CHANNELS = 4
 
 
 def check_alone(mailbox: Mailbox, slave: Slave) -> list[str]:
-    """Raises BackendError where the slave would go on, or go elsewhere than to zero, without its master; gives sentences on what it does not tell."""
+    """Raises BackendError where the slave would go on, or go elsewhere than to zero, without its
+    master; gives sentences on what it does not tell.
+    """
     if slave.device == "EPOS4" and entries_of(slave, outputs=True):
         return _check_drive(mailbox)
     return _check_analog_out(mailbox) if slave.device == "EL4034" else []
@@ -27,19 +36,31 @@ def check_alone(mailbox: Mailbox, slave: Slave) -> list[str]:
 def _check_drive(mailbox: Mailbox) -> list[str]:
     found = mailbox.number_if_there(0x6007)
     if found is None:
-        return [f"{mailbox.label} does not tell what it does without its master (0x6007): pull its cable with the air off, and see"]
+        return [
+            f"{mailbox.label} does not tell what it does without its master (0x6007): pull its"
+            " cable with the air off, and see"
+        ]
     code = _signed(found)
     if code in _OFF:
         return []
     if code != _QUICK_STOP:
         does = "no action" if code == _NO_ACTION else "a reaction that the profile does not know,"
-        raise BackendError(f"found 0x6007 = {code} in {mailbox.label}, {does} when its master is gone, expected 1 (fault) or 2 (voltage off): {startup_line('0x6007:00', 'i16', 2)}")
+        raise BackendError(
+            f"found 0x6007 = {code} in {mailbox.label}, {does} when its master is gone, expected 1"
+            f" (fault) or 2 (voltage off): {startup_line('0x6007:00', 'i16', 2)}"
+        )
     stop = mailbox.number_if_there(0x605A)
     if stop is None:
-        return [f"{mailbox.label} stops quickly without its master (0x6007 = 3) and does not tell whether its power stays on then (0x605A): pull its cable with the air off, and see"]
+        return [
+            f"{mailbox.label} stops quickly without its master (0x6007 = 3) and does not tell"
+            " whether its power stays on then (0x605A): pull its cable with the air off, and see"
+        ]
     if _signed(stop) >= _STAYS:
-        raise BackendError(f"found 0x6007 = 3 and 0x605A = {_signed(stop)} in {mailbox.label}, a quick stop that keeps its power when its master is gone, "
-                           f"expected 1 (fault) or 2 (voltage off) in 0x6007: {startup_line('0x6007:00', 'i16', 2)}")
+        raise BackendError(
+            f"found 0x6007 = 3 and 0x605A = {_signed(stop)} in {mailbox.label}, a quick stop that"
+            " keeps its power when its master is gone, expected 1 (fault) or 2 (voltage off) in"
+            f" 0x6007: {startup_line('0x6007:00', 'i16', 2)}"
+        )
     return []
 
 
@@ -49,16 +70,28 @@ def _check_analog_out(mailbox: Mailbox) -> list[str]:
         index = 0x8000 + 0x10 * n
         does, goes_to = mailbox.number_if_there(index, 0x05), mailbox.number_if_there(index, 0x13)
         if does is not None and does >= _HOLD:
-            raise BackendError(f"found 0x{index:04X}:05 = {does} in {mailbox.label}, channel {n + 1} holds its voltage when its master is gone, expected 0 (default output): "
-                               + startup_line(f"0x{index:04X}:05", "u8", 0))
+            raise BackendError(
+                f"found 0x{index:04X}:05 = {does} in {mailbox.label}, channel {n + 1} holds its"
+                " voltage when its master is gone, expected 0 (default output): "
+                + startup_line(f"0x{index:04X}:05", "u8", 0)
+            )
         if goes_to:
-            raise BackendError(f"found 0x{index:04X}:13 = {_signed(goes_to)} in {mailbox.label}, where channel {n + 1} goes when its master is gone, expected 0, no voltage: "
-                               + startup_line(f"0x{index:04X}:13", "i16", 0))
+            raise BackendError(
+                f"found 0x{index:04X}:13 = {_signed(goes_to)} in {mailbox.label}, where channel"
+                f" {n + 1} goes when its master is gone, expected 0, no voltage: "
+                + startup_line(f"0x{index:04X}:13", "i16", 0)
+            )
         if does is None or goes_to is None:
-            notes.append(f"{mailbox.label} does not tell what channel {n + 1} does without its master (0x{index:04X}:05, :13): pull its cable with the air off, and see")
+            notes.append(
+                f"{mailbox.label} does not tell what channel {n + 1} does without its master"
+                f" (0x{index:04X}:05, :13): pull its cable with the air off, and see"
+            )
         elif does == _RAMP and (ramp := mailbox.number(index, 0x14)) < _RAMP_DIGITS_MS:
-            raise BackendError(f"found 0x{index:04X}:14 = {ramp} digits/ms in {mailbox.label}, the ramp to no voltage when its master is gone, expected {_RAMP_DIGITS_MS} at least "
-                               f"(0.1 s from 10 V), or no ramp: {startup_line(f'0x{index:04X}:05', 'u8', 0)}")
+            raise BackendError(
+                f"found 0x{index:04X}:14 = {ramp} digits/ms in {mailbox.label}, the ramp to no"
+                f" voltage when its master is gone, expected {_RAMP_DIGITS_MS} at least (0.1 s from"
+                f" 10 V), or no ramp: {startup_line(f'0x{index:04X}:05', 'u8', 0)}"
+            )
     return notes
 
 

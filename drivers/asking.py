@@ -8,7 +8,9 @@ _TRIES = 3
 
 
 def insist(ask: Callable, *arguments: object) -> bytes:
-    """A refusal is an answer. Every write here may come twice. Raises what pysoem does where the last answer stays away too."""
+    """A refusal is an answer. Every write here may come twice. Raises what pysoem does where the
+    last answer stays away too.
+    """
     for _ in range(_TRIES - 1):
         try:
             return ask(*arguments)

@@ -1,9 +1,6 @@
-"""EtherCAT as a backend: pysoem in front of real slaves, or of emulated ones. It does not know which."""
-
-from epa_rt.backend import BackendError, Exchange
-from epa_rt.config.rig import Rig
-from epa_rt.control.cia402 import OFF, decode
-from epa_rt.signals.image import image_of
+"""EtherCAT as a backend: pysoem in front of real slaves, or of emulated ones. It does not know
+which.
+"""
 
 from drivers.bring_up import Unclear, configure, identify, stop_clocks
 from drivers.bus import Bus
@@ -13,6 +10,10 @@ from drivers.mailbox import Mailbox
 from drivers.states import StateWatch
 from drivers.wire import WireImage
 from drivers.words import INIT, OP, SAFEOP
+from epa_rt.backend import BackendError, Exchange
+from epa_rt.config.rig import Rig
+from epa_rt.control.cia402 import OFF, decode
+from epa_rt.signals.image import image_of
 
 _CLOSING_CYCLES = 50  # with safe outputs, at most, until the drive says that it is off
 _LOCK_STEP_TIMEOUT_S = 2.0
@@ -22,9 +23,10 @@ _TRIES = 3
 class EthercatBackend:
     """A Backend on a network interface (a name, or None for the only candidate).
 
-    ``lock_step``: no pace, no clocks; exchanges as fast as the bus answers, stamps and times as the simulation gives
-    them, for a bus whose plant moves once per frame. ``events`` are (kind, text, data) for the log; ``drive_off`` is
-    what the drive said of itself at the end (None: nobody heard it).
+    ``lock_step``: no pace, no clocks; exchanges as fast as the bus answers, stamps and times as the
+    simulation gives them, for a bus whose plant moves once per frame. ``events`` are (kind, text,
+    data) for the log; ``drive_off`` is what the drive said of itself at the end (None: nobody heard
+    it).
     """
 
     def __init__(self, rig: Rig, interface: str | None = None, lock_step: bool = False):
@@ -37,7 +39,14 @@ class EthercatBackend:
         self._wire = WireImage(rig)
         self._every = max(1, round(rig.master.states_every / rig.period_s))
         self._allowed = rig.safety.lost_cycles
-        self._status = next((p for p in image_of(rig, outputs=False).places.values() if p.entry.name == "status_word"), None)
+        self._status = next(
+            (
+                p
+                for p in image_of(rig, outputs=False).places.values()
+                if p.entry.name == "status_word"
+            ),
+            None,
+        )
         self._bus: Bus | None = None
         self._watch: StateWatch | None = None
         self._mailboxes: dict[int, Mailbox] = {}
@@ -49,11 +58,17 @@ class EthercatBackend:
         return self._wire.working_counter
 
     def open(self) -> None:
-        """Takes the bus from whatever state to OP with safe outputs. Raises BackendError: one sentence, slave and cause."""
+        """Takes the bus from whatever state to OP with safe outputs. Raises BackendError: one
+        sentence, slave and cause.
+        """
         if self._bus is not None:
             raise BackendError("found an open bus, expected a closed one")
         interface = choose(self._wanted, self._lock_step)
-        waits_s = (_LOCK_STEP_TIMEOUT_S, _LOCK_STEP_TIMEOUT_S) if self._lock_step else (frame_timeout_s(self._rig), answer_s(self._rig))
+        waits_s = (
+            (_LOCK_STEP_TIMEOUT_S, _LOCK_STEP_TIMEOUT_S)
+            if self._lock_step
+            else (frame_timeout_s(self._rig), answer_s(self._rig))
+        )
         bus = self._bus = Bus(interface, *waits_s)
         try:
             has_clock, notes = self._configure_insisting(bus)
@@ -63,7 +78,10 @@ class EthercatBackend:
         except BaseException:
             self.close()
             raise
-        notes.append(f"{len(self._rig.slaves)} slaves in OP on {interface}, working counter {self._wire.working_counter}")
+        notes.append(
+            f"{len(self._rig.slaves)} slaves in OP on {interface}, working counter"
+            f" {self._wire.working_counter}"
+        )
         self.events += [("bus", note, {}) for note in notes]
         self._number, self._bad = -1, 0
         self.cycle.edges.mark()
@@ -85,13 +103,16 @@ class EthercatBackend:
         return self._configure(bus)
 
     def exchange(self, outputs_raw: bytes) -> Exchange:
-        """Raises BackendError where it is not open, the image has the wrong size, or the bus is lost, naming the slave; and
-        where the slaves have dropped their outputs meanwhile.
+        """Raises BackendError where it is not open, the image has the wrong size, or the bus is
+        lost, naming the slave; and where the slaves have dropped their outputs meanwhile.
         """
         cycle, watch = self.cycle, self._watch
         if watch is None or len(outputs_raw) != self._wire.output_size:
             found = f"{len(outputs_raw)} bytes" if watch is not None else "a closed backend"
-            raise BackendError(f"found {found}, expected an open backend and {self._wire.output_size} bytes of outputs")
+            raise BackendError(
+                f"found {found}, expected an open backend and {self._wire.output_size} bytes of"
+                " outputs"
+            )
         self._number += 1
         busy_ns = cycle.edges.busy_ns()
         if self._number % self._every == 0 or self._bad > 1 or watch.is_busy:
@@ -102,11 +123,15 @@ class EthercatBackend:
             raise BackendError(cycle.no_frame())
         cycle.edges.mark()
         if self._lock_step:
-            return Exchange(self._number, (self._number + 1) * self._period_ns, cycle.inputs, ok, 0, 0)
+            return Exchange(
+                self._number, (self._number + 1) * self._period_ns, cycle.inputs, ok, 0, 0
+            )
         return Exchange(self._number, edge_ns, cycle.inputs, ok, lateness_ns, busy_ns)
 
     def close(self) -> None:
-        """Safe outputs until the drive is off, then SAFEOP and INIT. Never raises; may be called twice and before open."""
+        """Safe outputs until the drive is off, then SAFEOP and INIT. Never raises; may be called
+        twice and before open.
+        """
         bus, cycle = self._bus, self.cycle
         self._bus = self._watch = self.cycle = None
         if bus is None:
@@ -136,17 +161,31 @@ class EthercatBackend:
         self._collect_emergencies(bus)
 
     def _drive_answers(self, bus: Bus) -> bool:
-        """Where another slave is lost, the drive's own inputs are to be believed only if it is there itself."""
-        index = next((i for i, slave in enumerate(self._rig.slaves) if self._status and slave.name == self._status.slave), None)
+        """Where another slave is lost, the drive's own inputs are to be believed only if it is
+        there itself.
+        """
+        index = next(
+            (
+                i
+                for i, slave in enumerate(self._rig.slaves)
+                if self._status and slave.name == self._status.slave
+            ),
+            None,
+        )
         return index is not None and bus.states()[index].state & 0x0F in (SAFEOP, OP)
 
     def _is_off(self, inputs_raw: bytes) -> bool | None:
         if self._status is None:
             return None
-        return decode(int.from_bytes(inputs_raw[self._status.byte: self._status.byte + 2], "little")) in OFF
+        return (
+            decode(int.from_bytes(inputs_raw[self._status.byte : self._status.byte + 2], "little"))
+            in OFF
+        )
 
     def _collect_emergencies(self, bus: Bus) -> None:
-        """What the slaves said of themselves while nobody asked; mailboxes are never polled in the cycle."""
+        """What the slaves said of themselves while nobody asked; mailboxes are never polled in the
+        cycle.
+        """
         for index, mailbox in self._mailboxes.items():
             for _ in range(8):
                 if bus.slaves[index].mbx_receive() <= 0:
@@ -156,23 +195,35 @@ class EthercatBackend:
 
 
 def frame_timeout_s(rig: Rig) -> float:
-    """When a frame counts as lost: as the rig file says, or so that the allowed number of them fits into the reaction time."""
+    """When a frame counts as lost: as the rig file says, or so that the allowed number of them fits
+    into the reaction time.
+    """
     if rig.master.frame_timeout is not None:
         return rig.master.frame_timeout
     return max(rig.period_s, rig.safety.reaction / (rig.safety.lost_cycles + 1))
 
 
 def answer_s(rig: Rig) -> float:
-    """How long a step of a recovery waits for a slave's mailbox to be free, and for its answer: both fit twice into the reaction time."""
+    """How long a step of a recovery waits for a slave's mailbox to be free, and for its answer:
+    both fit twice into the reaction time.
+    """
     return max(1e-3, rig.safety.reaction / 4)
 
 
 def slow_to_notice(rig: Rig) -> list[str]:
-    """A sentence each where the rig file lets the bus be watched more slowly than the rig must react."""
+    """A sentence each where the rig file lets the bus be watched more slowly than the rig must
+    react.
+    """
     safety, master, reaction_ms = rig.safety, rig.master, 1e3 * rig.safety.reaction
     notes = []
     if (lost_s := safety.lost_cycles * frame_timeout_s(rig)) > safety.reaction:
-        notes.append(f"{safety.lost_cycles} lost frames are noticed after {1e3 * lost_s:g} ms (frame_timeout), later than the reaction time of {reaction_ms:g} ms")
+        notes.append(
+            f"{safety.lost_cycles} lost frames are noticed after {1e3 * lost_s:g} ms"
+            f" (frame_timeout), later than the reaction time of {reaction_ms:g} ms"
+        )
     if master.states_every > safety.reaction:
-        notes.append(f"a slave that left OP is noticed after up to {1e3 * master.states_every:g} ms (states_every), later than the reaction time of {reaction_ms:g} ms")
+        notes.append(
+            f"a slave that left OP is noticed after up to {1e3 * master.states_every:g} ms"
+            f" (states_every), later than the reaction time of {reaction_ms:g} ms"
+        )
     return notes

@@ -1,15 +1,15 @@
 """The one door through which the command line gets a bus."""
 
-from epa_rt.config.rig import Rig
-
 from drivers.backend import EthercatBackend
 from drivers.interface import choose
+from epa_rt.config.rig import Rig
 
 
 def open_ethercat(rig: Rig, interface: str | None, lock_step: bool = False) -> EthercatBackend:
-    """A backend on this interface (None: the only candidate), not opened yet: ``run`` opens and closes it.
+    """A backend on this interface (None: the only candidate), not opened yet: ``run`` opens and
+    closes it.
 
-    Raises BackendError where there is no such interface, no right to it, or ``lock_step`` asked of a real wire, before a
-    log is begun.
+    Raises BackendError where there is no such interface, no right to it, or ``lock_step`` asked of
+    a real wire, before a log is begun.
     """
     return EthercatBackend(rig, choose(interface, lock_step), lock_step)

@@ -1,13 +1,11 @@
-"""From a bus just found to a bus in SAFEOP: identity, objects, mapping, watchdogs, clocks. No output is written here.
+"""From a bus just found to a bus in SAFEOP: identity, objects, mapping, watchdogs, clocks. No
+output is written here.
 
-Everything is checked before anything is changed that matters: a bus that is not the rig file's is left in PREOP.
+Everything is checked before anything is changed that matters: a bus that is not the rig file's is
+left in PREOP.
 """
 
 from collections.abc import Callable
-
-from epa_rt.backend import BackendError
-from epa_rt.config.rig import Rig, Slave
-from epa_rt.config.rig_checks import entries_of
 
 import pysoem
 
@@ -18,9 +16,20 @@ from drivers.epos4 import check_drive
 from drivers.identity import Found, differences, label
 from drivers.mailbox import Mailbox
 from drivers.mapping import assignment_steps, set_up_mapping
-from drivers.registers import INPUTS, OUTPUTS, OUTPUTS_BARE, arm_watchdog, set_watchdog, set_watchdog_once, switch_off
+from drivers.registers import (
+    INPUTS,
+    OUTPUTS,
+    OUTPUTS_BARE,
+    arm_watchdog,
+    set_watchdog,
+    set_watchdog_once,
+    switch_off,
+)
 from drivers.wire import WireImage
 from drivers.words import ERROR, PREOP, SAFEOP, abort_words, state_words
+from epa_rt.backend import BackendError
+from epa_rt.config.rig import Rig, Slave
+from epa_rt.config.rig_checks import entries_of
 
 WITH_OBJECTS = ("EL3004", "EL4034", "EPOS4")
 _STATE_S = 5.0
@@ -31,11 +40,15 @@ class Unclear(BackendError):
 
 
 def identify(bus: Bus, rig: Rig) -> None:
-    """Finds the slaves and compares every one with the rig file. Raises BackendError: each difference named."""
+    """Finds the slaves and compares every one with the rig file. Raises BackendError: each
+    difference named.
+    """
     count = bus.find()
     if count == 0:
-        raise BackendError(f"found no slave on {bus.interface}, expected {len(rig.slaves)}: is {rig.slaves[0].name} powered, "
-                           "and is this its cable?")
+        raise BackendError(
+            f"found no slave on {bus.interface}, expected {len(rig.slaves)}: is"
+            f" {rig.slaves[0].name} powered, and is this its cable?"
+        )
     found = [Found(slave.man, slave.id, slave.rev, slave.name) for slave in bus.slaves]
     sentences = differences(rig.slaves, found)
     if sentences:
@@ -43,7 +56,9 @@ def identify(bus: Bus, rig: Rig) -> None:
 
 
 def reached(states: list[State], wanted: int, labels: tuple[str, ...]) -> None:
-    """Raises BackendError naming the first slave that is not in the wanted state, with its AL status code."""
+    """Raises BackendError naming the first slave that is not in the wanted state, with its AL
+    status code.
+    """
     for name, state in zip(labels, states, strict=True):
         if state.state != wanted:
             verb = "refused" if state.state & ERROR else "did not reach"
@@ -51,7 +66,9 @@ def reached(states: list[State], wanted: int, labels: tuple[str, ...]) -> None:
 
 
 def set_up_slave(bus: Bus, rig: Rig, index: int, mailbox: Mailbox | None) -> list[str]:
-    """All that a slave loses with its power: start-up objects, mapping, watchdog. In PREOP; gives notes."""
+    """All that a slave loses with its power: start-up objects, mapping, watchdog. In PREOP; gives
+    notes.
+    """
     slave, notes = rig.slaves[index], []
     if mailbox is not None:
         for sdo in slave.startup:
@@ -66,26 +83,44 @@ def set_up_slave(bus: Bus, rig: Rig, index: int, mailbox: Mailbox | None) -> lis
     return notes
 
 
-def set_up_again(bus: Bus, rig: Rig, index: int, mailbox: Mailbox | None) -> list[Callable[[], None]]:
-    """What a terminal needs in PREOP after it lost its supply, one short step each; its mapping has been seen
-    before. A step raises pysoem.WkcError where the terminal is gone again.
+def set_up_again(
+    bus: Bus, rig: Rig, index: int, mailbox: Mailbox | None
+) -> list[Callable[[], None]]:
+    """What a terminal needs in PREOP after it lost its supply, one short step each; its mapping has
+    been seen before. A step raises pysoem.WkcError where the terminal is gone again.
     """
     slave = rig.slaves[index]
     steps: list[Callable[[], None]] = []
     if mailbox is not None:
-        steps += [step for sdo in slave.startup for step in mailbox.steps_to_set(*sdo.place, sdo.data)]
+        steps += [
+            step for sdo in slave.startup for step in mailbox.steps_to_set(*sdo.place, sdo.data)
+        ]
         steps += assignment_steps(mailbox, slave)
     if entries_of(slave, outputs=True):
-        steps.append(lambda: set_watchdog_once(bus.slaves[index], label(index + 1, slave), rig.safety.watchdog))
+        steps.append(
+            lambda: set_watchdog_once(
+                bus.slaves[index], label(index + 1, slave), rig.safety.watchdog
+            )
+        )
     return steps
 
 
-def configure(bus: Bus, rig: Rig, wire: WireImage, synchronise: bool) -> tuple[dict[int, Mailbox], bool, list[str]]:
-    """Sets every slave up and takes the bus to SAFEOP. Gives mailboxes, whether there is a reference clock, and notes."""
+def configure(
+    bus: Bus, rig: Rig, wire: WireImage, synchronise: bool
+) -> tuple[dict[int, Mailbox], bool, list[str]]:
+    """Sets every slave up and takes the bus to SAFEOP. Gives mailboxes, whether there is a
+    reference clock, and notes.
+    """
     bus.master.manual_state_change = 1  # mapping must not ask for SAFEOP before the clocks are set
     reached(bus.wait_for(PREOP, _STATE_S), PREOP, wire.labels)
-    mailboxes = {i: Mailbox(bus.slaves[i], wire.labels[i]) for i, slave in enumerate(rig.slaves) if slave.device in WITH_OBJECTS}
-    notes = [note for i in range(len(rig.slaves)) for note in set_up_slave(bus, rig, i, mailboxes.get(i))]
+    mailboxes = {
+        i: Mailbox(bus.slaves[i], wire.labels[i])
+        for i, slave in enumerate(rig.slaves)
+        if slave.device in WITH_OBJECTS
+    }
+    notes = [
+        note for i in range(len(rig.slaves)) for note in set_up_slave(bus, rig, i, mailboxes.get(i))
+    ]
     _map(bus, wire)
     _arm_watchdogs(bus, rig, wire)
     _switch_off_unused(bus, rig, wire)
@@ -98,20 +133,37 @@ def configure(bus: Bus, rig: Rig, wire: WireImage, synchronise: bool) -> tuple[d
 
 
 def _map(bus: Bus, wire: WireImage) -> None:
-    """Slaves narrower than a byte need the overlapping map: the plain one makes neighbours overwrite each other."""
+    """Slaves narrower than a byte need the overlapping map: the plain one makes neighbours
+    overwrite each other.
+    """
     try:
         bus.master.config_overlap_map()
     except pysoem.ConfigMapError as error:
-        kind = BackendError if any(isinstance(e, pysoem.SdoError) for e in error.error_list) else Unclear
-        raise kind("the slaves' process data could not be read: " + "; ".join(map(_map_words, error.error_list))) from None
-    wire.check([(len(slave.output), len(slave.input)) for slave in bus.slaves], bus.master.expected_wkc)
+        kind = (
+            BackendError
+            if any(isinstance(e, pysoem.SdoError) for e in error.error_list)
+            else Unclear
+        )
+        raise kind(
+            "the slaves' process data could not be read: "
+            + "; ".join(map(_map_words, error.error_list))
+        ) from None
+    wire.check(
+        [(len(slave.output), len(slave.input)) for slave in bus.slaves], bus.master.expected_wkc
+    )
 
 
 def _arm_watchdogs(bus: Bus, rig: Rig, wire: WireImage) -> None:
-    """After the mapping, which writes the sync managers; what is taken back later is written as it stands then (Shape)."""
+    """After the mapping, which writes the sync managers; what is taken back later is written as it
+    stands then (Shape).
+    """
     for i, slave in enumerate(rig.slaves):
         if entries_of(slave, outputs=True):
-            arm_watchdog(bus.slaves[i], wire.labels[i], OUTPUTS if slave.device in WITH_OBJECTS else OUTPUTS_BARE)
+            arm_watchdog(
+                bus.slaves[i],
+                wire.labels[i],
+                OUTPUTS if slave.device in WITH_OBJECTS else OUTPUTS_BARE,
+            )
 
 
 def _switch_off_unused(bus: Bus, rig: Rig, wire: WireImage) -> None:
@@ -125,22 +177,33 @@ def _switch_off_unused(bus: Bus, rig: Rig, wire: WireImage) -> None:
 def _map_words(error: Exception) -> str:
     position = getattr(error, "slave_pos", 0)
     if isinstance(error, pysoem.SdoError):
-        return f"slave {position}, object 0x{error.index:04X}:{error.subindex:02X}: {abort_words(error.abort_code & 0xFFFFFFFF)}"
+        return (
+            f"slave {position}, object 0x{error.index:04X}:{error.subindex:02X}:"
+            f" {abort_words(error.abort_code & 0xFFFFFFFF)}"
+        )
     return f"slave {position}: {type(error).__name__}"
 
 
 def driven(rig: Rig) -> list[tuple[int, Slave]]:
     """The drives that take commands over the bus, by index."""
-    return [(i, slave) for i, slave in enumerate(rig.slaves) if slave.device == "EPOS4" and entries_of(slave, outputs=True)]
+    return [
+        (i, slave)
+        for i, slave in enumerate(rig.slaves)
+        if slave.device == "EPOS4" and entries_of(slave, outputs=True)
+    ]
 
 
 def _synchronise(bus: Bus, rig: Rig) -> bool:
-    """Measures the delays between the slaves' clocks and starts SYNC0 of each drive once per cycle."""
+    """Measures the delays between the slaves' clocks and starts SYNC0 of each drive once per
+    cycle.
+    """
     has_clock = bool(bus.master.config_dc())
     drives = driven(rig)
     if drives and not has_clock:
-        raise BackendError("found no slave with a distributed clock, expected one for the drive's SYNC0 "
-                           "(or 'master: {clock: free}' in the rig file)")
+        raise BackendError(
+            "found no slave with a distributed clock, expected one for the drive's SYNC0 "
+            "(or 'master: {clock: free}' in the rig file)"
+        )
     for index, _slave in drives:
         bus.slaves[index].dc_sync(True, round(rig.period_s * 1e9), 0)
     return has_clock

@@ -1,4 +1,6 @@
-"""One open network interface with the slaves behind it: process data out and in, states asked for and read."""
+"""One open network interface with the slaves behind it: process data out and in, states asked for
+and read.
+"""
 
 import os
 import select
@@ -8,36 +10,49 @@ from typing import NamedTuple
 
 import pysoem
 
-from epa_rt.backend import BackendError
-
 from drivers.wire import WireImage
 from drivers.words import ERROR, al_status_words, state_words
+from epa_rt.backend import BackendError
 
 pysoem.settings.always_release_gil = True  # read by Master() when it is made
 
 LOST = -1  # no frame came back
 _TRIES = 3
-_PATIENT_US, _BRISK_US = 50_000, 2_000  # how long SOEM waits for an answer before it sends again; the second is its own
-_PATIENT_SDO_US, _PATIENT_SEND_US = 700_000, 20_000  # SOEM's own: for an object's answer, and for a mailbox to be free
+_PATIENT_US, _BRISK_US = (
+    50_000,
+    2_000,
+)  # how long SOEM waits for an answer before it sends again; the second is its own
+_PATIENT_SDO_US, _PATIENT_SEND_US = (
+    700_000,
+    20_000,
+)  # SOEM's own: for an object's answer, and for a mailbox to be free
 
 
 class State(NamedTuple):
-    """A slave's application-layer state and status code; state 0 is a slave that does not answer."""
+    """A slave's application-layer state and status code; state 0 is a slave that does not
+    answer.
+    """
 
     state: int
     al_status: int
 
     def words(self) -> str:
         text = state_words(self.state)
-        return f"{text} ({al_status_words(self.al_status)})" if self.state & ERROR or self.al_status else text
+        return (
+            f"{text} ({al_status_words(self.al_status)})"
+            if self.state & ERROR or self.al_status
+            else text
+        )
 
 
 class Bus:
-    """A pysoem master and its socket. ``swap`` is the one exchange of process data, for bring-up and cycle alike;
-    ``sent_ns`` (monotonic clock) and ``round_trip_ns`` tell of the last one.
+    """A pysoem master and its socket. ``swap`` is the one exchange of process data, for bring-up
+    and cycle alike; ``sent_ns`` (monotonic clock) and ``round_trip_ns`` tell of the last one.
     """
 
-    def __init__(self, interface: str, frame_timeout_s: float, answer_s: float = 1e-6 * _PATIENT_SDO_US):
+    def __init__(
+        self, interface: str, frame_timeout_s: float, answer_s: float = 1e-6 * _PATIENT_SDO_US
+    ):
         """``answer_s``: how long a slave's mailbox is waited for while others run."""
         self.interface = interface
         self.master = pysoem.Master()
@@ -50,15 +65,19 @@ class Bus:
         self.sent_ns = self.round_trip_ns = 0
 
     def _open(self, interface: str) -> "socket.socket | None":
-        """Opens the master and finds its socket among our own files, so that a lost frame can be waited for exactly.
+        """Opens the master and finds its socket among our own files, so that a lost frame can be
+        waited for exactly.
 
-        SOEM waits in ``recv`` with a time-out that the kernel rounds up to whole jiffies, about 8 ms at 250 Hz.
+        SOEM waits in ``recv`` with a time-out that the kernel rounds up to whole jiffies, about 8
+        ms at 250 Hz.
         """
         before = set(os.listdir("/proc/self/fd"))
         try:
             self.master.open(interface)
         except ConnectionError:
-            raise BackendError(f"the network interface {interface} could not be opened for EtherCAT") from None
+            raise BackendError(
+                f"the network interface {interface} could not be opened for EtherCAT"
+            ) from None
         for name in sorted(set(os.listdir("/proc/self/fd")) - before, key=int):
             try:
                 candidate = socket.socket(fileno=os.dup(int(name)))
@@ -81,10 +100,13 @@ class Bus:
         return count
 
     def be_patient(self, patient: bool) -> None:
-        """Patient while nothing runs: a frame that is late, and sent again too early, confuses mailboxes. Afterwards no answer
-        may hold up the process data.
+        """Patient while nothing runs: a frame that is late, and sent again too early, confuses
+        mailboxes. Afterwards no answer may hold up the process data.
         """
-        timeouts, answer_us = pysoem.settings.timeouts, _PATIENT_SDO_US if patient else self._answer_us
+        timeouts, answer_us = (
+            pysoem.settings.timeouts,
+            (_PATIENT_SDO_US if patient else self._answer_us),
+        )
         timeouts.ret = _PATIENT_US if patient else _BRISK_US
         timeouts.tx_mailbox = min(_PATIENT_SEND_US, answer_us)
         self.master.sdo_read_timeout = self.master.sdo_write_timeout = answer_us
@@ -94,13 +116,16 @@ class Bus:
         self._wire = wire
 
     def swap(self, outputs_raw: bytes) -> tuple[int, bytes]:
-        """One frame: outputs to the slaves, inputs back. Gives the working counter (LOST: no frame) and the inputs.
+        """One frame: outputs to the slaves, inputs back. Gives the working counter (LOST: no frame)
+        and the inputs.
 
         Where no frame came back the inputs are the last ones.
         """
         slaves, master = self.slaves, self.master
         for index, start, end, _length in self._wire.writers:
-            slaves[index].output = outputs_raw[start:end]  # lengths were checked once, in WireImage.check
+            slaves[index].output = outputs_raw[
+                start:end
+            ]  # lengths were checked once, in WireImage.check
         self.sent_ns = sent_ns = time.monotonic_ns()
         master.send_overlap_processdata(release_gil=True)
         counter = self._receive(master)
@@ -110,7 +135,9 @@ class Bus:
     def _receive(self, master: pysoem.Master) -> int:
         if self._socket is None or select.select([self._socket], [], [], self._timeout_s)[0]:
             return master.receive_processdata(self._timeout_us)
-        self._socket.setblocking(False)  # the socket is empty: SOEM gives the frame up without waiting for it
+        self._socket.setblocking(
+            False
+        )  # the socket is empty: SOEM gives the frame up without waiting for it
         try:
             return min(LOST, master.receive_processdata(0))
         finally:
@@ -127,11 +154,17 @@ class Bus:
         self.master.write_state()
 
     def wait_for(self, state: int, seconds: float) -> list[State]:
-        """Polls until every slave is in ``state`` or refuses or the time is over. Gives the states then."""
+        """Polls until every slave is in ``state`` or refuses or the time is over. Gives the states
+        then.
+        """
         deadline = time.monotonic() + seconds
         while True:
             states = self.states()
-            if all(s.state == state for s in states) or any(s.state & ERROR for s in states) or time.monotonic() > deadline:
+            if (
+                all(s.state == state for s in states)
+                or any(s.state & ERROR for s in states)
+                or time.monotonic() > deadline
+            ):
                 return states
             time.sleep(0.001)
 

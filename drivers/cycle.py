@@ -2,23 +2,23 @@
 
 import time
 
-from epa_rt.backend import BackendError
-from epa_rt.config.rig import Rig
-
 from drivers.bring_up import reached
 from drivers.bus import LOST, Bus
 from drivers.clock import Edges, ReferenceClock
 from drivers.wire import WireImage
 from drivers.words import ERROR, OP
+from epa_rt.backend import BackendError
+from epa_rt.config.rig import Rig
 
 _LOCK_S, _OP_S = 10.0, 5.0
 _FIRST_FRAMES = 10  # with safe outputs, before OP is asked for
 
 
 class Cycle:
-    """``turn`` is one exchange of process data. ``inputs`` are the last that came in full, ``seen`` the last at all;
-    ``lost`` frames in a row stayed away. Without ``paced`` turns follow each other as fast as the bus answers. ``heard_ns``
-    (monotonic clock) is just before the last frame that is known to have reached the slaves.
+    """``turn`` is one exchange of process data. ``inputs`` are the last that came in full, ``seen``
+    the last at all; ``lost`` frames in a row stayed away. Without ``paced`` turns follow each other
+    as fast as the bus answers. ``heard_ns`` (monotonic clock) is just before the last frame that is
+    known to have reached the slaves.
     """
 
     def __init__(self, bus: Bus, rig: Rig, wire: WireImage, paced: bool, has_clock: bool):
@@ -38,11 +38,13 @@ class Cycle:
         self.edges.start()
 
     def turn(self, outputs_raw: bytes, live: bool = False) -> tuple[bool, int, int]:
-        """Whether the frame came back counted in full, its edge (ns since 1970), and the lateness of the wake-up in ns.
+        """Whether the frame came back counted in full, its edge (ns since 1970), and the lateness
+        of the wake-up in ns.
 
-        Inputs of a frame that did not are not believed: the overlapping map shows our own outputs in the place of a slave
-        that is not there. ``live`` outputs move something: where the slaves have dropped theirs meanwhile BackendError is
-        raised and nothing is sent, for the next frame would give all of it back at once.
+        Inputs of a frame that did not are not believed: the overlapping map shows our own outputs
+        in the place of a slave that is not there. ``live`` outputs move something: where the slaves
+        have dropped theirs meanwhile BackendError is raised and nothing is sent, for the next frame
+        would give all of it back at once.
         """
         bus, clock = self.bus, self.clock
         edge_ns, lateness_ns = self.edges.wait() if self._paced else (0, 0)
@@ -59,21 +61,29 @@ class Cycle:
                 self.edges.steer(clock.step(dc_time_ns, bus.sent_ns - edge_ns, bus.round_trip_ns))
         if ok:
             self.inputs = self.seen
-        if ok or self._recovers and counter > 0:  # a terminal that is being taken back does not count; the others hear all the same
+        if (
+            ok or self._recovers and counter > 0
+        ):  # a terminal that is being taken back does not count; the others hear all the same
             self.heard_ns = now_ns
         return ok, self._epoch_ns + edge_ns, lateness_ns
 
     def no_frame(self) -> str:
         """A sentence on the frames that stayed away."""
-        return f"no frame came back from {self.bus.interface} in {self.lost} cycles in a row: its cable, its link, or the supply of {self._first}"
+        return (
+            f"no frame came back from {self.bus.interface} in {self.lost} cycles in a row: its"
+            f" cable, its link, or the supply of {self._first}"
+        )
 
     def _silence(self, silent_ns: int) -> str:
         why = f"; {self.no_frame()}" if self.lost else ""
-        return (f"no process data reached the slaves for {silent_ns / 1e6:.1f} ms, longer than their watchdog of {self._watchdog_ns / 1e6:g} ms: "
-                f"they have dropped their outputs{why}")
+        return (
+            f"no process data reached the slaves for {silent_ns / 1e6:.1f} ms, longer than their"
+            f" watchdog of {self._watchdog_ns / 1e6:g} ms: they have dropped their outputs{why}"
+        )
 
     def to_op(self) -> list[str]:
-        """From SAFEOP: safe outputs until the clock is locked, then OP with frames all the while. Gives what to log.
+        """From SAFEOP: safe outputs until the clock is locked, then OP with frames all the while.
+        Gives what to log.
 
         Raises BackendError: which slave refused and why, or how far off the clock stayed.
         """
@@ -81,7 +91,9 @@ class Cycle:
             self.turn(self.safe)
         notes = self._lock() if self.clock is not None else []
         self.bus.ask(OP)
-        if not self._paced:  # a frame moves the plant of a bus in lock step: none may go out on the way
+        if (
+            not self._paced
+        ):  # a frame moves the plant of a bus in lock step: none may go out on the way
             reached(self.bus.wait_for(OP, _OP_S), OP, self._wire.labels)
             return notes
         for turn in range(round(_OP_S / self._period_s)):
@@ -98,5 +110,7 @@ class Cycle:
             self.turn(self.safe)
             if self.clock.locked:
                 return [f"locked to the reference clock after {turn + 1} cycles"]
-        raise BackendError(f"the cycle did not lock to the bus's reference clock within {_LOCK_S:g} s: it stands "
-                           f"{self.clock.offset_ns / 1e3:.0f} us off")
+        raise BackendError(
+            f"the cycle did not lock to the bus's reference clock within {_LOCK_S:g} s: it stands "
+            f"{self.clock.offset_ns / 1e3:.0f} us off"
+        )

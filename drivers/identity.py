@@ -1,4 +1,6 @@
-"""What is on the wire against what the rig file says: every slave named that is missing, extra, swapped or another."""
+"""What is on the wire against what the rig file says: every slave named that is missing, extra,
+swapped or another.
+"""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -33,17 +35,28 @@ def label(position: int, slave: Slave) -> str:
 
 
 def differences(expected: Sequence[Slave], found: Sequence[Found]) -> list[str]:
-    """One sentence per slave that is not as the rig file says; empty where all is as it should be."""
+    """One sentence per slave that is not as the rig file says; empty where all is as it should
+    be.
+    """
     if not found:
         return [f"found no slave at all, expected {len(expected)} from {label(1, expected[0])} on"]
     wanted, present = [slave.device for slave in expected], [device_of(f) for f in found]
     if wanted == present:
-        return [text for i, (slave, f) in enumerate(zip(expected, found, strict=True), 1) for text in _of_kind(i, slave, f)]
+        return [
+            text
+            for i, (slave, f) in enumerate(zip(expected, found, strict=True), 1)
+            for text in _of_kind(i, slave, f)
+        ]
     if Counter(wanted) == Counter(present):
-        return [f"found {device} as slave {i}, expected {label(i, slave)}: slaves are swapped"
-                for i, (slave, device) in enumerate(zip(expected, present, strict=True), 1) if slave.device != device]
+        return [
+            f"found {device} as slave {i}, expected {label(i, slave)}: slaves are swapped"
+            for i, (slave, device) in enumerate(zip(expected, present, strict=True), 1)
+            if slave.device != device
+        ]
     sentences = []
-    for kind, i0, i1, j0, j1 in SequenceMatcher(None, wanted, present, autojunk=False).get_opcodes():
+    for kind, i0, i1, j0, j1 in SequenceMatcher(
+        None, wanted, present, autojunk=False
+    ).get_opcodes():
         while kind == "insert" and j1 < len(present) and present[j0] == present[j1]:
             j0, j1 = j0 + 1, j1 + 1  # of several alike, the last is the one too many
         if kind != "equal":
@@ -51,14 +64,21 @@ def differences(expected: Sequence[Slave], found: Sequence[Found]) -> list[str]:
     return sentences
 
 
-def _of_part(expected: Sequence[Slave], present: Sequence[str], wanted: range, there: range) -> Iterable[str]:
-    """Slaves that do not match, pair by pair as long as there are pairs, then what is missing or too many."""
+def _of_part(
+    expected: Sequence[Slave], present: Sequence[str], wanted: range, there: range
+) -> Iterable[str]:
+    """Slaves that do not match, pair by pair as long as there are pairs, then what is missing or
+    too many.
+    """
     for i, j in zip(wanted, there, strict=False):
         yield f"found {present[j]} as slave {j + 1}, expected {label(i + 1, expected[i])}"
-    for i in wanted[len(there):]:
+    for i in wanted[len(there) :]:
         before = f" behind {expected[i - 1].name}" if i else ""
-        yield f"found no {expected[i].device}{before}, expected {label(i + 1, expected[i])}: it is missing"
-    for j in there[len(wanted):]:
+        yield (
+            f"found no {expected[i].device}{before}, expected {label(i + 1, expected[i])}: it is"
+            " missing"
+        )
+    for j in there[len(wanted) :]:
         yield f"found {present[j]} as slave {j + 1}, expected none there: it is extra"
 
 
@@ -66,10 +86,19 @@ def _of_kind(position: int, slave: Slave, found: Found) -> Iterable[str]:
     """A slave of the right device whose product or revision the rig file does not allow."""
     low, high = DEVICES[slave.device].revisions
     if slave.product is not None and found.product != slave.product:
-        yield f"found product 0x{found.product:08X}, expected 0x{slave.product:08X} at {label(position, slave)}"
+        yield (
+            f"found product 0x{found.product:08X}, expected 0x{slave.product:08X} at"
+            f" {label(position, slave)}"
+        )
     if slave.revision is not None:
         if found.revision != slave.revision:
-            yield f"found revision 0x{found.revision:08X}, expected 0x{slave.revision:08X} at {label(position, slave)}"
+            yield (
+                f"found revision 0x{found.revision:08X}, expected 0x{slave.revision:08X} at"
+                f" {label(position, slave)}"
+            )
     elif not low <= found.revision <= high:
-        yield (f"found revision 0x{found.revision:08X}, expected 0x{low:08X} to 0x{high:08X} at {label(position, slave)} "
-               f"(say 'revision: 0x{found.revision:08X}' in the rig file once it has been tried)")
+        yield (
+            f"found revision 0x{found.revision:08X}, expected 0x{low:08X} to 0x{high:08X} at"
+            f" {label(position, slave)} (say 'revision: 0x{found.revision:08X}' in the rig file"
+            " once it has been tried)"
+        )

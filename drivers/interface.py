@@ -1,4 +1,6 @@
-"""Which network interface the bus hangs on, and whether we may and can use it. Everything asked of this network namespace."""
+"""Which network interface the bus hangs on, and whether we may and can use it. Everything asked of
+this network namespace.
+"""
 
 import fcntl
 import socket
@@ -8,12 +10,19 @@ from typing import NamedTuple
 
 from epa_rt.backend import BackendError
 
-_SIOCGIFFLAGS, _SIOCGIFHWADDR, _SIOCGIWNAME = 0x8913, 0x8927, 0x8B01  # linux/sockios.h, linux/wireless.h
+_SIOCGIFFLAGS, _SIOCGIFHWADDR, _SIOCGIWNAME = (
+    0x8913,
+    0x8927,
+    0x8B01,
+)  # linux/sockios.h, linux/wireless.h
 _UP, _LOOPBACK, _RUNNING = 0x1, 0x8, 0x40  # IFF_*, linux/if.h
 _ETHERNET = 1  # ARPHRD_ETHER, linux/if_arp.h
 _NET = Path("/sys/class/net")
 
-RIGHTS_COMMAND = 'sudo setcap cap_net_raw,cap_net_admin,cap_sys_nice,cap_ipc_lock+ep "$(readlink -f "$(command -v python3)")"'
+RIGHTS_COMMAND = (
+    'sudo setcap cap_net_raw,cap_net_admin,cap_sys_nice,cap_ipc_lock+ep "$(readlink -f "$(command'
+    ' -v python3)")"'
+)
 
 
 class Interface(NamedTuple):
@@ -47,7 +56,16 @@ def interfaces() -> list[Interface]:
             if flags is None or flags & _LOOPBACK:
                 continue
             wireless = _ask(asking, _SIOCGIWNAME, name) is not None
-            found.append(Interface(name, kind == _ETHERNET, wireless, bool(flags & _UP), bool(flags & _RUNNING), name in routed))
+            found.append(
+                Interface(
+                    name,
+                    kind == _ETHERNET,
+                    wireless,
+                    bool(flags & _UP),
+                    bool(flags & _RUNNING),
+                    name in routed,
+                )
+            )
     return found
 
 
@@ -58,8 +76,8 @@ def candidates(present: list[Interface]) -> list[Interface]:
 
 
 def choose(wanted: str | None, lock_step: bool = False, net: Path = _NET) -> str:
-    """The interface of this name, or the only candidate. Raises BackendError: one sentence with what there is, or that
-    ``lock_step`` is not for a real wire.
+    """The interface of this name, or the only candidate. Raises BackendError: one sentence with
+    what there is, or that ``lock_step`` is not for a real wire.
     """
     present = interfaces()
     shown = ", ".join(f"{i.name} ({i.state})" for i in present) or "none"
@@ -70,35 +88,53 @@ def choose(wanted: str | None, lock_step: bool = False, net: Path = _NET) -> str
     else:
         possible = candidates(present)
         if len(possible) != 1:
-            raise BackendError(f"found {len(possible)} network interfaces that could carry the bus, expected one, "
-                               f"or --interface to say which (there are: {shown})")
+            raise BackendError(
+                f"found {len(possible)} network interfaces that could carry the bus, expected one, "
+                f"or --interface to say which (there are: {shown})"
+            )
         chosen = possible[0]
     if lock_step and reaches_a_card(chosen.name, net):
-        raise BackendError(f"found lock step on {chosen.name}, which leads to a real wire, expected an emulated bus: "
-                           "cycles would follow each other as fast as the slaves answer, and not by the rig's period")
+        raise BackendError(
+            f"found lock step on {chosen.name}, which leads to a real wire, expected an emulated"
+            " bus: cycles would follow each other as fast as the slaves answer, and not by the"
+            " rig's period"
+        )
     if not chosen.is_up:
-        raise BackendError(f"found the network interface {chosen.name} switched off, expected it up: sudo ip link set {chosen.name} up")
+        raise BackendError(
+            f"found the network interface {chosen.name} switched off, expected it up: sudo ip link"
+            f" set {chosen.name} up"
+        )
     if not chosen.has_link:
-        raise BackendError(f"found no link on the network interface {chosen.name}, "
-                           "expected the bus coupler powered and its cable plugged in")
+        raise BackendError(
+            f"found no link on the network interface {chosen.name}, "
+            "expected the bus coupler powered and its cable plugged in"
+        )
     check_rights()
     return chosen.name
 
 
 def reaches_a_card(name: str, net: Path = _NET) -> bool:
-    """Whether there is hardware behind this interface or below it (bridge, bond, VLAN); a veth has none. As sysfs shows it,
-    which in a network namespace that was made without a mount of its own knows only those outside.
+    """Whether there is hardware behind this interface or below it (bridge, bond, VLAN); a veth has
+    none. As sysfs shows it, which in a network namespace that was made without a mount of its own
+    knows only those outside.
     """
-    return (net / name / "device").exists() or any(reaches_a_card(lower.name.removeprefix("lower_"), net) for lower in (net / name).glob("lower_*"))
+    return (net / name / "device").exists() or any(
+        reaches_a_card(lower.name.removeprefix("lower_"), net)
+        for lower in (net / name).glob("lower_*")
+    )
 
 
 def check_rights() -> None:
-    """Raises BackendError where this user may not open a raw socket, with the command that changes it."""
+    """Raises BackendError where this user may not open a raw socket, with the command that changes
+    it.
+    """
     try:
         socket.socket(socket.AF_PACKET, socket.SOCK_RAW, 0).close()
     except PermissionError:
-        raise BackendError("this user may not open a raw socket, which the bus needs; "
-                           f"either run as root, or once: {RIGHTS_COMMAND}") from None
+        raise BackendError(
+            "this user may not open a raw socket, which the bus needs; "
+            f"either run as root, or once: {RIGHTS_COMMAND}"
+        ) from None
 
 
 def _ask(asking: socket.socket, request: int, name: str) -> int | None:
@@ -117,4 +153,6 @@ def _routed() -> set[str]:
             rows = [line.split() for line in table.readlines()[1:]]
     except OSError:
         return set()
-    return {row[0] for row in rows if len(row) > 7 and row[1] == "00000000" and row[7] == "00000000"}
+    return {
+        row[0] for row in rows if len(row) > 7 and row[1] == "00000000" and row[7] == "00000000"
+    }

@@ -1,18 +1,21 @@
-"""Objects of one slave (CoE): read, written and read back, with every refusal in words. Never used in the cycle."""
+"""Objects of one slave (CoE): read, written and read back, with every refusal in words. Never used
+in the cycle.
+"""
 
 import struct
 from collections.abc import Callable
 
 import pysoem
 
-from epa_rt.backend import BackendError
-
 from drivers.asking import insist
 from drivers.words import ABORT_NO_OBJECT, ABORT_NO_SUBINDEX, abort_words
+from epa_rt.backend import BackendError
 
 
 class Mailbox:
-    """The object dictionary of a slave. ``emergencies`` collects what the slave sends of itself while it is polled."""
+    """The object dictionary of a slave. ``emergencies`` collects what the slave sends of itself
+    while it is polled.
+    """
 
     def __init__(self, slave: "pysoem.CdefSlave", label: str):
         self.label = label
@@ -21,7 +24,10 @@ class Mailbox:
         slave.add_emergency_callback(self._take_emergency)
 
     def _take_emergency(self, emergency: pysoem.Emergency) -> None:
-        self.emergencies.append(f"{self.label}: emergency 0x{emergency.error_code:04X}, register 0x{emergency.error_reg:02X}")
+        self.emergencies.append(
+            f"{self.label}: emergency 0x{emergency.error_code:04X}, register"
+            f" 0x{emergency.error_reg:02X}"
+        )
 
     def read(self, index: int, subindex: int = 0) -> bytes:
         """Raises BackendError: which object of which slave, and why not."""
@@ -50,17 +56,29 @@ class Mailbox:
         try:
             insist(self._slave.sdo_write, index, subindex, data)
         except Exception as error:
-            raise self._refused(f"set to 0x{data[::-1].hex().upper()}", index, subindex, error) from None
+            raise self._refused(
+                f"set to 0x{data[::-1].hex().upper()}", index, subindex, error
+            ) from None
 
     def set(self, index: int, subindex: int, data: bytes) -> None:
-        """Writes and reads back. Raises BackendError where it is refused or another value stands there afterwards."""
+        """Writes and reads back. Raises BackendError where it is refused or another value stands
+        there afterwards.
+        """
         self.write(index, subindex, data)
         self.expect(index, subindex, data)
 
     def steps_to_set(self, index: int, subindex: int, data: bytes) -> list[Callable[[], None]]:
-        """``set`` while the others run: each step asks once, and raises pysoem.WkcError where the answer stays away."""
-        return [lambda: self._once(f"set to 0x{data[::-1].hex().upper()}", self._slave.sdo_write, index, subindex, data),
-                lambda: self._compare(index, subindex, data, self._once("read", self._slave.sdo_read, index, subindex))]
+        """``set`` while the others run: each step asks once, and raises pysoem.WkcError where the
+        answer stays away.
+        """
+        return [
+            lambda: self._once(
+                f"set to 0x{data[::-1].hex().upper()}", self._slave.sdo_write, index, subindex, data
+            ),
+            lambda: self._compare(
+                index, subindex, data, self._once("read", self._slave.sdo_read, index, subindex)
+            ),
+        ]
 
     def _once(self, what: str, ask: Callable, index: int, subindex: int, *data: bytes) -> bytes:
         try:
@@ -75,9 +93,11 @@ class Mailbox:
         self._compare(index, subindex, data, self.read(index, subindex))
 
     def _compare(self, index: int, subindex: int, data: bytes, found: bytes) -> None:
-        if found[: len(data)] != data or any(found[len(data):]):
-            raise BackendError(f"found 0x{found[::-1].hex().upper()} in object 0x{index:04X}:{subindex:02X} of {self.label}, "
-                               f"expected 0x{data[::-1].hex().upper()}")
+        if found[: len(data)] != data or any(found[len(data) :]):
+            raise BackendError(
+                f"found 0x{found[::-1].hex().upper()} in object 0x{index:04X}:{subindex:02X} of"
+                f" {self.label}, expected 0x{data[::-1].hex().upper()}"
+            )
 
     def _refused(self, what: str, index: int, subindex: int, error: Exception) -> BackendError:
         if isinstance(error, pysoem.SdoError):
@@ -88,7 +108,9 @@ class Mailbox:
             why = "no answer from its mailbox"
         else:
             why = f"{type(error).__name__} {error}"
-        return BackendError(f"object 0x{index:04X}:{subindex:02X} of {self.label} could not be {what}: {why}")
+        return BackendError(
+            f"object 0x{index:04X}:{subindex:02X} of {self.label} could not be {what}: {why}"
+        )
 
 
 def u8(value: int) -> bytes:

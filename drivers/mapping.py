@@ -1,17 +1,17 @@
-"""Process-data mapping: written where the slave lets us choose, read and compared where it is fixed. In PREOP only.
+"""Process-data mapping: written where the slave lets us choose, read and compared where it is
+fixed. In PREOP only.
 
-Sources: ETG.1000.6 (0x1C12, 0x1C13), maxon EPOS4 communication guide (order of writing), Beckhoff EL30xx and EL40x4
-documentation (PDO assignment, entries).
+Sources: ETG.1000.6 (0x1C12, 0x1C13), maxon EPOS4 communication guide (order of writing), Beckhoff
+EL30xx and EL40x4 documentation (PDO assignment, entries).
 """
 
 from collections.abc import Callable, Sequence
 
+from drivers.mailbox import Mailbox, u8, u16, u32
 from epa_rt.backend import BackendError
 from epa_rt.config.devices import DEVICES, Entry
 from epa_rt.config.rig import Slave
 from epa_rt.config.rig_checks import entries_of
-
-from drivers.mailbox import Mailbox, u8, u16, u32
 
 OUTPUT_ASSIGNMENT, INPUT_ASSIGNMENT = 0x1C12, 0x1C13
 _TOGGLE_BIT = 15  # where the decoder reads an EL3004's toggle
@@ -26,8 +26,16 @@ def mapped_object(entry: Entry) -> int:
 def set_up_mapping(mailbox: Mailbox, slave: Slave) -> None:
     """Writes and verifies the process data of a slave with a mailbox. Raises BackendError."""
     if slave.device == "EPOS4":
-        for assignment, pdo, outputs in ((OUTPUT_ASSIGNMENT, 0x1600, True), (INPUT_ASSIGNMENT, 0x1A00, False)):
-            _write(mailbox, assignment, pdo, [mapped_object(entry) for entry in entries_of(slave, outputs)])
+        for assignment, pdo, outputs in (
+            (OUTPUT_ASSIGNMENT, 0x1600, True),
+            (INPUT_ASSIGNMENT, 0x1A00, False),
+        ):
+            _write(
+                mailbox,
+                assignment,
+                pdo,
+                [mapped_object(entry) for entry in entries_of(slave, outputs)],
+            )
     elif slave.device == "EL3004":
         _assign_analog_in(mailbox, slave)
     elif slave.device == "EL4034":
@@ -60,7 +68,10 @@ def _assign(mailbox: Mailbox, assignment: int, pdos: Sequence[int]) -> None:
         mailbox.write(assignment, 0, u8(len(pdos)))
     found = _assigned(mailbox, assignment)
     if found != list(pdos):
-        raise BackendError(f"found the process data {_words(found)} assigned in {mailbox.label}, expected {_words(pdos)}")
+        raise BackendError(
+            f"found the process data {_words(found)} assigned in {mailbox.label}, expected"
+            f" {_words(pdos)}"
+        )
 
 
 def assignment_steps(mailbox: Mailbox, slave: Slave) -> list[Callable[[], None]]:
@@ -69,7 +80,11 @@ def assignment_steps(mailbox: Mailbox, slave: Slave) -> list[Callable[[], None]]
         return []
     pdos = analog_in_pdos(slave)
     writes = [(0, u8(0)), *((i, u16(pdo)) for i, pdo in enumerate(pdos, 1)), (0, u8(len(pdos)))]
-    return [step for subindex, data in writes for step in mailbox.steps_to_set(INPUT_ASSIGNMENT, subindex, data)]
+    return [
+        step
+        for subindex, data in writes
+        for step in mailbox.steps_to_set(INPUT_ASSIGNMENT, subindex, data)
+    ]
 
 
 def _assigned(mailbox: Mailbox, assignment: int) -> list[int]:
@@ -81,14 +96,18 @@ def _words(pdos: Sequence[int]) -> str:
 
 
 def analog_in_pdos(slave: Slave) -> list[int]:
-    """PDOs of an EL3004 that give the rig's inputs: 0x1A00 + 2n with status, 0x1A01 + 2n without. Raises BackendError."""
+    """PDOs of an EL3004 that give the rig's inputs: 0x1A00 + 2n with status, 0x1A01 + 2n without.
+    Raises BackendError.
+    """
     names = [entry.name for entry in entries_of(slave, outputs=False)]
     pdos, i = [], 0
     while i < len(names):
         channel, with_status = names[i].removesuffix("_status"), names[i].endswith("_status")
-        if with_status and names[i + 1: i + 2] != [channel]:
-            raise BackendError(f"found '{names[i]}' without '{channel}' behind it in the inputs of {slave.name}, "
-                               "expected both or the value alone")
+        if with_status and names[i + 1 : i + 2] != [channel]:
+            raise BackendError(
+                f"found '{names[i]}' without '{channel}' behind it in the inputs of {slave.name}, "
+                "expected both or the value alone"
+            )
         pdos.append(0x1A00 + 2 * (int(channel[2:]) - 1) + (not with_status))
         i += 1 + with_status
     return pdos
@@ -100,33 +119,49 @@ def _assign_analog_in(mailbox: Mailbox, slave: Slave) -> None:
     for pdo in pdos:
         channel = (pdo - 0x1A00) // 2
         value = 0x6000 + 0x10 * channel << 16 | 0x11 << 8 | 16
-        toggles = (0x6000 + 0x10 * channel << 8 | 0x10, 0x1800 + 2 * channel << 8 | 0x09)  # the second in older descriptions
+        toggles = (
+            0x6000 + 0x10 * channel << 8 | 0x10,
+            0x1800 + 2 * channel << 8 | 0x09,
+        )  # the second in older descriptions
         bit, with_status = 0, pdo % 2 == 0
         for i in range(1, mailbox.number(pdo) + 1):
             mapped = mailbox.number(pdo, i)
             if mapped >> 8 in toggles and bit != _TOGGLE_BIT:
-                raise BackendError(f"found the toggle bit of {mailbox.label} at bit {bit} of channel {channel + 1}'s status, "
-                                   f"expected bit {_TOGGLE_BIT}")
+                raise BackendError(
+                    f"found the toggle bit of {mailbox.label} at bit {bit} of channel"
+                    f" {channel + 1}'s status, expected bit {_TOGGLE_BIT}"
+                )
             if mapped == value:
                 break
             bit += mapped & 0xFF
         else:
-            raise BackendError(f"found no entry 0x{value:08X} in 0x{pdo:04X} of {mailbox.label}, "
-                               f"expected channel {channel + 1}'s value there")
+            raise BackendError(
+                f"found no entry 0x{value:08X} in 0x{pdo:04X} of {mailbox.label}, "
+                f"expected channel {channel + 1}'s value there"
+            )
         if bit != (16 if with_status else 0):
-            raise BackendError(f"found {bit} bits of status before the value in 0x{pdo:04X} of {mailbox.label}, "
-                               f"expected {16 if with_status else 0}")
+            raise BackendError(
+                f"found {bit} bits of status before the value in 0x{pdo:04X} of {mailbox.label}, "
+                f"expected {16 if with_status else 0}"
+            )
 
 
 def _check_analog_out(mailbox: Mailbox, slave: Slave) -> None:
     """An EL4034's process data are fixed: four values, whose subindex differs between revisions."""
     wanted = DEVICES["EL4034"].outputs
     if entries_of(slave, outputs=True) != wanted:
-        raise BackendError(f"found 'outputs' at {slave.name}, expected none: the process data of an EL4034 are its four channels")
+        raise BackendError(
+            f"found 'outputs' at {slave.name}, expected none: the process data of an EL4034 are its"
+            " four channels"
+        )
     _assign(mailbox, OUTPUT_ASSIGNMENT, [0x1600 + channel for channel in range(4)])
     for channel in range(4):
         pdo, index = 0x1600 + channel, wanted[channel].index
         found = mailbox.number(pdo, 1)
-        if mailbox.number(pdo) != 1 or found not in [index << 16 | subindex << 8 | 16 for subindex in _ANALOG_OUT_SUBINDEXES]:
-            raise BackendError(f"found 0x{found:08X} in 0x{pdo:04X} of {mailbox.label}, "
-                               f"expected one value of 16 bits of object 0x{index:04X}")
+        if mailbox.number(pdo) != 1 or found not in [
+            index << 16 | subindex << 8 | 16 for subindex in _ANALOG_OUT_SUBINDEXES
+        ]:
+            raise BackendError(
+                f"found 0x{found:08X} in 0x{pdo:04X} of {mailbox.label}, "
+                f"expected one value of 16 bits of object 0x{index:04X}"
+            )

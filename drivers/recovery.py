@@ -1,9 +1,11 @@
-"""Taking a terminal back into operation while the others run: a few datagrams at a time, with process data in between.
+"""Taking a terminal back into operation while the others run: a few datagrams at a time, with
+process data in between.
 
-pysoem's ``reconfig`` does it in one go, which may take longer than the other slaves' watchdogs allow; and it restores
-sync managers and FMMUs only.
+pysoem's ``reconfig`` does it in one go, which may take longer than the other slaves' watchdogs
+allow; and it restores sync managers and FMMUs only.
 
-Source: ETG.1000.6 (AL control, status), ETG.1000.4 (registers of sync managers and FMMUs), SOEM's own order of steps.
+Source: ETG.1000.6 (AL control, status), ETG.1000.4 (registers of sync managers and FMMUs), SOEM's
+own order of steps.
 """
 
 import struct
@@ -42,13 +44,22 @@ class Shape:
 
     def _write_managers(self, slave: "pysoem.CdefSlave", numbers: range) -> None:
         for n in numbers:
-            start, length, control, _status, activate, _pdi = struct.unpack("<HHBBBB", self._managers[n])
+            start, length, control, _status, activate, _pdi = struct.unpack(
+                "<HHBBBB", self._managers[n]
+            )
             if start:
-                slave._fpwr(_SYNC_MANAGER + 8 * n, struct.pack("<HHBBBB", start, length, control, 0, activate, 0))
+                slave._fpwr(
+                    _SYNC_MANAGER + 8 * n,
+                    struct.pack("<HHBBBB", start, length, control, 0, activate, 0),
+                )
 
 
-def take_back(slave: "pysoem.CdefSlave", shape: Shape, set_up: Sequence[Callable[[], None]]) -> Iterator[None]:
-    """One step per ``next``, each of a few datagrams or one object. Raises pysoem.WkcError where the slave is gone again."""
+def take_back(
+    slave: "pysoem.CdefSlave", shape: Shape, set_up: Sequence[Callable[[], None]]
+) -> Iterator[None]:
+    """One step per ``next``, each of a few datagrams or one object. Raises pysoem.WkcError where
+    the slave is gone again.
+    """
     while True:
         try:
             state = _state(slave)

@@ -1,21 +1,24 @@
-"""Looking at a bus without driving it: slaves are addressed and taken to PREOP, nothing further, then back to INIT."""
+"""Looking at a bus without driving it: slaves are addressed and taken to PREOP, nothing further,
+then back to INIT.
+"""
 
 from typing import NamedTuple
-
-from epa_rt.backend import BackendError
 
 from drivers.bus import Bus
 from drivers.identity import Found, device_of
 from drivers.interface import choose
 from drivers.mailbox import Mailbox
 from drivers.words import INIT, PREOP
+from epa_rt.backend import BackendError
 
 _PREOP_S = 3.0
 _FIRMWARE = 0x100A
 
 
 class Seen(NamedTuple):
-    """One slave: what its SII says, the device we know it as, its state, its firmware where it tells it."""
+    """One slave: what its SII says, the device we know it as, its state, its firmware where it
+    tells it.
+    """
 
     found: Found
     device: str
@@ -24,7 +27,9 @@ class Seen(NamedTuple):
 
 
 def scan(interface: str | None) -> tuple[str, list[Seen]]:
-    """The interface that was used and every slave on it, in order. Raises BackendError where it cannot be looked at."""
+    """The interface that was used and every slave on it, in order. Raises BackendError where it
+    cannot be looked at.
+    """
     chosen = choose(interface)
     bus = Bus(chosen, 0.01)
     try:
@@ -36,7 +41,11 @@ def scan(interface: str | None) -> tuple[str, list[Seen]]:
             found = Found(slave.man, slave.id, slave.rev, slave.name)
             device = device_of(found)
             has_objects = state.state == PREOP and device not in ("EK1100", "EL2124")
-            seen.append(Seen(found, device, state.words(), _firmware(slave, position) if has_objects else ""))
+            seen.append(
+                Seen(
+                    found, device, state.words(), _firmware(slave, position) if has_objects else ""
+                )
+            )
         bus.ask(INIT)
         return chosen, seen
     finally:
@@ -45,7 +54,12 @@ def scan(interface: str | None) -> tuple[str, list[Seen]]:
 
 def _firmware(slave: object, position: int) -> str:
     try:
-        text = Mailbox(slave, f"slave {position}").read(_FIRMWARE).split(b"\0")[0].decode("ascii", "replace")
+        text = (
+            Mailbox(slave, f"slave {position}")
+            .read(_FIRMWARE)
+            .split(b"\0")[0]
+            .decode("ascii", "replace")
+        )
     except BackendError:
         return ""
     return text if text.isprintable() else ""

@@ -6,8 +6,9 @@ from typing import NamedTuple, Protocol
 class Exchange(NamedTuple):
     """One bus cycle, its health beside its data.
 
-    ``t_ns``: the cycle edge on the backend's clock. ``lateness_ns``: how long after the edge the exchange began.
-    ``busy_ns``: how long everything above the backend took in the cycle before (0 where nobody measures it).
+    ``t_ns``: the cycle edge on the backend's clock. ``lateness_ns``: how long after the edge the
+    exchange began. ``busy_ns``: how long everything above the backend took in the cycle before (0
+    where nobody measures it).
     """
 
     cycle: int
@@ -25,8 +26,9 @@ class BackendError(Exception):
 class Backend(Protocol):
     """Hardware, simulation, emulated bus or a recorded log.
 
-    ``exchange`` waits for the next cycle edge, hands over the outputs and returns the inputs of that edge.
-    ``close`` puts the outputs into their safe state first; it may be called twice, and before ``open``.
+    ``exchange`` waits for the next cycle edge, hands over the outputs and returns the inputs of
+    that edge. ``close`` puts the outputs into their safe state first; it may be called twice, and
+    before ``open``.
     """
 
     period_s: float

@@ -1,7 +1,9 @@
-"""The two loops that bench_bus.py compares, each a process beside an emulated bus of its own; results go to an .npz.
+"""The two loops that bench_bus.py compares, each a process beside an emulated bus of its own;
+results go to an .npz.
 
-``bare`` is pysoem and nothing else: wake up, frame out, frame in. ``epa`` is the whole of it: driver, experiment,
-envelope and recorder. Both ask for the same rights and put the same datagrams on the wire (LRW and FRMW 0x0910).
+``bare`` is pysoem and nothing else: wake up, frame out, frame in. ``epa`` is the whole of it:
+driver, experiment, envelope and recorder. Both ask for the same rights and put the same datagrams
+on the wire (LRW and FRMW 0x0910).
 """
 
 import os
@@ -29,8 +31,12 @@ from sim_backend.bus.control import ControlClient
 _TIMEOUT_US, _FIRST_FRAMES = 5000, 200
 
 
-def bare(rig: Rig, interface: str, cycles: int, realtime: Realtime) -> dict[str, np.ndarray | list[str]]:
-    """A pysoem loop as in its examples. Times in ns: wake-ups on the monotonic clock, lateness, round trips; counters."""
+def bare(
+    rig: Rig, interface: str, cycles: int, realtime: Realtime
+) -> dict[str, np.ndarray | list[str]]:
+    """A pysoem loop as in its examples. Times in ns: wake-ups on the monotonic clock, lateness,
+    round trips; counters.
+    """
     pysoem.settings.always_release_gil = True
     master = pysoem.Master()
     master.open(interface)
@@ -74,7 +80,10 @@ def _reach(master: "pysoem.Master", state: int) -> None:
             _exchange(master)
         if time.monotonic() > deadline:
             master.read_state()
-            raise SystemExit(f"the bus did not reach state {state}: {[(s.name, s.state, hex(s.al_status)) for s in master.slaves]}")
+            raise SystemExit(
+                f"the bus did not reach state {state}:"
+                f" {[(s.name, s.state, hex(s.al_status)) for s in master.slaves]}"
+            )
 
 
 def _exchange(master: "pysoem.Master") -> int:
@@ -86,14 +95,18 @@ def _map_drive(drive: "pysoem.CdefSlave", entries: tuple, assignment: int, pdo: 
     drive.sdo_write(assignment, 0, b"\0")
     drive.sdo_write(pdo, 0, b"\0")
     for n, entry in enumerate(entries, 1):
-        drive.sdo_write(pdo, n, struct.pack("<I", entry.index << 16 | entry.subindex << 8 | entry.bits))
+        drive.sdo_write(
+            pdo, n, struct.pack("<I", entry.index << 16 | entry.subindex << 8 | entry.bits)
+        )
     drive.sdo_write(pdo, 0, bytes([len(entries)]))
     drive.sdo_write(assignment, 1, struct.pack("<H", pdo))
     drive.sdo_write(assignment, 0, b"\1")
 
 
 def _turn(master: "pysoem.Master", cycles: int, period_ns: int) -> dict[str, np.ndarray]:
-    """The loop. Its phase is set once, half a period after SYNC0, where the emulated plant does not step."""
+    """The loop. Its phase is set once, half a period after SYNC0, where the emulated plant does not
+    step.
+    """
     woken, late, trips, counters = (np.zeros(cycles, np.int64) for _ in range(4))
     clock, pause = time.monotonic_ns, time.sleep
     quickest_ns, passed_ns, dc_time_ns = period_ns, 0, 0
@@ -119,7 +132,9 @@ def _turn(master: "pysoem.Master", cycles: int, period_ns: int) -> dict[str, np.
 
 
 class Watching:
-    """A backend around the driver that keeps each cycle's round trip, and asks for a stop after enough cycles."""
+    """A backend around the driver that keeps each cycle's round trip, and asks for a stop after
+    enough cycles.
+    """
 
     def __init__(self, inner: EthercatBackend, cycles: int):
         self.inner, self.period_s, self._cycles = inner, inner.period_s, cycles
@@ -129,7 +144,7 @@ class Watching:
         self.inner.open()
         self._bus = self.inner._bus
 
-    def exchange(self, outputs_raw: bytes):  # noqa: ANN201
+    def exchange(self, outputs_raw: bytes):
         exchange = self.inner.exchange(outputs_raw)
         self.trips[exchange.cycle] = self._bus.round_trip_ns
         return exchange
@@ -141,39 +156,77 @@ class Watching:
         return STOP if cycle >= self._cycles else NONE
 
 
-def epa(experiment: Path, rig: Path, interface: str, cycles: int, realtime: Realtime) -> dict[str, np.ndarray | list[str]]:
-    """The real loop. The same times, from its own log; and what the log says of samples and overruns."""
+def epa(
+    experiment: Path, rig: Path, interface: str, cycles: int, realtime: Realtime
+) -> dict[str, np.ndarray | list[str]]:
+    """The real loop. The same times, from its own log; and what the log says of samples and
+    overruns.
+    """
     inputs = load_inputs(experiment, rig, None, with_plant=False)
     assembly = assemble(inputs.rig, inputs.experiment)
     watching = Watching(EthercatBackend(inputs.rig, interface), cycles)
     with tempfile.TemporaryDirectory() as folder:
-        recorder = Recorder(Path(folder, "bench.mcap"), assembly.layout, inputs.attachments, {}, lossless=False)
+        recorder = Recorder(
+            Path(folder, "bench.mcap"), assembly.layout, inputs.attachments, {}, lossless=False
+        )
         recorder.open()
         with undisturbed(realtime) as granted:
-            result = run(inputs.rig, watching, assembly.supervisor, assembly.envelope, assembly.decoder, assembly.encoder, recorder, watching)
+            result = run(
+                inputs.rig,
+                watching,
+                assembly.supervisor,
+                assembly.envelope,
+                assembly.decoder,
+                assembly.encoder,
+                recorder,
+                watching,
+            )
         summary = recorder.close(result.outcome, result.cause)
         with LogReader(summary.path) as log:
             columns = log.columns("/cycle", ["cycle", "t_ns", "flags", "lateness_ns", "busy_ns"])
             whole = not log.missing
     numbers, flags = columns["cycle"].astype(np.int64), columns["flags"]
-    missed = np.round(np.diff(columns["t_ns"].astype(np.int64)) / (inputs.rig.period_s * 1e9)).astype(np.int64) - 1
+    missed = (
+        np.round(np.diff(columns["t_ns"].astype(np.int64)) / (inputs.rig.period_s * 1e9)).astype(
+            np.int64
+        )
+        - 1
+    )
     return {
-        "woken_ns": columns["t_ns"].astype(np.int64) + columns["lateness_ns"], "lateness_ns": columns["lateness_ns"].astype(np.int64),
-        "round_trip_ns": watching.trips[: result.cycles], "busy_ns": columns["busy_ns"].astype(np.int64), "granted": granted,
-        "cycles": np.array([result.cycles]), "recorded": np.array([len(numbers)]), "duplicated": np.array([len(numbers) - len(np.unique(numbers))]),
-        "lost_samples": np.array([result.cycles - len(np.unique(numbers))]), "log_whole": np.array([whole]),
-        "overruns_counted": np.array([result.overruns]), "overruns_flagged": np.array([np.count_nonzero(flags & FLAG_OVERRUN)]),
-        "overruns_late": np.array([np.count_nonzero(columns["lateness_ns"] > round(inputs.rig.overrun.late * 1e9))]),
-        "edges_missed": np.array([np.clip(missed, 0, None).sum()]), "bad_cycles": np.array([np.count_nonzero(flags & FLAG_WORKING_COUNTER_OK == 0)]),
+        "woken_ns": columns["t_ns"].astype(np.int64) + columns["lateness_ns"],
+        "lateness_ns": columns["lateness_ns"].astype(np.int64),
+        "round_trip_ns": watching.trips[: result.cycles],
+        "busy_ns": columns["busy_ns"].astype(np.int64),
+        "granted": granted,
+        "cycles": np.array([result.cycles]),
+        "recorded": np.array([len(numbers)]),
+        "duplicated": np.array([len(numbers) - len(np.unique(numbers))]),
+        "lost_samples": np.array([result.cycles - len(np.unique(numbers))]),
+        "log_whole": np.array([whole]),
+        "overruns_counted": np.array([result.overruns]),
+        "overruns_flagged": np.array([np.count_nonzero(flags & FLAG_OVERRUN)]),
+        "overruns_late": np.array(
+            [np.count_nonzero(columns["lateness_ns"] > round(inputs.rig.overrun.late * 1e9))]
+        ),
+        "edges_missed": np.array([np.clip(missed, 0, None).sum()]),
+        "bad_cycles": np.array([np.count_nonzero(flags & FLAG_WORKING_COUNTER_OK == 0)]),
         "outcome": [result.outcome, result.cause],
-    }  # fmt: skip
+    }
 
 
-def main(which: str, rig: Path, experiment: Path, cycles: int, core: int, priority: int, out: Path) -> None:
+def main(
+    which: str, rig: Path, experiment: Path, cycles: int, core: int, priority: int, out: Path
+) -> None:
     """Runs one loop on the interface and control channel of the environment; writes ``out``."""
-    os.sched_setaffinity(0, range(os.cpu_count() or 1))  # only the loop itself goes to the core of the emulator
+    os.sched_setaffinity(
+        0, range(os.cpu_count() or 1)
+    )  # only the loop itself goes to the core of the emulator
     interface, realtime = os.environ["EPA_BUS_INTERFACE"], Realtime(priority=priority, core=core)
-    found = bare(load_rig(rig), interface, cycles, realtime) if which == "bare" else epa(experiment, rig, interface, cycles, realtime)
+    found = (
+        bare(load_rig(rig), interface, cycles, realtime)
+        if which == "bare"
+        else epa(experiment, rig, interface, cycles, realtime)
+    )
     with ControlClient(Path(os.environ["EPA_BUS_CONTROL"])) as client:
         counters = client.ask("status")["counters"]
     np.savez(out, process_frames=np.array([counters["process_frames"]]), **found)

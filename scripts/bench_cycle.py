@@ -1,8 +1,10 @@
-"""What one cycle costs above the backend: decode, experiment, control, envelope, encode and record. Prints JSON.
+"""What one cycle costs above the backend: decode, experiment, control, envelope, encode and record.
+Prints JSON.
 
-The knee chirp runs on the simulated rig with a recorder in its own process; the time between an exchange's return and
-the next exchange's call is taken every cycle. Once as fast as it goes and once paced in real time, where caches are
-cold after each sleep. The floor is what two readings of the clock cost in the same run.
+The knee chirp runs on the simulated rig with a recorder in its own process; the time between an
+exchange's return and the next exchange's call is taken every cycle. Once as fast as it goes and
+once paced in real time, where caches are cold after each sleep. The floor is what two readings of
+the clock cost in the same run.
 
     python scripts/bench_cycle.py --cycles 120000
 """
@@ -29,7 +31,9 @@ from sim_backend.backend import SimBackend
 
 
 class Stopwatch:
-    """A backend around a backend: takes the time between exchanges, and asks for a stop after enough cycles."""
+    """A backend around a backend: takes the time between exchanges, and asks for a stop after
+    enough cycles.
+    """
 
     def __init__(self, inner: Backend, cycles: int):
         self.inner, self.period_s = inner, inner.period_s
@@ -57,40 +61,69 @@ class Stopwatch:
 
 def clock_floor_us(samples: int = 200_000) -> float:
     """Median cost of two clock readings in microseconds."""
-    readings = np.array([-(time.perf_counter_ns() - time.perf_counter_ns()) for _ in range(samples)])
+    readings = np.array(
+        [-(time.perf_counter_ns() - time.perf_counter_ns()) for _ in range(samples)]
+    )
     return float(np.median(readings)) / 1e3
 
 
 def measure(rig: str, experiment: str, cycles: int, speed: float | None) -> dict[str, float]:
     """One run; costs in microseconds over the cycles after bring-up."""
-    inputs = load_inputs(ROOT / f"config/experiments/{experiment}.yaml", ROOT / f"config/rigs/{rig}.yaml", None, True)
+    inputs = load_inputs(
+        ROOT / f"config/experiments/{experiment}.yaml", ROOT / f"config/rigs/{rig}.yaml", None, True
+    )
     assembly = assemble(inputs.rig, inputs.experiment)
     backend = SimBackend(inputs.rig, inputs.plant, 1, speed)
     backend.model.warm_up()
     stopwatch = Stopwatch(backend, cycles)
     with tempfile.TemporaryDirectory() as folder:
-        recorder = Recorder(Path(folder) / "bench.mcap", assembly.layout, inputs.attachments, {}, lossless=speed is None)
+        recorder = Recorder(
+            Path(folder) / "bench.mcap",
+            assembly.layout,
+            inputs.attachments,
+            {},
+            lossless=speed is None,
+        )
         recorder.open()
         with undisturbed(inputs.rig.realtime if speed is not None else None) as granted:
-            result = run(inputs.rig, stopwatch, assembly.supervisor, assembly.envelope, assembly.decoder, assembly.encoder,
-                         recorder, stopwatch)
+            result = run(
+                inputs.rig,
+                stopwatch,
+                assembly.supervisor,
+                assembly.envelope,
+                assembly.decoder,
+                assembly.encoder,
+                recorder,
+                stopwatch,
+            )
         summary = recorder.close(result.outcome, result.cause)
     taken_us = stopwatch.taken_ns[200 : stopwatch.cycle] / 1e3
     p50, p99, p999 = np.percentile(taken_us, (50, 99, 99.9))
-    return {"cycles": int(taken_us.size), "median_us": round(float(p50), 2), "p99_us": round(float(p99), 2),
-            "p99_9_us": round(float(p999), 2), "max_us": round(float(taken_us.max()), 1), "lost_samples": summary.lost_samples,
-            "outcome": f"{result.outcome} {result.cause}".strip(), "realtime": list(granted)}
+    return {
+        "cycles": int(taken_us.size),
+        "median_us": round(float(p50), 2),
+        "p99_us": round(float(p99), 2),
+        "p99_9_us": round(float(p999), 2),
+        "max_us": round(float(taken_us.max()), 1),
+        "lost_samples": summary.lost_samples,
+        "outcome": f"{result.outcome} {result.cause}".strip(),
+        "realtime": list(granted),
+    }
 
 
 def main() -> None:
-    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    arguments = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     arguments.add_argument("--rig", default="knee")
     arguments.add_argument("--experiment", default="knee_chirp")
     arguments.add_argument("--cycles", type=int, default=120_000)
     arguments.add_argument("--paced-cycles", type=int, default=20_000)
     chosen = arguments.parse_args()
     report = {
-        "rig": chosen.rig, "experiment": chosen.experiment, "floor_clock_us": clock_floor_us(),
+        "rig": chosen.rig,
+        "experiment": chosen.experiment,
+        "floor_clock_us": clock_floor_us(),
         "unpaced": measure(chosen.rig, chosen.experiment, chosen.cycles, None),
         "paced_1x": measure(chosen.rig, chosen.experiment, chosen.paced_cycles, 1.0),
         "bar": {"median_us": 25.0, "p99_9_us": 100.0},

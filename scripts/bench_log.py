@@ -1,10 +1,11 @@
 """Recorder throughput beside a bare `mcap` writer and the foxglove-sdk writer; prints JSON.
 
-All three write the same messages: a knee rig's sample of 35 float64 signals and 60 raw bytes, as five protobuf
-messages. Ours starts from dicts and ends with a closed file: ring, recorder process, encoding, compression. The two
-others are handed messages that are encoded already, in their own process. Each repeat runs all of them one after the
-other; given are medians over the repeats. CPU time counts all processes and, unlike the rest, hardly depends on what
-else the machine does. foxglove-sdk is left out where it is not installed.
+All three write the same messages: a knee rig's sample of 35 float64 signals and 60 raw bytes, as
+five protobuf messages. Ours starts from dicts and ends with a closed file: ring, recorder process,
+encoding, compression. The two others are handed messages that are encoded already, in their own
+process. Each repeat runs all of them one after the other; given are medians over the repeats. CPU
+time counts all processes and, unlike the rest, hardly depends on what else the machine does.
+foxglove-sdk is left out where it is not installed.
 """
 
 from __future__ import annotations
@@ -38,13 +39,21 @@ PERIOD_NS = 1_000_000
 PATTERN = 4096  # different samples, repeated; longer than any writer's chunk
 NEEDED_SAMPLES_S = 150_000
 LAYOUT = SampleLayout(
-    40, 20, tuple(f"place{k}_pressure_pa" for k in range(15)), tuple(f"ref_place{k}_rad" for k in range(8)),
-    tuple(f"cmd_place{k}_nm" for k in range(8)), tuple(f"est_place{k}_n" for k in range(4)), ("running",), ("trial",),
-)  # fmt: skip
+    40,
+    20,
+    tuple(f"place{k}_pressure_pa" for k in range(15)),
+    tuple(f"ref_place{k}_rad" for k in range(8)),
+    tuple(f"cmd_place{k}_nm" for k in range(8)),
+    tuple(f"est_place{k}_n" for k in range(4)),
+    ("running",),
+    ("trial",),
+)
 
 
 class Load:
-    """The samples: as `Recorder.sample` takes them, as ring slots, and as encoded messages by topic."""
+    """The samples: as `Recorder.sample` takes them, as ring slots, and as encoded messages by
+    topic.
+    """
 
     def __init__(self) -> None:
         random_numbers = np.random.default_rng(1)
@@ -75,7 +84,10 @@ class Load:
         block = RowBlock(LAYOUT, PATTERN)
         block.take(self.slots)
         block.messages()
-        return {topic.name: [one.tobytes() for one in block.rows[topic.name]["body"]] for topic in cycle_topics(LAYOUT)}
+        return {
+            topic.name: [one.tobytes() for one in block.rows[topic.name]["body"]]
+            for topic in cycle_topics(LAYOUT)
+        }
 
 
 def ours(load: Load, path: Path, samples: int) -> None:
@@ -111,7 +123,9 @@ def bare_mcap(load: Load, path: Path, samples: int) -> None:
     channels = []
     for topic in cycle_topics(LAYOUT):
         schema_id = writer.register_schema(topic.message_name, "protobuf", descriptor_set(topic))
-        channels.append((writer.register_channel(topic.name, "protobuf", schema_id), load.messages[topic.name]))
+        channels.append(
+            (writer.register_channel(topic.name, "protobuf", schema_id), load.messages[topic.name])
+        )
     for cycle in range(samples):
         t_ns = cycle * PERIOD_NS
         for channel_id, messages in channels:
@@ -129,8 +143,12 @@ def foxglove_sdk(load: Load, path: Path, samples: int) -> None:
     channels = []
     with foxglove.open_mcap(path, allow_overwrite=True, context=context, writer_options=options):
         for topic in cycle_topics(LAYOUT):
-            schema = foxglove.Schema(name=topic.message_name, encoding="protobuf", data=descriptor_set(topic))
-            channel = foxglove.Channel(topic.name, schema=schema, message_encoding="protobuf", context=context)
+            schema = foxglove.Schema(
+                name=topic.message_name, encoding="protobuf", data=descriptor_set(topic)
+            )
+            channel = foxglove.Channel(
+                topic.name, schema=schema, message_encoding="protobuf", context=context
+            )
             channels.append((channel, load.messages[topic.name]))
         for cycle in range(samples):
             for channel, messages in channels:
@@ -138,7 +156,9 @@ def foxglove_sdk(load: Load, path: Path, samples: int) -> None:
 
 
 def producer_cost_us(load: Load, path: Path) -> dict[str, float]:
-    """What one `sample` and one look at `failure` cost the loop, timer included, while the recorder is at work."""
+    """What one `sample` and one look at `failure` cost the loop, timer included, while the recorder
+    is at work.
+    """
     recorder = Recorder(path, LAYOUT, {}, {}, lossless=False, slots=65536)
     recorder.open()
     costs_ns = np.zeros(60_000, np.int64)
@@ -153,7 +173,10 @@ def producer_cost_us(load: Load, path: Path) -> dict[str, float]:
             raise SystemExit(f"bench_log: {failure}")
     recorder.close("finished", "")
     quantiles = np.quantile(costs_ns, [0.5, 0.999, 1.0]) / 1000
-    return {name: round(float(value), 2) for name, value in zip(("median", "p999", "max"), quantiles, strict=True)}
+    return {
+        name: round(float(value), 2)
+        for name, value in zip(("median", "p999", "max"), quantiles, strict=True)
+    }
 
 
 def cpu_s() -> float:
@@ -200,26 +223,43 @@ def measure(load: Load, folder: Path, samples: int, repeats: int) -> dict[str, o
     }
     result["times_faster"] = {
         f"ours_than_{name}": round(medians_s[name] / medians_s["ours"], 2)
-        for name in medians_s if not name.startswith("ours")
-    }  # fmt: skip
-    result["producer_us"] = {key: statistics.median(cost[key] for cost in costs) for key in costs[0]}
+        for name in medians_s
+        if not name.startswith("ours")
+    }
+    result["producer_us"] = {
+        key: statistics.median(cost[key] for cost in costs) for key in costs[0]
+    }
     alone_samples_per_cpu_s = round(1e6 / result["ours_one_core"]["cpu_us_per_sample"])
     result["recorder_alone"] = {
-        "samples_per_cpu_s": alone_samples_per_cpu_s, "fast_enough": alone_samples_per_cpu_s >= NEEDED_SAMPLES_S
-    }  # fmt: skip
+        "samples_per_cpu_s": alone_samples_per_cpu_s,
+        "fast_enough": alone_samples_per_cpu_s >= NEEDED_SAMPLES_S,
+    }
     return result
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--samples", type=int, default=100 * PATTERN, help="samples per run (default %(default)s)")
-    parser.add_argument("--repeats", type=int, default=3, help="repeats to take medians over (default %(default)s)")
+    parser.add_argument(
+        "--samples", type=int, default=100 * PATTERN, help="samples per run (default %(default)s)"
+    )
+    parser.add_argument(
+        "--repeats", type=int, default=3, help="repeats to take medians over (default %(default)s)"
+    )
     arguments = parser.parse_args()
     samples = max(arguments.samples // PATTERN, 1) * PATTERN
     with tempfile.TemporaryDirectory() as folder:
         result = measure(Load(), Path(folder), samples, arguments.repeats)
-    setting = {"samples": samples, "repeats": arguments.repeats, "signals": len(LAYOUT.values), "cores": os.cpu_count()}
-    print(json.dumps({"setting": setting | {"slot_format": sample_format(LAYOUT)}, **result}, indent=2))
+    setting = {
+        "samples": samples,
+        "repeats": arguments.repeats,
+        "signals": len(LAYOUT.values),
+        "cores": os.cpu_count(),
+    }
+    print(
+        json.dumps(
+            {"setting": setting | {"slot_format": sample_format(LAYOUT)}, **result}, indent=2
+        )
+    )
 
 
 if __name__ == "__main__":

@@ -1,9 +1,11 @@
-"""How fast and how exact the compiled plant is, beside scipy's solve_ivp on the same physics. Prints JSON.
+"""How fast and how exact the compiled plant is, beside scipy's solve_ivp on the same physics.
+Prints JSON.
 
-Per plant: time per 1 ms cycle and times real time (median and best of several runs over a whole log in one call, noise
-on), the largest error of every sensor over the log against 32 times finer sub-steps (noise off, in sensor steps), and
-the ratio to solve_ivp (noise off on both sides, the same compiled rates): for each method the loosest tolerance whose
-largest error is not above the plant's own.
+Per plant: time per 1 ms cycle and times real time (median and best of several runs over a whole log
+in one call, noise on), the largest error of every sensor over the log against 32 times finer
+sub-steps (noise off, in sensor steps), and the ratio to solve_ivp (noise off on both sides, the
+same compiled rates): for each method the loosest tolerance whose largest error is not above the
+plant's own.
 """
 
 import argparse
@@ -16,7 +18,9 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[1]))  # for the tests' scenarios, which are not installed
+sys.path.insert(
+    0, str(Path(__file__).parents[1])
+)  # for the tests' scenarios, which are not installed
 
 from epa_rt.models import plant
 from epa_rt.models.blocks import bus, drive
@@ -49,7 +53,10 @@ def simulate(params: np.ndarray, commands: np.ndarray, substeps: int) -> np.ndar
 
 def errors(got: np.ndarray, reference: np.ndarray) -> dict[str, float]:
     """Largest error per sensor, in steps of that sensor."""
-    return {name: float(np.max(np.abs(got[name] - reference[name])) / step) for name, step in SENSOR_STEP.items()}
+    return {
+        name: float(np.max(np.abs(got[name] - reference[name])) / step)
+        for name, step in SENSOR_STEP.items()
+    }
 
 
 def speed(file: PlantFile, commands: np.ndarray, repeats: int) -> dict[str, float]:
@@ -60,14 +67,19 @@ def speed(file: PlantFile, commands: np.ndarray, repeats: int) -> dict[str, floa
         plant.run(file.params, state, commands, PERIOD_S, file.substeps, out)
         times.append(time.perf_counter() - start)
     span_s = len(commands) * PERIOD_S
-    return {"us_per_cycle_median": statistics.median(times) / len(commands) * 1e6,
-            "us_per_cycle_best": min(times) / len(commands) * 1e6,
-            "times_real_time_median": span_s / statistics.median(times), "times_real_time_best": span_s / min(times)}
+    return {
+        "us_per_cycle_median": statistics.median(times) / len(commands) * 1e6,
+        "us_per_cycle_best": min(times) / len(commands) * 1e6,
+        "times_real_time_median": span_s / statistics.median(times),
+        "times_real_time_best": span_s / min(times),
+    }
 
 
 @compiled
 def rival_rates(moment_s, y, dy, params, state, table, last, period_s):
-    """The plant's own compiled rates at a time inside the log; valve openings are states y[SMOOTH:]."""
+    """The plant's own compiled rates at a time inside the log; valve openings are states
+    y[SMOOTH:].
+    """
     p, s = params[0], state[0]
     k = min(int(moment_s / period_s + 1e-9), last)
     row, part = table[k], moment_s / period_s - k
@@ -76,8 +88,24 @@ def rival_rates(moment_s, y, dy, params, state, table, last, period_s):
             s.opening[i, j] = y[SMOOTH + 2 * i + j]
             valve = row[(bus.INLET, bus.EXHAUST)[j] + i]
             dy[SMOOTH + 2 * i + j] = (valve - s.opening[i, j]) / p.gas[i].valve_lag_s
-    rates(p, s, y, dy, (row[bus.ENABLED], row[bus.MODE], row[bus.TORQUE], row[2], row[3], row[4], row[5], row[6], row[7]),
-          part)
+    rates(
+        p,
+        s,
+        y,
+        dy,
+        (
+            row[bus.ENABLED],
+            row[bus.MODE],
+            row[bus.TORQUE],
+            row[2],
+            row[3],
+            row[4],
+            row[5],
+            row[6],
+            row[7],
+        ),
+        part,
+    )
 
 
 @compiled
@@ -90,13 +118,21 @@ def latch_all(state, commands, table, period_s):
         s.cycle += 1
 
 
-def rival(params: np.ndarray, commands: np.ndarray, method: str, rtol: float) -> tuple[float, np.ndarray]:
-    """Time (s) and states at the cycle ends of solve_ivp, one call from each switch of valves or drive to the next."""
+def rival(
+    params: np.ndarray, commands: np.ndarray, method: str, rtol: float
+) -> tuple[float, np.ndarray]:
+    """Time (s) and states at the cycle ends of solve_ivp, one call from each switch of valves or
+    drive to the next.
+    """
     from scipy.integrate import solve_ivp
 
     state, n = plant.new_state(params), len(commands)
     y = np.concatenate([state["smooth"][0], np.zeros(4)])
-    table, ends, dy = np.zeros((n, state["ring"].shape[2])), np.zeros((n, SMOOTH + 4)), np.zeros(SMOOTH + 4)
+    table, ends, dy = (
+        np.zeros((n, state["ring"].shape[2])),
+        np.zeros((n, SMOOTH + 4)),
+        np.zeros(SMOOTH + 4),
+    )
     scale = np.ones(SMOOTH + 4)
     scale[GAS_C:CREEP] = y[GAS_C:CREEP]
     latch_all(state.copy(), commands, table, PERIOD_S)
@@ -109,18 +145,29 @@ def rival(params: np.ndarray, commands: np.ndarray, method: str, rtol: float) ->
 
     start = time.perf_counter()
     for first, end in zip(edges[:-1], edges[1:], strict=True):
-        y[INTEGRAL] = drive.integral_at_edge(table[first], table[first - 1] * (first > 0), y[INTEGRAL], y[CURRENT])
+        y[INTEGRAL] = drive.integral_at_edge(
+            table[first], table[first - 1] * (first > 0), y[INTEGRAL], y[CURRENT]
+        )
         moments = np.arange(first + 1, end + 1) * PERIOD_S
-        solved = solve_ivp(rate, (first * PERIOD_S, moments[-1]), y, method=method, t_eval=moments, rtol=rtol,
-                           atol=rtol * scale)
+        solved = solve_ivp(
+            rate,
+            (first * PERIOD_S, moments[-1]),
+            y,
+            method=method,
+            t_eval=moments,
+            rtol=rtol,
+            atol=rtol * scale,
+        )
         ends[first:end] = solved.y.T
         y = ends[end - 1].copy()
     return time.perf_counter() - start, ends
 
 
 def compare(file: PlantFile, commands: np.ndarray, ours_us: float) -> dict:
-    """Ratio to the fastest solve_ivp method at the plant's own accuracy, judged on motor angle, speed and current."""
-    params, commands = quiet(file.params), commands[:int(RIVAL_S / PERIOD_S)]
+    """Ratio to the fastest solve_ivp method at the plant's own accuracy, judged on motor angle,
+    speed and current.
+    """
+    params, commands = quiet(file.params), commands[: int(RIVAL_S / PERIOD_S)]
     params["sensors"]["encoder_hold_s"] = 0.0
     reference = simulate(params, commands, 32 * file.substeps)
     own = errors(simulate(params, commands, file.substeps), reference)
@@ -130,20 +177,35 @@ def compare(file: PlantFile, commands: np.ndarray, ours_us: float) -> dict:
     for method in ("RK45", "DOP853", "LSODA"):
         for rtol in (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8):
             seconds, ends = rival(params, commands, method, rtol)
-            error = max(float(np.max(np.abs(ends[:, column] - reference[name])) / SENSOR_STEP[name])
-                        for column, name in CHECKED.items())
-            tried[method] = {"rtol": rtol, "error_steps": error, "us_per_cycle": seconds / len(commands) * 1e6}
+            error = max(
+                float(np.max(np.abs(ends[:, column] - reference[name])) / SENSOR_STEP[name])
+                for column, name in CHECKED.items()
+            )
+            tried[method] = {
+                "rtol": rtol,
+                "error_steps": error,
+                "us_per_cycle": seconds / len(commands) * 1e6,
+            }
             if error <= allowed:
                 break
         tried[method]["accurate_enough"] = error <= allowed
-    best = min((t for t in tried.values() if t["accurate_enough"]), key=lambda t: t["us_per_cycle"], default=None)
-    return {"own_error_steps": allowed, "tried": tried,
-            "ratio": best["us_per_cycle"] / ours_us if best else None}
+    best = min(
+        (t for t in tried.values() if t["accurate_enough"]),
+        key=lambda t: t["us_per_cycle"],
+        default=None,
+    )
+    return {
+        "own_error_steps": allowed,
+        "tried": tried,
+        "ratio": best["us_per_cycle"] / ours_us if best else None,
+    }
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("plants", nargs="*", default=["bench", "knee"], help="names under config/plants")
+    parser.add_argument(
+        "plants", nargs="*", default=["bench", "knee"], help="names under config/plants"
+    )
     parser.add_argument("--seconds", type=float, default=200.0, help="length of the log")
     parser.add_argument("--repeats", type=int, default=9)
     parser.add_argument("--no-scipy", action="store_true", help="leave solve_ivp out")
@@ -153,12 +215,18 @@ def main() -> None:
         file = load_plant(PLANTS / f"{name}.yaml")
         commands = log_commands(file, given.seconds, PERIOD_S)
         simulate(file.params, commands[:10], file.substeps)
-        row = {"substeps": file.substeps, "seconds": given.seconds, **speed(file, commands, given.repeats)}
+        row = {
+            "substeps": file.substeps,
+            "seconds": given.seconds,
+            **speed(file, commands, given.repeats),
+        }
         own = simulate(quiet(file.params), commands, file.substeps)
         row["error_steps"] = errors(own, simulate(quiet(file.params), commands, 32 * file.substeps))
         if not given.no_scipy:
             silent = replace(file, params=quiet(file.params))
-            row["us_per_cycle_median_noise_off"] = speed(silent, commands, given.repeats)["us_per_cycle_median"]
+            row["us_per_cycle_median_noise_off"] = speed(silent, commands, given.repeats)[
+                "us_per_cycle_median"
+            ]
             row["solve_ivp"] = compare(file, commands, row["us_per_cycle_median_noise_off"])
         report[name] = row
     print(json.dumps(report, indent=2))

@@ -1,6 +1,8 @@
-"""Compiles what a run and a diagnosis compile, so that the first of each does not wait for it: the plant, its links and every effect of the catalogue, on the bench, the knee and the mass.
+"""Compiles what a run and a diagnosis compile, so that the first of each does not wait for it: the
+plant, its links and every effect of the catalogue, on the bench, the knee and the mass.
 
-Numba keeps it beside the sources; a change of them makes it again. env.sh calls this when it makes an environment.
+Numba keeps it beside the sources; a change of them makes it again. env.sh calls this when it makes
+an environment.
 """
 
 import sys
@@ -22,7 +24,17 @@ def blank(subject) -> Recording:
     """A recording of a rig that reads zero and is told nothing."""
     names = [row.name for row in (*subject.rig.signals, *subject.rig.outputs)]
     cycles = np.arange(CYCLES)
-    return Recording("blank", "", subject.rig.name, "", "", subject.rig.period_s, cycles, {name: np.zeros(CYCLES) for name in names}, (Span("rest", 0, CYCLES, True),))
+    return Recording(
+        "blank",
+        "",
+        subject.rig.name,
+        "",
+        "",
+        subject.rig.period_s,
+        cycles,
+        {name: np.zeros(CYCLES) for name in names},
+        (Span("rest", 0, CYCLES, True),),
+    )
 
 
 def compile_all(rig: Path) -> None:
@@ -31,7 +43,14 @@ def compile_all(rig: Path) -> None:
     SimBackend(subject.rig, subject.plant, 1, None).model.warm_up()
     recording = blank(subject)
     prepared = subject.prepare(recording)
-    shapes = [{}, *(dict(zip(effect.knobs, start, strict=True)) for effect in subject.catalogue for start in effect.starts)]
+    shapes = [
+        {},
+        *(
+            dict(zip(effect.knobs, start, strict=True))
+            for effect in subject.catalogue
+            for start in effect.starts
+        ),
+    ]
     for link in subject.links:
         subject.features(prepared, link.name)
     for values in shapes:
@@ -46,7 +65,9 @@ def main() -> None:
     began = time.perf_counter()
     for name in RIGS:
         compile_all(ROOT / "config" / "rigs" / name)
-    print(f"compiled the plant and its links in {time.perf_counter() - began:.0f} s", file=sys.stderr)
+    print(
+        f"compiled the plant and its links in {time.perf_counter() - began:.0f} s", file=sys.stderr
+    )
 
 
 if __name__ == "__main__":

@@ -1,7 +1,9 @@
-"""Writes docs/faults.md: every fault put into a run on the emulated bus, who noticed it, and how long until the rig was safe.
+"""Writes docs/faults.md: every fault put into a run on the emulated bus, who noticed it, and how
+long until the rig was safe.
 
-  python scripts/fault_table.py               all faults; needs no right but `unshare`
-  python scripts/fault_table.py --check       says whether the page holds every kind of fault that the emulator offers
+python scripts/fault_table.py               all faults; needs no right but `unshare`
+python scripts/fault_table.py --check       says whether the page holds every kind of fault that the
+emulator offers
 """
 
 import argparse
@@ -28,7 +30,7 @@ Exit codes: 3 tripped, 4 bus lost, 0 the run goes on.
 
 | Fault | Noticed by | Reaction | Noticed after | Safe after | Exit | Sentence |
 |---|---|---|---|---|---|---|
-"""
+"""  # noqa: E501
 GOES_ON = """
 ## The run goes on
 
@@ -36,7 +38,7 @@ GOES_ON = """
 
 | Fault | Noticed by | What happens | Bad cycles counted | Departs |
 |---|---|---|---|---|
-"""
+"""  # noqa: E501
 GAPS = """
 ## Not noticed
 
@@ -59,30 +61,44 @@ FOOT = """
 - A **drive on wires** (bench_analog) reports its status and its error on the bus, but nobody judges them before the end: a fault in it shows in the travel alone.
 - A frame whose **data** are damaged never gets here: the slaves' and the card's check sequence throw it away. Damage to
   headers that SOEM does not look at (length, frame type) has no effect.
-"""
+"""  # noqa: E501
 
 
 def row_of(cells: list[object]) -> str:
     return "| " + " | ".join(str(cell).replace("|", "/") for cell in cells) + " |"
 
 
-def ended(name: str, scenario: "Scenario", facts: dict) -> str:
+def ended(name: str, scenario: object, facts: dict) -> str:
     """A row for a run that ended."""
     noticed = f"{facts['noticed_in']}" if scenario.visible is None else "–"
-    first_bad = facts["noticed_at"] if scenario.visible is None else facts["injected_at"] + scenario.visible
-    reaction = "outputs safe, drive off" if scenario.within <= 20 else "outputs safe by the watchdogs"
+    first_bad = (
+        facts["noticed_at"] if scenario.visible is None else facts["injected_at"] + scenario.visible
+    )
+    reaction = (
+        "outputs safe, drive off" if scenario.within <= 20 else "outputs safe by the watchdogs"
+    )
     words = f"{reaction}; {scenario.words}" if scenario.words else reaction
     paced = ", *real time*" if scenario.real_time and "real time" not in name else ""
-    return row_of([name + paced, scenario.seen_by, words, noticed, facts["safe_at"] - first_bad, facts["code"], facts["sentence"]])
+    return row_of(
+        [
+            name + paced,
+            scenario.seen_by,
+            words,
+            noticed,
+            facts["safe_at"] - first_bad,
+            facts["code"],
+            facts["sentence"],
+        ]
+    )
 
 
-def went_on(name: str, scenario: "Scenario", facts: dict) -> str:
+def went_on(name: str, scenario: object, facts: dict) -> str:
     """A row for a run that was to go on."""
     departs = f"{1e3 * facts['departs_m']:.3f} mm" if "departs_m" in facts else "*real time*"
     return row_of([name, scenario.seen_by, scenario.words, len(facts["bad"]) or "–", departs])
 
 
-def unseen(name: str, scenario: "Scenario", facts: dict) -> str:
+def unseen(name: str, scenario: object, facts: dict) -> str:
     """A row for what nobody noticed."""
     low, high = (1e3 * x for x in facts["travel_range_m"])
     return row_of([name, scenario.gap, facts["sentence"], f"{low:.1f} mm to {high:.1f} mm"])
@@ -91,15 +107,19 @@ def unseen(name: str, scenario: "Scenario", facts: dict) -> str:
 def page() -> str:
     """The whole page; runs everything."""
     from tests.bus.faults.runs import facts_of_run
-    from tests.bus.own_network import LOCK_STEP_STALL_S, STALL_S, repeated
     from tests.bus.faults.scenarios import all_scenarios
+    from tests.bus.own_network import LOCK_STEP_STALL_S, STALL_S, repeated
 
     scenarios = all_scenarios()
     found = {}
     for name, scenario in scenarios.items():
         print(name, file=sys.stderr)
         longest_s = STALL_S if scenario.real_time else LOCK_STEP_STALL_S
-        found[name] = repeated(name, lambda name=name, scenario=scenario: _as_expected(scenario, facts_of_run(name)), longest_s)
+        found[name] = repeated(
+            name,
+            lambda name=name, scenario=scenario: _as_expected(scenario, facts_of_run(name)),
+            longest_s,
+        )
     rows: dict[str, list[str]] = {"ended": [], "went_on": [], "unseen": []}
     for name, scenario in scenarios.items():
         if scenario.gap and (scenario.goes_on or found[name]["code"] != scenario.code):
@@ -109,11 +129,22 @@ def page() -> str:
         else:
             rows["ended"].append(ended(name, scenario, found[name]))
     gaps = GAPS + "\n".join(rows["unseen"]) + "\n" if rows["unseen"] else ""
-    return HEAD + "\n".join(rows["ended"]) + "\n" + GOES_ON + "\n".join(rows["went_on"]) + "\n" + gaps + FOOT
+    return (
+        HEAD
+        + "\n".join(rows["ended"])
+        + "\n"
+        + GOES_ON
+        + "\n".join(rows["went_on"])
+        + "\n"
+        + gaps
+        + FOOT
+    )
 
 
-def _as_expected(scenario: "Scenario", facts: dict) -> dict:
-    """A stall of this machine may end a run by itself, which is then run again. What ends otherwise goes on the page."""
+def _as_expected(scenario: object, facts: dict) -> dict:
+    """A stall of this machine may end a run by itself, which is then run again. What ends otherwise
+    goes on the page.
+    """
     if facts["injected_at"] is None or scenario.real_time and facts["code"] != scenario.code:
         raise RuntimeError(facts["sentence"])
     return facts
@@ -124,16 +155,24 @@ def not_on_page(text: str) -> list[str]:
     from sim_backend.bus.fault_kinds import ALL_FAULTS
     from tests.bus.faults.scenarios import all_scenarios
 
-    return [name for name in all_scenarios() if f"| {name}" not in text] + [kind for kind in ALL_FAULTS if kind not in text]
+    return [name for name in all_scenarios() if f"| {name}" not in text] + [
+        kind for kind in ALL_FAULTS if kind not in text
+    ]
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--check", action="store_true", help="only compare names")
     arguments = parser.parse_args()
     if arguments.check:
         missing = not_on_page(PAGE.read_text(encoding="utf-8"))
-        print(f"{PAGE.name}: found no {', '.join(missing)}" if missing else f"{PAGE.name} holds every fault")
+        print(
+            f"{PAGE.name}: found no {', '.join(missing)}"
+            if missing
+            else f"{PAGE.name} holds every fault"
+        )
         return bool(missing)
     PAGE.write_text(page(), encoding="utf-8")
     print(f"{PAGE} written")

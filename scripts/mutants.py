@@ -1,4 +1,6 @@
-"""Small changes to a Python file, one at a time. A mutant's key names place and change without a line number."""
+"""Small changes to a Python file, one at a time. A mutant's key names place and change without a
+line number.
+"""
 
 import ast
 import copy
@@ -6,10 +8,29 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-_COMPARE = {ast.Lt: (ast.LtE, ast.GtE), ast.LtE: (ast.Lt, ast.Gt), ast.Gt: (ast.GtE, ast.LtE), ast.GtE: (ast.Gt, ast.Lt), ast.Eq: (ast.NotEq,),
-            ast.NotEq: (ast.Eq,), ast.Is: (ast.IsNot,), ast.IsNot: (ast.Is,), ast.In: (ast.NotIn,), ast.NotIn: (ast.In,)}
-_ARITHMETIC = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult, ast.BitAnd: ast.BitOr, ast.BitOr: ast.BitAnd,
-               ast.LShift: ast.RShift, ast.RShift: ast.LShift, ast.BitXor: ast.BitOr}
+_COMPARE = {
+    ast.Lt: (ast.LtE, ast.GtE),
+    ast.LtE: (ast.Lt, ast.Gt),
+    ast.Gt: (ast.GtE, ast.LtE),
+    ast.GtE: (ast.Gt, ast.Lt),
+    ast.Eq: (ast.NotEq,),
+    ast.NotEq: (ast.Eq,),
+    ast.Is: (ast.IsNot,),
+    ast.IsNot: (ast.Is,),
+    ast.In: (ast.NotIn,),
+    ast.NotIn: (ast.In,),
+}
+_ARITHMETIC = {
+    ast.Add: ast.Sub,
+    ast.Sub: ast.Add,
+    ast.Mult: ast.Div,
+    ast.Div: ast.Mult,
+    ast.BitAnd: ast.BitOr,
+    ast.BitOr: ast.BitAnd,
+    ast.LShift: ast.RShift,
+    ast.RShift: ast.LShift,
+    ast.BitXor: ast.BitOr,
+}
 
 
 @dataclass(frozen=True)
@@ -66,7 +87,16 @@ def _visit(node: ast.AST, steps: tuple, name: str) -> Iterator[tuple[str, tuple,
     for replacement in _replacements(node):
         yield name, steps, replacement
     for field, value in ast.iter_fields(node):
-        if field in ("annotation", "returns", "decorator_list", "bases", "names", "ctx", "op", "ops"):
+        if field in (
+            "annotation",
+            "returns",
+            "decorator_list",
+            "bases",
+            "names",
+            "ctx",
+            "op",
+            "ops",
+        ):
             continue
         if isinstance(value, ast.AST):
             yield from _visit(value, (*steps, field), name)
@@ -84,7 +114,9 @@ def _replacements(node: ast.AST) -> Iterator[ast.AST]:
     if isinstance(node, ast.Compare):
         for i, op in enumerate(node.ops):
             for other in _COMPARE[type(op)]:
-                yield ast.Compare(node.left, [*node.ops[:i], other(), *node.ops[i + 1 :]], node.comparators)
+                yield ast.Compare(
+                    node.left, [*node.ops[:i], other(), *node.ops[i + 1 :]], node.comparators
+                )
     elif isinstance(node, ast.BoolOp):
         yield ast.BoolOp(ast.Or() if isinstance(node.op, ast.And) else ast.And(), node.values)
         for i in range(len(node.values)):
@@ -118,8 +150,26 @@ def _other_constant(value: object) -> Iterator[ast.AST]:
 
 
 def _other_statement(node: ast.stmt) -> Iterator[ast.AST]:
-    nothing_anyway = isinstance(node, ast.Return) and isinstance(node.value, ast.Constant) and node.value.value is None
-    if isinstance(node, (ast.Assign, ast.AugAssign, ast.AnnAssign, ast.Expr, ast.Return, ast.Continue, ast.Raise)) and not nothing_anyway:
+    nothing_anyway = (
+        isinstance(node, ast.Return)
+        and isinstance(node.value, ast.Constant)
+        and node.value.value is None
+    )
+    if (
+        isinstance(
+            node,
+            (
+                ast.Assign,
+                ast.AugAssign,
+                ast.AnnAssign,
+                ast.Expr,
+                ast.Return,
+                ast.Continue,
+                ast.Raise,
+            ),
+        )
+        and not nothing_anyway
+    ):
         yield ast.Pass()
     if isinstance(node, ast.AugAssign) and type(node.op) in _ARITHMETIC:
         yield ast.AugAssign(node.target, _ARITHMETIC[type(node.op)](), node.value)

@@ -1,9 +1,9 @@
 """Mutate the safety envelope and the codec, and see whether a test notices.
 
-Every mutant is one small change (a comparison, a boundary, a constant, a sign, a removed statement, another return
-value). It counts as killed when the tests of its room fail or hang. A survivor must be explained in
-scripts/safety_mutants.yaml; from there this command writes docs/safety-mutants.md. Prints JSON; exit code 1 where a
-survivor has no explanation or an explanation no survivor.
+Every mutant is one small change (a comparison, a boundary, a constant, a sign, a removed statement,
+another return value). It counts as killed when the tests of its room fail or hang. A survivor must
+be explained in scripts/safety_mutants.yaml; from there this command writes docs/safety-mutants.md.
+Prints JSON; exit code 1 where a survivor has no explanation or an explanation no survivor.
 
   python scripts/mutate_safety.py               the full run, a few minutes on two cores
   python scripts/mutate_safety.py --list        every mutant, none run
@@ -24,13 +24,23 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT / "scripts")]
 
-from mutants import Mutant, mutants_of  # noqa: E402
+from mutants import Mutant, mutants_of
 
 TABLE, PAGE = ROOT / "scripts" / "safety_mutants.yaml", ROOT / "docs" / "safety-mutants.md"
-SAFETY = ("test_power.py", "test_trips.py", "test_limits_and_words.py", "test_thermal.py", "test_contradiction.py", "test_nothing_forbidden_leaves.py")  # fast ones first
+SAFETY = (
+    "test_power.py",
+    "test_trips.py",
+    "test_limits_and_words.py",
+    "test_thermal.py",
+    "test_contradiction.py",
+    "test_nothing_forbidden_leaves.py",
+)  # fast ones first
 SIGNALS = ("test_decoding.py", "test_image.py", "test_freshness.py", "test_encoding.py")
 TARGETS = {
-    **{f"epa_rt/safety/{name}.py": [f"tests/safety/{test}" for test in SAFETY] for name in ("commands", "contradiction", "envelope", "thermal", "trip")},
+    **{
+        f"epa_rt/safety/{name}.py": [f"tests/safety/{test}" for test in SAFETY]
+        for name in ("commands", "contradiction", "envelope", "thermal", "trip")
+    },
     "epa_rt/signals/codec.py": [f"tests/signals/{test}" for test in SIGNALS],
 }
 COPIED = ("epa_rt", "config", "tests/safety", "tests/signals", "pyproject.toml")
@@ -38,7 +48,11 @@ TIMEOUT_S = 120.0
 
 
 def all_mutants() -> list[Mutant]:
-    return [mutant for path in TARGETS for mutant in mutants_of(path, (ROOT / path).read_text(encoding="utf-8"))]
+    return [
+        mutant
+        for path in TARGETS
+        for mutant in mutants_of(path, (ROOT / path).read_text(encoding="utf-8"))
+    ]
 
 
 def copied(folder: Path) -> Path:
@@ -54,7 +68,9 @@ def copied(folder: Path) -> Path:
 
 
 def survives(mutant: Mutant, root: Path) -> bool:
-    """Whether the tests pass with the mutant in place of its module, in a child process of its own."""
+    """Whether the tests pass with the mutant in place of its module, in a child process of its
+    own.
+    """
     pid = os.fork()
     if pid == 0:
         os._exit(_tests_with(mutant, root))
@@ -92,7 +108,19 @@ def _tests_with(mutant: Mutant, root: Path) -> int:
     for stream in (1, 2):
         os.dup2(silent, stream)
     try:
-        return int(pytest.main(["-x", "-q", "--tb=no", "--assert=plain", "-p", "no:cacheprovider", *TARGETS[mutant.path]]))
+        return int(
+            pytest.main(
+                [
+                    "-x",
+                    "-q",
+                    "--tb=no",
+                    "--assert=plain",
+                    "-p",
+                    "no:cacheprovider",
+                    *TARGETS[mutant.path],
+                ]
+            )
+        )
     except BaseException:
         return 1
 
@@ -104,7 +132,9 @@ def untouched() -> list[Mutant]:
 
 
 def run(mutants: list[Mutant], root: Path, jobs: int) -> list[bool]:
-    """Which of them survive. What all children need is imported once, from the copy, before they fork."""
+    """Which of them survive. What all children need is imported once, from the copy, before they
+    fork.
+    """
     os.environ["EPA_MUTATING"] = "1"
     sys.path.insert(0, str(root))  # before the checkout's own
     import hypothesis.strategies  # noqa: F401
@@ -123,15 +153,25 @@ def explanations() -> dict[str, str]:
 
 
 def page(total: int, killed: int, survivors: list[str], reasons: dict[str, str]) -> str:
-    lines = ["# Mutants of the safety envelope and the codec that no test notices", "",
-             "Written by `python scripts/mutate_safety.py` from `scripts/safety_mutants.yaml`; change it there.", "",
-             f"{total} mutants, {killed} killed, {len(survivors)} left, each for a reason:", ""]
+    lines = [
+        "# Mutants of the safety envelope and the codec that no test notices",
+        "",
+        (
+            "Written by `python scripts/mutate_safety.py` from `scripts/safety_mutants.yaml`;"
+            " change it there."
+        ),
+        "",
+        f"{total} mutants, {killed} killed, {len(survivors)} left, each for a reason:",
+        "",
+    ]
     lines += [f"- `{key}`\n  {reasons.get(key, '**not explained**')}" for key in survivors]
     return "\n".join(lines) + "\n"
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--list", action="store_true", help="list the mutants, run none")
     parser.add_argument("--only", default="", help="only mutants whose key has this text")
     parser.add_argument("--sample", type=int, help="so many of them, drawn at random with seed 1")
@@ -153,15 +193,29 @@ def main() -> int:
     if broken:
         print(f"the tests of {', '.join(broken)} fail without any mutant", file=sys.stderr)
         return 2
-    alive = alive[len(sound):]
+    alive = alive[len(sound) :]
     survivors = [mutant.key for mutant, is_alive in zip(mutants, alive, strict=True) if is_alive]
     reasons = explanations()
     unexplained = [key for key in survivors if key not in reasons]
     needless = [key for key in reasons if key not in survivors] if whole else []
     if whole:
-        PAGE.write_text(page(len(mutants), len(mutants) - len(survivors), survivors, reasons), encoding="utf-8")
-    print(json.dumps({"mutants": len(mutants), "killed": len(mutants) - len(survivors), "survivors": survivors, "unexplained": unexplained,
-                      "explained_but_killed": needless, "seconds": round(time.monotonic() - began_s, 1)}, indent=1, ensure_ascii=False))
+        PAGE.write_text(
+            page(len(mutants), len(mutants) - len(survivors), survivors, reasons), encoding="utf-8"
+        )
+    print(
+        json.dumps(
+            {
+                "mutants": len(mutants),
+                "killed": len(mutants) - len(survivors),
+                "survivors": survivors,
+                "unexplained": unexplained,
+                "explained_but_killed": needless,
+                "seconds": round(time.monotonic() - began_s, 1),
+            },
+            indent=1,
+            ensure_ascii=False,
+        )
+    )
     return 1 if unexplained or needless else 0
 
 

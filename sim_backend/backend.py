@@ -9,14 +9,22 @@ from sim_backend.rig_model import RigModel
 
 
 class SimBackend:
-    """A Backend on a RigModel. ``speed`` 1 runs in real time, 2 twice as fast; None as fast as it goes.
+    """A Backend on a RigModel. ``speed`` 1 runs in real time, 2 twice as fast; None as fast as it
+    goes.
 
-    Without pace the clock is the simulated one (from zero) and lateness and busy time are zero, so that the same seed
-    gives the same bytes. With pace, both are measured. ``physics`` as RigModel takes it.
+    Without pace the clock is the simulated one (from zero) and lateness and busy time are zero, so
+    that the same seed gives the same bytes. With pace, both are measured. ``physics`` as RigModel
+    takes it.
     """
 
-    def __init__(self, rig: Rig, plant: PlantFile, seed: int = 0, speed: float | None = None,
-                 physics=nominal_physics):
+    def __init__(
+        self,
+        rig: Rig,
+        plant: PlantFile,
+        seed: int = 0,
+        speed: float | None = None,
+        physics=nominal_physics,
+    ):
         self.period_s = rig.period_s
         self._model = RigModel(rig, plant, seed, physics)
         self._pace = None if speed is None else Pace(rig.period_s / speed)
@@ -38,7 +46,9 @@ class SimBackend:
         """Raises BackendError where it is not open or the image has the wrong size."""
         if not self._is_open or len(outputs_raw) != self._size:
             found = f"{len(outputs_raw)} bytes" if self._is_open else "a closed backend"
-            raise BackendError(f"found {found}, expected an open backend and {self._size} bytes of outputs")
+            raise BackendError(
+                f"found {found}, expected an open backend and {self._size} bytes of outputs"
+            )
         self._cycle += 1
         lateness_ns = busy_ns = 0
         if self._pace is not None:

@@ -1,6 +1,8 @@
-"""The devices in front of the plant, compiled: terminals' bits and steps, the drive's CiA 402 machine.
+"""The devices in front of the plant, compiled: terminals' bits and steps, the drive's CiA 402
+machine.
 
-Sources: EL3004/EL4034 12-bit conversion and status bits, IEC 61800-7-201 state machine, EPOS4 status word.
+Sources: EL3004/EL4034 12-bit conversion and status bits, IEC 61800-7-201 state machine, EPOS4
+status word.
 """
 
 import math
@@ -11,14 +13,24 @@ from numba import njit
 from epa_rt.config.devices import CONVERSION_S
 from sim_backend.wiring import ADC_STEP_COUNTS
 
-NOT_READY, SWITCH_ON_DISABLED, READY, SWITCHED_ON, ENABLED, QUICK_STOP, FAULT_REACTION, FAULT = range(8)
+NOT_READY, SWITCH_ON_DISABLED, READY, SWITCHED_ON, ENABLED, QUICK_STOP, FAULT_REACTION, FAULT = (
+    range(8)
+)
 STATUS_WORDS = np.array([0x0200, 0x0250, 0x0231, 0x0233, 0x0237, 0x0217, 0x021F, 0x0218], np.int64)
 POWER_UP_CYCLES = 20
 STANDSTILL_RAD_S = 2.0
 CONVERSION_NS = round(CONVERSION_S * 1e9)
 
-MACHINE = np.dtype([("state", "i8"), ("age_cycles", "i8"), ("control", "i8"), ("error_code", "i8"),
-                    ("mode", "i8")], align=True)
+MACHINE = np.dtype(
+    [
+        ("state", "i8"),
+        ("age_cycles", "i8"),
+        ("control", "i8"),
+        ("error_code", "i8"),
+        ("mode", "i8"),
+    ],
+    align=True,
+)
 
 
 @njit(cache=True)
@@ -41,8 +53,10 @@ def _put(image: np.ndarray, byte: int, size: int, value: float) -> None:
 
 
 @njit(cache=True)
-def _transition(machine, control: int, standstill: bool) -> None:
-    """One step of the CiA 402 machine for a control word, transitions numbered as in IEC 61800-7-201."""
+def _transition(machine, control: int, standstill: bool) -> None:  # noqa: C901
+    """One step of the CiA 402 machine for a control word, transitions numbered as in IEC
+    61800-7-201.
+    """
     state = machine.state
     reset = control & 0x80 and not machine.control & 0x80
     machine.control = control
@@ -95,7 +109,9 @@ def latch_outputs(outputs, valves, drives, machines, commands, standstill: bool)
     command.mode = machine.mode
     command.target_angle_rad = _get(outputs, drive.position_out_byte, 4) * drive.rad_per_count
     command.target_speed_rad_s = _get(outputs, drive.speed_out_byte, 4) * (2.0 * math.pi / 60.0)
-    command.target_torque_nm = _get(outputs, drive.torque_out_byte, 2) * 1e-3 * drive.rated_torque_nm
+    command.target_torque_nm = (
+        _get(outputs, drive.torque_out_byte, 2) * 1e-3 * drive.rated_torque_nm
+    )
     if machine.state == QUICK_STOP:
         command.mode, command.target_speed_rad_s = 9, 0.0
 
@@ -117,10 +133,12 @@ def _latch_analog(outputs, drive, machine, command) -> None:
 
 
 @njit(cache=True)
-def sample_inputs(inputs, analog, drives, machines, ports, t_ns: int) -> bool:
-    """Turns the plant's sensors (``ports``: f8 in the order of SENSORS) into an input image at time t_ns.
+def sample_inputs(inputs, analog, drives, machines, ports, t_ns: int) -> bool:  # noqa: C901
+    """Turns the plant's sensors (``ports``: f8 in the order of SENSORS) into an input image at time
+    t_ns.
 
-    False, with the image untouched, where a sensor is not a finite number: the plant has left its equations.
+    False, with the image untouched, where a sensor is not a finite number: the plant has left its
+    equations.
     """
     for i in range(ports.shape[0]):
         if not math.isfinite(ports[i]):

@@ -1,11 +1,13 @@
-"""What each fault of the plant does: ``begin`` and ``end`` once, ``hold`` after every latch of the outputs, ``change`` on the inputs."""
+"""What each fault of the plant does: ``begin`` and ``end`` once, ``hold`` after every latch of the
+outputs, ``change`` on the inputs.
+"""
 
 from struct import calcsize, pack_into, unpack_from
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from epa_rt.config.devices import STATUS_OVER_RANGE, STATUS_UNDER_RANGE, STATUS_ERROR
+from epa_rt.config.devices import STATUS_ERROR, STATUS_OVER_RANGE, STATUS_UNDER_RANGE
 from epa_rt.config.ports import VALVE_PORTS
 from epa_rt.config.rig import Rig
 from epa_rt.signals.image import image_of
@@ -16,7 +18,9 @@ if TYPE_CHECKING:
 
 
 class Effect:
-    """Base: does nothing. Constructed from rig, place, value and seed; raises ValueError for a place that is not there."""
+    """Base: does nothing. Constructed from rig, place, value and seed; raises ValueError for a
+    place that is not there.
+    """
 
     def __init__(self, rig: Rig, where: str, value: float | None, seed: int):
         self.rig, self.where, self.value, self.seed = rig, where, value, seed
@@ -39,7 +43,10 @@ class _Sensor(Effect):
     def prepare(self) -> None:
         row = next((row for row in self.rig.inputs if self.where in (row.name, row.entry)), None)
         if row is None:
-            raise ValueError(f"found the input {self.where!r}, expected one of {', '.join(row.name for row in self.rig.inputs)}")
+            raise ValueError(
+                f"found the input {self.where!r}, expected one of"
+                f" {', '.join(row.name for row in self.rig.inputs)}"
+            )
         places = image_of(self.rig, outputs=False).places
         self.place = places[row.entry]
         self.status = places.get(f"{row.entry}_status")
@@ -52,10 +59,23 @@ class _Sensor(Effect):
 
     def put(self, inputs: bytearray, counts: float) -> None:
         low, high = self.place.entry.counts
-        pack_into("<" + self.place.entry.code, inputs, self.place.byte, int(min(max(round(counts), low), high)))
+        pack_into(
+            "<" + self.place.entry.code,
+            inputs,
+            self.place.byte,
+            int(min(max(round(counts), low), high)),
+        )
         if self.status is not None and self.is_volts:
-            out = STATUS_UNDER_RANGE | STATUS_ERROR if counts <= low else STATUS_OVER_RANGE | STATUS_ERROR if counts > high else 0
-            word = unpack_from("<H", inputs, self.status.byte)[0] & ~(STATUS_UNDER_RANGE | STATUS_OVER_RANGE | STATUS_ERROR)
+            out = (
+                STATUS_UNDER_RANGE | STATUS_ERROR
+                if counts <= low
+                else STATUS_OVER_RANGE | STATUS_ERROR
+                if counts > high
+                else 0
+            )
+            word = unpack_from("<H", inputs, self.status.byte)[0] & ~(
+                STATUS_UNDER_RANGE | STATUS_OVER_RANGE | STATUS_ERROR
+            )
             pack_into("<H", inputs, self.status.byte, word | out)
 
 
@@ -63,7 +83,10 @@ class WireBroken(_Sensor):
     def prepare(self) -> None:
         super().prepare()
         if not self.is_volts:
-            raise ValueError(f"found {self.where!r}, expected a row on an analog input: only those have a wire that breaks here")
+            raise ValueError(
+                f"found {self.where!r}, expected a row on an analog input: only those have a wire"
+                " that breaks here"
+            )
 
     def change(self, inputs: bytearray) -> None:
         self.put(inputs, self.value / self.place.entry.per_count)
@@ -85,7 +108,9 @@ class SensorNoisy(_Sensor):
 class ToggleFrozen(Effect):
     def prepare(self) -> None:
         image = image_of(self.rig, outputs=False)
-        if not any(slave.name == self.where and slave.device == "EL3004" for slave in self.rig.slaves):
+        if not any(
+            slave.name == self.where and slave.device == "EL3004" for slave in self.rig.slaves
+        ):
             raise ValueError(f"found the slave {self.where!r}, expected an EL3004 of the rig")
         self.start, self.size = image.slices[self.where]
         self.held: bytes | None = None
@@ -161,21 +186,40 @@ class DriveFault(Effect):
 class EncoderJump(Effect):
     def prepare(self) -> None:
         slave = next((slave for slave in self.rig.slaves if slave.device == "EPOS4"), None)
-        self.place = image_of(self.rig, outputs=False).places.get(f"{slave.name}.position") if slave is not None else None
+        self.place = (
+            image_of(self.rig, outputs=False).places.get(f"{slave.name}.position")
+            if slave is not None
+            else None
+        )
         if self.place is None:
-            raise ValueError("found a rig whose drive does not report its position, expected one that does")
+            raise ValueError(
+                "found a rig whose drive does not report its position, expected one that does"
+            )
 
     def hold(self, model: "RigModel") -> None:
-        model.command["target_angle_rad"] -= self.value * model._drive["rad_per_count"][0]  # the drive's loop is fooled too
+        model.command["target_angle_rad"] -= (
+            self.value * model._drive["rad_per_count"][0]
+        )  # the drive's loop is fooled too
 
     def change(self, inputs: bytearray) -> None:
         size = calcsize("<i")
         counts = unpack_from("<i", inputs, self.place.byte)[0] + int(self.value)
-        inputs[self.place.byte : self.place.byte + size] = (counts & 0xFFFFFFFF).to_bytes(size, "little")
+        inputs[self.place.byte : self.place.byte + size] = (counts & 0xFFFFFFFF).to_bytes(
+            size, "little"
+        )
 
 
 EFFECTS: dict[str, type[Effect]] = {
-    "wire_broken": WireBroken, "sensor_stuck": SensorStuck, "sensor_noisy": SensorNoisy, "toggle_frozen": ToggleFrozen,
-    "valve_stuck_open": ValveStuckOpen, "valve_stuck_closed": ValveStuckClosed, "leak": Leak, "supply_lost": SupplyLost,
-    "drive_fault": DriveFault, "sto": DriveFault, "following_error": DriveFault, "encoder_jump": EncoderJump,
+    "wire_broken": WireBroken,
+    "sensor_stuck": SensorStuck,
+    "sensor_noisy": SensorNoisy,
+    "toggle_frozen": ToggleFrozen,
+    "valve_stuck_open": ValveStuckOpen,
+    "valve_stuck_closed": ValveStuckClosed,
+    "leak": Leak,
+    "supply_lost": SupplyLost,
+    "drive_fault": DriveFault,
+    "sto": DriveFault,
+    "following_error": DriveFault,
+    "encoder_jump": EncoderJump,
 }

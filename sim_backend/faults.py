@@ -1,7 +1,9 @@
-"""Faults of the simulated plant, at a given cycle, for a while or for good: sensors, valves, supply, drive.
+"""Faults of the simulated plant, at a given cycle, for a while or for good: sensors, valves,
+supply, drive.
 
-They act on the RigModel's parameters and command before a cycle and on the input image after it; so they work behind
-the SimBackend and behind the emulated bus alike. Faults of the bus itself: sim_backend/bus/bus_faults.py.
+They act on the RigModel's parameters and command before a cycle and on the input image after it; so
+they work behind the SimBackend and behind the emulated bus alike. Faults of the bus itself:
+sim_backend/bus/bus_faults.py.
 """
 
 from dataclasses import dataclass, field
@@ -15,7 +17,9 @@ from sim_backend.rig_model import RigModel
 
 @dataclass(frozen=True)
 class FaultKind:
-    """A kind of fault: what it does, what ``where`` names, the usual value with its unit, how many cycles by default."""
+    """A kind of fault: what it does, what ``where`` names, the usual value with its unit, how many
+    cycles by default.
+    """
 
     words: str
     where: str = ""
@@ -25,24 +29,54 @@ class FaultKind:
 
 
 PLANT_FAULTS: dict[str, FaultKind] = {
-    "wire_broken": FaultKind("a sensor's wire breaks: its terminal reads this voltage", "input row", -10.0, "V"),
-    "sensor_stuck": FaultKind("a sensor's value stays where it is, while the terminal goes on converting", "input row"),
-    "sensor_noisy": FaultKind("noise of this RMS is added to a sensor", "input row", 0.5, "V or counts"),
-    "toggle_frozen": FaultKind("an EL3004 stops converting: values, status and toggle stay", "slave"),
+    "wire_broken": FaultKind(
+        "a sensor's wire breaks: its terminal reads this voltage", "input row", -10.0, "V"
+    ),
+    "sensor_stuck": FaultKind(
+        "a sensor's value stays where it is, while the terminal goes on converting", "input row"
+    ),
+    "sensor_noisy": FaultKind(
+        "noise of this RMS is added to a sensor", "input row", 0.5, "V or counts"
+    ),
+    "toggle_frozen": FaultKind(
+        "an EL3004 stops converting: values, status and toggle stay", "slave"
+    ),
     "valve_stuck_open": FaultKind("a valve stays open", "valve row or port"),
     "valve_stuck_closed": FaultKind("a valve stays shut", "valve row or port"),
-    "leak": FaultKind("a muscle loses air: this part of its volume per second and bar of gauge", "muscle", 5.0, "1/s"),
+    "leak": FaultKind(
+        "a muscle loses air: this part of its volume per second and bar of gauge",
+        "muscle",
+        5.0,
+        "1/s",
+    ),
     "supply_lost": FaultKind("the supply falls to this gauge pressure", "", 0.0, "Pa"),
-    "drive_fault": FaultKind("the drive falls into its fault state with this error code; it may be reset afterwards", "", 0x2310, "code", 1),
-    "sto": FaultKind("safe torque off: no torque, error 0x8A88 until it is released and reset", "", 0x8A88, "code"),
-    "following_error": FaultKind("the drive gives up with a following error", "", 0x8611, "code", 1),
-    "encoder_jump": FaultKind("the encoder jumps by this many counts; the drive believes it", "", 2000.0, "counts"),
+    "drive_fault": FaultKind(
+        "the drive falls into its fault state with this error code; it may be reset afterwards",
+        "",
+        0x2310,
+        "code",
+        1,
+    ),
+    "sto": FaultKind(
+        "safe torque off: no torque, error 0x8A88 until it is released and reset",
+        "",
+        0x8A88,
+        "code",
+    ),
+    "following_error": FaultKind(
+        "the drive gives up with a following error", "", 0x8611, "code", 1
+    ),
+    "encoder_jump": FaultKind(
+        "the encoder jumps by this many counts; the drive believes it", "", 2000.0, "counts"
+    ),
 }
 
 
 @dataclass
 class Fault:
-    """A fault to come or at work. ``cycles``: None for good. ``options``: what only some kinds know."""
+    """A fault to come or at work. ``cycles``: None for good. ``options``: what only some kinds
+    know.
+    """
 
     kind: str
     where: str = ""
@@ -55,8 +89,15 @@ class Fault:
         return self.cycles is not None and cycle >= self.at_cycle + self.cycles
 
 
-def make_fault(kinds: dict[str, FaultKind], kind: str, where: str = "", value: float | None = None, at_cycle: int = 0,
-               cycles: int | None = None, **options: Any) -> Fault:
+def make_fault(
+    kinds: dict[str, FaultKind],
+    kind: str,
+    where: str = "",
+    value: float | None = None,
+    at_cycle: int = 0,
+    cycles: int | None = None,
+    **options: Any,
+) -> Fault:
     """A fault with its kind's usual value and length where none is given. Raises ValueError."""
     if kind not in kinds:
         raise ValueError(f"found the fault {kind!r}, expected one of {', '.join(kinds)}")
@@ -65,11 +106,20 @@ def make_fault(kinds: dict[str, FaultKind], kind: str, where: str = "", value: f
         raise ValueError(f"found {cycles} cycles, expected at least 1, or none for good")
     if usual.where and not where and usual.where not in ("muscle", "slave with a clock"):
         raise ValueError(f"found no 'where' for {kind}, expected the name of a {usual.where}")
-    return Fault(kind, where, usual.value if value is None else float(value), int(at_cycle), usual.cycles if cycles is None else int(cycles), options)
+    return Fault(
+        kind,
+        where,
+        usual.value if value is None else float(value),
+        int(at_cycle),
+        usual.cycles if cycles is None else int(cycles),
+        options,
+    )
 
 
 class PlantFaults:
-    """All faults of one plant. ``start_due`` before a cycle, ``hold`` after outputs were latched, ``change`` on inputs."""
+    """All faults of one plant. ``start_due`` before a cycle, ``hold`` after outputs were latched,
+    ``change`` on inputs.
+    """
 
     def __init__(self, rig: Rig, seed: int = 0):
         self._rig, self._seed = rig, seed
@@ -80,9 +130,13 @@ class PlantFaults:
         return bool(self._waiting or self._active)
 
     def add(self, fault: Fault) -> None:
-        """Takes a fault up. Raises ValueError where it names something that the rig does not have."""
+        """Takes a fault up. Raises ValueError where it names something that the rig does not
+        have.
+        """
         number = len(self._waiting) + len(self._active)
-        self._waiting.append((fault, EFFECTS[fault.kind](self._rig, fault.where, fault.value, self._seed + number)))
+        self._waiting.append(
+            (fault, EFFECTS[fault.kind](self._rig, fault.where, fault.value, self._seed + number))
+        )
 
     def listed(self) -> list[Fault]:
         return [fault for fault, _ in self._active + self._waiting]
@@ -101,7 +155,11 @@ class PlantFaults:
         for row in [row for row in self._waiting if row[0].at_cycle <= cycle]:
             self._waiting.remove(row)
             self._active.append(row)
-            row[0].at_cycle = cycle  # a fault that comes too late for its cycle lasts as long all the same
+            row[
+                0
+            ].at_cycle = (
+                cycle  # a fault that comes too late for its cycle lasts as long all the same
+            )
             row[1].begin(model)
             row[1].hold(model)
 

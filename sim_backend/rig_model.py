@@ -1,4 +1,6 @@
-"""The simulated rig behind bytes: devices, and the plant behind them. The emulated bus runs the same code."""
+"""The simulated rig behind bytes: devices, and the plant behind them. The emulated bus runs the
+same code.
+"""
 
 import numpy as np
 
@@ -13,11 +15,13 @@ from sim_backend.wiring import wire_analog_inputs, wire_drive, wire_valves
 
 
 class RigModel:
-    """One cycle at a time: the outputs latched before act on the plant for a period, then the inputs are sampled,
-    then the new outputs are latched. So a command shows in the sensors one cycle later, as on a bus.
+    """One cycle at a time: the outputs latched before act on the plant for a period, then the
+    inputs are sampled, then the new outputs are latched. So a command shows in the sensors one
+    cycle later, as on a bus.
 
-    ``physics`` is what moves the plant: a module with ``new_state`` and ``advance`` as epa_rt.models.plant has them, and
-    ``plant.params`` whatever those two take (with a record ``sensors`` that has the seed).
+    ``physics`` is what moves the plant: a module with ``new_state`` and ``advance`` as
+    epa_rt.models.plant has them, and ``plant.params`` whatever those two take (with a record
+    ``sensors`` that has the seed).
     """
 
     def __init__(self, rig: Rig, plant: PlantFile, seed: int, physics=nominal_physics):
@@ -32,31 +36,74 @@ class RigModel:
         self.machine = np.zeros(1, MACHINE)
         self._substeps = plant.substeps
         self._ports = self.sensors.view("f8")
-        self._analog, self._valves, self._drive = wire_analog_inputs(rig), wire_valves(rig), wire_drive(rig)
+        self._analog, self._valves, self._drive = (
+            wire_analog_inputs(rig),
+            wire_valves(rig),
+            wire_drive(rig),
+        )
         self._inputs = bytearray(image_of(rig, outputs=False).size)
         self._outputs = bytearray(image_of(rig, outputs=True).size)
         self._inputs_array = np.frombuffer(self._inputs, np.uint8)
         self._outputs_array = np.frombuffer(self._outputs, np.uint8)
-        latch_outputs(self._outputs_array, self._valves, self._drive, self.machine, self.command, True)
+        latch_outputs(
+            self._outputs_array, self._valves, self._drive, self.machine, self.command, True
+        )
 
     def warm_up(self) -> None:
-        """Compiles (or loads from the cache) everything a cycle needs, on copies: the rig's state stays as it is."""
-        self._advance(self.params, self.state.copy(), self.command.copy(), self.sensors.copy(), self.period_s, self._substeps)
-        sample_inputs(self._inputs_array.copy(), self._analog, self._drive, self.machine.copy(), self._ports.copy(), 0)
-        latch_outputs(self._outputs_array, self._valves, self._drive, self.machine.copy(), self.command.copy(), True)
+        """Compiles (or loads from the cache) everything a cycle needs, on copies: the rig's state
+        stays as it is.
+        """
+        self._advance(
+            self.params,
+            self.state.copy(),
+            self.command.copy(),
+            self.sensors.copy(),
+            self.period_s,
+            self._substeps,
+        )
+        sample_inputs(
+            self._inputs_array.copy(),
+            self._analog,
+            self._drive,
+            self.machine.copy(),
+            self._ports.copy(),
+            0,
+        )
+        latch_outputs(
+            self._outputs_array,
+            self._valves,
+            self._drive,
+            self.machine.copy(),
+            self.command.copy(),
+            True,
+        )
 
     def cycle(self, outputs_raw: bytes) -> bytes:
-        """Advances one period and returns the input image. ``outputs_raw`` must have the image's size.
+        """Advances one period and returns the input image. ``outputs_raw`` must have the image's
+        size.
 
         Raises BackendError where the plant's sensors are no longer finite numbers.
         """
-        self._advance(self.params, self.state, self.command, self.sensors, self.period_s, self._substeps)
+        self._advance(
+            self.params, self.state, self.command, self.sensors, self.period_s, self._substeps
+        )
         self.t_ns += self.period_ns
         ports = self._ports
-        if not sample_inputs(self._inputs_array, self._analog, self._drive, self.machine, ports, self.t_ns):
-            raise BackendError(f"found sensors of the simulated plant that are no numbers {self.t_ns * 1e-9:.3f} s into the run, "
-                               "expected a plant that stays finite (more sub-steps, or other parameters)")
+        if not sample_inputs(
+            self._inputs_array, self._analog, self._drive, self.machine, ports, self.t_ns
+        ):
+            raise BackendError(
+                f"found sensors of the simulated plant that are no numbers {self.t_ns * 1e-9:.3f} s"
+                " into the run, expected a plant that stays finite (more sub-steps, or other"
+                " parameters)"
+            )
         self._outputs[:] = outputs_raw
-        latch_outputs(self._outputs_array, self._valves, self._drive, self.machine, self.command,
-                      -STANDSTILL_RAD_S < self.sensors["motor_speed_rad_s"][0] < STANDSTILL_RAD_S)
+        latch_outputs(
+            self._outputs_array,
+            self._valves,
+            self._drive,
+            self.machine,
+            self.command,
+            -STANDSTILL_RAD_S < self.sensors["motor_speed_rad_s"][0] < STANDSTILL_RAD_S,
+        )
         return bytes(self._inputs)

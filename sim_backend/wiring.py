@@ -1,4 +1,6 @@
-"""Which entry of the process image is wired to which port of the plant, as tables for the compiled devices."""
+"""Which entry of the process image is wired to which port of the plant, as tables for the compiled
+devices.
+"""
 
 import numpy as np
 
@@ -12,20 +14,52 @@ from epa_rt.signals.image import image_of
 
 ADC_STEP_COUNTS = 16  # EL3004 and EL4034 convert 12 bits, presented left-aligned in 16
 
-ANALOG_IN = np.dtype([("status_byte", "i8"), ("value_byte", "i8"), ("port", "i8"), ("counts_per_si", "f8"),
-                      ("offset_counts", "f8")], align=True)
-VALVE = np.dtype([("byte", "i8"), ("bit", "i8"), ("inverted", "i8"), ("muscle", "i8"), ("exhaust", "i8")], align=True)
-DRIVE = np.dtype([("bus", "i8"), ("control_byte", "i8"), ("mode_byte", "i8"), ("position_out_byte", "i8"),
-                  ("speed_out_byte", "i8"), ("torque_out_byte", "i8"), ("status_byte", "i8"), ("display_byte", "i8"),
-                  ("position_byte", "i8"), ("speed_byte", "i8"), ("torque_byte", "i8"), ("current_byte", "i8"),
-                  ("error_byte", "i8"), ("enable_byte", "i8"), ("enable_bit", "i8"), ("analog_byte", "i8"),
-                  ("rad_per_count", "f8"), ("rated_torque_nm", "f8"), ("analog_rad_s_per_count", "f8")], align=True)
+ANALOG_IN = np.dtype(
+    [
+        ("status_byte", "i8"),
+        ("value_byte", "i8"),
+        ("port", "i8"),
+        ("counts_per_si", "f8"),
+        ("offset_counts", "f8"),
+    ],
+    align=True,
+)
+VALVE = np.dtype(
+    [("byte", "i8"), ("bit", "i8"), ("inverted", "i8"), ("muscle", "i8"), ("exhaust", "i8")],
+    align=True,
+)
+DRIVE = np.dtype(
+    [
+        ("bus", "i8"),
+        ("control_byte", "i8"),
+        ("mode_byte", "i8"),
+        ("position_out_byte", "i8"),
+        ("speed_out_byte", "i8"),
+        ("torque_out_byte", "i8"),
+        ("status_byte", "i8"),
+        ("display_byte", "i8"),
+        ("position_byte", "i8"),
+        ("speed_byte", "i8"),
+        ("torque_byte", "i8"),
+        ("current_byte", "i8"),
+        ("error_byte", "i8"),
+        ("enable_byte", "i8"),
+        ("enable_bit", "i8"),
+        ("analog_byte", "i8"),
+        ("rad_per_count", "f8"),
+        ("rated_torque_nm", "f8"),
+        ("analog_rad_s_per_count", "f8"),
+    ],
+    align=True,
+)
 
 _PORTS = {name: i for i, name in enumerate(SENSORS.names)}
 
 
 def wire_analog_inputs(rig: Rig) -> np.ndarray:
-    """One row per analog input channel; channels without a port stay at 0 V. A channel may come without its status."""
+    """One row per analog input channel; channels without a port stay at 0 V. A channel may come
+    without its status.
+    """
     image = image_of(rig, outputs=False)
     by_entry = {row.entry: row for row in rig.inputs}
     rows = []
@@ -66,11 +100,18 @@ def wire_drive(rig: Rig) -> np.ndarray:
     if slave is None:
         raise ConfigError(rig.name, 1, "bus", "no EPOS4", "a drive for the simulated plant to move")
     for field, entry, image in (
-        ("control_byte", "control_word", outputs), ("mode_byte", "mode", outputs),
-        ("position_out_byte", "target_position", outputs), ("speed_out_byte", "target_speed", outputs),
-        ("torque_out_byte", "target_torque", outputs), ("status_byte", "status_word", inputs),
-        ("display_byte", "mode_display", inputs), ("position_byte", "position", inputs), ("speed_byte", "speed", inputs),
-        ("torque_byte", "torque", inputs), ("current_byte", "current", inputs), ("error_byte", "error_code", inputs),
+        ("control_byte", "control_word", outputs),
+        ("mode_byte", "mode", outputs),
+        ("position_out_byte", "target_position", outputs),
+        ("speed_out_byte", "target_speed", outputs),
+        ("torque_out_byte", "target_torque", outputs),
+        ("status_byte", "status_word", inputs),
+        ("display_byte", "mode_display", inputs),
+        ("position_byte", "position", inputs),
+        ("speed_byte", "speed", inputs),
+        ("torque_byte", "torque", inputs),
+        ("current_byte", "current", inputs),
+        ("error_byte", "error_code", inputs),
     ):
         place = image.places.get(f"{slave.name}.{entry}")
         drive[field] = place.byte if place else -1

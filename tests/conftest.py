@@ -1,15 +1,22 @@
-"""For all tests: groups that xdist keeps together, and what the machine did to tests that run by the clock."""
+"""For all tests: groups that xdist keeps together, and what the machine did to tests that run by
+the clock.
+"""
 
 import os
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy, as `epa` has it: threads of a small product spin on the processors that the tests run on
+os.environ.setdefault(
+    "OPENBLAS_NUM_THREADS",
+    "1",
+    # before numpy, as `epa` has it: threads of a small product spin on the processors that the
+    # tests run on
+)
 
 STALLED = "the machine stood still"  # tests/bus/own_network.py
 
 
 def pytest_collection_modifyitems(config, items):
-    """xdist 3.8 writes the group behind a test's name into a field that pytest 9 no longer reads; without this every
-    `xdist_group` is ignored.
+    """xdist 3.8 writes the group behind a test's name into a field that pytest 9 no longer reads;
+    without this every `xdist_group` is ignored.
     """
     if not getattr(config.option, "loadgroup", False):
         return
@@ -20,9 +27,17 @@ def pytest_collection_modifyitems(config, items):
 
 
 def pytest_terminal_summary(terminalreporter):
-    """One line per run that was repeated; the properties come along from the processes that ran the tests."""
-    told = [(report.nodeid, text) for reports in terminalreporter.stats.values() for report in reports
-            if getattr(report, "when", "") == "teardown" for name, text in report.user_properties if name == STALLED]
+    """One line per run that was repeated; the properties come along from the processes that ran the
+    tests.
+    """
+    told = [
+        (report.nodeid, text)
+        for reports in terminalreporter.stats.values()
+        for report in reports
+        if getattr(report, "when", "") == "teardown"
+        for name, text in report.user_properties
+        if name == STALLED
+    ]
     if told:
         terminalreporter.section("runs repeated, because this machine stood still")
         for nodeid, text in told:

@@ -23,21 +23,18 @@ LEVELS = (
     ("config",),
 )
 ABOVE = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}
-HEAVY = ("numba", "scipy", "pydantic", "plotly", "rich", "numpy", "yaml", "mcap", "google.protobuf", "pysoem")
-LONGEST = 200
-# longer files: at most so many lines, for a reason
-LONG_FILES = {
-    "epa_rt/config/rig.py": (340, "one section of the rig file after the other, as a reader of that file wants them"),
-    "epa_rt/config/source.py": (215, "one thing: from bytes to data or one sentence"),
-    "epa_rt/control/motion.py": (260, "four small controllers that differ in a few lines each"),
-    "epa_rt/control/valve.py": (460, "one state machine; cut apart, its transitions could not be read in one go"),
-    "epa_rt/experiments/profiles.py": (220, "one profile after the other"),
-    "epa_rt/experiments/sequence.py": (220, "one state machine"),
-    "epa_rt/logs/recorder.py": (220, "one object and its protocol with the recorder's process"),
-    "sim_backend/bus/slave.py": (210, "one slave: registers, states, mailbox and process data meet here"),
-    "sim_backend/bus/emulated_bus.py": (270, "a frame's way through all slaves, in one place"),
-    "epa_rt/models/plant.py": (220, "one integrator, its order of evaluation in one place"),
-}
+HEAVY = (
+    "numba",
+    "scipy",
+    "pydantic",
+    "plotly",
+    "rich",
+    "numpy",
+    "yaml",
+    "mcap",
+    "google.protobuf",
+    "pysoem",
+)
 
 
 @cache
@@ -49,7 +46,9 @@ def tracked() -> tuple[str, ...]:
 
 
 def sources() -> list[str]:
-    return sorted(p.relative_to(ROOT).as_posix() for package in CODE for p in (ROOT / package).rglob("*.py"))
+    return sorted(
+        p.relative_to(ROOT).as_posix() for package in CODE for p in (ROOT / package).rglob("*.py")
+    )
 
 
 def room_of(module: str) -> str:
@@ -65,7 +64,9 @@ def tree(path: str) -> ast.Module:
 
 
 def imports(path: str) -> list[tuple[str, int]]:
-    """Modules that a file imports anywhere, also inside functions and for type checking, with the line."""
+    """Modules that a file imports anywhere, also inside functions and for type checking, with the
+    line.
+    """
     package = path.removesuffix(".py").replace("/", ".").rsplit(".", 1)[0]
     found = []
     for node in ast.walk(tree(path)):
@@ -74,8 +75,13 @@ def imports(path: str) -> list[tuple[str, int]]:
         elif isinstance(node, ast.ImportFrom):
             base = node.module or ""
             if node.level:
-                base = ".".join([*package.split(".")[: len(package.split(".")) - node.level + 1], base]).strip(".")
-            found += [(f"{base}.{alias.name}" if base == "epa_rt" else base, node.lineno) for alias in node.names]
+                base = ".".join(
+                    [*package.split(".")[: len(package.split(".")) - node.level + 1], base]
+                ).strip(".")
+            found += [
+                (f"{base}.{alias.name}" if base == "epa_rt" else base, node.lineno)
+                for alias in node.names
+            ]
     return found
 
 
@@ -85,7 +91,11 @@ def test_nothing_imports_against_an_arrow():
         room = room_of(path.removesuffix(".py").replace("/", "."))
         for module, line in imports(path):
             other = room_of(module)
-            if module.split(".")[0] not in CODE or other in (room, "epa_rt") or room in ("__init__", "__main__"):
+            if (
+                module.split(".")[0] not in CODE
+                or other in (room, "epa_rt")
+                or room in ("__init__", "__main__")
+            ):
                 continue
             if room not in ABOVE or other not in ABOVE:
                 wrong.append(f"{path}:{line}: {room} or {other} has no place among the rooms")
@@ -97,13 +107,19 @@ def test_nothing_imports_against_an_arrow():
 def test_safety_knows_no_controller_and_no_experiment():
     for path in sources():
         if path.startswith("epa_rt/safety/"):
-            assert {room_of(m) for m, _ in imports(path) if m.startswith("epa_rt")} <= {"safety", "signals", "config"}, path
+            assert {room_of(m) for m, _ in imports(path) if m.startswith("epa_rt")} <= {
+                "safety",
+                "signals",
+                "config",
+            }, path
 
 
 def test_only_the_command_line_and_the_drivers_own_code_know_hardware_and_simulation():
     for path in sources():
         if path.startswith("epa_rt/") and not path.startswith("epa_rt/cli/"):
-            assert not [m for m, _ in imports(path) if m.split(".")[0] in ("drivers", "sim_backend")], path
+            assert not [
+                m for m, _ in imports(path) if m.split(".")[0] in ("drivers", "sim_backend")
+            ], path
         if not path.startswith("drivers/"):
             assert not [m for m, _ in imports(path) if m.split(".")[0] == "pysoem"], path
 
@@ -111,29 +127,56 @@ def test_only_the_command_line_and_the_drivers_own_code_know_hardware_and_simula
 def test_nothing_above_the_backend_reads_a_clock():
     """The backend owns time; progress on a screen and recording on a disk have their own."""
     for path in sources():
-        if path.startswith(("epa_rt/loop/", "epa_rt/control/", "epa_rt/experiments/", "epa_rt/safety/", "epa_rt/signals/", "epa_rt/models/")):
-            assert not [m for m, _ in imports(path) if m.split(".")[0] in ("time", "datetime")], path
+        if path.startswith(
+            (
+                "epa_rt/loop/",
+                "epa_rt/control/",
+                "epa_rt/experiments/",
+                "epa_rt/safety/",
+                "epa_rt/signals/",
+                "epa_rt/models/",
+            )
+        ):
+            assert not [m for m, _ in imports(path) if m.split(".")[0] in ("time", "datetime")], (
+                path
+            )
 
 
-@pytest.mark.parametrize("statement", ["import epa_rt.cli.main", "import epa_rt.cli.main as m; m.parser()", "import epa_rt.control.pid, epa_rt.safety.trip"])
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "import epa_rt.cli.main",
+        "import epa_rt.cli.main as m; m.parser()",
+        "import epa_rt.control.pid, epa_rt.safety.trip",
+    ],
+)
 def test_the_command_line_answers_before_anything_heavy_is_loaded(statement):
-    found = subprocess.run([sys.executable, "-c", f"import sys; {statement}; print(*sys.modules)"], cwd=ROOT, capture_output=True, text=True, check=True)
+    found = subprocess.run(
+        [sys.executable, "-c", f"import sys; {statement}; print(*sys.modules)"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert not set(found.stdout.split()) & set(HEAVY)
 
 
-def test_no_file_is_long_without_a_reason():
-    for path in (p for p in tracked() if p.endswith(".py") and p.split("/")[0] in CODE):
-        lines = (ROOT / path).read_text(encoding="utf-8").count("\n")
-        most, reason = LONG_FILES.get(path, (LONGEST, ""))
-        assert lines <= most, f"{path} has {lines} lines, expected at most {most}{': ' + reason if reason else ''}"
-
-
-def test_every_reason_belongs_to_a_file():
-    assert not [path for path in LONG_FILES if not (ROOT / path).exists()]
+@pytest.mark.parametrize(
+    "arguments", [("check",), ("format", "--check")], ids=lambda words: words[0]
+)
+def test_ruff_has_nothing_to_say(arguments):
+    """Rules, complexity and format of pyproject.toml, over the whole tree."""
+    command = [sys.executable, "-m", "ruff", *arguments, "--no-cache", "."]
+    found = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert found.returncode == 0, found.stdout + found.stderr
 
 
 def test_no_file_is_called_utils():
-    bad = [path for path in tracked() if Path(path).stem in ("util", "utils", "helper", "helpers", "misc", "common")]
+    bad = [
+        path
+        for path in tracked()
+        if Path(path).stem in ("util", "utils", "helper", "helpers", "misc", "common")
+    ]
     assert not bad
 
 
@@ -145,18 +188,35 @@ def test_no_class_stands_on_more_than_two_of_ours():
                 bases[node.name] = [b.id for b in node.bases if isinstance(b, ast.Name)]
 
     def depth(name: str) -> int:
-        return max((1 + depth(base) for base in bases.get(name, []) if base in bases and base != name), default=0)
+        return max(
+            (1 + depth(base) for base in bases.get(name, []) if base in bases and base != name),
+            default=0,
+        )
 
     assert {name: depth(name) for name in bases if depth(name) > 2} == {}
 
 
 def test_nothing_private_stands_in_a_tracked_file():
     """No folders of the machine that it was written on."""
-    private = [marker.encode() for marker in ("." + "library", "/" + "work/", "/" + "root/", "/" + "home/", "/tmp/" + "v/")]
-    found = [f"{path}: {marker.decode()}" for path in tracked() for marker in private if marker in (ROOT / path).read_bytes()]
+    private = [
+        marker.encode()
+        for marker in ("." + "library", "/" + "work/", "/" + "root/", "/" + "home/", "/tmp/" + "v/")
+    ]
+    found = [
+        f"{path}: {marker.decode()}"
+        for path in tracked()
+        for marker in private
+        if marker in (ROOT / path).read_bytes()
+    ]
     assert not found, "\n".join(found)
 
 
 def test_every_module_says_what_it_is_for():
-    silent = [path for path in sources() if (ROOT / path).stat().st_size and not path.endswith("__init__.py") and not ast.get_docstring(tree(path))]
+    silent = [
+        path
+        for path in sources()
+        if (ROOT / path).stat().st_size
+        and not path.endswith("__init__.py")
+        and not ast.get_docstring(tree(path))
+    ]
     assert not silent

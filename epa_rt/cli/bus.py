@@ -1,11 +1,13 @@
-"""Stand in for a rig: an emulated EtherCAT bus with the simulated plant behind it, and faults on demand.
+"""Stand in for a rig: an emulated EtherCAT bus with the simulated plant behind it, and faults on
+demand.
 
-  epa bus run --rig config/rigs/bench.yaml -- python master.py        in a network of its own, without any right
-  epa bus serve --rig config/rigs/bench.yaml --interface eth1         on a real interface (needs CAP_NET_RAW)
-  epa bus status --control SOCKET
-  epa bus fault frames_lost --cycles 3 --control SOCKET               'epa bus fault --help' lists all kinds
+  epa bus run --rig config/rigs/bench.yaml -- python master.py        in a network of its own,
+  without any right epa bus serve --rig config/rigs/bench.yaml --interface eth1         on a real
+  interface (needs CAP_NET_RAW) epa bus status --control SOCKET epa bus fault frames_lost --cycles 3
+  --control SOCKET               'epa bus fault --help' lists all kinds
 
-A command under 'run' finds its interface in EPA_BUS_INTERFACE and the control channel in EPA_BUS_CONTROL.
+A command under 'run' finds its interface in EPA_BUS_INTERFACE and the control channel in
+EPA_BUS_CONTROL.
 """
 
 import argparse
@@ -26,20 +28,31 @@ _FAULTS = """kinds, with what --where names, the usual --value, and how long by 
   clock_drift [SLAVE] (50 ppm)      until cleared
   wire_broken ROW (-10 V), sensor_stuck ROW, sensor_noisy ROW (0.5 V), toggle_frozen SLAVE
   valve_stuck_open VALVE, valve_stuck_closed VALVE, leak [MUSCLE] (5 /s), supply_lost (0 Pa)
-  drive_fault (8976), following_error: once; sto, encoder_jump (2000 counts): until cleared"""
+  drive_fault (8976), following_error: once; sto, encoder_jump (2000 counts): until cleared"""  # noqa: E501
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
     parts = verb.add_subparsers(dest="part", metavar="PART", required=True)
     serve = parts.add_parser("serve", help="emulate a rig's slaves on an interface until stopped")
     _add_serve_arguments(serve)
-    serve.add_argument("--interface", required=True, help="network interface; the master is at its other end")
-    run = parts.add_parser("run", help="run a command beside an emulated bus, in a network of its own")
+    serve.add_argument(
+        "--interface", required=True, help="network interface; the master is at its other end"
+    )
+    run = parts.add_parser(
+        "run", help="run a command beside an emulated bus, in a network of its own"
+    )
     _add_serve_arguments(run)
-    run.add_argument("command", nargs=argparse.REMAINDER, metavar="-- COMMAND", help="the master: what to run")
-    for name, words in (("status", "states of the slaves and counters"), ("truth", "the plant as it is, in SI"),
-                        ("rewind", "a fresh plant at cycle 0"), ("faults", "the faults at work and to come"),
-                        ("clear", "end all faults"), ("stop", "end the emulator")):
+    run.add_argument(
+        "command", nargs=argparse.REMAINDER, metavar="-- COMMAND", help="the master: what to run"
+    )
+    for name, words in (
+        ("status", "states of the slaves and counters"),
+        ("truth", "the plant as it is, in SI"),
+        ("rewind", "a fresh plant at cycle 0"),
+        ("faults", "the faults at work and to come"),
+        ("clear", "end all faults"),
+        ("stop", "end the emulator"),
+    ):
         part = parts.add_parser(name, help=words)
         _add_control(part)
     _add_fault(parts)
@@ -48,10 +61,21 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
 def _add_serve_arguments(part: argparse.ArgumentParser) -> None:
     part.add_argument("--rig", type=Path, required=True, help="rig file (config/rigs/*.yaml)")
     part.add_argument("--plant", type=Path, help="plant file (default: the one the rig names)")
-    part.add_argument("--lock-step", action="store_true", help="one plant period per process data frame (default: by the clock)")
-    part.add_argument("--seed", type=int, default=1, help="seed of the simulated sensors' noise (default: %(default)s)")
+    part.add_argument(
+        "--lock-step",
+        action="store_true",
+        help="one plant period per process data frame (default: by the clock)",
+    )
+    part.add_argument(
+        "--seed",
+        type=int,
+        default=1,
+        help="seed of the simulated sensors' noise (default: %(default)s)",
+    )
     part.add_argument("--control", type=Path, help="path of the control channel, a Unix socket")
-    part.add_argument("--priority", type=int, help="SCHED_FIFO priority, where permitted; one above the master's")
+    part.add_argument(
+        "--priority", type=int, help="SCHED_FIFO priority, where permitted; one above the master's"
+    )
 
 
 def _number(text: str) -> float:
@@ -59,23 +83,48 @@ def _number(text: str) -> float:
 
 
 def _add_fault(parts: argparse._SubParsersAction) -> None:
-    part = parts.add_parser("fault", help="inject a fault, now or later", description=_FAULTS,
-                            formatter_class=argparse.RawDescriptionHelpFormatter)
+    part = parts.add_parser(
+        "fault",
+        help="inject a fault, now or later",
+        description=_FAULTS,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     part.add_argument("kind", help="one of the kinds above")
-    part.add_argument("--where", default="", help="row of the rig file, slave, valve or muscle that it hits")
+    part.add_argument(
+        "--where", default="", help="row of the rig file, slave, valve or muscle that it hits"
+    )
     part.add_argument("--value", type=_number, help="how much, in the unit that the list says")
     part.add_argument("--at-cycle", type=int, help="plant cycle in which it begins (default: now)")
     part.add_argument("--at-s", type=float, help="the same as a time of the plant, in seconds")
-    part.add_argument("--cycles", type=int, help="how long, in cycles or frames (default: as the list says)")
-    part.add_argument("--leg", choices=("out", "back"), help="frames_lost: on the way to the slaves, or back from them")
-    part.add_argument("--frames", choices=("process", "all"), help="frame faults: process data only, or every frame")
-    part.add_argument("--alone", action="store_true", default=None, help="slave_lost: the slaves behind stay reachable")
+    part.add_argument(
+        "--cycles", type=int, help="how long, in cycles or frames (default: as the list says)"
+    )
+    part.add_argument(
+        "--leg",
+        choices=("out", "back"),
+        help="frames_lost: on the way to the slaves, or back from them",
+    )
+    part.add_argument(
+        "--frames",
+        choices=("process", "all"),
+        help="frame faults: process data only, or every frame",
+    )
+    part.add_argument(
+        "--alone",
+        action="store_true",
+        default=None,
+        help="slave_lost: the slaves behind stay reachable",
+    )
     _add_control(part)
 
 
 def _add_control(part: argparse.ArgumentParser) -> None:
-    part.add_argument("--control", type=Path, default=os.environ.get("EPA_BUS_CONTROL"),
-                      help="the emulator's control channel (default: $EPA_BUS_CONTROL)")
+    part.add_argument(
+        "--control",
+        type=Path,
+        default=os.environ.get("EPA_BUS_CONTROL"),
+        help="the emulator's control channel (default: $EPA_BUS_CONTROL)",
+    )
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -86,7 +135,9 @@ def main(arguments: argparse.Namespace) -> int:
     more = {}
     if arguments.part == "fault":
         names = ("kind", "where", "value", "at_cycle", "at_s", "cycles", "leg", "frames", "alone")
-        more = {name: getattr(arguments, name) for name in names if getattr(arguments, name) is not None}
+        more = {
+            name: getattr(arguments, name) for name in names if getattr(arguments, name) is not None
+        }
     print(json.dumps(_ask(arguments, arguments.part, **more), indent=2))
     return COMPLETED
 
@@ -101,10 +152,19 @@ def _serve(arguments: argparse.Namespace) -> int:
     _, plant = load_plant_of(arguments.rig, rig, arguments.plant)
     bus = EmulatedBus(rig, plant, arguments.seed, arguments.lock_step)
     try:
-        serve(bus, arguments.interface, arguments.control, arguments.priority,
-              lambda sentence: print(f"ready: {rig.name} on {arguments.interface}, {sentence}", flush=True))
+        serve(
+            bus,
+            arguments.interface,
+            arguments.control,
+            arguments.priority,
+            lambda sentence: print(
+                f"ready: {rig.name} on {arguments.interface}, {sentence}", flush=True
+            ),
+        )
     except OSError as error:
-        raise VerbError(f"{arguments.interface}: cannot serve ({error.strerror or error})", FAILED) from None
+        raise VerbError(
+            f"{arguments.interface}: cannot serve ({error.strerror or error})", FAILED
+        ) from None
     return COMPLETED
 
 

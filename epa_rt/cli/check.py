@@ -1,7 +1,8 @@
 """Check rig, experiment and plant files without starting anything.
 
-Each file is read as a run would read it; the first thing that does not fit is named with file, line, what was found
-and what was expected. With --rig, experiment files are checked against that rig.
+Each file is read as a run would read it; the first thing that does not fit is named with file,
+line, what was found and what was expected. With --rig, experiment files are checked against that
+rig.
 
   epa check config/rigs/*.yaml
   epa check --rig config/rigs/bench.yaml config/experiments/identification.yaml
@@ -15,7 +16,9 @@ from epa_rt.cli.exits import BAD_INPUT, COMPLETED
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
-    verb.add_argument("files", nargs="+", type=Path, metavar="FILE", help="rig, experiment or plant files")
+    verb.add_argument(
+        "files", nargs="+", type=Path, metavar="FILE", help="rig, experiment or plant files"
+    )
     verb.add_argument("--rig", type=Path, help="the rig that experiment files are meant for")
 
 
@@ -42,11 +45,15 @@ def describe(path: Path, rig: object) -> str:
     source = load_yaml(path)
     if "rig" in source.data:
         typed = rig_from(source)
-        return (f"rig {typed.name}, {len(typed.slaves)} slaves, {len(typed.inputs)} measured signals and "
-                f"{len(typed.outputs)} commands every {typed.period_s * 1e3:g} ms")
+        return (
+            f"rig {typed.name}, {len(typed.slaves)} slaves, {len(typed.inputs)} measured signals"
+            f" and {len(typed.outputs)} commands every {typed.period_s * 1e3:g} ms"
+        )
     if "experiment" in source.data:
         if rig is None:
-            raise source.error(("experiment",), "an experiment without a rig", "--rig RIG to check it against")
+            raise source.error(
+                ("experiment",), "an experiment without a rig", "--rig RIG to check it against"
+            )
         from epa_rt.experiments.experiment import experiment_from
         from epa_rt.loop.assembly import WiringError, assemble
 
@@ -54,11 +61,18 @@ def describe(path: Path, rig: object) -> str:
         try:
             assemble(rig, experiment)
         except WiringError as error:
-            raise source.error(("experiment",), str(error), "loops that go together in one run") from None
-        return f"experiment {experiment.name}, {len(experiment.phases)} phases, about {experiment.duration_s:.0f} s on {rig.name}"
+            raise source.error(
+                ("experiment",), str(error), "loops that go together in one run"
+            ) from None
+        return (
+            f"experiment {experiment.name}, {len(experiment.phases)} phases, about"
+            f" {experiment.duration_s:.0f} s on {rig.name}"
+        )
     if "plant" in source.data:
         from epa_rt.models.plant_file import read_plant
 
         plant = read_plant(source)
         return f"plant {plant.name}, {plant.substeps} sub-steps"
-    raise source.error((), "none of the keys rig, experiment, plant", "a rig, experiment or plant file")
+    raise source.error(
+        (), "none of the keys rig, experiment, plant", "a rig, experiment or plant file"
+    )

@@ -1,7 +1,8 @@
-"""Look at what stands between this machine and a cycle on time: rights, kernel, network card, clock, cores.
+"""Look at what stands between this machine and a cycle on time: rights, kernel, network card,
+clock, cores.
 
-Changes nothing and needs no right; what it cannot see it says. Each line that could be better comes with why it matters
-and the command that changes it.
+Changes nothing and needs no right; what it cannot see it says. Each line that could be better comes
+with why it matters and the command that changes it.
 
   epa doctor
   epa doctor --interface eth1 --rig config/rigs/bench.yaml
@@ -16,8 +17,12 @@ from epa_rt.cli.exits import COMPLETED, DIFFERENT, VerbError
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
-    verb.add_argument("--interface", help="network interface of the bus (default: the only wired one)")
-    verb.add_argument("--rig", type=Path, help="rig file whose priority and core are wanted (config/rigs/*.yaml)")
+    verb.add_argument(
+        "--interface", help="network interface of the bus (default: the only wired one)"
+    )
+    verb.add_argument(
+        "--rig", type=Path, help="rig file whose priority and core are wanted (config/rigs/*.yaml)"
+    )
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -29,7 +34,9 @@ def main(arguments: argparse.Namespace) -> int:
     from drivers.nic import card_findings
 
     try:
-        findings = host_findings(realtime.priority, realtime.core) + card_findings(arguments.interface, realtime.core)
+        findings = host_findings(realtime.priority, realtime.core) + card_findings(
+            arguments.interface, realtime.core
+        )
     except BackendError as error:
         raise VerbError(str(error)) from None
     name_width = max(len(f.name) for f in findings)

@@ -1,4 +1,6 @@
-"""A dry run for the operator: a table of phases on the screen, a picture of the references as a page."""
+"""A dry run for the operator: a table of phases on the screen, a picture of the references as a
+page.
+"""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,9 +15,11 @@ if TYPE_CHECKING:
 
 
 def show_dry_run(experiment: "Experiment", rig: "Rig", out: Path) -> Sequence[str]:
-    """Prints the phases and what they reach; writes ``dry-EXPERIMENT-RIG.html`` into the folder ``out``.
+    """Prints the phases and what they reach; writes ``dry-EXPERIMENT-RIG.html`` into the folder
+    ``out``.
 
-    Returns the findings, a sentence each; none where the rig can follow. Raises VerbError where it cannot write.
+    Returns the findings, a sentence each; none where the rig can follow. Raises VerbError where it
+    cannot write.
     """
     from epa_rt.experiments.dry import dry_run
     from epa_rt.report.dry import dry_page, dry_rows
@@ -29,7 +33,10 @@ def show_dry_run(experiment: "Experiment", rig: "Rig", out: Path) -> Sequence[st
     repeated = repeat_words(experiment_file(experiment.text))
     if repeated:
         print(f"repeated {repeated}")
-    print(f"about {seconds(dry.duration_s)} in {len(dry.phases)} phases, {len(experiment.trials)} of them trials; nothing has moved")
+    print(
+        f"about {seconds(dry.duration_s)} in {len(dry.phases)} phases, {len(experiment.trials)} of"
+        " them trials; nothing has moved"
+    )
     for finding in dry.findings:
         print(f"FINDING: {finding}")
     print("the rig cannot follow this" if dry.findings else "within every limit of the rig")

@@ -11,7 +11,7 @@ OF_OUTCOME = {"completed": COMPLETED, "stopped": STOPPED, "tripped": TRIPPED, "f
 
 EPILOGUE = """exit codes: 0 completed, 1 a comparison differs, or a check found something (replay, run --dry, scan, doctor),
 2 bad input (one sentence says what), 3 tripped, 4 bus lost, or no whole log (a recorder lost in mid-run trips: 3),
-130 stopped by the operator"""
+130 stopped by the operator"""  # noqa: E501
 
 
 class VerbError(Exception):

@@ -1,4 +1,6 @@
-"""Whether every case of the blind benchmark is as it was made, before hours of diagnoses and before the truth is opened: what is broken is no wrong answer."""
+"""Whether every case of the blind benchmark is as it was made, before hours of diagnoses and before
+the truth is opened: what is broken is no wrong answer.
+"""
 
 from pathlib import Path
 
@@ -9,10 +11,14 @@ ASKED = {"rig": str, "plant": str, "logs": list, "holdout": list, "leave_out": l
 
 
 def check_cases(cases: Path) -> None:
-    """Raises VerbError or ConfigError for the first file of a case that is missing, cut or no such file."""
+    """Raises VerbError or ConfigError for the first file of a case that is missing, cut or no such
+    file.
+    """
     folders = sorted(path for path in cases.glob("case_*") if path.is_dir())
     if not folders:
-        raise VerbError(f"{cases}: found no folder case_000, expected the cases that epa gap blind make wrote")
+        raise VerbError(
+            f"{cases}: found no folder case_000, expected the cases that epa gap blind make wrote"
+        )
     for folder in folders:
         _check_case(folder, _told(folder / "case.json"))
 
@@ -22,8 +28,15 @@ def _told(path: Path) -> dict:
     told = read_json(path, "what epa gap blind make wrote of the case", VerbError)
     for key, kind in ASKED.items():
         found = told.get(key) if isinstance(told, dict) else None
-        if not isinstance(found, kind) or kind is list and not all(isinstance(one, str) for one in found):
-            raise VerbError(f"{path}: {key}: found {found!r}, expected {'names' if kind is list else 'a name'}, as epa gap blind make wrote them")
+        if (
+            not isinstance(found, kind)
+            or kind is list
+            and not all(isinstance(one, str) for one in found)
+        ):
+            raise VerbError(
+                f"{path}: {key}: found {found!r}, expected {'names' if kind is list else 'a name'},"
+                " as epa gap blind make wrote them"
+            )
     return told
 
 
@@ -39,4 +52,7 @@ def _check_case(folder: Path, told: dict) -> None:
         except LogError as error:
             raise VerbError(str(error)) from None
         if wrong:
-            raise VerbError(f"{folder / log}: found that {wrong[0]}, expected a whole log, as epa gap blind make recorded it")
+            raise VerbError(
+                f"{folder / log}: found that {wrong[0]}, expected a whole log, as epa gap blind"
+                " make recorded it"
+            )

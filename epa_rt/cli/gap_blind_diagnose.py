@@ -8,10 +8,14 @@ if TYPE_CHECKING:
     from epa_rt.gap.diagnosis import Diagnosis
 
 
-def diagnose_files(rig: Path, plant: Path, logs: Sequence[Path], holdout: Sequence[Path], leave_out: Sequence[str]) -> "Diagnosis":
-    """Diagnoses the logs of a rig against a plant file, with effects left out of the catalogue (those it has for this rig).
+def diagnose_files(
+    rig: Path, plant: Path, logs: Sequence[Path], holdout: Sequence[Path], leave_out: Sequence[str]
+) -> "Diagnosis":
+    """Diagnoses the logs of a rig against a plant file, with effects left out of the catalogue
+    (those it has for this rig).
 
-    Where effects cannot be told apart it looks for the next experiment; where any is named, for what the gate says.
+    Where effects cannot be told apart it looks for the next experiment; where any is named, for
+    what the gate says.
     """
     from dataclasses import replace
 
@@ -27,14 +31,20 @@ def diagnose_files(rig: Path, plant: Path, logs: Sequence[Path], holdout: Sequen
     recordings, other = read_recordings(list(logs), typed), read_recordings(list(holdout), typed)
     found = tuple(f"{r.name}: {sentence}" for r in (*recordings, *other) for sentence in r.found)
     known = {effect.name for effect in subject.catalogue}
-    answer = diagnose(subject, recordings, other, without=[name for name in leave_out if name in known])
+    answer = diagnose(
+        subject, recordings, other, without=[name for name in leave_out if name in known]
+    )
     answer = replace(answer, found_first=found)
     if not answer.effects:
         return answer
     given = Opened(subject, typed, plant, recordings, other, found)
     try:
         if answer.verdict == "not_separable":
-            answer = replace(answer, next_experiment=planned(given, answer, lambda stage, share: None))
+            answer = replace(
+                answer, next_experiment=planned(given, answer, lambda stage, share: None)
+            )
         return replace(answer, gate=gated(given, answer, None, lambda stage, share: None).report)
-    except Exception as error:  # the answer stands without them, and the figures count the gate as missing, the experiment as none
+    except Exception as error:
+        # the answer stands without them, and the figures count the gate as missing, the experiment
+        # as none
         return replace(answer, gate={"error": f"{type(error).__name__}: {error}"})

@@ -1,4 +1,6 @@
-"""What the data of blind cases allow: every case judged by an oracle that is told the true law, its rivals, and only fits them."""
+"""What the data of blind cases allow: every case judged by an oracle that is told the true law, its
+rivals, and only fits them.
+"""
 
 import functools
 import json
@@ -16,11 +18,15 @@ if TYPE_CHECKING:
 SHOWN = ("first", "in_set", "pair", "withheld", "wrong_sure", "block", "not_separable")
 
 
-def oracle_all(cases: Path, sealed: Path, out: Path, jobs: int, said: Path | None = None, missed: bool = False) -> str:
-    """Judges every case that hides something (resumable, answers beside ``out``: one whose rivals were others is made again), writes the JSON, returns table and closing line.
+def oracle_all(
+    cases: Path, sealed: Path, out: Path, jobs: int, said: Path | None = None, missed: bool = False
+) -> str:
+    """Judges every case that hides something (resumable, answers beside ``out``: one whose rivals
+    were others is made again), writes the JSON, returns table and closing line.
 
-    ``said``: folder of a diagnosis' answers to these cases; a wrong name that it gave is a rival too. ``missed``: only cases that it was asked and got wrong.
-    Opens the truth first and its answers tell it: to be run when the diagnoses are done. Raises SealError.
+    ``said``: folder of a diagnosis' answers to these cases; a wrong name that it gave is a rival
+    too. ``missed``: only cases that it was asked and got wrong. Opens the truth first and its
+    answers tell it: to be run when the diagnoses are done. Raises SealError.
     """
     from epa_rt.gap.blind.figures import figures, wrong
     from epa_rt.gap.blind.kept import ORACLE, check_given, hash_of, take
@@ -38,44 +44,76 @@ def oracle_all(cases: Path, sealed: Path, out: Path, jobs: int, said: Path | Non
     asked = [(cases / t["case"], t, answers / f"{t['case']}.json", told[t["case"]]) for t in truths]
     for _ in side_by_side(jobs, _one, asked, "cases judged"):
         pass
-    judged = [(t, json.loads((answers / f"{t['case']}.json").read_text(encoding="utf-8"))) for t in truths]
+    judged = [
+        (t, json.loads((answers / f"{t['case']}.json").read_text(encoding="utf-8"))) for t in truths
+    ]
     found = [f for f in figures(judged) if f.key in SHOWN]
     seconds = sum(said["wall_seconds"] for _, said in judged) / max(len(judged), 1)
-    write_whole(out, json.dumps({"figures": [f._asdict() for f in found], "truth_sha256": hash_of(cases), "cases": [{"truth": t, "said": s} for t, s in judged]}, indent=1))
+    write_whole(
+        out,
+        json.dumps(
+            {
+                "figures": [f._asdict() for f in found],
+                "truth_sha256": hash_of(cases),
+                "cases": [{"truth": t, "said": s} for t, s in judged],
+            },
+            indent=1,
+        ),
+    )
     return f"{table(found)}\noracle: {closing_line(found)}; {seconds:.0f} s of a core per case"
 
 
 def _told(answers: Path | None, case: str) -> dict:
     """What a diagnosis said of a case; nothing where it was not asked."""
     path = answers / f"{case}.json" if answers is not None else None
-    return json.loads(path.read_text(encoding="utf-8")) if path is not None and path.exists() else {}
+    return (
+        json.loads(path.read_text(encoding="utf-8")) if path is not None and path.exists() else {}
+    )
 
 
 def _one(folder: Path, truth: dict, out: Path, told: dict) -> None:
-    if not out.exists() or json.loads(out.read_text(encoding="utf-8")).get("instead", []) != _instead_names(truth, told):
+    if not out.exists() or json.loads(out.read_text(encoding="utf-8")).get(
+        "instead", []
+    ) != _instead_names(truth, told):
         write_whole(out, json.dumps(judge(folder, truth, told)))
 
 
 def judge(folder: Path, truth: dict, told: dict | None = None) -> dict:
-    """An answer in the diagnosis' own words, with every law's chi-square. ``told``: what a diagnosis said of the case."""
+    """An answer in the diagnosis' own words, with every law's chi-square. ``told``: what a
+    diagnosis said of the case.
+    """
     begun_s = time.process_time()
     known = told_the_law(folder, truth)
     fitting, nothing = known.fitting, known.nothing
     fits = [known.own, *(fitting.fit(law, known.z) for law in known.rivals)]
     if instead := _instead(truth, told or {}):
         fits.append(fitting.fit(instead, fitting.spreads_of(told["fitted"])))
-    fits = [fit._replace(chi=min(fit.chi, nothing.chi)) for fit in fits]  # at no strength every law is nothing
-    return {**_said(truth, nothing, fits), "instead": _instead_names(truth, told or {}), "wall_seconds": time.process_time() - begun_s, "runs": fitting.runs, "chi": chi_of(nothing, *fits),
-            "fitted": fits[0].values}
+    fits = [
+        fit._replace(chi=min(fit.chi, nothing.chi)) for fit in fits
+    ]  # at no strength every law is nothing
+    return {
+        **_said(truth, nothing, fits),
+        "instead": _instead_names(truth, told or {}),
+        "wall_seconds": time.process_time() - begun_s,
+        "runs": fitting.runs,
+        "chi": chi_of(nothing, *fits),
+        "fitted": fits[0].values,
+    }
 
 
 def _instead(truth: dict, told: dict) -> "Law | None":
-    """The catalogue's laws that a diagnosis named though none of them is the truth, with its numbers; None where it did not."""
+    """The catalogue's laws that a diagnosis named though none of them is the truth, with its
+    numbers; None where it did not.
+    """
     from epa_rt.gap.blind.figures import named
     from sim_backend.stand_in.fitted import catalogue_law, together
 
     names = _instead_names(truth, told)
-    laws = [catalogue_law(n["name"], {number["name"]: number["value"] for number in n["parameters"]}) for n in named(told) if n["name"] in names]
+    laws = [
+        catalogue_law(n["name"], {number["name"]: number["value"] for number in n["parameters"]})
+        for n in named(told)
+        if n["name"] in names
+    ]
     return functools.reduce(together, laws) if laws else None
 
 
@@ -84,7 +122,11 @@ def _instead_names(truth: dict, told: dict) -> list[str]:
     from epa_rt.gap.blind.figures import named, right
 
     names = named(told)
-    return [] if any(right(e, n["name"], n.get("family")) for e in truth["effects"] for n in names) else [n["name"] for n in names]
+    return (
+        []
+        if any(right(e, n["name"], n.get("family")) for e in truth["effects"] for n in names)
+        else [n["name"] for n in names]
+    )
 
 
 def _said(truth: dict, nothing: "Fitted", fits: "list[Fitted]") -> dict:
@@ -97,12 +139,21 @@ def _said(truth: dict, nothing: "Fitted", fits: "list[Fitted]") -> dict:
         return {"verdict": "no_gap", "effects": [], "location": []}
     named = [_named(name, best.law) for name in best.law.effects]
     own = {name for name in best.law.effects}
-    instead = [_named(name, fit.law)["name"] for fit in alike for name in fit.law.effects if name not in own]
+    instead = [
+        _named(name, fit.law)["name"]
+        for fit in alike
+        for name in fit.law.effects
+        if name not in own
+    ]
     location = [{"block": effect["block"]} for effect in named]
     if truth["kind"] == "withheld" and best is fits[0] and not instead:
         return {"verdict": "not_in_catalogue", "effects": [], "location": location}
     sure = {"confidence": 0.5 if instead else 1.0, "not_separable_from": instead, "parameters": []}
-    return {"verdict": "not_separable" if instead else "explained", "effects": [{**effect, **sure} for effect in named], "location": location}
+    return {
+        "verdict": "not_separable" if instead else "explained",
+        "effects": [{**effect, **sure} for effect in named],
+        "location": location,
+    }
 
 
 def _named(name: str, law: "Law") -> dict:
@@ -114,4 +165,8 @@ def _named(name: str, law: "Law") -> dict:
         return {"name": name, "family": CATALOGUE[name].family, "block": CATALOGUE[name].block}
     hidden = BY_NAME[name]
     known = next((answer for answer in hidden.answers if answer in CATALOGUE), None)
-    return {"name": known or name, "family": CATALOGUE[known].family if known else None, "block": hidden.blocks[0]}
+    return {
+        "name": known or name,
+        "family": CATALOGUE[known].family if known else None,
+        "block": hidden.blocks[0],
+    }

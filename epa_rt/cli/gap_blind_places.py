@@ -8,25 +8,42 @@ from epa_rt.cli.exits import VerbError
 
 
 def check_sealed(cases: Path, sealed: Path) -> None:
-    """That there is something to open in the end; it is not opened here. Raises VerbError, SealError."""
+    """That there is something to open in the end; it is not opened here. Raises VerbError,
+    SealError.
+    """
     from epa_rt.gap.blind.kept import hash_of
     from epa_rt.gap.blind.seal import HASH, KEY, TRUTH
 
     if not cases.is_dir():
-        raise VerbError(f"{cases}: found no such folder, expected the cases that epa gap blind make wrote")
+        raise VerbError(
+            f"{cases}: found no such folder, expected the cases that epa gap blind make wrote"
+        )
     for name, what in ((TRUTH, "sealed truth"), (KEY, "key of the sealed truth")):
         if not (sealed / name).is_file():
-            raise VerbError(f"{sealed / name}: found no such file, expected the {what} of {cases} (--sealed)")
+            raise VerbError(
+                f"{sealed / name}: found no such file, expected the {what} of {cases} (--sealed)"
+            )
     if re.fullmatch("[0-9a-f]{64}", told := hash_of(cases)) is None:
-        raise VerbError(f"{cases / HASH}: found {told[:70]!r}, expected the hash of the sealed truth, 64 hex digits")
+        raise VerbError(
+            f"{cases / HASH}: found {told[:70]!r}, expected the hash of the sealed truth, 64 hex"
+            " digits"
+        )
 
 
 def check_answers(answers: Path | None, asks: str | None) -> None:
-    """That the folder of a diagnosis' answers is there, where ``asks`` (an option) needs it. Raises VerbError."""
+    """That the folder of a diagnosis' answers is there, where ``asks`` (an option) needs it. Raises
+    VerbError.
+    """
     if asks and answers is None:
-        raise VerbError(f"{asks}: found no --answers, expected the folder of answers that score has kept (DIR with case_000.json)")
+        raise VerbError(
+            f"{asks}: found no --answers, expected the folder of answers that score has kept (DIR"
+            " with case_000.json)"
+        )
     if answers is not None and not answers.is_dir():
-        raise VerbError(f"{answers}: found no such folder, expected the answers that score or matrix keeps (--answers)")
+        raise VerbError(
+            f"{answers}: found no such folder, expected the answers that score or matrix keeps"
+            " (--answers)"
+        )
 
 
 def check_folder(out: Path) -> None:

@@ -1,4 +1,6 @@
-"""Figures of several sets of cases as one: a set of 120 has 14 to 48 cases to a figure, too few to hold it against a bar of 99 %."""
+"""Figures of several sets of cases as one: a set of 120 has 14 to 48 cases to a figure, too few to
+hold it against a bar of 99 %.
+"""
 
 import json
 from collections.abc import Sequence
@@ -17,18 +19,24 @@ def pool(paths: Sequence[Path]) -> str:
     for path in paths:
         found, figures = _scored(path)
         if found is not None and found in seen:
-            raise VerbError(f"{path}: found the same set as in {seen[found]}, expected every set once")
+            raise VerbError(
+                f"{path}: found the same set as in {seen[found]}, expected every set once"
+            )
         seen[found] = path
         sets.append(figures)
     return table(pooled(sets))
 
 
 def _scored(path: Path) -> tuple[str | None, list[Figure]]:
-    """Hash of a set's truth (None where the file does not say it, as before sets were told apart), and its figures."""
+    """Hash of a set's truth (None where the file does not say it, as before sets were told apart),
+    and its figures.
+    """
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
         return found.get("truth_sha256"), [Figure(**one) for one in found["figures"]]
     except OSError as error:
         raise VerbError(f"{path}: cannot be read ({error.strerror})") from None
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        raise VerbError(f"{path}: found no figures in it, expected what epa gap blind score --json wrote") from None
+        raise VerbError(
+            f"{path}: found no figures in it, expected what epa gap blind score --json wrote"
+        ) from None

@@ -10,10 +10,14 @@ from typing import TypeVar
 Made = TypeVar("Made")
 
 
-def side_by_side(jobs: int, work: Callable[..., Made], asked: Sequence[tuple], says: str) -> Iterator[Made]:
-    """What ``work`` gives for each tuple of arguments, as each is done, by ``jobs`` processes that are started anew. ``says``: what is counted, 'cases made'.
+def side_by_side(
+    jobs: int, work: Callable[..., Made], asked: Sequence[tuple], says: str
+) -> Iterator[Made]:
+    """What ``work`` gives for each tuple of arguments, as each is done, by ``jobs`` processes that
+    are started anew. ``says``: what is counted, 'cases made'.
 
-    No process is given more than it works on, so that after Ctrl-C, or an error, nothing else begins; what is under way is not waited for here.
+    No process is given more than it works on, so that after Ctrl-C, or an error, nothing else
+    begins; what is under way is not waited for here.
     """
     pool = ProcessPoolExecutor(jobs, mp_context=get_context("spawn"))
     try:
@@ -25,7 +29,12 @@ def side_by_side(jobs: int, work: Callable[..., Made], asked: Sequence[tuple], s
             running |= {pool.submit(work, *arguments) for arguments in islice(waiting, len(done))}
             for made in results:
                 n += 1
-                print(f"\r{n} of {len(asked)} {says}", end="" if n < len(asked) else "\n", file=sys.stderr, flush=True)
+                print(
+                    f"\r{n} of {len(asked)} {says}",
+                    end="" if n < len(asked) else "\n",
+                    file=sys.stderr,
+                    flush=True,
+                )
                 yield made
     except BaseException:
         pool.shutdown(wait=False, cancel_futures=True)

@@ -1,8 +1,9 @@
-"""List the effects that a diagnosis can name: parameters, bounds, typical strength, equation, source.
+"""List the effects that a diagnosis can name: parameters, bounds, typical strength, equation,
+source.
 
-  epa gap catalogue
-  epa gap catalogue --json
-  epa gap catalogue --kind servo      of a rig that is not ours (docs/foreign-effects.md)
+epa gap catalogue
+epa gap catalogue --json
+epa gap catalogue --kind servo      of a rig that is not ours (docs/foreign-effects.md)
 """
 
 import argparse
@@ -15,7 +16,10 @@ from epa_rt.cli.gap_inputs import task_parser
 def add_parser(tasks: "argparse._SubParsersAction") -> None:
     parser = task_parser(tasks, "catalogue", __doc__)
     parser.add_argument("--json", action="store_true", help="as JSON")
-    parser.add_argument("--kind", help="of a kind of rig that is not ours: carriage, shaft, piston, chamber or servo")
+    parser.add_argument(
+        "--kind",
+        help="of a kind of rig that is not ours: carriage, shaft, piston, chamber or servo",
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -44,11 +48,33 @@ def catalogue_rows() -> list[dict]:
 
     neutral, rows = neutral_params(), []
     for effect in CATALOGUE:
-        numbers = [(knob(key, neutral), typical) for key, typical in zip(effect.knobs, effect.starts[0], strict=True)]
-        rows.append({"name": effect.name, "family": effect.family, "block": effect.block, "says": effect.says,
-                     "knobs": [{"key": one.key, "unit": one.unit, "neutral": one.value, "low": one.low, "high": one.high, "typical": typical, "scale": "", "low_scale": ""}
-                               for one, typical in numbers],
-                     "equation": effect.equation, "source": effect.source})
+        numbers = [
+            (knob(key, neutral), typical)
+            for key, typical in zip(effect.knobs, effect.starts[0], strict=True)
+        ]
+        rows.append(
+            {
+                "name": effect.name,
+                "family": effect.family,
+                "block": effect.block,
+                "says": effect.says,
+                "knobs": [
+                    {
+                        "key": one.key,
+                        "unit": one.unit,
+                        "neutral": one.value,
+                        "low": one.low,
+                        "high": one.high,
+                        "typical": typical,
+                        "scale": "",
+                        "low_scale": "",
+                    }
+                    for one, typical in numbers
+                ],
+                "equation": effect.equation,
+                "source": effect.source,
+            }
+        )
     return rows
 
 
@@ -60,13 +86,33 @@ def _show(rows: list[dict], equations: tuple[str, ...]) -> None:
     from epa_rt.gap.report.terminal import console
     from epa_rt.report.shown import pretty
 
-    table = Table("Effect", "Family", "Block", "Knob", "Unit", "Neutral", "Bounds", "Typical", "What, equation, source", box=box.SIMPLE_HEAD, pad_edge=False)
+    table = Table(
+        "Effect",
+        "Family",
+        "Block",
+        "Knob",
+        "Unit",
+        "Neutral",
+        "Bounds",
+        "Typical",
+        "What, equation, source",
+        box=box.SIMPLE_HEAD,
+        pad_edge=False,
+    )
     for row in rows:
         for i, one in enumerate(row["knobs"] or [{}]):
             first = i == 0
-            numbers = (one["key"], pretty(one["unit"]), neutral(one), bounds(one), typical(one)) if one else ("",) * 5
+            numbers = (
+                (one["key"], pretty(one["unit"]), neutral(one), bounds(one), typical(one))
+                if one
+                else ("",) * 5
+            )
             told = f"{row['says']}; {row['equation']}; {row['source']}" if first else ""
-            table.add_row(*((row["name"], row["family"], row["block"]) if first else ("", "", "")), *numbers, told)
+            table.add_row(
+                *((row["name"], row["family"], row["block"]) if first else ("", "", "")),
+                *numbers,
+                told,
+            )
     out = console()
     if not out.is_terminal:
         out.width = 260

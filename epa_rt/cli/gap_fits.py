@@ -10,33 +10,61 @@ if TYPE_CHECKING:
     from epa_rt.gap.recording import Recording
 
 
-CLOCKS = 0.01  # by which a log's rate may be beside a multiple of the residuals': its trials would be looked for elsewhere
+# by which a log's rate may be beside a multiple of the residuals': its trials would be looked for
+# elsewhere
+CLOCKS = 0.01
 
 
 def check_columns(subject, rig_file: Path, recordings: "Sequence[Recording]") -> None:
-    """Raises VerbError where a log was recorded on another component rig, at a rate that is none of its residuals' multiples, or lacks a column that its kind cannot do without."""
+    """Raises VerbError where a log was recorded on another component rig, at a rate that is none of
+    its residuals' multiples, or lacks a column that its kind cannot do without.
+    """
     from epa_rt.gap.foreign.signals import stride
 
-    needed = {subject.rig.channels[channel.role] for channel in subject.rig.component.channels if channel.required}
+    needed = {
+        subject.rig.channels[channel.role]
+        for channel in subject.rig.component.channels
+        if channel.required
+    }
     for recording in recordings:
         if recording.rig and recording.rig != subject.name:
-            raise VerbError(f"{recording.path}: found a log of the rig '{recording.rig}', expected '{subject.name}', as {rig_file} says")
+            raise VerbError(
+                f"{recording.path}: found a log of the rig '{recording.rig}', expected"
+                f" '{subject.name}', as {rig_file} says"
+            )
         recorded = 1.0 / recording.period_s
         if abs(recorded / stride(recorded, subject.rate_hz) / subject.rate_hz - 1.0) > CLOCKS:
-            raise VerbError(f"{recording.path}: found {recorded:g} Hz, expected a multiple of {subject.rate_hz:g} Hz, the rate of {rig_file}")
+            raise VerbError(
+                f"{recording.path}: found {recorded:g} Hz, expected a multiple of"
+                f" {subject.rate_hz:g} Hz, the rate of {rig_file}"
+            )
         missing = sorted(needed - recording.columns.keys())
         if missing:
-            raise VerbError(f"{recording.path}: found no column {', '.join(missing)}, expected what {rig_file} names under channels")
+            raise VerbError(
+                f"{recording.path}: found no column {', '.join(missing)}, expected what {rig_file}"
+                " names under channels"
+            )
 
 
 def check_judged(places: Sequence, subject) -> None:
     """Raises VerbError where not one block was judged: that would read as if there were no gap."""
     if not places:
-        raise VerbError(f"found no stretch of these logs on which a block of the rig {subject.name} can be judged, expected longer logs, or such with fewer holes")
+        raise VerbError(
+            f"found no stretch of these logs on which a block of the rig {subject.name} can be"
+            " judged, expected longer logs, or such with fewer holes"
+        )
 
 
 def check_spares(out: Path | None, inputs: "Sequence[Path | None]") -> None:
     """Raises VerbError where a file to be written is one of those that are read."""
     for path in inputs:
-        if out is not None and path is not None and out.exists() and path.exists() and out.samefile(path):
-            raise VerbError(f"{out}: found a file that is read here, expected another name (it stays as it is)")
+        if (
+            out is not None
+            and path is not None
+            and out.exists()
+            and path.exists()
+            and out.samefile(path)
+        ):
+            raise VerbError(
+                f"{out}: found a file that is read here, expected another name (it stays as it is)"
+            )

@@ -17,7 +17,9 @@ if TYPE_CHECKING:
 
 @dataclasses.dataclass(frozen=True)
 class Opened:
-    """``rig`` is None for a rig that is not ours. ``found``: what is wrong with the logs, a sentence each."""
+    """``rig`` is None for a rig that is not ours. ``found``: what is wrong with the logs, a
+    sentence each.
+    """
 
     subject: "Subject"
     rig: "Rig | None"
@@ -27,28 +29,46 @@ class Opened:
     found: tuple[str, ...]
 
 
-def task_parser(tasks: "argparse._SubParsersAction", name: str, doc: str) -> argparse.ArgumentParser:
+def task_parser(
+    tasks: "argparse._SubParsersAction", name: str, doc: str
+) -> argparse.ArgumentParser:
     """A parser of one task, described by its module."""
-    return tasks.add_parser(name, help=doc.strip().splitlines()[0], description=doc, epilog=EPILOGUE, formatter_class=argparse.RawDescriptionHelpFormatter)
+    return tasks.add_parser(
+        name,
+        help=doc.strip().splitlines()[0],
+        description=doc,
+        epilog=EPILOGUE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
 
 
 def add_rig_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rig", type=Path, required=True, help="rig file (config/rigs/*.yaml)")
-    parser.add_argument("--plant", type=Path, help="plant file as it is believed (default: the one the rig names)")
+    parser.add_argument(
+        "--plant", type=Path, help="plant file as it is believed (default: the one the rig names)"
+    )
 
 
 def add_log_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="logs of the rig (*.mcap)")
+    parser.add_argument(
+        "logs", nargs="+", type=Path, metavar="LOG", help="logs of the rig (*.mcap)"
+    )
     parser.add_argument("--quiet", action="store_true", help="no progress")
 
 
 def catalogue_command(subject: "Subject", rig: "Rig | None") -> str:
     """What lists the effects that this rig can have."""
-    return "epa gap catalogue" if rig is not None else f"epa gap catalogue --kind {subject.rig.component.kind}"
+    return (
+        "epa gap catalogue"
+        if rig is not None
+        else f"epa gap catalogue --kind {subject.rig.component.kind}"
+    )
 
 
 def open_rig(rig: Path, plant: Path | None) -> "tuple[Subject, Rig | None, Path | None]":
-    """The subject, the typed rig (None for a rig that is not ours) and the plant file's path. Raises ConfigError."""
+    """The subject, the typed rig (None for a rig that is not ours) and the plant file's path.
+    Raises ConfigError.
+    """
     from epa_rt.cli.inputs import load_plant_of
     from epa_rt.config.rig import load_rig
     from epa_rt.gap.foreign import is_foreign, open_foreign
@@ -63,7 +83,9 @@ def open_rig(rig: Path, plant: Path | None) -> "tuple[Subject, Rig | None, Path 
 
 
 def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opened:
-    """Rig and logs, the logs checked and cleaned. Raises VerbError, ConfigError where a diagnosis of them would mean nothing."""
+    """Rig and logs, the logs checked and cleaned. Raises VerbError, ConfigError where a diagnosis
+    of them would mean nothing.
+    """
     from epa_rt.cli.gap_fits import check_columns
     from epa_rt.gap.foreign.dead import check_dead
     from epa_rt.gap.foreign.rests import check_rests
@@ -79,7 +101,14 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
     _unique(recordings)
     if rig is None:
         check_columns(subject, arguments.rig, recordings)
-    findings = (*check(recordings, rig), *((*check_sizes(recordings, subject.rig), *check_dead(recordings, subject.rig)) if rig is None else ()))
+    findings = (
+        *check(recordings, rig),
+        *(
+            (*check_sizes(recordings, subject.rig), *check_dead(recordings, subject.rig))
+            if rig is None
+            else ()
+        ),
+    )
     findings = findings if rig is not None else _of_used(findings, subject)
     _refused(findings)
     cleaned, n = clean(recordings, findings), len(arguments.logs)
@@ -91,13 +120,27 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
         subject, counted = as_counted(subject, cleaned[:n])
         findings = (*findings, *counted, *_without_experiment(cleaned))
         cleaned = tuple(_with_rig(one, arguments.rig) for one in cleaned)
-    return Opened(subject, rig, plant, cleaned[:n], cleaned[n:], tuple(dict.fromkeys(finding.says for finding in findings)))
+    return Opened(
+        subject,
+        rig,
+        plant,
+        cleaned[:n],
+        cleaned[n:],
+        tuple(dict.fromkeys(finding.says for finding in findings)),
+    )
 
 
 def _of_used(findings: "Sequence[Finding]", subject: "Subject") -> "tuple[Finding, ...]":
     """What is wrong with a column that a rig of others does not use is a note."""
     used = set(subject.rig.channels.values())
-    return tuple(dataclasses.replace(one, severity="note") if one.severity == "refuse" and one.channel and one.channel not in used else one for one in findings)
+    return tuple(
+        (
+            dataclasses.replace(one, severity="note")
+            if one.severity == "refuse" and one.channel and one.channel not in used
+            else one
+        )
+        for one in findings
+    )
 
 
 def _refused(findings: "Sequence[Finding]") -> None:
@@ -108,19 +151,40 @@ def _refused(findings: "Sequence[Finding]") -> None:
 
 
 def _without_experiment(recordings: "Sequence[Recording]") -> "list[Finding]":
-    """A note on logs that nobody can run again: imported ones do not say which experiment they are of."""
+    """A note on logs that nobody can run again: imported ones do not say which experiment they are
+    of.
+    """
     from epa_rt.cli.inputs import EXPERIMENT
     from epa_rt.gap.hygiene_finding import Finding
 
     names = [one.name for one in recordings if EXPERIMENT not in one.attachments]
-    return [Finding("note", "experiment", names[0], "", f"{', '.join(names)}: found no {EXPERIMENT} in the log, expected it for the gate, which would run it again; there is none")] if names else []
+    return (
+        [
+            Finding(
+                "note",
+                "experiment",
+                names[0],
+                "",
+                f"{', '.join(names)}: found no {EXPERIMENT} in the log, expected it for the gate,"
+                " which would run it again; there is none",
+            )
+        ]
+        if names
+        else []
+    )
 
 
 def _with_rig(recording: "Recording", rig: Path) -> "Recording":
     """Imported logs carry no rig file: the one that they are read with."""
     from epa_rt.cli.inputs import RIG
 
-    return recording if RIG in recording.attachments else dataclasses.replace(recording, attachments=recording.attachments | {RIG: rig.read_bytes()})
+    return (
+        recording
+        if RIG in recording.attachments
+        else dataclasses.replace(
+            recording, attachments=recording.attachments | {RIG: rig.read_bytes()}
+        )
+    )
 
 
 def read(logs: Sequence[Path], rig: "Rig | None") -> "tuple[Recording, ...]":
@@ -137,13 +201,21 @@ def read(logs: Sequence[Path], rig: "Rig | None") -> "tuple[Recording, ...]":
 
 
 def _unique(recordings: "Sequence[Recording]") -> None:
-    """Raises VerbError where two logs have one name, or one of several has the name that all of them together have in the answer."""
+    """Raises VerbError where two logs have one name, or one of several has the name that all of
+    them together have in the answer.
+    """
     from epa_rt.gap.shrink import ALL
 
     seen: dict[str, str] = {}
     for recording in recordings:
         if recording.name == ALL and len(recordings) > 1:
-            raise VerbError(f"{recording.path}: found a log named '{ALL}' among others, expected another name: '{ALL}' are all logs together in the answer")
+            raise VerbError(
+                f"{recording.path}: found a log named '{ALL}' among others, expected another name:"
+                f" '{ALL}' are all logs together in the answer"
+            )
         if recording.name in seen:
-            raise VerbError(f"found {recording.path} beside {seen[recording.name]}, expected every log once and under a name of its own")
+            raise VerbError(
+                f"found {recording.path} beside {seen[recording.name]}, expected every log once and"
+                " under a name of its own"
+            )
         seen[recording.name] = recording.path

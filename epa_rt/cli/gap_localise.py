@@ -1,7 +1,8 @@
-"""Say where a gap lies, block by block, and where it may come from, without asking for its cause: quicker than a diagnosis.
+"""Say where a gap lies, block by block, and where it may come from, without asking for its cause:
+quicker than a diagnosis.
 
-  epa gap localise --rig config/rigs/bench.yaml out/*.mcap
-  epa gap localise --rig config/rigs/bench.yaml out/*.mcap --json where.json --html where.html
+epa gap localise --rig config/rigs/bench.yaml out/*.mcap
+epa gap localise --rig config/rigs/bench.yaml out/*.mcap --json where.json --html where.html
 """
 
 import argparse
@@ -30,9 +31,18 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     parser = task_parser(tasks, "localise", __doc__)
     add_rig_arguments(parser)
     add_log_arguments(parser)
-    parser.add_argument("--json", type=Path, metavar="JSON", help="write what was found for machines")
+    parser.add_argument(
+        "--json", type=Path, metavar="JSON", help="write what was found for machines"
+    )
     parser.add_argument("--html", type=Path, metavar="PAGE.html", help="write the map as a page")
-    parser.add_argument("--as-is", action="store_true", help="hold the plant file as it stands against the logs (default: nominal parameters refitted first)")
+    parser.add_argument(
+        "--as-is",
+        action="store_true",
+        help=(
+            "hold the plant file as it stands against the logs (default: nominal parameters"
+            " refitted first)"
+        ),
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -56,7 +66,9 @@ def run(arguments: argparse.Namespace) -> int:
     return COMPLETED
 
 
-def _located(given: Opened, arguments: argparse.Namespace, progress: "Callable[[str, float], None]") -> "Located":
+def _located(
+    given: Opened, arguments: argparse.Namespace, progress: "Callable[[str, float], None]"
+) -> "Located":
     from epa_rt.gap.attribution import at_base
     from epa_rt.gap.floor import floors
     from epa_rt.gap.ground import ground_of
@@ -70,9 +82,15 @@ def _located(given: Opened, arguments: argparse.Namespace, progress: "Callable[[
     whence: tuple[Origin, ...] = ()
     if arguments.as_is:
         progress("noise floor", 0.0)
-        problem = Problem(given.subject, given.recordings, floors(given.subject, given.recordings, {}))
+        problem = Problem(
+            given.subject, given.recordings, floors(given.subject, given.recordings, {})
+        )
     else:
-        problem, base, _ = at_base(given.subject, given.recordings, progress=lambda stage, share: progress(stage, 4.0 * share))
+        problem, base, _ = at_base(
+            given.subject,
+            given.recordings,
+            progress=lambda stage, share: progress(stage, 4.0 * share),
+        )
         values = base.values
     progress("where", 0.8)
     places = localise(given.subject, problem.prepared, values, problem.floors)
@@ -82,9 +100,17 @@ def _located(given: Opened, arguments: argparse.Namespace, progress: "Callable[[
         whence = origins(problem, values)
     progress("free run", 0.95)
     ground = None if arguments.as_is else ground_of(problem, values)
-    freely = localise_freely(given.subject, given.recordings, ground.none.values if ground else values, problem.prepared)
-    inputs = {"rig": str(arguments.rig), "plant": normpath(given.plant or arguments.plant or given.subject.rig.plant), "logs": list(map(str, arguments.logs))}
-    return Located(given.found, origin_first(places, whence), tuple(freely), whence, inputs, arguments.as_is)
+    freely = localise_freely(
+        given.subject, given.recordings, ground.none.values if ground else values, problem.prepared
+    )
+    inputs = {
+        "rig": str(arguments.rig),
+        "plant": normpath(given.plant or arguments.plant or given.subject.rig.plant),
+        "logs": list(map(str, arguments.logs)),
+    }
+    return Located(
+        given.found, origin_first(places, whence), tuple(freely), whence, inputs, arguments.as_is
+    )
 
 
 def _show(found: "Located", out: "Console") -> None:
@@ -102,5 +128,16 @@ def _show(found: "Located", out: "Console") -> None:
 def _document(found: "Located") -> str:
     from epa_rt.gap.report.as_json import finite
 
-    rows = {name: [asdict(one) for one in getattr(found, name)] for name in ("location", "free_run_location", "origins")}
-    return json.dumps(finite({"found_first": found.found_first, **rows}), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    rows = {
+        name: [asdict(one) for one in getattr(found, name)]
+        for name in ("location", "free_run_location", "origins")
+    }
+    return (
+        json.dumps(
+            finite({"found_first": found.found_first, **rows}),
+            indent=2,
+            ensure_ascii=False,
+            allow_nan=False,
+        )
+        + "\n"
+    )

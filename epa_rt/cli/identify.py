@@ -1,9 +1,12 @@
-"""Identify a muscle from logs: the paper's models and physical ones, scored and held out; which terms; a plant file.
+"""Identify a muscle from logs: the paper's models and physical ones, scored and held out; which
+terms; a plant file.
 
-Only phases marked 'trial: true' are read. What is known beforehand (no-load length, normalisation, geometry) comes from the
-plant file. -o writes a plant file with the identified muscle, which 'epa run --plant' runs.
+Only phases marked 'trial: true' are read. What is known beforehand (no-load length, normalisation,
+geometry) comes from the plant file. -o writes a plant file with the identified muscle, which 'epa
+run --plant' runs.
 
-  epa identify out/*.mcap --rig config/rigs/bench.yaml -o muscle.yaml --json muscle.json --html muscle.html
+  epa identify out/*.mcap --rig config/rigs/bench.yaml -o muscle.yaml --json muscle.json --html
+  muscle.html
 """
 
 import argparse
@@ -25,12 +28,34 @@ CHOICES = ("best", "polynomial", "tang", "physical")
 def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="logs of a rig (*.mcap)")
     verb.add_argument("--rig", type=Path, help="rig file (default: the one in the log)")
-    verb.add_argument("--plant", type=Path, help="plant file as it is believed (default: the one that --rig names, else the log's)")
-    verb.add_argument("--holdout", choices=HOLDOUTS, default="both", help="what is left out in turn to judge a fit (default: both)")
-    verb.add_argument("-o", "--output", type=Path, metavar="PLANT.yaml", help="write a plant file with the identified muscle")
-    verb.add_argument("--model", choices=CHOICES, default="best", help="which model it gets (default: the best on trials left out)")
+    verb.add_argument(
+        "--plant",
+        type=Path,
+        help="plant file as it is believed (default: the one that --rig names, else the log's)",
+    )
+    verb.add_argument(
+        "--holdout",
+        choices=HOLDOUTS,
+        default="both",
+        help="what is left out in turn to judge a fit (default: both)",
+    )
+    verb.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="PLANT.yaml",
+        help="write a plant file with the identified muscle",
+    )
+    verb.add_argument(
+        "--model",
+        choices=CHOICES,
+        default="best",
+        help="which model it gets (default: the best on trials left out)",
+    )
     verb.add_argument("--json", type=Path, metavar="JSON", help="write the answer for machines")
-    verb.add_argument("--html", type=Path, metavar="PAGE.html", help="write the answer as a page with pictures")
+    verb.add_argument(
+        "--html", type=Path, metavar="PAGE.html", help="write the answer as a page with pictures"
+    )
     verb.add_argument("--no-physical", action="store_true", help="leave out the physical models")
     verb.add_argument("--no-terms", action="store_true", help="leave out the choice of terms")
     verb.add_argument("--quiet", action="store_true", help="no progress")
@@ -43,7 +68,11 @@ def main(arguments: argparse.Namespace) -> int:
     from epa_rt.identify.identify import Asked, identify
     from epa_rt.identify.report.terminal import console, show
 
-    for path, endings in ((arguments.json, (".json",)), (arguments.html, (".html", ".htm")), (arguments.output, (".yaml", ".yml"))):
+    for path, endings in (
+        (arguments.json, (".json",)),
+        (arguments.html, (".html", ".htm")),
+        (arguments.output, (".yaml", ".yml")),
+    ):
         check_writable(path, endings)
     if arguments.model == "physical" and arguments.no_physical:
         raise VerbError("found --model physical beside --no-physical, expected one of them")
@@ -51,14 +80,32 @@ def main(arguments: argparse.Namespace) -> int:
         progress("reading", 0.0)
         recordings, rig, plant, plant_path = _opened(arguments)
         if arguments.output and plant_path and arguments.output.resolve() == plant_path.resolve():
-            raise VerbError(f"{arguments.output}: found the plant file that was read, expected another name")
+            raise VerbError(
+                f"{arguments.output}: found the plant file that was read, expected another name"
+            )
         try:
-            found, trials, data = identify(recordings, rig, plant.params, Asked(arguments.holdout, not arguments.no_physical, not arguments.no_terms), progress)
+            found, trials, data = identify(
+                recordings,
+                rig,
+                plant.params,
+                Asked(arguments.holdout, not arguments.no_physical, not arguments.no_terms),
+                progress,
+            )
         except IdentifyError as error:
             raise VerbError(str(error)) from None
-    found = replace(found, remarks=(*(f"{r.name}: {sentence}" for r in recordings for sentence in r.found), *found.remarks),
-                    inputs={"logs": [str(path) for path in arguments.logs], "rig": str(arguments.rig or "in the log"), "plant": str(plant_path or "in the log"),
-                            "holdout": arguments.holdout})
+    found = replace(
+        found,
+        remarks=(
+            *(f"{r.name}: {sentence}" for r in recordings for sentence in r.found),
+            *found.remarks,
+        ),
+        inputs={
+            "logs": [str(path) for path in arguments.logs],
+            "rig": str(arguments.rig or "in the log"),
+            "plant": str(plant_path or "in the log"),
+            "holdout": arguments.holdout,
+        },
+    )
     out = console()
     show(found, out)
     if arguments.output:
@@ -74,7 +121,9 @@ def main(arguments: argparse.Namespace) -> int:
     return COMPLETED
 
 
-def _opened(arguments: argparse.Namespace) -> "tuple[tuple[Recording, ...], Rig, PlantFile, Path | None]":
+def _opened(
+    arguments: argparse.Namespace,
+) -> "tuple[tuple[Recording, ...], Rig, PlantFile, Path | None]":
     """Logs of one rig, that rig, and its plant. Raises VerbError, ConfigError."""
     from epa_rt.cli.gap_inputs import read
     from epa_rt.config.rig import load_rig
@@ -90,10 +139,15 @@ def _opened(arguments: argparse.Namespace) -> "tuple[tuple[Recording, ...], Rig,
     if len(names) > 1:
         raise VerbError(f"found logs of the rigs {', '.join(names)}, expected those of one")
     if rig is not None and names[0] and names[0] != rig.name:
-        raise VerbError(f"{recordings[0].path}: found a log of the rig '{names[0]}', expected one of '{rig.name}'")
+        raise VerbError(
+            f"{recordings[0].path}: found a log of the rig '{names[0]}', expected one of"
+            f" '{rig.name}'"
+        )
     if rig is None:
         rig = _rig_of(recordings[0])
-    path = arguments.plant or (arguments.rig and arguments.rig.parent / rig.plant if rig.plant else None)
+    path = arguments.plant or (
+        arguments.rig and arguments.rig.parent / rig.plant if rig.plant else None
+    )
     return recordings, rig, load_plant(path) if path else _plant_of(recordings[0]), path
 
 
@@ -112,7 +166,12 @@ def _plant_of(recording: "Recording") -> "PlantFile":
 
     if "plant.yaml" not in recording.attachments:
         raise VerbError(f"{recording.path}: found no plant file in the log, expected --plant")
-    return read_plant(parse_yaml(recording.attachments["plant.yaml"].decode("utf-8", "replace"), f"{recording.path}[plant.yaml]"))
+    return read_plant(
+        parse_yaml(
+            recording.attachments["plant.yaml"].decode("utf-8", "replace"),
+            f"{recording.path}[plant.yaml]",
+        )
+    )
 
 
 def _plant_file(arguments: argparse.Namespace, plant: "PlantFile", found, trials, out) -> str:
@@ -121,11 +180,26 @@ def _plant_file(arguments: argparse.Namespace, plant: "PlantFile", found, trials
     chosen, score = chosen_plant(arguments.model, plant, found, trials)
     gas = found.gas
     out.print(f"plant file '{chosen.name}': muscle by {score.name} ({score.says})")
-    return plant_text(chosen, (
-        f"Muscle identified by 'epa identify' from {', '.join(path.name for path in arguments.logs)}: {score.name}, R2 {score.r2:.4f}, RMS {score.rms_n:.2f} N.",
-        f"Lengths {min(t.length_m.min() for t in trials) * 1e3:.1f} to {max(t.length_m.max() for t in trials) * 1e3:.1f} mm, gauge pressures "
-        f"{min(t.gauge_pa.min() for t in trials) / 1e3:.0f} to {max(t.gauge_pa.max() for t in trials) / 1e3:.0f} kPa; nothing is known outside.",
-        f"Gas: exponent {gas.polytropic_ratio:.3f} and leak {gas.leak_per_s:.1e} 1/s beside {gas.dead_volume_m3 * 1e6:.1f} cm^3 of dead volume, which is the plant file's."))
+    return plant_text(
+        chosen,
+        (
+            (
+                "Muscle identified by 'epa identify' from"
+                f" {', '.join(path.name for path in arguments.logs)}: {score.name}, R2"
+                f" {score.r2:.4f}, RMS {score.rms_n:.2f} N."
+            ),
+            (
+                f"Lengths {min(t.length_m.min() for t in trials) * 1e3:.1f} to"
+                f" {max(t.length_m.max() for t in trials) * 1e3:.1f} mm, gauge pressures"
+                f" {min(t.gauge_pa.min() for t in trials) / 1e3:.0f} to"
+                f" {max(t.gauge_pa.max() for t in trials) / 1e3:.0f} kPa; nothing is known outside."
+            ),
+            (
+                f"Gas: exponent {gas.polytropic_ratio:.3f} and leak {gas.leak_per_s:.1e} 1/s beside"
+                f" {gas.dead_volume_m3 * 1e6:.1f} cm^3 of dead volume, which is the plant file's."
+            ),
+        ),
+    )
 
 
 def _json_text(found) -> str:

@@ -1,7 +1,8 @@
 """Turn a recording of somebody else (CSV, MAT, MCAP) into a log, by a mapping file.
 
-The mapping file says which column is which signal, in which unit, and when each row was. Whatever does not fit is refused
-with file, line and column, and nothing is written. Resampling and lost rows are counted and said.
+The mapping file says which column is which signal, in which unit, and when each row was. Whatever
+does not fit is refused with file, line and column, and nothing is written. Resampling and lost rows
+are counted and said.
 
   epa import config/imports/emps.yaml DATA_EMPS.mat --dry          what would be read
   epa import config/imports/emps.yaml DATA_EMPS.mat -o out/emps.mcap
@@ -20,10 +21,27 @@ if TYPE_CHECKING:
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
-    verb.add_argument("mapping", type=Path, metavar="MAPPING", help="mapping file (config/imports/*.yaml; docs/import.md)")
-    verb.add_argument("files", nargs="+", type=Path, metavar="FILE", help="what was recorded: one file, or those of one recording")
-    verb.add_argument("-o", "--out", type=Path, metavar="LOG.mcap", help="log to write (a name that is free)")
-    verb.add_argument("--dry", action="store_true", help="read and check everything, show what would be in the log, write nothing")
+    verb.add_argument(
+        "mapping",
+        type=Path,
+        metavar="MAPPING",
+        help="mapping file (config/imports/*.yaml; docs/import.md)",
+    )
+    verb.add_argument(
+        "files",
+        nargs="+",
+        type=Path,
+        metavar="FILE",
+        help="what was recorded: one file, or those of one recording",
+    )
+    verb.add_argument(
+        "-o", "--out", type=Path, metavar="LOG.mcap", help="log to write (a name that is free)"
+    )
+    verb.add_argument(
+        "--dry",
+        action="store_true",
+        help="read and check everything, show what would be in the log, write nothing",
+    )
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -34,14 +52,19 @@ def main(arguments: argparse.Namespace) -> int:
 
     out = arguments.out
     if not arguments.dry and (out is None or out.suffix != ".mcap"):
-        raise VerbError(f"found {'no log to write' if out is None else out}, expected -o with a name that ends in .mcap, or --dry")
+        raise VerbError(
+            f"found {'no log to write' if out is None else out}, expected -o with a name that ends"
+            " in .mcap, or --dry"
+        )
     mapping, located = load_mapping(arguments.mapping)
     _check_kind(mapping, located)
     try:
         gathered = gather(mapping, located, arguments.files)
         attachments = attachments_of(mapping, located, arguments.files)
         if not arguments.dry:
-            write_log(out, mapping, gathered, attachments, arguments.files)  # before a word is printed: whoever reads it may hang up
+            write_log(
+                out, mapping, gathered, attachments, arguments.files
+            )  # before a word is printed: whoever reads it may hang up
         print(table_text(mapping, gathered))
         if not arguments.dry:
             print(f"log: {out} ({out.stat().st_size / 1e6:.1f} MB)")
@@ -51,7 +74,9 @@ def main(arguments: argparse.Namespace) -> int:
 
 
 def _check_kind(mapping: "Mapping", located: "Located") -> None:
-    """Raises ConfigError where a rig of others says no atmosphere and its kind takes another one than the mapping says."""
+    """Raises ConfigError where a rig of others says no atmosphere and its kind takes another one
+    than the mapping says.
+    """
     from epa_rt.config.source import load_yaml
     from epa_rt.gap.foreign.kinds import KINDS
     from epa_rt.logs.importers.rig_text import SAME_ATMOSPHERE
@@ -62,26 +87,48 @@ def _check_kind(mapping: "Mapping", located: "Located") -> None:
     kind, settings = KINDS.get(str(rig.get("kind"))), rig.get("settings")
     if kind is None or isinstance(settings, dict) and "atmosphere" in settings:
         return
-    taken = next((setting.default for setting in kind.settings if setting.name == "atmosphere"), None)
+    taken = next(
+        (setting.default for setting in kind.settings if setting.name == "atmosphere"), None
+    )
     if taken is not None and abs(taken / mapping.atmosphere - 1.0) > SAME_ATMOSPHERE:
-        raise located.error(("atmosphere",), f"{mapping.atmosphere / 1e3:.6g} kPa abs", f"{taken / 1e3:.6g} kPa abs, which a {rig['kind']} takes where its rig file {mapping.rig_file} "
-                            "does not say 'settings: {atmosphere: ...}'")
+        raise located.error(
+            ("atmosphere",),
+            f"{mapping.atmosphere / 1e3:.6g} kPa abs",
+            f"{taken / 1e3:.6g} kPa abs, which a {rig['kind']} takes where its rig file"
+            f" {mapping.rig_file} does not say 'settings: {{atmosphere: ...}}'",
+        )
 
 
 def table_text(mapping: "Mapping", gathered: "Gathered") -> str:
-    """What a log would hold: grid, signals with their range, trials, and what was done on the way."""
+    """What a log would hold: grid, signals with their range, trials, and what was done on the
+    way.
+    """
     import numpy as np
 
     from epa_rt.config.rig_rows import si_unit_of
 
     grid = gathered.grid
-    lines = [f"rig {mapping.rig}: {len(grid.cycle)} rows, {grid.t_s[-1]:.6g} s, a period of {grid.period_s * 1e3:.6g} ms"]
-    for kind, columns in (("measured", gathered.measured), ("reference", gathered.references), ("command", gathered.commands)):
+    lines = [
+        f"rig {mapping.rig}: {len(grid.cycle)} rows, {grid.t_s[-1]:.6g} s, a period of"
+        f" {grid.period_s * 1e3:.6g} ms"
+    ]
+    for kind, columns in (
+        ("measured", gathered.measured),
+        ("reference", gathered.references),
+        ("command", gathered.commands),
+    ):
         for name, values in columns.items():
             known = values[~np.isnan(values)]
-            span = f"{known.min():>12.6g} to {known.max():<12.6g}" if len(known) else "no value at all"
+            span = (
+                f"{known.min():>12.6g} to {known.max():<12.6g}" if len(known) else "no value at all"
+            )
             lines.append(f"  {kind:<10}{name:<32}{span} {si_unit_of(name)}")
     judged = [trial for trial in gathered.trials if trial.judged]
-    shown = ", ".join(f"{t.name} {grid.t_s[t.start]:.4g}-{grid.t_s[t.stop - 1]:.4g} s" for t in judged[:8])
-    lines.append(f"  {len(judged)} trial{'s' * (len(judged) != 1)}: {shown}{', ...' if len(judged) > 8 else ''}")
+    shown = ", ".join(
+        f"{t.name} {grid.t_s[t.start]:.4g}-{grid.t_s[t.stop - 1]:.4g} s" for t in judged[:8]
+    )
+    lines.append(
+        f"  {len(judged)} trial{'s' * (len(judged) != 1)}:"
+        f" {shown}{', ...' if len(judged) > 8 else ''}"
+    )
     return "\n".join([*lines, *(f"  note: {sentence}" for sentence in gathered.says)])

@@ -1,8 +1,9 @@
-"""Say in a few lines what a log holds: outcome, cause, duration, topics, attachments, and what is missing.
+"""Say in a few lines what a log holds: outcome, cause, duration, topics, attachments, and what is
+missing.
 
-  epa info out/*.mcap
-  epa info out/knee_chirp-knee-001.mcap --events     every event
-  epa info out/knee_chirp-knee-001.mcap --check      compare every checksum, too
+epa info out/*.mcap
+epa info out/knee_chirp-knee-001.mcap --events     every event
+epa info out/knee_chirp-knee-001.mcap --check      compare every checksum, too
 """
 
 import argparse
@@ -18,8 +19,14 @@ from epa_rt.cli.write import MAGIC
 def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="logs of runs (*.mcap)")
     verb.add_argument("--events", action="store_true", help="list every event")
-    verb.add_argument("--check", action="store_true", help="compare every checksum (takes as long as reading the file)")
-    verb.add_argument("--json", action="store_true", help="for machines: a list with one object for each log")
+    verb.add_argument(
+        "--check",
+        action="store_true",
+        help="compare every checksum (takes as long as reading the file)",
+    )
+    verb.add_argument(
+        "--json", action="store_true", help="for machines: a list with one object for each log"
+    )
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -47,19 +54,44 @@ def facts_of(path: Path, with_events: bool = False, check: bool = False) -> dict
         whole = _ends_well(path)
         missing = log.missing if check or not whole else _lost(log)
         events, topics = log.events(), _topics(path, log, whole)
-        run, summary = log.metadata.get("run", {}), next((e.data for e in reversed(events) if e.kind == "summary"), {})
+        run, summary = (
+            log.metadata.get("run", {}),
+            next((e.data for e in reversed(events) if e.kind == "summary"), {}),
+        )
         trips = [event for event in events if event.kind == "trip"]
         ending = log.ending
-        outcome = (ending.outcome, ending.cause) if ending else ("tripped", trips[0].text) if trips else ("unknown", "")
-        facts = {"log": str(path), "size_bytes": path.stat().st_size, "outcome": outcome[0], "cause": outcome[1],
-                 "cycles": topics.get("/cycle", 0), "duration_s": _duration_s(log, topics, run), **{key: run.get(key) for key in (
-                     "experiment", "rig", "plant", "backend", "seed", "speed", "period_s")},
-                 "overruns": summary.get("overruns", int(log.timing()["overruns"].sum())),
-                 "trips": [event.text for event in trips], "topics": topics, "whole": not missing, "checked": check or not whole,
-                 "attachments": {name: len(data) for name, data in log.attachments.items()}, "missing": missing}
+        outcome = (
+            (ending.outcome, ending.cause)
+            if ending
+            else ("tripped", trips[0].text)
+            if trips
+            else ("unknown", "")
+        )
+        facts = {
+            "log": str(path),
+            "size_bytes": path.stat().st_size,
+            "outcome": outcome[0],
+            "cause": outcome[1],
+            "cycles": topics.get("/cycle", 0),
+            "duration_s": _duration_s(log, topics, run),
+            **{
+                key: run.get(key)
+                for key in ("experiment", "rig", "plant", "backend", "seed", "speed", "period_s")
+            },
+            "overruns": summary.get("overruns", int(log.timing()["overruns"].sum())),
+            "trips": [event.text for event in trips],
+            "topics": topics,
+            "whole": not missing,
+            "checked": check or not whole,
+            "attachments": {name: len(data) for name, data in log.attachments.items()},
+            "missing": missing,
+        }
         if with_events:
-            facts["events"] = [{"t_s": event.t_ns / 1e9} | {key: getattr(event, key) for key in ("cycle", "kind", "text", "data")}
-                               for event in events]
+            facts["events"] = [
+                {"t_s": event.t_ns / 1e9}
+                | {key: getattr(event, key) for key in ("cycle", "kind", "text", "data")}
+                for event in events
+            ]
         return facts
 
 
@@ -67,23 +99,52 @@ def text_of(facts: dict[str, Any]) -> str:
     """The same for a person."""
     outcome = f"{facts['outcome']}{': ' + facts['cause'] if facts['cause'] else ''}"
     asked = f"{facts['experiment'] or 'not recorded'} on the rig {facts['rig'] or 'not recorded'}"
-    lasted = f"{facts['duration_s']:.3f} s, {facts['cycles']} cycles, {facts['overruns']} late cycles"
-    pairs = [("outcome", outcome), ("experiment", asked), ("backend", _backend(facts)), ("duration", lasted)]
+    lasted = (
+        f"{facts['duration_s']:.3f} s, {facts['cycles']} cycles, {facts['overruns']} late cycles"
+    )
+    pairs = [
+        ("outcome", outcome),
+        ("experiment", asked),
+        ("backend", _backend(facts)),
+        ("duration", lasted),
+    ]
     pairs += [("trip", text) for text in facts["trips"] if text not in outcome]
-    pairs.append(("topics", ", ".join(f"{name} {count}" for name, count in facts["topics"].items())))
-    pairs.append(("attached", ", ".join(f"{name} ({size} bytes)" for name, size in facts["attachments"].items()) or "nothing"))
-    sound = "nothing, every checksum compared" if facts["checked"] else "nothing (the file ends as it should; --check compares checksums)"
+    pairs.append(
+        ("topics", ", ".join(f"{name} {count}" for name, count in facts["topics"].items()))
+    )
+    pairs.append(
+        (
+            "attached",
+            ", ".join(f"{name} ({size} bytes)" for name, size in facts["attachments"].items())
+            or "nothing",
+        )
+    )
+    sound = (
+        "nothing, every checksum compared"
+        if facts["checked"]
+        else "nothing (the file ends as it should; --check compares checksums)"
+    )
     pairs += [("missing", sentence) for sentence in facts["missing"] or [sound]]
-    lines = [f"{facts['log']} ({facts['size_bytes'] / 1e6:.1f} MB)", *(f"  {name:<11}{value}" for name, value in pairs)]
-    lines += [f"  {e['t_s']:>10.3f} s  {e['cycle']:>9}  {e['kind']:<12} {e['text']}" for e in facts.get("events", ())]
+    lines = [
+        f"{facts['log']} ({facts['size_bytes'] / 1e6:.1f} MB)",
+        *(f"  {name:<11}{value}" for name, value in pairs),
+    ]
+    lines += [
+        f"  {e['t_s']:>10.3f} s  {e['cycle']:>9}  {e['kind']:<12} {e['text']}"
+        for e in facts.get("events", ())
+    ]
     return "\n".join(line.translate(_CONTROL) for line in lines)
 
 
-_CONTROL = dict.fromkeys((*range(0x20), *range(0x7F, 0xA0)), "?")  # a log's text must not steer the terminal
+_CONTROL = dict.fromkeys(
+    (*range(0x20), *range(0x7F, 0xA0)), "?"
+)  # a log's text must not steer the terminal
 
 
 def _backend(facts: dict[str, Any]) -> str:
-    speed = {None: "", "unpaced": ", as fast as it goes"}.get(facts["speed"], f", at {facts['speed']} x real time")
+    speed = {None: "", "unpaced": ", as fast as it goes"}.get(
+        facts["speed"], f", at {facts['speed']} x real time"
+    )
     plant = f", plant {facts['plant']}, seed {facts['seed']}" if facts["plant"] else ""
     return f"{facts['backend'] or 'not recorded'}{plant}{speed}"
 
@@ -117,10 +178,17 @@ def _topics(path: Path, log: Any, whole: bool) -> dict[str, int]:
             summary = None
         if summary is not None and summary.statistics is not None:
             counts = summary.statistics.channel_message_counts
-            return {channel.topic: counts.get(i, 0) for i, channel in sorted(summary.channels.items())}
+            return {
+                channel.topic: counts.get(i, 0) for i, channel in sorted(summary.channels.items())
+            }
     cycles = len(log.columns("/cycle", ["cycle"])["cycle"])
     groups = {f"/{group}": cycles for group in log.layout.groups()}
-    return {"/cycle": cycles, **groups, "/event": len(log.events()), "/timing": len(log.timing()["cycle"])}
+    return {
+        "/cycle": cycles,
+        **groups,
+        "/event": len(log.events()),
+        "/timing": len(log.timing()["cycle"]),
+    }
 
 
 def _duration_s(log: Any, topics: dict[str, int], run: dict[str, str]) -> float:

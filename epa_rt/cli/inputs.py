@@ -1,4 +1,6 @@
-"""Loading the three files of a run, from disk or out of a log; a plant file that is another rig's is refused."""
+"""Loading the three files of a run, from disk or out of a log; a plant file that is another rig's
+is refused.
+"""
 
 import argparse
 import json
@@ -15,8 +17,12 @@ if TYPE_CHECKING:
     from epa_rt.models.plant_file import PlantFile
 
 RIG, EXPERIMENT, PLANT, VERSION = "rig.yaml", "experiment.yaml", "plant.yaml", "version.json"
-_LOADS = ("a muscle held by the load cell", "a mass on a line", "a joint")  # by kind_code of the plant's load
-_PLACES = ("", "load_position_m", "joint_angle_rad")                        # the port that measures where such a load is
+_LOADS = (
+    "a muscle held by the load cell",
+    "a mass on a line",
+    "a joint",
+)  # by kind_code of the plant's load
+_PLACES = ("", "load_position_m", "joint_angle_rad")  # the port that measures where such a load is
 
 
 @dataclass(frozen=True)
@@ -30,9 +36,18 @@ class Inputs:
 
 
 def add_input_arguments(verb: argparse.ArgumentParser) -> None:
-    verb.add_argument("experiment", type=Path, metavar="EXPERIMENT", help="experiment file (config/experiments/*.yaml)")
+    verb.add_argument(
+        "experiment",
+        type=Path,
+        metavar="EXPERIMENT",
+        help="experiment file (config/experiments/*.yaml)",
+    )
     verb.add_argument("--rig", type=Path, required=True, help="rig file (config/rigs/*.yaml)")
-    verb.add_argument("--plant", type=Path, help="plant file of the simulated rig (default: the one the rig names)")
+    verb.add_argument(
+        "--plant",
+        type=Path,
+        help="plant file of the simulated rig (default: the one the rig names)",
+    )
 
 
 def load_inputs(experiment: Path, rig: Path, plant: Path | None, with_plant: bool) -> Inputs:
@@ -49,8 +64,9 @@ def load_inputs(experiment: Path, rig: Path, plant: Path | None, with_plant: boo
 def load_plant_of(rig: Path, typed: "Rig", plant: Path | None) -> "tuple[Located, PlantFile]":
     """The plant file of a rig as text and as numbers; ``plant`` None: the one that the rig names.
 
-    Raises ConfigError, also where it moves another load than the rig or lacks one of its muscles. The rig's load is the one that
-    it measures; where it measures none, the one of the plant that it names.
+    Raises ConfigError, also where it moves another load than the rig or lacks one of its muscles.
+    The rig's load is the one that it measures; where it measures none, the one of the plant that it
+    names.
     """
     from epa_rt.config.source import load_yaml
     from epa_rt.models.plant_file import read_plant
@@ -62,11 +78,18 @@ def load_plant_of(rig: Path, typed: "Rig", plant: Path | None) -> "tuple[Located
     if expected is None and plant is not None:
         expected = _kind_in(own)
     if expected not in (None, kind):
-        raise source.error(("load", "kind_code"), f"{_LOADS[kind]} (kind_code {kind}), a plant of another rig",
-                           f"{_LOADS[expected]} (kind_code {expected}), which the rig '{typed.name}' has")
+        raise source.error(
+            ("load", "kind_code"),
+            f"{_LOADS[kind]} (kind_code {kind}), a plant of another rig",
+            f"{_LOADS[expected]} (kind_code {expected}), which the rig '{typed.name}' has",
+        )
     present = int((read.params["muscle"]["present"][0] > 0.5).sum())
     if present < len(typed.muscles):
-        raise source.error(("muscle1", "present"), f"a plant with {present} muscle{'s' * (present != 1)}", f"{len(typed.muscles)}, which the rig '{typed.name}' has")
+        raise source.error(
+            ("muscle1", "present"),
+            f"a plant with {present} muscle{'s' * (present != 1)}",
+            f"{len(typed.muscles)}, which the rig '{typed.name}' has",
+        )
     return source, read
 
 
@@ -80,7 +103,9 @@ def _measured_kind(rig: "Rig") -> int | None:
 
 
 def _kind_in(own: Path) -> int | None:
-    """The load of the plant that a rig names; None where that file is not there or not sound: it is not the one that is run."""
+    """The load of the plant that a rig names; None where that file is not there or not sound: it is
+    not the one that is run.
+    """
     from epa_rt.config.source import ConfigError
     from epa_rt.models.plant_file import load_plant
 
@@ -91,19 +116,25 @@ def _kind_in(own: Path) -> int | None:
 
 
 def inputs_of_log(path: Path, attachments: dict[str, bytes]) -> Inputs:
-    """The same out of a log's attachments. Raises VerbError where one is missing, ConfigError where it is broken."""
+    """The same out of a log's attachments. Raises VerbError where one is missing, ConfigError where
+    it is broken.
+    """
     from epa_rt.config.rig import rig_from
     from epa_rt.config.source import parse_yaml
-
     from epa_rt.models.plant_file import read_plant
 
     def source(name: str) -> "Located":
         if name not in attachments:
-            raise VerbError(f"{path}: found no attachment {name}, expected a log that carries its files")
+            raise VerbError(
+                f"{path}: found no attachment {name}, expected a log that carries its files"
+            )
         try:
             text = attachments[name].decode("utf-8")
         except UnicodeDecodeError as error:
-            raise VerbError(f"{path}[{name}]: found bytes that are not UTF-8 text (offset {error.start}), expected a YAML file") from None
+            raise VerbError(
+                f"{path}[{name}]: found bytes that are not UTF-8 text (offset {error.start}),"
+                " expected a YAML file"
+            ) from None
         return parse_yaml(text, f"{path}[{name}]")
 
     rig_source = source(RIG)
@@ -112,7 +143,12 @@ def inputs_of_log(path: Path, attachments: dict[str, bytes]) -> Inputs:
     return _typed(rig_source, rig_from(rig_source), source(EXPERIMENT), plant)
 
 
-def _typed(rig_source: "Located", rig: "Rig", experiment: "Located", plant: "tuple[Located, PlantFile] | None") -> Inputs:
+def _typed(
+    rig_source: "Located",
+    rig: "Rig",
+    experiment: "Located",
+    plant: "tuple[Located, PlantFile] | None",
+) -> Inputs:
     from epa_rt.experiments.experiment import experiment_from
 
     attachments = {RIG: rig_source.text.encode(), EXPERIMENT: experiment.text.encode()}
@@ -125,7 +161,9 @@ def _typed(rig_source: "Located", rig: "Rig", experiment: "Located", plant: "tup
 
 
 def code_version() -> dict[str, str]:
-    """Version of this package and a digest of its sources, so that a log says which code made it."""
+    """Version of this package and a digest of its sources, so that a log says which code made
+    it.
+    """
     import hashlib
     from importlib.metadata import PackageNotFoundError, version
 
@@ -139,5 +177,7 @@ def code_version() -> dict[str, str]:
     digest = hashlib.sha256()
     for folder in (root, root.parent / "sim_backend", root.parent / "drivers"):
         for file in sorted(folder.rglob("*.py")):
-            digest.update(file.relative_to(root.parent).as_posix().encode() + b"\0" + file.read_bytes())
+            digest.update(
+                file.relative_to(root.parent).as_posix().encode() + b"\0" + file.read_bytes()
+            )
     return {"package": package, "sources_sha256": digest.hexdigest()}

@@ -7,7 +7,8 @@ from epa_rt.cli.inputs import Inputs
 
 
 def take_log_path(out: Path, inputs: Inputs) -> Path:
-    """The log's path: as given where it ends in .mcap (and must be new), else a numbered name in the folder.
+    """The log's path: as given where it ends in .mcap (and must be new), else a numbered name in
+    the folder.
 
     The file is made here, empty, so that a run that starts at the same time takes another name.
     """
@@ -18,10 +19,14 @@ def take_log_path(out: Path, inputs: Inputs) -> Path:
         raise VerbError(f"{folder}: cannot make the folder ({error.strerror})") from None
     if out.suffix == ".mcap":
         if not _taken(out):
-            raise VerbError(f"{out}: found a file, expected a name that is free (no log is overwritten)")
+            raise VerbError(
+                f"{out}: found a file, expected a name that is free (no log is overwritten)"
+            )
         return out
     stem = f"{inputs.experiment.name}-{inputs.rig.name}"
-    return next(path for n in range(1, 1_000_000) if _taken(path := folder / f"{stem}-{n:03d}.mcap"))
+    return next(
+        path for n in range(1, 1_000_000) if _taken(path := folder / f"{stem}-{n:03d}.mcap")
+    )
 
 
 def _taken(path: Path) -> bool:

@@ -1,4 +1,5 @@
-"""epa: run experiments on an electric-pneumatic actuator, simulated or real, and read what came out.
+"""epa: run experiments on an electric-pneumatic actuator, simulated or real, and read what came
+out.
 
 first hour:
   epa check config/rigs/bench.yaml                      is the rig file sound?
@@ -24,34 +25,63 @@ from collections.abc import Sequence
 
 from epa_rt.cli.exits import BAD_INPUT, EPILOGUE, FAILED, STOPPED, VerbError
 
-VERBS = ("check", "run", "bus", "replay", "info", "plot", "report", "gap", "identify", "study", "import", "schema", "scan", "doctor")
+VERBS = (
+    "check",
+    "run",
+    "bus",
+    "replay",
+    "info",
+    "plot",
+    "report",
+    "gap",
+    "identify",
+    "study",
+    "import",
+    "schema",
+    "scan",
+    "doctor",
+)
 _REFUSED = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # by what the output goes to
-_ONE_THREAD = "OPENBLAS_NUM_THREADS"  # links and logs go side by side; threads inside their small products would spin on the same processors (docs/decisions/0015)
+# links and logs go side by side; threads inside their small products would spin on the same
+# processors (docs/decisions/0015)
+_ONE_THREAD = "OPENBLAS_NUM_THREADS"
 _FILES = {"import": "import_"}  # verbs that Python has another use for
 
 
 def parser() -> argparse.ArgumentParser:
     """The whole command line. Verb modules only import heavy libraries once they run."""
     formatter = argparse.RawDescriptionHelpFormatter
-    top = argparse.ArgumentParser(prog="epa", description=__doc__, epilog=EPILOGUE, formatter_class=formatter)
+    top = argparse.ArgumentParser(
+        prog="epa", description=__doc__, epilog=EPILOGUE, formatter_class=formatter
+    )
     verbs = top.add_subparsers(dest="verb", metavar="VERB", required=True)
     for name in VERBS:
         module = importlib.import_module(f"epa_rt.cli.{_FILES.get(name, name)}")
         first_line = module.__doc__.strip().splitlines()[0]
-        verb = verbs.add_parser(name, help=first_line, description=module.__doc__, epilog=EPILOGUE, formatter_class=formatter)
+        verb = verbs.add_parser(
+            name,
+            help=first_line,
+            description=module.__doc__,
+            epilog=EPILOGUE,
+            formatter_class=formatter,
+        )
         module.add_arguments(verb)
         verb.set_defaults(main=module.main)
     return top
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs one verb; returns its exit code. Errors of the operator's input come out as one sentence."""
+    """Runs one verb; returns its exit code. Errors of the operator's input come out as one
+    sentence.
+    """
     os.environ.setdefault(_ONE_THREAD, "1")  # before anything imports numpy
     from epa_rt.config.source import ConfigError
 
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal without the character must not end a run's report
+            stream.reconfigure(
+                errors="replace"
+            )  # a terminal without the character must not end a run's report
     chosen = parser().parse_args(arguments)
     try:
         code = chosen.main(chosen)
@@ -70,18 +100,28 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _discard_the_rest()
         return 0
     except OSError as error:
-        if error.filename is not None:  # a folder that may not be entered, a name too long: whichever question met it first
-            print(f"epa {chosen.verb}: {error.filename}: cannot be read or written ({error.strerror})", file=sys.stderr)
+        if (
+            error.filename is not None
+        ):  # a folder that may not be entered, a name too long: whichever question met it first
+            print(
+                f"epa {chosen.verb}: {error.filename}: cannot be read or written"
+                f" ({error.strerror})",
+                file=sys.stderr,
+            )
             return BAD_INPUT
         if error.errno not in _REFUSED:
             raise
         _discard_the_rest()
-        print(f"epa {chosen.verb}: what it says cannot be written ({error.strerror})", file=sys.stderr)
+        print(
+            f"epa {chosen.verb}: what it says cannot be written ({error.strerror})", file=sys.stderr
+        )
         return FAILED
 
 
 def _discard_the_rest() -> None:
-    """What is left of the output goes nowhere, so that the interpreter's last flush does not fail as well."""
+    """What is left of the output goes nowhere, so that the interpreter's last flush does not fail
+    as well.
+    """
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 

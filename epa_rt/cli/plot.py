@@ -1,7 +1,8 @@
 """Draw signals of a log over time: a quick look, grouped by unit, phases shaded.
 
-Without names it draws the most telling ones. Names may hold * and ? (quote them from the shell); what can be drawn is
-said when a name fits nothing. The picture is one HTML page that opens without a network.
+Without names it draws the most telling ones. Names may hold * and ? (quote them from the shell);
+what can be drawn is said when a name fits nothing. The picture is one HTML page that opens without
+a network.
 
   epa plot out/knee_chirp-knee-001.mcap
   epa plot out/knee_chirp-knee-001.mcap knee_angle_rad ref_knee_angle_rad --from 10 --to 20
@@ -17,10 +18,29 @@ from epa_rt.cli.write import write_whole
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("log", type=Path, metavar="LOG", help="log of a run (*.mcap)")
-    verb.add_argument("signals", nargs="*", metavar="SIGNAL", help="names or patterns (default: the most telling ones)")
-    verb.add_argument("--from", dest="begin_s", type=float, metavar="S", help="begin of the stretch, in s of the run")
-    verb.add_argument("--to", dest="end_s", type=float, metavar="S", help="end of the stretch, in s of the run")
-    verb.add_argument("-o", "--out", type=Path, metavar="FILE.html", help="page to write (default: beside the log, as -plot.html)")
+    verb.add_argument(
+        "signals",
+        nargs="*",
+        metavar="SIGNAL",
+        help="names or patterns (default: the most telling ones)",
+    )
+    verb.add_argument(
+        "--from",
+        dest="begin_s",
+        type=float,
+        metavar="S",
+        help="begin of the stretch, in s of the run",
+    )
+    verb.add_argument(
+        "--to", dest="end_s", type=float, metavar="S", help="end of the stretch, in s of the run"
+    )
+    verb.add_argument(
+        "-o",
+        "--out",
+        type=Path,
+        metavar="FILE.html",
+        help="page to write (default: beside the log, as -plot.html)",
+    )
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -31,11 +51,17 @@ def main(arguments: argparse.Namespace) -> int:
     log = arguments.log
     out = arguments.out or log.with_name(f"{log.stem}-plot.html")
     if out.suffix.lower() not in (".html", ".htm"):
-        raise VerbError(f"{out}: found the ending '{out.suffix}', expected .html (a picture file would need a browser that epa does "
-                        "not bring; print the page from yours)")
+        raise VerbError(
+            f"{out}: found the ending '{out.suffix}', expected .html (a picture file would need a"
+            " browser that epa does not bring; print the page from yours)"
+        )
     try:
         run = load_run(log)
-        text = plot_page(run, chosen_signals(run, arguments.signals), samples_between(run, arguments.begin_s, arguments.end_s))
+        text = plot_page(
+            run,
+            chosen_signals(run, arguments.signals),
+            samples_between(run, arguments.begin_s, arguments.end_s),
+        )
     except LogError as error:
         raise VerbError(str(error)) from None
     except NotShown as error:

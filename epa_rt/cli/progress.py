@@ -7,7 +7,9 @@ from contextlib import contextmanager
 
 @contextmanager
 def progress_shown(quiet: bool) -> Iterator[Callable[[str, float], None]]:
-    """Gives ``progress(stage, share)``: what is being done, and how much of it all is done (0 to 1)."""
+    """Gives ``progress(stage, share)``: what is being done, and how much of it all is done (0 to
+    1).
+    """
     if quiet:
         yield lambda stage, share: None
     elif not sys.stderr.isatty():
@@ -16,10 +18,19 @@ def progress_shown(quiet: bool) -> Iterator[Callable[[str, float], None]]:
         from rich.console import Console
         from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-        columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %"), TimeElapsedColumn())
-        with Progress(*columns, console=Console(stderr=True, highlight=False), transient=True) as bar:
+        columns = (
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.percentage:>3.0f} %"),
+            TimeElapsedColumn(),
+        )
+        with Progress(
+            *columns, console=Console(stderr=True, highlight=False), transient=True
+        ) as bar:
             task = bar.add_task("opening", total=1.0)
-            yield lambda stage, share: bar.update(task, description=stage, completed=min(max(share, 0.0), 1.0))
+            yield lambda stage, share: bar.update(
+                task, description=stage, completed=min(max(share, 0.0), 1.0)
+            )
 
 
 def _lines() -> Callable[[str, float], None]:

@@ -1,7 +1,8 @@
-"""Re-run controllers, valves and envelope over a log's recorded inputs and compare every output byte.
+"""Re-run controllers, valves and envelope over a log's recorded inputs and compare every output
+byte.
 
-The log alone is enough: rig and experiment are in it. A log of an older version of the code shows what that code did
-otherwise; a log that was cut is compared up to its last whole chunk.
+The log alone is enough: rig and experiment are in it. A log of an older version of the code shows
+what that code did otherwise; a log that was cut is compared up to its last whole chunk.
 
   epa replay out/*.mcap
 """
@@ -20,7 +21,9 @@ if TYPE_CHECKING:
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
-    verb.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="MCAP logs that epa run wrote")
+    verb.add_argument(
+        "logs", nargs="+", type=Path, metavar="LOG", help="MCAP logs that epa run wrote"
+    )
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -41,7 +44,9 @@ def main(arguments: argparse.Namespace) -> int:
 
 
 def replay_log(path: Path) -> int:
-    """Replays one log and prints one or two sentences; COMPLETED or DIFFERENT. Raises VerbError, ConfigError."""
+    """Replays one log and prints one or two sentences; COMPLETED or DIFFERENT. Raises VerbError,
+    ConfigError.
+    """
     from epa_rt.logs.reader import LogError, LogReader
     from epa_rt.logs.replay import Comparison, RecordedRequests, ReplayBackend, recorded_cycles
     from epa_rt.loop.assembly import assemble
@@ -56,17 +61,29 @@ def replay_log(path: Path) -> int:
     if not len(cycles):
         raise VerbError(f"{path}: found no cycle, expected a log with at least one")
     if cycles.cycle != list(range(len(cycles))):
-        raise VerbError(f"{path}: found cycles missing in the middle, expected every cycle from 0 on")
+        raise VerbError(
+            f"{path}: found cycles missing in the middle, expected every cycle from 0 on"
+        )
     inputs = inputs_of_log(path, reader.attachments)
     assembly = assemble(inputs.rig, inputs.experiment)
     comparison = Comparison(cycles)
     with undisturbed(None):
-        run(assembly.rig, ReplayBackend(cycles, assembly.rig.period_s), assembly.supervisor, assembly.envelope, assembly.decoder,
-            assembly.encoder, comparison, RecordedRequests(cycles))
+        run(
+            assembly.rig,
+            ReplayBackend(cycles, assembly.rig.period_s),
+            assembly.supervisor,
+            assembly.envelope,
+            assembly.decoder,
+            assembly.encoder,
+            comparison,
+            RecordedRequests(cycles),
+        )
     for missing in reader.missing:
         print(f"{path}: {missing}")
     print(f"{path}: {verdict(comparison, len(cycles), assembly)}")
-    return COMPLETED if comparison.first is None and comparison.compared == len(cycles) else DIFFERENT
+    return (
+        COMPLETED if comparison.first is None and comparison.compared == len(cycles) else DIFFERENT
+    )
 
 
 def verdict(comparison: "Comparison", recorded: int, assembly: "Assembly") -> str:
@@ -76,9 +93,13 @@ def verdict(comparison: "Comparison", recorded: int, assembly: "Assembly") -> st
             return f"the replay ended after {comparison.compared} cycles, the log has {recorded}"
         return f"{recorded} cycles, every output byte identical"
     cycle, before, now = comparison.first
-    changed = ", ".join(f"{name} {old!r} -> {new!r}" for name, old, new in changed_entries(assembly, before, now))
-    return (f"{comparison.different} of {comparison.compared} cycles differ, the first is cycle {cycle}: "
-            f"{changed or 'same bytes, other state or flags'} (recorded -> replayed, counts)")
+    changed = ", ".join(
+        f"{name} {old!r} -> {new!r}" for name, old, new in changed_entries(assembly, before, now)
+    )
+    return (
+        f"{comparison.different} of {comparison.compared} cycles differ, the first is cycle"
+        f" {cycle}: {changed or 'same bytes, other state or flags'} (recorded -> replayed, counts)"
+    )
 
 
 def changed_entries(assembly: "Assembly", before: bytes, now: bytes) -> list[tuple[str, int, int]]:
@@ -93,7 +114,13 @@ def changed_entries(assembly: "Assembly", before: bytes, now: bytes) -> list[tup
                 values.append(raw[place.byte] >> place.bit & 1)
             else:
                 signed = place.entry.code.islower()
-                values.append(int.from_bytes(raw[place.byte : place.byte + place.entry.bits // 8], "little", signed=signed))
+                values.append(
+                    int.from_bytes(
+                        raw[place.byte : place.byte + place.entry.bits // 8],
+                        "little",
+                        signed=signed,
+                    )
+                )
         if values[0] != values[1]:
             changed.append((key, values[0], values[1]))
     return changed

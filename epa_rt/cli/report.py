@@ -1,7 +1,9 @@
-"""Write one HTML page about a run: what was asked, what happened, tracking, pressures, energy, timing, events.
+"""Write one HTML page about a run: what was asked, what happened, tracking, pressures, energy,
+timing, events.
 
-The page carries everything that it needs, so it opens without a network and can be sent to somebody. A log that was
-cut, or whose run tripped, gives a page too; it says what is missing, and the cause first.
+The page carries everything that it needs, so it opens without a network and can be sent to
+somebody. A log that was cut, or whose run tripped, gives a page too; it says what is missing, and
+the cause first.
 
   epa report out/knee_chirp-knee-001.mcap
   epa report out/knee_chirp-knee-001.mcap -o page.html
@@ -16,7 +18,13 @@ from epa_rt.cli.write import write_whole
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("log", type=Path, metavar="LOG", help="log of a run (*.mcap)")
-    verb.add_argument("-o", "--out", type=Path, metavar="PAGE.html", help="page to write (default: beside the log, as .html)")
+    verb.add_argument(
+        "-o",
+        "--out",
+        type=Path,
+        metavar="PAGE.html",
+        help="page to write (default: beside the log, as .html)",
+    )
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -39,7 +47,9 @@ def main(arguments: argparse.Namespace) -> int:
 
 
 def winding_ohm(attachments: dict[str, bytes]) -> float | None:
-    """The winding's resistance of the plant that a log carries; None where it carries none that can be read."""
+    """The winding's resistance of the plant that a log carries; None where it carries none that can
+    be read.
+    """
     from epa_rt.cli.inputs import PLANT
     from epa_rt.config.source import ConfigError, parse_yaml
     from epa_rt.models.plant_file import read_plant

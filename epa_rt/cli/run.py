@@ -1,9 +1,10 @@
 """Run an experiment on a rig and record it.
 
-On the simulated rig (--backend sim) it goes as fast as the machine can, or paced with --speed (1 = real time); on the
-real one, or an emulated bus, by its wire (--backend ethercat --interface IF). Every
-run leaves one MCAP log that opens in Foxglove and PlotJuggler and can be replayed. Ctrl-C brakes, disables the drive
-and puts the valves into their safe state; a second Ctrl-C takes the torque off at once.
+On the simulated rig (--backend sim) it goes as fast as the machine can, or paced with --speed (1 =
+real time); on the real one, or an emulated bus, by its wire (--backend ethercat --interface IF).
+Every run leaves one MCAP log that opens in Foxglove and PlotJuggler and can be replayed. Ctrl-C
+brakes, disables the drive and puts the valves into their safe state; a second Ctrl-C takes the
+torque off at once.
 
   epa run config/experiments/identification.yaml --rig config/rigs/bench.yaml -o out
   epa run config/experiments/knee_chirp.yaml --rig config/rigs/knee.yaml --speed 1 -o out
@@ -35,27 +36,72 @@ def _positive(text: str) -> float:
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
     add_input_arguments(verb)
-    verb.add_argument("--backend", choices=("sim", "ethercat"), default="sim", help="what is behind the bytes (default: %(default)s)")
-    verb.add_argument("--interface", help="network interface of the bus (default: the only candidate)")
-    verb.add_argument("--lock-step", action="store_true", help="one bus cycle after the other without pace (emulated bus only; refused on a card)")
-    verb.add_argument("-o", "--out", type=Path, default=Path("out"), help="folder for the log, or a name that ends in .mcap")
-    verb.add_argument("--seed", type=int, default=1, help="seed of the simulated sensors' noise (default: %(default)s)")
-    verb.add_argument("--speed", type=_positive, help="pace of the simulated rig; 1 is real time (default: as fast as it goes)")
-    verb.add_argument("--dry", action="store_true", help="plot and check the profiles against the limits; nothing moves")
+    verb.add_argument(
+        "--backend",
+        choices=("sim", "ethercat"),
+        default="sim",
+        help="what is behind the bytes (default: %(default)s)",
+    )
+    verb.add_argument(
+        "--interface", help="network interface of the bus (default: the only candidate)"
+    )
+    verb.add_argument(
+        "--lock-step",
+        action="store_true",
+        help="one bus cycle after the other without pace (emulated bus only; refused on a card)",
+    )
+    verb.add_argument(
+        "-o",
+        "--out",
+        type=Path,
+        default=Path("out"),
+        help="folder for the log, or a name that ends in .mcap",
+    )
+    verb.add_argument(
+        "--seed",
+        type=int,
+        default=1,
+        help="seed of the simulated sensors' noise (default: %(default)s)",
+    )
+    verb.add_argument(
+        "--speed",
+        type=_positive,
+        help="pace of the simulated rig; 1 is real time (default: as fast as it goes)",
+    )
+    verb.add_argument(
+        "--dry",
+        action="store_true",
+        help="plot and check the profiles against the limits; nothing moves",
+    )
     verb.add_argument("--quiet", action="store_true", help="no progress line")
 
 
 def main(arguments: argparse.Namespace) -> int:
     is_sim = arguments.backend == "sim"
-    inputs = load_inputs(arguments.experiment, arguments.rig, arguments.plant, with_plant=is_sim and not arguments.dry)
+    inputs = load_inputs(
+        arguments.experiment,
+        arguments.rig,
+        arguments.plant,
+        with_plant=is_sim and not arguments.dry,
+    )
     if arguments.dry:
         return _dry(inputs, arguments.out)
     if is_sim:
-        summary, result = run_simulated(inputs, arguments.out, arguments.seed, arguments.speed, progress=not arguments.quiet)
+        summary, result = run_simulated(
+            inputs, arguments.out, arguments.seed, arguments.speed, progress=not arguments.quiet
+        )
     else:
-        summary, result = run_on_bus(inputs, arguments.out, arguments.interface, arguments.lock_step, progress=not arguments.quiet)
+        summary, result = run_on_bus(
+            inputs,
+            arguments.out,
+            arguments.interface,
+            arguments.lock_step,
+            progress=not arguments.quiet,
+        )
     print(closing_text(summary, result, inputs.rig.period_s))
-    return FAILED if result.outcome == "completed" and summary.failure else OF_OUTCOME[result.outcome]
+    return (
+        FAILED if result.outcome == "completed" and summary.failure else OF_OUTCOME[result.outcome]
+    )
 
 
 def _dry(inputs: Inputs, out: Path) -> int:
@@ -74,17 +120,31 @@ def _assembled(inputs: Inputs) -> "Assembly":
         raise VerbError(str(error)) from None
 
 
-def run_simulated(inputs: Inputs, out: Path, seed: int, speed: float | None, progress: bool) -> "tuple[LogSummary, RunResult]":
-    """One run on the simulated rig, recorded into ``out``. Raises VerbError where the log cannot be opened."""
+def run_simulated(
+    inputs: Inputs, out: Path, seed: int, speed: float | None, progress: bool
+) -> "tuple[LogSummary, RunResult]":
+    """One run on the simulated rig, recorded into ``out``. Raises VerbError where the log cannot be
+    opened.
+    """
     backend = _simulated_backend(inputs, seed, speed)
-    run_facts = {"rig": inputs.rig.name, "experiment": inputs.experiment.name, "plant": inputs.plant.name, "backend": "sim",
-                 "seed": str(seed), "speed": "unpaced" if speed is None else f"{speed:g}", "period_s": f"{inputs.rig.period_s:g}"}
+    run_facts = {
+        "rig": inputs.rig.name,
+        "experiment": inputs.experiment.name,
+        "plant": inputs.plant.name,
+        "backend": "sim",
+        "seed": str(seed),
+        "speed": "unpaced" if speed is None else f"{speed:g}",
+        "period_s": f"{inputs.rig.period_s:g}",
+    }
     return run_recorded(inputs, backend, out, run_facts, paced=speed is not None, progress=progress)
 
 
-def run_on_bus(inputs: Inputs, out: Path, interface: str | None, lock_step: bool,
-               progress: bool) -> "tuple[LogSummary, RunResult]":
-    """One run on an EtherCAT bus, recorded into ``out``. Raises VerbError where the log or the interface cannot be had."""
+def run_on_bus(
+    inputs: Inputs, out: Path, interface: str | None, lock_step: bool, progress: bool
+) -> "tuple[LogSummary, RunResult]":
+    """One run on an EtherCAT bus, recorded into ``out``. Raises VerbError where the log or the
+    interface cannot be had.
+    """
     from drivers.backend_factory import open_ethercat
     from epa_rt.backend import BackendError
 
@@ -92,8 +152,13 @@ def run_on_bus(inputs: Inputs, out: Path, interface: str | None, lock_step: bool
         backend = open_ethercat(inputs.rig, interface, lock_step)
     except BackendError as error:
         raise VerbError(str(error), FAILED) from None
-    run_facts = {"rig": inputs.rig.name, "experiment": inputs.experiment.name, "backend": "ethercat",
-                 "speed": "lock step" if lock_step else "1", "period_s": f"{inputs.rig.period_s:g}"}
+    run_facts = {
+        "rig": inputs.rig.name,
+        "experiment": inputs.experiment.name,
+        "backend": "ethercat",
+        "speed": "lock step" if lock_step else "1",
+        "period_s": f"{inputs.rig.period_s:g}",
+    }
     return run_recorded(inputs, backend, out, run_facts, paced=not lock_step, progress=progress)
 
 
@@ -111,10 +176,16 @@ def _simulated_backend(inputs: Inputs, seed: int, speed: float | None) -> "Backe
     return backend
 
 
-def run_recorded(inputs: Inputs, backend: "Backend", out: Path, run_facts: dict[str, str], paced: bool,
-                 progress: bool) -> "tuple[LogSummary, RunResult]":
-    """A run on any backend with its recorder; ``out`` as in take_log_path. Real-time rights are asked for where the run
-    is paced.
+def run_recorded(
+    inputs: Inputs,
+    backend: "Backend",
+    out: Path,
+    run_facts: dict[str, str],
+    paced: bool,
+    progress: bool,
+) -> "tuple[LogSummary, RunResult]":
+    """A run on any backend with its recorder; ``out`` as in take_log_path. Real-time rights are
+    asked for where the run is paced.
     """
     from epa_rt.logs.progress import ProgressSpec
     from epa_rt.logs.recorder import Recorder, RecorderError
@@ -123,8 +194,14 @@ def run_recorded(inputs: Inputs, backend: "Backend", out: Path, run_facts: dict[
     assembly = _assembled(inputs)
     cycles = round(inputs.experiment.duration_s / inputs.rig.period_s)
     log = take_log_path(out, inputs)
-    recorder = Recorder(log, assembly.layout, inputs.attachments, {"run": run_facts}, lossless=not paced,
-                        progress=ProgressSpec(cycles, inputs.rig.period_s, progress))
+    recorder = Recorder(
+        log,
+        assembly.layout,
+        inputs.attachments,
+        {"run": run_facts},
+        lossless=not paced,
+        progress=ProgressSpec(cycles, inputs.rig.period_s, progress),
+    )
     try:
         recorder.open()
     except RecorderError as error:
@@ -135,8 +212,9 @@ def run_recorded(inputs: Inputs, backend: "Backend", out: Path, run_facts: dict[
         return _run(assembly, backend, recorder, requests, paced)
 
 
-def _run(assembly: "Assembly", backend: "Backend", recorder: "Recorder", requests: object,
-         paced: bool) -> "tuple[LogSummary, RunResult]":
+def _run(
+    assembly: "Assembly", backend: "Backend", recorder: "Recorder", requests: object, paced: bool
+) -> "tuple[LogSummary, RunResult]":
     from epa_rt.loop.run import run
     from epa_rt.realtime.process import undisturbed
 
@@ -144,14 +222,36 @@ def _run(assembly: "Assembly", backend: "Backend", recorder: "Recorder", request
     try:
         with undisturbed(assembly.rig.realtime if paced else None) as sentences:
             assembly.supervisor.events[:0] = [("realtime", sentence, {}) for sentence in sentences]
-            result = run(assembly.rig, backend, assembly.supervisor, assembly.envelope, assembly.decoder, assembly.encoder,
-                         recorder, requests)
+            result = run(
+                assembly.rig,
+                backend,
+                assembly.supervisor,
+                assembly.envelope,
+                assembly.decoder,
+                assembly.encoder,
+                recorder,
+                requests,
+            )
         outcome, cause = result.outcome, result.cause
-        facts = {"cycles": result.cycles, "overruns": result.overruns, "worst_lateness_ns": result.worst_lateness_ns,
-                 "drive_off_confirmed": result.confirmed, "clamped": result.clamped, "slewed": result.slewed,
-                 "controller_clamped": result.controller_clamped, "controller_slewed": result.controller_slewed,
-                 "saturated": result.saturated, "bad_cycles": result.bad_cycles}
-        recorder.event(result.cycles - 1, result.t_ns, "summary", f"{outcome}{': ' + cause if cause else ''}", **facts)
+        facts = {
+            "cycles": result.cycles,
+            "overruns": result.overruns,
+            "worst_lateness_ns": result.worst_lateness_ns,
+            "drive_off_confirmed": result.confirmed,
+            "clamped": result.clamped,
+            "slewed": result.slewed,
+            "controller_clamped": result.controller_clamped,
+            "controller_slewed": result.controller_slewed,
+            "saturated": result.saturated,
+            "bad_cycles": result.bad_cycles,
+        }
+        recorder.event(
+            result.cycles - 1,
+            result.t_ns,
+            "summary",
+            f"{outcome}{': ' + cause if cause else ''}",
+            **facts,
+        )
     finally:
         summary = recorder.close(outcome, cause)
     return summary, result
@@ -159,21 +259,36 @@ def _run(assembly: "Assembly", backend: "Backend", recorder: "Recorder", request
 
 def closing_text(summary: "LogSummary", result: "RunResult", period_s: float) -> str:
     """What the operator reads at the end of a run."""
-    lines = [f"{result.outcome}{': ' + result.cause if result.cause else ''}",
-             f"{result.cycles} cycles ({result.cycles * period_s:.1f} s), {result.overruns} overruns, "
-             f"{summary.samples} samples and {summary.events} events recorded"]
+    lines = [
+        f"{result.outcome}{': ' + result.cause if result.cause else ''}",
+        (
+            f"{result.cycles} cycles ({result.cycles * period_s:.1f} s), {result.overruns}"
+            f" overruns, {summary.samples} samples and {summary.events} events recorded"
+        ),
+    ]
     if summary.samples != result.cycles:
         lines.append(f"LOST: {result.cycles - summary.samples} samples are not in the log")
     if summary.failure:
         lines.append(f"recorder: {summary.failure}")
     if result.bad_cycles:
         lines.append(f"{result.bad_cycles} cycles without sound process data")
-    for words, counts, before in (("clamped to its limits", result.clamped, result.controller_clamped),
-                                  ("slowed to its slew limit", result.slewed, result.controller_slewed)):
-        lines += [f"{name} was {words} by the gate in {count} cycles" for name, count in counts.items()]
-        lines += [f"{name} was {words} by the controller {loop} in {count} cycles" for name, loops in before.items() for loop, count in loops.items()]
+    for words, counts, before in (
+        ("clamped to its limits", result.clamped, result.controller_clamped),
+        ("slowed to its slew limit", result.slewed, result.controller_slewed),
+    ):
+        lines += [
+            f"{name} was {words} by the gate in {count} cycles" for name, count in counts.items()
+        ]
+        lines += [
+            f"{name} was {words} by the controller {loop} in {count} cycles"
+            for name, loops in before.items()
+            for loop, count in loops.items()
+        ]
     if result.saturated:
         lines.append(f"{result.saturated} values did not fit their entry and were cut")
-    lines.append(f"end state: outputs safe, {'drive off' if result.confirmed else 'the drive did NOT confirm that it is off'}")
+    lines.append(
+        "end state: outputs safe,"
+        f" {'drive off' if result.confirmed else 'the drive did NOT confirm that it is off'}"
+    )
     lines.append(f"log: {summary.path} ({summary.size_bytes / 1e6:.1f} MB)")
     return "\n".join(lines)

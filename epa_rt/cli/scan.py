@@ -1,12 +1,13 @@
 """Look at what is on the bus, against what the rig file says.
 
-Slaves are taken to PREOP at most and no output is written. A bus that another master is driving is stopped by this:
-slaves are addressed anew.
+Slaves are taken to PREOP at most and no output is written. A bus that another master is driving is
+stopped by this: slaves are addressed anew.
 
   epa scan                                              the only wired interface
   epa scan --interface eth1 --rig config/rigs/bench.yaml
 
-Exit code 0: the bus is as the rig file says (without --rig: there are slaves), 1: it differs, 2: it cannot be looked at.
+Exit code 0: the bus is as the rig file says (without --rig: there are slaves), 1: it differs, 2: it
+cannot be looked at.
 """
 
 import argparse
@@ -21,7 +22,9 @@ if TYPE_CHECKING:
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
-    verb.add_argument("--interface", help="network interface of the bus (default: the only wired one)")
+    verb.add_argument(
+        "--interface", help="network interface of the bus (default: the only wired one)"
+    )
     verb.add_argument("--rig", type=Path, help="rig file to compare with (config/rigs/*.yaml)")
 
 
@@ -54,6 +57,20 @@ def _table(seen: "Sequence[Seen]") -> list[str]:
     rows = [("", "device", "vendor", "product", "revision", "state", "firmware")] if seen else []
     for position, slave in enumerate(seen, 1):
         f = slave.found
-        rows.append((str(position), slave.device, f"0x{f.vendor:08X}", f"0x{f.product:08X}", f"0x{f.revision:08X}", slave.state, slave.firmware))
+        rows.append(
+            (
+                str(position),
+                slave.device,
+                f"0x{f.vendor:08X}",
+                f"0x{f.product:08X}",
+                f"0x{f.revision:08X}",
+                slave.state,
+                slave.firmware,
+            )
+        )
     widths = [max(len(row[i]) for row in rows) for i in range(7)] if rows else []
-    return ["  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+    return [
+        "  "
+        + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]

@@ -1,4 +1,5 @@
-"""Write the JSON schemas of rig, plant and experiment files, so that an editor completes and checks them.
+"""Write the JSON schemas of rig, plant and experiment files, so that an editor completes and checks
+them.
 
   epa schema -o config/schema
 Then, in the first line of a rig file:  # yaml-language-server: $schema=../schema/rig.json
@@ -12,7 +13,9 @@ from epa_rt.cli.exits import COMPLETED, FAILED, VerbError
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
-    verb.add_argument("-o", "--out", type=Path, help="folder to write to (default: print to the screen)")
+    verb.add_argument(
+        "-o", "--out", type=Path, help="folder to write to (default: print to the screen)"
+    )
 
 
 def schemas() -> dict[str, dict]:
@@ -21,7 +24,11 @@ def schemas() -> dict[str, dict]:
     from epa_rt.config.rig import Rig
     from epa_rt.models.catalogue_page import plant_schema
 
-    return {"rig": Rig.model_json_schema(), "plant": plant_schema(), "experiment": ExperimentFile.model_json_schema(by_alias=True)}
+    return {
+        "rig": Rig.model_json_schema(),
+        "plant": plant_schema(),
+        "experiment": ExperimentFile.model_json_schema(by_alias=True),
+    }
 
 
 def main(arguments: argparse.Namespace) -> int:

@@ -1,20 +1,32 @@
-"""One motor and its muscles in four wirings: serial, parallel, both, antagonistic; what the motor has to do in each.
+"""One motor and its muscles in four wirings: serial, parallel, both, antagonistic; what the motor
+has to do in each.
 
-  epa study arrangements config/studies/arrangements.yaml --html arrangements.html
+epa study arrangements config/studies/arrangements.yaml --html arrangements.html
 """
 
 import argparse
 from typing import TYPE_CHECKING
 
-from epa_rt.cli.exits import COMPLETED, VerbError
-from epa_rt.cli.study_grid import add_grid_arguments, check_grid_arguments, grid_progress, how, write_answers
+from epa_rt.cli.exits import COMPLETED
+from epa_rt.cli.study_grid import (
+    add_grid_arguments,
+    check_grid_arguments,
+    grid_progress,
+    how,
+    write_answers,
+)
 
 if TYPE_CHECKING:
     from epa_rt.study.arrangements import Compared
 
 
 def add_parser(tasks: argparse._SubParsersAction) -> None:
-    parser = tasks.add_parser("arrangements", help=__doc__.splitlines()[0], description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = tasks.add_parser(
+        "arrangements",
+        help=__doc__.splitlines()[0],
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     add_grid_arguments(parser)
 
 
@@ -44,11 +56,20 @@ def _show(found: "Compared") -> None:
         least = {name: found.least(name, goal) for name in NAMES_OF}
         print(f" rad/s  {'':2s}" + "".join(f"{name:26s}" for name in NAMES_OF))
         for k, omega in enumerate(found.asked.frequency_rad_s):
-            print(f"{omega:6.1f}    " + "".join(f"{said(least[name][k], factor):26s}" for name in NAMES_OF))
+            print(
+                f"{omega:6.1f}    "
+                + "".join(f"{said(least[name][k], factor):26s}" for name in NAMES_OF)
+            )
 
 
 def _answer(found: "Compared") -> dict:
     from epa_rt.study.arrangements import GOALS, NAMES_OF
 
-    return {"study": "arrangements", "plant": found.asked.plant.name, "pressure_pa": found.asked.pressure_pa, "frequency_rad_s": found.asked.frequency_rad_s,
-            "least": {name: {goal: found.least(name, goal) for goal in GOALS} for name in NAMES_OF}, "maps": found.of}
+    return {
+        "study": "arrangements",
+        "plant": found.asked.plant.name,
+        "pressure_pa": found.asked.pressure_pa,
+        "frequency_rad_s": found.asked.frequency_rad_s,
+        "least": {name: {goal: found.least(name, goal) for goal in GOALS} for name in NAMES_OF},
+        "maps": found.of,
+    }

@@ -1,4 +1,6 @@
-"""What the tasks of epa study share: where a grid runs, where its results are kept, what it writes."""
+"""What the tasks of epa study share: where a grid runs, where its results are kept, what it
+writes.
+"""
 
 import argparse
 import json
@@ -17,19 +19,40 @@ if TYPE_CHECKING:
 def _jobs(text: str) -> int:
     value = int(text)
     if value == 0 or not -1 <= value <= 4096:
-        raise argparse.ArgumentTypeError(f"found {text}, expected a number of jobs from 1, or -1 for all cores")
+        raise argparse.ArgumentTypeError(
+            f"found {text}, expected a number of jobs from 1, or -1 for all cores"
+        )
     return value
 
 
 def add_grid_arguments(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("study", type=Path, metavar="STUDY.yaml", help="study file (config/studies/*.yaml)")
-    parser.add_argument("--store", type=Path, default=Path("out/study"), metavar="FOLDER", help="results are kept here and not computed again (default: %(default)s)")
+    parser.add_argument(
+        "study", type=Path, metavar="STUDY.yaml", help="study file (config/studies/*.yaml)"
+    )
+    parser.add_argument(
+        "--store",
+        type=Path,
+        default=Path("out/study"),
+        metavar="FOLDER",
+        help="results are kept here and not computed again (default: %(default)s)",
+    )
     where = parser.add_mutually_exclusive_group()
-    where.add_argument("--jobs", type=_jobs, default=-1, help="how many at a time (default: all cores)")
-    where.add_argument("--cluster", metavar="tcp://HOST:PORT", help="run on the Dask cluster whose scheduler is there")
+    where.add_argument(
+        "--jobs", type=_jobs, default=-1, help="how many at a time (default: all cores)"
+    )
+    where.add_argument(
+        "--cluster",
+        metavar="tcp://HOST:PORT",
+        help="run on the Dask cluster whose scheduler is there",
+    )
     parser.add_argument("--json", type=Path, metavar="JSON", help="write all figures for machines")
     parser.add_argument("--html", type=Path, metavar="PAGE.html", help="write a page with pictures")
-    parser.add_argument("--pictures", type=Path, metavar="FOLDER", help="write the pictures as PNG files (needs chromium)")
+    parser.add_argument(
+        "--pictures",
+        type=Path,
+        metavar="FOLDER",
+        help="write the pictures as PNG files (needs chromium)",
+    )
     parser.add_argument("--quiet", action="store_true", help="no progress")
 
 
@@ -52,7 +75,9 @@ def how(arguments: argparse.Namespace, threads: bool = True) -> "How":
 
 @contextmanager
 def grid_progress(quiet: bool) -> Iterator[Callable[[str, float], None]]:
-    """Progress of a grid; what stops the grid becomes one sentence to the operator. Raises VerbError."""
+    """Progress of a grid; what stops the grid becomes one sentence to the operator. Raises
+    VerbError.
+    """
     from epa_rt.cli.progress import progress_shown
     from epa_rt.study.grid import GridError
 
@@ -63,7 +88,12 @@ def grid_progress(quiet: bool) -> Iterator[Callable[[str, float], None]]:
         raise VerbError(str(error)) from None
 
 
-def write_answers(arguments: argparse.Namespace, answer: dict[str, Any], page: str | None, figures: "dict[str, Figure]") -> list[Path]:
+def write_answers(
+    arguments: argparse.Namespace,
+    answer: dict[str, Any],
+    page: str | None,
+    figures: "dict[str, Figure]",
+) -> list[Path]:
     """Writes what was asked for; the files that came of it."""
     from epa_rt.cli.write import write_whole
     from epa_rt.gap.report.as_json import finite
@@ -71,7 +101,10 @@ def write_answers(arguments: argparse.Namespace, answer: dict[str, Any], page: s
 
     written = []
     if arguments.json:
-        write_whole(arguments.json, json.dumps(finite(answer), indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+        write_whole(
+            arguments.json,
+            json.dumps(finite(answer), indent=1, ensure_ascii=False, allow_nan=False) + "\n",
+        )
         written.append(arguments.json)
     if arguments.html and page:
         write_whole(arguments.html, page)

@@ -1,7 +1,8 @@
-"""An experiment at the pressure that a rule says is best for a frequency; epa run takes it on a rig like config/rigs/mass.yaml.
+"""An experiment at the pressure that a rule says is best for a frequency; epa run takes it on a rig
+like config/rigs/mass.yaml.
 
-  epa study rule rule.yaml --frequency '20 rad/s' -o best.yaml
-  epa run best.yaml --rig config/rigs/mass.yaml
+epa study rule rule.yaml --frequency '20 rad/s' -o best.yaml
+epa run best.yaml --rig config/rigs/mass.yaml
 """
 
 import argparse
@@ -11,11 +12,27 @@ from epa_rt.cli.exits import COMPLETED, VerbError
 
 
 def add_parser(tasks: argparse._SubParsersAction) -> None:
-    parser = tasks.add_parser("rule", help=__doc__.splitlines()[0], description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("rule", type=Path, metavar="RULE.yaml", help="rule file that epa study serial --rule wrote")
+    parser = tasks.add_parser(
+        "rule",
+        help=__doc__.splitlines()[0],
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "rule", type=Path, metavar="RULE.yaml", help="rule file that epa study serial --rule wrote"
+    )
     parser.add_argument("--frequency", required=True, help="of the wanted sine, in Hz or rad/s")
-    parser.add_argument("--seconds", type=float, default=30.0, help="length of the trial (default: %(default)s)")
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="EXPERIMENT.yaml", help="experiment file to write")
+    parser.add_argument(
+        "--seconds", type=float, default=30.0, help="length of the trial (default: %(default)s)"
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        required=True,
+        metavar="EXPERIMENT.yaml",
+        help="experiment file to write",
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -34,6 +51,9 @@ def run(arguments: argparse.Namespace) -> int:
     except (UnitError, ValueError) as error:
         raise VerbError(f"--frequency: {error}") from None
     write_whole(arguments.output, text)
-    print(f"{frequency:.4g} rad/s: {rule.at(frequency) / 1e3:.1f} kPa (absolute, at no-load length) takes the least {rule.goal}")
+    print(
+        f"{frequency:.4g} rad/s: {rule.at(frequency) / 1e3:.1f} kPa (absolute, at no-load length)"
+        f" takes the least {rule.goal}"
+    )
     print(arguments.output)
     return COMPLETED

@@ -1,4 +1,6 @@
-"""A verb with tasks (``epa gap diagnose``): one module per task, with ``add_parser(tasks)`` and ``run(arguments)``."""
+"""A verb with tasks (``epa gap diagnose``): one module per task, with ``add_parser(tasks)`` and
+``run(arguments)``.
+"""
 
 import argparse
 import importlib
@@ -6,7 +8,9 @@ from collections.abc import Iterable
 
 
 def add_tasks(verb: argparse.ArgumentParser, group: str, names: Iterable[str]) -> None:
-    """Adds the task ``name`` from the module ``epa_rt.cli.<group>_<name>``; its ``run`` is what the verb then runs."""
+    """Adds the task ``name`` from the module ``epa_rt.cli.<group>_<name>``; its ``run`` is what the
+    verb then runs.
+    """
     tasks = verb.add_subparsers(dest="task", metavar="TASK", required=True)
     for name in names:
         module = importlib.import_module(f"epa_rt.cli.{group}_{name}")

@@ -1,4 +1,6 @@
-"""Writing pages, answers and plant files: whole files only, so that an interruption leaves the old one or the new one."""
+"""Writing pages, answers and plant files: whole files only, so that an interruption leaves the old
+one or the new one.
+"""
 
 import os
 import tempfile
@@ -10,11 +12,21 @@ MAGIC = b"\x89MCAP0\r\n"
 
 
 def write_whole(path: Path, text: str) -> None:
-    """Writes a file in one step, making its folder; a name of a file that is no UTF-8 stands in it with its bytes spelt out. Raises VerbError where it cannot, or where it would write over a log."""
+    """Writes a file in one step, making its folder; a name of a file that is no UTF-8 stands in it
+    with its bytes spelt out. Raises VerbError where it cannot, or where it would write over a
+    log.
+    """
     try:
         _refuse_log(path)
         path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile("w", encoding="utf-8", errors="backslashreplace", dir=path.parent, prefix=f".{path.name}.", delete=False) as file:
+        with tempfile.NamedTemporaryFile(
+            "w",
+            encoding="utf-8",
+            errors="backslashreplace",
+            dir=path.parent,
+            prefix=f".{path.name}.",
+            delete=False,
+        ) as file:
             try:
                 file.write(text)
                 file.flush()
@@ -40,18 +52,34 @@ def check_writable(path: Path | None, endings: tuple[str, ...]) -> None:
     if path is None:
         return
     if path.suffix.lower() not in endings:
-        raise VerbError(f"{path}: found the ending '{path.suffix}', expected {' or '.join(endings)}")
+        raise VerbError(
+            f"{path}: found the ending '{path.suffix}', expected {' or '.join(endings)}"
+        )
     if path.exists() and not path.is_file():
-        raise VerbError(f"{path}: found {'a folder' if path.is_dir() else 'no plain file'}, expected a name for a file")
-    if path.exists() and not os.access(path, os.W_OK):  # a new file would take its place all the same
-        raise VerbError(f"{path}: found a file that is not to be written over (read-only), expected another name")
+        raise VerbError(
+            f"{path}: found {'a folder' if path.is_dir() else 'no plain file'}, expected a name for"
+            " a file"
+        )
+    if path.exists() and not os.access(
+        path, os.W_OK
+    ):  # a new file would take its place all the same
+        raise VerbError(
+            f"{path}: found a file that is not to be written over (read-only), expected another"
+            " name"
+        )
     folder = next(parent for parent in path.absolute().parents if parent.exists())
     try:
         _refuse_log(path)
     except OSError as error:
-        raise VerbError(f"{path}: found a file that cannot be read ({error.strerror}), expected a name that is free or a file to write over") from None
+        raise VerbError(
+            f"{path}: found a file that cannot be read ({error.strerror}), expected a name that is"
+            " free or a file to write over"
+        ) from None
     try:
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:
-        raise VerbError(f"{path}: found {folder}, in which nothing can be written ({error.strerror}), expected a folder that takes files") from None
+        raise VerbError(
+            f"{path}: found {folder}, in which nothing can be written ({error.strerror}), expected"
+            " a folder that takes files"
+        ) from None

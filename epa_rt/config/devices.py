@@ -1,7 +1,7 @@
 """What each device on the bus carries: identity and process data entries, bit by bit.
 
-Sources: Beckhoff ESI descriptions of EK1100, EL2124, EL3004, EL4034; maxon EPOS4 firmware specification (object
-dictionary) and CiA 402. Identity numbers as seen in public captures.
+Sources: Beckhoff ESI descriptions of EK1100, EL2124, EL3004, EL4034; maxon EPOS4 firmware
+specification (object dictionary) and CiA 402. Identity numbers as seen in public captures.
 """
 
 from dataclasses import dataclass
@@ -12,7 +12,9 @@ CONVERSION_S = 625e-6  # EL3004: about 0.625 ms for its four channels
 
 @dataclass(frozen=True)
 class Entry:
-    """One value in the process image: type as in struct ('H', 'b', ...; '?' = one bit), native unit, unit per count."""
+    """One value in the process image: type as in struct ('H', 'b', ...; '?' = one bit), native
+    unit, unit per count.
+    """
 
     name: str
     code: str
@@ -35,7 +37,9 @@ class Entry:
 
 @dataclass(frozen=True)
 class Device:
-    """A slave type: identity and default process data (outputs: master to slave; inputs: slave to master)."""
+    """A slave type: identity and default process data (outputs: master to slave; inputs: slave to
+    master).
+    """
 
     name: str
     vendor: int
@@ -48,8 +52,12 @@ class Device:
 def _analog_inputs() -> tuple[Entry, ...]:
     entries = []
     for channel in range(4):
-        entries.append(Entry(f"ch{channel + 1}_status", "H", index=0x6000 + 0x10 * channel, subindex=0x01))
-        entries.append(Entry(f"ch{channel + 1}", "h", "V", ANALOG_V_PER_COUNT, 0x6000 + 0x10 * channel, 0x11))
+        entries.append(
+            Entry(f"ch{channel + 1}_status", "H", index=0x6000 + 0x10 * channel, subindex=0x01)
+        )
+        entries.append(
+            Entry(f"ch{channel + 1}", "h", "V", ANALOG_V_PER_COUNT, 0x6000 + 0x10 * channel, 0x11)
+        )
     return tuple(entries)
 
 
@@ -81,14 +89,33 @@ DEVICES: dict[str, Device] = {
     device.name: device
     for device in (
         Device("EK1100", 0x2, (0x044C2C52,), (0x00110000, 0x00120000)),
-        Device("EL2124", 0x2, (0x084C3052,), (0x00100000, 0x00120000),
-               outputs=tuple(Entry(f"ch{n + 1}", "?", index=0x7000 + 0x10 * n, subindex=1) for n in range(4))),
+        Device(
+            "EL2124",
+            0x2,
+            (0x084C3052,),
+            (0x00100000, 0x00120000),
+            outputs=tuple(
+                Entry(f"ch{n + 1}", "?", index=0x7000 + 0x10 * n, subindex=1) for n in range(4)
+            ),
+        ),
         Device("EL3004", 0x2, (0x0BBC3052,), (0x00100000, 0x00160000), inputs=_analog_inputs()),
-        Device("EL4034", 0x2, (0x0FC23052,), (0x00100000, 0x00150000),
-               outputs=tuple(Entry(f"ch{n + 1}", "h", "V", ANALOG_V_PER_COUNT, 0x7000 + 0x10 * n, 0x11)
-                             for n in range(4))),
-        Device("EPOS4", 0xFB,
-               (0x60500000, 0x61500000, 0x63500000, 0x64500000, 0x65510000, 0x65520000, 0x65530000),
-               (0x01400000, 0x01700000), outputs=EPOS4_OUTPUTS, inputs=EPOS4_INPUTS),
+        Device(
+            "EL4034",
+            0x2,
+            (0x0FC23052,),
+            (0x00100000, 0x00150000),
+            outputs=tuple(
+                Entry(f"ch{n + 1}", "h", "V", ANALOG_V_PER_COUNT, 0x7000 + 0x10 * n, 0x11)
+                for n in range(4)
+            ),
+        ),
+        Device(
+            "EPOS4",
+            0xFB,
+            (0x60500000, 0x61500000, 0x63500000, 0x64500000, 0x65510000, 0x65520000, 0x65530000),
+            (0x01400000, 0x01700000),
+            outputs=EPOS4_OUTPUTS,
+            inputs=EPOS4_INPUTS,
+        ),
     )
 }

@@ -1,7 +1,8 @@
 """The experiment file: phases of motion and valve actions. Typed, frozen, unknown keys refused.
 
-Quantities stay as they were written ("20 mm/s", "$p0"): what they mean hangs on the rig (places, mm or deg, limits,
-atmosphere) and on the repetition. ``epa_rt.experiments.experiment`` reads them and checks them against the rig.
+Quantities stay as they were written ("20 mm/s", "$p0"): what they mean hangs on the rig (places, mm
+or deg, limits, atmosphere) and on the repetition. ``epa_rt.experiments.experiment`` reads them and
+checks them against the rig.
 """
 
 from typing import Annotated, Any, Literal, get_args
@@ -24,14 +25,27 @@ def _written(value: Any) -> str:
 
 def _position(value: Any) -> str:
     if isinstance(value, bool) or not isinstance(value, (str, int, float)):
-        raise UnitError(f"found {value!r}, expected a position with its unit or the name of a place")
+        raise UnitError(
+            f"found {value!r}, expected a position with its unit or the name of a place"
+        )
     return str(value).strip()
 
 
-_QUANTITY_SCHEMA = {"type": ["string", "number"], "description": "a number with its unit, or $name of a repeated value"}
+_QUANTITY_SCHEMA = {
+    "type": ["string", "number"],
+    "description": "a number with its unit, or $name of a repeated value",
+}
 Written = Annotated[str, BeforeValidator(_written), WithJsonSchema(_QUANTITY_SCHEMA)]
-Position = Annotated[str, BeforeValidator(_position), WithJsonSchema(
-    {"type": ["string", "number"], "description": "a place of the rig, a position with its unit, or $name"})]
+Position = Annotated[
+    str,
+    BeforeValidator(_position),
+    WithJsonSchema(
+        {
+            "type": ["string", "number"],
+            "description": "a place of the rig, a position with its unit, or $name",
+        }
+    ),
+]
 
 
 class Move(Frozen):
@@ -43,7 +57,9 @@ class Move(Frozen):
 
 
 class RandomSpeed(Frozen):
-    """Random speeds up to ``speed``, each held for a random time within ``dwell``, inside a range of positions."""
+    """Random speeds up to ``speed``, each held for a random time within ``dwell``, inside a range
+    of positions.
+    """
 
     between: tuple[Position, Position]
     speed: Written
@@ -52,7 +68,9 @@ class RandomSpeed(Frozen):
 
 
 class Wave(Frozen):
-    """What periodic motions share: the mean, the height from lowest to highest point, the time to fade in and out."""
+    """What periodic motions share: the mean, the height from lowest to highest point, the time to
+    fade in and out.
+    """
 
     mean: Position
     peak_to_peak: Written
@@ -71,7 +89,9 @@ class Sine(Wave):
 
 
 class Multisine(Wave):
-    """Equal sines between two frequencies, spread evenly over the octaves, all harmonics of 1 / period."""
+    """Equal sines between two frequencies, spread evenly over the octaves, all harmonics of 1 /
+    period.
+    """
 
     start: Written = Field(alias="from")
     end: Written = Field(alias="to")
@@ -80,7 +100,9 @@ class Multisine(Wave):
 
 
 class Step(Frozen):
-    """Rests ``dwell``, then jumps to each of the levels in turn within ``rise``; ``times`` through the levels."""
+    """Rests ``dwell``, then jumps to each of the levels in turn within ``rise``; ``times`` through
+    the levels.
+    """
 
     levels: Annotated[tuple[Position, ...], Field(min_length=1, max_length=100)]
     rise: Written
@@ -89,7 +111,9 @@ class Step(Frozen):
 
 
 class Staircase(Frozen):
-    """From one position to another in equal steps, resting ``dwell`` on each; back again the same way if asked."""
+    """From one position to another in equal steps, resting ``dwell`` on each; back again the same
+    way if asked.
+    """
 
     start: Position = Field(alias="from")
     end: Position = Field(alias="to")
@@ -119,7 +143,9 @@ def _valve_action(value: Any) -> Any:
 
 
 class Until(Frozen):
-    """A condition that ends a phase: all valves settled, or a measured signal below or above a value for a while."""
+    """A condition that ends a phase: all valves settled, or a measured signal below or above a
+    value for a while.
+    """
 
     valves_settled: bool = False
     signal: Name | None = None
@@ -129,27 +155,59 @@ class Until(Frozen):
 
     @model_validator(mode="after")
     def _one_condition(self) -> "Until":
-        if not self.valves_settled and (self.signal is None or (self.below is None) == (self.above is None)):
-            raise UnitError("found a condition that is not whole, expected valves_settled, or signal with below or above")
+        if not self.valves_settled and (
+            self.signal is None or (self.below is None) == (self.above is None)
+        ):
+            raise UnitError(
+                "found a condition that is not whole, expected valves_settled, or signal with below"
+                " or above"
+            )
         return self
 
 
 def _until(value: Any) -> Any:
     conditions = value if isinstance(value, (list, tuple)) else [value]
     for condition in conditions:
-        if condition != "valves_settled" and not (isinstance(condition, dict) and "valves_settled" not in condition):
-            raise UnitError(f"found {condition!r}, expected valves_settled or {{signal: NAME, below: VALUE}}")
+        if condition != "valves_settled" and not (
+            isinstance(condition, dict) and "valves_settled" not in condition
+        ):
+            raise UnitError(
+                f"found {condition!r}, expected valves_settled or {{signal: NAME, below: VALUE}}"
+            )
     return [{"valves_settled": True} if c == "valves_settled" else c for c in conditions]
 
 
-_ACTION_SCHEMA = {"anyOf": [{"enum": list(get_args(ValveWord))}, {
-    "type": "object", "properties": {"set": _QUANTITY_SCHEMA}, "required": ["set"], "additionalProperties": False}]}
-_CONDITION_SCHEMA = {"anyOf": [{"const": "valves_settled"}, {
-    "type": "object", "required": ["signal"], "additionalProperties": False,
-    "properties": {"signal": {"type": "string"}, **{k: _QUANTITY_SCHEMA for k in ("below", "above", "steady")}}}]}
+_ACTION_SCHEMA = {
+    "anyOf": [
+        {"enum": list(get_args(ValveWord))},
+        {
+            "type": "object",
+            "properties": {"set": _QUANTITY_SCHEMA},
+            "required": ["set"],
+            "additionalProperties": False,
+        },
+    ]
+}
+_CONDITION_SCHEMA = {
+    "anyOf": [
+        {"const": "valves_settled"},
+        {
+            "type": "object",
+            "required": ["signal"],
+            "additionalProperties": False,
+            "properties": {
+                "signal": {"type": "string"},
+                **{k: _QUANTITY_SCHEMA for k in ("below", "above", "steady")},
+            },
+        },
+    ]
+}
 Action = Annotated[ValveAction, BeforeValidator(_valve_action), WithJsonSchema(_ACTION_SCHEMA)]
-Conditions = Annotated[tuple[Until, ...], BeforeValidator(_until), WithJsonSchema(
-    {"anyOf": [_CONDITION_SCHEMA, {"type": "array", "items": _CONDITION_SCHEMA}]})]
+Conditions = Annotated[
+    tuple[Until, ...],
+    BeforeValidator(_until),
+    WithJsonSchema({"anyOf": [_CONDITION_SCHEMA, {"type": "array", "items": _CONDITION_SCHEMA}]}),
+]
 
 MOTIONS = ("move", "random_speed", "chirp", "sine", "multisine", "step", "staircase")
 
@@ -182,18 +240,25 @@ class PhaseFile(Frozen):
     def _one_motion(self) -> "PhaseFile":
         motions = [key for key in MOTIONS if getattr(self, key) is not None]
         if len(motions) > 1:
-            raise UnitError(f"found {' and '.join(motions)} in one phase, expected one motion in a phase")
+            raise UnitError(
+                f"found {' and '.join(motions)} in one phase, expected one motion in a phase"
+            )
         return self
 
 
 class ExperimentFile(Frozen):
-    """A whole experiment. ``phases`` run once per repeated value (or ``times`` over); before and after run once."""
+    """A whole experiment. ``phases`` run once per repeated value (or ``times`` over); before and
+    after run once.
+    """
 
     experiment: Name
     description: str = ""
     loop: Loop
     seed: Annotated[int, Field(ge=0, lt=1 << 63)] = 0
-    repeat: dict[Annotated[str, Field(pattern=NAME_PATTERN)], Annotated[tuple[Written, ...], Field(min_length=1, max_length=1000)]] = {}
+    repeat: dict[
+        Annotated[str, Field(pattern=NAME_PATTERN)],
+        Annotated[tuple[Written, ...], Field(min_length=1, max_length=1000)],
+    ] = {}
     times: Annotated[int, Field(ge=1, le=100_000)] | None = None
     before: tuple[PhaseFile, ...] = ()
     phases: Annotated[tuple[PhaseFile, ...], Field(min_length=1)]

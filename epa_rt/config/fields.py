@@ -2,7 +2,15 @@
 
 from typing import Annotated, Any, get_args
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, WithJsonSchema, field_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationInfo,
+    WithJsonSchema,
+    field_validator,
+)
 
 from epa_rt.config.units import UnitError, parse_pressure, parse_quantity, with_unit
 
@@ -15,7 +23,9 @@ _FROZEN = ConfigDict(frozen=True, extra="forbid", strict=False)
 
 
 class FrozenChoice(BaseModel):
-    """Base of types that a key of theirs chooses between (pydantic allows no validator on that key)."""
+    """Base of types that a key of theirs chooses between (pydantic allows no validator on that
+    key).
+    """
 
     model_config = _FROZEN
 
@@ -37,15 +47,21 @@ class Frozen(BaseModel):
 
 
 def _takes(annotation: Any, kind: type) -> bool:
-    return annotation is kind or (not isinstance(annotation, str) and any(_takes(a, kind) for a in get_args(annotation)))
+    return annotation is kind or (
+        not isinstance(annotation, str) and any(_takes(a, kind) for a in get_args(annotation))
+    )
 
 
 def atmosphere_pa(info: Any) -> float:
-    """Atmospheric pressure of the rig that is being read (validation context), else the standard one."""
+    """Atmospheric pressure of the rig that is being read (validation context), else the standard
+    one.
+    """
     return (info.context or {}).get("atmosphere_pa", STANDARD_ATMOSPHERE_PA)
 
 
-def bounded(value: float, si_unit: str, low: float | None, high: float | None, shown: object) -> float:
+def bounded(
+    value: float, si_unit: str, low: float | None, high: float | None, shown: object
+) -> float:
     """The value, or UnitError where it lies outside [low, high]."""
     if (low is not None and value < low) or (high is not None and value > high):
         if high is None:
@@ -69,7 +85,9 @@ def quantity(si_unit: str, low: float | None = None, high: float | None = None) 
 
 def written(si_unit: str) -> WithJsonSchema:
     """JSON schema of a quantity as it stands in the file."""
-    return WithJsonSchema({"type": ["string", "number"], "description": f"a number with a unit, as {si_unit}"})
+    return WithJsonSchema(
+        {"type": ["string", "number"], "description": f"a number with a unit, as {si_unit}"}
+    )
 
 
 def pressure(low_pa: float = 0.0, high_pa: float = 2e6) -> Any:
@@ -78,7 +96,11 @@ def pressure(low_pa: float = 0.0, high_pa: float = 2e6) -> Any:
     def parse(text: object, info: Any) -> float:
         return bounded(parse_pressure(text, atmosphere_pa(info)), "Pa abs", low_pa, high_pa, text)
 
-    schema = {"type": "string", "pattern": "(gauge|abs)\\s*$", "description": "a pressure, gauge or abs"}
+    schema = {
+        "type": "string",
+        "pattern": "(gauge|abs)\\s*$",
+        "description": "a pressure, gauge or abs",
+    }
     return Annotated[float, BeforeValidator(parse), WithJsonSchema(schema)]
 
 

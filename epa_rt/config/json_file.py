@@ -6,7 +6,9 @@ from typing import Any
 
 
 def read_json(path: Path, expected: str, refused: type[Exception]) -> Any:
-    """What a JSON file holds. Raises ``refused`` with one sentence, which says what was ``expected``."""
+    """What a JSON file holds. Raises ``refused`` with one sentence, which says what was
+    ``expected``.
+    """
     try:
         return json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:

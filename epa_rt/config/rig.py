@@ -1,4 +1,6 @@
-"""The rig file: bus, table of signals, drive, muscles, joint, safety. Typed, frozen, unknown keys refused."""
+"""The rig file: bus, table of signals, drive, muscles, joint, safety. Typed, frozen, unknown keys
+refused.
+"""
 
 import struct
 from functools import cached_property
@@ -7,7 +9,18 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from epa_rt.config.fields import Frozen, FrozenChoice, Hertz, Name, Pressure, PressureDifference, Seconds, pressure, quantity, written
+from epa_rt.config.fields import (
+    Frozen,
+    FrozenChoice,
+    Hertz,
+    Name,
+    Pressure,
+    PressureDifference,
+    Seconds,
+    pressure,
+    quantity,
+    written,
+)
 from epa_rt.config.rig_rows import SignalRow, si_unit_of
 from epa_rt.config.units import UnitError, parse_quantity
 
@@ -25,7 +38,9 @@ _SDO_CODES = {"u8": "B", "i8": "b", "u16": "H", "i16": "h", "u32": "I", "i32": "
 
 
 class StartupSdo(Frozen):
-    """An object that is written before the bus runs, and read back: ``object: 0x8000:06``, its type, its value."""
+    """An object that is written before the bus runs, and read back: ``object: 0x8000:06``, its
+    type, its value.
+    """
 
     object: Annotated[str, Field(pattern=r"^0x[0-9A-Fa-f]{4}:[0-9A-Fa-f]{2}$")]
     type: Literal["u8", "i8", "u16", "i16", "u32", "i32"]
@@ -53,7 +68,9 @@ class StartupSdo(Frozen):
 
 
 class Slave(Frozen):
-    """One slave on the wire, in bus order. EL9011 is an end cap: it may be listed, but it is not a slave."""
+    """One slave on the wire, in bus order. EL9011 is an end cap: it may be listed, but it is not a
+    slave.
+    """
 
     name: Name
     device: Literal["EK1100", "EL2124", "EL3004", "EL4034", "EL9011", "EPOS4"]
@@ -88,7 +105,9 @@ class AnalogDrive(FrozenChoice):
 
 
 def _axis_value(value: Any, info: ValidationInfo, rate: str = "") -> float:
-    """A value on the axis of this section's ``position`` row (mm or deg), or its rate (mm/s, deg/s^2)."""
+    """A value on the axis of this section's ``position`` row (mm or deg), or its rate (mm/s,
+    deg/s^2).
+    """
     si_unit = si_unit_of(info.data.get("position", "x_m"))
     return parse_quantity(value, si_unit + rate)
 
@@ -144,7 +163,9 @@ class Motor(Axis):
 
 
 class JointPid(Frozen):
-    """Gains from joint travel (lever arm x angle) to motor travel; the lever arm gives the feedforward too."""
+    """Gains from joint travel (lever arm x angle) to motor travel; the lever arm gives the
+    feedforward too.
+    """
 
     kp: quantity("1", 0.0) = 0.0
     ki: quantity("1/s", 0.0) = 0.0
@@ -157,8 +178,9 @@ class JointPid(Frozen):
 
 
 class Joint(Axis):
-    """The joint that the motor moves through a muscle. ``lever_arm``: motor travel per joint travel with the muscle's
-    length held, m/rad for an angle, without unit for a position; its sign says which way the motor moves the joint.
+    """The joint that the motor moves through a muscle. ``lever_arm``: motor travel per joint travel
+    with the muscle's length held, m/rad for an angle, without unit for a position; its sign says
+    which way the motor moves the joint.
     """
 
     lever_arm: Annotated[float, written("m/rad, or 1 where the joint moves straight")]
@@ -175,8 +197,8 @@ class Joint(Axis):
 
 
 class Valves(Frozen):
-    """How a muscle's valves are switched to set a pressure and hold it; what is not given keeps the default of
-    ``epa_rt.control.valve_settings.ValveSettings``, whose fields these are.
+    """How a muscle's valves are switched to set a pressure and hold it; what is not given keeps the
+    default of ``epa_rt.control.valve_settings.ValveSettings``, whose fields these are.
     """
 
     tolerance: PressureDifference | None = None
@@ -203,7 +225,9 @@ class Muscle(Frozen):
 
 
 class I2t(Frozen):
-    """Thermal limit of the motor: tau dq/dt = I^2 - q; trips at q above the continuous current squared."""
+    """Thermal limit of the motor: tau dq/dt = I^2 - q; trips at q above the continuous current
+    squared.
+    """
 
     current: RowName
     continuous: quantity("A", 0.01, 100.0)
@@ -211,8 +235,8 @@ class I2t(Frozen):
 
 
 class Safety(Frozen):
-    """What the envelope watches beside each row's own limits. ``watchdog``: after how long without a frame the slaves
-    themselves drop their outputs.
+    """What the envelope watches beside each row's own limits. ``watchdog``: after how long without
+    a frame the slaves themselves drop their outputs.
     """
 
     reaction: Seconds = 0.020
@@ -238,9 +262,10 @@ class Realtime(Frozen):
 
 
 class Master(Frozen):
-    """How a real or emulated bus is driven. ``recovery``: what happens when a terminal drops out of operation (a drive
-    is never recovered within a run). ``clock``: the cycle follows the bus's distributed clock, or runs free.
-    ``frame_timeout``: when a frame counts as lost (default: so that ``lost_cycles`` of them fit into the reaction time).
+    """How a real or emulated bus is driven. ``recovery``: what happens when a terminal drops out of
+    operation (a drive is never recovered within a run). ``clock``: the cycle follows the bus's
+    distributed clock, or runs free. ``frame_timeout``: when a frame counts as lost (default: so
+    that ``lost_cycles`` of them fit into the reaction time).
     """
 
     recovery: Literal["stop", "continue"] = "stop"
@@ -250,7 +275,9 @@ class Master(Frozen):
 
 
 class Rig(Frozen):
-    """A whole rig. ``row(name)`` finds a signal; ``inputs`` and ``outputs`` are its rows in table order."""
+    """A whole rig. ``row(name)`` finds a signal; ``inputs`` and ``outputs`` are its rows in table
+    order.
+    """
 
     rig: Name
     description: str = ""
@@ -302,7 +329,9 @@ class Rig(Frozen):
 
 
 def load_rig(path: Path | str) -> Rig:
-    """Reads and checks a rig file. Raises ConfigError: one sentence with file, line, found, expected."""
+    """Reads and checks a rig file. Raises ConfigError: one sentence with file, line, found,
+    expected.
+    """
     from epa_rt.config.source import load_yaml
 
     return rig_from(load_yaml(path))

@@ -10,17 +10,37 @@ from epa_rt.config.units import UnitError, parse_pressure, parse_quantity, split
 
 # suffix of a signal's name -> SI unit; longest first
 SUFFIX_UNITS = {
-    "_rad_s": "rad/s", "_m_s": "m/s", "_ratio": "1", "_open": "", "_enable": "", "_raw": "", "_rad": "rad", "_hz": "Hz",
-    "_nm": "N*m", "_kg": "kg", "_pa": "Pa", "_n": "N", "_m": "m", "_s": "s", "_v": "V", "_a": "A", "_k": "K",
+    "_rad_s": "rad/s",
+    "_m_s": "m/s",
+    "_ratio": "1",
+    "_open": "",
+    "_enable": "",
+    "_raw": "",
+    "_rad": "rad",
+    "_hz": "Hz",
+    "_nm": "N*m",
+    "_kg": "kg",
+    "_pa": "Pa",
+    "_n": "N",
+    "_m": "m",
+    "_s": "s",
+    "_v": "V",
+    "_a": "A",
+    "_k": "K",
 }
 
 
 def si_unit_of(name: str) -> str:
-    """SI unit that a signal's name ends in ('' for counts and booleans). Raises UnitError where it ends in none."""
+    """SI unit that a signal's name ends in ('' for counts and booleans). Raises UnitError where it
+    ends in none.
+    """
     for suffix, si_unit in SUFFIX_UNITS.items():
         if name.endswith(suffix):
             return si_unit
-    raise UnitError(f"found the name '{name}', expected a name that ends in its unit, one of {', '.join(SUFFIX_UNITS)}")
+    raise UnitError(
+        f"found the name '{name}', expected a name that ends in its unit, one of"
+        f" {', '.join(SUFFIX_UNITS)}"
+    )
 
 
 def _pair(value: Any) -> tuple[Any, Any]:
@@ -34,29 +54,46 @@ def _native_pair(value: Any) -> tuple[float, str, float, str]:
     return (*split_quantity(first), *split_quantity(second))
 
 
-_PAIR_SCHEMA = {"type": "array", "items": {"type": ["string", "number"]}, "minItems": 2, "maxItems": 2}
+_PAIR_SCHEMA = {
+    "type": "array",
+    "items": {"type": ["string", "number"]},
+    "minItems": 2,
+    "maxItems": 2,
+}
 Pair = Annotated[tuple[float, float], WithJsonSchema(_PAIR_SCHEMA)]
-NativePair = Annotated[tuple[float, str, float, str], BeforeValidator(_native_pair), WithJsonSchema(_PAIR_SCHEMA)]
+NativePair = Annotated[
+    tuple[float, str, float, str], BeforeValidator(_native_pair), WithJsonSchema(_PAIR_SCHEMA)
+]
 
 
 def native_pair(pair: tuple[float, str, float, str], native_unit: str) -> tuple[float, float]:
-    """Both ends of a pair as numbers in the entry's native unit ('V', 'count', 'rpm', ...). Raises UnitError."""
+    """Both ends of a pair as numbers in the entry's native unit ('V', 'count', 'rpm', ...). Raises
+    UnitError.
+    """
     wanted_factor, wanted = unit(native_unit)
     values = []
     for number, text in (pair[:2], pair[2:]):
         factor, dimension = unit(text)
         if dimension != wanted or not text:
-            raise UnitError(f"found '{number:g} {text}', expected a quantity in {native_unit}, the entry's own unit")
+            raise UnitError(
+                f"found '{number:g} {text}', expected a quantity in {native_unit}, the entry's own"
+                " unit"
+            )
         values.append(number * factor / wanted_factor)
     return values[0], values[1]
 
 
 class Calibration(Frozen):
-    """Two points of a straight line: the entry's native unit (V, count, rpm, permille, mA) against the signal's."""
+    """Two points of a straight line: the entry's native unit (V, count, rpm, permille, mA) against
+    the signal's.
+    """
 
     native: NativePair
-    value: Annotated[tuple[str, str], BeforeValidator(lambda v: tuple(str(x) for x in _pair(v))),
-                     WithJsonSchema(_PAIR_SCHEMA)]
+    value: Annotated[
+        tuple[str, str],
+        BeforeValidator(lambda v: tuple(str(x) for x in _pair(v))),
+        WithJsonSchema(_PAIR_SCHEMA),
+    ]
 
 
 class SignalRow(Frozen):
@@ -116,7 +153,9 @@ class SignalRow(Frozen):
 
 
 def _signal_quantity(value: Any, info: ValidationInfo) -> float:
-    """A value of the row's own kind: absolute pressure for _pa, a plain number for counts and booleans."""
+    """A value of the row's own kind: absolute pressure for _pa, a plain number for counts and
+    booleans.
+    """
     si_unit = si_unit_of(info.data.get("name", "x_ratio"))
     if si_unit == "Pa":
         result = parse_pressure(value, atmosphere_pa(info))

@@ -1,4 +1,6 @@
-"""YAML files read with the line of every key, and errors that say file, line, found and expected."""
+"""YAML files read with the line of every key, and errors that say file, line, found and
+expected.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -25,14 +27,28 @@ class ConfigError(Exception):
     """One sentence about a file that cannot be used: ``FILE:LINE: where: found X, expected Y``."""
 
     def __init__(self, path: Path | str, line: int, where: str, found: str, expected: str):
-        where, found, expected = _line_of_words(where, 200), _line_of_words(found, 200), _line_of_words(expected, 2000)
-        self.path, self.line, self.where, self.found, self.expected = Path(path), line, where, found, expected
-        super().__init__(f"{path}:{line}: {where + ': ' if where else ''}found {found}, expected {expected}")
+        where, found, expected = (
+            _line_of_words(where, 200),
+            _line_of_words(found, 200),
+            _line_of_words(expected, 2000),
+        )
+        self.path, self.line, self.where, self.found, self.expected = (
+            Path(path),
+            line,
+            where,
+            found,
+            expected,
+        )
+        super().__init__(
+            f"{path}:{line}: {where + ': ' if where else ''}found {found}, expected {expected}"
+        )
 
 
 @dataclass(frozen=True)
 class Located:
-    """Plain data of a YAML file (dicts, lists, scalars) and the line of each key; lines count from 1."""
+    """Plain data of a YAML file (dicts, lists, scalars) and the line of each key; lines count from
+    1.
+    """
 
     path: Path
     data: Any
@@ -58,7 +74,9 @@ def show_location(where: Location) -> str:
 
 
 def load_yaml(path: Path | str) -> Located:
-    """Reads a YAML mapping with the line of every key. Raises ConfigError (unreadable, bad YAML, a key twice)."""
+    """Reads a YAML mapping with the line of every key. Raises ConfigError (unreadable, bad YAML, a
+    key twice).
+    """
     path = Path(path)
     try:
         with path.open("rb") as file:
@@ -68,9 +86,13 @@ def load_yaml(path: Path | str) -> Located:
     except IsADirectoryError:
         raise ConfigError(path, 1, "", "a folder", "a YAML file") from None
     except PermissionError:
-        raise ConfigError(path, 1, "", "a file without permission to read it", "a readable YAML file") from None
+        raise ConfigError(
+            path, 1, "", "a file without permission to read it", "a readable YAML file"
+        ) from None
     except OSError as error:
-        raise ConfigError(path, 1, "", f"a file that cannot be read ({error.strerror})", "a YAML file") from None
+        raise ConfigError(
+            path, 1, "", f"a file that cannot be read ({error.strerror})", "a YAML file"
+        ) from None
     except ValueError:  # a zero byte in the path, which another file may have named
         raise ConfigError(path, 1, "", "a path that cannot be one", "a YAML file") from None
     if len(content) > _LARGEST:
@@ -79,7 +101,9 @@ def load_yaml(path: Path | str) -> Located:
         text = content.decode("utf-8")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
-        raise ConfigError(path, line, "", f"bytes that are not UTF-8 text (offset {error.start})", "a YAML file") from None
+        raise ConfigError(
+            path, line, "", f"bytes that are not UTF-8 text (offset {error.start})", "a YAML file"
+        ) from None
     return parse_yaml(text.replace("\r\n", "\n").replace("\r", "\n"), path)
 
 
@@ -92,9 +116,13 @@ def parse_yaml(text: str, path: Path | str) -> Located:
         node = loader.get_single_node()
     except yaml.reader.ReaderError as error:
         line = text.count("\n", 0, error.position) + 1
-        raise ConfigError(path, line, "", f"the character U+{error.character:04X}", "printable text") from None
+        raise ConfigError(
+            path, line, "", f"the character U+{error.character:04X}", "printable text"
+        ) from None
     except RecursionError:
-        raise ConfigError(path, loader.line + 1, "", "values nested too deeply", "a file nested a few levels deep") from None
+        raise ConfigError(
+            path, loader.line + 1, "", "values nested too deeply", "a file nested a few levels deep"
+        ) from None
     except _YAML_ERRORS as error:
         mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
         line = mark.line + 1 if mark else loader.line + 1
@@ -108,24 +136,45 @@ def parse_yaml(text: str, path: Path | str) -> Located:
     return Located(path, data, lines, text)
 
 
-def _plain(node: yaml.Node, where: Location, lines: dict, loader: yaml.SafeLoader, path: Path, depth: int) -> Any:
+def _plain(
+    node: yaml.Node, where: Location, lines: dict, loader: yaml.SafeLoader, path: Path, depth: int
+) -> Any:
     lines.setdefault(where, node.start_mark.line + 1)
     if depth > 30:
-        raise ConfigError(path, node.start_mark.line + 1, show_location(where), "values nested over 30 deep", "less")
+        raise ConfigError(
+            path,
+            node.start_mark.line + 1,
+            show_location(where),
+            "values nested over 30 deep",
+            "less",
+        )
     if len(lines) > _MOST_VALUES:
-        raise ConfigError(path, node.start_mark.line + 1, "", f"more than {_MOST_VALUES} values", "fewer")
+        raise ConfigError(
+            path, node.start_mark.line + 1, "", f"more than {_MOST_VALUES} values", "fewer"
+        )
     if isinstance(node, yaml.SequenceNode):
-        return [_plain(item, (*where, i), lines, loader, path, depth + 1) for i, item in enumerate(node.value)]
+        return [
+            _plain(item, (*where, i), lines, loader, path, depth + 1)
+            for i, item in enumerate(node.value)
+        ]
     if not isinstance(node, yaml.MappingNode):
         return _scalar(node, where, loader, path)
     result = {}
     for key_node, value_node in node.value:
         line = key_node.start_mark.line + 1
         if not isinstance(key_node, yaml.ScalarNode):
-            raise ConfigError(path, line, show_location(where), "a key that is a list or a mapping", "a word as key")
+            raise ConfigError(
+                path,
+                line,
+                show_location(where),
+                "a key that is a list or a mapping",
+                "a word as key",
+            )
         key = str(key_node.value)
         if key in result:
-            raise ConfigError(path, line, show_location(where), f"the key '{key}' a second time", "each key once")
+            raise ConfigError(
+                path, line, show_location(where), f"the key '{key}' a second time", "each key once"
+            )
         lines[(*where, key)] = line
         result[key] = _plain(value_node, (*where, key), lines, loader, path, depth + 1)
     return result
@@ -135,8 +184,13 @@ def _scalar(node: yaml.ScalarNode, where: Location, loader: yaml.SafeLoader, pat
     try:
         value = loader.construct_object(node)
     except _YAML_ERRORS as error:
-        problem = getattr(error, "problem", None) or f"'{node.value}', which is no {node.tag.rsplit(':', 1)[-1]}"
-        raise ConfigError(path, node.start_mark.line + 1, show_location(where), problem, "a plain value") from None
+        problem = (
+            getattr(error, "problem", None)
+            or f"'{node.value}', which is no {node.tag.rsplit(':', 1)[-1]}"
+        )
+        raise ConfigError(
+            path, node.start_mark.line + 1, show_location(where), problem, "a plain value"
+        ) from None
     if value is None or isinstance(value, (str, int, float, bool)):
         return value
     return node.value  # dates and the like stay as they were written
@@ -146,7 +200,9 @@ T = TypeVar("T")
 
 
 def validate(located: Located, model: type[T], context: Mapping[str, Any] | None = None) -> T:
-    """The typed, frozen object of a file. Raises ConfigError for the first thing that does not fit."""
+    """The typed, frozen object of a file. Raises ConfigError for the first thing that does not
+    fit.
+    """
     import pydantic
 
     try:
@@ -155,30 +211,53 @@ def validate(located: Located, model: type[T], context: Mapping[str, Any] | None
         raise _first_error(located, error) from None
 
 
-_KINDS = {"model_type": "a mapping of keys to values", "dict_type": "a mapping of keys to values", "tuple_type": "a list",
-          "string_type": "text", "int_type": "a whole number", "float_type": "a number", "bool_type": "true or false"}
-_LEADS = {"input should be ": "", "value should be ": "", "string should ": "text to ", "tuple should have ": "a list of "}
+_KINDS = {
+    "model_type": "a mapping of keys to values",
+    "dict_type": "a mapping of keys to values",
+    "tuple_type": "a list",
+    "string_type": "text",
+    "int_type": "a whole number",
+    "float_type": "a number",
+    "bool_type": "true or false",
+}
+_LEADS = {
+    "input should be ": "",
+    "value should be ": "",
+    "string should ": "text to ",
+    "tuple should have ": "a list of ",
+}
 
 
 def _first_error(located: Located, error: Any) -> ConfigError:
     problems = error.errors(include_url=False)
-    # a misspelt key also leaves the right one missing: name the misspelling, it is what the user wrote
+    # a misspelt key also leaves the right one missing: name the misspelling, it is what the user
+    # wrote
     problem = next((p for p in problems if p["type"] == "extra_forbidden"), problems[0])
-    where, kind, context = _place(located.data, problem["loc"]), problem["type"], problem.get("ctx", {})
+    where, kind, context = (
+        _place(located.data, problem["loc"]),
+        problem["type"],
+        problem.get("ctx", {}),
+    )
     if kind == "extra_forbidden":
-        return located.error(where, f"an unknown key '{problem['loc'][-1]}'", "only keys that the schema knows")
+        return located.error(
+            where, f"an unknown key '{problem['loc'][-1]}'", "only keys that the schema knows"
+        )
     if kind == "missing":
         return located.error(where, "nothing", f"the key '{problem['loc'][-1]}'")
     if kind == "union_tag_not_found":
         return located.error(where, "nothing", f"the key {context['discriminator']}")
     if kind == "union_tag_invalid":
         key = context["discriminator"].strip("'")
-        return located.error((*where, key), f"'{context['tag']}'", f"one of {context['expected_tags']}")
+        return located.error(
+            (*where, key), f"'{context['tag']}'", f"one of {context['expected_tags']}"
+        )
     message = str(context.get("error", problem["msg"]))
     if message.startswith("found ") and ", expected " in message:
         found, expected = message[6:].split(", expected ", 1)
         return located.error(where, found, expected)
-    return located.error(where, _shown(problem.get("input")), _KINDS.get(kind) or _expected(message))
+    return located.error(
+        where, _shown(problem.get("input")), _KINDS.get(kind) or _expected(message)
+    )
 
 
 def _expected(message: str) -> str:
@@ -196,12 +275,18 @@ def _shown(value: Any) -> str:
 
 
 def _place(data: Any, location: tuple) -> Location:
-    """The part of a pydantic location that the file has; names of union members and functions are no place in it."""
+    """The part of a pydantic location that the file has; names of union members and functions are
+    no place in it.
+    """
     where: list[str | int] = []
     for part in location:
-        if isinstance(data, dict) and part in data:
-            data = data[part]
-        elif isinstance(data, list) and isinstance(part, int) and part < len(data):
+        if (
+            isinstance(data, dict)
+            and part in data
+            or isinstance(data, list)
+            and isinstance(part, int)
+            and part < len(data)
+        ):
             data = data[part]
         else:
             continue

@@ -1,8 +1,8 @@
 """Quantities as people write them ("20.78 cm", "460 kPa gauge") turned into SI numbers.
 
-Every number in a rig, experiment or plant file carries its unit, so that a wrong unit is an error and not a
-factor of a thousand. Expressions: ``N*s/m``, ``kg*m^2``, ``m^3/(s*Pa)``; a pressure that is not a difference ends in
-``gauge`` or ``abs``.
+Every number in a rig, experiment or plant file carries its unit, so that a wrong unit is an error
+and not a factor of a thousand. Expressions: ``N*s/m``, ``kg*m^2``, ``m^3/(s*Pa)``; a pressure that
+is not a difference ends in ``gauge`` or ``abs``.
 """
 
 import math
@@ -26,29 +26,79 @@ def with_unit(number: str, si_unit: str) -> str:
 
 _LBF = 4.4482216152605  # N, exact: 0.453 592 37 kg at 9.806 65 m/s^2 (NIST SP 811, B.8)
 _UNITS: dict[str, tuple[float, Dimension]] = {
-    "m": (1.0, _dim(m=1)), "g": (1e-3, _dim(kg=1)), "s": (1.0, _dim(s=1)), "A": (1.0, _dim(A=1)),
-    "K": (1.0, _dim(K=1)), "rad": (1.0, _dim(rad=1)), "count": (1.0, _dim(count=1)),
-    "min": (60.0, _dim(s=1)), "h": (3600.0, _dim(s=1)), "deg": (math.pi / 180, _dim(rad=1)),
-    "rev": (2 * math.pi, _dim(rad=1)), "rpm": (2 * math.pi / 60, _dim(rad=1, s=-1)),
-    "Hz": (1.0, _dim(s=-1)), "N": (1.0, _dim(m=1, kg=1, s=-2)), "Nm": (1.0, _dim(m=2, kg=1, s=-2)),
-    "Pa": (1.0, _dim(m=-1, kg=1, s=-2)), "bar": (1e5, _dim(m=-1, kg=1, s=-2)),
-    "J": (1.0, _dim(m=2, kg=1, s=-2)), "W": (1.0, _dim(m=2, kg=1, s=-3)),
-    "V": (1.0, _dim(m=2, kg=1, s=-3, A=-1)), "ohm": (1.0, _dim(m=2, kg=1, s=-3, A=-2)),
-    "H": (1.0, _dim(m=2, kg=1, s=-2, A=-2)), "L": (1e-3, _dim(m=3)),
-    "inch": (0.0254, _dim(m=1)), "ft": (0.3048, _dim(m=1)), "lbf": (_LBF, _dim(m=1, kg=1, s=-2)), "psi": (_LBF / 0.0254 ** 2, _dim(m=-1, kg=1, s=-2)),  # logs of others
-    "%": (1e-2, NONE), "permille": (1e-3, NONE), "1": (1.0, NONE), "cycles": (1.0, NONE),
+    "m": (1.0, _dim(m=1)),
+    "g": (1e-3, _dim(kg=1)),
+    "s": (1.0, _dim(s=1)),
+    "A": (1.0, _dim(A=1)),
+    "K": (1.0, _dim(K=1)),
+    "rad": (1.0, _dim(rad=1)),
+    "count": (1.0, _dim(count=1)),
+    "min": (60.0, _dim(s=1)),
+    "h": (3600.0, _dim(s=1)),
+    "deg": (math.pi / 180, _dim(rad=1)),
+    "rev": (2 * math.pi, _dim(rad=1)),
+    "rpm": (2 * math.pi / 60, _dim(rad=1, s=-1)),
+    "Hz": (1.0, _dim(s=-1)),
+    "N": (1.0, _dim(m=1, kg=1, s=-2)),
+    "Nm": (1.0, _dim(m=2, kg=1, s=-2)),
+    "Pa": (1.0, _dim(m=-1, kg=1, s=-2)),
+    "bar": (1e5, _dim(m=-1, kg=1, s=-2)),
+    "J": (1.0, _dim(m=2, kg=1, s=-2)),
+    "W": (1.0, _dim(m=2, kg=1, s=-3)),
+    "V": (1.0, _dim(m=2, kg=1, s=-3, A=-1)),
+    "ohm": (1.0, _dim(m=2, kg=1, s=-3, A=-2)),
+    "H": (1.0, _dim(m=2, kg=1, s=-2, A=-2)),
+    "L": (1e-3, _dim(m=3)),
+    "inch": (0.0254, _dim(m=1)),
+    "ft": (0.3048, _dim(m=1)),
+    "lbf": (_LBF, _dim(m=1, kg=1, s=-2)),
+    "psi": (_LBF / 0.0254**2, _dim(m=-1, kg=1, s=-2)),  # logs of others
+    "%": (1e-2, NONE),
+    "permille": (1e-3, NONE),
+    "1": (1.0, NONE),
+    "cycles": (1.0, NONE),
 }
 # the micro sign and the Greek letter look the same on a screen
-_PREFIXES = {"n": 1e-9, "u": 1e-6, "\N{MICRO SIGN}": 1e-6, "\N{GREEK SMALL LETTER MU}": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "M": 1e6}
-_PREFIXED = {"m", "g", "s", "A", "K", "rad", "Hz", "N", "Nm", "Pa", "bar", "J", "W", "V", "ohm", "H", "L"}
+_PREFIXES = {
+    "n": 1e-9,
+    "u": 1e-6,
+    "\N{MICRO SIGN}": 1e-6,
+    "\N{GREEK SMALL LETTER MU}": 1e-6,
+    "m": 1e-3,
+    "c": 1e-2,
+    "k": 1e3,
+    "M": 1e6,
+}
+_PREFIXED = {
+    "m",
+    "g",
+    "s",
+    "A",
+    "K",
+    "rad",
+    "Hz",
+    "N",
+    "Nm",
+    "Pa",
+    "bar",
+    "J",
+    "W",
+    "V",
+    "ohm",
+    "H",
+    "L",
+}
 _NUMBER = re.compile(r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*(.*)$")
-_TOKEN = re.compile("\\s*([A-Za-z%\N{MICRO SIGN}\N{GREEK SMALL LETTER MU}]+|\\^-?[1-9](?![0-9])|1(?![0-9])|[*/()])")
+_TOKEN = re.compile(
+    "\\s*([A-Za-z%\N{MICRO SIGN}\N{GREEK SMALL LETTER MU}]+|\\^-?[1-9](?![0-9])|1(?![0-9])|[*/()])"
+)
 _LONGEST = 80  # characters of a quantity; also bounds brackets in brackets
 
 
-
 class UnitError(ValueError):
-    """A quantity that cannot be read, or whose unit does not fit; str() is 'found ..., expected ...'."""
+    """A quantity that cannot be read, or whose unit does not fit; str() is 'found ..., expected
+    ...'.
+    """
 
 
 def _symbol(name: str) -> tuple[float, Dimension]:
@@ -57,7 +107,9 @@ def _symbol(name: str) -> tuple[float, Dimension]:
     if name[:1] in _PREFIXES and name[1:] in _PREFIXED:
         factor, dimension = _UNITS[name[1:]]
         return _PREFIXES[name[0]] * factor, dimension
-    raise UnitError(f"found unit '{name}', expected a known unit such as kPa, mm, N, A, deg, ms, rpm")
+    raise UnitError(
+        f"found unit '{name}', expected a known unit such as kPa, mm, N, A, deg, ms, rpm"
+    )
 
 
 def _form(text: str) -> UnitError:
@@ -91,7 +143,9 @@ def unit(text: str) -> tuple[float, Dimension]:
 
 
 def _product(tokens: list[str], text: str) -> tuple[float, Dimension, list[str]]:
-    """Factors joined by * and /, up to the end or a closing bracket; what follows that bracket is handed back."""
+    """Factors joined by * and /, up to the end or a closing bracket; what follows that bracket is
+    handed back.
+    """
     factor, dimension, sign = 1.0, NONE, 1
     while True:
         part, part_dimension, tokens = _factor(tokens, text)
@@ -141,14 +195,20 @@ def split_quantity(text: object) -> tuple[float, str]:
 
 
 def parse_quantity(text: object, si_unit: str) -> float:
-    """The SI value of a quantity such as '20.78 cm' where ``si_unit`` ('m') fixes the dimension. Raises UnitError."""
+    """The SI value of a quantity such as '20.78 cm' where ``si_unit`` ('m') fixes the dimension.
+    Raises UnitError.
+    """
     number, unit_text = split_quantity(text)
     wanted = unit(si_unit)[1]
     if not unit_text and wanted != NONE:
-        raise UnitError(f"found '{text}' without a unit, expected a number with a unit like {si_unit}")
+        raise UnitError(
+            f"found '{text}' without a unit, expected a number with a unit like {si_unit}"
+        )
     factor, dimension = unit(unit_text)
     if dimension != wanted:
-        raise UnitError(f"found '{text}', expected a quantity in {si_unit if wanted != NONE else 'no unit'}")
+        raise UnitError(
+            f"found '{text}', expected a quantity in {si_unit if wanted != NONE else 'no unit'}"
+        )
     value = number * factor
     if not math.isfinite(value):
         raise UnitError(f"found '{text}', expected a finite number")
@@ -156,10 +216,15 @@ def parse_quantity(text: object, si_unit: str) -> float:
 
 
 def parse_pressure(text: object, atmosphere_pa: float) -> float:
-    """Absolute Pa of '460 kPa gauge' or '170 kPa abs'. Raises UnitError where the reference is not said."""
+    """Absolute Pa of '460 kPa gauge' or '170 kPa abs'. Raises UnitError where the reference is not
+    said.
+    """
     stripped = text.strip() if isinstance(text, str) else ""
     for word, offset_pa in (("gauge", atmosphere_pa), ("abs", 0.0)):
         if stripped.endswith(word):
             return parse_quantity(stripped[: -len(word)].strip(), "Pa") + offset_pa
     parse_quantity(text, "Pa")
-    raise UnitError(f"found '{text}', expected a pressure that says what it is against: '... kPa gauge' or '... kPa abs'")
+    raise UnitError(
+        f"found '{text}', expected a pressure that says what it is against: '... kPa gauge' or '..."
+        " kPa abs'"
+    )

@@ -4,12 +4,22 @@
 class OutputEnabler:
     """Switches the enable output on and calls the targets live after `delay_cycles`.
 
-    Same protocol as the CiA 402 enabler: `step` takes the drive's ready input (1 where there is none) and returns the
-    enable output, 0 or 1. A ready input that falls once the targets are live, or has not risen by then, ends the
-    request with `cause`. ValueError if delay_cycles is below zero.
+    Same protocol as the CiA 402 enabler: `step` takes the drive's ready input (1 where there is
+    none) and returns the enable output, 0 or 1. A ready input that falls once the targets are live,
+    or has not risen by then, ends the request with `cause`. ValueError if delay_cycles is below
+    zero.
     """
 
-    __slots__ = ("cause", "lost", "delay_cycles", "enabled", "fault", "_wanted", "_stopping", "_waited")
+    __slots__ = (
+        "cause",
+        "lost",
+        "delay_cycles",
+        "enabled",
+        "fault",
+        "_wanted",
+        "_stopping",
+        "_waited",
+    )
 
     quick_stop_active = False  # such a drive has none
 
@@ -27,7 +37,9 @@ class OutputEnabler:
         return self.enabled
 
     def enable(self, reset_fault: bool = True) -> None:
-        """Switch the output on; the delay starts anew, and an earlier fault is forgotten if `reset_fault`."""
+        """Switch the output on; the delay starts anew, and an earlier fault is forgotten if
+        `reset_fault`.
+        """
         if reset_fault:
             self.fault = False
         self.cause = self.lost = ""
@@ -35,7 +47,9 @@ class OutputEnabler:
         self._waited = 0
 
     def disable(self, controlled: bool = False) -> None:
-        """Switch the output off at once, or `controlled`: hold it for the delay with zero command, then off."""
+        """Switch the output off at once, or `controlled`: hold it for the delay with zero command,
+        then off.
+        """
         self._stopping = controlled and self._wanted
         self._wanted = self.enabled = False
         self._waited = 0
@@ -62,7 +76,9 @@ class OutputEnabler:
         if self._waited <= self.delay_cycles:
             return 1
         if not status_word:
-            return self._give_up(f"the drive's ready input has not risen {self.delay_cycles} cycles after enable")
+            return self._give_up(
+                f"the drive's ready input has not risen {self.delay_cycles} cycles after enable"
+            )
         self.enabled = True
         return 1
 

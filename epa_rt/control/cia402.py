@@ -58,7 +58,11 @@ _DOWN = {
     DriveState.SWITCHED_ON: CONTROL_SHUTDOWN,
     DriveState.READY: CONTROL_SHUTDOWN,
 }
-OFF = (DriveState.SWITCH_ON_DISABLED, DriveState.READY, DriveState.FAULT)  # what a drive must say to count as off: a status word of zeros, 'not ready', says nothing
+OFF = (
+    DriveState.SWITCH_ON_DISABLED,
+    DriveState.READY,
+    DriveState.FAULT,
+)  # what a drive must say to count as off: a status word of zeros, 'not ready', says nothing
 _FAULTS = (DriveState.FAULT, DriveState.FAULT_REACTION)
 
 
@@ -70,14 +74,25 @@ def decode(status_word: int) -> DriveState:
 class DriveEnabler:
     """Walks a drive up to operation enabled and down again; call `step` once per cycle.
 
-    A drive that stays in one state for more than `timeout_cycles`, or does not arrive within eight times as many, ends
-    the request with `cause`; so does one that leaves operation enabled by itself (`lost`). ValueError if not above 0.
+    A drive that stays in one state for more than `timeout_cycles`, or does not arrive within eight
+    times as many, ends the request with `cause`; so does one that leaves operation enabled by
+    itself (`lost`). ValueError if not above 0.
     """
 
     __slots__ = (
-        "state", "cause", "lost", "timeout_cycles", "_wanted", "_reached", "_controlled", "_braking", "_may_reset",
-        "_resetting", "_waited", "_total",
-    )  # fmt: skip
+        "state",
+        "cause",
+        "lost",
+        "timeout_cycles",
+        "_wanted",
+        "_reached",
+        "_controlled",
+        "_braking",
+        "_may_reset",
+        "_resetting",
+        "_waited",
+        "_total",
+    )
 
     def __init__(self, timeout_cycles: int = 1000) -> None:
         if timeout_cycles < 1:
@@ -97,7 +112,9 @@ class DriveEnabler:
 
     @property
     def targets_live(self) -> bool:
-        """True when the drive follows targets; at any other time they must be kept equal to the actual values."""
+        """True when the drive follows targets; at any other time they must be kept equal to the
+        actual values.
+        """
         return self._reached
 
     @property
@@ -111,7 +128,9 @@ class DriveEnabler:
         return self.state is DriveState.QUICK_STOP_ACTIVE
 
     def enable(self, reset_fault: bool = True) -> None:
-        """Ask for operation enabled; a fault in the way is reset once at most, and only if `reset_fault`."""
+        """Ask for operation enabled; a fault in the way is reset once at most, and only if
+        `reset_fault`.
+        """
         self._wanted = True
         self._reached = self._braking = self._resetting = False
         self._may_reset = reset_fault
@@ -148,10 +167,12 @@ class DriveEnabler:
             word = _UP.get(state, CONTROL_DISABLE_VOLTAGE)
         if state is _OPERATION_ENABLED:
             self._reached = True
-        elif self._wanted and (self._waited > self.timeout_cycles or self._total > 8 * self.timeout_cycles):
+        elif self._wanted and (
+            self._waited > self.timeout_cycles or self._total > 8 * self.timeout_cycles
+        ):
             return self._give_up(
-                f"stuck in {state.value} for {self._waited} cycles under control word 0x{word:04X}, "
-                f"{self._total} cycles after enable"
+                f"stuck in {state.value} for {self._waited} cycles under control word 0x{word:04X},"
+                f" {self._total} cycles after enable"
             )
         return word
 
@@ -160,7 +181,9 @@ class DriveEnabler:
         if self._resetting:
             return CONTROL_FAULT_RESET
         if not self._may_reset:
-            return self._give_up("the drive is in fault, and a reset was not asked for or has been used")
+            return self._give_up(
+                "the drive is in fault, and a reset was not asked for or has been used"
+            )
         self._may_reset = False
         self._resetting = True
         return CONTROL_DISABLE_VOLTAGE
@@ -171,7 +194,11 @@ class DriveEnabler:
             self._controlled = False
         if self._braking and state is DriveState.QUICK_STOP_ACTIVE:
             return CONTROL_QUICK_STOP  # let the drive finish its own ramp
-        return _DOWN.get(state, CONTROL_DISABLE_VOLTAGE) if self._controlled else CONTROL_DISABLE_VOLTAGE
+        return (
+            _DOWN.get(state, CONTROL_DISABLE_VOLTAGE)
+            if self._controlled
+            else CONTROL_DISABLE_VOLTAGE
+        )
 
     def _give_up(self, cause: str) -> int:
         self.cause = cause

@@ -1,7 +1,7 @@
 """Controllers of the motor and of the joint: references in, drive targets out.
 
-Each takes the names of its signals, so that one class serves any rig. After `reset` the first command equals the last
-one (or the present value), and the reference is met from there.
+Each takes the names of its signals, so that one class serves any rig. After `reset` the first
+command equals the last one (or the present value), and the reference is met from there.
 """
 
 from dataclasses import replace
@@ -30,7 +30,8 @@ def _toward(value: float, target: float, largest_step: float) -> float:
 class MotorPosition:
     """Target travel = reference travel, aligned at reset so that the target does not jump. Unit m.
 
-    `align_speed_m_s` above zero takes the alignment away again at that speed, for references that are absolute.
+    `align_speed_m_s` above zero takes the alignment away again at that speed, for references that
+    are absolute.
     """
 
     saturated = slewed = 0  # it cuts nothing; the gate does
@@ -68,10 +69,11 @@ class MotorPosition:
 
 
 class MotorSpeed:
-    """Speed command = reference speed + kp x (reference travel - travel), so that the mean travel does not drift.
+    """Speed command = reference speed + kp x (reference travel - travel), so that the mean travel
+    does not drift.
 
-    kp_position in 1/s, limit in m/s; travel is compared from where both were at reset. `saturated` counts clamped
-    steps. `align_speed_m_s` as in MotorPosition.
+    kp_position in 1/s, limit in m/s; travel is compared from where both were at reset. `saturated`
+    counts clamped steps. `align_speed_m_s` as in MotorPosition.
     """
 
     slewed = 0
@@ -94,13 +96,19 @@ class MotorSpeed:
         self.saturated = 0
         self._travel, self._reference_travel = travel, reference_travel
         self._reference_speed, self._command = reference_speed, command
-        self._kp_position, self._limit_m_s, self._align_speed_m_s = kp_position, limit_m_s, align_speed_m_s
+        self._kp_position, self._limit_m_s, self._align_speed_m_s = (
+            kp_position,
+            limit_m_s,
+            align_speed_m_s,
+        )
         self._offset_m = 0.0
         self._align = True
         self._out = {command: 0.0}
 
     def reset(self, measured: Signals, commanded: Signals | None = None) -> None:
-        """Take the present travel as the reference travel's counterpart; the first command is the reference speed."""
+        """Take the present travel as the reference travel's counterpart; the first command is the
+        reference speed.
+        """
         self._align = True
 
     def step(self, measured: Signals, reference: Signals, dt_s: float) -> dict[str, float]:
@@ -124,9 +132,11 @@ class MotorSpeed:
 
 
 class MotorTorque:
-    """Torque command = reference torque, met from the last command at `slew_n_m_s` at most. Limit in N m.
+    """Torque command = reference torque, met from the last command at `slew_n_m_s` at most. Limit
+    in N m.
 
-    `saturated` counts steps in which the limit clamped, `slewed` those in which the slew limit kept it from what is wanted.
+    `saturated` counts steps in which the limit clamped, `slewed` those in which the slew limit kept
+    it from what is wanted.
     """
 
     def __init__(
@@ -138,7 +148,9 @@ class MotorTorque:
         slew_n_m_s: float = inf,
     ) -> None:
         if not (limit_n_m > 0.0 and slew_n_m_s > 0.0):
-            raise ValueError(f"limit_n_m, slew_n_m_s: found {limit_n_m}, {slew_n_m_s}, expected above zero")
+            raise ValueError(
+                f"limit_n_m, slew_n_m_s: found {limit_n_m}, {slew_n_m_s}, expected above zero"
+            )
         self.reads = (reference,)
         self.writes = (command,)
         self.saturated = self.slewed = 0
@@ -170,12 +182,13 @@ class MotorTorque:
 class JointAngle:
     """PID on the joint angle with the reference fed forward through the lever arm.
 
-    `output` says what the drive is given: "travel" (m, feedforward lever x reference angle), "speed" (m/s, lever x
-    reference speed) or "torque" (N m, lever x reference angle x gain in N). lever_arm_m in m per rad, its sign that of
-    travel over angle. The gains' output unit is that of the command. Above `output_cutoff_hz` the command is smoothed
-    (two poles), so that an angle sensor's steps do not become steps of the target. The speed and acceleration feedforward
-    (s and s^2, on the reference) carry what the derivative, which brakes all motion, and the inertia ask for.
-    ValueError for any other `output`.
+    `output` says what the drive is given: "travel" (m, feedforward lever x reference angle),
+    "speed" (m/s, lever x reference speed) or "torque" (N m, lever x reference angle x gain in N).
+    lever_arm_m in m per rad, its sign that of travel over angle. The gains' output unit is that of
+    the command. Above `output_cutoff_hz` the command is smoothed (two poles), so that an angle
+    sensor's steps do not become steps of the target. The speed and acceleration feedforward (s and
+    s^2, on the reference) carry what the derivative, which brakes all motion, and the inertia ask
+    for. ValueError for any other `output`.
     """
 
     slewed = 0
@@ -221,7 +234,9 @@ class JointAngle:
         return self.pid.saturated
 
     def reset(self, measured: Signals, commanded: Signals | None = None) -> None:
-        """Start from the last command; where none is known from the measured travel, or from zero speed or torque."""
+        """Start from the last command; where none is known from the measured travel, or from zero
+        speed or torque.
+        """
         rest = measured[self._travel] if self._is_travel else 0.0
         self._last_speed = nan
         self._first = self._second = _last(self._command, commanded, rest)
@@ -232,10 +247,14 @@ class JointAngle:
         forward = self._feedforward * reference[self._fed_forward]
         if self._of_speed_m_s or self._of_acceleration_m_s2:
             speed = reference[self._reference_speed]
-            acceleration = (speed - self._last_speed) / dt_s if self._last_speed == self._last_speed else 0.0
+            acceleration = (
+                (speed - self._last_speed) / dt_s if self._last_speed == self._last_speed else 0.0
+            )
             self._last_speed = speed
             forward += self._of_speed_m_s * speed + self._of_acceleration_m_s2 * acceleration
-        wanted = self.pid.step(reference[self._reference_angle], measured[self._angle], forward, dt_s)
+        wanted = self.pid.step(
+            reference[self._reference_angle], measured[self._angle], forward, dt_s
+        )
         if self._cutoff_rad_s != inf and wanted == wanted:  # one NaN must not stay in the filter
             share = 1.0 - exp(-self._cutoff_rad_s * dt_s)
             self._first += share * (wanted - self._first)
@@ -246,7 +265,9 @@ class JointAngle:
 
 
 def _joint_gains(gains: PidGains, lever_arm_m: float) -> PidGains:
-    """Gains with the sign of the lever arm, so that files hold positive gains for either side of the joint."""
+    """Gains with the sign of the lever arm, so that files hold positive gains for either side of
+    the joint.
+    """
     if lever_arm_m >= 0.0:
         return gains
     return replace(gains, kp=-gains.kp, ki=-gains.ki, kd=-gains.kd)

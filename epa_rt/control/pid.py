@@ -9,7 +9,8 @@ class PidGains:
     """Gains and limits of one PID.
 
     Output unit U, error unit E: kp in U/E, ki in U/(E s), kd in U s/E, low and high in U.
-    ValueError if a gain is not finite, the cut-off is not above zero (infinite: no filter) or low >= high.
+    ValueError if a gain is not finite, the cut-off is not above zero (infinite: no filter) or low
+    >= high.
     """
 
     kp: float
@@ -24,7 +25,9 @@ class PidGains:
             if not isfinite(getattr(self, name)):
                 raise ValueError(f"{name}: found {getattr(self, name)}, expected a finite number")
         if not self.derivative_cutoff_hz > 0.0:
-            raise ValueError(f"derivative_cutoff_hz: found {self.derivative_cutoff_hz}, expected above zero")
+            raise ValueError(
+                f"derivative_cutoff_hz: found {self.derivative_cutoff_hz}, expected above zero"
+            )
         if not self.low < self.high:
             raise ValueError(f"low, high: found {self.low}, {self.high}, expected low < high")
 
@@ -36,9 +39,21 @@ class Pid:
     """
 
     __slots__ = (
-        "gains", "saturated", "_kp", "_ki", "_kd", "_low", "_high", "_integral", "_error",
-        "_measurement", "_rate", "_start", "_dt_s", "_share",
-    )  # fmt: skip
+        "gains",
+        "saturated",
+        "_kp",
+        "_ki",
+        "_kd",
+        "_low",
+        "_high",
+        "_integral",
+        "_error",
+        "_measurement",
+        "_rate",
+        "_start",
+        "_dt_s",
+        "_share",
+    )
 
     def __init__(self, gains: PidGains) -> None:
         self.saturated = 0
@@ -55,17 +70,21 @@ class Pid:
 
     def set_gains(self, gains: PidGains) -> None:
         """Change the gains without moving the output; new limits hold from the next step."""
-        # The integral is kept in output units, so only the P and D terms move, and it takes up the difference.
+        # The integral is kept in output units, so only the P and D terms move, and it takes up the
+        # difference.
         self._integral += (self._kp - gains.kp) * self._error - (self._kd - gains.kd) * self._rate
         self._take(gains)
 
     def step(self, reference: float, measurement: float, feedforward: float, dt_s: float) -> float:
-        """Output of this cycle; dt_s in s, ValueError if not above zero. NaN in gives NaN out, state untouched."""
+        """Output of this cycle; dt_s in s, ValueError if not above zero. NaN in gives NaN out,
+        state untouched.
+        """
         if dt_s != self._dt_s:
             self._set_period(dt_s)
         previous = self._measurement
         error = reference - measurement
-        # A constant slope between samples makes this discretisation of the first-order filter exact.
+        # A constant slope between samples makes this discretisation of the first-order filter
+        # exact.
         slope = (measurement - previous) / dt_s if previous == previous else 0.0
         rate = self._rate + self._share * (slope - self._rate)
         without_integral = self._kp * error - self._kd * rate + feedforward
@@ -83,7 +102,8 @@ class Pid:
     def _limit(self, without_integral: float, integral: float) -> float:
         low = self._low
         high = self._high
-        # Headroom after P + D + F, never negative: a P term beyond the limit must not drag the integral the other way.
+        # Headroom after P + D + F, never negative: a P term beyond the limit must not drag the
+        # integral the other way.
         up = high - without_integral
         down = low - without_integral
         clamped = False

@@ -9,9 +9,9 @@ Signals = Mapping[str, float]
 class Controller(Protocol):
     """One control law: present values and references in, commands out.
 
-    `reads` and `writes` are signal names, so that the wiring is checked before anything is opened. `saturated` and `slewed`
-    count the steps in which it cut its own command at a limit, or held it to a slew limit: the gate behind it sees none of
-    these.
+    `reads` and `writes` are signal names, so that the wiring is checked before anything is opened.
+    `saturated` and `slewed` count the steps in which it cut its own command at a limit, or held it
+    to a slew limit: the gate behind it sees none of these.
     """
 
     reads: tuple[str, ...]

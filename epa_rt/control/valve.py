@@ -1,7 +1,8 @@
 """Set a muscle's pressure with one inlet and one exhaust valve, then hold it closed.
 
-Fill or exhaust toward the target, close early by what still flows, let the gas come to rest, average, trim by single
-pulses whose width follows from what earlier pulses did, and hold. Nothing here reads a clock: time is the sum of dt_s.
+Fill or exhaust toward the target, close early by what still flows, let the gas come to rest,
+average, trim by single pulses whose width follows from what earlier pulses did, and hold. Nothing
+here reads a clock: time is the sum of dt_s.
 """
 
 from math import nan
@@ -20,17 +21,45 @@ _OPENS_EXHAUST = (ValveState.VENTING, ValveState.VENTED)
 class SetAndHold:
     """Set-and-hold of one muscle; pressures are absolute Pa, times s.
 
-    Read `state`, `settled`, `drifting`, `estimate_pa`, `target_pa`, `switchings`, `cause` (ValveCause) and
-    `cause_text`. `events` holds (kind, text, data) of kind "state", "switch", "drift", "accept" or "failed" until
-    taken. A failure stays until set, vent or close.
+    Read `state`, `settled`, `drifting`, `estimate_pa`, `target_pa`, `switchings`, `cause`
+    (ValveCause) and `cause_text`. `events` holds (kind, text, data) of kind "state", "switch",
+    "drift", "accept" or "failed" until taken. A failure stays until set, vent or close.
     """
 
     __slots__ = (
-        "settings", "state", "settled", "drifting", "estimate_pa", "target_pa", "switchings", "cause", "cause_text",
-        "events", "_inlet", "_exhaust", "_sent_inlet", "_sent_exhaust", "_handler", "_handlers", "_dt_s",
-        "_estimate_share", "_over_pa", "_timer_s", "_window_s", "_window_pa", "_start_pa", "_closed_pa",
-        "_closed_rate_pa_s", "_suspect", "_may_retrim", "_hold_only", "_ramp", "_blocks", "_watch", "_trim",
-    )  # fmt: skip
+        "settings",
+        "state",
+        "settled",
+        "drifting",
+        "estimate_pa",
+        "target_pa",
+        "switchings",
+        "cause",
+        "cause_text",
+        "events",
+        "_inlet",
+        "_exhaust",
+        "_sent_inlet",
+        "_sent_exhaust",
+        "_handler",
+        "_handlers",
+        "_dt_s",
+        "_estimate_share",
+        "_over_pa",
+        "_timer_s",
+        "_window_s",
+        "_window_pa",
+        "_start_pa",
+        "_closed_pa",
+        "_closed_rate_pa_s",
+        "_suspect",
+        "_may_retrim",
+        "_hold_only",
+        "_ramp",
+        "_blocks",
+        "_watch",
+        "_trim",
+    )
 
     def __init__(self, settings: ValveSettings) -> None:
         s = self.settings = settings
@@ -65,11 +94,14 @@ class SetAndHold:
     # Commands
 
     def set(self, target_pa: float) -> None:
-        """Bring the pressure to target_pa and hold it. ValueError outside atmosphere .. over-pressure."""
+        """Bring the pressure to target_pa and hold it. ValueError outside atmosphere ..
+        over-pressure.
+        """
         s = self.settings
         if not s.atmosphere_pa <= target_pa < s.over_pressure_pa:
             raise ValueError(
-                f"target_pa: found {target_pa}, expected {s.atmosphere_pa} (atmosphere) to below {s.over_pressure_pa}"
+                f"target_pa: found {target_pa}, expected {s.atmosphere_pa} (atmosphere) to below"
+                f" {s.over_pressure_pa}"
             )
         self.target_pa = target_pa
         self._hold_only = False
@@ -85,7 +117,9 @@ class SetAndHold:
         self._enter(ValveState.VENTING)
 
     def hold(self) -> None:
-        """Close both valves and hold what is there, never re-trimmed; without effect after a failure."""
+        """Close both valves and hold what is there, never re-trimmed; without effect after a
+        failure.
+        """
         if self.state is ValveState.FAILED:
             return
         if self.estimate_pa != self.estimate_pa:
@@ -121,7 +155,9 @@ class SetAndHold:
     # The cycle
 
     def step(self, pressure_pa: float, dt_s: float) -> tuple[bool, bool]:
-        """(inlet open, exhaust open) of this cycle, never both; ValueError if dt_s is not above zero."""
+        """(inlet open, exhaust open) of this cycle, never both; ValueError if dt_s is not above
+        zero.
+        """
         if dt_s != self._dt_s:
             self._set_period(dt_s)
         if 0.0 <= pressure_pa <= self._over_pa:
@@ -148,7 +184,9 @@ class SetAndHold:
         self._watch.set_period(dt_s, s.hold_average_s, s.hold_reference_s)
 
     def _refuse(self, pressure_pa: float) -> None:
-        """A pressure that is none, or too high. Closed and vented valves need no pressure to be safe."""
+        """A pressure that is none, or too high. Closed and vented valves need no pressure to be
+        safe.
+        """
         if pressure_pa > self._over_pa:
             if self.state not in (ValveState.FAILED, *_OPENS_EXHAUST):
                 self._fail(
@@ -168,7 +206,10 @@ class SetAndHold:
         if watch.slow_pa != watch.slow_pa:
             watch.start(pressure_pa)
         elif watch.step(pressure_pa) > 0:
-            self._fail(ValveCause.INLET_STUCK_OPEN, f"rose to {watch.slow_pa / 1e3:.1f} kPa with both valves closed")
+            self._fail(
+                ValveCause.INLET_STUCK_OPEN,
+                f"rose to {watch.slow_pa / 1e3:.1f} kPa with both valves closed",
+            )
 
     def _begin(self, pressure_pa: float) -> None:
         self._trim.start()
@@ -187,7 +228,10 @@ class SetAndHold:
         elif self._timer_s - self._window_s >= s.no_rise_after_s:
             self._check_flow(sign)
         elif self._timer_s > s.fill_timeout_s:
-            self._fail(ValveCause.TIME_OUT, f"{self.state.value} for {self._timer_s:.1f} s, {left / 1e3:.1f} kPa left")
+            self._fail(
+                ValveCause.TIME_OUT,
+                f"{self.state.value} for {self._timer_s:.1f} s, {left / 1e3:.1f} kPa left",
+            )
 
     def _stop_flow(self, rate_pa_s: float) -> None:
         if rate_pa_s > 10e3:
@@ -197,16 +241,22 @@ class SetAndHold:
     def _check_flow(self, sign: int) -> None:
         """Once per window: a valve that is open must move the pressure."""
         s = self.settings
-        level = self.estimate_pa  # calmer than the ramp's level, and a window is long against its lag
+        level = (
+            self.estimate_pa
+        )  # calmer than the ramp's level, and a window is long against its lag
         moved = sign * (level - self._window_pa)
         self._window_s, self._window_pa = self._timer_s, level
         if moved >= s.no_rise_pa:
             return
         if sign * (level - self._start_pa) < 2.0 * s.no_rise_pa:
             stuck = ValveCause.INLET_STUCK_CLOSED if sign > 0 else ValveCause.EXHAUST_STUCK_CLOSED
-            self._fail(stuck, f"open for {self._timer_s:.2f} s, the pressure stays at {level / 1e3:.1f} kPa")
+            self._fail(
+                stuck,
+                f"open for {self._timer_s:.2f} s, the pressure stays at {level / 1e3:.1f} kPa",
+            )
             return
-        # It moved and stopped short. With both closed the pressure tells an open opposite valve from a lack of supply.
+        # It moved and stopped short. With both closed the pressure tells an open opposite valve
+        # from a lack of supply.
         self._suspect = ValveCause.SUPPLY_EMPTY if sign > 0 else ValveCause.INLET_STUCK_OPEN
         self._settle(level, 0.0)
 
@@ -227,7 +277,11 @@ class SetAndHold:
         full = self._blocks.step(pressure_pa, self._dt_s)
         if self._open_valve():
             return
-        if full and now_s >= s.settle_s and (abs(self._blocks.change_pa) <= s.settle_pa or now_s > s.settle_timeout_s):
+        if (
+            full
+            and now_s >= s.settle_s
+            and (abs(self._blocks.change_pa) <= s.settle_pa or now_s > s.settle_timeout_s)
+        ):
             self._trim.learn(self._blocks.mean_pa)
             self._correct(self._blocks.mean_pa)
 
@@ -235,17 +289,25 @@ class SetAndHold:
         estimate = self.estimate_pa
         if self._closed_rate_pa_s > 10e3:  # a longer flow; pulses close at rate 0
             trim = self._trim
-            trim.response.learn_lead(trim.direction * (estimate - self._closed_pa), self._closed_rate_pa_s)
+            trim.response.learn_lead(
+                trim.direction * (estimate - self._closed_pa), self._closed_rate_pa_s
+            )
         self._closed_pa = estimate
 
     def _open_valve(self) -> bool:
         change = self.estimate_pa - self._closed_pa
         rate = self._blocks.rate_pa_s
-        cause = open_valve(self.settings, self._trim.direction, self._closed_pa, change, rate, self._timer_s)
+        cause = open_valve(
+            self.settings, self._trim.direction, self._closed_pa, change, rate, self._timer_s
+        )
         if cause is ValveCause.NONE:
             return False
         word = "rose" if cause is ValveCause.INLET_STUCK_OPEN else "fell"
-        self._fail(cause, f"{word} by {abs(change) / 1e3:.1f} kPa in {self._timer_s:.2f} s with both valves closed")
+        self._fail(
+            cause,
+            f"{word} by {abs(change) / 1e3:.1f} kPa in {self._timer_s:.2f} s with both valves"
+            " closed",
+        )
         return True
 
     def _correct(self, mean_pa: float) -> None:
@@ -253,7 +315,10 @@ class SetAndHold:
         trim = self._trim
         error = self.target_pa - mean_pa
         if self._suspect is not ValveCause.NONE and abs(error) > self.settings.tolerance_pa:
-            self._fail(self._suspect, f"the pressure stopped at {mean_pa / 1e3:.1f} kPa, {error / 1e3:+.1f} kPa to go")
+            self._fail(
+                self._suspect,
+                f"the pressure stopped at {mean_pa / 1e3:.1f} kPa, {error / 1e3:+.1f} kPa to go",
+            )
             return
         step = trim.decide(mean_pa, self.target_pa, self._dt_s)
         if step is TrimStep.PULSE:
@@ -264,7 +329,9 @@ class SetAndHold:
             self._fail(trim.cause, trim.text)
         else:
             if step is TrimStep.ACCEPT:
-                self.events.append(("accept", trim.text, {"error_pa": error, "pressure_pa": mean_pa}))
+                self.events.append(
+                    ("accept", trim.text, {"error_pa": error, "pressure_pa": mean_pa})
+                )
             self._hold_at(mean_pa)
 
     def _start_flow(self, mean_pa: float, sign: int) -> None:
@@ -304,8 +371,14 @@ class SetAndHold:
 
     def _lost_in_hold(self) -> None:
         slow = self._watch.slow_pa
-        cause = ValveCause.INLET_STUCK_OPEN if slow > self.target_pa else ValveCause.EXHAUST_STUCK_OPEN
-        self._fail(cause, f"went to {slow / 1e3:.1f} kPa from {self.target_pa / 1e3:.1f} kPa with both valves closed")
+        cause = (
+            ValveCause.INLET_STUCK_OPEN if slow > self.target_pa else ValveCause.EXHAUST_STUCK_OPEN
+        )
+        self._fail(
+            cause,
+            f"went to {slow / 1e3:.1f} kPa from {self.target_pa / 1e3:.1f} kPa with both valves"
+            " closed",
+        )
 
     def _drift(self, error_pa: float) -> None:
         if not self.drifting:
@@ -328,7 +401,10 @@ class SetAndHold:
         if gauge_pa <= s.vented_pa and self._timer_s >= s.reaction_s:
             self._enter(ValveState.VENTED)
         elif self._timer_s > s.fill_timeout_s:
-            self._fail(ValveCause.TIME_OUT, f"venting for {self._timer_s:.1f} s, {gauge_pa / 1e3:.1f} kPa gauge left")
+            self._fail(
+                ValveCause.TIME_OUT,
+                f"venting for {self._timer_s:.1f} s, {gauge_pa / 1e3:.1f} kPa gauge left",
+            )
         elif self._timer_s - self._window_s >= s.no_rise_after_s:
             self._check_vent(gauge_pa)
 
@@ -340,12 +416,17 @@ class SetAndHold:
             return
         never = self._start_pa - self.estimate_pa < 2.0 * s.no_rise_pa
         cause = ValveCause.EXHAUST_STUCK_CLOSED if never else ValveCause.INLET_STUCK_OPEN
-        self._fail(cause, f"venting for {self._timer_s:.2f} s, the pressure stays {gauge_pa / 1e3:.1f} kPa gauge")
+        self._fail(
+            cause,
+            f"venting for {self._timer_s:.2f} s, the pressure stays {gauge_pa / 1e3:.1f} kPa gauge",
+        )
 
     def _vented(self, pressure_pa: float) -> None:
         gauge_pa = self.estimate_pa - self.settings.atmosphere_pa
         if gauge_pa > 15.0 * self.settings.no_rise_pa:
-            self._fail(ValveCause.INLET_STUCK_OPEN, f"rose to {gauge_pa / 1e3:.1f} kPa gauge after venting")
+            self._fail(
+                ValveCause.INLET_STUCK_OPEN, f"rose to {gauge_pa / 1e3:.1f} kPa gauge after venting"
+            )
 
     # State changes
 
@@ -360,7 +441,11 @@ class SetAndHold:
         self.cause = cause
         self.cause_text = f"{cause.value} while {self.state.value}: {found}"
         self.events.append(
-            ("failed", self.cause_text, {"cause": cause.name.lower(), "pressure_pa": self.estimate_pa})
+            (
+                "failed",
+                self.cause_text,
+                {"cause": cause.name.lower(), "pressure_pa": self.estimate_pa},
+            )
         )
         self._enter(ValveState.FAILED)
         self._exhaust = vent
@@ -368,7 +453,11 @@ class SetAndHold:
     def _enter(self, state: ValveState) -> None:
         if state is not self.state:
             text = f"{self.state.value} -> {state.value} at {self.estimate_pa / 1e3:.1f} kPa"
-            data = {"state": state.value, "pressure_pa": self.estimate_pa, "target_pa": self.target_pa}
+            data = {
+                "state": state.value,
+                "pressure_pa": self.estimate_pa,
+                "target_pa": self.target_pa,
+            }
             self.events.append(("state", text, data))
         self.state = state
         self.settled = state is ValveState.HOLDING or state is ValveState.VENTED
@@ -388,5 +477,7 @@ class SetAndHold:
             if now is not sent:
                 self.switchings += 1
                 text = f"{valve} {'opened' if now else 'closed'}"
-                self.events.append(("switch", text, {"valve": valve, "open": now, "pressure_pa": pressure_pa}))
+                self.events.append(
+                    ("switch", text, {"valve": valve, "open": now, "pressure_pa": pressure_pa})
+                )
         self._sent_inlet, self._sent_exhaust = self._inlet, self._exhaust

@@ -4,22 +4,32 @@ from epa_rt.control.valve_settings import ValveCause, ValveSettings
 
 
 def open_valve(
-    s: ValveSettings, direction: int, closed_pa: float, change_pa: float, rate_pa_s: float, elapsed_s: float
+    s: ValveSettings,
+    direction: int,
+    closed_pa: float,
+    change_pa: float,
+    rate_pa_s: float,
+    elapsed_s: float,
 ) -> ValveCause:
     """Cause behind a change since closing that heat cannot explain, or NONE. Pa, Pa/s, s.
 
-    `direction` is the flow before: after filling (+1) the gas cools and its pressure falls, after exhausting (-1) it
-    rises, and by a bounded share of itself. A rate may be NaN: no judgement yet.
+    `direction` is the flow before: after filling (+1) the gas cools and its pressure falls, after
+    exhausting (-1) it rises, and by a bounded share of itself. A rate may be NaN: no judgement yet.
     """
     heat_pa = s.relax_ratio * closed_pa
     rise_pa = heat_pa * 2.0 if direction < 0 else s.climb_pa
     fall_pa = heat_pa if direction > 0 else s.climb_pa
-    # Near atmosphere a full loss is less than the share of heat: there three quarters of the gauge pressure say it.
+    # Near atmosphere a full loss is less than the share of heat: there three quarters of the gauge
+    # pressure say it.
     gauge_pa = closed_pa - s.atmosphere_pa
     # Heat dies down to less than half its mean rate; a leak does not.
     lasting = elapsed_s > s.relax_s and abs(rate_pa_s) * elapsed_s >= 0.5 * abs(change_pa)
     if change_pa > rise_pa or (lasting and rate_pa_s > s.leak_pa_s):
         return ValveCause.INLET_STUCK_OPEN
-    if change_pa < -fall_pa or change_pa < -0.75 * gauge_pa < -7500.0 or (lasting and rate_pa_s < -s.leak_pa_s):
+    if (
+        change_pa < -fall_pa
+        or change_pa < -0.75 * gauge_pa < -7500.0
+        or (lasting and rate_pa_s < -s.leak_pa_s)
+    ):
         return ValveCause.EXHAUST_STUCK_OPEN
     return ValveCause.NONE

@@ -1,8 +1,11 @@
-"""What one valve has been seen to do: pressure per second open, and how long flow outlasts the command."""
+"""What one valve has been seen to do: pressure per second open, and how long flow outlasts the
+command.
+"""
 
 from math import sqrt
 
-# Shape only: one typical critical pressure ratio, since each valve's strength is learned (ISO 6358 gives the form).
+# Shape only: one typical critical pressure ratio, since each valve's strength is learned (ISO 6358
+# gives the form).
 _CRITICAL_RATIO = 0.4
 
 
@@ -18,11 +21,15 @@ def flow_shape(upstream_pa: float, downstream_pa: float) -> float:
 
 
 class ValveResponse:
-    """Learned rate of one valve in Pa/s, scaled over pressure by the shape of the flow, and its lead in s."""
+    """Learned rate of one valve in Pa/s, scaled over pressure by the shape of the flow, and its
+    lead in s.
+    """
 
     __slots__ = ("lead_s", "_strength", "_inlet", "_supply_pa", "_atmosphere_pa")
 
-    def __init__(self, inlet: bool, rate_pa_s: float, lead_s: float, supply_pa: float, atmosphere_pa: float) -> None:
+    def __init__(
+        self, inlet: bool, rate_pa_s: float, lead_s: float, supply_pa: float, atmosphere_pa: float
+    ) -> None:
         self.lead_s = lead_s
         self._strength = rate_pa_s
         self._inlet = inlet
@@ -38,7 +45,9 @@ class ValveResponse:
         self._strength = max(rate_pa_s, 1e3) / self._shape(pressure_pa)
 
     def learn_pulse(self, pressure_pa: float, width_s: float, change_pa: float) -> None:
-        """Take the settled change after one pulse, in the valve's own direction; small ones weigh less: noise."""
+        """Take the settled change after one pulse, in the valve's own direction; small ones weigh
+        less: noise.
+        """
         expected_pa = self.rate_pa_s(pressure_pa) * width_s
         ratio = min(max(change_pa / expected_pa, 0.35), 3.0)
         weight = expected_pa / (expected_pa + 1000.0)

@@ -34,7 +34,9 @@ class ValveCause(Enum):
 
 @dataclass(frozen=True, slots=True)
 class ValveSettings:
-    """Tolerances, times and bounds of one muscle's valves; pressures are absolute Pa. ValueError if out of order."""
+    """Tolerances, times and bounds of one muscle's valves; pressures are absolute Pa. ValueError if
+    out of order.
+    """
 
     tolerance_pa: float = 800.0  # of the average, when a trim ends
     settle_s: float = 0.6  # least time with both valves closed before the average counts
@@ -51,18 +53,26 @@ class ValveSettings:
     response_pa_s: float = 800e3  # fastest pressure change to expect; corrected from what is seen
     drift_pa: float = 3000.0  # of the slow average from the target
     hold_average_s: float = 2.0  # the slow average
-    hold_reference_s: float = 60.0  # what the slow average is compared with, to tell a dump from a drift
-    hold_lost_ratio: float = 0.35  # share of the pressure lost or gained against that reference: a valve is open
+    hold_reference_s: float = (
+        60.0  # what the slow average is compared with, to tell a dump from a drift
+    )
+    hold_lost_ratio: float = (
+        0.35  # share of the pressure lost or gained against that reference: a valve is open
+    )
     no_rise_pa: float = 3000.0  # less change than this with a valve open ...
     no_rise_after_s: float = 0.8  # ... for this long is no flow
     climb_pa: float = 20e3  # change with both closed that heat cannot explain
     relax_ratio: float = 0.35  # share of the pressure that heat can explain
-    relax_s: float = 5.0  # after this long heat explains no rate above leak_pa_s that has not died down
+    relax_s: float = (
+        5.0  # after this long heat explains no rate above leak_pa_s that has not died down
+    )
     leak_pa_s: float = 5000.0
     vented_pa: float = 3000.0  # above atmosphere
     vented_open: bool = True  # the exhaust stays open once vented
     over_pressure_pa: float = 950e3
-    supply_pa: float = 900e3  # the regulator's: shape of the inlet's flow (learned responses correct it), and where an inlet stuck open is told in hold
+    # the regulator's: shape of the inlet's flow (learned responses correct it), and where an inlet
+    # stuck open is told in hold
+    supply_pa: float = 900e3
     atmosphere_pa: float = 101325.0
 
     def __post_init__(self) -> None:
@@ -74,12 +84,17 @@ class ValveSettings:
         self._ordered("atmosphere_pa", "over_pressure_pa")
         self._ordered("atmosphere_pa", "supply_pa")
         self._ordered("settle_s", "settle_timeout_s")
-        if not self.drift_pa >= 3.0 * self.tolerance_pa:  # else what a trim accepts would at once count as drift
+        if (
+            not self.drift_pa >= 3.0 * self.tolerance_pa
+        ):  # else what a trim accepts would at once count as drift
             least_pa = 3.0 * self.tolerance_pa
-            raise ValueError(f"drift_pa: found {self.drift_pa}, expected at least 3 x tolerance_pa = {least_pa}")
+            raise ValueError(
+                f"drift_pa: found {self.drift_pa}, expected at least 3 x tolerance_pa = {least_pa}"
+            )
 
     def _ordered(self, small: str, large: str) -> None:
         if not getattr(self, small) < getattr(self, large):
             raise ValueError(
-                f"{small}: found {getattr(self, small)}, expected below {large} = {getattr(self, large)}"
+                f"{small}: found {getattr(self, small)}, expected below {large} ="
+                f" {getattr(self, large)}"
             )

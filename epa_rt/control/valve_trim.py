@@ -1,4 +1,6 @@
-"""What to do about a settled pressure that is off its target: one pulse, a longer flow, or nothing more."""
+"""What to do about a settled pressure that is off its target: one pulse, a longer flow, or nothing
+more.
+"""
 
 from enum import Enum
 
@@ -21,13 +23,22 @@ class TrimStep(Enum):
 class Trim:
     """Learned responses of both valves and the count of openings; pressures in Pa, widths in s.
 
-    After `decide`: `direction` (+1 inlet, -1 exhaust), `width_s` of a pulse, `cause` and `text` of a failure or
-    acceptance.
+    After `decide`: `direction` (+1 inlet, -1 exhaust), `width_s` of a pulse, `cause` and `text` of
+    a failure or acceptance.
     """
 
     __slots__ = (
-        "settings", "inlet", "exhaust", "direction", "pulses", "width_s", "cause", "text", "_dead", "_before_pa",
-    )  # fmt: skip
+        "settings",
+        "inlet",
+        "exhaust",
+        "direction",
+        "pulses",
+        "width_s",
+        "cause",
+        "text",
+        "_dead",
+        "_before_pa",
+    )
 
     def __init__(self, settings: ValveSettings) -> None:
         s = self.settings = settings
@@ -74,11 +85,15 @@ class Trim:
         size = abs(error_pa)
         rate = (self.inlet if sign > 0 else self.exhaust).rate_pa_s(mean_pa)
         if size <= 3.0 * s.tolerance_pa and rate * shortest_s > 1.8 * size:
-            return self._as_near(error_pa, f"the shortest pulse moves {rate * shortest_s / 1e3:.1f} kPa")
+            return self._as_near(
+                error_pa, f"the shortest pulse moves {rate * shortest_s / 1e3:.1f} kPa"
+            )
         if sign != self.direction:
             self._dead = 0
         elif self._dead >= _DEAD_PULSES:
-            self.cause = ValveCause.INLET_STUCK_CLOSED if sign > 0 else ValveCause.EXHAUST_STUCK_CLOSED
+            self.cause = (
+                ValveCause.INLET_STUCK_CLOSED if sign > 0 else ValveCause.EXHAUST_STUCK_CLOSED
+            )
             self.text = f"{self._dead} long pulses without an effect at {mean_pa / 1e3:.1f} kPa"
             return TrimStep.FAIL
         self.direction = sign
@@ -87,7 +102,8 @@ class Trim:
         if size > rate * s.pulse_max_s and size > 3.0 * s.no_rise_pa:
             self.width_s = 0.0
             return TrimStep.FLOW
-        # Near atmosphere a slow valve moves too little in pulse_max_s to be told from a dead one: up to 8 times that.
+        # Near atmosphere a slow valve moves too little in pulse_max_s to be told from a dead one:
+        # up to 8 times that.
         self.width_s = min(max(size / rate, shortest_s), s.pulse_max_s * (1 << min(self._dead, 3)))
         return TrimStep.PULSE
 

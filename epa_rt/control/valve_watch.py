@@ -1,4 +1,6 @@
-"""Filters of the valve set-and-hold: for flow a ramp follower, for settling block averages, for holding a slow watch."""
+"""Filters of the valve set-and-hold: for flow a ramp follower, for settling block averages, for
+holding a slow watch.
+"""
 
 from math import exp, nan
 
@@ -9,7 +11,9 @@ def share(dt_s: float, time_constant_s: float) -> float:
 
 
 class RampFollower:
-    """Level and rate of a pressure that rises or falls steadily, from two filters in a row (no ramp lag)."""
+    """Level and rate of a pressure that rises or falls steadily, from two filters in a row (no ramp
+    lag).
+    """
 
     __slots__ = ("level_pa", "rate_pa_s", "_first_pa", "_second_pa", "_share", "_to_rate")
 
@@ -32,7 +36,16 @@ class RampFollower:
 class BlockAverage:
     """Averages over blocks of `block_s`, with the change across the last four of them."""
 
-    __slots__ = ("mean_pa", "change_pa", "rate_pa_s", "_block_s", "_sum", "_count", "_elapsed_s", "_older")
+    __slots__ = (
+        "mean_pa",
+        "change_pa",
+        "rate_pa_s",
+        "_block_s",
+        "_sum",
+        "_count",
+        "_elapsed_s",
+        "_older",
+    )
 
     def __init__(self, block_s: float) -> None:
         self._block_s = block_s
@@ -66,7 +79,14 @@ class BlockAverage:
 class HoldWatch:
     """Slow average with both valves closed, and a slower one that tells a dump from a drift."""
 
-    __slots__ = ("slow_pa", "_slower_pa", "_share", "_slower_share", "_lost_ratio", "_atmosphere_pa")
+    __slots__ = (
+        "slow_pa",
+        "_slower_pa",
+        "_share",
+        "_slower_share",
+        "_lost_ratio",
+        "_atmosphere_pa",
+    )
 
     def __init__(self, lost_ratio: float, atmosphere_pa: float) -> None:
         self._lost_ratio = lost_ratio
@@ -93,7 +113,8 @@ class HoldWatch:
         lost = self._lost_ratio * slower
         if change > lost:
             return 1
-        # Near atmosphere no share of the absolute pressure can be lost: there it is three quarters of the gauge one.
+        # Near atmosphere no share of the absolute pressure can be lost: there it is three quarters
+        # of the gauge one.
         gauge = slower - self._atmosphere_pa
         if change < -lost or change < -0.75 * gauge < -7500.0:
             return -1

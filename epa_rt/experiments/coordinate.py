@@ -10,7 +10,9 @@ from epa_rt.config.rig_rows import si_unit_of
 
 @dataclass(frozen=True)
 class Coordinate:
-    """One controlled quantity. ``measured`` is None where a phase starts from zero instead (torque)."""
+    """One controlled quantity. ``measured`` is None where a phase starts from zero instead
+    (torque).
+    """
 
     measured: str | None
     position_key: str
@@ -40,7 +42,16 @@ def coordinate_of(rig: Rig, loop: str) -> Coordinate:
         return _axis(rig, rig.joint, _place(rig.joint.position))
     if loop == "motor_torque":
         limits = rig.row(rig.motor.torque_target).limits
-        return Coordinate(None, "ref_motor_torque_nm", "ref_motor_torque_rate_nm_s", "N*m", {}, limits, math.inf, math.inf)
+        return Coordinate(
+            None,
+            "ref_motor_torque_nm",
+            "ref_motor_torque_rate_nm_s",
+            "N*m",
+            {},
+            limits,
+            math.inf,
+            math.inf,
+        )
     return _axis(rig, rig.motor, "motor")
 
 
@@ -48,8 +59,16 @@ def _axis(rig: Rig, axis: Axis, place: str) -> Coordinate:
     si_unit = si_unit_of(axis.position)
     suffix = {"m": "m_s", "rad": "rad_s"}[si_unit]
     limits = rig.row(axis.position).limits or (-math.inf, math.inf)
-    return Coordinate(axis.position, f"ref_{axis.position}", f"ref_{place}_speed_{suffix}", si_unit, axis.places,
-                      limits, axis.speed_max, axis.acceleration_max)
+    return Coordinate(
+        axis.position,
+        f"ref_{axis.position}",
+        f"ref_{place}_speed_{suffix}",
+        si_unit,
+        axis.places,
+        limits,
+        axis.speed_max,
+        axis.acceleration_max,
+    )
 
 
 def _place(name: str) -> str:

@@ -1,4 +1,6 @@
-"""A run without a rig: every reference over time, what it reaches, and whether the rig can follow."""
+"""A run without a rig: every reference over time, what it reaches, and whether the rig can
+follow.
+"""
 
 from dataclasses import dataclass
 
@@ -31,7 +33,9 @@ class DryPhase:
 
 @dataclass(frozen=True)
 class DryRun:
-    """All phases in order; ``findings`` are sentences about what the rig cannot follow, none where all is well."""
+    """All phases in order; ``findings`` are sentences about what the rig cannot follow, none where
+    all is well.
+    """
 
     experiment: Experiment
     phases: tuple[DryPhase, ...]
@@ -52,7 +56,9 @@ class DryRun:
 
 
 def dry_run(experiment: Experiment, rig: Rig) -> DryRun:
-    """Samples every phase at the rig's period. A start that only the run will tell is taken as the phase's end."""
+    """Samples every phase at the rig's period. A start that only the run will tell is taken as the
+    phase's end.
+    """
     phases, findings = [], []
     positions: dict[str, float] = {}
     start_s = 0.0
@@ -60,7 +66,9 @@ def dry_run(experiment: Experiment, rig: Rig) -> DryRun:
         key = phase.coordinate.position_key
         start = phase.motion.planned_start
         if start is None:
-            start = positions.get(key, phase.motion.end if phase.motion.end is not None else _somewhere(phase))
+            start = positions.get(
+                key, phase.motion.end if phase.motion.end is not None else _somewhere(phase)
+            )
         profile = phase.profile(start)
         dry = _sampled(phase, profile, start_s, rig.period_s)
         positions[key] = profile.end
@@ -79,8 +87,18 @@ def _sampled(phase: Phase, profile: Profile, start_s: float, period_s: float) ->
     duration_s = max(phase.duration_s, profile.duration_s, period_s)
     t_s = np.arange(round(duration_s / period_s)) * period_s
     positions, speeds = profile.sample(t_s)
-    return DryPhase(phase, start_s, duration_s, start_s + t_s, positions, speeds, float(positions.min()), float(positions.max()),
-                    float(np.abs(speeds).max()), profile.peaks.acceleration)
+    return DryPhase(
+        phase,
+        start_s,
+        duration_s,
+        start_s + t_s,
+        positions,
+        speeds,
+        float(positions.min()),
+        float(positions.max()),
+        float(np.abs(speeds).max()),
+        profile.peaks.acceleration,
+    )
 
 
 def _findings(dry: DryPhase, rig: Rig) -> list[str]:
@@ -88,14 +106,27 @@ def _findings(dry: DryPhase, rig: Rig) -> list[str]:
     si_unit, (low, high) = coordinate.si_unit, coordinate.limits
     findings = []
     if dry.low < low - 1e-12 or dry.high > high + 1e-12:
-        findings.append(f"{dry.phase.key}: goes from {show(dry.low, si_unit)} to {show(dry.high, si_unit)}, "
-                        f"the rig allows {show(low, si_unit)} to {show(high, si_unit)}")
-    allowed = [(dry.speed_peak, coordinate.speed_max, "a speed", "/s", "the rig allows"),
-               (dry.acceleration_peak, coordinate.acceleration_max, "an acceleration", "/s^2", "the rig allows")]
+        findings.append(
+            f"{dry.phase.key}: goes from {show(dry.low, si_unit)} to {show(dry.high, si_unit)}, "
+            f"the rig allows {show(low, si_unit)} to {show(high, si_unit)}"
+        )
+    allowed = [
+        (dry.speed_peak, coordinate.speed_max, "a speed", "/s", "the rig allows"),
+        (
+            dry.acceleration_peak,
+            coordinate.acceleration_max,
+            "an acceleration",
+            "/s^2",
+            "the rig allows",
+        ),
+    ]
     allowed += _command_limits(dry, rig)
     for peak, highest, what, rate, who in allowed:
         if peak > highest * (1.0 + 1e-6):
-            findings.append(f"{dry.phase.key}: reaches {what} of {show(peak, si_unit, rate)}, {who} {show(highest, si_unit, rate)}")
+            findings.append(
+                f"{dry.phase.key}: reaches {what} of {show(peak, si_unit, rate)}, {who}"
+                f" {show(highest, si_unit, rate)}"
+            )
     return findings
 
 
@@ -111,7 +142,17 @@ def _command_limits(dry: DryPhase, rig: Rig) -> list[tuple[float, float, str, st
     elif motor.speed_target:
         row = rig.row(motor.speed_target)
         if row.limits:
-            limits.append((dry.speed_peak, min(abs(x) for x in row.limits), "a speed", "/s", f"{row.name} is limited to"))
+            limits.append(
+                (
+                    dry.speed_peak,
+                    min(abs(x) for x in row.limits),
+                    "a speed",
+                    "/s",
+                    f"{row.name} is limited to",
+                )
+            )
         if row.slew:
-            limits.append((dry.acceleration_peak, row.slew, "an acceleration", "/s^2", f"{row.name} slews at"))
+            limits.append(
+                (dry.acceleration_peak, row.slew, "an acceleration", "/s^2", f"{row.name} slews at")
+            )
     return limits

@@ -1,4 +1,6 @@
-"""An experiment resolved against a rig: every phase of every repetition, planned and checked before anything moves."""
+"""An experiment resolved against a rig: every phase of every repetition, planned and checked before
+anything moves.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,7 +18,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ValveOrder:
-    """What one muscle's valves are told when a phase begins: set (to absolute Pa), hold, hold_and_trim, vent, close."""
+    """What one muscle's valves are told when a phase begins: set (to absolute Pa), hold,
+    hold_and_trim, vent, close.
+    """
 
     muscle: str
     word: str
@@ -25,7 +29,9 @@ class ValveOrder:
 
 @dataclass(frozen=True)
 class Condition:
-    """Ends a phase: all valves settled (no signal), or ``sign * (signal - value) > 0`` for so many cycles in a row."""
+    """Ends a phase: all valves settled (no signal), or ``sign * (signal - value) > 0`` for so many
+    cycles in a row.
+    """
 
     text: str
     signal: str | None = None
@@ -36,10 +42,12 @@ class Condition:
 
 @dataclass(frozen=True)
 class Phase:
-    """One phase of the run. ``name`` is its label: 'fill[2] p0=520 kPa gauge'; ``key`` its name in the file.
+    """One phase of the run. ``name`` is its label: 'fill[2] p0=520 kPa gauge'; ``key`` its name in
+    the file.
 
-    ``cycles``: what 'for' says, None where the motion or the conditions decide. ``duration_s``: an estimate where the
-    end hangs on the rig. ``trial_index`` counts the trials of the run from 0, None where this is none.
+    ``cycles``: what 'for' says, None where the motion or the conditions decide. ``duration_s``: an
+    estimate where the end hangs on the rig. ``trial_index`` counts the trials of the run from 0,
+    None where this is none.
     """
 
     name: str
@@ -93,12 +101,16 @@ class Experiment:
 
 
 def load_experiment(path: Path | str, rig: "Rig") -> Experiment:
-    """Reads an experiment file for a rig. Raises ConfigError: one sentence with file, line, found, expected."""
+    """Reads an experiment file for a rig. Raises ConfigError: one sentence with file, line, found,
+    expected.
+    """
     return experiment_from(load_yaml(path), rig)
 
 
 def experiment_from_text(text: str, path: Path | str, rig: "Rig") -> Experiment:
-    """As load_experiment, from text that came from ``path`` (a log's attachment, say). Raises ConfigError."""
+    """As load_experiment, from text that came from ``path`` (a log's attachment, say). Raises
+    ConfigError.
+    """
     return experiment_from(parse_yaml(text, path), rig)
 
 
@@ -110,4 +122,12 @@ def experiment_from(located: Located, rig: "Rig") -> Experiment:
 
     file = validate(located, ExperimentFile)
     phases = Resolver(located, rig, file).phases()
-    return Experiment(file.experiment, file.description, file.seed, rig.period_s, phases, located.path, located.text)
+    return Experiment(
+        file.experiment,
+        file.description,
+        file.seed,
+        rig.period_s,
+        phases,
+        located.path,
+        located.text,
+    )

@@ -1,21 +1,42 @@
-"""From the motion of a phase as it is written to the profile that is planned, checked against the rig's limits."""
+"""From the motion of a phase as it is written to the profile that is planned, checked against the
+rig's limits.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from epa_rt.config.experiment import Chirp, Move, Multisine, PhaseFile, RandomSpeed, Sine, Staircase, Step, Wave
+from epa_rt.config.experiment import (
+    Chirp,
+    Move,
+    Multisine,
+    PhaseFile,
+    RandomSpeed,
+    Sine,
+    Staircase,
+    Step,
+    Wave,
+)
 from epa_rt.experiments import oscillations, profiles, random_speed
 from epa_rt.experiments.coordinate import Coordinate
 from epa_rt.experiments.profiles import Profile
 from epa_rt.experiments.reader import Reader, show
 
-BLEND_S = 0.5  # a planned profile that is entered beside its start takes the offset out within this time
-LASTING = ("random_speed", "chirp", "sine", "multisine")  # motions that go on for as long as 'for' says
+BLEND_S = (
+    0.5  # a planned profile that is entered beside its start takes the offset out within this time
+)
+LASTING = (
+    "random_speed",
+    "chirp",
+    "sine",
+    "multisine",
+)  # motions that go on for as long as 'for' says
 
 
 @dataclass(frozen=True)
 class Situation:
-    """Where a motion is planned: ``start`` is the reference's position before it, None where only the run will tell."""
+    """Where a motion is planned: ``start`` is the reference's position before it, None where only
+    the run will tell.
+    """
 
     coordinate: Coordinate
     start: float | None
@@ -25,7 +46,9 @@ class Situation:
 
 @dataclass(frozen=True)
 class Motion:
-    """A motion planned from a start; ``from_start`` makes it anew where that is quick enough for a cycle."""
+    """A motion planned from a start; ``from_start`` makes it anew where that is quick enough for a
+    cycle.
+    """
 
     planned_start: float | None
     planned: Profile | None
@@ -36,7 +59,9 @@ class Motion:
         return None if self.planned is None else self.planned.end
 
     def profile(self, start: float) -> Profile:
-        """The profile from where the reference is; planned ones are entered smoothly where that is beside the plan."""
+        """The profile from where the reference is; planned ones are entered smoothly where that is
+        beside the plan.
+        """
         if start == self.planned_start:
             return self.planned
         if self.from_start is not None:
@@ -53,9 +78,19 @@ def plan(reader: Reader, phase: PhaseFile, situation: Situation) -> Motion:
         motion = _move(reader, phase.move, situation)
     else:
         if situation.start is None:
-            raise reader.error((kind,), f"a {kind} from a position that is not known beforehand", "a move before it")
-        make = {"random_speed": _random_speed, "chirp": _chirp, "sine": _sine, "multisine": _multisine, "step": _step,
-                "staircase": _staircase}[kind]
+            raise reader.error(
+                (kind,),
+                f"a {kind} from a position that is not known beforehand",
+                "a move before it",
+            )
+        make = {
+            "random_speed": _random_speed,
+            "chirp": _chirp,
+            "sine": _sine,
+            "multisine": _multisine,
+            "step": _step,
+            "staircase": _staircase,
+        }[kind]
         try:
             motion = Motion(situation.start, make(reader, getattr(phase, kind), situation))
         except ValueError as error:  # what only the profile itself can see
@@ -74,13 +109,21 @@ def _check(reader: Reader, kind: str, profile: Profile, coordinate: Coordinate) 
     low, high = coordinate.limits
     peaks, si_unit, slack = profile.peaks, coordinate.si_unit, 1.0 + 1e-9
     if peaks.low < low - 1e-12 or peaks.high > high + 1e-12:
-        raise reader.error((kind,), f"positions from {show(peaks.low, si_unit)} to {show(peaks.high, si_unit)}",
-                           f"positions within the rig's limits, {show(low, si_unit)} to {show(high, si_unit)}")
-    for name, peak, highest, rate in (("speed", peaks.speed, coordinate.speed_max, "/s"),
-                                      ("acceleration", peaks.acceleration, coordinate.acceleration_max, "/s^2")):
+        raise reader.error(
+            (kind,),
+            f"positions from {show(peaks.low, si_unit)} to {show(peaks.high, si_unit)}",
+            f"positions within the rig's limits, {show(low, si_unit)} to {show(high, si_unit)}",
+        )
+    for name, peak, highest, rate in (
+        ("speed", peaks.speed, coordinate.speed_max, "/s"),
+        ("acceleration", peaks.acceleration, coordinate.acceleration_max, "/s^2"),
+    ):
         if peak > highest * slack:
-            raise reader.error((kind,), f"a {name} of up to {show(peak, si_unit, rate)}",
-                               f"at most the rig's limit, {show(highest, si_unit, rate)}")
+            raise reader.error(
+                (kind,),
+                f"a {name} of up to {show(peak, si_unit, rate)}",
+                f"at most the rig's limit, {show(highest, si_unit, rate)}",
+            )
 
 
 def _move(reader: Reader, move: Move, situation: Situation) -> Motion:
@@ -90,23 +133,46 @@ def _move(reader: Reader, move: Move, situation: Situation) -> Motion:
     acceleration = reader.acceleration(("move", "acceleration"), move.acceleration, coordinate)
     motion = _planned(lambda start: profiles.Move(start, end, speed, acceleration), situation)
     # from an unknown start the end is known all the same: what follows can be planned from there
-    return motion if motion.planned is not None else Motion(None, profiles.Hold(end), motion.from_start)
+    return (
+        motion
+        if motion.planned is not None
+        else Motion(None, profiles.Hold(end), motion.from_start)
+    )
 
 
 def _random_speed(reader: Reader, motion: RandomSpeed, situation: Situation) -> Profile:
     key, coordinate = "random_speed", situation.coordinate
-    low, high = (reader.position((key, "between", i), motion.between[i], coordinate) for i in (0, 1))
+    low, high = (
+        reader.position((key, "between", i), motion.between[i], coordinate) for i in (0, 1)
+    )
     if not low < high:
-        raise reader.error((key, "between"), f"{list(motion.between)}", "the lower position before the upper one")
+        raise reader.error(
+            (key, "between"), f"{list(motion.between)}", "the lower position before the upper one"
+        )
     speed = reader.speed((key, "speed"), motion.speed, coordinate)
     acceleration = reader.acceleration((key, "acceleration"), motion.acceleration, coordinate)
     dwell_s = tuple(reader.positive((key, "dwell", i), motion.dwell[i], "s") for i in (0, 1))
     if dwell_s[0] > dwell_s[1]:
-        raise reader.error((key, "dwell"), f"{list(motion.dwell)}", "the shorter time before the longer one")
+        raise reader.error(
+            (key, "dwell"), f"{list(motion.dwell)}", "the shorter time before the longer one"
+        )
     if high - low < speed * dwell_s[0]:
-        raise reader.error((key, "between"), f"a range of {show(high - low, coordinate.si_unit)}",
-                           f"at least what the speed covers in the shortest dwell, {show(speed * dwell_s[0], coordinate.si_unit)}")
-    return random_speed.RandomSpeed(situation.start, low, high, speed, acceleration, dwell_s, situation.duration_s, situation.seed)
+        raise reader.error(
+            (key, "between"),
+            f"a range of {show(high - low, coordinate.si_unit)}",
+            "at least what the speed covers in the shortest dwell,"
+            f" {show(speed * dwell_s[0], coordinate.si_unit)}",
+        )
+    return random_speed.RandomSpeed(
+        situation.start,
+        low,
+        high,
+        speed,
+        acceleration,
+        dwell_s,
+        situation.duration_s,
+        situation.seed,
+    )
 
 
 def _wave(reader: Reader, key: str, wave: Wave, situation: Situation) -> tuple[float, float, float]:
@@ -114,8 +180,12 @@ def _wave(reader: Reader, key: str, wave: Wave, situation: Situation) -> tuple[f
     coordinate = situation.coordinate
     mean = reader.position((key, "mean"), wave.mean, coordinate)
     if abs(situation.start - mean) > 1e-9:
-        raise reader.error((key, "mean"), f"a motion about {show(mean, coordinate.si_unit)} that starts at {show(situation.start, coordinate.si_unit)}",
-                           "a move to the mean before it")
+        raise reader.error(
+            (key, "mean"),
+            f"a motion about {show(mean, coordinate.si_unit)} that starts at"
+            f" {show(situation.start, coordinate.si_unit)}",
+            "a move to the mean before it",
+        )
     amplitude = 0.5 * reader.positive((key, "peak_to_peak"), wave.peak_to_peak, coordinate.si_unit)
     return mean, amplitude, reader.positive((key, "fade"), wave.fade, "s")
 
@@ -129,7 +199,13 @@ def _chirp(reader: Reader, motion: Chirp, situation: Situation) -> Profile:
 
 def _sine(reader: Reader, motion: Sine, situation: Situation) -> Profile:
     mean, amplitude, fade_s = _wave(reader, "sine", motion, situation)
-    return oscillations.Sine(mean, amplitude, reader.frequency(("sine", "frequency"), motion.frequency), situation.duration_s, fade_s)
+    return oscillations.Sine(
+        mean,
+        amplitude,
+        reader.frequency(("sine", "frequency"), motion.frequency),
+        situation.duration_s,
+        fade_s,
+    )
 
 
 def _multisine(reader: Reader, motion: Multisine, situation: Situation) -> Profile:
@@ -138,18 +214,31 @@ def _multisine(reader: Reader, motion: Multisine, situation: Situation) -> Profi
     end_hz = reader.frequency(("multisine", "to"), motion.end)
     period_s = reader.positive(("multisine", "period"), motion.period, "s")
     if not start_hz < end_hz:
-        raise reader.error(("multisine", "to"), f"'{motion.end}'", f"a frequency above 'from', {start_hz:g} Hz")
+        raise reader.error(
+            ("multisine", "to"), f"'{motion.end}'", f"a frequency above 'from', {start_hz:g} Hz"
+        )
     ratio = (end_hz / start_hz) ** (1.0 / (motion.lines - 1))
-    harmonics = tuple(sorted({round(start_hz * ratio**i * period_s) for i in range(motion.lines)} - {0}))
+    harmonics = tuple(
+        sorted({round(start_hz * ratio**i * period_s) for i in range(motion.lines)} - {0})
+    )
     if len(harmonics) < motion.lines:
-        raise reader.error(("multisine", "lines"), f"{motion.lines} lines of which only {len(harmonics)} differ at a period of {period_s:g} s",
-                           "fewer lines, a wider band or a longer period")
-    return oscillations.Multisine(mean, amplitude, harmonics, period_s, situation.duration_s, fade_s, situation.seed)
+        raise reader.error(
+            ("multisine", "lines"),
+            f"{motion.lines} lines of which only {len(harmonics)} differ at a period of"
+            f" {period_s:g} s",
+            "fewer lines, a wider band or a longer period",
+        )
+    return oscillations.Multisine(
+        mean, amplitude, harmonics, period_s, situation.duration_s, fade_s, situation.seed
+    )
 
 
 def _step(reader: Reader, motion: Step, situation: Situation) -> Profile:
     coordinate = situation.coordinate
-    levels = [reader.position(("step", "levels", i), level, coordinate) for i, level in enumerate(motion.levels)]
+    levels = [
+        reader.position(("step", "levels", i), level, coordinate)
+        for i, level in enumerate(motion.levels)
+    ]
     rise_s = reader.cycles(("step", "rise"), motion.rise) * reader.rig.period_s
     dwell_s = reader.cycles(("step", "dwell"), motion.dwell) * reader.rig.period_s
     return profiles.Step(situation.start, levels * motion.times, dwell_s, rise_s)
@@ -162,6 +251,8 @@ def _staircase(reader: Reader, motion: Staircase, situation: Situation) -> Profi
     levels = [start + (end - start) * i / motion.steps for i in range(motion.steps)] + [end]
     levels += levels[-2::-1] if motion.back else []
     speed = reader.speed(("staircase", "speed"), motion.speed, coordinate)
-    acceleration = reader.acceleration(("staircase", "acceleration"), motion.acceleration, coordinate)
+    acceleration = reader.acceleration(
+        ("staircase", "acceleration"), motion.acceleration, coordinate
+    )
     dwell_s = reader.positive(("staircase", "dwell"), motion.dwell, "s")
     return profiles.Staircase(situation.start, levels, dwell_s, speed, acceleration)

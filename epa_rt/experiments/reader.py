@@ -57,7 +57,11 @@ class Reader:
         """Bus cycles of a duration, at least one. Raises ConfigError."""
         count = round(self.positive(keys, written, "s") / self.rig.period_s)
         if count < 1:
-            raise self.error(keys, f"'{self.text(keys, written)}'", f"at least one cycle of {self.rig.period_s * 1e3:g} ms")
+            raise self.error(
+                keys,
+                f"'{self.text(keys, written)}'",
+                f"at least one cycle of {self.rig.period_s * 1e3:g} ms",
+            )
         return count
 
     def pressure(self, keys: Location, written: str) -> float:
@@ -68,17 +72,28 @@ class Reader:
             raise self._unit_error(keys, written, error) from None
 
     def position(self, keys: Location, written: str, coordinate: Coordinate) -> float:
-        """SI position of a place or a quantity, within the limits of the controlled row. Raises ConfigError."""
+        """SI position of a place or a quantity, within the limits of the controlled row. Raises
+        ConfigError.
+        """
         text = self.text(keys, written)
         if text in coordinate.places:
             return coordinate.places[text]
         if text[:1].isalpha():
             known = ", ".join(coordinate.places) or "none"
-            raise self.error(keys, f"the place '{text}'", f"a position with its unit, or a place of this rig: {known}")
+            raise self.error(
+                keys,
+                f"the place '{text}'",
+                f"a position with its unit, or a place of this rig: {known}",
+            )
         value = self.quantity(keys, written, coordinate.si_unit)
         low, high = coordinate.limits
         if not low <= value <= high:
-            raise self.error(keys, f"'{text}'", f"a position within the rig's limits, {show(low, coordinate.si_unit)} to {show(high, coordinate.si_unit)}")
+            raise self.error(
+                keys,
+                f"'{text}'",
+                f"a position within the rig's limits, {show(low, coordinate.si_unit)} to"
+                f" {show(high, coordinate.si_unit)}",
+            )
         return value
 
     def speed(self, keys: Location, written: str, coordinate: Coordinate) -> float:
@@ -86,26 +101,42 @@ class Reader:
         return self._limited(keys, written, coordinate.si_unit, "/s", coordinate.speed_max)
 
     def acceleration(self, keys: Location, written: str | None, coordinate: Coordinate) -> float:
-        """Acceleration in SI, half of what the rig allows where none is written. Raises ConfigError."""
+        """Acceleration in SI, half of what the rig allows where none is written. Raises
+        ConfigError.
+        """
         if written is None:
             return 0.5 * coordinate.acceleration_max
         return self._limited(keys, written, coordinate.si_unit, "/s^2", coordinate.acceleration_max)
 
     def frequency(self, keys: Location, written: str) -> float:
-        """Hz, slow enough for the period: at least 20 cycles per wave, a tenth of Nyquist. Raises ConfigError."""
+        """Hz, slow enough for the period: at least 20 cycles per wave, a tenth of Nyquist. Raises
+        ConfigError.
+        """
         value = self.positive(keys, written, "Hz")
         highest = 0.05 / self.rig.period_s
         if value > highest:
-            raise self.error(keys, f"'{self.text(keys, written)}'",
-                             f"at most {highest:g} Hz, a tenth of Nyquist at a period of {self.rig.period_s * 1e3:g} ms")
+            raise self.error(
+                keys,
+                f"'{self.text(keys, written)}'",
+                f"at most {highest:g} Hz, a tenth of Nyquist at a period of"
+                f" {self.rig.period_s * 1e3:g} ms",
+            )
         return value
 
-    def _limited(self, keys: Location, written: str, si_unit: str, rate: str, highest: float) -> float:
+    def _limited(
+        self, keys: Location, written: str, si_unit: str, rate: str, highest: float
+    ) -> float:
         value = self.positive(keys, written, si_unit + rate)
         if value > highest:
-            raise self.error(keys, f"'{self.text(keys, written)}'", f"at most the rig's limit, {show(highest, si_unit, rate)}")
+            raise self.error(
+                keys,
+                f"'{self.text(keys, written)}'",
+                f"at most the rig's limit, {show(highest, si_unit, rate)}",
+            )
         return value
 
     def _unit_error(self, keys: Location, written: str, error: UnitError) -> ConfigError:
         found, expected = str(error).removeprefix("found ").split(", expected ", 1)
-        return self.error(keys, found + (f" for {written}" if written.startswith("$") else ""), expected)
+        return self.error(
+            keys, found + (f" for {written}" if written.startswith("$") else ""), expected
+        )

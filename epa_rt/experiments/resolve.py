@@ -1,4 +1,6 @@
-"""Walks through an experiment file and lays its phases out in the order of the run, each checked against the rig."""
+"""Walks through an experiment file and lays its phases out in the order of the run, each checked
+against the rig.
+"""
 
 from collections.abc import Iterator, Mapping
 
@@ -43,7 +45,10 @@ class Resolver:
     def _repetitions(self) -> list[dict[str, str]]:
         if not self.file.repeat:
             return [{}] * (self.file.times or 1)
-        return [dict(zip(self.file.repeat, values)) for values in zip(*self.file.repeat.values())]
+        return [
+            dict(zip(self.file.repeat, values, strict=False))
+            for values in zip(*self.file.repeat.values(), strict=False)
+        ]
 
     def _check_repeat(self) -> None:
         repeat = self.file.repeat
@@ -52,46 +57,83 @@ class Resolver:
         first = next(iter(repeat), None)
         for name, values in repeat.items():
             if len(values) != len(repeat[first]):
-                raise self.located.error(("repeat", name), f"{len(values)} values", f"as many as ${first} has, {len(repeat[first])}")
+                raise self.located.error(
+                    ("repeat", name),
+                    f"{len(values)} values",
+                    f"as many as ${first} has, {len(repeat[first])}",
+                )
             for i, value in enumerate(values):
                 if value.startswith("$"):
-                    raise self.located.error(("repeat", name, i), f"'{value}'", "a number with its unit")
+                    raise self.located.error(
+                        ("repeat", name, i), f"'{value}'", "a number with its unit"
+                    )
             if f'"${name}"' not in self.file.model_dump_json(include={"phases"}):
-                raise self.located.error(("repeat", name), f"'{name}', which no phase uses", f"a phase with ${name}")
+                raise self.located.error(
+                    ("repeat", name), f"'{name}', which no phase uses", f"a phase with ${name}"
+                )
 
     def _check_names(self) -> None:
         seen: set[str] = set()
         for section in ("before", "phases", "after"):
             for i, phase in enumerate(getattr(self.file, section)):
                 if phase.name in seen:
-                    raise self.located.error((section, i, "name"), f"the phase name '{phase.name}' a second time", "each name once")
+                    raise self.located.error(
+                        (section, i, "name"),
+                        f"the phase name '{phase.name}' a second time",
+                        "each name once",
+                    )
                 seen.add(phase.name)
 
-    def _phase(self, phase: PhaseFile, where: Location, repetition: int | None, values: Mapping[str, str]) -> Phase:
+    def _phase(
+        self, phase: PhaseFile, where: Location, repetition: int | None, values: Mapping[str, str]
+    ) -> Phase:
         reader = Reader(self.located, self.rig, where, values)
         loop = self._loop(phase, where)
         coordinate = coordinate_of(self.rig, loop)
         if coordinate.position_key != self._position_key:
-            self._position_key, self._position = coordinate.position_key, None if coordinate.measured else 0.0
+            self._position_key, self._position = (
+                coordinate.position_key,
+                (None if coordinate.measured else 0.0),
+            )
         orders = self._orders.of(reader, phase)
         cycles = _cycles(reader, phase)
         section = ("before", "phases", "after").index(where[0])
-        seed = (phase.seed,) if phase.seed is not None else (self.file.seed, section, int(where[1]), repetition or 0)
+        seed = (
+            (phase.seed,)
+            if phase.seed is not None
+            else (self.file.seed, section, int(where[1]), repetition or 0)
+        )
         duration_s = None if cycles is None else cycles * self.rig.period_s
         motion = plan(reader, phase, Situation(coordinate, self._position, duration_s, seed))
         self._position = motion.end
         conditions = tuple(self._condition(reader, i, until) for i, until in enumerate(phase.until))
         trial_index = self._trials if phase.trial else None
         self._trials += phase.trial
-        return Phase(_label(phase.name, repetition, values), phase.name, loop, coordinate, motion, orders, cycles, conditions,
-                     self._timeout(reader, phase, cycles, motion), trial_index, repetition, values,
-                     _estimate(cycles, motion, conditions, self.rig.period_s))
+        return Phase(
+            _label(phase.name, repetition, values),
+            phase.name,
+            loop,
+            coordinate,
+            motion,
+            orders,
+            cycles,
+            conditions,
+            self._timeout(reader, phase, cycles, motion),
+            trial_index,
+            repetition,
+            values,
+            _estimate(cycles, motion, conditions, self.rig.period_s),
+        )
 
     def _loop(self, phase: PhaseFile, where: Location) -> str:
         possible, place = possible_loops(self.rig), (*where, "loop") if phase.loop else ("loop",)
         loop = phase.loop or self.file.loop
         if loop not in possible:
-            raise self.located.error(place, f"the loop '{loop}'", f"one that the rig '{self.rig.name}' can do: {', '.join(possible)}")
+            raise self.located.error(
+                place,
+                f"the loop '{loop}'",
+                f"one that the rig '{self.rig.name}' can do: {', '.join(possible)}",
+            )
         return loop
 
     def _condition(self, reader: Reader, i: int, until: Until) -> Condition:
@@ -100,24 +142,52 @@ class Resolver:
         measured = {row.name for row in self.rig.inputs}
         where = ("until",) if ("until", i) not in self.located.lines else ("until", i)
         if until.signal not in measured:
-            raise reader.error((*where, "signal"), f"the signal '{until.signal}'", f"a measured one: {', '.join(sorted(measured))}")
-        side, written = ("below", until.below) if until.below is not None else ("above", until.above)
+            raise reader.error(
+                (*where, "signal"),
+                f"the signal '{until.signal}'",
+                f"a measured one: {', '.join(sorted(measured))}",
+            )
+        side, written = (
+            ("below", until.below) if until.below is not None else ("above", until.above)
+        )
         si_unit = si_unit_of(until.signal)
-        value = reader.pressure((*where, side), written) if si_unit == "Pa" else reader.quantity((*where, side), written, si_unit or "1")
-        steady = max(1, round(reader.quantity((*where, "steady"), until.steady, "s") / self.rig.period_s))
-        return Condition(f"{until.signal} {side} {written}", until.signal, 1.0 if side == "above" else -1.0, value, steady)
+        value = (
+            reader.pressure((*where, side), written)
+            if si_unit == "Pa"
+            else reader.quantity((*where, side), written, si_unit or "1")
+        )
+        steady = max(
+            1, round(reader.quantity((*where, "steady"), until.steady, "s") / self.rig.period_s)
+        )
+        return Condition(
+            f"{until.signal} {side} {written}",
+            until.signal,
+            1.0 if side == "above" else -1.0,
+            value,
+            steady,
+        )
 
-    def _timeout(self, reader: Reader, phase: PhaseFile, cycles: int | None, motion: Motion) -> int | None:
+    def _timeout(
+        self, reader: Reader, phase: PhaseFile, cycles: int | None, motion: Motion
+    ) -> int | None:
         if phase.timeout is None:
             if phase.until:
-                raise reader.error(("until",), "'until' without a timeout", "'timeout: TIME' beside it")
+                raise reader.error(
+                    ("until",), "'until' without a timeout", "'timeout: TIME' beside it"
+                )
             return None
         if not phase.until:
-            raise reader.error(("timeout",), "a timeout without 'until'", "'until: CONDITION' beside it")
+            raise reader.error(
+                ("timeout",), "a timeout without 'until'", "'until: CONDITION' beside it"
+            )
         timeout = reader.cycles(("timeout",), phase.timeout)
         least_s = _motion_s(cycles, motion, self.rig.period_s)
         if timeout * self.rig.period_s <= least_s:
-            raise reader.error(("timeout",), f"'{phase.timeout}'", f"more than the {least_s:g} s that the phase takes anyway")
+            raise reader.error(
+                ("timeout",),
+                f"'{phase.timeout}'",
+                f"more than the {least_s:g} s that the phase takes anyway",
+            )
         return timeout
 
 
@@ -127,7 +197,9 @@ def _cycles(reader: Reader, phase: PhaseFile) -> int | None:
         if kind in LASTING:
             raise reader.error((kind,), f"a {kind} without 'for'", "'for: TIME' beside it")
         if kind is None and not phase.until:
-            raise reader.error((), f"the phase '{phase.name}' without an end", "a motion, 'for' or 'until'")
+            raise reader.error(
+                (), f"the phase '{phase.name}' without an end", "a motion, 'for' or 'until'"
+            )
         return None
     if kind is not None and kind not in LASTING:
         raise reader.error(("for",), f"'for' beside '{kind}'", f"no 'for': a {kind} ends by itself")
@@ -140,7 +212,9 @@ def _motion_s(cycles: int | None, motion: Motion, period_s: float) -> float:
     return motion.planned.duration_s if motion.planned is not None else 0.0
 
 
-def _estimate(cycles: int | None, motion: Motion, conditions: tuple[Condition, ...], period_s: float) -> float:
+def _estimate(
+    cycles: int | None, motion: Motion, conditions: tuple[Condition, ...], period_s: float
+) -> float:
     return _motion_s(cycles, motion, period_s) + (CONDITION_GUESS_S if conditions else 0.0)
 
 

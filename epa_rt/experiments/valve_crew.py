@@ -1,4 +1,6 @@
-"""Passes a phase's orders on to the valves of the muscles, and keeps the pressures that were asked for."""
+"""Passes a phase's orders on to the valves of the muscles, and keeps the pressures that were asked
+for.
+"""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -39,7 +41,9 @@ class ValveCrew:
         self.targets = {f"ref_{signal}": measured[signal] for signal in self._pressures.values()}
 
     def tell(self, orders: Iterable[ValveOrder]) -> None:
-        """Passes orders on; a re-trim is allowed while setting, and afterwards only by hold_and_trim."""
+        """Passes orders on; a re-trim is allowed while setting, and afterwards only by
+        hold_and_trim.
+        """
         for order in orders:
             valve, target_key = self._valves[order.muscle], f"ref_{self._pressures[order.muscle]}"
             valve.allow_retrim(order.word in ("set", "hold_and_trim"))
@@ -58,7 +62,9 @@ class ValveCrew:
             # hold_and_trim: it holds since it was set, and only now may be trimmed
 
     def stop(self) -> None:
-        """Closes what fills. What vents goes on, and a failed valve stays as it failed: both are on the safe side."""
+        """Closes what fills. What vents goes on, and a failed valve stays as it failed: both are on
+        the safe side.
+        """
         for name, valve in self._valves.items():
             valve.allow_retrim(False)
             if name not in self._venting:

@@ -11,47 +11,74 @@ from epa_rt.gap.subject import Subject, Values
 
 
 class Part:
-    """A subject whose residuals are NaN outside ``windows``: recording name to (start, stop) pairs in samples."""
+    """A subject whose residuals are NaN outside ``windows``: recording name to (start, stop) pairs
+    in samples.
+    """
 
     def __init__(self, subject: Subject, windows: Mapping[str, Sequence[tuple[int, int]]]) -> None:
         self._subject, self._windows = subject, windows
         self.name, self.rate_hz, self.links = subject.name, subject.rate_hz, subject.links
         self.nominal, self.catalogue, self.knobs = subject.nominal, subject.catalogue, subject.knobs
-        self.touched, self.patched, self.without_stop = subject.touched, subject.patched, subject.without_stop
+        self.touched, self.patched, self.without_stop = (
+            subject.touched,
+            subject.patched,
+            subject.without_stop,
+        )
         self.doubted = self._doubted if getattr(subject, "doubted", None) is not None else None
         self.told = getattr(subject, "told", lambda recording: True)
-        self.rougher = getattr(subject, "rougher", lambda far: None)  # of the whole recording too: asked for runs alone
+        self.rougher = getattr(
+            subject, "rougher", lambda far: None
+        )  # of the whole recording too: asked for runs alone
         self.upto = getattr(subject, "upto", None)
         self.read_again = getattr(subject, "read_again", None)
-        self.repeats = getattr(subject, "repeats", None)   # of the whole recording: its laps
+        self.repeats = getattr(subject, "repeats", None)  # of the whole recording: its laps
         self.lowpass_hz = getattr(subject, "lowpass_hz", subject.rate_hz)
 
     def _doubted(self, prepared: Mapping[str, tuple[object, Recording]]) -> "Part":
-        return Part(self._subject.doubted({name: one for name, (one, _) in prepared.items()}), self._windows)
+        return Part(
+            self._subject.doubted({name: one for name, (one, _) in prepared.items()}), self._windows
+        )
 
     def prepare(self, recording: Recording) -> tuple[object, Recording]:
         """What the subject prepares, and the recording, whose name finds its windows."""
         return self._subject.prepare(recording), recording
 
     def residual(self, prepared: tuple[object, Recording], values: Values, link: str) -> np.ndarray:
-        """As Subject.residual, NaN outside the recording's windows besides; everywhere where it has none."""
+        """As Subject.residual, NaN outside the recording's windows besides; everywhere where it has
+        none.
+        """
         inner, recording = prepared
         found = self._subject.residual(inner, values, link)
         outside = np.ones(len(found), bool)
         for start, stop in self._windows.get(recording.name, ()):
-            a, b = (round(edge * len(found) / recording.samples) for edge in (start, stop))  # not by time: a log's rate may be a little off the rig's
+            a, b = (
+                round(edge * len(found) / recording.samples) for edge in (start, stop)
+            )  # not by time: a log's rate may be a little off the rig's
             outside[a:b] = False
         return np.where(outside, np.nan, found)
 
     def free_run(self, recording: Recording, values: Values, seed: int | None) -> Recording | None:
         """As Subject.free_run, under the recording's own name."""
         found = self._subject.free_run(recording, values, seed)
-        return found and replace(found, name=recording.name)   # so that its windows are those of the recording
+        return found and replace(
+            found, name=recording.name
+        )  # so that its windows are those of the recording
 
     def only(self, recordings: Sequence[Recording]) -> tuple[Recording, ...]:
-        """The recordings that have a window, with those trials alone that lie in one: what is to be judged in free run."""
-        return tuple(replace(one, spans=tuple(replace(span, trial=span.trial and self._inside(one.name, span)) for span in one.spans))
-                     for one in recordings if self._windows.get(one.name))
+        """The recordings that have a window, with those trials alone that lie in one: what is to be
+        judged in free run.
+        """
+        return tuple(
+            replace(
+                one,
+                spans=tuple(
+                    replace(span, trial=span.trial and self._inside(one.name, span))
+                    for span in one.spans
+                ),
+            )
+            for one in recordings
+            if self._windows.get(one.name)
+        )
 
     def _inside(self, name: str, span: Span) -> bool:
         return any(start <= span.start and span.stop <= stop for start, stop in self._windows[name])
@@ -62,7 +89,8 @@ class Part:
 
 
 def split(subject: Subject, recordings: Sequence[Recording]) -> tuple[Part, Part] | None:
-    """The subject on most trials, and on the last trial of every log that has several; the last log where none has.
+    """The subject on most trials, and on the last trial of every log that has several; the last log
+    where none has.
 
     None where there is but one log with one trial: nothing can be set aside.
     """

@@ -1,4 +1,6 @@
-"""The diagnosis from recordings to answer: what makes the gap, how far it shrinks, and what is said of it."""
+"""The diagnosis from recordings to answer: what makes the gap, how far it shrinks, and what is said
+of it.
+"""
 
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -15,14 +17,24 @@ from epa_rt.gap.shrink import shrinkage
 from epa_rt.gap.subject import Subject
 
 
-def diagnose(subject: Subject, recordings: Sequence[Recording], holdout: Sequence[Recording] = (), without: Iterable[str] = (),
-             repeats=None, seed: int = 0, floors=floors_of, how_far: bool = True, progress: Progress = lambda stage, share: None,
-             stop: Callable[[], bool] | None = None) -> Diagnosis:
+def diagnose(
+    subject: Subject,
+    recordings: Sequence[Recording],
+    holdout: Sequence[Recording] = (),
+    without: Iterable[str] = (),
+    repeats=None,
+    seed: int = 0,
+    floors=floors_of,
+    how_far: bool = True,
+    progress: Progress = lambda stage, share: None,
+    stop: Callable[[], bool] | None = None,
+) -> Diagnosis:
     """Where the gap lies, which effect makes it, how far it shrinks.
 
-    ``holdout``: recordings for the shrinkage; without any, the last trial of every log is set aside. ``without``: effects
-    left out of the catalogue. ``repeats``: as ``floor.floors`` takes them. ``progress(stage, share)`` is called from this
-    thread. Raises Stopped when ``stop()`` says so, KeyError where a recording lacks a column or ``repeats`` name one that is not there.
+    ``holdout``: recordings for the shrinkage; without any, the last trial of every log is set
+    aside. ``without``: effects left out of the catalogue. ``repeats``: as ``floor.floors`` takes
+    them. ``progress(stage, share)`` is called from this thread. Raises Stopped when ``stop()`` says
+    so, KeyError where a recording lacks a column or ``repeats`` name one that is not there.
     """
     begun = time.monotonic()
     given = (recordings, holdout, tuple(without), repeats, seed, floors, how_far)
@@ -31,15 +43,32 @@ def diagnose(subject: Subject, recordings: Sequence[Recording], holdout: Sequenc
     if rest is not None:
         progress("the rest, without the drive's own loop", 0.0)
         unasked = tuple(effect.name for effect in subject.catalogue if effect not in rest.catalogue)
-        both = joined(answer, _diagnosed(rest, *given, progress, stop)[1], subject.own_loop[0], unasked)
+        both = joined(
+            answer, _diagnosed(rest, *given, progress, stop)[1], subject.own_loop[0], unasked
+        )
         answer, inputs = both, {WITHOUT_LINK: subject.own_loop[0]} if both is not answer else {}
     progress("done", 1.0)
-    inputs |= {"subject": subject.name, "logs": [r.name for r in recordings], "holdout": [r.name for r in holdout], "without": list(without)}
+    inputs |= {
+        "subject": subject.name,
+        "logs": [r.name for r in recordings],
+        "holdout": [r.name for r in holdout],
+        "without": list(without),
+    }
     return replace(answer, seconds=time.monotonic() - begun, inputs=inputs)
 
 
-def _diagnosed(subject: Subject, recordings: Sequence[Recording], holdout: Sequence[Recording], without: tuple[str, ...], repeats, seed: int, floors,
-               how_far: bool, progress: Progress, stop: Callable[[], bool] | None) -> tuple[Attribution, Diagnosis]:
+def _diagnosed(
+    subject: Subject,
+    recordings: Sequence[Recording],
+    holdout: Sequence[Recording],
+    without: tuple[str, ...],
+    repeats,
+    seed: int,
+    floors,
+    how_far: bool,
+    progress: Progress,
+    stop: Callable[[], bool] | None,
+) -> tuple[Attribution, Diagnosis]:
     halves = None if holdout else split(subject, recordings)
     fitted, judged = halves or (subject, subject)
     found = attributed(fitted, recordings, without, repeats, seed, floors, progress, stop)
@@ -47,18 +76,44 @@ def _diagnosed(subject: Subject, recordings: Sequence[Recording], holdout: Seque
     rows: tuple[Shrinkage, ...] = ()
     logs = holdout or (judged.only(recordings) if halves else recordings)
     if how_far:
-        rows = _how_far(judged, logs, found, found.refitted, found.selection.final.values, floors, seed, lambda stage, share: progress(stage, 0.8 + 0.15 * share))
+        rows = _how_far(
+            judged,
+            logs,
+            found,
+            found.refitted,
+            found.selection.final.values,
+            floors,
+            seed,
+            lambda stage, share: progress(stage, 0.8 + 0.15 * share),
+        )
     progress("what is left", 0.95)
     answer = composed(fitted, recordings, found, rows, bool(holdout or halves), progress)
-    if how_far and found.selection.roles and not answer.effects:  # what was found and not named closes nothing
+    if (
+        how_far and found.selection.roles and not answer.effects
+    ):  # what was found and not named closes nothing
         base = found.selection.base.values
-        answer = replace(answer, shrinkage=_how_far(judged, logs, found, base, base, floors, seed, lambda stage, share: None))
+        answer = replace(
+            answer,
+            shrinkage=_how_far(
+                judged, logs, found, base, base, floors, seed, lambda stage, share: None
+            ),
+        )
     return found, answer
 
 
-def _how_far(subject: Subject, recordings: Sequence[Recording], found: Attribution, before: Mapping[str, float], after: Mapping[str, float], floors, seed: int,
-             progress: Progress) -> tuple[Shrinkage, ...]:
-    """On logs or trials that no fit has seen what the method itself leaves is found anew: that of the fitted ones is not known there."""
+def _how_far(
+    subject: Subject,
+    recordings: Sequence[Recording],
+    found: Attribution,
+    before: Mapping[str, float],
+    after: Mapping[str, float],
+    floors,
+    seed: int,
+    progress: Progress,
+) -> tuple[Shrinkage, ...]:
+    """On logs or trials that no fit has seen what the method itself leaves is found anew: that of
+    the fitted ones is not known there.
+    """
     names = {r.name for r in found.problem.recordings}
     level = found.problem.floors
     aside = subject is not found.problem.subject and any(floor.bias for floor in level.values())

@@ -4,42 +4,53 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Literal
 
-Verdict = Literal["no_gap", "explained", "partly_explained", "not_in_catalogue", "not_excited", "not_separable"]
+Verdict = Literal[
+    "no_gap", "explained", "partly_explained", "not_in_catalogue", "not_excited", "not_separable"
+]
 Mode = Literal["teacher_forced", "free_run"]
 Baseline = Literal["refitted", "plant_file"]
 Who = Literal["rig", "plant_file", "both"]
 
-DECIDES = 25.0  # chi-square between two answers that settles the matter: five standard deviations of the noise
-TELLS = 10.0    # by less no two answers are told apart
+# chi-square between two answers that settles the matter: five standard deviations of the noise
+DECIDES = 25.0
+TELLS = 10.0  # by less no two answers are told apart
 
-GAIN = 100.0    # chi-square that a place must explain for a gap to come from there
-SHARE = 0.25    # of the excess, and of what nominal parameters are strained by, that it must explain
-NEAR = 0.5      # of what the first one explains, without which no place comes near
-APART = 2.0     # deviations over the blocks from which a place is behind the first
-MISFIT = 350.0  # chi-square by which a place is not behind: on 36 rigs without a gap places explained up to 343 of what the method leaves there
+GAIN = 100.0  # chi-square that a place must explain for a gap to come from there
+SHARE = 0.25  # of the excess, and of what nominal parameters are strained by, that it must explain
+NEAR = 0.5  # of what the first one explains, without which no place comes near
+APART = 2.0  # deviations over the blocks from which a place is behind the first
+# chi-square by which a place is not behind: on 36 rigs without a gap places explained up to 343 of
+# what the method leaves there
+MISFIT = 350.0
 
 
 @dataclass(frozen=True)
 class Place:
-    """Where the gap lies: a link's (in free run a reading's) excess over its noise floor, ranked by significance."""
+    """Where the gap lies: a link's (in free run a reading's) excess over its noise floor, ranked by
+    significance.
+    """
 
     block: str
     link: str
     channel: str
     unit: str
-    rms: float                      # of the residual after the nominal parameters have been refitted
-    floor: float                    # rms of the noise floor
-    excess: float                   # sqrt(rms^2 - floor^2), 0 where below
+    rms: float  # of the residual after the nominal parameters have been refitted
+    floor: float  # rms of the noise floor
+    excess: float  # sqrt(rms^2 - floor^2), 0 where below
     times_floor: float
-    significance: float             # z of the excess; above 4 is beyond doubt
-    state: dict[str, float]         # region ("speed > 0", "reversal", "pressure high") to its excess over floor
-    band_hz: dict[str, float]       # "0.1-0.3" to excess over floor
-    time_s: dict[str, float]        # "LOG 0-10" to excess over floor
+    significance: float  # z of the excess; above 4 is beyond doubt
+    state: dict[
+        str, float
+    ]  # region ("speed > 0", "reversal", "pressure high") to its excess over floor
+    band_hz: dict[str, float]  # "0.1-0.3" to excess over floor
+    time_s: dict[str, float]  # "LOG 0-10" to excess over floor
 
 
 @dataclass(frozen=True)
 class Number:
-    """A parameter with its unit and its 95 % interval; ``neutral`` is what the plant file says: of an effect that it lacks, the value without it."""
+    """A parameter with its unit and its 95 % interval; ``neutral`` is what the plant file says: of
+    an effect that it lacks, the value without it.
+    """
 
     name: str
     value: float
@@ -47,7 +58,9 @@ class Number:
     low: float
     high: float
     neutral: float
-    at_end: bool = False            # whether the value stands where its law's range ends, and neither as in the plant file nor absent
+    # whether the value stands where its law's range ends, and neither as in the plant file nor
+    # absent
+    at_end: bool = False
 
 
 @dataclass(frozen=True)
@@ -56,9 +69,13 @@ class Near:
 
     name: str
     family: str
-    explains_share: float           # of what the named one explains block by block, on trials that neither was fitted to
-    behind: float                   # deviations over blocks by which it is behind there
-    behind_in_free_run: float | None  # chi-square by which it is behind there; None where it was not tried
+    explains_share: (
+        float  # of what the named one explains block by block, on trials that neither was fitted to
+    )
+    behind: float  # deviations over blocks by which it is behind there
+    behind_in_free_run: (
+        float | None
+    )  # chi-square by which it is behind there; None where it was not tried
 
 
 @dataclass(frozen=True)
@@ -69,30 +86,39 @@ class Named:
     family: str
     block: str
     parameters: tuple[Number, ...]
-    confidence: float               # 0 to 1: share of block-bootstrap resamples in which it stays first, times 1 - 3 x the share of the gap left block by block and 1 - 10 x that in free run
-    gain: float                     # fall of chi-square over its expectation by chance, in units of the noise
+    # 0 to 1: share of block-bootstrap resamples in which it stays first, times 1 - 3 x the share of
+    # the gap left block by block and 1 - 10 x that in free run
+    confidence: float
+    gain: float  # fall of chi-square over its expectation by chance, in units of the noise
     not_separable_from: tuple[str, ...] = ()
-    who: Who = "rig"                # has it: the rig alone, the plant file alone (it is to be taken out), or both at other strengths
+    # has it: the rig alone, the plant file alone (it is to be taken out), or both at other
+    # strengths
+    who: Who = "rig"
     came_near: tuple[Near, ...] = ()  # the nearest laws of other families, nearest first
-    in_more_numbers: tuple[str, ...] = ()  # laws of its family with more numbers that were fitted and have become it
+    in_more_numbers: tuple[
+        str, ...
+    ] = ()  # laws of its family with more numbers that were fitted and have become it
 
 
 @dataclass(frozen=True)
 class Shrinkage:
-    """How far the gap of one channel shrinks; ``closed_share`` is 1 - (after^2 - floor^2)/(before^2 - floor^2), unclipped."""
+    """How far the gap of one channel shrinks; ``closed_share`` is 1 - (after^2 - floor^2)/(before^2
+    - floor^2), unclipped.
+    """
 
     channel: str
     unit: str
     mode: Mode
-    log: str                        # held-out log, or "all"
+    log: str  # held-out log, or "all"
     before: float
     after: float
     floor: float
-    closed_share: float | None      # None where there was no gap to close
+    closed_share: float | None  # None where there was no gap to close
     interval: tuple[float, float] | None
     times_floor: float
-    floor_source: str               # "repeats", "twin", "sensors"
-    baseline: Baseline = "refitted" # "before": nominal parameters refitted without the effects, or the plant file as it stands
+    floor_source: str  # "repeats", "twin", "sensors"
+    # "before": nominal parameters refitted without the effects, or the plant file as it stands
+    baseline: Baseline = "refitted"
 
 
 @dataclass(frozen=True)
@@ -104,9 +130,13 @@ class Remainder:
     unit: str
     rms: float
     floor: float
-    depends_on: tuple[tuple[str, float], ...]   # feature and share of the excess that it explains, ranked; above 1 where that goes below the floor
-    explained_share: float                      # by the generic model, of the excess, on held-out spans
-    coverage: float | None                      # shrink(named effects) / shrink(generic model)
+    depends_on: tuple[
+        tuple[str, float], ...
+        # feature and share of the excess that it explains, ranked; above 1 where that goes below
+        # the floor
+    ]
+    explained_share: float  # by the generic model, of the excess, on held-out spans
+    coverage: float | None  # shrink(named effects) / shrink(generic model)
 
 
 @dataclass(frozen=True)
@@ -115,9 +145,11 @@ class NextExperiment:
 
     name: str
     settings: dict[str, str]
-    separates: tuple[str, ...]      # effects that stand in some of the answers and not in all
-    expected_distance: float        # chi-square between the two best fits on the new data; above 25 decides
-    file: str                       # text of an experiment file for ``epa run``
+    separates: tuple[str, ...]  # effects that stand in some of the answers and not in all
+    expected_distance: (
+        float  # chi-square between the two best fits on the new data; above 25 decides
+    )
+    file: str  # text of an experiment file for ``epa run``
     says: str
 
     @property
@@ -130,30 +162,41 @@ class NextExperiment:
 class Origin:
     """What an error of one place, whatever its law, explains of a gap that no effect does."""
 
-    place: str                      # "force_cell"
+    place: str  # "force_cell"
     block: str
-    says: str                       # "the reading of the force"
-    gain: float                     # chi-square on trials that the error's fit has not seen
-    explained_share: float          # that gain over the excess over noise and what nominal parameters are strained by
-    behind: float                   # deviations over the logs' blocks behind the place that explains most
+    says: str  # "the reading of the force"
+    gain: float  # chi-square on trials that the error's fit has not seen
+    explained_share: (
+        float  # that gain over the excess over noise and what nominal parameters are strained by
+    )
+    behind: float  # deviations over the logs' blocks behind the place that explains most
 
 
 def likely(found: Sequence[Origin]) -> tuple[Origin, ...]:
-    """The places that a gap comes from, as far as its links can be told from others'; none where no place explains it."""
+    """The places that a gap comes from, as far as its links can be told from others'; none where no
+    place explains it.
+    """
     if not found or found[0].gain < GAIN or found[0].explained_share < SHARE:
         return ()
-    return tuple(one for one in found if one.gain > NEAR * found[0].gain and (one.behind < APART or found[0].gain - one.gain < MISFIT))
+    return tuple(
+        one
+        for one in found
+        if one.gain > NEAR * found[0].gain
+        and (one.behind < APART or found[0].gain - one.gain < MISFIT)
+    )
 
 
 @dataclass(frozen=True)
 class FreeRun:
-    """What the whole plant says that runs from the commands alone, in chi-square above noise and steps, four readings a second."""
+    """What the whole plant says that runs from the commands alone, in chi-square above noise and
+    steps, four readings a second.
+    """
 
-    gap: float                      # without any effect, nominal parameters fitted
-    left: float                     # with the effects that come nearest
-    explained_share: float | None   # None where there is no gap in free run
-    nearest: tuple[str, ...]        # those effects
-    told_apart: tuple[str, ...]     # effects that explain the links as well, but not the whole
+    gap: float  # without any effect, nominal parameters fitted
+    left: float  # with the effects that come nearest
+    explained_share: float | None  # None where there is no gap in free run
+    nearest: tuple[str, ...]  # those effects
+    told_apart: tuple[str, ...]  # effects that explain the links as well, but not the whole
 
 
 @dataclass(frozen=True)
@@ -161,24 +204,37 @@ class Diagnosis:
     """The whole answer."""
 
     verdict: Verdict
-    says: str                                   # the verdict in one or two sentences
-    found_first: tuple[str, ...] = ()           # what hygiene found; said before any effect
+    says: str  # the verdict in one or two sentences
+    found_first: tuple[str, ...] = ()  # what hygiene found; said before any effect
     location: tuple[Place, ...] = ()
     effects: tuple[Named, ...] = ()
     nominal_moved: tuple[Number, ...] = ()
-    not_tested: tuple[str, ...] = ()            # effects that these logs could not have shown
+    not_tested: tuple[str, ...] = ()  # effects that these logs could not have shown
     shrinkage: tuple[Shrinkage, ...] = ()
     remainder: tuple[Remainder, ...] = ()
     next_experiment: NextExperiment | None = None
-    free_run: FreeRun | None = None             # None where the rig has no model of the whole
-    free_run_location: tuple[Place, ...] = ()   # reading by reading, run from the commands alone with the nominal parameters fitted to that
-    origins: tuple[Origin, ...] = ()            # where the gap may come from, the likeliest first; only with not_in_catalogue
-    doubts: tuple[str, ...] = ()                # what takes from the confidence of all named effects, in sentences
+    free_run: FreeRun | None = None  # None where the rig has no model of the whole
+    free_run_location: tuple[
+        Place, ...
+        # reading by reading, run from the commands alone with the nominal parameters fitted to that
+    ] = ()
+    origins: tuple[
+        Origin, ...
+    ] = ()  # where the gap may come from, the likeliest first; only with not_in_catalogue
+    doubts: tuple[
+        str, ...
+    ] = ()  # what takes from the confidence of all named effects, in sentences
     gate: dict | None = None
-    refitted: dict[str, float] = field(default_factory=dict)  # knob key to value, nominal parameters refitted without the effects
-    fitted: dict[str, float] = field(default_factory=dict)    # the same with the effects: all that a patched plant file differs in
+    refitted: dict[str, float] = field(
+        default_factory=dict
+    )  # knob key to value, nominal parameters refitted without the effects
+    fitted: dict[str, float] = field(
+        default_factory=dict
+    )  # the same with the effects: all that a patched plant file differs in
     seconds: float = 0.0
-    inputs: dict = field(default_factory=dict)  # rig, plant, logs, held-out logs, catalogue left out
+    inputs: dict = field(
+        default_factory=dict
+    )  # rig, plant, logs, held-out logs, catalogue left out
 
     def as_json(self) -> dict:
         return asdict(self)

@@ -4,7 +4,9 @@ from collections.abc import Sequence
 
 from epa_rt.gap.heard import USUAL, Heard
 
-UNSUPPORTED = 0.4  # of a name's confidence is left where the whole plant is no better with it, or further off than any without a gap: wrong there nearly as often as right
+# of a name's confidence is left where the whole plant is no better with it, or further off than any
+# without a gap: wrong there nearly as often as right
+UNSUPPORTED = 0.4
 
 
 def doubted(there: Heard | None) -> bool:
@@ -13,13 +15,24 @@ def doubted(there: Heard | None) -> bool:
 
 
 def doubts(there: Heard | None, elsewhere: Sequence[str]) -> tuple[str, ...]:
-    """Sentences, each of something that takes ``1 - UNSUPPORTED`` from every name's confidence. ``elsewhere``: links with a gap of which the names explain next to nothing."""
+    """Sentences, each of something that takes ``1 - UNSUPPORTED`` from every name's confidence.
+    ``elsewhere``: links with a gap of which the names explain next to nothing.
+    """
     found = []
     if there is not None and not there.supports:
-        found.append("run from the commands alone, the whole plant is no better with the named effects than without")
+        found.append(
+            "run from the commands alone, the whole plant is no better with the named effects than"
+            " without"
+        )
     elif there is not None and there.leaves_more:
-        found.append(f"run from the commands alone, the whole plant keeps {there.left:,.0f} of its {there.gap:,.0f} squared errors (each divided by the noise) with the named "
-                     f"effects, where a rig without a gap keeps {USUAL:.0f} at most: the law may have another form than the rig's, or be a neighbour's")
+        found.append(
+            f"run from the commands alone, the whole plant keeps {there.left:,.0f} of its"
+            f" {there.gap:,.0f} squared errors (each divided by the noise) with the named effects,"
+            f" where a rig without a gap keeps {USUAL:.0f} at most: the law may have another form"
+            " than the rig's, or be a neighbour's"
+        )
     if elsewhere:
-        found.append(f"the named effects explain next to nothing of the gap in {', '.join(elsewhere)}")
+        found.append(
+            f"the named effects explain next to nothing of the gap in {', '.join(elsewhere)}"
+        )
     return tuple(f"Every confidence counts {UNSUPPORTED:g} of itself: {words}." for words in found)

@@ -1,4 +1,6 @@
-"""Sensors at the end of their range: at the terminal's rail, or cut off flat where the motion goes on."""
+"""Sensors at the end of their range: at the terminal's rail, or cut off flat where the motion goes
+on.
+"""
 
 import numpy as np
 
@@ -9,17 +11,24 @@ from epa_rt.gap.recording import PLACES, Recording
 from epa_rt.signals.scaling import Scaling
 
 _AT_RAIL_ROWS = 30
-_FLAT_S = 0.015        # shortest flat piece at the highest or lowest value that counts
-_BESIDE_S = 0.015      # the slope is looked at so far beside a flat piece
-_SUDDEN = 0.25         # of the usual change over that time: a motion that turns or rests slows down before
-_STEPS = 5.0           # of the converter, at least
+_FLAT_S = 0.015  # shortest flat piece at the highest or lowest value that counts
+_BESIDE_S = 0.015  # the slope is looked at so far beside a flat piece
+_SUDDEN = 0.25  # of the usual change over that time: a motion that turns or rests slows down before
+_STEPS = 5.0  # of the converter, at least
 _PIECES = 3
 
 
 def check_ends(recording: Recording, rig: Rig | None) -> list[Finding]:
-    """Findings on saturated channels. Of a rig of others no rail is known, and a place may run into a stop."""
+    """Findings on saturated channels. Of a rig of others no rail is known, and a place may run into
+    a stop.
+    """
     if rig is None:
-        return [one for name in measured_names(recording) if not name.endswith(PLACES) for one in _cut_off(recording, name, recording.columns[name], 0.0)]
+        return [
+            one
+            for name in measured_names(recording)
+            if not name.endswith(PLACES)
+            for one in _cut_off(recording, name, recording.columns[name], 0.0)
+        ]
     found = []
     rows = {row.name for row in rig.inputs}
     for name in (n for n in measured_names(recording) if n in rows):
@@ -27,15 +36,26 @@ def check_ends(recording: Recording, rig: Rig | None) -> list[Finding]:
         if scaling is None or not np.isfinite(values).any():
             continue
         # a speed has plateaus of its own; where it is cut off it disagrees with the slope
-        found += _at_rail(recording, name, values, scaling) or ([] if name == rig.motor.speed else _cut_off(recording, name, values, abs(scaling.slope)))
+        found += _at_rail(recording, name, values, scaling) or (
+            [] if name == rig.motor.speed else _cut_off(recording, name, values, abs(scaling.slope))
+        )
     return found
 
 
 def _of(recording: Recording, name: str, sentence: str, rows: list) -> Finding:
-    return Finding("exclude", "saturated", recording.name, name, f"{recording.name}: {name}: {sentence}; they are left out", tuple(rows))
+    return Finding(
+        "exclude",
+        "saturated",
+        recording.name,
+        name,
+        f"{recording.name}: {name}: {sentence}; they are left out",
+        tuple(rows),
+    )
 
 
-def _at_rail(recording: Recording, name: str, values: np.ndarray, scaling: Scaling) -> list[Finding]:
+def _at_rail(
+    recording: Recording, name: str, values: np.ndarray, scaling: Scaling
+) -> list[Finding]:
     """Values at the ends of what the terminal can say."""
     low, high = sorted((scaling.to_si(scaling.valid_low), scaling.to_si(scaling.valid_high)))
     one = 1.5 * abs(scaling.slope)
@@ -43,11 +63,21 @@ def _at_rail(recording: Recording, name: str, values: np.ndarray, scaling: Scali
     if near.sum() < _AT_RAIL_ROWS:
         return []
     row = int(np.argmax(near))
-    return [_of(recording, name, f"found {values[row]:.6g} on {int(near.sum())} rows from {seconds(recording, row):.3f} s on, the end of its valid range ({low:.6g} to {high:.6g})", stretches(near))]
+    return [
+        _of(
+            recording,
+            name,
+            f"found {values[row]:.6g} on {int(near.sum())} rows from {seconds(recording, row):.3f}"
+            f" s on, the end of its valid range ({low:.6g} to {high:.6g})",
+            stretches(near),
+        )
+    ]
 
 
 def _cut_off(recording: Recording, name: str, values: np.ndarray, count: float) -> list[Finding]:
-    """Flat pieces at the highest or lowest value of the trials that a motion runs into without slowing down."""
+    """Flat pieces at the highest or lowest value of the trials that a motion runs into without
+    slowing down.
+    """
     beside, flat = (max(round(s / recording.period_s), 3) for s in (_BESIDE_S, _FLAT_S))
     trials = [values[span.start : span.stop] for span in recording.spans if span.trial]
     known = np.concatenate([part[np.isfinite(part)] for part in trials] or [np.zeros(0)])
@@ -65,9 +95,25 @@ def _cut_off(recording: Recording, name: str, values: np.ndarray, count: float) 
                 if b - a >= flat and a > 0:
                     a, b = a + span.start, b + span.start
                     pieces.append((a, b))
-                    drops = [abs(float(np.nanmean(values[slice(*where)])) - end) for where in ((a - beside, a), (b, b + beside)) if span.start <= where[0] and where[1] <= span.stop]
-                    sudden += bool(drops) and max(drops) > max(_SUDDEN * usual, _STEPS * count) * 0.5
+                    drops = [
+                        abs(float(np.nanmean(values[slice(*where)])) - end)
+                        for where in ((a - beside, a), (b, b + beside))
+                        if span.start <= where[0] and where[1] <= span.stop
+                    ]
+                    sudden += (
+                        bool(drops) and max(drops) > max(_SUDDEN * usual, _STEPS * count) * 0.5
+                    )
         if sudden >= _PIECES and sudden >= 0.5 * len(pieces):
-            found.append(_of(recording, name, f"found it flat at {end:.6g}, its {word} value, on {sum(b - a for a, b in pieces)} rows in {len(pieces)} pieces that it runs into without slowing down, "
-                        f"the first at {seconds(recording, pieces[0][0]):.3f} s, as of a sensor at the end of its range", pieces))
+            found.append(
+                _of(
+                    recording,
+                    name,
+                    f"found it flat at {end:.6g}, its {word} value, on"
+                    f" {sum(b - a for a, b in pieces)} rows in {len(pieces)} pieces that it runs"
+                    " into without slowing down, the first at"
+                    f" {seconds(recording, pieces[0][0]):.3f} s, as of a sensor at the end of its"
+                    " range",
+                    pieces,
+                )
+            )
     return found

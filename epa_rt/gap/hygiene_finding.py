@@ -1,4 +1,6 @@
-"""A finding of hygiene, and what all checks look at: channels, rows that count, a regular grid to compare on."""
+"""A finding of hygiene, and what all checks look at: channels, rows that count, a regular grid to
+compare on.
+"""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -13,9 +15,11 @@ _MOVES = 1e-3  # of a target, in its SI unit: less is no motion that is asked fo
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing that is wrong: ``refuse`` the diagnosis, ``exclude`` the ``rows`` (start, stop), or a ``note``.
+    """One thing that is wrong: ``refuse`` the diagnosis, ``exclude`` the ``rows`` (start, stop), or
+    a ``note``.
 
-    ``kind``: 'lost cycles', 'units', ... ``channel`` '' where it is about the log as a whole. ``says``: the sentence.
+    ``kind``: 'lost cycles', 'units', ... ``channel`` '' where it is about the log as a whole.
+    ``says``: the sentence.
     """
 
     severity: Literal["refuse", "exclude", "note"]
@@ -28,7 +32,11 @@ class Finding:
 
 def measured_names(recording: Recording) -> list[str]:
     """Channels that a sensor makes: no commands, no references, no words."""
-    return [name for name in recording.columns if not name.startswith(("cmd_", "ref_", "est_")) and not name.endswith("_raw")]
+    return [
+        name
+        for name in recording.columns
+        if not name.startswith(("cmd_", "ref_", "est_")) and not name.endswith("_raw")
+    ]
 
 
 def judged_rows(recording: Recording, trials_only: bool = False) -> np.ndarray:
@@ -44,18 +52,26 @@ def judged_rows(recording: Recording, trials_only: bool = False) -> np.ndarray:
 
 def target_moves(recording: Recording, rows: np.ndarray | None = None) -> bool:
     """Whether the motor is told to move, on all rows or on those of a mask (N,)."""
-    told = (values if rows is None else values[rows] for name, values in recording.columns.items() if name.startswith(("cmd_motor", "ref_motor")))
+    told = (
+        values if rows is None else values[rows]
+        for name, values in recording.columns.items()
+        if name.startswith(("cmd_motor", "ref_motor"))
+    )
     known = (values[np.isfinite(values)] for values in told)
     return any(len(values) and np.ptp(values) > _MOVES for values in known)
 
 
 def seconds(recording: Recording, row: int) -> float:
-    """When a row was, s from the first one on, lost cycles counted. Raises IndexError past the last."""
+    """When a row was, s from the first one on, lost cycles counted. Raises IndexError past the
+    last.
+    """
     return float(recording.cycle[row] - recording.cycle[0]) * recording.period_s
 
 
 def regular(recording: Recording, name: str) -> np.ndarray:
-    """A column without holes and NaN, bridged by straight lines: to compare channels on, never to diagnose from."""
+    """A column without holes and NaN, bridged by straight lines: to compare channels on, never to
+    diagnose from.
+    """
     values, cycle = recording.columns[name], recording.cycle
     known = np.isfinite(values)
     grid = np.arange(cycle[0], cycle[-1] + 1)
@@ -82,7 +98,9 @@ def smooth(values: np.ndarray, samples: int) -> np.ndarray:
     from scipy.ndimage import uniform_filter1d
 
     samples = max(samples | 1, 1)
-    return uniform_filter1d(uniform_filter1d(values, samples, mode="nearest"), samples, mode="nearest")
+    return uniform_filter1d(
+        uniform_filter1d(values, samples, mode="nearest"), samples, mode="nearest"
+    )
 
 
 def position_pairs(recording: Recording, rig: Rig | None) -> list[tuple[str, str]]:
@@ -91,8 +109,17 @@ def position_pairs(recording: Recording, rig: Rig | None) -> list[tuple[str, str
         pairs = [(rig.motor.position, rig.motor.speed)] if rig.motor.speed else []
     else:
         names = measured_names(recording)
-        swaps = (("_position_m", "_speed_m_s"), ("_position_rad", "_speed_rad_s"), ("_angle_rad", "_speed_rad_s"))
-        pairs = [(n, n.removesuffix(a) + b) for n in names for a, b in swaps if n.endswith(a) and n.removesuffix(a) + b in names]
+        swaps = (
+            ("_position_m", "_speed_m_s"),
+            ("_position_rad", "_speed_rad_s"),
+            ("_angle_rad", "_speed_rad_s"),
+        )
+        pairs = [
+            (n, n.removesuffix(a) + b)
+            for n in names
+            for a, b in swaps
+            if n.endswith(a) and n.removesuffix(a) + b in names
+        ]
     return [(x, v) for x, v in pairs if x in recording.columns and v in recording.columns]
 
 

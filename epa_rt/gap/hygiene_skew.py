@@ -3,21 +3,31 @@
 import numpy as np
 
 from epa_rt.config.rig import Rig
-from epa_rt.gap.hygiene_finding import Finding, judged_rows, position_pairs, regular, regular_rows, smooth, stretches
+from epa_rt.gap.hygiene_finding import (
+    Finding,
+    judged_rows,
+    position_pairs,
+    regular,
+    regular_rows,
+    smooth,
+    stretches,
+)
 from epa_rt.gap.recording import Recording
 
-_SPEED_CYCLES = 6.0    # a drive makes speed from position within a few cycles
+_SPEED_CYCLES = 6.0  # a drive makes speed from position within a few cycles
 _SEARCH_S = 0.1
-_SLOW_S = 0.1          # slower than this is gas, creep and friction, no skew
+_SLOW_S = 0.1  # slower than this is gas, creep and friction, no skew
 _FAST_S = 0.01
 _ALIKE = 0.8
 _LEAST_ROWS = 1500
-_SENSOR_S = 0.012      # lags of gas, braid and sensors mostly stay below
-_CURRENT_S = 0.006     # a current makes its acceleration at once
-_SURE_S = 0.025        # what a rig may do by itself: a knee whose muscles damp more than the plant file's showed 13 and 18 ms, a current with pre-sliding friction 13
+_SENSOR_S = 0.012  # lags of gas, braid and sensors mostly stay below
+_CURRENT_S = 0.006  # a current makes its acceleration at once
+# what a rig may do by itself: a knee whose muscles damp more than the plant file's showed 13 and 18
+# ms, a current with pre-sliding friction 13
+_SURE_S = 0.025
 _MOST_ROWS = 8000
-_EXPLAINED = 0.9       # by the other channels, at the best shift
-_SHARPER = 0.5         # what is unexplained there, over what is without a shift
+_EXPLAINED = 0.9  # by the other channels, at the best shift
+_SHARPER = 0.5  # what is unexplained there, over what is without a shift
 _EVERY_S = 0.004
 
 
@@ -30,20 +40,50 @@ def check_skew(recording: Recording, rig: Rig | None) -> list[Finding]:
         slope = np.gradient(regular(recording, position), recording.period_s)
         lag_s, alike = lag_of(regular(recording, speed), slope, rows, recording.period_s)
         if abs(lag_s) > _SPEED_CYCLES * recording.period_s and abs(alike) > _ALIKE:
-            return [_skewed(recording, speed, f"the slope of {position}", lag_s, f"correlation {alike:.2f}", _SPEED_CYCLES * recording.period_s, sure=True)]
+            return [
+                _skewed(
+                    recording,
+                    speed,
+                    f"the slope of {position}",
+                    lag_s,
+                    f"correlation {alike:.2f}",
+                    _SPEED_CYCLES * recording.period_s,
+                    sure=True,
+                )
+            ]
     shifts = {name: shift_of(recording, rig, name, rows) for name in sensors(recording, rig)}
     most_s = {name: _CURRENT_S if name == rig.motor.current else _SENSOR_S for name in shifts}
-    off = {name: found for name, found in shifts.items() if abs(found[0]) > most_s[name] and found[1] > _EXPLAINED and found[2] < _SHARPER}
+    off = {
+        name: found
+        for name, found in shifts.items()
+        if abs(found[0]) > most_s[name] and found[1] > _EXPLAINED and found[2] < _SHARPER
+    }
     if not off:
         return []
-    name = min(off, key=lambda n: off[n][2])  # a late channel also spoils what is explained by it, but less
-    return [_skewed(recording, name, "the other channels", off[name][0], f"shifted so they explain {off[name][1]:.1%} of it", most_s[name], abs(off[name][0]) > _SURE_S)]
+    name = min(
+        off, key=lambda n: off[n][2]
+    )  # a late channel also spoils what is explained by it, but less
+    return [
+        _skewed(
+            recording,
+            name,
+            "the other channels",
+            off[name][0],
+            f"shifted so they explain {off[name][1]:.1%} of it",
+            most_s[name],
+            abs(off[name][0]) > _SURE_S,
+        )
+    ]
 
 
-def lag_of(late: np.ndarray, early: np.ndarray, rows: np.ndarray, period_s: float) -> tuple[float, float]:
-    """How much ``late`` comes after ``early`` in s, and how alike they then are (correlation, with its sign).
+def lag_of(
+    late: np.ndarray, early: np.ndarray, rows: np.ndarray, period_s: float
+) -> tuple[float, float]:
+    """How much ``late`` comes after ``early`` in s, and how alike they then are (correlation, with
+    its sign).
 
-    Both pass a band-pass without delay first. Between two cycles a parabola through the peak gives the fraction.
+    Both pass a band-pass without delay first. Between two cycles a parabola through the peak gives
+    the fraction.
     """
     a, b = (_band(values, period_s) * rows for values in (late, early))
     reach = max(round(_SEARCH_S / period_s), 2)
@@ -60,21 +100,33 @@ def lag_of(late: np.ndarray, early: np.ndarray, rows: np.ndarray, period_s: floa
 
 def sensors(recording: Recording, rig: Rig) -> list[str]:
     """Channels that other channels explain: forces, pressures, current, joint."""
-    names = [row.name for row in rig.inputs if row.name.endswith("_n")] + [muscle.pressure for muscle in rig.muscles]
+    names = [row.name for row in rig.inputs if row.name.endswith("_n")] + [
+        muscle.pressure for muscle in rig.muscles
+    ]
     names += [rig.motor.current] if rig.motor.current else []
     names += [rig.joint.position] if rig.joint else []
-    return [name for name in names if name in recording.columns and np.ptp(regular(recording, name)) > 0.0]
+    return [
+        name
+        for name in names
+        if name in recording.columns and np.ptp(regular(recording, name)) > 0.0
+    ]
 
 
-def shift_of(recording: Recording, rig: Rig, name: str, rows: np.ndarray) -> tuple[float, float, float]:
-    """(delay in s of a channel against the others, share of it that they then explain, unexplained then over unexplained now).
+def shift_of(
+    recording: Recording, rig: Rig, name: str, rows: np.ndarray
+) -> tuple[float, float, float]:
+    """(delay in s of a channel against the others, share of it that they then explain, unexplained
+    then over unexplained now).
 
-    The others go in as values, slopes, directions and, with motion, products: a line through them holds for small motions.
+    The others go in as values, slopes, directions and, with motion, products: a line through them
+    holds for small motions.
     """
     period_s = recording.period_s
     reach = max(round(_SEARCH_S / period_s), 2)
     every = max(round(_EVERY_S / period_s), int(rows.sum()) // _MOST_ROWS, 1)
-    parts = [np.arange(a + reach, b - reach, every) for a, b in stretches(rows) if b - a > 4 * reach]
+    parts = [
+        np.arange(a + reach, b - reach, every) for a, b in stretches(rows) if b - a > 4 * reach
+    ]
     picked = np.concatenate(parts or [np.zeros(0, int)])
     trial = np.repeat(np.arange(len(parts)), [len(part) for part in parts])
     if len(picked) < 300:
@@ -99,16 +151,25 @@ def shift_of(recording: Recording, rig: Rig, name: str, rows: np.ndarray) -> tup
 def _basis(recording: Recording, rig: Rig, name: str) -> list[np.ndarray]:
     window = round(_FAST_S / recording.period_s)
     motions = [rig.motor.position] + ([rig.joint.position] if rig.joint else [])
-    others = [n for n in [*motions, *sensors(recording, rig)] if n != name and n in recording.columns]
+    others = [
+        n for n in [*motions, *sensors(recording, rig)] if n != name and n in recording.columns
+    ]
     columns, moving = [], []
     for other in dict.fromkeys(others):
         value = smooth(regular(recording, other), window)
         columns.append(value)
         if other in motions:
             slope = np.gradient(value, recording.period_s)
-            columns += [slope, np.gradient(slope, recording.period_s), np.tanh(slope / max(0.1 * np.std(slope), 1e-12)), value**2]
+            columns += [
+                slope,
+                np.gradient(slope, recording.period_s),
+                np.tanh(slope / max(0.1 * np.std(slope), 1e-12)),
+                value**2,
+            ]
             moving.append(value)
-    pressures = [smooth(regular(recording, m.pressure), window) for m in rig.muscles if m.pressure in others]
+    pressures = [
+        smooth(regular(recording, m.pressure), window) for m in rig.muscles if m.pressure in others
+    ]
     return columns + [p * x for p in pressures for x in moving]
 
 
@@ -133,9 +194,20 @@ def _band(values: np.ndarray, period_s: float) -> np.ndarray:
     return smooth(values, round(_FAST_S / period_s)) - smooth(values, round(_SLOW_S / period_s))
 
 
-def _skewed(recording: Recording, name: str, other: str, lag_s: float, how: str, most_s: float, sure: bool) -> Finding:
+def _skewed(
+    recording: Recording, name: str, other: str, lag_s: float, how: str, most_s: float, sure: bool
+) -> Finding:
     """Not ``sure``: the rig's own damping or friction may do it, and the diagnosis goes on."""
     what = "after" if lag_s > 0.0 else "before"
-    says = f"{recording.name}: {name}: found it {abs(lag_s) * 1e3:.2f} ms ({abs(lag_s) / recording.period_s:.1f} cycles) {what} {other} ({how}), " \
-           f"expected at most {most_s * 1e3:g} ms between channels of one rig"
-    return Finding("refuse" if sure else "note", "skew", recording.name, name, says if sure else f"{says}: its stamps, or damping and friction of the rig; taken as it is")
+    says = (
+        f"{recording.name}: {name}: found it {abs(lag_s) * 1e3:.2f} ms"
+        f" ({abs(lag_s) / recording.period_s:.1f} cycles) {what} {other} ({how}), expected at most"
+        f" {most_s * 1e3:g} ms between channels of one rig"
+    )
+    return Finding(
+        "refuse" if sure else "note",
+        "skew",
+        recording.name,
+        name,
+        says if sure else f"{says}: its stamps, or damping and friction of the rig; taken as it is",
+    )

@@ -7,9 +7,9 @@ from epa_rt.gap.hygiene_finding import Finding, regular, smooth
 from epa_rt.gap.recording import Recording
 
 _SMOOTH_S = 0.01
-_LEAST_S = 0.05         # an inlet that was open for less in all says nothing
-_CLEAR = 3.0            # how many times larger a rate must be to be called another's
-_SLOW_PA_S = 10e3       # rates below are no answer to a valve
+_LEAST_S = 0.05  # an inlet that was open for less in all says nothing
+_CLEAR = 3.0  # how many times larger a rate must be to be called another's
+_SLOW_PA_S = 10e3  # rates below are no answer to a valve
 
 
 def check_valves(recording: Recording, rig: Rig) -> list[Finding]:
@@ -24,11 +24,32 @@ def check_valves(recording: Recording, rig: Rig) -> list[Finding]:
         if np.isnan(rate[i, i]):
             continue
         if rate[i, i] < -_SLOW_PA_S and rate[i, i] < -_CLEAR * _SLOW_PA_S:
-            found.append(_of(recording, "sign", muscle.pressure, f"found it to fall by {-rate[i, i] / 1e3:.3g} kPa/s while {muscle.inlet} is open, expected it to rise"))
-        elif any(rate[j, i] > max(_CLEAR * abs(rate[i, i]), _SLOW_PA_S) and rate[i, j] > max(_CLEAR * abs(rate[j, j]), _SLOW_PA_S) for j in others):
+            found.append(
+                _of(
+                    recording,
+                    "sign",
+                    muscle.pressure,
+                    f"found it to fall by {-rate[i, i] / 1e3:.3g} kPa/s while {muscle.inlet} is"
+                    " open, expected it to rise",
+                )
+            )
+        elif any(
+            rate[j, i] > max(_CLEAR * abs(rate[i, i]), _SLOW_PA_S)
+            and rate[i, j] > max(_CLEAR * abs(rate[j, j]), _SLOW_PA_S)
+            for j in others
+        ):
             other = muscles[others[0]]
-            found.append(_of(recording, "swapped", muscle.pressure, f"found {other.pressure} to rise with {muscle.inlet} by {rate[others[0], i] / 1e3:.3g} kPa/s and {muscle.pressure} by {rate[i, i] / 1e3:.3g} kPa/s, "
-                             "expected it the other way round: the two are swapped"))
+            found.append(
+                _of(
+                    recording,
+                    "swapped",
+                    muscle.pressure,
+                    f"found {other.pressure} to rise with {muscle.inlet} by"
+                    f" {rate[others[0], i] / 1e3:.3g} kPa/s and {muscle.pressure} by"
+                    f" {rate[i, i] / 1e3:.3g} kPa/s, expected it the other way round: the two are"
+                    " swapped",
+                )
+            )
     return found
 
 
@@ -37,15 +58,26 @@ def _of(recording: Recording, kind: str, name: str, sentence: str) -> Finding:
 
 
 def _rates(recording: Recording, muscles: list) -> np.ndarray:
-    """Pa/s of each pressure (rows) with each inlet open (columns), all valves fitted at once; NaN of one that hardly opened."""
+    """Pa/s of each pressure (rows) with each inlet open (columns), all valves fitted at once; NaN
+    of one that hardly opened.
+    """
     window = max(round(_SMOOTH_S / recording.period_s), 1)
-    valves = [regular(recording, name) for muscle in muscles for name in (muscle.inlet, muscle.exhaust)]
+    valves = [
+        regular(recording, name) for muscle in muscles for name in (muscle.inlet, muscle.exhaust)
+    ]
     opened = np.column_stack([smooth(valve, window) for valve in valves])
-    slopes = np.column_stack([np.gradient(smooth(regular(recording, m.pressure), window), recording.period_s) for m in muscles])
+    slopes = np.column_stack(
+        [
+            np.gradient(smooth(regular(recording, m.pressure), window), recording.period_s)
+            for m in muscles
+        ]
+    )
     rows = (opened > 0.0).any(axis=1)
     rate = np.full((len(muscles), len(muscles)), np.nan)
     if rows.sum() < 20:
         return rate
     fitted = np.linalg.lstsq(opened[rows], slopes[rows], rcond=None)[0].T[:, ::2]
-    enough = np.array([(valves[2 * i] != 0.0).sum() * recording.period_s > _LEAST_S for i in range(len(muscles))])
+    enough = np.array(
+        [(valves[2 * i] != 0.0).sum() * recording.period_s > _LEAST_S for i in range(len(muscles))]
+    )
     return np.where(enough, fitted, np.nan)

@@ -4,12 +4,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-PLACES = ("_m", "_rad")   # how the name of a position or an angle ends
+PLACES = ("_m", "_rad")  # how the name of a position or an angle ends
 
 
 @dataclass(frozen=True)
 class Span:
-    """A stretch of a recording, ``start`` included, ``stop`` not, in samples. ``trial`` where it is one to be judged."""
+    """A stretch of a recording, ``start`` included, ``stop`` not, in samples. ``trial`` where it is
+    one to be judged.
+    """
 
     name: str
     start: int
@@ -19,11 +21,13 @@ class Span:
 
 @dataclass(frozen=True)
 class Recording:
-    """``columns``: (N,) each, by signal name: measured values (NaN where invalid) and ``cmd_*`` as they were *sent*.
+    """``columns``: (N,) each, by signal name: measured values (NaN where invalid) and ``cmd_*`` as
+    they were *sent*.
 
-    Row k holds what came in at bus edge k and the command that was computed from it. ``cycle`` (N,) counts bus cycles
-    since the start, with holes where cycles were lost. ``found`` lists in sentences what is wrong with the log
-    (hygiene.py); nothing is repaired silently. ``t_ns`` (N,) is the clock's stamp of each row, None where there is none.
+    Row k holds what came in at bus edge k and the command that was computed from it. ``cycle`` (N,)
+    counts bus cycles since the start, with holes where cycles were lost. ``found`` lists in
+    sentences what is wrong with the log (hygiene.py); nothing is repaired silently. ``t_ns`` (N,)
+    is the clock's stamp of each row, None where there is none.
     """
 
     name: str

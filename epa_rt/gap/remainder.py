@@ -1,4 +1,6 @@
-"""What is left after the named effects: which variables, memories and rates it depends on, and how much they explain."""
+"""What is left after the named effects: which variables, memories and rates it depends on, and how
+much they explain.
+"""
 
 from collections.abc import Mapping
 
@@ -11,17 +13,30 @@ from epa_rt.gap.localise import unbiased
 from epa_rt.gap.subject import Subject, Values
 
 Designs = dict[str, Design]
-WORTH_DESCRIBING = 1.3     # whitened chi-square per sample below which nothing is left that could be described
+WORTH_DESCRIBING = (
+    1.3  # whitened chi-square per sample below which nothing is left that could be described
+)
 
 
-def generic_of(subject: Subject, prepared: Mapping[str, object], values: Values, floors: Mapping[str, Floor], link: str,
-               ranked: bool = False, designs: Designs | None = None) -> GenericFit:
+def generic_of(
+    subject: Subject,
+    prepared: Mapping[str, object],
+    values: Values,
+    floors: Mapping[str, Floor],
+    link: str,
+    ranked: bool = False,
+    designs: Designs | None = None,
+) -> GenericFit:
     """The generic model of one link's residual at these values, over all recordings.
 
-    ``designs``: the whitened terms by link, kept by who asks again for the same recordings and floors.
+    ``designs``: the whitened terms by link, kept by who asks again for the same recordings and
+    floors.
     """
     floor = floors[link]
-    residuals = {name: unbiased(subject.residual(one, values, link), floor, name) for name, one in prepared.items()}
+    residuals = {
+        name: unbiased(subject.residual(one, values, link), floor, name)
+        for name, one in prepared.items()
+    }
     residuals = {name: r for name, r in residuals.items() if np.isfinite(r).any()}
     if not residuals:
         return GenericFit(link, 0, 1.0, 1.0, 0.0, ())
@@ -32,12 +47,19 @@ def generic_of(subject: Subject, prepared: Mapping[str, object], values: Values,
     return fit_generic(link, residuals, designs[link], ranked)
 
 
-def remainders(subject: Subject, prepared: Mapping[str, object], before: Values, after: Values, floors: Mapping[str, Floor],
-               designs: Designs | None = None) -> tuple[Remainder, ...]:
-    """What is left at ``after`` (named effects on) in every link, and how much of what could be explained was.
+def remainders(
+    subject: Subject,
+    prepared: Mapping[str, object],
+    before: Values,
+    after: Values,
+    floors: Mapping[str, Floor],
+    designs: Designs | None = None,
+) -> tuple[Remainder, ...]:
+    """What is left at ``after`` (named effects on) in every link, and how much of what could be
+    explained was.
 
-    ``before``: values with the nominal parameters refitted and no effect. Links at their floor are left out. ``designs``: as
-    for ``generic_of``.
+    ``before``: values with the nominal parameters refitted and no effect. Links at their floor are
+    left out. ``designs``: as for ``generic_of``.
     """
     found, designs = [], {} if designs is None else designs
     for link in subject.links:
@@ -48,11 +70,24 @@ def remainders(subject: Subject, prepared: Mapping[str, object], before: Values,
             continue
         first = generic_of(subject, prepared, before, floors, link.name, designs=designs)
         explainable = first.before - first.after
-        residual = np.concatenate([unbiased(subject.residual(one, after, link.name), floors[link.name], name) for name, one in prepared.items()])
-        found.append(Remainder(
-            link=link.name, channel=link.channel, unit=link.unit, rms=float(np.sqrt(np.nanmean(residual**2))), floor=floors[link.name].rms,
-            depends_on=_shares(rest), explained_share=rest.explained,
-            coverage=(first.before - rest.before) / explainable if explainable > 0.05 else None))
+        residual = np.concatenate(
+            [
+                unbiased(subject.residual(one, after, link.name), floors[link.name], name)
+                for name, one in prepared.items()
+            ]
+        )
+        found.append(
+            Remainder(
+                link=link.name,
+                channel=link.channel,
+                unit=link.unit,
+                rms=float(np.sqrt(np.nanmean(residual**2))),
+                floor=floors[link.name].rms,
+                depends_on=_shares(rest),
+                explained_share=rest.explained,
+                coverage=(first.before - rest.before) / explainable if explainable > 0.05 else None,
+            )
+        )
     return tuple(sorted(found, key=lambda r: -r.rms / r.floor))
 
 

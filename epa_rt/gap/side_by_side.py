@@ -1,6 +1,7 @@
 """Work on both processors: the models release the interpreter's lock, and so do long sums.
 
-What is worked on side by side may itself ask for help: it gets it where one of the threads has run out of work, and does its work alone where none has.
+What is worked on side by side may itself ask for help: it gets it where one of the threads has run
+out of work, and does its work alone where none has.
 """
 
 import threading
@@ -12,7 +13,9 @@ _helpers = threading.BoundedSemaphore(WORKERS - 1)
 
 
 def each(function: Callable, items: Sequence) -> list:
-    """``function`` of every item, in order; they are begun in order too. Raises what it raises for the first item that fails; hardly anything is begun after that."""
+    """``function`` of every item, in order; they are begun in order too. Raises what it raises for
+    the first item that fails; hardly anything is begun after that.
+    """
     if len(items) < 2 or not _helpers.acquire(blocking=False):
         return [function(item) for item in items]
     shared = _Shared(function, items)
@@ -33,15 +36,24 @@ def each(function: Callable, items: Sequence) -> list:
 
 
 class _Shared:
-    """Items that a caller and its helper take by turns. ``errors``: number of an item to what it raised."""
+    """Items that a caller and its helper take by turns. ``errors``: number of an item to what it
+    raised.
+    """
 
     def __init__(self, function: Callable, items: Sequence) -> None:
         self.found, self.errors, self.over = [None] * len(items), {}, threading.Event()
-        self._function, self._items, self._left, self._stays = function, items, iter(range(len(items))), threading.Semaphore(1)
+        self._function, self._items, self._left, self._stays = (
+            function,
+            items,
+            iter(range(len(items))),
+            threading.Semaphore(1),
+        )
 
     def work(self) -> None:
         try:
-            for i in self._left:  # one thread at a time takes the next: the interpreter's lock guards that
+            for i in (
+                self._left
+            ):  # one thread at a time takes the next: the interpreter's lock guards that
                 if self.over.is_set():
                     return
                 try:
@@ -56,6 +68,8 @@ class _Shared:
             self.leave()
 
     def leave(self) -> None:
-        """The first to leave sets a helper free: what the other one still works on may be helped with."""
+        """The first to leave sets a helper free: what the other one still works on may be helped
+        with.
+        """
         if self._stays.acquire(blocking=False):
             _helpers.release()

@@ -6,7 +6,9 @@ from epa_rt.gap.foreign import is_foreign, open_foreign
 from epa_rt.gap.subject import Subject
 
 
-def open_subject(rig: Path, plant: Path | None = None, leave_out: frozenset[str] = frozenset()) -> Subject:
+def open_subject(
+    rig: Path, plant: Path | None = None, leave_out: frozenset[str] = frozenset()
+) -> Subject:
     """``plant`` None: the file that the rig names. Raises ConfigError with file and line."""
     if is_foreign(rig):
         return open_foreign(rig, plant, leave_out)
@@ -16,7 +18,9 @@ def open_subject(rig: Path, plant: Path | None = None, leave_out: frozenset[str]
 
 
 def named_plant(rig: Path) -> Path | None:
-    """The plant file that a rig file names; None where one of others names none. Raises ConfigError."""
+    """The plant file that a rig file names; None where one of others names none. Raises
+    ConfigError.
+    """
     if is_foreign(rig):
         from epa_rt.gap.foreign.rig_file import load_rig
 

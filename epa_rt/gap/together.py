@@ -1,6 +1,7 @@
 """Blocks and free run at once: the numbers that a patched plant gets must serve both.
 
-A block fed with measured inputs hardly feels some directions of the nominal parameters along which the whole plant's run goes far astray.
+A block fed with measured inputs hardly feels some directions of the nominal parameters along which
+the whole plant's run goes far astray.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -15,7 +16,7 @@ from epa_rt.gap.refit import settled
 from epa_rt.gap.select import Selection
 from epa_rt.gap.subject import Values
 
-ROUNDS = 2   # more change nothing: free run has been fitted before
+ROUNDS = 2  # more change nothing: free run has been fitted before
 
 
 class Together:
@@ -25,7 +26,10 @@ class Together:
         self._parts, self._whole = parts, whole
         self.links, self.blocks = parts.links + whole.links, max(parts.blocks, whole.blocks)
         self.nominal, self.knobs, self.effects = parts.nominal, parts.knobs, parts.effects
-        self.edges = {link: np.pad(edges, (0, self.blocks + 1 - len(edges)), mode="edge") for link, edges in {**parts.edges, **whole.edges}.items()}
+        self.edges = {
+            link: np.pad(edges, (0, self.blocks + 1 - len(edges)), mode="edge")
+            for link, edges in {**parts.edges, **whole.edges}.items()
+        }
 
     def _of(self, link: str) -> Problem:
         return self._whole if link == LINK else self._parts
@@ -49,14 +53,30 @@ class Together:
         return self._parts.each(function, items)
 
 
-def serving_both(problem: Problem, whole: Problem, selection: Selection, none: Mapping[str, float], best: Mapping[str, float]) -> tuple[Selection, dict[str, float]]:
-    """The selection with its numbers fitted to blocks and free run, and the nominal parameters without effects likewise, so that before and after
-    are held to the same. ``none``, ``best``: values in free run without and with the effects, to start from. The effects' own numbers are begun where blocks have them if
-    that is nearer: free run may say nothing of them (a frame of 35 Hz at 0.8 limits, of which it shows 7: its numbers there cost the blocks 385, and two rounds left them so).
+def serving_both(
+    problem: Problem,
+    whole: Problem,
+    selection: Selection,
+    none: Mapping[str, float],
+    best: Mapping[str, float],
+) -> tuple[Selection, dict[str, float]]:
+    """The selection with its numbers fitted to blocks and free run, and the nominal parameters
+    without effects likewise, so that before and after are held to the same. ``none``, ``best``:
+    values in free run without and with the effects, to start from. The effects' own numbers are
+    begun where blocks have them if that is nearer: free run may say nothing of them (a frame of 35
+    Hz at 0.8 limits, of which it shows 7: its numbers there cost the blocks 385, and two rounds
+    left them so).
     """
     both, blocks = Together(problem, whole), selection.final
-    own = {key: blocks.values[key] for name in blocks.effects for key in problem.effects[name].knobs if key in blocks.values}
-    start = min((dict(best), {**best, **own}), key=lambda values: _costs(both, blocks.normal.keys, values))
+    own = {
+        key: blocks.values[key]
+        for name in blocks.effects
+        for key in problem.effects[name].knobs
+        if key in blocks.values
+    }
+    start = min(
+        (dict(best), {**best, **own}), key=lambda values: _costs(both, blocks.normal.keys, values)
+    )
     before = settled(both, (), dict(none), rounds=ROUNDS).values
     after = settled(both, blocks.effects, start, rounds=ROUNDS).values
     return replace(selection, final=linearised(problem, blocks.effects, after)), before
@@ -64,4 +84,6 @@ def serving_both(problem: Problem, whole: Problem, selection: Selection, none: M
 
 def _costs(both: Together, keys: tuple[str, ...], values: Values) -> float:
     """Chi-square of blocks and free run, with priors."""
-    return sum(float(r @ r) for r in (both.residual(values, link) for link in both.links)) + float(prior_of(both, keys) @ z_of(both, keys, values) ** 2)
+    return sum(float(r @ r) for r in (both.residual(values, link) for link in both.links)) + float(
+        prior_of(both, keys) @ z_of(both, keys, values) ** 2
+    )

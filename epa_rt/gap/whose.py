@@ -9,25 +9,42 @@ from epa_rt.gap.problem import Problem
 
 
 def who_has(problem: Problem, effect: str, numbers: Sequence[Number]) -> Who:
-    """``numbers``: the effect's fitted values. The rig does not have it where no link would see a difference without those that may be gone."""
+    """``numbers``: the effect's fitted values. The rig does not have it where no link would see a
+    difference without those that may be gone.
+    """
     knobs = [problem.knobs[key] for key in problem.effects[effect].knobs]
     absent = {knob.key: knob.value if knob.absent is None else knob.absent for knob in knobs}
     if all(knob.value == absent[knob.key] for knob in knobs) or not _seen(problem, {}, absent):
         return "rig"
-    fitted = {one.name: absent[one.name] if _gone(one, absent[one.name]) else one.value for one in numbers}
+    fitted = {
+        one.name: absent[one.name] if _gone(one, absent[one.name]) else one.value for one in numbers
+    }
     return "both" if _seen(problem, fitted, absent) else "plant_file"
 
 
 def spoken(one: Named) -> str:
-    """The name as the verdict's sentence has it: with who has it, where that is not the rig alone."""
-    more = {"rig": "", "plant_file": ", which the plant file has and the rig does not,", "both": ", which the rig has at another strength than the plant file,"}
+    """The name as the verdict's sentence has it: with who has it, where that is not the rig
+    alone.
+    """
+    more = {
+        "rig": "",
+        "plant_file": ", which the plant file has and the rig does not,",
+        "both": ", which the rig has at another strength than the plant file,",
+    }
     return one.name + more[one.who]
 
 
 def _gone(one: Number, absent: float) -> bool:
-    """Whether a fit has gone back to where the effect is not, within its interval (a value on a bound has the whole range)."""
-    return one.low <= absent <= one.high and abs(one.value - absent) < 0.5 * abs(one.neutral - absent)
+    """Whether a fit has gone back to where the effect is not, within its interval (a value on a
+    bound has the whole range).
+    """
+    return one.low <= absent <= one.high and abs(one.value - absent) < 0.5 * abs(
+        one.neutral - absent
+    )
 
 
 def _seen(problem: Problem, values: Mapping[str, float], absent: Mapping[str, float]) -> bool:
-    return any(not np.array_equal(problem.residual(values, link), problem.residual(absent, link)) for link in problem.touched(absent))
+    return any(
+        not np.array_equal(problem.residual(values, link), problem.residual(absent, link))
+        for link in problem.touched(absent)
+    )

@@ -1,4 +1,6 @@
-"""What there is left to explain at all: the generic model's answer by link, held against what it makes of mere noise."""
+"""What there is left to explain at all: the generic model's answer by link, held against what it
+makes of mere noise.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -8,12 +10,14 @@ from epa_rt.gap.point import Point
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.remainder import generic_of
 
-TWIN_SEED = 7001   # a twin that made no floor
+TWIN_SEED = 7001  # a twin that made no floor
 
 
 @dataclass(frozen=True)
 class Left:
-    """By link: the generic fit, whose ``after`` is never better than what it reaches on noise alone."""
+    """By link: the generic fit, whose ``after`` is never better than what it reaches on noise
+    alone.
+    """
 
     links: Mapping[str, GenericFit]
 
@@ -22,8 +26,14 @@ class Left:
         return self.links[link].misfit
 
     def amount(self, scale: Mapping[str, float]) -> float:
-        """Chi-square that could be explained, over all links; ``scale``: link to what residuals are divided by."""
-        return sum(fit.samples * explainable(fit) / scale[name] ** 2 for name, fit in self.links.items() if name in scale)
+        """Chi-square that could be explained, over all links; ``scale``: link to what residuals are
+        divided by.
+        """
+        return sum(
+            fit.samples * explainable(fit) / scale[name] ** 2
+            for name, fit in self.links.items()
+            if name in scale
+        )
 
 
 def explainable(fit: GenericFit) -> float:
@@ -32,20 +42,46 @@ def explainable(fit: GenericFit) -> float:
 
 
 def left_at(problem: Problem, point: Point, on_noise: Mapping[str, float]) -> Left:
-    """The generic model fitted to every link's residual at a point. ``on_noise``: as ``on_noise`` has it."""
-    made = problem.each(lambda link: generic_of(problem.subject, problem.prepared, point.values, problem.floors, link, designs=problem.designs), problem.links)
-    return Left({link: replace(fit, after=min(fit.after / on_noise[link], fit.before)) for link, fit in zip(problem.links, made, strict=True)})
+    """The generic model fitted to every link's residual at a point. ``on_noise``: as ``on_noise``
+    has it.
+    """
+    made = problem.each(
+        lambda link: generic_of(
+            problem.subject,
+            problem.prepared,
+            point.values,
+            problem.floors,
+            link,
+            designs=problem.designs,
+        ),
+        problem.links,
+    )
+    return Left(
+        {
+            link: replace(fit, after=min(fit.after / on_noise[link], fit.before))
+            for link, fit in zip(problem.links, made, strict=True)
+        }
+    )
 
 
 def on_noise(problem: Problem, point: Point, seed: int = 0) -> dict[str, float]:
-    """Share of chi-square that the generic model leaves of a twin without a gap, by link: below 1 where the noise itself
-    has a shape. 1 where the rig has no model of the whole.
+    """Share of chi-square that the generic model leaves of a twin without a gap, by link: below 1
+    where the noise itself has a shape. 1 where the rig has no model of the whole.
     """
     subject = problem.subject
-    twins = problem.each(lambda r: subject.free_run(r, point.values, TWIN_SEED + seed), problem.recordings)
+    twins = problem.each(
+        lambda r: subject.free_run(r, point.values, TWIN_SEED + seed), problem.recordings
+    )
     if any(twin is None for twin in twins):
         return dict.fromkeys(problem.links, 1.0)
-    prepared = dict(zip((r.name for r in problem.recordings), problem.each(subject.prepare, twins), strict=True))
-    made = problem.each(lambda link: generic_of(subject, prepared, point.values, problem.floors, link), problem.links)
-    return {link: min(fit.after / fit.before, 1.0) if fit.before > 0.0 and fit.samples else 1.0
-            for link, fit in zip(problem.links, made, strict=True)}
+    prepared = dict(
+        zip((r.name for r in problem.recordings), problem.each(subject.prepare, twins), strict=True)
+    )
+    made = problem.each(
+        lambda link: generic_of(subject, prepared, point.values, problem.floors, link),
+        problem.links,
+    )
+    return {
+        link: min(fit.after / fit.before, 1.0) if fit.before > 0.0 and fit.samples else 1.0
+        for link, fit in zip(problem.links, made, strict=True)
+    }

@@ -35,11 +35,19 @@ class ChunkStore:
         self.row = row_dtype(list(self.topics.values()))
         self._prefix = np.zeros(1, self.row)
         first = self._prefix[CYCLE]["head"]
-        first["opcode"], first["channel_id"], first["length"] = 5, _SAMPLES, self.row[CYCLE].itemsize - 9
+        first["opcode"], first["channel_id"], first["length"] = (
+            5,
+            _SAMPLES,
+            self.row[CYCLE].itemsize - 9,
+        )
 
     def rows_at_most(self) -> int:
         """A bound on the number of samples, without unpacking."""
-        return sum(chunk.content_bytes // self.row.itemsize for chunk in self._with_samples() if not chunk.wrong)
+        return sum(
+            chunk.content_bytes // self.row.itemsize
+            for chunk in self._with_samples()
+            if not chunk.wrong
+        )
 
     def rows(self) -> Iterator[np.ndarray]:
         """The samples, an array of rows for each chunk that is whole."""
@@ -64,7 +72,9 @@ class ChunkStore:
         sentences = [*self.scan.damage, *(self._damaged[begin] for begin in sorted(self._damaged))]
         end = self.scan.data_end_at
         if not sentences and end is not None and not self._data_section_whole(end):
-            sentences.append("a byte outside the chunks is damaged: the checksum of the data section differs")
+            sentences.append(
+                "a byte outside the chunks is damaged: the checksum of the data section differs"
+            )
         return sentences if self.scan.has_footer else [*sentences, self._cut_sentence()]
 
     def _data_section_whole(self, end: int) -> bool:
@@ -81,29 +91,48 @@ class ChunkStore:
             return unpack(self.view, chunk)
         except ValueError as error:
             samples = chunk.counts.get(_SAMPLES)
-            lost = f"{samples} samples" if samples else "events and timing" if chunk.counts else "content unknown"
+            lost = (
+                f"{samples} samples"
+                if samples
+                else "events and timing"
+                if chunk.counts
+                else "content unknown"
+            )
             self._damaged[chunk.begin] = (
-                f"the chunk at byte {chunk.begin} ({chunk.data_bytes} bytes: {lost} from {_seconds(chunk.begin_ns)} "
-                f"to {_seconds(chunk.end_ns)}) is damaged and was left out: {error}"
+                f"the chunk at byte {chunk.begin} ({chunk.data_bytes} bytes: {lost} from"
+                f" {_seconds(chunk.begin_ns)} to {_seconds(chunk.end_ns)}) is damaged and was left"
+                f" out: {error}"
             )
             return None
 
     def _rows_of(self, content: bytes) -> np.ndarray:
         rows = np.frombuffer(content, self.row, len(content) // self.row.itemsize)
         heads, first = rows[CYCLE]["head"], self._prefix[CYCLE]["head"]
-        fits = np.logical_and.reduce([heads[name] == first[name] for name in ("opcode", "channel_id", "length")])
+        fits = np.logical_and.reduce(
+            [heads[name] == first[name] for name in ("opcode", "channel_id", "length")]
+        )
         return rows if fits.all() else rows[: int(np.argmin(fits))]
 
     def _cut_sentence(self) -> str:
         size, torn_at, end = len(self.view), self.scan.torn_at, self.scan.data_end_at
         if end is not None:
-            return f"no footer: the file ends at byte {size}, within its summary; all messages are there"
+            return (
+                f"no footer: the file ends at byte {size}, within its summary; all messages are"
+                " there"
+            )
         torn = "it ends between two records"
         if torn_at is not None:
             torn = f"the last {size - torn_at} bytes, from byte {torn_at} on, are no whole record"
         last = self._last_sample()
-        after = f"after cycle {last[0]} (t = {_seconds(last[1])})" if last else "from the first cycle on"
-        return f"no footer: the file was cut at byte {size}; {torn}; what was recorded {after} is missing"
+        after = (
+            f"after cycle {last[0]} (t = {_seconds(last[1])})"
+            if last
+            else "from the first cycle on"
+        )
+        return (
+            f"no footer: the file was cut at byte {size}; {torn}; what was recorded {after} is"
+            " missing"
+        )
 
     def _last_sample(self) -> tuple[int, int] | None:
         for chunk in reversed(self._with_samples()):
@@ -124,7 +153,9 @@ def _map(path: str) -> mmap.mmap:
             if found == MCAP0_MAGIC:
                 return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
     except OSError as error:
-        raise LogError(f"{path}: found {(error.strerror or str(error)).lower()}, expected a log") from None
+        raise LogError(
+            f"{path}: found {(error.strerror or str(error)).lower()}, expected a log"
+        ) from None
     what = f"a file that begins with {found!r}" if found else "an empty file"
     raise LogError(f"{path}: found {what}, expected an MCAP log (it begins with {MCAP0_MAGIC!r})")
 

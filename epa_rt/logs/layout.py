@@ -6,7 +6,9 @@ import json
 import re
 from dataclasses import asdict, dataclass
 
-ANSWERED_AFTER = 2  # rows: computed from the inputs of edge k, sent at k + 1, seen in the motion that edge k + 2 samples
+# rows: computed from the inputs of edge k, sent at k + 1, seen in the motion that edge k + 2
+# samples
+ANSWERED_AFTER = 2
 
 FLAG_WORKING_COUNTER_OK = 1
 FLAG_STOP_REQUESTED = 2
@@ -26,9 +28,10 @@ _GROUPS = ("measured", "reference", "command", "estimate")
 class SampleLayout:
     """Names and sizes of one sample, in the order in which the recorder is handed the values.
 
-    `inputs_bytes` and `outputs_bytes` are the sizes of the raw process image in bytes. `measured`, `reference`,
-    `command` and `estimate` name one float64 each, in SI. `states` and `phases` name the integers of those columns.
-    Raises ValueError for a name that cannot be a column, a name given twice, or more rows than the masks have bits.
+    `inputs_bytes` and `outputs_bytes` are the sizes of the raw process image in bytes. `measured`,
+    `reference`, `command` and `estimate` name one float64 each, in SI. `states` and `phases` name
+    the integers of those columns. Raises ValueError for a name that cannot be a column, a name
+    given twice, or more rows than the masks have bits.
     """
 
     inputs_bytes: int
@@ -45,12 +48,20 @@ class SampleLayout:
             names = getattr(self, group)
             for name in names:
                 if not _NAME.fullmatch(name):
-                    raise ValueError(f"log layout: {group}: found {name!r}, expected letters, digits and underscores")
+                    raise ValueError(
+                        f"log layout: {group}: found {name!r}, expected letters, digits and"
+                        " underscores"
+                    )
             if len(set(names)) < len(names):
                 twice = next(name for name in names if names.count(name) > 1)
-                raise ValueError(f"log layout: {group}: found {twice!r} twice, expected each name once")
+                raise ValueError(
+                    f"log layout: {group}: found {twice!r} twice, expected each name once"
+                )
         if len(self.measured) > MASK_BITS:
-            raise ValueError(f"log layout: found {len(self.measured)} measured rows, expected at most {MASK_BITS}")
+            raise ValueError(
+                f"log layout: found {len(self.measured)} measured rows, expected at most"
+                f" {MASK_BITS}"
+            )
 
     @property
     def values(self) -> tuple[str, ...]:
@@ -58,7 +69,9 @@ class SampleLayout:
         return self.measured + self.reference + self.command + self.estimate
 
     def groups(self) -> dict[str, tuple[str, ...]]:
-        """The signal names of each group that has any, keyed `measured`, `reference`, `command`, `estimate`."""
+        """The signal names of each group that has any, keyed `measured`, `reference`, `command`,
+        `estimate`.
+        """
         return {group: getattr(self, group) for group in _GROUPS if getattr(self, group)}
 
     def to_json(self) -> str:
@@ -68,4 +81,9 @@ class SampleLayout:
     def from_json(cls, text: str) -> SampleLayout:
         """The layout that `to_json` wrote. Raises ValueError or TypeError where it is not one."""
         found = json.loads(text)
-        return cls(**{key: tuple(value) if isinstance(value, list) else value for key, value in found.items()})
+        return cls(
+            **{
+                key: tuple(value) if isinstance(value, list) else value
+                for key, value in found.items()
+            }
+        )

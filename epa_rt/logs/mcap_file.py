@@ -1,7 +1,7 @@
 """An MCAP file written front to back: records, chunks given whole, and the summary at the end.
 
-The `mcap` package encodes every record that there are few of. A chunk and its message indexes go out in one write, so
-that a file cut anywhere holds whole chunks up to there.
+The `mcap` package encodes every record that there are few of. A chunk and its message indexes go
+out in one write, so that a file cut anywhere holds whole chunks up to there.
 """
 
 from __future__ import annotations
@@ -18,18 +18,21 @@ from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.writer import MCAP0_MAGIC
 
-# Measured on a knee rig's samples: a sixth smaller than level 1, and a recorder still several times fast enough.
+# Measured on a knee rig's samples: a sixth smaller than level 1, and a recorder still several times
+# fast enough.
 ZSTD_LEVEL = 2
 _CHUNK_HEAD = struct.Struct("<BQQQQII4sQ")
 _INDEX_HEAD = struct.Struct("<BQHI")
 
 
 class McapFile:
-    """Writes to `path`, which must be new or empty. Without `sync` the method of that name does nothing.
+    """Writes to `path`, which must be new or empty. Without `sync` the method of that name does
+    nothing.
 
     All methods, and the making, raise OSError where the disk does not take the bytes.
 
-    After an OSError `drop_partial_record` cuts the file back to its last whole record; the file may then be finished.
+    After an OSError `drop_partial_record` cuts the file back to its last whole record; the file may
+    then be finished.
     """
 
     def __init__(self, path: str, *, sync: bool) -> None:
@@ -49,18 +52,28 @@ class McapFile:
         self._zstd = zstandard.ZstdCompressor(level=ZSTD_LEVEL)
         self._append(MCAP0_MAGIC + _encode(records.Header(profile="", library="epa_rt")))
 
-    def channel(self, channel_id: int, topic: str, message_name: str, descriptor_set: bytes) -> None:
+    def channel(
+        self, channel_id: int, topic: str, message_name: str, descriptor_set: bytes
+    ) -> None:
         """Declare a protobuf channel; its schema takes the channel's number."""
-        schema = records.Schema(id=channel_id, data=descriptor_set, encoding="protobuf", name=message_name)
+        schema = records.Schema(
+            id=channel_id, data=descriptor_set, encoding="protobuf", name=message_name
+        )
         channel = records.Channel(
-            id=channel_id, topic=topic, message_encoding="protobuf", metadata={}, schema_id=channel_id
+            id=channel_id,
+            topic=topic,
+            message_encoding="protobuf",
+            metadata={},
+            schema_id=channel_id,
         )
         self._append(_encode(schema) + _encode(channel))
         self._schemas.append(schema)
         self._channels.append(channel)
 
     def attachment(self, name: str, data: bytes) -> None:
-        media_type = "application/yaml" if name.endswith((".yaml", ".yml")) else "application/octet-stream"
+        media_type = (
+            "application/yaml" if name.endswith((".yaml", ".yml")) else "application/octet-stream"
+        )
         # Times are zero: a reading of the clock would make two runs of one seed differ.
         encoded = _encode(records.Attachment(0, 0, name, media_type, data))
         index = records.AttachmentIndex(self.size, len(encoded), 0, 0, len(data), name, media_type)
@@ -74,25 +87,39 @@ class McapFile:
         self._metadata.append(index)
 
     def chunk(self, content: bytes | memoryview, indexes: dict[int, np.ndarray]) -> None:
-        """Write messages as one chunk. `indexes`: for each channel its messages' log_time and offset in `content`."""
+        """Write messages as one chunk. `indexes`: for each channel its messages' log_time and
+        offset in `content`.
+        """
         data = self._zstd.compress(content)
         begin_ns = min(int(index["log_time"].min()) for index in indexes.values())
         end_ns = max(int(index["log_time"].max()) for index in indexes.values())
         length = _CHUNK_HEAD.size - 9 + len(data)
         crc = zlib.crc32(content)
-        head = _CHUNK_HEAD.pack(Opcode.CHUNK, length, begin_ns, end_ns, len(content), crc, 4, b"zstd", len(data))
+        head = _CHUNK_HEAD.pack(
+            Opcode.CHUNK, length, begin_ns, end_ns, len(content), crc, 4, b"zstd", len(data)
+        )
         parts = [head, data]
         offset = self.size + len(head) + len(data)
         offsets = {}
         for channel_id, index in indexes.items():
             offsets[channel_id] = offset
-            parts += [_INDEX_HEAD.pack(Opcode.MESSAGE_INDEX, 6 + index.nbytes, channel_id, index.nbytes)]
+            parts += [
+                _INDEX_HEAD.pack(Opcode.MESSAGE_INDEX, 6 + index.nbytes, channel_id, index.nbytes)
+            ]
             parts += [index.tobytes()]
             offset += _INDEX_HEAD.size + index.nbytes
         chunk_bytes = len(head) + len(data)
         index_bytes = offset - self.size - chunk_bytes
         entry = records.ChunkIndex(
-            chunk_bytes, self.size, "zstd", len(data), end_ns, index_bytes, offsets, begin_ns, len(content)
+            chunk_bytes,
+            self.size,
+            "zstd",
+            len(data),
+            end_ns,
+            index_bytes,
+            offsets,
+            begin_ns,
+            len(content),
         )
         self._append(b"".join(parts))
         self._chunks.append(entry)
@@ -133,19 +160,28 @@ class McapFile:
             self._fd = -1
 
     def _summary_groups(self) -> list[tuple[int, list[records.McapRecord]]]:
-        times = [(chunk.message_start_time, chunk.message_end_time) for chunk in self._chunks] or [(0, 0)]
+        times = [(chunk.message_start_time, chunk.message_end_time) for chunk in self._chunks] or [
+            (0, 0)
+        ]
         statistics = records.Statistics(
-            attachment_count=len(self._attachments), channel_count=len(self._channels),
-            channel_message_counts=self._message_counts, chunk_count=len(self._chunks),
-            message_count=sum(self._message_counts.values()), message_end_time=max(end for _, end in times),
-            message_start_time=min(begin for begin, _ in times), metadata_count=len(self._metadata),
+            attachment_count=len(self._attachments),
+            channel_count=len(self._channels),
+            channel_message_counts=self._message_counts,
+            chunk_count=len(self._chunks),
+            message_count=sum(self._message_counts.values()),
+            message_end_time=max(end for _, end in times),
+            message_start_time=min(begin for begin, _ in times),
+            metadata_count=len(self._metadata),
             schema_count=len(self._schemas),
-        )  # fmt: skip
+        )
         return [
-            (Opcode.SCHEMA, self._schemas), (Opcode.CHANNEL, self._channels), (Opcode.STATISTICS, [statistics]),
-            (Opcode.CHUNK_INDEX, self._chunks), (Opcode.ATTACHMENT_INDEX, self._attachments),
+            (Opcode.SCHEMA, self._schemas),
+            (Opcode.CHANNEL, self._channels),
+            (Opcode.STATISTICS, [statistics]),
+            (Opcode.CHUNK_INDEX, self._chunks),
+            (Opcode.ATTACHMENT_INDEX, self._attachments),
             (Opcode.METADATA_INDEX, self._metadata),
-        ]  # fmt: skip
+        ]
 
     def _append(self, data: bytes) -> None:
         view = memoryview(data)

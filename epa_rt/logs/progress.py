@@ -1,6 +1,7 @@
 """The progress line of a run, printed by the recorder process so that the loop never prints.
 
-Nor may it hold up the recorder: Ctrl-S, or a reader of stderr that stopped, costs lines and not the log.
+Nor may it hold up the recorder: Ctrl-S, or a reader of stderr that stopped, costs lines and not the
+log.
 """
 
 from __future__ import annotations
@@ -26,10 +27,19 @@ class ProgressSpec:
 
 
 class ProgressLine:
-    """Writes state, phase, time, share, estimated end and ring fill; overwrites itself on a terminal."""
+    """Writes state, phase, time, share, estimated end and ring fill; overwrites itself on a
+    terminal.
+    """
 
-    def __init__(self, spec: ProgressSpec, states: tuple[str, ...], phases: tuple[str, ...], stream: TextIO) -> None:
-        self._spec, self._states, self._phases, self._stream = spec, states, phases, _Dropping.of(stream)
+    def __init__(
+        self, spec: ProgressSpec, states: tuple[str, ...], phases: tuple[str, ...], stream: TextIO
+    ) -> None:
+        self._spec, self._states, self._phases, self._stream = (
+            spec,
+            states,
+            phases,
+            _Dropping.of(stream),
+        )
         self._terminal = stream.isatty()
         self._due_s: float | None = None
         self._begin: tuple[float, int] | None = None
@@ -37,7 +47,9 @@ class ProgressLine:
         self._width = 0
 
     def update(self, now_s: float, cycles: int, state: int, phase: int, fill_ratio: float) -> None:
-        """Print if it is time: `now_s` by any steady clock, `cycles` recorded so far, `fill_ratio` of the ring."""
+        """Print if it is time: `now_s` by any steady clock, `cycles` recorded so far, `fill_ratio`
+        of the ring.
+        """
         if self._begin is None:
             self._begin = (now_s, cycles)
             self._due_s = now_s
@@ -55,9 +67,9 @@ class ProgressLine:
         left = _clock(elapsed_s / done * (total - cycles)) if done > 0 else "--:--"
         period_s = self._spec.period_s
         return (
-            f"{_name(self._states, state)} | {_name(self._phases, phase)} | "
-            f"{_clock(cycles * period_s)} of {_clock(total * period_s)} | {100 * cycles // total:3d} % | "
-            f"{left} left | ring {100 * fill_ratio:.0f} %"
+            f"{_name(self._states, state)} | {_name(self._phases, phase)} |"
+            f" {_clock(cycles * period_s)} of {_clock(total * period_s)} |"
+            f" {100 * cycles // total:3d} % | {left} left | ring {100 * fill_ratio:.0f} %"
         )
 
     def finish(self) -> None:
@@ -87,16 +99,20 @@ class ProgressLine:
 class _Dropping:
     """A stream's descriptor, on which what cannot be taken at once is dropped.
 
-    Terminals and pipes are opened once more with O_NONBLOCK, which belongs to the open file and must not be set on the one
-    that the shell has, too: select alone says that there is room, and not for how much. Where that is refused (a terminal
-    of another user), and on sockets and files, it is all there is.
+    Terminals and pipes are opened once more with O_NONBLOCK, which belongs to the open file and
+    must not be set on the one that the shell has, too: select alone says that there is room, and
+    not for how much. Where that is refused (a terminal of another user), and on sockets and files,
+    it is all there is.
     """
 
     def __init__(self, descriptor: int, encoding: str | None) -> None:
         self._descriptor, self._encoding = descriptor, encoding or "utf-8"
         if os.isatty(descriptor) or stat.S_ISFIFO(os.fstat(descriptor).st_mode):
             with contextlib.suppress(OSError):
-                self._descriptor = os.open(f"/proc/self/fd/{descriptor}", os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC)
+                self._descriptor = os.open(
+                    f"/proc/self/fd/{descriptor}",
+                    os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC,
+                )
 
     @staticmethod
     def of(stream: TextIO) -> _Dropping | TextIO:

@@ -33,8 +33,9 @@ class RecordedCycle(NamedTuple):
 class LogReader:
     """A log at `path`: whole, cut at any byte, or damaged. Raises LogError where it is no log.
 
-    `layout`: the SampleLayout. `attachments`: bytes by name. `metadata`: string tables by name. Chunks are unpacked
-    when they are asked for; those that are damaged are left out, and `missing` says so.
+    `layout`: the SampleLayout. `attachments`: bytes by name. `metadata`: string tables by name.
+    Chunks are unpacked when they are asked for; those that are damaged are left out, and `missing`
+    says so.
     """
 
     def __init__(self, path: str | os.PathLike) -> None:
@@ -51,7 +52,9 @@ class LogReader:
         found = self.metadata.get(OUTCOME_METADATA)
         if found is None:
             return None
-        return Ending(found["outcome"], found["cause"], int(found["lost_samples"]), int(found["lost_events"]))
+        return Ending(
+            found["outcome"], found["cause"], int(found["lost_samples"]), int(found["lost_events"])
+        )
 
     @property
     def outcome(self) -> str | None:
@@ -64,7 +67,8 @@ class LogReader:
         return (*self._store.topics, TIMING)
 
     def columns(self, topic: str, names: Sequence[str] | None = None) -> dict[str, np.ndarray]:
-        """The columns of one topic, all or those named: N values each, raw images as uint8[N, bytes].
+        """The columns of one topic, all or those named: N values each, raw images as uint8[N,
+        bytes].
 
         Raises LogError for a topic or a name that the log does not have.
         """
@@ -73,24 +77,38 @@ class LogReader:
         timing = self.timing()
         return {name: timing[name] for name in self._chosen(topic, timing, names)}
 
-    def tables(self, wanted: Mapping[str, Sequence[str] | None]) -> dict[str, dict[str, np.ndarray]]:
-        """The columns of several per-cycle topics in one pass over the file; otherwise like `columns`."""
+    def tables(
+        self, wanted: Mapping[str, Sequence[str] | None]
+    ) -> dict[str, dict[str, np.ndarray]]:
+        """The columns of several per-cycle topics in one pass over the file; otherwise like
+        `columns`.
+        """
         rows_at_most = self._store.rows_at_most()
         tables: dict[str, dict[str, np.ndarray]] = {}
         for topic, names in wanted.items():
             body = self._body(topic)
-            chosen = self._chosen(topic, [name for name in body.names if not name.startswith(".")], names)
-            tables[topic] = {name: np.empty((rows_at_most, *body[name].shape), body[name].base) for name in chosen}
+            chosen = self._chosen(
+                topic, [name for name in body.names if not name.startswith(".")], names
+            )
+            tables[topic] = {
+                name: np.empty((rows_at_most, *body[name].shape), body[name].base)
+                for name in chosen
+            }
         filled = 0
         for rows in self._store.rows():
             for topic, columns in tables.items():
                 for name, column in columns.items():
                     column[filled : filled + len(rows)] = rows[topic]["body"][name]
             filled += len(rows)
-        return {topic: {name: column[:filled] for name, column in columns.items()} for topic, columns in tables.items()}
+        return {
+            topic: {name: column[:filled] for name, column in columns.items()}
+            for topic, columns in tables.items()
+        }
 
     def raw(self) -> tuple[np.ndarray, np.ndarray]:
-        """The raw process images: inputs uint8[N, inputs_bytes] and outputs uint8[N, outputs_bytes]."""
+        """The raw process images: inputs uint8[N, inputs_bytes] and outputs uint8[N,
+        outputs_bytes].
+        """
         columns = self.columns(CYCLE, ["inputs_raw", "outputs_raw"])
         return columns["inputs_raw"], columns["outputs_raw"]
 
@@ -99,7 +117,9 @@ class LogReader:
         for rows in self._store.rows():
             body = rows[CYCLE]["body"]
             numbers = [body[name].tolist() for name in RecordedCycle._fields[:5]]
-            images = [[image.tobytes() for image in body[name]] for name in RecordedCycle._fields[5:]]
+            images = [
+                [image.tobytes() for image in body[name]] for name in RecordedCycle._fields[5:]
+            ]
             yield from map(RecordedCycle, *numbers, *images)
 
     def events(self) -> list[Event]:
@@ -112,7 +132,8 @@ class LogReader:
 
     @property
     def missing(self) -> list[str]:
-        """What a whole log would hold and this one does not, a sentence each; empty for a whole log.
+        """What a whole log would hold and this one does not, a sentence each; empty for a whole
+        log.
 
         Checks every checksum of the file, so it takes as long as reading it.
         """
@@ -137,7 +158,11 @@ class LogReader:
             return SampleLayout.from_json(self._store.scan.metadata[LAYOUT_METADATA]["json"])
         except (KeyError, ValueError, TypeError):
             torn = self._store.scan.torn_at is not None or self._store.scan.damage
-            found = "a file cut or damaged in its head" if torn else "an MCAP file of another make, without a layout"
+            found = (
+                "a file cut or damaged in its head"
+                if torn
+                else "an MCAP file of another make, without a layout"
+            )
             raise LogError(f"{self.path}: found {found}, expected a log of epa_rt") from None
 
     def _body(self, topic: str) -> np.dtype:
@@ -145,11 +170,16 @@ class LogReader:
             return self._store.row[topic]["body"]
         if topic in CHANNEL_IDS and topic not in (EVENT, TIMING):
             return np.dtype([])  # a group without signals
-        raise LogError(f"{self.path}: found no columns for {topic!r}, expected one of {', '.join(self.topics)}")
+        raise LogError(
+            f"{self.path}: found no columns for {topic!r}, expected one of {', '.join(self.topics)}"
+        )
 
     def _chosen(self, topic: str, known: Iterable[str], names: Sequence[str] | None) -> list[str]:
         known = list(known)
         for name in names or ():
             if name not in known:
-                raise LogError(f"{self.path}: {topic}: found no column {name!r}, expected one of {', '.join(known)}")
+                raise LogError(
+                    f"{self.path}: {topic}: found no column {name!r}, expected one of"
+                    f" {', '.join(known)}"
+                )
         return list(known if names is None else names)

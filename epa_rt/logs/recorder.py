@@ -1,4 +1,6 @@
-"""The loop's end of the recording: one pack into shared memory per cycle, and nothing that waits for a disk."""
+"""The loop's end of the recording: one pack into shared memory per cycle, and nothing that waits
+for a disk.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +15,20 @@ from epa_rt.logs.layout import SampleLayout
 from epa_rt.logs.progress import ProgressSpec
 from epa_rt.logs.recorder_child import RecorderChild
 from epa_rt.logs.ring import (
-    BYTES, EVENT_HEAD, EVENTS, FAILURE_BYTES, HEAD, HEADER_BYTES, KIND_EVENT_END, KIND_EVENT_PART, KIND_SAMPLE, SAMPLES,
-    TAIL, Ring, sample_format,
-)  # fmt: skip
+    BYTES,
+    EVENT_HEAD,
+    EVENTS,
+    FAILURE_BYTES,
+    HEAD,
+    HEADER_BYTES,
+    KIND_EVENT_END,
+    KIND_EVENT_PART,
+    KIND_SAMPLE,
+    SAMPLES,
+    TAIL,
+    Ring,
+    sample_format,
+)
 
 DEFAULT_SLOTS = 16384
 RESERVED_METADATA = ("layout", "outcome")
@@ -31,7 +44,9 @@ class RecorderError(Exception):
 
 @dataclass(frozen=True)
 class LogSummary:
-    """What became of a recording. `samples` and `events` are those in the file, `size_bytes` is the file's size."""
+    """What became of a recording. `samples` and `events` are those in the file, `size_bytes` is the
+    file's size.
+    """
 
     path: str
     outcome: str
@@ -47,25 +62,41 @@ class LogSummary:
 class Recorder:
     """Records samples and events to an MCAP file at `path` through a process of its own.
 
-    `attachments` are files by name, `metadata` are string tables by name (`layout` and `outcome` are taken). With
-    `lossless` the recorder waits when the ring is full, as a simulation may; without, it drops the sample, counts it,
-    and reports a `failure`. Raises ValueError for a metadata name that is taken.
+    `attachments` are files by name, `metadata` are string tables by name (`layout` and `outcome`
+    are taken). With `lossless` the recorder waits when the ring is full, as a simulation may;
+    without, it drops the sample, counts it, and reports a `failure`. Raises ValueError for a
+    metadata name that is taken.
     """
 
     def __init__(
-        self, path: str | os.PathLike, layout: SampleLayout, attachments: Mapping[str, bytes],
-        metadata: Mapping[str, Mapping[str, str]], lossless: bool, progress: ProgressSpec | None = None,
-        *, slots: int = DEFAULT_SLOTS,
-    ) -> None:  # fmt: skip
+        self,
+        path: str | os.PathLike,
+        layout: SampleLayout,
+        attachments: Mapping[str, bytes],
+        metadata: Mapping[str, Mapping[str, str]],
+        lossless: bool,
+        progress: ProgressSpec | None = None,
+        *,
+        slots: int = DEFAULT_SLOTS,
+    ) -> None:
         for name in RESERVED_METADATA:
             if name in metadata:
-                raise ValueError(f"recorder: found metadata {name!r}, expected another name: the log uses it itself")
-        self._path, self._lossless, self._attachments = os.path.abspath(path), lossless, dict(attachments)
+                raise ValueError(
+                    f"recorder: found metadata {name!r}, expected another name: the log uses it"
+                    " itself"
+                )
+        self._path, self._lossless, self._attachments = (
+            os.path.abspath(path),
+            lossless,
+            dict(attachments),
+        )
         self._job = {
-            "path": self._path, "layout": layout.to_json(), "lossless": lossless,
+            "path": self._path,
+            "layout": layout.to_json(),
+            "lossless": lossless,
             "metadata": {name: dict(values) for name, values in metadata.items()},
             "progress": asdict(progress) if progress else None,
-        }  # fmt: skip
+        }
         packing = struct.Struct(sample_format(layout))
         self._pack = packing.pack_into
         self._inputs_bytes, self._outputs_bytes = layout.inputs_bytes, layout.outputs_bytes
@@ -85,7 +116,11 @@ class Recorder:
         """
         try:
             self._ring = Ring.create(self._slots, self._slot_bytes)
-            self._memory, self._words, self._limit = self._ring.memory, self._ring.words, self._slots
+            self._memory, self._words, self._limit = (
+                self._ring.memory,
+                self._ring.words,
+                self._slots,
+            )
             self._child = RecorderChild(self._ring, self._job, self._attachments)
         except OSError as error:
             raise RecorderError(f"recorder: cannot start: {error.strerror or error}") from None
@@ -95,14 +130,27 @@ class Recorder:
             raise RecorderError(trouble)
 
     def sample(
-        self, cycle: int, t_ns: int, flags: int, state: int, phase: int, lateness_ns: int, busy_ns: int,
-        invalid_mask: int, stale_mask: int, inputs_raw: bytes, outputs_raw: bytes, measured: Mapping[str, float],
-        reference: Mapping[str, float], command: Mapping[str, float], estimate: Mapping[str, float],
-    ) -> None:  # fmt: skip
+        self,
+        cycle: int,
+        t_ns: int,
+        flags: int,
+        state: int,
+        phase: int,
+        lateness_ns: int,
+        busy_ns: int,
+        invalid_mask: int,
+        stale_mask: int,
+        inputs_raw: bytes,
+        outputs_raw: bytes,
+        measured: Mapping[str, float],
+        reference: Mapping[str, float],
+        command: Mapping[str, float],
+        estimate: Mapping[str, float],
+    ) -> None:
         """Record one cycle. The mappings hold the layout's names in the layout's order.
 
-        Raises ValueError where a raw image has not the layout's size, struct.error where the number of values or the
-        range of an integer does not fit.
+        Raises ValueError where a raw image has not the layout's size, struct.error where the number
+        of values or the range of an integer does not fit.
         """
         if len(inputs_raw) != self._inputs_bytes or len(outputs_raw) != self._outputs_bytes:
             raise ValueError(
@@ -114,17 +162,33 @@ class Recorder:
             self._lost_samples += 1
             return
         self._pack(
-            self._memory, HEADER_BYTES + head % self._slots * self._slot_bytes, KIND_SAMPLE, flags, state, phase, cycle,
-            t_ns, lateness_ns, busy_ns, invalid_mask, stale_mask, inputs_raw, outputs_raw, *measured.values(),
-            *reference.values(), *command.values(), *estimate.values(),
-        )  # fmt: skip
+            self._memory,
+            HEADER_BYTES + head % self._slots * self._slot_bytes,
+            KIND_SAMPLE,
+            flags,
+            state,
+            phase,
+            cycle,
+            t_ns,
+            lateness_ns,
+            busy_ns,
+            invalid_mask,
+            stale_mask,
+            inputs_raw,
+            outputs_raw,
+            *measured.values(),
+            *reference.values(),
+            *command.values(),
+            *estimate.values(),
+        )
         # Published last: the recorder never sees half a slot.
         self._head = self._words[HEAD] = head + 1
 
     def event(self, cycle: int, t_ns: int, kind: str, text: str, /, **data: object) -> None:
         """Record something that happened, at `t_ns` of the run's clock.
 
-        `data` becomes JSON: numpy numbers and arrays as numbers and lists, what JSON has no form for as a string.
+        `data` becomes JSON: numpy numbers and arrays as numbers and lists, what JSON has no form
+        for as a string.
         """
         self._post_event(cycle, t_ns, kind, text, data, self._lossless)
 
@@ -135,16 +199,25 @@ class Recorder:
 
     @property
     def failure(self) -> str | None:
-        """What is wrong with the recording, or None. Meant to be read every cycle; stays once it is set."""
+        """What is wrong with the recording, or None. Meant to be read every cycle; stays once it is
+        set.
+        """
         if self._failure is None:
             self._countdown -= 1
-            if not self._countdown or self._words[FAILURE_BYTES] or self._lost_samples or self._lost_events:
+            if (
+                not self._countdown
+                or self._words[FAILURE_BYTES]
+                or self._lost_samples
+                or self._lost_events
+            ):
                 self._countdown = _LIVENESS_EVERY
                 self._failure = self._child.trouble() or self._lost_text()
         return self._failure
 
     def close(self, outcome: str, cause: str) -> LogSummary:
-        """Write the end of the log and wait for it. May be called twice: the first call's summary is given again."""
+        """Write the end of the log and wait for it. May be called twice: the first call's summary
+        is given again.
+        """
         if self._summary is None:
             lost = {"lost_samples": self._lost_samples, "lost_events": self._lost_events}
             self._post_event(0, 0, "end", cause, {"outcome": outcome} | lost, True)
@@ -152,13 +225,21 @@ class Recorder:
             failure = trouble or self._lost_text() or self._failure
             samples, events, size_bytes = (self._words[word] for word in (SAMPLES, EVENTS, BYTES))
             self._summary = LogSummary(
-                path=self._path, outcome=outcome, cause=cause, samples=samples, events=events, **lost,
-                size_bytes=size_bytes, failure=failure,
-            )  # fmt: skip
+                path=self._path,
+                outcome=outcome,
+                cause=cause,
+                samples=samples,
+                events=events,
+                **lost,
+                size_bytes=size_bytes,
+                failure=failure,
+            )
         return self._summary
 
     def _has_room(self, slots: int, wait: bool) -> bool:
-        """Whether that many slots are free. With `wait` the answer is no only where the recorder is dead or stuck."""
+        """Whether that many slots are free. With `wait` the answer is no only where the recorder is
+        dead or stuck.
+        """
         deadline_s = 0.0
         while True:
             self._limit = self._words[TAIL] + self._slots
@@ -172,10 +253,14 @@ class Recorder:
                 return False
             time.sleep(_WAIT_S)
 
-    def _post_event(self, cycle: int, t_ns: int, kind: str, text: str, data: dict, wait: bool) -> None:
+    def _post_event(
+        self, cycle: int, t_ns: int, kind: str, text: str, data: dict, wait: bool
+    ) -> None:
         encoded = json.dumps([cycle, t_ns, kind, text, data], default=_plain).encode()
         part_bytes = self._slot_bytes - EVENT_HEAD.size
-        parts = [encoded[begin : begin + part_bytes] for begin in range(0, len(encoded), part_bytes)]
+        parts = [
+            encoded[begin : begin + part_bytes] for begin in range(0, len(encoded), part_bytes)
+        ]
         # Where nothing waits, an event goes in whole or not at all.
         if not wait and not self._has_room(len(parts), False):
             self._lost_events += 1

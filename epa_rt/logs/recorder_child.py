@@ -19,23 +19,35 @@ EXIT_DISK = 3
 
 
 class RecorderChild:
-    """The recorder process of one log. The pipe to it stays open for as long as there is more to come."""
+    """The recorder process of one log. The pipe to it stays open for as long as there is more to
+    come.
+    """
 
     def __init__(self, ring: Ring, job: dict, attachments: Mapping[str, bytes]) -> None:
         """Start it. Raises OSError where no process can be started."""
         self._ring = ring
         job = job | {
-            "ring_fd": ring.fd, "slots": ring.slots, "slot_bytes": ring.slot_bytes, "pid": os.getpid(),
+            "ring_fd": ring.fd,
+            "slots": ring.slots,
+            "slot_bytes": ring.slot_bytes,
+            "pid": os.getpid(),
             "attachments": [(name, len(data)) for name, data in attachments.items()],
-        }  # fmt: skip
+        }
         # The child finds this package as the parent did, installed or not.
-        path = os.pathsep.join(filter(None, [str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH")]))
-        # A session of its own: Ctrl-C in the terminal is meant for the loop, which then closes the log in good order.
+        path = os.pathsep.join(
+            filter(None, [str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH")])
+        )
+        # A session of its own: Ctrl-C in the terminal is meant for the loop, which then closes the
+        # log in good order.
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "epa_rt.logs.recorder_process"], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL,
-            bufsize=0, pass_fds=[ring.fd], start_new_session=True,
+            [sys.executable, "-m", "epa_rt.logs.recorder_process"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            bufsize=0,
+            pass_fds=[ring.fd],
+            start_new_session=True,
             env=os.environ | {"PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"},
-        )  # fmt: skip
+        )
         ring.close_fd()
         encoded = json.dumps(job).encode()
         try:
@@ -65,7 +77,9 @@ class RecorderChild:
         return f"recorder died ({f'signal {-code}' if code < 0 else f'exit code {code}'})"
 
     def finish(self) -> str | None:
-        """Tell it that all has been said, and wait until it has written that; gives what went wrong."""
+        """Tell it that all has been said, and wait until it has written that; gives what went
+        wrong.
+        """
         self._ring.words[CLOSING] = 1
         self._process.stdin.close()
         try:

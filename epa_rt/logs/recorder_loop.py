@@ -13,8 +13,18 @@ from epa_rt.logs.progress import ProgressLine, ProgressSpec
 from epa_rt.logs.recorder_child import EXIT_DISK
 from epa_rt.logs.recording import Ending, Recording
 from epa_rt.logs.ring import (
-    BYTES, CLOSING, EVENTS, HEAD, SAMPLES, STATUS, STATUS_CLOSED, STATUS_FAILED, STATUS_OPEN, TAIL, Ring,
-)  # fmt: skip
+    BYTES,
+    CLOSING,
+    EVENTS,
+    HEAD,
+    SAMPLES,
+    STATUS,
+    STATUS_CLOSED,
+    STATUS_FAILED,
+    STATUS_OPEN,
+    TAIL,
+    Ring,
+)
 
 POLL_S = 0.005
 FLUSH_AFTER_S = 1.0
@@ -36,7 +46,9 @@ class RecorderLoop:
         spec = ProgressSpec(**job["progress"]) if job["progress"] else None
         self._progress = None
         if spec and spec.enabled and sys.stderr is not None:  # None: it was closed
-            self._progress = ProgressLine(spec, self._layout.states, self._layout.phases, sys.stderr)
+            self._progress = ProgressLine(
+                spec, self._layout.states, self._layout.phases, sys.stderr
+            )
 
     def run(self, attachments: dict[str, bytes], metadata: dict[str, dict[str, str]]) -> int:
         """Record until the end; gives the exit code."""
@@ -65,7 +77,9 @@ class RecorderLoop:
 
     def _record(self) -> None:
         while True:
-            alive = self._producer_alive()  # asked first: what is published before the end is then read after it
+            alive = (
+                self._producer_alive()
+            )  # asked first: what is published before the end is then read after it
             if not self._take():
                 if not alive:
                     break
@@ -105,10 +119,13 @@ class RecorderLoop:
         if self._progress and counts.last_state >= 0:
             fill_ratio = (words[HEAD] - words[TAIL]) / self._ring.slots
             cycles = counts.last_cycle + 1
-            self._progress.update(time.monotonic(), cycles, counts.last_state, counts.last_phase, fill_ratio)
+            self._progress.update(
+                time.monotonic(), cycles, counts.last_state, counts.last_phase, fill_ratio
+            )
 
     def _producer_alive(self) -> bool:
-        # The pipe alone is not enough: a child that the loop's process forked may hold its other end open.
+        # The pipe alone is not enough: a child that the loop's process forked may hold its other
+        # end open.
         if self._pipe_open and select.select([_STDIN], [], [], 0)[0]:
             self._pipe_open = bool(os.read(_STDIN, 1))
         return self._pipe_open and os.getppid() == self._parent_pid
@@ -119,7 +136,9 @@ class RecorderLoop:
     def _note_death(self) -> None:
         counts = self._recording.counts
         text = f"loop process died; the last recorded cycle is {counts.last_cycle}"
-        self._recording.event(counts.last_cycle, counts.last_t_ns, "trip", text, {"outcome": "died"})
+        self._recording.event(
+            counts.last_cycle, counts.last_t_ns, "trip", text, {"outcome": "died"}
+        )
         self._recording.ending = Ending("died", text)
 
     def _fail(self, error: OSError, doing: str) -> int:

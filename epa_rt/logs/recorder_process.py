@@ -1,7 +1,8 @@
 """The recorder process: empties the ring into the log until the loop closes it, or dies.
 
-Started by `Recorder.open` with the ring's descriptor; the job comes over standard input, which stays open as long as
-the loop lives. Exit codes: 0 the log is complete, 3 the disk refused, 1 anything else.
+Started by `Recorder.open` with the ring's descriptor; the job comes over standard input, which
+stays open as long as the loop lives. Exit codes: 0 the log is complete, 3 the disk refused, 1
+anything else.
 """
 
 from __future__ import annotations
@@ -23,7 +24,9 @@ _STDIN = 0
 def step_aside(nice: int) -> None:
     """Leave the loop's scheduling class and core, both of which a child inherits."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)  # the loop's end is the recorder's, and it sees that by the pipe
+        signal.signal(
+            number, signal.SIG_IGN
+        )  # the loop's end is the recorder's, and it sees that by the pipe
     if os.sched_getscheduler(0) in (os.SCHED_FIFO, os.SCHED_RR):
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
         others = set(range(os.cpu_count() or 1)) - os.sched_getaffinity(0)

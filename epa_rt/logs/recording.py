@@ -1,4 +1,6 @@
-"""Ring slots to a log file: what the recorder process does with what it reads, free of process and ring."""
+"""Ring slots to a log file: what the recorder process does with what it reads, free of process and
+ring.
+"""
 
 from __future__ import annotations
 
@@ -12,8 +14,16 @@ from epa_rt.logs.layout import SampleLayout
 from epa_rt.logs.mcap_file import McapFile
 from epa_rt.logs.ring import EVENT_HEAD, KIND_EVENT_END, KIND_SAMPLE
 from epa_rt.logs.rows import RowBlock, loose_messages
-from epa_rt.logs.schema import CHANNEL_IDS, EVENT, TIMING, cycle_topics, descriptor_set, event_topic, message_class
-from epa_rt.logs.schema import timing_topic
+from epa_rt.logs.schema import (
+    CHANNEL_IDS,
+    EVENT,
+    TIMING,
+    cycle_topics,
+    descriptor_set,
+    event_topic,
+    message_class,
+    timing_topic,
+)
 from epa_rt.logs.timing import TimingWindows
 
 SAMPLES_PER_CHUNK = 2000
@@ -49,8 +59,9 @@ class Counts:
 class Recording:
     """Takes slots in order and writes them to `file` in chunks of a fixed number of samples.
 
-    What is written depends on the slots and on nothing else, so equal runs give equal bytes; only `flush`, which the
-    caller may call at any time, cuts a chunk short. Raises OSError where the disk does not take the bytes.
+    What is written depends on the slots and on nothing else, so equal runs give equal bytes; only
+    `flush`, which the caller may call at any time, cuts a chunk short. Raises OSError where the
+    disk does not take the bytes.
     """
 
     def __init__(self, file: McapFile, layout: SampleLayout) -> None:
@@ -66,7 +77,10 @@ class Recording:
 
     @staticmethod
     def begin(
-        file: McapFile, layout: SampleLayout, attachments: Mapping[str, bytes], metadata: Mapping[str, dict[str, str]]
+        file: McapFile,
+        layout: SampleLayout,
+        attachments: Mapping[str, bytes],
+        metadata: Mapping[str, dict[str, str]],
     ) -> None:
         """Write all that comes before the first chunk, so that a cut file still explains itself."""
         for topic in [*cycle_topics(layout), event_topic(), timing_topic()]:
@@ -92,7 +106,9 @@ class Recording:
         if kind == END_KIND:
             # The loop says it after its last sample, and does not say when that was.
             cycle, t_ns = self.counts.last_cycle, self.counts.last_t_ns
-            self.ending = Ending(str(data["outcome"]), text, int(data["lost_samples"]), int(data["lost_events"]))
+            self.ending = Ending(
+                str(data["outcome"]), text, int(data["lost_samples"]), int(data["lost_events"])
+            )
         # A stamp that protobuf cannot hold (cycle -1, before the first) must not cost the log.
         cycle, t_ns = (min(max(stamp, 0), _STAMP_MAX) for stamp in (cycle, t_ns))
         encoded = json.dumps(data)
@@ -106,7 +122,8 @@ class Recording:
             self.flush()
 
     def flush(self) -> None:
-        """Write the samples taken so far as one chunk, and the events and timing as another, small one.
+        """Write the samples taken so far as one chunk, and the events and timing as another, small
+        one.
 
         Apart, because a reader that wants only the events then need not unpack the samples.
         """
@@ -154,7 +171,8 @@ class Recording:
         self._event_parts.append(content[EVENT_HEAD.size : EVENT_HEAD.size + length])
         if kind == KIND_EVENT_END:
             encoded, self._event_parts = b"".join(self._event_parts), []
-            # Not-a-number and infinity become their names: JSON proper, which other readers insist on, has neither.
+            # Not-a-number and infinity become their names: JSON proper, which other readers insist
+            # on, has neither.
             cycle, t_ns, event_kind, text, data = json.loads(encoded, parse_constant=str)
             self.event(cycle, t_ns, event_kind, text, data)
 

@@ -1,17 +1,26 @@
-"""A recorded run as a backend, and the comparison that stands in for its recorder: same inputs, same bytes?"""
+"""A recorded run as a backend, and the comparison that stands in for its recorder: same inputs,
+same bytes?
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from epa_rt.backend import BackendError, Exchange
-from epa_rt.logs.layout import FLAG_RECORDER_FAILED, FLAG_STOP_AT_ONCE, FLAG_STOP_REQUESTED, FLAG_WORKING_COUNTER_OK
+from epa_rt.logs.layout import (
+    FLAG_RECORDER_FAILED,
+    FLAG_STOP_AT_ONCE,
+    FLAG_STOP_REQUESTED,
+    FLAG_WORKING_COUNTER_OK,
+)
 from epa_rt.logs.reader import LogReader
 
 
 @dataclass(frozen=True)
 class RecordedCycles:
-    """What a replay needs of a log: scalar columns as lists, raw images as bytes, one element per cycle."""
+    """What a replay needs of a log: scalar columns as lists, raw images as bytes, one element per
+    cycle.
+    """
 
     cycle: list[int]
     t_ns: list[int]
@@ -40,8 +49,13 @@ def recorded_cycles(reader: LogReader) -> RecordedCycles:
     names = ("cycle", "t_ns", "flags", "state", "phase", "lateness_ns", "busy_ns")
     columns = reader.columns("/cycle", names=list(names))
     inputs, outputs = reader.raw()
-    return RecordedCycles(*(columns[name].tolist() for name in names), np.ascontiguousarray(inputs).tobytes(),
-                          np.ascontiguousarray(outputs).tobytes(), inputs.shape[1], outputs.shape[1])
+    return RecordedCycles(
+        *(columns[name].tolist() for name in names),
+        np.ascontiguousarray(inputs).tobytes(),
+        np.ascontiguousarray(outputs).tobytes(),
+        inputs.shape[1],
+        outputs.shape[1],
+    )
 
 
 class ReplayBackend:
@@ -61,12 +75,21 @@ class ReplayBackend:
         i, cycles = self._next, self._cycles
         if not self._is_open or len(outputs_raw) != cycles.outputs_bytes:
             found = f"{len(outputs_raw)} bytes" if self._is_open else "a closed backend"
-            raise BackendError(f"found {found}, expected an open backend and {cycles.outputs_bytes} bytes of outputs")
+            raise BackendError(
+                f"found {found}, expected an open backend and {cycles.outputs_bytes} bytes of"
+                " outputs"
+            )
         if i >= len(cycles.cycle):
             raise BackendError(f"the log ends after {i} cycles")
         self._next = i + 1
-        return Exchange(cycles.cycle[i], cycles.t_ns[i], cycles.inputs_raw(i), bool(cycles.flags[i] & FLAG_WORKING_COUNTER_OK),
-                        cycles.lateness_ns[i], cycles.busy_ns[i])
+        return Exchange(
+            cycles.cycle[i],
+            cycles.t_ns[i],
+            cycles.inputs_raw(i),
+            bool(cycles.flags[i] & FLAG_WORKING_COUNTER_OK),
+            cycles.lateness_ns[i],
+            cycles.busy_ns[i],
+        )
 
     def close(self) -> None:
         self._is_open = False
@@ -84,22 +107,44 @@ class RecordedRequests:
 
 
 class Comparison:
-    """Takes the recorder's place in a replay and compares every output image and state with the recorded one.
+    """Takes the recorder's place in a replay and compares every output image and state with the
+    recorded one.
 
-    ``compared`` cycles, ``different`` of them, ``first`` = (cycle, recorded bytes, replayed bytes) or None.
+    ``compared`` cycles, ``different`` of them, ``first`` = (cycle, recorded bytes, replayed bytes)
+    or None.
     """
 
-    def __init__(self, cycles: RecordedCycles, failure: str = "the recorder failed in the recorded run"):
+    def __init__(
+        self, cycles: RecordedCycles, failure: str = "the recorder failed in the recorded run"
+    ):
         self._cycles, self._words = cycles, failure
         self.compared = self.different = 0
         self.first: tuple[int, bytes, bytes] | None = None
 
-    def sample(self, cycle: int, t_ns: int, flags: int, state: int, phase: int, lateness_ns: int, busy_ns: int,
-               invalid_mask: int, stale_mask: int, inputs_raw: bytes, outputs_raw: bytes, *signals: object) -> None:
+    def sample(
+        self,
+        cycle: int,
+        t_ns: int,
+        flags: int,
+        state: int,
+        phase: int,
+        lateness_ns: int,
+        busy_ns: int,
+        invalid_mask: int,
+        stale_mask: int,
+        inputs_raw: bytes,
+        outputs_raw: bytes,
+        *signals: object,
+    ) -> None:
         i, cycles = self.compared, self._cycles
         self.compared += 1
         recorded = cycles.outputs_raw(i)
-        if recorded != outputs_raw or state != cycles.state[i] or phase != cycles.phase[i] or flags != cycles.flags[i]:
+        if (
+            recorded != outputs_raw
+            or state != cycles.state[i]
+            or phase != cycles.phase[i]
+            or flags != cycles.flags[i]
+        ):
             self.different += 1
             if self.first is None:
                 self.first = (cycle, recorded, outputs_raw)

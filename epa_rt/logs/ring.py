@@ -1,7 +1,8 @@
 """A single-producer, single-consumer ring of fixed-size slots in shared memory.
 
-The memory is an anonymous file (memfd) whose descriptor the recorder process inherits. It has no name, so it goes
-with the last process that maps it, however that process ends: nothing can leak, and no resource tracker is needed.
+The memory is an anonymous file (memfd) whose descriptor the recorder process inherits. It has no
+name, so it goes with the last process that maps it, however that process ends: nothing can leak,
+and no resource tracker is needed.
 """
 
 from __future__ import annotations
@@ -18,7 +19,8 @@ KIND_SAMPLE = 1
 KIND_EVENT_PART = 2
 KIND_EVENT_END = 3
 
-# Positions in the header, counted in 8-byte words. Words that different processes write lie on different cache lines.
+# Positions in the header, counted in 8-byte words. Words that different processes write lie on
+# different cache lines.
 HEAD = 0  # slots published so far; written by the producer
 CLOSING = 1  # set by the producer before it closes the pipe: the end is meant
 TAIL = 8  # slots consumed so far; written by the recorder
@@ -34,28 +36,43 @@ STATUS_STARTING, STATUS_OPEN, STATUS_CLOSED, STATUS_FAILED = range(4)
 HEADER_BYTES = mmap.PAGESIZE
 EVENT_HEAD = struct.Struct("@B3xI")
 _SAMPLE_FIELDS = (
-    ("flags", "u4"), ("state", "i4"), ("phase", "i4"), ("cycle", "u8"), ("t_ns", "u8"), ("lateness_ns", "i8"),
-    ("busy_ns", "i8"), ("invalid_mask", "u8"), ("stale_mask", "u8"),
-)  # fmt: skip
+    ("flags", "u4"),
+    ("state", "i4"),
+    ("phase", "i4"),
+    ("cycle", "u8"),
+    ("t_ns", "u8"),
+    ("lateness_ns", "i8"),
+    ("busy_ns", "i8"),
+    ("invalid_mask", "u8"),
+    ("stale_mask", "u8"),
+)
 
 
 def sample_format(layout: SampleLayout) -> str:
-    """The struct format of a sample slot: kind, the fields of `/cycle`, both raw images, all values."""
+    """The struct format of a sample slot: kind, the fields of `/cycle`, both raw images, all
+    values.
+    """
     raw_bytes = layout.inputs_bytes + layout.outputs_bytes
-    return f"@B3xIiiQQqqQQ{layout.inputs_bytes}s{layout.outputs_bytes}s{-raw_bytes % 8}x{len(layout.values)}d"
+    images = f"{layout.inputs_bytes}s{layout.outputs_bytes}s{-raw_bytes % 8}x"
+    return f"@B3xIiiQQqqQQ{images}{len(layout.values)}d"
 
 
 def slot_dtype(layout: SampleLayout) -> np.dtype:
     """A slot as a structured type: the same bytes as `sample_format`, rounded up to 8."""
     fields = [("kind", "u1"), ("_pad", "u1", 3), *_SAMPLE_FIELDS]
     raw_bytes = layout.inputs_bytes + layout.outputs_bytes
-    fields += [("inputs_raw", "u1", layout.inputs_bytes), ("outputs_raw", "u1", layout.outputs_bytes)]
+    fields += [
+        ("inputs_raw", "u1", layout.inputs_bytes),
+        ("outputs_raw", "u1", layout.outputs_bytes),
+    ]
     fields += [("_align", "u1", -raw_bytes % 8), ("values", "f8", len(layout.values))]
     return np.dtype(fields)
 
 
 class Ring:
-    """The mapped ring: `words` (header, 8 bytes each), `memory` (all bytes), `slots` and `slot_bytes`."""
+    """The mapped ring: `words` (header, 8 bytes each), `memory` (all bytes), `slots` and
+    `slot_bytes`.
+    """
 
     def __init__(self, fd: int, slots: int, slot_bytes: int) -> None:
         if slots & (slots - 1):
@@ -86,17 +103,25 @@ class Ring:
     def slots_of(self, layout: SampleLayout) -> np.ndarray:
         """All slots as one array of `slot_dtype`, each as wide as the ring's."""
         fields = slot_dtype(layout).fields
-        dtype = np.dtype({
-            "names": list(fields), "formats": [field[0] for field in fields.values()],
-            "offsets": [field[1] for field in fields.values()], "itemsize": self.slot_bytes,
-        })  # fmt: skip
+        dtype = np.dtype(
+            {
+                "names": list(fields),
+                "formats": [field[0] for field in fields.values()],
+                "offsets": [field[1] for field in fields.values()],
+                "itemsize": self.slot_bytes,
+            }
+        )
         return np.frombuffer(self.memory, dtype, offset=HEADER_BYTES)
 
     @property
     def failure(self) -> str | None:
         """What the recorder process says went wrong."""
         length = self.words[FAILURE_BYTES]
-        return bytes(self.memory[_FAILURE_AT : _FAILURE_AT + length]).decode(errors="replace") if length else None
+        return (
+            bytes(self.memory[_FAILURE_AT : _FAILURE_AT + length]).decode(errors="replace")
+            if length
+            else None
+        )
 
     @failure.setter
     def failure(self, text: str) -> None:

@@ -33,9 +33,11 @@ class LogError(Exception):
 
 @dataclass
 class ChunkEntry:
-    """Where a chunk lies (bytes), when its messages were (ns), and how many each channel has where that is known.
+    """Where a chunk lies (bytes), when its messages were (ns), and how many each channel has where
+    that is known.
 
-    ``wrong``: why its head, which no checksum of its own covers, cannot be believed; '' where it can. Nothing is made by ``content_bytes`` before that.
+    ``wrong``: why its head, which no checksum of its own covers, cannot be believed; '' where it
+    can. Nothing is made by ``content_bytes`` before that.
     """
 
     begin: int
@@ -51,7 +53,9 @@ class ChunkEntry:
 
 @dataclass
 class Scan:
-    """All that a file holds but the chunks' content. `damage` says in sentences what was passed over."""
+    """All that a file holds but the chunks' content. `damage` says in sentences what was passed
+    over.
+    """
 
     chunks: list[ChunkEntry] = field(default_factory=list)
     attachments: dict[str, bytes] = field(default_factory=dict)
@@ -74,13 +78,17 @@ def scan(view: mmap.mmap | bytes) -> Scan:
             if chunk_at is None:
                 found.torn_at = at
                 break
-            found.damage.append(f"{chunk_at - at} bytes from byte {at} on are damaged and were passed over")
+            found.damage.append(
+                f"{chunk_at - at} bytes from byte {at} on are damaged and were passed over"
+            )
             at = chunk_at
             continue
         try:
             _take(found, view, at, end)
         except (ValueError, struct.error, EndOfFile):
-            found.damage.append(f"the record of {end - at} bytes at byte {at} is damaged and was passed over")
+            found.damage.append(
+                f"the record of {end - at} bytes at byte {at} is damaged and was passed over"
+            )
         at = end
     return found
 
@@ -108,8 +116,15 @@ def _record_end(view: mmap.mmap | bytes, at: int) -> int | None:
     if opcode not in _OPCODES or end > len(view):
         return None
     if opcode == Opcode.CHUNK:
-        credible = length >= _CHUNK_HEAD.size and view[at + _CHUNK_MARK_AT : at + _CHUNK_MARK_AT + 8] == _CHUNK_MARK
-        if not credible or _CHUNK_HEAD.unpack_from(view, at + _RECORD_HEAD.size)[-1] + _CHUNK_HEAD.size != length:
+        credible = (
+            length >= _CHUNK_HEAD.size
+            and view[at + _CHUNK_MARK_AT : at + _CHUNK_MARK_AT + 8] == _CHUNK_MARK
+        )
+        if (
+            not credible
+            or _CHUNK_HEAD.unpack_from(view, at + _RECORD_HEAD.size)[-1] + _CHUNK_HEAD.size
+            != length
+        ):
             return None
     return end
 
@@ -130,8 +145,12 @@ def _take(found: Scan, view: mmap.mmap | bytes, at: int, end: int) -> None:
     if opcode == Opcode.CHUNK:
         begin_ns, end_ns, content_bytes, crc, _, _, data_bytes = _CHUNK_HEAD.unpack_from(view, body)
         data_begin = body + _CHUNK_HEAD.size
-        wrong = _wrong_size(view[data_begin : min(data_begin + _FRAME_HEAD_BYTES, end)], content_bytes)
-        found.chunks.append(ChunkEntry(at, data_begin, data_bytes, content_bytes, crc, begin_ns, end_ns, wrong))
+        wrong = _wrong_size(
+            view[data_begin : min(data_begin + _FRAME_HEAD_BYTES, end)], content_bytes
+        )
+        found.chunks.append(
+            ChunkEntry(at, data_begin, data_bytes, content_bytes, crc, begin_ns, end_ns, wrong)
+        )
     elif opcode == Opcode.MESSAGE_INDEX and found.chunks:
         channel_id, index_bytes = _INDEX_HEAD.unpack_from(view, body)
         found.chunks[-1].counts[channel_id] = index_bytes // _INDEX_ENTRY_BYTES
@@ -144,20 +163,29 @@ def _take(found: Scan, view: mmap.mmap | bytes, at: int, end: int) -> None:
         record = records.Metadata.read(_stream(view, body, end))
         found.metadata[record.name] = record.metadata
     elif opcode == Opcode.DATA_END:
-        found.data_end_at, found.data_crc = at, records.DataEnd.read(_stream(view, body, end)).data_section_crc
+        found.data_end_at, found.data_crc = (
+            at,
+            records.DataEnd.read(_stream(view, body, end)).data_section_crc,
+        )
     elif opcode == Opcode.FOOTER:
         found.has_footer = view[end : end + len(MCAP0_MAGIC)] == MCAP0_MAGIC
 
 
 def _wrong_size(frame: bytes, content_bytes: int) -> str:
-    """Why a chunk cannot have as many bytes as its head says; '' where it can. ``frame``: the beginning of what is packed."""
+    """Why a chunk cannot have as many bytes as its head says; '' where it can. ``frame``: the
+    beginning of what is packed.
+    """
     try:
         packed = zstandard.frame_content_size(frame)  # -1 where the frame does not say it
     except zstandard.ZstdError:
         return "it cannot be unpacked"
     if packed not in (-1, content_bytes):
         return f"its head says {content_bytes} bytes, what is packed in it says {packed}"
-    return f"its head says {content_bytes} bytes, more than any chunk has" if content_bytes > _LARGEST_CONTENT else ""
+    return (
+        f"its head says {content_bytes} bytes, more than any chunk has"
+        if content_bytes > _LARGEST_CONTENT
+        else ""
+    )
 
 
 def _stream(view: mmap.mmap | bytes, begin: int, end: int) -> ReadDataStream:

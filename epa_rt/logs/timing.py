@@ -14,8 +14,12 @@ BUCKET_UPPER_NS = 1000 * 2 ** np.arange(16, dtype=np.int64)
 _SHARES = {"p50": 0.5, "p99": 0.99, "p999": 0.999, "max": 1.0}
 
 
-def statistics(lateness_ns: np.ndarray, busy_ns: np.ndarray, flags: np.ndarray) -> dict[str, object]:
-    """The fields of a `/timing` message but `cycle`, from int64 and uint32 arrays of one length N >= 1."""
+def statistics(
+    lateness_ns: np.ndarray, busy_ns: np.ndarray, flags: np.ndarray
+) -> dict[str, object]:
+    """The fields of a `/timing` message but `cycle`, from int64 and uint32 arrays of one length N
+    >= 1.
+    """
     fields: dict[str, object] = {
         "samples": len(flags),
         "overruns": int(np.count_nonzero(flags & FLAG_OVERRUN)),
@@ -32,7 +36,9 @@ def statistics(lateness_ns: np.ndarray, busy_ns: np.ndarray, flags: np.ndarray) 
 
 
 class TimingWindows:
-    """Cuts the samples into seconds of `t_ns`, counted from the first sample, and encodes one message for each."""
+    """Cuts the samples into seconds of `t_ns`, counted from the first sample, and encodes one
+    message for each.
+    """
 
     def __init__(self) -> None:
         self._message = message_class(timing_topic())
@@ -41,7 +47,9 @@ class TimingWindows:
         self._pending: list[np.ndarray] = []
 
     def add(self, slots: np.ndarray) -> list[tuple[int, bytes]]:
-        """Take samples (slots, in order); gives `(t_ns, message)` for each window that they complete."""
+        """Take samples (slots, in order); gives `(t_ns, message)` for each window that they
+        complete.
+        """
         if not len(slots):
             return []
         if self._begin_ns is None:

@@ -17,7 +17,12 @@ from epa_rt.loop.supervisor import STATES, Supervisor
 from epa_rt.safety.envelope import Envelope
 from epa_rt.signals.codec import Decoder, Encoder
 
-TARGET_OF_LOOP = {"motor_position": "position", "motor_speed": "speed", "motor_torque": "torque", "joint_angle": "position"}
+TARGET_OF_LOOP = {
+    "motor_position": "position",
+    "motor_speed": "speed",
+    "motor_torque": "torque",
+    "joint_angle": "position",
+}
 
 
 class WiringError(Exception):
@@ -38,7 +43,9 @@ class Assembly:
 
 
 def assemble(rig: Rig, experiment: Experiment) -> Assembly:
-    """Builds and wires the run. Raises WiringError where a controller would read or write what is not there."""
+    """Builds and wires the run. Raises WiringError where a controller would read or write what is
+    not there.
+    """
     decoder, encoder = Decoder(rig), Encoder(rig)
     valves = {muscle.name: SetAndHold(valve_settings(muscle, rig)) for muscle in rig.muscles}
     sequence = Sequence(experiment, rig, valves)
@@ -46,18 +53,43 @@ def assemble(rig: Rig, experiment: Experiment) -> Assembly:
     motions = {loop: motion_of(rig, loop, target) for loop in experiment.loops}
     _check_wiring(rig, sequence, motions)
     supervisor = Supervisor(rig, sequence, valves, motions, drive_of(rig, target))
-    layout = SampleLayout(decoder.size, encoder.size, tuple(decoder.measured), tuple(supervisor.reference),
-                          tuple(supervisor.command), tuple(supervisor.estimate), STATES, experiment.phase_names)
-    return Assembly(rig, experiment, supervisor, Envelope(rig, decoder.reason), decoder, encoder, layout)
+    layout = SampleLayout(
+        decoder.size,
+        encoder.size,
+        tuple(decoder.measured),
+        tuple(supervisor.reference),
+        tuple(supervisor.command),
+        tuple(supervisor.estimate),
+        STATES,
+        experiment.phase_names,
+    )
+    return Assembly(
+        rig, experiment, supervisor, Envelope(rig, decoder.reason), decoder, encoder, layout
+    )
 
 
 def valve_settings(muscle: Muscle, rig: Rig) -> ValveSettings:
     """The rig file's valve section over the defaults."""
-    names = {"tolerance": "tolerance_pa", "settle": "settle_s", "settle_timeout": "settle_timeout_s", "fill_timeout": "fill_timeout_s",
-             "pulse_min": "pulse_min_s", "pulse_max": "pulse_max_s", "lead": "lead_s", "drift": "drift_pa",
-             "max_pulses": "max_pulses", "supply": "supply_pa"}
-    given = {field: getattr(muscle.valves, key) for key, field in names.items() if getattr(muscle.valves, key) is not None}
-    return ValveSettings(**given, over_pressure_pa=muscle.pressure_max, atmosphere_pa=rig.atmosphere_pa)
+    names = {
+        "tolerance": "tolerance_pa",
+        "settle": "settle_s",
+        "settle_timeout": "settle_timeout_s",
+        "fill_timeout": "fill_timeout_s",
+        "pulse_min": "pulse_min_s",
+        "pulse_max": "pulse_max_s",
+        "lead": "lead_s",
+        "drift": "drift_pa",
+        "max_pulses": "max_pulses",
+        "supply": "supply_pa",
+    }
+    given = {
+        field: getattr(muscle.valves, key)
+        for key, field in names.items()
+        if getattr(muscle.valves, key) is not None
+    }
+    return ValveSettings(
+        **given, over_pressure_pa=muscle.pressure_max, atmosphere_pa=rig.atmosphere_pa
+    )
 
 
 def _target_kind(experiment: Experiment, rig: Rig) -> str:
@@ -66,7 +98,10 @@ def _target_kind(experiment: Experiment, rig: Rig) -> str:
     if "position" in kinds and rig.motor.position_target is None:
         kinds = kinds - {"position"} | {"speed"}
     if len(kinds) != 1:
-        raise WiringError(f"the loops {', '.join(experiment.loops)} of {experiment.name} need different drive modes in one run")
+        raise WiringError(
+            f"the loops {', '.join(experiment.loops)} of {experiment.name} need different drive"
+            " modes in one run"
+        )
     return kinds.pop()
 
 
@@ -75,16 +110,30 @@ def motion_of(rig: Rig, loop: str, target: str) -> Controller:
     motor = rig.motor
     travel, speed_key = f"ref_{motor.position}", coordinate_of(rig, "motor_position").speed_key
     if loop == "motor_torque":
-        return MotorTorque(reference="ref_motor_torque_nm", command=motor.torque_target,
-                           limit_n_m=rig.row(motor.torque_target).limits[1], slew_n_m_s=rig.row(motor.torque_target).slew or float("inf"))
+        return MotorTorque(
+            reference="ref_motor_torque_nm",
+            command=motor.torque_target,
+            limit_n_m=rig.row(motor.torque_target).limits[1],
+            slew_n_m_s=rig.row(motor.torque_target).slew or float("inf"),
+        )
     if loop == "joint_angle":
         return _joint(rig)
     if target == "position":
-        return MotorPosition(travel=motor.position, reference_travel=travel, command=motor.position_target,
-                             align_speed_m_s=motor.speed_max)
-    return MotorSpeed(travel=motor.position, reference_travel=travel, reference_speed=speed_key, command=motor.speed_target,
-                      kp_position=motor.position_gain, limit_m_s=rig.row(motor.speed_target).limits[1],
-                      align_speed_m_s=0.1 * motor.speed_max)
+        return MotorPosition(
+            travel=motor.position,
+            reference_travel=travel,
+            command=motor.position_target,
+            align_speed_m_s=motor.speed_max,
+        )
+    return MotorSpeed(
+        travel=motor.position,
+        reference_travel=travel,
+        reference_speed=speed_key,
+        command=motor.speed_target,
+        kp_position=motor.position_gain,
+        limit_m_s=rig.row(motor.speed_target).limits[1],
+        align_speed_m_s=0.1 * motor.speed_max,
+    )
 
 
 def _joint(rig: Rig) -> JointAngle:
@@ -92,13 +141,28 @@ def _joint(rig: Rig) -> JointAngle:
     coordinate, lever, pid = coordinate_of(rig, "joint_angle"), joint.lever_arm, joint.pid
     low, high = rig.row(motor.position_target).limits
     size = abs(lever)
-    gains = PidGains(kp=pid.kp * size, ki=pid.ki * size, kd=pid.kd * size, derivative_cutoff_hz=pid.derivative_cutoff, low=low, high=high)
-    return JointAngle(gains, lever_arm_m=lever, feedforward_gain=pid.feedforward,
-                      feedforward_speed_s=pid.feedforward_speed, feedforward_acceleration_s2=pid.feedforward_acceleration,
-                      output="travel",
-                      output_cutoff_hz=pid.output_cutoff or float("inf"), angle=joint.position,
-                      reference_angle=coordinate.position_key, reference_speed=coordinate.speed_key, travel=motor.position,
-                      command=motor.position_target)
+    gains = PidGains(
+        kp=pid.kp * size,
+        ki=pid.ki * size,
+        kd=pid.kd * size,
+        derivative_cutoff_hz=pid.derivative_cutoff,
+        low=low,
+        high=high,
+    )
+    return JointAngle(
+        gains,
+        lever_arm_m=lever,
+        feedforward_gain=pid.feedforward,
+        feedforward_speed_s=pid.feedforward_speed,
+        feedforward_acceleration_s2=pid.feedforward_acceleration,
+        output="travel",
+        output_cutoff_hz=pid.output_cutoff or float("inf"),
+        angle=joint.position,
+        reference_angle=coordinate.position_key,
+        reference_speed=coordinate.speed_key,
+        travel=motor.position,
+        command=motor.position_target,
+    )
 
 
 def _check_wiring(rig: Rig, sequence: Sequence, motions: dict[str, Controller]) -> None:
@@ -106,4 +170,6 @@ def _check_wiring(rig: Rig, sequence: Sequence, motions: dict[str, Controller]) 
     for loop, motion in motions.items():
         for name in (*motion.reads, *motion.writes):
             if name not in known:
-                raise WiringError(f"the loop {loop} needs the signal {name}, which neither rig nor experiment has")
+                raise WiringError(
+                    f"the loop {loop} needs the signal {name}, which neither rig nor experiment has"
+                )

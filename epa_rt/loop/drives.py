@@ -12,7 +12,9 @@ MODE_OF_TARGET = {"position": 8, "speed": 9, "torque": 10}
 
 
 class Drive(Protocol):
-    """``step`` writes the enabling rows of the command; ``trouble`` is a sentence once it failed or was lost."""
+    """``step`` writes the enabling rows of the command; ``trouble`` is a sentence once it failed or
+    was lost.
+    """
 
     def enable(self) -> None: ...
 
@@ -30,12 +32,18 @@ class Drive(Protocol):
 
 
 class BusDrive:
-    """A drive enabled by control and status word, in a mode that it says itself: targets of another one would mean something else to it."""
+    """A drive enabled by control and status word, in a mode that it says itself: targets of another
+    one would mean something else to it.
+    """
 
     def __init__(self, file: Cia402Drive, period_s: float, mode: int):
         self._enabler = DriveEnabler(max(1, round(file.transition_timeout / period_s)))
         self._file, self._mode = file, mode
-        self._reported, self._unlike, self._patience = mode, 0, 0  # what it says, cycles of another mode while enabled, and how many may be
+        self._reported, self._unlike, self._patience = (
+            mode,
+            0,
+            0,
+        )  # what it says, cycles of another mode while enabled, and how many may be
         self._status, self._control = file.status_word, file.control_word
 
     def enable(self) -> None:
@@ -49,7 +57,9 @@ class BusDrive:
         command[self._control] = self._enabler.step(measured[self._status])
         command[self._file.mode] = self._mode
         self._reported = measured[self._file.mode_display]
-        self._unlike = self._unlike + 1 if self._enabler.targets_live and self._reported != self._mode else 0
+        self._unlike = (
+            self._unlike + 1 if self._enabler.targets_live and self._reported != self._mode else 0
+        )
         if self.live:
             self._patience = 0
 
@@ -67,8 +77,14 @@ class BusDrive:
         return f"{cause} (error {drive_error_words(code)})" if cause and code else cause
 
     def _other_mode(self) -> str:
-        """A drive that is being enabled has time to change its mode; one that has had it has none."""
-        return f"it reports mode {self._reported:g} (0x6061), asked for {self._mode}" if self._unlike > self._patience else ""
+        """A drive that is being enabled has time to change its mode; one that has had it has
+        none.
+        """
+        return (
+            f"it reports mode {self._reported:g} (0x6061), asked for {self._mode}"
+            if self._unlike > self._patience
+            else ""
+        )
 
 
 class WiredDrive:

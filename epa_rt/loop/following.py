@@ -1,10 +1,14 @@
-"""A following error: what is measured stays away from what is asked for. Finds a dead encoder and a frozen joint sensor."""
+"""A following error: what is measured stays away from what is asked for. Finds a dead encoder and a
+frozen joint sensor.
+"""
 
 from epa_rt.config.rig import Rig
 from epa_rt.control.valve import SetAndHold
 from epa_rt.experiments.coordinate import coordinate_of, possible_loops
 
-LONGEST_S = 0.050  # a step that the drive is still catching up with passes; a sensor that stands does not
+LONGEST_S = (
+    0.050  # a step that the drive is still catching up with passes; a sensor that stands does not
+)
 
 AIR_SHARE = 0.1  # of a held pressure: more than motion alone makes of it
 
@@ -12,22 +16,26 @@ Fault = tuple[str, str, str]  # cause, signal, sentence
 
 
 def of_the_air(valves: tuple[tuple[SetAndHold, str], ...]) -> str:
-    """What the muscles' pressures have to do with it, or nothing: a valve that gives way moves the rig before the valve
-    logic, which has to tell it from heat, can be sure.
+    """What the muscles' pressures have to do with it, or nothing: a valve that gives way moves the
+    rig before the valve logic, which has to tell it from heat, can be sure.
     """
     for valve, name in valves:
         gained_pa = valve.estimate_pa - valve.target_pa
         if valve.drifting and abs(gained_pa) > AIR_SHARE * valve.target_pa:
             suspect = "inlet stuck open" if gained_pa > 0.0 else "exhaust stuck open or leak"
-            return f"; {name}: {suspect}? It is at {valve.estimate_pa / 1e3:.1f} kPa, with both valves closed since {valve.target_pa / 1e3:.1f} kPa"
+            return (
+                f"; {name}: {suspect}? It is at {valve.estimate_pa / 1e3:.1f} kPa, with both valves"
+                f" closed since {valve.target_pa / 1e3:.1f} kPa"
+            )
     return ""
 
 
 class Following:
     """``step`` once per cycle of motion; a fault once the error has been too large for LONGEST_S.
 
-    Watches the loop's own coordinate against its reference, and the motor's position against its target. An axis
-    without ``following_error`` in the rig file is not watched. ``valves`` by muscle, for what the air has to do with it.
+    Watches the loop's own coordinate against its reference, and the motor's position against its
+    target. An axis without ``following_error`` in the rig file is not watched. ``valves`` by
+    muscle, for what the air has to do with it.
     """
 
     def __init__(self, rig: Rig, valves: tuple[tuple[SetAndHold, str], ...] = ()):
@@ -38,23 +46,44 @@ class Following:
             coordinate = coordinate_of(rig, loop)
             axis = rig.joint if loop == "joint_angle" else rig.motor
             if coordinate.measured is not None and axis.following_error is not None:
-                self._pairs[loop] = (coordinate.position_key, coordinate.measured, axis.following_error)
-        self._target, self._position, self._allowed = rig.motor.position_target, rig.motor.position, rig.motor.following_error
+                self._pairs[loop] = (
+                    coordinate.position_key,
+                    coordinate.measured,
+                    axis.following_error,
+                )
+        self._target, self._position, self._allowed = (
+            rig.motor.position_target,
+            rig.motor.position,
+            rig.motor.following_error,
+        )
         self._away = 0
 
-    def step(self, loop: str, measured: dict[str, float], reference: dict[str, float], command: dict[str, float]) -> Fault | None:
+    def step(
+        self,
+        loop: str,
+        measured: dict[str, float],
+        reference: dict[str, float],
+        command: dict[str, float],
+    ) -> Fault | None:
         """Takes one cycle; all values SI."""
         error, allowed, name = 0.0, 1.0, ""
         pair = self._pairs.get(loop)
         if pair is not None:
             error, allowed, name = reference[pair[0]] - measured[pair[1]], pair[2], pair[1]
         if self._target is not None and self._allowed is not None and abs(error) <= allowed:
-            error, allowed, name = command[self._target] - measured[self._position], self._allowed, self._position
+            error, allowed, name = (
+                command[self._target] - measured[self._position],
+                self._allowed,
+                self._position,
+            )
         if abs(error) <= allowed:
             self._away = 0
             return None
         self._away += 1
         if self._away < self._allowed_cycles:
             return None
-        text = f"{name} stays {error:.4g} away from what is asked for, more than {allowed:.4g}{of_the_air(self._valves)}"
+        text = (
+            f"{name} stays {error:.4g} away from what is asked for, more than"
+            f" {allowed:.4g}{of_the_air(self._valves)}"
+        )
         return "following error", name, text

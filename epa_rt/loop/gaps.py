@@ -1,8 +1,12 @@
-"""Counting cycles that brought no sound process data; the run survives a few of them, the operator shall know."""
+"""Counting cycles that brought no sound process data; the run survives a few of them, the operator
+shall know.
+"""
 
 
 class Gaps:
-    """Rows of bad cycles. ``count`` of all bad cycles; ``step`` answers with one sentence when a row has ended."""
+    """Rows of bad cycles. ``count`` of all bad cycles; ``step`` answers with one sentence when a
+    row has ended.
+    """
 
     __slots__ = ("count", "in_a_row")
 
@@ -16,4 +20,9 @@ class Gaps:
             self.in_a_row += 1
             return ""
         row, self.in_a_row = self.in_a_row, 0
-        return f"{row} cycle{'s' if row > 1 else ''} without sound process data; the last good ones stood in" if row else ""
+        return (
+            f"{row} cycle{'s' if row > 1 else ''} without sound process data; the last good ones"
+            " stood in"
+            if row
+            else ""
+        )

@@ -6,8 +6,9 @@ from epa_rt.config.rig import Overrun
 class Overruns:
     """A cycle whose exchange began more than ``late`` after its edge is an overrun.
 
-    ``count`` of all, ``in_a_row`` now, ``worst_ns``. Once too many follow each other, ``step`` answers with the policy's
-    word "stop" or "trip" ("count" never answers), and ``wants_stop`` stays set for the policy "stop".
+    ``count`` of all, ``in_a_row`` now, ``worst_ns``. Once too many follow each other, ``step``
+    answers with the policy's word "stop" or "trip" ("count" never answers), and ``wants_stop``
+    stays set for the policy "stop".
     """
 
     __slots__ = ("count", "in_a_row", "worst_ns", "wants_stop", "_late_ns", "_allowed", "_policy")

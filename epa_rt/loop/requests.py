@@ -1,4 +1,6 @@
-"""What comes into a run from outside the bus: the operator's stop. Recorded in every sample, so that replay has it."""
+"""What comes into a run from outside the bus: the operator's stop. Recorded in every sample, so
+that replay has it.
+"""
 
 import signal
 from collections.abc import Iterator
@@ -8,11 +10,15 @@ from types import FrameType
 NONE, STOP, STOP_AT_ONCE = 0, 1, 2
 
 
-AGAIN_CYCLES = 300  # a wrapper may pass one Ctrl-C on twice at once; only a later one is meant as a second
+AGAIN_CYCLES = (
+    300  # a wrapper may pass one Ctrl-C on twice at once; only a later one is meant as a second
+)
 
 
 class OperatorRequests:
-    """Ctrl-C or SIGTERM once: brake and stop. Again, at least AGAIN_CYCLES later: torque off at once."""
+    """Ctrl-C or SIGTERM once: brake and stop. Again, at least AGAIN_CYCLES later: torque off at
+    once.
+    """
 
     def __init__(self) -> None:
         self._level, self._since, self._pending = NONE, 0, False

@@ -9,8 +9,13 @@ from epa_rt.backend import Backend, BackendError
 from epa_rt.config.rig import Rig
 from epa_rt.control.protocol import Controller
 from epa_rt.logs.layout import (
-    FLAG_OVERRUN, FLAG_RECORDER_FAILED, FLAG_STOP_AT_ONCE, FLAG_STOP_REQUESTED, FLAG_TRIPPED, FLAG_WORKING_COUNTER_OK,
-)  # fmt: skip
+    FLAG_OVERRUN,
+    FLAG_RECORDER_FAILED,
+    FLAG_STOP_AT_ONCE,
+    FLAG_STOP_REQUESTED,
+    FLAG_TRIPPED,
+    FLAG_WORKING_COUNTER_OK,
+)
 from epa_rt.loop.gaps import Gaps
 from epa_rt.loop.overruns import Overruns
 from epa_rt.loop.requests import STOP, STOP_AT_ONCE
@@ -37,10 +42,11 @@ class Requests(Protocol):
 
 @dataclass(frozen=True)
 class RunResult:
-    """How a run ended. ``outcome``: completed, stopped, tripped or failed. ``confirmed``: the drive said it is off.
+    """How a run ended. ``outcome``: completed, stopped, tripped or failed. ``confirmed``: the drive
+    said it is off.
 
-    ``clamped`` and ``slewed``: cycles in which the gate cut a row; ``controller_`` the same by row and loop, of what the
-    controller had cut before, so that the gate found nothing to cut.
+    ``clamped`` and ``slewed``: cycles in which the gate cut a row; ``controller_`` the same by row
+    and loop, of what the controller had cut before, so that the gate found nothing to cut.
     """
 
     outcome: str
@@ -59,15 +65,26 @@ class RunResult:
     bad_cycles: int = 0  # without sound process data
 
 
-def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, decoder: Decoder, encoder: Encoder,
-        recording: Recording, requests: Requests) -> RunResult:
-    """Runs an experiment from bring-up to safe. Never raises for what the rig does: every way out is a result.
+def run(
+    rig: Rig,
+    backend: Backend,
+    supervisor: Supervisor,
+    envelope: Envelope,
+    decoder: Decoder,
+    encoder: Encoder,
+    recording: Recording,
+    requests: Requests,
+) -> RunResult:
+    """Runs an experiment from bring-up to safe. Never raises for what the rig does: every way out
+    is a result.
 
     The backend is opened and closed here; closing puts the outputs into their safe state once more.
     """
     overruns, gaps, broken, stopped, cycle, t_ns = Overruns(rig.overrun), Gaps(), "", False, -1, 0
     outputs_raw = encoder.safe_raw
-    told = getattr(backend, "events", [])  # what a bus has to say: recoveries, emergencies, the clock's lock
+    told = getattr(
+        backend, "events", []
+    )  # what a bus has to say: recoveries, emergencies, the clock's lock
     try:
         backend.open()
         while supervisor.state != DONE:
@@ -82,9 +99,12 @@ def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, 
                 flags |= _judge(cycle, lateness_ns, request, recording, overruns, envelope)
             stopped = stopped or request != 0 or overruns.wants_stop
             command = _step(supervisor, cycle, measured, stopped, bus_ok)
-            outputs = envelope.check(cycle, bus_ok, measured, decoder.invalid, decoder.stale, command,
-                                     t_ns + lateness_ns)
-            if supervisor.fault is not None:  # after the envelope: a dead sensor is the cause, not what it led to
+            outputs = envelope.check(
+                cycle, bus_ok, measured, decoder.invalid, decoder.stale, command, t_ns + lateness_ns
+            )
+            if (
+                supervisor.fault is not None
+            ):  # after the envelope: a dead sensor is the cause, not what it led to
                 envelope.trip(*supervisor.fault, cycle)
             if envelope.tripped is not None:
                 flags |= FLAG_TRIPPED
@@ -92,9 +112,23 @@ def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, 
             if supervisor.state >= SAFE:
                 outputs = encoder.safe
             outputs_raw = encoder.encode(outputs)
-            recording.sample(cycle, t_ns, flags, supervisor.state, supervisor.phase, lateness_ns, busy_ns,
-                             decoder.invalid, decoder.stale, inputs_raw, outputs_raw, measured, supervisor.reference,
-                             command, supervisor.estimate)
+            recording.sample(
+                cycle,
+                t_ns,
+                flags,
+                supervisor.state,
+                supervisor.phase,
+                lateness_ns,
+                busy_ns,
+                decoder.invalid,
+                decoder.stale,
+                inputs_raw,
+                outputs_raw,
+                measured,
+                supervisor.reference,
+                command,
+                supervisor.estimate,
+            )
             if supervisor.events or (flags & FLAG_TRIPPED and envelope.tripped.cycle == cycle):
                 _report(supervisor, envelope, recording, cycle, t_ns)
             if told:
@@ -102,7 +136,9 @@ def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, 
     except BackendError as error:
         broken = str(error)
         recording.event(max(cycle, 0), t_ns, "error", broken)
-    except Exception as error:  # a fault of ours ends like a lost bus: outputs safe, cause in the log
+    except (
+        Exception
+    ) as error:  # a fault of ours ends like a lost bus: outputs safe, cause in the log
         broken = f"internal error: {type(error).__name__}: {error}"
         recording.event(max(cycle, 0), t_ns, "error", broken, traceback=traceback.format_exc())
     finally:
@@ -110,7 +146,18 @@ def run(rig: Rig, backend: Backend, supervisor: Supervisor, envelope: Envelope, 
         _pass_on(told, recording, cycle, t_ns)
     off = getattr(backend, "drive_off", None)  # what the drive said last, where the bus heard it
     confirmed = supervisor.confirmed if off is None else off
-    return _result(envelope, supervisor.motions, overruns, broken, stopped, cycle + 1, t_ns, encoder.saturated, gaps.count, confirmed)
+    return _result(
+        envelope,
+        supervisor.motions,
+        overruns,
+        broken,
+        stopped,
+        cycle + 1,
+        t_ns,
+        encoder.saturated,
+        gaps.count,
+        confirmed,
+    )
 
 
 def _pass_on(told: list, recording: Recording, cycle: int, t_ns: int) -> None:
@@ -120,16 +167,31 @@ def _pass_on(told: list, recording: Recording, cycle: int, t_ns: int) -> None:
 
 
 def _close(backend: Backend, recording: Recording, cycle: int, t_ns: int) -> str:
-    """Closes the backend; a sentence where even that fails, which must not hide how the run ended."""
+    """Closes the backend; a sentence where even that fails, which must not hide how the run
+    ended.
+    """
     try:
         backend.close()
     except Exception as error:
-        recording.event(max(cycle, 0), t_ns, "error", f"closing failed: {error}", traceback=traceback.format_exc())
+        recording.event(
+            max(cycle, 0),
+            t_ns,
+            "error",
+            f"closing failed: {error}",
+            traceback=traceback.format_exc(),
+        )
         return f"closing failed: {error}"
     return ""
 
 
-def _judge(cycle: int, lateness_ns: int, request: int, recording: Recording, overruns: Overruns, envelope: Envelope) -> int:
+def _judge(
+    cycle: int,
+    lateness_ns: int,
+    request: int,
+    recording: Recording,
+    overruns: Overruns,
+    envelope: Envelope,
+) -> int:
     """What came from outside the process image in this cycle, as flags; trips where it must."""
     flags = 0
     before = overruns.count
@@ -137,7 +199,12 @@ def _judge(cycle: int, lateness_ns: int, request: int, recording: Recording, ove
     if overruns.count > before:
         flags |= FLAG_OVERRUN
     if policy == "trip":
-        envelope.trip("overrun", "", f"{overruns.in_a_row} late cycles in a row, the last by {lateness_ns / 1e6:.3f} ms", cycle)
+        envelope.trip(
+            "overrun",
+            "",
+            f"{overruns.in_a_row} late cycles in a row, the last by {lateness_ns / 1e6:.3f} ms",
+            cycle,
+        )
     if request >= STOP:
         flags |= FLAG_STOP_REQUESTED
     if request >= STOP_AT_ONCE:
@@ -150,16 +217,24 @@ def _judge(cycle: int, lateness_ns: int, request: int, recording: Recording, ove
     return flags
 
 
-def _step(supervisor: Supervisor, cycle: int, measured: dict, stopped: bool, bus_ok: bool) -> dict[str, float]:
+def _step(
+    supervisor: Supervisor, cycle: int, measured: dict, stopped: bool, bus_ok: bool
+) -> dict[str, float]:
     """The supervisor's command; an error of ours in it becomes a fault that trips."""
     try:
         return supervisor.step(cycle, measured, stopped, bus_ok)
     except Exception as error:  # must not leave the rig under its last command
-        supervisor.fault = supervisor.fault or ("internal error", "", f"{type(error).__name__}: {error}")
+        supervisor.fault = supervisor.fault or (
+            "internal error",
+            "",
+            f"{type(error).__name__}: {error}",
+        )
         return supervisor.command
 
 
-def _report(supervisor: Supervisor, envelope: Envelope, recording: Recording, cycle: int, t_ns: int) -> None:
+def _report(
+    supervisor: Supervisor, envelope: Envelope, recording: Recording, cycle: int, t_ns: int
+) -> None:
     trip = envelope.tripped
     if trip is not None and trip.cycle == cycle:
         recording.event(cycle, t_ns, "trip", str(trip), cause=trip.cause, signal=trip.signal)
@@ -168,25 +243,52 @@ def _report(supervisor: Supervisor, envelope: Envelope, recording: Recording, cy
     supervisor.events.clear()
 
 
-def _result(envelope: Envelope, motions: Mapping[str, Controller], overruns: Overruns, broken: str, stopped: bool,
-            cycles: int, t_ns: int, saturated: int, bad_cycles: int, confirmed: bool) -> RunResult:
+def _result(
+    envelope: Envelope,
+    motions: Mapping[str, Controller],
+    overruns: Overruns,
+    broken: str,
+    stopped: bool,
+    cycles: int,
+    t_ns: int,
+    saturated: int,
+    bad_cycles: int,
+    confirmed: bool,
+) -> RunResult:
     trip = envelope.tripped
     if broken:
         outcome, cause = "failed", broken if trip is None else f"{trip}; then {broken}"
     elif trip is not None:
         outcome, cause = "tripped", str(trip)
     elif stopped:
-        outcome, cause = "stopped", "overruns" if overruns.wants_stop else "the operator asked to stop"
+        outcome, cause = (
+            "stopped",
+            ("overruns" if overruns.wants_stop else "the operator asked to stop"),
+        )
     else:
         outcome, cause = "completed", ""
     gate = envelope.gate
-    return RunResult(outcome, cause, cycles, confirmed, overruns.count, overruns.worst_ns,
-                     {k: n for k, n in gate.clamped.items() if n}, {k: n for k, n in gate.slewed.items() if n},
-                     _by_row(motions, lambda motion: motion.saturated), _by_row(motions, lambda motion: motion.slewed),
-                     trip, t_ns, saturated, bad_cycles)
+    return RunResult(
+        outcome,
+        cause,
+        cycles,
+        confirmed,
+        overruns.count,
+        overruns.worst_ns,
+        {k: n for k, n in gate.clamped.items() if n},
+        {k: n for k, n in gate.slewed.items() if n},
+        _by_row(motions, lambda motion: motion.saturated),
+        _by_row(motions, lambda motion: motion.slewed),
+        trip,
+        t_ns,
+        saturated,
+        bad_cycles,
+    )
 
 
-def _by_row(motions: Mapping[str, Controller], count: Callable[[Controller], int]) -> dict[str, dict[str, int]]:
+def _by_row(
+    motions: Mapping[str, Controller], count: Callable[[Controller], int]
+) -> dict[str, dict[str, int]]:
     """Counts of loops by the row that each writes, without those of nothing."""
     found: dict[str, dict[str, int]] = {}
     for loop, motion in motions.items():

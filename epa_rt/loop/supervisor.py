@@ -1,7 +1,8 @@
 """The run as a machine of seven states, from a rig at rest to a rig that is safe again.
 
-Bring-up moves nothing; the drive is enabled with its targets on the actual values; phases run; every way out ends in
-``safe``. It decides what to ask for; whether that may leave is the envelope's to say.
+Bring-up moves nothing; the drive is enabled with its targets on the actual values; phases run;
+every way out ends in ``safe``. It decides what to ask for; whether that may leave is the envelope's
+to say.
 """
 
 from collections.abc import Mapping
@@ -17,9 +18,14 @@ STATES = ("bring_up", "enable", "run", "stop", "disable", "safe", "done")
 BRING_UP, ENABLE, RUN, STOP, DISABLE, SAFE, DONE = range(7)
 
 BRING_UP_S = 0.1
-REST_S, REST_MAX_S = 0.05, 1.0  # how long the motor must stand before power is taken off, and the longest wait for it
+REST_S, REST_MAX_S = (
+    0.05,
+    1.0,
+)  # how long the motor must stand before power is taken off, and the longest wait for it
 REST_SHARE = 0.02  # of the motor's top speed: below it the motor stands
-VENT_MAX_S = 5.0  # longest wait for the muscles to vent: one that still pulls would spin an unpowered motor
+VENT_MAX_S = (
+    5.0  # longest wait for the muscles to vent: one that still pulls would spin an unpowered motor
+)
 DISABLE_S = 0.5  # longest wait for the drive to come down by its own ramp
 SAFE_MIN_S, SAFE_MAX_S = 0.1, 1.0
 
@@ -27,13 +33,22 @@ Fault = tuple[str, str, str]  # cause, signal, sentence
 
 
 class Supervisor:
-    """One step per cycle. ``command``, ``reference`` and ``estimate`` are written in place, in table order.
+    """One step per cycle. ``command``, ``reference`` and ``estimate`` are written in place, in
+    table order.
 
-    ``fault`` is what the supervisor found and the envelope shall trip on. ``events`` are (kind, text, data), to be
-    drained by the loop. ``confirmed``: the drive reported itself off after the safe outputs went out. ``motions``: by loop.
+    ``fault`` is what the supervisor found and the envelope shall trip on. ``events`` are (kind,
+    text, data), to be drained by the loop. ``confirmed``: the drive reported itself off after the
+    safe outputs went out. ``motions``: by loop.
     """
 
-    def __init__(self, rig: Rig, sequence: Sequence, valves: Mapping[str, SetAndHold], motions: Mapping[str, Controller], drive: Drive):
+    def __init__(
+        self,
+        rig: Rig,
+        sequence: Sequence,
+        valves: Mapping[str, SetAndHold],
+        motions: Mapping[str, Controller],
+        drive: Drive,
+    ):
         self.state = BRING_UP
         self.fault: Fault | None = None
         self.events: list[tuple[str, str, dict]] = [("state", "bring_up", {})]
@@ -46,21 +61,39 @@ class Supervisor:
         self._following = Following(rig, tuple((valves[m.name], m.name) for m in rig.muscles))
         self.motions, self._motion = motions, next(iter(motions.values()))
         self._drive, self._dt_s = drive, rig.period_s
-        self._valves = [(valves[m.name], m.name, m.pressure, m.inlet, m.exhaust, f"est_{m.pressure}") for m in rig.muscles]
+        self._valves = [
+            (valves[m.name], m.name, m.pressure, m.inlet, m.exhaust, f"est_{m.pressure}")
+            for m in rig.muscles
+        ]
         self._target, self._position = rig.motor.position_target, rig.motor.position
         self._targets = [t for t in (rig.motor.speed_target, rig.motor.torque_target) if t]
         self._speed, self._standstill = rig.motor.speed, REST_SHARE * rig.motor.speed_max
         self._age = self._still = self._ended = self._vent_cycles = 0
         self._vent_max_cycles = round(VENT_MAX_S / rig.period_s)
-        self._rest_cycles, self._rest_max_cycles = round(REST_S / rig.period_s), round(REST_MAX_S / rig.period_s)
-        self._cycles = {s: max(1, round(seconds / rig.period_s)) for s, seconds in ((BRING_UP, BRING_UP_S), (DISABLE, DISABLE_S), (SAFE, SAFE_MIN_S), (DONE, SAFE_MAX_S))}
+        self._rest_cycles, self._rest_max_cycles = (
+            round(REST_S / rig.period_s),
+            round(REST_MAX_S / rig.period_s),
+        )
+        self._cycles = {
+            s: max(1, round(seconds / rig.period_s))
+            for s, seconds in (
+                (BRING_UP, BRING_UP_S),
+                (DISABLE, DISABLE_S),
+                (SAFE, SAFE_MIN_S),
+                (DONE, SAFE_MAX_S),
+            )
+        }
 
     @property
     def phase(self) -> int:
         return self.sequence.phase_index
 
-    def step(self, cycle: int, measured: dict[str, float], stop: bool, bus_ok: bool = True) -> dict[str, float]:
-        """The command of this cycle. Without ``bus_ok`` nothing that the drive seems to say is believed."""
+    def step(
+        self, cycle: int, measured: dict[str, float], stop: bool, bus_ok: bool = True
+    ) -> dict[str, float]:
+        """The command of this cycle. Without ``bus_ok`` nothing that the drive seems to say is
+        believed.
+        """
         self._age += 1
         self._bus_ok = bus_ok
         if self.state == RUN or self.state == STOP:
@@ -74,7 +107,9 @@ class Supervisor:
         return self.command
 
     def be_safe(self) -> None:
-        """The envelope has tripped: from here on only safe outputs are asked for, until the rig is seen to be off."""
+        """The envelope has tripped: from here on only safe outputs are asked for, until the rig is
+        seen to be off.
+        """
         if self.state < SAFE:
             self._drive.disable(False)
             self._enter(SAFE)
@@ -84,7 +119,9 @@ class Supervisor:
         self.events.append(("state", STATES[state], {}))
 
     def _rest(self, measured: dict[str, float]) -> None:
-        """No speed, no torque, and a position target that follows the rig, so that power on moves nothing."""
+        """No speed, no torque, and a position target that follows the rig, so that power on moves
+        nothing.
+        """
         for name in self._targets:
             self.command[name] = self._safe[name]
         if self._target:
@@ -141,6 +178,7 @@ class Supervisor:
             self.fault = ("experiment", "", sequence.failure)
         elif sequence.finished and self._at_rest(measured) and self._vented():
             self._leave(measured)
+        return None
 
     def _leave(self, measured: dict[str, float]) -> None:
         self._rest(measured)
@@ -148,26 +186,34 @@ class Supervisor:
         self._enter(DISABLE)
 
     def _at_rest(self, measured: dict[str, float]) -> bool:
-        """Whether the motor has stood still for a while; its reference being at rest does not say so."""
+        """Whether the motor has stood still for a while; its reference being at rest does not say
+        so.
+        """
         self._ended += 1
         moves = self._speed is not None and abs(measured[self._speed]) >= self._standstill
         self._still = 0 if moves else self._still + 1
         return self._still >= self._rest_cycles or self._ended >= self._rest_max_cycles
 
     def _hold_still(self, measured: dict[str, float]) -> None:
-        """The motor stays where it is while the muscles vent; a joint loop would wind up after a joint that sinks."""
+        """The motor stays where it is while the muscles vent; a joint loop would wind up after a
+        joint that sinks.
+        """
         target = self.command[self._target] if self._target in self._motion.writes else None
         self._rest(measured)
         if target is not None:
             self.command[self._target] = target
 
     def _vented(self) -> bool:
-        """Vents what still holds pressure, with the motor held; True once all is vented, or has had its time."""
+        """Vents what still holds pressure, with the motor held; True once all is vented, or has had
+        its time.
+        """
         for valve, *_ in self._valves if self._vent_cycles == 0 else ():
             if valve.state is not ValveState.VENTED:
                 valve.vent()
         self._vent_cycles += 1
-        return self._vent_cycles >= self._vent_max_cycles or all(valve.state is ValveState.VENTED for valve, *_ in self._valves)
+        return self._vent_cycles >= self._vent_max_cycles or all(
+            valve.state is ValveState.VENTED for valve, *_ in self._valves
+        )
 
     def _switch_valves(self, measured: dict[str, float]) -> None:
         command, estimate = self.command, self.estimate
@@ -177,7 +223,10 @@ class Supervisor:
             command[exhaust] = 1.0 if exhaust_open else 0.0
             estimate[estimated] = valve.estimate_pa
             if valve.events:
-                self.events += [(kind, f"{name}: {text}", {"muscle": name, **data}) for kind, text, data in valve.events]
+                self.events += [
+                    (kind, f"{name}: {text}", {"muscle": name, **data})
+                    for kind, text, data in valve.events
+                ]
                 valve.events.clear()
             if valve.failure is not None:
                 self.fault = ("valve", pressure, f"{name}: {valve.failure}")
@@ -195,6 +244,8 @@ class Supervisor:
             if self._is_off() or self._age >= self._cycles[DISABLE]:
                 self._drive.disable(False)
                 self._enter(SAFE)
-        elif self._age >= self._cycles[SAFE] and (self._is_off() or self._age >= self._cycles[DONE]):
+        elif self._age >= self._cycles[SAFE] and (
+            self._is_off() or self._age >= self._cycles[DONE]
+        ):
             self.confirmed = self._is_off()
             self._enter(DONE)

@@ -1,6 +1,8 @@
-"""The catalogue of effects: what a rig may have that its nominal plant leaves out, and what competes with it.
+"""The catalogue of effects: what a rig may have that its nominal plant leaves out, and what
+competes with it.
 
-A family holds the laws for one and the same thing. Strengths are middles of engineering ranges; docs/effects.md lists all.
+A family holds the laws for one and the same thing. Strengths are middles of engineering ranges;
+docs/effects.md lists all.
 """
 
 import numpy as np
@@ -9,9 +11,25 @@ from epa_rt.models.catalogue_chain import CHAIN
 from epa_rt.models.catalogue_muscle import GAS_EFFECTS, MUSCLE_EFFECTS
 from epa_rt.models.catalogue_sensors import SENSOR_EFFECTS
 from epa_rt.models.effect import Effect, Knob
-from epa_rt.models.knobs import Nominal, effect_spread, read_knob, row_of, without_muscle, write_knob
+from epa_rt.models.knobs import (
+    Nominal,
+    effect_spread,
+    read_knob,
+    row_of,
+    without_muscle,
+    write_knob,
+)
 
-__all__ = ["BY_NAME", "CATALOGUE", "NOMINAL", "Nominal", "effects_of", "knob", "read_knob", "write_knob"]
+__all__ = [
+    "BY_NAME",
+    "CATALOGUE",
+    "NOMINAL",
+    "Nominal",
+    "effects_of",
+    "knob",
+    "read_knob",
+    "write_knob",
+]
 
 CATALOGUE: tuple[Effect, ...] = (*CHAIN, *GAS_EFFECTS, *MUSCLE_EFFECTS, *SENSOR_EFFECTS)
 BY_NAME: dict[str, Effect] = {effect.name: effect for effect in CATALOGUE}
@@ -57,7 +75,25 @@ def knob(key: str, params: np.ndarray) -> Knob:
     plain, value = without_muscle(key), read_knob(params, key)
     if plain in _NOMINAL:
         nominal = _NOMINAL[plain]
-        return Knob(key, row.unit, value, row.low, row.high, max(nominal.relative * abs(value), nominal.least))
+        return Knob(
+            key,
+            row.unit,
+            value,
+            row.low,
+            row.high,
+            max(nominal.relative * abs(value), nominal.least),
+        )
     for effect in effects_of(key):
-        return Knob(key, row.unit, value, row.low, row.high, effect_spread(effect, plain, row.neutral), effect.name, row.neutral)
-    raise KeyError(f"found '{key}', expected a nominal parameter that competes or a knob of an effect")
+        return Knob(
+            key,
+            row.unit,
+            value,
+            row.low,
+            row.high,
+            effect_spread(effect, plain, row.neutral),
+            effect.name,
+            row.neutral,
+        )
+    raise KeyError(
+        f"found '{key}', expected a nominal parameter that competes or a knob of an effect"
+    )

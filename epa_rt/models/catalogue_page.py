@@ -15,7 +15,7 @@ A *family* holds the laws for one and the same thing. *Knobs* are the numbers th
 typical strength first. Equations, units, bounds and neutral values: docs/plant.md, the section of the same name. Code:
 `epa_rt/models/catalogue.py`; `knob`, `read_knob` and `write_knob` there handle a plant's numbers by key. This page is written
 by `catalogue_page.page()`, and a test holds it to the code.
-"""
+"""  # noqa: E501
 
 
 def page() -> str:
@@ -23,19 +23,31 @@ def page() -> str:
     plain = [effect for effect in CATALOGUE if not effect.name.endswith(("_gain", "_offset"))]
     parts = [_HEAD.format(count=len(CATALOGUE), more=len(plain))]
     for section in dict.fromkeys(effect.equation for effect in CATALOGUE):
-        parts.append(f"\n## {section}\n\n| Family | Effect | Says | Knobs | Starts | Source |\n|---|---|---|---|---|---|\n")
+        parts.append(
+            f"\n## {section}\n\n| Family | Effect | Says | Knobs | Starts | Source"
+            " |\n|---|---|---|---|---|---|\n"
+        )
         inside = [effect for effect in CATALOGUE if effect.equation == section]
         for family in dict.fromkeys(effect.family for effect in inside):
             parts += [_line(effect) for effect in inside if effect.family == family]
-    parts.append("\n## Nominal parameters that compete\n\n| Key | Spread | At least | Unit |\n|---|---|---|---|\n")
-    parts += [f"| `{n.key}` | {100 * n.relative:g} % | {n.least:g} | {row_of(n.key)[1].unit} |\n" for n in NOMINAL]
+    parts.append(
+        "\n## Nominal parameters that compete\n\n| Key | Spread | At least | Unit"
+        " |\n|---|---|---|---|\n"
+    )
+    parts += [
+        f"| `{n.key}` | {100 * n.relative:g} % | {n.least:g} | {row_of(n.key)[1].unit} |\n"
+        for n in NOMINAL
+    ]
     return "".join(parts)
 
 
 def _line(effect: Effect) -> str:
     knobs = ", ".join(f"`{row_of(key)[1].name}`" for key in effect.knobs)
     starts = "; ".join(" ".join(f"{value:.4g}" for value in start) for start in effect.starts)
-    return f"| {effect.family} | `{effect.name}` | {effect.says} | {knobs} | {starts} | {effect.source} |\n"
+    return (
+        f"| {effect.family} | `{effect.name}` | {effect.says} | {knobs} | {starts} |"
+        f" {effect.source} |\n"
+    )
 
 
 def _quantity(row: Parameter) -> dict:
@@ -45,7 +57,9 @@ def _quantity(row: Parameter) -> dict:
 
 
 def _rows(chosen: list[Parameter], table: tuple[Parameter, ...]) -> dict:
-    """Schema of a mapping of rows, by full name and by the name without unit where that is unique in its table."""
+    """Schema of a mapping of rows, by full name and by the name without unit where that is unique
+    in its table.
+    """
     stems = Counter(stem_of(row) for row in table)
     named = {}
     for row in chosen:
@@ -56,7 +70,9 @@ def _rows(chosen: list[Parameter], table: tuple[Parameter, ...]) -> dict:
 
 
 def plant_schema() -> dict:
-    """JSON schema (draft 2020-12) of a plant file: names, kinds and descriptions; bounds are checked by load_plant."""
+    """JSON schema (draft 2020-12) of a plant file: names, kinds and descriptions; bounds are
+    checked by load_plant.
+    """
     sections, switched = {}, {}
     for block, table in BLOCKS.items():
         nominal = [row for row in table if row.effect is None]
@@ -66,11 +82,24 @@ def plant_schema() -> dict:
         block = pairs[0][0]
         entry = _rows([row for row in BLOCKS[block] if row.effect in (effect, None)], BLOCKS[block])
         if block in TWICE:
-            entry["properties"] |= {f"muscle{i}": {**entry, "properties": dict(entry["properties"])} for i in (0, 1)}
+            entry["properties"] |= {
+                f"muscle{i}": {**entry, "properties": dict(entry["properties"])} for i in (0, 1)
+            }
         switched[effect] = entry
     return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema", "title": "plant file", "type": "object",
-        "properties": {"plant": {"type": "string"}, "substeps": {"type": "integer", "minimum": 1, "maximum": MOST_SUBSTEPS},
-                       **sections, "effects": {"type": ["object", "null"], "properties": switched, "additionalProperties": False}},
-        "required": ["plant"], "additionalProperties": False,
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "plant file",
+        "type": "object",
+        "properties": {
+            "plant": {"type": "string"},
+            "substeps": {"type": "integer", "minimum": 1, "maximum": MOST_SUBSTEPS},
+            **sections,
+            "effects": {
+                "type": ["object", "null"],
+                "properties": switched,
+                "additionalProperties": False,
+            },
+        },
+        "required": ["plant"],
+        "additionalProperties": False,
     }

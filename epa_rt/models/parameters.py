@@ -1,4 +1,6 @@
-"""All parameters of the plant: one table per block, and the nested record type derived from them."""
+"""All parameters of the plant: one table per block, and the nested record type derived from
+them.
+"""
 
 from collections.abc import Iterator
 
@@ -12,19 +14,29 @@ from epa_rt.models.tables_muscle import GAS, MUSCLE
 __all__ = ["BLOCKS", "PARAMS", "Parameter", "Table", "effects", "neutral_params", "rows"]
 
 BLOCKS: dict[str, Table] = {
-    "bus": BUS, "drive": DRIVE, "transmission": TRANSMISSION, "gas": GAS, "muscle": MUSCLE, "load": LOAD,
+    "bus": BUS,
+    "drive": DRIVE,
+    "transmission": TRANSMISSION,
+    "gas": GAS,
+    "muscle": MUSCLE,
+    "load": LOAD,
     "sensors": SENSORS_TABLE,
 }
 TWICE = ("gas", "muscle")  # blocks that exist once per muscle
 
 PARAMS = np.dtype(
-    [(name, record_type(table), (2,)) if name in TWICE else (name, record_type(table)) for name, table in BLOCKS.items()],
+    [
+        (name, record_type(table), (2,)) if name in TWICE else (name, record_type(table))
+        for name, table in BLOCKS.items()
+    ],
     align=True,
 )
 
 
 def neutral_params() -> np.ndarray:
-    """A plant with every parameter at its default: nominal values, all effects off. Shape (1,), dtype PARAMS."""
+    """A plant with every parameter at its default: nominal values, all effects off. Shape (1,),
+    dtype PARAMS.
+    """
     params = np.zeros(1, PARAMS)
     for block, row in rows():
         params[block][row.name] = row.neutral

@@ -17,7 +17,8 @@ def _open_valves(p, s, valves, half_s):
     """Moves every valve's opening by half a sub-step."""
     for i in range(2):
         if p.muscle[i].present > 0.5 and (
-                s.opening[i, 0] != valves[i] or s.opening[i, 1] != valves[2 + i]):
+            s.opening[i, 0] != valves[i] or s.opening[i, 1] != valves[2 + i]
+        ):
             decay = math.exp(-half_s / p.gas[i].valve_lag_s)
             s.opening[i, 0] = gas.opening_after(s.opening[i, 0], valves[i], decay)
             s.opening[i, 1] = gas.opening_after(s.opening[i, 1], valves[2 + i], decay)
@@ -25,7 +26,8 @@ def _open_valves(p, s, valves, half_s):
 
 @compiled
 def _integrate(p, s, h, weights, motor, valves):
-    """Runge-Kutta of fourth order over one sub-step; targets and valve openings move with the stages.
+    """Runge-Kutta of fourth order over one sub-step; targets and valve openings move with the
+    stages.
 
     The winding current, the fastest state, takes exponential weights (blocks/exponential.py).
     """
@@ -61,7 +63,9 @@ def _integrate(p, s, h, weights, motor, valves):
 
 @compiled
 def _integrate_roughly(p, s, h, weights, motor, valves):
-    """The same by the midpoint rule, with half as many rates: another run, but one that a knob changes alike (docs/decisions/0013)."""
+    """The same by the midpoint rule, with half as many rates: another run, but one that a knob
+    changes alike (docs/decisions/0013).
+    """
     y, stage, rate = s.smooth, s.work[0], s.work[1]
     half, whole, reach, first, middle, last = weights
     i0, per_lag = y[CURRENT], 1.0 / p.drive.current_lag_s
@@ -81,7 +85,9 @@ def _integrate_roughly(p, s, h, weights, motor, valves):
 
 @compiled
 def _settle(p, s, valves):
-    """Takes the finished sub-step into the elements with memory: backlash, slip, strap, shut valves."""
+    """Takes the finished sub-step into the elements with memory: backlash, slip, strap, shut
+    valves.
+    """
     travel, travel_speed, q, q_speed = motion(p, s)
     for i in range(2):
         m = p.muscle[i]
@@ -89,7 +95,9 @@ def _settle(p, s, valves):
             length, speed = lengths(p.load, i, travel, travel_speed, q, q_speed)
             fitted = length - muscle.strap_stretch(m, s.strap_force_n[i])
             if m.strap_compliance_m_n != 0.0:
-                _, _, _, _, s.strap_force_n[i] = pull(p, s, s.smooth, i, travel, travel_speed, q, q_speed)
+                _, _, _, _, s.strap_force_n[i] = pull(
+                    p, s, s.smooth, i, travel, travel_speed, q, q_speed
+                )
             moved = fitted - s.length_m[i]
             braid.settle(m, s.memory[i], moved, speed)
             s.length_m[i] = fitted
@@ -104,15 +112,20 @@ def _advance(p, s, command, reading, period_s, substeps, roughly):
     bus.latch(s, command, period_s)
     motor_delay = p.bus.command_delay_s / period_s
     opening_s, closing_s = bus.valve_delays(p.bus.valve_delay_s, p.bus.valve_skew_ratio)
-    seen = s.cycle + math.floor(-motor_delay)  # the command that the drive sees as this cycle starts
+    seen = s.cycle + math.floor(
+        -motor_delay
+    )  # the command that the drive sees as this cycle starts
     s.smooth[INTEGRAL] = drive.integral_at_edge(
-        s.ring[seen % RING], s.ring[(seen - 1) % RING], s.smooth[INTEGRAL], s.smooth[CURRENT])
+        s.ring[seen % RING], s.ring[(seen - 1) % RING], s.smooth[INTEGRAL], s.smooth[CURRENT]
+    )
     h = period_s / substeps
     weights = lag_weights(h, p.drive.current_lag_s)
     for j in range(substeps):
         start, end = j / substeps, (j + 1) / substeps
         motor = bus.motor_seen(s.ring, s.cycle, start - motor_delay, end - motor_delay)
-        valves = bus.valves_seen(s.ring, s.cycle, start, end, opening_s / period_s, closing_s / period_s)
+        valves = bus.valves_seen(
+            s.ring, s.cycle, start, end, opening_s / period_s, closing_s / period_s
+        )
         if roughly:
             _integrate_roughly(p, s, h, weights, motor, valves)
         else:
@@ -127,21 +140,26 @@ def _advance(p, s, command, reading, period_s, substeps, roughly):
 def advance(params, state, command, sensors_out, period_s, substeps):
     """Moves the plant by one bus cycle and writes the readings at its end.
 
-    ``params`` PARAMS, ``state`` STATE (moved in place), ``command`` COMMAND (held over the cycle), ``sensors_out``
-    SENSORS (written): all of shape (1,). ``substeps`` of the integrator per cycle; see docs/plant.md.
+    ``params`` PARAMS, ``state`` STATE (moved in place), ``command`` COMMAND (held over the cycle),
+    ``sensors_out`` SENSORS (written): all of shape (1,). ``substeps`` of the integrator per cycle;
+    see docs/plant.md.
     """
     _advance(params[0], state[0], command[0], sensors_out[0], period_s, substeps, False)
 
 
 @compiled
 def run(params, state, commands, period_s, substeps, sensors_out):
-    """As ``advance`` for every row of ``commands`` (N,), readings into ``sensors_out`` (N,), in one compiled call."""
+    """As ``advance`` for every row of ``commands`` (N,), readings into ``sensors_out`` (N,), in one
+    compiled call.
+    """
     for k in range(commands.shape[0]):
         _advance(params[0], state[0], commands[k], sensors_out[k], period_s, substeps, False)
 
 
 @compiled
 def run_roughly(params, state, commands, period_s, substeps, sensors_out):
-    """As ``run`` by the midpoint rule: too coarse for what sensors show, not for what a parameter changes of it."""
+    """As ``run`` by the midpoint rule: too coarse for what sensors show, not for what a parameter
+    changes of it.
+    """
     for k in range(commands.shape[0]):
         _advance(params[0], state[0], commands[k], sensors_out[k], period_s, substeps, True)

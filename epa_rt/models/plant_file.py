@@ -19,7 +19,9 @@ WHOLE = ("seed", "present", "law_code", "kind_code")
 
 @dataclass(frozen=True)
 class PlantFile:
-    """A plant read from a file: its parameters (shape (1,), PARAMS), sub-steps per cycle, and the effects it names."""
+    """A plant read from a file: its parameters (shape (1,), PARAMS), sub-steps per cycle, and the
+    effects it names.
+    """
 
     name: str
     params: np.ndarray
@@ -32,14 +34,22 @@ class PlantFile:
 
 
 def load_plant(path: Path | str) -> PlantFile:
-    """Reads a plant file. Raises ConfigError (unknown key, wrong unit, out of bounds), with file and line."""
+    """Reads a plant file. Raises ConfigError (unknown key, wrong unit, out of bounds), with file
+    and line.
+    """
     return read_plant(load_yaml(path))
 
 
 def read_plant(source: Located) -> PlantFile:
     """As load_plant, from YAML already read."""
     data = _mapping(source, (), source.data)
-    known = {"plant", "substeps", "effects", *BLOCKS, *(f"{block}{i}" for block in TWICE for i in (0, 1))}
+    known = {
+        "plant",
+        "substeps",
+        "effects",
+        *BLOCKS,
+        *(f"{block}{i}" for block in TWICE for i in (0, 1)),
+    }
     for key in data:
         if key not in known:
             raise source.error((key,), f"'{key}'", "one of " + ", ".join(sorted(known)))
@@ -68,8 +78,12 @@ def _substeps(source: Located) -> int:
     return value
 
 
-def _read_block(source: Located, params: np.ndarray, key: str, block: str, muscle: int | None) -> None:
-    """Reads section ``key`` into a block; of a block that exists twice, into both muscles if ``muscle`` is None."""
+def _read_block(
+    source: Located, params: np.ndarray, key: str, block: str, muscle: int | None
+) -> None:
+    """Reads section ``key`` into a block; of a block that exists twice, into both muscles if
+    ``muscle`` is None.
+    """
     if key not in source.data:
         return
     names = _names(BLOCKS[block])
@@ -82,11 +96,15 @@ def _read_block(source: Located, params: np.ndarray, key: str, block: str, muscl
         if name not in nominal:
             full = ", ".join(name for name, row in nominal.items() if name == row.name)
             raise source.error(where, f"'{name}'", f"one of {full}")
-        write(params, block, nominal[name], _quantity(source, where, nominal[name], quantity), muscle)
+        write(
+            params, block, nominal[name], _quantity(source, where, nominal[name], quantity), muscle
+        )
 
 
 def _read_effects(source: Located, params: np.ndarray) -> tuple[str, ...]:
-    """Reads ``effects: {name: {parameter: quantity}}``; 'muscle0' or 'gas1' may stand between for one muscle only."""
+    """Reads ``effects: {name: {parameter: quantity}}``; 'muscle0' or 'gas1' may stand between for
+    one muscle only.
+    """
     section = source.data.get("effects")
     if section is None:
         return ()
@@ -99,24 +117,39 @@ def _read_effects(source: Located, params: np.ndarray) -> tuple[str, ...]:
         for name, quantity in _mapping(source, where, chosen).items():
             if name in ("muscle0", "muscle1") and block in TWICE:
                 for inner, value in _mapping(source, (*where, name), quantity).items():
-                    _read_effect(source, params, effect, block, (*where, name, inner), value, int(name[-1]))
+                    _read_effect(
+                        source, params, effect, block, (*where, name, inner), value, int(name[-1])
+                    )
             else:
                 _read_effect(source, params, effect, block, (*where, name), quantity, None)
     return tuple(section)
 
 
-def _read_effect(source: Located, params: np.ndarray, effect: str, block: str, where: Location, quantity: Any,
-                 muscle: int | None) -> None:
-    allowed = {name: row for name, row in _names(BLOCKS[block]).items() if row.effect in (effect, None)}
+def _read_effect(
+    source: Located,
+    params: np.ndarray,
+    effect: str,
+    block: str,
+    where: Location,
+    quantity: Any,
+    muscle: int | None,
+) -> None:
+    allowed = {
+        name: row for name, row in _names(BLOCKS[block]).items() if row.effect in (effect, None)
+    }
     name = str(where[-1])
     if name not in allowed:
         own = ", ".join(row.name for row in BLOCKS[block] if row.effect == effect)
-        raise source.error(where, f"'{name}'", f"a parameter of {effect} ({own}) or a nominal one of block {block}")
+        raise source.error(
+            where, f"'{name}'", f"a parameter of {effect} ({own}) or a nominal one of block {block}"
+        )
     write(params, block, allowed[name], _quantity(source, where, allowed[name], quantity), muscle)
 
 
 def _names(table: Table) -> dict[str, Parameter]:
-    """Every name a file may use to its row: the full name, and the name without unit where only one row has it."""
+    """Every name a file may use to its row: the full name, and the name without unit where only one
+    row has it.
+    """
     stems = Counter(stem_of(row) for row in table)
     named = {row.name: row for row in table}
     named.update({stem_of(row): row for row in table if stems[stem_of(row)] == 1})
@@ -124,14 +157,52 @@ def _names(table: Table) -> dict[str, Parameter]:
 
 
 _SUFFIXES = {
-    "s": "_s", "V": "_v", "ohm": "_ohm", "N*m/A": "_nm_a", "kg*m^2": "_kg_m2", "A": "_a", "rad/s": "_rad_s",
-    "1/s": "_per_s", "1": "_ratio", "A*s/rad": "_a_s_rad", "A/rad": "_a_rad", "N*m*s/rad": "_nm_s_rad", "N*m": "_nm",
-    "N*m/rad": "_nm_rad", "1/K": "_per_k", "K/W": "_k_w", "m": "_m", "N": "_n", "rad": "_rad", "Pa": "_pa", "K": "_k",
-    "J/(kg*K)": "_j_kg_k", "m^3": "_m3", "m^3/(s*Pa)": "_m3_s_pa", "Pa*s/kg": "_pa_s_kg", "N*s/m": "_n_s_m",
-    "m/s": "_m_s", "N/m": "_n_m", "m/N": "_m_n", "m^2": "_m2", "N/m^2": "_n_m2", "N*s/(m*Pa)": "_n_s_m_pa",
-    "N*s^2/(m^2*Pa)": "_n_s2_m2_pa", "kg": "_kg", "m/s^2": "_m_s2", "1/rad": "_per_rad",
-    "1/A": "_per_a", "s/kg": "_s_kg", "s/m": "_s_m", "1/m": "_per_m", "Hz": "_hz", "N/Pa": "_n_pa", "Pa/N": "_pa_n",
-    "1/N": "_per_n", "1/Pa": "_per_pa", "1/rad^2": "_per_rad2",
+    "s": "_s",
+    "V": "_v",
+    "ohm": "_ohm",
+    "N*m/A": "_nm_a",
+    "kg*m^2": "_kg_m2",
+    "A": "_a",
+    "rad/s": "_rad_s",
+    "1/s": "_per_s",
+    "1": "_ratio",
+    "A*s/rad": "_a_s_rad",
+    "A/rad": "_a_rad",
+    "N*m*s/rad": "_nm_s_rad",
+    "N*m": "_nm",
+    "N*m/rad": "_nm_rad",
+    "1/K": "_per_k",
+    "K/W": "_k_w",
+    "m": "_m",
+    "N": "_n",
+    "rad": "_rad",
+    "Pa": "_pa",
+    "K": "_k",
+    "J/(kg*K)": "_j_kg_k",
+    "m^3": "_m3",
+    "m^3/(s*Pa)": "_m3_s_pa",
+    "Pa*s/kg": "_pa_s_kg",
+    "N*s/m": "_n_s_m",
+    "m/s": "_m_s",
+    "N/m": "_n_m",
+    "m/N": "_m_n",
+    "m^2": "_m2",
+    "N/m^2": "_n_m2",
+    "N*s/(m*Pa)": "_n_s_m_pa",
+    "N*s^2/(m^2*Pa)": "_n_s2_m2_pa",
+    "kg": "_kg",
+    "m/s^2": "_m_s2",
+    "1/rad": "_per_rad",
+    "1/A": "_per_a",
+    "s/kg": "_s_kg",
+    "s/m": "_s_m",
+    "1/m": "_per_m",
+    "Hz": "_hz",
+    "N/Pa": "_n_pa",
+    "Pa/N": "_pa_n",
+    "1/N": "_per_n",
+    "1/Pa": "_per_pa",
+    "1/rad^2": "_per_rad2",
 }
 
 
@@ -149,12 +220,18 @@ def _quantity(source: Located, where: Location, row: Parameter, quantity: Any) -
     if row.name in WHOLE and value != int(value):
         raise source.error(where, f"{quantity}", "a whole number")
     if not row.low <= value <= row.high:
-        raise source.error(where, f"{quantity}", with_unit(f"{row.low:g} to {row.high:g}", row.unit))
+        raise source.error(
+            where, f"{quantity}", with_unit(f"{row.low:g} to {row.high:g}", row.unit)
+        )
     return value
 
 
-def write(params: np.ndarray, block: str, row: Parameter, value: float, muscle: int | None = None) -> None:
-    """Sets one parameter; of a block that exists twice, in both muscles unless ``muscle`` names one."""
+def write(
+    params: np.ndarray, block: str, row: Parameter, value: float, muscle: int | None = None
+) -> None:
+    """Sets one parameter; of a block that exists twice, in both muscles unless ``muscle`` names
+    one.
+    """
     if block in TWICE and muscle is not None:
         params[block][row.name][0, muscle] = value
     else:
@@ -162,7 +239,9 @@ def write(params: np.ndarray, block: str, row: Parameter, value: float, muscle: 
 
 
 def save_plant(path: Path | str, plant: PlantFile) -> None:
-    """Writes a plant file that load_plant reads back to the same parameters, bit by bit (all values in SI)."""
+    """Writes a plant file that load_plant reads back to the same parameters, bit by bit (all values
+    in SI).
+    """
     text: dict[str, Any] = {"plant": plant.name, "substeps": plant.substeps}
     switched: dict[str, dict] = {}
     for block, table in BLOCKS.items():
@@ -177,4 +256,6 @@ def save_plant(path: Path | str, plant: PlantFile) -> None:
                     place = switched.setdefault(row.effect, {})
                     (place if i is None else place.setdefault(f"muscle{i}", {}))[row.name] = said
     text["effects"] = switched
-    Path(path).write_text(yaml.safe_dump(text, sort_keys=False, allow_unicode=True), encoding="utf-8")
+    Path(path).write_text(
+        yaml.safe_dump(text, sort_keys=False, allow_unicode=True), encoding="utf-8"
+    )

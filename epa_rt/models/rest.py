@@ -9,10 +9,11 @@ from epa_rt.models.ports import ANGLE, GAS_C, GAS_MASS, LOAD_PLACE, MEMORY, STAT
 
 
 def new_state(params: np.ndarray) -> np.ndarray:
-    """State of shape (1,), dtype STATE, at rest: atmosphere in the muscles, spool at ``start_travel_m``.
+    """State of shape (1,), dtype STATE, at rest: atmosphere in the muscles, spool at
+    ``start_travel_m``.
 
-    A mass or a knee lies where its own weight or bias and the end stops balance, vented muscles pulling nothing.
-    ``params``: shape (1,), dtype PARAMS.
+    A mass or a knee lies where its own weight or bias and the end stops balance, vented muscles
+    pulling nothing. ``params``: shape (1,), dtype PARAMS.
     """
     p = params[0]
     state = np.zeros(1, STATE)
@@ -27,8 +28,12 @@ def new_state(params: np.ndarray) -> np.ndarray:
         volume, _ = muscle.shape(m, g["dead_volume_m3"], length)
         s["length_m"][i] = length
         s["smooth"][GAS_C + i] = g["atmosphere_pa"] * volume ** gas.exponent(g)
-        s["smooth"][GAS_MASS + i] = g["atmosphere_pa"] * volume / (g["gas_constant_j_kg_k"] * g["temperature_k"])
-    s["pressure_reading_pa"][1] = s["tube_reading_pa"][1] = p["gas"][1]["atmosphere_pa"] - p["gas"][0]["atmosphere_pa"]  # one gauge zero for both
+        s["smooth"][GAS_MASS + i] = (
+            g["atmosphere_pa"] * volume / (g["gas_constant_j_kg_k"] * g["temperature_k"])
+        )
+    s["pressure_reading_pa"][1] = s["tube_reading_pa"][1] = (
+        p["gas"][1]["atmosphere_pa"] - p["gas"][0]["atmosphere_pa"]
+    )  # one gauge zero for both
     s["pressure_reading_pa"][2] = p["gas"][0]["supply_gauge_pa"]
     s["pressure_before_pa"] = s["pressure_reading_pa"]
     s["encoder_angle_rad"] = sensors.encoder(p["sensors"], s["smooth"][ANGLE])
@@ -58,7 +63,9 @@ def _vented_force(p, i, place):
     """What muscle i holds without pressure: bladder and locked braid."""
     if p.muscle[i].present < 0.5:
         return 0.0
-    return muscle.tension(p.muscle[i], 0.0, 0.0, _length(p, i, place), 0.0, np.zeros(MEMORY), 0.0, 0.0)
+    return muscle.tension(
+        p.muscle[i], 0.0, 0.0, _length(p, i, place), 0.0, np.zeros(MEMORY), 0.0, 0.0
+    )
 
 
 @compiled

@@ -6,10 +6,12 @@ import numpy as np
 
 
 class Parameter(NamedTuple):
-    """One row: ``name`` ends in its SI unit; ``effect`` names the effect that the row exists for, None if nominal.
+    """One row: ``name`` ends in its SI unit; ``effect`` names the effect that the row exists for,
+    None if nominal.
 
-    ``neutral`` is the default. For the row of an effect it switches the effect off exactly (bit-identical output).
-    ``low`` and ``high`` are the bounds a plant file is held to, both inside.
+    ``neutral`` is the default. For the row of an effect it switches the effect off exactly
+    (bit-identical output). ``low`` and ``high`` are the bounds a plant file is held to, both
+    inside.
     """
 
     name: str

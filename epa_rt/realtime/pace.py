@@ -1,4 +1,6 @@
-"""Waiting for the next cycle edge without drift: edges are start + n x period, never 'now + period'."""
+"""Waiting for the next cycle edge without drift: edges are start + n x period, never 'now +
+period'.
+"""
 
 import time
 
@@ -16,10 +18,11 @@ class Pace:
         self._mark_ns = time.monotonic_ns()
 
     def wait(self) -> tuple[int, int]:
-        """Sleeps to the next edge. Returns lateness at wake-up and the busy time since ``mark``, both in ns.
+        """Sleeps to the next edge. Returns lateness at wake-up and the busy time since ``mark``,
+        both in ns.
 
-        Where an edge has passed already it returns at once; edges that were missed whole are skipped, so that the
-        loop does not run after them at full speed.
+        Where an edge has passed already it returns at once; edges that were missed whole are
+        skipped, so that the loop does not run after them at full speed.
         """
         now_ns = time.monotonic_ns()
         busy_ns = now_ns - self._mark_ns

@@ -1,4 +1,6 @@
-"""What the loop's process asks of kernel and interpreter so that a cycle is not held up, and gives back afterwards."""
+"""What the loop's process asks of kernel and interpreter so that a cycle is not held up, and gives
+back afterwards.
+"""
 
 import ctypes
 import gc
@@ -14,9 +16,11 @@ _MCL_CURRENT, _MCL_FUTURE = 1, 2
 
 @contextmanager
 def undisturbed(realtime: Realtime | None) -> Iterator[list[str]]:
-    """Garbage collection frozen; with ``realtime`` also memory lock, core and SCHED_FIFO, each where permitted.
+    """Garbage collection frozen; with ``realtime`` also memory lock, core and SCHED_FIFO, each
+    where permitted.
 
-    Yields one sentence per thing asked for, granted or not, for the log. On leaving, all of it is undone.
+    Yields one sentence per thing asked for, granted or not, for the log. On leaving, all of it is
+    undone.
     """
     gc.collect()
     gc.freeze()
@@ -27,7 +31,11 @@ def undisturbed(realtime: Realtime | None) -> Iterator[list[str]]:
     sentences = ["garbage collection frozen"]
     try:
         if realtime is not None:
-            sentences += [_lock_memory(undo), _pin_core(realtime.core, undo), _prioritise(realtime.priority, undo)]
+            sentences += [
+                _lock_memory(undo),
+                _pin_core(realtime.core, undo),
+                _prioritise(realtime.priority, undo),
+            ]
         yield sentences
     finally:
         for step in reversed(undo):
@@ -41,7 +49,10 @@ def undisturbed(realtime: Realtime | None) -> Iterator[list[str]]:
 def _lock_memory(undo: list) -> str:
     libc = ctypes.CDLL(None, use_errno=True)
     if libc.mlockall(_MCL_CURRENT | _MCL_FUTURE) != 0:
-        return f"memory not locked ({os.strerror(ctypes.get_errno())}): raise 'memlock' in /etc/security/limits.conf"
+        return (
+            f"memory not locked ({os.strerror(ctypes.get_errno())}): raise 'memlock' in"
+            " /etc/security/limits.conf"
+        )
     undo.append(libc.munlockall)
     return "memory locked"
 
@@ -63,6 +74,9 @@ def _prioritise(priority: int, undo: list) -> str:
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
     except OSError as error:
-        return f"SCHED_FIFO not granted ({error.strerror}): raise 'rtprio' in /etc/security/limits.conf"
+        return (
+            f"SCHED_FIFO not granted ({error.strerror}): raise 'rtprio' in"
+            " /etc/security/limits.conf"
+        )
     undo.append(lambda: os.sched_setscheduler(0, policy, parameters))
     return f"SCHED_FIFO priority {priority}"

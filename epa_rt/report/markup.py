@@ -15,7 +15,10 @@ def esc(text: object) -> Html:
 
 def tag(name: str, content: object, **attributes: str) -> Html:
     """One element; ``class_`` is the attribute class."""
-    written = "".join(f' {key.rstrip("_").replace("_", "-")}="{html.escape(value)}"' for key, value in attributes.items())
+    written = "".join(
+        f' {key.rstrip("_").replace("_", "-")}="{html.escape(value)}"'
+        for key, value in attributes.items()
+    )
     return Html(f"<{name}{written}>{esc(content)}</{name}>")
 
 
@@ -37,13 +40,22 @@ def warning(*parts: object) -> Html:
     return tag("p", join([tag("strong", "Note: "), *parts]), class_="warning")
 
 
-def table(head: Sequence[object], rows: Iterable[Sequence[object]], text_columns: Sequence[int] = (0,), class_: str = "") -> Html:
-    """A table; columns not in ``text_columns`` are numbers, set flush right. A row may begin with a class: Marked."""
+def table(
+    head: Sequence[object],
+    rows: Iterable[Sequence[object]],
+    text_columns: Sequence[int] = (0,),
+    class_: str = "",
+) -> Html:
+    """A table; columns not in ``text_columns`` are numbers, set flush right. A row may begin with a
+    class: Marked.
+    """
     lines = [tag("tr", join(_cell("th", i, cell, text_columns) for i, cell in enumerate(head)))]
     body = []
     for row in rows:
         cells = join(_cell("td", i, cell, text_columns) for i, cell in enumerate(row))
-        body.append(tag("tr", cells, class_=row.mark) if isinstance(row, Marked) else tag("tr", cells))
+        body.append(
+            tag("tr", cells, class_=row.mark) if isinstance(row, Marked) else tag("tr", cells)
+        )
     inner = tag("thead", join(lines)) + tag("tbody", join(body))
     attributes = {"class_": class_} if class_ else {}
     return tag("div", tag("table", Html(inner), **attributes), class_="wide")
@@ -59,7 +71,11 @@ class Marked(list):
 
 def facts(pairs: Iterable[tuple[object, object]]) -> Html:
     """Names and values side by side."""
-    return tag("dl", join(tag("div", join([tag("dt", name), tag("dd", value)])) for name, value in pairs), class_="facts")
+    return tag(
+        "dl",
+        join(tag("div", join([tag("dt", name), tag("dd", value)])) for name, value in pairs),
+        class_="facts",
+    )
 
 
 def folded(summary: object, content: object) -> Html:

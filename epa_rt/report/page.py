@@ -21,17 +21,36 @@ from epa_rt.report.sections.timing import timing
 from epa_rt.report.sections.tracking import tracking
 from epa_rt.report.sections.valves import valves
 
-TITLES = {"asked": "What was asked", "happened": "What happened", "tracking": "Tracking", "pressures": "Pressures",
-          "loops": "Force against travel", "valves": "Valve switchings", "energy": "Energy", "timing": "Timing",
-          "health": "Health", "events": "Events", "provenance": "Provenance"}
+TITLES = {
+    "asked": "What was asked",
+    "happened": "What happened",
+    "tracking": "Tracking",
+    "pressures": "Pressures",
+    "loops": "Force against travel",
+    "valves": "Valve switchings",
+    "energy": "Energy",
+    "timing": "Timing",
+    "health": "Health",
+    "events": "Events",
+    "provenance": "Provenance",
+}
 
 
 def run_page(run: Run, winding_ohm: float | None = None) -> str:
     """The report of a run. ``winding_ohm``: the motor's winding, where it is known."""
     makers: dict[str, Callable[[Run], Section]] = {
-        "asked": asked, "happened": happened, "tracking": tracking, "pressures": pressures, "loops": loops, "valves": valves,
-        "energy": partial(energy, winding_ohm=winding_ohm), "timing": timing, "health": health, "events": events,
-        "provenance": provenance}
+        "asked": asked,
+        "happened": happened,
+        "tracking": tracking,
+        "pressures": pressures,
+        "loops": loops,
+        "valves": valves,
+        "energy": partial(energy, winding_ohm=winding_ohm),
+        "timing": timing,
+        "health": health,
+        "events": events,
+        "provenance": provenance,
+    }
     sections = [_made(key, make, run) for key, make in makers.items()]
     title = f"{run.facts.get('experiment', 'run')} on {run.facts.get('rig', 'rig')}: {run.outcome}"
     return page(title, header(run), sections)
@@ -40,11 +59,19 @@ def run_page(run: Run, winding_ohm: float | None = None) -> str:
 def page(title: str, head: Html, sections: Sequence[Section]) -> str:
     """A page with plotly.js inside, so that it needs no network."""
     links = join((tag("a", section.title, href=f"#{section.key}") for section in sections), " ")
-    body = join(tag("section", join([tag("h2", section.title), section.content]), id=section.key) for section in sections)
+    body = join(
+        tag("section", join([tag("h2", section.title), section.content]), id=section.key)
+        for section in sections
+    )
     place = files("epa_rt.report")
     return Template(place.joinpath("page.html").read_text("utf-8")).substitute(
-        title=tag("title", title), style=place.joinpath("page.css").read_text("utf-8"), plotly=_plotly(),
-        header=tag("header", head), navigation=tag("nav", links) if len(sections) > 1 else "", sections=body)
+        title=tag("title", title),
+        style=place.joinpath("page.css").read_text("utf-8"),
+        plotly=_plotly(),
+        header=tag("header", head),
+        navigation=tag("nav", links) if len(sections) > 1 else "",
+        sections=body,
+    )
 
 
 def _made(key: str, make: Callable[[Run], Section], run: Run) -> Section:
@@ -56,7 +83,9 @@ def _made(key: str, make: Callable[[Run], Section], run: Run) -> Section:
     except NotShown as error:
         return Section(key, TITLES[key], paragraph(f"Not shown: {error}."))
     except KeyError as error:
-        return Section(key, TITLES[key], paragraph(f"Not shown: the log has no signal {error.args[0]}."))
+        return Section(
+            key, TITLES[key], paragraph(f"Not shown: the log has no signal {error.args[0]}.")
+        )
 
 
 def _plotly() -> str:

@@ -15,7 +15,9 @@ from epa_rt.logs.reader import Event, LogReader
 from epa_rt.report.shown import Shown, shown_for
 
 _CYCLE = ("t_ns", "flags", "state", "phase", "lateness_ns", "busy_ns", "invalid_mask", "stale_mask")
-_RUN = "run"  # the supervisor's state in which phases go on; when it stops it brakes, which is no phase
+_RUN = (  # the supervisor's state in which phases go on; when it stops it brakes, which is no phase
+    "run"
+)
 
 
 class NotShown(Exception):
@@ -43,7 +45,9 @@ class Span:
 
 @dataclass
 class Run:
-    """Everything of one log. Columns are in SI, keyed by signal; ``missing`` says what a cut log lacks."""
+    """Everything of one log. Columns are in SI, keyed by signal; ``missing`` says what a cut log
+    lacks.
+    """
 
     name: str
     size_bytes: int
@@ -100,7 +104,9 @@ class Run:
     @cached_property
     def _experiment(self) -> Experiment | str:
         try:
-            return experiment_from(parse_yaml(self.text("experiment.yaml"), f"{self.name}[experiment.yaml]"), self.rig)
+            return experiment_from(
+                parse_yaml(self.text("experiment.yaml"), f"{self.name}[experiment.yaml]"), self.rig
+            )
         except (ConfigError, NotShown) as error:
             return str(error)
 
@@ -124,13 +130,20 @@ class Run:
     @cached_property
     def shown(self) -> Shown:
         """Units of this run's page."""
-        atmosphere_pa = self._rig.atmosphere_pa if isinstance(self._rig, Rig) else Shown.atmosphere_pa
-        return shown_for(self.attachments.get("experiment.yaml", b"").decode("utf-8", "replace"), atmosphere_pa)
+        atmosphere_pa = (
+            self._rig.atmosphere_pa if isinstance(self._rig, Rig) else Shown.atmosphere_pa
+        )
+        return shown_for(
+            self.attachments.get("experiment.yaml", b"").decode("utf-8", "replace"), atmosphere_pa
+        )
 
     @cached_property
     def states(self) -> list[Span]:
         """The supervisor's states in order."""
-        return [Span(_named(self.layout.states, i), a, b, i) for a, b, i in _stretches(self.cycle["state"])]
+        return [
+            Span(_named(self.layout.states, i), a, b, i)
+            for a, b, i in _stretches(self.cycle["state"])
+        ]
 
     @cached_property
     def phases(self) -> list[Span]:
@@ -138,8 +151,11 @@ class Run:
         running = [i for i, name in enumerate(self.layout.states) if name == _RUN]
         index = np.where(np.isin(self.cycle["state"], running), self.cycle["phase"], -1)
         planned = self._experiment.phases if isinstance(self._experiment, Experiment) else ()
-        return [Span(_named(self.layout.phases, i), a, b, i, planned[i] if i < len(planned) else None)
-                for a, b, i in _stretches(index) if i >= 0]
+        return [
+            Span(_named(self.layout.phases, i), a, b, i, planned[i] if i < len(planned) else None)
+            for a, b, i in _stretches(index)
+            if i >= 0
+        ]
 
     @property
     def trials(self) -> list[Span]:
@@ -159,12 +175,25 @@ def load_run(path: str | os.PathLike) -> Run:
         events = log.events()
         outcome, cause = outcome_of(log, events)
         signals = {name: column for group in groups for name, column in tables[f"/{group}"].items()}
-        return Run(os.path.basename(path), os.path.getsize(path), log.metadata, log.attachments, log.layout,
-                   outcome, cause, log.missing, events, tables["/cycle"], signals)
+        return Run(
+            os.path.basename(path),
+            os.path.getsize(path),
+            log.metadata,
+            log.attachments,
+            log.layout,
+            outcome,
+            cause,
+            log.missing,
+            events,
+            tables["/cycle"],
+            signals,
+        )
 
 
 def outcome_of(log: LogReader, events: list[Event]) -> tuple[str, str]:
-    """How a run ended, and why. Where the file does not say: a trip among its events, else 'unknown'."""
+    """How a run ended, and why. Where the file does not say: a trip among its events, else
+    'unknown'.
+    """
     if log.ending is not None:
         return log.ending.outcome, log.ending.cause
     trip = next((event for event in events if event.kind == "trip"), None)

@@ -10,9 +10,16 @@ from epa_rt.config.rig_rows import si_unit_of
 from epa_rt.config.units import UnitError
 
 _FACTORS = {
-    "m": (1e3, "mm"), "m/s": (1e3, "mm/s"), "rad": (180.0 / math.pi, "deg"), "rad/s": (180.0 / math.pi, "deg/s"),
-    "Pa": (1e-3, "kPa"), "N*m": (1e3, "mNm"), "N*m/s": (1e3, "mNm/s"), "1": (1.0, ""), "": (1.0, ""),
-}  # fmt: skip
+    "m": (1e3, "mm"),
+    "m/s": (1e3, "mm/s"),
+    "rad": (180.0 / math.pi, "deg"),
+    "rad/s": (180.0 / math.pi, "deg/s"),
+    "Pa": (1e-3, "kPa"),
+    "N*m": (1e3, "mNm"),
+    "N*m/s": (1e3, "mNm/s"),
+    "1": (1.0, ""),
+    "": (1.0, ""),
+}
 _SUPERSCRIPTS = (("^2", "²"), ("^3", "³"), ("*", "·"))
 
 
@@ -29,7 +36,9 @@ class Scale(NamedTuple):
 
 @dataclass(frozen=True)
 class Shown:
-    """How one page shows quantities: ``gauge`` pressures are above ``atmosphere_pa``, others absolute."""
+    """How one page shows quantities: ``gauge`` pressures are above ``atmosphere_pa``, others
+    absolute.
+    """
 
     atmosphere_pa: float = 101_325.0
     gauge: bool = False
@@ -38,7 +47,11 @@ class Shown:
         """For values."""
         factor, unit = _FACTORS.get(si_unit, (1.0, si_unit))
         if si_unit == "Pa":
-            return Scale(factor, self.atmosphere_pa if self.gauge else 0.0, "kPa gauge" if self.gauge else "kPa abs")
+            return Scale(
+                factor,
+                self.atmosphere_pa if self.gauge else 0.0,
+                "kPa gauge" if self.gauge else "kPa abs",
+            )
         return Scale(factor, 0.0, pretty(unit))
 
     def difference_scale(self, si_unit: str) -> Scale:
@@ -50,10 +63,25 @@ class Shown:
         """A value with its unit; a dash for NaN."""
         return _text(value, self.scale(si_unit), digits)
 
-    def difference(self, value: float, si_unit: str, digits: int = 3, signed: bool = False, like: float | None = None) -> str:
-        """A difference with its unit, to four decimals at most; a dash for NaN. With ``like``, to as many as that one."""
+    def difference(
+        self,
+        value: float,
+        si_unit: str,
+        digits: int = 3,
+        signed: bool = False,
+        like: float | None = None,
+    ) -> str:
+        """A difference with its unit, to four decimals at most; a dash for NaN. With ``like``, to
+        as many as that one.
+        """
         scale = self.difference_scale(si_unit)
-        return _text(value, scale, digits, signed, min(_decimals(scale.of(value if like is None else like), digits), 4))
+        return _text(
+            value,
+            scale,
+            digits,
+            signed,
+            min(_decimals(scale.of(value if like is None else like), digits), 4),
+        )
 
 
 def shown_for(experiment_text: str, atmosphere_pa: float) -> Shown:
@@ -79,7 +107,9 @@ def pretty(unit: str) -> str:
 
 
 def number(value: float, digits: int = 4) -> str:
-    """A number of so many significant digits, never in powers of ten below a million; a dash for NaN."""
+    """A number of so many significant digits, never in powers of ten below a million; a dash for
+    NaN.
+    """
     if not math.isfinite(value):
         return "–"
     if value == 0.0:
@@ -108,16 +138,19 @@ def count(value: int, one: str, many: str | None = None) -> str:
 
 
 def _decimals(value: float, digits: int) -> int:
-    return max(digits - 1 - math.floor(math.log10(abs(value))), 0) if math.isfinite(value) and value else digits
+    return (
+        max(digits - 1 - math.floor(math.log10(abs(value))), 0)
+        if math.isfinite(value) and value
+        else digits
+    )
 
 
-def _text(value: float, scale: Scale, digits: int, signed: bool = False, decimals: int | None = None) -> str:
+def _text(
+    value: float, scale: Scale, digits: int, signed: bool = False, decimals: int | None = None
+) -> str:
     shown = scale.of(value)
     if not math.isfinite(shown):
         return "–"
-    if decimals is None:
-        text = number(shown, digits)
-    else:
-        text = f"{shown:.{decimals}f}".replace("-", "−")
+    text = number(shown, digits) if decimals is None else f"{shown:.{decimals}f}".replace("-", "−")
     sign = "+" if signed and shown > 0.0 else ""
     return f"{sign}{text} {scale.unit}".strip()

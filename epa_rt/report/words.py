@@ -6,8 +6,12 @@ from epa_rt.config.experiment import ExperimentFile, PhaseFile, Until
 from epa_rt.config.source import parse_yaml, validate
 from epa_rt.report.shown import pretty
 
-LOOPS = {"motor_position": "motor position", "motor_speed": "motor speed", "motor_torque": "motor torque",
-         "joint_angle": "joint angle"}
+LOOPS = {
+    "motor_position": "motor position",
+    "motor_speed": "motor speed",
+    "motor_torque": "motor torque",
+    "joint_angle": "joint angle",
+}
 _KEYS = {"mean": "about", "start": "from", "end": "to", "peak_to_peak": "peak to peak"}
 
 
@@ -17,19 +21,26 @@ def experiment_file(text: str, path: str = "experiment.yaml") -> ExperimentFile:
 
 
 def motion_words(phase: PhaseFile) -> str:
-    """'random speed: between 1 mm and 27 mm, speed 50 mm/s, ...'; 'hold still' where nothing moves."""
+    """'random speed: between 1 mm and 27 mm, speed 50 mm/s, ...'; 'hold still' where nothing
+    moves.
+    """
     if phase.motion is None:
         return "hold still"
     fields = getattr(phase, phase.motion).model_dump()
-    parts = [f"{_KEYS.get(key, key)} {_written(value, ' and ' if key == 'between' else ' to ')}"
-             for key, value in fields.items() if value not in (None, ())]
+    parts = [
+        f"{_KEYS.get(key, key)} {_written(value, ' and ' if key == 'between' else ' to ')}"
+        for key, value in fields.items()
+        if value not in (None, ())
+    ]
     return f"{phase.motion.replace('_', ' ')}: {', '.join(parts)}"
 
 
 def valve_words(phase: PhaseFile) -> str:
     """'all: set to $p0'; 'held' in a trial that says nothing."""
-    parts = [f"{muscle}: {'set to ' + action.set if action.set else action.word.replace('_', ' ')}"
-             for muscle, action in phase.valves.items()]
+    parts = [
+        f"{muscle}: {'set to ' + action.set if action.set else action.word.replace('_', ' ')}"
+        for muscle, action in phase.valves.items()
+    ]
     return "; ".join(parts) or ("held" if phase.trial else "as before")
 
 

@@ -1,4 +1,6 @@
-"""The gate that every command passes: NaN, limits, slew, forbidden combinations, enabling with a jump."""
+"""The gate that every command passes: NaN, limits, slew, forbidden combinations, enabling with a
+jump.
+"""
 
 from epa_rt.config.rig import Rig
 
@@ -16,9 +18,10 @@ Refusal = tuple[str, str, str]  # cause, signal, sentence
 class CommandGate:
     """Limits a command in place of the caller and counts it, or refuses it.
 
-    ``outputs``: the limited command, valid after pass_through returned None. ``clamped`` and ``slewed``: how often each
-    row was cut. ``jump_si`` is how far a position target may stand from the measured position when power comes on:
-    what ten milliseconds at full slew cover. Speed and torque targets must then be at rest.
+    ``outputs``: the limited command, valid after pass_through returned None. ``clamped`` and
+    ``slewed``: how often each row was cut. ``jump_si`` is how far a position target may stand from
+    the measured position when power comes on: what ten milliseconds at full slew cover. Speed and
+    torque targets must then be at rest.
     """
 
     def __init__(self, rig: Rig):
@@ -26,7 +29,9 @@ class CommandGate:
         self._safe = dict(self.outputs)
         bus = rig.drive.interface == "cia402"
         self._mode = rig.drive.mode if bus else None
-        self._power_row, self._power_on = (rig.drive.control_word, ENABLE_OPERATION) if bus else (rig.drive.enable, 1.0)
+        self._power_row, self._power_on = (
+            (rig.drive.control_word, ENABLE_OPERATION) if bus else (rig.drive.enable, 1.0)
+        )
         self._analog, self._switches, self._words = [], [], []
         for row in rig.outputs:
             if row.name.endswith("_raw"):
@@ -46,15 +51,24 @@ class CommandGate:
         self._powered = self._follows = False
 
     def pass_through(self, measured: dict[str, float], command: dict[str, float]) -> Refusal | None:
-        """Fills ``outputs`` from the command; None, or (cause, signal, sentence) where the command is refused."""
+        """Fills ``outputs`` from the command; None, or (cause, signal, sentence) where the command
+        is refused.
+        """
         was_powered, mode = self._powered, self.outputs.get(self._mode, POSITION_MODE)
         refusal = self._words_and_switches(command)
         if refusal is not None:
             return refusal
         self._powered = self.outputs[self._power_row] == self._power_on
         if self._powered and was_powered and self.outputs.get(self._mode, mode) != mode:
-            return "mode change", self._mode, f"{self._mode} = {self.outputs[self._mode]} under power, expected {mode}"
-        self._follows = not self._powered or self.outputs.get(self._mode) not in (None, POSITION_MODE)
+            return (
+                "mode change",
+                self._mode,
+                f"{self._mode} = {self.outputs[self._mode]} under power, expected {mode}",
+            )
+        self._follows = not self._powered or self.outputs.get(self._mode) not in (
+            None,
+            POSITION_MODE,
+        )
         refusal = self._limits(command)
         if refusal is None and self._powered and not was_powered:
             refusal = self._jump(measured, command) or self._jump(measured, self.outputs)
@@ -78,10 +92,19 @@ class CommandGate:
         return None
 
     def _jump(self, measured: dict[str, float], targets: dict[str, float]) -> Refusal | None:
-        """What must hold when power comes on: a mode chosen, the position target where the rig is, the rest at rest."""
+        """What must hold when power comes on: a mode chosen, the position target where the rig is,
+        the rest at rest.
+        """
         if self.outputs.get(self._mode, POSITION_MODE) == 0:
-            return "bad command", self._mode, f"{self._mode} = 0 when power comes on, expected a mode"
-        if self._target and not abs(targets[self._target] - measured[self._position]) <= self.jump_si:
+            return (
+                "bad command",
+                self._mode,
+                f"{self._mode} = 0 when power comes on, expected a mode",
+            )
+        if (
+            self._target
+            and not abs(targets[self._target] - measured[self._position]) <= self.jump_si
+        ):
             distance = abs(targets[self._target] - measured[self._position])
             text = f"{self._target} stands {distance:.4g} from {self._position} when power comes on"
             return "jump at enable", self._target, text
@@ -98,7 +121,9 @@ class CommandGate:
                 return "NaN command", name, f"{name} is not a number"
             if name == self._target and self._follows:
                 outputs[name] = value if low <= value <= high else (low if value < low else high)
-                continue  # where the drive does not listen the target follows the rig, however fast that is moved
+                # where the drive does not listen the target follows the rig, however fast that is
+                # moved
+                continue
             last = outputs[name]
             if value > last + step or value < last - step:
                 self.slewed[name] += 1

@@ -1,4 +1,6 @@
-"""The motor's position against its speed: a jump of the encoder, a position or a speed that stands while it moves."""
+"""The motor's position against its speed: a jump of the encoder, a position or a speed that stands
+while it moves.
+"""
 
 from epa_rt.config.rig import Rig
 
@@ -10,7 +12,8 @@ Refusal = tuple[str, str, str]  # cause, signal, sentence
 
 
 class MotionCheck:
-    """``step`` once per cycle; a refusal, or None. Without a speed row that has limits it never speaks.
+    """``step`` once per cycle; a refusal, or None. Without a speed row that has limits it never
+    speaks.
 
     The difference between travel and integrated speed is kept with a fading memory; both in SI.
     """
@@ -26,23 +29,32 @@ class MotionCheck:
         self._apart, self._cycles, self._last_ns = 0.0, 0, 0
 
     def step(self, measured: dict[str, float], bus_ok: bool, now_ns: int = 0) -> Refusal | None:
-        """Takes one cycle that was read at ``now_ns``. Without ``bus_ok`` the values are old and only the time goes on.
+        """Takes one cycle that was read at ``now_ns``. Without ``bus_ok`` the values are old and
+        only the time goes on.
 
-        A loop that wakes late reads positions that are further apart: what has passed is the longer of cycles and clock.
+        A loop that wakes late reads positions that are further apart: what has passed is the longer
+        of cycles and clock.
         """
         if not self._speaks:
             return None
         self._cycles += 1
         if not bus_ok:
             return None
-        position, elapsed_s = measured[self._position], max(self._cycles * self._dt_s, 1e-9 * (now_ns - self._last_ns))
+        position, elapsed_s = (
+            measured[self._position],
+            max(self._cycles * self._dt_s, 1e-9 * (now_ns - self._last_ns)),
+        )
         last, self._last, self._cycles, self._last_ns = self._last, position, 0, now_ns
         if last is None:
             return None
         moved = position - last
         self._apart = self._keep * self._apart + moved - measured[self._speed] * elapsed_s
         if not abs(moved) <= JUMP_SHARE * self._fastest * elapsed_s:
-            return "position jump", self._position, f"{self._position} jumped by {moved:.4g} in {1e3 * elapsed_s:g} ms"
+            return (
+                "position jump",
+                self._position,
+                f"{self._position} jumped by {moved:.4g} in {1e3 * elapsed_s:g} ms",
+            )
         if not abs(self._apart) <= APART_S * self._fastest:
             text = f"{self._position} and {self._speed} contradict each other by {self._apart:.4g}"
             return "contradiction", self._position, text

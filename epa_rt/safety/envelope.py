@@ -1,6 +1,8 @@
-"""The last gate before the bytes. It knows the rig's table and nothing of controllers or experiments.
+"""The last gate before the bytes. It knows the rig's table and nothing of controllers or
+experiments.
 
-Whatever comes in, what leaves is either a command within every limit or the safe outputs. A trip latches.
+Whatever comes in, what leaves is either a command within every limit or the safe outputs. A trip
+latches.
 """
 
 from collections.abc import Callable
@@ -17,8 +19,8 @@ INFINITE = float("inf")
 class Envelope:
     """Checks one cycle: bus health, measured signals, i²t, then the command through its gate.
 
-    ``tripped`` is None or the first Trip; ``gate`` counts what was clamped. ``reason`` tells in words why a measured
-    row is invalid (the decoder's).
+    ``tripped`` is None or the first Trip; ``gate`` counts what was clamped. ``reason`` tells in
+    words why a measured row is invalid (the decoder's).
     """
 
     def __init__(self, rig: Rig, reason: Callable[[int], str]):
@@ -28,21 +30,36 @@ class Envelope:
         self._safe = {row.name: row.safe for row in rig.outputs}
         self._lost, self._lost_allowed = 0, rig.safety.lost_cycles
         self._names = tuple(row.name for row in rig.inputs)
-        self._watched = [(row.name, *(row.limits or (-INFINITE, INFINITE)), row.si_unit)
-                         for row in rig.inputs if not row.name.endswith("_raw")]
+        self._watched = [
+            (row.name, *(row.limits or (-INFINITE, INFINITE)), row.si_unit)
+            for row in rig.inputs
+            if not row.name.endswith("_raw")
+        ]
         i2t = rig.safety.i2t
         self._current = i2t.current if i2t else None
-        self._thermal = ThermalLimit(i2t.continuous, i2t.time_constant, rig.period_s) if i2t else None
+        self._thermal = (
+            ThermalLimit(i2t.continuous, i2t.time_constant, rig.period_s) if i2t else None
+        )
 
     def trip(self, cause: str, signal: str, text: str, cycle: int) -> None:
-        """Latches a trip that somebody above found (valve, drive, recorder). The first one stays."""
+        """Latches a trip that somebody above found (valve, drive, recorder). The first one
+        stays.
+        """
         if self.tripped is None:
             self.tripped = Trip(cause, signal, text, cycle)
 
-    def check(self, cycle: int, bus_ok: bool, measured: dict[str, float], invalid: int, stale: int,
-              command: dict[str, float], now_ns: int = 0) -> dict[str, float]:
-        """The outputs of this cycle, whose inputs were read at ``now_ns``: the command, limited and counted, or the
-        safe values once tripped.
+    def check(
+        self,
+        cycle: int,
+        bus_ok: bool,
+        measured: dict[str, float],
+        invalid: int,
+        stale: int,
+        command: dict[str, float],
+        now_ns: int = 0,
+    ) -> dict[str, float]:
+        """The outputs of this cycle, whose inputs were read at ``now_ns``: the command, limited and
+        counted, or the safe values once tripped.
         """
         if self.tripped is None:
             self._check_bus(cycle, bus_ok)
@@ -55,7 +72,11 @@ class Envelope:
             try:
                 refusal = self.gate.pass_through(measured, command)
             except (KeyError, TypeError) as error:  # a row left out, or something that is no number
-                refusal = "bad command", "", f"a command that cannot be read ({type(error).__name__}: {error})"
+                refusal = (
+                    "bad command",
+                    "",
+                    f"a command that cannot be read ({type(error).__name__}: {error})",
+                )
             if refusal is None:
                 return self.gate.outputs
             self.trip(*refusal, cycle)
@@ -70,10 +91,14 @@ class Envelope:
             text = f"the working counter was wrong in {self._lost} cycles in a row"
             self.trip("lost working counter", "", text, cycle)
 
-    def _check_measured(self, cycle: int, measured: dict[str, float], invalid: int, stale: int) -> None:
+    def _check_measured(
+        self, cycle: int, measured: dict[str, float], invalid: int, stale: int
+    ) -> None:
         if invalid:
             i = (invalid & -invalid).bit_length() - 1
-            self.trip("invalid sensor", self._names[i], f"{self._names[i]} {self._reason(i)}", cycle)
+            self.trip(
+                "invalid sensor", self._names[i], f"{self._names[i]} {self._reason(i)}", cycle
+            )
             return
         if stale:
             i = (stale & -stale).bit_length() - 1
@@ -88,10 +113,14 @@ class Envelope:
             text = f"i²t of {self._current} passed its limit (heat {self._thermal.heat_ratio:.2f})"
             self.trip("motor overload", self._current, text, cycle)
 
-    def _out_of_limits(self, cycle: int, name: str, value: float, low: float, high: float, si_unit: str) -> None:
+    def _out_of_limits(
+        self, cycle: int, name: str, value: float, low: float, high: float, si_unit: str
+    ) -> None:
         if value != value:
             self.trip("NaN", name, f"{name} is not a number", cycle)
             return
         cause = OVER_RANGE_CAUSE.get(si_unit, "out of limits")
         unit_text = "" if si_unit == "1" else f" {si_unit}"
-        self.trip(cause, name, f"{name} = {value:.6g}{unit_text}, outside [{low:.6g}, {high:.6g}]", cycle)
+        self.trip(
+            cause, name, f"{name} = {value:.6g}{unit_text}, outside [{low:.6g}, {high:.6g}]", cycle
+        )

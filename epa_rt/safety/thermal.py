@@ -4,9 +4,11 @@ import math
 
 
 class ThermalLimit:
-    """tau dq/dt = I² - q, exact for a current held over each cycle; over once q exceeds the continuous current squared.
+    """tau dq/dt = I² - q, exact for a current held over each cycle; over once q exceeds the
+    continuous current squared.
 
-    ``heat_ratio`` is q over its limit: 1 is the trip. Starts cold; a rig that restarts hot keeps its own margin.
+    ``heat_ratio`` is q over its limit: 1 is the trip. Starts cold; a rig that restarts hot keeps
+    its own margin.
     """
 
     def __init__(self, continuous_a: float, time_constant_s: float, period_s: float):

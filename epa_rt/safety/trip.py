@@ -3,8 +3,14 @@
 from typing import NamedTuple
 
 OVER_RANGE_CAUSE = {
-    "Pa": "over-pressure", "N": "over-force", "m": "over-travel", "rad": "over-travel", "A": "over-current",
-    "m/s": "over-speed", "rad/s": "over-speed", "N*m": "over-torque",
+    "Pa": "over-pressure",
+    "N": "over-force",
+    "m": "over-travel",
+    "rad": "over-travel",
+    "A": "over-current",
+    "m/s": "over-speed",
+    "rad/s": "over-speed",
+    "N*m": "over-torque",
 }
 
 

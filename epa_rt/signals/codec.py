@@ -3,7 +3,13 @@
 import math
 import struct
 
-from epa_rt.config.devices import STATUS_ERROR, STATUS_INVALID, STATUS_OVER_RANGE, STATUS_TOGGLE, STATUS_UNDER_RANGE
+from epa_rt.config.devices import (
+    STATUS_ERROR,
+    STATUS_INVALID,
+    STATUS_OVER_RANGE,
+    STATUS_TOGGLE,
+    STATUS_UNDER_RANGE,
+)
 from epa_rt.config.rig import Rig
 from epa_rt.signals.image import image_of, struct_format
 from epa_rt.signals.scaling import scaling_of
@@ -15,8 +21,9 @@ _BAD_STATUS = STATUS_UNDER_RANGE | STATUS_OVER_RANGE | STATUS_ERROR | STATUS_INV
 class Decoder:
     """Inputs: bytes to SI.
 
-    ``decode`` fills ``measured`` (SI; NaN where the sensor is not to be believed) and sets ``invalid`` and ``stale``,
-    bit i for the i-th measured row; ``reason(i)`` says why a row is invalid.
+    ``decode`` fills ``measured`` (SI; NaN where the sensor is not to be believed) and sets
+    ``invalid`` and ``stale``, bit i for the i-th measured row; ``reason(i)`` says why a row is
+    invalid.
     """
 
     def __init__(self, rig: Rig):
@@ -32,7 +39,10 @@ class Decoder:
         self._fields: tuple = ()
         self._plain, self._checked, self._bits = [], [], []
         self._raw = []
-        self._toggle, self._age = [None] * len(self.names), [0] * len(self.names)  # None: the first sample is a new one
+        self._toggle, self._age = (
+            [None] * len(self.names),
+            [0] * len(self.names),
+        )  # None: the first sample is a new one
         for i, row in enumerate(rig.inputs):
             place = image.places[row.entry]
             scaling = scaling_of(row, place.entry, rig)
@@ -44,11 +54,24 @@ class Decoder:
             elif status is None and row.valid is None:
                 self._plain.append((row.name, fields[row.entry], scaling.slope, scaling.intercept))
             else:
-                self._checked.append((i, row.name, fields[row.entry], scaling.slope, scaling.intercept, scaling.valid_low,
-                                      scaling.valid_high, status, row.stale_after or math.inf))
+                self._checked.append(
+                    (
+                        i,
+                        row.name,
+                        fields[row.entry],
+                        scaling.slope,
+                        scaling.intercept,
+                        scaling.valid_low,
+                        scaling.valid_high,
+                        status,
+                        row.stale_after or math.inf,
+                    )
+                )
 
     def decode(self, inputs_raw: bytes) -> dict[str, float]:
-        """The measured signals of one process image (the same dict each time). Raises struct.error on a wrong size."""
+        """The measured signals of one process image (the same dict each time). Raises struct.error
+        on a wrong size.
+        """
         fields = self._fields = self._struct.unpack(inputs_raw)
         measured = self.measured
         for name, field in self._raw:
@@ -79,14 +102,30 @@ class Decoder:
         return measured
 
     def reason(self, i: int) -> str:
-        """Why the i-th measured row of the last image is not believed, in words with the counts that were read."""
-        for index, _name, field, _slope, _intercept, low, high, status_field, _stale in self._checked:
+        """Why the i-th measured row of the last image is not believed, in words with the counts
+        that were read.
+        """
+        for (
+            index,
+            _name,
+            field,
+            _slope,
+            _intercept,
+            low,
+            high,
+            status_field,
+            _stale,
+        ) in self._checked:
             if index != i or not self._fields:
                 continue
             counts = self._fields[field]
             status = self._fields[status_field] if status_field is not None else 0
-            for bit, words in ((STATUS_INVALID, "terminal says the value is invalid"), (STATUS_ERROR, "terminal reports an error"),
-                               (STATUS_UNDER_RANGE, "terminal under-range"), (STATUS_OVER_RANGE, "terminal over-range")):
+            for bit, words in (
+                (STATUS_INVALID, "terminal says the value is invalid"),
+                (STATUS_ERROR, "terminal reports an error"),
+                (STATUS_UNDER_RANGE, "terminal under-range"),
+                (STATUS_OVER_RANGE, "terminal over-range"),
+            ):
                 if status & bit:
                     return f"{words} (status 0x{status:04X}, {counts} counts)"
             if counts < low:
@@ -97,7 +136,8 @@ class Decoder:
 
 
 class Encoder:
-    """Outputs: SI to bytes. Values must have passed the envelope; counts saturate and each saturation is counted.
+    """Outputs: SI to bytes. Values must have passed the envelope; counts saturate and each
+    saturation is counted.
 
     ``saturated`` counts every value that had to be cut by half a count or more.
     """
@@ -123,13 +163,15 @@ class Encoder:
             if row.name.endswith("_raw"):
                 self._raw.append((row.name, fields[row.entry]))
             else:
-                self._analog.append((row.name, fields[row.entry], scaling.slope, scaling.intercept, low, high))
+                self._analog.append(
+                    (row.name, fields[row.entry], scaling.slope, scaling.intercept, low, high)
+                )
         self.safe = {row.name: row.safe for row in rig.outputs}
         self.safe_raw = self.encode(self.safe)
 
     def encode(self, command: dict[str, float]) -> bytes:
-        """Bytes of a command. Raises KeyError (signal missing), ValueError (NaN) and struct.error (a word too large for
-        its entry): all mean a fault above.
+        """Bytes of a command. Raises KeyError (signal missing), ValueError (NaN) and struct.error
+        (a word too large for its entry): all mean a fault above.
         """
         values = self._values
         for field in self._bit_fields:

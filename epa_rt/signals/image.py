@@ -1,7 +1,8 @@
 """Layout of the process image: where each entry of each slave stands, in bytes and bits.
 
-The image is the slaves' data in bus order, each slave on a byte boundary of its own, little-endian, outputs and inputs
-apart. A driver whose bus packs narrower (EL2124 takes four bits) cuts it up slave by slave.
+The image is the slaves' data in bus order, each slave on a byte boundary of its own, little-endian,
+outputs and inputs apart. A driver whose bus packs narrower (EL2124 takes four bits) cuts it up
+slave by slave.
 """
 
 from dataclasses import dataclass
@@ -23,7 +24,9 @@ class Place:
 
 @dataclass(frozen=True)
 class Image:
-    """One direction of the process image: places by 'slave.entry', bytes in all, (start, length) per slave."""
+    """One direction of the process image: places by 'slave.entry', bytes in all, (start, length)
+    per slave.
+    """
 
     places: dict[str, Place]
     size: int
@@ -38,7 +41,9 @@ def image_of(rig: Rig, outputs: bool) -> Image:
     for slave in rig.slaves:
         bits = 0
         for entry in entries_of(slave, outputs):
-            places[f"{slave.name}.{entry.name}"] = Place(slave.name, entry, position + bits // 8, bits % 8)
+            places[f"{slave.name}.{entry.name}"] = Place(
+                slave.name, entry, position + bits // 8, bits % 8
+            )
             bits += entry.bits
         size = (bits + 7) // 8
         slices[slave.name] = (position, size)
@@ -49,7 +54,8 @@ def image_of(rig: Rig, outputs: bool) -> Image:
 def struct_format(image: Image, digital_bytes: dict[int, int]) -> tuple[str, dict[str, int]]:
     """struct format of a whole image and the field index of each multi-bit entry.
 
-    Bytes that hold bits become one 'B' field each; ``digital_bytes`` is filled with byte -> field index.
+    Bytes that hold bits become one 'B' field each; ``digital_bytes`` is filled with byte -> field
+    index.
     """
     format_text, index, fields, expected = "<", 0, {}, 0
     for key, place in image.places.items():

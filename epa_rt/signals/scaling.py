@@ -1,4 +1,6 @@
-"""The straight line between counts and SI for one row: calibration, gauge pressure and count size in one."""
+"""The straight line between counts and SI for one row: calibration, gauge pressure and count size
+in one.
+"""
 
 from dataclasses import dataclass
 
@@ -10,7 +12,9 @@ from epa_rt.config.rig_rows import SignalRow, native_pair
 
 @dataclass(frozen=True)
 class Scaling:
-    """SI = slope x counts + intercept; ``valid`` counts [low, high] outside of which the sensor is not believed."""
+    """SI = slope x counts + intercept; ``valid`` counts [low, high] outside of which the sensor is
+    not believed.
+    """
 
     slope: float
     intercept: float
@@ -26,7 +30,9 @@ class Scaling:
 
 
 def scaling_of(row: SignalRow, entry: Entry, rig: Rig) -> Scaling:
-    """The row's scaling. Pressures that are read as gauge come out absolute (the rig's atmosphere is added)."""
+    """The row's scaling. Pressures that are read as gauge come out absolute (the rig's atmosphere
+    is added).
+    """
     slope, intercept = calibration_line(row, entry)
     if row.reads == "gauge":
         intercept += rig.atmosphere_pa

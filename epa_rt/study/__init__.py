@@ -1,1 +1,3 @@
-"""Studies of the paper on the plant's own blocks: serial actuator, knee, arrangements, and the grids they run on."""
+"""Studies of the paper on the plant's own blocks: serial actuator, knee, arrangements, and the
+grids they run on.
+"""

@@ -1,4 +1,6 @@
-"""Grids of points: on all cores or a Dask cluster, every result stored as it comes, so that a broken run goes on where it was."""
+"""Grids of points: on all cores or a Dask cluster, every result stored as it comes, so that a
+broken run goes on where it was.
+"""
 
 import hashlib
 import json
@@ -11,9 +13,20 @@ from typing import Any, NamedTuple
 Point = tuple[float, ...]
 Found = dict[str, Any]  # numbers, or lists of them; NaN only alone
 Task = Callable[[Point], Found]
-CHUNK = 6  # points per job: small enough that little is lost, large enough that sending does not matter
+CHUNK = (
+    6  # points per job: small enough that little is lost, large enough that sending does not matter
+)
 ROOMS = ("epa_rt/models", "epa_rt/study")  # whose code a result depends on
-LOOP_ROOMS = ("epa_rt/config", "epa_rt/control", "epa_rt/experiments", "epa_rt/logs", "epa_rt/loop", "epa_rt/safety", "epa_rt/signals", "sim_backend")
+LOOP_ROOMS = (
+    "epa_rt/config",
+    "epa_rt/control",
+    "epa_rt/experiments",
+    "epa_rt/logs",
+    "epa_rt/loop",
+    "epa_rt/safety",
+    "epa_rt/signals",
+    "sim_backend",
+)
 ADDRESS = re.compile(r"(\w+://)?(\[[0-9A-Fa-f:]+\]|[^:/\[\]\s]+):\d{1,5}")
 _ROOT = Path(__file__).resolve().parents[2]
 
@@ -23,7 +36,9 @@ class GridError(Exception):
 
 
 class How(NamedTuple):
-    """Where a grid runs. ``cluster``: address of a Dask scheduler (tcp://...), else ``jobs`` of this machine (-1: all cores)."""
+    """Where a grid runs. ``cluster``: address of a Dask scheduler (tcp://...), else ``jobs`` of
+    this machine (-1: all cores).
+    """
 
     jobs: int = -1
     cluster: str | None = None
@@ -32,12 +47,16 @@ class How(NamedTuple):
 
 
 def code_digest(rooms: Sequence[str] = ROOMS) -> str:
-    """Digest of the code that results depend on: what computes them, not what draws or judges them."""
+    """Digest of the code that results depend on: what computes them, not what draws or judges
+    them.
+    """
     digest = hashlib.sha256()
     for room in rooms:
         for file in sorted((_ROOT / room).rglob("*.py")):
             if "report" not in file.parts and "claims" not in file.name:
-                digest.update(file.relative_to(_ROOT).as_posix().encode() + b"\0" + file.read_bytes())
+                digest.update(
+                    file.relative_to(_ROOT).as_posix().encode() + b"\0" + file.read_bytes()
+                )
     return digest.hexdigest()
 
 
@@ -51,13 +70,17 @@ def key_of(*inputs: Any) -> str:
 
 
 class Store:
-    """Results of one grid in one file: a JSON line per point, found by the key of its inputs. ``folder`` None: kept nowhere."""
+    """Results of one grid in one file: a JSON line per point, found by the key of its inputs.
+    ``folder`` None: kept nowhere.
+    """
 
     def __init__(self, folder: Path | None, name: str, key: str):
         self.path = folder / f"{name}-{key}.jsonl" if folder else None
 
     def read(self) -> dict[Point, Found]:
-        """What is there. A line that was cut off or spoilt is left out. Raises GridError where the file cannot be read."""
+        """What is there. A line that was cut off or spoilt is left out. Raises GridError where the
+        file cannot be read.
+        """
         found: dict[Point, Found] = {}
         if self.path is None:
             return found
@@ -70,7 +93,9 @@ class Store:
         for line in lines:
             try:
                 held = json.loads(line)
-                found[tuple(map(float, held["at"]))] = {name: _number(value) for name, value in held["found"].items()}
+                found[tuple(map(float, held["at"]))] = {
+                    name: _number(value) for name, value in held["found"].items()
+                }
             except (ValueError, KeyError, TypeError, AttributeError):
                 continue
         return _alike(found)
@@ -79,12 +104,23 @@ class Store:
         """Appends whole lines. Raises GridError where it cannot write."""
         if self.path is None:
             return
-        lines = [json.dumps({"at": at, "found": {name: None if value != value else value for name, value in found.items()}})
-                 for at, found in results]
+        lines = [
+            json.dumps(
+                {
+                    "at": at,
+                    "found": {
+                        name: None if value != value else value for name, value in found.items()
+                    },
+                }
+            )
+            for at, found in results
+        ]
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             with self.path.open("a", encoding="utf-8") as file:
-                file.write("".join(f"\n{line}" for line in lines) + "\n")  # the leading newline ends a line that was cut off
+                file.write(
+                    "".join(f"\n{line}" for line in lines) + "\n"
+                )  # the leading newline ends a line that was cut off
         except OSError as error:
             raise GridError(f"{self.path}: cannot be written ({error.strerror})") from None
 
@@ -102,8 +138,14 @@ def _alike(found: dict[Point, Found]) -> dict[Point, Found]:
     return {at: one for at, one in found.items() if frozenset(one) == usual}
 
 
-def solve(task: Task, points: Sequence[Point], store: Store, how: How = How(),
-          progress: Callable[[str, float], None] = lambda stage, share: None, stage: str = "points") -> list[Found]:
+def solve(
+    task: Task,
+    points: Sequence[Point],
+    store: Store,
+    how: How = How(),
+    progress: Callable[[str, float], None] = lambda stage, share: None,
+    stage: str = "points",
+) -> list[Found]:
     """``task`` at every point, in the points' order; those in ``store`` are not computed again.
 
     ``task`` must be picklable. Raises GridError (no cluster at the address, no place for results).
@@ -111,7 +153,7 @@ def solve(task: Task, points: Sequence[Point], store: Store, how: How = How(),
     known = store.read()
     missing = [at for at in points if at not in known]
     progress(stage, 1.0 - len(missing) / max(len(points), 1))
-    chunks = [missing[i:i + how.chunk] for i in range(0, len(missing), how.chunk)]
+    chunks = [missing[i : i + how.chunk] for i in range(0, len(missing), how.chunk)]
     for results in _run(task, chunks, how):
         store.add(results)
         known.update(results)
@@ -136,7 +178,11 @@ def _run(task: Task, chunks: Sequence[Sequence[Point]], how: How):
 
     jobs = [delayed(_chunk)(task, points) for points in chunks]
     if how.cluster is None:
-        yield from Parallel(n_jobs=how.jobs, backend="threading" if how.threads else "loky", return_as="generator_unordered")(jobs)
+        yield from Parallel(
+            n_jobs=how.jobs,
+            backend="threading" if how.threads else "loky",
+            return_as="generator_unordered",
+        )(jobs)
         return
     client = _client(how.cluster)
     try:
@@ -150,10 +196,16 @@ def _client(address: str):
     from distributed import Client
 
     wanted = "expected an address such as tcp://host:8786"
-    if not ADDRESS.fullmatch(address):  # a client that was made of such a one complains when it is cleaned up
+    if not ADDRESS.fullmatch(
+        address
+    ):  # a client that was made of such a one complains when it is cleaned up
         raise GridError(f"--cluster: found no Dask scheduler at {address} (no HOST:PORT), {wanted}")
     try:
         return Client(address, timeout="5s", set_as_default=False)
-    except Exception as error:  # what a bad address raises depends on how it is bad, up to a bare RuntimeError
+    except (
+        Exception
+    ) as error:  # what a bad address raises depends on how it is bad, up to a bare RuntimeError
         reason = (str(error).splitlines() or [type(error).__name__])[0]
-        raise GridError(f"--cluster: found no Dask scheduler at {address} ({reason[:120]}), {wanted}") from None
+        raise GridError(
+            f"--cluster: found no Dask scheduler at {address} ({reason[:120]}), {wanted}"
+        ) from None

@@ -1,7 +1,9 @@
-"""Muscles and load of a plant, moved by a position servo with a lag under the paper's PID; one compiled loop.
+"""Muscles and load of a plant, moved by a position servo with a lag under the paper's PID; one
+compiled loop.
 
-The plant's own blocks (gas, muscle, braid, load) stand between spool and load. What is idealised is the motor: the spool's
-travel follows the PID's output with one lag, and the drive's limits do not bind. What it would cost is in study/motion.py.
+The plant's own blocks (gas, muscle, braid, load) stand between spool and load. What is idealised is
+the motor: the spool's travel follows the PID's output with one lag, and the drive's limits do not
+bind. What it would cost is in study/motion.py.
 """
 
 import math
@@ -10,27 +12,60 @@ from epa_rt.models.blocks import braid, gas, load, muscle
 from epa_rt.models.blocks.power import power
 from epa_rt.models.chain import lengths, muscle_rates, pull
 from epa_rt.models.compiled import compiled
-from epa_rt.models.ports import ANGLE, GAS_C, GAS_MASS, INTEGRAL, LOAD_PLACE, LOAD_SPEED, LOAD_STICTION, SMOOTH
+from epa_rt.models.ports import (
+    ANGLE,
+    GAS_C,
+    GAS_MASS,
+    INTEGRAL,
+    LOAD_PLACE,
+    LOAD_SPEED,
+    LOAD_STICTION,
+    SMOOTH,
+)
 
 # columns of a trace
-TIME, REFERENCE, PLACE, PLACE_SPEED, TRAVEL, TRAVEL_SPEED, FORCE0, FORCE1, PRESSURE0, PRESSURE1, LENGTH0, COLUMNS = range(12)
-TRAVEL_SLOT = ANGLE  # the spool's travel (m) takes the place of the motor's angle among the smooth states
+(
+    TIME,
+    REFERENCE,
+    PLACE,
+    PLACE_SPEED,
+    TRAVEL,
+    TRAVEL_SPEED,
+    FORCE0,
+    FORCE1,
+    PRESSURE0,
+    PRESSURE1,
+    LENGTH0,
+    COLUMNS,
+) = range(12)
+TRAVEL_SLOT = (
+    ANGLE  # the spool's travel (m) takes the place of the motor's angle among the smooth states
+)
 
 
 @compiled
 def reference(wave, t):
-    """Wanted load coordinate (m) and its speed; ``wave``: mean, amplitude, angular frequency, fade-in (s)."""
+    """Wanted load coordinate (m) and its speed; ``wave``: mean, amplitude, angular frequency,
+    fade-in (s).
+    """
     mean, amplitude, omega, fade = wave
     grown, growth = 1.0, 0.0
     if t < fade:
-        grown, growth = 0.5 - 0.5 * math.cos(math.pi * t / fade), 0.5 * math.pi / fade * math.sin(math.pi * t / fade)
+        grown, growth = (
+            0.5 - 0.5 * math.cos(math.pi * t / fade),
+            0.5 * math.pi / fade * math.sin(math.pi * t / fade),
+        )
     swing = math.sin(omega * t)
-    return mean + amplitude * grown * swing, amplitude * (growth * swing + grown * omega * math.cos(omega * t))
+    return mean + amplitude * grown * swing, amplitude * (
+        growth * swing + grown * omega * math.cos(omega * t)
+    )
 
 
 @compiled
 def servo_rates(p, s, y, dy, t, wave, control):
-    """Rates of all states at y; ``control``: kp, ki (1/s), kd (s), direction, start travel (m), lag (s)."""
+    """Rates of all states at y; ``control``: kp, ki (1/s), kd (s), direction, start travel (m), lag
+    (s).
+    """
     kp, ki, kd, direction, start, lag = control
     q, q_speed, _ = load.coordinate(p.load, y[LOAD_PLACE], y[LOAD_SPEED])
     wanted, wanted_speed = reference(wave, t)
@@ -41,7 +76,12 @@ def servo_rates(p, s, y, dy, t, wave, control):
     force1, _ = muscle_rates(p, s, y, dy, 1, y[TRAVEL_SLOT], travel_speed, q, q_speed)
     dy[TRAVEL_SLOT], dy[INTEGRAL], dy[LOAD_PLACE] = travel_speed, error, y[LOAD_SPEED]
     dy[LOAD_SPEED], dy[LOAD_STICTION] = load.rates(
-        p.load, y[LOAD_PLACE], y[LOAD_SPEED], y[LOAD_STICTION], load.along_load(p.load, force0, force1))
+        p.load,
+        y[LOAD_PLACE],
+        y[LOAD_SPEED],
+        y[LOAD_STICTION],
+        load.along_load(p.load, force0, force1),
+    )
     return travel_speed, force0, force1
 
 
@@ -55,7 +95,9 @@ def _settle(p, s, travel_speed):
             length, speed = lengths(p.load, i, s.smooth[TRAVEL_SLOT], travel_speed, q, q_speed)
             fitted = length - muscle.strap_stretch(m, s.strap_force_n[i])
             if m.strap_compliance_m_n != 0.0:
-                _, _, _, _, s.strap_force_n[i] = pull(p, s, s.smooth, i, s.smooth[TRAVEL_SLOT], travel_speed, q, q_speed)
+                _, _, _, _, s.strap_force_n[i] = pull(
+                    p, s, s.smooth, i, s.smooth[TRAVEL_SLOT], travel_speed, q, q_speed
+                )
             braid.settle(m, s.memory[i], fitted - s.length_m[i], speed)
             s.length_m[i] = fitted
 
@@ -65,7 +107,13 @@ def _note(p, s, t, wave, travel_speed, force0, force1, row):
     """Writes one row of the trace."""
     y = s.smooth
     q, q_speed, _ = load.coordinate(p.load, y[LOAD_PLACE], y[LOAD_SPEED])
-    row[TIME], row[PLACE], row[PLACE_SPEED], row[TRAVEL], row[TRAVEL_SPEED] = t, q, q_speed, y[TRAVEL_SLOT], travel_speed
+    row[TIME], row[PLACE], row[PLACE_SPEED], row[TRAVEL], row[TRAVEL_SPEED] = (
+        t,
+        q,
+        q_speed,
+        y[TRAVEL_SLOT],
+        travel_speed,
+    )
     row[REFERENCE], _ = reference(wave, t)
     row[FORCE0], row[FORCE1], row[LENGTH0] = force0, force1, s.length_m[0]
     for i in range(2):
@@ -77,8 +125,9 @@ def _note(p, s, t, wave, travel_speed, force0, force1, row):
 
 @compiled
 def fill(params, state, no_load_pa, place, travel):
-    """Puts the load to ``place``, the spool to ``travel``, and into each muscle the air that gives ``no_load_pa`` (2,)
-    (absolute) at no-load length; valves shut."""
+    """Puts the load to ``place``, the spool to ``travel``, and into each muscle the air that gives
+    ``no_load_pa`` (2,) (absolute) at no-load length; valves shut.
+    """
     p, s = params[0], state[0]
     s.smooth[LOAD_PLACE], s.smooth[TRAVEL_SLOT] = place, travel
     q, _, _ = load.coordinate(p.load, place, 0.0)
@@ -92,7 +141,9 @@ def fill(params, state, no_load_pa, place, travel):
 
 @compiled
 def balance(params, state, no_load_pa, place, low, high):
-    """Travel (m) between ``low`` and ``high`` at which the load rests at ``place``: bisection; an end where there is none."""
+    """Travel (m) between ``low`` and ``high`` at which the load rests at ``place``: bisection; an
+    end where there is none.
+    """
     p, s = params[0], state[0]
     wave, control = (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0, 0.0, 1e9)
     fill(params, state, no_load_pa, place, low)
@@ -111,8 +162,9 @@ def balance(params, state, no_load_pa, place, low, high):
 
 @compiled
 def simulate(params, state, wave, control, h, steps, keep_from, every, bound, out):
-    """Runs ``steps`` of ``h`` seconds (Runge-Kutta, fourth order); rows of ``out`` (N, COLUMNS) from step ``keep_from`` on,
-    every ``every`` steps. Returns rows written and the time (s) at which the load left its mean by ``bound`` (m), else 0.
+    """Runs ``steps`` of ``h`` seconds (Runge-Kutta, fourth order); rows of ``out`` (N, COLUMNS)
+    from step ``keep_from`` on, every ``every`` steps. Returns rows written and the time (s) at
+    which the load left its mean by ``bound`` (m), else 0.
     """
     p, s = params[0], state[0]
     y, stage, rate, total = s.smooth, s.work[0], s.work[1], s.work[2]

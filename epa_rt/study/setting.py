@@ -1,4 +1,6 @@
-"""The file of a study: which plant, which sine, which pressures and frequencies. Numbers carry their unit."""
+"""The file of a study: which plant, which sine, which pressures and frequencies. Numbers carry
+their unit.
+"""
 
 import math
 from collections.abc import Mapping
@@ -25,17 +27,24 @@ class Setting:
         if source.data.get("study") != kind:
             raise source.error(("study",), repr(source.data.get("study")), f"study: {kind}")
 
-    def quantity(self, key: str, unit: str, low: float, high: float, default: float | None = None) -> float:
+    def quantity(
+        self, key: str, unit: str, low: float, high: float, default: float | None = None
+    ) -> float:
         """A number in SI inside [low, high]."""
         if key not in self.source.data and default is not None:
             return default
         value = self._value((key,), self._there(key), lambda text: parse_quantity(text, unit))
         if not low <= value <= high:
-            raise self.source.error((key,), str(self.source.data[key]), with_unit(f"{low:g} to {high:g}", unit))
+            raise self.source.error(
+                (key,), str(self.source.data[key]), with_unit(f"{low:g} to {high:g}", unit)
+            )
         return value
 
     def pressures(self, key: str, atmosphere_pa: float) -> np.ndarray:
-        """Absolute pressures (Pa): {from, to, points}, or a list of pressures in which 'none' is a vented muscle."""
+        """Absolute pressures (Pa): {from, to, points}, or a list of pressures in which 'none' is a
+        vented muscle.
+        """
+
         def read(text: Any) -> float:
             return atmosphere_pa if text == "none" else parse_pressure(text, atmosphere_pa)
 
@@ -82,7 +91,9 @@ class Setting:
         else:
             raise self.source.error((key,), repr(said), "{from, to, points} or a list")
         if not 1 <= len(values) <= MOST_POINTS or len(set(values)) < len(values):
-            raise self.source.error((key,), f"{len(values)} values", f"1 to {MOST_POINTS} different ones")
+            raise self.source.error(
+                (key,), f"{len(values)} values", f"1 to {MOST_POINTS} different ones"
+            )
         if not (np.all(values >= low) and np.all(values <= high)):
             raise self.source.error((key,), str(said), expected)
         return values
@@ -96,7 +107,9 @@ class Setting:
                 raise self.source.error((key,), f"no '{name}'", "from, to, points")
         count = said["points"]
         if not isinstance(count, int) or isinstance(count, bool) or not 2 <= count <= MOST_POINTS:
-            raise self.source.error((key, "points"), repr(count), f"a whole number from 2 to {MOST_POINTS}")
+            raise self.source.error(
+                (key, "points"), repr(count), f"a whole number from 2 to {MOST_POINTS}"
+            )
         ends = [self._value((key, name), said[name], read) for name in ("from", "to")]
         return np.linspace(*ends, count).round(9)
 

@@ -1,1 +1,3 @@
-"""An emulated EtherCAT bus: slave controllers with the simulated rig behind them, on a network interface."""
+"""An emulated EtherCAT bus: slave controllers with the simulated rig behind them, on a network
+interface.
+"""

@@ -1,4 +1,6 @@
-"""What is due later: state changes, mailbox answers, held-back frames. Time is the caller's, in nanoseconds."""
+"""What is due later: state changes, mailbox answers, held-back frames. Time is the caller's, in
+nanoseconds.
+"""
 
 import heapq
 from collections.abc import Callable

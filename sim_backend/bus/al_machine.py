@@ -1,4 +1,5 @@
-"""The AL state machine of a slave: requests by the master, errors by the slave, each change a little late.
+"""The AL state machine of a slave: requests by the master, errors by the slave, each change a
+little late.
 
 Sources: ETG.1000.6 (state machine, AL control and status), ETG.1020 (status codes).
 """
@@ -26,16 +27,26 @@ class StateUser(Protocol):
 class AlMachine:
     """State and error of one slave, shown in registers 0x0130 and 0x0134.
 
-    A slave whose ``is_emulated`` has no processor: the controller itself copies what the master asks for, unchecked.
+    A slave whose ``is_emulated`` has no processor: the controller itself copies what the master
+    asks for, unchecked.
     """
 
-    def __init__(self, esc: Esc, agenda: Agenda, user: StateUser, is_emulated: bool, delays_ns: dict[int, int] = DELAYS_NS):
+    def __init__(
+        self,
+        esc: Esc,
+        agenda: Agenda,
+        user: StateUser,
+        is_emulated: bool,
+        delays_ns: dict[int, int] = DELAYS_NS,
+    ):
         self._esc, self._agenda, self._user = esc, agenda, user
         self._is_emulated, self._delays_ns = is_emulated, delays_ns
         self.state, self.has_error, self.code = reg.INIT, False, 0
         self._request = 0
         self.on_change: Callable[[], None] = lambda: None
-        esc.on_write.append((reg.AL_CONTROL, reg.AL_CONTROL + 1, lambda address, length: self._requested()))
+        esc.on_write.append(
+            (reg.AL_CONTROL, reg.AL_CONTROL + 1, lambda address, length: self._requested())
+        )
         self._show()
 
     def _show(self) -> None:
@@ -47,7 +58,11 @@ class AlMachine:
         wanted = control & 0x0F
         self._request += 1
         if self._is_emulated:
-            self._change(wanted if wanted in _LEVEL else self.state, self.has_error and not control & reg.ACKNOWLEDGE, self.code)
+            self._change(
+                wanted if wanted in _LEVEL else self.state,
+                self.has_error and not control & reg.ACKNOWLEDGE,
+                self.code,
+            )
             return
         if self.has_error and not control & reg.ACKNOWLEDGE:
             return  # an error stands until it is acknowledged
@@ -55,7 +70,10 @@ class AlMachine:
             self.has_error, self.code = False, 0
             self._show()
         request = self._request
-        self._agenda.after(self._delays_ns.get(wanted, 1_000_000), lambda: request == self._request and self._try(wanted))
+        self._agenda.after(
+            self._delays_ns.get(wanted, 1_000_000),
+            lambda: request == self._request and self._try(wanted),
+        )
 
     def _try(self, wanted: int) -> None:
         if wanted == reg.BOOT:
@@ -63,7 +81,11 @@ class AlMachine:
         elif wanted not in _LEVEL:
             self.fail(self.state, reg.UNKNOWN_STATE)
         elif _LEVEL[wanted] > _LEVEL[self.state]:
-            code = self._user.refuses(self.state, wanted) if (self.state, wanted) in _UP else reg.INVALID_STATE_CHANGE
+            code = (
+                self._user.refuses(self.state, wanted)
+                if (self.state, wanted) in _UP
+                else reg.INVALID_STATE_CHANGE
+            )
             if code:
                 self.fail(self.state, code)
             else:
@@ -72,7 +94,9 @@ class AlMachine:
             self._change(wanted, False, 0)
 
     def fail(self, state: int, code: int) -> None:
-        """The slave itself reports an error, in ``state`` (the present one, or a lower one that it drops to)."""
+        """The slave itself reports an error, in ``state`` (the present one, or a lower one that it
+        drops to).
+        """
         self._request += 1
         self._change(state, True, code)
 

@@ -1,7 +1,8 @@
-"""When a frame came in, on the monotonic clock: the kernel's stamp, not when this process got round to reading it.
+"""When a frame came in, on the monotonic clock: the kernel's stamp, not when this process got round
+to reading it.
 
-A slave controller works on a frame when it arrives. An emulator that was not let run does so later; it answers as of the
-time of arrival all the same, so that the answer is late and nothing else is.
+A slave controller works on a frame when it arrives. An emulator that was not let run does so later;
+it answers as of the time of arrival all the same, so that the answer is late and nothing else is.
 """
 
 import fcntl
@@ -9,9 +10,13 @@ import socket
 import time
 from struct import Struct
 
-_LAST_STAMP = 0x8907  # SIOCGSTAMPNS, asm-generic/sockios.h: when the packet read last came in, in real time
+_LAST_STAMP = (
+    0x8907  # SIOCGSTAMPNS, asm-generic/sockios.h: when the packet read last came in, in real time
+)
 _TIMESPEC = Struct("qq")
-_LONG_AGO_NS = 5_000_000  # older than this: look again how the two clocks stand, somebody may have set one
+_LONG_AGO_NS = (
+    5_000_000  # older than this: look again how the two clocks stand, somebody may have set one
+)
 
 
 class Arrivals:
@@ -30,7 +35,10 @@ class Arrivals:
         for _ in range(5):
             before_ns, real_ns, after_ns = time.monotonic_ns(), time.time_ns(), time.monotonic_ns()
             if quickest_ns is None or after_ns - before_ns < quickest_ns:
-                quickest_ns, self._ahead_ns = after_ns - before_ns, real_ns - (before_ns + after_ns) // 2
+                quickest_ns, self._ahead_ns = (
+                    after_ns - before_ns,
+                    real_ns - (before_ns + after_ns) // 2,
+                )
 
     def _ask(self) -> int | None:
         try:

@@ -1,4 +1,5 @@
-"""Faults of the bus: frames, working counter, slaves, cable, clock. Those of the plant: sim_backend/faults.py.
+"""Faults of the bus: frames, working counter, slaves, cable, clock. Those of the plant:
+sim_backend/faults.py.
 
 Frame faults count frames (process data, unless ``frames`` is "all"), the others count plant cycles.
 """
@@ -32,15 +33,36 @@ class BusFaults:
         self._held: list[bytes] = []
         self.is_dark = False  # no slave is reached: nobody sends a frame back
 
-    def add(self, kind: str, where: str = "", value: float | None = None, at_cycle: int | None = None, at_s: float | None = None,
-            cycles: int | None = None, **options: object) -> Fault:
+    def add(
+        self,
+        kind: str,
+        where: str = "",
+        value: float | None = None,
+        at_cycle: int | None = None,
+        at_s: float | None = None,
+        cycles: int | None = None,
+        **options: object,
+    ) -> Fault:
         """Takes up a fault, from now or from a cycle or time of the plant on. Raises ValueError."""
         for name, choice in options.items():
             if name not in _OPTIONS or choice not in _OPTIONS[name]:
-                raise ValueError(f"found {name}={choice!r}, expected " + ", ".join(f"{key}={'|'.join(map(str, words))}" for key, words in _OPTIONS.items()))
+                raise ValueError(
+                    f"found {name}={choice!r}, expected "
+                    + ", ".join(
+                        f"{key}={'|'.join(map(str, words))}" for key, words in _OPTIONS.items()
+                    )
+                )
         if at_s is not None:
             at_cycle = round(at_s / self._bus.rig.period_s)
-        fault = make_fault(ALL_FAULTS, kind, where, value, self._bus.cycle if at_cycle is None else at_cycle, cycles, **options)
+        fault = make_fault(
+            ALL_FAULTS,
+            kind,
+            where,
+            value,
+            self._bus.cycle if at_cycle is None else at_cycle,
+            cycles,
+            **options,
+        )
         if kind in PLANT_FAULTS:
             self._bus.plant.faults.add(fault)
             return fault
@@ -51,14 +73,31 @@ class BusFaults:
 
     def _check_place(self, kind: FaultKind, where: str) -> None:
         slaves = self._bus.slaves
-        able = {"": [where], "slave": list(slaves), "slave with a mailbox": [name for name, slave in slaves.items() if slave.coe is not None],
-                "slave with a clock": ["", *(name for name, slave in slaves.items() if slave.clock is not None)]}[kind.where]
+        able = {
+            "": [where],
+            "slave": list(slaves),
+            "slave with a mailbox": [
+                name for name, slave in slaves.items() if slave.coe is not None
+            ],
+            "slave with a clock": [
+                "",
+                *(name for name, slave in slaves.items() if slave.clock is not None),
+            ],
+        }[kind.where]
         if where not in able:
-            raise ValueError(f"found the slave {where!r}, expected a {kind.where}: {', '.join(filter(None, able))}")
+            raise ValueError(
+                f"found the slave {where!r}, expected a {kind.where}:"
+                f" {', '.join(filter(None, able))}"
+            )
 
     def listed(self) -> list[Fault]:
         """All that are at work or still to come."""
-        return self._frame_faults + self._slave_faults + self._waiting + self._bus.plant.faults.listed()
+        return (
+            self._frame_faults
+            + self._slave_faults
+            + self._waiting
+            + self._bus.plant.faults.listed()
+        )
 
     def clear(self) -> None:
         """Ends every fault; slaves that were lost come back in INIT."""
@@ -99,7 +138,11 @@ class BusFaults:
                 self._end(fault)
 
     def _clocked(self, where: str) -> "Slave | None":
-        found = (slave for slave in self._bus.slaves.values() if slave.clock is not None and where in ("", slave.name))
+        found = (
+            slave
+            for slave in self._bus.slaves.values()
+            if slave.clock is not None and where in ("", slave.name)
+        )
         return next(found, None)
 
     def _begin(self, fault: Fault) -> None:
@@ -111,7 +154,9 @@ class BusFaults:
             return
         slave = bus.slaves[fault.where]
         if fault.kind in ("sdo_refused", "sdo_forgotten"):
-            (slave.coe.refused if fault.kind == "sdo_refused" else slave.coe.forgotten).add(int(fault.value))
+            (slave.coe.refused if fault.kind == "sdo_refused" else slave.coe.forgotten).add(
+                int(fault.value)
+            )
             return
         if fault.kind == "slave_falls":
             slave.al.fail(reg.SAFEOP, int(fault.value))
@@ -126,16 +171,29 @@ class BusFaults:
             slave.power_up()
             self._bus.rewire()
         elif fault.kind == "clock_drift":
-            self._clocked(fault.where).clock.set_drift(fault.options["before_ppm"], self._bus.agenda.now_ns)
+            self._clocked(fault.where).clock.set_drift(
+                fault.options["before_ppm"], self._bus.agenda.now_ns
+            )
         elif fault.kind in ("sdo_refused", "sdo_forgotten"):
             coe = self._bus.slaves[fault.where].coe
-            (coe.refused if fault.kind == "sdo_refused" else coe.forgotten).discard(int(fault.value))
+            (coe.refused if fault.kind == "sdo_refused" else coe.forgotten).discard(
+                int(fault.value)
+            )
 
     def pass_frame(self, frame: bytearray, datagrams: list[tuple[int, int, int, int, int]]) -> None:
-        """A frame while frame faults are at work: runs it, or not, and sends what comes back of it."""
+        """A frame while frame faults are at work: runs it, or not, and sends what comes back of
+        it.
+        """
         is_process = any(LRD <= datagram[0] <= LRW for datagram in datagrams)
-        chosen = {fault.kind: fault for fault in self._frame_faults if self._takes(fault, is_process)}
-        if self.is_dark or "cable_pulled" in chosen or "frames_lost" in chosen and chosen["frames_lost"].options.get("leg", "out") == "out":
+        chosen = {
+            fault.kind: fault for fault in self._frame_faults if self._takes(fault, is_process)
+        }
+        if (
+            self.is_dark
+            or "cable_pulled" in chosen
+            or "frames_lost" in chosen
+            and chosen["frames_lost"].options.get("leg", "out") == "out"
+        ):
             self._bus.pass_time(datagrams)
             return
         self._bus.segment.run(frame, datagrams)
@@ -176,7 +234,9 @@ class BusFaults:
             self._bus.transmit(frame)
 
     @staticmethod
-    def _miscount(frame: bytearray, datagrams: list[tuple[int, int, int, int, int]], more: int) -> None:
+    def _miscount(
+        frame: bytearray, datagrams: list[tuple[int, int, int, int, int]], more: int
+    ) -> None:
         for command, _, _, start, length in datagrams:
             if LRD <= command <= LRW:
                 place = start + length
@@ -184,7 +244,9 @@ class BusFaults:
                 frame[place : place + 2] = total.to_bytes(2, "little")
 
     def _damaged(self, frame: bytearray, datagrams: list[tuple[int, int, int, int, int]]) -> bytes:
-        """A frame that a checksum would have caught: never only the data, always something that a master can see."""
+        """A frame that a checksum would have caught: never only the data, always something that a
+        master can see.
+        """
         way = self._random.randrange(5)
         _, _, _, start, length = datagrams[0]
         if way == 0:
@@ -195,5 +257,7 @@ class BusFaults:
             frame[start - 4] ^= 1 << self._random.randrange(8)  # length
         elif way == 3:
             frame[15] ^= 0x10 << self._random.randrange(4)  # type of EtherCAT frame
-        frame[start + length : start + length + 2] = b"\0\0" if way == 4 else frame[start + length : start + length + 2]
+        frame[start + length : start + length + 2] = (
+            b"\0\0" if way == 4 else frame[start + length : start + length + 2]
+        )
         return bytes(frame)

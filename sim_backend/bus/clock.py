@@ -1,7 +1,9 @@
-"""Distributed clocks of one slave: a drifting local clock, its system time, and the loop that follows the reference.
+"""Distributed clocks of one slave: a drifting local clock, its system time, and the loop that
+follows the reference.
 
-Sources: ETG.1000.4 (DC registers 0x0900 to 0x09FF), Beckhoff ESC datasheet section I, chapter Distributed Clocks.
-The real controller changes its clock's speed by one tick in ten at most; so does this one.
+Sources: ETG.1000.4 (DC registers 0x0900 to 0x09FF), Beckhoff ESC datasheet section I, chapter
+Distributed Clocks. The real controller changes its clock's speed by one tick in ten at most; so
+does this one.
 """
 
 from struct import pack_into, unpack_from
@@ -15,9 +17,11 @@ _MASK = (1 << 64) - 1
 
 
 class Clock:
-    """Local clock of a slave. ``drift_ppm`` against the emulator's clock, ``offset_ns`` at its time zero.
+    """Local clock of a slave. ``drift_ppm`` against the emulator's clock, ``offset_ns`` at its time
+    zero.
 
-    ``port_delays_ns``: when a frame that enters the first slave at time zero passes port 0 to 3 here (None: no link).
+    ``port_delays_ns``: when a frame that enters the first slave at time zero passes port 0 to 3
+    here (None: no link).
     """
 
     def __init__(self, esc: Esc, agenda: Agenda, drift_ppm: float, offset_ns: int):
@@ -47,16 +51,22 @@ class Clock:
 
     def offset_ns(self) -> int:
         """What the master has written as the difference between system time and local time."""
-        return int.from_bytes(self._esc.memory[reg.DC_OFFSET : reg.DC_OFFSET + 8], "little", signed=True)
+        return int.from_bytes(
+            self._esc.memory[reg.DC_OFFSET : reg.DC_OFFSET + 8], "little", signed=True
+        )
 
     def ahead_ns(self) -> int:
-        """System time less local time: the master's offset, and what following another clock has added."""
+        """System time less local time: the master's offset, and what following another clock has
+        added.
+        """
         return self.offset_ns() + int(self._correction)
 
     def system_ns(self) -> int:
         """Copy of the system time when a frame that enters the bus now passes this slave."""
         now_ns = self._agenda.now_ns + (self.port_delays_ns[0] or 0)
-        return int(self.local_ns(now_ns) + self._correction) + self.offset_ns()  # nanoseconds since 2000 need 60 bits
+        return (
+            int(self.local_ns(now_ns) + self._correction) + self.offset_ns()
+        )  # nanoseconds since 2000 need 60 bits
 
     def _show(self, address: int, length: int) -> None:
         pack_into("<Q", self._esc.memory, reg.DC_SYSTEM_TIME, self.system_ns() & _MASK)
@@ -66,7 +76,12 @@ class Clock:
         now_ns = self._agenda.now_ns
         for port, delay_ns in enumerate(self.port_delays_ns):
             if delay_ns is not None:
-                pack_into("<I", self._esc.memory, reg.DC_PORT_TIMES + 4 * port, int(self.local_ns(now_ns + delay_ns)) & 0xFFFFFFFF)
+                pack_into(
+                    "<I",
+                    self._esc.memory,
+                    reg.DC_PORT_TIMES + 4 * port,
+                    int(self.local_ns(now_ns + delay_ns)) & 0xFFFFFFFF,
+                )
         entered = int(self.local_ns(now_ns + (self.port_delays_ns[0] or 0)))
         pack_into("<Q", self._esc.memory, reg.DC_RECEIVE_TIME, entered & _MASK)
 
@@ -76,7 +91,10 @@ class Clock:
     def _follow(self, address: int, length: int) -> None:
         """A write to 0x0910 brings the reference's time; the local copy slews towards it."""
         memory = self._esc.memory
-        received, delay = unpack_from("<Q", memory, reg.DC_SYSTEM_TIME)[0], self._esc.get(reg.DC_DELAY, 4)
+        received, delay = (
+            unpack_from("<Q", memory, reg.DC_SYSTEM_TIME)[0],
+            self._esc.get(reg.DC_DELAY, 4),
+        )
         if length < 8:  # 32-bit time: the upper half is the slave's own
             received = self.system_ns() & ~0xFFFFFFFF | received & 0xFFFFFFFF
         ahead = self.system_ns() - (received + delay)

@@ -1,4 +1,5 @@
-"""CANopen over EtherCAT, the server side: SDO upload and download (expedited, normal, segmented), aborts, emergencies.
+"""CANopen over EtherCAT, the server side: SDO upload and download (expedited, normal, segmented),
+aborts, emergencies.
 
 Sources: ETG.1000.6 (CoE services and their layouts).
 """
@@ -6,7 +7,16 @@ Sources: ETG.1000.6 (CoE services and their layouts).
 from collections.abc import Callable
 from struct import pack, unpack_from
 
-from sim_backend.bus.dictionary import COMMAND_UNKNOWN, GENERAL_ERROR, NO_COMPLETE_ACCESS, TOGGLE, TOO_LONG, TOO_SHORT, Dictionary, SdoAbort
+from sim_backend.bus.dictionary import (
+    COMMAND_UNKNOWN,
+    GENERAL_ERROR,
+    NO_COMPLETE_ACCESS,
+    TOGGLE,
+    TOO_LONG,
+    TOO_SHORT,
+    Dictionary,
+    SdoAbort,
+)
 from sim_backend.bus.sdo_info import serve_information
 
 EMERGENCY, SDO_REQUEST, SDO_RESPONSE, SDO_INFORMATION = 1, 2, 3, 8
@@ -20,12 +30,16 @@ def _coe(service: int, payload: bytes) -> bytes:
 
 
 def emergency(code: int, register: int, data: bytes = b"") -> bytes:
-    """An emergency message: error code (0x603F), error register (0x1001), five manufacturer bytes."""
+    """An emergency message: error code (0x603F), error register (0x1001), five manufacturer
+    bytes.
+    """
     return _coe(EMERGENCY, pack("<HB", code, register) + data.ljust(5, b"\0")[:5])
 
 
 class CoeServer:
-    """Answers CoE messages out of a dictionary; one segmented transfer at a time. ``state`` gives the AL state."""
+    """Answers CoE messages out of a dictionary; one segmented transfer at a time. ``state`` gives
+    the AL state.
+    """
 
     def __init__(self, dictionary: Dictionary, state: Callable[[], int]):
         self._dictionary, self._state = dictionary, state
@@ -43,7 +57,10 @@ class CoeServer:
         """Answers to one CoE message; ``room``: bytes that fit into one answer."""
         service = unpack_from("<H", message)[0] >> 12
         if service == SDO_INFORMATION:
-            return [_coe(SDO_INFORMATION, part) for part in serve_information(self._dictionary, message[2:], room - 2)]
+            return [
+                _coe(SDO_INFORMATION, part)
+                for part in serve_information(self._dictionary, message[2:], room - 2)
+            ]
         if service != SDO_REQUEST or len(message) < 3:
             return []
         try:
@@ -77,7 +94,11 @@ class CoeServer:
     def _start_download(self, request: bytes) -> list[bytes]:
         index, subindex = self._object
         if request[0] & _EXPEDITED:
-            size = 4 - (request[0] >> 2 & 3) if request[0] & _SIZE_GIVEN else self._size_of(index, subindex)
+            size = (
+                4 - (request[0] >> 2 & 3)
+                if request[0] & _SIZE_GIVEN
+                else self._size_of(index, subindex)
+            )
             self._store(request[4 : 4 + size])
         else:
             size = unpack_from("<I", request, 4)[0]
@@ -122,7 +143,9 @@ class CoeServer:
         part, rest = self._upload[: room - 1], self._upload[room - 1 :]
         unused = max(0, 7 - len(part))
         self._upload = rest or None
-        return [_coe(SDO_RESPONSE, bytes([toggle | unused << 1 | (not rest)]) + part + bytes(unused))]
+        return [
+            _coe(SDO_RESPONSE, bytes([toggle | unused << 1 | (not rest)]) + part + bytes(unused))
+        ]
 
     def _next_download(self, request: bytes) -> list[bytes]:
         if self._download is None:
@@ -131,7 +154,9 @@ class CoeServer:
         data = request[1:]
         if len(data) <= 7:
             data = data[: 7 - (request[0] >> 1 & 7)]
-        self._download += data[: max(0, self._expected - len(self._download))] if len(data) > 7 else data
+        self._download += (
+            data[: max(0, self._expected - len(self._download))] if len(data) > 7 else data
+        )
         if request[0] & 1:
             if len(self._download) != self._expected:
                 raise SdoAbort(TOO_LONG if len(self._download) > self._expected else TOO_SHORT)

@@ -19,7 +19,12 @@ _LINE_MAX = 65536
 class ControlServer:
     """Listens at a path; ``handlers`` (of the Server) is where it registers its descriptors."""
 
-    def __init__(self, path: Path, handlers: dict[int, Callable[[], None]], answer: Callable[[dict[str, Any]], dict[str, Any]]):
+    def __init__(
+        self,
+        path: Path,
+        handlers: dict[int, Callable[[], None]],
+        answer: Callable[[dict[str, Any]], dict[str, Any]],
+    ):
         self.path, self._handlers, self._answer = path, handlers, answer
         path.unlink(missing_ok=True)
         self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
@@ -83,7 +88,9 @@ class ControlClient:
             self._socket.connect(str(path))
         except OSError as error:
             self._socket.close()
-            raise ControlError(f"{path}: no emulated bus answers here ({error.strerror or error})") from None
+            raise ControlError(
+                f"{path}: no emulated bus answers here ({error.strerror or error})"
+            ) from None
         self._file = self._socket.makefile("rb")
 
     def __enter__(self) -> "ControlClient":

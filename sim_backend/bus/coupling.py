@@ -1,6 +1,8 @@
-"""Between the slaves' memories and the rig's process image: which bits of whose sync managers are which entry.
+"""Between the slaves' memories and the rig's process image: which bits of whose sync managers are
+which entry.
 
-Entries are matched by object (index, subindex), so that another PDO mapping, or a part of it, works as well.
+Entries are matched by object (index, subindex), so that another PDO mapping, or a part of it, works
+as well.
 """
 
 from epa_rt.config.devices import Entry
@@ -20,15 +22,25 @@ def _key(entry: Entry) -> tuple[int, int]:
     return entry.index, 0x11 if entry.index >> 8 == 0x70 and entry.bits == 16 else entry.subindex
 
 
-def copies_of(slave: Slave, entries: tuple[Entry, ...], image: Image, outputs: bool) -> tuple[list[Copy], list[tuple[int, int, int, int]]]:
-    """Copies between a slave's memory (as ``place``) and the image (as ``at``), and what the image does not have:
-    (index, subindex, place in bits, bits)."""
+def copies_of(
+    slave: Slave, entries: tuple[Entry, ...], image: Image, outputs: bool
+) -> tuple[list[Copy], list[tuple[int, int, int, int]]]:
+    """Copies between a slave's memory (as ``place``) and the image (as ``at``), and what the image
+    does not have: (index, subindex, place in bits, bits).
+    """
     number = slave.sync_manager_for(OUTPUTS if outputs else INPUTS)
     if number is None or not slave.esc.sync_managers.is_enabled(number):
         return [], []
     first, length = slave.esc.sync_managers.settings(number)[:2]
-    if first < DIGITAL_OUTPUTS or first + length > MEMORY_SIZE or length < slave.process_bytes(outputs):
-        return [], []  # not configured for this mapping: the slave's processor leaves its memory alone
+    if (
+        first < DIGITAL_OUTPUTS
+        or first + length > MEMORY_SIZE
+        or length < slave.process_bytes(outputs)
+    ):
+        return (
+            [],
+            [],
+        )  # not configured for this mapping: the slave's processor leaves its memory alone
     start = 8 * first
     known = {_key(entry): entry for entry in entries}
     runs: list[list[int]] = []  # place, at, bits
@@ -36,15 +48,26 @@ def copies_of(slave: Slave, entries: tuple[Entry, ...], image: Image, outputs: b
     position = covered = 0
     for pdo in slave.assigned(outputs):
         for mapped in pdo.entries:
-            entry = known.get((mapped.index, 0x11 if mapped.index >> 8 == 0x70 and mapped.bits == 16 else mapped.subindex))
+            entry = known.get(
+                (
+                    mapped.index,
+                    0x11 if mapped.index >> 8 == 0x70 and mapped.bits == 16 else mapped.subindex,
+                )
+            )
             if entry is not None:
                 place = image.places[f"{slave.name}.{entry.name}"]
                 at = 8 * place.byte + place.bit
-                if runs and runs[-1][0] + runs[-1][2] == start + position and runs[-1][1] + runs[-1][2] == at:
+                if (
+                    runs
+                    and runs[-1][0] + runs[-1][2] == start + position
+                    and runs[-1][1] + runs[-1][2] == at
+                ):
                     runs[-1][2] += entry.bits
                 else:
                     runs.append([start + position, at, entry.bits])
-                covered = position + entry.bits  # EL3004's status is one entry of the image and eight of the PDO
+                covered = (
+                    position + entry.bits
+                )  # EL3004's status is one entry of the image and eight of the PDO
             elif mapped.index and position >= covered:
                 missing.append((mapped.index, mapped.subindex, start + position, mapped.bits))
             position += mapped.bits
@@ -58,14 +81,24 @@ def _copy(memory: bytearray, place: int, at: int, bits: int) -> Copy:
 
 
 class Coupling:
-    """The process image in both directions, and the slaves it is cut into. ``stale()`` after any change of state,
-    mapping, sync manager or presence; the copies are made again when they are next needed."""
+    """The process image in both directions, and the slaves it is cut into. ``stale()`` after any
+    change of state, mapping, sync manager or presence; the copies are made again when they are next
+    needed.
+    """
 
     def __init__(self, rig: Rig, slaves: dict[str, Slave]):
-        self.outputs_image, self.inputs_image = image_of(rig, outputs=True), image_of(rig, outputs=False)
-        self.outputs, self.inputs = bytearray(self.outputs_image.size), bytearray(self.inputs_image.size)
+        self.outputs_image, self.inputs_image = (
+            image_of(rig, outputs=True),
+            image_of(rig, outputs=False),
+        )
+        self.outputs, self.inputs = (
+            bytearray(self.outputs_image.size),
+            bytearray(self.inputs_image.size),
+        )
         self._slaves = slaves
-        self._entries = {slave.name: (entries_of(slave, False), entries_of(slave, True)) for slave in rig.slaves}
+        self._entries = {
+            slave.name: (entries_of(slave, False), entries_of(slave, True)) for slave in rig.slaves
+        }
         self._is_stale = True
         self._take: list[Copy] = []
         self._safe: list[tuple[Slave, list[Copy]]] = []
@@ -91,7 +124,9 @@ class Coupling:
                 self._give_others += [(slave, *row) for row in missing]
 
     def take(self) -> bytearray:
-        """The output image as it acts: from slaves in OP what the master sent, from the others their safe values."""
+        """The output image as it acts: from slaves in OP what the master sent, from the others
+        their safe values.
+        """
         if self._is_stale:
             self._rebuild()
         outputs = self.outputs
@@ -119,11 +154,19 @@ class Coupling:
             return  # EL3004's status bits where the rig reads values only
         slave.esc.memory[place >> 3 : (place + bits) >> 3] = entry.items[subindex].get()
 
-    def field(self, slave: str, index: int, subindex: int, outputs: bool) -> tuple[bytearray, int, int] | None:
-        """Image, first byte and one past the last of an object; None where the rig's image does not carry it."""
+    def field(
+        self, slave: str, index: int, subindex: int, outputs: bool
+    ) -> tuple[bytearray, int, int] | None:
+        """Image, first byte and one past the last of an object; None where the rig's image does not
+        carry it.
+        """
         for entry in self._entries[slave][outputs]:
             if (entry.index, entry.subindex) == (index, subindex):
                 places = self.outputs_image if outputs else self.inputs_image
                 place = places.places[f"{slave}.{entry.name}"]
-                return (self.outputs if outputs else self.inputs), place.byte, place.byte + entry.bits // 8
+                return (
+                    (self.outputs if outputs else self.inputs),
+                    place.byte,
+                    place.byte + entry.bits // 8,
+                )
         return None

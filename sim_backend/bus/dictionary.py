@@ -8,9 +8,29 @@ from dataclasses import dataclass, field
 
 from sim_backend.bus.registers import OP, PREOP, SAFEOP
 
-BOOLEAN, INT8, INT16, INT32, UINT8, UINT16, UINT32, STRING, UINT64 = 0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x07, 0x09, 0x1B
+BOOLEAN, INT8, INT16, INT32, UINT8, UINT16, UINT32, STRING, UINT64 = (
+    0x01,
+    0x02,
+    0x03,
+    0x04,
+    0x05,
+    0x06,
+    0x07,
+    0x09,
+    0x1B,
+)
 BIT2 = 0x31
-BITS = {BOOLEAN: 1, INT8: 8, INT16: 16, INT32: 32, UINT8: 8, UINT16: 16, UINT32: 32, UINT64: 64, BIT2: 2}
+BITS = {
+    BOOLEAN: 1,
+    INT8: 8,
+    INT16: 16,
+    INT32: 32,
+    UINT8: 8,
+    UINT16: 16,
+    UINT32: 32,
+    UINT64: 64,
+    BIT2: 2,
+}
 SIGNED = {INT8, INT16, INT32}
 VARIABLE, ARRAY, RECORD = 7, 8, 9
 
@@ -37,8 +57,9 @@ class SdoAbort(Exception):
 
 @dataclass
 class Item:
-    """One entry: type, access bits, present value. ``read`` gives a live value; ``check`` may raise SdoAbort before a
-    value is taken; ``written`` is told after it has been."""
+    """One entry: type, access bits, present value. ``read`` gives a live value; ``check`` may raise
+    SdoAbort before a value is taken; ``written`` is told after it has been.
+    """
 
     name: str
     data_type: int
@@ -92,7 +113,14 @@ class Dictionary:
         self.objects[index] = OdObject(item.name, VARIABLE, {0: item})
         return item
 
-    def record(self, index: int, name: str, items: dict[int, Item], code: int = RECORD, count_access: int = READ) -> OdObject:
+    def record(
+        self,
+        index: int,
+        name: str,
+        items: dict[int, Item],
+        code: int = RECORD,
+        count_access: int = READ,
+    ) -> OdObject:
         """An object with subindices; entry 0 (the highest one) is added where it is not given."""
         if 0 not in items:
             items = {0: number("SubIndex 000", UINT8, max(items, default=0), count_access), **items}

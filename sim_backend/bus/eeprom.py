@@ -1,7 +1,8 @@
-"""The slave information interface: a master reads (and writes) the EEPROM through registers 0x0500 to 0x050F.
+"""The slave information interface: a master reads (and writes) the EEPROM through registers 0x0500
+to 0x050F.
 
-Sources: ETG.1000.4 (SII registers), Beckhoff ESC datasheet section II. Every read gives eight bytes, as bit 6 of the
-control register says throughout.
+Sources: ETG.1000.4 (SII registers), Beckhoff ESC datasheet section II. Every read gives eight
+bytes, as bit 6 of the control register says throughout.
 """
 
 from sim_backend.bus import registers as reg
@@ -9,7 +10,12 @@ from sim_backend.bus.esc import Esc
 
 READS_8_BYTES, TWO_ADDRESS_BYTES = 0x0040, 0x0080
 _IDLE = READS_8_BYTES | TWO_ADDRESS_BYTES
-_WRITE_ENABLE, _CHECKSUM_ERROR, _ACKNOWLEDGE_ERROR, _WRITE_ENABLE_ERROR = 0x0001, 0x0800, 0x2000, 0x4000
+_WRITE_ENABLE, _CHECKSUM_ERROR, _ACKNOWLEDGE_ERROR, _WRITE_ENABLE_ERROR = (
+    0x0001,
+    0x0800,
+    0x2000,
+    0x4000,
+)
 _NOP, _READ, _WRITE, _RELOAD = 0, 1, 2, 4
 
 
@@ -37,7 +43,9 @@ class Eeprom:
         command = control >> 8 & 0x07
         if command == _READ:
             data = bytes(self.content[start : start + 8])
-            self._esc.memory[reg.EEPROM_DATA : reg.EEPROM_DATA + 8] = data + b"\xff" * (8 - len(data))
+            self._esc.memory[reg.EEPROM_DATA : reg.EEPROM_DATA + 8] = data + b"\xff" * (
+                8 - len(data)
+            )
             self._finish(0)
         elif command == _WRITE:
             if not control & _WRITE_ENABLE:
@@ -45,7 +53,9 @@ class Eeprom:
             elif start + 2 > len(self.content):
                 self._finish(_ACKNOWLEDGE_ERROR)
             else:
-                self.content[start : start + 2] = self._esc.memory[reg.EEPROM_DATA : reg.EEPROM_DATA + 2]
+                self.content[start : start + 2] = self._esc.memory[
+                    reg.EEPROM_DATA : reg.EEPROM_DATA + 2
+                ]
                 self._finish(0)
         elif command in (_NOP, _RELOAD):
             self._finish(0)
@@ -54,7 +64,9 @@ class Eeprom:
 
 
 def checksum(first_14_bytes: bytes | bytearray) -> int:
-    """CRC-8 over the configuration words, polynomial x^8 + x^2 + x + 1, start value 0xFF (ETG.1000.6)."""
+    """CRC-8 over the configuration words, polynomial x^8 + x^2 + x + 1, start value 0xFF
+    (ETG.1000.6).
+    """
     crc = 0xFF
     for byte in first_14_bytes:
         crc ^= byte

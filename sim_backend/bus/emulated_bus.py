@@ -1,6 +1,7 @@
 """The emulated bus: a rig's slaves on one segment, the simulated plant behind them, and time.
 
-Without IO: frames go in and come out as bytes, the caller says what time it is (nanoseconds of a monotonic clock).
+Without IO: frames go in and come out as bytes, the caller says what time it is (nanoseconds of a
+monotonic clock).
 """
 
 from collections.abc import Callable
@@ -25,7 +26,11 @@ from sim_backend.bus.terminals import AnalogInputs, AnalogOutputs, Coupler, Digi
 from sim_backend.bus.topology import wire
 
 KINDS: dict[str, type[Slave]] = {
-    "EK1100": Coupler, "EL2124": DigitalOutputs, "EL3004": AnalogInputs, "EL4034": AnalogOutputs, "EPOS4": Epos4,
+    "EK1100": Coupler,
+    "EL2124": DigitalOutputs,
+    "EL3004": AnalogInputs,
+    "EL4034": AnalogOutputs,
+    "EPOS4": Epos4,
 }
 
 _NEAR = 8  # a step nearer to a frame than this part of a period would hold its answer up
@@ -35,7 +40,9 @@ _LEFT_OUT_CYCLES = 1000
 
 @dataclass
 class Counters:
-    """What the bus has seen. ``process_frames``: frames with logical data; ``steps``: periods that the plant moved."""
+    """What the bus has seen. ``process_frames``: frames with logical data; ``steps``: periods that
+    the plant moved.
+    """
 
     frames: int = 0
     malformed: int = 0
@@ -45,34 +52,58 @@ class Counters:
 
 
 class EmulatedBus:
-    """A rig on the wire. ``lock_step``: one plant period per frame that carries all outputs, from OP on; else the
-    plant moves with the clock of the first slave that has one, with or without a master: at each whole period of its
-    system time, which is where a drive's SYNC0 is, so that a master locked to the clock never meets a plant step.
+    """A rig on the wire. ``lock_step``: one plant period per frame that carries all outputs, from
+    OP on; else the plant moves with the clock of the first slave that has one, with or without a
+    master: at each whole period of its system time, which is where a drive's SYNC0 is, so that a
+    master locked to the clock never meets a plant step.
     """
 
-    def __init__(self, rig: Rig, plant: PlantFile, seed: int = 0, lock_step: bool = False, drift_ppm: dict[str, float] | None = None,
-                 offset_ns: dict[str, int] | None = None, delays_ns: dict[int, int] = DELAYS_NS, response_ns: int = RESPONSE_NS):
+    def __init__(
+        self,
+        rig: Rig,
+        plant: PlantFile,
+        seed: int = 0,
+        lock_step: bool = False,
+        drift_ppm: dict[str, float] | None = None,
+        offset_ns: dict[str, int] | None = None,
+        delays_ns: dict[int, int] = DELAYS_NS,
+        response_ns: int = RESPONSE_NS,
+    ):
         self.rig, self.lock_step = rig, lock_step
         self._plant_file, self._seed = plant, seed
         self.agenda, self.counters = Agenda(), Counters()
-        self.transmit: Callable[[bytes], None] = lambda frame: None  # for frames that faults send late, or again
+        self.transmit: Callable[[bytes], None] = lambda frame: (
+            None
+        )  # for frames that faults send late, or again
         self.faults = BusFaults(self, seed)
         settings = Settings(delays_ns, response_ns, drift_ppm or {}, offset_ns or {})
         self.slaves: dict[str, Slave] = {
-            slave.name: KINDS[slave.device](slave.name, self.agenda, settings, slave.product, slave.revision) for slave in rig.slaves}
+            slave.name: KINDS[slave.device](
+                slave.name, self.agenda, settings, slave.product, slave.revision
+            )
+            for slave in rig.slaves
+        }
         self.segment = Segment(self._outputs_arrived)
         self.coupling = Coupling(rig, self.slaves)
-        self.is_running = False  # lock step: from the first frame in OP until all slaves are below SAFEOP
+        self.is_running = (
+            False  # lock step: from the first frame in OP until all slaves are below SAFEOP
+        )
         self._frame_steps = False
         for slave in self.slaves.values():
             slave.on_change = self._changed
             slave.esc.on_mapping = self._mapping_changed
             slave.esc.on_data = lambda slave=slave: slave.watchdog.feed(self.time_ns)
         self._watchdogs = {id(slave.esc): slave.watchdog for slave in self.slaves.values()}
-        self.segment.clock_escs = [slave.esc for slave in self.slaves.values() if slave.clock is not None]
+        self.segment.clock_escs = [
+            slave.esc for slave in self.slaves.values() if slave.clock is not None
+        ]
         for esc in self.segment.clock_escs[:1]:
-            esc.on_write.append((reg.DC_OFFSET, reg.DC_OFFSET + 8, lambda address, length: self._to_whole_periods()))
-        self.drive = next((slave for slave in self.slaves.values() if isinstance(slave, Epos4)), None)
+            esc.on_write.append(
+                (reg.DC_OFFSET, reg.DC_OFFSET + 8, lambda address, length: self._to_whole_periods())
+            )
+        self.drive = next(
+            (slave for slave in self.slaves.values() if isinstance(slave, Epos4)), None
+        )
         self.plant = self._fresh_plant()
         self.rewire()
         self.rewind()
@@ -113,7 +144,9 @@ class EmulatedBus:
 
     def _changed(self) -> None:
         self._mapping_changed()
-        self.coupling.give(bytes(self.coupling.inputs))  # a slave that enters SAFEOP has inputs from the start
+        self.coupling.give(
+            bytes(self.coupling.inputs)
+        )  # a slave that enters SAFEOP has inputs from the start
         states = {slave.al.state for slave in self.slaves.values()}
         if self.is_running and not states & {reg.SAFEOP, reg.OP}:
             self.is_running = False
@@ -123,8 +156,9 @@ class EmulatedBus:
         self.segment.logical.forget()
 
     def receive(self, frame: bytearray, now_ns: int) -> bool:
-        """Runs a frame that arrived at ``now_ns`` through the slaves, in place. True: send it back. False: malformed
-        (nothing has happened), or a fault has taken it, which sends by ``transmit`` what is to be sent.
+        """Runs a frame that arrived at ``now_ns`` through the slaves, in place. True: send it back.
+        False: malformed (nothing has happened), or a fault has taken it, which sends by
+        ``transmit`` what is to be sent.
         """
         self.advance_to(now_ns)
         self.counters.frames += 1
@@ -137,7 +171,9 @@ class EmulatedBus:
             if LRD <= datagram[0] <= LRW:
                 self.counters.process_frames += 1
                 break
-        frame[6] |= 0x02  # a frame that has passed slaves: its source address says "locally administered"
+        frame[6] |= (
+            0x02  # a frame that has passed slaves: its source address says "locally administered"
+        )
         if self.faults.is_idle:
             self.segment.run(frame, datagrams)
             return True
@@ -150,9 +186,15 @@ class EmulatedBus:
 
     def pass_time(self, datagrams: list[tuple[int, int, int, int, int]]) -> None:
         """A frame has not reached the slaves; in lock step its period passes all the same."""
-        if self.lock_step and self.is_running and any(
-                LWR <= command <= LRW and self.segment.logical.plan(command, address, length).carries_all_outputs
-                for command, _, address, _, length in datagrams):
+        if (
+            self.lock_step
+            and self.is_running
+            and any(
+                LWR <= command <= LRW
+                and self.segment.logical.plan(command, address, length).carries_all_outputs
+                for command, _, address, _, length in datagrams
+            )
+        ):
             self._step()
 
     def _outputs_arrived(self, plan: Plan) -> None:
@@ -183,10 +225,15 @@ class EmulatedBus:
         self._shifted_cycle = self.cycle - _STAYS_CYCLES
 
     def _keep_away(self) -> None:
-        """A master that follows no SYNC0 may send just when the plant moves: then the plant moves half a period later."""
+        """A master that follows no SYNC0 may send just when the plant moves: then the plant moves
+        half a period later.
+        """
         period_ns, left_ns = self.plant.period_ns, self._step_due_ns - self.agenda.now_ns
         near_ns = period_ns // _NEAR
-        if near_ns < left_ns < period_ns - near_ns or self.cycle - self._shifted_cycle < _STAYS_CYCLES:
+        if (
+            near_ns < left_ns < period_ns - near_ns
+            or self.cycle - self._shifted_cycle < _STAYS_CYCLES
+        ):
             return
         if not any(esc.memory[reg.DC_ACTIVATION] & 0x02 for esc in self.segment.clock_escs):
             self._shifted_cycle = self.cycle
@@ -219,7 +266,12 @@ class EmulatedBus:
         time_ns = self.time_ns
         for slave in self.slaves.values():
             watchdog = slave.watchdog
-            if time_ns - watchdog.fed_ns > watchdog.timeout_ns and slave.al.state == reg.OP and slave.is_guarded and watchdog.check(time_ns):
+            if (
+                time_ns - watchdog.fed_ns > watchdog.timeout_ns
+                and slave.al.state == reg.OP
+                and slave.is_guarded
+                and watchdog.check(time_ns)
+            ):
                 self.counters.watchdogs[slave.name] = self.counters.watchdogs.get(slave.name, 0) + 1
                 slave.watchdog_expired()
 
@@ -227,19 +279,27 @@ class EmulatedBus:
         self.coupling.give(self.plant.present_inputs())
 
     def _plant_clock_ns(self, now_ns: int) -> float:
-        """Local time of the first slave with a clock, in phase with its system time; without one, the emulator's."""
+        """Local time of the first slave with a clock, in phase with its system time; without one,
+        the emulator's.
+        """
         for slave in self.slaves.values():
             if slave.clock is not None:
                 return slave.clock.local_ns(now_ns) + slave.clock.ahead_ns() % self.plant.period_ns
         return float(now_ns)
 
     def advance_to(self, now_ns: int, most_steps: int = 1 << 30) -> None:
-        """Time passes: what is due happens, each at its own time, and in real time the plant moves, at most so many
-        periods. A time that has passed already is taken for the present.
+        """Time passes: what is due happens, each at its own time, and in real time the plant moves,
+        at most so many periods. A time that has passed already is taken for the present.
         """
         if not self.lock_step and now_ns >= self._step_due_ns:
-            if self._start_periods is None or now_ns - self._step_due_ns > _LEFT_OUT_CYCLES * self.plant.period_ns:
-                self._start_periods, self._step_due_ns = None, now_ns  # the start; or the emulator itself had been stopped
+            if (
+                self._start_periods is None
+                or now_ns - self._step_due_ns > _LEFT_OUT_CYCLES * self.plant.period_ns
+            ):
+                self._start_periods, self._step_due_ns = (
+                    None,
+                    now_ns,
+                )  # the start; or the emulator itself had been stopped
             while self._step_due_ns <= now_ns:
                 if not most_steps:
                     return
@@ -257,7 +317,9 @@ class EmulatedBus:
             self._start_periods = periods - self.cycle
         if periods - self._start_periods > self.cycle:
             self._step()
-        self._step_due_ns = now_ns + max(0, ceil((self._start_periods + self.cycle + 1) * period_ns - local_ns))
+        self._step_due_ns = now_ns + max(
+            0, ceil((self._start_periods + self.cycle + 1) * period_ns - local_ns)
+        )
 
     def next_due_ns(self) -> int | None:
         """When ``advance_to`` next has something to do; None where only a frame can bring that."""

@@ -1,7 +1,8 @@
-"""EPOS4 as a slave: PDO mapping written by the master, live objects out of the plant, emergencies, loss of the bus.
+"""EPOS4 as a slave: PDO mapping written by the master, live objects out of the plant, emergencies,
+loss of the bus.
 
-Sources: maxon EPOS4 firmware specification (object dictionary, EtherCAT), CiA 402. The CiA 402 machine itself is
-sim_backend/devices.py.
+Sources: maxon EPOS4 firmware specification (object dictionary, EtherCAT), CiA 402. The CiA 402
+machine itself is sim_backend/devices.py.
 """
 
 from epa_rt.config.devices import DEVICES
@@ -25,17 +26,43 @@ _BYTES_MAX = 0x10F0 - 0x1060  # room of sync manager 2
 class Epos4(Slave):
     """The drive's slave. ``axis`` holds the live objects; the bus binds it to the plant."""
 
-    def __init__(self, name: str, agenda: Agenda, settings: Settings, product: int | None = None, revision: int | None = None):
+    def __init__(
+        self,
+        name: str,
+        agenda: Agenda,
+        settings: Settings,
+        product: int | None = None,
+        revision: int | None = None,
+    ):
         self._maps: dict[int, dict[int, od.Item]] = {}
-        pdos = tuple(Pdo(index, (2 if index < 0x1A00 else 3) if index in (0x1600, 0x1A00) else 0xFF, self._default(index), f"PDO 0x{index:04X}")
-                     for index in _PDOS)
+        pdos = tuple(
+            Pdo(
+                index,
+                (2 if index < 0x1A00 else 3) if index in (0x1600, 0x1A00) else 0xFF,
+                self._default(index),
+                f"PDO 0x{index:04X}",
+            )
+            for index in _PDOS
+        )
         content = sii.SiiContent(
-            "EPOS4", DEVICES["EPOS4"].vendor, product or _DEFAULT_PRODUCT, _DEFAULT_REVISION if revision is None else revision,
-            mailbox=(0x1000, 48, 0x1030, 48), protocols=sii.COE_PROTOCOL, pdos=pdos, ports=0x0011,
-            coe_details=sii.SDO | sii.SDO_INFO | sii.PDO_ASSIGN | sii.PDO_CONFIG, fmmu_uses=(1, 2, 3),
+            "EPOS4",
+            DEVICES["EPOS4"].vendor,
+            product or _DEFAULT_PRODUCT,
+            _DEFAULT_REVISION if revision is None else revision,
+            mailbox=(0x1000, 48, 0x1030, 48),
+            protocols=sii.COE_PROTOCOL,
+            pdos=pdos,
+            ports=0x0011,
+            coe_details=sii.SDO | sii.SDO_INFO | sii.PDO_ASSIGN | sii.PDO_CONFIG,
+            fmmu_uses=(1, 2, 3),
             dc_modes=(sii.DcMode("FreeRun", 0x0000), sii.DcMode("DC sync", 0x0300)),
-            sync_managers=(SyncManagerSetting(0x1000, 48, 0x26, 0x01, sii.MAILBOX_OUT), SyncManagerSetting(0x1030, 48, 0x22, 0x01, sii.MAILBOX_IN),
-                           SyncManagerSetting(0x1060, 6, 0x64, 0x01, sii.OUTPUTS), SyncManagerSetting(0x10F0, 6, 0x20, 0x01, sii.INPUTS)))
+            sync_managers=(
+                SyncManagerSetting(0x1000, 48, 0x26, 0x01, sii.MAILBOX_OUT),
+                SyncManagerSetting(0x1030, 48, 0x22, 0x01, sii.MAILBOX_IN),
+                SyncManagerSetting(0x1060, 6, 0x64, 0x01, sii.OUTPUTS),
+                SyncManagerSetting(0x10F0, 6, 0x20, 0x01, sii.INPUTS),
+            ),
+        )
         super().__init__(name, _CONTROLLER, content, agenda, settings)
         add_identity(self.dictionary, content, 0x00020192)
         add_sync_objects(self.dictionary, (0x1600,), (0x1A00,))
@@ -43,8 +70,20 @@ class Epos4(Slave):
         for index in _PDOS:
             self._add_mapping(index)
         changed = lambda: self.on_change()  # noqa: E731
-        self._rx = add_assignment(self.dictionary, 0x1C12, [0x1600], lambda chosen: self._assignable(chosen, 0x1600), changed)
-        self._tx = add_assignment(self.dictionary, 0x1C13, [0x1A00], lambda chosen: self._assignable(chosen, 0x1A00), changed)
+        self._rx = add_assignment(
+            self.dictionary,
+            0x1C12,
+            [0x1600],
+            lambda chosen: self._assignable(chosen, 0x1600),
+            changed,
+        )
+        self._tx = add_assignment(
+            self.dictionary,
+            0x1C13,
+            [0x1A00],
+            lambda chosen: self._assignable(chosen, 0x1A00),
+            changed,
+        )
 
     @staticmethod
     def _default(index: int) -> tuple[PdoEntry, ...]:
@@ -52,7 +91,10 @@ class Epos4(Slave):
 
     def _add_mapping(self, index: int) -> None:
         """0x160n / 0x1A0n: up to twelve entries, written while the count is zero."""
-        default = [entry.index << 16 | entry.subindex << 8 | entry.bits for entry in self.pdos[index].entries]
+        default = [
+            entry.index << 16 | entry.subindex << 8 | entry.bits
+            for entry in self.pdos[index].entries
+        ]
         access, direction = od.READ | od.WRITE_PREOP, od.RX_PDO if index < 0x1A00 else od.TX_PDO
         items: dict[int, od.Item] = {}
 
@@ -70,12 +112,23 @@ class Epos4(Slave):
             if sum(entry & 0xFF for entry in entries) > 8 * _BYTES_MAX:
                 raise od.SdoAbort(od.MAPPING_TOO_LONG)
 
-        items[0] = od.number("Number of mapped objects", od.UINT8, len(default), access, check=count_check, written=lambda: self.on_change())
+        items[0] = od.number(
+            "Number of mapped objects",
+            od.UINT8,
+            len(default),
+            access,
+            check=count_check,
+            written=lambda: self.on_change(),
+        )
         for n in range(_ENTRIES_MAX):
             value = default[n] if n < len(default) else 0
-            items[n + 1] = od.number(f"Mapped object {n + 1}", od.UINT32, value, access, check=entry_check)
+            items[n + 1] = od.number(
+                f"Mapped object {n + 1}", od.UINT32, value, access, check=entry_check
+            )
         self._maps[index] = items
-        self.dictionary.record(index, "Receive PDO mapping" if index < 0x1A00 else "Transmit PDO mapping", items)
+        self.dictionary.record(
+            index, "Receive PDO mapping" if index < 0x1A00 else "Transmit PDO mapping", items
+        )
 
     def _mappable(self, entry: int, direction: int) -> None:
         try:
@@ -105,14 +158,18 @@ class Epos4(Slave):
     def report(self, code: int) -> None:
         """An emergency message for a new error code (zero: error reset)."""
         if self.al.state != reg.INIT:
-            self.mailbox.send(emergency(code, 0x00 if code == 0 else 0x01 if code >= 0x8000 else 0x21))
+            self.mailbox.send(
+                emergency(code, 0x00 if code == 0 else 0x01 if code >= 0x8000 else 0x21)
+            )
 
     def power_up(self) -> None:
         for index, items in self._maps.items():
             entries = self.pdos[index].entries
             items[0].value = bytes([len(entries)])
             for n, entry in enumerate(entries):
-                items[n + 1].value = (entry.index << 16 | entry.subindex << 8 | entry.bits).to_bytes(4, "little")
+                items[n + 1].value = (
+                    entry.index << 16 | entry.subindex << 8 | entry.bits
+                ).to_bytes(4, "little")
         for index, pdo in ((0x1C12, 0x1600), (0x1C13, 0x1A00)):
             items = self.dictionary.objects[index].items
             items[0].value, items[1].value = b"\x01", pdo.to_bytes(2, "little")

@@ -1,4 +1,5 @@
-"""One EtherCAT slave controller: 64 KiB of registers and process RAM, with the side effects that accesses have.
+"""One EtherCAT slave controller: 64 KiB of registers and process RAM, with the side effects that
+accesses have.
 
 Sources: ETG.1000.4, Beckhoff ESC datasheet section II.
 """
@@ -12,10 +13,12 @@ Reaction = Callable[[int, int], None]  # called with address and length after a 
 
 
 class Esc:
-    """Memory of a slave and what happens on access. ``None``/False from an access means: no working counter.
+    """Memory of a slave and what happens on access. ``None``/False from an access means: no working
+    counter.
 
-    ``on_write`` lists (start, end, reaction): reactions run after a master has written there; ``before_read`` the same
-    before a read (clocks). ``on_mailbox`` is told (sync manager, written): a mailbox has been filled or emptied.
+    ``on_write`` lists (start, end, reaction): reactions run after a master has written there;
+    ``before_read`` the same before a read (clocks). ``on_mailbox`` is told (sync manager, written):
+    a mailbox has been filled or emptied.
     """
 
     def __init__(self, fmmus: int, sync_managers: int, has_clock: bool = False):
@@ -26,7 +29,9 @@ class Esc:
         self.before_read: list[tuple[int, int, Reaction]] = []
         self.on_mailbox: Callable[[int, bool], None] = lambda number, written: None
         self.on_mapping: Callable[[], None] = lambda: None
-        self.on_data: Callable[[], None] = lambda: None  # process data written by a physical command
+        self.on_data: Callable[[], None] = lambda: (
+            None
+        )  # process data written by a physical command
         self._writable = reg.writable_map(sync_managers, has_clock)
 
     def read(self, address: int, length: int) -> bytes | None:
@@ -41,7 +46,12 @@ class Esc:
             return bytes(self.memory[address:end])
         filled = self.sync_managers.over(address, end)
         for area in filled:
-            if area.is_closed or area.master_writes or area.is_mailbox and not self.sync_managers.is_full(area.number):
+            if (
+                area.is_closed
+                or area.master_writes
+                or area.is_mailbox
+                and not self.sync_managers.is_full(area.number)
+            ):
                 return None
         data = bytes(self.memory[address:end])
         for area in filled:
@@ -51,7 +61,9 @@ class Esc:
         return data
 
     def write(self, address: int, data: bytes | bytearray) -> bool:
-        """A master's write. Read-only bytes are left as they are; False where nothing could be written."""
+        """A master's write. Read-only bytes are left as they are; False where nothing could be
+        written.
+        """
         end = address + len(data)
         if end > reg.MEMORY_SIZE:
             return False
@@ -80,7 +92,12 @@ class Esc:
     def _write_process(self, address: int, end: int, data: bytes | bytearray) -> bool:
         areas = self.sync_managers.over(address, end)
         for area in areas:
-            if area.is_closed or not area.master_writes or area.is_mailbox and self.sync_managers.is_full(area.number):
+            if (
+                area.is_closed
+                or not area.master_writes
+                or area.is_mailbox
+                and self.sync_managers.is_full(area.number)
+            ):
                 return False
         self.memory[address:end] = data
         for area in areas:
@@ -98,4 +115,6 @@ class Esc:
 
     def put(self, address: int, size: int, value: int) -> None:
         """Writes an unsigned number as the slave itself does: no protection, no side effects."""
-        self.memory[address : address + size] = (value & ((1 << 8 * size) - 1)).to_bytes(size, "little")
+        self.memory[address : address + size] = (value & ((1 << 8 * size) - 1)).to_bytes(
+            size, "little"
+        )

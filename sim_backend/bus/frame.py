@@ -8,14 +8,32 @@ from typing import NamedTuple
 
 ETHERTYPE = 0x88A4
 NOP, APRD, APWR, APRW, FPRD, FPWR, FPRW, BRD, BWR, BRW, LRD, LWR, LRW, ARMW, FRMW = range(15)
-COMMAND_NAMES = ("NOP", "APRD", "APWR", "APRW", "FPRD", "FPWR", "FPRW", "BRD", "BWR", "BRW", "LRD", "LWR", "LRW", "ARMW", "FRMW")
+COMMAND_NAMES = (
+    "NOP",
+    "APRD",
+    "APWR",
+    "APRW",
+    "FPRD",
+    "FPWR",
+    "FPRW",
+    "BRD",
+    "BWR",
+    "BRW",
+    "LRD",
+    "LWR",
+    "LRW",
+    "ARMW",
+    "FRMW",
+)
 ETHERNET_HEADER = 14
 FIRST_DATAGRAM = 16
 DATAGRAM_HEADER = 10
 MIN_FRAME = 60  # without the frame check sequence
 MAX_FRAME = 1514
 
-DATAGRAM = Struct("<BBHHHH")  # command, index, address (position or station), offset, length and flags, interrupt
+DATAGRAM = Struct(
+    "<BBHHHH"
+)  # command, index, address (position or station), offset, length and flags, interrupt
 LOGICAL = Struct("<BBIHH")
 _TAIL = Struct("<H")
 _TYPE_AND_LENGTH = Struct("<H")
@@ -23,7 +41,9 @@ _MORE, _LENGTH = 0x8000, 0x07FF
 
 
 class Datagram(NamedTuple):
-    """One datagram inside a frame: command, index, address (32 bits as logical address), where its data begin, how many."""
+    """One datagram inside a frame: command, index, address (32 bits as logical address), where its
+    data begin, how many.
+    """
 
     command: int
     index: int
@@ -32,10 +52,14 @@ class Datagram(NamedTuple):
     length: int
 
 
-def datagrams_of(frame: bytes | bytearray, limit: int | None = None) -> list[tuple[int, int, int, int, int]] | None:
-    """The datagrams of a frame, each (command, index, address, start of data, length); None where the frame is malformed.
+def datagrams_of(
+    frame: bytes | bytearray, limit: int | None = None
+) -> list[tuple[int, int, int, int, int]] | None:
+    """The datagrams of a frame, each (command, index, address, start of data, length); None where
+    the frame is malformed.
 
-    Every bound is checked before the first datagram is returned, so that a broken frame has no effect at all.
+    Every bound is checked before the first datagram is returned, so that a broken frame has no
+    effect at all.
     """
     size = len(frame) if limit is None else limit
     if size < FIRST_DATAGRAM + DATAGRAM_HEADER + 2 or frame[12] != 0x88 or frame[13] != 0xA4:
@@ -60,8 +84,12 @@ def datagrams_of(frame: bytes | bytearray, limit: int | None = None) -> list[tup
             return found
 
 
-def build(datagrams: list[tuple[int, int, int, bytes]], source: bytes = b"\x01\x01\x01\x01\x01\x01") -> bytes:
-    """An Ethernet frame from (command, index, address, data) rows; ``address`` is the 32-bit address field."""
+def build(
+    datagrams: list[tuple[int, int, int, bytes]], source: bytes = b"\x01\x01\x01\x01\x01\x01"
+) -> bytes:
+    """An Ethernet frame from (command, index, address, data) rows; ``address`` is the 32-bit
+    address field.
+    """
     parts = []
     for n, (command, index, address, data) in enumerate(datagrams):
         flags = len(data) | (_MORE if n + 1 < len(datagrams) else 0)
@@ -77,5 +105,7 @@ def working_counter(frame: bytes | bytearray, datagram: tuple[int, int, int, int
 
 
 def physical(position: int, offset: int) -> int:
-    """The address field of a physical command: auto-increment position or station address, and register."""
+    """The address field of a physical command: auto-increment position or station address, and
+    register.
+    """
     return (position & 0xFFFF) | (offset << 16)

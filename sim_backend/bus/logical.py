@@ -1,7 +1,9 @@
-"""Logical addressing: FMMUs of all slaves turned into copy operations for one datagram, down to the bit.
+"""Logical addressing: FMMUs of all slaves turned into copy operations for one datagram, down to the
+bit.
 
-A plan is made once per (command, address, length) and thrown away when any FMMU, sync manager or the wiring changes.
-Sources: ETG.1000.4 (FMMU registers 0x0600+16n, LRD/LWR/LRW and their working counters).
+A plan is made once per (command, address, length) and thrown away when any FMMU, sync manager or
+the wiring changes. Sources: ETG.1000.4 (FMMU registers 0x0600+16n, LRD/LWR/LRW and their working
+counters).
 """
 
 from collections.abc import Sequence
@@ -36,7 +38,9 @@ class ByteCopy(NamedTuple):
 
 
 class BitCopy(NamedTuple):
-    """``bits`` bits between datagram bit ``at`` and memory bit ``place``; the bits around them stay as they are."""
+    """``bits`` bits between datagram bit ``at`` and memory bit ``place``; the bits around them stay
+    as they are.
+    """
 
     memory: bytearray
     at: int
@@ -63,8 +67,10 @@ def _copy_bits(source: bytes | bytearray, at: int, target: bytearray, to: int, b
 
 
 class Plan(NamedTuple):
-    """What one logical datagram does: writes first, then reads. ``before`` is the exact order, slave by slave, where a
-    later slave writes what an earlier one has read into the datagram. ``written``: the slaves whose outputs it carries."""
+    """What one logical datagram does: writes first, then reads. ``before`` is the exact order,
+    slave by slave, where a later slave writes what an earlier one has read into the datagram.
+    ``written``: the slaves whose outputs it carries.
+    """
 
     before: tuple
     writes: tuple[ByteCopy | BitCopy, ...]
@@ -103,10 +109,19 @@ def fmmus_of(esc: Esc) -> list[tuple[int, int, int, int]]:
     """Active FMMUs as (first logical bit, bits, first physical bit, direction: 1 read, 2 write)."""
     found = []
     for n in range(esc.fmmu_count):
-        logical, length, start_bit, stop_bit, physical, physical_bit, direction, active = _FMMU.unpack_from(esc.memory, FMMU + 16 * n)
+        logical, length, start_bit, stop_bit, physical, physical_bit, direction, active = (
+            _FMMU.unpack_from(esc.memory, FMMU + 16 * n)
+        )
         bits = 8 * (length - 1) + (stop_bit & 7) - (start_bit & 7) + 1
         if active & 1 and length and bits > 0 and direction & 3:
-            found.append((8 * logical + (start_bit & 7), bits, 8 * physical + (physical_bit & 7), direction & 3))
+            found.append(
+                (
+                    8 * logical + (start_bit & 7),
+                    bits,
+                    8 * physical + (physical_bit & 7),
+                    direction & 3,
+                )
+            )
     return found
 
 
@@ -120,7 +135,12 @@ def _copies(esc: Esc, address: int, length: int, writing: bool) -> list[ByteCopy
             continue
         place, at, count = physical + first - logical, first - 8 * address, last - first
         start, end = place >> 3, (place + count + 7) >> 3
-        if end > MEMORY_SIZE or writing and start < DIGITAL_OUTPUTS or not esc.sync_managers.lets_through(start, end, writing):
+        if (
+            end > MEMORY_SIZE
+            or writing
+            and start < DIGITAL_OUTPUTS
+            or not esc.sync_managers.lets_through(start, end, writing)
+        ):
             continue
         if at & 7 or place & 7 or count & 7:
             found.append(BitCopy(esc.memory, at, place, count))
@@ -142,7 +162,9 @@ def _make_plan(escs: Sequence[Esc], command: int, address: int, length: int) -> 
     for esc in escs:
         writing = _copies(esc, address, length, True) if command in (LWR, LRW) else []
         reading = _copies(esc, address, length, False) if command in (LRD, LRW) else []
-        tangled = tangled or any(a < d and c < b for a, b in map(_range, writing) for c, d in map(_range, reads))
+        tangled = tangled or any(
+            a < d and c < b for a, b in map(_range, writing) for c, d in map(_range, reads)
+        )
         sequence += [(copy, True) for copy in writing] + [(copy, False) for copy in reading]
         writes += writing
         reads += reading
@@ -151,4 +173,11 @@ def _make_plan(escs: Sequence[Esc], command: int, address: int, length: int) -> 
         counter += bool(reading) + bool(writing) * (2 if command == LRW else 1)
         all_writers += any(direction & 2 for *_, direction in fmmus_of(esc))
     carries_all = command != LRD and len(written) == all_writers
-    return Plan(tuple(sequence) if tangled else (), tuple(writes), tuple(reads), counter, tuple(written), carries_all)
+    return Plan(
+        tuple(sequence) if tangled else (),
+        tuple(writes),
+        tuple(reads),
+        counter,
+        tuple(written),
+        carries_all,
+    )

@@ -1,4 +1,5 @@
-"""The mailbox of a slave: messages in by sync manager 0, out by sync manager 1, one at a time, repeated on request.
+"""The mailbox of a slave: messages in by sync manager 0, out by sync manager 1, one at a time,
+repeated on request.
 
 Sources: ETG.1000.4 (mailbox header, repeat), ETG.1000.6 (mailbox protocols).
 """
@@ -23,9 +24,18 @@ Service = Callable[[bytes, int], list[bytes]]  # message and room for an answer 
 
 
 class Mailbox:
-    """``serve`` answers a CoE message. ``is_up`` says whether the state machine lets mailboxes work."""
+    """``serve`` answers a CoE message. ``is_up`` says whether the state machine lets mailboxes
+    work.
+    """
 
-    def __init__(self, esc: Esc, agenda: Agenda, serve: Service, is_up: Callable[[], bool], response_ns: int = RESPONSE_NS):
+    def __init__(
+        self,
+        esc: Esc,
+        agenda: Agenda,
+        serve: Service,
+        is_up: Callable[[], bool],
+        response_ns: int = RESPONSE_NS,
+    ):
         self._esc, self._agenda, self._serve, self._is_up = esc, agenda, serve, is_up
         self._response_ns = response_ns
         self._queue: deque[bytes] = deque(maxlen=_QUEUE)
@@ -51,7 +61,9 @@ class Mailbox:
         if len(message) > self.room():
             return
         self._counter = self._counter % 7 + 1
-        self._queue.append(pack("<HHBB", len(message), 0, 0, protocol | self._counter << 4) + message)
+        self._queue.append(
+            pack("<HHBB", len(message), 0, 0, protocol | self._counter << 4) + message
+        )
         self._post()
 
     def _post(self) -> None:
@@ -66,7 +78,9 @@ class Mailbox:
     def _touched(self, number: int, written: bool) -> None:
         if number == 0 and written:
             current = self._round
-            self._agenda.after(self._response_ns, lambda: current == self._round and self._receive())
+            self._agenda.after(
+                self._response_ns, lambda: current == self._round and self._receive()
+            )
         elif number == 1 and not written:
             self._post()
 
@@ -88,9 +102,14 @@ class Mailbox:
                 self.send(answer)
 
     def _repeat(self, address: int, length: int) -> None:
-        """The master has toggled the repeat bit: show the last message again, then toggle the answer."""
+        """The master has toggled the repeat bit: show the last message again, then toggle the
+        answer.
+        """
         memory = self._esc.memory
         if (memory[_REPEAT_REQUEST] ^ memory[_REPEAT_DONE]) & REPEAT:
             memory[_REPEAT_DONE] = memory[_REPEAT_DONE] & ~REPEAT | memory[_REPEAT_REQUEST] & REPEAT
-            if self._esc.sync_managers.is_enabled(1) and memory[self._esc.sync_managers.settings(1)[0]]:
+            if (
+                self._esc.sync_managers.is_enabled(1)
+                and memory[self._esc.sync_managers.settings(1)[0]]
+            ):
                 self._esc.sync_managers.set_full(1, True)

@@ -1,9 +1,11 @@
-"""A command beside an emulated bus, in a network of its own, as an ordinary user: no rights, no interface needed.
+"""A command beside an emulated bus, in a network of its own, as an ordinary user: no rights, no
+interface needed.
 
     run_beside(["python", "master.py"], rig="config/rigs/bench.yaml")
 
-The command finds its interface in the environment variable EPA_BUS_INTERFACE and the emulator's control channel in
-EPA_BUS_CONTROL. Nothing is left behind: the network goes with the last process in it.
+The command finds its interface in the environment variable EPA_BUS_INTERFACE and the emulator's
+control channel in EPA_BUS_CONTROL. Nothing is left behind: the network goes with the last process
+in it.
 """
 
 import ctypes
@@ -34,18 +36,34 @@ def refusal() -> str | None:
     return None if tried.returncode == 0 else f"unshare is refused: {tried.stderr.strip()}"
 
 
-def run_beside(command: Sequence[str], rig: Path | str, serve_arguments: Sequence[str] = (), timeout_s: float = 120.0,
-               environment: dict[str, str] | None = None) -> subprocess.CompletedProcess:
-    """Runs a command beside an emulated bus; returns its exit code and output. ``serve_arguments`` as for
-    `epa bus serve` (--lock-step, --seed N, --plant P, --control SOCKET). Raises subprocess.TimeoutExpired.
+def run_beside(
+    command: Sequence[str],
+    rig: Path | str,
+    serve_arguments: Sequence[str] = (),
+    timeout_s: float = 120.0,
+    environment: dict[str, str] | None = None,
+) -> subprocess.CompletedProcess:
+    """Runs a command beside an emulated bus; returns its exit code and output. ``serve_arguments``
+    as for `epa bus serve` (--lock-step, --seed N, --plant P, --control SOCKET). Raises
+    subprocess.TimeoutExpired.
     """
     return run_line(command_beside(command, rig, serve_arguments), timeout_s, environment)
 
 
-def run_line(line: Sequence[str], timeout_s: float, environment: dict[str, str] | None = None) -> subprocess.CompletedProcess:
-    """Runs a command line in a session of its own, all of which is killed where it takes too long. Raises subprocess.TimeoutExpired."""
-    process = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ, **(environment or {})},
-                               start_new_session=True)
+def run_line(
+    line: Sequence[str], timeout_s: float, environment: dict[str, str] | None = None
+) -> subprocess.CompletedProcess:
+    """Runs a command line in a session of its own, all of which is killed where it takes too long.
+    Raises subprocess.TimeoutExpired.
+    """
+    process = subprocess.Popen(
+        line,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, **(environment or {})},
+        start_new_session=True,
+    )
     try:
         out, errors = process.communicate(timeout=timeout_s)
     except BaseException:
@@ -55,15 +73,29 @@ def run_line(line: Sequence[str], timeout_s: float, environment: dict[str, str] 
     return subprocess.CompletedProcess(process.args, process.returncode, out, errors)
 
 
-def command_beside(command: Sequence[str], rig: Path | str, serve_arguments: Sequence[str] = ()) -> list[str]:
+def command_beside(
+    command: Sequence[str], rig: Path | str, serve_arguments: Sequence[str] = ()
+) -> list[str]:
     """The whole command line of ``run_beside``, for who wants to start it otherwise."""
-    return [*_UNSHARE, sys.executable, "-c", f"import sys; sys.path.insert(0, {str(_ROOT)!r}); "
-            "from sim_backend.bus.namespace import inside; sys.exit(inside(sys.argv[1:]))",
-            str(rig), *serve_arguments, "--", *command]
+    return [
+        *_UNSHARE,
+        sys.executable,
+        "-c",
+        (
+            f"import sys; sys.path.insert(0, {str(_ROOT)!r}); "
+            "from sim_backend.bus.namespace import inside; sys.exit(inside(sys.argv[1:]))"
+        ),
+        str(rig),
+        *serve_arguments,
+        "--",
+        *command,
+    ]
 
 
 def inside(arguments: Sequence[str]) -> int:
-    """Runs in the new network: the pair of interfaces, the emulator on one, the command on the other."""
+    """Runs in the new network: the pair of interfaces, the emulator on one, the command on the
+    other.
+    """
     arguments = list(arguments)
     cut = arguments.index("--")
     rig, options, command = arguments[0], arguments[1:cut], arguments[cut + 1 :]
@@ -73,9 +105,27 @@ def inside(arguments: Sequence[str]) -> int:
             options += ["--control", str(Path(folder, "control"))]
         control = options[options.index("--control") + 1]
         environment = {**os.environ, INTERFACE: MASTER_END, CONTROL: control}
-        environment["PYTHONPATH"] = os.pathsep.join(filter(None, (str(_ROOT), os.environ.get("PYTHONPATH"))))
-        emulator = subprocess.Popen([sys.executable, "-m", "epa_rt", "bus", "serve", "--rig", rig, "--interface", SLAVE_END, *options],
-                                    stdout=subprocess.PIPE, text=True, env=environment, preexec_fn=die_with_parent)
+        environment["PYTHONPATH"] = os.pathsep.join(
+            filter(None, (str(_ROOT), os.environ.get("PYTHONPATH")))
+        )
+        emulator = subprocess.Popen(
+            [
+                sys.executable,
+                "-m",
+                "epa_rt",
+                "bus",
+                "serve",
+                "--rig",
+                rig,
+                "--interface",
+                SLAVE_END,
+                *options,
+            ],
+            stdout=subprocess.PIPE,
+            text=True,
+            env=environment,
+            preexec_fn=die_with_parent,
+        )
         try:
             if not _is_ready(emulator):
                 return emulator.wait()

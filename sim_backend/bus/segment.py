@@ -1,6 +1,8 @@
-"""Frames through a row of slaves: every EtherCAT command with its address and working counter arithmetic.
+"""Frames through a row of slaves: every EtherCAT command with its address and working counter
+arithmetic.
 
-Source: ETG.1000.4 (commands, working counter: read +1, write +1, read-write write +2; logical read-write +3 at most).
+Source: ETG.1000.4 (commands, working counter: read +1, write +1, read-write write +2; logical
+read-write +3 at most).
 """
 
 from collections.abc import Callable, Sequence
@@ -19,8 +21,9 @@ _WRITES = {ec.APWR, ec.FPWR, ec.BWR}
 
 
 class Segment:
-    """The slaves that a frame passes, in order. ``on_outputs`` is called between the writes and the reads of a logical
-    datagram, with its plan: there the plant moves."""
+    """The slaves that a frame passes, in order. ``on_outputs`` is called between the writes and the
+    reads of a logical datagram, with its plan: there the plant moves.
+    """
 
     def __init__(self, on_outputs: Callable[[Plan], None]):
         self.logical = LogicalMap()
@@ -42,7 +45,9 @@ class Segment:
             elif command != ec.NOP:
                 self._physical(frame, command, address & 0xFFFF, address >> 16, start, length)
 
-    def _logical(self, frame: bytearray, command: int, address: int, start: int, length: int) -> None:
+    def _logical(
+        self, frame: bytearray, command: int, address: int, start: int, length: int
+    ) -> None:
         plan = self.logical.plan(command, address, length)
         if plan.before:
             for copy, writing in plan.before:
@@ -59,13 +64,22 @@ class Segment:
     def _is_clocked(self, station: int) -> bool:
         low, high = station & 0xFF, station >> 8
         others = len(self._escs) != len(self._clocked)
-        return others and sum(esc.memory[0x10] == low and esc.memory[0x11] == high for esc in self._escs) == 1 and any(
-            esc.memory[0x10] == low and esc.memory[0x11] == high for esc in self._clocked)
+        return (
+            others
+            and sum(esc.memory[0x10] == low and esc.memory[0x11] == high for esc in self._escs) == 1
+            and any(esc.memory[0x10] == low and esc.memory[0x11] == high for esc in self._clocked)
+        )
 
-    def _physical(self, frame: bytearray, command: int, position: int, offset: int, start: int, length: int) -> None:
+    def _physical(
+        self, frame: bytearray, command: int, position: int, offset: int, start: int, length: int
+    ) -> None:
         end, counter = start + length, 0
         escs = self._escs
-        if command == ec.FRMW and DC_SYSTEM_TIME <= offset < DC_SYSTEM_TIME + 8 and self._is_clocked(position):
+        if (
+            command == ec.FRMW
+            and DC_SYSTEM_TIME <= offset < DC_SYSTEM_TIME + 8
+            and self._is_clocked(position)
+        ):
             escs = self._clocked  # every cycle: the others have no such register
         for esc in escs:
             if command in _STATION:
@@ -80,7 +94,9 @@ class Segment:
         _count(frame, end, counter)
 
 
-def _access(esc: Esc, frame: bytearray, command: int, is_mine: bool, offset: int, start: int, end: int) -> int:
+def _access(
+    esc: Esc, frame: bytearray, command: int, is_mine: bool, offset: int, start: int, end: int
+) -> int:
     """One slave's part of a physical command; returns what it adds to the working counter."""
     if command in _READS or command in (ec.ARMW, ec.FRMW) and is_mine:
         data = esc.read(offset, end - start)

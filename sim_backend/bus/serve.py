@@ -11,13 +11,30 @@ from sim_backend.bus.emulated_bus import EmulatedBus
 from sim_backend.bus.server import Server, open_interface, prefer
 
 
-def serve(bus: EmulatedBus, interface: str, control: Path | None, priority: int | None, ready: Callable[[str], None]) -> None:
-    """Serves a bus on an interface until SIGTERM, SIGINT or a 'stop' on the control channel. Raises OSError."""
+def serve(
+    bus: EmulatedBus,
+    interface: str,
+    control: Path | None,
+    priority: int | None,
+    ready: Callable[[str], None],
+) -> None:
+    """Serves a bus on an interface until SIGTERM, SIGINT or a 'stop' on the control channel. Raises
+    OSError.
+    """
     bus.plant.warm_up()
     with open_interface(interface) as packets:
         server = Server(bus, packets)
-        channel = None if control is None else ControlServer(control, server.handlers, lambda request: _answer(bus, server, request))
-        before = {number: signal.signal(number, lambda *_: server.stop()) for number in (signal.SIGTERM, signal.SIGINT)}
+        channel = (
+            None
+            if control is None
+            else ControlServer(
+                control, server.handlers, lambda request: _answer(bus, server, request)
+            )
+        )
+        before = {
+            number: signal.signal(number, lambda *_: server.stop())
+            for number in (signal.SIGTERM, signal.SIGINT)
+        }
         try:
             ready(prefer(priority))
             server.run()
@@ -29,7 +46,9 @@ def serve(bus: EmulatedBus, interface: str, control: Path | None, priority: int 
 
 
 def _answer(bus: EmulatedBus, server: Server, request: dict[str, Any]) -> dict[str, Any]:
-    """One request of the control channel. Raises ValueError or KeyError, which becomes the answer's sentence."""
+    """One request of the control channel. Raises ValueError or KeyError, which becomes the answer's
+    sentence.
+    """
     do = request.pop("do", None)
     if do == "status":
         return answers.status(bus)

@@ -1,4 +1,5 @@
-"""The emulated bus on a network interface: an AF_PACKET loop that answers frames and lets the plant run.
+"""The emulated bus on a network interface: an AF_PACKET loop that answers frames and lets the plant
+run.
 
 It binds to EtherType 0x88A4 only, so that it never reads its own frames.
 """
@@ -16,7 +17,8 @@ from sim_backend.bus.frame import ETHERTYPE
 
 _BUFFER = 2048
 _IDLE_S = 0.1
-_STEPS_AT_ONCE = 10  # of the plant, when it has to catch up: frames that have come meanwhile are answered in between
+# of the plant, when it has to catch up: frames that have come meanwhile are answered in between
+_STEPS_AT_ONCE = 10
 _IGNORE_OUTGOING = 23  # PACKET_IGNORE_OUTGOING
 _SOL_PACKET = 263
 
@@ -35,7 +37,9 @@ def open_interface(interface: str) -> socket.socket:
 
 
 class Server:
-    """Runs a bus on a socket until ``stop``. ``handlers``: what else to wait for, by file descriptor."""
+    """Runs a bus on a socket until ``stop``. ``handlers``: what else to wait for, by file
+    descriptor.
+    """
 
     def __init__(self, bus: EmulatedBus, packets: socket.socket):
         self.bus = bus
@@ -58,10 +62,11 @@ class Server:
             gc.unfreeze()
 
     def _loop(self) -> None:
-        """Whoever shares the core with us waits until this goes to sleep again: nothing is done twice, least after a frame.
+        """Whoever shares the core with us waits until this goes to sleep again: nothing is done
+        twice, least after a frame.
 
-        A frame is answered as of when it arrived, and time passes only once no older frame waits: what the slaves see does
-        not depend on when this process is let run.
+        A frame is answered as of when it arrived, and time passes only once no older frame waits:
+        what the slaves see does not depend on when this process is let run.
         """
         bus, packets, clock, wait = self.bus, self._packets, time.monotonic_ns, select.select
         bus.transmit = self._send

@@ -53,7 +53,9 @@ class Pdo:
 
 @dataclass(frozen=True)
 class DcMode:
-    """A mode of the distributed clocks that a slave offers: name and AssignActivate word (registers 0x0980/0x0981)."""
+    """A mode of the distributed clocks that a slave offers: name and AssignActivate word (registers
+    0x0980/0x0981).
+    """
 
     name: str
     assign_activate: int
@@ -117,26 +119,69 @@ def _category(number: int, data: bytes) -> bytes:
 
 def _categories(content: SiiContent, strings: _Strings) -> bytes:
     group, name = strings.number("Emulated"), strings.number(content.name)
-    general = pack("<BBBBBBBBBBBBhBBHH", group, 0, name, name, 0, content.coe_details, 0, 0, 0, 0, 0, 0, content.ebus_ma, group, 0,
-                   content.ports, 0)
+    general = pack(
+        "<BBBBBBBBBBBBhBBHH",
+        group,
+        0,
+        name,
+        name,
+        0,
+        content.coe_details,
+        0,
+        0,
+        0,
+        0,
+        0,
+        0,
+        content.ebus_ma,
+        group,
+        0,
+        content.ports,
+        0,
+    )
     result = _category(GENERAL, general.ljust(32, b"\0"))
     if content.fmmu_uses:
         result += _category(FMMU, bytes(content.fmmu_uses))
     if content.sync_managers:
-        result += _category(SYNC_MANAGERS, b"".join(
-            pack("<HHBBBB", sm.start, sm.length, sm.control, 0, sm.enable, sm.use) for sm in content.sync_managers))
-    for number, is_kind in ((TX_PDO, lambda pdo: pdo.index >= 0x1A00), (RX_PDO, lambda pdo: pdo.index < 0x1A00)):
+        result += _category(
+            SYNC_MANAGERS,
+            b"".join(
+                pack("<HHBBBB", sm.start, sm.length, sm.control, 0, sm.enable, sm.use)
+                for sm in content.sync_managers
+            ),
+        )
+    for number, is_kind in (
+        (TX_PDO, lambda pdo: pdo.index >= 0x1A00),
+        (RX_PDO, lambda pdo: pdo.index < 0x1A00),
+    ):
         chosen = [pdo for pdo in content.pdos if is_kind(pdo)]
         if chosen:
             result += _category(number, b"".join(_pdo(pdo, strings) for pdo in chosen))
     if content.dc_modes:
-        result += _category(DC, b"".join(
-            pack("<IIIhHhBB4x", 0, 0, 0, 0, mode.assign_activate, 0, strings.number(mode.name), 0) for mode in content.dc_modes))
+        result += _category(
+            DC,
+            b"".join(
+                pack(
+                    "<IIIhHhBB4x", 0, 0, 0, 0, mode.assign_activate, 0, strings.number(mode.name), 0
+                )
+                for mode in content.dc_modes
+            ),
+        )
     return result
 
 
 def _pdo(pdo: Pdo, strings: _Strings) -> bytes:
-    result = pack("<HBBBBH", pdo.index, len(pdo.entries), pdo.sync_manager, 0, strings.number(pdo.name), 0)
+    result = pack(
+        "<HBBBBH", pdo.index, len(pdo.entries), pdo.sync_manager, 0, strings.number(pdo.name), 0
+    )
     for entry in pdo.entries:
-        result += pack("<HBBBBH", entry.index, entry.subindex, strings.number(entry.name), entry.data_type, entry.bits, 0)
+        result += pack(
+            "<HBBBBH",
+            entry.index,
+            entry.subindex,
+            strings.number(entry.name),
+            entry.data_type,
+            entry.bits,
+            0,
+        )
     return result

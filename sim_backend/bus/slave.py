@@ -1,4 +1,5 @@
-"""One slave on the emulated wire: controller, EEPROM, state machine, watchdog, clock, mailbox, process data.
+"""One slave on the emulated wire: controller, EEPROM, state machine, watchdog, clock, mailbox,
+process data.
 
 What a kind of slave adds (dictionary, checks, safe outputs) stands in terminals.py and epos4.py.
 """
@@ -21,7 +22,9 @@ from sim_backend.bus.watchdog import Watchdog
 
 @dataclass(frozen=True)
 class Controller:
-    """The slave controller of a kind: type, counts, feature bits (0x0008), copper ports or internal bus, clocks."""
+    """The slave controller of a kind: type, counts, feature bits (0x0008), copper ports or internal
+    bus, clocks.
+    """
 
     esc_type: int
     fmmus: int
@@ -29,12 +32,16 @@ class Controller:
     features: int = 0x0000
     is_copper: bool = False
     has_clock: bool = False
-    is_emulated: bool = False  # no processor behind the controller: it copies AL control to AL status
+    is_emulated: bool = (
+        False  # no processor behind the controller: it copies AL control to AL status
+    )
 
 
 @dataclass
 class Settings:
-    """How this bus behaves in time. ``drift_ppm`` and ``offset_ns`` of the clocks, by slave name."""
+    """How this bus behaves in time. ``drift_ppm`` and ``offset_ns`` of the clocks, by slave
+    name.
+    """
 
     delays_ns: dict[int, int]
     response_ns: int
@@ -45,7 +52,14 @@ class Settings:
 class Slave:
     """Base of all kinds. Registers live in ``esc``; ``al.state`` is what 0x0130 shows."""
 
-    def __init__(self, name: str, controller: Controller, content: SiiContent, agenda: Agenda, settings: Settings | None = None):
+    def __init__(
+        self,
+        name: str,
+        controller: Controller,
+        content: SiiContent,
+        agenda: Agenda,
+        settings: Settings | None = None,
+    ):
         settings = settings or Settings(DELAYS_NS, 0, {}, {})
         self.name, self.controller, self.content = name, controller, content
         self.is_present = True  # it has its supply
@@ -59,7 +73,13 @@ class Slave:
         self.eeprom = Eeprom(self.esc, sii_image(content))
         self.al = AlMachine(self.esc, agenda, self, controller.is_emulated, settings.delays_ns)
         self.al.on_change = lambda: self.on_change()
-        self.clock = Clock(self.esc, agenda, settings.drift_ppm.get(name, 0.0), settings.offset_ns.get(name, 0)) if controller.has_clock else None
+        self.clock = (
+            Clock(
+                self.esc, agenda, settings.drift_ppm.get(name, 0.0), settings.offset_ns.get(name, 0)
+            )
+            if controller.has_clock
+            else None
+        )
         self._sync_runs = False
         if self.clock is not None:
             self.esc.on_write.append((reg.DC_ACTIVATION, reg.DC_ACTIVATION + 1, self._start_sync))
@@ -68,7 +88,13 @@ class Slave:
         if content.protocols:
             self.dictionary = Dictionary()
             self.coe = CoeServer(self.dictionary, lambda: self.al.state)
-            self.mailbox = Mailbox(self.esc, agenda, self.coe.serve, lambda: self.al.state != reg.INIT, settings.response_ns)
+            self.mailbox = Mailbox(
+                self.esc,
+                agenda,
+                self.coe.serve,
+                lambda: self.al.state != reg.INIT,
+                settings.response_ns,
+            )
         self._identify()
         self._close_process_data(True)
 
@@ -89,12 +115,20 @@ class Slave:
         return self.esc.memory[0x10] | self.esc.memory[0x11] << 8
 
     def sync_manager_for(self, use: int) -> int | None:
-        """Number of the sync manager for a use (sii.MAILBOX_OUT ...); None where this kind has none."""
-        return next((n for n, setting in enumerate(self.content.sync_managers) if setting.use == use), None)
+        """Number of the sync manager for a use (sii.MAILBOX_OUT ...); None where this kind has
+        none.
+        """
+        return next(
+            (n for n, setting in enumerate(self.content.sync_managers) if setting.use == use), None
+        )
 
     def assigned(self, outputs: bool) -> list[Pdo]:
         """The PDOs that travel now, in order."""
-        return [pdo for pdo in self.content.pdos if pdo.sync_manager != 0xFF and (pdo.index < 0x1A00) == outputs]
+        return [
+            pdo
+            for pdo in self.content.pdos
+            if pdo.sync_manager != 0xFF and (pdo.index < 0x1A00) == outputs
+        ]
 
     def process_bytes(self, outputs: bool) -> int:
         """Length of the process data in one direction."""
@@ -105,16 +139,26 @@ class Slave:
         if wanted == reg.PREOP:
             return 0 if self._mailbox_is_sound() else reg.INVALID_MAILBOX_PREOP
         if wanted == reg.SAFEOP:
-            for outputs, code in ((True, reg.INVALID_OUTPUT_CONFIG), (False, reg.INVALID_INPUT_CONFIG)):
+            for outputs, code in (
+                (True, reg.INVALID_OUTPUT_CONFIG),
+                (False, reg.INVALID_INPUT_CONFIG),
+            ):
                 if not self._process_data_is_sound(outputs):
                     return code
             return self._clock_refuses()
-        if wanted == reg.OP and self.clock is not None and self.esc.memory[reg.DC_ACTIVATION] & 0x02 and not self._sync_runs:
+        if (
+            wanted == reg.OP
+            and self.clock is not None
+            and self.esc.memory[reg.DC_ACTIVATION] & 0x02
+            and not self._sync_runs
+        ):
             return reg.NO_SYNC
         return 0
 
     def _start_sync(self, address: int, length: int) -> None:
-        """SYNC0 begins at its start time; where that has passed already it does not begin (as good as never)."""
+        """SYNC0 begins at its start time; where that has passed already it does not begin (as good
+        as never).
+        """
         starts = self.esc.get(reg.DC_START_TIME, 8) - (self.clock.system_ns() & 0xFFFFFFFFFFFFFFFF)
         self._sync_runs = bool(self.esc.memory[reg.DC_ACTIVATION] & 0x01) and starts > 0
 
@@ -124,8 +168,15 @@ class Slave:
         managers = self.esc.sync_managers
         for number, master_writes in ((0, True), (1, False)):
             start, length, control, _, activate, _ = managers.settings(number)
-            is_right = control & 0x03 == 0x02 and bool(control & 0x0C) == master_writes and activate & 1
-            if not is_right or length < 16 or start < reg.PROCESS_RAM or start + length > reg.MEMORY_SIZE:
+            is_right = (
+                control & 0x03 == 0x02 and bool(control & 0x0C) == master_writes and activate & 1
+            )
+            if (
+                not is_right
+                or length < 16
+                or start < reg.PROCESS_RAM
+                or start + length > reg.MEMORY_SIZE
+            ):
                 return False
         return True
 
@@ -145,7 +196,11 @@ class Slave:
             return 0
         if not activation & 0x01:
             return reg.INVALID_DC_SYNC
-        return 0 if self.esc.get(reg.DC_SYNC0_CYCLE, 4) or not activation & 0x02 else reg.INVALID_DC_CYCLE
+        return (
+            0
+            if self.esc.get(reg.DC_SYNC0_CYCLE, 4) or not activation & 0x02
+            else reg.INVALID_DC_CYCLE
+        )
 
     def entered(self, previous: int, state: int) -> None:
         """Told after every change of state."""
@@ -171,16 +226,22 @@ class Slave:
     @property
     def is_guarded(self) -> bool:
         """Does the watchdog guard outputs here: is a sync manager on that feeds it?"""
-        return any(area.triggers_watchdog and not area.is_mailbox for area in self.esc.sync_managers.areas)
+        return any(
+            area.triggers_watchdog and not area.is_mailbox for area in self.esc.sync_managers.areas
+        )
 
     def watchdog_expired(self) -> None:
-        """The controller's watchdog ran out. With a processor the state falls to SAFEOP with its error."""
+        """The controller's watchdog ran out. With a processor the state falls to SAFEOP with its
+        error.
+        """
         if not self.controller.is_emulated and self.al.state == reg.OP:
             self.al.fail(reg.SAFEOP, reg.SYNC_MANAGER_WATCHDOG)
         self.on_change()
 
     def safe_outputs(self, image: bytearray, places: "list") -> None:
-        """Writes what the outputs become when the master no longer drives them; ``places``: copies into the image."""
+        """Writes what the outputs become when the master no longer drives them; ``places``: copies
+        into the image.
+        """
         for copy in places:
             copy.zero(image)
 

@@ -1,6 +1,8 @@
-"""Sync managers: which stretches of the process RAM are buffers or mailboxes, and who may touch them.
+"""Sync managers: which stretches of the process RAM are buffers or mailboxes, and who may touch
+them.
 
-Sources: ETG.1000.4 (sync manager registers 0x0800+8n), Beckhoff ESC datasheet section I, chapter SyncManager.
+Sources: ETG.1000.4 (sync manager registers 0x0800+8n), Beckhoff ESC datasheet section I, chapter
+SyncManager.
 """
 
 from struct import Struct
@@ -16,7 +18,9 @@ REPEAT = 0x02
 
 
 class Area(NamedTuple):
-    """An active sync manager: number, first byte, one past the last, mailbox or buffered, master writes or reads."""
+    """An active sync manager: number, first byte, one past the last, mailbox or buffered, master
+    writes or reads.
+    """
 
     number: int
     start: int
@@ -43,7 +47,9 @@ class SyncManagers:
         return number < self.count and bool(self.settings(number)[4] & ENABLE)
 
     def reload(self) -> None:
-        """Reads the registers again after any of them changed. A mailbox that is switched off forgets its content."""
+        """Reads the registers again after any of them changed. A mailbox that is switched off
+        forgets its content.
+        """
         areas = []
         for number in range(self.count):
             start, length, control, _, activate, pdi = self.settings(number)
@@ -51,8 +57,17 @@ class SyncManagers:
                 self.set_full(number, False)
                 continue
             if length:
-                areas.append(Area(number, start, start + length, control & 0x03 == 0x02, bool(control & 0x0C), bool(control & 0x40),
-                                  bool(pdi & ENABLE)))
+                areas.append(
+                    Area(
+                        number,
+                        start,
+                        start + length,
+                        control & 0x03 == 0x02,
+                        bool(control & 0x0C),
+                        bool(control & 0x40),
+                        bool(pdi & ENABLE),
+                    )
+                )
         self.areas = tuple(areas)
 
     def close(self, number: int, closed: bool) -> None:
@@ -74,5 +89,10 @@ class SyncManagers:
         return [area for area in self.areas if area.start < end and start < area.end]
 
     def lets_through(self, start: int, end: int, writing: bool) -> bool:
-        """May process data pass between master and this stretch? Not through mailboxes, nor against the direction."""
-        return all(not area.is_mailbox and not area.is_closed and area.master_writes == writing for area in self.over(start, end))
+        """May process data pass between master and this stretch? Not through mailboxes, nor against
+        the direction.
+        """
+        return all(
+            not area.is_mailbox and not area.is_closed and area.master_writes == writing
+            for area in self.over(start, end)
+        )

@@ -1,8 +1,10 @@
-"""How the slaves are wired: who hangs on which port of whom, link bits, and when a frame passes each port.
+"""How the slaves are wired: who hangs on which port of whom, link bits, and when a frame passes
+each port.
 
-Terminals hang on the one before them, by the internal bus; a device with copper ports hangs on the last such device's
-outgoing port. A coupler therefore has both. Ports are passed in the order 0, 3, 1, 2.
-Sources: ETG.1000.4 (DL status 0x0110), Beckhoff EK1100 documentation (X1 in, internal bus, X2 out).
+Terminals hang on the one before them, by the internal bus; a device with copper ports hangs on the
+last such device's outgoing port. A coupler therefore has both. Ports are passed in the order 0, 3,
+1, 2. Sources: ETG.1000.4 (DL status 0x0110), Beckhoff EK1100 documentation (X1 in, internal bus, X2
+out).
 """
 
 from collections.abc import Sequence
@@ -35,7 +37,9 @@ def tree_of(slaves: Sequence[Slave]) -> Node | None:
         if root is None:
             root = node
         elif slave.controller.is_copper and last_copper is not None:
-            last_copper.children[_COUPLER_OUT if last_copper.slave.content.name == "EK1100" else _OUT] = node
+            last_copper.children[
+                _COUPLER_OUT if last_copper.slave.content.name == "EK1100" else _OUT
+            ] = node
         else:
             last.children[_COUPLER_INTERNAL] = node
         last = node
@@ -45,7 +49,8 @@ def tree_of(slaves: Sequence[Slave]) -> Node | None:
 
 
 def wire(slaves: Sequence[Slave]) -> list[Slave]:
-    """The slaves that frames reach, in order: what hangs behind an absent one is cut off, unless it is bypassed.
+    """The slaves that frames reach, in order: what hangs behind an absent one is cut off, unless it
+    is bypassed.
 
     Writes DL status and port delays of each of them.
     """

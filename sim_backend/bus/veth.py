@@ -1,4 +1,5 @@
-"""Network interfaces without tools: a pair of virtual Ethernet ends, switched on, without IPv6 and ARP.
+"""Network interfaces without tools: a pair of virtual Ethernet ends, switched on, without IPv6 and
+ARP.
 
 Source: rtnetlink(7), veth(4), netdevice(7).
 """
@@ -34,10 +35,16 @@ def _ask(kind: int, flags: int, body: bytes) -> None:
 
 
 def make_pair(one: str, other: str) -> None:
-    """Makes two connected interfaces and brings both up. Raises OSError where that is not permitted."""
+    """Makes two connected interfaces and brings both up. Raises OSError where that is not
+    permitted.
+    """
     peer = bytes(16) + _attribute(_IFLA_IFNAME, other.encode() + b"\0")
     info = _attribute(_INFO_KIND, b"veth") + _attribute(_INFO_DATA, _attribute(_VETH_PEER, peer))
-    body = bytes(16) + _attribute(_IFLA_IFNAME, one.encode() + b"\0") + _attribute(_IFLA_LINKINFO, info)
+    body = (
+        bytes(16)
+        + _attribute(_IFLA_IFNAME, one.encode() + b"\0")
+        + _attribute(_IFLA_LINKINFO, info)
+    )
     _ask(_NEWLINK, _CREATE | _EXCLUSIVE, body)
     for name in (one, other):
         quiet(name)

@@ -1,4 +1,5 @@
-"""The process data watchdog of a slave: expired when no output data have come for the time in the registers.
+"""The process data watchdog of a slave: expired when no output data have come for the time in the
+registers.
 
 Sources: ETG.1000.4, Beckhoff ESC datasheet section II (registers 0x0400, 0x0420, 0x0440, 0x0442).
 """
@@ -17,7 +18,9 @@ class Watchdog:
         self.fed_ns = 0
         self.expired = False
         self.timeout_ns = 0
-        esc.on_write.append((reg.WATCHDOG_DIVIDER, reg.WATCHDOG_DATA + 2, lambda address, length: self._set()))
+        esc.on_write.append(
+            (reg.WATCHDOG_DIVIDER, reg.WATCHDOG_DATA + 2, lambda address, length: self._set())
+        )
         self.power_up()
 
     def power_up(self) -> None:

@@ -1,4 +1,6 @@
-"""The decorator of every compiled function of this package, with a cache that notices a change in any of them."""
+"""The decorator of every compiled function of this package, with a cache that notices a change in
+any of them.
+"""
 
 from pathlib import Path
 

@@ -1,4 +1,6 @@
-"""Drive, motor, gear and spool of the stand-in. Equations: docs/plant.md (Drive, Transmission); hidden ones said here."""
+"""Drive, motor, gear and spool of the stand-in. Equations: docs/plant.md (Drive, Transmission);
+hidden ones said here.
+"""
 
 import math
 
@@ -9,7 +11,9 @@ SPEED_LOOP, TORQUE_LOOP = 9.0, 10.0
 
 @compiled
 def new_line(line, command, period_s):
-    """Straight lines of the targets over the cycle that begins; returns 1 where a speed loop starts, -1 where none runs."""
+    """Straight lines of the targets over the cycle that begins; returns 1 where a speed loop
+    starts, -1 where none runs.
+    """
     was_on, was_mode = line[0] > 0.5, line[1]
     on, mode = command.enabled > 0.5, command.mode
     last_angle, last_slope, last_speed = line[3], line[5], line[7]
@@ -50,7 +54,9 @@ def loops(d, line, target, slope, wanted_speed, torque, angle, speed, integral):
 
 @compiled
 def constant(d, h, heat, housing):
-    """Torque constant; hidden: magnets of the whole motor lose it exponentially with winding and housing heat."""
+    """Torque constant; hidden: magnets of the whole motor lose it exponentially with winding and
+    housing heat.
+    """
     if h.heat_loss_per_k == 0.0:
         return d.torque_constant_nm_a
     return d.torque_constant_nm_a * math.exp(-h.heat_loss_per_k * (0.5 * heat + housing))
@@ -58,7 +64,9 @@ def constant(d, h, heat, housing):
 
 @compiled
 def reachable(d, h, kt, wanted, current, speed):
-    """The current command that the voltage can drive; hidden: a supply that sags with the power drawn, not the current."""
+    """The current command that the voltage can drive; hidden: a supply that sags with the power
+    drawn, not the current.
+    """
     volt = d.supply_v
     if h.sag_ohm != 0.0:
         power = max((d.winding_ohm * current + kt * speed) * current, 0.0)
@@ -69,10 +77,14 @@ def reachable(d, h, kt, wanted, current, speed):
 
 @compiled
 def torque(h, kt, current, angle):
-    """Shaft torque; hidden: ripple as rectified sines of six steps a turn, cogging with its second harmonic."""
+    """Shaft torque; hidden: ripple as rectified sines of six steps a turn, cogging with its second
+    harmonic.
+    """
     out = kt * current
     if h.ripple_ratio != 0.0:
-        out *= 1.0 + h.ripple_ratio * (2.356 * abs(math.sin(3.0 * angle + h.ripple_phase_rad)) - 1.5)
+        out *= 1.0 + h.ripple_ratio * (
+            2.356 * abs(math.sin(3.0 * angle + h.ripple_phase_rad)) - 1.5
+        )
     if h.cogging_nm != 0.0:
         turn = 4.0 * angle + h.cogging_phase_rad
         out += h.cogging_nm * (math.sin(turn) + 0.25 * math.sin(2.0 * turn + 0.7))
@@ -83,7 +95,8 @@ def torque(h, kt, current, angle):
 def dry(d, h, stuck, speed, angle, extra_nm):
     """Dry friction of the shaft and the rate of its deflection.
 
-    Hidden: a Stribeck rise that falls as 1/(1 + (w/ws)^2), and a rub that comes and goes with the spool's turn (``extra_nm``).
+    Hidden: a Stribeck rise that falls as 1/(1 + (w/ws)^2), and a rub that comes and goes with the
+    spool's turn (``extra_nm``).
     """
     limit = d.coulomb_nm + extra_nm
     if h.stribeck_nm != 0.0:
@@ -97,7 +110,9 @@ def dry(d, h, stuck, speed, angle, extra_nm):
 
 @compiled
 def gear_loss(t, h, load_nm, speed):
-    """Hidden friction torque of the gear: a dry part and a part that grows with the load, both smooth in speed."""
+    """Hidden friction torque of the gear: a dry part and a part that grows with the load, both
+    smooth in speed.
+    """
     if h.gear_dry_n == 0.0 and h.mesh_loss_ratio == 0.0:
         return 0.0
     size = h.gear_dry_n * t.spool_radius_m / t.gear_ratio + h.mesh_loss_ratio * abs(load_nm)
@@ -106,14 +121,20 @@ def gear_loss(t, h, load_nm, speed):
 
 @compiled
 def wound(t, h, angle):
-    """Strap wound by the motor angle and its slope; hidden: a spool off its centre, and layers that widen it."""
+    """Strap wound by the motor angle and its slope; hidden: a spool off its centre, and layers that
+    widen it.
+    """
     turn = angle / t.gear_ratio
     travel, slope = t.spool_radius_m * turn, t.spool_radius_m
     if h.wobble_ratio != 0.0:
         e, f = h.wobble_ratio, h.wobble_phase_rad
-        travel += t.spool_radius_m * (e * (math.sin(turn + f) - math.sin(f))
-                                      + 0.25 * e * e * (math.sin(2.0 * (turn + f)) - math.sin(2.0 * f)))
-        slope += t.spool_radius_m * (e * math.cos(turn + f) + 0.5 * e * e * math.cos(2.0 * (turn + f)))
+        travel += t.spool_radius_m * (
+            e * (math.sin(turn + f) - math.sin(f))
+            + 0.25 * e * e * (math.sin(2.0 * (turn + f)) - math.sin(2.0 * f))
+        )
+        slope += t.spool_radius_m * (
+            e * math.cos(turn + f) + 0.5 * e * e * math.cos(2.0 * (turn + f))
+        )
     if h.layer_per_rad != 0.0:
         travel += 0.5 * t.spool_radius_m * h.layer_per_rad * turn * turn
         slope += t.spool_radius_m * h.layer_per_rad * turn

@@ -1,4 +1,6 @@
-"""The stand-in moved by a cycle or over a log: Heun's method with many small steps, the current with its exponential."""
+"""The stand-in moved by a cycle or over a log: Heun's method with many small steps, the current
+with its exponential.
+"""
 
 import math
 
@@ -7,7 +9,21 @@ import numpy as np
 from sim_backend.stand_in import knee, motor, muscle, sensors
 from sim_backend.stand_in.compiled import compiled
 from sim_backend.stand_in.records import (
-    ANGLE, CURRENT, INTEGRAL, LAG, LAG2, MASS, OPEN, PADE, PLACE, PRESSURE, RATE, RING, SPEED, STATE, STATES,
+    ANGLE,
+    CURRENT,
+    INTEGRAL,
+    LAG,
+    LAG2,
+    MASS,
+    OPEN,
+    PADE,
+    PLACE,
+    PRESSURE,
+    RATE,
+    RING,
+    SPEED,
+    STATE,
+    STATES,
 )
 from sim_backend.stand_in.whole import followed, half_play, rates, tension, travel_of
 
@@ -16,7 +32,9 @@ SUBSTEPS = 8
 
 @compiled
 def _mean_valve(s, v, start, width):
-    """Mean command of a valve over ``width`` cycles from ``start`` on, at most one change of cycle in between."""
+    """Mean command of a valve over ``width`` cycles from ``start`` on, at most one change of cycle
+    in between.
+    """
     first = int(math.floor(start))
     before, after = s.valves[first % RING, v], s.valves[(first + 1) % RING, v]
     past = min(max((start + width - first - 1.0) / width, 0.0), 1.0)
@@ -25,11 +43,15 @@ def _mean_valve(s, v, start, width):
 
 @compiled
 def _see_valves(s, h, start, width, period_s):
-    """Valve commands as the valves see them; hidden: they take ``valve_open_s`` to open and a part of it to close."""
+    """Valve commands as the valves see them; hidden: they take ``valve_open_s`` to open and a part
+    of it to close.
+    """
     late = h.valve_open_s / period_s
     early = late * h.valve_close_ratio
     for v in range(4):
-        s.seen[v] = min(_mean_valve(s, v, start - late, width), _mean_valve(s, v, start - early, width))
+        s.seen[v] = min(
+            _mean_valve(s, v, start - late, width), _mean_valve(s, v, start - early, width)
+        )
 
 
 @compiled
@@ -60,7 +82,9 @@ def _keep(p, s):
         middle, _ = half_play(p, y)
         for j in range(3):
             half = middle * (1.0 + (j - 1) * p.hidden.play_spread_ratio)
-            s.play_m[j], _ = followed(wound, 0.0, s.play_m[j], half, 0.0, y[SPEED])  # where it is, not how fast
+            s.play_m[j], _ = followed(
+                wound, 0.0, s.play_m[j], half, 0.0, y[SPEED]
+            )  # where it is, not how fast
     for i in range(2):
         if p.muscle[i].present > 0.5:
             force, _, _, braid, _ = tension(p, s, y, i, travel, travel_speed, q, q_speed)
@@ -76,7 +100,9 @@ def _keep(p, s):
 
 @compiled
 def _give_way(p, s, i, braid, force):
-    """Hidden: as the pull changes the strap gives, and the gas follows the braid, no flow in or out."""
+    """Hidden: as the pull changes the strap gives, and the gas follows the braid, no flow in or
+    out.
+    """
     h, g = p.hidden, p.gas[i]
     given = muscle.stretch_of_strap(h, force) - muscle.stretch_of_strap(h, s.pull_n[i])
     volume, _, _ = muscle.body(p.muscle[i], h, g.dead_volume_m3, braid)
@@ -98,7 +124,10 @@ def _cycle(p, s, command, out, period_s, substeps):
         s.y[INTEGRAL] = s.y[CURRENT] if begins > 0 else 0.0
     s.torque_nm = command.target_torque_nm
     for i in range(2):
-        s.valves[s.cycle % RING, i], s.valves[s.cycle % RING, 2 + i] = command.inlet[i], command.exhaust[i]
+        s.valves[s.cycle % RING, i], s.valves[s.cycle % RING, 2 + i] = (
+            command.inlet[i],
+            command.exhaust[i],
+        )
     step_s = period_s / substeps
     z = step_s / p.drive.current_lag_s
     decay = math.exp(-z)
@@ -111,15 +140,34 @@ def _cycle(p, s, command, out, period_s, substeps):
     for j in range(substeps):
         _see_valves(s, p.hidden, s.cycle + j / substeps, 1.0 / substeps, period_s)
         a, b = j / substeps, (j + 1) / substeps
-        before = (line[2] + (line[3] - line[2]) * a, line[4] + (line[5] - line[4]) * a, line[6] + (line[7] - line[6]) * a)
-        after = (line[2] + (line[3] - line[2]) * b, line[4] + (line[5] - line[4]) * b, line[6] + (line[7] - line[6]) * b)
+        before = (
+            line[2] + (line[3] - line[2]) * a,
+            line[4] + (line[5] - line[4]) * a,
+            line[6] + (line[7] - line[6]) * a,
+        )
+        after = (
+            line[2] + (line[3] - line[2]) * b,
+            line[4] + (line[5] - line[4]) * b,
+            line[6] + (line[7] - line[6]) * b,
+        )
         if pade == 0.0:
             _step(p, s, step_s, before, after, decay, share)
         else:  # hidden delay: Pade's all-pass of first order on every target
             x0, x1, x2 = s.y[PADE], s.y[PADE + 1], s.y[PADE + 2]
-            n0, n1, n2 = _follow(x0, before[0], after[0], lag), _follow(x1, before[1], after[1], lag), _follow(x2, before[2], after[2], lag)
-            _step(p, s, step_s, (2.0 * x0 - before[0], 2.0 * x1 - before[1], 2.0 * x2 - before[2]),
-                  (2.0 * n0 - after[0], 2.0 * n1 - after[1], 2.0 * n2 - after[2]), decay, share)
+            n0, n1, n2 = (
+                _follow(x0, before[0], after[0], lag),
+                _follow(x1, before[1], after[1], lag),
+                _follow(x2, before[2], after[2], lag),
+            )
+            _step(
+                p,
+                s,
+                step_s,
+                (2.0 * x0 - before[0], 2.0 * x1 - before[1], 2.0 * x2 - before[2]),
+                (2.0 * n0 - after[0], 2.0 * n1 - after[1], 2.0 * n2 - after[2]),
+                decay,
+                share,
+            )
             s.y[PADE], s.y[PADE + 1], s.y[PADE + 2] = n0, n1, n2
         _keep(p, s)
     sensors.read(p, s, out, period_s)
@@ -140,11 +188,15 @@ def run(params, state, commands, period_s, substeps, sensors_out):
 
 
 def new_state(params: np.ndarray) -> np.ndarray:
-    """The state at rest, (1,) STATE: muscles vented, spool at its start, load where it hangs. ``params``: (1,) STAND_IN."""
+    """The state at rest, (1,) STATE: muscles vented, spool at its start, load where it hangs.
+    ``params``: (1,) STAND_IN.
+    """
     p, state = params[0], np.zeros(1, STATE)
     s, y = state[0], state[0]["y"]
     h, w = p["hidden"], p["load"]
-    angle = float(w["start_travel_m"] * p["transmission"]["gear_ratio"] / p["transmission"]["spool_radius_m"])
+    angle = float(
+        w["start_travel_m"] * p["transmission"]["gear_ratio"] / p["transmission"]["spool_radius_m"]
+    )
     for _ in range(30):
         travel, slope = motor.wound(p["transmission"], h, angle)
         angle -= (travel - float(w["start_travel_m"])) / slope
@@ -154,7 +206,9 @@ def new_state(params: np.ndarray) -> np.ndarray:
     q, _, _ = knee.coordinate(w, h, y[PLACE], 0.0)
     for i in range(2):
         g = p["gas"][i]
-        length = w[f"rest{i}_m"] + w[f"travel{i}_ratio"] * w["start_travel_m"] + w[f"load{i}_ratio"] * q
+        length = (
+            w[f"rest{i}_m"] + w[f"travel{i}_ratio"] * w["start_travel_m"] + w[f"load{i}_ratio"] * q
+        )
         volume, _, _ = muscle.body(p["muscle"][i], h, g["dead_volume_m3"], length)
         s["length_m"][i] = length
         y[PRESSURE + i] = g["atmosphere_pa"]
@@ -175,8 +229,14 @@ def _hanging(p) -> float:
         q, _, _ = knee.coordinate(w, h, place, 0.0)
         for i in range(2):
             if p["muscle"][i]["present"] > 0.5:
-                length = w[f"rest{i}_m"] + w[f"travel{i}_ratio"] * w["start_travel_m"] + w[f"load{i}_ratio"] * q
-                force -= w[f"load{i}_ratio"] * muscle.pull(p["muscle"][i], h, 0.0, 0.0, length, 0.0, 0.0, np.zeros(8), 0.0, 0.0, 0.0)
+                length = (
+                    w[f"rest{i}_m"]
+                    + w[f"travel{i}_ratio"] * w["start_travel_m"]
+                    + w[f"load{i}_ratio"] * q
+                )
+                force -= w[f"load{i}_ratio"] * muscle.pull(
+                    p["muscle"][i], h, 0.0, 0.0, length, 0.0, 0.0, np.zeros(8), 0.0, 0.0, 0.0
+                )
         if knee.acceleration(w, h, place, 0.0, 0.0, force)[0] > 0.0:
             low = place
         else:

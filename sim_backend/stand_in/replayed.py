@@ -1,4 +1,6 @@
-"""The plant's commands that a log's output bytes stand for, and the stand-in (or any physics) run over them again."""
+"""The plant's commands that a log's output bytes stand for, and the stand-in (or any physics) run
+over them again.
+"""
 
 from pathlib import Path
 
@@ -20,8 +22,8 @@ def commands_of_log(rig: Rig, path: Path | str) -> np.ndarray:
 
 
 def commands_of(rig: Rig, outputs: np.ndarray) -> np.ndarray:
-    """As ``commands_of_log`` from output images, (N, bytes) u8: row k is computed from what row k samples, sent with the next
-    exchange and acts in the cycle after it.
+    """As ``commands_of_log`` from output images, (N, bytes) u8: row k is computed from what row k
+    samples, sent with the next exchange and acts in the cycle after it.
     """
     valves, drive = wire_valves(rig), wire_drive(rig)
     machine, command = np.zeros(1, MACHINE), np.zeros(1, COMMAND)
@@ -30,11 +32,19 @@ def commands_of(rig: Rig, outputs: np.ndarray) -> np.ndarray:
     for k in range(len(outputs)):
         out[k] = command[0]
         if k > 0:
-            latch_outputs(np.ascontiguousarray(outputs[k - 1]), valves, drive, machine, command, True)
+            latch_outputs(
+                np.ascontiguousarray(outputs[k - 1]), valves, drive, machine, command, True
+            )
     return out
 
 
-def run_again(params: np.ndarray, commands: np.ndarray, period_s: float, substeps: int = plant.SUBSTEPS, physics=plant) -> np.ndarray:
+def run_again(
+    params: np.ndarray,
+    commands: np.ndarray,
+    period_s: float,
+    substeps: int = plant.SUBSTEPS,
+    physics=plant,
+) -> np.ndarray:
     """Readings, (N,) SENSORS, from the rest state."""
     out = np.zeros(len(commands), SENSORS)
     physics.run(params, physics.new_state(params), commands, period_s, substeps, out)

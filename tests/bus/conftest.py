@@ -1,7 +1,8 @@
-"""Tests on a network of their own: skipped where there is none, repeated only where the machine stood still.
+"""Tests on a network of their own: skipped where there is none, repeated only where the machine
+stood still.
 
-`network` marks them (tests/bus/own_network.py). What was repeated goes along with the test's report; tests/conftest.py
-shows it.
+`network` marks them (tests/bus/own_network.py). What was repeated goes along with the test's
+report; tests/conftest.py shows it.
 """
 
 import pytest
@@ -20,8 +21,14 @@ def pytest_pyfunc_call(pyfuncitem):
     if pyfuncitem.get_closest_marker("network") is None:
         return None
     arguments = {name: pyfuncitem.funcargs[name] for name in pyfuncitem._fixtureinfo.argnames}
-    by_the_clock = any(mark.args == ("real time",) for mark in pyfuncitem.iter_markers("xdist_group"))
-    repeated(pyfuncitem.name, lambda: pyfuncitem.obj(**arguments), STALL_S if by_the_clock else LOCK_STEP_STALL_S)
+    by_the_clock = any(
+        mark.args == ("real time",) for mark in pyfuncitem.iter_markers("xdist_group")
+    )
+    repeated(
+        pyfuncitem.name,
+        lambda: pyfuncitem.obj(**arguments),
+        STALL_S if by_the_clock else LOCK_STEP_STALL_S,
+    )
     return True
 
 

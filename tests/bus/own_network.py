@@ -1,8 +1,10 @@
-"""Functions of the tests in a network of their own: ``call("tests.bus.driver.cases:opens", rig="bench")``.
+"""Functions of the tests in a network of their own: ``call("tests.bus.driver.cases:opens",
+rig="bench")``.
 
-`unshare` starts one hall per test process. It loads what is heavy once and forks for every call, so that a call costs some
-milliseconds and meets nothing that another has left. Its watchmen, one pinned to each core, measure how long this machine
-let no ordinary process run; a test on a bus that fails beside such a stall is ``repeated``, and told of at the end.
+`unshare` starts one hall per test process. It loads what is heavy once and forks for every call, so
+that a call costs some milliseconds and meets nothing that another has left. Its watchmen, one
+pinned to each core, measure how long this machine let no ordinary process run; a test on a bus that
+fails beside such a stall is ``repeated``, and told of at the end.
 """
 
 import atexit
@@ -28,12 +30,16 @@ from tests.bus.watchmen import Watchmen
 
 ROOT = Path(__file__).resolve().parents[2]
 UNSHARE = ("unshare", "--user", "--map-root-user", "--net")
-STALL_S = 0.05  # longer than any ordinary process waits for its turn on two busy cores: what runs by the clock cannot bear it
+# longer than any ordinary process waits for its turn on two busy cores: what runs by the clock
+# cannot bear it
+STALL_S = 0.05
 LOCK_STEP_STALL_S = 0.15  # bring-up waits so long for an answer
 TRIES = 3
 _LONGEST_S = 240.0  # a bound for what hangs, not a figure
 STALLS: list[str] = []  # what was repeated, for the summary
-REAL_TIME = pytest.mark.xdist_group("real time")  # one after the other: two at once would be each other's noise
+REAL_TIME = pytest.mark.xdist_group(
+    "real time"
+)  # one after the other: two at once would be each other's noise
 
 
 class CallFailed(AssertionError):
@@ -55,8 +61,9 @@ def call(where: str, **arguments: object) -> object:
 
 
 def repeated(what: str, run: Callable[[], Any], longest_stall_s: float) -> Any:
-    """``run()``, and again, twice at most, where it raised while the watchmen saw this machine stand still for longer than
-    ``longest_stall_s``: what the machine did not do must not be read as what the driver does. Nothing else repeats it.
+    """``run()``, and again, twice at most, where it raised while the watchmen saw this machine
+    stand still for longer than ``longest_stall_s``: what the machine did not do must not be read as
+    what the driver does. Nothing else repeats it.
     """
     hall = _hall()
     for tried in range(1, TRIES + 1):
@@ -68,15 +75,25 @@ def repeated(what: str, run: Callable[[], Any], longest_stall_s: float) -> Any:
             if tried == TRIES or stall_s < longest_stall_s:
                 raise
             first = (str(error).strip().splitlines() or [type(error).__name__])[0][:160]
-            STALLS.append(f"{what}: run {tried} failed ({first}) while this machine stood still for {stall_s:.2f} s; run again")
+            STALLS.append(
+                f"{what}: run {tried} failed ({first}) while this machine stood still for"
+                f" {stall_s:.2f} s; run again"
+            )
+    return None
 
 
 class Hall:
     """The process in the network, as seen from outside. ``ask`` is for one caller at a time."""
 
     def __init__(self):
-        self._process = subprocess.Popen([*UNSHARE, sys.executable, "-W", "error", "-m", "tests.bus.own_network"], cwd=ROOT, stdin=subprocess.PIPE,
-                                         stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)})
+        self._process = subprocess.Popen(
+            [*UNSHARE, sys.executable, "-W", "error", "-m", "tests.bus.own_network"],
+            cwd=ROOT,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+        )
         self._number = 0
         atexit.register(self.close)
 
@@ -86,7 +103,9 @@ class Hall:
         self._process.stdin.flush()
         for line in self._process.stdout:
             answer = json.loads(line)
-            if answer["number"] == self._number:  # an older one belongs to a test that ran out of its time
+            if (
+                answer["number"] == self._number
+            ):  # an older one belongs to a test that ran out of its time
                 return answer
         raise CallFailed(f"the hall ended with exit code {self._process.wait()}")
 
@@ -113,7 +132,11 @@ def serve() -> None:
     _load()
     for line in sys.stdin:
         request = json.loads(line)
-        answer = _one(request) if "where" in request else {"stall_s": watchmen.longest_s(request["since_s"])}
+        answer = (
+            _one(request)
+            if "where" in request
+            else {"stall_s": watchmen.longest_s(request["since_s"])}
+        )
         answers.write(json.dumps({"number": request["number"], **answer}) + "\n")
         answers.flush()
     answers.close()
@@ -125,7 +148,14 @@ def _load() -> None:
     from epa_rt.models.plant_file import load_plant
     from sim_backend.bus.bus_plant import BusPlant
 
-    for module in ("epa_rt.cli.main", "epa_rt.cli.run", "epa_rt.logs.reader", "epa_rt.logs.recorder", "drivers.backend", "sim_backend.bus.emulated_bus"):
+    for module in (
+        "epa_rt.cli.main",
+        "epa_rt.cli.run",
+        "epa_rt.logs.reader",
+        "epa_rt.logs.recorder",
+        "drivers.backend",
+        "sim_backend.bus.emulated_bus",
+    ):
         importlib.import_module(module)
     rig = load_rig(ROOT / "config/rigs/bench.yaml")
     plant = BusPlant(rig, load_plant(ROOT / "config/rigs" / rig.plant), 1)
@@ -145,12 +175,18 @@ def _one(request: dict) -> dict:
         said.seek(0)
         told.seek(0)
         text = told.read()
-        answer = json.loads(text) if text else {"ok": False, "error": "died" if in_time else f"not done after {_LONGEST_S:g} s"}
+        answer = (
+            json.loads(text)
+            if text
+            else {"ok": False, "error": "died" if in_time else f"not done after {_LONGEST_S:g} s"}
+        )
         return {**answer, "said": said.read()}
 
 
 def _run(request: dict, said: int, told: object) -> None:
-    """The forked child: one function, and out. Its group is its own, so that nothing of it stays behind."""
+    """The forked child: one function, and out. Its group is its own, so that nothing of it stays
+    behind.
+    """
     try:
         os.setpgid(0, 0)
         signal.signal(signal.SIGINT, signal.SIG_DFL)

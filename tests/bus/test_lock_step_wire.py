@@ -1,4 +1,6 @@
-"""Lock step is for emulated buses: a wire with a card behind it is refused, also where nobody named it."""
+"""Lock step is for emulated buses: a wire with a card behind it is refused, also where nobody named
+it.
+"""
 
 import fcntl
 import socket
@@ -29,8 +31,9 @@ def made_up(root: Path) -> Path:
 
 def test_a_card_is_what_has_a_device_at_or_below_it(tmp_path):
     net = made_up(tmp_path)
-    assert {name: reaches_a_card(name, net) for name in ("eth1", "eth1.5", "br0", "ve0", "elsewhere")} == {
-        "eth1": True, "eth1.5": True, "br0": True, "ve0": False, "elsewhere": False}
+    assert {
+        name: reaches_a_card(name, net) for name in ("eth1", "eth1.5", "br0", "ve0", "elsewhere")
+    } == {"eth1": True, "eth1.5": True, "br0": True, "ve0": False, "elsewhere": False}
 
 
 @pytest.mark.network
@@ -40,15 +43,22 @@ def test_lock_step_on_a_card_is_refused_whether_it_is_named_or_found():
     assert said["named"]["card"].startswith(sentence) and "\n" not in said["named"]["card"]
     assert said["named"]["veth"] == said["named"]["card, paced"] == NEAR
     assert said["found"]["card"].startswith(sentence)
-    assert not any("lock step" in said["found"][other] for other in ("veth", "card, paced"))  # nor a link, once the kernel has seen that its peer is down
+    assert not any(
+        "lock step" in said["found"][other] for other in ("veth", "card, paced")
+    )  # nor a link, once the kernel has seen that its peer is down
 
 
 def of_a_pair() -> dict:
-    """In the network: what ``choose`` says of a veth's end by its name, and then of the only end that is up, beside a made-up sysfs
-    that gives it a device, or none.
+    """In the network: what ``choose`` says of a veth's end by its name, and then of the only end
+    that is up, beside a made-up sysfs that gives it a device, or none.
     """
+
     def said(wanted: str | None) -> dict:
-        return {"card": one(wanted, True, card), "veth": one(wanted, True, veth), "card, paced": one(wanted, False, card)}
+        return {
+            "card": one(wanted, True, card),
+            "veth": one(wanted, True, veth),
+            "card, paced": one(wanted, False, card),
+        }
 
     def one(*arguments: object) -> str:
         try:

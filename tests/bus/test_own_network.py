@@ -1,4 +1,6 @@
-"""The hall, the watchmen and the rule by which a run is repeated: what they may do, and what they must not."""
+"""The hall, the watchmen and the rule by which a run is repeated: what they may do, and what they
+must not.
+"""
 
 import os
 import signal
@@ -10,9 +12,12 @@ from tests.bus import own_network
 from tests.bus.own_network import REAL_TIME, STALL_S, STALLS, CallFailed, call, repeated
 from tests.bus.watchmen import Watchmen
 
+
 @REAL_TIME
 def test_a_group_stays_together(request):
-    assert request.node.nodeid.endswith("@real time") == bool(getattr(request.config.option, "loadgroup", False))
+    assert request.node.nodeid.endswith("@real time") == bool(
+        getattr(request.config.option, "loadgroup", False)
+    )
 
 
 @pytest.mark.network
@@ -93,6 +98,6 @@ def test_watchmen_see_a_core_that_lets_nobody_run():
         time.sleep(0.4)
         os.kill(watchmen.numbers[0], signal.SIGCONT)
         time.sleep(0.1)
-        assert 0.39 <= watchmen.longest_s(began_s)
+        assert watchmen.longest_s(began_s) >= 0.39
     finally:
         watchmen.close()

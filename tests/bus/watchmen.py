@@ -1,4 +1,6 @@
-"""How long a core let no ordinary process run, seen by processes that do nothing but wake up, one pinned to each core."""
+"""How long a core let no ordinary process run, seen by processes that do nothing but wake up, one
+pinned to each core.
+"""
 
 import mmap
 import os
@@ -46,22 +48,26 @@ class Watchmen:
                 now_s = time.monotonic()
                 gap_s, last_s = now_s - last_s - _TICK_S, now_s
                 if gap_s > _SEEN_S:
-                    struct.pack_into("dd", self._seen, slot + 16 * (1 + count % _ROWS), now_s, gap_s)
+                    struct.pack_into(
+                        "dd", self._seen, slot + 16 * (1 + count % _ROWS), now_s, gap_s
+                    )
                     count += 1
                 struct.pack_into("dq", self._seen, slot, now_s, count)
         finally:
             os._exit(0)
 
     def longest_s(self, since_s: float) -> float:
-        """The longest time, ending after ``since_s`` of the monotonic clock, for which a watchman was not let run; also one
-        that still waits.
+        """The longest time, ending after ``since_s`` of the monotonic clock, for which a watchman
+        was not let run; also one that still waits.
         """
         longest_s, now_s = 0.0, time.monotonic()
         for i in range(len(self._cores)):
             last_s, count = struct.unpack_from("dq", self._seen, i * _SLOT)
             longest_s = max(longest_s, now_s - last_s - _TICK_S)
             for row in range(max(0, count - _ROWS), count):
-                end_s, gap_s = struct.unpack_from("dd", self._seen, i * _SLOT + 16 * (1 + row % _ROWS))
+                end_s, gap_s = struct.unpack_from(
+                    "dd", self._seen, i * _SLOT + 16 * (1 + row % _ROWS)
+                )
                 if end_s >= since_s:
                     longest_s = max(longest_s, gap_s)
         return longest_s

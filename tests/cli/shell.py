@@ -19,13 +19,30 @@ def epa(*arguments: object, **options: object) -> subprocess.CompletedProcess:
 
 def start(*arguments: object) -> subprocess.Popen:
     command = [sys.executable, "-m", "epa_rt", *map(str, arguments)]
-    return subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    return subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
 
 
 def paced_run(out: Path, experiment: str = "knee_chirp", rig: str = "knee") -> subprocess.Popen:
     """A run in real time that is under way: its log has grown past bring-up."""
-    process = start("run", EXPERIMENTS / f"{experiment}.yaml", "--rig", RIGS / f"{rig}.yaml", "--speed", 1, "-o", out, "--quiet")
-    wait_for(lambda: process.poll() is not None or any(log.stat().st_size > 30_000 for log in out.glob("*.mcap")))
+    process = start(
+        "run",
+        EXPERIMENTS / f"{experiment}.yaml",
+        "--rig",
+        RIGS / f"{rig}.yaml",
+        "--speed",
+        1,
+        "-o",
+        out,
+        "--quiet",
+    )
+    wait_for(
+        lambda: (
+            process.poll() is not None
+            or any(log.stat().st_size > 30_000 for log in out.glob("*.mcap"))
+        )
+    )
     if process.poll() is not None:
         raise AssertionError(f"the run ended early: {process.communicate()}")
     return process
@@ -46,7 +63,9 @@ def children_of(pid: int) -> list[int]:
 
 
 def wait_for(condition, seconds: float = 300.0) -> None:
-    """Waits until the condition holds; AssertionError after ``seconds`` (a bound for a hung test, not a figure)."""
+    """Waits until the condition holds; AssertionError after ``seconds`` (a bound for a hung test,
+    not a figure).
+    """
     end = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < end, "waited in vain"
@@ -61,4 +80,15 @@ def gone(pid: int) -> bool:
     return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] == "Z"
 
 
-__all__ = ["EXPERIMENTS", "RIGS", "ROOT", "children_of", "epa", "gone", "paced_run", "signal", "start", "wait_for"]
+__all__ = [
+    "EXPERIMENTS",
+    "RIGS",
+    "ROOT",
+    "children_of",
+    "epa",
+    "gone",
+    "paced_run",
+    "signal",
+    "start",
+    "wait_for",
+]

@@ -1,4 +1,6 @@
-"""What epa gap writes and shows on its way: whole files or none, progress in a file and on a terminal."""
+"""What epa gap writes and shows on its way: whole files or none, progress in a file and on a
+terminal.
+"""
 
 import io
 import os
@@ -18,7 +20,9 @@ def test_a_file_is_replaced_in_one_step_and_nothing_else_is_left(tmp_path):
     path = tmp_path / "deep/er/gap.json"
     write_whole(path, "one")
     write_whole(path, "two")
-    assert path.read_text() == "two" and [file.name for file in path.parent.iterdir()] == ["gap.json"]
+    assert path.read_text() == "two" and [file.name for file in path.parent.iterdir()] == [
+        "gap.json"
+    ]
     assert path.stat().st_mode & 0o777 == 0o644
 
 
@@ -30,13 +34,19 @@ def test_a_folder_that_cannot_be_made_is_one_sentence(tmp_path):
 
 def test_a_disk_that_fills_leaves_the_old_file_and_no_scraps(tmp_path, monkeypatch):
     write_whole(tmp_path / "gap.json", "one")
-    monkeypatch.setattr("os.replace", lambda *_: (_ for _ in ()).throw(OSError(28, "No space left on device")))
+    monkeypatch.setattr(
+        "os.replace", lambda *_: (_ for _ in ()).throw(OSError(28, "No space left on device"))
+    )
     with pytest.raises(VerbError, match="No space left"):
         write_whole(tmp_path / "gap.json", "two")
-    assert [file.name for file in tmp_path.iterdir()] == ["gap.json"] and (tmp_path / "gap.json").read_text() == "one"
+    assert [file.name for file in tmp_path.iterdir()] == ["gap.json"] and (
+        tmp_path / "gap.json"
+    ).read_text() == "one"
 
 
-@pytest.mark.parametrize("name, words", [("gap.txt", "expected .json"), ("gap", "found the ending ''")])
+@pytest.mark.parametrize(
+    "name, words", [("gap.txt", "expected .json"), ("gap", "found the ending ''")]
+)
 def test_endings_are_checked_before_any_work(name, words, tmp_path):
     with pytest.raises(VerbError, match=words):
         check_writable(tmp_path / name, (".json",))
@@ -51,14 +61,22 @@ def test_a_pipe_and_a_file_that_is_kept_are_not_written_over(tmp_path, monkeypat
     with pytest.raises(VerbError, match="found no plain file"):
         check_writable(tmp_path / "pipe.json", (".json",))
     (tmp_path / "kept.json").write_text("keep")
-    monkeypatch.setattr(os, "access", lambda path, mode: mode != os.W_OK)  # root may write to what is read-only
+    monkeypatch.setattr(
+        os, "access", lambda path, mode: mode != os.W_OK
+    )  # root may write to what is read-only
     with pytest.raises(VerbError, match="not to be written over"):
         check_writable(tmp_path / "kept.json", (".json",))
 
 
-@pytest.mark.parametrize("arguments", [("gap", "patch", "gap.json", "--rig", RIGS / "bench.yaml", "-o", f"{300 * 'a'}.yaml"),
-                                       ("gap", "blind", "make", "--seed", "1", "--cases", "1", "-o", 300 * "a"), ("gap", "blind", "score", 300 * "a", "--json", "a.json"),
-                                       ("import", ROOT / "config/imports/emps.yaml", __file__, "-o", f"{300 * 'a'}.mcap")])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("gap", "patch", "gap.json", "--rig", RIGS / "bench.yaml", "-o", f"{300 * 'a'}.yaml"),
+        ("gap", "blind", "make", "--seed", "1", "--cases", "1", "-o", 300 * "a"),
+        ("gap", "blind", "score", 300 * "a", "--json", "a.json"),
+        ("import", ROOT / "config/imports/emps.yaml", __file__, "-o", f"{300 * 'a'}.mcap"),
+    ],
+)
 def test_a_name_that_no_file_can_have_is_one_sentence(arguments, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main([*map(str, arguments)]) == 2
@@ -75,14 +93,21 @@ def test_a_log_and_what_cannot_be_read_are_found_before_any_work(tmp_path, monke
     assert there.read_bytes() == MAGIC + b"the rest of a log"
     there.write_text("an answer of before")
     check_writable(there, (".json",))
-    monkeypatch.setattr(Path, "open", lambda *_: (_ for _ in ()).throw(PermissionError(13, "Permission denied")))
+    monkeypatch.setattr(
+        Path, "open", lambda *_: (_ for _ in ()).throw(PermissionError(13, "Permission denied"))
+    )
     with pytest.raises(VerbError, match="cannot be read .Permission denied."):
         check_writable(there, (".json",))
 
 
 def test_progress_in_a_file_is_a_line_per_stage(capsys):
     with progress_shown(quiet=False) as progress:
-        for stage, share in (("floors", 0.0), ("floors", 0.1), ("effect 1", 0.15), ("effect 1", 0.2)):
+        for stage, share in (
+            ("floors", 0.0),
+            ("floors", 0.1),
+            ("effect 1", 0.15),
+            ("effect 1", 0.2),
+        ):
             progress(stage, share)
     assert capsys.readouterr().err.splitlines() == ["  0 % floors", " 15 % effect 1"]
 

@@ -1,4 +1,6 @@
-"""epa identify from the outside: a run, its identification, the identified plant run again; bad input in one sentence."""
+"""epa identify from the outside: a run, its identification, the identified plant run again; bad
+input in one sentence.
+"""
 
 import dataclasses
 import json
@@ -23,16 +25,41 @@ def folder(tmp_path_factory):
 def log(folder):
     """A muscle with braid friction and a bladder spring that the plant file does not know."""
     real = folder / "real.yaml"
-    real.write_text((ROOT / "config/plants/bench.yaml").read_text(encoding="utf-8")
-                    + "\neffects:\n  braid_maxwell_slip: {slip: 0.06}\n  bladder_spring: {bladder_stiffness: 300 N/m}\n", encoding="utf-8")
-    done = epa("run", EXPERIMENTS / "identification_short.yaml", "--rig", RIG, "--plant", real, "-o", folder / "run.mcap", "--quiet")
+    real.write_text(
+        (ROOT / "config/plants/bench.yaml").read_text(encoding="utf-8")
+        + "\neffects:\n  braid_maxwell_slip: {slip: 0.06}\n  bladder_spring: {bladder_stiffness:"
+        " 300 N/m}\n",
+        encoding="utf-8",
+    )
+    done = epa(
+        "run",
+        EXPERIMENTS / "identification_short.yaml",
+        "--rig",
+        RIG,
+        "--plant",
+        real,
+        "-o",
+        folder / "run.mcap",
+        "--quiet",
+    )
     assert done.returncode == 0, done.stderr
     return folder / "run.mcap"
 
 
 @pytest.fixture(scope="module")
 def identified(folder, log):
-    done = epa("identify", log, "--rig", RIG, "--json", folder / "a.json", "--html", folder / "a.html", "-o", folder / "physical.yaml")
+    done = epa(
+        "identify",
+        log,
+        "--rig",
+        RIG,
+        "--json",
+        folder / "a.json",
+        "--html",
+        folder / "a.html",
+        "-o",
+        folder / "physical.yaml",
+    )
     assert done.returncode == 0, done.stderr
     return done, json.loads((folder / "a.json").read_text(encoding="utf-8"))
 
@@ -40,10 +67,24 @@ def identified(folder, log):
 def test_it_says_what_it_found(identified):
     done, answer = identified
     scores = {score["name"]: score for score in answer["models"]}
-    assert scores["physical, held"]["r2"] > 0.999 > scores["polynomial"]["r2"] > scores["static, geometry"]["r2"]
-    assert scores["physical, held"]["coefficients"]["muscle0.slip_ratio"] == pytest.approx(0.06, rel=0.15)
-    assert "physical, held" in done.stdout and "normalised: P = gauge pressure / 750 kPa" in done.stdout and "fit: polynomial" in done.stderr
-    assert {way["name"] for way in answer["terms"]} >= {"paper: drop the smallest coefficient", "forward: add the most R2"}
+    assert (
+        scores["physical, held"]["r2"]
+        > 0.999
+        > scores["polynomial"]["r2"]
+        > scores["static, geometry"]["r2"]
+    )
+    assert scores["physical, held"]["coefficients"]["muscle0.slip_ratio"] == pytest.approx(
+        0.06, rel=0.15
+    )
+    assert (
+        "physical, held" in done.stdout
+        and "normalised: P = gauge pressure / 750 kPa" in done.stdout
+        and "fit: polynomial" in done.stderr
+    )
+    assert {way["name"] for way in answer["terms"]} >= {
+        "paper: drop the smallest coefficient",
+        "forward: add the most R2",
+    }
 
 
 def test_the_page_needs_no_network_and_draws_every_picture(identified, folder):
@@ -53,42 +94,109 @@ def test_the_page_needs_no_network_and_draws_every_picture(identified, folder):
 
 
 @pytest.mark.parametrize(("model", "least"), [("physical", 0.995), ("polynomial", 0.95)])
-def test_the_identified_plant_runs_and_pulls_like_the_muscle(identified, log, folder, model, least, capsys):
+def test_the_identified_plant_runs_and_pulls_like_the_muscle(
+    identified, log, folder, model, least, capsys
+):
     plant = folder / f"{model}.yaml"
     if model != "physical":  # which is the best here, and is written already
-        assert main(["identify", str(log), "--rig", str(RIG), "-o", str(plant), "--model", model, "--quiet", "--no-terms", "--no-physical"]) == 0
-    done = epa("run", EXPERIMENTS / "identification_short.yaml", "--rig", RIG, "--plant", plant, "-o", folder / f"{model}.mcap", "--quiet")
+        assert (
+            main(
+                [
+                    "identify",
+                    str(log),
+                    "--rig",
+                    str(RIG),
+                    "-o",
+                    str(plant),
+                    "--model",
+                    model,
+                    "--quiet",
+                    "--no-terms",
+                    "--no-physical",
+                ]
+            )
+            == 0
+        )
+    done = epa(
+        "run",
+        EXPERIMENTS / "identification_short.yaml",
+        "--rig",
+        RIG,
+        "--plant",
+        plant,
+        "-o",
+        folder / f"{model}.mcap",
+        "--quiet",
+    )
     assert done.returncode == 0, done.stderr
     real, again = read_recording(log), read_recording(folder / f"{model}.mcap")
-    for one, other in zip((s for s in real.spans if s.trial), (s for s in again.spans if s.trial), strict=True):
+    for one, other in zip(
+        (s for s in real.spans if s.trial), (s for s in again.spans if s.trial), strict=True
+    ):
         n = min(one.stop - one.start, other.stop - other.start)
-        force, made = (r.columns["muscle_force_n"][s.start:s.start + n] for r, s in ((real, one), (again, other)))
+        force, made = (
+            r.columns["muscle_force_n"][s.start : s.start + n]
+            for r, s in ((real, one), (again, other))
+        )
         assert 1.0 - np.mean((force - made) ** 2) / np.var(force) > least
 
 
-@pytest.mark.parametrize(("arguments", "words"), [
-    (["--rig", str(RIGS / "knee.yaml")], "found a log of the rig 'bench', expected one of 'knee'"),
-    (["--json", "a.txt"], "found the ending '.txt', expected .json"),
-    (["--model", "physical", "--no-physical"], "expected one of them"),
-    (["--rig", str(RIG), "-o", str(ROOT / "config/rigs/../plants/bench.yaml")], "found the plant file that was read"),
-], ids=("rig", "ending", "model", "own plant"))
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (
+            ["--rig", str(RIGS / "knee.yaml")],
+            "found a log of the rig 'bench', expected one of 'knee'",
+        ),
+        (["--json", "a.txt"], "found the ending '.txt', expected .json"),
+        (["--model", "physical", "--no-physical"], "expected one of them"),
+        (
+            ["--rig", str(RIG), "-o", str(ROOT / "config/rigs/../plants/bench.yaml")],
+            "found the plant file that was read",
+        ),
+    ],
+    ids=("rig", "ending", "model", "own plant"),
+)
 def test_bad_input_is_one_sentence(log, capsys, arguments, words):
     assert main(["identify", str(log), *arguments, "--quiet"]) == 2
     said = capsys.readouterr().err
     assert words in said and said.count("\n") == 1
 
 
-@pytest.mark.parametrize(("old", "new", "words"), [
-    ("rest0: 12 cm", "rest0: 30 cm", "expected all shorter than the braid"),
-    ("braid_length: 20.78 cm", "braid_length: 14 cm", "expected all shorter than the braid"),
-    ("braid_length: 20.78 cm", "braid_length: 30 cm", "expected some beyond the no-load length"),
-    ("kind_code: 0", "kind_code: 1\n  load0: 1", "whose load moves the muscle as well"),
-], ids=("length", "short braid", "long braid", "moving load"))
-def test_a_plant_file_that_cannot_be_this_rig_is_one_sentence(log, capsys, tmp_path, old, new, words):
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("rest0: 12 cm", "rest0: 30 cm", "expected all shorter than the braid"),
+        ("braid_length: 20.78 cm", "braid_length: 14 cm", "expected all shorter than the braid"),
+        (
+            "braid_length: 20.78 cm",
+            "braid_length: 30 cm",
+            "expected some beyond the no-load length",
+        ),
+        ("kind_code: 0", "kind_code: 1\n  load0: 1", "whose load moves the muscle as well"),
+    ],
+    ids=("length", "short braid", "long braid", "moving load"),
+)
+def test_a_plant_file_that_cannot_be_this_rig_is_one_sentence(
+    log, capsys, tmp_path, old, new, words
+):
     text = (ROOT / "config/plants/bench.yaml").read_text(encoding="utf-8")
     assert old in text
     (tmp_path / "p.yaml").write_text(text.replace(old, new), encoding="utf-8")
-    assert main(["identify", str(log), "--rig", str(RIG), "--plant", str(tmp_path / "p.yaml"), "--quiet"]) == 2
+    assert (
+        main(
+            [
+                "identify",
+                str(log),
+                "--rig",
+                str(RIG),
+                "--plant",
+                str(tmp_path / "p.yaml"),
+                "--quiet",
+            ]
+        )
+        == 2
+    )
     said = capsys.readouterr().err
     assert words in said and said.count("\n") == 1
 
@@ -96,7 +204,10 @@ def test_a_plant_file_that_cannot_be_this_rig_is_one_sentence(log, capsys, tmp_p
 def test_no_log_is_one_sentence(tmp_path, capsys):
     other = tmp_path / "x.mcap"
     other.write_bytes(b"nothing")
-    assert main(["identify", str(other), "--quiet"]) == 2 and main(["identify", str(tmp_path / "none.mcap"), "--quiet"]) == 2
+    assert (
+        main(["identify", str(other), "--quiet"]) == 2
+        and main(["identify", str(tmp_path / "none.mcap"), "--quiet"]) == 2
+    )
     assert capsys.readouterr().err.count("\n") == 2
 
 
@@ -104,7 +215,11 @@ def test_logs_of_two_rigs_are_refused(log, monkeypatch, capsys, tmp_path):
     import epa_rt.cli.gap_inputs
 
     real = epa_rt.cli.gap_inputs.read([log], None)[0]
-    monkeypatch.setattr(epa_rt.cli.gap_inputs, "read", lambda logs, rig: (real, dataclasses.replace(real, rig="knee")))
+    monkeypatch.setattr(
+        epa_rt.cli.gap_inputs,
+        "read",
+        lambda logs, rig: (real, dataclasses.replace(real, rig="knee")),
+    )
     assert main(["identify", str(log), str(tmp_path / "other.mcap"), "--quiet"]) == 2
     assert "found logs of the rigs bench, knee, expected those of one" in capsys.readouterr().err
 

@@ -28,7 +28,10 @@ def test_what_is_refused_is_one_sentence_and_exit_code_2(tmp_path):
     (tmp_path / "a.csv").write_text("x\n1\ntwo\n3\n")
     done = epa("import", tmp_path / "m.yaml", tmp_path / "a.csv", "-o", tmp_path / "a.mcap")
     assert (done.returncode, done.stdout) == (2, "") and done.stderr.count("\n") == 1
-    assert done.stderr.startswith("epa import: ") and "a.csv:3: column 'x': found 'two', expected a number" in done.stderr
+    assert (
+        done.stderr.startswith("epa import: ")
+        and "a.csv:3: column 'x': found 'two', expected a number" in done.stderr
+    )
     assert not (tmp_path / "a.mcap").exists()
     done = epa("import", tmp_path / "m.yaml", tmp_path / "a.csv")
     assert done.returncode == 2 and "found no log to write, expected -o" in done.stderr
@@ -40,6 +43,20 @@ def test_the_log_is_there_although_nobody_reads_what_is_printed(tmp_path):
     reads, writes = os.pipe()
     os.close(reads)
     with os.fdopen(writes, "wb") as hung_up:
-        subprocess.run([sys.executable, "-m", "epa_rt", "import", tmp_path / "m.yaml", tmp_path / "a.csv", "-o", tmp_path / "a.mcap"], cwd=ROOT,
-                       stdout=hung_up, env=os.environ | {"PYTHONUNBUFFERED": "1"}, check=False)
+        subprocess.run(
+            [
+                sys.executable,
+                "-m",
+                "epa_rt",
+                "import",
+                tmp_path / "m.yaml",
+                tmp_path / "a.csv",
+                "-o",
+                tmp_path / "a.mcap",
+            ],
+            cwd=ROOT,
+            stdout=hung_up,
+            env=os.environ | {"PYTHONUNBUFFERED": "1"},
+            check=False,
+        )
     assert (tmp_path / "a.mcap").exists()

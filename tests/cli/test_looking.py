@@ -16,7 +16,15 @@ from tests.cli.shell import EXPERIMENTS, RIGS, ROOT, epa
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
     path = tmp_path_factory.mktemp("looking") / "run.mcap"
-    done = epa("run", EXPERIMENTS / "identification_short.yaml", "--rig", RIGS / "bench.yaml", "-o", path, "--quiet")
+    done = epa(
+        "run",
+        EXPERIMENTS / "identification_short.yaml",
+        "--rig",
+        RIGS / "bench.yaml",
+        "-o",
+        path,
+        "--quiet",
+    )
     assert done.returncode == 0, done.stderr
     return path
 
@@ -39,7 +47,13 @@ def not_a_log(tmp_path):
 def test_info_says_how_the_run_ended_and_what_it_holds(log, capsys):
     assert main(["info", str(log)]) == 0
     text = capsys.readouterr().out
-    for words in ("outcome    completed", "identification_short on the rig bench", "/cycle 29", "rig.yaml", "nothing (the file ends"):
+    for words in (
+        "outcome    completed",
+        "identification_short on the rig bench",
+        "/cycle 29",
+        "rig.yaml",
+        "nothing (the file ends",
+    ):
         assert words in text
 
 
@@ -78,36 +92,58 @@ def test_info_of_a_file_that_is_no_log_is_one_sentence(not_a_log, log, capsys):
     assert "completed" in found.out, "the other log is described all the same"
 
 
-@pytest.mark.parametrize("verb", [("info",), ("plot",), ("report",), ("replay",), ("gap", "localise")])
+@pytest.mark.parametrize(
+    "verb", [("info",), ("plot",), ("report",), ("replay",), ("gap", "localise")]
+)
 def test_a_pipe_is_no_log_and_nobody_waits_for_one(verb, tmp_path):
     pipe = tmp_path / "pipe.mcap"
     os.mkfifo(pipe)
     rig = ("--rig", RIGS / "bench.yaml") if verb[0] == "gap" else ()
     done = epa(*verb, *rig, pipe)
-    assert done.returncode == 2 and done.stderr.count("\n") == 1 and "found a pipe, expected a log" in done.stderr
+    assert (
+        done.returncode == 2
+        and done.stderr.count("\n") == 1
+        and "found a pipe, expected a log" in done.stderr
+    )
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no /dev/full here")
 def test_an_output_that_is_full_is_one_sentence(log):
     with open("/dev/full", "w") as full:
         command = [sys.executable, "-m", "epa_rt", "info", str(log)]
-        done = subprocess.run(command, cwd=ROOT, stdout=full, stderr=subprocess.PIPE, text=True, timeout=600)
-    assert done.returncode == 4 and done.stderr == "epa info: what it says cannot be written (No space left on device)\n"
+        done = subprocess.run(
+            command, cwd=ROOT, stdout=full, stderr=subprocess.PIPE, text=True, timeout=600
+        )
+    assert (
+        done.returncode == 4
+        and done.stderr == "epa info: what it says cannot be written (No space left on device)\n"
+    )
 
 
 def test_info_text_of_a_log_does_not_steer_the_terminal(log):
     from epa_rt.cli.info import facts_of
 
     facts = facts_of(log) | {"cause": "\x1b[2J\x9b31m", "outcome": "tripped"}
-    assert not any(ord(sign) < 32 and sign != "\n" or 0x7F <= ord(sign) < 0xA0 for sign in text_of(facts))
+    assert not any(
+        ord(sign) < 32 and sign != "\n" or 0x7F <= ord(sign) < 0xA0 for sign in text_of(facts)
+    )
 
 
 @pytest.mark.parametrize("verb", ["report", "plot"])
-@pytest.mark.parametrize("name, words", [("notes.txt", "expected an MCAP log"), ("nothing.mcap", "no such file"), (".", "directory")])
-def test_a_page_of_what_is_no_log_is_refused_in_one_sentence(verb, name, words, not_a_log, tmp_path, capsys):
+@pytest.mark.parametrize(
+    "name, words",
+    [("notes.txt", "expected an MCAP log"), ("nothing.mcap", "no such file"), (".", "directory")],
+)
+def test_a_page_of_what_is_no_log_is_refused_in_one_sentence(
+    verb, name, words, not_a_log, tmp_path, capsys
+):
     assert main([verb, str(tmp_path / name), "-o", str(tmp_path / "page.html")]) == 2
     error = capsys.readouterr().err
-    assert error.startswith(f"epa {verb}: ") and error.count("\n") == 1 and words in error.lower().replace("mcap", "MCAP")
+    assert (
+        error.startswith(f"epa {verb}: ")
+        and error.count("\n") == 1
+        and words in error.lower().replace("mcap", "MCAP")
+    )
     assert not (tmp_path / "page.html").exists()
 
 
@@ -142,7 +178,23 @@ def test_a_page_that_cannot_be_written_is_said_so(log, not_a_log, capsys):
 
 def test_plot_draws_the_signals_that_fit(log, tmp_path, capsys):
     page = tmp_path / "page.html"
-    assert main(["plot", str(log), "*_pressure_pa", "motor_current_a", "--from", "2", "--to", "8", "-o", str(page)]) == 0
+    assert (
+        main(
+            [
+                "plot",
+                str(log),
+                "*_pressure_pa",
+                "motor_current_a",
+                "--from",
+                "2",
+                "--to",
+                "8",
+                "-o",
+                str(page),
+            ]
+        )
+        == 0
+    )
     text = page.read_text()
     assert text.count('"type":"scatter"') == 4, "measured, target, estimate; current"
     assert "2.000 s to 8.000 s" in text and "kPa gauge" in text
@@ -152,15 +204,21 @@ def test_plot_without_names_draws_the_most_telling_ones(log, tmp_path):
     page = tmp_path / "page.html"
     assert main(["plot", str(log), "-o", str(page)]) == 0
     text = page.read_text()
-    assert all(words in text for words in ("motor travel", "muscle force", "muscle pressure", "motor current"))
+    assert all(
+        words in text
+        for words in ("motor travel", "muscle force", "muscle pressure", "motor current")
+    )
 
 
-@pytest.mark.parametrize("arguments, words", [
-    (["no_such_*"], "found no signal 'no_such_*', expected one of muscle_pressure_pa"),
-    (["--from", "100"], "found no two samples between 100 s and the end"),
-    (["--from", "5", "--to", "4"], "found no two samples between 5 s and 4 s"),
-    (["-o", "picture.png"], "expected .html"),
-])
+@pytest.mark.parametrize(
+    "arguments, words",
+    [
+        (["no_such_*"], "found no signal 'no_such_*', expected one of muscle_pressure_pa"),
+        (["--from", "100"], "found no two samples between 100 s and the end"),
+        (["--from", "5", "--to", "4"], "found no two samples between 5 s and 4 s"),
+        (["-o", "picture.png"], "expected .html"),
+    ],
+)
 def test_plot_refuses_what_it_cannot_draw_in_one_sentence(arguments, words, log, capsys):
     assert main(["plot", str(log), *arguments]) == 2
     error = capsys.readouterr().err
@@ -170,5 +228,11 @@ def test_plot_refuses_what_it_cannot_draw_in_one_sentence(arguments, words, log,
 @pytest.mark.parametrize("name", ["bench_cycle", "bench_plant", "bench_log"])
 def test_a_benchmark_starts_as_the_readme_says_from_any_folder(name, tmp_path):
     bare = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
-    done = subprocess.run([sys.executable, ROOT / f"scripts/{name}.py", "--help"], cwd=tmp_path, env=bare, capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, ROOT / f"scripts/{name}.py", "--help"],
+        cwd=tmp_path,
+        env=bare,
+        capture_output=True,
+        text=True,
+    )
     assert done.returncode == 0 and done.stdout.startswith("usage"), done.stderr

@@ -8,7 +8,18 @@ import sys
 import pytest
 
 from epa_rt.logs.reader import LogReader
-from tests.cli.shell import EXPERIMENTS, RIGS, ROOT, children_of, epa, gone, paced_run, signal, start, wait_for
+from tests.cli.shell import (
+    EXPERIMENTS,
+    RIGS,
+    ROOT,
+    children_of,
+    epa,
+    gone,
+    paced_run,
+    signal,
+    start,
+    wait_for,
+)
 
 SAFE = 5  # state index
 
@@ -28,8 +39,17 @@ def assert_safe_end(reader: LogReader) -> None:
 def test_the_same_seed_gives_the_same_file_twice_and_another_seed_another(tmp_path):
     files = []
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
-        done = epa("run", EXPERIMENTS / "knee_chirp_short.yaml", "--rig", RIGS / "knee.yaml", "--seed", seed, "-o",
-                   tmp_path / f"{name}.mcap", "--quiet")
+        done = epa(
+            "run",
+            EXPERIMENTS / "knee_chirp_short.yaml",
+            "--rig",
+            RIGS / "knee.yaml",
+            "--seed",
+            seed,
+            "-o",
+            tmp_path / f"{name}.mcap",
+            "--quiet",
+        )
         assert done.returncode == 0, done.stderr
         files.append((tmp_path / f"{name}.mcap").read_bytes())
     assert files[0] == files[1]
@@ -46,7 +66,16 @@ def test_a_log_is_never_overwritten(tmp_path):
 
 
 def test_two_runs_at_once_into_one_folder_are_two_logs(tmp_path):
-    words = ("run", EXPERIMENTS / "knee_chirp_short.yaml", "--rig", RIGS / "knee.yaml", "-o", tmp_path, "--quiet", "--seed")
+    words = (
+        "run",
+        EXPERIMENTS / "knee_chirp_short.yaml",
+        "--rig",
+        RIGS / "knee.yaml",
+        "-o",
+        tmp_path,
+        "--quiet",
+        "--seed",
+    )
     runs = [start(*words, seed) for seed in (1, 2)]
     for process in runs:
         out, err = process.communicate(timeout=600)
@@ -90,7 +119,16 @@ def test_loops_that_need_different_drive_modes_are_refused_by_every_verb(words, 
 
 def test_a_terminal_without_the_characters_gets_the_table_all_the_same(tmp_path):
     plain = os.environ | {"PYTHONIOENCODING": "ascii", "LC_ALL": "C"}
-    done = epa("run", EXPERIMENTS / "step.yaml", "--rig", RIGS / "bench.yaml", "--dry", "-o", tmp_path, env=plain)
+    done = epa(
+        "run",
+        EXPERIMENTS / "step.yaml",
+        "--rig",
+        RIGS / "bench.yaml",
+        "--dry",
+        "-o",
+        tmp_path,
+        env=plain,
+    )
     assert done.returncode == 0, done.stderr
     assert "within every limit" in done.stdout
 
@@ -140,11 +178,24 @@ def test_a_full_disk_ends_the_run_safe_and_leaves_what_was_written(tmp_path):
     disk = tmp_path / "disk"
     disk.mkdir()
     private = ["unshare", "--user", "--map-root-user", "--mount"]
-    if subprocess.run([*private, "mount", "-t", "tmpfs", "none", disk], capture_output=True).returncode != 0:
-        pytest.skip("this kernel does not let an ordinary user mount a small disk of its own (unshare --mount)")
-    script = (f"mount -t tmpfs -o size=400k none {disk}; {sys.executable} -m epa_rt run {EXPERIMENTS}/knee_chirp_short.yaml "
-              f"--rig {RIGS}/knee.yaml -o {disk} --quiet; code=$?; cp {disk}/*.mcap {tmp_path}; exit $code")
-    done = subprocess.run([*private, "sh", "-c", script], cwd=ROOT, capture_output=True, text=True, timeout=600)
+    if (
+        subprocess.run(
+            [*private, "mount", "-t", "tmpfs", "none", disk], capture_output=True
+        ).returncode
+        != 0
+    ):
+        pytest.skip(
+            "this kernel does not let an ordinary user mount a small disk of its own (unshare"
+            " --mount)"
+        )
+    script = (
+        f"mount -t tmpfs -o size=400k none {disk}; {sys.executable} -m epa_rt run"
+        f" {EXPERIMENTS}/knee_chirp_short.yaml --rig {RIGS}/knee.yaml -o {disk} --quiet; code=$?;"
+        f" cp {disk}/*.mcap {tmp_path}; exit $code"
+    )
+    done = subprocess.run(
+        [*private, "sh", "-c", script], cwd=ROOT, capture_output=True, text=True, timeout=600
+    )
     assert done.returncode == 3, (done.stdout, done.stderr)
     assert "no space left" in done.stdout and "drive off" in done.stdout
     with LogReader(only_log(tmp_path)) as reader:
@@ -152,28 +203,58 @@ def test_a_full_disk_ends_the_run_safe_and_leaves_what_was_written(tmp_path):
 
 
 def test_a_run_that_trips_says_the_cause_and_exits_with_three(tmp_path):
-    text = (RIGS / "bench.yaml").read_text().replace("limits: [-40 N, 350 N]", "limits: [-40 N, 30 N]")
+    text = (
+        (RIGS / "bench.yaml").read_text().replace("limits: [-40 N, 350 N]", "limits: [-40 N, 30 N]")
+    )
     text = text.replace("../plants/bench.yaml", str(RIGS.parent / "plants/bench.yaml"))
     (tmp_path / "weak.yaml").write_text(text)
-    done = epa("run", EXPERIMENTS / "identification_short.yaml", "--rig", tmp_path / "weak.yaml", "-o", tmp_path, "--quiet")
+    done = epa(
+        "run",
+        EXPERIMENTS / "identification_short.yaml",
+        "--rig",
+        tmp_path / "weak.yaml",
+        "-o",
+        tmp_path,
+        "--quiet",
+    )
     assert done.returncode == 3
     assert "over-force: muscle_force_n" in done.stdout
     with LogReader(only_log(tmp_path)) as reader:
         assert reader.outcome == "tripped"
-        assert any(event.kind == "trip" and event.data["cause"] == "over-force" for event in reader.events())
+        assert any(
+            event.kind == "trip" and event.data["cause"] == "over-force"
+            for event in reader.events()
+        )
         assert_safe_end(reader)
 
 
 def test_the_log_carries_its_files_and_its_code(tmp_path):
-    assert epa("run", EXPERIMENTS / "knee_chirp_short.yaml", "--rig", RIGS / "knee.yaml", "-o", tmp_path, "--quiet").returncode == 0
+    assert (
+        epa(
+            "run",
+            EXPERIMENTS / "knee_chirp_short.yaml",
+            "--rig",
+            RIGS / "knee.yaml",
+            "-o",
+            tmp_path,
+            "--quiet",
+        ).returncode
+        == 0
+    )
     with LogReader(only_log(tmp_path)) as reader:
         assert reader.attachments["rig.yaml"] == (RIGS / "knee.yaml").read_bytes()
-        assert reader.attachments["experiment.yaml"] == (EXPERIMENTS / "knee_chirp_short.yaml").read_bytes()
+        assert (
+            reader.attachments["experiment.yaml"]
+            == (EXPERIMENTS / "knee_chirp_short.yaml").read_bytes()
+        )
         assert set(json.loads(reader.attachments["version.json"])) == {"package", "sources_sha256"}
         assert reader.metadata["run"]["seed"] == "1"
 
 
-@pytest.mark.parametrize("words", [[], ["--help"], ["run"], ["nonsense"], ["run", "x.yaml", "--rig", "y.yaml", "--speed", "-1"]])
+@pytest.mark.parametrize(
+    "words",
+    [[], ["--help"], ["run"], ["nonsense"], ["run", "x.yaml", "--rig", "y.yaml", "--speed", "-1"]],
+)
 def test_help_and_wrong_words_are_answered_without_a_traceback(words):
     done = epa(*words)
     assert done.returncode == (0 if "--help" in words else 2)

@@ -1,4 +1,6 @@
-"""epa study from the outside: a small serial study, its rule run on the mass rig, bad input in one sentence."""
+"""epa study from the outside: a small serial study, its rule run on the mass rig, bad input in one
+sentence.
+"""
 
 import json
 
@@ -26,34 +28,117 @@ def folder(tmp_path_factory):
 def study(folder):
     path = folder / "study.yaml"
     path.write_text(STUDY.format(plants=ROOT / "config/plants"), encoding="utf-8")
-    assert main(["study", "serial", str(path), "--store", str(folder / "store"), "--jobs", "1", "--json", str(folder / "a.json"), "--html", str(folder / "a.html"),
-                 "--rule", str(folder / "rule.yaml"), "--quiet"]) == 0
+    assert (
+        main(
+            [
+                "study",
+                "serial",
+                str(path),
+                "--store",
+                str(folder / "store"),
+                "--jobs",
+                "1",
+                "--json",
+                str(folder / "a.json"),
+                "--html",
+                str(folder / "a.html"),
+                "--rule",
+                str(folder / "rule.yaml"),
+                "--quiet",
+            ]
+        )
+        == 0
+    )
     return path
 
 
 def test_it_writes_figures_claims_and_a_page(study, folder):
     answer = json.loads((folder / "a.json").read_text(encoding="utf-8"))
     assert len(answer["maps"]["stroke_m"]) == 3 and len(answer["maps"]["stroke_m"][0]) == 3
-    assert all(value is None for row in answer["beside"]["serial_eq8"]["stroke_m"] for value in row)  # ran away
-    assert any("eq. (8)" in claim["where"] and claim["holds"] is False for claim in answer["claims"])
+    assert all(
+        value is None for row in answer["beside"]["serial_eq8"]["stroke_m"] for value in row
+    )  # ran away
+    assert any(
+        "eq. (8)" in claim["where"] and claim["holds"] is False for claim in answer["claims"]
+    )
     page = (folder / "a.html").read_text(encoding="utf-8")
     assert page.count('class="chart"') >= 7 and "runs away at all 9 points" in page
 
 
 def test_results_are_kept(study, folder, capsys):
     before = sorted((path.name, path.stat().st_size) for path in (folder / "store").iterdir())
-    assert main(["study", "serial", str(study), "--store", str(folder / "store"), "--jobs", "1", "--quiet"]) == 0
-    assert sorted((path.name, path.stat().st_size) for path in (folder / "store").iterdir()) == before
+    assert (
+        main(
+            [
+                "study",
+                "serial",
+                str(study),
+                "--store",
+                str(folder / "store"),
+                "--jobs",
+                "1",
+                "--quiet",
+            ]
+        )
+        == 0
+    )
+    assert (
+        sorted((path.name, path.stat().st_size) for path in (folder / "store").iterdir()) == before
+    )
 
 
 def test_the_rule_becomes_an_experiment_that_runs(study, folder):
-    assert main(["study", "rule", str(folder / "rule.yaml"), "--frequency", "20 rad/s", "--seconds", "3", "-o", str(folder / "best.yaml")]) == 0
-    assert main(["run", str(folder / "best.yaml"), "--rig", str(RIGS / "mass.yaml"), "-o", str(folder / "best.mcap"), "--quiet"]) == 0
+    assert (
+        main(
+            [
+                "study",
+                "rule",
+                str(folder / "rule.yaml"),
+                "--frequency",
+                "20 rad/s",
+                "--seconds",
+                "3",
+                "-o",
+                str(folder / "best.yaml"),
+            ]
+        )
+        == 0
+    )
+    assert (
+        main(
+            [
+                "run",
+                str(folder / "best.yaml"),
+                "--rig",
+                str(RIGS / "mass.yaml"),
+                "-o",
+                str(folder / "best.mcap"),
+                "--quiet",
+            ]
+        )
+        == 0
+    )
 
 
-@pytest.mark.parametrize(("frequency", "said"), [("200 rad/s", "where the rule holds"), ("20 kPa", "found"), ("fast", "found")])
+@pytest.mark.parametrize(
+    ("frequency", "said"),
+    [("200 rad/s", "where the rule holds"), ("20 kPa", "found"), ("fast", "found")],
+)
 def test_a_frequency_that_no_rule_covers(study, folder, capsys, frequency, said):
-    assert main(["study", "rule", str(folder / "rule.yaml"), "--frequency", frequency, "-o", str(folder / "no.yaml")]) == 2
+    assert (
+        main(
+            [
+                "study",
+                "rule",
+                str(folder / "rule.yaml"),
+                "--frequency",
+                frequency,
+                "-o",
+                str(folder / "no.yaml"),
+            ]
+        )
+        == 2
+    )
     told = capsys.readouterr().err
     assert said in told and told.count("\n") == 1
 
@@ -86,7 +171,20 @@ catalogue_frequency: [1 Hz, 2 Hz]
 def test_a_small_knee_study_through_the_loop(folder, capsys):
     path = folder / "knee.yaml"
     path.write_text(KNEE.format(rigs=RIGS), encoding="utf-8")
-    arguments = ["study", "knee", str(path), "--store", str(folder / "store"), "--jobs", "1", "--json", str(folder / "k.json"), "--html", str(folder / "k.html"), "--quiet"]
+    arguments = [
+        "study",
+        "knee",
+        str(path),
+        "--store",
+        str(folder / "store"),
+        "--jobs",
+        "1",
+        "--json",
+        str(folder / "k.json"),
+        "--html",
+        str(folder / "k.html"),
+        "--quiet",
+    ]
     assert main(arguments) == 0
     answer = json.loads((folder / "k.json").read_text(encoding="utf-8"))
     energy = {one["ppam_pa"]: sum(one["energy_a2_s"]) for one in answer["conditions"]}
@@ -98,19 +196,58 @@ def test_a_small_knee_study_through_the_loop(folder, capsys):
     assert capsys.readouterr().out == first
 
 
-@pytest.mark.parametrize(("old", "new", "code", "said"), [("10 deg", "40 deg", 2, "expected at most the rig's limit"), ("[225 kPa abs]", "[none]", 3, "tripped: following error")], ids=("asked", "tripped"))
+@pytest.mark.parametrize(
+    ("old", "new", "code", "said"),
+    [
+        ("10 deg", "40 deg", 2, "expected at most the rig's limit"),
+        ("[225 kPa abs]", "[none]", 3, "tripped: following error"),
+    ],
+    ids=("asked", "tripped"),
+)
 def test_a_condition_that_does_not_complete_is_one_sentence(folder, capsys, old, new, code, said):
     path = folder / "far.yaml"
     path.write_text(KNEE.format(rigs=RIGS).replace(old, new), encoding="utf-8")
-    assert main(["study", "knee", str(path), "--store", str(folder / "store"), "--jobs", "1", "--quiet"]) == code
+    assert (
+        main(
+            ["study", "knee", str(path), "--store", str(folder / "store"), "--jobs", "1", "--quiet"]
+        )
+        == code
+    )
     told = capsys.readouterr().err
     assert said in told and "/tmp" not in told and told.count("\n") == 1
 
 
 def test_arrangements(folder, capsys):
     path = folder / "arrangements.yaml"
-    path.write_text(f"study: arrangements\nplant: {ROOT}/config/plants/serial.yaml\nmean: 0 mm\namplitude: 10 mm\npressure: [300 kPa abs, 800 kPa abs]\nfrequency: [40 rad/s]\n", encoding="utf-8")
-    assert main(["study", "arrangements", str(path), "--store", str(folder / "store"), "--jobs", "1", "--html", str(folder / "w.html"), "--json", str(folder / "w.json"), "--quiet"]) == 0
+    path.write_text(
+        f"study: arrangements\nplant: {ROOT}/config/plants/serial.yaml\nmean: 0 mm\namplitude: 10"
+        " mm\npressure: [300 kPa abs, 800 kPa abs]\nfrequency: [40 rad/s]\n",
+        encoding="utf-8",
+    )
+    assert (
+        main(
+            [
+                "study",
+                "arrangements",
+                str(path),
+                "--store",
+                str(folder / "store"),
+                "--jobs",
+                "1",
+                "--html",
+                str(folder / "w.html"),
+                "--json",
+                str(folder / "w.json"),
+                "--quiet",
+            ]
+        )
+        == 0
+    )
     told = capsys.readouterr().out
     assert "antagonistic" in told and "least mean of I²" in told
-    assert set(json.loads((folder / "w.json").read_text(encoding="utf-8"))["least"]) == {"serial", "parallel", "both", "antagonistic"}
+    assert set(json.loads((folder / "w.json").read_text(encoding="utf-8"))["least"]) == {
+        "serial",
+        "parallel",
+        "both",
+        "antagonistic",
+    }

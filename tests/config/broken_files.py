@@ -4,12 +4,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-RIGS, PLANTS, EXPERIMENTS = (ROOT / "config" / folder for folder in ("rigs", "plants", "experiments"))
+RIGS, PLANTS, EXPERIMENTS = (
+    ROOT / "config" / folder for folder in ("rigs", "plants", "experiments")
+)
 
 
 @dataclass(frozen=True)
 class Broken:
-    """``old`` becomes ``new`` once. ``at``: text that stands on the line to be named (first such line), or its number.
+    """``old`` becomes ``new`` once. ``at``: text that stands on the line to be named (first such
+    line), or its number.
 
     ``found`` and ``expected`` are parts of the sentence. ``of``: the sound file.
     """

@@ -1,4 +1,6 @@
-"""Every broken file is answered by one sentence with file, line, found and expected, and starts nothing."""
+"""Every broken file is answered by one sentence with file, line, found and expected, and starts
+nothing.
+"""
 
 import re
 
@@ -12,8 +14,11 @@ from broken_rigs import SHAPE, UNITS
 from epa_rt.cli.main import main
 
 RIG = [*UNITS, *SHAPE, *BUS, *STARTUP, *ROWS, *ROLES]
-FOLDER = {**dict.fromkeys((b.name for b in RIG), RIGS), **dict.fromkeys((b.name for b in PLANT), PLANTS),
-          **dict.fromkeys((b.name for b in EXPERIMENT), EXPERIMENTS)}
+FOLDER = {
+    **dict.fromkeys((b.name for b in RIG), RIGS),
+    **dict.fromkeys((b.name for b in PLANT), PLANTS),
+    **dict.fromkeys((b.name for b in EXPERIMENT), EXPERIMENTS),
+}
 ALL = [*RIG, *PLANT, *EXPERIMENT]
 
 
@@ -55,24 +60,37 @@ def test_run_answers_the_same_and_leaves_no_log(broken, tmp_path, capsys):
     rig = path if broken in RIG else RIGS / "bench.yaml"
     plant = path if broken in PLANT else PLANTS / "bench.yaml"
     experiment = path if broken in EXPERIMENT else EXPERIMENTS / "identification_short.yaml"
-    assert main(["run", str(experiment), "--rig", str(rig), "--plant", str(plant), "-o", str(out)]) == 2
+    assert (
+        main(["run", str(experiment), "--rig", str(rig), "--plant", str(plant), "-o", str(out)])
+        == 2
+    )
     assert_one_sentence(capsys.readouterr().err, "run", path, line, broken.found, broken.expected)
     assert not out.exists()
 
 
-@pytest.mark.parametrize(("name", "content", "found"), [
-    ("empty.yaml", b"", "an empty file"),
-    ("comment.yaml", b"# nothing but this\n", "an empty file"),
-    ("list.yaml", b"- rig\n- bus\n", "a list or a single value"),
-    ("word.yaml", b"rig\n", "a list or a single value"),
-    ("binary.yaml", b"rig: \xff\xfe\x00\n", "not UTF-8"),
-    ("zeros.yaml", b"\x00" * 100, "U+0000"),
-    ("huge.yaml", b"# " + b"x" * (1 << 20), "more than 1 MB"),
-    ("two.yaml", b"rig: a\n---\nrig: b\n", "another document"),
-    ("nothing_known.yaml", b"robot: x\n", "none of the keys rig, experiment, plant"),
-    ("bomb.yaml", b"a: &a [1, 2]\n" + b"".join(b"%c: &%c [*%c, *%c, *%c, *%c, *%c, *%c, *%c, *%c]\n" % (
-        c + 1, c + 1, *[c] * 8) for c in range(97, 105)), "more than 50000 values"),
-])
+@pytest.mark.parametrize(
+    ("name", "content", "found"),
+    [
+        ("empty.yaml", b"", "an empty file"),
+        ("comment.yaml", b"# nothing but this\n", "an empty file"),
+        ("list.yaml", b"- rig\n- bus\n", "a list or a single value"),
+        ("word.yaml", b"rig\n", "a list or a single value"),
+        ("binary.yaml", b"rig: \xff\xfe\x00\n", "not UTF-8"),
+        ("zeros.yaml", b"\x00" * 100, "U+0000"),
+        ("huge.yaml", b"# " + b"x" * (1 << 20), "more than 1 MB"),
+        ("two.yaml", b"rig: a\n---\nrig: b\n", "another document"),
+        ("nothing_known.yaml", b"robot: x\n", "none of the keys rig, experiment, plant"),
+        (
+            "bomb.yaml",
+            b"a: &a [1, 2]\n"
+            + b"".join(
+                b"%c: &%c [*%c, *%c, *%c, *%c, *%c, *%c, *%c, *%c]\n" % (c + 1, c + 1, *[c] * 8)
+                for c in range(97, 105)
+            ),
+            "more than 50000 values",
+        ),
+    ],
+)
 def test_files_that_hold_no_rig(name, content, found, tmp_path, capsys):
     path = tmp_path / name
     path.write_bytes(content)
@@ -82,16 +100,40 @@ def test_files_that_hold_no_rig(name, content, found, tmp_path, capsys):
 
 
 def test_what_is_no_file(tmp_path, capsys):
-    for path, found in ((tmp_path, "a folder"), (tmp_path / "none.yaml", "no such file"), (tmp_path / ("x" * 300), "cannot be read")):
+    for path, found in (
+        (tmp_path, "a folder"),
+        (tmp_path / "none.yaml", "no such file"),
+        (tmp_path / ("x" * 300), "cannot be read"),
+    ):
         assert main(["check", str(path)]) == 2
         said = capsys.readouterr().err
         assert found in said and ", expected a YAML file" in said and said.count("\n") == 1
 
 
 def test_a_plant_that_the_rig_names_and_is_not_there(tmp_path, capsys):
-    for plant, found in (("../plants/none.yaml", "no such file"), ('"a\\0b"', "a path that cannot be one")):
+    for plant, found in (
+        ("../plants/none.yaml", "no such file"),
+        ('"a\\0b"', "a path that cannot be one"),
+    ):
         path = tmp_path / "bench.yaml"
-        path.write_text((RIGS / "bench.yaml").read_text(encoding="utf-8").replace("../plants/bench.yaml", plant), encoding="utf-8")
-        assert main(["run", str(EXPERIMENTS / "step.yaml"), "--rig", str(path), "-o", str(tmp_path / "out")]) == 2
+        path.write_text(
+            (RIGS / "bench.yaml")
+            .read_text(encoding="utf-8")
+            .replace("../plants/bench.yaml", plant),
+            encoding="utf-8",
+        )
+        assert (
+            main(
+                [
+                    "run",
+                    str(EXPERIMENTS / "step.yaml"),
+                    "--rig",
+                    str(path),
+                    "-o",
+                    str(tmp_path / "out"),
+                ]
+            )
+            == 2
+        )
         assert found in capsys.readouterr().err
         assert not (tmp_path / "out").exists()

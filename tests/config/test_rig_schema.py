@@ -17,7 +17,9 @@ ROOT = Path(__file__).resolve().parents[2]
 def validators(tmp_path_factory):
     folder = tmp_path_factory.mktemp("schema")
     assert main(["schema", "-o", str(folder)]) == 0
-    schemas = {kind: json.loads((folder / f"{kind}.json").read_text()) for kind in ("rig", "experiment")}
+    schemas = {
+        kind: json.loads((folder / f"{kind}.json").read_text()) for kind in ("rig", "experiment")
+    }
     for schema in schemas.values():
         jsonschema.Draft202012Validator.check_schema(schema)
     return {kind: jsonschema.Draft202012Validator(schema) for kind, schema in schemas.items()}
@@ -46,7 +48,9 @@ def places(value, at=()):
             yield from places(inner, (*at, i))
 
 
-@pytest.mark.parametrize(("kind", "name"), [("rig", "knee"), ("rig", "bench_analog"), ("experiment", "identification")])
+@pytest.mark.parametrize(
+    ("kind", "name"), [("rig", "knee"), ("rig", "bench_analog"), ("experiment", "identification")]
+)
 def test_an_unknown_key_is_refused_wherever_it_stands(validators, kind, name):
     sound = data(ROOT / "config" / f"{kind}s" / f"{name}.yaml")
     for place in places(sound):
@@ -61,6 +65,16 @@ def test_an_unknown_key_is_refused_wherever_it_stands(validators, kind, name):
 
 
 def test_bounds_and_kinds_are_in_the_schema(validators):
-    for change in ({"period": True}, {"period": None}, {"bus": []}, {"muscles": [{}]}, {"overrun": {"policy": "ignore"}},
-                   {"atmosphere": "101 kPa"}, {"safety": {"lost_cycles": 0}}, {"drive": {"interface": "wire"}}):
-        assert not validators["rig"].is_valid(data(ROOT / "config/rigs/bench.yaml") | change), change
+    for change in (
+        {"period": True},
+        {"period": None},
+        {"bus": []},
+        {"muscles": [{}]},
+        {"overrun": {"policy": "ignore"}},
+        {"atmosphere": "101 kPa"},
+        {"safety": {"lost_cycles": 0}},
+        {"drive": {"interface": "wire"}},
+    ):
+        assert not validators["rig"].is_valid(data(ROOT / "config/rigs/bench.yaml") | change), (
+            change
+        )

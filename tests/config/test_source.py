@@ -51,7 +51,7 @@ def test_any_bytes_give_data_or_a_config_error(tmp_path_factory, content):
 @settings(max_examples=150)
 @given(st.integers(0, len(SOUND) - 1), st.binary(max_size=4), st.integers(0, 6))
 def test_a_rig_file_with_any_damage_gives_a_rig_or_a_config_error(tmp_path_factory, at, put, drop):
-    found = read(SOUND[:at] + put + SOUND[at + drop:], tmp_path_factory.getbasetemp())
+    found = read(SOUND[:at] + put + SOUND[at + drop :], tmp_path_factory.getbasetemp())
     if isinstance(found, Located):
         try:
             rig_from(found)
@@ -59,7 +59,9 @@ def test_a_rig_file_with_any_damage_gives_a_rig_or_a_config_error(tmp_path_facto
             assert ", expected " in str(error) and "\n" not in str(error)
 
 
-@pytest.mark.parametrize("path", sorted(ROOT.glob("config/*/*.yaml")), ids=lambda p: f"{p.parent.name}/{p.name}")
+@pytest.mark.parametrize(
+    "path", sorted(ROOT.glob("config/*/*.yaml")), ids=lambda p: f"{p.parent.name}/{p.name}"
+)
 def test_delivered_files_read_as_pyyaml_reads_them(path):
     located = load_yaml(path)
     assert located.data == yaml.safe_load(path.read_text(encoding="utf-8"))
@@ -71,7 +73,9 @@ def test_delivered_files_read_as_pyyaml_reads_them(path):
 
 def test_line_of_a_place_that_is_missing_is_the_nearest_above():
     located = parse_yaml("a: 1\nb:\n  - c: 2\n  - d: 3\n", "x.yaml")
-    assert [located.line(w) for w in (("a",), ("b", 1, "d"), ("b", 1, "e"), ("b", 7), ("z",), ())] == [1, 4, 4, 2, 1, 1]
+    assert [
+        located.line(w) for w in (("a",), ("b", 1, "d"), ("b", 1, "e"), ("b", 7), ("z",), ())
+    ] == [1, 4, 4, 2, 1, 1]
     assert str(located.error(("b", 1, "d"), "x", "y")) == "x.yaml:4: b[1].d: found x, expected y"
 
 

@@ -1,4 +1,6 @@
-"""Quantities: what is written comes back as the SI value, products multiply, junk is a UnitError and nothing else."""
+"""Quantities: what is written comes back as the SI value, products multiply, junk is a UnitError
+and nothing else.
+"""
 
 import math
 
@@ -11,7 +13,16 @@ from epa_rt.config.units import UnitError, parse_pressure, parse_quantity, split
 
 SYMBOLS = sorted(set(units._UNITS) - {"1"})
 PREFIXED = sorted(units._PREFIXED - {"g"})
-PREFIXES = {"n": 1e-9, "u": 1e-6, "\u00b5": 1e-6, "\u03bc": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "M": 1e6}
+PREFIXES = {
+    "n": 1e-9,
+    "u": 1e-6,
+    "\u00b5": 1e-6,
+    "\u03bc": 1e-6,
+    "m": 1e-3,
+    "c": 1e-2,
+    "k": 1e3,
+    "M": 1e6,
+}
 numbers = st.floats(-1e12, 1e12, allow_nan=False)
 
 
@@ -30,8 +41,13 @@ def test_a_prefix_multiplies(symbol, prefix):
     assert unit(prefix + symbol) == (pytest.approx(PREFIXES[prefix] * factor, rel=1e-12), dimension)
 
 
-@given(st.lists(st.tuples(st.sampled_from("*/"), st.sampled_from(SYMBOLS), st.integers(-4, 4).filter(bool)), max_size=4),
-       st.sampled_from(SYMBOLS))
+@given(
+    st.lists(
+        st.tuples(st.sampled_from("*/"), st.sampled_from(SYMBOLS), st.integers(-4, 4).filter(bool)),
+        max_size=4,
+    ),
+    st.sampled_from(SYMBOLS),
+)
 def test_products_and_powers_multiply_factors_and_add_dimensions(parts, first):
     factor, dimension = unit(first)
     text = first
@@ -46,7 +62,10 @@ def test_products_and_powers_multiply_factors_and_add_dimensions(parts, first):
 
 @given(st.sampled_from(SYMBOLS), st.sampled_from(SYMBOLS), st.sampled_from(SYMBOLS))
 def test_brackets_divide_as_a_whole(a, b, c):
-    assert unit(f"{a}/({b}*{c})") == (pytest.approx(unit(f"{a}/{b}/{c}")[0], rel=1e-12), unit(f"{a}/{b}/{c}")[1])
+    assert unit(f"{a}/({b}*{c})") == (
+        pytest.approx(unit(f"{a}/{b}/{c}")[0], rel=1e-12),
+        unit(f"{a}/{b}/{c}")[1],
+    )
 
 
 @given(st.sampled_from(SYMBOLS), st.sampled_from(SYMBOLS), numbers)
@@ -58,30 +77,89 @@ def test_another_dimension_is_refused(symbol, other, number):
 
 
 @settings(max_examples=400)
-@given(st.one_of(st.text(max_size=40), st.text("0123456789.eE+-^*/()1 mskNPaA%", max_size=100), st.floats(), st.integers(),
-                 st.booleans(), st.none(), st.lists(st.integers()), st.binary(), st.just(16**9000)))
+@given(
+    st.one_of(
+        st.text(max_size=40),
+        st.text("0123456789.eE+-^*/()1 mskNPaA%", max_size=100),
+        st.floats(),
+        st.integers(),
+        st.booleans(),
+        st.none(),
+        st.lists(st.integers()),
+        st.binary(),
+        st.just(16**9000),
+    )
+)
 def test_junk_is_a_unit_error_and_nothing_else(junk):
-    for read in (lambda: parse_quantity(junk, "m"), lambda: parse_quantity(junk, "1"), lambda: parse_pressure(junk, 1e5),
-                 lambda: split_quantity(junk)[0]):
+    for read in (
+        lambda: parse_quantity(junk, "m"),
+        lambda: parse_quantity(junk, "1"),
+        lambda: parse_pressure(junk, 1e5),
+        lambda: split_quantity(junk)[0],
+    ):
         try:
             assert math.isfinite(read())
         except UnitError as error:
             assert str(error).startswith("found ") and ", expected " in str(error)
 
 
-@pytest.mark.parametrize("text", ["m s", "m//s", "m*", "/s", "()", "m1", "11", "m^0", "m^^2", "m^12", "m)", "(m", "(m s)", "*", "kkm", "ckg",
-                                  "((km^9)^9)^9", "((nm^9)^9)^9", "1/((nm^9)^9)^9", "(" * 500, "m" * 500, "2", "m^-", "psf", "\u00b2"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "m s",
+        "m//s",
+        "m*",
+        "/s",
+        "()",
+        "m1",
+        "11",
+        "m^0",
+        "m^^2",
+        "m^12",
+        "m)",
+        "(m",
+        "(m s)",
+        "*",
+        "kkm",
+        "ckg",
+        "((km^9)^9)^9",
+        "((nm^9)^9)^9",
+        "1/((nm^9)^9)^9",
+        "(" * 500,
+        "m" * 500,
+        "2",
+        "m^-",
+        "psf",
+        "\u00b2",
+    ],
+)
 def test_what_is_no_unit(text):
     with pytest.raises(UnitError, match="^found .*, expected "):
         unit(text)
 
 
-@pytest.mark.parametrize(("text", "si", "value"), [
-    ("20.78 cm", "m", 0.2078), ("110 g*cm^2", "kg*m^2", 1.1e-5), ("1 min", "s", 60.0), ("30 rpm", "rad/s", math.pi), ("5 %", "1", 0.05),
-    ("1e-3m", "m", 1e-3), ("+.5 kN", "N", 500.0), (7, "1", 7.0), ("3 1/s", "Hz", 3.0), ("250 rpm/V", "rad/s/V", 250 * 2 * math.pi / 60),
-    ("1.6e-10 m^3/(s*Pa)", "m^3/(s*Pa)", 1.6e-10), ("2 L", "m^3", 2e-3), ("0.2 mH", "H", 2e-4),
-    ("30 psi", "Pa", 30 * 6894.757293168361), ("10 lbf", "N", 44.482216152605), ("2 inch/s", "m/s", 0.0508), ("1 ft*lbf", "Nm", 1.3558179483314),
-])
+@pytest.mark.parametrize(
+    ("text", "si", "value"),
+    [
+        ("20.78 cm", "m", 0.2078),
+        ("110 g*cm^2", "kg*m^2", 1.1e-5),
+        ("1 min", "s", 60.0),
+        ("30 rpm", "rad/s", math.pi),
+        ("5 %", "1", 0.05),
+        ("1e-3m", "m", 1e-3),
+        ("+.5 kN", "N", 500.0),
+        (7, "1", 7.0),
+        ("3 1/s", "Hz", 3.0),
+        ("250 rpm/V", "rad/s/V", 250 * 2 * math.pi / 60),
+        ("1.6e-10 m^3/(s*Pa)", "m^3/(s*Pa)", 1.6e-10),
+        ("2 L", "m^3", 2e-3),
+        ("0.2 mH", "H", 2e-4),
+        ("30 psi", "Pa", 30 * 6894.757293168361),
+        ("10 lbf", "N", 44.482216152605),
+        ("2 inch/s", "m/s", 0.0508),
+        ("1 ft*lbf", "Nm", 1.3558179483314),
+    ],
+)
 def test_known_quantities(text, si, value):
     assert parse_quantity(text, si) == pytest.approx(value, rel=1e-14)
 

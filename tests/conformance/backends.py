@@ -1,7 +1,8 @@
 """The backends that are held to the protocol. A new one joins with one line in FACTORIES.
 
-A factory takes a rig and a scenario and gives a backend that is not open yet. The scenario says what the test will send;
-only a backend that cannot answer freely (a recorded log) needs to know it beforehand.
+A factory takes a rig and a scenario and gives a backend that is not open yet. The scenario says
+what the test will send; only a backend that cannot answer freely (a recorded log) needs to know it
+beforehand.
 """
 
 from collections.abc import Callable
@@ -41,7 +42,9 @@ class Rest:
 
 
 class Walk(Rest):
-    """Enables the drive in speed mode at rest, valves de-energised; ``control`` and ``status`` are what passed."""
+    """Enables the drive in speed mode at rest, valves de-energised; ``control`` and ``status`` are
+    what passed.
+    """
 
     def __init__(self, on: Rig):
         super().__init__(on)
@@ -50,7 +53,11 @@ class Walk(Rest):
         self.enabler.enable()
 
     def step(self, inputs_raw: bytes) -> bytes:
-        measured, command, drive = self.decoder.decode(inputs_raw), dict(self.encoder.safe), self.on.drive
+        measured, command, drive = (
+            self.decoder.decode(inputs_raw),
+            dict(self.encoder.safe),
+            self.on.drive,
+        )
         self.measured = measured
         if drive.interface == "analog":
             command[drive.enable] = float(self.enabler.step())
@@ -82,8 +89,19 @@ def recorded(on: Rig, scenario: str) -> ReplayBackend:
         sent += outputs
     source.close()
     zeros = [0] * CYCLES
-    cycles = RecordedCycles([r.cycle for r in rows], [r.t_ns for r in rows], [FLAG_WORKING_COUNTER_OK] * CYCLES, zeros, zeros, zeros, zeros,
-                            b"".join(r.inputs_raw for r in rows), sent, operator.decoder.size, operator.encoder.size)
+    cycles = RecordedCycles(
+        [r.cycle for r in rows],
+        [r.t_ns for r in rows],
+        [FLAG_WORKING_COUNTER_OK] * CYCLES,
+        zeros,
+        zeros,
+        zeros,
+        zeros,
+        b"".join(r.inputs_raw for r in rows),
+        sent,
+        operator.decoder.size,
+        operator.encoder.size,
+    )
     return ReplayBackend(cycles, on.period_s)
 
 

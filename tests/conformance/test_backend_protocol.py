@@ -8,11 +8,17 @@ from backends import CYCLES, FACTORIES, RIGS, SCENARIOS, rig
 from epa_rt.backend import BackendError, Exchange
 from epa_rt.control.cia402 import DriveState, decode
 
-EVERY = [pytest.param(name, make, id=f"{backend}-{name}") for backend, make in FACTORIES.items() for name in RIGS]
+EVERY = [
+    pytest.param(name, make, id=f"{backend}-{name}")
+    for backend, make in FACTORIES.items()
+    for name in RIGS
+]
 every_backend = pytest.mark.parametrize(("name", "make"), EVERY)
 
 
-def run(make, name: str, scenario: str, cycles: int = CYCLES) -> tuple[list[Exchange], list[dict], object]:
+def run(
+    make, name: str, scenario: str, cycles: int = CYCLES
+) -> tuple[list[Exchange], list[dict], object]:
     """A scenario run through: exchanges, measured signals (a copy each), the operator."""
     on = rig(name)
     backend, operator = make(on, scenario), SCENARIOS[scenario](on)
@@ -51,7 +57,9 @@ def test_outputs_of_another_size_are_refused_and_it_can_still_be_closed(name, ma
     backend, safe = make(on, "rest"), SCENARIOS["rest"](on).outputs_raw
     backend.open()
     for wrong in (b"", safe[:-1], safe + b"\0"):
-        with pytest.raises(BackendError, match=f"found {len(wrong)} bytes, expected .* {len(safe)} bytes"):
+        with pytest.raises(
+            BackendError, match=f"found {len(wrong)} bytes, expected .* {len(safe)} bytes"
+        ):
             backend.exchange(wrong)
     first = backend.exchange(safe)
     assert first.cycle == 0  # what was refused was no cycle
@@ -67,10 +75,19 @@ def test_cycles_count_from_zero_and_time_steps_by_the_period(name, make):
     exchanges, _, operator = run(make, name, "rest")
     assert [e.cycle for e in exchanges] == list(range(CYCLES))
     stamps = [e.t_ns for e in exchanges]
-    assert {b - a for a, b in zip(stamps, stamps[1:], strict=False)} == {round(rig(name).period_s * 1e9)}
+    assert {b - a for a, b in zip(stamps, stamps[1:], strict=False)} == {
+        round(rig(name).period_s * 1e9)
+    }
     for e in exchanges:
-        assert type(e) is Exchange and type(e.inputs_raw) is bytes and len(e.inputs_raw) == operator.decoder.size
-        assert type(e.t_ns) is type(e.lateness_ns) is type(e.busy_ns) is int and e.working_counter_ok is True
+        assert (
+            type(e) is Exchange
+            and type(e.inputs_raw) is bytes
+            and len(e.inputs_raw) == operator.decoder.size
+        )
+        assert (
+            type(e.t_ns) is type(e.lateness_ns) is type(e.busy_ns) is int
+            and e.working_counter_ok is True
+        )
 
 
 @every_backend
@@ -88,7 +105,10 @@ def test_safe_outputs_move_and_energise_nothing(name, make):
             assert abs(row[muscle.pressure] - on.atmosphere_pa) < 5e3
         assert abs(row[on.motor.current]) < 0.1
         if on.drive.interface == "cia402":
-            assert decode(row[on.drive.status_word]) in (DriveState.NOT_READY, DriveState.SWITCH_ON_DISABLED)
+            assert decode(row[on.drive.status_word]) in (
+                DriveState.NOT_READY,
+                DriveState.SWITCH_ON_DISABLED,
+            )
         if name != "mass":  # there the bias load pulls the motor round
             assert abs(row[on.motor.position] - measured[0][on.motor.position]) < 1e-3
 
@@ -102,11 +122,19 @@ def test_the_drive_walks_up_by_its_control_words(name, make):
         assert operator.control[0] == operator.control[-1] == 1.0
         return
     states = list(dict.fromkeys(decode(word) for word in operator.status))
-    assert states == [DriveState.NOT_READY, DriveState.SWITCH_ON_DISABLED, DriveState.READY, DriveState.SWITCHED_ON, DriveState.OPERATION_ENABLED]
+    assert states == [
+        DriveState.NOT_READY,
+        DriveState.SWITCH_ON_DISABLED,
+        DriveState.READY,
+        DriveState.SWITCHED_ON,
+        DriveState.OPERATION_ENABLED,
+    ]
     assert list(dict.fromkeys(operator.control)) == [0x00, 0x06, 0x07, 0x0F]
     assert measured[-1][on.drive.mode_display] == 9
     live = operator.control.index(0x0F)
-    assert decode(operator.status[live]) is DriveState.SWITCHED_ON  # an answer comes in a later cycle than its command
+    assert (
+        decode(operator.status[live]) is DriveState.SWITCHED_ON
+    )  # an answer comes in a later cycle than its command
     for row in measured[live:] if name != "mass" else []:
         assert abs(row[on.motor.position] - measured[live][on.motor.position]) < 1e-3
 

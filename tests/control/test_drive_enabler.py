@@ -1,4 +1,6 @@
-"""CiA 402 enabler against a drive written from the standard's table, with random faults and delays; output enabler."""
+"""CiA 402 enabler against a drive written from the standard's table, with random faults and delays;
+output enabler.
+"""
 
 import pytest
 from hypothesis import given, settings
@@ -20,7 +22,9 @@ STATUS = {
 
 
 class Drive:
-    """IEC 61800-7-201 transitions as a table of control-word patterns; anything else keeps the state."""
+    """IEC 61800-7-201 transitions as a table of control-word patterns; anything else keeps the
+    state.
+    """
 
     def __init__(self, state="switch on disabled", delay=0):
         self.state, self.last, self.delay = state, 0x0080, delay
@@ -35,12 +39,12 @@ class Drive:
             self.state = "switch on disabled" if rising else s
         elif s == "reaction":
             self.state = "fault"
-        elif s == "not ready":
-            self.state = "switch on disabled"
-        elif word & 0x02 == 0:
+        elif s == "not ready" or word & 0x02 == 0:
             self.state = "switch on disabled"
         elif word & 0x04 == 0:
-            self.state = {"operation": "quick stop", "quick stop": "quick stop"}.get(s, "switch on disabled")
+            self.state = {"operation": "quick stop", "quick stop": "quick stop"}.get(
+                s, "switch on disabled"
+            )
         elif word & 0x01 == 0:
             self.state = s if s == "quick stop" else "ready"
         elif word & 0x08 == 0:
@@ -68,16 +72,30 @@ def walk(enabler, drive, cycles):
 @pytest.mark.parametrize("name, bits", STATUS.items())
 @pytest.mark.parametrize("extra", [0x0000, 0x1210, 0x0080, 0xFE90])
 def test_decodes_every_state_whatever_the_other_bits(name, bits, extra):
-    names = ["NOT_READY", "SWITCH_ON_DISABLED", "READY", "SWITCHED_ON", "OPERATION_ENABLED", "QUICK_STOP_ACTIVE"]
+    names = [
+        "NOT_READY",
+        "SWITCH_ON_DISABLED",
+        "READY",
+        "SWITCHED_ON",
+        "OPERATION_ENABLED",
+        "QUICK_STOP_ACTIVE",
+    ]
     expected = dict(zip(STATUS, [*names, "FAULT_REACTION", "FAULT"], strict=True))[name]
     assert decode(bits | extra) is DriveState[expected]
 
 
 def test_every_status_word_has_one_state_by_the_masks_of_the_standard():
-    masks = {"READY": 0x21, "SWITCHED_ON": 0x23, "OPERATION_ENABLED": 0x27, "QUICK_STOP_ACTIVE": 0x07}
+    masks = {
+        "READY": 0x21,
+        "SWITCHED_ON": 0x23,
+        "OPERATION_ENABLED": 0x27,
+        "QUICK_STOP_ACTIVE": 0x07,
+    }
     narrow = {"NOT_READY": 0x00, "SWITCH_ON_DISABLED": 0x40, "FAULT_REACTION": 0x0F, "FAULT": 0x08}
     for word in range(0x10000):
-        by_mask = [n for n, v in masks.items() if word & 0x6F == v] + [n for n, v in narrow.items() if word & 0x4F == v]
+        by_mask = [n for n, v in masks.items() if word & 0x6F == v] + [
+            n for n, v in narrow.items() if word & 0x4F == v
+        ]
         assert len(by_mask) <= 1
         assert decode(word).name == (by_mask or ["UNKNOWN"])[0]
 
@@ -89,7 +107,12 @@ def test_walks_up_from_any_state_and_down_again(start, delay):
     assert enabler.step(drive.status()) == 0x0000
     enabler.enable()
     walk(enabler, drive, 60)
-    assert (drive.state, enabler.enabled, enabler.targets_live, enabler.cause) == ("operation", True, True, "")
+    assert (drive.state, enabler.enabled, enabler.targets_live, enabler.cause) == (
+        "operation",
+        True,
+        True,
+        "",
+    )
     assert not drive.skipped
     enabler.disable(controlled=True)
     assert not enabler.targets_live
@@ -107,8 +130,15 @@ def test_one_word_per_transition():
     enabler = DriveEnabler()
     enabler.enable()
     assert [hex(w) for w in walk(enabler, Drive("fault"), 8)] == [
-        "0x0", "0x80", "0x6", "0x7", "0xf", "0xf", "0xf", "0xf",
-    ]  # fmt: skip
+        "0x0",
+        "0x80",
+        "0x6",
+        "0x7",
+        "0xf",
+        "0xf",
+        "0xf",
+        "0xf",
+    ]
 
 
 def test_fault_is_left_alone_unless_asked():
@@ -130,7 +160,9 @@ def test_fault_is_reset_once_per_request():
     assert enabler.enabled
 
 
-@pytest.mark.parametrize("stuck", ["not ready", "switch on disabled", "ready", "switched on", "fault", "reaction"])
+@pytest.mark.parametrize(
+    "stuck", ["not ready", "switch on disabled", "ready", "switched on", "fault", "reaction"]
+)
 def test_a_drive_that_does_not_move_is_named(stuck):
     enabler = DriveEnabler(timeout_cycles=10)
     enabler.enable()
@@ -157,7 +189,14 @@ def test_a_drive_that_will_not_be_disabled_is_named():
 
 
 @pytest.mark.parametrize(
-    "to, word", [("quick stop", 0x02), ("fault", 0), ("switched on", 0), ("switch on disabled", 0), ("reaction", 0)]
+    "to, word",
+    [
+        ("quick stop", 0x02),
+        ("fault", 0),
+        ("switched on", 0),
+        ("switch on disabled", 0),
+        ("reaction", 0),
+    ],
 )
 def test_loss_of_operation_is_a_cause_and_ends_the_request(to, word):
     enabler, drive = DriveEnabler(), Drive()
@@ -173,7 +212,9 @@ def test_loss_of_operation_is_a_cause_and_ends_the_request(to, word):
 @settings(max_examples=300)
 @given(
     st.lists(
-        st.sampled_from(["run"] * 12 + ["enable", "enable kept", "disable", "controlled", *STATUS, "noise"]),
+        st.sampled_from(
+            ["run"] * 12 + ["enable", "enable kept", "disable", "controlled", *STATUS, "noise"]
+        ),
         max_size=120,
     ),
     st.integers(0, 3),

@@ -18,7 +18,9 @@ def test_position_starts_at_the_last_target_and_follows_from_there(measured, ref
     c = MotorPosition()
     m = {"motor_travel_m": measured}
     c.reset(m, {"cmd_motor_travel_m": last})
-    assert c.step(m, {"ref_motor_travel_m": reference}, DT_S)["cmd_motor_travel_m"] == pytest.approx(last)
+    assert c.step(m, {"ref_motor_travel_m": reference}, DT_S)[
+        "cmd_motor_travel_m"
+    ] == pytest.approx(last)
     moved = c.step(m, {"ref_motor_travel_m": reference + 0.01}, DT_S)["cmd_motor_travel_m"]
     assert moved == pytest.approx(last + 0.01)
     for no_command in (None, {}, {"cmd_motor_travel_m": math.nan}):
@@ -72,13 +74,21 @@ def test_torque_slews_from_the_last_command_within_its_limit(last, wanted):
     assert now == pytest.approx(max(-5.0, min(5.0, wanted)))
     assert c.saturated == (200 if abs(wanted) > 5.0 else 0)
     assert math.isnan(c.step({}, {"ref_motor_torque_n_m": math.nan}, DT_S)["cmd_motor_torque_n_m"])
-    assert c.step({}, {"ref_motor_torque_n_m": wanted}, DT_S)["cmd_motor_torque_n_m"] == pytest.approx(now)
+    assert c.step({}, {"ref_motor_torque_n_m": wanted}, DT_S)[
+        "cmd_motor_torque_n_m"
+    ] == pytest.approx(now)
 
 
-JOINT_COMMAND = {"travel": "cmd_motor_travel_m", "speed": "cmd_motor_speed_m_s", "torque": "cmd_motor_torque_n_m"}
+JOINT_COMMAND = {
+    "travel": "cmd_motor_travel_m",
+    "speed": "cmd_motor_speed_m_s",
+    "torque": "cmd_motor_torque_n_m",
+}
 
 
-@given(st.sampled_from(list(JOINT_COMMAND)), st.floats(-1, 1), st.floats(-1, 1), st.floats(-0.05, 0.05))
+@given(
+    st.sampled_from(list(JOINT_COMMAND)), st.floats(-1, 1), st.floats(-1, 1), st.floats(-0.05, 0.05)
+)
 def test_joint_starts_at_the_last_command(output, angle, reference, last):
     name = JOINT_COMMAND[output]
     c = JointAngle(
@@ -95,7 +105,9 @@ def test_joint_starts_at_the_last_command(output, angle, reference, last):
 @pytest.mark.parametrize("lever_arm_m", [0.04, -0.04])
 @pytest.mark.parametrize("output", list(JOINT_COMMAND))
 def test_joint_closes_the_loop_with_either_sign_of_the_lever_arm(output, lever_arm_m):
-    """Joint behind a lever: angle follows travel / lever with a lag; torque is what a spring and damper answer."""
+    """Joint behind a lever: angle follows travel / lever with a lag; torque is what a spring and
+    damper answer.
+    """
     name = JOINT_COMMAND[output]
     gains = {
         "travel": PidGains(0.01, 0.2, 0.0, 50.0, -0.5, 0.5),
@@ -109,7 +121,10 @@ def test_joint_closes_the_loop_with_either_sign_of_the_lever_arm(output, lever_a
     errors = []
     for k in range(8000):
         t = k * DT_S
-        r = {"ref_knee_angle_rad": 0.2 * math.sin(3 * t), "ref_knee_speed_rad_s": 0.6 * math.cos(3 * t)}
+        r = {
+            "ref_knee_angle_rad": 0.2 * math.sin(3 * t),
+            "ref_knee_speed_rad_s": 0.6 * math.cos(3 * t),
+        }
         m["knee_angle_rad"], m["motor_travel_m"] = angle, x
         u = c.step(m, r, DT_S)[name]
         if output == "torque":
@@ -123,7 +138,10 @@ def test_joint_closes_the_loop_with_either_sign_of_the_lever_arm(output, lever_a
 
 def test_joint_with_smoothing_and_speed_feedforward_starts_at_the_last_command_and_forgets_a_nan():
     c = JointAngle(
-        PidGains(0.1, 0.2, 0.001, 50.0, -0.1, 0.1), lever_arm_m=0.04, feedforward_speed_s=0.05, output_cutoff_hz=20.0
+        PidGains(0.1, 0.2, 0.001, 50.0, -0.1, 0.1),
+        lever_arm_m=0.04,
+        feedforward_speed_s=0.05,
+        output_cutoff_hz=20.0,
     )
     m = {"knee_angle_rad": 0.1, "motor_travel_m": 0.0}
     r = {"ref_knee_angle_rad": 0.3, "ref_knee_speed_rad_s": 0.5}
@@ -136,9 +154,18 @@ def test_joint_with_smoothing_and_speed_feedforward_starts_at_the_last_command_a
 def test_wiring_is_declared_and_the_result_is_one_dict():
     controllers = [
         MotorPosition(travel="a", reference_travel="b", command="c"),
-        MotorSpeed(travel="a", reference_travel="b", reference_speed="s", command="c", kp_position=1.0, limit_m_s=1.0),
+        MotorSpeed(
+            travel="a",
+            reference_travel="b",
+            reference_speed="s",
+            command="c",
+            kp_position=1.0,
+            limit_m_s=1.0,
+        ),
         MotorTorque(reference="b", command="c", limit_n_m=1.0),
-        JointAngle(PidGains(1.0), lever_arm_m=0.1, angle="k", reference_angle="b", travel="a", command="c"),
+        JointAngle(
+            PidGains(1.0), lever_arm_m=0.1, angle="k", reference_angle="b", travel="a", command="c"
+        ),
     ]
     for c in controllers:
         signals = dict.fromkeys(c.reads, 0.0)

@@ -70,7 +70,8 @@ def test_reset_is_bumpless(g, reference, measurement, feedforward, part):
     pid.step(1.0, 2.0, 3.0, DT_S)
     pid.reset(measurement, start)
     assert pid.step(reference, measurement, feedforward, DT_S) == pytest.approx(start, abs=1e-9)
-    # The second step moves by one integration step at most: the seed is not clamped away afterwards.
+    # The second step moves by one integration step at most: the seed is not clamped away
+    # afterwards.
     second = pid.step(reference, measurement, feedforward, DT_S)
     assert abs(second - start) <= abs(g.ki * (reference - measurement)) * DT_S + 1e-9
 
@@ -96,7 +97,9 @@ def test_gain_change_is_bumpless(g, h, samples):
 
 @given(gains, st.floats(-100, 100).filter(lambda e: abs(e) > 1.0), st.integers(1, 5000))
 def test_leaves_the_limit_at_once_after_saturation(g, error, cycles):
-    """With the integral at its stop, a reversed error of the same size brings the output off the limit in one step."""
+    """With the integral at its stop, a reversed error of the same size brings the output off the
+    limit in one step.
+    """
     g = PidGains(abs(g.kp) + 0.1, abs(g.ki), 0.0, math.inf, -10.0, 10.0)
     pid = Pid(g)
     for _ in range(min(cycles, 300)):
@@ -108,7 +111,9 @@ def test_leaves_the_limit_at_once_after_saturation(g, error, cycles):
 
 
 def test_long_saturation_costs_no_more_than_short():
-    """A first-order plant that cannot reach the reference for 100 s returns as fast as after 20 s."""
+    """A first-order plant that cannot reach the reference for 100 s returns as fast as after 20
+    s.
+    """
 
     def cycles_back(saturated_s):
         pid = Pid(PidGains(kp=2.0, ki=5.0, low=-1.0, high=1.0))
@@ -147,7 +152,9 @@ def test_derivative_of_a_ramp_settles_at_its_slope_with_the_filters_time_constan
         assert output == pytest.approx(-3.0 * (1.0 - math.exp(-2 * math.pi * 10.0 * k * DT_S)))
 
 
-@given(st.sampled_from([0, 1, 2]), st.sampled_from([math.nan, math.inf, -math.inf]), st.integers(1, 5))
+@given(
+    st.sampled_from([0, 1, 2]), st.sampled_from([math.nan, math.inf, -math.inf]), st.integers(1, 5)
+)
 def test_a_bad_input_gives_nan_and_leaves_no_trace(place, bad, times):
     pids = [Pid(PidGains(kp=2.0, ki=3.0, kd=0.1, derivative_cutoff_hz=50.0)) for _ in range(2)]
     for k in range(10):
@@ -168,7 +175,8 @@ def test_a_period_that_is_none_is_refused(dt_s):
 
 
 @pytest.mark.parametrize(
-    "bad", [{"kp": math.nan}, {"ki": math.inf}, {"derivative_cutoff_hz": 0.0}, {"low": 1.0, "high": 1.0}]
+    "bad",
+    [{"kp": math.nan}, {"ki": math.inf}, {"derivative_cutoff_hz": 0.0}, {"low": 1.0, "high": 1.0}],
 )
 def test_gains_that_make_no_sense_are_refused(bad):
     with pytest.raises(ValueError, match="expected"):

@@ -1,4 +1,6 @@
-"""Set-and-hold in closed loop with a gas model of the tests' own: accuracy, switchings, faults, no false alarm."""
+"""Set-and-hold in closed loop with a gas model of the tests' own: accuracy, switchings, faults, no
+false alarm.
+"""
 
 import math
 
@@ -23,7 +25,9 @@ def make_gas(volume_cm3=50.0, fill_kpa_s=400.0, exhaust_ratio=1.0, **more):
 
 
 class Bench:
-    """One muscle and its valves, stepped together; checks at every cycle that never both are open."""
+    """One muscle and its valves, stepped together; checks at every cycle that never both are
+    open.
+    """
 
     def __init__(self, gas, valve_settings=SETTINGS, dt_s=DT_S):
         self.gas, self.valve, self.dt_s, self.t_s = gas, SetAndHold(valve_settings), dt_s, 0.0
@@ -56,9 +60,13 @@ class Bench:
 
 
 def closed_loop(examples):
-    """Settings of a simulated property: the same cases every time, and no shrinking, which would take minutes."""
+    """Settings of a simulated property: the same cases every time, and no shrinking, which would
+    take minutes.
+    """
     phases = (Phase.explicit, Phase.generate)
-    return settings(max_examples=examples, deadline=None, derandomize=True, database=None, phases=phases)
+    return settings(
+        max_examples=examples, deadline=None, derandomize=True, database=None, phases=phases
+    )
 
 
 healthy = st.fixed_dictionaries(
@@ -148,13 +156,21 @@ def test_drift_is_reported_and_only_trimmed_where_allowed():
     bench = Bench(make_gas(leak_1_s=2e-3)).set(600e3)
     switched = bench.valve.switchings
     bench.run(12.0)
-    assert bench.valve.drifting and bench.valve.state is ValveState.HOLDING and bench.valve.switchings == switched
-    assert "drift" in [kind for kind, _, _ in bench.valve.take_events()] and bench.valve.events == []
+    assert (
+        bench.valve.drifting
+        and bench.valve.state is ValveState.HOLDING
+        and bench.valve.switchings == switched
+    )
+    assert (
+        "drift" in [kind for kind, _, _ in bench.valve.take_events()] and bench.valve.events == []
+    )
     bench.valve.allow_retrim(True)
     bench.run(10.0)
     assert bench.valve.switchings > switched and not bench.valve.drifting
     bench.run(5.0, until=ENDS)
-    assert abs(bench.error_kpa) < 7.0  # 3 kPa of drift, and 1 kPa/s through the slow average and settling
+    assert (
+        abs(bench.error_kpa) < 7.0
+    )  # 3 kPa of drift, and 1 kPa/s through the slow average and settling
     bench.valve.hold()
     switched = bench.valve.switchings
     bench.run(20.0)
@@ -169,7 +185,11 @@ def test_a_sealed_hold_over_minutes_is_a_drift_not_a_fault():
 def test_hold_before_the_first_sample_closes():
     valve = SetAndHold(SETTINGS)
     valve.hold()
-    assert valve.state is ValveState.CLOSED and not valve.settled and valve.step(2e5, DT_S) == (False, False)
+    assert (
+        valve.state is ValveState.CLOSED
+        and not valve.settled
+        and valve.step(2e5, DT_S) == (False, False)
+    )
 
 
 def test_hold_keeps_what_is_there_and_close_forgets():
@@ -278,7 +298,9 @@ def test_inlet_stuck_open_while_closed_vented_and_venting():
     st.floats(0.1, 1.0),
 )
 def test_exhaust_stuck_open(gas, target_kpa, state, opening):
-    falls_kpa_s = opening * gas["exhaust_ratio"] * gas["fill_kpa_s"] / SUPPLY_PA * (101e3 + target_kpa * 1e3)
+    falls_kpa_s = (
+        opening * gas["exhaust_ratio"] * gas["fill_kpa_s"] / SUPPLY_PA * (101e3 + target_kpa * 1e3)
+    )
     assume(falls_kpa_s > 3.0 * SETTINGS.leak_pa_s / 1e3)
     bench = Bench(make_gas(**{**gas, "start_pa": ATMOSPHERE_PA}))
     valve = stuck(bench, "exhaust", opening, ATMOSPHERE_PA + target_kpa * 1e3, state=state)
@@ -348,7 +370,11 @@ def test_a_failure_stays_until_a_new_command():
     bench.valve.hold()
     assert bench.run(0.5).valve.state is ValveState.FAILED
     bench.valve.close()
-    assert (bench.valve.state, bench.valve.cause, bench.valve.cause_text) == (ValveState.CLOSED, ValveCause.NONE, "")
+    assert (bench.valve.state, bench.valve.cause, bench.valve.cause_text) == (
+        ValveState.CLOSED,
+        ValveCause.NONE,
+        "",
+    )
 
 
 def test_events_tell_every_switching():
@@ -373,7 +399,9 @@ def test_never_both_open_whatever_is_asked_and_read(acts):
     valve = SetAndHold(SETTINGS)
     for act, pressure_pa, cycles in acts:
         if act == "set":
-            valve.set(min(max(pressure_pa, ATMOSPHERE_PA), 9e5) if pressure_pa == pressure_pa else 3e5)
+            valve.set(
+                min(max(pressure_pa, ATMOSPHERE_PA), 9e5) if pressure_pa == pressure_pa else 3e5
+            )
         elif act == "retrim":
             valve.allow_retrim(pressure_pa > 5e5)
         elif act != "none":
@@ -392,7 +420,13 @@ def test_targets_that_cannot_be_are_refused(target_pa):
 
 @pytest.mark.parametrize(
     "bad",
-    [{"lead_s": 0.0}, {"tolerance_pa": math.nan}, {"pulse_min_s": 1.0}, {"over_pressure_pa": 1e5}, {"drift_pa": 2e3}],
+    [
+        {"lead_s": 0.0},
+        {"tolerance_pa": math.nan},
+        {"pulse_min_s": 1.0},
+        {"over_pressure_pa": 1e5},
+        {"drift_pa": 2e3},
+    ],
 )
 def test_settings_that_make_no_sense_are_refused(bad):
     with pytest.raises(ValueError, match="expected"):

@@ -1,4 +1,6 @@
-"""A muscle's gas behind two valves, for the valve tests only: independent of the plant in models/."""
+"""A muscle's gas behind two valves, for the valve tests only: independent of the plant in
+models/.
+"""
 
 import math
 import random
@@ -45,7 +47,9 @@ class Valve:
 
 @dataclass
 class Gas:
-    """Mass and temperature in a closed volume; heat_s is the time constant to the wall (0: isothermal)."""
+    """Mass and temperature in a closed volume; heat_s is the time constant to the wall (0:
+    isothermal).
+    """
 
     volume_m3: float = 50e-6
     inlet_conductance: float = 1e-9

@@ -1,4 +1,6 @@
-"""The rigs as they are delivered, a muscle's valves that settle after a while, and a rig that follows at once."""
+"""The rigs as they are delivered, a muscle's valves that settle after a while, and a rig that
+follows at once.
+"""
 
 from functools import cache
 from pathlib import Path
@@ -51,7 +53,13 @@ class StubValve:
 class PerfectRun:
     """A sequence on a rig whose measured signals are the references of the cycle before."""
 
-    def __init__(self, experiment: Experiment, on: Rig, start: dict[str, float] | None = None, settle_cycles: int = 50):
+    def __init__(
+        self,
+        experiment: Experiment,
+        on: Rig,
+        start: dict[str, float] | None = None,
+        settle_cycles: int = 50,
+    ):
         self.valves = {muscle.name: StubValve(settle_cycles) for muscle in on.muscles}
         self.sequence = Sequence(experiment, on, self.valves)
         self.measured = {row.name: 0.0 for row in on.inputs} | (start or {})
@@ -76,8 +84,6 @@ class PerfectRun:
             assert self.cycle < at_most, "the sequence does not end"
             self.step()
         return self
-
-
 
 
 def written(text: str, on: str = "bench") -> Experiment:

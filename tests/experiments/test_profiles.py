@@ -1,4 +1,6 @@
-"""Profiles: limits kept, scalar and vector alike, speed the derivative of position, rest at both ends."""
+"""Profiles: limits kept, scalar and vector alike, speed the derivative of position, rest at both
+ends.
+"""
 
 import math
 
@@ -23,8 +25,19 @@ def random_speeds(draw):
     start = draw(st.floats(low - 0.01, high + 0.01))
     speed, acceleration = draw(st.floats(5e-3, 1.0)), draw(st.floats(0.05, 50.0))
     shortest = draw(st.floats(0.01, 0.3))
-    return RandomSpeed(start, low, high, speed, acceleration, (shortest, shortest + draw(st.floats(0.0, 1.0))),
-                       draw(st.floats(10.0, 30.0)), draw(st.integers(0, 2**40))), start
+    return (
+        RandomSpeed(
+            start,
+            low,
+            high,
+            speed,
+            acceleration,
+            (shortest, shortest + draw(st.floats(0.0, 1.0))),
+            draw(st.floats(10.0, 30.0)),
+            draw(st.integers(0, 2**40)),
+        ),
+        start,
+    )
 
 
 @st.composite
@@ -39,7 +52,9 @@ def oscillations(draw):
     if kind == "sine":
         return Sine(mean, amplitude, draw(hz), duration_s, fade_s)
     harmonics = tuple(sorted(draw(st.sets(st.integers(1, 40), min_size=2, max_size=8))))
-    return Multisine(mean, amplitude, harmonics, 4.0, duration_s, fade_s, draw(st.integers(0, 1000)))
+    return Multisine(
+        mean, amplitude, harmonics, 4.0, duration_s, fade_s, draw(st.integers(0, 1000))
+    )
 
 
 @st.composite
@@ -110,7 +125,9 @@ def test_profiles_end_at_rest_where_they_say(profile):
     assert (position, speed) == (profile.end, 0.0) == profile.at(profile.duration_s + 3.0)
     just_before = profile.at(max(profile.duration_s - 1e-7, 0.0))
     assert abs(just_before[0] - profile.end) <= 1e-6 * (1.0 + profile.peaks.speed)
-    assert abs(just_before[1]) <= 1e-6 * (1.0 + profile.peaks.acceleration) + (abs(profile.at(0.0)[1]) if profile.duration_s < 1e-7 else 0.0)
+    assert abs(just_before[1]) <= 1e-6 * (1.0 + profile.peaks.acceleration) + (
+        abs(profile.at(0.0)[1]) if profile.duration_s < 1e-7 else 0.0
+    )
 
 
 @settings(deadline=None, max_examples=100)
@@ -158,14 +175,18 @@ def test_braking_takes_half_as_long_again_as_a_constant_deceleration(position, s
         assert profile.duration_s == 0.0 and profile.end == position
         return
     assert profile.duration_s == pytest.approx(1.5 * abs(speed) / deceleration)
-    assert profile.end == pytest.approx(position + math.copysign(0.75 * speed**2 / deceleration, speed), abs=1e-12)
+    assert profile.end == pytest.approx(
+        position + math.copysign(0.75 * speed**2 / deceleration, speed), abs=1e-12
+    )
     assert profile.at(0.0) == (position, speed)
     assert profile.peaks.acceleration == pytest.approx(deceleration)
 
 
 @settings(deadline=None)
 @given(st.floats(-0.1, 0.1), st.floats(-2.0, 2.0), st.floats(0.5, 20.0), st.floats(-1.0, 1.0))
-def test_braking_starts_with_the_acceleration_it_finds_and_ends_without_any(position, speed, deceleration, share):
+def test_braking_starts_with_the_acceleration_it_finds_and_ends_without_any(
+    position, speed, deceleration, share
+):
     acceleration = 2.0 * deceleration * share
     profile = Braking(position, speed, deceleration, acceleration)
     end_s = profile.duration_s
@@ -173,7 +194,9 @@ def test_braking_starts_with_the_acceleration_it_finds_and_ends_without_any(posi
         return
     step_s = 1e-6 * end_s
     rest = profile.at(end_s - step_s)[1]
-    assert (profile.at(step_s)[1] - speed) / step_s == pytest.approx(acceleration, rel=1e-3, abs=1e-4 * deceleration)
+    assert (profile.at(step_s)[1] - speed) / step_s == pytest.approx(
+        acceleration, rel=1e-3, abs=1e-4 * deceleration
+    )
     assert abs(rest) / step_s < 1e-4 * deceleration
     assert profile.at(end_s)[0] == pytest.approx(profile.end)
     positions, speeds = profile.sample(np.linspace(0.0, end_s, 500))
@@ -189,7 +212,9 @@ def test_a_move_reaches_one_of_its_limits(start, end, speed, acceleration):
     peaks = Move(start, end, speed, acceleration).peaks
     assert peaks.speed <= speed * (1 + 1e-9) and peaks.acceleration <= acceleration * (1 + 1e-9)
     if abs(end - start) > 1e-9:
-        assert peaks.speed == pytest.approx(speed) or peaks.acceleration == pytest.approx(acceleration)
+        assert peaks.speed == pytest.approx(speed) or peaks.acceleration == pytest.approx(
+            acceleration
+        )
 
 
 def test_chirp_goes_through_its_frequencies():
@@ -217,7 +242,9 @@ def test_multisine_lines_are_equal_and_nowhere_else_and_crest_is_low():
 def test_a_step_waits_then_jumps_within_its_rise():
     step = Step(0.0, [0.01, 0.0], dwell_s=1.0, rise_s=0.1)
     assert step.duration_s == pytest.approx(3.2)
-    assert [step.at(t)[0] for t in (0.5, 1.0, 1.05, 1.1, 2.0, 2.2)] == pytest.approx([0.0, 0.0, 0.005, 0.01, 0.01, 0.0])
+    assert [step.at(t)[0] for t in (0.5, 1.0, 1.05, 1.1, 2.0, 2.2)] == pytest.approx(
+        [0.0, 0.0, 0.005, 0.01, 0.01, 0.0]
+    )
     assert step.peaks.speed == pytest.approx(15 / 8 * 0.01 / 0.1)
 
 

@@ -36,7 +36,10 @@ def test_identification_runs_seven_trials_of_200_000_cycles_in_order():
 
 
 def test_valves_are_told_and_never_during_a_trial():
-    run = PerfectRun(load_experiment(ROOT / "config/experiments/identification_short.yaml", rig("bench")), rig("bench"))
+    run = PerfectRun(
+        load_experiment(ROOT / "config/experiments/identification_short.yaml", rig("bench")),
+        rig("bench"),
+    )
     told_in_trial = []
     valve = run.valves["muscle"]
     while not run.sequence.finished:
@@ -47,7 +50,14 @@ def test_valves_are_told_and_never_during_a_trial():
             assert not valve.retrim
     assert told_in_trial == [("hold",)] * 2
     p0 = 460e3 + 101_325.0
-    assert valve.told[:6] == [("close",), ("set", p0), ("set", p0), ("hold",), ("vent",), ("set", 640e3 + 101_325.0)]
+    assert valve.told[:6] == [
+        ("close",),
+        ("set", p0),
+        ("set", p0),
+        ("hold",),
+        ("vent",),
+        ("set", 640e3 + 101_325.0),
+    ]
 
 
 @pytest.mark.parametrize("name", ["identification_short", "knee_chirp_short", "step", "mass_sine"])
@@ -59,9 +69,17 @@ def test_references_are_continuous_and_speed_is_their_derivative(name):
     while not run.sequence.finished:
         run.step()
         sequence = run.sequence
-        rows.append((sequence.loop_changed, run.reference[sequence.phase.coordinate.position_key],
-                     run.reference[sequence.phase.coordinate.speed_key], sequence.phase.coordinate.acceleration_max))
-    changed, position, speed, acceleration = (np.array(column) for column in zip(*rows))
+        rows.append(
+            (
+                sequence.loop_changed,
+                run.reference[sequence.phase.coordinate.position_key],
+                run.reference[sequence.phase.coordinate.speed_key],
+                sequence.phase.coordinate.acceleration_max,
+            )
+        )
+    changed, position, speed, acceleration = (
+        np.array(column) for column in zip(*rows, strict=False)
+    )
     assert position[0] == (0.004 if on == "bench" else position[0])
     # the trapezoid rule is off by at most half a period's change of speed
     step = position[1:] - position[:-1] - 0.5e-3 * (speed[1:] + speed[:-1])
@@ -70,8 +88,11 @@ def test_references_are_continuous_and_speed_is_their_derivative(name):
 
 
 def test_the_loop_changes_where_the_rig_is_and_only_the_active_coordinate_has_a_reference():
-    run = PerfectRun(load_experiment(ROOT / "config/experiments/knee_chirp_short.yaml", rig("knee")), rig("knee"),
-                     start={"motor_travel_m": 0.002, "knee_angle_rad": -0.03})
+    run = PerfectRun(
+        load_experiment(ROOT / "config/experiments/knee_chirp_short.yaml", rig("knee")),
+        rig("knee"),
+        start={"motor_travel_m": 0.002, "knee_angle_rad": -0.03},
+    )
     changes = []
     while not run.sequence.finished:
         run.step()
@@ -80,26 +101,43 @@ def test_the_loop_changes_where_the_rig_is_and_only_the_active_coordinate_has_a_
         assert math.isfinite(active) and math.isnan(run.reference[other])
         if run.sequence.loop_changed:
             changes.append((run.sequence.loop, run.sequence.phase.key, active))
-    assert [c[:2] for c in changes] == [("motor_position", "go_to_no_load"), ("joint_angle", "go_to_mean"), ("motor_position", "return")]
+    assert [c[:2] for c in changes] == [
+        ("motor_position", "go_to_no_load"),
+        ("joint_angle", "go_to_mean"),
+        ("motor_position", "return"),
+    ]
     assert changes[0][2] == 0.002 and changes[1][2] == -0.03
 
 
 def test_reference_names_are_known_before_the_start():
     names = run_of("  - {name: rest, for: 1 s}\n", "knee").sequence.reference_names
-    assert names == ("ref_motor_travel_m", "ref_motor_speed_m_s", "ref_knee_angle_rad", "ref_knee_speed_rad_s",
-                     "ref_spam_pressure_pa", "ref_ppam_pressure_pa")
+    assert names == (
+        "ref_motor_travel_m",
+        "ref_motor_speed_m_s",
+        "ref_knee_angle_rad",
+        "ref_knee_speed_rad_s",
+        "ref_spam_pressure_pa",
+        "ref_ppam_pressure_pa",
+    )
 
 
 def test_nothing_moves_at_the_start():
     run = run_of("  - {name: rest, for: 100 ms}\n", start={"motor_travel_m": 0.0123})
     run.until_finished()
     assert run.cycle == 101
-    assert (run.reference["ref_motor_travel_m"], run.reference["ref_motor_speed_m_s"]) == (0.0123, 0.0)
+    assert (run.reference["ref_motor_travel_m"], run.reference["ref_motor_speed_m_s"]) == (
+        0.0123,
+        0.0,
+    )
     assert run.valves["muscle"].told == [("close",)] and not run.valves["muscle"].retrim
 
 
 def test_valves_that_never_settle_time_out_with_a_sentence():
-    run = run_of("  - {name: fill, valves: {all: {set: 200 kPa gauge}}, until: valves_settled, timeout: 2 s}\n", settle_cycles=10**9)
+    run = run_of(
+        "  - {name: fill, valves: {all: {set: 200 kPa gauge}}, until: valves_settled, timeout: 2"
+        " s}\n",
+        settle_cycles=10**9,
+    )
     run.until_finished()
     assert run.sequence.failure == "fill: timed out after 2 s, waiting for valves settled"
     assert [kind for kind, _, _ in run.events] == ["phase_start", "failure", "brake", "finished"]
@@ -107,10 +145,15 @@ def test_valves_that_never_settle_time_out_with_a_sentence():
 
 
 def test_a_signal_ends_a_phase_once_it_holds_steadily():
-    run = run_of("  - {name: relax, until: {signal: muscle_force_n, below: 5 N, steady: 10 ms}, timeout: 1 s}\n",
-                 start={"muscle_force_n": 50.0})
+    run = run_of(
+        "  - {name: relax, until: {signal: muscle_force_n, below: 5 N, steady: 10 ms}, timeout: 1"
+        " s}\n",
+        start={"muscle_force_n": 50.0},
+    )
     for cycle in range(400):
-        run.measured["muscle_force_n"] = 50.0 if cycle < 100 or cycle == 105 else float("nan") if cycle == 110 else 2.0
+        run.measured["muscle_force_n"] = (
+            50.0 if cycle < 100 or cycle == 105 else float("nan") if cycle == 110 else 2.0
+        )
         run.step()
         if run.sequence.finished:
             break
@@ -118,8 +161,11 @@ def test_a_signal_ends_a_phase_once_it_holds_steadily():
 
 
 def test_a_pressure_condition_reads_against_the_atmosphere():
-    run = run_of("  - {name: wait, until: {signal: muscle_pressure_pa, below: 10 kPa gauge}, timeout: 1 s}\n",
-                 start={"muscle_pressure_pa": 115e3})
+    run = run_of(
+        "  - {name: wait, until: {signal: muscle_pressure_pa, below: 10 kPa gauge}, timeout: 1"
+        " s}\n",
+        start={"muscle_pressure_pa": 115e3},
+    )
     for _ in range(20):
         run.step()
     assert not run.sequence.finished
@@ -131,8 +177,10 @@ def test_a_pressure_condition_reads_against_the_atmosphere():
 
 @pytest.mark.parametrize("at_cycle", [0, 1, 700, 1300, 5000])
 def test_brake_comes_to_rest_within_limits_and_finishes(at_cycle):
-    run = run_of("  - {name: go, move: {to: 1 mm, speed: 20 mm/s}}\n"
-                 "  - {name: trial, trial: true, random_speed: {between: [1 mm, 27 mm], speed: 50 mm/s}, for: 20 s}\n")
+    run = run_of(
+        "  - {name: go, move: {to: 1 mm, speed: 20 mm/s}}\n  - {name: trial, trial: true,"
+        " random_speed: {between: [1 mm, 27 mm], speed: 50 mm/s}, for: 20 s}\n"
+    )
     for _ in range(at_cycle):
         run.last_speed = run.reference["ref_motor_speed_m_s"]
         run.step()
@@ -152,7 +200,10 @@ def test_brake_comes_to_rest_within_limits_and_finishes(at_cycle):
     assert np.abs(np.diff(speeds, 2)).max() <= 1e-3 * 0.4
     acceleration_m_s2, length_s = (speeds[1] - speeds[0]) / 1e-3, 1e-3 * len(speeds)
     distance = run.reference["ref_motor_travel_m"] - before["ref_motor_travel_m"]
-    assert abs(distance) <= 0.75 * speeds[1] ** 2 / 1.0 + abs(acceleration_m_s2) * length_s**2 / 12 + 1e-6
+    assert (
+        abs(distance)
+        <= 0.75 * speeds[1] ** 2 / 1.0 + abs(acceleration_m_s2) * length_s**2 / 12 + 1e-6
+    )
     assert run.sequence.failure is None
     run.sequence.brake()  # twice is once
     assert [kind for kind, _, _ in run.events].count("brake") == 1
@@ -184,8 +235,11 @@ def test_an_invalid_position_where_a_loop_takes_over_fails():
 
 
 def test_torque_starts_from_none_whatever_the_rig_does():
-    run = run_of("  - {name: push, move: {to: 50 mNm, speed: 100 mNm/s, acceleration: 10 Nm/s^2}}\n",
-                 head="experiment: test\nloop: motor_torque\n", start={"motor_travel_m": 0.01})
+    run = run_of(
+        "  - {name: push, move: {to: 50 mNm, speed: 100 mNm/s, acceleration: 10 Nm/s^2}}\n",
+        head="experiment: test\nloop: motor_torque\n",
+        start={"motor_travel_m": 0.01},
+    )
     run.step()
     assert run.reference["ref_motor_torque_nm"] == 0.0
     asked = 0.0
@@ -198,9 +252,11 @@ def test_torque_starts_from_none_whatever_the_rig_does():
 
 def test_a_repeated_phase_has_the_same_motion_only_where_it_has_its_own_seed():
     def trials(seed):
-        text = ("experiment: test\nloop: motor_speed\nseed: 3\ntimes: 2\nphases:\n"
-                "  - {name: go, move: {to: 1 mm, speed: 20 mm/s}}\n"
-                "  - {name: trial, trial: true, random_speed: {between: [1 mm, 20 mm], speed: 50 mm/s}, for: 5 s%s}\n" % seed)
+        text = (
+            "experiment: test\nloop: motor_speed\nseed: 3\ntimes: 2\nphases:\n  - {name: go, move:"
+            " {to: 1 mm, speed: 20 mm/s}}\n  - {name: trial, trial: true, random_speed: {between:"
+            f" [1 mm, 20 mm], speed: 50 mm/s}}, for: 5 s{seed}}}\n"
+        )
         first, second = (phase.profile(0.001) for phase in written(text).trials)
         return first.sample(np.linspace(0, 5, 50))[0], second.sample(np.linspace(0, 5, 50))[0]
 

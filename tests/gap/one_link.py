@@ -21,12 +21,28 @@ class OneLink:
         return recording
 
 
-def problem_of(subject: OneLink, true: Mapping[str, float], samples: int, noise: float, seed: int = 1) -> Problem:
+def problem_of(
+    subject: OneLink, true: Mapping[str, float], samples: int, noise: float, seed: int = 1
+) -> Problem:
     """One trial of the subject with these values."""
     link = subject.links[0]
 
     def log(reading: np.ndarray) -> Recording:
-        return Recording("log", "log", "", "", "", 1.0 / subject.rate_hz, np.arange(samples), {link.channel: reading}, (Span("all", 0, samples, True),))
+        return Recording(
+            "log",
+            "log",
+            "",
+            "",
+            "",
+            1.0 / subject.rate_hz,
+            np.arange(samples),
+            {link.channel: reading},
+            (Span("all", 0, samples, True),),
+        )
 
-    reading = -subject.residual(log(np.zeros(samples)), true, link.name) + noise * np.random.default_rng(seed).standard_normal(samples)
-    return Problem(subject, [log(reading)], {link.name: Floor(link.name, noise, np.zeros(0), noise)})
+    reading = -subject.residual(
+        log(np.zeros(samples)), true, link.name
+    ) + noise * np.random.default_rng(seed).standard_normal(samples)
+    return Problem(
+        subject, [log(reading)], {link.name: Floor(link.name, noise, np.zeros(0), noise)}
+    )

@@ -1,4 +1,6 @@
-"""Short logs of the four rigs, each recorded once by the simulated backend, and ways to damage what was read from them."""
+"""Short logs of the four rigs, each recorded once by the simulated backend, and ways to damage what
+was read from them.
+"""
 
 import atexit
 import dataclasses
@@ -25,7 +27,10 @@ effects:
   backlash: {backlash: 0.01 rad}
   braid_maxwell_slip: {slip: 0.05}
 """
-MASS = (("[580 kPa gauge, 620 kPa gauge, 660 kPa gauge]", "[620 kPa gauge]"), ("for: 30 s", "for: 6 s"))
+MASS = (
+    ("[580 kPa gauge, 620 kPa gauge, 660 kPa gauge]", "[620 kPa gauge]"),
+    ("for: 30 s", "for: 6 s"),
+)
 STEPS = (("times: 5", "times: 2"),)
 
 
@@ -37,7 +42,9 @@ def folder() -> Path:
 
 
 def log_of(rig: str, experiment: str, kind: str = "") -> Path:
-    """The log of a short run; ``kind``: '' as the plant file is, 'effects' with mild effects, 'noisy' with five times the noise."""
+    """The log of a short run; ``kind``: '' as the plant file is, 'effects' with mild effects,
+    'noisy' with five times the noise.
+    """
     return _log_of(rig, experiment, kind)
 
 
@@ -50,7 +57,17 @@ def _log_of(rig: str, experiment: str, kind: str) -> Path:
         text = text.replace(old, new)
     file = folder() / f"{experiment}.yaml"
     file.write_text(text)
-    done = epa("run", file, "--rig", RIGS / f"{rig}.yaml", "--plant", _plant(rig, kind), "-o", log, "--quiet")
+    done = epa(
+        "run",
+        file,
+        "--rig",
+        RIGS / f"{rig}.yaml",
+        "--plant",
+        _plant(rig, kind),
+        "-o",
+        log,
+        "--quiet",
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     return log
 
@@ -124,14 +141,23 @@ def cut_at(name: str, quantile: float) -> Damage:
 
 
 def swapped(first: str, second: str) -> Damage:
-    return lambda r: dataclasses.replace(r, columns={**r.columns, first: r.columns[second], second: r.columns[first]})
+    return lambda r: dataclasses.replace(
+        r, columns={**r.columns, first: r.columns[second], second: r.columns[first]}
+    )
 
 
 def rows_left(recording: Recording, kept: np.ndarray) -> Recording:
     before = np.concatenate([[0], np.cumsum(kept)]).astype(int)
-    spans = tuple(Span(s.name, int(before[s.start]), int(before[s.stop]), s.trial) for s in recording.spans)
-    return dataclasses.replace(recording, cycle=recording.cycle[kept], t_ns=recording.t_ns[kept], spans=spans,
-                               columns={name: values[kept] for name, values in recording.columns.items()})
+    spans = tuple(
+        Span(s.name, int(before[s.start]), int(before[s.stop]), s.trial) for s in recording.spans
+    )
+    return dataclasses.replace(
+        recording,
+        cycle=recording.cycle[kept],
+        t_ns=recording.t_ns[kept],
+        spans=spans,
+        columns={name: values[kept] for name, values in recording.columns.items()},
+    )
 
 
 def lost(share: float) -> Damage:
@@ -144,6 +170,7 @@ def stamps(change: Callable[[np.ndarray], np.ndarray]) -> Damage:
 
 def gone(name: str, start: int, stop: int) -> Damage:
     """Rows of a channel at its zero, with the noise that an input without a sensor has."""
+
     def damage(recording: Recording) -> Recording:
         values = recording.columns[name].copy()
         step = np.min(np.diff(np.unique(values)))

@@ -1,4 +1,6 @@
-"""Two effects at once: a law that looks like both comes first when they are chosen one after the other, and no single swap leads back."""
+"""Two effects at once: a law that looks like both comes first when they are chosen one after the
+other, and no single swap leads back.
+"""
 
 from collections.abc import Mapping
 
@@ -29,11 +31,23 @@ class Joint(OneLink):
     name = "joint"
     links = (Link("joint", "joint", "angle_rad", "rad", "time to angle"),)
     nominal = (Knob("joint.zero_rad", "rad", 0.0, -1.0, 1.0, 0.01),)
-    catalogue = tuple(Effect(name, name, "joint", (knob_of(name),), ((0.1,),), "a wave", "", "") for name in WAVES)
-    knobs = {knob.key: knob for knob in (*nominal, *(Knob(knob_of(name), "rad", 0.0, -5.0, 5.0, 0.1, name) for name in WAVES))}
+    catalogue = tuple(
+        Effect(name, name, "joint", (knob_of(name),), ((0.1,),), "a wave", "", "") for name in WAVES
+    )
+    knobs = {
+        knob.key: knob
+        for knob in (
+            *nominal,
+            *(Knob(knob_of(name), "rad", 0.0, -5.0, 5.0, 0.1, name) for name in WAVES),
+        )
+    }
 
     def residual(self, prepared: Recording, values: Mapping[str, float], link: str) -> np.ndarray:
-        return prepared.columns["angle_rad"] - values.get("joint.zero_rad", 0.0) - sum(values.get(knob_of(name), 0.0) * wave for name, wave in WAVES.items())
+        return (
+            prepared.columns["angle_rad"]
+            - values.get("joint.zero_rad", 0.0)
+            - sum(values.get(knob_of(name), 0.0) * wave for name, wave in WAVES.items())
+        )
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +62,9 @@ def roles(problem) -> list[Role]:
     return [first, played(problem, settled(problem, ("both",), first.best.values))]
 
 
-def test_a_pair_that_leaves_far_less_takes_the_place_of_two_chosen_one_after_the_other(problem, roles):
+def test_a_pair_that_leaves_far_less_takes_the_place_of_two_chosen_one_after_the_other(
+    problem, roles
+):
     found = best_pair(problem, roles[0], roles, settled(problem, ("both", "rest")))
     assert set(found.effects) == {"one", "other"}
     assert found.values[knob_of("one")] == pytest.approx(0.5, abs=0.005)

@@ -7,15 +7,25 @@ from epa_rt.gap.diagnose import diagnose
 from epa_rt.gap.problem import Stopped
 from tests.gap import toy
 
-OFF = {"drive.gain_a": 1.02, "spring.stiffness_n_m": 915.0, "gas.flow_pa_s": 4.1e5, "spring.area_m2": 5.03e-4}
+OFF = {
+    "drive.gain_a": 1.02,
+    "spring.stiffness_n_m": 915.0,
+    "gas.flow_pa_s": 4.1e5,
+    "spring.area_m2": 5.03e-4,
+}
 
 
 def logs(values=None, extra=None, count=2, **more):
-    return [toy.recording(f"log{i}", 10 + i, OFF | (values or {}), extra=extra, **more) for i in range(count)]
+    return [
+        toy.recording(f"log{i}", 10 + i, OFF | (values or {}), extra=extra, **more)
+        for i in range(count)
+    ]
 
 
 def told(values=None, extra=None, without=(), floors=toy.floors, **more):
-    return diagnose(toy.Toy(), logs(values, extra, **more), without=without, floors=floors, how_far=False)
+    return diagnose(
+        toy.Toy(), logs(values, extra, **more), without=without, floors=floors, how_far=False
+    )
 
 
 def test_nothing_hidden_is_no_gap_although_nominal_parameters_are_off():
@@ -24,14 +34,17 @@ def test_nothing_hidden_is_no_gap_although_nominal_parameters_are_off():
     assert not answer.effects and not answer.nominal_moved
 
 
-@pytest.mark.parametrize(("values", "name"), [
-    ({"drive.coulomb_a": 0.02}, "motor_friction"),
-    ({"drive.cogging_a": 0.03, "drive.cogging_per_m": 150.0}, "cogging"),
-    ({"sensors.pressure_offset_pa": -1000.0}, "pressure_offset"),
-    ({"gas.delay_s": 0.005}, "valve_delay"),
-    ({"spring.cubic_n_m3": -2e5}, "hardening"),
-    ({"spring.dahl_n": 1.0, "spring.dahl_m": 3e-3}, "dahl"),
-])
+@pytest.mark.parametrize(
+    ("values", "name"),
+    [
+        ({"drive.coulomb_a": 0.02}, "motor_friction"),
+        ({"drive.cogging_a": 0.03, "drive.cogging_per_m": 150.0}, "cogging"),
+        ({"sensors.pressure_offset_pa": -1000.0}, "pressure_offset"),
+        ({"gas.delay_s": 0.005}, "valve_delay"),
+        ({"spring.cubic_n_m3": -2e5}, "hardening"),
+        ({"spring.dahl_n": 1.0, "spring.dahl_m": 3e-3}, "dahl"),
+    ],
+)
 def test_single_effect_is_named_with_its_size(values, name):
     answer = told(values)
     assert answer.verdict == "explained"
@@ -39,14 +52,18 @@ def test_single_effect_is_named_with_its_size(values, name):
     assert answer.effects[0].confidence > 0.95
     for number in answer.effects[0].parameters:
         half = 0.5 * (number.high - number.low)
-        assert abs(number.value - values[number.name]) < 2.0 * half < 0.1 * values[number.name] or half < abs(0.1 * values[number.name])
+        assert abs(number.value - values[number.name]) < 2.0 * half < 0.1 * values[
+            number.name
+        ] or half < abs(0.1 * values[number.name])
 
 
 def test_intervals_hold_the_truth_about_as_often_as_they_say():
     held = []
     for seed in range(12):
         data = [toy.recording("log", 100 + seed, OFF | {"drive.coulomb_a": 0.02}, seconds=20.0)]
-        number = diagnose(toy.Toy(), data, floors=toy.floors, how_far=False).effects[0].parameters[0]
+        number = (
+            diagnose(toy.Toy(), data, floors=toy.floors, how_far=False).effects[0].parameters[0]
+        )
         held.append(number.low <= 0.02 <= number.high)
     assert 9 <= sum(held) <= 12
 
@@ -64,7 +81,12 @@ def test_effect_taken_out_of_the_catalogue_is_said_to_be_in_none():
 
 
 def test_what_is_not_named_closes_nothing():
-    answer = diagnose(toy.Toy(), logs({"spring.dahl_n": 1.0, "spring.dahl_m": 3e-3}), floors=toy.floors, without=("dahl", "coulomb"))
+    answer = diagnose(
+        toy.Toy(),
+        logs({"spring.dahl_n": 1.0, "spring.dahl_m": 3e-3}),
+        floors=toy.floors,
+        without=("dahl", "coulomb"),
+    )
     rows = [row for row in answer.shrinkage if row.baseline == "refitted"]
     assert not answer.effects and rows and all(row.after == row.before for row in rows)
 
@@ -83,7 +105,12 @@ def test_what_the_data_cannot_tell_apart_is_a_set_and_no_name():
     first = answer.effects[0]
     assert {first.name, *first.not_separable_from} == {"pressure_offset", "force_offset"}
     near = first.came_near[0]
-    assert near.name in first.not_separable_from and 0.99 < near.explains_share < 1.01 and abs(near.behind) < 2.0 and near.behind_in_free_run is None
+    assert (
+        near.name in first.not_separable_from
+        and 0.99 < near.explains_share < 1.01
+        and abs(near.behind) < 2.0
+        and near.behind_in_free_run is None
+    )
 
 
 def test_effect_that_a_nominal_parameter_imitates_is_left_to_it_and_reported():
@@ -101,13 +128,23 @@ def test_logs_that_stand_still_say_which_effects_they_could_not_show():
 
 def test_shrinkage_is_judged_on_trials_set_aside():
     answer = diagnose(toy.Toy(), logs({"spring.cubic_n_m3": -2e5}), floors=toy.floors)
-    force = next(row for row in answer.shrinkage if row.channel == "force_n" and row.log == "all" and row.baseline == "refitted")
+    force = next(
+        row
+        for row in answer.shrinkage
+        if row.channel == "force_n" and row.log == "all" and row.baseline == "refitted"
+    )
     assert force.closed_share > 0.98
 
 
 def test_progress_goes_up_and_a_stop_stops():
     seen = []
-    diagnose(toy.Toy(), logs(count=1), floors=toy.floors, how_far=False, progress=lambda stage, share: seen.append(share))
+    diagnose(
+        toy.Toy(),
+        logs(count=1),
+        floors=toy.floors,
+        how_far=False,
+        progress=lambda stage, share: seen.append(share),
+    )
     assert seen == sorted(seen) and seen[-1] == 1.0
     with pytest.raises(Stopped):
         diagnose(toy.Toy(), logs(count=1), floors=toy.floors, stop=lambda: True)
@@ -115,5 +152,8 @@ def test_progress_goes_up_and_a_stop_stops():
 
 def test_same_logs_give_the_same_answer():
     data = logs({"drive.coulomb_a": 0.02}, count=1)
-    first, second = (diagnose(toy.Toy(), data, floors=toy.floors, how_far=False).as_json() | {"seconds": 0.0} for _ in range(2))
+    first, second = (
+        diagnose(toy.Toy(), data, floors=toy.floors, how_far=False).as_json() | {"seconds": 0.0}
+        for _ in range(2)
+    )
     assert first == second

@@ -6,7 +6,13 @@ from epa_rt.gap.doubts import doubted, doubts
 from epa_rt.gap.heard import Heard
 
 
-@pytest.mark.parametrize(("gap", "left", "words"), [(272_000.0, 255.0, "keeps 255 of its 272,000"), (900.0, 899.0, "no better with the named effects")])
+@pytest.mark.parametrize(
+    ("gap", "left", "words"),
+    [
+        (272_000.0, 255.0, "keeps 255 of its 272,000"),
+        (900.0, 899.0, "no better with the named effects"),
+    ],
+)
 def test_free_run_that_speaks_against_names_is_said_with_its_figures(gap, left, words):
     there = Heard(gap, left, 0.0, {}, {})
     (said,) = doubts(there, ())

@@ -1,4 +1,6 @@
-"""Frozen channels of rigs of others, of whose converters nothing is known; and what stands still because it rests."""
+"""Frozen channels of rigs of others, of whose converters nothing is known; and what stands still
+because it rests.
+"""
 
 import numpy as np
 import pytest
@@ -12,25 +14,55 @@ T = np.arange(N) * 1e-3
 
 
 def recording(**columns: np.ndarray) -> Recording:
-    return Recording("log", "log.mcap", "cart", "cart", "", 1e-3, np.arange(N), columns, (Span("trial 1", 0, N, True),))
+    return Recording(
+        "log",
+        "log.mcap",
+        "cart",
+        "cart",
+        "",
+        1e-3,
+        np.arange(N),
+        columns,
+        (Span("trial 1", 0, N, True),),
+    )
 
 
 def carriage() -> dict[str, np.ndarray]:
     rng = np.random.default_rng(1)
     place = 0.1 * np.sin(2.0 * np.pi * 0.5 * T)
-    return {"carriage_position_m": np.round(place + 1e-6 * rng.standard_normal(N), 6), "motor_force_n": np.round(10.0 * np.cos(2.0 * np.pi * 0.5 * T) + 0.2 * rng.standard_normal(N), 2),
-            "ref_carriage_position_m": place}
+    return {
+        "carriage_position_m": np.round(place + 1e-6 * rng.standard_normal(N), 6),
+        "motor_force_n": np.round(
+            10.0 * np.cos(2.0 * np.pi * 0.5 * T) + 0.2 * rng.standard_normal(N), 2
+        ),
+        "ref_carriage_position_m": place,
+    }
 
 
 def chamber() -> dict[str, np.ndarray]:
-    return {"chamber_pressure_pa": np.round((5e5 * np.exp(-T / 60.0) + 150.0 * np.random.default_rng(2).standard_normal(N)) / 244.0) * 244.0}
+    return {
+        "chamber_pressure_pa": (
+            np.round(
+                (5e5 * np.exp(-T / 60.0) + 150.0 * np.random.default_rng(2).standard_normal(N))
+                / 244.0
+            )
+            * 244.0
+        )
+    }
 
 
 def frozen(found) -> list[tuple[str, str, tuple]]:
     return [(one.channel, one.severity, one.rows) for one in found if one.kind == "frozen"]
 
 
-@pytest.mark.parametrize(("made", "name"), [(carriage, "carriage_position_m"), (carriage, "motor_force_n"), (chamber, "chamber_pressure_pa")])
+@pytest.mark.parametrize(
+    ("made", "name"),
+    [
+        (carriage, "carriage_position_m"),
+        (carriage, "motor_force_n"),
+        (chamber, "chamber_pressure_pa"),
+    ],
+)
 @pytest.mark.parametrize("stop", [N, 4600])
 def test_a_channel_that_is_frozen_to_the_end_or_for_a_while_is_left_out(made, name, stop):
     columns = made()
@@ -58,7 +90,11 @@ def test_a_carriage_that_rests_without_noise_is_let_alone():
 def test_a_place_that_dry_friction_holds_while_the_force_grows_is_let_alone():
     columns = carriage()
     columns["carriage_position_m"][2400:2700] = columns["carriage_position_m"][2400]
-    columns["ref_carriage_position_m"] = np.where((T >= 2.4) & (T < 2.7), columns["ref_carriage_position_m"][2400] + 0.05 * (T - 2.4), columns["ref_carriage_position_m"])
+    columns["ref_carriage_position_m"] = np.where(
+        (T >= 2.4) & (T < 2.7),
+        columns["ref_carriage_position_m"][2400] + 0.05 * (T - 2.4),
+        columns["ref_carriage_position_m"],
+    )
     assert not check_still(recording(**columns), None)
 
 
@@ -72,9 +108,16 @@ def test_a_force_that_rests_at_first_and_is_cut_off_then_is_said_at_both_ends():
     """A carriage that rests shows no noise there, so that its force counts as none that has any."""
     noise = 0.2 * np.random.default_rng(3).standard_normal(N)
     force = np.where(T < 0.2, 0.0, np.round(10.0 * np.sin(2.0 * np.pi * (T - 0.2)) + noise, 2))
-    columns = {"carriage_position_m": carriage()["carriage_position_m"], "motor_force_n": np.clip(force, -7.0, 8.0)}
+    columns = {
+        "carriage_position_m": carriage()["carriage_position_m"],
+        "motor_force_n": np.clip(force, -7.0, 8.0),
+    }
     said = [one.says for one in check([recording(**columns)], None) if one.kind == "saturated"]
-    assert len(said) == 2 and "flat at 8, its highest value" in said[0] and "flat at -7, its lowest value" in said[1]
+    assert (
+        len(said) == 2
+        and "flat at 8, its highest value" in said[0]
+        and "flat at -7, its lowest value" in said[1]
+    )
 
 
 def test_what_is_asked_of_a_drive_at_its_limit_is_no_sensor_at_the_end_of_its_range():
@@ -85,7 +128,9 @@ def test_what_is_asked_of_a_drive_at_its_limit_is_no_sensor_at_the_end_of_its_ra
 
 
 def test_a_channel_that_is_frozen_twice_loses_both_stretches_whichever_check_finds_them():
-    """The first one ends with a jump, which another check finds; it does not stand for the second, at the end of the log."""
+    """The first one ends with a jump, which another check finds; it does not stand for the second,
+    at the end of the log.
+    """
     columns = carriage()
     columns["carriage_position_m"][1300:1900] = columns["carriage_position_m"][1300]
     columns["carriage_position_m"][4300:] = columns["carriage_position_m"][4300]
@@ -114,10 +159,15 @@ def test_a_joint_that_stands_still_where_it_is_asked_to_move_is_left_out_with_it
     columns = joints()
     columns["elbow_position_rad"][4100:4600] = columns["elbow_position_rad"][4100]
     (finding,) = check_still(recording(**columns), None)
-    assert (finding.channel, finding.severity) == ("elbow_position_rad", "exclude") and finding.rows == ((4100, 4600),)
+    assert (finding.channel, finding.severity) == (
+        "elbow_position_rad",
+        "exclude",
+    ) and finding.rows == ((4100, 4600),)
 
 
 def test_a_joint_whose_command_nobody_recorded_is_held_against_the_others():
     columns = joints()
     del columns["cmd_elbow_position_rad"], columns["elbow_speed_rad_s"]
-    assert [one.channel for one in check_still(recording(**columns), None)] == ["elbow_position_rad"]
+    assert [one.channel for one in check_still(recording(**columns), None)] == [
+        "elbow_position_rad"
+    ]

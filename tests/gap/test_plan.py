@@ -1,4 +1,6 @@
-"""The next experiment is the one that sets the closest rivals furthest apart, and says so in words."""
+"""The next experiment is the one that sets the closest rivals furthest apart, and says so in
+words.
+"""
 
 from itertools import combinations
 from pathlib import Path
@@ -16,25 +18,46 @@ from tests.gap import toy
 
 RIGS = Path(__file__).parents[2] / "config" / "rigs"
 RIVALS = (Rival(("leak",), "a"), Rival(("heat",), "b"))
-ITEMS = tuple(Item(name, {"at": name}, f"experiment: {name}", f"a {name} run") for name in ("short", "long", "failing"))
+ITEMS = tuple(
+    Item(name, {"at": name}, f"experiment: {name}", f"a {name} run")
+    for name in ("short", "long", "failing")
+)
 
 
 def chosen(apart: dict[str, tuple[float, float]]):
-    """``apart``: experiment to the chi-square that each rival's data leave of the other; 'failing' cannot be run."""
+    """``apart``: experiment to the chi-square that each rival's data leave of the other; 'failing'
+    cannot be run.
+    """
+
     def simulate(item, plant):
         return None if item.name == "failing" else toy.recording(item.name, 1, seconds=1.0)
 
-    return next_experiment(RIVALS, ITEMS, simulate, lambda recording, truth, other: apart[recording.name][RIVALS.index(truth)])
+    return next_experiment(
+        RIVALS,
+        ITEMS,
+        simulate,
+        lambda recording, truth, other: apart[recording.name][RIVALS.index(truth)],
+    )
 
 
 def test_the_smaller_of_both_distances_counts():
     found = chosen({"short": (100.0, 81.0), "long": (4000.0, 9.0)})
-    assert (found.name, found.expected_distance, found.separates, found.file) == ("short", 81.0, ("leak", "heat"), "experiment: short")
+    assert (found.name, found.expected_distance, found.separates, found.file) == (
+        "short",
+        81.0,
+        ("leak", "heat"),
+        "experiment: short",
+    )
 
 
 def test_what_stands_in_every_answer_is_not_told_apart():
     rivals = (Rival(("creep", "leak"), "a"), Rival(("creep", "heat"), "b"))
-    found = next_experiment(rivals, ITEMS[:1], lambda item, plant: toy.recording(item.name, 1, seconds=1.0), lambda recording, truth, other: 81.0)
+    found = next_experiment(
+        rivals,
+        ITEMS[:1],
+        lambda item, plant: toy.recording(item.name, 1, seconds=1.0),
+        lambda recording, truth, other: 81.0,
+    )
     assert found.separates == ("leak", "heat")
 
 
@@ -46,32 +69,73 @@ def test_an_experiment_that_is_beaten_already_is_not_run_for_every_rival():
         return toy.recording(item.name, 1, seconds=1.0)
 
     apart = {"short": (100.0, 81.0), "long": (9.0, 4000.0), "failing": (90.0, 30.0)}
-    found = next_experiment(RIVALS, ITEMS, simulate, lambda recording, truth, other: apart[recording.name][RIVALS.index(truth)])
+    found = next_experiment(
+        RIVALS,
+        ITEMS,
+        simulate,
+        lambda recording, truth, other: apart[recording.name][RIVALS.index(truth)],
+    )
     assert found.name == "short"
-    assert ran == [("short", "a"), ("short", "b"), ("long", "a"), ("failing", "a"), ("failing", "b")]
+    assert ran == [
+        ("short", "a"),
+        ("short", "b"),
+        ("long", "a"),
+        ("failing", "a"),
+        ("failing", "b"),
+    ]
 
 
-def test_where_no_experiment_tells_the_closest_two_apart_the_one_that_rules_out_the_others_is_taken():
-    """Late valves, a regulator that droops and a seat that leaks: data of the leak look late in every experiment, and fills tell all the rest."""
+def test_where_no_experiment_tells_the_closest_two_apart_the_one_that_rules_out_the_others_is_taken():  # noqa: E501
+    """Late valves, a regulator that droops and a seat that leaks: data of the leak look late in
+    every experiment, and fills tell all the rest.
+    """
     rivals = (Rival(("droop",), "a"), Rival(("late",), "b"), Rival(("seat",), "c"))
     apart = {"short": 2.0, "long": 28.0, "failing": 1.0}
-    found = next_experiment(rivals, ITEMS, lambda item, plant: toy.recording(item.name, 1, seconds=1.0),
-                            lambda recording, truth, other: 0.0 if (truth, other) == (rivals[2], rivals[1]) else apart[recording.name])
+    found = next_experiment(
+        rivals,
+        ITEMS,
+        lambda item, plant: toy.recording(item.name, 1, seconds=1.0),
+        lambda recording, truth, other: (
+            0.0 if (truth, other) == (rivals[2], rivals[1]) else apart[recording.name]
+        ),
+    )
     assert (found.name, found.expected_distance) == ("long", 0.0)
-    assert "does not tell them apart" in found.says and "over all pairs they would lie 5 apart in the mean" in found.says
+    assert (
+        "does not tell them apart" in found.says
+        and "over all pairs they would lie 5 apart in the mean" in found.says
+    )
 
 
-@pytest.mark.parametrize("distance, words", [(441.0, "would lie 21 standard deviations of the noise apart, which decides (5 do)"),
-                                             (81.0, "would lie 9 standard deviations of the noise apart, which decides (5 do) where the rig is just like one of them"),
-                                             (16.0, "would lie 4 standard deviations of the noise apart, which helps, but does not decide (5 do)"),
-                                             (4.0, "would lie 2 standard deviations of the noise apart, which does not tell them apart"),
-                                             (-3.0, "would lie 0 standard deviations")])
+@pytest.mark.parametrize(
+    "distance, words",
+    [
+        (441.0, "would lie 21 standard deviations of the noise apart, which decides (5 do)"),
+        (
+            81.0,
+            (
+                "would lie 9 standard deviations of the noise apart, which decides (5 do) where the"
+                " rig is just like one of them"
+            ),
+        ),
+        (
+            16.0,
+            (
+                "would lie 4 standard deviations of the noise apart, which helps, but does not"
+                " decide (5 do)"
+            ),
+        ),
+        (4.0, "would lie 2 standard deviations of the noise apart, which does not tell them apart"),
+        (-3.0, "would lie 0 standard deviations"),
+    ],
+)
 def test_the_distance_is_said_in_standard_deviations(distance, words):
     assert words in chosen({"short": (distance, distance), "long": (-9.0, -9.0)}).says
 
 
 def drawn_out(distance: float, trial_s: float):
-    """What is chosen of one experiment with rounds, whose distance grows with them; and how many were asked for."""
+    """What is chosen of one experiment with rounds, whose distance grows with them; and how many
+    were asked for.
+    """
     asked = []
 
     def item(times: int = 1) -> Item:
@@ -79,15 +143,23 @@ def drawn_out(distance: float, trial_s: float):
         return Item("sines", {"rounds": str(times)}, f"experiment: sines{times}", "sines", item)
 
     only = item()
-    found = next_experiment(RIVALS, (only,), lambda item, plant: toy.recording(item.settings["rounds"], 1, seconds=trial_s),
-                            lambda recording, truth, other: distance * int(recording.name))
+    found = next_experiment(
+        RIVALS,
+        (only,),
+        lambda item, plant: toy.recording(item.settings["rounds"], 1, seconds=trial_s),
+        lambda recording, truth, other: distance * int(recording.name),
+    )
     return found, asked[1:]
 
 
 def test_an_experiment_that_does_not_decide_is_drawn_out_until_it_should():
     found, asked = drawn_out(70.0, 20.0)
     assert asked == [6]
-    assert (found.expected_distance, found.settings["rounds"], found.file) == (420.0, "6", "experiment: sines6")
+    assert (found.expected_distance, found.settings["rounds"], found.file) == (
+        420.0,
+        "6",
+        "experiment: sines6",
+    )
 
 
 def test_an_experiment_that_decides_by_little_is_drawn_out_too():
@@ -103,15 +175,27 @@ def test_nobody_waits_longer_than_five_minutes_of_trials():
 
 
 def both(short_s: float, apart: dict[str, float], longer: float | None = None):
-    """Two experiments, 'short' with trials of ``short_s`` and 'long' of 100 s; ``longer``: distance that more rounds give, None: as they grow."""
+    """Two experiments, 'short' with trials of ``short_s`` and 'long' of 100 s; ``longer``: distance
+    that more rounds give, None: as they grow.
+    """
+
     def item(name: str, times: int = 1) -> Item:
-        return Item(name, {"rounds": str(times)}, f"{name} {times}", name, lambda times: item(name, times))
+        return Item(
+            name, {"rounds": str(times)}, f"{name} {times}", name, lambda times: item(name, times)
+        )
 
     def distance(recording, truth, other):
         name, times = recording.name.split()
         return apart[name] * int(times) if longer is None or times == "1" else longer
 
-    return next_experiment(RIVALS, (item("long"), item("short")), lambda item, plant: toy.recording(item.text, 1, seconds=short_s if item.name == "short" else 100.0), distance)
+    return next_experiment(
+        RIVALS,
+        (item("long"), item("short")),
+        lambda item, plant: toy.recording(
+            item.text, 1, seconds=short_s if item.name == "short" else 100.0
+        ),
+        distance,
+    )
 
 
 def test_what_more_rounds_would_decide_is_preferred_to_what_they_would_not():
@@ -119,16 +203,28 @@ def test_what_more_rounds_would_decide_is_preferred_to_what_they_would_not():
     assert (found.name, found.settings["rounds"], found.expected_distance) == ("short", "15", 45.0)
 
 
-@pytest.mark.parametrize(("apart", "chosen"), [({"long": 410.0, "short": 90.0}, "long"), ({"long": 110.0, "short": 90.0}, "short"), ({"long": 3.0, "short": 24.0}, "short"),
-                                               ({"long": 90.0, "short": 60.0}, "short")])
-def test_what_promises_amply_is_preferred_and_of_two_that_do_the_one_that_does_at_once(apart, chosen):
+@pytest.mark.parametrize(
+    ("apart", "chosen"),
+    [
+        ({"long": 410.0, "short": 90.0}, "long"),
+        ({"long": 110.0, "short": 90.0}, "short"),
+        ({"long": 3.0, "short": 24.0}, "short"),
+        ({"long": 90.0, "short": 60.0}, "short"),
+    ],
+)
+def test_what_promises_amply_is_preferred_and_of_two_that_do_the_one_that_does_at_once(
+    apart, chosen
+):
     """Of trials of 100 s three rounds can be had, of trials of 20 s fifteen."""
     assert both(20.0, apart).name == chosen
 
 
 @given(st.floats(0.1, 1000.0), st.floats(0.1, 1000.0), st.floats(1.0, 300.0))
 def test_an_experiment_of_less_distance_never_reaches_further(one, other, trials_s):
-    near, far = (Judged(Item("sines", {}, "", "", lambda times: None), distance, trials_s) for distance in sorted((one, other)))
+    near, far = (
+        Judged(Item("sines", {}, "", "", lambda times: None), distance, trials_s)
+        for distance in sorted((one, other))
+    )
     assert near.reach <= far.reach
 
 
@@ -139,7 +235,9 @@ def test_rounds_that_bring_nothing_are_not_asked_for(longer):
     assert "nothing of the menu would do better" in found.says
 
 
-@pytest.mark.parametrize(("distance", "trial_s"), [(400.0, 20.0), (30.0, 160.0), (0.5, 20.0), (0.0, 20.0), (9.0, 160.0)])
+@pytest.mark.parametrize(
+    ("distance", "trial_s"), [(400.0, 20.0), (30.0, 160.0), (0.5, 20.0), (0.0, 20.0), (9.0, 160.0)]
+)
 def test_what_decides_amply_and_what_the_longest_would_not_tell_stay_as_they_are(distance, trial_s):
     found, asked = drawn_out(distance, trial_s)
     assert asked == []
@@ -171,39 +269,76 @@ def test_a_mass_on_a_line_has_no_chirps_of_a_knee_and_no_slack():
 
 
 def test_the_rests_of_a_sealed_hold_come_back_to_no_load_in_every_round():
-    item = next(item for item in menu(load_rig(RIGS / "bench.yaml")) if item.name == "sealed_hold").rounds(2)
-    places = [line.split("to: ")[1].split(",")[0] for line in item.text.splitlines() if "{name: back" in line or "{name: stretch" in line]
+    item = next(
+        item for item in menu(load_rig(RIGS / "bench.yaml")) if item.name == "sealed_hold"
+    ).rounds(2)
+    places = [
+        line.split("to: ")[1].split(",")[0]
+        for line in item.text.splitlines()
+        if "{name: back" in line or "{name: stretch" in line
+    ]
     assert places == ["no_load", "25.2 mm"] * 2
 
 
 def two_of(apart: dict[str, dict[tuple[str, str], float]], lines: bool = True):
-    """What is chosen of experiments that each tell some pairs of three rivals; in one file what they tell adds up. And what was run."""
+    """What is chosen of experiments that each tell some pairs of three rivals; in one file what
+    they tell adds up. And what was run.
+    """
     rivals, ran = tuple(Rival((name,), name) for name in "abc"), []
-    items = tuple(Item(name, {"at": name}, name, f"a {name} run", None, Lines("motor_speed", [], [f"  - {{name: {name}}}"]) if lines else None) for name in apart)
+    items = tuple(
+        Item(
+            name,
+            {"at": name},
+            name,
+            f"a {name} run",
+            None,
+            Lines("motor_speed", [], [f"  - {{name: {name}}}"]) if lines else None,
+        )
+        for name in apart
+    )
 
     def simulate(item, plant):
         ran.append(item.name)
         return toy.recording(item.name, 1, seconds=1.0)
 
     def distance(recording, truth, other):
-        return sum(apart[part].get((truth.plant_text, other.plant_text), 0.0) for part in recording.name.split("_and_"))
+        return sum(
+            apart[part].get((truth.plant_text, other.plant_text), 0.0)
+            for part in recording.name.split("_and_")
+        )
 
     return next_experiment(rivals, items, simulate, distance), ran
 
 
 ALL = {(one, two): 30.0 for one in "abc" for two in "abc" if one != two}
-NO_AB, NO_BC = ({pair: far for pair, far in ALL.items() if set(pair) != without} for without in ({"a", "b"}, {"b", "c"}))
+NO_AB, NO_BC = (
+    {pair: far for pair, far in ALL.items() if set(pair) != without}
+    for without in ({"a", "b"}, {"b", "c"})
+)
 
 
 def test_two_experiments_that_tell_what_the_other_does_not_are_proposed_in_one_file():
     found, ran = two_of({"fills": NO_AB, "ladder": NO_BC, "nothing": {}})
-    assert (found.name, found.expected_distance) == ("fills_and_ladder", 30.0) and "decides" in found.says
-    assert found.settings == {"at of fills": "fills", "at of ladder": "ladder"}  # its rounds bring nothing here
+    assert (found.name, found.expected_distance) == (
+        "fills_and_ladder",
+        30.0,
+    ) and "decides" in found.says
+    assert found.settings == {
+        "at of fills": "fills",
+        "at of ladder": "ladder",
+    }  # its rounds bring nothing here
     assert "name: fills" in found.file and "name: ladder_then" in found.file
     assert ran.count("fills_and_ladder") == 6  # for each rival, and drawn out
 
 
-@pytest.mark.parametrize(("apart", "lines"), [({"fills": NO_AB, "ladder": ALL}, True), ({"fills": NO_AB, "ladder": NO_AB}, True), ({"fills": NO_AB, "ladder": NO_BC}, False)])
+@pytest.mark.parametrize(
+    ("apart", "lines"),
+    [
+        ({"fills": NO_AB, "ladder": ALL}, True),
+        ({"fills": NO_AB, "ladder": NO_AB}, True),
+        ({"fills": NO_AB, "ladder": NO_BC}, False),
+    ],
+)
 def test_where_one_does_or_two_do_not_or_have_no_lines_there_is_one(apart, lines):
     found, ran = two_of(apart, lines)
     assert found.name in apart and not any("_and_" in name for name in ran)
@@ -213,26 +348,37 @@ def test_any_two_experiments_of_a_bench_go_into_one_file_and_a_knees_with_their_
     for name in ("bench", "mass", "knee"):
         rig = load_rig(RIGS / f"{name}.yaml")
 
-        def trials(item):
+        def trials(item, rig=rig):
             (tmp_path / "next.yaml").write_text(item.text, encoding="utf-8")
             return len(load_experiment(tmp_path / "next.yaml", rig).trials)
 
         alone = [(item, trials(item)) for item in menu(rig)]
         for (first, some), (second, more) in combinations(alone, 2):
             both = joined(first, second)
-            assert (both is None) == (name == "knee" and first.lines.loop != second.lines.loop), (first.name, second.name)
+            assert (both is None) == (name == "knee" and first.lines.loop != second.lines.loop), (
+                first.name,
+                second.name,
+            )
             assert both is None or trials(both) == some + more
 
 
 def test_one_experiment_at_two_settings_in_one_file_says_both():
-    low, high = [item for item in menu(load_rig(RIGS / "bench.yaml")) if item.name == "slow_strokes"]
+    low, high = [
+        item for item in menu(load_rig(RIGS / "bench.yaml")) if item.name == "slow_strokes"
+    ]
     said = joined(low, high).settings
-    assert said["pressure of slow_strokes"] == "300 kPa gauge, then 550 kPa gauge" and said["speed of slow_strokes"] == "4 mm/s"
+    assert (
+        said["pressure of slow_strokes"] == "300 kPa gauge, then 550 kPa gauge"
+        and said["speed of slow_strokes"] == "4 mm/s"
+    )
 
 
 def test_a_speed_ladder_has_two_pressures_and_turns_round_on_every_rung():
     item = next(item for item in menu(load_rig(RIGS / "bench.yaml")) if item.name == "speed_ladder")
     assert "name: fill_550_at_550" in item.text and "name: fill_250_at_250" in item.text
     for rung in [line for line in item.text.splitlines() if "random_speed" in line]:
-        low, high = (float(place) for place in rung.split("between: [")[1].split("]")[0].replace(" mm", "").split(","))
+        low, high = (
+            float(place)
+            for place in rung.split("between: [")[1].split("]")[0].replace(" mm", "").split(",")
+        )
         assert high - low <= 4.0 * float(rung.split(" speed: ")[1].split()[0]) + 0.11

@@ -1,4 +1,6 @@
-"""Nominal parameters that nobody believes hide a gap; held to what a plant file may be wrong by, they show where it is."""
+"""Nominal parameters that nobody believes hide a gap; held to what a plant file may be wrong by,
+they show where it is.
+"""
 
 from types import SimpleNamespace as Thing
 
@@ -43,9 +45,20 @@ def test_a_parameter_within_belief_stays_where_it_is():
     assert np.isclose(point.values["gas.loss_per_s"], base.values["gas.loss_per_s"], rtol=1e-3)
 
 
-@pytest.mark.parametrize(("z", "named"), [((4.9, 7.1, 7.1), "cba"), ((9.3, 0.0, 0.0), ""), ((4.0, 3.5, 6.0), ""), ((2.9, 11.0, 2.9), ""), ((-8.0, 8.1, 1.0), "ba")])
+@pytest.mark.parametrize(
+    ("z", "named"),
+    [
+        ((4.9, 7.1, 7.1), "cba"),
+        ((9.3, 0.0, 0.0), ""),
+        ((4.0, 3.5, 6.0), ""),
+        ((2.9, 11.0, 2.9), ""),
+        ((-8.0, 8.1, 1.0), "ba"),
+    ],
+)
 def test_what_no_plant_file_has_wrong_all_at_once_is_not_believed(z, named):
     """A shank's mass, inertia and lever for a weight on it; a sensor's lag by itself."""
     normal = Thing(keys=("a", "b", "c"), z=np.array(z), prior=np.ones(3))
     assert "".join(beyond_belief_together(normal)) == named
-    assert not beyond_belief_together(Thing(keys=("a", "b"), z=np.array([20.0, 30.0]), prior=np.zeros(2)))
+    assert not beyond_belief_together(
+        Thing(keys=("a", "b"), z=np.array([20.0, 30.0]), prior=np.zeros(2))
+    )

@@ -9,10 +9,19 @@ FOLDS = np.arange(4)
 
 
 def normal(matrix, vector, square=1.0, prior=0.0, z=0.0) -> Normal:
-    """One key, one link, four blocks that are a fold each: what every block knows of the key and where it pulls."""
+    """One key, one link, four blocks that are a fold each: what every block knows of the key and
+    where it pulls.
+    """
     per_block = np.asarray(matrix, float)
-    return Normal(("key",), per_block[None, :, None, None], np.asarray(vector, float)[None, :, None], np.full((1, 4), square),
-                  np.array([z]), np.array([prior]), np.array([False]))
+    return Normal(
+        ("key",),
+        per_block[None, :, None, None],
+        np.asarray(vector, float)[None, :, None],
+        np.full((1, 4), square),
+        np.array([z]),
+        np.array([prior]),
+        np.array([False]),
+    )
 
 
 def test_a_key_that_one_trial_alone_shows_is_not_thrown_away_by_the_others():
@@ -26,10 +35,14 @@ def test_a_key_that_one_trial_alone_shows_is_not_thrown_away_by_the_others():
 
 
 def test_a_nominal_parameter_that_one_trial_alone_shows_does_not_go_back_to_the_plant_file():
-    lone = normal([1e4, 0.0, 0.0, 0.0], [-5.0, 0.0, 0.0, 0.0], prior=1.0, z=5.0)  # all trials together are content: pull and prior cancel
+    lone = normal(
+        [1e4, 0.0, 0.0, 0.0], [-5.0, 0.0, 0.0, 0.0], prior=1.0, z=5.0
+    )  # all trials together are content: pull and prior cancel
     assert lone.solved(np.ones(4)) == pytest.approx(0.0, abs=1e-9)
     back = -5.0 / (1.0 + HELD * 1e4)
-    assert lone.left_out(FOLDS)[0, 0] == pytest.approx(1.0 - 2.0 * 5.0 * back + 1e4 * back**2, rel=1e-6)
+    assert lone.left_out(FOLDS)[0, 0] == pytest.approx(
+        1.0 - 2.0 * 5.0 * back + 1e4 * back**2, rel=1e-6
+    )
     assert lone.left_out(FOLDS)[0, 0] < 0.01 * float(lone.loss(np.array([-5.0]))[0, 0])
 
 

@@ -56,7 +56,9 @@ def test_linearised_loss_is_exact_at_the_point_itself_and_worse_on_data_left_out
 
 
 def test_interval_holds_the_truth(problem, base):
-    width = intervals(base.normal, ["drive.gain_a"])["drive.gain_a"] * problem.spread("drive.gain_a")
+    width = intervals(base.normal, ["drive.gain_a"])["drive.gain_a"] * problem.spread(
+        "drive.gain_a"
+    )
     assert 0.0 < width < 0.01
     assert abs(base.values["drive.gain_a"] - 1.03) < 2.0 * width
 
@@ -65,14 +67,18 @@ def test_signature_of_the_truth_gains_most_and_other_links_have_no_part_in_it(pr
     screening = screen(problem, base)
     best = screening.best()
     assert max(best, key=lambda name: best[name].gain) == "dahl"
-    assert screening.cosine("force_offset", "pressure_offset") > 0.1 > screening.cosine("dahl", "leak")
+    assert (
+        screening.cosine("force_offset", "pressure_offset") > 0.1 > screening.cosine("dahl", "leak")
+    )
     assert screening.typical()["leak"] < 40.0 < screening.typical()["valve_delay"]
 
 
 def test_strength_scales_and_shape_stays(problem):
     start = {"drive.cogging_a": 0.1, "drive.cogging_per_m": 250.0}
     assert problem.strength("cogging") == ("drive.cogging_a",)
-    assert scaled(problem, "cogging", start, 0.3) == pytest.approx({"drive.cogging_a": 0.03, "drive.cogging_per_m": 250.0})
+    assert scaled(problem, "cogging", start, 0.3) == pytest.approx(
+        {"drive.cogging_a": 0.03, "drive.cogging_per_m": 250.0}
+    )
     assert amplitudes(problem, "cogging", start)[0] == 0.0
     assert amplitudes(problem, "hardening", {"spring.cubic_n_m3": 5e5})[0] < 0.0
 

@@ -14,7 +14,12 @@ from epa_rt.gap.subject import Link
 from epa_rt.models.effect import Effect, Knob
 from tests.gap import toy
 
-TRUE = {"drive.gain_a": 1.03, "spring.dahl_n": 1.5, "spring.dahl_m": 4e-3, "sensors.pressure_offset_pa": -500.0}
+TRUE = {
+    "drive.gain_a": 1.03,
+    "spring.dahl_n": 1.5,
+    "spring.dahl_m": 4e-3,
+    "sensors.pressure_offset_pa": -500.0,
+}
 MISFIT = {"drive": 1.0, "gas": 2.0, "spring": 9.0}
 
 
@@ -28,9 +33,14 @@ def problem() -> Problem:
 def role(problem) -> Role:
     """Played by hand while every link counted as much as its noise says."""
     base = settled(problem)
-    starts = {"dahl": {"spring.dahl_n": 2.0, "spring.dahl_m": 2e-3}, "pressure_offset": {"sensors.pressure_offset_pa": -1e3}}
+    starts = {
+        "dahl": {"spring.dahl_n": 2.0, "spring.dahl_m": 2e-3},
+        "pressure_offset": {"sensors.pressure_offset_pa": -1e3},
+    }
     fits = tuple(refit(problem, base, name, start) for name, start in starts.items())
-    return Role(base, fits, np.array([gains(problem, base, fit) for fit in fits]), None, dict(problem.scale))
+    return Role(
+        base, fits, np.array([gains(problem, base, fit) for fit in fits]), None, dict(problem.scale)
+    )
 
 
 def test_a_role_at_another_scale_is_as_if_its_links_had_been_divided_by_it(problem, role):
@@ -38,19 +48,30 @@ def test_a_role_at_another_scale_is_as_if_its_links_had_been_divided_by_it(probl
     moved = role.at_scale_of(other)
     fresh = linearised(other, role.point.effects, role.point.values).normal
     for name in ("matrix", "vector", "square"):
-        assert np.allclose(getattr(moved.point.normal, name), getattr(fresh, name), rtol=1e-6, atol=1e-9), name
+        assert np.allclose(
+            getattr(moved.point.normal, name), getattr(fresh, name), rtol=1e-6, atol=1e-9
+        ), name
     for before, after in zip(role.fits, moved.fits, strict=True):
         assert after.values == before.values
         for link in other.touched(problem.effects[after.effect].knobs):
             exact = other.residual(after.values, link)
-            assert after.normal.square[other.links.index(link)].sum() == pytest.approx(exact @ exact)
-    assert np.allclose(moved.gains, [gains(other, replace(role.point, normal=fresh), fit) for fit in moved.fits], rtol=1e-6, atol=1e-6)
+            assert after.normal.square[other.links.index(link)].sum() == pytest.approx(
+                exact @ exact
+            )
+    assert np.allclose(
+        moved.gains,
+        [gains(other, replace(role.point, normal=fresh), fit) for fit in moved.fits],
+        rtol=1e-6,
+        atol=1e-6,
+    )
     assert moved.scale == other.scale and moved.screening is role.screening
 
 
 def test_a_link_that_counts_for_less_gains_less_and_the_way_back_is_the_same_role(problem, role):
     moved = role.at_scale_of(problem.rescaled(MISFIT))
-    assert moved.gains[0].sum() < 0.2 * role.gains[0].sum(), "dahl gains in the spring alone, which counts a ninth"
+    assert moved.gains[0].sum() < 0.2 * role.gains[0].sum(), (
+        "dahl gains in the spring alone, which counts a ninth"
+    )
     back = moved.at_scale_of(problem)
     assert np.allclose(back.gains, role.gains) and back.fits[0].chi == role.fits[0].chi
 
@@ -61,8 +82,18 @@ class Hum:
     name, rate_hz = "hum", 100.0
     links = (Link("tone", "block", "y", "", "time to y"),)
     nominal = (Knob("pitch", "", 3.0, 1.0, 9.0, 0.1),)
-    catalogue = tuple(Effect(name, name, "block", (key,), ((1.0,),), "", "", "") for name, key in (("step", "size"), ("slope", "rise")))
-    knobs = {knob.key: knob for knob in (*nominal, Knob("size", "", 0.0, -9.0, 9.0, 1.0, "step"), Knob("rise", "", 0.0, -9.0, 9.0, 1.0, "slope"))}
+    catalogue = tuple(
+        Effect(name, name, "block", (key,), ((1.0,),), "", "", "")
+        for name, key in (("step", "size"), ("slope", "rise"))
+    )
+    knobs = {
+        knob.key: knob
+        for knob in (
+            *nominal,
+            Knob("size", "", 0.0, -9.0, 9.0, 1.0, "step"),
+            Knob("rise", "", 0.0, -9.0, 9.0, 1.0, "slope"),
+        )
+    }
 
     def touched(self, key):
         return ("tone",)
@@ -72,13 +103,33 @@ class Hum:
 
     def residual(self, prepared, values, link):
         t = prepared.columns["t"]
-        return prepared.columns["y"] - np.sin(values.get("pitch", 3.0) * t) - values.get("size", 0.0) * (t > 10.0) - 0.1 * values.get("rise", 0.0) * t
+        return (
+            prepared.columns["y"]
+            - np.sin(values.get("pitch", 3.0) * t)
+            - values.get("size", 0.0) * (t > 10.0)
+            - 0.1 * values.get("rise", 0.0) * t
+        )
 
 
 def humming(pitch: float) -> Problem:
     t = np.arange(2000) / 100.0
-    y = np.sin(pitch * t) + 0.5 * (t > 10.0) + 0.03 * t + 0.1 * np.random.default_rng(2).standard_normal(len(t))
-    log = Recording("log", "", "hum", "", "", 0.01, np.arange(len(t)), {"t": t, "y": y}, (Span("trial", 0, len(t), True),))
+    y = (
+        np.sin(pitch * t)
+        + 0.5 * (t > 10.0)
+        + 0.03 * t
+        + 0.1 * np.random.default_rng(2).standard_normal(len(t))
+    )
+    log = Recording(
+        "log",
+        "",
+        "hum",
+        "",
+        "",
+        0.01,
+        np.arange(len(t)),
+        {"t": t, "y": y},
+        (Span("trial", 0, len(t), True),),
+    )
     return Problem(Hum(), [log], {"tone": toy.White("tone", 0.1)})
 
 
@@ -93,8 +144,14 @@ def test_a_fit_whose_nominal_parameters_went_astray_is_found_again_from_the_plan
     point, fit = fitted(problem, 5.0)
     assert abs(fit.values["pitch"] - 3.02) > 0.5, "it does not find its way back by itself"
     end = _polished(problem, point, fit)
-    assert end.effect == "step" and end.values == pytest.approx({"pitch": 3.02, "size": 0.5, "rise": 0.3}, abs=0.03)
-    assert end.chi == end.normal.chi == pytest.approx(linearised(problem, ("slope", "step"), end.values).normal.chi)
+    assert end.effect == "step" and end.values == pytest.approx(
+        {"pitch": 3.02, "size": 0.5, "rise": 0.3}, abs=0.03
+    )
+    assert (
+        end.chi
+        == end.normal.chi
+        == pytest.approx(linearised(problem, ("slope", "step"), end.values).normal.chi)
+    )
     assert end.chi < 0.1 * fit.chi
 
 

@@ -1,4 +1,6 @@
-"""The share of a gap that is closed: right, unclipped, with an interval that holds the truth as often as it says."""
+"""The share of a gap that is closed: right, unclipped, with an interval that holds the truth as
+often as it says.
+"""
 
 import numpy as np
 import pytest
@@ -47,7 +49,9 @@ def test_the_interval_holds_the_truth_about_as_often_as_it_says():
     rng, truth, held = np.random.default_rng(3), 1.0 - (1.44 - 1.0) / (4.0 - 1.0), 0
     for k in range(300):
         noise = rng.normal(size=4000)
-        low, high = share([squares(2.0 * noise, 1.2 * rng.normal(size=4000), 1.0, 100)], seed=k).interval
+        low, high = share(
+            [squares(2.0 * noise, 1.2 * rng.normal(size=4000), 1.0, 100)], seed=k
+        ).interval
         held += low <= truth <= high
     assert 0.90 <= held / 300 <= 0.99
 

@@ -1,4 +1,6 @@
-"""How far: a rig whose answer is known, teacher-forced, in free run, and in what an operator asks for."""
+"""How far: a rig whose answer is known, teacher-forced, in free run, and in what an operator asks
+for.
+"""
 
 from dataclasses import replace
 
@@ -14,7 +16,9 @@ FLOORS = {"damper": white_floor()}
 
 
 def row(rows, channel, mode, baseline="refitted", log=ALL):
-    (found,) = [r for r in rows if (r.channel, r.mode, r.baseline, r.log) == (channel, mode, baseline, log)]
+    (found,) = [
+        r for r in rows if (r.channel, r.mode, r.baseline, r.log) == (channel, mode, baseline, log)
+    ]
     return found
 
 
@@ -27,16 +31,25 @@ def rows():
 def test_the_true_effect_closes_all_of_the_gap_in_both_modes(rows):
     for mode in ("teacher_forced", "free_run"):
         one = row(rows, "force_n", mode)
-        assert one.closed_share == pytest.approx(1.0, abs=0.02) and one.interval[0] <= 1.0 <= one.interval[1] + 0.01
-        assert one.times_floor == pytest.approx(1.0, abs=0.05) and one.floor == pytest.approx(NOISE_N, rel=0.05)
+        assert (
+            one.closed_share == pytest.approx(1.0, abs=0.02)
+            and one.interval[0] <= 1.0 <= one.interval[1] + 0.01
+        )
+        assert one.times_floor == pytest.approx(1.0, abs=0.05) and one.floor == pytest.approx(
+            NOISE_N, rel=0.05
+        )
         assert one.unit == "N" and one.floor_source == "twin"
 
 
 def test_before_is_told_for_the_refit_and_for_the_plant_file(rows):
     speed = recorded(TRUTH).columns["speed_m_s"]
     refitted = np.sqrt(np.mean((np.sign(speed) - 3.0 * speed) ** 2))
-    assert row(rows, "force_n", "teacher_forced").before == pytest.approx(np.hypot(refitted, NOISE_N), rel=0.03)
-    assert row(rows, "force_n", "teacher_forced", "plant_file").before == pytest.approx(np.hypot(1.0, NOISE_N), rel=0.03)
+    assert row(rows, "force_n", "teacher_forced").before == pytest.approx(
+        np.hypot(refitted, NOISE_N), rel=0.03
+    )
+    assert row(rows, "force_n", "teacher_forced", "plant_file").before == pytest.approx(
+        np.hypot(1.0, NOISE_N), rel=0.03
+    )
 
 
 def test_every_log_has_its_own_row_where_there_are_several(rows):
@@ -47,19 +60,35 @@ def test_every_log_has_its_own_row_where_there_are_several(rows):
 
 
 def test_half_an_effect_closes_three_quarters_of_the_square():
-    one = row(shrinkage(Damper(), [recorded(TRUTH)], {}, {"muscle.coulomb_n": 0.5}, FLOORS), "force_n", "teacher_forced")
-    assert one.closed_share == pytest.approx(0.75, abs=0.02) and one.times_floor == pytest.approx(5.1, abs=0.2)
+    one = row(
+        shrinkage(Damper(), [recorded(TRUTH)], {}, {"muscle.coulomb_n": 0.5}, FLOORS),
+        "force_n",
+        "teacher_forced",
+    )
+    assert one.closed_share == pytest.approx(0.75, abs=0.02) and one.times_floor == pytest.approx(
+        5.1, abs=0.2
+    )
 
 
 def test_a_rig_without_a_gap_has_no_share():
-    one = row(shrinkage(Damper(), [recorded({})], {}, {"muscle.coulomb_n": 0.001}, FLOORS), "force_n", "teacher_forced")
-    assert one.closed_share is None and one.interval is None and one.times_floor == pytest.approx(1.0, abs=0.05)
+    one = row(
+        shrinkage(Damper(), [recorded({})], {}, {"muscle.coulomb_n": 0.001}, FLOORS),
+        "force_n",
+        "teacher_forced",
+    )
+    assert (
+        one.closed_share is None
+        and one.interval is None
+        and one.times_floor == pytest.approx(1.0, abs=0.05)
+    )
 
 
 def test_a_rig_without_a_model_of_the_whole_has_no_free_run():
     rig = Damper()
     rig.free_run = lambda recording, values, seed: None
-    assert {r.mode for r in shrinkage(rig, [recorded(TRUTH)], {}, TRUTH, FLOORS)} == {"teacher_forced"}
+    assert {r.mode for r in shrinkage(rig, [recorded(TRUTH)], {}, TRUTH, FLOORS)} == {
+        "teacher_forced"
+    }
 
 
 def test_what_an_operator_asks_for_stands_in_free_run_only():
@@ -68,7 +97,9 @@ def test_what_an_operator_asks_for_stands_in_free_run_only():
 
     def with_current(recording, values, seed):
         run = whole(recording, values, seed)
-        return replace(run, columns=dict(run.columns, motor_current_a=run.columns["force_n"] / 10.0))
+        return replace(
+            run, columns=dict(run.columns, motor_current_a=run.columns["force_n"] / 10.0)
+        )
 
     rig.free_run = with_current
     rows = shrinkage(rig, [recorded(TRUTH)], {}, TRUTH, FLOORS)
@@ -94,9 +125,15 @@ def test_a_run_that_ended_early_is_compared_as_far_as_it_went():
 def test_where_twins_do_not_differ_the_channels_own_step_is_the_floor():
     step, rig = 0.5, Damper()
     real = recorded(TRUTH)
-    coarse = replace(real, columns=real.columns | {"force_n": np.round(real.columns["force_n"] / step) * step})
+    coarse = replace(
+        real, columns=real.columns | {"force_n": np.round(real.columns["force_n"] / step) * step}
+    )
     assert step_of(coarse, "force_n") == pytest.approx(step) and step_of(real, "force_n") == 0.0
-    assert row(shrinkage(rig, [coarse], {}, TRUTH, FLOORS), "force_n", "free_run").floor == pytest.approx(NOISE_N, rel=0.05)
+    assert row(
+        shrinkage(rig, [coarse], {}, TRUTH, FLOORS), "force_n", "free_run"
+    ).floor == pytest.approx(NOISE_N, rel=0.05)
     whole = rig.free_run
     rig.free_run = lambda recording, values, seed: whole(recording, values, None)
-    assert row(shrinkage(rig, [coarse], {}, TRUTH, FLOORS), "force_n", "free_run").floor == pytest.approx(step / np.sqrt(12.0), rel=0.01)
+    assert row(
+        shrinkage(rig, [coarse], {}, TRUTH, FLOORS), "force_n", "free_run"
+    ).floor == pytest.approx(step / np.sqrt(12.0), rel=0.01)

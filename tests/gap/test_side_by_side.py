@@ -1,4 +1,6 @@
-"""Work on both processors: the answers are those of one, in order, however it is nested and whatever fails."""
+"""Work on both processors: the answers are those of one, in order, however it is nested and
+whatever fails.
+"""
 
 import threading
 import time
@@ -26,7 +28,9 @@ def test_answers_are_in_order(items):
 @given(st.lists(st.lists(st.integers(), max_size=8), max_size=8))
 @settings(deadline=None)
 def test_what_is_worked_on_may_ask_for_help_itself(rows):
-    assert each(lambda row: each(lambda x: x + 1, row), rows) == [[x + 1 for x in row] for row in rows]
+    assert each(lambda row: each(lambda x: x + 1, row), rows) == [
+        [x + 1 for x in row] for row in rows
+    ]
 
 
 def test_two_threads_work_at_once():
@@ -51,7 +55,9 @@ def test_there_are_never_more_than_two_at_work():
 
 def test_a_nested_call_is_helped_once_the_other_thread_has_run_out_of_work():
     def outer(long: bool) -> None:
-        for _ in range(10000 if long else 0):  # until the other thread of the outer call has nothing left
+        for _ in range(
+            10000 if long else 0
+        ):  # until the other thread of the outer call has nothing left
             seen = set()
             each(lambda _, seen=seen: (seen.add(threading.get_ident()), time.sleep(1e-3)), range(4))
             if len(seen) == 2:
@@ -67,7 +73,9 @@ def test_the_first_item_s_error_comes_out_and_not_all_are_begun_after_it(bad):
 
     def one(x: int) -> None:
         begun.append(x)
-        time.sleep(0.02 if x == min(bad) else 0.01)  # the first one to fail is not the first in time
+        time.sleep(
+            0.02 if x == min(bad) else 0.01
+        )  # the first one to fail is not the first in time
         if x in bad:
             raise ValueError(f"found {x}")
 

@@ -1,4 +1,6 @@
-"""Which knobs of an effect are its strength: the fewest that switch it off together, each on its own where one does."""
+"""Which knobs of an effect are its strength: the fewest that switch it off together, each on its
+own where one does.
+"""
 
 import numpy as np
 import pytest
@@ -13,17 +15,53 @@ T = np.arange(400) / 100.0
 LAWS = {  # effect: knobs (name, plant file's value, a start or several), and what they add
     "single": ({"a": (0.0, 1.0)}, lambda v: v["a"] * np.sin(T)),
     "shaped": ({"a": (0.0, 1.0), "b": (2.0, 3.0)}, lambda v: v["a"] * np.sin(v["b"] * T)),
-    "either": ({"a": (0.0, 1.0), "b": (0.0, 1.0), "c": (2.0, 3.0)}, lambda v: v["a"] * v["b"] * np.sin(v["c"] * T)),
-    "both": ({"a": (0.0, 1.0), "b": (0.0, 1.0), "c": (2.0, 3.0)}, lambda v: v["a"] * np.sin(v["c"] * T) + v["b"] * np.cos(v["c"] * T)),
-    "two_of_three": ({"a": (0.0, 1.0), "b": (0.0, 1.0), "c": (0.0, 1.0)}, lambda v: v["a"] * (1.0 + v["c"]) * np.sin(T) + v["b"] * np.cos(T)),
-    "begins": ({"a": (0.0, 1.0), "p": (9.0, 2.0)}, lambda v: v["a"] * np.maximum(T - v["p"], 0.0)),  # at its plant-file place it never begins
-    "gain": ({"g": (1.0, 1.1), "p": (9.0, 2.0)}, lambda v: (v["g"] - 1.0) * np.maximum(T - v["p"], 0.0)),
-    "efficiency": ({"g": (1.0, 0.75), "b": (0.0, 3.0), "c": (0.0, 2.0)}, lambda v: (1.0 - v["g"]) * (1.0 + v["b"] * np.exp(-v["c"] * T)) * np.sin(T)),
+    "either": (
+        {"a": (0.0, 1.0), "b": (0.0, 1.0), "c": (2.0, 3.0)},
+        lambda v: v["a"] * v["b"] * np.sin(v["c"] * T),
+    ),
+    "both": (
+        {"a": (0.0, 1.0), "b": (0.0, 1.0), "c": (2.0, 3.0)},
+        lambda v: v["a"] * np.sin(v["c"] * T) + v["b"] * np.cos(v["c"] * T),
+    ),
+    "two_of_three": (
+        {"a": (0.0, 1.0), "b": (0.0, 1.0), "c": (0.0, 1.0)},
+        lambda v: v["a"] * (1.0 + v["c"]) * np.sin(T) + v["b"] * np.cos(T),
+    ),
+    "begins": (
+        {"a": (0.0, 1.0), "p": (9.0, 2.0)},
+        lambda v: v["a"] * np.maximum(T - v["p"], 0.0),
+    ),  # at its plant-file place it never begins
+    "gain": (
+        {"g": (1.0, 1.1), "p": (9.0, 2.0)},
+        lambda v: (v["g"] - 1.0) * np.maximum(T - v["p"], 0.0),
+    ),
+    "efficiency": (
+        {"g": (1.0, 0.75), "b": (0.0, 3.0), "c": (0.0, 2.0)},
+        lambda v: (1.0 - v["g"]) * (1.0 + v["b"] * np.exp(-v["c"] * T)) * np.sin(T),
+    ),
     "unmoved": ({"a": (0.0, 1.0), "b": (0.0, 0.0)}, lambda v: (v["a"] + v["b"]) * np.sin(T)),
-    "a_start_each": ({"a": (0.0, 1.0, 0.0), "b": (0.0, 0.0, 1.0)}, lambda v: v["a"] * np.sin(T) + v["b"] * np.cos(T)),
-    "no_way_back": ({"a": (0.0, 1.0), "g": (1.0, 1.1)}, lambda v: v["a"] * np.sin(T) + (v["g"] - 1.0) * np.cos(T)),
+    "a_start_each": (
+        {"a": (0.0, 1.0, 0.0), "b": (0.0, 0.0, 1.0)},
+        lambda v: v["a"] * np.sin(T) + v["b"] * np.cos(T),
+    ),
+    "no_way_back": (
+        {"a": (0.0, 1.0), "g": (1.0, 1.1)},
+        lambda v: v["a"] * np.sin(T) + (v["g"] - 1.0) * np.cos(T),
+    ),
 }
-EXPECTED = {"single": "a", "shaped": "a", "either": "ab", "both": "ab", "two_of_three": "ab", "begins": "a", "gain": "gp", "efficiency": "g", "unmoved": "a", "a_start_each": "ab", "no_way_back": "ag"}
+EXPECTED = {
+    "single": "a",
+    "shaped": "a",
+    "either": "ab",
+    "both": "ab",
+    "two_of_three": "ab",
+    "begins": "a",
+    "gain": "gp",
+    "efficiency": "g",
+    "unmoved": "a",
+    "a_start_each": "ab",
+    "no_way_back": "ag",
+}
 
 
 class Switches:
@@ -31,9 +69,24 @@ class Switches:
 
     name, rate_hz, nominal = "switches", 100.0, ()
     links = (Link("only", "block", "y", "", "nothing to y"),)
-    catalogue = tuple(Effect(name, name, "block", tuple(f"{name}.{k}" for k in knobs), tuple(zip(*(starts for _, *starts in knobs.values()), strict=True)), "", "", "")
-                      for name, (knobs, _) in LAWS.items())
-    knobs = {f"{name}.{k}": Knob(f"{name}.{k}", "", value, -10.0, 10.0, 1.0, name) for name, (knobs, _) in LAWS.items() for k, (value, *_) in knobs.items()}
+    catalogue = tuple(
+        Effect(
+            name,
+            name,
+            "block",
+            tuple(f"{name}.{k}" for k in knobs),
+            tuple(zip(*(starts for _, *starts in knobs.values()), strict=True)),
+            "",
+            "",
+            "",
+        )
+        for name, (knobs, _) in LAWS.items()
+    )
+    knobs = {
+        f"{name}.{k}": Knob(f"{name}.{k}", "", value, -10.0, 10.0, 1.0, name)
+        for name, (knobs, _) in LAWS.items()
+        for k, (value, *_) in knobs.items()
+    }
 
     def touched(self, key):
         return ("only",)
@@ -51,7 +104,17 @@ class Switches:
 @pytest.fixture(scope="module")
 def problem() -> Problem:
     noise = np.random.default_rng(1).standard_normal(len(T))
-    log = Recording("log", "", "switches", "", "", 0.01, np.arange(len(T)), {"y": noise}, (Span("trial", 0, len(T), True),))
+    log = Recording(
+        "log",
+        "",
+        "switches",
+        "",
+        "",
+        0.01,
+        np.arange(len(T)),
+        {"y": noise},
+        (Span("trial", 0, len(T), True),),
+    )
     return Problem(Switches(), [log], {"only": toy.White("only", 1.0)})
 
 

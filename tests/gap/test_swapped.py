@@ -36,8 +36,15 @@ def test_the_wrong_one_of_two_laws_makes_place_for_the_right_one(problem):
     selection, none, best = named(problem, "square", "quick")
     assert 100.0 < above(best, NOISE) < 0.25 * above(none, NOISE)
     found, point, as_well = swapped(problem, problem, selection, none, best, NOISE, Rules())
-    assert set(found.final.effects) == {"drift", "quick"} == {role.best.effect for role in found.roles} == set(point.effects)
-    assert point.values[knob_of("drift")] == pytest.approx(0.1, abs=0.01) and above(point, NOISE) < 3.0 * np.sqrt(2.0 * NOISE)
+    assert (
+        set(found.final.effects)
+        == {"drift", "quick"}
+        == {role.best.effect for role in found.roles}
+        == set(point.effects)
+    )
+    assert point.values[knob_of("drift")] == pytest.approx(0.1, abs=0.01) and above(
+        point, NOISE
+    ) < 3.0 * np.sqrt(2.0 * NOISE)
     assert as_well == {"drift": ()}
 
 
@@ -48,15 +55,28 @@ def test_two_right_laws_stay_and_so_does_one_alone(problem):
 
 
 def test_what_takes_a_part_of_what_is_left_takes_no_ones_place():
-    """Of three waves that are there the two stronger ones leave a little less than those named do."""
-    problem = problem_of(Sum(), {knob_of("square"): 0.2, knob_of("quick"): 1.0, knob_of("slow"): 0.3}, len(TIME), 0.01)
+    """Of three waves that are there the two stronger ones leave a little less than those named
+    do.
+    """
+    problem = problem_of(
+        Sum(),
+        {knob_of("square"): 0.2, knob_of("quick"): 1.0, knob_of("slow"): 0.3},
+        len(TIME),
+        0.01,
+    )
     selection, none, best = named(problem, "square", "quick")
-    assert 1000.0 < above(best, NOISE) < 0.25 * above(none, NOISE) and swapped(problem, problem, selection, none, best, NOISE, Rules()) is None
+    assert (
+        1000.0 < above(best, NOISE) < 0.25 * above(none, NOISE)
+        and swapped(problem, problem, selection, none, best, NOISE, Rules()) is None
+    )
 
 
 def test_where_both_together_explain_little_none_is_tried(problem):
     selection, none, best = named(problem, "square", "shaped")
-    assert above(best, NOISE) > 0.25 * above(none, NOISE) and swapped(problem, problem, selection, none, best, NOISE, Rules()) is None
+    assert (
+        above(best, NOISE) > 0.25 * above(none, NOISE)
+        and swapped(problem, problem, selection, none, best, NOISE, Rules()) is None
+    )
 
 
 def test_the_law_that_stays_keeps_what_the_blocks_came_near_to(problem):
@@ -64,8 +84,18 @@ def test_the_law_that_stays_keeps_what_the_blocks_came_near_to(problem):
     selection, none, best = named(problem, "quick", "square")
     first = selection.roles[0]
     rival = replace(first.best, effect="shaped")
-    selection = replace(selection, roles=(replace(first, fits=(first.best, rival), gains=np.vstack([first.gains, 0.5 * first.gains])), selection.roles[1]))
+    selection = replace(
+        selection,
+        roles=(
+            replace(
+                first, fits=(first.best, rival), gains=np.vstack([first.gains, 0.5 * first.gains])
+            ),
+            selection.roles[1],
+        ),
+    )
     found, point, _ = swapped(problem, problem, selection, none, best, NOISE, Rules())
     kept = next(role for role in found.roles if role.best.effect == "quick")
     assert [fit.effect for fit in kept.fits] == ["quick", "shaped"] and kept.gains.shape[0] == 2
-    assert kept.best.values[knob_of("quick")] == pytest.approx(point.values[knob_of("quick")], rel=0.05)
+    assert kept.best.values[knob_of("quick")] == pytest.approx(
+        point.values[knob_of("quick")], rel=0.05
+    )

@@ -30,7 +30,13 @@ def test_a_strength_beyond_its_interval_is_there():
 
 def test_a_strength_within_its_interval_may_be_none():
     problem, selection = chosen({}, "force_offset")
-    selection = Selection(problem, selection.base, selection.roles, settled(problem, ("force_offset",), {"sensors.force_offset_n": 1e-4}), None)
+    selection = Selection(
+        problem,
+        selection.base,
+        selection.roles,
+        settled(problem, ("force_offset",), {"sensors.force_offset_n": 1e-4}),
+        None,
+    )
     assert maybe_none(problem, selection, None) == ("force_offset",)
     assert maybe_none(problem, selection, None, sure=("force_offset",)) == ()
 
@@ -39,7 +45,13 @@ def test_what_fits_of_twins_go_astray_by_counts():
     """However sharp the blocks are, a strength that twins without it reach as well says nothing."""
     problem, selection = chosen({"sensors.force_offset_n": 1.0}, "force_offset")
     far = np.zeros((5, len(selection.final.normal.keys)))
-    far[:, selection.final.normal.keys.index("sensors.force_offset_n")] = [2.0, -1.5, 1.8, -2.2, 1.0]
+    far[:, selection.final.normal.keys.index("sensors.force_offset_n")] = [
+        2.0,
+        -1.5,
+        1.8,
+        -2.2,
+        1.0,
+    ]
     assert maybe_none(problem, selection, far) == ("force_offset",)
 
 
@@ -47,43 +59,78 @@ def test_what_fits_of_twins_go_astray_by_counts():
 def test_on_a_bound_it_is_none_only_where_it_is_at_none(strength_n):
     problem, selection = chosen({"spring.coulomb_n": strength_n}, "coulomb")
     values = {**selection.final.values, "spring.coulomb_n": strength_n}
-    normal = replace(selection.final.normal, frozen=np.array([key == "spring.coulomb_n" for key in selection.final.normal.keys]))
-    selection = Selection(problem, selection.base, selection.roles, replace(selection.final, values=values, normal=normal), None)
+    normal = replace(
+        selection.final.normal,
+        frozen=np.array([key == "spring.coulomb_n" for key in selection.final.normal.keys]),
+    )
+    selection = Selection(
+        problem,
+        selection.base,
+        selection.roles,
+        replace(selection.final, values=values, normal=normal),
+        None,
+    )
     assert maybe_none(problem, selection, None) == (("coulomb",) if strength_n == 0.0 else ())
 
 
 def test_the_others_stay_and_are_fitted_without_it():
     problem, selection = chosen({"spring.coulomb_n": 2.0}, "coulomb", "force_offset")
     left = without(problem, selection, ("force_offset",))
-    assert left.final.effects == ("coulomb",) and [role.best.effect for role in left.roles] == ["coulomb"]
-    assert left.final.values["spring.coulomb_n"] == pytest.approx(2.0, abs=0.1) and "sensors.force_offset_n" not in left.final.values
+    assert left.final.effects == ("coulomb",) and [role.best.effect for role in left.roles] == [
+        "coulomb"
+    ]
+    assert (
+        left.final.values["spring.coulomb_n"] == pytest.approx(2.0, abs=0.1)
+        and "sensors.force_offset_n" not in left.final.values
+    )
     assert without(problem, selection, ("coulomb", "force_offset")).final.effects == ()
 
 
 def test_a_diagnosis_keeps_a_name_that_is_there():
     recordings = [toy.recording(f"log {i}", i, {"sensors.force_offset_n": 1.0}) for i in range(2)]
-    assert [one.name for one in diagnose(toy.Toy(), recordings, floors=toy.floors).effects] == ["force_offset"]
+    assert [one.name for one in diagnose(toy.Toy(), recordings, floors=toy.floors).effects] == [
+        "force_offset"
+    ]
 
 
 SHAPED = ("lock.stiffness", "lock.length")
 
 
 def beside_a_shape(strength: float, off: np.ndarray | None = None) -> tuple[str, ...]:
-    """What is said of an effect whose strength and shape go together along a valley: 20 half widths of a strength of 1 along it, 0.02 across."""
+    """What is said of an effect whose strength and shape go together along a valley: 20 half widths
+    of a strength of 1 along it, 0.02 across.
+    """
     along, across = np.array([1.0, 1.0]) / np.sqrt(2.0), np.array([1.0, -1.0]) / np.sqrt(2.0)
     inverse = 100.0 * np.outer(along, along) + 1e-4 * np.outer(across, across)
-    scores = np.linalg.inv(inverse) @ np.random.default_rng(1).multivariate_normal(np.zeros(2), inverse / 100.0, 100).T
+    scores = (
+        np.linalg.inv(inverse)
+        @ np.random.default_rng(1).multivariate_normal(np.zeros(2), inverse / 100.0, 100).T
+    )
     blocks = np.tile(np.linalg.inv(inverse) / 100.0, (1, 100, 1, 1))
-    normal = Normal(SHAPED, blocks, scores.T[None], np.zeros((1, 100)), np.zeros(2), np.zeros(2), np.zeros(2, bool))
+    normal = Normal(
+        SHAPED,
+        blocks,
+        scores.T[None],
+        np.zeros((1, 100)),
+        np.zeros(2),
+        np.zeros(2),
+        np.zeros(2, bool),
+    )
     point = Point(("lock",), {"lock.stiffness": strength, "lock.length": 2.0}, {}, {}, normal)
-    problem = SimpleNamespace(effects={"lock": SimpleNamespace(knobs=SHAPED)}, strength=lambda name: SHAPED[:1], spread=lambda key: 1.0,
-                              knobs={key: SimpleNamespace(value=0.0) for key in SHAPED})
+    problem = SimpleNamespace(
+        effects={"lock": SimpleNamespace(knobs=SHAPED)},
+        strength=lambda name: SHAPED[:1],
+        spread=lambda key: 1.0,
+        knobs={key: SimpleNamespace(value=0.0) for key in SHAPED},
+    )
     role = SimpleNamespace(best=SimpleNamespace(effect="lock"))
     return maybe_none(problem, SimpleNamespace(roles=(role,), final=point), off)
 
 
 @pytest.mark.parametrize(("strength", "gone"), [(0.05, True), (1.0, False), (40.0, False)])
-def test_a_strength_that_a_shape_can_take_the_place_of_is_there_where_it_is_far_from_none_beside_that_shape(strength, gone):
+def test_a_strength_that_a_shape_can_take_the_place_of_is_there_where_it_is_far_from_none_beside_that_shape(  # noqa: E501
+    strength, gone
+):
     assert beside_a_shape(strength) == (("lock",) if gone else ())
 
 

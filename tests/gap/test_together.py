@@ -17,7 +17,11 @@ OFFSET = {"sensors.force_offset_n": 2.0}
 def blocks_and_whole(truth) -> tuple[Problem, Problem]:
     subject, recordings = Chained(), logs(truth)
     problem = Problem(subject, recordings, without_gas(subject, recordings, {}))
-    whole = Problem(AsOne(subject, meters_of(recordings, twins_of(subject, recordings, {}))), recordings, floor())
+    whole = Problem(
+        AsOne(subject, meters_of(recordings, twins_of(subject, recordings, {}))),
+        recordings,
+        floor(),
+    )
     return problem, whole
 
 
@@ -29,8 +33,13 @@ def parts():
 def test_what_no_block_feels_is_fitted_to_free_run_before_and_after(parts):
     problem, whole = parts
     base, final = settled(problem), settled(problem, ("force_offset",), OFFSET)
-    assert final.values.get("gas.flow_pa_s", problem.knobs["gas.flow_pa_s"].value) == problem.knobs["gas.flow_pa_s"].value  # no block has felt it
-    selection, before = serving_both(problem, whole, Selection(problem, base, (), final, None), base.values, final.values)
+    assert (
+        final.values.get("gas.flow_pa_s", problem.knobs["gas.flow_pa_s"].value)
+        == problem.knobs["gas.flow_pa_s"].value
+    )  # no block has felt it
+    selection, before = serving_both(
+        problem, whole, Selection(problem, base, (), final, None), base.values, final.values
+    )
     for values in (before, selection.final.values):
         assert values["gas.flow_pa_s"] == pytest.approx(OFF["gas.flow_pa_s"], rel=0.01)
     assert selection.final.values["sensors.force_offset_n"] == pytest.approx(2.0, abs=0.1)
@@ -52,6 +61,10 @@ def test_an_effects_own_numbers_begin_where_blocks_have_them_if_free_run_has_led
     problem, whole = blocks_and_whole(COGS)
     base, final = settled(problem), settled(problem, ("cogging",), COGS)
     astray = final.values | {"drive.cogging_per_m": 390.0}
-    selection, _ = serving_both(problem, whole, Selection(problem, base, (), final, None), base.values, astray)
-    assert selection.final.values["drive.cogging_per_m"] == pytest.approx(COGS["drive.cogging_per_m"], rel=0.01)
+    selection, _ = serving_both(
+        problem, whole, Selection(problem, base, (), final, None), base.values, astray
+    )
+    assert selection.final.values["drive.cogging_per_m"] == pytest.approx(
+        COGS["drive.cogging_per_m"], rel=0.01
+    )
     assert selection.final.normal.chi < 1.02 * final.normal.chi

@@ -1,4 +1,6 @@
-"""What imitates an effect in its full strength: a load's mass and lever hide what it carries, and a fit has to find the way back."""
+"""What imitates an effect in its full strength: a load's mass and lever hide what it carries, and a
+fit has to find the way back.
+"""
 
 from collections.abc import Mapping
 
@@ -21,18 +23,31 @@ ANGLE = np.sin(np.arange(3000) / 150.0)
 
 
 class Pendulum(OneLink):
-    """The torque of a weight on a lever: mass and lever are only seen as a product, and that very sharply."""
+    """The torque of a weight on a lever: mass and lever are only seen as a product, and that very
+    sharply.
+    """
 
     name = "pendulum"
     links = (Link("load", "load", "torque_nm", "N*m", "angle to torque"),)
     nominal = (Knob(MASS, "kg", 1.34, 0.1, 5.0, 0.027), Knob(LEVER, "m", 0.19, 0.05, 0.5, 0.0038))
-    catalogue = (Effect("payload", "payload", "load", (CARRIED,), ((0.1,),), "carries something", "", ""),
-                 Effect("drag", "drag", "load", ("load.drag_nm",), ((0.1,),), "something else", "", ""))
-    knobs = {knob.key: knob for knob in (*nominal, Knob(CARRIED, "kg", 0.0, -10.0, 10.0, 0.1, "payload"), Knob("load.drag_nm", "N*m", 0.0, -1.0, 1.0, 0.1, "drag"))}
+    catalogue = (
+        Effect("payload", "payload", "load", (CARRIED,), ((0.1,),), "carries something", "", ""),
+        Effect("drag", "drag", "load", ("load.drag_nm",), ((0.1,),), "something else", "", ""),
+    )
+    knobs = {
+        knob.key: knob
+        for knob in (
+            *nominal,
+            Knob(CARRIED, "kg", 0.0, -10.0, 10.0, 0.1, "payload"),
+            Knob("load.drag_nm", "N*m", 0.0, -1.0, 1.0, 0.1, "drag"),
+        )
+    }
 
     def residual(self, prepared: Recording, values: Mapping[str, float], link: str) -> np.ndarray:
         at = {key: values.get(key, knob.value) for key, knob in self.knobs.items()}
-        torque = (at[MASS] + at[CARRIED]) * 9.81 * at[LEVER] * ANGLE + at["load.drag_nm"] * np.sign(np.gradient(ANGLE))
+        torque = (at[MASS] + at[CARRIED]) * 9.81 * at[LEVER] * ANGLE + at["load.drag_nm"] * np.sign(
+            np.gradient(ANGLE)
+        )
         return prepared.columns["torque_nm"] - torque
 
 
@@ -44,7 +59,9 @@ def problem() -> Problem:
 @pytest.fixture(scope="module")
 def hidden(problem):
     found = settled(problem)
-    assert np.max(np.abs(found.normal.z)) > 5.0 and float(np.sum(found.normal.z**2)) > 60.0  # mass and lever share it
+    assert (
+        np.max(np.abs(found.normal.z)) > 5.0 and float(np.sum(found.normal.z**2)) > 60.0
+    )  # mass and lever share it
     return found
 
 
@@ -61,10 +78,15 @@ def test_a_step_is_bent_along_the_valley(problem, hidden):
 
 
 def test_a_bent_step_gets_further_than_any_straight_one(problem, hidden, monkeypatch):
-    start = linearised(problem, ("payload",), {**hidden.values, CARRIED: 0.005, MASS: hidden.values[MASS] - 0.005})
+    start = linearised(
+        problem, ("payload",), {**hidden.values, CARRIED: 0.005, MASS: hidden.values[MASS] - 0.005}
+    )
 
     def fallen() -> float:
-        return start.normal.chi - linearised(problem, ("payload",), searched(problem, start, light=True)).normal.chi
+        return (
+            start.normal.chi
+            - linearised(problem, ("payload",), searched(problem, start, light=True)).normal.chi
+        )
 
     bent = fallen()
     monkeypatch.setattr(room, "bent", lambda *a, **k: 0.0)

@@ -18,23 +18,51 @@ class Believed(toy.Toy):
     def __init__(self, plant: dict[str, float]) -> None:
         super().__init__()
         self.plant = plant
-        self.knobs = {key: knob._replace(value=plant[key], absent=knob.value) if key in plant else knob for key, knob in toy.KNOBS.items()}
+        self.knobs = {
+            key: knob._replace(value=plant[key], absent=knob.value) if key in plant else knob
+            for key, knob in toy.KNOBS.items()
+        }
 
     def residual(self, prepared, values, link):
         return super().residual(prepared, self.plant | dict(values), link)
 
 
 def told(plant: dict[str, float], rig: dict[str, float]):
-    return diagnose(Believed(plant), [toy.recording("log", 21, rig)], floors=toy.floors, how_far=False)
+    return diagnose(
+        Believed(plant), [toy.recording("log", 21, rig)], floors=toy.floors, how_far=False
+    )
 
 
-@pytest.mark.parametrize("plant, rig, who, words", [
-    ({"spring.dahl_n": 1.5} | SHAPE, {}, "plant_file", "dahl, which the plant file has and the rig does not, explains"),
-    ({"spring.dahl_n": 3.0} | SHAPE, {"spring.dahl_n": 1.5} | SHAPE, "both", "dahl, which the rig has at another strength than the plant file, explains"),
-    ({}, {"spring.dahl_n": 1.5} | SHAPE, "rig", "dahl explains"),
-    (SHAPE, {"spring.dahl_n": 1.5} | SHAPE, "rig", "dahl explains"),  # a shape alone is no effect
-    ({"sensors.pressure_offset_pa": -1500.0}, {}, "plant_file", "pressure_offset, which the plant file has and the rig does not, explains"),  # gone, and no bound
-])
+@pytest.mark.parametrize(
+    "plant, rig, who, words",
+    [
+        (
+            {"spring.dahl_n": 1.5} | SHAPE,
+            {},
+            "plant_file",
+            "dahl, which the plant file has and the rig does not, explains",
+        ),
+        (
+            {"spring.dahl_n": 3.0} | SHAPE,
+            {"spring.dahl_n": 1.5} | SHAPE,
+            "both",
+            "dahl, which the rig has at another strength than the plant file, explains",
+        ),
+        ({}, {"spring.dahl_n": 1.5} | SHAPE, "rig", "dahl explains"),
+        (
+            SHAPE,
+            {"spring.dahl_n": 1.5} | SHAPE,
+            "rig",
+            "dahl explains",
+        ),  # a shape alone is no effect
+        (
+            {"sensors.pressure_offset_pa": -1500.0},
+            {},
+            "plant_file",
+            "pressure_offset, which the plant file has and the rig does not, explains",
+        ),  # gone, and no bound
+    ],
+)
 def test_the_answer_says_who_has_the_effect(plant, rig, who, words):
     answer = told(plant, rig)
     assert [one.who for one in answer.effects] == [who], answer.effects
@@ -44,12 +72,21 @@ def test_the_answer_says_who_has_the_effect(plant, rig, who, words):
 def test_a_value_on_its_upper_bound_is_not_gone_although_its_interval_is_the_whole_range():
     data = [toy.recording("log", 21, seconds=8.0)]
     problem = Problem(Believed({"spring.coulomb_n": 3.0}), data, toy.floors(None, data, {}))
-    assert who_has(problem, "coulomb", (Number("spring.coulomb_n", 20.0, "N", 0.0, 20.0, 3.0),)) == "both"
-    assert who_has(problem, "coulomb", (Number("spring.coulomb_n", 0.0, "N", 0.0, 20.0, 3.0),)) == "plant_file"
+    assert (
+        who_has(problem, "coulomb", (Number("spring.coulomb_n", 20.0, "N", 0.0, 20.0, 3.0),))
+        == "both"
+    )
+    assert (
+        who_has(problem, "coulomb", (Number("spring.coulomb_n", 0.0, "N", 0.0, 20.0, 3.0),))
+        == "plant_file"
+    )
 
 
 def test_the_words_for_people_say_it_too():
-    alone, both = told({"spring.dahl_n": 1.5} | SHAPE, {}), told({"spring.dahl_n": 3.0} | SHAPE, {"spring.dahl_n": 1.5} | SHAPE)
+    alone, both = (
+        told({"spring.dahl_n": 1.5} | SHAPE, {}),
+        told({"spring.dahl_n": 3.0} | SHAPE, {"spring.dahl_n": 1.5} | SHAPE),
+    )
     assert which_words(alone) == "dahl (in the plant file, not in the rig)"
     assert which_words(both) == "dahl (in both, at other strengths)"
 

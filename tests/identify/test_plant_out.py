@@ -19,7 +19,9 @@ def found():
     return trials, answer, data
 
 
-@pytest.mark.parametrize(("choice", "name"), [("polynomial", "polynomial"), ("tang", "Tang, all fitted")])
+@pytest.mark.parametrize(
+    ("choice", "name"), [("polynomial", "polynomial"), ("tang", "Tang, all fitted")]
+)
 def test_the_plant_pulls_as_the_fitted_model(found, choice, name, tmp_path):
     trials, answer, data = found
     plant, score = chosen_plant(choice, bench(), answer, trials)
@@ -27,12 +29,17 @@ def test_the_plant_pulls_as_the_fitted_model(found, choice, name, tmp_path):
     path = tmp_path / "plant.yaml"
     path.write_text(plant_text(plant, ("two\nlines",)), encoding="utf-8")
     read = load_plant(path)
-    assert path.read_text(encoding="utf-8").startswith("# two lines\n") and read.params.tobytes() == plant.params.tobytes()
+    assert (
+        path.read_text(encoding="utf-8").startswith("# two lines\n")
+        and read.params.tobytes() == plant.params.tobytes()
+    )
     model, fitted, _ = next(one for one in answer.linear if one[0].name == name)
     for trial, normal in zip(trials, data, strict=True):
         expected = predicted(model, fitted, normal) * normalisation(params()).force_n
         inside = expected > 0.0  # the plant's strap cannot push
-        assert physical_force(read.params, trial)[inside] == pytest.approx(expected[inside], abs=0.02)
+        assert physical_force(read.params, trial)[inside] == pytest.approx(
+            expected[inside], abs=0.02
+        )
 
 
 def test_the_best_is_the_physical_one_and_carries_the_gas(found):
@@ -48,6 +55,10 @@ def test_what_the_trials_do_not_show_is_not_identified(found):
     trials, answer, _ = found
     held = next(fit for fit in answer.physical if fit.model.name == "physical, held")
     assert np.isnan([held.score.intervals[key] for key in held.unseen]).all()
-    assert all(np.isfinite(held.score.intervals[key]).all() for key in held.model.keys if key not in held.unseen)
+    assert all(
+        np.isfinite(held.score.intervals[key]).all()
+        for key in held.model.keys
+        if key not in held.unseen
+    )
     if held.unseen:
         assert any("is not identified" in sentence for sentence in answer.remarks)

@@ -24,7 +24,13 @@ def found():
 def test_the_terminal_shows_every_model_and_every_way(found):
     text = io.StringIO()
     show(found[0], Console(file=text, width=200))
-    for name in (*(score.name for score in found[0].scores), *(way.name for way in found[0].selected), "loop work", "normalised", "0.971"):
+    for name in (
+        *(score.name for score in found[0].scores),
+        *(way.name for way in found[0].selected),
+        "loop work",
+        "normalised",
+        "0.971",
+    ):
         assert name in text.getvalue()
 
 
@@ -40,19 +46,33 @@ def test_a_trial_alone_has_a_page_too(found):
     _, trials, _ = found
     answer, data = identify_trials(trials[:1], params(), Asked(physical=False, terms=False))
     page = identify_page(answer, trials[:1], data)
-    assert "one no-load pressure only" in page and "NaN" not in page.split("<main>")[1].split("</main>")[0]
+    assert (
+        "one no-load pressure only" in page
+        and "NaN" not in page.split("<main>")[1].split("</main>")[0]
+    )
 
 
 def test_clouds_are_thinned_and_stretches_are_of_the_trial(found):
     answer, trials, data = found
     few = cloud(answer, trials, data, "polynomial", 1000)
-    assert len(few.force_n) == 1000 and few.force_n[0] == trials[0].force_n[0] and few.model_n[0] == forces(answer, "polynomial", trials[0], data[0])[0]
+    assert (
+        len(few.force_n) == 1000
+        and few.force_n[0] == trials[0].force_n[0]
+        and few.model_n[0] == forces(answer, "polynomial", trials[0], data[0])[0]
+    )
     lowest, highest = stretches(answer, trials, data)
-    assert lowest.p0_kpa < highest.p0_kpa and len(lowest.time_s) == 500 == len(lowest.models["physical"] if "physical" in lowest.models else lowest.force_n)
+    assert lowest.p0_kpa < highest.p0_kpa and len(lowest.time_s) == 500 == len(
+        lowest.models.get("physical", lowest.force_n)
+    )
 
 
 def test_figures_have_the_digits_that_their_intervals_are_worth(found):
-    rows = {row[0]: row for row in coefficients(next(s for s in found[0].scores if s.name == "physical"))}
-    assert rows["braid length"][3] == "mm" and float(rows["braid length"][1]) == pytest.approx(207.8, rel=1e-3)
+    rows = {
+        row[0]: row
+        for row in coefficients(next(s for s in found[0].scores if s.name == "physical"))
+    }
+    assert rows["braid length"][3] == "mm" and float(rows["braid length"][1]) == pytest.approx(
+        207.8, rel=1e-3
+    )
     assert rows["viscous"][3] == "N s/m" and len(rows["viscous"][1]) <= 5
     assert (condition(1.0), condition(23.4), condition(1.2e6)) == ("–", "23", "1e6")

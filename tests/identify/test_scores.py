@@ -9,7 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from epa_rt.identify.answer import as_json
-from epa_rt.identify.data import IdentifyError, closed_path, normalisation, pressures, remarks, renewed
+from epa_rt.identify.data import (
+    IdentifyError,
+    closed_path,
+    normalisation,
+    pressures,
+    remarks,
+    renewed,
+)
 from epa_rt.identify.identify import Asked, identify_trials
 from epa_rt.identify.linear import fit, predicted, scaled, sums
 from epa_rt.identify.models import BY_NAME, MODELS, TANG_ALL
@@ -32,11 +39,20 @@ def data(trials):
 def test_scores_from_normal_equations_are_those_of_the_samples(model, trials, data):
     norm = normalisation(params())
     fitted, judged = score(model, sums(model, data, 1e-3), pressures(trials), norm)
-    force, made_n = np.concatenate([d.f for d in data]), np.concatenate([predicted(model, fitted, d) for d in data])
-    assert judged.r2 == pytest.approx(1.0 - np.sum((force - made_n) ** 2) / np.sum((force - force.mean()) ** 2), abs=1e-9)
-    assert judged.rms_n == pytest.approx(np.sqrt(np.mean((force - made_n) ** 2)) * norm.force_n, rel=1e-6)
+    force, made_n = (
+        np.concatenate([d.f for d in data]),
+        np.concatenate([predicted(model, fitted, d) for d in data]),
+    )
+    assert judged.r2 == pytest.approx(
+        1.0 - np.sum((force - made_n) ** 2) / np.sum((force - force.mean()) ** 2), abs=1e-9
+    )
+    assert judged.rms_n == pytest.approx(
+        np.sqrt(np.mean((force - made_n) ** 2)) * norm.force_n, rel=1e-6
+    )
     works = [(predicted(model, fitted, d) @ closed_path(d.l), d.f @ closed_path(d.l)) for d in data]
-    assert np.array(judged.loop_work_j) == pytest.approx(np.array(works) * norm.force_n * norm.length_m, rel=1e-6, abs=1e-9)
+    assert np.array(judged.loop_work_j) == pytest.approx(
+        np.array(works) * norm.force_n * norm.length_m, rel=1e-6, abs=1e-9
+    )
 
 
 def test_left_out_is_fitted_on_the_others_only(trials, data):
@@ -48,15 +64,24 @@ def test_left_out_is_fitted_on_the_others_only(trials, data):
         error += float(np.sum((one.f - predicted(model, others, one)) ** 2))
     norm = normalisation(params())
     judged = score(model, everything, pressures(trials), norm)[1]
-    assert judged.rms_trial_n == pytest.approx(np.sqrt(error / sum(len(d.f) for d in data)) * norm.force_n, rel=1e-6)
+    assert judged.rms_trial_n == pytest.approx(
+        np.sqrt(error / sum(len(d.f) for d in data)) * norm.force_n, rel=1e-6
+    )
     assert judged.rms_trial_n > judged.rms_n
     assert np.isnan(score(model, everything, pressures(trials), norm, "none")[1].r2_trial)
 
 
 def test_tang_with_all_fitted_is_never_below_what_it_contains(trials, data):
     groups, norm = pressures(trials), normalisation(params())
-    judged = {model.name: score(model, sums(model, data, 1e-3), groups, norm)[1].r2 for model in MODELS}
-    assert judged[TANG_ALL] > judged["static, quadratic"] >= judged["static, b and n fitted"] - 1e-9 > judged["static, geometry"] - 1e-9
+    judged = {
+        model.name: score(model, sums(model, data, 1e-3), groups, norm)[1].r2 for model in MODELS
+    }
+    assert (
+        judged[TANG_ALL]
+        > judged["static, quadratic"]
+        >= judged["static, b and n fitted"] - 1e-9
+        > judged["static, geometry"] - 1e-9
+    )
 
 
 def test_terms_of_eq8_are_found_where_they_are_the_truth():
@@ -67,7 +92,9 @@ def test_terms_of_eq8_are_found_where_they_are_the_truth():
     assert forward.r2 > own.r2 - 0.002 and len(forward.terms) == 5
     assert ways["backward: drop the least R2"].chosen.r2 > own.r2 - 0.005
     paper = ways["paper: drop the smallest coefficient"]
-    assert [len(step.terms) for step in paper.path] == list(range(64, 4, -1)) and paper.path[0].condition > 1e4 > own.condition
+    assert [len(step.terms) for step in paper.path] == list(range(64, 4, -1)) and paper.path[
+        0
+    ].condition > 1e4 > own.condition
 
 
 def test_effective_samples_count_memory():
@@ -105,7 +132,10 @@ def test_what_the_trials_cannot_tell_is_said(trials):
     assert any("one speed only" in sentence for sentence in remarks([even]))
 
 
-@pytest.mark.parametrize(("asked", "words"), [(Asked("pressure"), "expected several to leave one out"), (Asked("trial"), "found one trial")])
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [(Asked("pressure"), "expected several to leave one out"), (Asked("trial"), "found one trial")],
+)
 def test_what_cannot_be_left_out_is_refused(asked, words, trials):
     with pytest.raises(IdentifyError, match=words):
         identify_trials(trials[:1], params(), asked)

@@ -25,7 +25,9 @@ def open_recorder(tmp_path: Path) -> Callable[..., Recorder]:
     """Opens recorders, and sees to it that none outlives its test."""
     opened: list[Recorder] = []
 
-    def opens(path: Path = tmp_path / "log.mcap", layout: SampleLayout = LAYOUT, **options: object) -> Recorder:
+    def opens(
+        path: Path = tmp_path / "log.mcap", layout: SampleLayout = LAYOUT, **options: object
+    ) -> Recorder:
         recorder = Recorder(path, layout, ATTACHMENTS, METADATA, **({"lossless": True} | options))
         recorder.open()
         opened.append(recorder)

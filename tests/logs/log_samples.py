@@ -31,23 +31,38 @@ def sample_of(cycle: int, layout: SampleLayout = LAYOUT) -> dict[str, object]:
     for group, names in layout.groups().items():
         groups[group] = {name: random_numbers.gauss(0.0, 1e5) for name in names}
     return {
-        "cycle": cycle, "t_ns": cycle * PERIOD_NS, "state": cycle % 3, "phase": cycle % 2,
+        "cycle": cycle,
+        "t_ns": cycle * PERIOD_NS,
+        "state": cycle % 3,
+        "phase": cycle % 2,
         "flags": FLAG_WORKING_COUNTER_OK | (FLAG_OVERRUN if cycle % 100 == 99 else 0),
-        "lateness_ns": random_numbers.randrange(-1000, 90_000), "busy_ns": random_numbers.randrange(20_000, 40_000),
-        "invalid_mask": random_numbers.getrandbits(64), "stale_mask": random_numbers.getrandbits(20),
+        "lateness_ns": random_numbers.randrange(-1000, 90_000),
+        "busy_ns": random_numbers.randrange(20_000, 40_000),
+        "invalid_mask": random_numbers.getrandbits(64),
+        "stale_mask": random_numbers.getrandbits(20),
         "inputs_raw": random_numbers.randbytes(layout.inputs_bytes),
-        "outputs_raw": random_numbers.randbytes(layout.outputs_bytes), **groups,
-    }  # fmt: skip
+        "outputs_raw": random_numbers.randbytes(layout.outputs_bytes),
+        **groups,
+    }
 
 
-def record(path: Path, samples: int, *, event_every: int = 700, lossless: bool = True, **options: object) -> LogSummary:
+def record(
+    path: Path, samples: int, *, event_every: int = 700, lossless: bool = True, **options: object
+) -> LogSummary:
     """Record that many samples of `sample_of`, with an event now and then."""
     recorder = Recorder(path, LAYOUT, ATTACHMENTS, METADATA, lossless, **options)
     recorder.open()
     for cycle in range(samples):
         recorder.sample(**sample_of(cycle))
         if cycle % event_every == 0:
-            recorder.event(cycle, cycle * PERIOD_NS, "valve", f"inlet switched at {cycle}", count=cycle, opened=True)
+            recorder.event(
+                cycle,
+                cycle * PERIOD_NS,
+                "valve",
+                f"inlet switched at {cycle}",
+                count=cycle,
+                opened=True,
+            )
     return recorder.close("finished", "all phases done")
 
 

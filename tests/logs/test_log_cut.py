@@ -42,7 +42,8 @@ def cycles_of(log):
 def test_a_log_cut_anywhere_gives_its_whole_chunks(tmp_path, content, chunk_ends, scanned):
     head_bytes = scanned.chunks[0].begin
     offsets = random.Random(1).sample(range(head_bytes, len(content)), 200)
-    # Also where it hurts: right behind each chunk, before its indexes, and a byte short of the whole.
+    # Also where it hurts: right behind each chunk, before its indexes, and a byte short of the
+    # whole.
     offsets += [end for end, _ in chunk_ends] + [len(content) - 1, scanned.data_end_at]
     path = tmp_path / "cut.mcap"
     for offset in offsets:
@@ -58,7 +59,10 @@ def test_a_log_cut_anywhere_gives_its_whole_chunks(tmp_path, content, chunk_ends
             assert sentence.endswith("all messages are there")
         elif expected:
             assert f"cut at byte {offset}" in sentence
-            assert f"after cycle {expected - 1} (t = {(expected - 1) / 1000:.3f} s) is missing" in sentence
+            assert (
+                f"after cycle {expected - 1} (t = {(expected - 1) / 1000:.3f} s) is missing"
+                in sentence
+            )
         else:
             assert sentence.endswith("from the first cycle on is missing")
 
@@ -72,20 +76,28 @@ def test_a_log_cut_in_its_head_is_refused_in_one_sentence(tmp_path, content, sca
                 assert cycles_of(log) == []
                 assert "no footer" in log.missing[-1]
         except LogError as error:
-            assert str(error) == f"{path}: found a file cut or damaged in its head, expected a log of epa_rt"
+            assert (
+                str(error)
+                == f"{path}: found a file cut or damaged in its head, expected a log of epa_rt"
+            )
 
 
 def test_a_damaged_chunk_is_left_out_and_said(tmp_path, content, scanned):
     chunk = [chunk for chunk in scanned.chunks if CHANNEL_IDS[CYCLE] in chunk.counts][1]
     path = tmp_path / "damaged.mcap"
-    for place in random.Random(3).sample(range(chunk.data_begin, chunk.data_begin + chunk.data_bytes), 20):
+    for place in random.Random(3).sample(
+        range(chunk.data_begin, chunk.data_begin + chunk.data_bytes), 20
+    ):
         damaged = bytearray(content)
         damaged[place] ^= 0x10
         path.write_bytes(damaged)
         with LogReader(path) as log:
             assert cycles_of(log) == [*range(2000), *range(4000, SAMPLES)]
             (sentence,) = log.missing
-            assert f"the chunk at byte {chunk.begin} ({chunk.data_bytes} bytes: 2000 samples from 2.000 s" in sentence
+            assert (
+                f"the chunk at byte {chunk.begin} ({chunk.data_bytes} bytes: 2000 samples from"
+                " 2.000 s" in sentence
+            )
             assert log.outcome == "finished"
 
 
@@ -110,13 +122,17 @@ def test_a_chunk_whose_head_is_damaged_is_passed_over(tmp_path, content, scanned
     path.write_bytes(content[: chunk.begin] + bytes(64) + content[chunk.begin + 64 :])
     with LogReader(path) as log:
         assert cycles_of(log) == [*range(4000), *range(6000, SAMPLES)]
-        assert f"bytes from byte {chunk.begin} on are damaged and were passed over" in log.missing[0]
+        assert (
+            f"bytes from byte {chunk.begin} on are damaged and were passed over" in log.missing[0]
+        )
 
 
 @pytest.mark.parametrize("flip", [0x01, 0x80, 0xFF])
 @pytest.mark.parametrize("which", [2, 3, -1], ids=["samples", "events", "the last"])
 def test_every_byte_of_a_chunks_head_may_be_damaged(tmp_path, content, scanned, which, flip):
-    """The head lies outside of the chunk's checksum; the frame's own head, behind it, says its size too. No array is made by what is not believed."""
+    """The head lies outside of the chunk's checksum; the frame's own head, behind it, says its size
+    too. No array is made by what is not believed.
+    """
     chunk, path = scanned.chunks[which], tmp_path / "damaged.mcap"
     for place in range(chunk.begin, chunk.data_begin + 18):
         damaged = bytearray(content)
@@ -134,7 +150,10 @@ def test_a_chunk_that_says_another_size_is_left_out_and_said(tmp_path, content, 
     path.write_bytes(damaged)
     with LogReader(path) as log:
         assert cycles_of(log) == [*range(2000), *range(4000, SAMPLES)]
-        assert f"is damaged and was left out: its head says {(0x10 << 56) + chunk.content_bytes} bytes, what is packed in it says {chunk.content_bytes}" in log.missing[0]
+        assert (
+            f"is damaged and was left out: its head says {(0x10 << 56) + chunk.content_bytes}"
+            f" bytes, what is packed in it says {chunk.content_bytes}" in log.missing[0]
+        )
 
 
 def test_a_damaged_attachment_is_left_out_and_said(tmp_path, content):
@@ -146,11 +165,14 @@ def test_a_damaged_attachment_is_left_out_and_said(tmp_path, content):
         assert cycles_of(log) == list(range(SAMPLES))
 
 
-@pytest.mark.parametrize("found, message", [
-    (b"", "found an empty file, expected an MCAP log"),
-    (b"\x89MC", r"found a file that begins with b'\\x89MC', expected an MCAP log"),
-    (b"time,angle\n0,1\n", "found a file that begins with b'time,ang', expected an MCAP log"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "found, message",
+    [
+        (b"", "found an empty file, expected an MCAP log"),
+        (b"\x89MC", r"found a file that begins with b'\\x89MC', expected an MCAP log"),
+        (b"time,angle\n0,1\n", "found a file that begins with b'time,ang', expected an MCAP log"),
+    ],
+)
 def test_what_is_no_log_is_refused_in_one_sentence(tmp_path, found, message):
     path = tmp_path / "log.mcap"
     path.write_bytes(found)
@@ -160,7 +182,9 @@ def test_what_is_no_log_is_refused_in_one_sentence(tmp_path, found, message):
 
 
 def test_a_log_that_is_not_there_is_refused(tmp_path):
-    with pytest.raises(LogError, match="none.mcap: found no such file or directory, expected a log"):
+    with pytest.raises(
+        LogError, match="none.mcap: found no such file or directory, expected a log"
+    ):
         LogReader(tmp_path / "none.mcap")
     with pytest.raises(LogError, match="found is a directory, expected a log"):
         LogReader(tmp_path)
@@ -172,7 +196,9 @@ def test_an_mcap_file_of_another_make_is_refused(tmp_path):
     writer.start()
     writer.add_metadata("ros", {"distribution": "none"})
     writer.finish()
-    with pytest.raises(LogError, match="found an MCAP file of another make, without a layout, expected a log"):
+    with pytest.raises(
+        LogError, match="found an MCAP file of another make, without a layout, expected a log"
+    ):
         LogReader(path)
 
 

@@ -46,7 +46,11 @@ def test_the_recorder_closes_the_log_when_the_loop_is_killed(tmp_path):
             assert log.columns("/cycle", ["cycle"])["cycle"].tolist() == list(range(3000))
             assert (log.outcome, log.missing) == ("died", [])
             assert log.events()[-1].kind == "trip"
-            assert log.events()[-1].text == log.ending.cause == "loop process died; the last recorded cycle is 2999"
+            assert (
+                log.events()[-1].text
+                == log.ending.cause
+                == "loop process died; the last recorded cycle is 2999"
+            )
 
 
 def test_the_loop_hears_at_once_of_a_recorder_that_was_killed(open_recorder, tmp_path):

@@ -2,16 +2,26 @@
 
 import numpy as np
 import pytest
-from log_samples import LAYOUT, record, sample_of
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from log_samples import LAYOUT, record, sample_of
 
 from epa_rt.logs import recording
 from epa_rt.logs.mcap_file import McapFile
 from epa_rt.logs.recording import Recording
 from epa_rt.logs.ring import EVENT_HEAD, KIND_EVENT_END, KIND_SAMPLE, slot_dtype
 
-NAMES = ("cycle", "t_ns", "flags", "state", "phase", "lateness_ns", "busy_ns", "invalid_mask", "stale_mask")
+NAMES = (
+    "cycle",
+    "t_ns",
+    "flags",
+    "state",
+    "phase",
+    "lateness_ns",
+    "busy_ns",
+    "invalid_mask",
+    "stale_mask",
+)
 
 
 def test_two_recordings_of_the_same_are_the_same_bytes(tmp_path):
@@ -54,9 +64,13 @@ def written(path, slots, cuts):
     return path.read_bytes()
 
 
-@settings(deadline=None, max_examples=50, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    deadline=None, max_examples=50, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
 @given(cuts=st.lists(st.integers(0, 222)).map(sorted))
 def test_batches_do_not_show_in_the_file(tmp_path, monkeypatch, slots, cuts):
     monkeypatch.setattr(recording, "SAMPLES_PER_CHUNK", 23)
     monkeypatch.setattr(recording, "EVENTS_PER_CHUNK", 2)
-    assert written(tmp_path / "cut.mcap", slots, cuts) == written(tmp_path / "whole.mcap", slots, [])
+    assert written(tmp_path / "cut.mcap", slots, cuts) == written(
+        tmp_path / "whole.mcap", slots, []
+    )

@@ -69,7 +69,9 @@ def test_a_full_disk_fails_the_recording(tmp_path):
     arguments = [str(mount), sys.executable, FILL, str(Path(__file__).parent), str(copy)]
     if unshare is None:
         pytest.skip("no unshare command to mount a small disk with")
-    done = subprocess.run([unshare, "-rm", "sh", "-c", shell, "sh", *arguments], capture_output=True, text=True)
+    done = subprocess.run(
+        [unshare, "-rm", "sh", "-c", shell, "sh", *arguments], capture_output=True, text=True
+    )
     if done.returncode == 77 or "unshare" in done.stderr:
         pytest.skip(f"this system lets no ordinary user mount a small disk: {done.stderr.strip()}")
     assert done.stdout.startswith("no space left on device while writing "), done.stderr

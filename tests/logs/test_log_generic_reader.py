@@ -1,4 +1,6 @@
-"""The MCAP package's own reader, and protobuf's decoder with the schema in the file, see what our reader sees."""
+"""The MCAP package's own reader, and protobuf's decoder with the schema in the file, see what our
+reader sees.
+"""
 
 import numpy as np
 import pytest
@@ -21,9 +23,13 @@ def decoded(whole_log):
                 pool = descriptor_pool.DescriptorPool()
                 for one in descriptor_pb2.FileDescriptorSet.FromString(schema.data).file:
                     pool.Add(one)
-                classes[schema.name] = message_factory.GetMessageClass(pool.FindMessageTypeByName(schema.name))
+                classes[schema.name] = message_factory.GetMessageClass(
+                    pool.FindMessageTypeByName(schema.name)
+                )
             one = classes[schema.name].FromString(message.data)
-            topics.setdefault(channel.topic, []).append((message.log_time, message.publish_time, one))
+            topics.setdefault(channel.topic, []).append(
+                (message.log_time, message.publish_time, one)
+            )
     return topics
 
 
@@ -45,8 +51,12 @@ def test_times_are_those_of_the_run(whole_log, decoded):
     with LogReader(whole_log) as log:
         t_ns = log.columns("/cycle", ["t_ns"])["t_ns"].tolist()
         for topic in ("/cycle", "/measured", "/reference", "/command"):
-            assert [(begin, end) for begin, end, _ in decoded[topic]] == [(one, one) for one in t_ns]
-        assert [log_time for log_time, _, _ in decoded["/event"]] == [event.t_ns for event in log.events()]
+            assert [(begin, end) for begin, end, _ in decoded[topic]] == [
+                (one, one) for one in t_ns
+            ]
+        assert [log_time for log_time, _, _ in decoded["/event"]] == [
+            event.t_ns for event in log.events()
+        ]
 
 
 def test_events_are_the_same(whole_log, decoded):
@@ -59,7 +69,10 @@ def test_the_summary_counts_what_is_there(whole_log, decoded):
     with whole_log.open("rb") as file:
         reader = make_reader(file, validate_crcs=True)
         summary = reader.get_summary()
-        counts = {summary.channels[number].topic: n for number, n in summary.statistics.channel_message_counts.items()}
+        counts = {
+            summary.channels[number].topic: n
+            for number, n in summary.statistics.channel_message_counts.items()
+        }
         assert counts == {topic: len(messages) for topic, messages in decoded.items()}
         assert {one.name: one.data for one in reader.iter_attachments()} == ATTACHMENTS
         assert {one.name: one.metadata for one in reader.iter_metadata()}["run"] == METADATA["run"]
@@ -68,6 +81,8 @@ def test_the_summary_counts_what_is_there(whole_log, decoded):
 
 def test_every_record_and_checksum_holds_when_read_front_to_back(whole_log):
     with whole_log.open("rb") as file:
-        records = [type(record).__name__ for record in StreamReader(file, validate_crcs=True).records]
+        records = [
+            type(record).__name__ for record in StreamReader(file, validate_crcs=True).records
+        ]
     assert records[0] == "Header"
     assert records[-1] == "Footer"

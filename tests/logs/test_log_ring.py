@@ -64,7 +64,9 @@ def test_samples_that_find_the_ring_full_are_dropped_and_counted(open_recorder, 
     assert summary.failure == "recorder lost 5 samples and 1 event: the ring was full"
     with LogReader(tmp_path / "log.mcap") as log:
         assert log.columns("/cycle", ["cycle"])["cycle"].tolist() == list(range(SLOTS))
-        assert log.missing == ["5 samples and 1 events were lost while recording: the recorder could not keep up"]
+        assert log.missing == [
+            "5 samples and 1 events were lost while recording: the recorder could not keep up"
+        ]
 
 
 def test_waiting_ends_when_the_recorder_dies(open_recorder):
@@ -86,7 +88,10 @@ def test_waiting_ends_when_the_recorder_hangs(open_recorder, stopped, monkeypatc
         recorder.sample(**sample_of(cycle))
     assert recorder.failure == "recorder lost 2 samples: the ring was full"
     summary = recorder.close("tripped", "recorder")
-    assert (summary.failure, summary.lost_samples) == ("recorder did not finish the log within 0.01 s", 2)
+    assert (summary.failure, summary.lost_samples) == (
+        "recorder did not finish the log within 0.01 s",
+        2,
+    )
 
 
 def test_a_ring_has_a_power_of_two_of_slots():

@@ -5,15 +5,25 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from log_samples import ATTACHMENTS, LAYOUT, METADATA, record, sample_of
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from log_samples import ATTACHMENTS, LAYOUT, METADATA, record, sample_of
 
 from epa_rt.logs.layout import SampleLayout
 from epa_rt.logs.reader import LogError, LogReader
 from epa_rt.logs.recorder import Recorder, RecorderError
 
-SCALARS = ("cycle", "t_ns", "flags", "state", "phase", "lateness_ns", "busy_ns", "invalid_mask", "stale_mask")
+SCALARS = (
+    "cycle",
+    "t_ns",
+    "flags",
+    "state",
+    "phase",
+    "lateness_ns",
+    "busy_ns",
+    "invalid_mask",
+    "stale_mask",
+)
 
 
 def test_a_log_holds_all_that_was_recorded(whole_log):
@@ -29,7 +39,9 @@ def test_a_log_holds_all_that_was_recorded(whole_log):
             columns = log.columns(f"/{group}")
             assert tuple(columns) == names
             for name in names:
-                np.testing.assert_array_equal(columns[name], [sample[group][name] for sample in samples])
+                np.testing.assert_array_equal(
+                    columns[name], [sample[group][name] for sample in samples]
+                )
         assert log.columns("/estimate") == {}
 
 
@@ -76,7 +88,12 @@ def test_only_the_columns_asked_for_are_read(whole_log):
 def test_summary_counts_what_is_in_the_file(tmp_path):
     path = tmp_path / "log.mcap"
     summary = record(path, 2500)
-    assert (summary.samples, summary.events, summary.lost_samples, summary.lost_events) == (2500, 5, 0, 0)
+    assert (summary.samples, summary.events, summary.lost_samples, summary.lost_events) == (
+        2500,
+        5,
+        0,
+        0,
+    )
     assert summary.size_bytes == path.stat().st_size
     assert summary.failure is None
 
@@ -105,17 +122,28 @@ _names = st.integers(0, 40).map(lambda count: tuple(f"place_{k}_m" for k in rang
 def test_any_sequence_of_samples_and_events_round_trips(tmp_path, data):
     draw = data.draw
     layout = SampleLayout(
-        draw(st.integers(0, 200)), draw(st.integers(0, 200)), *(draw(_names) for _ in range(4)), (), ()
+        draw(st.integers(0, 200)),
+        draw(st.integers(0, 200)),
+        *(draw(_names) for _ in range(4)),
+        (),
+        (),
     )
-    sample = st.fixed_dictionaries({
-        "cycle": st.integers(0, 2**64 - 1), "t_ns": st.integers(0, 2**64 - 1), "flags": st.integers(0, 2**32 - 1),
-        "state": st.integers(-(2**31), 2**31 - 1), "phase": st.integers(-(2**31), 2**31 - 1),
-        "lateness_ns": _int64, "busy_ns": _int64, "invalid_mask": st.integers(0, 2**64 - 1),
-        "stale_mask": st.integers(0, 2**64 - 1),
-        "inputs_raw": st.binary(min_size=layout.inputs_bytes, max_size=layout.inputs_bytes),
-        "outputs_raw": st.binary(min_size=layout.outputs_bytes, max_size=layout.outputs_bytes),
-        "seed": st.integers(0, 2**32 - 1),
-    })  # fmt: skip
+    sample = st.fixed_dictionaries(
+        {
+            "cycle": st.integers(0, 2**64 - 1),
+            "t_ns": st.integers(0, 2**64 - 1),
+            "flags": st.integers(0, 2**32 - 1),
+            "state": st.integers(-(2**31), 2**31 - 1),
+            "phase": st.integers(-(2**31), 2**31 - 1),
+            "lateness_ns": _int64,
+            "busy_ns": _int64,
+            "invalid_mask": st.integers(0, 2**64 - 1),
+            "stale_mask": st.integers(0, 2**64 - 1),
+            "inputs_raw": st.binary(min_size=layout.inputs_bytes, max_size=layout.inputs_bytes),
+            "outputs_raw": st.binary(min_size=layout.outputs_bytes, max_size=layout.outputs_bytes),
+            "seed": st.integers(0, 2**32 - 1),
+        }
+    )
     event = st.tuples(st.integers(0, 2**64 - 1), st.integers(0, 2**64 - 1), st.text(max_size=2000))
     sequence = draw(st.lists(st.one_of(sample, event), max_size=12))
 
@@ -135,7 +163,9 @@ def test_any_sequence_of_samples_and_events_round_trips(tmp_path, data):
                 group: {name: next(left) for name in getattr(layout, group)}
                 for group in ("measured", "reference", "command", "estimate")
             }
-            recorder.sample(**{key: value for key, value in entry.items() if key != "seed"}, **groups)
+            recorder.sample(
+                **{key: value for key, value in entry.items() if key != "seed"}, **groups
+            )
     summary = recorder.close("finished", "")
 
     samples = [entry for entry in sequence if isinstance(entry, dict)]
@@ -148,9 +178,13 @@ def test_any_sequence_of_samples_and_events_round_trips(tmp_path, data):
             assert cycle[name].tolist() == [entry[name] for entry in samples]
         for name in ("inputs_raw", "outputs_raw"):
             assert cycle[name].tobytes() == b"".join(entry[name] for entry in samples)
-        columns = [column for group in layout.groups() for column in log.columns(f"/{group}").values()]
+        columns = [
+            column for group in layout.groups() for column in log.columns(f"/{group}").values()
+        ]
         if columns:
-            np.testing.assert_array_equal(np.stack(columns, axis=1), np.reshape(values, (len(samples), len(columns))))
+            np.testing.assert_array_equal(
+                np.stack(columns, axis=1), np.reshape(values, (len(samples), len(columns)))
+            )
         read = log.events()[:-1]
         assert [(one.cycle, one.t_ns, one.text) for one in read] == events
         assert [one.data for one in read] == [{"echo": entry[2]} for entry in events]
@@ -158,7 +192,9 @@ def test_any_sequence_of_samples_and_events_round_trips(tmp_path, data):
 
 def test_what_json_cannot_hold_is_recorded_as_text(open_recorder, tmp_path):
     recorder = open_recorder()
-    recorder.event(1, 1, "trip", "lone \ud800", limit_pa=float("nan"), file=Path("rig.yaml"), high=float("inf"))
+    recorder.event(
+        1, 1, "trip", "lone \ud800", limit_pa=float("nan"), file=Path("rig.yaml"), high=float("inf")
+    )
     recorder.event(-1, -1, "trip", "", count=np.int64(3), masks=np.arange(2), small=np.float32(0.5))
     recorder.close("tripped", "x")
     with LogReader(tmp_path / "log.mcap") as log:
@@ -169,11 +205,14 @@ def test_what_json_cannot_hold_is_recorded_as_text(open_recorder, tmp_path):
     assert event.data == {"limit_pa": "NaN", "file": "rig.yaml", "high": "Infinity"}
 
 
-@pytest.mark.parametrize("change, message", [
-    ({"inputs_raw": b"123"}, "found raw images of 3 and 5 bytes, expected 13 and 5"),
-    ({"reference": {}}, "expected"),
-    ({"cycle": -1}, "int|argument|range"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "change, message",
+    [
+        ({"inputs_raw": b"123"}, "found raw images of 3 and 5 bytes, expected 13 and 5"),
+        ({"reference": {}}, "expected"),
+        ({"cycle": -1}, "int|argument|range"),
+    ],
+)
 def test_a_sample_that_does_not_fit_is_refused(open_recorder, change, message):
     recorder = open_recorder()
     with pytest.raises((ValueError, struct.error), match=message):
@@ -183,15 +222,23 @@ def test_a_sample_that_does_not_fit_is_refused(open_recorder, change, message):
 
 def test_a_file_that_cannot_be_made_is_said(tmp_path):
     recorder = Recorder(tmp_path / "no" / "log.mcap", LAYOUT, {}, {}, True)
-    with pytest.raises(RecorderError, match="cannot write .*no/log.mcap: no such file or directory"):
+    with pytest.raises(
+        RecorderError, match="cannot write .*no/log.mcap: no such file or directory"
+    ):
         recorder.open()
 
 
-@pytest.mark.parametrize("groups, message", [
-    ((("a b",), (), (), ()), "measured: found 'a b', expected letters"),
-    (((), ("a", "a"), (), ()), "reference: found 'a' twice"),
-    ((tuple(f"m{k}" for k in range(65)), (), (), ()), "found 65 measured rows, expected at most 64"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "groups, message",
+    [
+        ((("a b",), (), (), ()), "measured: found 'a b', expected letters"),
+        (((), ("a", "a"), (), ()), "reference: found 'a' twice"),
+        (
+            (tuple(f"m{k}" for k in range(65)), (), (), ()),
+            "found 65 measured rows, expected at most 64",
+        ),
+    ],
+)
 def test_a_layout_that_cannot_be_columns_is_refused(groups, message):
     with pytest.raises(ValueError, match=message):
         SampleLayout(1, 1, *groups, (), ())

@@ -28,7 +28,13 @@ recorder.close("finished", "")
 
 
 def test_the_recorder_leaves_the_loops_priority_and_core(tmp_path):
-    command = [sys.executable, "-c", REAL_TIME_PRODUCER, str(Path(__file__).parent), str(tmp_path / "log.mcap")]
+    command = [
+        sys.executable,
+        "-c",
+        REAL_TIME_PRODUCER,
+        str(Path(__file__).parent),
+        str(tmp_path / "log.mcap"),
+    ]
     answer = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
     if answer == ["refused"]:
         pytest.skip("this user may not take real-time priority")

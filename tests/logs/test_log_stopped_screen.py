@@ -1,4 +1,6 @@
-"""A screen that takes nothing more, by Ctrl-S or a reader that stopped, must not hold up the recorder."""
+"""A screen that takes nothing more, by Ctrl-S or a reader that stopped, must not hold up the
+recorder.
+"""
 
 import contextlib
 import fcntl
@@ -27,7 +29,7 @@ for cycle in range(2000):
     recorder.sample(**sample_of(cycle))
 summary = recorder.close("finished", "")
 print(summary.samples, summary.lost_samples, summary.failure)
-"""
+"""  # noqa: E501
 
 
 @contextlib.contextmanager
@@ -55,17 +57,27 @@ def _fill(writer: int) -> None:
     os.set_blocking(writer, True)
 
 
-KINDS = pytest.mark.parametrize("kind", ["stopped terminal", "terminal that nobody reads", "full pipe"])
+KINDS = pytest.mark.parametrize(
+    "kind", ["stopped terminal", "terminal that nobody reads", "full pipe"]
+)
 
 
 @KINDS
 @pytest.mark.timeout(300)
 def test_the_log_is_whole_though_the_screen_takes_nothing(kind, tmp_path):
-    command = [sys.executable, "-c", PRODUCER, str(Path(__file__).parent), str(tmp_path / "log.mcap")]
+    command = [
+        sys.executable,
+        "-c",
+        PRODUCER,
+        str(Path(__file__).parent),
+        str(tmp_path / "log.mcap"),
+    ]
     with screen(kind) as (_, writer):
         done = subprocess.run(command, stdout=subprocess.PIPE, stderr=writer, text=True)
         assert done.stdout == "2000 0 None\n"
-        assert not fcntl.fcntl(writer, fcntl.F_GETFL) & os.O_NONBLOCK, "the shell's own terminal was changed"
+        assert not fcntl.fcntl(writer, fcntl.F_GETFL) & os.O_NONBLOCK, (
+            "the shell's own terminal was changed"
+        )
 
 
 @KINDS
@@ -78,7 +90,9 @@ def test_what_the_screen_did_not_take_is_left_out_and_the_next_line_comes(kind):
         if kind == "stopped terminal":
             termios.tcflow(writer, termios.TCOON)
         now_s, said = 20.0, b""
-        while b"00:03 of 00:04" not in said:  # a terminal has room again some time after it was read
+        while (
+            b"00:03 of 00:04" not in said
+        ):  # a terminal has room again some time after it was read
             line.update(now_s, 3000, 0, -1, 0.0)
             now_s += 10.0
             if select.select([reader], [], [], 0.1)[0]:

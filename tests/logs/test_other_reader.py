@@ -1,4 +1,6 @@
-"""A reader of another make, @mcap/core on node, reads a log whole and finds the same in each signal."""
+"""A reader of another make, @mcap/core on node, reads a log whole and finds the same in each
+signal.
+"""
 
 import json
 import os
@@ -48,7 +50,9 @@ def test_it_finds_the_same_in_each_signal(check, whole_log):
             assert (signal["count"], signal["nan"]) == (column.size, 0)
             numbers = column.astype(float)
             assert (signal["min"], signal["max"]) == (numbers.min(), numbers.max())
-            assert signal["mean"] == pytest.approx(numbers.mean(), rel=1e-9, abs=1e-9 * np.abs(numbers).max())
+            assert signal["mean"] == pytest.approx(
+                numbers.mean(), rel=1e-9, abs=1e-9 * np.abs(numbers).max()
+            )
     messages = {topic: one["messages"] for topic, one in found["topics"].items()}
     assert messages["/event"] == event_count
     assert found["indexed"] == messages

@@ -1,4 +1,6 @@
-"""A run in memory for the tests of the loop: simulated rig, recording kept in lists, faults put in between."""
+"""A run in memory for the tests of the loop: simulated rig, recording kept in lists, faults put in
+between.
+"""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,27 +23,61 @@ phases:
   - {{name: trial, trial: true, random_speed: {{between: [2 mm, 26 mm], speed: 50 mm/s}}, for: 2 s, valves: {{all: hold}}}}
   - {{name: return, move: {{to: no_load, speed: 40 mm/s}}}}
   - {{name: vent, valves: {{all: vent}}, until: valves_settled, timeout: 30 s}}
-"""
+"""  # noqa: E501
 
 
 @dataclass
 class Memory:
-    """A Recording that keeps everything; ``fail_at`` is the cycle from which it reports a failure."""
+    """A Recording that keeps everything; ``fail_at`` is the cycle from which it reports a
+    failure.
+    """
 
     samples: list[tuple] = field(default_factory=list)
     events: list[tuple[int, str, str, dict]] = field(default_factory=list)
     fail_at: int | None = None
 
-    def sample(self, cycle, t_ns, flags, state, phase, lateness_ns, busy_ns, invalid, stale, inputs_raw, outputs_raw,
-               measured, reference, command, estimate) -> None:
-        self.samples.append((cycle, flags, state, phase, inputs_raw, outputs_raw, dict(measured), dict(reference), dict(command)))
+    def sample(
+        self,
+        cycle,
+        t_ns,
+        flags,
+        state,
+        phase,
+        lateness_ns,
+        busy_ns,
+        invalid,
+        stale,
+        inputs_raw,
+        outputs_raw,
+        measured,
+        reference,
+        command,
+        estimate,
+    ) -> None:
+        self.samples.append(
+            (
+                cycle,
+                flags,
+                state,
+                phase,
+                inputs_raw,
+                outputs_raw,
+                dict(measured),
+                dict(reference),
+                dict(command),
+            )
+        )
 
     def event(self, cycle, t_ns, kind, text, /, **data) -> None:
         self.events.append((cycle, kind, text, data))
 
     @property
     def failure(self) -> str | None:
-        return "recorder died (signal 9)" if self.fail_at is not None and len(self.samples) >= self.fail_at else None
+        return (
+            "recorder died (signal 9)"
+            if self.fail_at is not None and len(self.samples) >= self.fail_at
+            else None
+        )
 
     @property
     def states(self) -> list[int]:
@@ -63,7 +99,9 @@ class Quiet:
 
 
 class Between:
-    """A backend around the simulated one that hurts what comes in: ``hurt(exchange, model) -> Exchange``."""
+    """A backend around the simulated one that hurts what comes in: ``hurt(exchange, model) ->
+    Exchange``.
+    """
 
     def __init__(self, inner: SimBackend, hurt=None):
         self.inner, self.period_s, self.hurt = inner, inner.period_s, hurt
@@ -91,22 +129,46 @@ class Outcome:
     assembly: Assembly
 
 
-def tiny_inputs(folder: Path, rig: str = "bench", loop: str = "motor_speed", pressure: str = "500 kPa gauge") -> Inputs:
+def tiny_inputs(
+    folder: Path, rig: str = "bench", loop: str = "motor_speed", pressure: str = "500 kPa gauge"
+) -> Inputs:
     path = folder / "tiny.yaml"
     path.write_text(TINY.format(loop=loop, pressure=pressure))
     return load_inputs(path, ROOT / f"config/rigs/{rig}.yaml", None, with_plant=True)
 
 
-def run_in_memory(inputs: Inputs, hurt=None, requests=None, memory: Memory | None = None, prepare=None) -> Outcome:
-    """One run on the simulated rig; ``prepare(assembly, model)`` may change things before it starts."""
+def run_in_memory(
+    inputs: Inputs, hurt=None, requests=None, memory: Memory | None = None, prepare=None
+) -> Outcome:
+    """One run on the simulated rig; ``prepare(assembly, model)`` may change things before it
+    starts.
+    """
     assembly = assemble(inputs.rig, inputs.experiment)
     backend = Between(SimBackend(inputs.rig, inputs.plant, 1), hurt)
     memory = memory or Memory()
     if prepare:
         prepare(assembly, backend.inner.model)
-    result = run(inputs.rig, backend, assembly.supervisor, assembly.envelope, assembly.decoder, assembly.encoder, memory,
-                 requests or Quiet())
+    result = run(
+        inputs.rig,
+        backend,
+        assembly.supervisor,
+        assembly.envelope,
+        assembly.decoder,
+        assembly.encoder,
+        memory,
+        requests or Quiet(),
+    )
     return Outcome(result, memory, backend, assembly)
 
 
-__all__ = ["BackendError", "Between", "Exchange", "Memory", "Outcome", "Quiet", "ROOT", "run_in_memory", "tiny_inputs"]
+__all__ = [
+    "BackendError",
+    "Between",
+    "Exchange",
+    "Memory",
+    "Outcome",
+    "Quiet",
+    "ROOT",
+    "run_in_memory",
+    "tiny_inputs",
+]

@@ -1,4 +1,6 @@
-"""Nothing moves at start: not before the drive is enabled, not by enabling it, not by the first reference."""
+"""Nothing moves at start: not before the drive is enabled, not by enabling it, not by the first
+reference.
+"""
 
 import numpy as np
 import pytest
@@ -8,7 +10,10 @@ from tests.loop.rigging import run_in_memory, tiny_inputs
 RUN = 2
 
 
-@pytest.mark.parametrize(("rig", "loop"), [("bench", "motor_speed"), ("bench", "motor_position"), ("bench_analog", "motor_speed")])
+@pytest.mark.parametrize(
+    ("rig", "loop"),
+    [("bench", "motor_speed"), ("bench", "motor_position"), ("bench_analog", "motor_speed")],
+)
 def test_the_motor_stays_where_it_is_until_the_first_motion(rig, loop, tmp_path):
     start_rad = -60.0  # nowhere near zero: an encoder stands where it was left
 
@@ -31,13 +36,18 @@ def test_before_the_drive_is_live_its_targets_are_its_actual_values(tmp_path):
     out = run_in_memory(tiny_inputs(tmp_path))
     before = [s for s in out.memory.samples if s[2] < RUN]
     assert all(s[8]["cmd_motor_travel_m"] == s[6]["motor_travel_m"] for s in before)
-    assert all(s[8]["cmd_motor_speed_m_s"] == 0.0 and s[8]["cmd_motor_torque_nm"] == 0.0 for s in before)
+    assert all(
+        s[8]["cmd_motor_speed_m_s"] == 0.0 and s[8]["cmd_motor_torque_nm"] == 0.0 for s in before
+    )
 
 
 def test_valves_stay_de_energised_until_the_first_phase(tmp_path):
     out = run_in_memory(tiny_inputs(tmp_path))
     before = [s for s in out.memory.samples if s[2] < RUN]
-    assert all((s[8]["cmd_muscle_inlet_open"], s[8]["cmd_muscle_exhaust_open"]) == (0.0, 1.0) for s in before)
+    assert all(
+        (s[8]["cmd_muscle_inlet_open"], s[8]["cmd_muscle_exhaust_open"]) == (0.0, 1.0)
+        for s in before
+    )
 
 
 def test_control_words_walk_the_drive_up_one_transition_at_a_time(tmp_path):

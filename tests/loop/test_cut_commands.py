@@ -1,4 +1,6 @@
-"""What a controller cuts before the gate can see it is counted and said, beside what the gate cuts."""
+"""What a controller cuts before the gate can see it is counted and said, beside what the gate
+cuts.
+"""
 
 import pytest
 
@@ -12,7 +14,10 @@ from epa_rt.report.sections.health import health
 from tests.loop.rigging import ROOT, TINY, run_in_memory, tiny_inputs
 
 SPEED, TORQUE = "cmd_motor_speed_m_s", "cmd_motor_torque_nm"
-EAGER = ("position_gain: 10 1/s", "position_gain: 400 1/s")  # asks for more than the drive's 80 mm/s
+EAGER = (
+    "position_gain: 10 1/s",
+    "position_gain: 400 1/s",
+)  # asks for more than the drive's 80 mm/s
 PUSH = """
 experiment: push
 loop: motor_torque
@@ -40,23 +45,36 @@ def test_commands_cut_at_the_limit_are_counted_said_logged_and_shown(tmp_path, c
     run = load_run(tmp_path / "run.mcap")
     cut = result.controller_clamped[SPEED]["motor_speed"]
     at_limit = int(((abs(run.signals[SPEED]) == 0.08) & (run.cycle["state"] == RUN)).sum())
-    assert at_limit <= cut <= at_limit + 1 and cut > 100, "the cycle that ends it is none of the state run"
+    assert at_limit <= cut <= at_limit + 1 and cut > 100, (
+        "the cycle that ends it is none of the state run"
+    )
     assert SPEED not in result.clamped, "the gate finds nothing left to cut"
-    assert f"{SPEED} was clamped to its limits by the controller motor_speed in {cut} cycles" in closing_text(summary, result, 0.001)
+    assert (
+        f"{SPEED} was clamped to its limits by the controller motor_speed in {cut} cycles"
+        in closing_text(summary, result, 0.001)
+    )
     data = next(event.data for event in run.events if event.kind == "summary")
     assert data["controller_clamped"] == {SPEED: {"motor_speed": cut}}
     shown = next(one for one in health_of(run) if one.row.name == SPEED)
     assert (shown.clamped, shown.controller_clamped) == (0, cut)
     assert f"▲ {cut:,}" in str(health(run).content)
-    assert main(["replay", str(tmp_path / "run.mcap")]) == 0 and "every output byte identical" in capsys.readouterr().out
+    assert (
+        main(["replay", str(tmp_path / "run.mcap")]) == 0
+        and "every output byte identical" in capsys.readouterr().out
+    )
 
 
 def test_torque_held_to_its_slew_limit_is_counted(tmp_path):
     out = run_in_memory(inputs_of(tmp_path, PUSH, ("slew: 10 Nm/s", "slew: 5 Nm/s")))
     torques = [0.0, *(sample[8][TORQUE] for sample in out.memory.samples)]
-    held = sum(abs(now - last) == pytest.approx(0.005) for last, now in zip(torques, torques[1:], strict=False))
+    held = sum(
+        abs(now - last) == pytest.approx(0.005)
+        for last, now in zip(torques, torques[1:], strict=False)
+    )
     counted = out.result.controller_slewed[TORQUE]["motor_torque"]
-    assert held - 2 <= counted <= held and counted > 10  # a step that arrives is a whole one, and not held
+    assert (
+        held - 2 <= counted <= held and counted > 10
+    )  # a step that arrives is a whole one, and not held
     assert TORQUE not in out.result.slewed and not out.result.controller_clamped
 
 

@@ -11,10 +11,19 @@ def valve(held_pa, now_pa, drifting=True):
     return SimpleNamespace(drifting=drifting, target_pa=held_pa, estimate_pa=now_pa)
 
 
-@pytest.mark.parametrize(("held_pa", "now_pa", "words"), [
-    (200e3, 260e3, "muscle: inlet stuck open? It is at 260.0 kPa, with both valves closed since 200.0 kPa"),
-    (200e3, 150e3, "muscle: exhaust stuck open or leak? It is at 150.0 kPa"),
-    (200e3, 215e3, ""), (200e3, float("nan"), "")])
+@pytest.mark.parametrize(
+    ("held_pa", "now_pa", "words"),
+    [
+        (
+            200e3,
+            260e3,
+            "muscle: inlet stuck open? It is at 260.0 kPa, with both valves closed since 200.0 kPa",
+        ),
+        (200e3, 150e3, "muscle: exhaust stuck open or leak? It is at 150.0 kPa"),
+        (200e3, 215e3, ""),
+        (200e3, float("nan"), ""),
+    ],
+)
 def test_a_pressure_that_went_away_is_named(held_pa, now_pa, words):
     said = of_the_air(((valve(held_pa, now_pa), "muscle"),))
     assert words in said and bool(said) == bool(words)

@@ -12,7 +12,7 @@ TRIAL = 5000  # a cycle well inside the tiny experiment's motion
 
 def _poke(exchange, at: int, data: bytes):
     raw = exchange.inputs_raw
-    return exchange._replace(inputs_raw=raw[:at] + data + raw[at + len(data):])
+    return exchange._replace(inputs_raw=raw[:at] + data + raw[at + len(data) :])
 
 
 def _from(cycle: int, change):
@@ -46,7 +46,9 @@ HURTS = {
     "invalid sensor": _from(TRIAL, lambda e: _poke(e, 2, (0).to_bytes(2, "little"))),
     "over-pressure": _from(TRIAL, lambda e: _poke(e, 2, round(4.5 * 3276.8).to_bytes(2, "little"))),
     "over-force": _from(TRIAL, lambda e: _poke(e, 6, round(8.0 * 3276.8).to_bytes(2, "little"))),
-    "over-travel": _from(TRIAL, lambda e: _poke(e, 19, (200_000).to_bytes(4, "little", signed=True))),
+    "over-travel": _from(
+        TRIAL, lambda e: _poke(e, 19, (200_000).to_bytes(4, "little", signed=True))
+    ),
     "over-current": _from(TRIAL, lambda e: _poke(e, 29, (9500).to_bytes(4, "little", signed=True))),
     "lost working counter": lost_working_counter,
     "stale": frozen_toggle(),
@@ -77,7 +79,9 @@ def test_a_fault_in_mid_motion_trips_with_its_name_and_within_the_reaction_time(
     trips = [event for event in out.memory.events if event[1] == "trip"]
     assert len(trips) == 1 and cause in trips[0][2]
     safe = out.assembly.encoder.safe_raw
-    assert all(sample[5] == safe for sample in out.memory.samples if sample[0] >= out.result.trip.cycle)
+    assert all(
+        sample[5] == safe for sample in out.memory.samples if sample[0] >= out.result.trip.cycle
+    )
 
 
 def test_a_drive_fault_is_named_with_its_error_code(tmp_path):
@@ -101,13 +105,19 @@ def test_a_stop_brakes_before_it_disables(tmp_path):
     assert out.memory.states == [0, 1, 2, 3, 4, 5, 6]
     assert_safe_end(out, inputs.rig)
     stop = next(s for s in out.memory.samples if s[2] == 4)
-    assert abs(stop[6]["motor_speed_m_s"]) < 6e-3  # the reference is at rest; the motor follows two cycles behind
+    assert (
+        abs(stop[6]["motor_speed_m_s"]) < 6e-3
+    )  # the reference is at rest; the motor follows two cycles behind
 
 
 def test_a_stop_asked_twice_takes_the_torque_off_at_once(tmp_path):
     inputs = tiny_inputs(tmp_path)
     out = run_in_memory(inputs, requests=Quiet(stop_at=TRIAL, stop_at_once_at=TRIAL))
-    assert (out.result.outcome, out.result.trip.cause, out.result.trip.cycle) == ("tripped", "operator", TRIAL)
+    assert (out.result.outcome, out.result.trip.cause, out.result.trip.cycle) == (
+        "tripped",
+        "operator",
+        TRIAL,
+    )
     assert_safe_end(out, inputs.rig)
 
 
@@ -125,7 +135,11 @@ MODE_BYTE = 18  # of the inputs: the mode that the drive reports
 def test_a_drive_that_changes_its_mode_by_itself_trips(tmp_path):
     inputs = tiny_inputs(tmp_path)
     out = run_in_memory(inputs, _from(TRIAL, lambda e: _poke(e, MODE_BYTE, b"\x01")))
-    assert (out.result.outcome, out.result.trip.cause, out.result.trip.cycle) == ("tripped", "drive", TRIAL)
+    assert (out.result.outcome, out.result.trip.cause, out.result.trip.cycle) == (
+        "tripped",
+        "drive",
+        TRIAL,
+    )
     assert "reports mode 1 (0x6061), asked for 9" in out.result.cause
     assert_safe_end(out, inputs.rig)
 
@@ -133,19 +147,38 @@ def test_a_drive_that_changes_its_mode_by_itself_trips(tmp_path):
 @pytest.mark.parametrize(("until", "outcome"), [(500, "completed"), (10**9, "tripped")])
 def test_a_drive_has_time_to_change_its_mode_and_nothing_moves_before(until, outcome, tmp_path):
     inputs = tiny_inputs(tmp_path)
-    out = run_in_memory(inputs, lambda e, model: _poke(e, MODE_BYTE, b"\x01") if e.cycle < until else e)
+    out = run_in_memory(
+        inputs, lambda e, model: _poke(e, MODE_BYTE, b"\x01") if e.cycle < until else e
+    )
     assert out.result.outcome == outcome
-    assert "cannot be enabled: it reports mode 1 (0x6061), asked for 9" in out.result.cause or outcome == "completed"
+    assert (
+        "cannot be enabled: it reports mode 1 (0x6061), asked for 9" in out.result.cause
+        or outcome == "completed"
+    )
     assert max(abs(s[6]["motor_speed_m_s"]) for s in out.memory.samples if s[0] < 500) < 1e-4
     assert_safe_end(out, inputs.rig)
 
 
 def test_a_drive_that_says_it_is_on_when_the_bus_closes_is_not_called_off(tmp_path):
-    """A drive on wires is off for the loop where the enabling output is; its own status word may know better."""
+    """A drive on wires is off for the loop where the enabling output is; its own status word may
+    know better.
+    """
     inputs = tiny_inputs(tmp_path)
-    assembly, backend = assemble(inputs.rig, inputs.experiment), Between(SimBackend(inputs.rig, inputs.plant, 1))
+    assembly, backend = (
+        assemble(inputs.rig, inputs.experiment),
+        Between(SimBackend(inputs.rig, inputs.plant, 1)),
+    )
     backend.drive_off = False
-    result = run(inputs.rig, backend, assembly.supervisor, assembly.envelope, assembly.decoder, assembly.encoder, Memory(), Quiet(stop_at=50))
+    result = run(
+        inputs.rig,
+        backend,
+        assembly.supervisor,
+        assembly.envelope,
+        assembly.decoder,
+        assembly.encoder,
+        Memory(),
+        Quiet(stop_at=50),
+    )
     assert assembly.supervisor.confirmed and not result.confirmed
 
 
@@ -191,7 +224,11 @@ def test_a_fault_of_our_own_does_not_leave_the_last_command_standing(tmp_path):
 
 def test_a_codec_that_fails_ends_the_run_and_keeps_the_traceback(tmp_path):
     def hurt(exchange, model):
-        return exchange._replace(inputs_raw=exchange.inputs_raw[:-1]) if exchange.cycle == TRIAL else exchange
+        return (
+            exchange._replace(inputs_raw=exchange.inputs_raw[:-1])
+            if exchange.cycle == TRIAL
+            else exchange
+        )
 
     inputs = tiny_inputs(tmp_path)
     out = run_in_memory(inputs, hurt)
@@ -205,11 +242,18 @@ def test_a_stop_in_joint_control_does_not_throw_the_motor(at):
     from epa_rt.cli.inputs import load_inputs
     from tests.loop.rigging import ROOT
 
-    inputs = load_inputs(ROOT / "config/experiments/knee_chirp_short.yaml", ROOT / "config/rigs/knee.yaml", None, with_plant=True)
+    inputs = load_inputs(
+        ROOT / "config/experiments/knee_chirp_short.yaml",
+        ROOT / "config/rigs/knee.yaml",
+        None,
+        with_plant=True,
+    )
     out = run_in_memory(inputs, requests=Quiet(stop_at=at))
     assert out.result.outcome == "stopped"
     after = [sample for sample in out.memory.samples if sample[0] >= at]
-    assert max(abs(sample[6]["motor_current_a"]) for sample in after) < 5.0  # the drive's own limit is 8 A
+    assert (
+        max(abs(sample[6]["motor_current_a"]) for sample in after) < 5.0
+    )  # the drive's own limit is 8 A
     disabled = next(sample for sample in after if sample[2] == 4)
     assert abs(disabled[6]["motor_speed_m_s"]) < 0.02 * inputs.rig.motor.speed_max
 
@@ -218,7 +262,10 @@ def test_a_drive_that_cannot_be_heard_is_not_called_off(tmp_path):
     inputs = tiny_inputs(tmp_path)
     silent = run_in_memory(inputs, lambda e, model: e._replace(working_counter_ok=e.cycle < TRIAL))
     assert silent.result.trip.cause == "lost working counter" and not silent.result.confirmed
-    zeros = run_in_memory(inputs, lambda e, model: e if e.cycle < TRIAL else e._replace(inputs_raw=bytes(len(e.inputs_raw))))
+    zeros = run_in_memory(
+        inputs,
+        lambda e, model: e if e.cycle < TRIAL else e._replace(inputs_raw=bytes(len(e.inputs_raw))),
+    )
     assert zeros.result.outcome == "tripped" and not zeros.result.confirmed
 
 
@@ -231,7 +278,16 @@ def test_a_backend_that_cannot_close_is_reported_and_not_raised(tmp_path):
         raise OSError("the cable is gone")
 
     backend.close = close
-    result = run(inputs.rig, backend, assembly.supervisor, assembly.envelope, assembly.decoder, assembly.encoder, memory, Quiet())
+    result = run(
+        inputs.rig,
+        backend,
+        assembly.supervisor,
+        assembly.envelope,
+        assembly.decoder,
+        assembly.encoder,
+        memory,
+        Quiet(),
+    )
     assert result.outcome == "failed" and "the cable is gone" in result.cause
     assert memory.events[-1][1] == "error"
 
@@ -251,9 +307,21 @@ def test_what_fails_on_the_way_out_does_not_hide_what_ended_the_run(tmp_path):
         raise OSError("no such interface")
 
     backend.close = close
-    result = run(inputs.rig, backend, assembly.supervisor, assembly.envelope, assembly.decoder, assembly.encoder, Memory(), Quiet())
+    result = run(
+        inputs.rig,
+        backend,
+        assembly.supervisor,
+        assembly.envelope,
+        assembly.decoder,
+        assembly.encoder,
+        Memory(),
+        Quiet(),
+    )
     assert result.outcome == "failed"
-    places = [result.cause.index(words) for words in ("over-force", "the cable was pulled", "no such interface")]
+    places = [
+        result.cause.index(words)
+        for words in ("over-force", "the cable was pulled", "no such interface")
+    ]
     assert places == sorted(places)
 
 
@@ -272,26 +340,41 @@ def test_the_end_of_torque_control_lets_the_motor_go(dwell, stop_at, tmp_path):
     from tests.loop.rigging import ROOT
 
     (tmp_path / "push.yaml").write_text(PUSH.replace("DWELL", dwell))
-    inputs = load_inputs(tmp_path / "push.yaml", ROOT / "config/rigs/bench.yaml", None, with_plant=True)
+    inputs = load_inputs(
+        tmp_path / "push.yaml", ROOT / "config/rigs/bench.yaml", None, with_plant=True
+    )
     out = run_in_memory(inputs, requests=Quiet(stop_at=stop_at))
     assert out.result.outcome == ("completed" if stop_at > TRIAL else "stopped"), out.result.cause
-    end = stop_at if stop_at < TRIAL else next(cycle for cycle, kind, *_ in out.memory.events if kind == "finished")
-    before, after = ([s for s in out.memory.samples if (s[0] >= end) is late] for late in (False, True))
-    assert before[-1][8]["cmd_motor_torque_nm"] > 0.01 and abs(before[-1][6]["motor_speed_m_s"]) > 0.01
+    end = (
+        stop_at
+        if stop_at < TRIAL
+        else next(cycle for cycle, kind, *_ in out.memory.events if kind == "finished")
+    )
+    before, after = (
+        [s for s in out.memory.samples if (s[0] >= end) is late] for late in (False, True)
+    )
+    assert (
+        before[-1][8]["cmd_motor_torque_nm"] > 0.01 and abs(before[-1][6]["motor_speed_m_s"]) > 0.01
+    )
     assert all(s[8]["cmd_motor_torque_nm"] == 0.0 for s in after[10:])
 
 
 def test_bad_cycles_that_a_run_survives_are_counted_and_said(tmp_path):
     bad = (TRIAL, TRIAL + 100, TRIAL + 101)
-    out = run_in_memory(tiny_inputs(tmp_path), lambda e, model: e._replace(working_counter_ok=e.cycle not in bad))
+    out = run_in_memory(
+        tiny_inputs(tmp_path), lambda e, model: e._replace(working_counter_ok=e.cycle not in bad)
+    )
     assert (out.result.outcome, out.result.bad_cycles) == ("completed", 3)
     assert [(cycle, text) for cycle, kind, text, _data in out.memory.events if kind == "gap"] == [
         (TRIAL + 1, "1 cycle without sound process data; the last good ones stood in"),
-        (TRIAL + 102, "2 cycles without sound process data; the last good ones stood in")]
+        (TRIAL + 102, "2 cycles without sound process data; the last good ones stood in"),
+    ]
 
 
 def test_a_stop_under_tension_vents_the_muscle_before_the_power_goes_off(tmp_path):
-    """Else the muscle would spin the unpowered motor: over-speed at 600 kPa and 20 mm of stretch."""
+    """Else the muscle would spin the unpowered motor: over-speed at 600 kPa and 20 mm of
+    stretch.
+    """
     inputs = tiny_inputs(tmp_path, pressure="640 kPa gauge")
     whole = run_in_memory(inputs)
     stretched = max(whole.memory.samples, key=lambda sample: sample[6]["muscle_force_n"])
@@ -309,12 +392,23 @@ def test_what_a_bus_has_to_say_stands_in_the_log(tmp_path):
     assembly, memory = assemble(inputs.rig, inputs.experiment), Memory()
     backend = Between(SimBackend(inputs.rig, inputs.plant, 1))
     backend.events, backend.drive_off = [("recovery", "valves is back", {"slave": "valves"})], True
-    run(inputs.rig, backend, assembly.supervisor, assembly.envelope, assembly.decoder, assembly.encoder, memory, Quiet(stop_at=200))
+    run(
+        inputs.rig,
+        backend,
+        assembly.supervisor,
+        assembly.envelope,
+        assembly.decoder,
+        assembly.encoder,
+        memory,
+        Quiet(stop_at=200),
+    )
     assert (0, "recovery", "valves is back", {"slave": "valves"}) in memory.events
 
 
 def _frozen(at: int, length: int, zero: tuple[int, int] | None = None):
-    """From TRIAL on these bytes stay what they were, and others read zero: a sensor that died without a word."""
+    """From TRIAL on these bytes stay what they were, and others read zero: a sensor that died
+    without a word.
+    """
     kept: list[bytes] = []
 
     def hurt(exchange, model):
@@ -331,7 +425,9 @@ def _frozen(at: int, length: int, zero: tuple[int, int] | None = None):
 @pytest.mark.parametrize("loop", ["motor_speed", "motor_position"])
 def test_a_dead_encoder_does_not_end_as_completed(loop, tmp_path):
     inputs = tiny_inputs(tmp_path, loop=loop)
-    out = run_in_memory(inputs, _frozen(19, 4, zero=(23, 4)))  # position stands, speed says zero: they agree
+    out = run_in_memory(
+        inputs, _frozen(19, 4, zero=(23, 4))
+    )  # position stands, speed says zero: they agree
     assert out.result.trip.cause == "following error", out.result.cause
     assert_safe_end(out, inputs.rig)
     low, high = inputs.rig.row("motor_travel_m").limits
@@ -342,7 +438,12 @@ def test_a_frozen_joint_sensor_does_not_end_as_completed():
     from epa_rt.cli.inputs import load_inputs
     from tests.loop.rigging import ROOT
 
-    inputs = load_inputs(ROOT / "config/experiments/knee_chirp_short.yaml", ROOT / "config/rigs/knee.yaml", None, with_plant=True)
+    inputs = load_inputs(
+        ROOT / "config/experiments/knee_chirp_short.yaml",
+        ROOT / "config/rigs/knee.yaml",
+        None,
+        with_plant=True,
+    )
     kept: list[bytes] = []
 
     def hurt(exchange, model):
@@ -352,4 +453,6 @@ def test_a_frozen_joint_sensor_does_not_end_as_completed():
         return _poke(exchange, 14, kept[0])
 
     out = run_in_memory(inputs, hurt)
-    assert out.result.trip.cause == "following error" and out.result.trip.signal == "knee_angle_rad", out.result.cause
+    assert (
+        out.result.trip.cause == "following error" and out.result.trip.signal == "knee_angle_rad"
+    ), out.result.cause

@@ -1,4 +1,6 @@
-"""Command logs that move every part of a plant: pre-stretch, fill, motion, vent, and the three loops of the drive."""
+"""Command logs that move every part of a plant: pre-stretch, fill, motion, vent, and the three
+loops of the drive.
+"""
 
 import numpy as np
 
@@ -8,9 +10,17 @@ from epa_rt.models.ports import COMMAND, SENSORS
 
 RPM = 2 * np.pi / 60
 SENSOR_STEP = {
-    "motor_angle_rad": 2 * np.pi / 4096, "motor_speed_rad_s": RPM, "motor_current_a": 1e-3, "motor_torque_nm": 1.7e-4,
-    "muscle0_gauge_pa": 1200.0, "muscle1_gauge_pa": 1200.0, "supply_gauge_pa": 1200.0, "force_n": 0.24,
-    "joint_angle_rad": np.deg2rad(0.02), "joint_speed_rad_s": RPM, "load_position_m": 1e-5,
+    "motor_angle_rad": 2 * np.pi / 4096,
+    "motor_speed_rad_s": RPM,
+    "motor_current_a": 1e-3,
+    "motor_torque_nm": 1.7e-4,
+    "muscle0_gauge_pa": 1200.0,
+    "muscle1_gauge_pa": 1200.0,
+    "supply_gauge_pa": 1200.0,
+    "force_n": 0.24,
+    "joint_angle_rad": np.deg2rad(0.02),
+    "joint_speed_rad_s": RPM,
+    "load_position_m": 1e-5,
 }
 
 
@@ -21,7 +31,9 @@ def rise(t: np.ndarray, start_s: float, span_s: float) -> np.ndarray:
 
 
 def log_commands(file: PlantFile, seconds: float, period_s: float = 1e-3) -> np.ndarray:
-    """Commands, (N,) COMMAND: position loop throughout, for the bench position and speed loop in turns."""
+    """Commands, (N,) COMMAND: position loop throughout, for the bench position and speed loop in
+    turns.
+    """
     n = round(seconds / period_s)
     t = np.arange(n) * period_s
     commands = np.zeros(n, COMMAND)
@@ -31,7 +43,8 @@ def log_commands(file: PlantFile, seconds: float, period_s: float = 1e-3) -> np.
     if file.name.startswith("bench"):
         commands["enabled"][:100] = 0.0
         travel = 0.018 * rise(t, 0.3, 1.0) + rise(t, 4.0, 0.5) * (
-            0.006 * np.sin(2 * np.pi * 1.3 * t) + 0.004 * np.sin(2 * np.pi * 3.1 * t + 1.0))
+            0.006 * np.sin(2 * np.pi * 1.3 * t) + 0.004 * np.sin(2 * np.pi * 3.1 * t + 1.0)
+        )
         commands["inlet"][:, 0] = (t % 20 > 2) & (t % 20 < 3.3)
         commands["exhaust"][:, 0] = (t % 20 > 16) & (t % 20 < 16.7)
         commands["mode"][(t % 20 > 9) & (t % 20 < 13)] = 9.0

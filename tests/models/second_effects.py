@@ -1,10 +1,22 @@
-"""Effects of the second simulator, written from docs/plant.md like the rest: heat, sag, waves of the torque, a spool that is not round, play, creep,
-low-speed and dry friction of motor, gear and braid, drag, threshold, bladder, end fittings, lock. All absent at their neutral values.
+"""Effects of the second simulator, written from docs/plant.md like the rest: heat, sag, waves of
+the torque, a spool that is not round, play, creep, low-speed and dry friction of motor, gear and
+braid, drag, threshold, bladder, end fittings, lock. All absent at their neutral values.
 """
 
 import math
 
-from second_simulator import ANGLE, BRANCHES, CREEP, CURRENT, FIRST_MUSCLE, HEAT, PER_MUSCLE, SLOW_HEAT, SPEED, SecondSimulator
+from second_simulator import (
+    ANGLE,
+    BRANCHES,
+    CREEP,
+    CURRENT,
+    FIRST_MUSCLE,
+    HEAT,
+    PER_MUSCLE,
+    SLOW_HEAT,
+    SPEED,
+    SecondSimulator,
+)
 
 
 def wave(x, sine, cosine):
@@ -18,7 +30,9 @@ class WithEffects(SecondSimulator):
         self.play = None
         super().__init__(params)
         spool, start = self.p["transmission"], self.p["load"]["start_travel_m"]
-        self.half = 0.5 * (spool["backlash_rad"] + spool["uneven_backlash_rad"]) * spool["spool_radius_m"]  # on the mean
+        self.half = (
+            0.5 * (spool["backlash_rad"] + spool["uneven_backlash_rad"]) * spool["spool_radius_m"]
+        )  # on the mean
         self.play = (start, start)  # travel before and behind the play when the cycle began
 
     def wound_up(self, travel):
@@ -30,9 +44,17 @@ class WithEffects(SecondSimulator):
     def wound(self, angle):
         """Travel before the play and its slope over the motor's angle."""
         t = self.p["transmission"]
-        turn, e, phase, g = angle / t["gear_ratio"], t["eccentricity_ratio"], t["eccentricity_phase_rad"], t["wind_up_per_rad"]
-        return (t["spool_radius_m"] * (turn + g * turn**2 / 2 - e * (math.cos(turn + phase) - math.cos(phase))),
-                t["spool_radius_m"] * (1 + g * turn + e * math.sin(turn + phase)) / t["gear_ratio"])
+        turn, e, phase, g = (
+            angle / t["gear_ratio"],
+            t["eccentricity_ratio"],
+            t["eccentricity_phase_rad"],
+            t["wind_up_per_rad"],
+        )
+        return (
+            t["spool_radius_m"]
+            * (turn + g * turn**2 / 2 - e * (math.cos(turn + phase) - math.cos(phase))),
+            t["spool_radius_m"] * (1 + g * turn + e * math.sin(turn + phase)) / t["gear_ratio"],
+        )
 
     def travel(self, y):
         geared, slope = self.wound(y[ANGLE])
@@ -46,9 +68,22 @@ class WithEffects(SecondSimulator):
         was, held = self.play
         spool = self.p["transmission"]
         moved, b = geared - was, spool["backlash_roundness_ratio"]
-        swing = (1 + math.sin(spool["backlash_per_turn_ratio"] * geared / spool["spool_radius_m"] + spool["backlash_phase_rad"])) / 2
+        swing = (
+            1
+            + math.sin(
+                spool["backlash_per_turn_ratio"] * geared / spool["spool_radius_m"]
+                + spool["backlash_phase_rad"]
+            )
+        ) / 2
         swing = 2 * swing ** spool["backlash_narrowness_ratio"] - 1
-        half = self.half + 0.5 * spool["uneven_backlash_rad"] * spool["spool_radius_m"] * spool["backlash_wave_ratio"] * swing
+        half = (
+            self.half
+            + 0.5
+            * spool["uneven_backlash_rad"]
+            * spool["spool_radius_m"]
+            * spool["backlash_wave_ratio"]
+            * swing
+        )
         sign = math.copysign(1.0, moved if moved != 0.0 else speed)
         gap, way = sign * (was - held), abs(moved)
         if b == 0.0:
@@ -75,7 +110,9 @@ class WithEffects(SecondSimulator):
             speed = self.length(i, y)[1] if m["creep_stiffness_n_m"] else 0.0
             for branch in range(BRANCHES):
                 n = FIRST_MUSCLE + PER_MUSCLE * j + CREEP + branch
-                dy[n] = m["creep_slow_ratio"] ** branch * m["creep_stiffness_n_m"] * speed - y[n] / (10**branch * m["creep_time_s"])
+                dy[n] = m["creep_slow_ratio"] ** branch * m["creep_stiffness_n_m"] * speed - y[
+                    n
+                ] / (10**branch * m["creep_time_s"])
         return dy
 
     def settled(self):
@@ -86,19 +123,33 @@ class WithEffects(SecondSimulator):
 
     def torque_constant(self, y):
         d = self.p["drive"]
-        return d["torque_constant_nm_a"] * max(1 - d["torque_loss_per_k"] * (y[HEAT] + d["housing_heat_ratio"] * y[SLOW_HEAT]), 0.1)
+        return d["torque_constant_nm_a"] * max(
+            1 - d["torque_loss_per_k"] * (y[HEAT] + d["housing_heat_ratio"] * y[SLOW_HEAT]), 0.1
+        )
 
     def shaft_torque(self, kt, y):
         d = self.p["drive"]
-        ripple = wave(d["ripple_per_turn_ratio"] * y[ANGLE] + d["ripple_phase_rad"], d["ripple_twice_sine_ratio"], d["ripple_twice_cosine_ratio"])
-        cogs = wave(d["cogging_per_turn_ratio"] * y[ANGLE] + d["cogging_phase_rad"], d["cogging_twice_sine_ratio"], d["cogging_twice_cosine_ratio"])
+        ripple = wave(
+            d["ripple_per_turn_ratio"] * y[ANGLE] + d["ripple_phase_rad"],
+            d["ripple_twice_sine_ratio"],
+            d["ripple_twice_cosine_ratio"],
+        )
+        cogs = wave(
+            d["cogging_per_turn_ratio"] * y[ANGLE] + d["cogging_phase_rad"],
+            d["cogging_twice_sine_ratio"],
+            d["cogging_twice_cosine_ratio"],
+        )
         current = y[CURRENT] / (1 + d["torque_saturation_per_a"] * abs(y[CURRENT]))
         return kt * current * (1 + d["torque_ripple_ratio"] * ripple) + d["cogging_nm"] * cogs
 
     def dry(self, y):
         d = self.p["drive"]
-        swing = d["friction_wave_ratio"] * math.sin(d["friction_wave_per_turn_ratio"] * y[ANGLE] + d["friction_wave_phase_rad"])
-        extra = d["stribeck_ratio"] * math.exp(-abs(y[SPEED] / d["stribeck_speed_rad_s"]) ** d["stribeck_exponent_ratio"])
+        swing = d["friction_wave_ratio"] * math.sin(
+            d["friction_wave_per_turn_ratio"] * y[ANGLE] + d["friction_wave_phase_rad"]
+        )
+        extra = d["stribeck_ratio"] * math.exp(
+            -(abs(y[SPEED] / d["stribeck_speed_rad_s"]) ** d["stribeck_exponent_ratio"])
+        )
         return d["coulomb_nm"] * (1 + extra) * (1 + swing)
 
     def drag(self, speed):
@@ -133,7 +184,9 @@ class WithEffects(SecondSimulator):
         return acting / (1 + m["softening_per_pa"] * acting) if acting > 0 else acting
 
     def rubbing(self, m, speed):
-        s = math.copysign((abs(speed) / m["stribeck_speed_m_s"]) ** (1 / m["stribeck_breadth_ratio"]), speed)
+        s = math.copysign(
+            (abs(speed) / m["stribeck_speed_m_s"]) ** (1 / m["stribeck_breadth_ratio"]), speed
+        )
         q = m["stribeck_tail_ratio"]
         fall = math.exp((1 - s * s) / 2) if q == 0 else (2 / (2 - q + q * s * s)) ** (1 / q)
         dry = m["coulomb_ratio"] * speed / math.sqrt(speed**2 + m["coulomb_speed_m_s"] ** 2)
@@ -143,5 +196,14 @@ class WithEffects(SecondSimulator):
         past = length - m["lock_length_m"]
         lock = 0.0
         if past > 0:
-            lock = m["lock_stiffness_n_m"] * past * (1 + (m["lock_hardening_per_m"] * past) ** 2) ** m["lock_steepening_ratio"] + m["lock_viscous_n_s_m"] * speed * min(past / m["take_up_m"], 1)
-        return m["bladder_stiffness_n_m"] * stretch * (1 + (m["bladder_hardening_per_m"] * stretch) ** 2) + lock
+            lock = m["lock_stiffness_n_m"] * past * (
+                1 + (m["lock_hardening_per_m"] * past) ** 2
+            ) ** m["lock_steepening_ratio"] + m["lock_viscous_n_s_m"] * speed * min(
+                past / m["take_up_m"], 1
+            )
+        return (
+            m["bladder_stiffness_n_m"]
+            * stretch
+            * (1 + (m["bladder_hardening_per_m"] * stretch) ** 2)
+            + lock
+        )

@@ -1,4 +1,6 @@
-"""Gas of the second simulator, written from docs/plant.md: valves, their seats and limits, the regulator, and what the gas's heat does."""
+"""Gas of the second simulator, written from docs/plant.md: valves, their seats and limits, the
+regulator, and what the gas's heat does.
+"""
 
 import math
 
@@ -12,7 +14,11 @@ def exponent(g):
 
 def supply(g, drawn):
     """Absolute pressure behind the regulator."""
-    return g["atmosphere_pa"] + g["supply_gauge_pa"] - g["supply_droop_pa_s_kg"] * drawn * (1 + (g["droop_bend_s_kg"] * drawn) ** 2)
+    return (
+        g["atmosphere_pa"]
+        + g["supply_gauge_pa"]
+        - g["supply_droop_pa_s_kg"] * drawn * (1 + (g["droop_bend_s_kg"] * drawn) ** 2)
+    )
 
 
 def regulator(g, drawn, rate, flow):
@@ -39,11 +45,23 @@ def limited(g, flow):
 
 def through(opening, which, g, from_pa, to_pa):
     """A valve as far as it is not stuck, or what its seat leaks where that is more."""
-    opening, seat, conductance = opening * (1 - g[f"{which}_stuck_ratio"]), g[f"{which}_seat_leak_ratio"], g[f"{which}_conductance_m3_s_pa"]
+    opening, seat, conductance = (
+        opening * (1 - g[f"{which}_stuck_ratio"]),
+        g[f"{which}_seat_leak_ratio"],
+        g[f"{which}_conductance_m3_s_pa"],
+    )
     if opening >= seat:
         return limited(g, opening * orifice(conductance, g, from_pa, to_pa))
     part, high, low = g["leak_laminar_ratio"], max(from_pa, to_pa), min(from_pa, to_pa)
-    narrow = math.copysign(seat * conductance * RHO0 * high * math.sqrt(T0 / g["temperature_k"]) * (1 - (low / high) ** 2), from_pa - to_pa)
+    narrow = math.copysign(
+        seat
+        * conductance
+        * RHO0
+        * high
+        * math.sqrt(T0 / g["temperature_k"])
+        * (1 - (low / high) ** 2),
+        from_pa - to_pa,
+    )
     return (1 - part) * limited(g, seat * orifice(conductance, g, from_pa, to_pa)) + part * narrow
 
 
@@ -52,12 +70,16 @@ def flows(g, inlet, exhaust, drawn_w, pressure, volume):
     above = pressure - g["atmosphere_pa"]
     drawn = through(inlet, "inlet", g, supply(g, drawn_w), pressure)
     lost = through(exhaust, "exhaust", g, pressure, g["atmosphere_pa"])
-    leak = g["leak_per_s"] * above * (1 + g["leak_laminar_ratio"] * above / (2 * g["atmosphere_pa"]))
+    leak = (
+        g["leak_per_s"] * above * (1 + g["leak_laminar_ratio"] * above / (2 * g["atmosphere_pa"]))
+    )
     return drawn, lost + leak * volume / (g["gas_constant_j_kg_k"] * g["temperature_k"])
 
 
 def cooling(g, mass, warmth, volume, drawn, lost):
-    """Rate k at which the gas returns to the temperature around it; its own is `warmth` times that."""
+    """Rate k at which the gas returns to the temperature around it; its own is `warmth` times
+    that.
+    """
     k = 0.0
     if g["fill_heating_ratio"] != 1:
         k += g["heat_exchange_per_s"]
@@ -66,7 +88,11 @@ def cooling(g, mass, warmth, volume, drawn, lost):
     if g["adiabatic_ratio"] > 0:
         stir = g["wall_exchange_stir_s"]
         dense = 4e5 * volume / (mass * g["gas_constant_j_kg_k"] * g["temperature_k"])
-        wall = g["wall_exchange_per_s"] * dense ** g["wall_exchange_fall_ratio"] * (10 * abs(warmth - 1)) ** g["wall_exchange_rise_ratio"]
+        wall = (
+            g["wall_exchange_per_s"]
+            * dense ** g["wall_exchange_fall_ratio"]
+            * (10 * abs(warmth - 1)) ** g["wall_exchange_rise_ratio"]
+        )
         wall *= (1 + stir * (abs(drawn) + abs(lost)) / mass) ** 0.67
         k += min(wall, 1e3) if stir > 0 else wall
     return k

@@ -1,6 +1,8 @@
-"""A second simulator, written from docs/plant.md in plain Python and scipy; shares no physics code with the blocks.
+"""A second simulator, written from docs/plant.md in plain Python and scipy; shares no physics code
+with the blocks.
 
-Here: time, drive, wiring and McKibben muscle. Beside it: bus, gas, braid, knee, sensors (second_*.py); further effects: second_effects.py.
+Here: time, drive, wiring and McKibben muscle. Beside it: bus, gas, braid, knee, sensors
+(second_*.py); further effects: second_effects.py.
 """
 
 import math
@@ -14,14 +16,38 @@ import second_sensors as sensors
 from scipy.integrate import solve_ivp
 
 PERIOD_S = 1e-3
-ANGLE, SPEED, CURRENT, INTEGRAL, STUCK, PLACE, RATE, BENT, DRAWN, DRAWN_RATE, HEAT, SLOW_HEAT, FIRST_MUSCLE = range(13)
-CREEP, BRANCHES, PER_MUSCLE = 4, 5, 9  # of a muscle: c, mass, inlet opening, exhaust opening, creep forces
+(
+    ANGLE,
+    SPEED,
+    CURRENT,
+    INTEGRAL,
+    STUCK,
+    PLACE,
+    RATE,
+    BENT,
+    DRAWN,
+    DRAWN_RATE,
+    HEAT,
+    SLOW_HEAT,
+    FIRST_MUSCLE,
+) = range(13)
+CREEP, BRANCHES, PER_MUSCLE = (
+    4,
+    5,
+    9,
+)  # of a muscle: c, mass, inlet opening, exhaust opening, creep forces
 
 
 def plain(record):
-    """A record of one row as plain numbers, lists and dicts: numpy's own scalars take most of a run."""
+    """A record of one row as plain numbers, lists and dicts: numpy's own scalars take most of a
+    run.
+    """
     if record.dtype.names:
-        return {name: plain(record[name]) for name in record.dtype.names} if record.ndim == 0 else [plain(row) for row in record]
+        return (
+            {name: plain(record[name]) for name in record.dtype.names}
+            if record.ndim == 0
+            else [plain(row) for row in record]
+        )
     return record.tolist()
 
 
@@ -41,8 +67,12 @@ class SecondSimulator:
             g, at = self.p["gas"][i], FIRST_MUSCLE + PER_MUSCLE * j
             volume, _ = self.shape(i, self.length(i, self.y)[0])
             self.y[at] = g["atmosphere_pa"] * volume ** gas.exponent(g)
-            self.y[at + 1] = g["atmosphere_pa"] * volume / (g["gas_constant_j_kg_k"] * g["temperature_k"])
-        self.settled_at = [self.length(i, self.y)[0] for i in (0, 1)]  # lengths of the braids when their elements settled
+            self.y[at + 1] = (
+                g["atmosphere_pa"] * volume / (g["gas_constant_j_kg_k"] * g["temperature_k"])
+            )
+        self.settled_at = [
+            self.length(i, self.y)[0] for i in (0, 1)
+        ]  # lengths of the braids when their elements settled
         self.elements = [[0.0] * braid.ELEMENTS for _ in (0, 1)]
 
     def wound_up(self, travel):
@@ -50,7 +80,9 @@ class SecondSimulator:
         return travel / self.metres_per_rad
 
     def rest_force(self, place):
-        """Along q at rest: the muscles at gauge 0, without friction and without a slope of their volume."""
+        """Along q at rest: the muscles at gauge 0, without friction and without a slope of their
+        volume.
+        """
         y = np.zeros_like(self.y)
         y[ANGLE], y[PLACE] = self.y[ANGLE], place
         total = 0.0
@@ -58,7 +90,9 @@ class SecondSimulator:
             m, length = self.p["muscle"][i], self.length(i, y)[0]
             stretch = length + m["end_length_m"] - m["braid_length_m"] / math.sqrt(3)
             if stretch > 0:
-                force = braid.law(m, self.acting(m, 0.0), 0.0, stretch, 0.0) + self.held(m, length, stretch, 0.0)
+                force = braid.law(m, self.acting(m, 0.0), 0.0, stretch, 0.0) + self.held(
+                    m, length, stretch, 0.0
+                )
                 total -= self.p["load"][f"load{i}_ratio"] * max(force, 0.0)
         return total
 
@@ -79,14 +113,22 @@ class SecondSimulator:
 
     def length(self, i, y):
         w = self.p["load"]
-        a, b, (q, arm), (travel, speed, _) = w[f"travel{i}_ratio"], w[f"load{i}_ratio"], knee.lever(w, y[PLACE]), self.travel(y)
+        a, b, (q, arm), (travel, speed, _) = (
+            w[f"travel{i}_ratio"],
+            w[f"load{i}_ratio"],
+            knee.lever(w, y[PLACE]),
+            self.travel(y),
+        )
         return w[f"rest{i}_m"] + a * travel + b * q, a * speed + b * arm * y[RATE]
 
     def shape(self, i, length):
         m = self.p["muscle"][i]
         b, n = m["braid_length_m"], m["braid_turns_ratio"]
         thread = max(length, b / math.sqrt(3))
-        return ((b**2 - thread**2) * thread / (4 * math.pi * n**2) + self.p["gas"][i]["dead_volume_m3"], (3 * thread**2 - b**2) / (4 * math.pi * n**2))
+        return (
+            (b**2 - thread**2) * thread / (4 * math.pi * n**2) + self.p["gas"][i]["dead_volume_m3"],
+            (3 * thread**2 - b**2) / (4 * math.pi * n**2),
+        )
 
     def pull(self, j, i, y):
         m, g = self.p["muscle"][i], self.p["gas"][i]
@@ -100,10 +142,16 @@ class SecondSimulator:
             return volume, pressure, speed, 0.0
         acting = self.acting(m, pressure - g["atmosphere_pa"])
         elements = braid.displaced(m, self.elements[i], length - self.settled_at[i], speed)
-        rubbing = (braid.friction(m, elements, length) + self.rubbing(m, speed)) * max(acting, 0.0) * self.reference_slope(i)
+        rubbing = (
+            (braid.friction(m, elements, length) + self.rubbing(m, speed))
+            * max(acting, 0.0)
+            * self.reference_slope(i)
+        )
         grip = min(stretch / m["take_up_m"], 1.0)
         force = braid.law(m, acting, slope, stretch, speed) + self.held(m, length, stretch, speed)
-        force += grip * (m["viscous_n_s_m"] * speed + rubbing + sum(y[at + CREEP:at + CREEP + BRANCHES]))
+        force += grip * (
+            m["viscous_n_s_m"] * speed + rubbing + sum(y[at + CREEP : at + CREEP + BRANCHES])
+        )
         return volume, pressure, speed, max(force, 0.0)
 
     def reference_slope(self, i):
@@ -136,7 +184,9 @@ class SecondSimulator:
         self._motor(dy, y, (t / PERIOD_S - a) / (b - a), line, forces)
         w = self.p["load"]
         if w["kind_code"]:
-            pushed, inertia = knee.acceleration(w, y[PLACE], y[RATE], -(forces[0] * w["load0_ratio"] + forces[1] * w["load1_ratio"]))
+            pushed, inertia = knee.acceleration(
+                w, y[PLACE], y[RATE], -(forces[0] * w["load0_ratio"] + forces[1] * w["load1_ratio"])
+            )
             friction, dy[BENT] = knee.dry(w, y[RATE], y[BENT])
             dy[PLACE], dy[RATE] = y[RATE], pushed - friction / inertia
         return dy
@@ -152,7 +202,9 @@ class SecondSimulator:
         if line["mode"] == 9:
             speed = bus.along(line["speed"], part)
         else:
-            speed = d["position_gain_per_s"] * (bus.along(line["angle"], part) - y[ANGLE]) + d["feedforward_ratio"] * bus.along(line["slope"], part)
+            speed = d["position_gain_per_s"] * (bus.along(line["angle"], part) - y[ANGLE]) + d[
+                "feedforward_ratio"
+            ] * bus.along(line["slope"], part)
         error = min(max(speed, -d["max_speed_rad_s"]), d["max_speed_rad_s"]) - y[SPEED]
         free = d["speed_gain_a_s_rad"] * error + y[INTEGRAL]
         cut = min(max(free, -most), most)
@@ -163,12 +215,17 @@ class SecondSimulator:
         d, w = self.p["drive"], self.p["load"]
         kt, wanted = self.torque_constant(y), self.wanted(dy, y, part, line)
         volt = d["supply_v"] - d["bus_sag_ohm"] * abs(y[CURRENT])
-        wanted = min(max(wanted, (-volt - kt * y[SPEED]) / d["winding_ohm"]), (volt - kt * y[SPEED]) / d["winding_ohm"])
+        wanted = min(
+            max(wanted, (-volt - kt * y[SPEED]) / d["winding_ohm"]),
+            (volt - kt * y[SPEED]) / d["winding_ohm"],
+        )
         dy[CURRENT] = (wanted - y[CURRENT]) / d["current_lag_s"]
         stiffness, tau = d["presliding_stiffness_nm_rad"], d["presliding_time_s"]
         load = self.travel(y)[2] * (forces[0] * w["travel0_ratio"] + forces[1] * w["travel1_ratio"])
         low, high, sliding = self.gear(load, y[SPEED])
-        friction = min(max(stiffness * (y[STUCK] + tau * y[SPEED]), low - self.dry(y)), high + self.dry(y))
+        friction = min(
+            max(stiffness * (y[STUCK] + tau * y[SPEED]), low - self.dry(y)), high + self.dry(y)
+        )
         dy[STUCK] = (friction / stiffness - y[STUCK]) / tau
         torque = self.shaft_torque(kt, y) - load - friction - sliding - self.drag(y[SPEED])
         dy[SPEED], dy[ANGLE] = torque / d["inertia_kg_m2"], y[SPEED]
@@ -181,7 +238,9 @@ class SecondSimulator:
         return self.p["drive"]["viscous_nm_s_rad"] * speed
 
     def gear(self, load, speed):
-        """What the gear's friction adds to both limits, and what it takes of the torque in motion alone."""
+        """What the gear's friction adds to both limits, and what it takes of the torque in motion
+        alone.
+        """
         return 0.0, 0.0, 0.0
 
     def torque_constant(self, y):
@@ -200,15 +259,32 @@ class SecondSimulator:
         scale[[SPEED, RATE]] = 1e3  # a load that sticks by its bristles trembles within less
         for j in range(len(self.muscles)):
             at = FIRST_MUSCLE + PER_MUSCLE * j
-            scale[at:at + 2] = self.y[at:at + 2]
-        rows, late, valve_late = bus.lines(commands, PERIOD_S), b["command_delay_s"] / PERIOD_S, b["valve_delay_s"] / PERIOD_S
+            scale[at : at + 2] = self.y[at : at + 2]
+        rows, late, valve_late = (
+            bus.lines(commands, PERIOD_S),
+            b["command_delay_s"] / PERIOD_S,
+            b["valve_delay_s"] / PERIOD_S,
+        )
         self.write(out)
         for k in range(len(rows)):
             self.y[INTEGRAL] = bus.integral(rows, k, late, self.y[INTEGRAL], self.y[CURRENT])
             for start in (k + part / self.parts for part in range(self.parts)):
                 end = start + 1 / self.parts
-                seen = (start, end, bus.seen(rows, start, end, late), bus.valves(rows, start, end, valve_late, b["valve_skew_ratio"]))
-                self.y = solve_ivp(self.rates, (start * PERIOD_S, end * PERIOD_S), self.y, args=seen, rtol=1e-6, atol=1e-8 * scale, first_step=1.5e-4).y[:, -1]
+                seen = (
+                    start,
+                    end,
+                    bus.seen(rows, start, end, late),
+                    bus.valves(rows, start, end, valve_late, b["valve_skew_ratio"]),
+                )
+                self.y = solve_ivp(
+                    self.rates,
+                    (start * PERIOD_S, end * PERIOD_S),
+                    self.y,
+                    args=seen,
+                    rtol=1e-6,
+                    atol=1e-8 * scale,
+                    first_step=1.5e-4,
+                ).y[:, -1]
                 self.settled()
             self.write(out)
         return out
@@ -220,8 +296,18 @@ class SecondSimulator:
         for j, i in enumerate(self.muscles):
             _, pressure[i], _, force[i] = self.pull(j, i, y)
         turns = w["kind_code"] == 2
-        truth = {"motor_angle_rad": y[ANGLE], "motor_speed_rad_s": y[SPEED], "motor_current_a": y[CURRENT], "muscle0_pa": pressure[0], "force_n": force[0],
-                 "muscle0_gauge_pa": pressure[0] - atmosphere, "muscle1_gauge_pa": pressure[1] - atmosphere, "supply_gauge_pa": gas.supply(g[0], y[DRAWN]) - atmosphere,
-                 "joint_angle_rad": y[PLACE] if turns else 0.0, "joint_speed_rad_s": y[RATE] if turns else 0.0, "load_position_m": knee.lever(w, y[PLACE])[0]}
+        truth = {
+            "motor_angle_rad": y[ANGLE],
+            "motor_speed_rad_s": y[SPEED],
+            "motor_current_a": y[CURRENT],
+            "muscle0_pa": pressure[0],
+            "force_n": force[0],
+            "muscle0_gauge_pa": pressure[0] - atmosphere,
+            "muscle1_gauge_pa": pressure[1] - atmosphere,
+            "supply_gauge_pa": gas.supply(g[0], y[DRAWN]) - atmosphere,
+            "joint_angle_rad": y[PLACE] if turns else 0.0,
+            "joint_speed_rad_s": y[RATE] if turns else 0.0,
+            "load_position_m": knee.lever(w, y[PLACE])[0],
+        }
         for name, value in truth.items():
             out.setdefault(name, []).append(value)

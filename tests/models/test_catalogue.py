@@ -1,4 +1,6 @@
-"""The catalogue of effects is complete, within bounds, and consistent with the tables and docs/plant.md."""
+"""The catalogue of effects is complete, within bounds, and consistent with the tables and
+docs/plant.md.
+"""
 
 from pathlib import Path
 
@@ -32,7 +34,11 @@ def test_entry_is_well_formed(effect):
             _, row, _ = row_of(key)
             assert row.low <= value <= row.high, key
             assert row.effect in (None, effect.name), key
-        assert any(value != row_of(key)[1].neutral for key, value in zip(effect.knobs, start, strict=True) if key in switches)
+        assert any(
+            value != row_of(key)[1].neutral
+            for key, value in zip(effect.knobs, start, strict=True)
+            if key in switches
+        )
     assert len(set(effect.starts)) == len(effect.starts)
 
 
@@ -52,7 +58,11 @@ def test_keys_without_a_number_mean_both_muscles():
     assert list(params["muscle"]["viscous_n_s_m"][0]) == [5.0, 5.0]
     write_knob(params, "muscle1.viscous_n_s_m", 7.0)
     assert list(params["muscle"]["viscous_n_s_m"][0]) == [5.0, 7.0]
-    assert read_knob(params, "muscle.viscous_n_s_m") == read_knob(params, "muscle0.viscous_n_s_m") == 5.0
+    assert (
+        read_knob(params, "muscle.viscous_n_s_m")
+        == read_knob(params, "muscle0.viscous_n_s_m")
+        == 5.0
+    )
     assert read_knob(params, "muscle1.viscous_n_s_m") == 7.0
     write_knob(params, "drive.coulomb_nm", 1e-3)
     assert read_knob(params, "drive.coulomb_nm") == 1e-3
@@ -69,7 +79,9 @@ def test_a_knob_of_one_muscle_has_the_effect_of_both():
     assert catalogue.knob("gas1.leak_per_s", neutral_params()).effect == "leak"
 
 
-@pytest.mark.parametrize("key", ["muscle2.dahl_m", "drive0.coulomb_nm", "muscle.nothing", "viscous", "muscle.present"])
+@pytest.mark.parametrize(
+    "key", ["muscle2.dahl_m", "drive0.coulomb_nm", "muscle.nothing", "viscous", "muscle.present"]
+)
 def test_unknown_keys_are_refused(key):
     with pytest.raises(KeyError):
         knob(key, neutral_params())

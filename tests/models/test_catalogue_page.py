@@ -1,4 +1,6 @@
-"""docs/effects.md is what the catalogue says, and the schema takes the plants that load_plant takes."""
+"""docs/effects.md is what the catalogue says, and the schema takes the plants that load_plant
+takes.
+"""
 
 import json
 from pathlib import Path
@@ -15,7 +17,13 @@ PLANTS = sorted((ROOT / "config" / "plants").glob("*.yaml"))
 
 def matches(schema: dict, data: object, where: str = "") -> list[str]:
     """What does not fit: the part of JSON schema that a plant's uses."""
-    kinds = {"object": dict, "string": str, "integer": int, "number": (int, float), "null": type(None)}
+    kinds = {
+        "object": dict,
+        "string": str,
+        "integer": int,
+        "number": (int, float),
+        "null": type(None),
+    }
     wanted = schema["type"] if isinstance(schema["type"], list) else [schema["type"]]
     if not any(isinstance(data, kinds[kind]) for kind in wanted):
         return [f"{where}: found {data!r}, expected {wanted}"]
@@ -23,8 +31,12 @@ def matches(schema: dict, data: object, where: str = "") -> list[str]:
         return []
     unknown = [f"{where}.{key}: unknown" for key in data if key not in schema["properties"]]
     missing = [f"{where}.{key}: missing" for key in schema.get("required", ()) if key not in data]
-    inner = [line for key, value in data.items() if key in schema["properties"]
-             for line in matches(schema["properties"][key], value, f"{where}.{key}")]
+    inner = [
+        line
+        for key, value in data.items()
+        if key in schema["properties"]
+        for line in matches(schema["properties"][key], value, f"{where}.{key}")
+    ]
     return unknown + missing + inner
 
 
@@ -41,6 +53,13 @@ def test_schema_takes_plants_as_written_and_as_saved(path, tmp_path):
 
 def test_schema_refuses_what_load_plant_refuses():
     schema = json.loads(json.dumps(plant_schema()))
-    assert matches(schema, {"substeps": 2}) and matches(schema, {"plant": "x", "gas": {"leak": "1e-4 1/s"}})
-    assert matches(schema, {"plant": "x", "drive": {"inertia": 1e-5}}) and matches(schema, {"plant": "x", "effects": {"none": {}}})
-    assert matches(schema, {"plant": "x", "effects": {"leak": {"muscle1": {"leak": "1e-4 1/s"}}}}) == []
+    assert matches(schema, {"substeps": 2}) and matches(
+        schema, {"plant": "x", "gas": {"leak": "1e-4 1/s"}}
+    )
+    assert matches(schema, {"plant": "x", "drive": {"inertia": 1e-5}}) and matches(
+        schema, {"plant": "x", "effects": {"none": {}}}
+    )
+    assert (
+        matches(schema, {"plant": "x", "effects": {"leak": {"muscle1": {"leak": "1e-4 1/s"}}}})
+        == []
+    )

@@ -16,7 +16,11 @@ def test_saved_plants_load_to_the_same_bytes(path, tmp_path):
     save_plant(tmp_path / "plant.yaml", first)
     again = load_plant(tmp_path / "plant.yaml")
     assert again.params.tobytes() == first.params.tobytes()
-    assert (again.name, again.substeps, set(again.effects)) == (first.name, first.substeps, set(first.effects))
+    assert (again.name, again.substeps, set(again.effects)) == (
+        first.name,
+        first.substeps,
+        set(first.effects),
+    )
     assert first.name == path.stem
 
 
@@ -27,19 +31,29 @@ def written(tmp_path, text):
 
 
 def test_units_and_muscles(tmp_path):
-    file = load_plant(written(tmp_path, """plant: p
+    file = load_plant(
+        written(
+            tmp_path,
+            """plant: p
 gas: {supply_gauge: 8 bar}
 muscle: {braid_length: 20.78 cm}
 muscle1: {braid_length_m: 190 mm, present: 0}
 effects:
   leak: {leak: 5e-4 1/s}
   braid_maxwell_slip: {slip2_m: 2 mm, muscle0: {slip_ratio: 9 %}}
-"""))
+""",
+        )
+    )
     p = file.params[0]
     assert p["gas"]["supply_gauge_pa"].tolist() == [8e5, 8e5]
     assert p["muscle"]["braid_length_m"] == pytest.approx([0.2078, 0.19])
-    assert p["muscle"]["slip_ratio"] == pytest.approx([0.09, 0.0]) and p["muscle"]["slip2_m"][0] == pytest.approx(2e-3)
-    assert p["gas"]["leak_per_s"].tolist() == [5e-4, 5e-4] and file.effects == ("leak", "braid_maxwell_slip")
+    assert p["muscle"]["slip_ratio"] == pytest.approx([0.09, 0.0]) and p["muscle"]["slip2_m"][
+        0
+    ] == pytest.approx(2e-3)
+    assert p["gas"]["leak_per_s"].tolist() == [5e-4, 5e-4] and file.effects == (
+        "leak",
+        "braid_maxwell_slip",
+    )
     assert file.seed == 1
 
 
@@ -71,4 +85,9 @@ def test_mistakes_name_file_line_and_what_was_expected(text, line, word, tmp_pat
     with pytest.raises(ConfigError) as caught:
         load_plant(path)
     said = str(caught.value)
-    assert said.startswith(f"{path}:{line}: ") and word in said and "expected" in said and "\n" not in said
+    assert (
+        said.startswith(f"{path}:{line}: ")
+        and word in said
+        and "expected" in said
+        and "\n" not in said
+    )

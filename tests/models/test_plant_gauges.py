@@ -1,4 +1,6 @@
-"""Pressure readings through a slow tube or filter: its own time constant, behind the sensor's, of the muscles alone."""
+"""Pressure readings through a slow tube or filter: its own time constant, behind the sensor's, of
+the muscles alone.
+"""
 
 from pathlib import Path
 
@@ -35,21 +37,32 @@ def test_a_step_fades_with_the_time_constant(lag_s, port):
     reading = stepped(gauge_lag_s=lag_s)[port]
     left = 1.0 - reading / STEP_PA
     assert np.all(reading[:AT] == 0.0) and left[AT - 1] == 1.0
-    assert np.allclose(left[AT + 1:AT + 21] / left[AT:AT + 20], np.exp(-PERIOD_S / lag_s), rtol=1e-9)
+    assert np.allclose(
+        left[AT + 1 : AT + 21] / left[AT : AT + 20], np.exp(-PERIOD_S / lag_s), rtol=1e-9
+    )
     after = AT + round(lag_s / PERIOD_S)
-    assert left[after] == pytest.approx(np.exp(-1.0), abs=0.5 * PERIOD_S / lag_s)  # the step itself takes a cycle
+    assert left[after] == pytest.approx(
+        np.exp(-1.0), abs=0.5 * PERIOD_S / lag_s
+    )  # the step itself takes a cycle
 
 
 def test_it_comes_on_top_of_the_sensors_own_lag():
     own, tube = 0.01, 0.04
     reading = stepped(pressure_lag_s=own, gauge_lag_s=tube)["muscle0_gauge_pa"]
-    t = (np.arange(400) - AT + 0.5) * PERIOD_S  # straight over a cycle: as if it stepped in its middle
-    both = np.where(t > 0.0, 1.0 - (tube * np.exp(-t / tube) - own * np.exp(-t / own)) / (tube - own), 0.0)
+    t = (
+        np.arange(400) - AT + 0.5
+    ) * PERIOD_S  # straight over a cycle: as if it stepped in its middle
+    both = np.where(
+        t > 0.0, 1.0 - (tube * np.exp(-t / tube) - own * np.exp(-t / own)) / (tube - own), 0.0
+    )
     assert np.max(np.abs(reading / STEP_PA - both)) < 2e-3
 
 
 def test_the_supply_is_read_as_before():
-    assert stepped(gauge_lag_s=0.05)["supply_gauge_pa"].tobytes() == stepped()["supply_gauge_pa"].tobytes()
+    assert (
+        stepped(gauge_lag_s=0.05)["supply_gauge_pa"].tobytes()
+        == stepped()["supply_gauge_pa"].tobytes()
+    )
 
 
 @pytest.mark.parametrize("name", ["bench", "knee"])

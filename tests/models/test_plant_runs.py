@@ -1,4 +1,6 @@
-"""The whole plant: finer sub-steps, repeats, single cycles, rest, and blocks alone against blocks in the chain."""
+"""The whole plant: finer sub-steps, repeats, single cycles, rest, and blocks alone against blocks
+in the chain.
+"""
 
 from pathlib import Path
 
@@ -24,7 +26,7 @@ def truths(params, commands, substeps):
     state, out = plant.new_state(params), np.zeros(len(commands), SENSORS)
     truth = np.zeros(len(commands), TRUTH)
     for k in range(len(commands)):
-        plant.advance(params, state, commands[k:k + 1], out[k:k + 1], 1e-3, substeps)
+        plant.advance(params, state, commands[k : k + 1], out[k : k + 1], 1e-3, substeps)
         truth[k] = state["truth"][0]
     return out, truth
 
@@ -33,7 +35,10 @@ def truths(params, commands, substeps):
 def test_halving_the_sub_step_changes_no_sensor_by_its_step(name):
     file = opened(name)
     params, commands = silent(file.params), log_commands(file, 20.0)
-    once, twice = simulate(params, commands, file.substeps), simulate(params, commands, 2 * file.substeps)
+    once, twice = (
+        simulate(params, commands, file.substeps),
+        simulate(params, commands, 2 * file.substeps),
+    )
     for channel, step in SENSOR_STEP.items():
         assert np.max(np.abs(once[channel] - twice[channel])) <= step, channel
 
@@ -42,7 +47,10 @@ def test_halving_the_sub_step_changes_no_sensor_by_its_step(name):
 def test_same_seed_same_bytes_and_cycles_equal_the_log_in_one_call(name):
     file = opened(name)
     commands = log_commands(file, 1.0)
-    whole, again = simulate(file.params, commands, file.substeps), simulate(file.params, commands, file.substeps)
+    whole, again = (
+        simulate(file.params, commands, file.substeps),
+        simulate(file.params, commands, file.substeps),
+    )
     single, _ = truths(file.params, commands, file.substeps)
     assert whole.tobytes() == again.tobytes() == single.tobytes()
     other = file.params.copy()
@@ -91,21 +99,31 @@ def test_a_delayed_command_is_the_command_later():
     assert np.max(np.abs(late[3:1900] - prompt[:1897])) < 1e-9
     params["bus"]["command_delay_s"] = 2.5e-3
     between = simulate(params, commands, file.substeps)["motor_angle_rad"]
-    assert np.max(np.abs(between[3:1900] - 0.5 * (prompt[:1897] + prompt[1:1898]))) < SENSOR_STEP["motor_angle_rad"]
+    assert (
+        np.max(np.abs(between[3:1900] - 0.5 * (prompt[:1897] + prompt[1:1898])))
+        < SENSOR_STEP["motor_angle_rad"]
+    )
 
 
 def test_blocks_alone_equal_blocks_in_the_chain():
-    """Each block fed with the chain's own signals at the cycle ends gives the chain's output within a sensor step."""
+    """Each block fed with the chain's own signals at the cycle ends gives the chain's output within
+    a sensor step.
+    """
     file = opened("bench_physical")
     params, commands = silent(file.params), log_commands(file, 16.0)
     params["sensors"]["encoder_hold_s"] = 0.0
     out, t = truths(params, commands, file.substeps)
     length, speed = t["muscle_length_m"][:, 0], t["muscle_speed_m_s"][:, 0]
-    current, torque = drive.drive_over_log(params, commands, t["motor_angle_rad"], t["motor_speed_rad_s"], 1e-3)
+    current, torque = drive.drive_over_log(
+        params, commands, t["motor_angle_rad"], t["motor_speed_rad_s"], 1e-3
+    )
     travel, _ = transmission.transmission_over_log(params, t["motor_angle_rad"], t["spool_force_n"])
-    pressure, _ = gas.gas_over_log(params, length, commands["inlet"][:, 0], commands["exhaust"][:, 0], 1e-3)
+    pressure, _ = gas.gas_over_log(
+        params, length, commands["inlet"][:, 0], commands["exhaust"][:, 0], 1e-3
+    )
     force = muscle.muscle_over_log(params, t["pressure_pa"][:, 0] - 101325, length, speed)
-    # between two samples the measured speed is taken as a parabola: short of the truth where a loop starts with a jolt
+    # between two samples the measured speed is taken as a parabola: short of the truth where a loop
+    # starts with a jolt
     apart = np.abs(current - t["motor_current_a"]) / SENSOR_STEP["motor_current_a"]
     assert np.quantile(apart, 0.999) < 1 and np.max(apart) < 3
     assert np.max(np.abs(torque - 0.0448 * current)) < 1e-12
@@ -124,8 +142,13 @@ def test_the_knee_alone_equals_the_knee_in_the_chain():
     params = silent(file.params)
     _, t = truths(params, log_commands(file, 10.0), file.substeps)
     start = 100  # at rest on its stop
-    place, speed = load.load_over_log(params, t["muscle_force_n"][start:], 1e-3, t["joint_angle_rad"][start],
-                                      t["joint_speed_rad_s"][start])
+    place, speed = load.load_over_log(
+        params,
+        t["muscle_force_n"][start:],
+        1e-3,
+        t["joint_angle_rad"][start],
+        t["joint_speed_rad_s"][start],
+    )
     assert np.max(np.abs(place - t["joint_angle_rad"][start:])) < SENSOR_STEP["joint_angle_rad"]
     assert np.max(np.abs(speed - t["joint_speed_rad_s"][start:])) < SENSOR_STEP["joint_speed_rad_s"]
 

@@ -32,15 +32,20 @@ def short_log(per_metre: float, knee: bool) -> np.ndarray:
     commands["target_speed_rad_s"] = np.gradient(travel, 1e-3) * per_metre
     if not knee:
         commands["mode"][700:900] = 9.0
-    commands["inlet"][100:(280 if knee else 600), 0] = 1.0
+    commands["inlet"][100 : (280 if knee else 600), 0] = 1.0
     commands["inlet"][120:200, 1] = 1.0
     commands["exhaust"][950:1010] = 1.0
     return commands
 
 
 def agreed(name: str, params: np.ndarray, commands: np.ndarray, simulator) -> np.ndarray:
-    """The readings of the compiled plant, from which the second simulator's differ by a sensor's step at most."""
-    first, second = simulate(params, commands, load_plant(PLANTS / f"{name}.yaml").substeps), simulator.run(commands)
+    """The readings of the compiled plant, from which the second simulator's differ by a sensor's
+    step at most.
+    """
+    first, second = (
+        simulate(params, commands, load_plant(PLANTS / f"{name}.yaml").substeps),
+        simulator.run(commands),
+    )
     assert set(second) == set(first.dtype.names)
     for channel, values in second.items():
         assert np.max(np.abs(first[channel] - values)) <= SENSOR_STEP[channel], channel
@@ -59,8 +64,12 @@ def plant_of(scene: Scene) -> np.ndarray:
     return params
 
 
-def shows(scene: Scene, params: np.ndarray, commands: np.ndarray, readings: np.ndarray, key: str) -> bool:
-    """Whether a reading moves by more than a sensor's step where this knob alone goes back to its default."""
+def shows(
+    scene: Scene, params: np.ndarray, commands: np.ndarray, readings: np.ndarray, key: str
+) -> bool:
+    """Whether a reading moves by more than a sensor's step where this knob alone goes back to its
+    default.
+    """
     other = params.copy()
     write_knob(other, key, float(read_knob(neutral_params(), key)))
     without = simulate(other, commands, load_plant(PLANTS / f"{scene.plant}.yaml").substeps)
@@ -76,7 +85,7 @@ def test_two_simulators_agree_within_a_sensor_step(name):
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
 def test_two_simulators_agree_on_effects_and_laws_within_a_sensor_step(scene):
     params = plant_of(scene)
-    commands = commands_for(scene.plant, params)[:round(scene.seconds / 1e-3)]
+    commands = commands_for(scene.plant, params)[: round(scene.seconds / 1e-3)]
     if scene.prepare:
         scene.prepare(commands)
     simulator = WithEffects(params)
@@ -87,6 +96,12 @@ def test_two_simulators_agree_on_effects_and_laws_within_a_sensor_step(scene):
 
 def test_the_page_says_how_many_effects_two_simulators_are_held_together_on():
     plants = [plant_of(scene) for scene in SCENES.values()]
-    held = {name for name, switches in effects().items() if any(np.any(p[block][row.name] != row.neutral) for p in plants for block, row in switches)}
+    held = {
+        name
+        for name, switches in effects().items()
+        if any(np.any(p[block][row.name] != row.neutral) for p in plants for block, row in switches)
+    }
     said = re.search(r"they switch (\d+) of the (\d+) effects on", PAGE.read_text(encoding="utf-8"))
-    assert (int(said[1]), int(said[2])) == (len(held), len(effects())), sorted(set(effects()) - held)
+    assert (int(said[1]), int(said[2])) == (len(held), len(effects())), sorted(
+        set(effects()) - held
+    )

@@ -1,4 +1,6 @@
-"""Pace on a clock of its own: no drift, missed edges skipped, lateness and busy time as they are."""
+"""Pace on a clock of its own: no drift, missed edges skipped, lateness and busy time as they
+are.
+"""
 
 import random
 

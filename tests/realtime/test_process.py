@@ -12,8 +12,14 @@ from epa_rt.realtime.process import undisturbed
 
 
 def state() -> tuple:
-    return (gc.isenabled(), gc.get_freeze_count(), os.sched_getaffinity(0), os.sched_getscheduler(0),
-            os.sched_getparam(0).sched_priority, sys.getswitchinterval())
+    return (
+        gc.isenabled(),
+        gc.get_freeze_count(),
+        os.sched_getaffinity(0),
+        os.sched_getscheduler(0),
+        os.sched_getparam(0).sched_priority,
+        sys.getswitchinterval(),
+    )
 
 
 class Kernel:
@@ -25,10 +31,16 @@ class Kernel:
         self.mlockall = lambda flags: self.calls.append(("lock", flags)) or locked
         self.munlockall = lambda: self.calls.append(("unlock",))
         monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(self.affinity))
-        monkeypatch.setattr(os, "sched_setaffinity", lambda _, cores: setattr(self, "affinity", cores))
+        monkeypatch.setattr(
+            os, "sched_setaffinity", lambda _, cores: setattr(self, "affinity", cores)
+        )
         monkeypatch.setattr(os, "sched_getscheduler", lambda _: self.scheduler[0])
         monkeypatch.setattr(os, "sched_getparam", lambda _: self.scheduler[1])
-        monkeypatch.setattr(os, "sched_setscheduler", lambda _, policy, param: setattr(self, "scheduler", (policy, param)))
+        monkeypatch.setattr(
+            os,
+            "sched_setscheduler",
+            lambda _, policy, param: setattr(self, "scheduler", (policy, param)),
+        )
 
 
 def test_garbage_collection_rests_inside_and_runs_again_after():
@@ -52,10 +64,18 @@ def test_it_stays_off_where_it_was_off():
 def test_an_error_inside_gives_all_back_as_well(monkeypatch):
     kernel = Kernel(monkeypatch)
     with pytest.raises(RuntimeError), undisturbed(Realtime(priority=42, core=1)) as sentences:
-        assert kernel.affinity == {1} and kernel.scheduler[0] == os.SCHED_FIFO and kernel.scheduler[1].sched_priority == 42
+        assert (
+            kernel.affinity == {1}
+            and kernel.scheduler[0] == os.SCHED_FIFO
+            and kernel.scheduler[1].sched_priority == 42
+        )
         assert sentences[1:] == ["memory locked", "running on core 1", "SCHED_FIFO priority 42"]
         raise RuntimeError
-    assert kernel.affinity == {0, 1} and kernel.scheduler[0] == os.SCHED_BATCH and kernel.calls == [("lock", 3), ("unlock",)]
+    assert (
+        kernel.affinity == {0, 1}
+        and kernel.scheduler[0] == os.SCHED_BATCH
+        and kernel.calls == [("lock", 3), ("unlock",)]
+    )
     assert gc.isenabled()
 
 
@@ -75,8 +95,13 @@ def test_what_is_not_granted_is_said_and_not_undone(monkeypatch):
     monkeypatch.setattr(os, "sched_setscheduler", refuse)
     with undisturbed(Realtime(priority=80, core=1)) as sentences:
         assert sentences[1].startswith("memory not locked (")
-        assert sentences[2:] == ["core 1 not taken (Operation not permitted)",
-                                 "SCHED_FIFO not granted (Operation not permitted): raise 'rtprio' in /etc/security/limits.conf"]
+        assert sentences[2:] == [
+            "core 1 not taken (Operation not permitted)",
+            (
+                "SCHED_FIFO not granted (Operation not permitted): raise 'rtprio' in"
+                " /etc/security/limits.conf"
+            ),
+        ]
     assert kernel.calls == [("lock", 3)]
 
 

@@ -12,8 +12,20 @@ from tests.cli.shell import EXPERIMENTS, RIGS, epa
 @pytest.fixture(scope="module")
 def logs(tmp_path_factory):
     folder = tmp_path_factory.mktemp("replay")
-    for experiment, rig in (("identification_short", "bench"), ("identification_short", "bench_analog"), ("knee_chirp_short", "knee")):
-        done = epa("run", EXPERIMENTS / f"{experiment}.yaml", "--rig", RIGS / f"{rig}.yaml", "-o", folder, "--quiet")
+    for experiment, rig in (
+        ("identification_short", "bench"),
+        ("identification_short", "bench_analog"),
+        ("knee_chirp_short", "knee"),
+    ):
+        done = epa(
+            "run",
+            EXPERIMENTS / f"{experiment}.yaml",
+            "--rig",
+            RIGS / f"{rig}.yaml",
+            "-o",
+            folder,
+            "--quiet",
+        )
         assert done.returncode == 0, done.stdout + done.stderr
     return sorted(folder.glob("*.mcap"))
 
@@ -38,11 +50,25 @@ def test_a_changed_output_is_found_at_its_cycle(logs):
         comparison = Comparison(cycles)
         for i in range(300):
             sent = bytes(cycles.outputs_bytes) if i == 123 else cycles.outputs_raw(i)
-            comparison.sample(cycles.cycle[i], cycles.t_ns[i], cycles.flags[i], cycles.state[i], cycles.phase[i], 0, 0, 0, 0, b"", sent)
+            comparison.sample(
+                cycles.cycle[i],
+                cycles.t_ns[i],
+                cycles.flags[i],
+                cycles.state[i],
+                cycles.phase[i],
+                0,
+                0,
+                0,
+                0,
+                b"",
+                sent,
+            )
     assert comparison.different == 1 and comparison.first[0] == 123
 
 
-def test_other_gains_in_the_log_give_other_bytes_and_name_the_entry(logs, tmp_path, capsys, monkeypatch):
+def test_other_gains_in_the_log_give_other_bytes_and_name_the_entry(
+    logs, tmp_path, capsys, monkeypatch
+):
     from epa_rt.cli import replay
 
     whole = replay.inputs_of_log
@@ -65,7 +91,10 @@ def test_what_is_not_a_log_is_one_sentence(tmp_path, capsys):
 
 
 def test_a_log_that_cannot_be_replayed_does_not_keep_the_next_from_it(logs, tmp_path, capsys):
-    """Made by another version of the code, or with files that no longer read: one sentence each, then on."""
+    """Made by another version of the code, or with files that no longer read: one sentence each,
+    then on.
+    """
+
     def relabelled(name, attachment, change):
         log = tmp_path / f"{name}.mcap"
         with LogReader(logs[0]) as reader:
@@ -75,15 +104,26 @@ def test_a_log_that_cannot_be_replayed_does_not_keep_the_next_from_it(logs, tmp_
             inputs, outputs = reader.raw()
             recorder.open()
             values = [{name: 0.0 for name in group} for group in reader.layout.groups().values()]
-            recorder.sample(0, 0, 1, 0, -1, 0, 0, 0, 0, inputs[0].tobytes(), outputs[0].tobytes(), *values)
+            recorder.sample(
+                0, 0, 1, 0, -1, 0, 0, 0, 0, inputs[0].tobytes(), outputs[0].tobytes(), *values
+            )
             recorder.close("completed", "")
         return log
 
-    mixed = b"experiment: mixed\nloop: motor_speed\nphases:\n  - {name: a, for: 1 s}\n  - {name: b, loop: motor_torque, for: 1 s}\n"
-    broken = [relabelled("old", "rig.yaml", lambda text: text.replace(b"description:", b"descr:")),
-              relabelled("latin", "rig.yaml", lambda text: text.replace(b"description: ", b"description: \xe9")),
-              relabelled("mixed", "experiment.yaml", lambda text: mixed)]
+    mixed = (
+        b"experiment: mixed\nloop: motor_speed\nphases:\n  - {name: a, for: 1 s}\n  - {name: b,"
+        b" loop: motor_torque, for: 1 s}\n"
+    )
+    broken = [
+        relabelled("old", "rig.yaml", lambda text: text.replace(b"description:", b"descr:")),
+        relabelled(
+            "latin", "rig.yaml", lambda text: text.replace(b"description: ", b"description: \xe9")
+        ),
+        relabelled("mixed", "experiment.yaml", lambda text: mixed),
+    ]
     assert main(["replay", *map(str, broken), str(logs[0])]) == 2
     out, err = capsys.readouterr()
-    assert len(err.splitlines()) == 3 and all(log.name in line for log, line in zip(broken, err.splitlines(), strict=True))
+    assert len(err.splitlines()) == 3 and all(
+        log.name in line for log, line in zip(broken, err.splitlines(), strict=True)
+    )
     assert "every output byte identical" in out

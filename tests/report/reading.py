@@ -8,7 +8,9 @@ VOID = {"meta", "br", "hr", "img", "input", "link"}
 
 
 class Page(HTMLParser):
-    """Reads a page whole. ``text`` is without scripts and styles; ``sections`` holds the text of each by id."""
+    """Reads a page whole. ``text`` is without scripts and styles; ``sections`` holds the text of
+    each by id.
+    """
 
     def __init__(self, page: str) -> None:
         super().__init__()
@@ -25,7 +27,11 @@ class Page(HTMLParser):
 
     def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
         given = dict(attributes)
-        self.links += [(tag, given[name] or "") for name in ("src", "href", "action", "data", "poster", "srcset") if name in given]
+        self.links += [
+            (tag, given[name] or "")
+            for name in ("src", "href", "action", "data", "poster", "srcset")
+            if name in given
+        ]
         self.handlers += [name for name in given if name.startswith("on")]
         self.charts += given.get("class") == "chart"
         if tag == "section":

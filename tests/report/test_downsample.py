@@ -24,7 +24,12 @@ def test_never_more_points_than_asked_and_always_in_order(n: int, most: int, see
     values = np.random.default_rng(seed).normal(size=n)
     values[values > 2.0] = np.nan
     chosen = envelope_indices(values, most)
-    assert len(chosen) <= most and np.all(np.diff(chosen) > 0) and chosen[0] == 0 and chosen[-1] == n - 1
+    assert (
+        len(chosen) <= most
+        and np.all(np.diff(chosen) > 0)
+        and chosen[0] == 0
+        and chosen[-1] == n - 1
+    )
 
 
 @given(st.integers(5000, 50_000), st.data())
@@ -56,4 +61,8 @@ def test_numbers_reach_the_page_as_they_are() -> None:
 
     written = array(np.array([1.5, np.nan, -2.25]))
     assert written["dtype"] == "f4"
-    assert np.array_equal(np.frombuffer(base64.b64decode(written["bdata"]), "<f4"), np.array([1.5, np.nan, -2.25], "<f4"), equal_nan=True)
+    assert np.array_equal(
+        np.frombuffer(base64.b64decode(written["bdata"]), "<f4"),
+        np.array([1.5, np.nan, -2.25], "<f4"),
+        equal_nan=True,
+    )

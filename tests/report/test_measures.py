@@ -23,17 +23,25 @@ def changed(run: Run, **columns: np.ndarray) -> Run:
 def test_an_offset_is_found_as_it_is(bench: Run) -> None:
     run = changed(bench, motor_travel_m=bench.signals["ref_motor_travel_m"] + 0.0005)
     found = tracking_of(run, run.trials[0])
-    assert found.rms == pytest.approx(0.0005) and found.peak == pytest.approx(0.0005) and found.bias == pytest.approx(0.0005)
+    assert (
+        found.rms == pytest.approx(0.0005)
+        and found.peak == pytest.approx(0.0005)
+        and found.bias == pytest.approx(0.0005)
+    )
 
 
 def test_invalid_samples_do_not_spoil_the_rest(bench: Run) -> None:
     travel = bench.signals["ref_motor_travel_m"] + 0.0005
     travel[bench.trials[0].begin + 7] = np.nan
-    assert tracking_of(changed(bench, motor_travel_m=travel), bench.trials[0]).rms == pytest.approx(0.0005)
+    assert tracking_of(changed(bench, motor_travel_m=travel), bench.trials[0]).rms == pytest.approx(
+        0.0005
+    )
 
 
 @pytest.mark.parametrize("ratio, lag_deg", [(1.0, 0.0), (0.8, 10.0), (1.2, -5.0)])
-def test_amplitude_and_lag_of_each_period_are_found(knee: Run, ratio: float, lag_deg: float) -> None:
+def test_amplitude_and_lag_of_each_period_are_found(
+    knee: Run, ratio: float, lag_deg: float
+) -> None:
     trial = knee.trials[0]
     planned, lag = trial.phase.motion.planned, np.radians(lag_deg)
     t_s = np.arange(trial.end - trial.begin) * knee.period_s
@@ -64,10 +72,15 @@ def test_drift_is_told_apart_from_motion(bench: Run) -> None:
 
 def test_pressure_counts_only_from_the_last_switching_on(bench: Run) -> None:
     trial = bench.trials[0]
-    pressure, inlet = bench.signals["muscle_pressure_pa"].copy(), bench.signals["cmd_muscle_inlet_open"].copy()
+    pressure, inlet = (
+        bench.signals["muscle_pressure_pa"].copy(),
+        bench.signals["cmd_muscle_inlet_open"].copy(),
+    )
     pressure[: trial.begin - 100], pressure[trial.begin - 100 : trial.begin] = 1e5, 5e5
     inlet[trial.begin - 101] = 1.0
-    found = trial_pressures(changed(bench, muscle_pressure_pa=pressure, cmd_muscle_inlet_open=inlet), trial)[0]
+    found = trial_pressures(
+        changed(bench, muscle_pressure_pa=pressure, cmd_muscle_inlet_open=inlet), trial
+    )[0]
     assert found.start_pa == pytest.approx(5e5)
 
 
@@ -82,7 +95,9 @@ def test_a_switching_in_a_trial_is_counted_there(bench: Run) -> None:
 def test_lateness_quantiles_are_values_that_occurred(bench: Run) -> None:
     lateness = np.zeros(10_000, np.int64)
     lateness[:100], lateness[:5] = 50_000, 900_000
-    cycle = {name: column[:10_000] for name, column in bench.cycle.items()} | {"lateness_ns": lateness}
+    cycle = {name: column[:10_000] for name, column in bench.cycle.items()} | {
+        "lateness_ns": lateness
+    }
     found = timing_of(dataclasses.replace(bench, cycle=cycle))
     assert found.lateness_ns == {"p50": 0, "p99": 0, "p99.9": 50_000, "max": 900_000}
     assert found.lateness_counts.sum() == 10_000

@@ -31,20 +31,49 @@ def knee_page(knee: Run) -> Page:
 def trial_columns(log: Path, trial: int) -> dict[str, np.ndarray]:
     """The columns of one trial, cut out by the events and nothing of the report's own."""
     with LogReader(log) as reader:
-        starts = [e for e in reader.events() if e.kind == "phase_start" and e.data["trial_index"] == trial]
-        end = next(e for e in reader.events() if e.kind == "phase_end" and e.data["index"] == starts[0].data["index"])
+        starts = [
+            e for e in reader.events() if e.kind == "phase_start" and e.data["trial_index"] == trial
+        ]
+        end = next(
+            e
+            for e in reader.events()
+            if e.kind == "phase_end" and e.data["index"] == starts[0].data["index"]
+        )
         tables = reader.tables({"/measured": None, "/reference": None, "/command": None})
         begin = starts[0].data["cycle"]
-        columns = {name: column[begin : end.data["cycle"]] for table in tables.values() for name, column in table.items()}
-        before = tables["/measured"]["muscle_pressure_pa" if "muscle_pressure_pa" in tables["/measured"] else "spam_pressure_pa"]
+        columns = {
+            name: column[begin : end.data["cycle"]]
+            for table in tables.values()
+            for name, column in table.items()
+        }
+        before = tables["/measured"][
+            (
+                "muscle_pressure_pa"
+                if "muscle_pressure_pa" in tables["/measured"]
+                else "spam_pressure_pa"
+            )
+        ]
         return columns | {"before": before[begin - 500 : begin]}
 
 
-def test_every_element_is_closed_and_every_section_is_there(bench_page: Page, knee_page: Page) -> None:
+def test_every_element_is_closed_and_every_section_is_there(
+    bench_page: Page, knee_page: Page
+) -> None:
     for page in (bench_page, knee_page):
         assert not page.open
-        assert list(page.sections)[1:] == ["asked", "happened", "tracking", "pressures", "loops", "valves", "energy", "timing", "health",
-                                           "events", "provenance"]
+        assert list(page.sections)[1:] == [
+            "asked",
+            "happened",
+            "tracking",
+            "pressures",
+            "loops",
+            "valves",
+            "energy",
+            "timing",
+            "health",
+            "events",
+            "provenance",
+        ]
         assert "Not shown" not in "".join(page.sections.values())
 
 
@@ -75,7 +104,9 @@ def test_knee_tracking_is_in_degrees(knee_log: Path, knee_page: Page) -> None:
     assert (row[1], row[2]) == ("knee angle", f"{np.sqrt(np.mean(error_deg**2)):.3f} deg")
 
 
-def test_pressures_are_those_before_the_trial_in_the_kind_of_the_file(bench_log: Path, bench_page: Page) -> None:
+def test_pressures_are_those_before_the_trial_in_the_kind_of_the_file(
+    bench_log: Path, bench_page: Page
+) -> None:
     for trial, target in ((0, 460.0), (1, 640.0)):
         start_pa = trial_columns(bench_log, trial)["before"].mean()
         row = bench_page.table_row("pressures", f"{trial + 1} (p0")
@@ -136,13 +167,18 @@ def test_a_tripped_run_shows_its_cause_before_anything_else(tripped_log: Path) -
 
 def test_a_cut_log_gives_a_page_that_says_what_is_missing(cut_log: Path) -> None:
     page = Page(run_page(load_run(cut_log)))
-    assert "the log is not whole" in page.sections[""] and "the file was cut at byte" in page.sections[""]
+    assert (
+        "the log is not whole" in page.sections[""]
+        and "the file was cut at byte" in page.sections[""]
+    )
     assert "1 of 2 begun" in page.sections[""] and "cut short" not in page.sections[""]
     assert "p0 = 460 kPa gauge" in page.sections["tracking"]
 
 
 @pytest.mark.parametrize("share", [0.01, 0.02, 0.05, 0.1, 0.3, 0.9])
-def test_a_log_cut_anywhere_after_its_head_gives_a_page(bench_log: Path, tmp_path: Path, share: float) -> None:
+def test_a_log_cut_anywhere_after_its_head_gives_a_page(
+    bench_log: Path, tmp_path: Path, share: float
+) -> None:
     data = bench_log.read_bytes()
     path = tmp_path / "cut.mcap"
     path.write_bytes(data[: int(share * len(data))])
@@ -151,12 +187,34 @@ def test_a_log_cut_anywhere_after_its_head_gives_a_page(bench_log: Path, tmp_pat
 
 def test_hostile_text_stays_text(bench: Run) -> None:
     run = dataclasses.replace(
-        bench, name=HOSTILE, cause=HOSTILE, outcome=HOSTILE, missing=[HOSTILE],
+        bench,
+        name=HOSTILE,
+        cause=HOSTILE,
+        outcome=HOSTILE,
+        missing=[HOSTILE],
         events=[Event(5, 6_000_000, "trip", HOSTILE, {"signal": HOSTILE}), *bench.events],
-        layout=dataclasses.replace(bench.layout, phases=tuple(HOSTILE for _ in bench.layout.phases), states=tuple(HOSTILE for _ in bench.layout.states)),
-        metadata=bench.metadata | {"run": {"experiment": HOSTILE, "rig": HOSTILE, "plant": HOSTILE, "seed": HOSTILE, "speed": HOSTILE}},
-        attachments=bench.attachments | {HOSTILE: b"x", "version.json": b'{"package": "</script><script>alert(1)</script>"}',
-                                         "plant.yaml": HOSTILE.encode()})
+        layout=dataclasses.replace(
+            bench.layout,
+            phases=tuple(HOSTILE for _ in bench.layout.phases),
+            states=tuple(HOSTILE for _ in bench.layout.states),
+        ),
+        metadata=bench.metadata
+        | {
+            "run": {
+                "experiment": HOSTILE,
+                "rig": HOSTILE,
+                "plant": HOSTILE,
+                "seed": HOSTILE,
+                "speed": HOSTILE,
+            }
+        },
+        attachments=bench.attachments
+        | {
+            HOSTILE: b"x",
+            "version.json": b'{"package": "</script><script>alert(1)</script>"}',
+            "plant.yaml": HOSTILE.encode(),
+        },
+    )
     text = run_page(run)
     page = Page(text)
     assert not page.handlers and all(target.startswith("#") for _, target in page.links)
@@ -169,15 +227,37 @@ def test_no_text_in_a_picture_ends_its_script() -> None:
     assert markup.count("</script>") == 1 and "<img" not in markup
 
 
-@pytest.mark.parametrize("outcome, words", [("died", "✕ died"), ("failed", "✕ failed"), ("stopped", "◼ stopped"), ("unknown", "? not known")])
-def test_every_outcome_is_said_in_words_with_its_cause(bench: Run, outcome: str, words: str) -> None:
-    head = Page(run_page(dataclasses.replace(bench, outcome=outcome, cause="a cause of its own"))).sections[""]
+@pytest.mark.parametrize(
+    "outcome, words",
+    [
+        ("died", "✕ died"),
+        ("failed", "✕ failed"),
+        ("stopped", "◼ stopped"),
+        ("unknown", "? not known"),
+    ],
+)
+def test_every_outcome_is_said_in_words_with_its_cause(
+    bench: Run, outcome: str, words: str
+) -> None:
+    head = Page(
+        run_page(dataclasses.replace(bench, outcome=outcome, cause="a cause of its own"))
+    ).sections[""]
     assert words in head and "a cause of its own" in head
 
 
 def test_a_description_with_markup_stays_text(bench: Run) -> None:
-    text = bench.attachments["experiment.yaml"].decode().replace("description: ", "description: <b onclick=x>bold</b> ")
-    page = Page(run_page(dataclasses.replace(bench, attachments=bench.attachments | {"experiment.yaml": text.encode()})))
+    text = (
+        bench.attachments["experiment.yaml"]
+        .decode()
+        .replace("description: ", "description: <b onclick=x>bold</b> ")
+    )
+    page = Page(
+        run_page(
+            dataclasses.replace(
+                bench, attachments=bench.attachments | {"experiment.yaml": text.encode()}
+            )
+        )
+    )
     assert "<b onclick=x>bold</b>" in page.sections[""] and not page.handlers
 
 
@@ -190,6 +270,8 @@ def test_a_log_that_lacks_a_file_still_gives_a_page(bench: Run, lacking: str) ->
 
 
 def test_signals_that_are_gone_are_named(bench: Run) -> None:
-    signals = {name: values for name, values in bench.signals.items() if name != "muscle_pressure_pa"}
+    signals = {
+        name: values for name, values in bench.signals.items() if name != "muscle_pressure_pa"
+    }
     page = Page(run_page(dataclasses.replace(bench, signals=signals)))
     assert "Not shown: the log has no signal muscle_pressure_pa." in page.sections["pressures"]

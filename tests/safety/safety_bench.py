@@ -26,7 +26,9 @@ def edited(name: str, *edits: tuple[str, str]) -> Rig:
 
 
 class Bench:
-    """An envelope with sound measured signals and a command at rest; ``check`` changes either for one cycle."""
+    """An envelope with sound measured signals and a command at rest; ``check`` changes either for
+    one cycle.
+    """
 
     def __init__(self, on: Rig | str = "bench"):
         self.rig = rig(on) if isinstance(on, str) else on
@@ -39,9 +41,23 @@ class Bench:
         self.command = dict(self.safe)
         self.cycle = -1
 
-    def check(self, measured: dict | None = None, command: dict | None = None, bus_ok: bool = True, invalid: int = 0, stale: int = 0) -> dict:
+    def check(
+        self,
+        measured: dict | None = None,
+        command: dict | None = None,
+        bus_ok: bool = True,
+        invalid: int = 0,
+        stale: int = 0,
+    ) -> dict:
         self.cycle += 1
-        return self.envelope.check(self.cycle, bus_ok, self.measured | (measured or {}), invalid, stale, self.command | (command or {}))
+        return self.envelope.check(
+            self.cycle,
+            bus_ok,
+            self.measured | (measured or {}),
+            invalid,
+            stale,
+            self.command | (command or {}),
+        )
 
     @property
     def trip(self):
@@ -74,9 +90,13 @@ def assert_may_leave(on: Rig, before: dict, out: dict, powered_before: bool) -> 
             assert value in (0.0, 1.0)
         else:
             assert row.limits[0] <= value <= row.limits[1], row.name
-            follows = row.name == on.motor.position_target and not (is_powered(on, out) and mode_of(on, out) in (None, 8))
+            follows = row.name == on.motor.position_target and not (
+                is_powered(on, out) and mode_of(on, out) in (None, 8)
+            )
             if row.slew and not follows:
-                assert abs(value - before[row.name]) <= row.slew * on.period_s * (1 + 1e-9) + 1e-15, row.name
+                assert (
+                    abs(value - before[row.name]) <= row.slew * on.period_s * (1 + 1e-9) + 1e-15
+                ), row.name
     for muscle in on.muscles:
         assert not (out[muscle.inlet] and out[muscle.exhaust])
     if powered_before and is_powered(on, out):
@@ -84,7 +104,11 @@ def assert_may_leave(on: Rig, before: dict, out: dict, powered_before: bool) -> 
 
 
 def is_powered(on: Rig, out: dict) -> bool:
-    return out[on.drive.enable] == 1.0 if on.drive.interface == "analog" else out[on.drive.control_word] == 0x0F
+    return (
+        out[on.drive.enable] == 1.0
+        if on.drive.interface == "analog"
+        else out[on.drive.control_word] == 0x0F
+    )
 
 
 def mode_of(on: Rig, out: dict) -> float | None:

@@ -26,14 +26,20 @@ def test_a_jump_trips_beyond_what_the_limit_of_speed_allows_and_not_at_it(sign):
         refusal = moved(check, 0.01 + sign * step, 0.0)
         assert (refusal is not None) == trips
         if trips:
-            assert refusal == ("position jump", "motor_travel_m", f"motor_travel_m jumped by {sign * step:.4g} in 1 ms")
+            assert refusal == (
+                "position jump",
+                "motor_travel_m",
+                f"motor_travel_m jumped by {sign * step:.4g} in 1 ms",
+            )
 
 
 def test_the_first_position_is_no_jump_wherever_it_stands():
     assert moved(MotionCheck(rig("bench")), 123.0, 0.0) is None
 
 
-@pytest.mark.parametrize(("travel_per_cycle", "speed"), [(0.0, 0.05), (0.05e-3, 0.0), (-0.05e-3, 0.05)])
+@pytest.mark.parametrize(
+    ("travel_per_cycle", "speed"), [(0.0, 0.05), (0.05e-3, 0.0), (-0.05e-3, 0.05)]
+)
 def test_a_position_or_a_speed_that_stands_trips_after_what_the_law_says(travel_per_cycle, speed):
     check, travel, apart = MotionCheck(rig("bench")), 0.0, 0.0
     moved(check, 0.0, 0.0)
@@ -42,7 +48,11 @@ def test_a_position_or_a_speed_that_stands_trips_after_what_the_law_says(travel_
         apart = (1.0 - STEP_S / FORGET_S) * apart + travel_per_cycle - speed * STEP_S
         refusal = moved(check, travel, speed)
         if abs(apart) > APART_S * FASTEST:
-            assert refusal == ("contradiction", "motor_travel_m", f"motor_travel_m and motor_speed_m_s contradict each other by {apart:.4g}")
+            assert refusal == (
+                "contradiction",
+                "motor_travel_m",
+                f"motor_travel_m and motor_speed_m_s contradict each other by {apart:.4g}",
+            )
             return
         assert refusal is None
     raise AssertionError("it never tripped")
@@ -71,7 +81,9 @@ def test_lost_cycles_only_let_the_time_go_on():
     moved(check, 0.0, 0.0, bus_ok=False)
     refusal = moved(check, 1.5e-3, 0.0)
     assert refusal[0] == "position jump" and refusal[2].endswith("in 2 ms")
-    assert moved(check, 1.5e-3, 0.0)[0] == "contradiction"  # the jump is remembered, the time begins anew
+    assert (
+        moved(check, 1.5e-3, 0.0)[0] == "contradiction"
+    )  # the jump is remembered, the time begins anew
 
 
 def test_nan_is_refused():
@@ -84,7 +96,10 @@ def test_nan_is_refused():
 
 
 def test_without_a_speed_row_or_its_limits_it_is_silent():
-    for on in (edited("bench", ("  speed: motor_speed_m_s\n", "")), edited("bench", ("    limits: [-150 mm/s, 150 mm/s]\n", ""))):
+    for on in (
+        edited("bench", ("  speed: motor_speed_m_s\n", "")),
+        edited("bench", ("    limits: [-150 mm/s, 150 mm/s]\n", "")),
+    ):
         check = MotionCheck(on)
         assert moved(check, 0.0, 0.0) is None and moved(check, 5.0, 0.0) is None
 
@@ -119,7 +134,9 @@ def test_a_late_cycle_may_find_the_motor_further_on():
     check = MotionCheck(rig("bench"))
     measured = {"motor_travel_m": 0.0, "motor_speed_m_s": 0.1}
     assert check.step(measured, True, 1_000_000) is None
-    assert check.step(measured | {"motor_travel_m": 0.4e-3}, True, 5_000_000) is None  # 4 ms late at 0.1 m/s
+    assert (
+        check.step(measured | {"motor_travel_m": 0.4e-3}, True, 5_000_000) is None
+    )  # 4 ms late at 0.1 m/s
     refusal = check.step(measured | {"motor_travel_m": 0.8e-3}, True, 6_000_000)
     assert refusal == ("position jump", "motor_travel_m", "motor_travel_m jumped by 0.0004 in 1 ms")
     again = MotionCheck(rig("bench"))

@@ -12,14 +12,37 @@ ROOT = Path(__file__).resolve().parents[2]
 def test_every_branch_of_safety_is_taken(tmp_path):
     environment = os.environ | {"COVERAGE_FILE": str(tmp_path / "coverage")}
     coverage = [sys.executable, "-m", "coverage"]
-    ignored = [f"--ignore={ROOT / 'tests/safety' / name}" for name in ("test_coverage.py", "test_mutants.py", "test_nothing_forbidden_leaves.py")]
-    run = [*coverage, "run", "--branch", f"--source={ROOT / 'epa_rt/safety'}", "-m", "pytest", str(ROOT / "tests/safety"), *ignored]
+    ignored = [
+        f"--ignore={ROOT / 'tests/safety' / name}"
+        for name in ("test_coverage.py", "test_mutants.py", "test_nothing_forbidden_leaves.py")
+    ]
+    run = [
+        *coverage,
+        "run",
+        "--branch",
+        f"--source={ROOT / 'epa_rt/safety'}",
+        "-m",
+        "pytest",
+        str(ROOT / "tests/safety"),
+        *ignored,
+    ]
     tests = subprocess.run(run, cwd=ROOT, env=environment, capture_output=True, text=True)
     assert tests.returncode == 0, tests.stdout[-3000:] + tests.stderr
     report = tmp_path / "coverage.json"
-    subprocess.run([*coverage, "json", "-q", "-o", str(report)], cwd=ROOT, env=environment, check=True)
+    subprocess.run(
+        [*coverage, "json", "-q", "-o", str(report)], cwd=ROOT, env=environment, check=True
+    )
     files = json.loads(report.read_text())["files"]
-    assert {Path(name).name for name in files} >= {"commands.py", "envelope.py", "thermal.py", "trip.py"}
+    assert {Path(name).name for name in files} >= {
+        "commands.py",
+        "envelope.py",
+        "thermal.py",
+        "trip.py",
+    }
     for name, found in files.items():
-        assert found["summary"]["percent_covered"] == 100.0, (name, found["missing_lines"], found["missing_branches"])
+        assert found["summary"]["percent_covered"] == 100.0, (
+            name,
+            found["missing_lines"],
+            found["missing_branches"],
+        )
         assert found["summary"]["num_partial_branches"] == 0

@@ -1,4 +1,5 @@
-"""The table of mutants that no test notices is the one of the present code, and a few mutants are killed anew.
+"""The table of mutants that no test notices is the one of the present code, and a few mutants are
+killed anew.
 
 The full run is a command of its own: python scripts/mutate_safety.py
 """
@@ -16,13 +17,21 @@ SCRIPT = ROOT / "scripts" / "mutate_safety.py"
 
 @pytest.fixture(scope="module")
 def keys() -> list[str]:
-    found = subprocess.run([sys.executable, str(SCRIPT), "--list"], capture_output=True, text=True, check=True)
+    found = subprocess.run(
+        [sys.executable, str(SCRIPT), "--list"], capture_output=True, text=True, check=True
+    )
     return found.stdout.splitlines()
 
 
 def test_there_are_many_mutants_and_each_has_its_own_key(keys):
     assert len(keys) > 600 and len(set(keys)) == len(keys)
-    for path in ("safety/commands.py", "safety/envelope.py", "safety/thermal.py", "safety/trip.py", "signals/codec.py"):
+    for path in (
+        "safety/commands.py",
+        "safety/envelope.py",
+        "safety/thermal.py",
+        "safety/trip.py",
+        "signals/codec.py",
+    ):
         assert sum(key.startswith(f"epa_rt/{path}: ") for key in keys) > 15
 
 
@@ -31,7 +40,9 @@ def test_the_page_is_of_the_present_code(keys):
 
     reasons = yaml.safe_load((ROOT / "scripts/safety_mutants.yaml").read_text(encoding="utf-8"))
     page = (ROOT / "docs/safety-mutants.md").read_text(encoding="utf-8")
-    assert f"{len(keys)} mutants, {len(keys) - len(reasons)} killed, {len(reasons)} left" in page, "run scripts/mutate_safety.py again"
+    assert f"{len(keys)} mutants, {len(keys) - len(reasons)} killed, {len(reasons)} left" in page, (
+        "run scripts/mutate_safety.py again"
+    )
     for key, reason in reasons.items():
         assert key in keys, f"explained, but no longer there: {key}"
         assert key in page and reason.strip() in page
@@ -40,6 +51,8 @@ def test_the_page_is_of_the_present_code(keys):
 
 @pytest.mark.parametrize("few", [2, pytest.param(20, marks=pytest.mark.slow)])
 def test_a_few_mutants_are_killed_or_explained(few):
-    found = subprocess.run([sys.executable, str(SCRIPT), "--sample", str(few)], capture_output=True, text=True)
+    found = subprocess.run(
+        [sys.executable, str(SCRIPT), "--sample", str(few)], capture_output=True, text=True
+    )
     answer = json.loads(found.stdout)
     assert answer["unexplained"] == [] and answer["mutants"] == few and found.returncode == 0

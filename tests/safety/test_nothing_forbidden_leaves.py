@@ -7,7 +7,27 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from safety_bench import NAMES, Bench, assert_may_leave, is_powered, rig
 
-ODD = [math.nan, math.inf, -math.inf, -0.0, 0.0, 1.0, 1e308, -1e308, 5e-324, 10**400, -(10**400), True, False, 2, 15, 0x0F, 8, 9, 0x10]
+ODD = [
+    math.nan,
+    math.inf,
+    -math.inf,
+    -0.0,
+    0.0,
+    1.0,
+    1e308,
+    -1e308,
+    5e-324,
+    10**400,
+    -(10**400),
+    True,
+    False,
+    2,
+    15,
+    0x0F,
+    8,
+    9,
+    0x10,
+]
 anything = st.one_of(st.sampled_from(ODD), st.floats(), st.floats(-1.0, 1.0), st.integers())
 
 
@@ -31,10 +51,16 @@ def changes(rows, most: int) -> st.SearchStrategy:
 
 def measurements(rows) -> st.SearchStrategy:
     """Measured signals are floats, whatever they say; most often they are sound."""
-    odd = st.one_of(st.sampled_from([math.nan, math.inf, -math.inf, -0.0, 1e308, 5e-324]), st.floats())
-    one = st.sampled_from(rows).flatmap(lambda row: st.tuples(st.just(row.name), st.floats(*(row.limits or (-1.0, 1.0)))))
+    odd = st.one_of(
+        st.sampled_from([math.nan, math.inf, -math.inf, -0.0, 1e308, 5e-324]), st.floats()
+    )
+    one = st.sampled_from(rows).flatmap(
+        lambda row: st.tuples(st.just(row.name), st.floats(*(row.limits or (-1.0, 1.0))))
+    )
     strange = st.tuples(st.sampled_from([row.name for row in rows]), odd)
-    return st.integers(0, 14).flatmap(lambda n: st.lists(one if n else strange, max_size=2).map(dict))
+    return st.integers(0, 14).flatmap(
+        lambda n: st.lists(one if n else strange, max_size=2).map(dict)
+    )
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -50,8 +76,12 @@ def test_no_sequence_lets_anything_forbidden_out(name, mode, data):
     before, powered = dict(bench.gate.outputs), mode is not None
     for _ in range(data.draw(st.integers(1, 12))):
         was = bench.trip
-        health = data.draw(st.sampled_from([{}] * 40 + [{"bus_ok": False}] * 8 + [{"invalid": 1}, {"stale": 2}]))
-        out = bench.check(data.draw(measurements(on.inputs)), data.draw(changes(on.outputs, 3)), **health)
+        health = data.draw(
+            st.sampled_from([{}] * 40 + [{"bus_ok": False}] * 8 + [{"invalid": 1}, {"stale": 2}])
+        )
+        out = bench.check(
+            data.draw(measurements(on.inputs)), data.draw(changes(on.outputs, 3)), **health
+        )
         if was is not None:
             assert bench.trip is was
         if bench.trip is not None:
@@ -70,8 +100,12 @@ def test_after_any_trip_only_safe_values_for_ever(name, data):
     bench.envelope.trip("valve", "x", "stuck", 7)
     first = bench.trip
     for _ in range(data.draw(st.integers(1, 6))):
-        out = bench.check(data.draw(measurements(bench.rig.inputs)), data.draw(changes(bench.rig.outputs, 7)),
-                          bus_ok=data.draw(st.booleans()), invalid=data.draw(st.integers(0, 3)))
+        out = bench.check(
+            data.draw(measurements(bench.rig.inputs)),
+            data.draw(changes(bench.rig.outputs, 7)),
+            bus_ok=data.draw(st.booleans()),
+            invalid=data.draw(st.integers(0, 3)),
+        )
         assert out == bench.safe and bench.trip is first
         bench.envelope.trip("another", "y", "later", 8)
         assert bench.trip is first

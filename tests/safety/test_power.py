@@ -32,7 +32,10 @@ def test_a_position_target_away_from_the_rig_is_a_jump(side):
         assert (bench.trip is not None) == trips, distance
         if trips:
             assert out == bench.safe and bench.trip[:2] == ("jump at enable", TRAVEL)
-            assert bench.trip.text == f"{TRAVEL} stands {distance:.4g} from motor_travel_m when power comes on"
+            assert (
+                bench.trip.text
+                == f"{TRAVEL} stands {distance:.4g} from motor_travel_m when power comes on"
+            )
 
 
 def test_exactly_as_far_as_allowed_is_allowed():
@@ -45,8 +48,14 @@ def test_exactly_as_far_as_allowed_is_allowed():
 def test_an_output_that_lags_behind_its_target_is_a_jump_too():
     bench = Bench()
     bench.check(command={TRAVEL: 0.030})  # follows at once, unpowered
-    out = bench.check({"motor_travel_m": 0.0}, ON | {TRAVEL: 0.0})  # the target is right, but slew holds the output back
-    assert out == bench.safe and bench.trip.cause == "jump at enable" and "stands 0.02985" in bench.trip.text
+    out = bench.check(
+        {"motor_travel_m": 0.0}, ON | {TRAVEL: 0.0}
+    )  # the target is right, but slew holds the output back
+    assert (
+        out == bench.safe
+        and bench.trip.cause == "jump at enable"
+        and "stands 0.02985" in bench.trip.text
+    )
 
 
 @pytest.mark.parametrize("mode", [8, 9, 10])
@@ -85,7 +94,10 @@ def test_an_analog_drive_is_enabled_at_rest():
 def test_power_in_no_mode_is_refused():
     bench = Bench()
     assert bench.check(command={CONTROL: 0x0F, MODE: 0}) == bench.safe
-    assert bench.trip[:2] == ("bad command", MODE) and bench.trip.text == f"{MODE} = 0 when power comes on, expected a mode"
+    assert (
+        bench.trip[:2] == ("bad command", MODE)
+        and bench.trip.text == f"{MODE} = 0 when power comes on, expected a mode"
+    )
 
 
 @pytest.mark.parametrize(("before", "after"), [(8, 9), (9, 8), (9, 10), (10, 8), (8, 0), (10, 0)])
@@ -120,21 +132,43 @@ def test_power_that_comes_on_again_is_checked_again():
 
 def test_a_position_that_is_no_number_cannot_be_enabled_at():
     bench = Bench()
-    refusal = bench.gate.pass_through(bench.measured | {"motor_travel_m": math.nan}, bench.command | ON)
+    refusal = bench.gate.pass_through(
+        bench.measured | {"motor_travel_m": math.nan}, bench.command | ON
+    )
     assert refusal[0] == "jump at enable"
 
 
-@pytest.mark.parametrize("power", [{}, {MODE: 8}, {CONTROL: 0x07, MODE: 8}, {CONTROL: 0x0F, MODE: 9}, {CONTROL: 0x0F, MODE: 10}])
+@pytest.mark.parametrize(
+    "power",
+    [{}, {MODE: 8}, {CONTROL: 0x07, MODE: 8}, {CONTROL: 0x0F, MODE: 9}, {CONTROL: 0x0F, MODE: 10}],
+)
 def test_where_the_drive_does_not_listen_the_target_follows_however_fast(power):
     bench = Bench()
     bench.check(command=power)
-    for travel in (0.00022, 0.00044, 0.00066):  # faster than the target's slew, not too fast for a motor
-        out = bench.check({"motor_travel_m": travel, "motor_speed_m_s": 0.15}, power | {TRAVEL: travel})
+    for travel in (
+        0.00022,
+        0.00044,
+        0.00066,
+    ):  # faster than the target's slew, not too fast for a motor
+        out = bench.check(
+            {"motor_travel_m": travel, "motor_speed_m_s": 0.15}, power | {TRAVEL: travel}
+        )
         assert out[TRAVEL] == travel
     assert bench.gate.slewed[TRAVEL] == bench.gate.clamped[TRAVEL] == 0
 
 
-@pytest.mark.parametrize(("value", "sent"), [(0.05, 0.031), (-0.05, -0.010), (math.inf, 0.031), (-math.inf, -0.010), (0.031, 0.031), (-0.010, -0.010), (10**400, 0.031)])
+@pytest.mark.parametrize(
+    ("value", "sent"),
+    [
+        (0.05, 0.031),
+        (-0.05, -0.010),
+        (math.inf, 0.031),
+        (-math.inf, -0.010),
+        (0.031, 0.031),
+        (-0.010, -0.010),
+        (10**400, 0.031),
+    ],
+)
 def test_a_target_that_follows_stays_within_its_limits(value, sent):
     bench = Bench()
     assert bench.check(command={TRAVEL: value})[TRAVEL] == sent and bench.trip is None
@@ -145,11 +179,15 @@ def test_a_drive_without_a_position_target_needs_none():
     on = edited("bench", ("  position_target: cmd_motor_travel_m\n", ""))
     bench = Bench(on).power_on(9)
     assert bench.gate.jump_si == 0.0
-    assert bench.check(command={TRAVEL: 0.03})[TRAVEL] == pytest.approx(0.00015)  # an ordinary row, slewed
+    assert bench.check(command={TRAVEL: 0.03})[TRAVEL] == pytest.approx(
+        0.00015
+    )  # an ordinary row, slewed
 
 
 def test_a_drive_without_speed_and_torque_needs_none():
-    on = edited("bench", ("  speed_target: cmd_motor_speed_m_s\n  torque_target: cmd_motor_torque_nm\n", ""))
+    on = edited(
+        "bench", ("  speed_target: cmd_motor_speed_m_s\n  torque_target: cmd_motor_torque_nm\n", "")
+    )
     bench = Bench(on)
     bench.check(command=ON | {SPEED: 0.002})
     assert bench.trip is None

@@ -10,7 +10,13 @@ from safety_bench import Bench, edited
 from epa_rt.safety.thermal import ThermalLimit
 
 
-@given(st.floats(0.1, 50.0), st.floats(0.01, 100.0), st.floats(1e-4, 1.0), st.floats(0.0, 60.0), st.integers(1, 300))
+@given(
+    st.floats(0.1, 50.0),
+    st.floats(0.01, 100.0),
+    st.floats(1e-4, 1.0),
+    st.floats(0.0, 60.0),
+    st.integers(1, 300),
+)
 def test_heat_of_a_held_current_is_the_closed_form(continuous, tau, period, current, cycles):
     limit = ThermalLimit(continuous, tau, period)
     for n in range(1, cycles + 1):
@@ -58,12 +64,20 @@ def test_the_envelope_trips_when_the_winding_is_hot():
         assert bench.trip is None, n
         out = bench.check({"motor_current_a": -8.0})
     assert out == bench.safe and bench.trip.cycle == expected - 1
-    assert str(bench.trip) == "motor overload: i\u00b2t of motor_current_a passed its limit (heat 1.00)"
+    assert (
+        str(bench.trip)
+        == "motor overload: i\u00b2t of motor_current_a passed its limit (heat 1.00)"
+    )
     assert bench.trip.signal == "motor_current_a"
 
 
 def test_a_rig_without_i2t_lets_the_current_flow():
-    bench = Bench(edited("bench", ("  i2t: {current: motor_current_a, continuous: 4.06 A, time_constant: 3.96 s}\n", "")))
+    bench = Bench(
+        edited(
+            "bench",
+            ("  i2t: {current: motor_current_a, continuous: 4.06 A, time_constant: 3.96 s}\n", ""),
+        )
+    )
     for _ in range(5000):
         bench.check({"motor_current_a": 8.9})
     assert bench.trip is None

@@ -1,4 +1,6 @@
-"""Hypothesis as every folder of these tests wants it: no wall clock, the same examples each time."""
+"""Hypothesis as every folder of these tests wants it: no wall clock, the same examples each
+time.
+"""
 
 import os
 

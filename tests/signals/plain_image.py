@@ -1,4 +1,6 @@
-"""The process image read and written bit by bit, from the terminals' manuals; shares no code with epa_rt.signals."""
+"""The process image read and written bit by bit, from the terminals' manuals; shares no code with
+epa_rt.signals.
+"""
 
 from functools import cache
 from pathlib import Path
@@ -10,15 +12,34 @@ NAMES = ("bench", "bench_analog", "knee", "mass")
 
 # entry, bits, signed; bus order of a terminal's own process data
 OUT = {
-    "EK1100": [], "EL3004": [], "EL2124": [(f"ch{n}", 1, False) for n in (1, 2, 3, 4)],
+    "EK1100": [],
+    "EL3004": [],
+    "EL2124": [(f"ch{n}", 1, False) for n in (1, 2, 3, 4)],
     "EL4034": [(f"ch{n}", 16, True) for n in (1, 2, 3, 4)],
-    "EPOS4": [("control_word", 16, False), ("mode", 8, True), ("target_position", 32, True), ("target_speed", 32, True), ("target_torque", 16, True)],
+    "EPOS4": [
+        ("control_word", 16, False),
+        ("mode", 8, True),
+        ("target_position", 32, True),
+        ("target_speed", 32, True),
+        ("target_torque", 16, True),
+    ],
 }
 IN = {
-    "EK1100": [], "EL2124": [], "EL4034": [],
-    "EL3004": [e for n in (1, 2, 3, 4) for e in ((f"ch{n}_status", 16, False), (f"ch{n}", 16, True))],
-    "EPOS4": [("status_word", 16, False), ("mode_display", 8, True), ("position", 32, True), ("speed", 32, True), ("torque", 16, True),
-              ("current", 32, True), ("error_code", 16, False)],
+    "EK1100": [],
+    "EL2124": [],
+    "EL4034": [],
+    "EL3004": [
+        e for n in (1, 2, 3, 4) for e in ((f"ch{n}_status", 16, False), (f"ch{n}", 16, True))
+    ],
+    "EPOS4": [
+        ("status_word", 16, False),
+        ("mode_display", 8, True),
+        ("position", 32, True),
+        ("speed", 32, True),
+        ("torque", 16, True),
+        ("current", 32, True),
+        ("error_code", 16, False),
+    ],
 }
 
 

@@ -26,7 +26,9 @@ class Bench:
         self.set("analog_in.ch1", volt=2.0)
         self.set("analog_in.ch2", volt=1.0)
 
-    def set(self, entry: str, volt: float | None = None, counts: int = 0, status: int | None = None) -> "Bench":
+    def set(
+        self, entry: str, volt: float | None = None, counts: int = 0, status: int | None = None
+    ) -> "Bench":
         put(self.image, self.places[entry], counts if volt is None else round(volt * V))
         if status is not None:
             put(self.image, self.places[f"{entry}_status"], status)
@@ -41,7 +43,9 @@ class Bench:
 @given(data=st.data())
 def test_any_bytes_give_finite_numbers_or_nan(name, data):
     decoder = Decoder(rig(name))
-    for image in data.draw(st.lists(st.binary(min_size=decoder.size, max_size=decoder.size), min_size=1, max_size=3)):
+    for image in data.draw(
+        st.lists(st.binary(min_size=decoder.size, max_size=decoder.size), min_size=1, max_size=3)
+    ):
         measured = decoder.decode(image)
         assert tuple(measured) == decoder.names
         for i, value in enumerate(measured.values()):
@@ -52,7 +56,9 @@ def test_any_bytes_give_finite_numbers_or_nan(name, data):
 def test_before_the_first_image_nothing_is_known_and_nothing_wrong():
     decoder = Decoder(rig("bench"))
     assert decoder.reason(0) == "no longer invalid"
-    assert decoder.invalid == decoder.stale == 0 and all(math.isnan(value) for value in decoder.measured.values())
+    assert decoder.invalid == decoder.stale == 0 and all(
+        math.isnan(value) for value in decoder.measured.values()
+    )
 
 
 def test_another_size_is_an_error():
@@ -63,32 +69,58 @@ def test_another_size_is_an_error():
 
 
 def test_known_voltages_are_known_values():
-    bench = Bench().set("analog_in.ch1", volt=3.0).set("analog_in.ch2", volt=5.0).set("drive.position", counts=-77824)
-    bench.set("drive.current", counts=-4060).set("drive.status_word", counts=0x0237).set("drive.torque", counts=-1000)
+    bench = (
+        Bench()
+        .set("analog_in.ch1", volt=3.0)
+        .set("analog_in.ch2", volt=5.0)
+        .set("drive.position", counts=-77824)
+    )
+    bench.set("drive.current", counts=-4060).set("drive.status_word", counts=0x0237).set(
+        "drive.torque", counts=-1000
+    )
     measured = bench.decode()
     assert measured[PRESSURE] == pytest.approx(500e3 + 101_325, abs=0.5 * 250e3 / V)
     assert measured["muscle_force_n"] == pytest.approx(250.0, abs=0.5 * 50 / V)
     assert measured["motor_travel_m"] == pytest.approx(-0.06283185307, rel=1e-12)
-    assert measured["motor_current_a"] == pytest.approx(-4.06) and measured["motor_torque_nm"] == pytest.approx(-0.17)
-    assert measured["drive_status_raw"] == 0x0237 and bench.decoder.invalid == bench.decoder.stale == 0
+    assert measured["motor_current_a"] == pytest.approx(-4.06) and measured[
+        "motor_torque_nm"
+    ] == pytest.approx(-0.17)
+    assert (
+        measured["drive_status_raw"] == 0x0237 and bench.decoder.invalid == bench.decoder.stale == 0
+    )
 
 
 def test_gauge_and_absolute_differ_by_the_rigs_atmosphere():
     gauge = Bench(edited("bench", ("101.325 kPa abs", "95 kPa abs"))).decode()[PRESSURE]
     absolute = Bench(edited("bench", ("reads: gauge", "reads: absolute"))).decode()[PRESSURE]
-    assert gauge == pytest.approx(absolute + 95e3, abs=1e-6) and absolute == pytest.approx(250e3, abs=0.5 * 250e3 / V)
+    assert gauge == pytest.approx(absolute + 95e3, abs=1e-6) and absolute == pytest.approx(
+        250e3, abs=0.5 * 250e3 / V
+    )
 
 
-@pytest.mark.parametrize(("volt", "status", "words"), [
-    (0.0, 0, "below the sensor's range, broken wire"), (0.69, 0, "valid from 2294"), (5.21, 0, "above the sensor's range"), (9.9, 0, "valid to 17039"),
-    (2.0, UNDER, "terminal under-range"), (2.0, OVER, "terminal over-range"), (2.0, ERROR, "terminal reports an error"),
-    (2.0, INVALID, "terminal says the value is invalid"), (9.9, OVER | ERROR, "terminal reports an error (status 0x0042, 32440 counts)"),
-    (0.0, INVALID | UNDER | ERROR, "says the value is invalid (status 0x4041, 0 counts)"),
-])
+@pytest.mark.parametrize(
+    ("volt", "status", "words"),
+    [
+        (0.0, 0, "below the sensor's range, broken wire"),
+        (0.69, 0, "valid from 2294"),
+        (5.21, 0, "above the sensor's range"),
+        (9.9, 0, "valid to 17039"),
+        (2.0, UNDER, "terminal under-range"),
+        (2.0, OVER, "terminal over-range"),
+        (2.0, ERROR, "terminal reports an error"),
+        (2.0, INVALID, "terminal says the value is invalid"),
+        (9.9, OVER | ERROR, "terminal reports an error (status 0x0042, 32440 counts)"),
+        (0.0, INVALID | UNDER | ERROR, "says the value is invalid (status 0x4041, 0 counts)"),
+    ],
+)
 def test_a_broken_sensor_is_nan_and_says_why(volt, status, words):
     bench = Bench().set("analog_in.ch1", volt=volt, status=status)
     measured = bench.decode()
-    assert math.isnan(measured[PRESSURE]) and bench.decoder.invalid == 1 and not math.isnan(measured["muscle_force_n"])
+    assert (
+        math.isnan(measured[PRESSURE])
+        and bench.decoder.invalid == 1
+        and not math.isnan(measured["muscle_force_n"])
+    )
     assert words in bench.decoder.reason(0)
     assert bench.decoder.reason(1) == bench.decoder.reason(5) == "no longer invalid"
     bench.set("analog_in.ch1", volt=2.0, status=0).decode()
@@ -100,7 +132,9 @@ def test_the_ends_of_the_valid_range_are_valid():
         bench = Bench().set("analog_in.ch1", counts=counts)
         bench.decode()
         assert bool(bench.decoder.invalid) == invalid, counts
-        assert ("below" in bench.decoder.reason(0)) == (counts == 2293) and ("above" in bench.decoder.reason(0)) == (counts == 17040)
+        assert ("below" in bench.decoder.reason(0)) == (counts == 2293) and (
+            "above" in bench.decoder.reason(0)
+        ) == (counts == 17040)
 
 
 @pytest.mark.parametrize("status", [1 << bit for bit in (2, 3, 4, 5, 7, 8, 13, 15)])
@@ -119,25 +153,53 @@ def test_a_terminal_is_believed_about_a_row_without_a_valid_range(status):
 
 
 def test_an_encoder_may_have_its_zero_elsewhere():
-    bench = Bench(edited("bench", ("native: [0 count, 77824 count], value: [0 mm,", "native: [-77824 count, 77824 count], value: [0 mm,")))
+    bench = Bench(
+        edited(
+            "bench",
+            (
+                "native: [0 count, 77824 count], value: [0 mm,",
+                "native: [-77824 count, 77824 count], value: [0 mm,",
+            ),
+        )
+    )
     assert bench.decode()["motor_travel_m"] == pytest.approx(0.031415926535)
-    assert bench.set("drive.position", counts=77824).decode()["motor_travel_m"] == pytest.approx(0.06283185307)
+    assert bench.set("drive.position", counts=77824).decode()["motor_travel_m"] == pytest.approx(
+        0.06283185307
+    )
 
 
 def test_the_last_invalid_row_has_its_own_bit():
     bench = Bench().set("analog_in.ch2", volt=9.9)
     bench.decode()
-    assert bench.decoder.invalid == 0b10 and "above" in bench.decoder.reason(1) and bench.decoder.reason(0) == "no longer invalid"
+    assert (
+        bench.decoder.invalid == 0b10
+        and "above" in bench.decoder.reason(1)
+        and bench.decoder.reason(0) == "no longer invalid"
+    )
 
 
 def test_a_valid_range_on_an_encoder_is_watched_too():
-    bench = Bench(edited("bench", ("limits: [-10 mm, 31 mm]", "limits: [-10 mm, 31 mm]\n    valid: [-100 count, 50000 count]")))
+    bench = Bench(
+        edited(
+            "bench",
+            (
+                "limits: [-10 mm, 31 mm]",
+                "limits: [-10 mm, 31 mm]\n    valid: [-100 count, 50000 count]",
+            ),
+        )
+    )
     for counts, invalid in ((-100, 0), (-101, 4), (50000, 0), (50001, 4)):
         bench.set("drive.position", counts=counts).decode()
         assert bench.decoder.invalid == invalid and bench.decoder.stale == 0
-        assert bench.decoder.reason(2) == {
-            -100: "no longer invalid", -101: "below the sensor's range, broken wire (-101 counts, valid from -100)",
-            50000: "no longer invalid", 50001: "above the sensor's range (50001 counts, valid to 50000)"}[counts]
+        assert (
+            bench.decoder.reason(2)
+            == {
+                -100: "no longer invalid",
+                -101: "below the sensor's range, broken wire (-101 counts, valid from -100)",
+                50000: "no longer invalid",
+                50001: "above the sensor's range (50001 counts, valid to 50000)",
+            }[counts]
+        )
 
 
 def test_a_digital_input_is_zero_or_one_as_wired():
@@ -150,15 +212,43 @@ def test_a_digital_input_is_zero_or_one_as_wired():
     turned = replace(terminal, outputs=(), inputs=terminal.outputs)
     devices.DEVICES["EL2124"] = turned
     try:
-        on = edited("bench", ("  - {name: analog_in,", "  - {name: switches, device: EL2124}\n  - {name: analog_in,"),
-                    ("  - {name: drive_status_raw,", "  - {name: door_open, entry: switches.ch2}\n  - {name: stop_enable, entry: switches.ch3, inverted: true}\n"
-                     "  - {name: drive_status_raw,"),
-                    ("  - {name: cmd_muscle_inlet_open, entry: valves.ch1, port: muscle0_inlet}\n", ""),
-                    ("  - {name: cmd_muscle_exhaust_open, entry: valves.ch2, port: muscle0_exhaust, inverted: true, safe: 1}\n", ""),
-                    ("muscles:\n  - name: muscle\n    pressure: muscle_pressure_pa\n    inlet: cmd_muscle_inlet_open\n    exhaust: cmd_muscle_exhaust_open\n"
-                     "    pressure_max: 780 kPa gauge\n", "muscles: []\n"))
+        on = edited(
+            "bench",
+            (
+                "  - {name: analog_in,",
+                "  - {name: switches, device: EL2124}\n  - {name: analog_in,",
+            ),
+            (
+                "  - {name: drive_status_raw,",
+                (
+                    "  - {name: door_open, entry: switches.ch2}\n  - {name: stop_enable, entry:"
+                    " switches.ch3, inverted: true}\n  - {name: drive_status_raw,"
+                ),
+            ),
+            ("  - {name: cmd_muscle_inlet_open, entry: valves.ch1, port: muscle0_inlet}\n", ""),
+            (
+                (
+                    "  - {name: cmd_muscle_exhaust_open, entry: valves.ch2, port: muscle0_exhaust,"
+                    " inverted: true, safe: 1}\n"
+                ),
+                "",
+            ),
+            (
+                (
+                    "muscles:\n  - name: muscle\n    pressure: muscle_pressure_pa\n    inlet:"
+                    " cmd_muscle_inlet_open\n    exhaust: cmd_muscle_exhaust_open\n   "
+                    " pressure_max: 780 kPa gauge\n"
+                ),
+                "muscles: []\n",
+            ),
+        )
         decoder = Decoder(on)
-        for first, door, stop in ((0b0000, 0.0, 1.0), (0b0010, 1.0, 1.0), (0b0110, 1.0, 0.0), (0b1101, 0.0, 0.0)):
+        for first, door, stop in (
+            (0b0000, 0.0, 1.0),
+            (0b0010, 1.0, 1.0),
+            (0b0110, 1.0, 0.0),
+            (0b1101, 0.0, 0.0),
+        ):
             measured = decoder.decode(bytes([0, first]) + bytes(decoder.size - 2))
             assert (measured["door_open"], measured["stop_enable"]) == (door, stop)
     finally:

@@ -8,7 +8,9 @@ def feed(bench: Bench, toggles: list[int]) -> list[int]:
     """The stale mask after each sample; the other channel flips all the time."""
     masks = []
     for k, toggle in enumerate(toggles):
-        bench.set("analog_in.ch1", volt=2.0, status=TOGGLE * toggle).set("analog_in.ch2", volt=1.0, status=TOGGLE * (k & 1))
+        bench.set("analog_in.ch1", volt=2.0, status=TOGGLE * toggle).set(
+            "analog_in.ch2", volt=1.0, status=TOGGLE * (k & 1)
+        )
         bench.decode()
         masks.append(bench.decoder.stale)
     return masks
@@ -41,11 +43,21 @@ def test_a_terminal_that_converts_freely_is_never_stale(period_us):
 def test_an_invalid_sample_ages_no_differently():
     bench = Bench()
     for k in range(30):
-        bench.set("analog_in.ch1", volt=0.0, status=0).set("analog_in.ch2", volt=1.0, status=TOGGLE * (k & 1))
+        bench.set("analog_in.ch1", volt=0.0, status=0).set(
+            "analog_in.ch2", volt=1.0, status=TOGGLE * (k & 1)
+        )
         bench.decode()
     assert bench.decoder.invalid == bench.decoder.stale == 1
 
 
 def test_a_row_that_asks_for_no_freshness_is_never_stale():
-    bench = Bench(edited("bench", ("    limits: [60 kPa abs, 800 kPa gauge]\n    stale_after: 20\n", "    limits: [60 kPa abs, 800 kPa gauge]\n")))
+    bench = Bench(
+        edited(
+            "bench",
+            (
+                "    limits: [60 kPa abs, 800 kPa gauge]\n    stale_after: 20\n",
+                "    limits: [60 kPa abs, 800 kPa gauge]\n",
+            ),
+        )
+    )
     assert not any(mask & 1 for mask in feed(bench, [0] * 300))

@@ -16,9 +16,12 @@ def test_every_entry_stands_where_the_bits_say(name, outputs):
     image = image_of(rig(name), outputs)
     places, size = bit_places(rig(name), outputs)
     assert image.size == size and list(image.places) == list(places)
-    assert {key: (8 * place.byte + place.bit, place.entry.bits) for key, place in image.places.items()} == {
-        key: (bit, bits) for key, (bit, bits, _) in places.items()}
-    assert [start for start, _ in image.slices.values()] == sorted(start for start, _ in image.slices.values())
+    assert {
+        key: (8 * place.byte + place.bit, place.entry.bits) for key, place in image.places.items()
+    } == {key: (bit, bits) for key, (bit, bits, _) in places.items()}
+    assert [start for start, _ in image.slices.values()] == sorted(
+        start for start, _ in image.slices.values()
+    )
     assert sum(length for _, length in image.slices.values()) == size
 
 
@@ -39,14 +42,21 @@ def test_decoding_agrees_with_bits_read_one_by_one(name):
 
 
 def test_two_valve_terminals_side_by_side_keep_their_bits_apart():
-    on = edited("knee", ("  - {name: analog_in,", "  - {name: valves2, device: EL2124}\n  - {name: analog_in,"),
-                ("cmd_ppam_inlet_open, entry: valves.ch3", "cmd_ppam_inlet_open, entry: valves2.ch1"),
-                ("cmd_ppam_exhaust_open, entry: valves.ch4", "cmd_ppam_exhaust_open, entry: valves2.ch2"))
+    on = edited(
+        "knee",
+        ("  - {name: analog_in,", "  - {name: valves2, device: EL2124}\n  - {name: analog_in,"),
+        ("cmd_ppam_inlet_open, entry: valves.ch3", "cmd_ppam_inlet_open, entry: valves2.ch1"),
+        ("cmd_ppam_exhaust_open, entry: valves.ch4", "cmd_ppam_exhaust_open, entry: valves2.ch2"),
+    )
     encoder, places = Encoder(on), bit_places(on, True)[0]
     valves = [row for row in on.outputs if row.name.endswith("_open")]
-    assert image_of(on, True).slices["valves"] == (0, 1) and image_of(on, True).slices["valves2"] == (1, 1)
+    assert image_of(on, True).slices["valves"] == (0, 1) and image_of(on, True).slices[
+        "valves2"
+    ] == (1, 1)
     for pattern in range(16):
-        command = dict(encoder.safe) | {row.name: float(pattern >> i & 1) for i, row in enumerate(valves)}
+        command = dict(encoder.safe) | {
+            row.name: float(pattern >> i & 1) for i, row in enumerate(valves)
+        }
         image = encoder.encode(command)
         for i, row in enumerate(valves):
             assert get(image, places[row.entry]) == (pattern >> i & 1) ^ row.inverted
@@ -54,7 +64,10 @@ def test_two_valve_terminals_side_by_side_keep_their_bits_apart():
 
 
 def test_bytes_that_nobody_uses_are_skipped_and_stay_zero():
-    on = edited("bench", ("entry: valves.ch1, port: muscle0_inlet", "entry: valves.ch3, port: muscle0_inlet"))
+    on = edited(
+        "bench",
+        ("entry: valves.ch1, port: muscle0_inlet", "entry: valves.ch3, port: muscle0_inlet"),
+    )
     encoder = Encoder(on)
     assert encoder.encode(dict(encoder.safe) | {"cmd_muscle_inlet_open": 1.0})[0] == 0b100
     text, _ = struct_format(image_of(on, True), {})
@@ -62,7 +75,13 @@ def test_bytes_that_nobody_uses_are_skipped_and_stay_zero():
 
 
 def test_an_image_of_bits_alone_ends_with_its_last_byte():
-    on = edited("bench", ("  - {name: drive, device: EPOS4", "  - {name: valves2, device: EL2124}\n  - {name: drive, device: EPOS4"))
+    on = edited(
+        "bench",
+        (
+            "  - {name: drive, device: EPOS4",
+            "  - {name: valves2, device: EL2124}\n  - {name: drive, device: EPOS4",
+        ),
+    )
     image = image_of(on, True)
     assert image.places["valves2.ch4"].byte == 9 and image.places["valves2.ch4"].bit == 3
     assert image.places["drive.control_word"].byte == 10 and image.slices["drive"] == (10, 13)

@@ -50,8 +50,12 @@ class Driven:
         """Powered in a mode, targets where the rig is."""
         self.cycles(22)
         for word in (0x06, 0x07, 0x0F):
-            self.cycles(2, cmd_drive_control_raw=word, cmd_drive_mode_raw=mode,
-                        cmd_motor_travel_m=self.decoder.measured["motor_travel_m"])
+            self.cycles(
+                2,
+                cmd_drive_control_raw=word,
+                cmd_drive_mode_raw=mode,
+                cmd_motor_travel_m=self.decoder.measured["motor_travel_m"],
+            )
         assert self.decoder.measured["drive_status_raw"] == 0x0237
         return self
 

@@ -24,7 +24,10 @@ def test_the_wire_enables_and_the_voltage_turns():
 
 def test_the_wire_does_nothing_while_the_drive_powers_up():
     driven = Driven("bench_analog")
-    enabled = [driven.cycle(cmd_drive_enable=1.0) and float(driven.plant_command["enabled"]) for _ in range(25)]
+    enabled = [
+        driven.cycle(cmd_drive_enable=1.0) and float(driven.plant_command["enabled"])
+        for _ in range(25)
+    ]
     assert enabled == [0.0] * 20 + [1.0] * 5 or enabled == [0.0] * 21 + [1.0] * 4, enabled
 
 
@@ -43,7 +46,9 @@ def test_the_converter_has_twelve_bits(speed):
 def test_its_speed_voltage_and_travel_agree_with_the_gear():
     """4.56 V are 1140 rpm, and 1140 rpm are one turn of the spool a second."""
     assert 4.56 * 250 == 1140 == 19 * 60
-    assert wire_drive(rig("bench_analog"))["analog_rad_s_per_count"][0] == pytest.approx(250 * RPM * 10 / 32768)
+    assert wire_drive(rig("bench_analog"))["analog_rad_s_per_count"][0] == pytest.approx(
+        250 * RPM * 10 / 32768
+    )
 
 
 def test_over_the_bus_it_only_reports():

@@ -1,4 +1,6 @@
-"""The simulated drive against the transition table of the power drive system (IEC 61800-7-201, table 30 and figure 2)."""
+"""The simulated drive against the transition table of the power drive system (IEC 61800-7-201,
+table 30 and figure 2).
+"""
 
 import numpy as np
 import pytest
@@ -8,23 +10,49 @@ from epa_rt.control.cia402 import DriveState, decode
 from sim_backend import devices as d
 
 # a command word's meaning by bits 7, 3, 2, 1, 0; the standard's own patterns, x where it says any
-PATTERNS = {"shutdown": "0x110", "switch on": "00111", "enable operation": "01111", "disable voltage": "0xx0x", "quick stop": "0x01x"}
+PATTERNS = {
+    "shutdown": "0x110",
+    "switch on": "00111",
+    "enable operation": "01111",
+    "disable voltage": "0xx0x",
+    "quick stop": "0x01x",
+}
 STOPPED, MOVING = True, False
 
 # state -> command -> next; 'auto' is what the drive does of itself
 TABLE = {
     d.SWITCH_ON_DISABLED: {"shutdown": d.READY},
-    d.READY: {"switch on": d.SWITCHED_ON, "enable operation": d.SWITCHED_ON, "disable voltage": d.SWITCH_ON_DISABLED, "quick stop": d.SWITCH_ON_DISABLED},
-    d.SWITCHED_ON: {"enable operation": d.ENABLED, "shutdown": d.READY, "disable voltage": d.SWITCH_ON_DISABLED, "quick stop": d.SWITCH_ON_DISABLED},
-    d.ENABLED: {"switch on": d.SWITCHED_ON, "shutdown": d.READY, "disable voltage": d.SWITCH_ON_DISABLED, "quick stop": d.QUICK_STOP},
+    d.READY: {
+        "switch on": d.SWITCHED_ON,
+        "enable operation": d.SWITCHED_ON,
+        "disable voltage": d.SWITCH_ON_DISABLED,
+        "quick stop": d.SWITCH_ON_DISABLED,
+    },
+    d.SWITCHED_ON: {
+        "enable operation": d.ENABLED,
+        "shutdown": d.READY,
+        "disable voltage": d.SWITCH_ON_DISABLED,
+        "quick stop": d.SWITCH_ON_DISABLED,
+    },
+    d.ENABLED: {
+        "switch on": d.SWITCHED_ON,
+        "shutdown": d.READY,
+        "disable voltage": d.SWITCH_ON_DISABLED,
+        "quick stop": d.QUICK_STOP,
+    },
     d.QUICK_STOP: {"disable voltage": d.SWITCH_ON_DISABLED},
-    d.FAULT_REACTION: {}, d.FAULT: {},
+    d.FAULT_REACTION: {},
+    d.FAULT: {},
 }
 
 
 def meanings(control: int) -> str:
     bits = "".join(str(control >> i & 1) for i in (7, 3, 2, 1, 0))
-    found = [name for name, pattern in PATTERNS.items() if all(p in ("x", b) for p, b in zip(pattern, bits, strict=True))]
+    found = [
+        name
+        for name, pattern in PATTERNS.items()
+        if all(p in ("x", b) for p, b in zip(pattern, bits, strict=True))
+    ]
     assert len(found) == 1, (control, found)
     return found[0]
 
@@ -51,11 +79,21 @@ def test_every_state_and_word_goes_where_the_standard_says(state, standstill):
         if state == d.FAULT_REACTION:
             expected = d.FAULT  # transition 14
         assert step(state, control, standstill) == expected, hex(control)
-        assert step(state, control | 0x7F70, standstill) == expected, "bits that belong to the mode change nothing"
+        assert step(state, control | 0x7F70, standstill) == expected, (
+            "bits that belong to the mode change nothing"
+        )
 
 
-@pytest.mark.parametrize(("before", "control", "after"), [(0x00, 0x80, d.SWITCH_ON_DISABLED), (0x80, 0x80, d.FAULT), (0x0F, 0x0F, d.FAULT),
-                                                          (0x00, 0x8F, d.SWITCH_ON_DISABLED), (0x80, 0x00, d.FAULT)])
+@pytest.mark.parametrize(
+    ("before", "control", "after"),
+    [
+        (0x00, 0x80, d.SWITCH_ON_DISABLED),
+        (0x80, 0x80, d.FAULT),
+        (0x0F, 0x0F, d.FAULT),
+        (0x00, 0x8F, d.SWITCH_ON_DISABLED),
+        (0x80, 0x00, d.FAULT),
+    ],
+)
 def test_a_fault_is_reset_on_the_rising_edge_of_bit_7_only(before, control, after):
     machine = machine_in(d.FAULT, before)
     d._transition(machine[0], control, STOPPED)
@@ -63,13 +101,22 @@ def test_a_fault_is_reset_on_the_rising_edge_of_bit_7_only(before, control, afte
 
 
 def test_status_words_mean_their_states():
-    names = {d.NOT_READY: DriveState.NOT_READY, d.SWITCH_ON_DISABLED: DriveState.SWITCH_ON_DISABLED, d.READY: DriveState.READY,
-             d.SWITCHED_ON: DriveState.SWITCHED_ON, d.ENABLED: DriveState.OPERATION_ENABLED, d.QUICK_STOP: DriveState.QUICK_STOP_ACTIVE,
-             d.FAULT_REACTION: DriveState.FAULT_REACTION, d.FAULT: DriveState.FAULT}
+    names = {
+        d.NOT_READY: DriveState.NOT_READY,
+        d.SWITCH_ON_DISABLED: DriveState.SWITCH_ON_DISABLED,
+        d.READY: DriveState.READY,
+        d.SWITCHED_ON: DriveState.SWITCHED_ON,
+        d.ENABLED: DriveState.OPERATION_ENABLED,
+        d.QUICK_STOP: DriveState.QUICK_STOP_ACTIVE,
+        d.FAULT_REACTION: DriveState.FAULT_REACTION,
+        d.FAULT: DriveState.FAULT,
+    }
     for state, name in names.items():
         word = int(d.STATUS_WORDS[state])
         assert decode(word) is name
-        assert bool(word & 0x10) == (state not in (d.NOT_READY,)), "voltage enabled" if state != d.NOT_READY else ""
+        assert bool(word & 0x10) == (state not in (d.NOT_READY,)), (
+            "voltage enabled" if state != d.NOT_READY else ""
+        )
 
 
 def test_the_drive_is_not_ready_for_its_power_up_time_whatever_it_is_told():
@@ -88,18 +135,32 @@ def test_the_mode_is_shown_and_mode_zero_keeps_the_one_before():
 
 def test_targets_reach_the_plant_in_its_units():
     driven = Driven("bench").enable(8)
-    driven.cycle(cmd_motor_travel_m=0.0062831853, cmd_motor_speed_m_s=0.06283185307, cmd_motor_torque_nm=-0.085)
+    driven.cycle(
+        cmd_motor_travel_m=0.0062831853,
+        cmd_motor_speed_m_s=0.06283185307,
+        cmd_motor_torque_nm=-0.085,
+    )
     command = driven.plant_command
-    assert command["target_angle_rad"] == pytest.approx(19 * 0.1 * 2 * np.pi, abs=2e-3)  # a tenth of a turn of the spool
-    assert command["target_speed_rad_s"] == pytest.approx(19 * 2 * np.pi, abs=0.06)  # one rpm is the step
-    assert command["target_torque_nm"] == pytest.approx(-0.085, abs=1e-4) and command["enabled"] == 1.0
+    assert command["target_angle_rad"] == pytest.approx(
+        19 * 0.1 * 2 * np.pi, abs=2e-3
+    )  # a tenth of a turn of the spool
+    assert command["target_speed_rad_s"] == pytest.approx(
+        19 * 2 * np.pi, abs=0.06
+    )  # one rpm is the step
+    assert (
+        command["target_torque_nm"] == pytest.approx(-0.085, abs=1e-4) and command["enabled"] == 1.0
+    )
 
 
 def test_a_quick_stop_brakes_and_ends_disabled():
     driven = Driven("bench").enable(9)
-    assert driven.cycles(200, cmd_motor_speed_m_s=0.05)["motor_speed_m_s"] == pytest.approx(0.05, abs=5e-3)
+    assert driven.cycles(200, cmd_motor_speed_m_s=0.05)["motor_speed_m_s"] == pytest.approx(
+        0.05, abs=5e-3
+    )
     driven.cycle(cmd_drive_control_raw=0x02)
-    assert driven.plant_command["enabled"] == 1.0 and driven.plant_command["target_speed_rad_s"] == 0.0
+    assert (
+        driven.plant_command["enabled"] == 1.0 and driven.plant_command["target_speed_rad_s"] == 0.0
+    )
     states = [driven.cycle()["drive_status_raw"] for _ in range(300)]
     assert states[0] == 0x0217 and states[-1] == 0x0250 and driven.plant_command["enabled"] == 0.0
     assert abs(driven.decoder.measured["motor_speed_m_s"]) < 1e-3
@@ -116,11 +177,34 @@ def test_disable_voltage_takes_the_current_off_at_once():
 def test_a_drive_with_fewer_entries_takes_the_missing_ones_as_zero():
     from sim_rigs import edited
 
-    on = edited("bench", ("rated_torque: 170 mNm,", "rated_torque: 170 mNm, outputs: [control_word, mode, target_position],"),
-                ("  - name: cmd_motor_speed_m_s\n    entry: drive.target_speed\n    calibration: {native: [0 rpm, 1140 rpm], value: [0 mm/s, 62.83185307 mm/s]}\n"
-                 "    limits: [-80 mm/s, 80 mm/s]\n    slew: 3 m/s^2\n", ""),
-                ("  - name: cmd_motor_torque_nm\n    entry: drive.target_torque\n    calibration: {native: [0 permille, 1000 permille], value: [0 mNm, 170 mNm]}\n"
-                 "    limits: [-170 mNm, 170 mNm]\n    slew: 10 Nm/s\n", ""), ("  speed_target: cmd_motor_speed_m_s\n  torque_target: cmd_motor_torque_nm\n", ""))
+    on = edited(
+        "bench",
+        (
+            "rated_torque: 170 mNm,",
+            "rated_torque: 170 mNm, outputs: [control_word, mode, target_position],",
+        ),
+        (
+            (
+                "  - name: cmd_motor_speed_m_s\n    entry: drive.target_speed\n    calibration:"
+                " {native: [0 rpm, 1140 rpm], value: [0 mm/s, 62.83185307 mm/s]}\n    limits: [-80"
+                " mm/s, 80 mm/s]\n    slew: 3 m/s^2\n"
+            ),
+            "",
+        ),
+        (
+            (
+                "  - name: cmd_motor_torque_nm\n    entry: drive.target_torque\n    calibration:"
+                " {native: [0 permille, 1000 permille], value: [0 mNm, 170 mNm]}\n    limits: [-170"
+                " mNm, 170 mNm]\n    slew: 10 Nm/s\n"
+            ),
+            "",
+        ),
+        ("  speed_target: cmd_motor_speed_m_s\n  torque_target: cmd_motor_torque_nm\n", ""),
+    )
     driven = Driven(on).enable(8)
     driven.cycle(cmd_motor_travel_m=0.01)
-    assert driven.plant_command["target_speed_rad_s"] == driven.plant_command["target_torque_nm"] == 0.0
+    assert (
+        driven.plant_command["target_speed_rad_s"]
+        == driven.plant_command["target_torque_nm"]
+        == 0.0
+    )

@@ -21,7 +21,9 @@ def test_warming_up_changes_nothing(name):
     warm, cold = Driven(name), Driven(name)
     warm.model.warm_up()
     for _ in range(50):
-        assert warm.model.cycle(bytes(warm.encoder.size)) == cold.model.cycle(bytes(cold.encoder.size))
+        assert warm.model.cycle(bytes(warm.encoder.size)) == cold.model.cycle(
+            bytes(cold.encoder.size)
+        )
 
 
 def test_another_seed_is_other_noise():
@@ -38,7 +40,13 @@ def test_a_plant_that_runs_away_ends_the_run_with_a_sentence():
     size = Driven("bench").encoder.size
     backend.exchange(bytes(size))
     backend.model.state["smooth"][:] = np.nan
-    with pytest.raises(BackendError, match="found sensors of the simulated plant that are no numbers 0.002 s into the run, expected"):
+    with pytest.raises(
+        BackendError,
+        match=(
+            "found sensors of the simulated plant that are no numbers 0.002 s into the run,"
+            " expected"
+        ),
+    ):
         backend.exchange(bytes(size))
     backend.close()
     backend.close()

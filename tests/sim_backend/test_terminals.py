@@ -22,29 +22,51 @@ def sample(name_or_rig, t_ns: int = 0, **ports: float) -> dict[str, tuple[int, i
     for name, value in ports.items():
         values[SENSORS.names.index(name)] = value
     image = np.zeros(driven.decoder.size, np.uint8)
-    assert sample_inputs(image, driven.model._analog, driven.model._drive, driven.model.machine, values, t_ns)
-    return {f"ch{i + 1}": (int.from_bytes(image[4 * i : 4 * i + 2].tobytes(), "little"),
-                           int.from_bytes(image[4 * i + 2 : 4 * i + 4].tobytes(), "little", signed=True)) for i in range(4)}
+    assert sample_inputs(
+        image, driven.model._analog, driven.model._drive, driven.model.machine, values, t_ns
+    )
+    return {
+        f"ch{i + 1}": (
+            int.from_bytes(image[4 * i : 4 * i + 2].tobytes(), "little"),
+            int.from_bytes(image[4 * i + 2 : 4 * i + 4].tobytes(), "little", signed=True),
+        )
+        for i in range(4)
+    }
 
 
 def test_ports_of_the_rig_file_are_those_of_the_plant():
-    assert MEASURED_PORTS == SENSORS.names
-    assert VALVE_PORTS == {f"muscle{m}_{kind}": (m, kind == "exhaust") for m in (0, 1) for kind in ("inlet", "exhaust")}
+    assert SENSORS.names == MEASURED_PORTS
+    assert {
+        f"muscle{m}_{kind}": (m, kind == "exhaust") for m in (0, 1) for kind in ("inlet", "exhaust")
+    } == VALVE_PORTS
 
 
-@pytest.mark.parametrize(("force_n", "volt"), [(0.0, 0.0), (100.0, 2.0), (250.0, 5.0), (-25.0, -0.5), (499.0, 9.98)])
+@pytest.mark.parametrize(
+    ("force_n", "volt"), [(0.0, 0.0), (100.0, 2.0), (250.0, 5.0), (-25.0, -0.5), (499.0, 9.98)]
+)
 def test_a_known_force_is_a_known_voltage_in_twelve_bit_steps(force_n, volt):
     status, counts = sample("bench", force_n=force_n)["ch2"]
     assert counts % 16 == 0 and abs(counts - volt * V) <= 8.0 and status == 0
 
 
 def test_one_step_is_a_4096th_of_twenty_volts():
-    seen = sorted({sample("bench", force_n=force)["ch2"][1] for force in np.linspace(100.0, 101.0, 41)})
-    assert len(seen) == 5 and set(np.diff(seen)) == {16} and 16 / V == pytest.approx(20.0 / 4096)
+    seen = sorted(
+        {sample("bench", force_n=force)["ch2"][1] for force in np.linspace(100.0, 101.0, 41)}
+    )
+    assert len(seen) == 5 and set(np.diff(seen)) == {16} and pytest.approx(20.0 / 4096) == 16 / V
 
 
-@pytest.mark.parametrize(("force_n", "status", "counts"), [(499.9, 0x42, 32767), (600.0, 0x42, 32767), (1e9, 0x42, 32767), (-499.9, 0, -32768),
-                                                           (-501.0, 0x41, -32768), (-1e9, 0x41, -32768)])
+@pytest.mark.parametrize(
+    ("force_n", "status", "counts"),
+    [
+        (499.9, 0x42, 32767),
+        (600.0, 0x42, 32767),
+        (1e9, 0x42, 32767),
+        (-499.9, 0, -32768),
+        (-501.0, 0x41, -32768),
+        (-1e9, 0x41, -32768),
+    ],
+)
 def test_beyond_ten_volts_the_channel_says_so_and_stays_at_its_end(force_n, status, counts):
     assert sample("bench", force_n=force_n)["ch2"] == (status, counts)
 
@@ -52,7 +74,9 @@ def test_beyond_ten_volts_the_channel_says_so_and_stays_at_its_end(force_n, stat
 def test_a_pressure_sensor_reads_gauge_and_an_absolute_one_absolute():
     assert sample("bench", muscle0_gauge_pa=500e3)["ch1"][1] == pytest.approx(3.0 * V, abs=8)
     absolute = edited("bench", ("reads: gauge", "reads: absolute"))
-    assert sample(absolute, muscle0_gauge_pa=500e3)["ch1"][1] == pytest.approx((1 + 4 * 0.601325) * V, abs=8)
+    assert sample(absolute, muscle0_gauge_pa=500e3)["ch1"][1] == pytest.approx(
+        (1 + 4 * 0.601325) * V, abs=8
+    )
 
 
 def test_what_the_plant_does_is_what_the_codec_reads():
@@ -60,7 +84,9 @@ def test_what_the_plant_does_is_what_the_codec_reads():
     measured = driven.cycles(3)
     for row in driven.rig.inputs:
         if row.port:
-            true = driven.model.sensors[row.port][0] + (driven.rig.atmosphere_pa if row.reads else 0.0)
+            true = driven.model.sensors[row.port][0] + (
+                driven.rig.atmosphere_pa if row.reads else 0.0
+            )
             step = abs(measured[row.name] - true)
             assert step <= {"Pa": 1.3e3, "N": 0.25, "rad": 4e-4}[row.si_unit], row.name
 
@@ -76,7 +102,9 @@ def test_a_plant_that_is_no_number_is_never_turned_into_bytes(bad, port):
     values = np.zeros(len(SENSORS.names))
     values[SENSORS.names.index(port)] = bad
     image = np.full(driven.decoder.size, 7, np.uint8)
-    assert not sample_inputs(image, driven.model._analog, driven.model._drive, driven.model.machine, values, 0)
+    assert not sample_inputs(
+        image, driven.model._analog, driven.model._drive, driven.model.machine, values, 0
+    )
     assert (image == 7).all()
 
 
@@ -97,11 +125,21 @@ def test_at_a_kilohertz_one_or_two_conversions_fall_into_a_cycle():
 
 
 def test_a_channel_mapped_without_its_status_is_read_all_the_same():
-    on = edited("bench", ("{name: analog_in, device: EL3004}", "{name: analog_in, device: EL3004, inputs: [ch1, ch2]}"),
-                ("    stale_after: 20\n", ""), ("    stale_after: 20\n", ""))
+    on = edited(
+        "bench",
+        (
+            "{name: analog_in, device: EL3004}",
+            "{name: analog_in, device: EL3004, inputs: [ch1, ch2]}",
+        ),
+        ("    stale_after: 20\n", ""),
+        ("    stale_after: 20\n", ""),
+    )
     assert [int(row["status_byte"]) for row in wire_analog_inputs(on)] == [-1, -1]
     measured = Driven(on).cycles(3)
-    assert abs(measured["muscle_pressure_pa"] - on.atmosphere_pa) < 3e3 and abs(measured["muscle_force_n"]) < 3.0
+    assert (
+        abs(measured["muscle_pressure_pa"] - on.atmosphere_pa) < 3e3
+        and abs(measured["muscle_force_n"]) < 3.0
+    )
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -114,7 +152,9 @@ def test_each_valve_row_switches_its_own_valve(name):
         driven.cycle(**{row.name: float(pattern >> i & 1) for i, row in enumerate(valves)})
         for i, row in enumerate(valves):
             muscle, exhaust = VALVE_PORTS[row.port]
-            assert driven.plant_command["exhaust" if exhaust else "inlet"][muscle] == pattern >> i & 1
+            assert (
+                driven.plant_command["exhaust" if exhaust else "inlet"][muscle] == pattern >> i & 1
+            )
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -130,7 +170,19 @@ def test_encoder_counts_are_whole_quadcounts_rounded_down():
     driven = Driven("bench")
     values, image = np.zeros(len(SENSORS.names)), np.zeros(driven.decoder.size, np.uint8)
     byte = int(wire_drive(driven.rig)["position_byte"][0])
-    for turns, counts in ((0.0, 0), (1.0, 4096), (-1.0, -4096), (0.99999 / 4096, 0), (1.00001 / 4096, 1), (-0.00001 / 4096, -1), (1e9, 2**31 - 1)):
+    for turns, counts in (
+        (0.0, 0),
+        (1.0, 4096),
+        (-1.0, -4096),
+        (0.99999 / 4096, 0),
+        (1.00001 / 4096, 1),
+        (-0.00001 / 4096, -1),
+        (1e9, 2**31 - 1),
+    ):
         values[0] = turns * 2 * math.pi
-        sample_inputs(image, driven.model._analog, driven.model._drive, driven.model.machine, values, 0)
-        assert int.from_bytes(image[byte : byte + 4].tobytes(), "little", signed=True) == counts, turns
+        sample_inputs(
+            image, driven.model._analog, driven.model._drive, driven.model.machine, values, 0
+        )
+        assert int.from_bytes(image[byte : byte + 4].tobytes(), "little", signed=True) == counts, (
+            turns
+        )

@@ -19,7 +19,10 @@ def test_serial_is_the_plant_itself():
     from epa_rt.study.motion import point
 
     found = at("serial", 800e3, ATMOSPHERE_PA, 80.0)
-    assert found["stroke_m"] == point(load_plant(SERIAL).params, (800e3, ATMOSPHERE_PA), 0.0, 0.01, 80.0).stroke_m
+    assert (
+        found["stroke_m"]
+        == point(load_plant(SERIAL).params, (800e3, ATMOSPHERE_PA), 0.0, 0.01, 80.0).stroke_m
+    )
 
 
 def test_a_parallel_muscle_carries_load_but_saves_no_way():
@@ -30,13 +33,24 @@ def test_a_parallel_muscle_carries_load_but_saves_no_way():
 
 
 def test_an_antagonist_adds_to_the_tension():
-    assert at("antagonistic", 900e3, 400e3)["tension_mean_n"] > at("antagonistic", 900e3, 150e3)["tension_mean_n"] > 133.8
+    assert (
+        at("antagonistic", 900e3, 400e3)["tension_mean_n"]
+        > at("antagonistic", 900e3, 150e3)["tension_mean_n"]
+        > 133.8
+    )
 
 
 def test_the_comparison_covers_all(tmp_path):
     asked = load_arrangements(ROOT / "config/studies/arrangements.yaml")
-    small = dataclasses.replace(asked, pressure_pa=np.array([300e3, 800e3]), frequency_rad_s=np.array([40.0]))
+    small = dataclasses.replace(
+        asked, pressure_pa=np.array([300e3, 800e3]), frequency_rad_s=np.array([40.0])
+    )
     found = compare(small, tmp_path, grid.How(jobs=1))
-    assert {name: found.of[name]["stroke_m"].shape for name in NAMES_OF} == {"serial": (1, 2, 1), "parallel": (1, 1, 2), "both": (1, 2, 2), "antagonistic": (1, 2, 2)}
+    assert {name: found.of[name]["stroke_m"].shape for name in NAMES_OF} == {
+        "serial": (1, 2, 1),
+        "parallel": (1, 1, 2),
+        "both": (1, 2, 2),
+        "antagonistic": (1, 2, 2),
+    }
     value, p0, p1 = found.least("serial", "stroke_m")[0]
     assert value > 0.0 and p0 in (300e3, 800e3) and np.isnan(p1)

@@ -1,4 +1,6 @@
-"""Grids: stored per point, gone on with after an interruption, the same on threads, processes and a Dask cluster."""
+"""Grids: stored per point, gone on with after an interruption, the same on threads, processes and a
+Dask cluster.
+"""
 
 import math
 
@@ -8,7 +10,9 @@ from epa_rt.models.plant_file import load_plant
 from epa_rt.study import grid
 from tests.study.made import SERIAL, task
 
-POINTS = [(p * 1e3, w) for w in (60.0, 80.0) for p in (300.0, 500.0, 600.0, 700.0, 800.0, 900.0, 1000.0)]
+POINTS = [
+    (p * 1e3, w) for w in (60.0, 80.0) for p in (300.0, 500.0, 600.0, 700.0, 800.0, 900.0, 1000.0)
+]
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +60,9 @@ def test_a_line_cut_off_is_computed_again(job, wanted, tmp_path):
     rest = Counted(job)
     assert grid.solve(rest, POINTS, store, grid.How(jobs=1)) == wanted
     assert 0 < rest.calls < len(POINTS)
-    assert grid.solve(Counted(job, 0), POINTS, store, grid.How(jobs=1)) == wanted  # a cut line spoils no later one
+    assert (
+        grid.solve(Counted(job, 0), POINTS, store, grid.How(jobs=1)) == wanted
+    )  # a cut line spoils no later one
 
 
 def test_threads_give_the_same(job, wanted):
@@ -84,7 +90,14 @@ def test_a_store_that_cannot_be_written_says_so(tmp_path):
 def cluster():
     distributed = pytest.importorskip("distributed")
     try:
-        made = distributed.LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None, host="127.0.0.1", protocol="tcp")
+        made = distributed.LocalCluster(
+            n_workers=1,
+            threads_per_worker=1,
+            processes=False,
+            dashboard_address=None,
+            host="127.0.0.1",
+            protocol="tcp",
+        )
     except (OSError, RuntimeError) as error:
         pytest.skip(f"no local Dask cluster here: {error}")
     with made:
@@ -106,8 +119,16 @@ def test_no_cluster_is_one_sentence(job, address):
         grid.solve(job, POINTS[:1], grid.Store(None, "x", "y"), grid.How(cluster=address))
 
 
-@pytest.mark.parametrize("spoil", [lambda text: b"\xff\xfe\x00" + text, lambda text: text.replace(b'"stroke_m"', b'"stroke"', 1), lambda text: text.replace(b'"stroke_m": ', b'"stroke_m": "much", "x": ', 1),
-                                   lambda text: text.replace(b'"at": [', b'"at": ["a", ', 1)], ids=("binary", "figure lost", "figure of text", "place of text"))
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda text: b"\xff\xfe\x00" + text,
+        lambda text: text.replace(b'"stroke_m"', b'"stroke"', 1),
+        lambda text: text.replace(b'"stroke_m": ', b'"stroke_m": "much", "x": ', 1),
+        lambda text: text.replace(b'"at": [', b'"at": ["a", ', 1),
+    ],
+    ids=("binary", "figure lost", "figure of text", "place of text"),
+)
 def test_a_spoilt_line_is_computed_again(job, wanted, tmp_path, spoil):
     store = grid.Store(tmp_path, "serial", "key")
     grid.solve(job, POINTS, store, grid.How(jobs=1))

@@ -17,9 +17,26 @@ def script():
 
 
 def answer(**r2):
-    names = {"static": "static, geometry", "tang": "Tang, geometric", "every": "Tang, all fitted", "polynomial": "polynomial", "quadratic": "static, quadratic"}
+    names = {
+        "static": "static, geometry",
+        "tang": "Tang, geometric",
+        "every": "Tang, all fitted",
+        "polynomial": "polynomial",
+        "quadratic": "static, quadratic",
+    }
     dynamic = {"Tang, geometric", "Tang, all fitted", "polynomial"}
-    return {"models": [{"name": name, "r2": r2[key], "has_hysteresis": name in dynamic, "has_damping": name in dynamic} for key, name in names.items()], "terms": []}
+    return {
+        "models": [
+            {
+                "name": name,
+                "r2": r2[key],
+                "has_hysteresis": name in dynamic,
+                "has_damping": name in dynamic,
+            }
+            for key, name in names.items()
+        ],
+        "terms": [],
+    }
 
 
 def verdicts(script, **r2):
@@ -27,15 +44,22 @@ def verdicts(script, **r2):
 
 
 def test_table_1_as_printed_holds(script):
-    assert verdicts(script, static=0.916, tang=0.921, every=0.93, polynomial=0.971, quadratic=0.95) == [True] * 6
+    assert (
+        verdicts(script, static=0.916, tang=0.921, every=0.93, polynomial=0.971, quadratic=0.95)
+        == [True] * 6
+    )
 
 
 def test_the_order_hangs_on_the_reading_of_tang(script):
-    assert verdicts(script, static=0.916, tang=0.921, every=0.98, polynomial=0.971, quadratic=0.975)[3:] == [None, True, False]
+    assert verdicts(
+        script, static=0.916, tang=0.921, every=0.98, polynomial=0.971, quadratic=0.975
+    )[3:] == [None, True, False]
 
 
 def test_another_table_does_not_hold(script):
-    assert verdicts(script, static=0.95, tang=0.93, every=0.93, polynomial=0.92, quadratic=0.9)[:4] == [False, True, False, False]
+    assert verdicts(script, static=0.95, tang=0.93, every=0.93, polynomial=0.92, quadratic=0.9)[
+        :4
+    ] == [False, True, False, False]
 
 
 def test_a_claim_is_one_row(script):

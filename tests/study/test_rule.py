@@ -23,7 +23,9 @@ def maps(**changed):
     shape = (len(asked.frequency_rad_s), len(asked.pressure_pa))
     of = {name: np.ones(shape) for name in NAMES}
     best = np.clip(10.0 * asked.frequency_rad_s, 100.0, 1000.0) * 1e3
-    of["stroke_m"] = of["peak_power_w"] = 1e-3 + 1e-8 * np.abs(asked.pressure_pa[None, :] - best[:, None])
+    of["stroke_m"] = of["peak_power_w"] = 1e-3 + 1e-8 * np.abs(
+        asked.pressure_pa[None, :] - best[:, None]
+    )
     of["motion_m"], of["runaway_s"] = np.full(shape, 0.02), np.zeros(shape)
     return Maps(asked, of | changed)
 
@@ -76,32 +78,60 @@ def test_claims_can_fail():
 
 def test_one_pressure_and_none_that_follows_have_their_words():
     good = maps()
-    one = Maps(dataclasses.replace(good.asked, pressure_pa=np.array([800e3])), {name: figure[:, 14:15] for name, figure in good.of.items()})
+    one = Maps(
+        dataclasses.replace(good.asked, pressure_pa=np.array([800e3])),
+        {name: figure[:, 14:15] for name, figure in good.of.items()},
+    )
     assert any("800 kPa (the only one tried)" in claim.ours for claim in serial_claims(one, {}))
     none = serial_claims(maps(motion_m=np.full((19, 19), np.nan)), {})
-    assert [(claim.holds, claim.ours) for claim in none] == [(False, "at no pressure and frequency of this study")]
+    assert [(claim.holds, claim.ours) for claim in none] == [
+        (False, "at no pressure and frequency of this study")
+    ]
 
 
 def test_claims_are_of_the_plant_and_the_pid_they_name():
     good = maps()
-    asked = dataclasses.replace(good.asked, drive=dataclasses.replace(good.asked.drive, pid=(20.0, 50.0, 0.12)), plant=dataclasses.replace(good.asked.plant, name="other"))
+    asked = dataclasses.replace(
+        good.asked,
+        drive=dataclasses.replace(good.asked.drive, pid=(20.0, 50.0, 0.12)),
+        plant=dataclasses.replace(good.asked.plant, name="other"),
+    )
     found = serial_claims(Maps(asked, good.of), {"serial_eq8": good, "other muscle": good})
     assert not any("The PID" in claim.claim for claim in found)
-    assert [claim.claim for claim in found if claim.why] == ["Eq. (8) simulates the serial actuator (serial_eq8)"]
+    assert [claim.claim for claim in found if claim.why] == [
+        "Eq. (8) simulates the serial actuator (serial_eq8)"
+    ]
 
 
-@pytest.mark.parametrize(("plant", "said"), [("knee", "whose load is no mass"), ("serial", "a second plant named 'serial'")])
+@pytest.mark.parametrize(
+    ("plant", "said"),
+    [("knee", "whose load is no mass"), ("serial", "a second plant named 'serial'")],
+)
 def test_a_plant_beside_must_be_another_mass(tmp_path, plant, said):
     path = tmp_path / "serial.yaml"
-    path.write_text(STUDY.read_text(encoding="utf-8").replace("../plants/serial_eq8_no_c3.yaml", f"../plants/{plant}.yaml").replace("../plants", str(ROOT / "config/plants")), encoding="utf-8")
+    path.write_text(
+        STUDY.read_text(encoding="utf-8")
+        .replace("../plants/serial_eq8_no_c3.yaml", f"../plants/{plant}.yaml")
+        .replace("../plants", str(ROOT / "config/plants")),
+        encoding="utf-8",
+    )
     with pytest.raises(ConfigError, match=said):
         load_serial(path)
 
 
-@pytest.mark.parametrize(("old", "new", "said"), [
-    ("100 kPa abs", "100 kPa", "says what it is against"), ("points: 19", "points: 1", "a whole number from 2"), ("study: serial", "study: knee", "study: serial"),
-    ("20 rad/s", "20 m", "rad/s"), ("amplitude: 10 mm", "amplitude: 10 m", "0.0001 to 0.1 m"), ("mean: 0 mm", "means: 0 mm", "'means'"),
-    ("../plants/serial.yaml", "../plants/none.yaml", "no such file"), ("../plants/serial.yaml", "../plants/knee.yaml", "kind_code: 1")])
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("100 kPa abs", "100 kPa", "says what it is against"),
+        ("points: 19", "points: 1", "a whole number from 2"),
+        ("study: serial", "study: knee", "study: serial"),
+        ("20 rad/s", "20 m", "rad/s"),
+        ("amplitude: 10 mm", "amplitude: 10 m", "0.0001 to 0.1 m"),
+        ("mean: 0 mm", "means: 0 mm", "'means'"),
+        ("../plants/serial.yaml", "../plants/none.yaml", "no such file"),
+        ("../plants/serial.yaml", "../plants/knee.yaml", "kind_code: 1"),
+    ],
+)
 def test_a_bad_study_file_is_one_sentence(old, new, said, tmp_path):
     text = STUDY.read_text(encoding="utf-8")
     assert old in text

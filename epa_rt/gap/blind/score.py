@@ -1,4 +1,6 @@
-"""Scoring: every case diagnosed by a process that cannot read the truth, the truth opened last, the figures counted."""
+"""Scoring: every case diagnosed by a process that cannot read the truth, the truth opened last, the
+figures counted.
+"""
 
 import json
 import os
@@ -12,7 +14,14 @@ from pathlib import Path
 
 from epa_rt.gap.blind.figures import figures
 from epa_rt.gap.blind.kept import hash_of, take, telling
-from epa_rt.gap.blind.seal import NOT_HIDDEN, SealError, can_hide, hidden_command, opened, python_command
+from epa_rt.gap.blind.seal import (
+    NOT_HIDDEN,
+    SealError,
+    can_hide,
+    hidden_command,
+    opened,
+    python_command,
+)
 from epa_rt.gap.blind.shown import closing_line, table
 
 LONGEST_S = 3600
@@ -22,12 +31,23 @@ STOPPED = (-2, -15, 130)  # exit codes of a worker that took the operator's Ctrl
 Again = Callable[[list[tuple[dict, dict]], Path, Sequence[Path]], None]
 
 
-def score(cases: Path, sealed: Path, out: Path, html: Path, diagnoser: str, jobs: int, again: Again | None = None, first: int | None = None,
-          beside: Path | None = None) -> str:
-    """Diagnoses what is not yet diagnosed, writes JSON and picture; returns the table and the closing line.
+def score(
+    cases: Path,
+    sealed: Path,
+    out: Path,
+    html: Path,
+    diagnoser: str,
+    jobs: int,
+    again: Again | None = None,
+    first: int | None = None,
+    beside: Path | None = None,
+) -> str:
+    """Diagnoses what is not yet diagnosed, writes JSON and picture; returns the table and the
+    closing line.
 
-    Answers are kept beside ``out`` and are not asked for again. ``again`` is called with pairs (truth, said), the answers' folder
-    and what is to be hidden, and may add an ``after_next`` to what was said. ``first``: so many cases alone. ``beside``: a file that tells the truth too.
+    Answers are kept beside ``out`` and are not asked for again. ``again`` is called with pairs
+    (truth, said), the answers' folder and what is to be hidden, and may add an ``after_next`` to
+    what was said. ``first``: so many cases alone. ``beside``: a file that tells the truth too.
     Raises SealError where the truth does not fit the logs, or the answers kept are others'.
     """
     folders = sorted(path.parent for path in cases.glob("case_*/case.json"))[:first]
@@ -38,15 +58,33 @@ def score(cases: Path, sealed: Path, out: Path, html: Path, diagnoser: str, jobs
     truth = opened(sealed, cases)
     if first is not None:
         truth["cases"] = [case for case in truth["cases"] if cases / case["case"] in folders]
-    missing = [case["case"] for case in truth["cases"] if not (answers / f"{case['case']}.json").exists()]
+    missing = [
+        case["case"] for case in truth["cases"] if not (answers / f"{case['case']}.json").exists()
+    ]
     if missing:
-        raise SealError(f"{cases}: found no {', '.join(missing[:5])}, expected every case that was sealed")
-    judged = [(case, json.loads((answers / f"{case['case']}.json").read_text(encoding="utf-8"))) for case in truth["cases"]]
+        raise SealError(
+            f"{cases}: found no {', '.join(missing[:5])}, expected every case that was sealed"
+        )
+    judged = [
+        (case, json.loads((answers / f"{case['case']}.json").read_text(encoding="utf-8")))
+        for case in truth["cases"]
+    ]
     if again is not None:
         again(judged, answers, hidden)
     found = figures(judged)
-    out.write_text(json.dumps({"figures": [f._asdict() for f in found], "hidden_from_the_diagnosis": hides, "diagnoser": diagnoser, "truth_sha256": hash_of(cases),
-                               "cases": [{"truth": t, "said": s} for t, s in judged]}, indent=1), encoding="utf-8")
+    out.write_text(
+        json.dumps(
+            {
+                "figures": [f._asdict() for f in found],
+                "hidden_from_the_diagnosis": hides,
+                "diagnoser": diagnoser,
+                "truth_sha256": hash_of(cases),
+                "cases": [{"truth": t, "said": s} for t, s in judged],
+            },
+            indent=1,
+        ),
+        encoding="utf-8",
+    )
     from epa_rt.gap.blind.confusion import confusion
 
     confusion(judged, html)
@@ -55,18 +93,36 @@ def score(cases: Path, sealed: Path, out: Path, html: Path, diagnoser: str, jobs
 
 
 def _errors(judged: Sequence[tuple[dict, dict]], answers: Path) -> str:
-    """Which diagnoses ended in an error, a line each; they count as wrong, and are not asked again by themselves."""
-    return "".join(f"\n{case['case']}: {said['error'].strip().splitlines()[-1][:300]} (asked again once {answers / case['case']}.json is gone)" for case, said in judged if said.get("error"))
+    """Which diagnoses ended in an error, a line each; they count as wrong, and are not asked again
+    by themselves.
+    """
+    return "".join(
+        f"\n{case['case']}: {said['error'].strip().splitlines()[-1][:300]} (asked again once"
+        f" {answers / case['case']}.json is gone)"
+        for case, said in judged
+        if said.get("error")
+    )
 
 
-def diagnose_all(folders: list[Path], answers: Path, hidden: Sequence[Path], diagnoser: str, jobs: int) -> None:
+def diagnose_all(
+    folders: list[Path], answers: Path, hidden: Sequence[Path], diagnoser: str, jobs: int
+) -> None:
     """Every case's answer into ``answers``; what is there already is left as it is."""
-    diagnose_each([(folder, answers / f"{folder.name}.json") for folder in folders], hidden, diagnoser, jobs, "cases diagnosed")
+    diagnose_each(
+        [(folder, answers / f"{folder.name}.json") for folder in folders],
+        hidden,
+        diagnoser,
+        jobs,
+        "cases diagnosed",
+    )
 
 
-def diagnose_each(asked: list[tuple[Path, Path]], hidden: Sequence[Path], diagnoser: str, jobs: int, says: str) -> None:
-    """One process per folder and file for its answer, ``jobs`` at once; what is there already is left as it is. ``says``: what is counted, for people.
-    ``hidden``: folders and files that are empty for those processes (kept.telling); none where nothing can be hidden.
+def diagnose_each(
+    asked: list[tuple[Path, Path]], hidden: Sequence[Path], diagnoser: str, jobs: int, says: str
+) -> None:
+    """One process per folder and file for its answer, ``jobs`` at once; what is there already is
+    left as it is. ``says``: what is counted, for people. ``hidden``: folders and files that are
+    empty for those processes (kept.telling); none where nothing can be hidden.
 
     After Ctrl-C the cases under way have no answer and are asked again the next time.
     """
@@ -101,21 +157,31 @@ class Running:
         with self._lock:
             if self.stopped:
                 return None
-            process = subprocess.Popen(command, env=env, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+            process = subprocess.Popen(
+                command, env=env, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
+            )
             self._processes.add(process)
             return process
 
     def stop(self) -> None:
-        """Asks all of them to end (SIGTERM) and lets none start any more; does not wait for them."""
+        """Asks all of them to end (SIGTERM) and lets none start any more; does not wait for
+        them.
+        """
         with self._lock:
             self.stopped = True
             for process in self._processes:
                 process.terminate()
 
 
-def diagnose_one(folder: Path, out: Path, hidden: Sequence[Path], diagnoser: str, running: Running) -> None:
-    """Runs the worker on one case; a process that dies leaves an answer that says so, one that was stopped leaves none."""
-    command = python_command("epa_rt.gap.blind.worker", os.fspath(folder), os.fspath(out), diagnoser)
+def diagnose_one(
+    folder: Path, out: Path, hidden: Sequence[Path], diagnoser: str, running: Running
+) -> None:
+    """Runs the worker on one case; a process that dies leaves an answer that says so, one that was
+    stopped leaves none.
+    """
+    command = python_command(
+        "epa_rt.gap.blind.worker", os.fspath(folder), os.fspath(out), diagnoser
+    )
     if hidden:
         command = hidden_command(hidden, command)
     threads = {"OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
@@ -131,4 +197,7 @@ def diagnose_one(folder: Path, out: Path, hidden: Sequence[Path], diagnoser: str
         process.communicate()
         reason = f"no answer within {LONGEST_S} s"
     if not out.exists() and not running.stopped and process.returncode not in STOPPED:
-        out.write_text(json.dumps({"error": reason, "wall_seconds": time.perf_counter() - began_s}), encoding="utf-8")
+        out.write_text(
+            json.dumps({"error": reason, "wall_seconds": time.perf_counter() - began_s}),
+            encoding="utf-8",
+        )

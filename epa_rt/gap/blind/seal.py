@@ -1,8 +1,9 @@
 """The truth of the cases, sealed: written elsewhere, encrypted, with its hash beside the logs.
 
-The key lies beside the sealed text. A process that diagnoses sees an empty folder in its place (a mount namespace of its
-own) where the machine allows that, and empty files in the place of what tells the truth otherwise (kept.py); the parent reads the key after the last
-diagnosis (matrix: before, to see whether it is the set that was asked for).
+The key lies beside the sealed text. A process that diagnoses sees an empty folder in its place (a
+mount namespace of its own) where the machine allows that, and empty files in the place of what
+tells the truth otherwise (kept.py); the parent reads the key after the last diagnosis (matrix:
+before, to see whether it is the set that was asked for).
 """
 
 import hashlib
@@ -49,13 +50,22 @@ def opened(folder: Path, cases: Path) -> dict:
         sealed, key = (folder / TRUTH).read_bytes(), (folder / KEY).read_bytes()
         told = (cases / HASH).read_text(encoding="utf-8").strip()
     except OSError as error:
-        raise SealError(f"{error.filename}: cannot be read ({error.strerror}), expected the sealed truth of {cases}") from None
+        raise SealError(
+            f"{error.filename}: cannot be read ({error.strerror}), expected the sealed truth of"
+            f" {cases}"
+        ) from None
     nonce, tag, hidden = sealed[:16], sealed[16:48], sealed[48:]
     if not hmac.compare_digest(tag, hmac.digest(key, nonce + hidden, "sha256")):
-        raise SealError(f"{folder / TRUTH}: found a text that this key did not seal, expected the truth of {cases}")
+        raise SealError(
+            f"{folder / TRUTH}: found a text that this key did not seal, expected the truth of"
+            f" {cases}"
+        )
     text = _xor(hidden, key, nonce)
     if hashlib.sha256(text).hexdigest() != told:
-        raise SealError(f"{folder / TRUTH}: found a truth with another hash than {cases / HASH}, expected the one sealed with these logs")
+        raise SealError(
+            f"{folder / TRUTH}: found a truth with another hash than {cases / HASH}, expected the"
+            " one sealed with these logs"
+        )
     return json.loads(text)
 
 
@@ -65,17 +75,32 @@ def _xor(text: bytes, key: bytes, nonce: bytes) -> bytes:
 
 
 def can_hide() -> bool:
-    """Whether a process can be given a mount namespace of its own here, with an empty folder and an empty file in it."""
+    """Whether a process can be given a mount namespace of its own here, with an empty folder and an
+    empty file in it.
+    """
     if shutil.which("unshare") is None:
         return False
-    found = subprocess.run(["unshare", "-rm", "sh", "-c", "mount -t tmpfs tmpfs /tmp && : > /tmp/file && mount --bind /dev/null /tmp/file"], capture_output=True)
+    found = subprocess.run(
+        [
+            "unshare",
+            "-rm",
+            "sh",
+            "-c",
+            "mount -t tmpfs tmpfs /tmp && : > /tmp/file && mount --bind /dev/null /tmp/file",
+        ],
+        capture_output=True,
+    )
     return found.returncode == 0
 
 
 def hidden_command(places: Sequence[Path], command: list[str]) -> list[str]:
-    """The command, run where every folder and file of ``places`` (absolute) is empty. It sees everything else; a place that is gone by then is passed over."""
-    script = ('while [ "$1" != -- ]; do if [ -d "$1" ]; then mount -t tmpfs tmpfs "$1"; elif [ -e "$1" ]; then mount --bind /dev/null "$1"; fi || exit 1; shift; done; '
-              'shift; exec "$@"')
+    """The command, run where every folder and file of ``places`` (absolute) is empty. It sees
+    everything else; a place that is gone by then is passed over.
+    """
+    script = (
+        'while [ "$1" != -- ]; do if [ -d "$1" ]; then mount -t tmpfs tmpfs "$1"; elif [ -e "$1" ];'
+        ' then mount --bind /dev/null "$1"; fi || exit 1; shift; done; shift; exec "$@"'
+    )
     return ["unshare", "-rm", "sh", "-c", script, "sh", *map(os.fspath, places), "--", *command]
 
 

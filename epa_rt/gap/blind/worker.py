@@ -1,4 +1,6 @@
-"""One case diagnosed in a process of its own: ``python -m epa_rt.gap.blind.worker CASE OUT MODULE:FUNCTION``."""
+"""One case diagnosed in a process of its own: ``python -m epa_rt.gap.blind.worker CASE OUT
+MODULE:FUNCTION``.
+"""
 
 import importlib
 import json
@@ -11,14 +13,21 @@ from pathlib import Path
 
 
 def main(case: Path, out: Path, diagnoser: str) -> None:
-    """Calls the diagnoser with what case.json says and writes its answer, or the error that it ended with, into ``out``."""
+    """Calls the diagnoser with what case.json says and writes its answer, or the error that it
+    ended with, into ``out``.
+    """
     told = json.loads((case / "case.json").read_text(encoding="utf-8"))
     module, _, name = diagnoser.partition(":")
     began_s = time.perf_counter()
     try:
         function = getattr(importlib.import_module(module), name)
-        said = function(case / told["rig"], case / told["plant"], [case / log for log in told["logs"]],
-                        [case / log for log in told["holdout"]], told["leave_out"])
+        said = function(
+            case / told["rig"],
+            case / told["plant"],
+            [case / log for log in told["logs"]],
+            [case / log for log in told["holdout"]],
+            told["leave_out"],
+        )
         answer = said if isinstance(said, dict) else said.as_json()
     except Exception as error:
         answer = {"error": f"{type(error).__name__}: {error}", "traceback": traceback.format_exc()}

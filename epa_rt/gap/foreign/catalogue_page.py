@@ -1,4 +1,6 @@
-"""What can be named on the rigs of others, kind by kind: rows for a list and a page for people (docs/foreign-effects.md)."""
+"""What can be named on the rigs of others, kind by kind: rows for a list and a page for people
+(docs/foreign-effects.md).
+"""
 
 from epa_rt.gap.foreign.component import Component, Parameter
 from epa_rt.gap.foreign.kinds import KINDS
@@ -9,20 +11,43 @@ _HEAD = """# Effects of rigs that are not ours
 Kind by kind: the model with every number that it has, so that another person could write it again, what is known of a rig (settings), what no plant file knows exactly (nominal), and the effects that can be named. A law's
 numbers stand in the order in which its equation has them; bounds, neutral value and typical strength are in units of what stands behind the *x*, settings of the rig file. With its neutral value an effect is exactly absent. Files, units of
 columns, what to record: [foreign-rigs.md](foreign-rigs.md). This page is written by `epa_rt.gap.foreign.catalogue_page.page()`, and a test holds it to the code.
-"""
+"""  # noqa: E501
 
 
 def rows(component: Component) -> list[dict]:
-    """One entry per effect of a kind, its knobs with unit, neutral value, bounds and typical strength, all in units of ``scale`` ('' for the unit itself)."""
+    """One entry per effect of a kind, its knobs with unit, neutral value, bounds and typical
+    strength, all in units of ``scale`` ('' for the unit itself).
+    """
     numbers = {row.key: row for row in component.parameters}
-    return [{"name": effect.name, "family": effect.family, "block": effect.block, "says": effect.says,
-             "knobs": [_knob(numbers[key], typical) for key, typical in zip(effect.knobs, effect.starts[0], strict=True)],
-             "equation": effect.equation, "source": effect.source} for effect in component.effects]
+    return [
+        {
+            "name": effect.name,
+            "family": effect.family,
+            "block": effect.block,
+            "says": effect.says,
+            "knobs": [
+                _knob(numbers[key], typical)
+                for key, typical in zip(effect.knobs, effect.starts[0], strict=True)
+            ],
+            "equation": effect.equation,
+            "source": effect.source,
+        }
+        for effect in component.effects
+    ]
 
 
 def _knob(row: Parameter, typical: float) -> dict:
     low_scale = row.low_scale or row.scale
-    return {"key": row.key, "unit": row.unit, "neutral": row.neutral, "low": row.low, "high": row.high, "typical": typical, "scale": row.scale, "low_scale": low_scale}
+    return {
+        "key": row.key,
+        "unit": row.unit,
+        "neutral": row.neutral,
+        "low": row.low,
+        "high": row.high,
+        "typical": typical,
+        "scale": row.scale,
+        "low_scale": low_scale,
+    }
 
 
 def bounds(one: dict) -> str:
@@ -57,22 +82,50 @@ def page() -> str:
 
 def _kind(component: Component) -> str:
     nominal = [row for row in component.parameters if row.effect is None]
-    return "".join([
-        f"\n## {component.kind}: {component.says}\n\n", *(f"- {line}\n" for line in component.equations),
-        "\n| Setting | Unit | Bounds | Default | Says |\n|---|---|---|---|---|\n",
-        *(f"| `{s.name}` | {s.unit} | {s.low:g} to {s.high:g} | {'must be said' if s.default is None else f'{s.default:g}'} | {s.says} |\n" for s in component.settings),
-        "\n| Nominal | Unit | Bounds | Spread | Where the plant file is silent |\n|---|---|---|---|---|\n", *(_nominal(row) for row in nominal),
-        "\n| Family | Effect | Says | Equation | Numbers | Bounds | Neutral | Typical | Source |\n|---|---|---|---|---|---|---|---|---|\n",
-        *(_effect(effect, row["knobs"]) for effect, row in zip(component.effects, rows(component), strict=True))])
+    return "".join(
+        [
+            f"\n## {component.kind}: {component.says}\n\n",
+            *(f"- {line}\n" for line in component.equations),
+            "\n| Setting | Unit | Bounds | Default | Says |\n|---|---|---|---|---|\n",
+            *(
+                f"| `{s.name}` | {s.unit} | {s.low:g} to {s.high:g} |"
+                f" {'must be said' if s.default is None else f'{s.default:g}'} | {s.says} |\n"
+                for s in component.settings
+            ),
+            (
+                "\n| Nominal | Unit | Bounds | Spread | Where the plant file is silent"
+                " |\n|---|---|---|---|---|\n"
+            ),
+            *(_nominal(row) for row in nominal),
+            (
+                "\n| Family | Effect | Says | Equation | Numbers | Bounds | Neutral | Typical |"
+                " Source |\n|---|---|---|---|---|---|---|---|---|\n"
+            ),
+            *(
+                _effect(effect, row["knobs"])
+                for effect, row in zip(component.effects, rows(component), strict=True)
+            ),
+        ]
+    )
 
 
 def _nominal(row: Parameter) -> str:
     spread = f"{row.spread:g} {row.unit}" if row.absolute else f"{100 * row.spread:g} %"
-    return f"| `{row.key}` | {row.unit} | {row.low:g} to {row.high:g} | {spread} | {'refused' if row.neutral is None else f'{row.neutral:g}'} |\n"
+    return (
+        f"| `{row.key}` | {row.unit} | {row.low:g} to {row.high:g} | {spread} |"
+        f" {'refused' if row.neutral is None else f'{row.neutral:g}'} |\n"
+    )
 
 
 def _effect(effect: Effect, knobs: list[dict]) -> str:
     names = ", ".join(f"`{one['key']}` {one['unit']}" for one in knobs)
-    numbers = "; ".join(bounds(one) for one in knobs), "; ".join(neutral(one) for one in knobs), "; ".join(typical(one) for one in knobs)
+    numbers = (
+        "; ".join(bounds(one) for one in knobs),
+        "; ".join(neutral(one) for one in knobs),
+        "; ".join(typical(one) for one in knobs),
+    )
     equation = effect.equation.replace("|", "\\|")
-    return f"| {effect.family} | `{effect.name}` | {effect.says} | {equation} | {names} | {' | '.join(numbers)} | {effect.source} |\n"
+    return (
+        f"| {effect.family} | `{effect.name}` | {effect.says} | {equation} | {names} |"
+        f" {' | '.join(numbers)} | {effect.source} |\n"
+    )

@@ -1,10 +1,12 @@
-"""Laws of a sealed chamber: how fast its gas leaves, what cooling takes from it, what adds to its reading."""
+"""Laws of a sealed chamber: how fast its gas leaves, what cooling takes from it, what adds to its
+reading.
+"""
 
 import numpy as np
 
 from epa_rt.gap.foreign.component import Numbers
 
-CRITICAL = 0.528                    # pressure ratio below which air leaves at the speed of sound
+CRITICAL = 0.528  # pressure ratio below which air leaves at the speed of sound
 KAPPA = 1.4
 
 
@@ -18,7 +20,12 @@ def rate_pa_s(p: np.ndarray, n: Numbers) -> np.ndarray:
     if n["leak.orifice_per_s"] != 0.0:
         rate = rate - n["leak.orifice_per_s"] * p * _outflow(ambient / np.maximum(p, ambient))
     if n["leak.power_per_s"] != 0.0:
-        rate = rate - n["leak.power_per_s"] * over * np.maximum(over / ambient, 1e-12) ** n["leak.power_ratio"]  # a power below 0 has no value where nothing stands over
+        rate = (
+            rate
+            - n["leak.power_per_s"]
+            * over
+            * np.maximum(over / ambient, 1e-12) ** n["leak.power_ratio"]
+        )  # a power below 0 has no value where nothing stands over
     if n["leak.pressure_opened_per_s"] != 0.0:
         rate = rate - n["leak.pressure_opened_per_s"] * np.maximum(p - n["leak.opens_at_pa"], 0.0)
     if n["leak.supply_per_s"] != 0.0:
@@ -29,7 +36,9 @@ def rate_pa_s(p: np.ndarray, n: Numbers) -> np.ndarray:
 
 
 def _outflow(ratio: np.ndarray) -> np.ndarray:
-    """Flow through an orifice over its choked value, by outlet over inlet pressure (ISO 6358 ellipse's isentropic original)."""
+    """Flow through an orifice over its choked value, by outlet over inlet pressure (ISO 6358
+    ellipse's isentropic original).
+    """
     at = np.clip(ratio, CRITICAL, 1.0)
     flow = np.sqrt(np.maximum(at ** (2 / KAPPA) - at ** ((KAPPA + 1) / KAPPA), 0.0))
     return flow / np.sqrt(CRITICAL ** (2 / KAPPA) - CRITICAL ** ((KAPPA + 1) / KAPPA))
@@ -46,7 +55,9 @@ def added_pa(seconds: np.ndarray, p: np.ndarray, start_pa: float, n: Numbers) ->
 
 
 def cooled_pa(rate: np.ndarray, period_s: float, n: Numbers) -> np.ndarray:
-    """What the gas lacks because it cools as it leaks out, (n,): dh/dt = (kappa - 1) rate - h / T."""
+    """What the gas lacks because it cools as it leaks out, (n,): dh/dt = (kappa - 1) rate - h /
+    T.
+    """
     from scipy.signal import lfilter
 
     kept = np.exp(-period_s / n["gas.cooling_s"])
@@ -54,11 +65,17 @@ def cooled_pa(rate: np.ndarray, period_s: float, n: Numbers) -> np.ndarray:
 
 
 def run_pa(start_pa: float, seconds: np.ndarray, step: float, n: Numbers) -> np.ndarray:
-    """Pressure from a start on: gas at the walls' temperature, and what it lacks by cooling, as two states."""
+    """Pressure from a start on: gas at the walls' temperature, and what it lacks by cooling, as two
+    states.
+    """
 
     def slope(state: np.ndarray) -> np.ndarray:
         rate = float(rate_pa_s(state[0] + state[1], n))
-        lacking = (KAPPA - 1.0) * rate - state[1] / n["gas.cooling_s"] if n["gas.cooling_s"] != 0.0 else 0.0
+        lacking = (
+            (KAPPA - 1.0) * rate - state[1] / n["gas.cooling_s"]
+            if n["gas.cooling_s"] != 0.0
+            else 0.0
+        )
         return np.array([rate, lacking])
 
     states = np.empty((len(seconds), 2))

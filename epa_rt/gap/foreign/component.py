@@ -1,7 +1,8 @@
-"""What a component rig of somebody else is made of: channels, settings, links, numbers, effects and the equations.
+"""What a component rig of somebody else is made of: channels, settings, links, numbers, effects and
+the equations.
 
-A new kind of rig is one module with a ``Component`` in it, entered in ``kinds.py``; everything else (files, filtering,
-baseline, the whole diagnosis) follows from it.
+A new kind of rig is one module with a ``Component`` in it, entered in ``kinds.py``; everything else
+(files, filtering, baseline, the whole diagnosis) follows from it.
 """
 
 from collections.abc import Callable, Mapping
@@ -14,11 +15,15 @@ from epa_rt.gap.foreign.signals import Signals
 from epa_rt.gap.subject import Link
 from epa_rt.models.effect import Effect
 
-Numbers = Mapping[str, float]  # every parameter of a plant by key ('friction.coulomb_n'), settings of the rig by name
+Numbers = Mapping[
+    str, float
+]  # every parameter of a plant by key ('friction.coulomb_n'), settings of the rig by name
 
 
 class Channel(NamedTuple):
-    """A measured or commanded signal that the equations use; ``role`` is its name in them. ``size``: setting that says how large it is, roughly; '' where none does."""
+    """A measured or commanded signal that the equations use; ``role`` is its name in them.
+    ``size``: setting that says how large it is, roughly; '' where none does.
+    """
 
     role: str
     unit: str
@@ -28,7 +33,9 @@ class Channel(NamedTuple):
 
 
 class Setting(NamedTuple):
-    """A number of the rig that is known and never fitted. ``default`` None: the rig file must say it."""
+    """A number of the rig that is known and never fitted. ``default`` None: the rig file must say
+    it.
+    """
 
     name: str
     unit: str
@@ -41,10 +48,11 @@ class Setting(NamedTuple):
 class Parameter(NamedTuple):
     """One number of a plant. ``key``: block, dot, name with unit.
 
-    A nominal parameter is of no effect; where its ``neutral`` is None the plant file must say it, else it may; its ``spread`` is relative, or in SI
-    where ``absolute``. Of an
-    effect's number ``low``, ``high`` and ``spread`` count in units of ``scale``, a product or quotient of settings
-    such as 'typical_force/typical_speed' ('' for the SI unit itself); ``low`` in those of ``low_scale`` where that is said (never above ``neutral``).
+    A nominal parameter is of no effect; where its ``neutral`` is None the plant file must say it,
+    else it may; its ``spread`` is relative, or in SI where ``absolute``. Of an effect's number
+    ``low``, ``high`` and ``spread`` count in units of ``scale``, a product or quotient of settings
+    such as 'typical_force/typical_speed' ('' for the SI unit itself); ``low`` in those of
+    ``low_scale`` where that is said (never above ``neutral``).
     """
 
     key: str
@@ -82,36 +90,48 @@ class Experiment(NamedTuple):
 class Component:
     """A kind of rig.
 
-    ``prepare(signals, numbers)``: what no parameter changes, for one recording; may narrow ``signals.valid`` per link.
-    ``residual(prepared, numbers, link)``: measured minus predicted at the recording's own rate, (N,), unfiltered.
-    ``features(prepared, link)``: (N,) each. ``free_run(prepared, numbers)``: measured channels by role, simulated
-    forward from what was commanded, without noise; None where there is no model of the whole. ``menu(settings)``:
-    experiments that the rig could run next. ``equations``: the model with every number that it has, so that another person could write it again.
-    Two threads may call any of them at once.
+    ``prepare(signals, numbers)``: what no parameter changes, for one recording; may narrow
+    ``signals.valid`` per link. ``residual(prepared, numbers, link)``: measured minus predicted at
+    the recording's own rate, (N,), unfiltered. ``features(prepared, link)``: (N,) each.
+    ``free_run(prepared, numbers)``: measured channels by role, simulated forward from what was
+    commanded, without noise; None where there is no model of the whole. ``menu(settings)``:
+    experiments that the rig could run next. ``equations``: the model with every number that it has,
+    so that another person could write it again. Two threads may call any of them at once.
     """
 
     kind: str
     says: str
     channels: tuple[Channel, ...]
     settings: tuple[Setting, ...]
-    links: tuple[tuple[Link, str], ...]          # link and the role of its measured output
+    links: tuple[tuple[Link, str], ...]  # link and the role of its measured output
     parameters: tuple[Parameter, ...]
-    effects: tuple[Effect, ...]                  # starts in units of the scales of their knobs
+    effects: tuple[Effect, ...]  # starts in units of the scales of their knobs
     prepare: Callable[[Signals, Numbers], object]
     residual: Callable[[object, Numbers, str], np.ndarray]
     features: Callable[[object, str], Mapping[str, np.ndarray]]
     free_run: Callable[[object, Numbers], Mapping[str, np.ndarray]] | None = None
     menu: Callable[[Numbers], tuple[Experiment, ...]] | None = None
-    settled: float = 2.0  # cut-off periods after which the filters have forgotten a hole or an end; 5 where two follow each other
-    flat: bool = False   # weigh all frequencies up to the low-pass alike, whatever the colour of what laps differ by
-    needs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # roles that a link needs beside its output
-    undetermined: Callable[[object, Numbers], np.ndarray] | None = None  # of what was prepared: (N,) rows in which no law foresees the outputs
-    output_is_foreseen: bool = False  # from the other channels, by a residual that is measured less foreseen: a turned sign then runs against it
+    # cut-off periods after which the filters have forgotten a hole or an end; 5 where two follow
+    # each other
+    settled: float = 2.0
+    # weigh all frequencies up to the low-pass alike, whatever the colour of what laps differ by
+    flat: bool = False
+    needs: Mapping[str, tuple[str, ...]] = field(
+        default_factory=dict
+    )  # roles that a link needs beside its output
+    undetermined: Callable[[object, Numbers], np.ndarray] | None = (
+        None  # of what was prepared: (N,) rows in which no law foresees the outputs
+    )
+    # from the other channels, by a residual that is measured less foreseen: a turned sign then runs
+    # against it
+    output_is_foreseen: bool = False
     equations: tuple[str, ...] = ()
 
 
 def scaled(scale: str, settings: Numbers) -> float:
-    """Value of a scale such as 'typical_force*typical_speed/stroke', in SI; 1 for ''. Raises KeyError for an unknown setting."""
+    """Value of a scale such as 'typical_force*typical_speed/stroke', in SI; 1 for ''. Raises
+    KeyError for an unknown setting.
+    """
     value, sign = 1.0, "*"
     for part in scale.replace("/", " / ").replace("*", " * ").split():
         if part in "*/":
@@ -121,7 +141,30 @@ def scaled(scale: str, settings: Numbers) -> float:
     return value
 
 
-def effect(name: str, family: str, block: str, knobs: tuple[str, ...], starts: tuple[tuple[float, ...], ...], says: str,
-           equation: str, source: str, swings_over: str | None = None, sets_in: bool = False) -> Effect:
-    """An entry of a component's catalogue; ``starts`` in units of the knobs' scales; ``swings_over``: the feature whose angle it swings over; ``sets_in`` as in Effect."""
-    return Effect(name, family, block, knobs, starts, says, equation, source, swings_over=swings_over, sets_in=sets_in)
+def effect(
+    name: str,
+    family: str,
+    block: str,
+    knobs: tuple[str, ...],
+    starts: tuple[tuple[float, ...], ...],
+    says: str,
+    equation: str,
+    source: str,
+    swings_over: str | None = None,
+    sets_in: bool = False,
+) -> Effect:
+    """An entry of a component's catalogue; ``starts`` in units of the knobs' scales;
+    ``swings_over``: the feature whose angle it swings over; ``sets_in`` as in Effect.
+    """
+    return Effect(
+        name,
+        family,
+        block,
+        knobs,
+        starts,
+        says,
+        equation,
+        source,
+        swings_over=swings_over,
+        sets_in=sets_in,
+    )

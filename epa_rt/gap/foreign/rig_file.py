@@ -1,4 +1,6 @@
-"""Rig files of component rigs: which column is what, settings that are known, rates. YAML, every number with its unit."""
+"""Rig files of component rigs: which column is what, settings that are known, rates. YAML, every
+number with its unit.
+"""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,7 +13,9 @@ from epa_rt.gap.foreign.component import Component
 
 
 class SlowNoise(Frozen):
-    """What a channel wanders by from one run to the next, as repeats show it: a first-order process."""
+    """What a channel wanders by from one run to the next, as repeats show it: a first-order
+    process.
+    """
 
     rms: str | float
     time: quantity("s", 1e-3, 1e6)
@@ -23,19 +27,23 @@ class RigText(Frozen):
     rig: Name
     kind: Name
     plant: str | None = None
-    rate: quantity("Hz", 0.01, 1e5)             # of the residuals
-    lowpass: quantity("Hz", 0.001, 1e5)         # zero-phase, before they are thinned out to that rate
+    rate: quantity("Hz", 0.01, 1e5)  # of the residuals
+    lowpass: quantity("Hz", 0.001, 1e5)  # zero-phase, before they are thinned out to that rate
     channels: dict[Name, str]
     settings: dict[Name, str | float] = {}
-    steps: dict[Name, str | float] = {}         # by role: what a reading jumps by
-    repeats_to: dict[Name, str | float] = {}    # by role: rms by which one run differs from the mean of its like
-    slow_noise: dict[Name, SlowNoise] = {}      # by role: what repeats differ by beyond sample noise
+    steps: dict[Name, str | float] = {}  # by role: what a reading jumps by
+    repeats_to: dict[
+        Name, str | float
+    ] = {}  # by role: rms by which one run differs from the mean of its like
+    slow_noise: dict[Name, SlowNoise] = {}  # by role: what repeats differ by beyond sample noise
 
 
 @dataclass(frozen=True)
 class ForeignRig:
-    """``channels``: role to column name; ``settings``: every setting of the kind in SI; ``steps``: role to a reading's step,
-    ``slow_noise``: role to rms and time constant, ``repeats_to``: role to rms, where said."""
+    """``channels``: role to column name; ``settings``: every setting of the kind in SI; ``steps``:
+    role to a reading's step, ``slow_noise``: role to rms and time constant, ``repeats_to``: role to
+    rms, where said.
+    """
 
     name: str
     component: Component
@@ -59,30 +67,64 @@ def load_rig(path: Path) -> ForeignRig:
         raise source.error(("kind",), f"'{text.kind}'", "one of " + ", ".join(sorted(KINDS)))
     component = KINDS[text.kind]
     if text.lowpass > 0.5 * text.rate:
-        raise source.error(("lowpass",), f"{text.lowpass:g} Hz", f"at most half the rate, {0.5 * text.rate:g} Hz")
+        raise source.error(
+            ("lowpass",), f"{text.lowpass:g} Hz", f"at most half the rate, {0.5 * text.rate:g} Hz"
+        )
     roles = {channel.role for channel in component.channels}
     for role in text.channels:
         if role not in roles:
-            raise source.error(("channels", role), f"'{role}'", f"one of {', '.join(sorted(roles))}")
+            raise source.error(
+                ("channels", role), f"'{role}'", f"one of {', '.join(sorted(roles))}"
+            )
     for channel in component.channels:
         if channel.required and channel.role not in text.channels:
-            raise source.error(("channels",), "nothing", f"the key '{channel.role}': the column with {channel.says}")
+            raise source.error(
+                ("channels",),
+                "nothing",
+                f"the key '{channel.role}': the column with {channel.says}",
+            )
     plant = (path.parent / text.plant) if text.plant else None
-    return ForeignRig(text.rig, component, plant, text.rate, text.lowpass, dict(text.channels), _settings(source, component, text.settings),
-                      _by_role(source, component, "steps", text.steps), _slow_noise(source, component, text.slow_noise),
-                      _by_role(source, component, "repeats_to", text.repeats_to))
+    return ForeignRig(
+        text.rig,
+        component,
+        plant,
+        text.rate,
+        text.lowpass,
+        dict(text.channels),
+        _settings(source, component, text.settings),
+        _by_role(source, component, "steps", text.steps),
+        _slow_noise(source, component, text.slow_noise),
+        _by_role(source, component, "repeats_to", text.repeats_to),
+    )
 
 
-def _by_role(source: Located, component: Component, section: str, written: dict[str, Any], last: tuple[str, ...] = ()) -> dict[str, float]:
+def _by_role(
+    source: Located,
+    component: Component,
+    section: str,
+    written: dict[str, Any],
+    last: tuple[str, ...] = (),
+) -> dict[str, float]:
     units = {channel.role: channel.unit for channel in component.channels}
     for role in written:
         if role not in units:
             raise source.error((section, role), f"'{role}'", f"one of {', '.join(sorted(units))}")
-    return {role: bounded(source, (section, role, *last), text, units[role], 0.0, 1e9) for role, text in written.items()}
+    return {
+        role: bounded(source, (section, role, *last), text, units[role], 0.0, 1e9)
+        for role, text in written.items()
+    }
 
 
-def _slow_noise(source: Located, component: Component, written: dict[str, SlowNoise]) -> dict[str, tuple[float, float]]:
-    sizes = _by_role(source, component, "slow_noise", {role: noise.rms for role, noise in written.items()}, ("rms",))
+def _slow_noise(
+    source: Located, component: Component, written: dict[str, SlowNoise]
+) -> dict[str, tuple[float, float]]:
+    sizes = _by_role(
+        source,
+        component,
+        "slow_noise",
+        {role: noise.rms for role, noise in written.items()},
+        ("rms",),
+    )
     return {role: (sizes[role], noise.time) for role, noise in written.items()}
 
 
@@ -94,15 +136,21 @@ def _settings(source: Located, component: Component, written: dict[str, Any]) ->
     values = {}
     for name, setting in known.items():
         if name in written:
-            values[name] = bounded(source, ("settings", name), written[name], setting.unit, setting.low, setting.high)
+            values[name] = bounded(
+                source, ("settings", name), written[name], setting.unit, setting.low, setting.high
+            )
         elif setting.default is None:
-            raise source.error(("settings",), "nothing", f"the key '{name}': {setting.says}, in {setting.unit}")
+            raise source.error(
+                ("settings",), "nothing", f"the key '{name}': {setting.says}, in {setting.unit}"
+            )
         else:
             values[name] = setting.default
     return values
 
 
-def bounded(source: Located, where: Location, text: Any, unit: str, low: float, high: float) -> float:
+def bounded(
+    source: Located, where: Location, text: Any, unit: str, low: float, high: float
+) -> float:
     """A quantity of a file in SI. Raises ConfigError (no number, wrong unit, out of bounds)."""
     try:
         value = parse_quantity(text, unit)

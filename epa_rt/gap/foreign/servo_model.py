@@ -1,12 +1,14 @@
-"""A position servo's joint, stepped forward: proportional drive, lag, friction, play, compliance. numba."""
+"""A position servo's joint, stepped forward: proportional drive, lag, friction, play, compliance.
+numba.
+"""
 
 import numpy as np
 from numba import njit
 
 SUBSTEPS = 8
-WOUND = 2               # times as many where the gear winds up: its gap opens and shuts within a step
-RIGID_S2 = 1e-5         # compliance over inertia below which the joint follows stiffly
-JOINT_DAMPING = 0.2     # of the compliant gear
+WOUND = 2  # times as many where the gear winds up: its gap opens and shuts within a step
+RIGID_S2 = 1e-5  # compliance over inertia below which the joint follows stiffly
+JOINT_DAMPING = 0.2  # of the compliant gear
 
 # places in the packed numbers
 GAIN, LAG, LOSS, DEADBAND, SPEED_LIMIT, TORQUE_LIMIT = 0, 1, 2, 3, 4, 5
@@ -16,12 +18,20 @@ FORWARD, BACKWARD, IGNORED, PLACES = 16, 17, 18, 19
 
 
 @njit(cache=True, nogil=True)
-def run(command_rad: np.ndarray, gain_ratio: np.ndarray, preload_rad_s: np.ndarray, n: np.ndarray, start_rad: float, period_s: float) -> np.ndarray:
+def run(
+    command_rad: np.ndarray,
+    gain_ratio: np.ndarray,
+    preload_rad_s: np.ndarray,
+    n: np.ndarray,
+    start_rad: float,
+    period_s: float,
+) -> np.ndarray:
     """Joint angle (N,), rad, as its encoder reads it at every row's end, for commands (N,) each.
 
-    Forces count as the speed that they take from the motor: gain and friction cannot be told in newton metres from
-    angles alone. The encoder sits on the joint and closes the loop. A preload keeps the gap shut. Forces act in the middle of a
-    step, the lag is exact with a rigid gear and an implicit midpoint with one that winds up: errors go with the step's square.
+    Forces count as the speed that they take from the motor: gain and friction cannot be told in
+    newton metres from angles alone. The encoder sits on the joint and closes the loop. A preload
+    keeps the gap shut. Forces act in the middle of a step, the lag is exact with a rigid gear and
+    an implicit midpoint with one that winds up: errors go with the step's square.
     """
     out = np.empty(len(command_rad))
     winds = n[COMPLIANCE] > RIGID_S2
@@ -30,7 +40,9 @@ def run(command_rad: np.ndarray, gain_ratio: np.ndarray, preload_rad_s: np.ndarr
     share, drag = dt / n[LAG], 1.0 + n[VISCOUS]
     kept = np.exp(-share * drag)
     taken = (1.0 - kept) / drag
-    torque_limit = n[TORQUE_LIMIT] / (1.0 + 0.5 * share if winds else share / (1.0 - np.exp(-share)))  # of the push that takes this torque over the whole step
+    torque_limit = n[TORQUE_LIMIT] / (
+        1.0 + 0.5 * share if winds else share / (1.0 - np.exp(-share))
+    )  # of the push that takes this torque over the whole step
     sticks = n[COULOMB] + n[STICTION] + n[FORWARD] + n[BACKWARD] > 0.0
     motor, speed, joint, joint_speed = start_rad, 0.0, start_rad, 0.0
     for k in range(len(command_rad)):
@@ -41,18 +53,33 @@ def run(command_rad: np.ndarray, gain_ratio: np.ndarray, preload_rad_s: np.ndarr
                 motor += 0.5 * dt * speed
                 middle = joint = min(max(joint, motor - half), motor + half)
             error = command_rad[k] - _read(middle, n)
-            error = 0.0 if abs(error) < n[IGNORED] else error - min(max(error, -n[DEADBAND]), n[DEADBAND])
+            error = (
+                0.0
+                if abs(error) < n[IGNORED]
+                else error - min(max(error, -n[DEADBAND]), n[DEADBAND])
+            )
             drive = n[GAIN] * (1.0 - n[LOSS]) * gain_ratio[k] * error
             if n[SPEED_LIMIT] > 0.0:
                 drive = drive / max(1.0, abs(drive) * n[SPEED_LIMIT])
-            push = drive - n[GRAVITY_SINE] * np.sin(middle) - n[GRAVITY_COSINE] * np.cos(middle) - n[LOAD] - preload_rad_s[k]
+            push = (
+                drive
+                - n[GRAVITY_SINE] * np.sin(middle)
+                - n[GRAVITY_COSINE] * np.cos(middle)
+                - n[LOAD]
+                - preload_rad_s[k]
+            )
             if n[TORQUE_LIMIT] > 0.0:
                 push = speed + (push - speed) / max(1.0, abs(push - speed) * torque_limit)
             if winds:
-                mean, joint_mean = _wound(speed, joint_speed, motor - joint, half, push, 0.5 * dt, n)
+                mean, joint_mean = _wound(
+                    speed, joint_speed, motor - joint, half, push, 0.5 * dt, n
+                )
                 motor += dt * mean
                 joint += dt * joint_mean
-                speed, joint_speed = 0.0 if sticks and mean * (2.0 * mean - speed) <= 0.0 else 2.0 * mean - speed, 2.0 * joint_mean - joint_speed
+                speed, joint_speed = (
+                    (0.0 if sticks and mean * (2.0 * mean - speed) <= 0.0 else 2.0 * mean - speed),
+                    2.0 * joint_mean - joint_speed,
+                )
             else:
                 speed = _slid(kept * speed, push, taken, n)
                 motor += 0.5 * dt * speed
@@ -68,7 +95,9 @@ def _read(joint: float, n: np.ndarray) -> float:
 
 @njit(cache=True, nogil=True)
 def _slid(coasting: float, push: float, taken: float, n: np.ndarray) -> float:
-    """The motor's speed after a step: that of ``coasting``, and of push less dry friction the part that the motor has ``taken`` on by then."""
+    """The motor's speed after a step: that of ``coasting``, and of push less dry friction the part
+    that the motor has ``taken`` on by then.
+    """
     dry = n[COULOMB] + (n[FORWARD] if push > 0.0 else n[BACKWARD])
     held_at_rest = abs(push) <= dry + n[STICTION]
     if coasting == 0.0 and held_at_rest:
@@ -80,8 +109,18 @@ def _slid(coasting: float, push: float, taken: float, n: np.ndarray) -> float:
 
 
 @njit(cache=True, nogil=True)
-def _wound(speed: float, joint_speed: float, bent: float, half: float, push: float, dt: float, n: np.ndarray) -> tuple[float, float]:
-    """Speeds of motor and joint at the end of ``dt`` with a gear that winds up. The part of the mass beyond the gear pulls back on the motor; both are taken implicitly."""
+def _wound(
+    speed: float,
+    joint_speed: float,
+    bent: float,
+    half: float,
+    push: float,
+    dt: float,
+    n: np.ndarray,
+) -> tuple[float, float]:
+    """Speeds of motor and joint at the end of ``dt`` with a gear that winds up. The part of the
+    mass beyond the gear pulls back on the motor; both are taken implicitly.
+    """
     bent -= min(max(bent, -half), half)
     stiffness = 1.0 / n[COMPLIANCE]
     along = dt * (dt * stiffness + 2.0 * JOINT_DAMPING * np.sqrt(stiffness))

@@ -1,4 +1,6 @@
-"""Two channels that an import may have exchanged, on rigs of others: the rig's own plant makes far more of them the other way round."""
+"""Two channels that an import may have exchanged, on rigs of others: the rig's own plant makes far
+more of them the other way round.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -13,33 +15,69 @@ from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.refit import settled
 
-SWAPPED = 0.2   # of what the plant leaves as they stand is what it leaves of two that were exchanged (0.01 and 0.02; of sound logs, with gaps, 6.8 times as much and more)
-SCALES = (1.0, 1e3, 1e-3)   # with which an exchanged column has been read where the two have different units: millimetres beside newtons
-JUDGED = 0.5    # of the rows that are judged as they stand are judged at least then: something that hardly moves is at rest, and nothing is left of it
-ROUNDS = 3      # of the refits
+# of what the plant leaves as they stand is what it leaves of two that were exchanged (0.01 and
+# 0.02; of sound logs, with gaps, 6.8 times as much and more)
+SWAPPED = 0.2
+SCALES = (
+    1.0,
+    1e3,
+    1e-3,
+    # with which an exchanged column has been read where the two have different units: millimetres
+    # beside newtons
+)
+# of the rows that are judged as they stand are judged at least then: something that hardly moves is
+# at rest, and nothing is left of it
+JUDGED = 0.5
+ROUNDS = 3  # of the refits
 
 
 def check_swaps(recordings: Sequence[Recording], subject: ForeignSubject) -> list[Finding]:
-    """Refusals of logs in which two measured or commanded channels are what the plant expects once they are exchanged, and as they stand are not."""
+    """Refusals of logs in which two measured or commanded channels are what the plant expects once
+    they are exchanged, and as they stand are not.
+    """
     return [finding for recording in recordings for finding in _checked(recording, subject)]
 
 
 def _checked(recording: Recording, subject: ForeignSubject) -> list[Finding]:
-    unit_of = {subject.rig.channels[channel.role]: channel.unit for channel in subject.rig.component.channels if channel.required}
-    names = [name for name in unit_of if name in recording.columns and np.nanstd(recording.columns[name]) > 0.0]
+    unit_of = {
+        subject.rig.channels[channel.role]: channel.unit
+        for channel in subject.rig.component.channels
+        if channel.required
+    }
+    names = [
+        name
+        for name in unit_of
+        if name in recording.columns and np.nanstd(recording.columns[name]) > 0.0
+    ]
     as_is, rows = _left(recording, subject) if len(names) > 1 else (0.0, 0)
     for one, other in combinations(names, 2):
         for scale in SCALES[: 1 if unit_of[one] == unit_of[other] else None]:
             turned, judged = _left(_exchanged(recording, one, other, scale), subject)
             if turned < SWAPPED * as_is and judged > JUDGED * rows:
-                return [Finding("refuse", "swapped", recording.name, one,
-                                f"{recording.name}: {one}: found the plant to leave {_percent(as_is)} of its output's variance with it and {other} as they stand and {_percent(turned)} with the two exchanged, "
-                                "expected it the other way round: the import's mapping may have exchanged them")]
+                return [
+                    Finding(
+                        "refuse",
+                        "swapped",
+                        recording.name,
+                        one,
+                        f"{recording.name}: {one}: found the plant to leave {_percent(as_is)} of"
+                        f" its output's variance with it and {other} as they stand and"
+                        f" {_percent(turned)} with the two exchanged, expected it the other way"
+                        " round: the import's mapping may have exchanged them",
+                    )
+                ]
     return []
 
 
 def _exchanged(recording: Recording, one: str, other: str, scale: float) -> Recording:
-    return replace(recording, columns={**recording.columns, one: recording.columns[other] * scale, other: recording.columns[one] / scale})
+    return replace(
+        recording,
+        columns={
+            **recording.columns,
+            one: recording.columns[other] * scale,
+            other: recording.columns[one] / scale,
+        },
+    )
 
 
 def _percent(part: float) -> str:
@@ -47,10 +85,24 @@ def _percent(part: float) -> str:
 
 
 def _left(recording: Recording, subject: ForeignSubject) -> tuple[float, int]:
-    """Part of the outputs' variance that the plant leaves, its nominal parameters fitted, the largest of all links; and rows that were judged."""
+    """Part of the outputs' variance that the plant leaves, its nominal parameters fitted, the
+    largest of all links; and rows that were judged.
+    """
     sizes = {link.name: float(np.nanstd(recording.columns[link.channel])) for link in subject.links}
     with np.errstate(all="ignore"):
-        problem = Problem(subject, [recording], {link: Floor(link, size, np.zeros(0), size) for link, size in sizes.items() if size > 0.0})
+        problem = Problem(
+            subject,
+            [recording],
+            {
+                link: Floor(link, size, np.zeros(0), size)
+                for link, size in sizes.items()
+                if size > 0.0
+            },
+        )
         residual = [left for left in settled(problem, rounds=ROUNDS).residual.values() if len(left)]
-    parts = [float(np.var(left)) for left in residual]  # a mean is an offset's, whatever else is wrong
-    return max((part if np.isfinite(part) else np.inf for part in parts), default=0.0), sum(map(len, residual))
+    parts = [
+        float(np.var(left)) for left in residual
+    ]  # a mean is an offset's, whatever else is wrong
+    return max((part if np.isfinite(part) else np.inf for part in parts), default=0.0), sum(
+        map(len, residual)
+    )

@@ -1,4 +1,6 @@
-"""Which column of a recording is which instrument of the plant: scale to the plant's port, size of a count, rounding."""
+"""Which column of a recording is which instrument of the plant: scale to the plant's port, size of
+a count, rounding.
+"""
 
 import math
 from typing import NamedTuple
@@ -10,14 +12,21 @@ from epa_rt.config.rig import Rig
 from epa_rt.config.rig_checks import entries_of
 from epa_rt.signals.scaling import scaling_of
 
-CONVERTER_COUNTS = 16  # EL3004 and EL4034 convert 12 bits, presented left-aligned in 16 (their manuals)
-_DRIVE_ENTRIES = {"position": "motor_angle_rad", "speed": "motor_speed_rad_s", "current": "motor_current_a", "torque": "motor_torque_nm"}
+CONVERTER_COUNTS = (
+    16  # EL3004 and EL4034 convert 12 bits, presented left-aligned in 16 (their manuals)
+)
+_DRIVE_ENTRIES = {
+    "position": "motor_angle_rad",
+    "speed": "motor_speed_rad_s",
+    "current": "motor_current_a",
+    "torque": "motor_torque_nm",
+}
 
 
 class Channel(NamedTuple):
-    """One measured column. Reading of the plant's port = ``scale`` x column + ``offset``; ``step`` is the quantum of
-    the port (0 where none); ``floors`` where the device cuts downward (a counter) instead of rounding; ``anchor`` is a
-    port value that lies on the grid.
+    """One measured column. Reading of the plant's port = ``scale`` x column + ``offset``; ``step``
+    is the quantum of the port (0 where none); ``floors`` where the device cuts downward (a counter)
+    instead of rounding; ``anchor`` is a port value that lies on the grid.
     """
 
     port: str
@@ -44,8 +53,14 @@ class Channel(NamedTuple):
 
 
 def channels_of(rig: Rig) -> dict[str, Channel]:
-    """Port name of the plant to the channel that shows it, for every port that the rig has a row for."""
-    entries = {f"{slave.name}.{entry.name}": (slave, entry) for slave in rig.slaves for entry in entries_of(slave, outputs=False)}
+    """Port name of the plant to the channel that shows it, for every port that the rig has a row
+    for.
+    """
+    entries = {
+        f"{slave.name}.{entry.name}": (slave, entry)
+        for slave in rig.slaves
+        for entry in entries_of(slave, outputs=False)
+    }
     found = {}
     for row in rig.inputs:
         slave, entry = entries[row.entry]
@@ -65,18 +80,27 @@ def channels_of(rig: Rig) -> dict[str, Channel]:
         else:
             continue
         ends = sorted(scale * line.to_si(count) + offset for count in entry.counts)
-        found[port] = Channel(port, row.name, scale, offset, step, floors, scale * line.to_si(0) + offset, *ends)
+        found[port] = Channel(
+            port, row.name, scale, offset, step, floors, scale * line.to_si(0) + offset, *ends
+        )
     return found
 
 
 def _drive_port(name: str, slave) -> tuple[str | None, float]:
     """Port behind an entry of the drive, and what one count of it is there."""
-    sizes = {"position": 2 * math.pi / slave.counts_per_turn, "speed": 2 * math.pi / 60.0, "current": 1e-3, "torque": 1e-3 * slave.rated_torque}
+    sizes = {
+        "position": 2 * math.pi / slave.counts_per_turn,
+        "speed": 2 * math.pi / 60.0,
+        "current": 1e-3,
+        "torque": 1e-3 * slave.rated_torque,
+    }
     return _DRIVE_ENTRIES.get(name), sizes.get(name, 0.0)
 
 
 def analog_speed_step(rig: Rig) -> float:
-    """rad/s of the motor per presented count of the voltage that commands its speed; 0 where the bus commands it."""
+    """rad/s of the motor per presented count of the voltage that commands its speed; 0 where the
+    bus commands it.
+    """
     for slave in rig.slaves:
         if slave.device == "EPOS4" and slave.analog_command is not None:
             return slave.analog_command.speed_per_volt * ANALOG_V_PER_COUNT

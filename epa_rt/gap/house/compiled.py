@@ -1,4 +1,6 @@
-"""The decorator of this folder's compiled functions: that of the models, with a cache that also knows this folder."""
+"""The decorator of this folder's compiled functions: that of the models, with a cache that also
+knows this folder.
+"""
 
 from pathlib import Path
 

@@ -1,4 +1,6 @@
-"""A low-pass at every so many-th sample: the sum of taps times samples, in the order of the taps."""
+"""A low-pass at every so many-th sample: the sum of taps times samples, in the order of the
+taps.
+"""
 
 from epa_rt.gap.house.compiled import compiled
 
@@ -11,8 +13,21 @@ def decimated(values, taps, every, out):
     half, last, j = len(taps) // 2, len(values) - 1, 0
     while j < len(out):
         first = j * every - half
-        if first >= 0 and first + (BESIDE - 1) * every + 2 * half <= last and j + BESIDE <= len(out):
-            out[j], out[j + 1], out[j + 2], out[j + 3], out[j + 4], out[j + 5], out[j + 6], out[j + 7] = _beside(values[first:], taps, every)
+        if (
+            first >= 0
+            and first + (BESIDE - 1) * every + 2 * half <= last
+            and j + BESIDE <= len(out)
+        ):
+            (
+                out[j],
+                out[j + 1],
+                out[j + 2],
+                out[j + 3],
+                out[j + 4],
+                out[j + 5],
+                out[j + 6],
+                out[j + 7],
+            ) = _beside(values[first:], taps, every)
             j += BESIDE
         else:
             out[j] = _held(values, taps, first)
@@ -21,10 +36,12 @@ def decimated(values, taps, every, out):
 
 @compiled
 def _beside(values, taps, every):
-    """BESIDE sums, of windows that begin ``every`` samples apart; each is summed as ``_held`` sums it, bit for bit."""
+    """BESIDE sums, of windows that begin ``every`` samples apart; each is summed as ``_held`` sums
+    it, bit for bit.
+    """
     a = b = c = d = e = f = g = h = 0.0
-    vb, vc, vd, ve = values[every:], values[2 * every:], values[3 * every:], values[4 * every:]
-    vf, vg, vh = values[5 * every:], values[6 * every:], values[7 * every:]
+    vb, vc, vd, ve = values[every:], values[2 * every :], values[3 * every :], values[4 * every :]
+    vf, vg, vh = values[5 * every :], values[6 * every :], values[7 * every :]
     for i in range(len(taps)):
         tap = taps[i]
         a, b, c, d = a + tap * values[i], b + tap * vb[i], c + tap * vc[i], d + tap * vd[i]

@@ -1,4 +1,6 @@
-"""Measured columns as the plant's ports: scaled to SI, gaps bridged, what steps did to still readings taken back."""
+"""Measured columns as the plant's ports: scaled to SI, gaps bridged, what steps did to still
+readings taken back.
+"""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -15,8 +17,10 @@ ENCODER = ("motor_angle_rad", "motor_speed_rad_s")
 
 
 class Readings(NamedTuple):
-    """``readings``: port to (N,) what the instrument showed on the gapless grid of cycles. ``bad``: port to (N,) bool, where it showed nothing. ``hold``, ``phase``: of the
-    encoder's, cycles from one renewal to the next, and the cycle of the first."""
+    """``readings``: port to (N,) what the instrument showed on the gapless grid of cycles. ``bad``:
+    port to (N,) bool, where it showed nothing. ``hold``, ``phase``: of the encoder's, cycles from
+    one renewal to the next, and the cycle of the first.
+    """
 
     readings: dict[str, np.ndarray]
     bad: dict[str, np.ndarray]
@@ -25,7 +29,9 @@ class Readings(NamedTuple):
 
 
 def read(channels: Mapping[str, Channel], hold_s: float, recording: Recording) -> Readings:
-    """All of a recording's readings. ``hold_s``: of the encoder's. Raises KeyError where a column is missing."""
+    """All of a recording's readings. ``hold_s``: of the encoder's. Raises KeyError where a column
+    is missing.
+    """
     columns, place = on_grid(recording)
     readings, bad = {}, {}
     for port, channel in channels.items():
@@ -46,18 +52,30 @@ def phase_of(channels: Mapping[str, Channel], hold_s: float, recording: Recordin
     """On which cycle the encoder renews. Raises KeyError where a column is missing."""
     for channel in channels.values():
         recording.columns[channel.column]  # another one that is missing is as much of an error here
-    return read({port: channels[port] for port in ENCODER if port in channels}, hold_s, recording).phase
+    return read(
+        {port: channels[port] for port in ENCODER if port in channels}, hold_s, recording
+    ).phase
 
 
-def encoder(readings: Mapping[str, np.ndarray], count: int, period_s: float) -> tuple[np.ndarray, np.ndarray]:
+def encoder(
+    readings: Mapping[str, np.ndarray], count: int, period_s: float
+) -> tuple[np.ndarray, np.ndarray]:
     """(N,) angle and speed as read; a speed that is not read is the angle's slope."""
     angle = readings["motor_angle_rad"] if "motor_angle_rad" in readings else np.zeros(count)
-    return angle, readings["motor_speed_rad_s"] if "motor_speed_rad_s" in readings else smooth.slope(angle, period_s)
+    return angle, (
+        readings["motor_speed_rad_s"]
+        if "motor_speed_rad_s" in readings
+        else smooth.slope(angle, period_s)
+    )
 
 
 def _fill_held(readings: dict[str, np.ndarray], bad: Mapping[str, np.ndarray], hold: int) -> None:
-    """Gaps in the encoder's readings take what another cycle of the same hold has shown: half-way between two holds is no reading."""
+    """Gaps in the encoder's readings take what another cycle of the same hold has shown: half-way
+    between two holds is no reading.
+    """
     for port in ENCODER:
         if port in readings and bad[port].any():
             phase = smooth.hold_phase(readings[port], hold)
-            readings[port] = smooth.bridged(smooth.filled_by_hold(np.where(bad[port], np.nan, readings[port]), hold, phase))
+            readings[port] = smooth.bridged(
+                smooth.filled_by_hold(np.where(bad[port], np.nan, readings[port]), hold, phase)
+            )

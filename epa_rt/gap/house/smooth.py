@@ -1,17 +1,23 @@
-"""Zero-phase filters on the bus's grid: the one low-pass of all residuals, held encoder readings, clean derivatives."""
+"""Zero-phase filters on the bus's grid: the one low-pass of all residuals, held encoder readings,
+clean derivatives.
+"""
 
 import numpy as np
 from scipy.signal import lfilter
 
 from epa_rt.gap.house.decimate import decimated
 
-EVERY = 10           # residuals keep every tenth cycle
-HALF = 25            # half length of the residuals' low-pass (cycles)
-CUT = 0.042          # its edge, per cycle
-FUSE_CYCLES = 19.0   # deviation of the Gaussian below which the angle's slope is believed, above it the speed reading
-PLACE_CYCLES = 6.0   # Gaussian (twice, flat) on a joint's or mass's position: a converter's steps would be jerks
+EVERY = 10  # residuals keep every tenth cycle
+HALF = 25  # half length of the residuals' low-pass (cycles)
+CUT = 0.042  # its edge, per cycle
+# deviation of the Gaussian below which the angle's slope is believed, above it the speed reading
+FUSE_CYCLES = 19.0
+# Gaussian (twice, flat) on a joint's or mass's position: a converter's steps would be jerks
+PLACE_CYCLES = 6.0
 
-SLOPE_CYCLES = 15.0  # the same on a pressure before its slope takes the sensor's lag off: noise there would pull on the lag
+# the same on a pressure before its slope takes the sensor's lag off: noise there would pull on the
+# lag
+SLOPE_CYCLES = 15.0
 
 
 def _lowpass_taps() -> np.ndarray:
@@ -24,7 +30,9 @@ TAPS = _lowpass_taps()
 
 
 def gaussian_taps(cycles: float) -> np.ndarray:
-    """(2 int(3.5 cycles) + 1,) of a Gaussian with a deviation of so many cycles, cut off at 3.5 of it; their sum is 1."""
+    """(2 int(3.5 cycles) + 1,) of a Gaussian with a deviation of so many cycles, cut off at 3.5 of
+    it; their sum is 1.
+    """
     k = np.arange(-int(3.5 * cycles), int(3.5 * cycles) + 1)
     taps = np.exp(-0.5 * (k / cycles) ** 2)
     return taps / taps.sum()
@@ -42,20 +50,26 @@ def smoothed(values: np.ndarray, taps: np.ndarray) -> np.ndarray:
     half = len(taps) // 2
     if len(values) <= half:
         return values.copy()
-    padded = np.concatenate([2 * values[0] - values[half:0:-1], values, 2 * values[-1] - values[-2:-half - 2:-1]])
+    padded = np.concatenate(
+        [2 * values[0] - values[half:0:-1], values, 2 * values[-1] - values[-2 : -half - 2 : -1]]
+    )
     out = np.empty(len(padded))
     decimated(padded, taps, 1, out)
     return out[half:-half]
 
 
 def flat_smoothed(values: np.ndarray, taps: np.ndarray) -> np.ndarray:
-    """(N,) as ``smoothed``, its pass band made flat: what it takes off, smoothed once more, is given back."""
+    """(N,) as ``smoothed``, its pass band made flat: what it takes off, smoothed once more, is
+    given back.
+    """
     once = smoothed(values, taps)
     return once + smoothed(values - once, taps)
 
 
 def two_poles(values: np.ndarray, hertz: float, period_s: float) -> np.ndarray:
-    """(N,) through two equal first-order low-passes, one after the other, from rest at the first value."""
+    """(N,) through two equal first-order low-passes, one after the other, from rest at the first
+    value.
+    """
     keep = np.exp(-2.0 * np.pi * hertz * period_s)
     once = [(1.0 - keep) ** 2], [1.0, -2.0 * keep, keep * keep]
     return values[0] + lfilter(*once, values - values[0])
@@ -64,7 +78,9 @@ def two_poles(values: np.ndarray, hertz: float, period_s: float) -> np.ndarray:
 def slope(values: np.ndarray, period_s: float) -> np.ndarray:
     """(N,) derivative by fourth-order central differences."""
     out = np.gradient(values, period_s)
-    out[2:-2] = (8.0 * (values[3:-1] - values[1:-3]) - (values[4:] - values[:-4])) / (12.0 * period_s)
+    out[2:-2] = (8.0 * (values[3:-1] - values[1:-3]) - (values[4:] - values[:-4])) / (
+        12.0 * period_s
+    )
     return out
 
 
@@ -112,7 +128,7 @@ def filled_by_hold(values: np.ndarray, hold: int, phase: int) -> np.ndarray:
     found = values.copy()
     for k in gaps if hold > 1 else ():
         first = k - (k - phase) % hold
-        same = values[max(first, 0):first + hold]
+        same = values[max(first, 0) : first + hold]
         found[k] = next((value for value in same if np.isfinite(value)), np.nan)
     return found
 

@@ -1,4 +1,6 @@
-"""The whole plant in free run: a recording's commands in, a recording out as the rig would have made it."""
+"""The whole plant in free run: a recording's commands in, a recording out as the rig would have
+made it.
+"""
 
 from dataclasses import replace
 
@@ -13,11 +15,16 @@ from epa_rt.models.ports import SENSORS
 
 DITHERED = 0.2  # noise in steps from which on a converter's rounding hangs on the noise
 
-_EVEN = (0.6180339887498949, 0.7548776662466927)  # spread the places of steps evenly over seeds in a row, and over channels
+_EVEN = (
+    0.6180339887498949,
+    0.7548776662466927,
+)  # spread the places of steps evenly over seeds in a row, and over channels
 
 
 def on_grid(recording: Recording) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """Columns on a gapless grid of cycles (NaN where cycles were lost), and each row's place on it (N,)."""
+    """Columns on a gapless grid of cycles (NaN where cycles were lost), and each row's place on it
+    (N,).
+    """
     place = (recording.cycle - recording.cycle[0]).astype(np.int64)
     count = int(place[-1]) + 1
     if count == len(place):
@@ -30,21 +37,40 @@ def on_grid(recording: Recording) -> tuple[dict[str, np.ndarray], np.ndarray]:
 
 
 def with_gaps(rig: Rig, recording: Recording, made: Recording) -> Recording:
-    """A run with nothing where nothing was recorded: what is made up for gaps is made up for its own alike."""
+    """A run with nothing where nothing was recorded: what is made up for gaps is made up for its
+    own alike.
+    """
     lost = lost_rows(rig, recording.columns)
     if not lost.any():
         return made
     names = {row.name for row in rig.inputs}
-    return replace(made, columns={name: np.where(lost, np.nan, values) if name in names else values for name, values in made.columns.items()})
+    return replace(
+        made,
+        columns={
+            name: np.where(lost, np.nan, values) if name in names else values
+            for name, values in made.columns.items()
+        },
+    )
 
 
-def run_whole(rig: Rig, channels: dict[str, Channel], params: np.ndarray, substeps: int, recording: Recording,
-              noise: dict[str, float] | None, seed: int, hold_phase: int, roughly: bool = False) -> Recording:
+def run_whole(
+    rig: Rig,
+    channels: dict[str, Channel],
+    params: np.ndarray,
+    substeps: int,
+    recording: Recording,
+    noise: dict[str, float] | None,
+    seed: int,
+    hold_phase: int,
+    roughly: bool = False,
+) -> Recording:
     """A recording of the plant ``params`` (1,) under the sent commands, from rest.
 
-    ``noise``: port to standard deviation; with it readings are noisy and quantised, without it (None) neither. ``hold_phase``: row on which
-    the encoder first renews. Where noise does not dither the steps, the steps lie at a place of chance, and the readings with them: the
-    rounding of a rig whose motion differs by a fraction of a count is another one, and none of it may count as known. ``roughly``: by the midpoint rule.
+    ``noise``: port to standard deviation; with it readings are noisy and quantised, without it
+    (None) neither. ``hold_phase``: row on which the encoder first renews. Where noise does not
+    dither the steps, the steps lie at a place of chance, and the readings with them: the rounding
+    of a rig whose motion differs by a fraction of a count is another one, and none of it may count
+    as known. ``roughly``: by the midpoint rule.
     """
     columns, place = on_grid(recording)
     commands = commands_of(rig, columns)
@@ -53,18 +79,28 @@ def run_whole(rig: Rig, channels: dict[str, Channel], params: np.ndarray, subste
         if "_noise_" in name:
             params["sensors"][name] = 0.0
     state = new_state(params)
-    state["cycle"] = -hold_phase % max(int(params["sensors"]["encoder_hold_s"][0] / recording.period_s + 0.5), 1)
+    state["cycle"] = -hold_phase % max(
+        int(params["sensors"]["encoder_hold_s"][0] / recording.period_s + 0.5), 1
+    )
     readings = np.zeros(len(commands), SENSORS)
-    (run_roughly if roughly else run)(params, state, commands, recording.period_s, substeps, readings)
+    (run_roughly if roughly else run)(
+        params, state, commands, recording.period_s, substeps, readings
+    )
     made = dict(recording.columns)
     random = np.random.default_rng(seed)
     for i, (port, channel) in enumerate(channels.items()):
         values = readings[port][place]
         if noise is not None:
-            size, shift = noise.get(port, 0.0), channel.step * ((seed * _EVEN[0] + i * _EVEN[1]) % 1.0 - 0.5)
+            size, shift = (
+                noise.get(port, 0.0),
+                channel.step * ((seed * _EVEN[0] + i * _EVEN[1]) % 1.0 - 0.5),
+            )
             if size >= DITHERED * channel.step:
                 shift = 0.0
-            values = channel.quantised(values + shift + size * random.standard_normal(len(values))) - shift
+            values = (
+                channel.quantised(values + shift + size * random.standard_normal(len(values)))
+                - shift
+            )
         elif channel.floors:
             values = values - 0.5 * channel.step  # as a counter shows them on average
         made[channel.column] = channel.to_column(values)

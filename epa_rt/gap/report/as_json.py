@@ -1,4 +1,6 @@
-"""A diagnosis as JSON text: the fields of ``Diagnosis``, nothing else; what is no number is null."""
+"""A diagnosis as JSON text: the fields of ``Diagnosis``, nothing else; what is no number is
+null.
+"""
 
 import json
 import math
@@ -9,7 +11,10 @@ from epa_rt.gap.diagnosis import Diagnosis
 
 def json_text(diagnosis: Diagnosis) -> str:
     """The text, indented. Raises TypeError where a field holds what JSON has no type for."""
-    return json.dumps(finite(diagnosis.as_json()), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return (
+        json.dumps(finite(diagnosis.as_json()), indent=2, ensure_ascii=False, allow_nan=False)
+        + "\n"
+    )
 
 
 def finite(value: Any) -> Any:

@@ -1,12 +1,23 @@
 """Which effects, with their parameters and intervals; what else moved; what was not tested."""
 
 from epa_rt.gap.diagnosis import Diagnosis, Named, Near, Number
-from epa_rt.gap.report.words import CONFIDENCE, free_run_words, gone_words, more_numbers_words, named_words, parameter_words, percent, plain
+from epa_rt.gap.report.words import (
+    CONFIDENCE,
+    free_run_words,
+    gone_words,
+    more_numbers_words,
+    named_words,
+    parameter_words,
+    percent,
+    plain,
+)
 from epa_rt.report.markup import Html, folded, join, note, paragraph, table, tag
 
 
 def effects(diagnosis: Diagnosis) -> Html:
-    """The named effects, best first, each with its numbers; then the nominal parameters that moved."""
+    """The named effects, best first, each with its numbers; then the nominal parameters that
+    moved.
+    """
     parts = [join(_effect(i, effect) for i, effect in enumerate(diagnosis.effects, 1))]
     if not diagnosis.effects:
         parts = [paragraph("No effect is named.")]
@@ -14,29 +25,78 @@ def effects(diagnosis: Diagnosis) -> Html:
     if words := free_run_words(diagnosis):
         parts.append(paragraph(words))
     if diagnosis.nominal_moved:
-        parts += [tag("h3", "Nominal parameters that moved with them"), _numbers(diagnosis.nominal_moved),
-                  note("A parameter of the plant file is believed to within its own spread; it moves where the logs insist.")]
+        parts += [
+            tag("h3", "Nominal parameters that moved with them"),
+            _numbers(diagnosis.nominal_moved),
+            note(
+                "A parameter of the plant file is believed to within its own spread; it moves where"
+                " the logs insist."
+            ),
+        ]
     return join(parts)
 
 
 def not_tested(diagnosis: Diagnosis) -> Html:
     """Effects that these logs could not have shown: their absence from the answer says nothing."""
     if not diagnosis.not_tested:
-        return paragraph("Every effect of the catalogue would have shown in these logs at typical strength.")
-    names = join((tag("li", plain(name)) for name in diagnosis.not_tested))
-    return join([paragraph(f"{len(diagnosis.not_tested)} effects of typical strength would not have shown in these logs. "
-                           "That they are not named says nothing about whether the rig has them."), tag("ul", names, class_="columns")])
+        return paragraph(
+            "Every effect of the catalogue would have shown in these logs at typical strength."
+        )
+    names = join(tag("li", plain(name)) for name in diagnosis.not_tested)
+    return join(
+        [
+            paragraph(
+                f"{len(diagnosis.not_tested)} effects of typical strength would not have shown in"
+                " these logs. That they are not named says nothing about whether the rig has them."
+            ),
+            tag("ul", names, class_="columns"),
+        ]
+    )
 
 
 def _effect(rank: int, effect: Named) -> Html:
     family = f", family {effect.family}" if effect.family != effect.name else ""
-    head = tag("h3", join([f"{rank}. {named_words(effect)} ", tag("span", join([tag("code", effect.name), f"{family}, block {effect.block}{_ends(effect)}"]), class_="soft")]))
-    sure = paragraph(f"Confidence {percent(effect.confidence)}: {CONFIDENCE}. On trials that it was not fitted to, it lowers the sum of squared errors, "
-                     f"each divided by the rms of the noise, by {effect.gain:,.0f}; one that has no part in the gap lowers it by about 0.")
-    parts = [head, sure, *_whose(effect), _gone(effect.parameters) if effect.who == "plant_file" else _numbers(effect.parameters)]
+    head = tag(
+        "h3",
+        join(
+            [
+                f"{rank}. {named_words(effect)} ",
+                tag(
+                    "span",
+                    join(
+                        [tag("code", effect.name), f"{family}, block {effect.block}{_ends(effect)}"]
+                    ),
+                    class_="soft",
+                ),
+            ]
+        ),
+    )
+    sure = paragraph(
+        f"Confidence {percent(effect.confidence)}: {CONFIDENCE}. On trials that it was not fitted"
+        " to, it lowers the sum of squared errors, each divided by the rms of the noise, by"
+        f" {effect.gain:,.0f}; one that has no part in the gap lowers it by about 0."
+    )
+    parts = [
+        head,
+        sure,
+        *_whose(effect),
+        _gone(effect.parameters) if effect.who == "plant_file" else _numbers(effect.parameters),
+    ]
     if effect.not_separable_from:
         others = ", ".join(map(plain, effect.not_separable_from))
-        parts.append(tag("p", join([tag("strong", "Cannot be told apart from "), others, ": these logs fit as well with them."]), class_="warning"))
+        parts.append(
+            tag(
+                "p",
+                join(
+                    [
+                        tag("strong", "Cannot be told apart from "),
+                        others,
+                        ": these logs fit as well with them.",
+                    ]
+                ),
+                class_="warning",
+            )
+        )
     if same := more_numbers_words(effect):
         parts.append(note(f"{same[0].upper()}{same[1:]}."))
     told = [one for one in effect.came_near if one.name not in effect.not_separable_from]
@@ -51,21 +111,41 @@ def _ends(effect: Named) -> str:
 
 
 def _near(one: Near) -> str:
-    there = "" if one.behind_in_free_run is None else \
-        f", and run from the commands alone it leaves squared errors that are larger by {one.behind_in_free_run:,.0f}, where 25 and 5 % of what is explained tell two laws apart, or that one reaches the noise"
+    there = (
+        ""
+        if one.behind_in_free_run is None
+        else (
+            ", and run from the commands alone it leaves squared errors that are larger by"
+            f" {one.behind_in_free_run:,.0f}, where 25 and 5 % of what is explained tell two laws"
+            " apart, or that one reaches the noise"
+        )
+    )
     return f"{plain(one.name)} explains {100.0 * one.explains_share:.3g} % as much{there}"
 
 
 def _whose(effect: Named) -> list[Html]:
     if effect.who == "rig":
         return []
-    return [paragraph("The plant file has this effect and the rig does not: the patched plant file is without it." if effect.who == "plant_file"
-                      else "The plant file has this effect already, the rig at another strength.")]
+    return [
+        paragraph(
+            "The plant file has this effect and the rig does not: the patched plant file is"
+            " without it."
+            if effect.who == "plant_file"
+            else "The plant file has this effect already, the rig at another strength."
+        )
+    ]
 
 
 def _gone(numbers: tuple[Number, ...]) -> Html:
-    """Of an effect that the rig does not have: what the plant file says. What shapes it cannot be fitted where it is not."""
-    return table(["Parameter", "Plant file", "Unit"], [[one.name, *gone_words(one)[2:]] for one in numbers], (0, 2), "numbers")
+    """Of an effect that the rig does not have: what the plant file says. What shapes it cannot be
+    fitted where it is not.
+    """
+    return table(
+        ["Parameter", "Plant file", "Unit"],
+        [[one.name, *gone_words(one)[2:]] for one in numbers],
+        (0, 2),
+        "numbers",
+    )
 
 
 def _numbers(numbers: tuple[Number, ...]) -> Html:
@@ -73,7 +153,19 @@ def _numbers(numbers: tuple[Number, ...]) -> Html:
     for one in numbers:
         value, interval, neutral, unit = parameter_words(one)
         rows.append([one.name, value, interval, unit, neutral, _interval(one)])
-    return table(["Parameter", "Value", "95 % interval", "Unit", "Plant file", "plant file ┃ and interval ━●━"], rows, (0, 3, 5), "numbers")
+    return table(
+        [
+            "Parameter",
+            "Value",
+            "95 % interval",
+            "Unit",
+            "Plant file",
+            "plant file ┃ and interval ━●━",
+        ],
+        rows,
+        (0, 3, 5),
+        "numbers",
+    )
 
 
 def _interval(one: Number) -> Html:
@@ -87,11 +179,23 @@ def _interval(one: Number) -> Html:
         return f"{100.0 * (x - low) / span:.1f}%"
 
     width = f"{100.0 * (one.high - one.low) / span:.1f}%"
-    marks = (("neutral", f"left:{at(one.neutral)}"), ("range", f"left:{at(one.low)};width:{width}"), ("dot", f"left:{at(one.value)}"))
-    return tag("span", join(tag("i", "", class_=name, style=style) for name, style in marks), class_="interval")
+    marks = (
+        ("neutral", f"left:{at(one.neutral)}"),
+        ("range", f"left:{at(one.low)};width:{width}"),
+        ("dot", f"left:{at(one.value)}"),
+    )
+    return tag(
+        "span",
+        join(tag("i", "", class_=name, style=style) for name, style in marks),
+        class_="interval",
+    )
 
 
 def catalogue_note(diagnosis: Diagnosis) -> Html:
     """What was left out of the catalogue by wish."""
     left_out = diagnosis.inputs.get("left_out") or ()
-    return folded("Left out of the catalogue", paragraph(", ".join(map(str, left_out)))) if left_out else Html("")
+    return (
+        folded("Left out of the catalogue", paragraph(", ".join(map(str, left_out))))
+        if left_out
+        else Html("")
+    )

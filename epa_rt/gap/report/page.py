@@ -1,4 +1,6 @@
-"""One self-contained HTML page for one diagnosis: the verdict, where, which, how far, what is left, what next."""
+"""One self-contained HTML page for one diagnosis: the verdict, where, which, how far, what is left,
+what next.
+"""
 
 from collections.abc import Sequence
 
@@ -20,23 +22,62 @@ from epa_rt.report.markup import Html, facts, join, tag
 
 def gap_page(diagnosis: Diagnosis, curves: Sequence[Trace] = ()) -> str:
     """The report of a diagnosis. Nothing in it is fetched, and it runs no script."""
-    sections = [("where", "Where the gap lies", join([gap_map(diagnosis), origins(diagnosis)])),
-                ("seen", "Before and after", join(map(figure, curves))),
-                ("which", "Which effect causes it", join([effects(diagnosis), catalogue_note(diagnosis)])),
-                ("far", "How far it shrinks", how_far(diagnosis)),
-                ("gate", "The patched plant, run again", gate_section(diagnosis.gate) if diagnosis.gate else Html("")),
-                ("left", "What is left", remainder(diagnosis)),
-                ("next", "The next experiment", next_experiment(diagnosis)),
-                ("untested", "What was not tested", not_tested(diagnosis)),
-                ("inputs", "What this stands on", inputs(diagnosis))]
-    return framed(f"Sim-to-real gap: {VERDICTS[diagnosis.verdict][0].lower()}", _header(diagnosis), sections)
+    sections = [
+        ("where", "Where the gap lies", join([gap_map(diagnosis), origins(diagnosis)])),
+        ("seen", "Before and after", join(map(figure, curves))),
+        ("which", "Which effect causes it", join([effects(diagnosis), catalogue_note(diagnosis)])),
+        ("far", "How far it shrinks", how_far(diagnosis)),
+        (
+            "gate",
+            "The patched plant, run again",
+            gate_section(diagnosis.gate) if diagnosis.gate else Html(""),
+        ),
+        ("left", "What is left", remainder(diagnosis)),
+        ("next", "The next experiment", next_experiment(diagnosis)),
+        ("untested", "What was not tested", not_tested(diagnosis)),
+        ("inputs", "What this stands on", inputs(diagnosis)),
+    ]
+    return framed(
+        f"Sim-to-real gap: {VERDICTS[diagnosis.verdict][0].lower()}", _header(diagnosis), sections
+    )
 
 
 def _header(diagnosis: Diagnosis) -> Html:
     word, meaning = VERDICTS[diagnosis.verdict]
     rig, plant = (diagnosis.inputs.get(key) for key in ("rig", "plant"))
-    told = f"Diagnosis of the gap between {rig} and {plant}" if rig and plant else "Diagnosis of the sim-to-real gap"
-    return join([tag("p", told, class_="kicker"), found_first(diagnosis), tag("h1", diagnosis.says),
-                 tag("p", join([tag("span", word, class_=f"badge {'good' if diagnosis.verdict in GOOD else 'open'}"), meaning])),
-                 facts([("Where", where_words(diagnosis)), ("Which", "; ".join(filter(None, (which_words(diagnosis), ends_words(diagnosis))))), ("How far", far_words(diagnosis)),
-                        ("Next experiment", next_words(diagnosis))])])
+    told = (
+        f"Diagnosis of the gap between {rig} and {plant}"
+        if rig and plant
+        else "Diagnosis of the sim-to-real gap"
+    )
+    return join(
+        [
+            tag("p", told, class_="kicker"),
+            found_first(diagnosis),
+            tag("h1", diagnosis.says),
+            tag(
+                "p",
+                join(
+                    [
+                        tag(
+                            "span",
+                            word,
+                            class_=f"badge {'good' if diagnosis.verdict in GOOD else 'open'}",
+                        ),
+                        meaning,
+                    ]
+                ),
+            ),
+            facts(
+                [
+                    ("Where", where_words(diagnosis)),
+                    (
+                        "Which",
+                        "; ".join(filter(None, (which_words(diagnosis), ends_words(diagnosis)))),
+                    ),
+                    ("How far", far_words(diagnosis)),
+                    ("Next experiment", next_words(diagnosis)),
+                ]
+            ),
+        ]
+    )

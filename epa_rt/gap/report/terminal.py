@@ -1,4 +1,6 @@
-"""A diagnosis on the terminal: what was found first, the verdict, the effects, where, how far, what next."""
+"""A diagnosis on the terminal: what was found first, the verdict, the effects, where, how far, what
+next.
+"""
 
 from collections.abc import Sequence
 
@@ -11,12 +13,31 @@ from epa_rt.gap.diagnosis import Diagnosis, Place
 from epa_rt.gap.report.gate import gate_line
 from epa_rt.gap.report.left_words import ends_words, goes_with
 from epa_rt.gap.report.origin import origin_words
-from epa_rt.gap.report.words import (BASELINES, CONFIDENCE, MODES, VERDICTS, WHO, channel_words, free_run_words, gone_words, judged_on, more_numbers_words, parameter_words, percent, plain, region_words, share_words,
-                                     shown_rows, sigmas, size, times)
+from epa_rt.gap.report.words import (
+    BASELINES,
+    CONFIDENCE,
+    MODES,
+    VERDICTS,
+    WHO,
+    channel_words,
+    free_run_words,
+    gone_words,
+    judged_on,
+    more_numbers_words,
+    parameter_words,
+    percent,
+    plain,
+    region_words,
+    share_words,
+    shown_rows,
+    sigmas,
+    size,
+    times,
+)
 from epa_rt.gap.shrink import OVERALL
 
 MOST_PLACES, MOST_NOT_TESTED = 8, 12
-STANDS_OUT = 4.0   # times the median stretch of time
+STANDS_OUT = 4.0  # times the median stretch of time
 
 
 def console() -> Console:
@@ -40,8 +61,13 @@ def show(diagnosis: Diagnosis, out: Console) -> None:
         out.print(words)
     _far(diagnosis, out)
     for left in diagnosis.remainder[:3]:
-        on = ", ".join(f"{region_words(name)} {percent(part)}" for name, part in goes_with(left)[:3])
-        out.print(f"left in {left.link}: {size(left.rms, left.unit)}, {times(left.rms / left.floor)} floor" + (f"; goes with {on}" if on else ""))
+        on = ", ".join(
+            f"{region_words(name)} {percent(part)}" for name, part in goes_with(left)[:3]
+        )
+        out.print(
+            f"left in {left.link}: {size(left.rms, left.unit)}, {times(left.rms / left.floor)}"
+            " floor" + (f"; goes with {on}" if on else "")
+        )
     _next(diagnosis, out)
     out.print(f"{diagnosis.seconds:.0f} s", style="dim")
 
@@ -59,32 +85,86 @@ def show_location(places: Sequence[Place], out: Console) -> None:
     if not places:
         out.print("where: no link of this rig could be judged with these logs")
         return
-    table = Table("Where", "Block", "Channel", "Gap", "Floor", "x floor", "σ", "Largest at", box=box.SIMPLE_HEAD, pad_edge=False)
+    table = Table(
+        "Where",
+        "Block",
+        "Channel",
+        "Gap",
+        "Floor",
+        "x floor",
+        "σ",
+        "Largest at",
+        box=box.SIMPLE_HEAD,
+        pad_edge=False,
+    )
     for place in places[:MOST_PLACES]:
-        peaks = [region_words(max(part, key=part.get)) + unit for part, unit in ((place.state, ""), (place.band_hz, " Hz")) if part] + sudden(place)
-        table.add_row(place.link, place.block, channel_words(place.channel), size(place.excess, place.unit) if place.excess > 0.0 else "none", size(place.floor, place.unit),
-                      times(place.times_floor), sigmas(place.significance), "; ".join(peaks) if place.times_floor > 1.15 else "")
+        peaks = [
+            region_words(max(part, key=part.get)) + unit
+            for part, unit in ((place.state, ""), (place.band_hz, " Hz"))
+            if part
+        ] + sudden(place)
+        table.add_row(
+            place.link,
+            place.block,
+            channel_words(place.channel),
+            size(place.excess, place.unit) if place.excess > 0.0 else "none",
+            size(place.floor, place.unit),
+            times(place.times_floor),
+            sigmas(place.significance),
+            "; ".join(peaks) if place.times_floor > 1.15 else "",
+        )
     out.print(table)
-    out.print("Floor: what noise alone leaves, rms. x floor: all that is left over the floor; 1 × is noise alone.\n"
-              "σ: standard deviations by which that stands above what noise would give; above 4 is beyond doubt.", style="dim")
+    out.print(
+        "Floor: what noise alone leaves, rms. x floor: all that is left over the floor; 1 × is"
+        " noise alone.\nσ: standard deviations by which that stands above what noise would give;"
+        " above 4 is beyond doubt.",
+        style="dim",
+    )
 
 
 def sudden(place: Place) -> list[str]:
-    """The stretch of time that stands out from all others, where one does: something that happened once is in no state and in no band."""
+    """The stretch of time that stands out from all others, where one does: something that happened
+    once is in no state and in no band.
+    """
     if len(place.time_s) < 3:
         return []
     name = max(place.time_s, key=place.time_s.get)
-    return [f"{name} s"] if place.time_s[name] > STANDS_OUT * float(np.median(list(place.time_s.values()))) else []
+    return (
+        [f"{name} s"]
+        if place.time_s[name] > STANDS_OUT * float(np.median(list(place.time_s.values())))
+        else []
+    )
 
 
 def _effects(diagnosis: Diagnosis, out: Console) -> None:
-    table = Table("Effect", "Family", "Block", "Confidence", "Parameter", "Value", "95 % interval", "Unit", "Not separable from", box=box.SIMPLE_HEAD, pad_edge=False)
+    table = Table(
+        "Effect",
+        "Family",
+        "Block",
+        "Confidence",
+        "Parameter",
+        "Value",
+        "95 % interval",
+        "Unit",
+        "Not separable from",
+        box=box.SIMPLE_HEAD,
+        pad_edge=False,
+    )
     for effect in diagnosis.effects:
         head = [effect.name, effect.family, effect.block, percent(effect.confidence)]
         others = ", ".join(effect.not_separable_from) or "–"
         for i, one in enumerate(effect.parameters):
-            value, interval, _, unit = parameter_words(one) if effect.who != "plant_file" else gone_words(one)
-            table.add_row(*(head if i == 0 else [""] * 4), one.name, value, interval, unit, others if i == 0 else "")
+            value, interval, _, unit = (
+                parameter_words(one) if effect.who != "plant_file" else gone_words(one)
+            )
+            table.add_row(
+                *(head if i == 0 else [""] * 4),
+                one.name,
+                value,
+                interval,
+                unit,
+                others if i == 0 else "",
+            )
         if not effect.parameters:
             table.add_row(*head, "", "", "", "", others)
     out.print(table)
@@ -94,8 +174,13 @@ def _effects(diagnosis: Diagnosis, out: Console) -> None:
     for words in diagnosis.doubts:
         out.print(words, style="bold")
     for effect in (one for one in diagnosis.effects if one.who in WHO):
-        says = ", ".join(f"{one.name} {gone_words(one)[2]} {gone_words(one)[3]}".rstrip() for one in effect.parameters)
-        out.print(f"{plain(effect.name)}: {WHO[effect.who]}; the plant file says {says}", style="bold")
+        says = ", ".join(
+            f"{one.name} {gone_words(one)[2]} {gone_words(one)[3]}".rstrip()
+            for one in effect.parameters
+        )
+        out.print(
+            f"{plain(effect.name)}: {WHO[effect.who]}; the plant file says {says}", style="bold"
+        )
     for one in diagnosis.nominal_moved:
         value, interval, neutral, unit = parameter_words(one)
         out.print(f"moved with it: {one.name} from {neutral} to {value} {unit} ({interval})")
@@ -105,13 +190,38 @@ def _far(diagnosis: Diagnosis, out: Console) -> None:
     rows = shown_rows(diagnosis)
     if not rows:
         return
-    out.print(f"How far, on {judged_on(diagnosis)}; before: {BASELINES[rows[0].baseline]}, after: {'with the effects' if diagnosis.effects else 'refitted'}")
-    table = Table("Channel", "Mode", "Before", "After", "Floor", "Gap closed (95 %)", "Floor left", box=box.SIMPLE_HEAD, pad_edge=False)
+    out.print(
+        f"How far, on {judged_on(diagnosis)}; before: {BASELINES[rows[0].baseline]}, after:"
+        f" {'with the effects' if diagnosis.effects else 'refitted'}"
+    )
+    table = Table(
+        "Channel",
+        "Mode",
+        "Before",
+        "After",
+        "Floor",
+        "Gap closed (95 %)",
+        "Floor left",
+        box=box.SIMPLE_HEAD,
+        pad_edge=False,
+    )
     for row in rows:
-        table.add_row(channel_words(row.channel), MODES[row.mode], size(row.before, row.unit), size(row.after, row.unit), size(row.floor, row.unit),
-                      share_words(row), times(row.times_floor), style="bold" if row.channel == OVERALL else None)
+        table.add_row(
+            channel_words(row.channel),
+            MODES[row.mode],
+            size(row.before, row.unit),
+            size(row.after, row.unit),
+            size(row.floor, row.unit),
+            share_words(row),
+            times(row.times_floor),
+            style="bold" if row.channel == OVERALL else None,
+        )
     out.print(table)
-    out.print("block by block: every block fed with what was measured. free run: the whole plant fed with the commands alone.", style="dim")
+    out.print(
+        "block by block: every block fed with what was measured. free run: the whole plant fed with"
+        " the commands alone.",
+        style="dim",
+    )
     if diagnosis.gate:
         out.print(gate_line(diagnosis.gate))
 

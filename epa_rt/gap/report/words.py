@@ -1,4 +1,6 @@
-"""Words and numbers of a diagnosis for people: the verdict, a channel, a size with its unit, a share."""
+"""Words and numbers of a diagnosis for people: the verdict, a channel, a size with its unit, a
+share.
+"""
 
 import math
 import re
@@ -14,21 +16,46 @@ from epa_rt.report.shown import Shown, number, pretty
 VERDICTS = {
     "no_gap": ("No gap", "The plant file already describes these logs down to the noise."),
     "explained": ("Explained", "The named effects explain the gap."),
-    "partly_explained": ("Partly explained", "The named effects explain part of the gap; the rest is described below."),
-    "not_in_catalogue": ("Not in the catalogue", "There is a gap, and no effect of the catalogue that these logs could have shown explains it."),
+    "partly_explained": (
+        "Partly explained",
+        "The named effects explain part of the gap; the rest is described below.",
+    ),
+    "not_in_catalogue": (
+        "Not in the catalogue",
+        (
+            "There is a gap, and no effect of the catalogue that these logs could have shown"
+            " explains it."
+        ),
+    ),
     "not_excited": ("Not excited", "These logs could not have shown most of the effects."),
     "not_separable": ("Not separable", "Several effects explain these logs equally well."),
 }
 GOOD = ("no_gap", "explained")
 MODES = {"teacher_forced": "block by block", "free_run": "free run"}
-BASELINES = {"refitted": "nominal parameters refitted, no effect", "plant_file": "plant file as it stands"}
-SOURCES = {"repeats": "repeats of the same trial", "twin": "a simulated run of the plant itself, with the recording's noise",
-           "sensors": "the sensors' own noise (weaker than repeats)"}
-CONFIDENCE = "how often it, or a law of its family that these logs cannot tell from it, stays the best explanation when stretches of the logs are drawn anew at random, lowered by the part of the gap that it leaves, block by block and in free run"
+BASELINES = {
+    "refitted": "nominal parameters refitted, no effect",
+    "plant_file": "plant file as it stands",
+}
+SOURCES = {
+    "repeats": "repeats of the same trial",
+    "twin": "a simulated run of the plant itself, with the recording's noise",
+    "sensors": "the sensors' own noise (weaker than repeats)",
+}
+CONFIDENCE = (
+    "how often it, or a law of its family that these logs cannot tell from it, stays the best"
+    " explanation when stretches of the logs are drawn anew at random, lowered by the part of the"
+    " gap that it leaves, block by block and in free run"
+)
 WHO = {"plant_file": "in the plant file, not in the rig", "both": "in both, at other strengths"}
 BEYOND = 99.0  # standard deviations
-WORSE = -1.0   # share closed below which the figure says less than how many times the floor it was and is: of a gap near the floor it soon is thousands of per cent
-_SMALL = {"Pa": (1e3, 1.0, "Pa"), "A": (0.1, 1e3, "mA"), "m": (1e-5, 1e6, "µm")}  # below: in this smaller unit
+# share closed below which the figure says less than how many times the floor it was and is: of a
+# gap near the floor it soon is thousands of per cent
+WORSE = -1.0
+_SMALL = {
+    "Pa": (1e3, 1.0, "Pa"),
+    "A": (0.1, 1e3, "mA"),
+    "m": (1e-5, 1e6, "µm"),
+}  # below: in this smaller unit
 _SHOWN = Shown()
 _NAME = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)+")
 
@@ -48,7 +75,11 @@ def size(value: float | None, unit: str, digits: int = 3) -> str:
 
 def times(value: float | None) -> str:
     """'12 ×' of the floor."""
-    return "–" if value is None or not math.isfinite(value) else f"{value:,.{1 if value < 9.95 else 0}f} ×"
+    return (
+        "–"
+        if value is None or not math.isfinite(value)
+        else f"{value:,.{1 if value < 9.95 else 0}f} ×"
+    )
 
 
 def percent(share: float | None) -> str:
@@ -62,7 +93,9 @@ def percent(share: float | None) -> str:
 
 
 def share_words(row: Shrinkage) -> str:
-    """'97 % (95 to 98)'; 'no gap to close' where before does not rise above the floor, 'worse: 1.5 × → 7.6 × floor' where it grew by more than itself."""
+    """'97 % (95 to 98)'; 'no gap to close' where before does not rise above the floor, 'worse: 1.5
+    × → 7.6 × floor' where it grew by more than itself.
+    """
     if row.closed_share is None:
         return "no gap to close"
     if got_worse(row):
@@ -74,7 +107,9 @@ def share_words(row: Shrinkage) -> str:
 
 
 def got_worse(row: Shrinkage) -> bool:
-    """Whether so much more is left after than before that it is said in multiples of the floor and not as a share."""
+    """Whether so much more is left after than before that it is said in multiples of the floor and
+    not as a share.
+    """
     return row.closed_share is not None and row.closed_share < WORSE
 
 
@@ -84,16 +119,22 @@ def sigmas(significance: float) -> str:
 
 
 def parameter_words(one: Number) -> tuple[str, str, str, str]:
-    """Value, 95 % interval, neutral value and unit, all in the same unit: SI where the reader's would give long numbers."""
+    """Value, 95 % interval, neutral value and unit, all in the same unit: SI where the reader's
+    would give long numbers.
+    """
     factor, _, unit = _SHOWN.difference_scale(one.unit)
     if not 1e-3 <= abs(one.value * factor) < 1e5:
         factor, unit = 1.0, one.unit
-    value, low, high, neutral = (number(x * factor, 4) for x in (one.value, one.low, one.high, one.neutral))
+    value, low, high, neutral = (
+        number(x * factor, 4) for x in (one.value, one.low, one.high, one.neutral)
+    )
     return value, f"{low} to {high}", neutral, pretty(unit)
 
 
 def gone_words(one: Number) -> tuple[str, str, str, str]:
-    """The same of an effect that the rig does not have: what shapes it cannot be fitted where it is not."""
+    """The same of an effect that the rig does not have: what shapes it cannot be fitted where it is
+    not.
+    """
     _, _, neutral, unit = parameter_words(replace(one, value=one.neutral))
     return "gone", "–", neutral, unit
 
@@ -105,16 +146,22 @@ def plain(name: str) -> str:
 
 def region_words(region: str) -> str:
     """'muscle speed > 0' of 'muscle_speed_m_s > 0'."""
-    return _NAME.sub(lambda found: spoken(found.group().removesuffix("_m_s2").removesuffix("_rad_s2")), region)
+    return _NAME.sub(
+        lambda found: spoken(found.group().removesuffix("_m_s2").removesuffix("_rad_s2")), region
+    )
 
 
 def channel_words(channel: str) -> str:
-    """'muscle force' of 'muscle_force_n'; sentences stay as they are, with the names in them spoken."""
+    """'muscle force' of 'muscle_force_n'; sentences stay as they are, with the names in them
+    spoken.
+    """
     return channel if channel == OVERALL else region_words(channel)
 
 
 def shown_rows(diagnosis: Diagnosis) -> list[Shrinkage]:
-    """Rows over all logs: against the refitted plant where effects are named, else what refitting it did to the plant file."""
+    """Rows over all logs: against the refitted plant where effects are named, else what refitting
+    it did to the plant file.
+    """
     baseline = "refitted" if diagnosis.effects else "plant_file"
     return [row for row in diagnosis.shrinkage if row.log == ALL and row.baseline == baseline]
 
@@ -131,40 +178,79 @@ def named_words(effect: Named) -> str:
 
 
 def alike_words(diagnosis: Diagnosis) -> str:
-    """'braid friction from braid dahl': names with the laws that they cannot be told from; '' where there are none."""
-    return "; ".join(f"{plain(one.name)} from {join_words(one.not_separable_from)}" for one in diagnosis.effects if one.not_separable_from)
+    """'braid friction from braid dahl': names with the laws that they cannot be told from; '' where
+    there are none.
+    """
+    return "; ".join(
+        f"{plain(one.name)} from {join_words(one.not_separable_from)}"
+        for one in diagnosis.effects
+        if one.not_separable_from
+    )
 
 
 def judged_on(diagnosis: Diagnosis) -> str:
     """On what the shrinkage was measured."""
     held = diagnosis.inputs.get("holdout") or ()
     if held:
-        return f"held-out {'log' if len(held) == 1 else 'logs'} {', '.join(Path(str(one)).stem for one in held)}, which no fit has seen"
+        return (
+            f"held-out {'log' if len(held) == 1 else 'logs'}"
+            f" {', '.join(Path(str(one)).stem for one in held)}, which no fit has seen"
+        )
     if diagnosis.inputs.get("set_aside", True):
         return "trials that were set aside, which no fit has seen"
     return "the very trials that were fitted (nothing could be set aside, so the figures flatter)"
 
 
 def free_run_words(diagnosis: Diagnosis) -> str:
-    """What the whole plant says that runs from the commands alone; nothing where the rig has no model of it."""
+    """What the whole plant says that runs from the commands alone; nothing where the rig has no
+    model of it.
+    """
     heard = diagnosis.free_run
     if heard is None:
         return ""
     if heard.explained_share is None:
-        return "The whole plant, run from the commands alone, shows no gap beyond its noise once the nominal parameters are fitted."
-    who = join_words(heard.nearest) if diagnosis.effects else f"what comes nearest ({join_words(heard.nearest)})" if heard.nearest else ""
+        return (
+            "The whole plant, run from the commands alone, shows no gap beyond its noise once the"
+            " nominal parameters are fitted."
+        )
+    who = (
+        join_words(heard.nearest)
+        if diagnosis.effects
+        else f"what comes nearest ({join_words(heard.nearest)})"
+        if heard.nearest
+        else ""
+    )
     explain = "explain" if diagnosis.effects and len(heard.nearest) > 1 else "explains"
-    found = [f"The whole plant, run from the commands alone, shows a gap; {who} {explain} {percent(heard.explained_share)} of it." if heard.nearest
-             else "The whole plant, run from the commands alone, shows a gap that nothing named explains."]
+    found = [
+        (
+            f"The whole plant, run from the commands alone, shows a gap; {who} {explain}"
+            f" {percent(heard.explained_share)} of it."
+            if heard.nearest
+            else (
+                "The whole plant, run from the commands alone, shows a gap that nothing named"
+                " explains."
+            )
+        )
+    ]
     if heard.told_apart:
-        found.append(f"It tells that from {join_words(heard.told_apart)}, which explain the blocks one by one as well.")
+        found.append(
+            f"It tells that from {join_words(heard.told_apart)}, which explain the blocks one by"
+            " one as well."
+        )
     return " ".join(found)
 
 
 def more_numbers_words(effect: Named) -> str:
-    """'braid lugre, of the same family, says the same of these logs with more numbers': laws that became a named effect; '' where none did."""
+    """'braid lugre, of the same family, says the same of these logs with more numbers': laws that
+    became a named effect; '' where none did.
+    """
     others = effect.in_more_numbers
-    return f"{join_words(others)}, of the same family, {'says' if len(others) == 1 else 'say'} the same of these logs with more numbers" if others else ""
+    return (
+        f"{join_words(others)}, of the same family, {'says' if len(others) == 1 else 'say'} the"
+        " same of these logs with more numbers"
+        if others
+        else ""
+    )
 
 
 def join_words(names: Sequence[str]) -> str:

@@ -1,4 +1,6 @@
-"""An identification on the terminal: what the trials were, every model's score, coefficients, terms."""
+"""An identification on the terminal: what the trials were, every model's score, coefficients,
+terms.
+"""
 
 from rich import box
 from rich.console import Console
@@ -23,7 +25,10 @@ def show(found: Answer, out: Console) -> None:
     for sentence in found.remarks:
         out.print(f"note: {sentence}", style="yellow")
     kpa = sorted({round(t["p0_pa"] / 1e3) for t in found.trials})
-    out.print(f"{len(found.trials)} trials, {sum(t['seconds'] for t in found.trials):.0f} s, no-load pressures {', '.join(map(str, kpa))} kPa gauge")
+    out.print(
+        f"{len(found.trials)} trials, {sum(t['seconds'] for t in found.trials):.0f} s, no-load"
+        f" pressures {', '.join(map(str, kpa))} kPa gauge"
+    )
     out.print(f"normalised: {found.normalisation.said()}")
     _models(found, out)
     _coefficients(found, out)
@@ -32,19 +37,46 @@ def show(found: Answer, out: Console) -> None:
 
 
 def _models(found: Answer, out: Console) -> None:
-    table = _table("Model", "R2", "paper", "RMS, N", "R2 trial left out", "R2 pressure left out", "RMS trial left out, N", "loop work", "loop error",
-                   "hysteresis", "damping, N s/m", "condition")
+    table = _table(
+        "Model",
+        "R2",
+        "paper",
+        "RMS, N",
+        "R2 trial left out",
+        "R2 pressure left out",
+        "RMS trial left out, N",
+        "loop work",
+        "loop error",
+        "hysteresis",
+        "damping, N s/m",
+        "condition",
+    )
     for score in found.scores:
-        table.add_row(score.name, number(score.r2), number(PAPER_R2[score.name]) if score.name in PAPER_R2 else "", number(score.rms_n, 2),
-                      number(score.r2_trial), number(score.r2_pressure), number(score.rms_trial_n, 2), percent(score.hysteresis), percent(score.loop_error),
-                      yes(score.has_hysteresis), f"{score.damping_n_s_m:.1f} {yes(score.has_damping)}", condition(score.condition))
+        table.add_row(
+            score.name,
+            number(score.r2),
+            number(PAPER_R2[score.name]) if score.name in PAPER_R2 else "",
+            number(score.rms_n, 2),
+            number(score.r2_trial),
+            number(score.r2_pressure),
+            number(score.rms_trial_n, 2),
+            percent(score.hysteresis),
+            percent(score.loop_error),
+            yes(score.has_hysteresis),
+            f"{score.damping_n_s_m:.1f} {yes(score.has_damping)}",
+            condition(score.condition),
+        )
     out.print(table)
     b, n = found.geometry
     out.print(f"static, b and n fitted: b = {b * 1e3:.2f} mm, n = {n:.3f}")
     if found.gas:
         gas = found.gas
-        out.print(f"gas: Boyle misses the pressure by {gas.rms_boyle_pa / 1e3:.2f} kPa (R2 {gas.r2_boyle:.3f}); exponent {gas.polytropic_ratio:.3f} and leak "
-                  f"{gas.leak_per_s:.1e} 1/s beside {gas.dead_volume_m3 * 1e6:.1f} cm^3 of dead volume by {gas.rms_pa / 1e3:.2f} kPa (R2 {gas.r2:.3f})")
+        out.print(
+            f"gas: Boyle misses the pressure by {gas.rms_boyle_pa / 1e3:.2f} kPa (R2"
+            f" {gas.r2_boyle:.3f}); exponent {gas.polytropic_ratio:.3f} and leak"
+            f" {gas.leak_per_s:.1e} 1/s beside {gas.dead_volume_m3 * 1e6:.1f} cm^3 of dead volume"
+            f" by {gas.rms_pa / 1e3:.2f} kPa (R2 {gas.r2:.3f})"
+        )
 
 
 def _coefficients(found: Answer, out: Console) -> None:
@@ -62,8 +94,23 @@ def _terms(found: Answer, out: Console) -> None:
     table.columns[-1].justify = "left"
     for way in found.selected:
         five = next((step for step in way.path if len(step.terms) == 5), None)
-        which = ", ".join(way.chosen.terms) if len(way.chosen.terms) <= 12 else "; at five: " + ", ".join(five.terms) if five else ""
-        table.add_row(way.name, str(len(way.chosen.terms)), number(way.chosen.r2), condition(way.chosen.condition), number(five.r2) if five else "",
-                      which.removeprefix("; "))
+        which = (
+            ", ".join(way.chosen.terms)
+            if len(way.chosen.terms) <= 12
+            else "; at five: " + ", ".join(five.terms)
+            if five
+            else ""
+        )
+        table.add_row(
+            way.name,
+            str(len(way.chosen.terms)),
+            number(way.chosen.r2),
+            condition(way.chosen.condition),
+            number(five.r2) if five else "",
+            which.removeprefix("; "),
+        )
     out.print(table)
-    out.print("condition: of the chosen terms; " + "; ".join(f"{way.name}: {way.why}" for way in found.selected))
+    out.print(
+        "condition: of the chosen terms; "
+        + "; ".join(f"{way.name}: {way.why}" for way in found.selected)
+    )

@@ -6,7 +6,13 @@ from epa_rt.identify.scores import Score
 from epa_rt.models.knobs import row_of
 from epa_rt.models.plant_file import stem_of
 
-SHOWN = {"m": (1e3, "mm"), "Pa": (1e-3, "kPa"), "N/m": (1e-3, "kN/m"), "1": (1.0, ""), "N*s/m": (1.0, "N s/m")}
+SHOWN = {
+    "m": (1e3, "mm"),
+    "Pa": (1e-3, "kPa"),
+    "N/m": (1e-3, "kN/m"),
+    "1": (1.0, ""),
+    "N*s/m": (1.0, "N s/m"),
+}
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -18,7 +24,13 @@ def percent(value: float) -> str:
 
 
 def condition(value: float) -> str:
-    return "–" if not math.isfinite(value) or value <= 1.0 else f"{value:.0f}" if value < 1e4 else f"{value:.0e}".replace("e+0", "e")
+    return (
+        "–"
+        if not math.isfinite(value) or value <= 1.0
+        else f"{value:.0f}"
+        if value < 1e4
+        else f"{value:.0e}".replace("e+0", "e")
+    )
 
 
 def yes(has: bool) -> str:
@@ -26,7 +38,9 @@ def yes(has: bool) -> str:
 
 
 def coefficients(score: Score) -> list[tuple[str, str, str, str]]:
-    """Name, value, 95 % interval, unit of every coefficient; numbers of a plant in workshop units."""
+    """Name, value, 95 % interval, unit of every coefficient; numbers of a plant in workshop
+    units.
+    """
     rows = []
     for name, value in score.coefficients.items():
         low, high = score.intervals.get(name, (math.nan, math.nan))
@@ -34,10 +48,23 @@ def coefficients(score: Score) -> list[tuple[str, str, str, str]]:
         if name.startswith("muscle0."):
             row = row_of(name)[1]
             scale, unit = SHOWN.get(row.unit, (1.0, row.unit))
-            twice = sum(key.startswith(f"muscle0.{stem_of(row)}_") for key in score.coefficients) > 1
+            twice = (
+                sum(key.startswith(f"muscle0.{stem_of(row)}_") for key in score.coefficients) > 1
+            )
             shown = (row.name if twice else stem_of(row)).replace("_", " ")
         digits = _digits(high * scale - low * scale, value * scale)
-        rows.append((shown, f"{value * scale:.{digits}f}", f"{low * scale:.{digits}f} to {high * scale:.{digits}f}" if math.isfinite(low) else "not seen", unit))
+        rows.append(
+            (
+                shown,
+                f"{value * scale:.{digits}f}",
+                (
+                    f"{low * scale:.{digits}f} to {high * scale:.{digits}f}"
+                    if math.isfinite(low)
+                    else "not seen"
+                ),
+                unit,
+            )
+        )
     return rows
 
 

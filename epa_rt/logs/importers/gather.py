@@ -10,7 +10,7 @@ from epa_rt.config.source import Located
 from epa_rt.logs.importers.csv_table import read_csv
 from epa_rt.logs.importers.grid import Grid, beside, grid_of, put, stamps_s
 from epa_rt.logs.importers.line import line_of
-from epa_rt.logs.importers.mapping import Mapping, Signal, Stretch, TrialColumn
+from epa_rt.logs.importers.mapping import Mapping, Signal, TrialColumn
 from epa_rt.logs.importers.mat_table import read_mat
 from epa_rt.logs.importers.mcap_table import read_mcap
 from epa_rt.logs.importers.table import ImportRefused, Key, Table
@@ -32,7 +32,9 @@ class Trial:
 
 @dataclass(frozen=True)
 class Gathered:
-    """What a log will hold: signals in SI (M,), trials over all M rows, and in words what was done on the way."""
+    """What a log will hold: signals in SI (M,), trials over all M rows, and in words what was done
+    on the way.
+    """
 
     grid: Grid
     measured: dict[str, np.ndarray]
@@ -43,14 +45,22 @@ class Gathered:
 
 
 def gather(mapping: Mapping, located: Located, files: Sequence[Path]) -> Gathered:
-    """Reads the files. Raises ImportRefused or ConfigError for the first thing that does not fit."""
-    keys = {name: _key(located, (section, name), signal, files, mapping)
-            for section in ("measured", "references", "commands") for name, signal in getattr(mapping, section).items()}
+    """Reads the files. Raises ImportRefused or ConfigError for the first thing that does not
+    fit.
+    """
+    keys = {
+        name: _key(located, (section, name), signal, files, mapping)
+        for section in ("measured", "references", "commands")
+        for name, signal in getattr(mapping, section).items()
+    }
     if isinstance(mapping.trials, TrialColumn):
         keys["trials"] = _key(located, ("trials",), mapping.trials, files, mapping)
     unused = [str(path) for path in files if str(path) not in {key.path for key in keys.values()}]
     if unused:
-        raise ImportRefused(f"{mapping_name(located)}: found no signal from {unused[0]}, expected every file to be used (give 'file:' in the mapping)")
+        raise ImportRefused(
+            f"{mapping_name(located)}: found no signal from {unused[0]}, expected every file to be"
+            " used (give 'file:' in the mapping)"
+        )
     tables, constants = _tables(mapping, list(keys.values()))
     first = next(iter(keys.values()))
     main = tables[first.path, first.topic]
@@ -59,33 +69,69 @@ def gather(mapping: Mapping, located: Located, files: Sequence[Path]) -> Gathere
     places = {which: beside(grid, table, mapping.clock, raw) for which, table in tables.items()}
     found, says = {}, [sentence for place in places.values() for sentence in place.says]
     for name, signal in mapping.signals.items():
-        table, line = tables[keys[name].path, keys[name].topic], line_of(name, signal.unit, signal.scale, signal.offset, mapping.atmosphere)
-        slope = line.slope * (constants[keys[name].path][signal.scale_variable] if signal.scale_variable else 1.0)
+        table, line = (
+            tables[keys[name].path, keys[name].topic],
+            line_of(name, signal.unit, signal.scale, signal.offset, mapping.atmosphere),
+        )
+        slope = line.slope * (
+            constants[keys[name].path][signal.scale_variable] if signal.scale_variable else 1.0
+        )
         with np.errstate(over="ignore", invalid="ignore"):
             column = table.columns[keys[name].column] * slope + line.intercept
         if np.any(np.abs(column) > _LARGEST_SI):
-            raise ImportRefused(f"{table.place(int(np.argmax(np.abs(column) > _LARGEST_SI)))}: column {signal.column}: found a number too large for {name}, expected less")
-        found[name] = put(grid, places[keys[name].path, keys[name].topic], column, hold=_is_discrete(name))
+            raise ImportRefused(
+                f"{table.place(int(np.argmax(np.abs(column) > _LARGEST_SI)))}: column"
+                f" {signal.column}: found a number too large for {name}, expected less"
+            )
+        found[name] = put(
+            grid, places[keys[name].path, keys[name].topic], column, hold=_is_discrete(name)
+        )
         empty = int(np.isnan(found[name]).sum())
         if empty:
-            says.append(f"{name} has no value on {empty} of {len(found[name])} rows; " + ("they are marked invalid" if name in mapping.measured else "nothing is put in their place"))
+            says.append(
+                f"{name} has no value on {empty} of {len(found[name])} rows; "
+                + (
+                    "they are marked invalid"
+                    if name in mapping.measured
+                    else "nothing is put in their place"
+                )
+            )
     early = ANSWERED_AFTER - mapping.answered_after
     if early and mapping.commands:
         found |= {name: _earlier(grid, found[name], early) for name in mapping.commands}
-        says.append(f"commands are put {early} row{'s' if early > 1 else ''} earlier (answered_after: {mapping.answered_after}), where this house's loop would have them")
+        says.append(
+            f"commands are put {early} row{'s' if early > 1 else ''} earlier (answered_after:"
+            f" {mapping.answered_after}), where this house's loop would have them"
+        )
     trials = _trials(mapping, grid, located)
     if isinstance(mapping.trials, TrialColumn):
         key = keys["trials"]
-        trials = _trials_by(put(grid, places[key.path, key.topic], _numbers(tables[key.path, key.topic], key.column), hold=True))
+        trials = _trials_by(
+            put(
+                grid,
+                places[key.path, key.topic],
+                _numbers(tables[key.path, key.topic], key.column),
+                hold=True,
+            )
+        )
     else:
-        says += [f"trial {stretch.name} was to end at {stretch.end:g} s and is cut at {grid.t_s[-1]:.6g} s, where the recording ends"
-                 for stretch in mapping.trials or () if stretch.end > grid.t_s[-1] + 1.5 * grid.period_s]
-    groups = [{name: found[name] for name in getattr(mapping, section)} for section in ("measured", "references", "commands")]
+        says += [
+            f"trial {stretch.name} was to end at {stretch.end:g} s and is cut at {grid.t_s[-1]:.6g}"
+            " s, where the recording ends"
+            for stretch in mapping.trials or ()
+            if stretch.end > grid.t_s[-1] + 1.5 * grid.period_s
+        ]
+    groups = [
+        {name: found[name] for name in getattr(mapping, section)}
+        for section in ("measured", "references", "commands")
+    ]
     return Gathered(grid, *groups, trials, (*grid.says, *says))
 
 
 def _earlier(grid: Grid, values: np.ndarray, cycles: int) -> np.ndarray:
-    """Each row gets what is commanded so many cycles later, across lost ones too; the last rows hold."""
+    """Each row gets what is commanded so many cycles later, across lost ones too; the last rows
+    hold.
+    """
     return values[np.searchsorted(grid.cycle, grid.cycle + cycles, side="right") - 1]
 
 
@@ -93,22 +139,36 @@ def mapping_name(located: Located) -> str:
     return f"{located.path}:1"
 
 
-def _key(located: Located, where: tuple, signal: Signal | TrialColumn, files: Sequence[Path], mapping: Mapping) -> Key:
+def _key(
+    located: Located,
+    where: tuple,
+    signal: Signal | TrialColumn,
+    files: Sequence[Path],
+    mapping: Mapping,
+) -> Key:
     chosen = [path for path in files if signal.file is None or signal.file in path.name]
     if len(chosen) != 1:
-        found = f"{len(chosen)} files" + (f" whose name holds '{signal.file}'" if signal.file else "")
+        found = f"{len(chosen)} files" + (
+            f" whose name holds '{signal.file}'" if signal.file else ""
+        )
         raise located.error(where, found, "one, to be told by 'file:'")
     if mapping.format.kind == "mcap" and signal.topic is None:
         raise located.error(where, "no topic", "the topic of an MCAP file, under 'topic:'")
     return Key(str(chosen[0]), signal.topic, signal.column)
 
 
-def _tables(mapping: Mapping, keys: Sequence[Key]) -> tuple[dict[tuple[str, str | None], Table], dict[str, dict[str, float]]]:
-    """One table for each file and topic, with its clock's column; and the constants of each file."""
+def _tables(
+    mapping: Mapping, keys: Sequence[Key]
+) -> tuple[dict[tuple[str, str | None], Table], dict[str, dict[str, float]]]:
+    """One table for each file and topic, with its clock's column; and the constants of each
+    file.
+    """
     wanted: dict[tuple[str, str | None], dict[str | int, None]] = {}
     for key in keys:
         wanted.setdefault((key.path, key.topic), {})[key.column] = None
-    names = list(dict.fromkeys(s.scale_variable for s in mapping.signals.values() if s.scale_variable))
+    names = list(
+        dict.fromkeys(s.scale_variable for s in mapping.signals.values() if s.scale_variable)
+    )
     tables, constants = {}, {}
     for (path, topic), columns in wanted.items():
         if mapping.clock.column is not None:
@@ -135,7 +195,11 @@ def _trials(mapping: Mapping, grid: Grid, located: Located) -> tuple[Trial, ...]
         start, stop = np.searchsorted(grid.t_s, (stretch.begin - 1e-9, stretch.end - 1e-9)).tolist()
         if start < at or stop <= start:
             lasts = grid.t_s[-1]
-            raise located.error(("trials", i), f"{stretch.begin:g} s to {stretch.end:g} s", f"rows of the file ({lasts:.6g} s long) after the trial before")
+            raise located.error(
+                ("trials", i),
+                f"{stretch.begin:g} s to {stretch.end:g} s",
+                f"rows of the file ({lasts:.6g} s long) after the trial before",
+            )
         if start > at:
             trials.append(Trial("between", at, start, False))
         trials.append(Trial(stretch.name, start, stop, True))
@@ -146,16 +210,24 @@ def _trials(mapping: Mapping, grid: Grid, located: Located) -> tuple[Trial, ...]
 
 
 def _numbers(table: Table, column: str | int) -> np.ndarray:
-    """A column of trials' numbers, zero where it has no value. Raises ImportRefused for one that is none."""
+    """A column of trials' numbers, zero where it has no value. Raises ImportRefused for one that is
+    none.
+    """
     numbers = np.nan_to_num(table.columns[column])
     wrong = (numbers != np.rint(numbers)) | (np.abs(numbers) > _MOST_TRIALS)
     if wrong.any():
         row = int(np.argmax(wrong))
-        raise ImportRefused(f"{table.place(row)}: column {column}: found {numbers[row]:g}, expected the number of a trial, whole and at most a million")
+        raise ImportRefused(
+            f"{table.place(row)}: column {column}: found {numbers[row]:g}, expected the number of a"
+            " trial, whole and at most a million"
+        )
     return numbers
 
 
 def _trials_by(values: np.ndarray) -> tuple[Trial, ...]:
     numbers = np.nan_to_num(values)
     cuts = [0, *(np.flatnonzero(np.diff(numbers)) + 1).tolist(), len(numbers)]
-    return tuple(Trial(f"trial {numbers[a]:.0f}" if numbers[a] else "between", a, b, bool(numbers[a])) for a, b in zip(cuts, cuts[1:]))
+    return tuple(
+        Trial(f"trial {numbers[a]:.0f}" if numbers[a] else "between", a, b, bool(numbers[a]))
+        for a, b in zip(cuts, cuts[1:], strict=False)
+    )

@@ -1,4 +1,6 @@
-"""The mapping file: which columns of a foreign recording become which signals, with unit, clock and trials. docs/import.md."""
+"""The mapping file: which columns of a foreign recording become which signals, with unit, clock and
+trials. docs/import.md.
+"""
 
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -23,7 +25,9 @@ def _column(value: Any) -> str | int:
 
 def _factor(value: Any) -> Any:
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
-        raise UnitError(f"found {str(value)[:60]!r}, expected a number, with its unit where it has one")
+        raise UnitError(
+            f"found {str(value)[:60]!r}, expected a number, with its unit where it has one"
+        )
     return value
 
 
@@ -33,9 +37,10 @@ Text = Annotated[str, StringConstraints(min_length=1, max_length=200)]
 
 
 class Format(Frozen):
-    """How the files are written. Of CSV: ``delimiter``, ``decimal``, ``thousands`` (where it is the decimal sign too, the
-    last one is the decimal), ``header``, ``skip_lines`` before it, ``skip_below_header`` (lines of units), ``missing`` (texts that mean no value).
-    ``final_newline: false``: the last line may end without a line end, so that a file cut there cannot be told.
+    """How the files are written. Of CSV: ``delimiter``, ``decimal``, ``thousands`` (where it is the
+    decimal sign too, the last one is the decimal), ``header``, ``skip_lines`` before it,
+    ``skip_below_header`` (lines of units), ``missing`` (texts that mean no value). ``final_newline:
+    false``: the last line may end without a line end, so that a file cut there cannot be told.
     """
 
     kind: Literal["csv", "mat", "mcap"]
@@ -52,25 +57,35 @@ class Format(Frozen):
     @field_validator("delimiter")
     @classmethod
     def _no_sign_of_numbers(cls, value: str) -> str:
-        if value.isalnum() or value in "+-\"\r\n\0":
-            raise UnitError(f"found {value!r}, expected a sign that stands in no number, such as a comma, a semicolon or \\t")
+        if value.isalnum() or value in '+-"\r\n\0':
+            raise UnitError(
+                f"found {value!r}, expected a sign that stands in no number, such as a comma, a"
+                " semicolon or \\t"
+            )
         return value
 
     @model_validator(mode="after")
     def _signs_differ(self) -> "Format":
         if self.kind == "csv" and self.delimiter in (self.decimal, self.thousands):
-            raise UnitError(f"found the delimiter {self.delimiter!r} also as a sign within numbers, expected signs that differ")
+            raise UnitError(
+                f"found the delimiter {self.delimiter!r} also as a sign within numbers, expected"
+                " signs that differ"
+            )
         if self.skip_below_header and not self.header:
-            raise UnitError(f"found 'skip_below_header: {self.skip_below_header}' with 'header: false', expected lines before the numbers to count as 'skip_lines' there")
+            raise UnitError(
+                f"found 'skip_below_header: {self.skip_below_header}' with 'header: false',"
+                " expected lines before the numbers to count as 'skip_lines' there"
+            )
         return self
 
 
 class Clock(Frozen):
     """When a row was: a ``column`` of stamps with its ``unit``, or a ``rate``.
 
-    ``period``: of the log's grid (default: the stamps' mean step). ``jitter``: how far stamps may lie off that grid and still
-    be taken as they are (default: a tenth of the period). ``resample: linear`` puts values onto the grid where they do
-    not; grid points in gaps longer than ``max_gap`` (default: three periods) count as lost.
+    ``period``: of the log's grid (default: the stamps' mean step). ``jitter``: how far stamps may
+    lie off that grid and still be taken as they are (default: a tenth of the period). ``resample:
+    linear`` puts values onto the grid where they do not; grid points in gaps longer than
+    ``max_gap`` (default: three periods) count as lost.
     """
 
     column: Column | None = None
@@ -84,24 +99,33 @@ class Clock(Frozen):
     @model_validator(mode="after")
     def _one_clock(self) -> "Clock":
         if (self.column is None) == (self.rate is None):
-            raise UnitError("found " + ("neither" if self.rate is None else "both") + ", expected one of column and rate")
+            raise UnitError(
+                "found "
+                + ("neither" if self.rate is None else "both")
+                + ", expected one of column and rate"
+            )
         if self.column is not None:
             if self.unit is None:
-                raise UnitError("found a column of stamps without a unit, expected a unit such as ms")
+                raise UnitError(
+                    "found a column of stamps without a unit, expected a unit such as ms"
+                )
             if unit(self.unit)[1] != unit("s")[1]:
                 raise UnitError(f"found the unit '{self.unit}', expected a unit of time")
         elif self.unit or self.resample or self.max_gap or self.jitter:
-            raise UnitError("found a rate with unit, jitter, resample or max_gap, expected a rate alone")
+            raise UnitError(
+                "found a rate with unit, jitter, resample or max_gap, expected a rate alone"
+            )
         return self
 
 
 class Signal(Frozen):
-    """Where a signal comes from: SI value = column in ``unit`` x ``scale`` x ``scale_variable`` + ``offset``.
+    """Where a signal comes from: SI value = column in ``unit`` x ``scale`` x ``scale_variable`` +
+    ``offset``.
 
     ``scale_variable``: a scalar of the MAT file; its unit is that of ``scale`` ('1 N/V').
 
-    A pressure's unit ends in gauge, abs or difference. ``file``: which of several files (a part of its name);
-    ``topic``: of MCAP.
+    A pressure's unit ends in gauge, abs or difference. ``file``: which of several files (a part of
+    its name); ``topic``: of MCAP.
     """
 
     column: Column
@@ -123,12 +147,17 @@ class Stretch(Frozen):
     @model_validator(mode="after")
     def _forwards(self) -> "Stretch":
         if not self.begin < self.end:
-            raise UnitError(f"found begin {self.begin:g} s and end {self.end:g} s, expected the begin before the end")
+            raise UnitError(
+                f"found begin {self.begin:g} s and end {self.end:g} s, expected the begin before"
+                " the end"
+            )
         return self
 
 
 class TrialColumn(Frozen):
-    """Trials by a column of whole numbers: every stretch of one value other than zero is a trial."""
+    """Trials by a column of whole numbers: every stretch of one value other than zero is a
+    trial.
+    """
 
     column: Column
     file: Text | None = None
@@ -136,9 +165,10 @@ class TrialColumn(Frozen):
 
 
 class Mapping(Frozen):
-    """The whole file. ``rig_file`` is attached to the log and must say ``rig:`` as this one does, and no other ``atmosphere``; read by
-    ``load_mapping``, ``atmosphere`` is the rig's, in Pa, where this one does not say it. ``answered_after``: rows until the readings show what a row's commands did, of a rig of
-    this house; its own loop's stands where nothing is said.
+    """The whole file. ``rig_file`` is attached to the log and must say ``rig:`` as this one does,
+    and no other ``atmosphere``; read by ``load_mapping``, ``atmosphere`` is the rig's, in Pa, where
+    this one does not say it. ``answered_after``: rows until the readings show what a row's commands
+    did, of a rig of this house; its own loop's stands where nothing is said.
     """
 
     mapping: Name
@@ -162,7 +192,9 @@ class Mapping(Frozen):
 
 
 def load_mapping(path: Path | str) -> tuple[Mapping, Located]:
-    """Reads and checks a mapping file. Raises ConfigError: one sentence with file, line, found, expected."""
+    """Reads and checks a mapping file. Raises ConfigError: one sentence with file, line, found,
+    expected.
+    """
     located = load_yaml(path)
     mapping = validate(located, Mapping)
     mapping = mapping.model_copy(update={"atmosphere": atmosphere_of(mapping, located)})
@@ -173,18 +205,38 @@ def load_mapping(path: Path | str) -> tuple[Mapping, Located]:
             if name in seen:
                 raise located.error(where, f"the signal '{name}' a second time", "each name once")
             seen.add(name)
-            fits = name.startswith(prefix) if prefix else not name.startswith(("cmd_", "ref_", "est_"))
+            fits = (
+                name.startswith(prefix) if prefix else not name.startswith(("cmd_", "ref_", "est_"))
+            )
             if not fits:
-                raise located.error(where, f"the name '{name}'", f"a name that begins with {prefix}" if prefix else "a measured signal, without prefix")
+                raise located.error(
+                    where,
+                    f"the name '{name}'",
+                    (
+                        f"a name that begins with {prefix}"
+                        if prefix
+                        else "a measured signal, without prefix"
+                    ),
+                )
             _check_signal(located, where, name, signal, mapping)
     return mapping, located
 
 
-def _check_signal(located: Located, where: tuple, name: str, signal: Signal, mapping: Mapping) -> None:
+def _check_signal(
+    located: Located, where: tuple, name: str, signal: Signal, mapping: Mapping
+) -> None:
     if signal.scale_variable is not None and mapping.format.kind != "mat":
-        raise located.error((*where, "scale_variable"), "a variable", f"none: a {mapping.format.kind.upper()} file has no variables")
+        raise located.error(
+            (*where, "scale_variable"),
+            "a variable",
+            f"none: a {mapping.format.kind.upper()} file has no variables",
+        )
     if signal.topic is not None and mapping.format.kind != "mcap":
-        raise located.error((*where, "topic"), "a topic", f"none: a {mapping.format.kind.upper()} file has no topics")
+        raise located.error(
+            (*where, "topic"),
+            "a topic",
+            f"none: a {mapping.format.kind.upper()} file has no topics",
+        )
     try:
         line_of(name, signal.unit, signal.scale, signal.offset, mapping.atmosphere)
     except UnitError as error:

@@ -1,4 +1,6 @@
-"""Reads a MAT file in a process of its own: scipy's reader can crash on a damaged one, which must not take the verb along."""
+"""Reads a MAT file in a process of its own: scipy's reader can crash on a damaged one, which must
+not take the verb along.
+"""
 
 import os
 import pickle
@@ -20,8 +22,12 @@ def load_apart(path: Path) -> dict[str, Any]:
     root = str(Path(__file__).parents[3])
     paths = os.pathsep.join(filter(None, [root, os.environ.get("PYTHONPATH")]))
     try:
-        done = subprocess.run([sys.executable, "-m", "epa_rt.logs.importers.mat_child", str(path.absolute())], capture_output=True,
-                              timeout=_LONGEST_S, env=os.environ | {"PYTHONPATH": paths, "OPENBLAS_NUM_THREADS": "1"})
+        done = subprocess.run(
+            [sys.executable, "-m", "epa_rt.logs.importers.mat_child", str(path.absolute())],
+            capture_output=True,
+            timeout=_LONGEST_S,
+            env=os.environ | {"PYTHONPATH": paths, "OPENBLAS_NUM_THREADS": "1"},
+        )
     except subprocess.TimeoutExpired:
         raise MatError("reading it takes over two minutes") from None
     except OSError as error:

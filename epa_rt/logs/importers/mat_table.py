@@ -1,4 +1,6 @@
-"""MAT files up to version 7 (scipy.io): vectors, columns of matrices, fields of structures, scalars."""
+"""MAT files up to version 7 (scipy.io): vectors, columns of matrices, fields of structures,
+scalars.
+"""
 
 import math
 from collections.abc import Sequence
@@ -14,8 +16,11 @@ _LARGEST = 1 << 31
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
-def read_mat(path: Path, wanted: Sequence[str | int], constants: Sequence[str] = ()) -> tuple[Table, dict[str, float]]:
-    """The wanted variables as columns: 'qm', 'data.q' (a field), 'q[2]' (column 2 of a matrix, from 0); and scalars.
+def read_mat(
+    path: Path, wanted: Sequence[str | int], constants: Sequence[str] = ()
+) -> tuple[Table, dict[str, float]]:
+    """The wanted variables as columns: 'qm', 'data.q' (a field), 'q[2]' (column 2 of a matrix, from
+    0); and scalars.
 
     Raises ImportRefused for the first thing that does not fit, with file, variable and index.
     """
@@ -24,7 +29,9 @@ def read_mat(path: Path, wanted: Sequence[str | int], constants: Sequence[str] =
     lengths = {len(values) for values in columns.values()}
     if len(lengths) > 1:
         said = ", ".join(f"{name} {len(values)}" for name, values in columns.items())
-        raise ImportRefused(f"{path}: found variables of different lengths ({said}), expected one length")
+        raise ImportRefused(
+            f"{path}: found variables of different lengths ({said}), expected one length"
+        )
     found = {name: _scalar(path, content, name) for name in constants}
     return Table(str(path), columns, lambda row: f"{path}, index {row}"), found
 
@@ -37,13 +44,21 @@ def _load(path: Path) -> dict[str, Any]:
     except (OSError, ValueError) as error:
         raise ImportRefused(f"{path}: found {why(error)}, expected a MAT file") from None
     if not head or size > _LARGEST:
-        raise ImportRefused(f"{path}: found {'an empty file' if not head else 'more than 2 GB'}, expected a MAT file")
+        raise ImportRefused(
+            f"{path}: found {'an empty file' if not head else 'more than 2 GB'}, expected a MAT"
+            " file"
+        )
     if _HDF5 in (head[:8], head[512:520]):
-        raise ImportRefused(f"{path}: found a MAT file of version 7.3 (HDF5), expected version 7 or older (in MATLAB: save(..., '-v7'))")
+        raise ImportRefused(
+            f"{path}: found a MAT file of version 7.3 (HDF5), expected version 7 or older (in"
+            " MATLAB: save(..., '-v7'))"
+        )
     try:
         return load_apart(path)
     except MatError as error:
-        raise ImportRefused(f"{path}: found a file that is no whole MAT file ({error}), expected version 4 to 7") from None
+        raise ImportRefused(
+            f"{path}: found a file that is no whole MAT file ({error}), expected version 4 to 7"
+        ) from None
 
 
 def _variable(path: Path, content: dict[str, Any], name: str) -> Any:
@@ -51,30 +66,52 @@ def _variable(path: Path, content: dict[str, Any], name: str) -> Any:
     for part in name.split("."):
         if not isinstance(value, dict) or part not in value:
             names = ", ".join(sorted(n for n in content if not n.startswith("__"))[:20])
-            raise ImportRefused(f"{path}: found no variable {shown(name)}, expected it among {names or 'none at all'}")
+            raise ImportRefused(
+                f"{path}: found no variable {shown(name)}, expected it among"
+                f" {names or 'none at all'}"
+            )
         value = value[part]
     return value
 
 
 def _column(path: Path, content: dict[str, Any], column: str | int) -> np.ndarray:
     if isinstance(column, int):
-        raise ImportRefused(f"{path}: found column {column} by its number, expected the name of a variable")
+        raise ImportRefused(
+            f"{path}: found column {column} by its number, expected the name of a variable"
+        )
     name, element = (column, None) if column in content else element_of(column)
     value = _variable(path, content, name)
     values = np.asarray(value) if not isinstance(value, (dict, list, str)) else np.asarray(None)
     if values.dtype.kind not in "fiub":
-        raise ImportRefused(f"{path}: variable {shown(name)}: found {_kind(value)}, expected numbers")
+        raise ImportRefused(
+            f"{path}: variable {shown(name)}: found {_kind(value)}, expected numbers"
+        )
     if element is not None:
         if values.ndim != 2 or element >= values.shape[1]:
-            raise ImportRefused(f"{path}: variable {shown(name)}: found the shape {values.shape}, expected a matrix with a column {element}, counted from 0")
+            raise ImportRefused(
+                f"{path}: variable {shown(name)}: found the shape {values.shape}, expected a matrix"
+                f" with a column {element}, counted from 0"
+            )
         values = values[:, element]
     elif values.ndim != 1 or not len(values):
-        found = "a single number" if values.ndim == 0 else "nothing" if not values.size else f"the shape {values.shape}"
-        raise ImportRefused(f"{path}: variable {shown(name)}: found {found}, expected a vector (a matrix's column is '{name}[0]')")
+        found = (
+            "a single number"
+            if values.ndim == 0
+            else "nothing"
+            if not values.size
+            else f"the shape {values.shape}"
+        )
+        raise ImportRefused(
+            f"{path}: variable {shown(name)}: found {found}, expected a vector (a matrix's column"
+            f" is '{name}[0]')"
+        )
     values = values.astype(np.float64)
     bad = np.flatnonzero(~np.isfinite(values))
     if len(bad):
-        raise ImportRefused(f"{path}: variable {shown(name)}, index {bad[0]}: found {values[bad[0]]}, expected a number ({len(bad)} of {len(values)} are none)")
+        raise ImportRefused(
+            f"{path}: variable {shown(name)}, index {bad[0]}: found {values[bad[0]]}, expected a"
+            f" number ({len(bad)} of {len(values)} are none)"
+        )
     return values
 
 
@@ -82,11 +119,16 @@ def _scalar(path: Path, content: dict[str, Any], name: str) -> float:
     value = _variable(path, content, name)
     is_number = isinstance(value, (int, float, np.number)) and not isinstance(value, bool)
     if not is_number or not math.isfinite(value) or value == 0:
-        raise ImportRefused(f"{path}: variable {shown(name)}: found {_kind(value) if not is_number else value}, expected a number other than zero")
+        raise ImportRefused(
+            f"{path}: variable {shown(name)}: found {_kind(value) if not is_number else value},"
+            " expected a number other than zero"
+        )
     return float(value)
 
 
 def _kind(value: Any) -> str:
     if isinstance(value, np.ndarray):
         return f"an array of {value.dtype.name}, shape {value.shape}"
-    return {"dict": "a structure", "str": "text", "list": "a cell array"}.get(type(value).__name__, type(value).__name__)
+    return {"dict": "a structure", "str": "text", "list": "a cell array"}.get(
+        type(value).__name__, type(value).__name__
+    )

@@ -16,9 +16,11 @@ _ENCODINGS = ("json", "protobuf")
 
 
 def read_mcap(path: Path, topic: str, wanted: Sequence[str | int]) -> Table:
-    """The wanted fields of a topic's messages: 'force', 'header.seq', 'position[2]'; log_time and publish_time in ns.
+    """The wanted fields of a topic's messages: 'force', 'header.seq', 'position[2]'; log_time and
+    publish_time in ns.
 
-    Raises ImportRefused for the first thing that does not fit, with file, message number (from 0) and field.
+    Raises ImportRefused for the first thing that does not fit, with file, message number (from 0)
+    and field.
     """
     values: dict[str | int, list[float]] = {column: [] for column in wanted}
     decoders: dict[int, Callable[[bytes], Any]] = {}
@@ -30,12 +32,21 @@ def read_mcap(path: Path, topic: str, wanted: Sequence[str | int]) -> Table:
         try:
             content = decoders[channel.id](message.data)
         except Exception as error:  # a message that is none: whatever json or protobuf raise
-            raise ImportRefused(f"{place}: found a message that cannot be decoded ({type(error).__name__}), expected {channel.message_encoding}") from None
+            raise ImportRefused(
+                f"{place}: found a message that cannot be decoded ({type(error).__name__}),"
+                f" expected {channel.message_encoding}"
+            ) from None
         for column, into in values.items():
-            into.append(float(getattr(message, column)) if column in STAMPS else _field(place, content, column))
+            into.append(
+                float(getattr(message, column))
+                if column in STAMPS
+                else _field(place, content, column)
+            )
         number += 1
     if not number:
-        raise ImportRefused(f"{path}: found no message on {shown(topic)}, expected some (topics: {_topics(path)})")
+        raise ImportRefused(
+            f"{path}: found no message on {shown(topic)}, expected some (topics: {_topics(path)})"
+        )
     columns = {column: np.array(found) for column, found in values.items()}
     return Table(str(path), columns, lambda row: f"{path}: {topic}, message {row}")
 
@@ -52,21 +63,35 @@ def _messages(path: Path, topic: str):
         raise
     except OSError as error:
         raise ImportRefused(f"{path}: found {why(error)}, expected an MCAP file") from None
-    except (McapError, Exception) as error:  # a damaged file makes the library raise nearly anything
+    except (
+        McapError,
+        Exception,
+    ) as error:  # a damaged file makes the library raise nearly anything
         reason = " ".join(str(error).split())[:120]
-        raise ImportRefused(f"{path}: found a file that is no whole MCAP file ({type(error).__name__}: {reason}), expected one") from None
+        raise ImportRefused(
+            f"{path}: found a file that is no whole MCAP file ({type(error).__name__}: {reason}),"
+            " expected one"
+        ) from None
 
 
 def _check_ends(path: Path, file: BinaryIO) -> None:
-    """Raises ImportRefused for what is no MCAP file or was cut. A pipe or a folder raises OSError."""
+    """Raises ImportRefused for what is no MCAP file or was cut. A pipe or a folder raises
+    OSError.
+    """
     from mcap.writer import MCAP0_MAGIC
 
     first, size = file.read(len(MCAP0_MAGIC)), file.seek(0, os.SEEK_END)
     if first != MCAP0_MAGIC:
-        raise ImportRefused(f"{path}: found {f'a file that begins with {first!r}' if first else 'an empty file'}, expected an MCAP file (it begins with {MCAP0_MAGIC!r})")
+        raise ImportRefused(
+            f"{path}: found {f'a file that begins with {first!r}' if first else 'an empty file'},"
+            f" expected an MCAP file (it begins with {MCAP0_MAGIC!r})"
+        )
     file.seek(max(size - len(MCAP0_MAGIC), 0))
     if size < 2 * len(MCAP0_MAGIC) or file.read() != MCAP0_MAGIC:
-        raise ImportRefused(f"{path}: found a file that was cut at byte {size} (its last bytes are missing), expected a whole MCAP file")
+        raise ImportRefused(
+            f"{path}: found a file that was cut at byte {size} (its last bytes are missing),"
+            " expected a whole MCAP file"
+        )
     file.seek(0)
 
 
@@ -86,7 +111,10 @@ def _decoder(path: Path, schema: Any, channel: Any) -> Callable[[bytes], Any]:
     if channel.message_encoding == "json":
         return json.loads
     if channel.message_encoding != "protobuf" or schema is None:
-        raise ImportRefused(f"{path}: {channel.topic}: found messages in {shown(channel.message_encoding)}, expected {' or '.join(_ENCODINGS)}")
+        raise ImportRefused(
+            f"{path}: {channel.topic}: found messages in {shown(channel.message_encoding)},"
+            f" expected {' or '.join(_ENCODINGS)}"
+        )
     from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 
     try:
@@ -96,12 +124,17 @@ def _decoder(path: Path, schema: Any, channel: Any) -> Callable[[bytes], Any]:
             pool.Add(file)
         return message_factory.GetMessageClass(pool.FindMessageTypeByName(schema.name)).FromString
     except Exception as error:  # a broken schema: TypeError, KeyError, DecodeError, ...
-        raise ImportRefused(f"{path}: {channel.topic}: found a schema that is no protobuf one ({type(error).__name__}), expected a FileDescriptorSet") from None
+        raise ImportRefused(
+            f"{path}: {channel.topic}: found a schema that is no protobuf one"
+            f" ({type(error).__name__}), expected a FileDescriptorSet"
+        ) from None
 
 
 def _field(place: str, content: Any, column: str | int) -> float:
     if isinstance(column, int):
-        raise ImportRefused(f"{place}: found column {column} by its number, expected the name of a field")
+        raise ImportRefused(
+            f"{place}: found column {column} by its number, expected the name of a field"
+        )
     value = content
     for part in column.split("."):
         name, element = element_of(part)
@@ -110,7 +143,10 @@ def _field(place: str, content: Any, column: str | int) -> float:
             try:
                 value = value[element]
             except (TypeError, IndexError, KeyError):
-                raise ImportRefused(f"{place}: field {shown(column)}: found no element {element}, expected a list with one, counted from 0") from None
+                raise ImportRefused(
+                    f"{place}: field {shown(column)}: found no element {element}, expected a list"
+                    " with one, counted from 0"
+                ) from None
     if isinstance(value, (bool, int, float)):
         try:
             number = float(value)

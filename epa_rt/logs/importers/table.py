@@ -1,4 +1,6 @@
-"""What every kind of foreign file becomes: columns of numbers, and where in the file each row stands."""
+"""What every kind of foreign file becomes: columns of numbers, and where in the file each row
+stands.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,7 +14,9 @@ class ImportRefused(Exception):
 
 
 class Key(NamedTuple):
-    """A column that is wanted: of which file (its path), of which topic (None but in MCAP), which column."""
+    """A column that is wanted: of which file (its path), of which topic (None but in MCAP), which
+    column.
+    """
 
     path: str
     topic: str | None
@@ -21,7 +25,8 @@ class Key(NamedTuple):
 
 @dataclass(frozen=True)
 class Table:
-    """The columns wanted of one file or topic, (N,) float64 each; NaN only where the mapping allows it.
+    """The columns wanted of one file or topic, (N,) float64 each; NaN only where the mapping allows
+    it.
 
     ``place(row)`` says where a row stands: 'a.csv:12', or 'a.mat, index 11'.
     """

@@ -1,4 +1,6 @@
-"""What was gathered, written as a log of ours with the recorder's own layout code: whole, or not at all."""
+"""What was gathered, written as a log of ours with the recorder's own layout code: whole, or not at
+all.
+"""
 
 import hashlib
 import json
@@ -23,18 +25,40 @@ _ROWS_AT_ONCE = 20_000
 
 
 def attachments_of(mapping: Mapping, located: Located, files: Sequence[Path]) -> dict[str, bytes]:
-    """Mapping, rig file where the mapping names one, and the files' digests. Raises ConfigError where they do not fit."""
-    sources = [{"name": path.name, "bytes": path.stat().st_size, "sha256": hashlib.sha256(path.read_bytes()).hexdigest()} for path in files]
-    found = {"mapping.yaml": located.text.encode(), "sources.json": json.dumps(sources, indent=1).encode()}
+    """Mapping, rig file where the mapping names one, and the files' digests. Raises ConfigError
+    where they do not fit.
+    """
+    sources = [
+        {
+            "name": path.name,
+            "bytes": path.stat().st_size,
+            "sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
+        }
+        for path in files
+    ]
+    found = {
+        "mapping.yaml": located.text.encode(),
+        "sources.json": json.dumps(sources, indent=1).encode(),
+    }
     if mapping.rig_file is not None:
         found["rig.yaml"] = rig_text(mapping, located).encode()
     return found
 
 
-def write_log(path: Path, mapping: Mapping, gathered: Gathered, attachments: dict[str, bytes], sources: Sequence[Path]) -> None:
-    """Writes beside ``path`` and takes its name at the end. Raises ImportRefused where it exists or cannot be written."""
+def write_log(
+    path: Path,
+    mapping: Mapping,
+    gathered: Gathered,
+    attachments: dict[str, bytes],
+    sources: Sequence[Path],
+) -> None:
+    """Writes beside ``path`` and takes its name at the end. Raises ImportRefused where it exists or
+    cannot be written.
+    """
     if path.exists():
-        raise ImportRefused(f"{path}: found a file, expected a name that is free (no log is overwritten)")
+        raise ImportRefused(
+            f"{path}: found a file, expected a name that is free (no log is overwritten)"
+        )
     partial = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -46,22 +70,47 @@ def write_log(path: Path, mapping: Mapping, gathered: Gathered, attachments: dic
             _write(file, mapping, gathered, attachments, sources)
         finally:
             file.close()
-        os.link(partial, path)  # unlike a rename it never takes the place of a file that has come meanwhile
+        os.link(
+            partial, path
+        )  # unlike a rename it never takes the place of a file that has come meanwhile
     except FileExistsError:
-        raise ImportRefused(f"{path}: found a file, expected a name that is free (no log is overwritten)") from None
+        raise ImportRefused(
+            f"{path}: found a file, expected a name that is free (no log is overwritten)"
+        ) from None
     except (OSError, ValueError) as error:
-        raise ImportRefused(f"{path}: cannot be written ({getattr(error, 'strerror', None) or error})") from None
+        raise ImportRefused(
+            f"{path}: cannot be written ({getattr(error, 'strerror', None) or error})"
+        ) from None
     finally:
         if partial.exists():  # not so where the folder is a file
             partial.unlink(missing_ok=True)
 
 
-def _write(file: McapFile, mapping: Mapping, gathered: Gathered, attachments: dict[str, bytes], sources: Sequence[Path]) -> None:
+def _write(
+    file: McapFile,
+    mapping: Mapping,
+    gathered: Gathered,
+    attachments: dict[str, bytes],
+    sources: Sequence[Path],
+) -> None:
     grid = gathered.grid
-    layout = SampleLayout(0, 0, tuple(gathered.measured), tuple(gathered.references), tuple(gathered.commands), (), ("run",),
-                          tuple(trial.name for trial in gathered.trials))
-    facts = {"rig": mapping.rig, "experiment": mapping.experiment or mapping.mapping, "backend": "import", "speed": "1",
-             "period_s": f"{grid.period_s:.12g}"}
+    layout = SampleLayout(
+        0,
+        0,
+        tuple(gathered.measured),
+        tuple(gathered.references),
+        tuple(gathered.commands),
+        (),
+        ("run",),
+        tuple(trial.name for trial in gathered.trials),
+    )
+    facts = {
+        "rig": mapping.rig,
+        "experiment": mapping.experiment or mapping.mapping,
+        "backend": "import",
+        "speed": "1",
+        "period_s": f"{grid.period_s:.12g}",
+    }
     Recording.begin(file, layout, attachments, {"run": facts})
     recording = Recording(file, layout)
     t_ns = np.rint(grid.t_s * 1e9).astype(np.int64)
@@ -70,7 +119,12 @@ def _write(file: McapFile, mapping: Mapping, gathered: Gathered, attachments: di
     judged = 0
     for index, trial in enumerate(gathered.trials):
         cycle, stamp = int(grid.cycle[trial.start]), int(t_ns[trial.start])
-        data = {"phase": trial.name, "index": index, "cycle": cycle, "trial_index": judged if trial.judged else None}
+        data = {
+            "phase": trial.name,
+            "index": index,
+            "cycle": cycle,
+            "trial_index": judged if trial.judged else None,
+        }
         recording.event(cycle, stamp, "phase_start", trial.name, data)
         judged += trial.judged
     slots = _slots(layout, gathered, t_ns)
@@ -86,7 +140,9 @@ def _slots(layout: SampleLayout, gathered: Gathered, t_ns: np.ndarray) -> np.nda
     slots["cycle"], slots["t_ns"] = gathered.grid.cycle, t_ns
     for index, trial in enumerate(gathered.trials):
         slots["phase"][trial.start : trial.stop] = index
-    for i, values in enumerate([*gathered.measured.values(), *gathered.references.values(), *gathered.commands.values()]):
+    for i, values in enumerate(
+        [*gathered.measured.values(), *gathered.references.values(), *gathered.commands.values()]
+    ):
         slots["values"][:, i] = values
         if i < len(gathered.measured):
             slots["invalid_mask"] |= np.isnan(values).astype(np.uint64) << np.uint64(i)

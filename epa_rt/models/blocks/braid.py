@@ -1,7 +1,9 @@
-"""Friction of the braid: elements with memory that know only how far the braid has moved, and low-speed terms.
+"""Friction of the braid: elements with memory that know only how far the braid has moved, and
+low-speed terms.
 
-``memory`` holds one muscle's elements: slip deflections, Dahl, LuGre, Bouc-Wen, Preisach deflections, way travelled
-(ports.py). Each is a function of the displacement since its last settling, exact or nearly so for one direction.
+``memory`` holds one muscle's elements: slip deflections, Dahl, LuGre, Bouc-Wen, Preisach
+deflections, way travelled (ports.py). Each is a function of the displacement since its last
+settling, exact or nearly so for one direction.
 """
 
 import math
@@ -19,11 +21,15 @@ def slipped(deflection, moved, limit):
 
 @compiled
 def slip_ratio(p, memory, moved):
-    """Force of the four slip elements over their sum (-1 to 1) after a further displacement ``moved``."""
-    return (p.slip1_ratio * slipped(memory[SLIP], moved, p.slip1_m) / p.slip1_m
-            + p.slip2_ratio * slipped(memory[SLIP + 1], moved, p.slip2_m) / p.slip2_m
-            + p.slip3_ratio * slipped(memory[SLIP + 2], moved, p.slip3_m) / p.slip3_m
-            + p.slip4_ratio * slipped(memory[SLIP + 3], moved, p.slip4_m) / p.slip4_m)
+    """Force of the four slip elements over their sum (-1 to 1) after a further displacement
+    ``moved``.
+    """
+    return (
+        p.slip1_ratio * slipped(memory[SLIP], moved, p.slip1_m) / p.slip1_m
+        + p.slip2_ratio * slipped(memory[SLIP + 1], moved, p.slip2_m) / p.slip2_m
+        + p.slip3_ratio * slipped(memory[SLIP + 2], moved, p.slip3_m) / p.slip3_m
+        + p.slip4_ratio * slipped(memory[SLIP + 3], moved, p.slip4_m) / p.slip4_m
+    )
 
 
 @compiled
@@ -37,14 +43,17 @@ def slip_settle(p, memory, moved):
 
 @compiled
 def dahl(p, ratio, moved):
-    """Dahl element (-1 to 1) after a displacement in one direction: exact solution of z' = v (1 - z sgn v) / l."""
+    """Dahl element (-1 to 1) after a displacement in one direction: exact solution of z' = v (1 - z
+    sgn v) / l.
+    """
     end = 1.0 if moved > 0.0 else -1.0
     return end + (ratio - end) * math.exp(-abs(moved) / p.dahl_m)
 
 
 @compiled
 def lugre(p, ratio, moved, speed):
-    """LuGre bristle after a displacement in one direction: exact solution of z' = v (1 - z sgn v / g) / l at fixed g(v).
+    """LuGre bristle after a displacement in one direction: exact solution of z' = v (1 - z sgn v /
+    g) / l at fixed g(v).
 
     No micro-damping: with g > 0 the element is passive, which it is not with that term.
     """
@@ -64,7 +73,9 @@ def bouc_wen_slope(p, z, toward):
 
 @compiled
 def bouc_wen(p, ratio, moved):
-    """Bouc-Wen element (-1 to 1) after a displacement in one direction: one Runge-Kutta step of fourth order."""
+    """Bouc-Wen element (-1 to 1) after a displacement in one direction: one Runge-Kutta step of
+    fourth order.
+    """
     if moved == 0.0:
         return ratio
     toward = 1.0 if moved > 0.0 else -1.0
@@ -78,10 +89,11 @@ def bouc_wen(p, ratio, moved):
 
 @compiled
 def preisach(p, memory, moved, length):
-    """Three stops of widths 1, 1/2, 1/4 whose strength follows the place at which they stick (Preisach operator).
+    """Three stops of widths 1, 1/2, 1/4 whose strength follows the place at which they stick
+    (Preisach operator).
 
-    Sticking, the place (length minus deflection) stands still, so each is a spring; the strength's slope is bounded so that
-    slipping never gives energy.
+    Sticking, the place (length minus deflection) stands still, so each is a spring; the strength's
+    slope is bounded so that slipping never gives energy.
     """
     total, width = 0.0, p.preisach_m
     for j in range(3):
@@ -94,7 +106,9 @@ def preisach(p, memory, moved, length):
 
 @compiled
 def fallen(s, tail):
-    """What multiplies a speed over its peak's so that the product is 1 at 1 and falls beyond: as a Gaussian, or with a power's tail."""
+    """What multiplies a speed over its peak's so that the product is 1 at 1 and falls beyond: as a
+    Gaussian, or with a power's tail.
+    """
     if tail == 0.0:
         return math.exp(0.5 * (1.0 - s * s))
     return math.exp(-math.log1p(0.5 * tail * (s * s - 1.0)) / tail)
@@ -102,7 +116,9 @@ def fallen(s, tail):
 
 @compiled
 def peak(s, tail, breadth):
-    """Friction at a speed over its peak's, over the peak: odd, 1 at 1. ``breadth`` stretches it over the logarithm of speed."""
+    """Friction at a speed over its peak's, over the peak: odd, 1 at 1. ``breadth`` stretches it
+    over the logarithm of speed.
+    """
     if breadth == 1.0:
         return s * fallen(s, tail)
     broad = abs(s) ** (1.0 / breadth)
@@ -118,9 +134,15 @@ def friction_ratio(p, memory, moved, length, speed):
     if p.dahl_ratio != 0.0:
         ratio += p.dahl_ratio * dahl(p, memory[DAHL], moved)
     if p.stribeck_ratio != 0.0:
-        ratio += p.stribeck_ratio * peak(speed / p.stribeck_speed_m_s, p.stribeck_tail_ratio, p.stribeck_breadth_ratio)
+        ratio += p.stribeck_ratio * peak(
+            speed / p.stribeck_speed_m_s, p.stribeck_tail_ratio, p.stribeck_breadth_ratio
+        )
     if p.run_in_ratio != 0.0:
-        ratio += p.run_in_ratio * math.exp(-memory[TRAVELLED] / p.run_in_m) * slip_ratio(p, memory, moved)
+        ratio += (
+            p.run_in_ratio
+            * math.exp(-memory[TRAVELLED] / p.run_in_m)
+            * slip_ratio(p, memory, moved)
+        )
     if p.lugre_ratio != 0.0:
         ratio += p.lugre_ratio * lugre(p, memory[LUGRE], moved, speed)
     if p.bouc_wen_ratio != 0.0:
@@ -136,7 +158,9 @@ def friction_ratio(p, memory, moved, length, speed):
 
 @compiled
 def settle(p, memory, moved, speed):
-    """Takes the displacement of a sub-step, at whose end the line moves with ``speed``, into all elements."""
+    """Takes the displacement of a sub-step, at whose end the line moves with ``speed``, into all
+    elements.
+    """
     if p.slip_ratio != 0.0 or p.run_in_ratio != 0.0:
         slip_settle(p, memory, moved)
     if p.dahl_ratio != 0.0:

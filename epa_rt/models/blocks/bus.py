@@ -1,4 +1,6 @@
-"""Bus timing: what command the drive and the valves see, cycle by cycle, when commands take time to arrive."""
+"""Bus timing: what command the drive and the valves see, cycle by cycle, when commands take time to
+arrive.
+"""
 
 import math
 
@@ -16,9 +18,9 @@ POSITION_MODE, SPEED_MODE = 8.0, 9.0
 def latch(state, command, period_s):
     """Takes this cycle's command into the ring.
 
-    Position and speed targets, and the slope of the position target, become straight lines from the cycle before, as
-    a drive interpolates them (0x60C2). A loop that starts begins at its target; a position loop that takes over from a
-    speed loop begins on a line with that speed.
+    Position and speed targets, and the slope of the position target, become straight lines from the
+    cycle before, as a drive interpolates them (0x60C2). A loop that starts begins at its target; a
+    position loop that takes over from a speed loop begins on a line with that speed.
     """
     row = state.ring[state.cycle % RING]
     before = state.ring[(state.cycle - 1) % RING]
@@ -50,7 +52,9 @@ def _position_line(row, before, running, target_angle, period_s):
 
 @compiled
 def held(ring, cycle, start, end, column):
-    """Mean over [start, end] (in cycles, 0 = start of this cycle, at most one long) of a held, delayed command."""
+    """Mean over [start, end] (in cycles, 0 = start of this cycle, at most one long) of a held,
+    delayed command.
+    """
     first, last = math.floor(start), math.ceil(end) - 1
     before = ring[(cycle + first) % RING, column]
     if last <= first:
@@ -67,10 +71,12 @@ def line(row, column, moment):
 
 @compiled
 def motor_seen(ring, cycle, start, end):
-    """What the drive sees in a sub-step from ``start`` to ``end`` (in cycles, 0 = start of this cycle).
+    """What the drive sees in a sub-step from ``start`` to ``end`` (in cycles, 0 = start of this
+    cycle).
 
-    Enabled, mode, held torque, then pairs at start and end: target angle, its slope, target speed. Switches (enabled,
-    mode) are those of the sub-step's end; a moment between two cycles belongs to the sub-step's side.
+    Enabled, mode, held torque, then pairs at start and end: target angle, its slope, target speed.
+    Switches (enabled, mode) are those of the sub-step's end; a moment between two cycles belongs to
+    the sub-step's side.
     """
     first, last = math.floor(start), math.ceil(end) - 1
     row0, row1 = ring[(cycle + first) % RING], ring[(cycle + last) % RING]
@@ -79,9 +85,17 @@ def motor_seen(ring, cycle, start, end):
     if last > first:
         part = end / (end + 1.0 - start)
         torque = (1.0 - part) * row0[TORQUE] + part * row1[TORQUE]
-    return (row1[ENABLED], row1[MODE], torque, line(row0, TARGET, start), line(row1, TARGET, end),
-            line(row0, SLOPE, start), line(row1, SLOPE, end),
-            line(row0, TARGET_SPEED, start), line(row1, TARGET_SPEED, end))
+    return (
+        row1[ENABLED],
+        row1[MODE],
+        torque,
+        line(row0, TARGET, start),
+        line(row1, TARGET, end),
+        line(row0, SLOPE, start),
+        line(row1, SLOPE, end),
+        line(row0, TARGET_SPEED, start),
+        line(row1, TARGET_SPEED, end),
+    )
 
 
 @compiled
@@ -94,7 +108,8 @@ def valve_delays(delay_s, skew_ratio):
 def valves_seen(ring, cycle, start, end, opening, closing):
     """Commanded openings in a sub-step, means over it: inlet 0, inlet 1, exhaust 0, exhaust 1.
 
-    ``opening``, ``closing``: delays in cycles. A valve is open from ``opening`` after its command until ``closing`` after its end.
+    ``opening``, ``closing``: delays in cycles. A valve is open from ``opening`` after its command
+    until ``closing`` after its end.
     """
     if opening == closing:
         start, end = start - opening, end - opening
@@ -102,10 +117,18 @@ def valves_seen(ring, cycle, start, end, opening, closing):
         row = ring[(cycle + last) % RING]
         if last <= first:
             return row[INLET], row[INLET + 1], row[EXHAUST], row[EXHAUST + 1]
-        return (held(ring, cycle, start, end, INLET), held(ring, cycle, start, end, INLET + 1),
-                held(ring, cycle, start, end, EXHAUST), held(ring, cycle, start, end, EXHAUST + 1))
-    return (_valve_seen(ring, cycle, start, end, opening, closing, INLET), _valve_seen(ring, cycle, start, end, opening, closing, INLET + 1),
-            _valve_seen(ring, cycle, start, end, opening, closing, EXHAUST), _valve_seen(ring, cycle, start, end, opening, closing, EXHAUST + 1))
+        return (
+            held(ring, cycle, start, end, INLET),
+            held(ring, cycle, start, end, INLET + 1),
+            held(ring, cycle, start, end, EXHAUST),
+            held(ring, cycle, start, end, EXHAUST + 1),
+        )
+    return (
+        _valve_seen(ring, cycle, start, end, opening, closing, INLET),
+        _valve_seen(ring, cycle, start, end, opening, closing, INLET + 1),
+        _valve_seen(ring, cycle, start, end, opening, closing, EXHAUST),
+        _valve_seen(ring, cycle, start, end, opening, closing, EXHAUST + 1),
+    )
 
 
 @compiled
@@ -118,8 +141,9 @@ def _valve_seen(ring, cycle, start, end, opening, closing, column):
 def bus_over_log(params, commands, period_s):
     """What the drive and the valves see of a log of commands, one row per cycle.
 
-    ``commands``: (N,) COMMAND. Returns (N, 10): enabled, mode, torque (mean over the cycle), target angle, its slope
-    and target speed at the cycle's end, and the openings inlet 0, inlet 1, exhaust 0, exhaust 1 (means).
+    ``commands``: (N,) COMMAND. Returns (N, 10): enabled, mode, torque (mean over the cycle), target
+    angle, its slope and target speed at the cycle's end, and the openings inlet 0, inlet 1, exhaust
+    0, exhaust 1 (means).
     """
     seen = np.zeros((len(commands), 10))
     _over_log(params, np.zeros(1, STATE), commands, period_s, seen)

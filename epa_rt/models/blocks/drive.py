@@ -27,9 +27,11 @@ def speed_command(p, target_angle, slope, angle):
 
 @compiled
 def current_command(p, wanted_speed, speed, integral):
-    """Current command of the speed loop before the voltage limit (A), and the rate of its integral (A/s).
+    """Current command of the speed loop before the voltage limit (A), and the rate of its integral
+    (A/s).
 
-    The integral is pulled back by what the limit cut off (back-calculation with Ki/Kp), so it never winds up.
+    The integral is pulled back by what the limit cut off (back-calculation with Ki/Kp), so it never
+    winds up.
     """
     error = clamp(wanted_speed, -p.max_speed_rad_s, p.max_speed_rad_s) - speed
     free = p.speed_gain_a_s_rad * error + integral
@@ -42,7 +44,9 @@ def current_command(p, wanted_speed, speed, integral):
 
 @compiled
 def current_rate(p, wanted, current, speed, warmth_k):
-    """Rate of the winding current (A/s): first-order lag towards what the bus voltage can still drive."""
+    """Rate of the winding current (A/s): first-order lag towards what the bus voltage can still
+    drive.
+    """
     supply = p.supply_v - p.bus_sag_ohm * abs(current)
     back = torque_constant(p, warmth_k) * speed
     voltage = p.winding_ohm * wanted + back
@@ -55,16 +59,19 @@ def current_rate(p, wanted, current, speed, warmth_k):
 
 @compiled
 def reported_torque(p, current):
-    """Torque (N m) as the drive reports it: made from its current and the torque constant it was set up with, cold.
+    """Torque (N m) as the drive reports it: made from its current and the torque constant it was
+    set up with, cold.
 
-    Saturation, ripple, cogging and heat are unknown to it; what turns the shaft is ``motor.motor_torque``.
+    Saturation, ripple, cogging and heat are unknown to it; what turns the shaft is
+    ``motor.motor_torque``.
     """
     return p.torque_constant_nm_a * current
 
 
 @compiled
 def integral_at_edge(row, before, integral, current):
-    """The speed loop's integral at the start of a cycle, from the commands now and before (enabled, mode first).
+    """The speed loop's integral at the start of a cycle, from the commands now and before (enabled,
+    mode first).
 
     Zero when no speed loop runs, the running current when one starts, else as it was.
     """
@@ -75,7 +82,8 @@ def integral_at_edge(row, before, integral, current):
 
 @compiled
 def rates(p, motor, part, angle, speed, integral, current, warmth_k):
-    """Rates of current and integral, a ``part`` (0 to 1) into a sub-step in which ``motor`` is seen.
+    """Rates of current and integral, a ``part`` (0 to 1) into a sub-step in which ``motor`` is
+    seen.
 
     ``motor`` as from bus.motor_seen, ``warmth_k`` as from motor.warmth.
     """
@@ -88,21 +96,34 @@ def rates(p, motor, part, angle, speed, integral, current, warmth_k):
             if mode == SPEED_MODE:
                 wanted_speed = speed0 + (speed1 - speed0) * part
             else:
-                wanted_speed = speed_command(p, target0 + (target1 - target0) * part, slope0 + (slope1 - slope0) * part,
-                                             angle)
+                wanted_speed = speed_command(
+                    p,
+                    target0 + (target1 - target0) * part,
+                    slope0 + (slope1 - slope0) * part,
+                    angle,
+                )
             wanted, integral_rate = current_command(p, wanted_speed, speed, integral)
     return current_rate(p, wanted, current, speed, warmth_k), integral_rate
 
 
 def drive_over_log(params, commands, angle_rad, speed_rad_s, period_s, substeps=4):
-    """Current (A) and reported torque (N m) at the end of each cycle from logged commands and the *measured* motor motion.
+    """Current (A) and reported torque (N m) at the end of each cycle from logged commands and the
+    *measured* motor motion.
 
-    ``commands`` (N,) COMMAND, delayed as the bus block says; angle and speed (N,) at the cycle ends, in between the
-    cubic through them. Returns two (N,) arrays; starts without current.
+    ``commands`` (N,) COMMAND, delayed as the bus block says; angle and speed (N,) at the cycle
+    ends, in between the cubic through them. Returns two (N,) arrays; starts without current.
     """
     out = np.zeros((2, len(angle_rad)))
-    _over_log(params, np.zeros(1, STATE), commands, np.asarray(angle_rad, float), np.asarray(speed_rad_s, float),
-              period_s, substeps, out)
+    _over_log(
+        params,
+        np.zeros(1, STATE),
+        commands,
+        np.asarray(angle_rad, float),
+        np.asarray(speed_rad_s, float),
+        period_s,
+        substeps,
+        out,
+    )
     return out[0], out[1]
 
 
@@ -115,23 +136,68 @@ def _over_log(params, state, commands, angle, speed, period_s, substeps, out):
     for k in range(angle.shape[0]):
         bus.latch(s, commands[k], period_s)
         seen = k + math.floor(-delay)
-        integral = integral_at_edge(s.ring[seen % RING], s.ring[(seen - 1) % RING], integral, current)
+        integral = integral_at_edge(
+            s.ring[seen % RING], s.ring[(seen - 1) % RING], integral, current
+        )
         b = max(k - 1, 0)
         for j in range(substeps):
             motor = bus.motor_seen(s.ring, k, j / substeps - delay, (j + 1) / substeps - delay)
-            current, integral, heat, slow_heat = _step(p, motor, period_s / substeps, weights, angle[b], angle[k], speed[b], speed[k],
-                                                       j / substeps, 1.0 / substeps, current, integral, heat, slow_heat, period_s)
+            current, integral, heat, slow_heat = _step(
+                p,
+                motor,
+                period_s / substeps,
+                weights,
+                angle[b],
+                angle[k],
+                speed[b],
+                speed[k],
+                j / substeps,
+                1.0 / substeps,
+                current,
+                integral,
+                heat,
+                slow_heat,
+                period_s,
+            )
         s.cycle += 1
         out[0, k] = current
         out[1, k] = reported_torque(p, current)
 
 
 @compiled
-def _step(p, motor, h, weights, angle0, angle1, speed0, speed1, start, width, current, integral, heat, slow_heat, period_s):
-    """One step of current, integral and both heats along a measured motion, with the weights of the whole plant."""
+def _step(
+    p,
+    motor,
+    h,
+    weights,
+    angle0,
+    angle1,
+    speed0,
+    speed1,
+    start,
+    width,
+    current,
+    integral,
+    heat,
+    slow_heat,
+    period_s,
+):
+    """One step of current, integral and both heats along a measured motion, with the weights of the
+    whole plant.
+    """
     half, whole, reach, first, middle, last = weights
     lag = p.current_lag_s
-    i1, z, q, r, i, z_sum, q_sum, r_sum, push1 = 0.0, integral, heat, slow_heat, current, 0.0, 0.0, 0.0, 0.0
+    i1, z, q, r, i, z_sum, q_sum, r_sum, push1 = (
+        0.0,
+        integral,
+        heat,
+        slow_heat,
+        current,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    )
     end = whole * current
     for stage in range(4):
         part = 0.5 * ((stage + 1) // 2)
@@ -156,12 +222,17 @@ def _step(p, motor, h, weights, angle0, angle1, speed0, speed1, start, width, cu
 
 @compiled
 def cubic(angle0, angle1, speed0, speed1, period_s, f):
-    """Angle and speed, at f in [0, 1] of a cycle, of the cubic through the angles and speeds at its ends.
+    """Angle and speed, at f in [0, 1] of a cycle, of the cubic through the angles and speeds at its
+    ends.
 
-    Its speed integrates to the measured step of the angle, so that the speed loop's integral does not drift.
+    Its speed integrates to the measured step of the angle, so that the speed loop's integral does
+    not drift.
     """
     g, step = 1.0 - f, angle1 - angle0
-    angle = ((angle0 * (1.0 + 2.0 * f) + speed0 * period_s * f) * g * g
-             + (angle1 * (1.0 + 2.0 * g) - speed1 * period_s * g) * f * f)
-    speed = 6.0 * f * g * step / period_s + speed0 * g * (1.0 - 3.0 * f) + speed1 * f * (1.0 - 3.0 * g)
+    angle = (angle0 * (1.0 + 2.0 * f) + speed0 * period_s * f) * g * g + (
+        angle1 * (1.0 + 2.0 * g) - speed1 * period_s * g
+    ) * f * f
+    speed = (
+        6.0 * f * g * step / period_s + speed0 * g * (1.0 - 3.0 * f) + speed1 * f * (1.0 - 3.0 * g)
+    )
     return angle, speed

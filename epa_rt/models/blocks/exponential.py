@@ -1,7 +1,7 @@
 """Weights of an exponential Runge-Kutta step for one fast state that decays with a known lag.
 
-Cox and Matthews' ETDRK4 for y' = -y/lag + push(y, t): exact for a constant push whatever the step, of fourth order in
-its changes, and plain fourth-order Runge-Kutta for all states without a lag.
+Cox and Matthews' ETDRK4 for y' = -y/lag + push(y, t): exact for a constant push whatever the step,
+of fourth order in its changes, and plain fourth-order Runge-Kutta for all states without a lag.
 """
 
 import math
@@ -11,9 +11,11 @@ from epa_rt.models.compiled import compiled
 
 @compiled
 def lag_weights(step_s, lag_s):
-    """Six weights: decay over half a step, over the step, stage weight, and the weights of the four pushes (a, b, c).
+    """Six weights: decay over half a step, over the step, stage weight, and the weights of the four
+    pushes (a, b, c).
 
-    The last are for the first push, for the sum of the two middle ones, and for the last push; times in seconds.
+    The last are for the first push, for the sum of the two middle ones, and for the last push;
+    times in seconds.
     """
     z = -step_s / lag_s
     half = math.exp(0.5 * z)
@@ -29,5 +31,11 @@ def lag_weights(step_s, lag_s):
         phi3 /= 6.0
         phi2 = phi3 * z + 0.5
         phi1 = phi2 * z + 1.0
-    return (half, whole, (1.0 - half) * lag_s, step_s * (phi1 - 3.0 * phi2 + 4.0 * phi3),
-            step_s * (2.0 * phi2 - 4.0 * phi3), step_s * (4.0 * phi3 - phi2))
+    return (
+        half,
+        whole,
+        (1.0 - half) * lag_s,
+        step_s * (phi1 - 3.0 * phi2 + 4.0 * phi3),
+        step_s * (2.0 * phi2 - 4.0 * phi3),
+        step_s * (4.0 * phi3 - phi2),
+    )

@@ -1,4 +1,6 @@
-"""Gas of one muscle: ISO 6358 valves, polytropic compression, leak, heat, and a supply that droops."""
+"""Gas of one muscle: ISO 6358 valves, polytropic compression, leak, heat, and a supply that
+droops.
+"""
 
 import math
 
@@ -9,13 +11,20 @@ from epa_rt.models.blocks.orifice import laminar_part, seat_flow
 from epa_rt.models.blocks.power import power
 from epa_rt.models.compiled import compiled
 
-WALLS_PA = 4e5              # absolute pressure at which walls bring gas back at the rate they are given
-WARMER = 0.1                # share of its temperature above that around it at which they do, if the rate rises with it
-STIRS = 0.67                # exponent of the flow that stirs the gas: of Reynolds' number in vessels while they are filled
-AT_ONCE_PER_S = 1000.0      # rate of stirred gas at which it is as warm as its walls for any sensor, and no step of the integrator is too long yet
-HEAT_CAPACITY = 0.4         # ratio of heat capacities of air, less 1
-RINGS_FROM_S = 1e-3        # a regulator's second lag below that is none: two sub-steps of a cycle of a millisecond, so that no step is too long for it
-SHUT = 1e-6                 # a valve closing below this opening is shut exactly
+WALLS_PA = 4e5  # absolute pressure at which walls bring gas back at the rate they are given
+WARMER = (
+    0.1  # share of its temperature above that around it at which they do, if the rate rises with it
+)
+# exponent of the flow that stirs the gas: of Reynolds' number in vessels while they are filled
+STIRS = 0.67
+# rate of stirred gas at which it is as warm as its walls for any sensor, and no step of the
+# integrator is too long yet
+AT_ONCE_PER_S = 1000.0
+HEAT_CAPACITY = 0.4  # ratio of heat capacities of air, less 1
+# a regulator's second lag below that is none: two sub-steps of a cycle of a millisecond, so that no
+# step is too long for it
+RINGS_FROM_S = 1e-3
+SHUT = 1e-6  # a valve closing below this opening is shut exactly
 
 
 @compiled
@@ -32,14 +41,21 @@ def settled(opening, wanted):
 
 @compiled
 def supply_pressure(p, supply_flow):
-    """Absolute supply pressure (Pa) behind a regulator that droops with the (lagged) mass flow, and more steeply the nearer its seat is to choking."""
+    """Absolute supply pressure (Pa) behind a regulator that droops with the (lagged) mass flow, and
+    more steeply the nearer its seat is to choking.
+    """
     bent = p.droop_bend_s_kg * supply_flow
-    return p.atmosphere_pa + p.supply_gauge_pa - p.supply_droop_pa_s_kg * supply_flow * (1.0 + bent * bent)
+    return (
+        p.atmosphere_pa
+        + p.supply_gauge_pa
+        - p.supply_droop_pa_s_kg * supply_flow * (1.0 + bent * bent)
+    )
 
 
 @compiled
 def droop_rates(p, drawn, supply_flow, flow_rate):
-    """Rates of the lagged supply flow (kg/s^2) and of its rate (kg/s^3): zero while nothing has been drawn, so that a still plant costs nothing.
+    """Rates of the lagged supply flow (kg/s^2) and of its rate (kg/s^3): zero while nothing has
+    been drawn, so that a still plant costs nothing.
 
     Without a ring the flow follows with one time constant, and ``flow_rate`` stays zero."""
     asked = 0.0 if drawn == supply_flow else (drawn - supply_flow) / p.droop_time_s
@@ -51,14 +67,18 @@ def droop_rates(p, drawn, supply_flow, flow_rate):
 
 @compiled
 def exponent(p):
-    """Exponent n of the state c = p V^n: the polytropic one and what compression heats beyond it."""
+    """Exponent n of the state c = p V^n: the polytropic one and what compression heats beyond
+    it.
+    """
     return p.polytropic_ratio + p.compression_heating_ratio + HEAT_CAPACITY * p.adiabatic_ratio
 
 
 @compiled
 def cooling(p, at_rest_pa, warmer, changed_per_s):
-    """Rate (1/s) at which the gas returns to the temperature around it, at the pressure (Pa) that it would then have; ``warmer`` (1): share of its temperature above
-    that, or below; ``changed_per_s`` (1/s): what flows in and out in a second over the gas that is there."""
+    """Rate (1/s) at which the gas returns to the temperature around it, at the pressure (Pa) that
+    it would then have; ``warmer`` (1): share of its temperature above that, or below;
+    ``changed_per_s`` (1/s): what flows in and out in a second over the gas that is there.
+    """
     found = 0.0
     if p.fill_heating_ratio != 1.0:
         found += p.heat_exchange_per_s
@@ -68,7 +88,11 @@ def cooling(p, at_rest_pa, warmer, changed_per_s):
         walls = p.wall_exchange_per_s * power(WALLS_PA / at_rest_pa, p.wall_exchange_fall_ratio)
         if p.wall_exchange_rise_ratio != 0.0:
             walls *= (abs(warmer) / WARMER) ** p.wall_exchange_rise_ratio
-        found += walls if p.wall_exchange_stir_s == 0.0 else min(walls * (1.0 + p.wall_exchange_stir_s * changed_per_s) ** STIRS, AT_ONCE_PER_S)
+        found += (
+            walls
+            if p.wall_exchange_stir_s == 0.0
+            else min(walls * (1.0 + p.wall_exchange_stir_s * changed_per_s) ** STIRS, AT_ONCE_PER_S)
+        )
     return found
 
 
@@ -80,29 +104,41 @@ def pressure(p, c, volume):
 
 @compiled
 def leaked(p, pressure_pa):
-    """Gauge pressure (Pa) that drives a leak, more than it is where the leak is laminar: a mean of both pressures over the outer one carries it."""
+    """Gauge pressure (Pa) that drives a leak, more than it is where the leak is laminar: a mean of
+    both pressures over the outer one carries it.
+    """
     over = pressure_pa - p.atmosphere_pa
-    return over if p.leak_laminar_ratio == 0.0 else over * (1.0 + p.leak_laminar_ratio * over / (2.0 * p.atmosphere_pa))
+    return (
+        over
+        if p.leak_laminar_ratio == 0.0
+        else over * (1.0 + p.leak_laminar_ratio * over / (2.0 * p.atmosphere_pa))
+    )
 
 
 @compiled
 def rates(p, c, mass, volume, pressure_pa, supply_pa, inlet, exhaust):
     """Rates of c and of the gas mass (kg/s), and the flow drawn from the supply (kg/s).
 
-    With valves shut and no leak or heat the first two are exactly zero: p V^n and the mass are constant.
+    With valves shut and no leak or heat the first two are exactly zero: p V^n and the mass are
+    constant.
     """
     if inlet != 0.0 and p.inlet_stuck_ratio != 0.0:
         inlet *= 1.0 - p.inlet_stuck_ratio
     if exhaust != 0.0 and p.exhaust_stuck_ratio != 0.0:
         exhaust *= 1.0 - p.exhaust_stuck_ratio
-    narrow_in, narrow_out = laminar_part(p, inlet, p.inlet_seat_leak_ratio), laminar_part(p, exhaust, p.exhaust_seat_leak_ratio)
+    narrow_in, narrow_out = (
+        laminar_part(p, inlet, p.inlet_seat_leak_ratio),
+        laminar_part(p, exhaust, p.exhaust_seat_leak_ratio),
+    )
     inlet = max(inlet, p.inlet_seat_leak_ratio)
     exhaust = max(exhaust, p.exhaust_seat_leak_ratio)
     drawn, lost, heat = 0.0, 0.0, 0.0
     if inlet > 0.0:
         drawn = seat_flow(p, narrow_in, inlet, p.inlet_conductance_m3_s_pa, supply_pa, pressure_pa)
     if exhaust > 0.0:
-        lost = seat_flow(p, narrow_out, exhaust, p.exhaust_conductance_m3_s_pa, pressure_pa, p.atmosphere_pa)
+        lost = seat_flow(
+            p, narrow_out, exhaust, p.exhaust_conductance_m3_s_pa, pressure_pa, p.atmosphere_pa
+        )
     thermal = p.gas_constant_j_kg_k * p.temperature_k
     if p.leak_per_s != 0.0:
         lost += p.leak_per_s * leaked(p, pressure_pa) * volume / thermal
@@ -114,7 +150,10 @@ def rates(p, c, mass, volume, pressure_pa, supply_pa, inlet, exhaust):
         return 0.0, 0.0, 0.0
     gained, spent = drawn * p.fill_heating_ratio if drawn > 0.0 else drawn, lost
     if p.adiabatic_ratio != 0.0:  # enthalpy over energy; what leaves is as warm as the gas is
-        warmth, capacity = pressure_pa * volume / (mass * thermal), 1.0 + HEAT_CAPACITY * p.adiabatic_ratio
+        warmth, capacity = (
+            pressure_pa * volume / (mass * thermal),
+            1.0 + HEAT_CAPACITY * p.adiabatic_ratio,
+        )
         gained *= capacity * (1.0 if gained > 0.0 else warmth)
         spent *= capacity * (warmth if spent > 0.0 else 1.0)
     pressure_rate = thermal * (gained - spent) / volume + heat
@@ -122,15 +161,26 @@ def rates(p, c, mass, volume, pressure_pa, supply_pa, inlet, exhaust):
 
 
 def gas_over_log(params, length_m, inlet, exhaust, period_s, muscle=0, start_pa=None, substeps=4):
-    """Absolute pressure (Pa) and gas mass (kg) at the end of each cycle from *measured* length and valve commands.
+    """Absolute pressure (Pa) and gas mass (kg) at the end of each cycle from *measured* length and
+    valve commands.
 
-    All inputs (N,); length at the cycle ends, straight in between; valves 0/1 held over the cycle. The run starts
-    at ``start_pa`` (atmosphere if None) and the first length. Returns two (N,) arrays.
+    All inputs (N,); length at the cycle ends, straight in between; valves 0/1 held over the cycle.
+    The run starts at ``start_pa`` (atmosphere if None) and the first length. Returns two (N,)
+    arrays.
     """
     atmosphere_pa = float(params["gas"][0, muscle]["atmosphere_pa"])
     out = np.zeros((2, len(length_m)))
-    _over_log(params, muscle, np.asarray(length_m, float), np.asarray(inlet, float), np.asarray(exhaust, float),
-              period_s, atmosphere_pa if start_pa is None else start_pa, substeps, out)
+    _over_log(
+        params,
+        muscle,
+        np.asarray(length_m, float),
+        np.asarray(inlet, float),
+        np.asarray(exhaust, float),
+        period_s,
+        atmosphere_pa if start_pa is None else start_pa,
+        substeps,
+        out,
+    )
     return out[0], out[1]
 
 
@@ -146,13 +196,31 @@ def _over_log(params, muscle, length, inlet, exhaust, period_s, start_pa, subste
     for k in range(length.shape[0]):
         before = length[max(k - 1, 0)]
         for j in range(substeps):
-            d1, m1, f1, r1 = _rates_at(g, m, before + (length[k] - before) * (j / substeps), c, mass, droop, ringing,
-                                       opened_in, opened_out)
+            d1, m1, f1, r1 = _rates_at(
+                g,
+                m,
+                before + (length[k] - before) * (j / substeps),
+                c,
+                mass,
+                droop,
+                ringing,
+                opened_in,
+                opened_out,
+            )
             opened_in = opening_after(opened_in, inlet[k], decay)
             opened_out = opening_after(opened_out, exhaust[k], decay)
             middle = before + (length[k] - before) * ((j + 0.5) / substeps)
-            d2, m2, f2, r2 = _rates_at(g, m, middle, c + h / 2 * d1, mass + h / 2 * m1, droop + h / 2 * f1, ringing + h / 2 * r1,
-                                       opened_in, opened_out)
+            d2, m2, f2, r2 = _rates_at(
+                g,
+                m,
+                middle,
+                c + h / 2 * d1,
+                mass + h / 2 * m1,
+                droop + h / 2 * f1,
+                ringing + h / 2 * r1,
+                opened_in,
+                opened_out,
+            )
             opened_in = settled(opening_after(opened_in, inlet[k], decay), inlet[k])
             opened_out = settled(opening_after(opened_out, exhaust[k], decay), exhaust[k])
             c, mass, droop, ringing = c + h * d2, mass + h * m2, droop + h * f2, ringing + h * r2
@@ -164,6 +232,8 @@ def _over_log(params, muscle, length, inlet, exhaust, period_s, start_pa, subste
 @compiled
 def _rates_at(g, m, length, c, mass, droop, ringing, inlet, exhaust):
     volume, _ = shape(m, g.dead_volume_m3, length)
-    rate, mass_rate, drawn = rates(g, c, mass, volume, pressure(g, c, volume), supply_pressure(g, droop), inlet, exhaust)
+    rate, mass_rate, drawn = rates(
+        g, c, mass, volume, pressure(g, c, volume), supply_pressure(g, droop), inlet, exhaust
+    )
     follows, swings = droop_rates(g, drawn, droop, ringing)
     return rate, mass_rate, follows, swings

@@ -1,4 +1,6 @@
-"""The load and the wiring: how lengths follow from spool and load, and how the load moves under the muscles' pull."""
+"""The load and the wiring: how lengths follow from spool and load, and how the load moves under the
+muscles' pull.
+"""
 
 import math
 
@@ -9,28 +11,45 @@ from epa_rt.models.compiled import compiled
 
 FIXED, MASS, KNEE = 0.0, 1.0, 2.0
 SLIDER_STEPS = 4  # per cycle, in load_force_over_log
-LEAST_INERTIA = 0.1   # of a knee's own, whatever is taken off it
+LEAST_INERTIA = 0.1  # of a knee's own, whatever is taken off it
 
 
 @compiled
 def coordinate(p, place, speed):
-    """Load coordinate q (m), its speed (m/s) and dq/dplace: the place itself for a mass, r times angle for a knee, whose pulley may sit off the axis."""
+    """Load coordinate q (m), its speed (m/s) and dq/dplace: the place itself for a mass, r times
+    angle for a knee, whose pulley may sit off the axis.
+    """
     if p.kind_code != KNEE:
         return place, speed, 1.0
     if p.lever_slope_per_rad == 0.0 and p.lever_curve_per_rad2 == 0.0:
         return p.lever_m * place, p.lever_m * speed, p.lever_m
     sine, fall = math.sin(place), 1.0 - math.cos(place)
     arm = p.lever_m * (1.0 + p.lever_slope_per_rad * sine + p.lever_curve_per_rad2 * fall)
-    return p.lever_m * (place + p.lever_slope_per_rad * fall + p.lever_curve_per_rad2 * (place - sine)), arm * speed, arm
+    return (
+        p.lever_m
+        * (place + p.lever_slope_per_rad * fall + p.lever_curve_per_rad2 * (place - sine)),
+        arm * speed,
+        arm,
+    )
 
 
 @compiled
 def stop(p, place, speed, low, high):
-    """End stop: pushes back only, stiffness and damping set in together so that it gives no energy."""
+    """End stop: pushes back only, stiffness and damping set in together so that it gives no
+    energy.
+    """
     if place < low:
-        return max(p.stop_stiffness_nm_rad * (low - place) - p.stop_viscous_nm_s_rad * speed * _grip(low - place), 0.0)
+        return max(
+            p.stop_stiffness_nm_rad * (low - place)
+            - p.stop_viscous_nm_s_rad * speed * _grip(low - place),
+            0.0,
+        )
     if place > high:
-        return min(p.stop_stiffness_nm_rad * (high - place) - p.stop_viscous_nm_s_rad * speed * _grip(place - high), 0.0)
+        return min(
+            p.stop_stiffness_nm_rad * (high - place)
+            - p.stop_viscous_nm_s_rad * speed * _grip(place - high),
+            0.0,
+        )
     return 0.0
 
 
@@ -42,7 +61,9 @@ def _grip(depth):
 
 @compiled
 def _dry(p, stiffness, limit, stiction, sticking):
-    """Dry friction of the load and the rate of its deflection, which is ``sticking`` unless it slides; both zero where there is none."""
+    """Dry friction of the load and the rate of its deflection, which is ``sticking`` unless it
+    slides; both zero where there is none.
+    """
     if limit == 0.0:
         return 0.0, 0.0
     return slider(stiffness, p.presliding_time_s, stiction, sticking, -limit, limit)
@@ -50,7 +71,9 @@ def _dry(p, stiffness, limit, stiction, sticking):
 
 @compiled
 def sticking_rate(p, stiction, speed):
-    """Rate at which the deflection of a load that sticks grows: its speed, and of a knee whose bristles bend less the nearer they are to sliding what is left of it."""
+    """Rate at which the deflection of a load that sticks grows: its speed, and of a knee whose
+    bristles bend less the nearer they are to sliding what is left of it.
+    """
     if p.kind_code != KNEE or p.knee_bend_ratio == 0.0 or p.knee_coulomb_nm == 0.0 or speed == 0.0:
         return speed
     bent = p.knee_stiffness_nm_rad * stiction / p.knee_coulomb_nm
@@ -59,21 +82,36 @@ def sticking_rate(p, stiction, speed):
 
 @compiled
 def rates(p, place, speed, stiction, muscle_n):
-    """Acceleration of the load and rate of its stuck deflection; ``muscle_n`` acts along q (dq/dplace is applied here)."""
+    """Acceleration of the load and rate of its stuck deflection; ``muscle_n`` acts along q
+    (dq/dplace is applied here).
+    """
     if p.kind_code == MASS:
         dry, rate = _dry(p, p.guide_stiffness_n_m, p.coulomb_n, stiction, speed)
-        force = p.bias_n + muscle_n - p.viscous_n_s_m * speed - dry + stop(p, place, speed, p.low_m, p.high_m)
+        force = (
+            p.bias_n
+            + muscle_n
+            - p.viscous_n_s_m * speed
+            - dry
+            + stop(p, place, speed, p.low_m, p.high_m)
+        )
         return force / max(p.mass_kg + p.payload_kg, LEAST_INERTIA * p.mass_kg), rate
     if p.kind_code == KNEE:
         _, _, arm = coordinate(p, place, speed)
         limit = p.knee_coulomb_nm
         if p.knee_friction_speed_rad_s != 0.0:
             limit *= abs(speed) / (abs(speed) + p.knee_friction_speed_rad_s)
-        dry, rate = _dry(p, p.knee_stiffness_nm_rad, limit, stiction, sticking_rate(p, stiction, speed))
-        hung = p.payload_kg * p.payload_lever_ratio   # mass that pulls as much at the shank's centre
+        dry, rate = _dry(
+            p, p.knee_stiffness_nm_rad, limit, stiction, sticking_rate(p, stiction, speed)
+        )
+        hung = p.payload_kg * p.payload_lever_ratio  # mass that pulls as much at the shank's centre
         weight = (p.mass_kg + hung) * p.gravity_m_s2 * p.mass_lever_m
-        torque = (arm * muscle_n - weight * math.sin(p.hang_rad + p.misalignment_rad + place)
-                  - p.viscous_nm_s_rad * speed - dry + stop(p, place, speed, p.low_rad, p.high_rad))
+        torque = (
+            arm * muscle_n
+            - weight * math.sin(p.hang_rad + p.misalignment_rad + place)
+            - p.viscous_nm_s_rad * speed
+            - dry
+            + stop(p, place, speed, p.low_rad, p.high_rad)
+        )
         if p.knee_spring_nm_rad != 0.0:
             torque -= p.knee_spring_nm_rad * place
         inertia = p.inertia_kg_m2 + hung * p.payload_lever_ratio * p.mass_lever_m * p.mass_lever_m
@@ -94,12 +132,21 @@ def along_spool(p, force0, force1):
 
 
 def load_force_over_log(params, place, speed, acceleration, period_s):
-    """Force along q (N) that the *measured* motion takes, (N,), from place (m or rad), speed and acceleration, (N,).
+    """Force along q (N) that the *measured* motion takes, (N,), from place (m or rad), speed and
+    acceleration, (N,).
 
-    The load's balance with weight, dry friction, drag and stops; starts unstuck. Zeros for a fixed load.
+    The load's balance with weight, dry friction, drag and stops; starts unstuck. Zeros for a fixed
+    load.
     """
     out = np.zeros(len(place))
-    _force_over_log(params, np.asarray(place, float), np.asarray(speed, float), np.asarray(acceleration, float), period_s, out)
+    _force_over_log(
+        params,
+        np.asarray(place, float),
+        np.asarray(speed, float),
+        np.asarray(acceleration, float),
+        period_s,
+        out,
+    )
     return out
 
 
@@ -126,7 +173,8 @@ def _force_over_log(params, place, speed, acceleration, period_s, out):
 
 
 def load_over_log(params, force_n, period_s, start_place=0.0, start_speed=0.0, substeps=4):
-    """Place (m or rad) and speed of the load at the end of each cycle from *measured* muscle forces (N, 2).
+    """Place (m or rad) and speed of the load at the end of each cycle from *measured* muscle forces
+    (N, 2).
 
     Forces at the cycle ends, straight in between. Returns two (N,) arrays; zeros for a fixed load.
     """

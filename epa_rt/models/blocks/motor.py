@@ -10,12 +10,16 @@ from epa_rt.models.blocks.wave import wave
 from epa_rt.models.compiled import compiled
 
 SLIDER_STEPS = 4  # per cycle, in motor_over_log
-LEAST_CONSTANT = 0.1  # of the cold torque constant: at the bounds the straight line would fall through zero and turn the motor round
+# of the cold torque constant: at the bounds the straight line would fall through zero and turn the
+# motor round
+LEAST_CONSTANT = 0.1
 
 
 @compiled
 def warmth(p, heat_k, slow_heat_k):
-    """Kelvins that weaken the torque: the winding's above the housing, and of the slow node as many as count."""
+    """Kelvins that weaken the torque: the winding's above the housing, and of the slow node as many
+    as count.
+    """
     return heat_k + p.housing_heat_ratio * slow_heat_k
 
 
@@ -27,8 +31,9 @@ def torque_constant(p, warmth_k):
 
 @compiled
 def heat_rates(p, current, heat_k, slow_heat_k):
-    """Rates (K/s) of the winding's temperature above the housing and of the slow node's, housing and magnets, in kelvins of
-    the winding: both end where the copper's loss (W) times the winding's thermal resistance has them.
+    """Rates (K/s) of the winding's temperature above the housing and of the slow node's, housing
+    and magnets, in kelvins of the winding: both end where the copper's loss (W) times the winding's
+    thermal resistance has them.
     """
     end = p.winding_thermal_k_w * p.winding_ohm * current * current
     return (end - heat_k) / p.winding_time_s, (end - slow_heat_k) / p.housing_time_s
@@ -40,7 +45,9 @@ def ripple(p, angle):
     if p.torque_ripple_ratio == 0.0:
         return 1.0
     turn = p.ripple_per_turn_ratio * angle + p.ripple_phase_rad
-    return 1.0 + p.torque_ripple_ratio * wave(turn, p.ripple_twice_sine_ratio, p.ripple_twice_cosine_ratio)
+    return 1.0 + p.torque_ripple_ratio * wave(
+        turn, p.ripple_twice_sine_ratio, p.ripple_twice_cosine_ratio
+    )
 
 
 @compiled
@@ -54,7 +61,9 @@ def cogging(p, angle):
 
 @compiled
 def motor_torque(p, current, angle, warmth_k):
-    """Torque on the shaft (N m) with saturation, ripple and cogging; the drive reports another: ``drive.reported_torque``."""
+    """Torque on the shaft (N m) with saturation, ripple and cogging; the drive reports another:
+    ``drive.reported_torque``.
+    """
     torque = torque_constant(p, warmth_k) * current
     if p.torque_saturation_per_a != 0.0:
         torque /= 1.0 + p.torque_saturation_per_a * abs(current)
@@ -76,12 +85,20 @@ def current_for(p, torque, angle, warmth_k):
 
 @compiled
 def dry_limit(p, speed, angle):
-    """Dry friction limit at the shaft (N m): larger near standstill by the Stribeck effect, and over the angle."""
+    """Dry friction limit at the shaft (N m): larger near standstill by the Stribeck effect, and
+    over the angle.
+    """
     limit = p.coulomb_nm
     if p.stribeck_ratio != 0.0:
-        limit = p.coulomb_nm * (1.0 + p.stribeck_ratio * math.exp(-(abs(speed / p.stribeck_speed_rad_s) ** p.stribeck_exponent_ratio)))
+        limit = p.coulomb_nm * (
+            1.0
+            + p.stribeck_ratio
+            * math.exp(-(abs(speed / p.stribeck_speed_rad_s) ** p.stribeck_exponent_ratio))
+        )
     if p.friction_wave_ratio != 0.0:
-        limit *= 1.0 + p.friction_wave_ratio * math.sin(p.friction_wave_per_turn_ratio * angle + p.friction_wave_phase_rad)
+        limit *= 1.0 + p.friction_wave_ratio * math.sin(
+            p.friction_wave_per_turn_ratio * angle + p.friction_wave_phase_rad
+        )
     return limit
 
 
@@ -90,29 +107,43 @@ def drag(p, speed):
     """Viscous drag at the shaft (N m), not the same in both directions."""
     if p.viscous_asymmetry_ratio == 0.0:
         return p.viscous_nm_s_rad * speed
-    return p.viscous_nm_s_rad * speed * (1.0 + (p.viscous_asymmetry_ratio if speed > 0.0 else -p.viscous_asymmetry_ratio))
+    return (
+        p.viscous_nm_s_rad
+        * speed
+        * (1.0 + (p.viscous_asymmetry_ratio if speed > 0.0 else -p.viscous_asymmetry_ratio))
+    )
 
 
 @compiled
 def acceleration(p, torque, load_torque, low, high, stiction, speed, angle):
     """Motor acceleration (rad/s^2) and rate of the stuck shaft's deflection.
 
-    ``load_torque`` opposes positive motion; ``low`` and ``high`` are the gear's share of the friction limits.
+    ``load_torque`` opposes positive motion; ``low`` and ``high`` are the gear's share of the
+    friction limits.
     """
     dry = dry_limit(p, speed, angle)
-    friction, rate = slider(p.presliding_stiffness_nm_rad, p.presliding_time_s, stiction, speed, low - dry, high + dry)
+    friction, rate = slider(
+        p.presliding_stiffness_nm_rad, p.presliding_time_s, stiction, speed, low - dry, high + dry
+    )
     return (torque - load_torque - friction - drag(p, speed)) / p.inertia_kg_m2, rate
 
 
 def motor_over_log(params, angle_rad, speed_rad_s, acceleration_rad_s2, spool_force_n, period_s):
     """Current (A) that the *measured* motion takes against the *measured* force at the spool, (N,).
 
-    All inputs (N,), at the cycle ends, straight in between. The torque balance of the shaft with its friction, gear,
-    ripple, cogging and heat; starts cold and unstuck.
+    All inputs (N,), at the cycle ends, straight in between. The torque balance of the shaft with
+    its friction, gear, ripple, cogging and heat; starts cold and unstuck.
     """
     out = np.zeros(len(angle_rad))
-    _over_log(params, np.asarray(angle_rad, float), np.asarray(speed_rad_s, float), np.asarray(acceleration_rad_s2, float),
-              np.asarray(spool_force_n, float), period_s, out)
+    _over_log(
+        params,
+        np.asarray(angle_rad, float),
+        np.asarray(speed_rad_s, float),
+        np.asarray(acceleration_rad_s2, float),
+        np.asarray(spool_force_n, float),
+        period_s,
+        out,
+    )
     return out
 
 
@@ -129,14 +160,34 @@ def _over_log(params, angle, speed, accelerated, force, period_s, out):
         before = speed[max(k - 1, 0)]
         for j in range(SLIDER_STEPS):
             moving = before + (speed[k] - before) * ((j + 0.5) / SLIDER_STEPS)
-            friction, rate = slider(p.presliding_stiffness_nm_rad, p.presliding_time_s, stiction, moving, low - dry, high + dry)
+            friction, rate = slider(
+                p.presliding_stiffness_nm_rad,
+                p.presliding_time_s,
+                stiction,
+                moving,
+                low - dry,
+                high + dry,
+            )
             if rate == moving:
                 stiction += h * moving
             else:
                 end = friction / p.presliding_stiffness_nm_rad
                 stiction = end + (stiction - end) * fade
-        friction, _ = slider(p.presliding_stiffness_nm_rad, p.presliding_time_s, stiction, speed[k], low - dry, high + dry)
-        torque = p.inertia_kg_m2 * accelerated[k] + load_torque + friction + drag(p, speed[k]) + sliding_torque(t, p.inertia_kg_m2, load_torque, speed[k])
+        friction, _ = slider(
+            p.presliding_stiffness_nm_rad,
+            p.presliding_time_s,
+            stiction,
+            speed[k],
+            low - dry,
+            high + dry,
+        )
+        torque = (
+            p.inertia_kg_m2 * accelerated[k]
+            + load_torque
+            + friction
+            + drag(p, speed[k])
+            + sliding_torque(t, p.inertia_kg_m2, load_torque, speed[k])
+        )
         heat_rate, slow_rate = heat_rates(p, current, heat, slow_heat)
         heat += period_s * heat_rate
         slow_heat += period_s * slow_rate

@@ -1,4 +1,6 @@
-"""Counter-based noise, Gaussian to the eye: any program with the seed gets the same numbers, in any order."""
+"""Counter-based noise, Gaussian to the eye: any program with the seed gets the same numbers, in any
+order.
+"""
 
 import numpy as np
 
@@ -24,16 +26,27 @@ def splitmix(counter):
 @compiled
 def quarters(bits):
     """Sum of the four 16-bit quarters of 64 bits."""
-    return np.int64(bits & _LOW) + np.int64((bits >> _S16) & _LOW) + np.int64((bits >> _S32) & _LOW) + np.int64(bits >> _S48)
+    return (
+        np.int64(bits & _LOW)
+        + np.int64((bits >> _S16) & _LOW)
+        + np.int64((bits >> _S32) & _LOW)
+        + np.int64(bits >> _S48)
+    )
 
 
 @compiled
 def gaussian(seed, cycle, channel):
-    """Nearly normal number of (seed, cycle, channel), mean 0, deviation 1, never beyond 6: the sum of twelve uniforms.
+    """Nearly normal number of (seed, cycle, channel), mean 0, deviation 1, never beyond 6: the sum
+    of twelve uniforms.
 
-    Whole numbers up to the last division, so that every program and every mathematics library gets the same bits.
+    Whole numbers up to the last division, so that every program and every mathematics library gets
+    the same bits.
     """
-    first = splitmix(splitmix(np.uint64(seed)) + np.uint64(cycle) * _CHANNELS + np.uint64(2 * channel))
+    first = splitmix(
+        splitmix(np.uint64(seed)) + np.uint64(cycle) * _CHANNELS + np.uint64(2 * channel)
+    )
     second = splitmix(first)
     total = quarters(first) + quarters(second) + quarters(splitmix(second))
-    return (total - 393210) / 65536.0  # twelve times the mean of 0..65535; the variance of the sum is 65536^2 - 1
+    return (
+        total - 393210
+    ) / 65536.0  # twelve times the mean of 0..65535; the variance of the sum is 65536^2 - 1

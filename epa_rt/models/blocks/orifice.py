@@ -1,17 +1,23 @@
-"""Flow through valves: ISO 6358 orifices, held back where there is much of it, and what a shut one leaks."""
+"""Flow through valves: ISO 6358 orifices, held back where there is much of it, and what a shut one
+leaks.
+"""
 
 import math
 
 from epa_rt.models.compiled import compiled
 
-REFERENCE_DENSITY = 1.185   # kg/m^3, ISO 8778
+REFERENCE_DENSITY = 1.185  # kg/m^3, ISO 8778
 REFERENCE_TEMPERATURE = 293.15
-LAMINAR_RATIO = 0.999       # above it flow is linear in the pressure ratio, so that its slope stays finite
+LAMINAR_RATIO = (
+    0.999  # above it flow is linear in the pressure ratio, so that its slope stays finite
+)
 
 
 @compiled
 def flow_ratio(ratio, critical):
-    """Mass flow over choked flow at a downstream-to-upstream pressure ratio in [0, 1] (ISO 6358)."""
+    """Mass flow over choked flow at a downstream-to-upstream pressure ratio in [0, 1] (ISO
+    6358).
+    """
     if ratio <= critical:
         return 1.0
     if ratio < LAMINAR_RATIO:
@@ -44,10 +50,15 @@ def laminar_part(p, opening, seat_leak):
 
 @compiled
 def seat_flow(p, laminar, opening, conductance, from_pa, to_pa):
-    """Mass flow (kg/s) of a valve of which a part is laminar, which goes with the difference of the squared pressures; into a vacuum both are alike."""
+    """Mass flow (kg/s) of a valve of which a part is laminar, which goes with the difference of the
+    squared pressures; into a vacuum both are alike.
+    """
     flow = valve_flow(p, opening, conductance, from_pa, to_pa)
     if laminar == 0.0:
         return flow
     high, low = max(from_pa, to_pa), min(from_pa, to_pa)
-    narrow = math.copysign(opening * orifice(conductance, 1.0, p.temperature_k, high, 0.0) * (1.0 - (low / high) ** 2), from_pa - to_pa)
+    narrow = math.copysign(
+        opening * orifice(conductance, 1.0, p.temperature_k, high, 0.0) * (1.0 - (low / high) ** 2),
+        from_pa - to_pa,
+    )
     return (1.0 - laminar) * flow + laminar * narrow

@@ -1,4 +1,6 @@
-"""A power that is exactly its base where the exponent is one, so that what is off changes no bit."""
+"""A power that is exactly its base where the exponent is one, so that what is off changes no
+bit.
+"""
 
 from epa_rt.models.compiled import compiled
 

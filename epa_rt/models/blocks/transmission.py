@@ -1,4 +1,6 @@
-"""Gear and spool: motor angle to strap travel, strap force to motor torque and to the gear's share of dry friction."""
+"""Gear and spool: motor angle to strap travel, strap force to motor torque and to the gear's share
+of dry friction.
+"""
 
 import math
 
@@ -6,9 +8,11 @@ import numpy as np
 
 from epa_rt.models.compiled import compiled
 
-SLIDING_RAD_S = 0.5   # speed at which friction that holds nothing at rest builds up at least
-FOLLOWED_S = 7e-4     # and later where it would bring the shaft to rest sooner than this: what is steeper, a sub-step of a millisecond does not follow
-ALL_THERE = 1e9       # times the speed at which friction builds up, beyond which it is all there
+SLIDING_RAD_S = 0.5  # speed at which friction that holds nothing at rest builds up at least
+# and later where it would bring the shaft to rest sooner than this: what is steeper, a sub-step of
+# a millisecond does not follow
+FOLLOWED_S = 7e-4
+ALL_THERE = 1e9  # times the speed at which friction builds up, beyond which it is all there
 
 
 @compiled
@@ -18,8 +22,11 @@ def geared_travel(p, motor_angle):
         return p.spool_radius_m / p.gear_ratio * motor_angle
     turn = motor_angle / p.gear_ratio
     phase = p.eccentricity_phase_rad
-    return p.spool_radius_m * (turn + 0.5 * p.wind_up_per_rad * turn * turn
-                               - p.eccentricity_ratio * (math.cos(turn + phase) - math.cos(phase)))
+    return p.spool_radius_m * (
+        turn
+        + 0.5 * p.wind_up_per_rad * turn * turn
+        - p.eccentricity_ratio * (math.cos(turn + phase) - math.cos(phase))
+    )
 
 
 @compiled
@@ -28,40 +35,57 @@ def travel_per_angle(p, motor_angle):
     if p.eccentricity_ratio == 0.0 and p.wind_up_per_rad == 0.0:
         return p.spool_radius_m / p.gear_ratio
     turn = motor_angle / p.gear_ratio
-    radius = 1.0 + p.wind_up_per_rad * turn + p.eccentricity_ratio * math.sin(turn + p.eccentricity_phase_rad)
+    radius = (
+        1.0
+        + p.wind_up_per_rad * turn
+        + p.eccentricity_ratio * math.sin(turn + p.eccentricity_phase_rad)
+    )
     return p.spool_radius_m * radius / p.gear_ratio
 
 
 @compiled
 def play(p, geared, geared_before, travel_before, speed):
-    """Strap travel behind the backlash (m): stays where it was until the play is used up, at once or gradually.
+    """Strap travel behind the backlash (m): stays where it was until the play is used up, at once
+    or gradually.
 
-    ``geared``: travel before backlash, ``geared_before`` where that and ``travel_before`` stood last (m). Second value: part
-    of the motion that is carried (0 to 1), where nothing moved for motion with ``speed`` (any unit: only its sign counts). How a play
-    that is not the same all around changes meanwhile moves the strap, but has no part in that.
+    ``geared``: travel before backlash, ``geared_before`` where that and ``travel_before`` stood
+    last (m). Second value: part of the motion that is carried (0 to 1), where nothing moved for
+    motion with ``speed`` (any unit: only its sign counts). How a play that is not the same all
+    around changes meanwhile moves the strap, but has no part in that.
     """
     half = 0.5 * p.backlash_rad * p.spool_radius_m
     if p.uneven_backlash_rad != 0.0:
-        wave = math.sin(p.backlash_per_turn_ratio * geared / p.spool_radius_m + p.backlash_phase_rad)
+        wave = math.sin(
+            p.backlash_per_turn_ratio * geared / p.spool_radius_m + p.backlash_phase_rad
+        )
         if p.backlash_narrowness_ratio != 1.0:
             wave = 2.0 * (0.5 * (1.0 + wave)) ** p.backlash_narrowness_ratio - 1.0
-        half += 0.5 * p.uneven_backlash_rad * p.spool_radius_m * (1.0 + p.backlash_wave_ratio * wave)
+        half += (
+            0.5 * p.uneven_backlash_rad * p.spool_radius_m * (1.0 + p.backlash_wave_ratio * wave)
+        )
     if half == 0.0:
         return geared, 1.0
     if p.backlash_roundness_ratio != 0.0:
-        return round_play(p.backlash_roundness_ratio, half, geared, geared_before, travel_before, speed)
+        return round_play(
+            p.backlash_roundness_ratio, half, geared, geared_before, travel_before, speed
+        )
     if travel_before > geared + half:
         return geared + half, 1.0
     if travel_before < geared - half:
         return geared - half, 1.0
-    # at a flank with nothing moved since, as at the start and end of a sub-step, the speed says whether it is carried
-    carried = (travel_before == geared - half and speed > 0.0) or (travel_before == geared + half and speed < 0.0)
+    # at a flank with nothing moved since, as at the start and end of a sub-step, the speed says
+    # whether it is carried
+    carried = (travel_before == geared - half and speed > 0.0) or (
+        travel_before == geared + half and speed < 0.0
+    )
     return travel_before, 1.0 if carried else 0.0
 
 
 @compiled
 def round_play(roundness, half, geared, geared_before, travel_before, speed):
-    """As ``play`` with teeth that take up gradually: e' = slope(|e|) outwards, 1 inwards, of the gap e = geared - travel."""
+    """As ``play`` with teeth that take up gradually: e' = slope(|e|) outwards, 1 inwards, of the
+    gap e = geared - travel.
+    """
     moved = geared - geared_before
     toward = 1.0 if moved > 0.0 or (moved == 0.0 and speed > 0.0) else -1.0
     at, way = toward * (geared_before - travel_before) / half, abs(moved) / half
@@ -73,9 +97,11 @@ def round_play(roundness, half, geared, geared_before, travel_before, speed):
 
 @compiled
 def used_up(roundness, at, way):
-    """Part of half the play that is used up (0 to 1) after a ``way`` outwards (over half the play) from ``at``.
+    """Part of half the play that is used up (0 to 1) after a ``way`` outwards (over half the play)
+    from ``at``.
 
-    From the middle it is (1 - exp(-x^(1/roundness)))^roundness over the way x. Inverted and moved on: exact for any step.
+    From the middle it is (1 - exp(-x^(1/roundness)))^roundness over the way x. Inverted and moved
+    on: exact for any step.
     """
     before = closed(roundness, at)
     if before == 1.0:
@@ -97,7 +123,9 @@ def closed(roundness, at):
 
 @compiled
 def carried_at(roundness, at):
-    """Slope of the strap's travel over the gear's (0 to 1) for motion outwards from ``at``: 1 less the slope of ``used_up``."""
+    """Slope of the strap's travel over the gear's (0 to 1) for motion outwards from ``at``: 1 less
+    the slope of ``used_up``.
+    """
     w = closed(roundness, at)
     if w == 0.0 or w == 1.0:
         return w
@@ -117,9 +145,11 @@ def built_up(p, speed, build_up_speed):
 
 @compiled
 def friction_limits(p, load_torque, speed):
-    """Low and high limit of the gear's friction torque at the motor (N m), wider the more it transmits; without what is there in motion alone.
+    """Low and high limit of the gear's friction torque at the motor (N m), wider the more it
+    transmits; without what is there in motion alone.
 
-    It is there at once, or builds up with the motor's ``speed`` (rad/s): regularised Coulomb friction.
+    It is there at once, or builds up with the motor's ``speed`` (rad/s): regularised Coulomb
+    friction.
     """
     low, high = _limits(p, load_torque)
     if p.gear_friction_speed_rad_s != 0.0:
@@ -132,11 +162,17 @@ def friction_limits(p, load_torque, speed):
 
 @compiled
 def sliding_torque(p, inertia_kg_m2, load_torque, speed):
-    """Torque (N m) against positive motion of that part of the gear's friction that holds nothing at rest, on a shaft of this inertia."""
+    """Torque (N m) against positive motion of that part of the gear's friction that holds nothing
+    at rest, on a shaft of this inertia.
+    """
     if p.gear_sliding_ratio == 0.0:
         return 0.0
     low, high = _limits(p, load_torque)
-    build_up_speed = max(p.gear_friction_speed_rad_s, SLIDING_RAD_S, FOLLOWED_S * p.gear_sliding_ratio * max(high, -low) / inertia_kg_m2)
+    build_up_speed = max(
+        p.gear_friction_speed_rad_s,
+        SLIDING_RAD_S,
+        FOLLOWED_S * p.gear_sliding_ratio * max(high, -low) / inertia_kg_m2,
+    )
     there = p.gear_sliding_ratio * built_up(p, abs(speed), build_up_speed)
     return there * high if speed >= 0.0 else there * low
 
@@ -145,7 +181,8 @@ def sliding_torque(p, inertia_kg_m2, load_torque, speed):
 def _limits(p, load_torque):
     """Low and high limit of all of it (N m).
 
-    Moving against the load costs load/eta, moving with it yields load*eta; the difference to the load is friction.
+    Moving against the load costs load/eta, moving with it yields load*eta; the difference to the
+    load is friction.
     """
     if p.gear_friction_n == 0.0 and p.gear_efficiency_ratio == 1.0:
         return 0.0, 0.0
@@ -159,7 +196,8 @@ def _limits(p, load_torque):
 
 
 def transmission_over_log(params, motor_angle_rad, spool_force_n):
-    """Strap travel (m) and load torque at the motor (N m) from measured motor angle and spool force, all (N,).
+    """Strap travel (m) and load torque at the motor (N m) from measured motor angle and spool
+    force, all (N,).
 
     The play starts centred. Friction is not part of the load torque: see ``friction_limits``.
     """

@@ -32,8 +32,12 @@ def trial_energy(run: Run, trial: Span) -> TrialEnergy:
     good = current[np.isfinite(current)]
     integral = float(np.sum(good**2) * run.period_s)
     duration_s = len(good) * run.period_s
-    return TrialEnergy(trial, integral, integral / duration_s if duration_s else float("nan"),
-                       float(np.max(np.abs(good))) if len(good) else float("nan"))
+    return TrialEnergy(
+        trial,
+        integral,
+        integral / duration_s if duration_s else float("nan"),
+        float(np.max(np.abs(good))) if len(good) else float("nan"),
+    )
 
 
 def energy_of_periods(run: Run, periods: Periods) -> np.ndarray:

@@ -1,4 +1,6 @@
-"""Sensors that were not to be believed, commands that were held back, and how much of each range was used."""
+"""Sensors that were not to be believed, commands that were held back, and how much of each range
+was used.
+"""
 
 from dataclasses import dataclass
 
@@ -10,8 +12,9 @@ from epa_rt.report.run import Run
 
 @dataclass(frozen=True)
 class SignalHealth:
-    """One row: lowest and highest value and limits in SI, cycles invalid and stale, cycles clamped and slewed by the gate
-    (``clamped``, ``slewed``), and before it by the controllers. These counts are None where the log did not close with them.
+    """One row: lowest and highest value and limits in SI, cycles invalid and stale, cycles clamped
+    and slewed by the gate (``clamped``, ``slewed``), and before it by the controllers. These counts
+    are None where the log did not close with them.
     """
 
     row: SignalRow
@@ -26,7 +29,9 @@ class SignalHealth:
 
     @property
     def margin(self) -> float:
-        """How far the range stayed from the nearer limit (SI), below zero where it passed one; NaN without limits."""
+        """How far the range stayed from the nearer limit (SI), below zero where it passed one; NaN
+        without limits.
+        """
         if self.row.limits is None:
             return float("nan")
         return min(self.low - self.row.limits[0], self.row.limits[1] - self.high)
@@ -43,14 +48,28 @@ def health_of(run: Run) -> list[SignalHealth]:
     return healths
 
 
-def _health(run: Run, row: SignalRow, i: int, is_output: bool, summary: dict | None) -> SignalHealth:
+def _health(
+    run: Run, row: SignalRow, i: int, is_output: bool, summary: dict | None
+) -> SignalHealth:
     values = run.signals[row.name]
     has = bool(len(values)) and bool(np.isfinite(values).any())
-    low, high = (float(np.nanmin(values)), float(np.nanmax(values))) if has else (float("nan"), float("nan"))
-    invalid, stale = (0, 0) if is_output else (_marked(run, name, i) for name in ("invalid_mask", "stale_mask"))
+    low, high = (
+        (float(np.nanmin(values)), float(np.nanmax(values)))
+        if has
+        else (float("nan"), float("nan"))
+    )
+    invalid, stale = (
+        (0, 0) if is_output else (_marked(run, name, i) for name in ("invalid_mask", "stale_mask"))
+    )
     counted = summary is not None and is_output
-    held = [int(summary.get(key, {}).get(row.name, 0)) if counted else None for key in ("clamped", "slewed")]
-    before = [sum(summary[key].get(row.name, {}).values()) if counted and key in summary else None for key in ("controller_clamped", "controller_slewed")]
+    held = [
+        int(summary.get(key, {}).get(row.name, 0)) if counted else None
+        for key in ("clamped", "slewed")
+    ]
+    before = [
+        sum(summary[key].get(row.name, {}).values()) if counted and key in summary else None
+        for key in ("controller_clamped", "controller_slewed")
+    ]
     return SignalHealth(row, low, high, invalid, stale, *held, *before)
 
 

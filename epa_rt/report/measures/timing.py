@@ -12,7 +12,9 @@ SHARES = (("p50", 0.5), ("p99", 0.99), ("p99.9", 0.999), ("max", 1.0))
 
 @dataclass(frozen=True)
 class Timing:
-    """Quantiles in ns by name, the smallest value that so great a share does not exceed; counts per bin in us."""
+    """Quantiles in ns by name, the smallest value that so great a share does not exceed; counts per
+    bin in us.
+    """
 
     overruns: int
     lateness_ns: dict[str, int]
@@ -31,7 +33,10 @@ def timing_of(run: Run) -> Timing:
     """Over all samples of a run."""
     lateness, busy = run.cycle["lateness_ns"], run.cycle["busy_ns"]
     edges_us = np.concatenate([[0.0], 2.0 ** np.arange(0, 17)])
-    counts = [np.histogram(np.clip(values / 1e3, 0.0, edges_us[-1]), edges_us)[0] for values in (lateness, busy)]
+    counts = [
+        np.histogram(np.clip(values / 1e3, 0.0, edges_us[-1]), edges_us)[0]
+        for values in (lateness, busy)
+    ]
     overruns = int(np.count_nonzero(run.cycle["flags"] & FLAG_OVERRUN))
     return Timing(overruns, _quantiles(lateness), _quantiles(busy), edges_us, *counts)
 

@@ -11,7 +11,9 @@ from epa_rt.report.run import Run, Span
 
 @dataclass(frozen=True)
 class Tracking:
-    """Measured minus reference of the same cycle over one span, in the coordinate's SI unit; speeds per s."""
+    """Measured minus reference of the same cycle over one span, in the coordinate's SI unit; speeds
+    per s.
+    """
 
     span: Span
     coordinate: Coordinate
@@ -29,7 +31,11 @@ def error_of(run: Run, span: Span) -> tuple[Coordinate, np.ndarray] | None:
     coordinate = span.phase.coordinate
     if coordinate.measured not in run.signals or coordinate.position_key not in run.signals:
         return None
-    return coordinate, run.signals[coordinate.measured][span.samples] - run.signals[coordinate.position_key][span.samples]
+    return (
+        coordinate,
+        run.signals[coordinate.measured][span.samples]
+        - run.signals[coordinate.position_key][span.samples],
+    )
 
 
 def tracking_of(run: Run, span: Span) -> Tracking | None:
@@ -39,8 +45,15 @@ def tracking_of(run: Run, span: Span) -> Tracking | None:
         return None
     coordinate, error = found
     peak_at = int(np.nanargmax(np.abs(error)))
-    return Tracking(span, coordinate, float(np.sqrt(np.nanmean(error**2))), float(error[peak_at]), span.begin + peak_at,
-                    float(np.nanmean(error)), _speed_rms(run, span, coordinate))
+    return Tracking(
+        span,
+        coordinate,
+        float(np.sqrt(np.nanmean(error**2))),
+        float(error[peak_at]),
+        span.begin + peak_at,
+        float(np.nanmean(error)),
+        _speed_rms(run, span, coordinate),
+    )
 
 
 def _speed_rms(run: Run, span: Span, coordinate: Coordinate) -> float:
@@ -53,7 +66,9 @@ def _speed_rms(run: Run, span: Span, coordinate: Coordinate) -> float:
 
 @dataclass(frozen=True)
 class Periods:
-    """One value per period of an oscillation: its samples, its frequency in Hz, achieved over asked amplitude, lag in rad."""
+    """One value per period of an oscillation: its samples, its frequency in Hz, achieved over asked
+    amplitude, lag in rad.
+    """
 
     begins: np.ndarray
     ends: np.ndarray
@@ -69,21 +84,31 @@ def is_oscillation(span: Span) -> bool:
 
 
 def periods_of(run: Run, span: Span) -> Periods | None:
-    """Whole periods between the fades, from one upward passing of the mean to the next; None without any.
+    """Whole periods between the fades, from one upward passing of the mean to the next; None
+    without any.
 
-    In each, the measured signal is fitted by the reference, the reference shifted by a quarter and a constant.
+    In each, the measured signal is fitted by the reference, the reference shifted by a quarter and
+    a constant.
     """
     if not is_oscillation(span):
         return None
     coordinate, mean = span.phase.coordinate, span.phase.motion.planned.mean
     reference = run.signals[coordinate.position_key][span.samples] - mean
-    speed, measured = run.signals[coordinate.speed_key][span.samples], run.signals[coordinate.measured][span.samples]
+    speed, measured = (
+        run.signals[coordinate.speed_key][span.samples],
+        run.signals[coordinate.measured][span.samples],
+    )
     up = np.flatnonzero((reference[:-1] < 0.0) & (reference[1:] >= 0.0)) + 1
     planned = span.phase.motion.planned
-    up = up[(up * run.period_s >= planned.fade_s) & (up * run.period_s <= planned.duration_s - planned.fade_s)]
+    up = up[
+        (up * run.period_s >= planned.fade_s)
+        & (up * run.period_s <= planned.duration_s - planned.fade_s)
+    ]
     if len(up) < 2:
         return None
-    fits = [_fit(reference[a:b], speed[a:b], measured[a:b]) for a, b in zip(up, up[1:])]
+    fits = [
+        _fit(reference[a:b], speed[a:b], measured[a:b]) for a, b in zip(up, up[1:], strict=False)
+    ]
     ratio, lag_rad = np.array(fits).T
     frequency_hz = 1.0 / (np.diff(up) * run.period_s)
     return Periods(span.begin + up[:-1], span.begin + up[1:], frequency_hz, ratio, lag_rad)

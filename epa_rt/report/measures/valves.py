@@ -11,7 +11,9 @@ from epa_rt.report.run import Run
 
 @dataclass(frozen=True)
 class ValveCount:
-    """One valve: openings and closings, by phase (its name in the file; '' outside of phases), and during trials."""
+    """One valve: openings and closings, by phase (its name in the file; '' outside of phases), and
+    during trials.
+    """
 
     muscle: str
     valve: str
@@ -33,8 +35,11 @@ def last_switching(run: Run, muscle: Muscle, end: int) -> int:
 
 def valve_counts(run: Run) -> list[ValveCount]:
     """Both valves of each muscle."""
-    return [_count(run, muscle, valve, row) for muscle in run.rig.muscles
-            for valve, row in (("inlet", muscle.inlet), ("exhaust", muscle.exhaust))]
+    return [
+        _count(run, muscle, valve, row)
+        for muscle in run.rig.muscles
+        for valve, row in (("inlet", muscle.inlet), ("exhaust", muscle.exhaust))
+    ]
 
 
 def _count(run: Run, muscle: Muscle, valve: str, row: str) -> ValveCount:
@@ -45,4 +50,6 @@ def _count(run: Run, muscle: Muscle, valve: str, row: str) -> ValveCount:
         by_phase[span.phase.key if span.phase else span.name] += inside
         trials += inside if span.is_trial else 0
     by_phase[""] = len(at) - sum(by_phase.values())
-    return ValveCount(muscle.name, valve, len(at), {key: n for key, n in by_phase.items() if n}, trials)
+    return ValveCount(
+        muscle.name, valve, len(at), {key: n for key, n in by_phase.items() if n}, trials
+    )

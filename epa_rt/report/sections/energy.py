@@ -13,25 +13,42 @@ from epa_rt.report.shown import number, seconds
 
 
 def energy(run: Run, winding_ohm: float | None) -> Section:
-    """``winding_ohm`` turns it into copper loss, where it is known. Raises NotShown where no current is measured."""
+    """``winding_ohm`` turns it into copper loss, where it is known. Raises NotShown where no
+    current is measured.
+    """
     if not run.trials:
         raise NotShown("no trial began in this run")
     head = ["Trial", "Lasted", "∫ I² dt, A² s", "Mean I², A²", "RMS current, A", "Peak |I|, A"]
     known = winding_ohm is not None
     head += ["Copper loss, J", "Mean copper loss, W"] if known else []
     rows = [_row(run, trial_energy(run, trial), winding_ohm) for trial in run.trials]
-    copper = (f"Copper loss is that times the winding's {winding_ohm:g} ohm of the plant file (at its reference temperature)."
-              if known else "The winding's resistance is not known for this run, so no copper loss is given.")
-    parts = [table(head, rows), note(
-        "The study's proxy for electrical energy is the integral of the motor current squared over time (its equation 9). "
-        f"{copper} It holds neither mechanical work nor the drive's own losses.")]
-    return Section("energy", "Energy", join([*parts, _over_frequency(run, run.trials[:MOST_TRIALS], winding_ohm)]))
+    copper = (
+        f"Copper loss is that times the winding's {winding_ohm:g} ohm of the plant file (at its"
+        " reference temperature)."
+        if known
+        else "The winding's resistance is not known for this run, so no copper loss is given."
+    )
+    parts = [
+        table(head, rows),
+        note(
+            "The study's proxy for electrical energy is the integral of the motor current squared"
+            f" over time (its equation 9). {copper} It holds neither mechanical work nor the"
+            " drive's own losses."
+        ),
+    ]
+    return Section(
+        "energy",
+        "Energy",
+        join([*parts, _over_frequency(run, run.trials[:MOST_TRIALS], winding_ohm)]),
+    )
 
 
 def _row(run: Run, one: TrialEnergy, winding_ohm: float | None) -> list[object]:
     lasted = seconds(run.seconds(one.trial)) + (" (cut short)" if is_cut_short(one.trial) else "")
     values = [one.integral_a2_s, one.mean_a2, np.sqrt(one.mean_a2), one.peak_a]
-    values += [] if winding_ohm is None else [one.integral_a2_s * winding_ohm, one.mean_a2 * winding_ohm]
+    values += (
+        [] if winding_ohm is None else [one.integral_a2_s * winding_ohm, one.mean_a2 * winding_ohm]
+    )
     return [trial_name(one.trial), lasted, *map(number, values)]
 
 
@@ -51,7 +68,17 @@ def _over_frequency(run: Run, trials: list[Span], winding_ohm: float | None) -> 
         per_second.append(Line(x, energies * periods.frequency_hz, words, colour, mode=mode))
     if not per_period:
         return Html("")
-    panels = [Panel("∫ I² dt of each period", "A² s", per_period), Panel("mean I² of each period", "A²", per_second)]
-    return charts.embed(charts.stack(
-        panels, "frequency of the period, Hz" if swept else "time since the trial began, s",
-        caption="Integral of current squared over each whole period between the fades, and its mean over the period."))
+    panels = [
+        Panel("∫ I² dt of each period", "A² s", per_period),
+        Panel("mean I² of each period", "A²", per_second),
+    ]
+    return charts.embed(
+        charts.stack(
+            panels,
+            "frequency of the period, Hz" if swept else "time since the trial began, s",
+            caption=(
+                "Integral of current squared over each whole period between the fades, and its mean"
+                " over the period."
+            ),
+        )
+    )

@@ -15,20 +15,45 @@ def events(run: Run) -> Section:
     chosen = chosen_events(run.events)
     left = len(run.events) - len(chosen)
     rows = [_row(run, event) for event in chosen]
-    more = f" {left:,} more, from the middle of the run, are not shown; “epa info --events” lists all." if left else ""
-    field = tag("label", join(["Show only events with ", tag("input", "", type="search", class_="filter", aria_label="filter events")]))
-    content = [paragraph(field), note(f"Times are since the first cycle.{more}"),
-               table(("Time, s", "Cycle", "Kind", "What"), rows, (2, 3), "events")]
-    return Section("events", "Events", folded(f"{count(len(run.events), 'event')}, {len(chosen):,} shown", join(content)))
+    more = (
+        f" {left:,} more, from the middle of the run, are not shown; “epa info --events” lists all."
+        if left
+        else ""
+    )
+    field = tag(
+        "label",
+        join(
+            [
+                "Show only events with ",
+                tag("input", "", type="search", class_="filter", aria_label="filter events"),
+            ]
+        ),
+    )
+    content = [
+        paragraph(field),
+        note(f"Times are since the first cycle.{more}"),
+        table(("Time, s", "Cycle", "Kind", "What"), rows, (2, 3), "events"),
+    ]
+    return Section(
+        "events",
+        "Events",
+        folded(f"{count(len(run.events), 'event')}, {len(chosen):,} shown", join(content)),
+    )
 
 
 def chosen_events(found: list[Event], most: int = MOST_ROWS) -> list[Event]:
-    """All where they fit; else the first and last ones, with the grave ones between (as many as fit)."""
+    """All where they fit; else the first and last ones, with the grave ones between (as many as
+    fit).
+    """
     if len(found) <= most:
         return found
     grave = [i for i, event in enumerate(found) if event.kind in GRAVE][: most // 3]
     rest = most - len(grave)
-    first = set(range(rest * 2 // 3)) | set(grave) | set(range(len(found) - (rest - rest * 2 // 3), len(found)))
+    first = (
+        set(range(rest * 2 // 3))
+        | set(grave)
+        | set(range(len(found) - (rest - rest * 2 // 3), len(found)))
+    )
     return [found[i] for i in sorted(first)]
 
 

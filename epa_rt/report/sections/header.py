@@ -13,15 +13,30 @@ from epa_rt.report.measures.timing import timing_of
 from epa_rt.report.measures.tracking import tracking_of
 from epa_rt.report.measures.valves import valve_counts
 from epa_rt.report.run import NotShown, Run
-from epa_rt.report.sections.section import glance_panels, has_values, is_cut_short, signal_line, spoken
+from epa_rt.report.sections.section import (
+    glance_panels,
+    has_values,
+    is_cut_short,
+    signal_line,
+    spoken,
+)
 from epa_rt.report.shown import count, number, seconds, unit_of
 
 WORDS = {
     "completed": ("✓ completed", "The experiment ran to its end."),
-    "stopped": ("◼ stopped", "The operator, or the rig file's policy on overruns, stopped the run."),
+    "stopped": (
+        "◼ stopped",
+        "The operator, or the rig file's policy on overruns, stopped the run.",
+    ),
     "tripped": ("▲ tripped", "The safety envelope put the rig into its safe state."),
     "failed": ("✕ failed", "Bus, recorder or program failed."),
-    "died": ("✕ died", "The program that drove the rig ended without closing the run; the recorder closed the log."),
+    "died": (
+        "✕ died",
+        (
+            "The program that drove the rig ended without closing the run; the recorder closed the"
+            " log."
+        ),
+    ),
     "unknown": ("? not known", "The log does not say how the run ended."),
 }
 LAST_S = 1.0
@@ -32,9 +47,15 @@ def header(run: Run) -> Html:
     name = run.facts.get("experiment", "unnamed experiment")
     rig = run.facts.get("rig", "unnamed rig")
     known = run.outcome if run.outcome in WORDS else "unknown"
-    parts = [tag("p", "Report of one run", class_="kicker"), tag("h1", join([name, tag("span", f" on {rig}", class_="soft")])),
-             _description(run),
-             tag("p", join([tag("span", _badge(run, known), class_=f"badge {known}"), " ", WORDS[known][1]]))]
+    parts = [
+        tag("p", "Report of one run", class_="kicker"),
+        tag("h1", join([name, tag("span", f" on {rig}", class_="soft")])),
+        _description(run),
+        tag(
+            "p",
+            join([tag("span", _badge(run, known), class_=f"badge {known}"), " ", WORDS[known][1]]),
+        ),
+    ]
     if known != "completed" and not (known == "unknown" and run.missing):
         parts.append(_cause_box(run, known))
     parts += [warning("the log is not whole: ", sentence) for sentence in run.missing]
@@ -57,13 +78,20 @@ def _facts(run: Run) -> list[tuple[str, str]]:
     told = run.facts
     summary = next((event.data for event in run.events if event.kind == "summary"), {})
     confirmed = summary.get("drive_off_confirmed")
-    ends = {True: "outputs safe, drive confirmed off", False: "outputs safe, drive did NOT confirm that it is off"}
+    ends = {
+        True: "outputs safe, drive confirmed off",
+        False: "outputs safe, drive did NOT confirm that it is off",
+    }
     pace = told.get("speed", "")
     backend = {"sim": "simulated"}.get(told.get("backend", ""), told.get("backend", "not recorded"))
     speed = {"": "", "unpaced": ", as fast as it goes"}.get(pace, f", at {pace} × real time")
-    return [("Duration", seconds(len(run.t_s) * run.period_s)), ("Cycles recorded", f"{len(run.t_s):,} of {run.period_s * 1e3:g} ms"),
-            ("Rig", f"{told.get('rig', '–')} ({backend}{speed})"), ("Plant", f"{told.get('plant', '–')}, seed {told.get('seed', '–')}"),
-            ("End state", ends.get(confirmed, "not recorded"))]
+    return [
+        ("Duration", seconds(len(run.t_s) * run.period_s)),
+        ("Cycles recorded", f"{len(run.t_s):,} of {run.period_s * 1e3:g} ms"),
+        ("Rig", f"{told.get('rig', '–')} ({backend}{speed})"),
+        ("Plant", f"{told.get('plant', '–')}, seed {told.get('seed', '–')}"),
+        ("End state", ends.get(confirmed, "not recorded")),
+    ]
 
 
 def _first_figures(run: Run) -> list[tuple[str, str]]:
@@ -72,15 +100,38 @@ def _first_figures(run: Run) -> list[tuple[str, str]]:
         tracked = [found for span in run.trials if (found := tracking_of(run, span))]
         if tracked:
             worst = max(tracked, key=lambda t: t.rms)
-            figures.append(("Tracking in trials, worst RMS", run.shown.difference(worst.rms, worst.coordinate.si_unit)))
+            figures.append(
+                (
+                    "Tracking in trials, worst RMS",
+                    run.shown.difference(worst.rms, worst.coordinate.si_unit),
+                )
+            )
         pressures = [p for trial in run.trials for p in trial_pressures(run, trial)]
         if pressures:
             worst = max((abs(p.error_pa) for p in pressures), default=float("nan"))
             verdict = "within" if worst <= TOLERANCE_PA else "more than"
-            figures.append(("Pressure as set, worst error", f"{run.shown.difference(worst, 'Pa')} ({verdict} {TOLERANCE_PA / 1e3:g} kPa)"))
-            figures.append(("Valves switched in trials", count(sum(v.in_trials for v in valve_counts(run)), "time")))
+            figures.append(
+                (
+                    "Pressure as set, worst error",
+                    f"{run.shown.difference(worst, 'Pa')} ({verdict} {TOLERANCE_PA / 1e3:g} kPa)",
+                )
+            )
+            figures.append(
+                (
+                    "Valves switched in trials",
+                    count(sum(v.in_trials for v in valve_counts(run)), "time"),
+                )
+            )
         short = sum(is_cut_short(span) for span in run.trials)
-        figures.append(("Trials", f"{len(run.trials)} of {len(run.experiment.trials)} begun{f', {short} cut short' if short else ''}"))
+        figures.append(
+            (
+                "Trials",
+                (
+                    f"{len(run.trials)} of {len(run.experiment.trials)}"
+                    f" begun{f', {short} cut short' if short else ''}"
+                ),
+            )
+        )
     except (NotShown, KeyError):
         pass  # the sections below say why
     figures.append(("Late cycles", f"{timing_of(run).overruns:,}"))
@@ -93,7 +144,9 @@ def _cause_box(run: Run, known: str) -> Html:
     parts = [tag("p", cause, class_="cause")]
     if trip is not None:
         at = run.event_s(trip)
-        where = next((span.name for span in run.phases if span.begin <= trip.cycle <= span.end), None)
+        where = next(
+            (span.name for span in run.phases if span.begin <= trip.cycle <= span.end), None
+        )
         place = f"in the phase {where}" if where else "outside of any phase"
         parts.append(paragraph(f"At {at:.3f} s (cycle {trip.cycle:,}), {place}."))
         parts.append(_before(run, trip))
@@ -104,14 +157,19 @@ def _before(run: Run, trip: Event) -> Html:
     end = min(trip.cycle + 1 + round(0.1 / run.period_s), len(run.t_s))
     samples = slice(max(trip.cycle - round(LAST_S / run.period_s), 0), end)
     try:
-        panels = _culprit(run, str(trip.data.get("signal", "")), samples) + glance_panels(run, samples)
+        panels = _culprit(run, str(trip.data.get("signal", "")), samples) + glance_panels(
+            run, samples
+        )
     except (NotShown, KeyError) as error:
         return paragraph(f"Signals not shown: {error}.")
     panels = list({panel.title: panel for panel in reversed(panels)}.values())[::-1]
     at = float(run.t_s[min(trip.cycle, len(run.t_s) - 1)])
     after = (at, float(run.t_s[end - 1]), "rgba(184,86,15,0.16)")
-    figure = charts.stack([replace(panel, height=105) for panel in panels], shades=[after],
-                          caption="The last second before that; what came after it is shaded.")
+    figure = charts.stack(
+        [replace(panel, height=105) for panel in panels],
+        shades=[after],
+        caption="The last second before that; what came after it is shaded.",
+    )
     return charts.embed(figure)
 
 
@@ -121,6 +179,10 @@ def _culprit(run: Run, signal: str, samples: slice) -> list[Panel]:
     scale = run.shown.scale(unit_of(signal))
     limits = next((row.limits for row in run.rig.signals if row.name == signal), None)
     highest = np.nanmax(np.abs(run.signals[signal][samples]))
-    near = [(scale.of(x), f"limit {number(scale.of(x))} {scale.unit}") for x in limits or () if abs(x) <= 3 * highest]
+    near = [
+        (scale.of(x), f"limit {number(scale.of(x))} {scale.unit}")
+        for x in limits or ()
+        if abs(x) <= 3 * highest
+    ]
     line = signal_line(run, signal, "measured", charts.ACCENT, samples, width=1.6)
     return [Panel(spoken(signal), scale.unit, [line], levels=near)]

@@ -53,23 +53,52 @@ def _grid(lines: list[Line], x_words: str, y_words: str) -> Figure:
     rows = -(-len(lines) // columns)
     height = rows * (_CELL_PX + 70)
     layout = charts.base_layout(height)
-    x_range, y_range = (_padded(np.concatenate([getattr(line, axis) for line in lines])) for axis in "xy")
+    x_range, y_range = (
+        _padded(np.concatenate([getattr(line, axis) for line in lines])) for axis in "xy"
+    )
     data = []
     for i, line in enumerate(lines):
         suffix, column, row = "" if i == 0 else str(i + 1), i % columns, i // columns
         top = 1 - (row * (_CELL_PX + 70) + 26) / height
         domain = [column / columns + (0.035 if column else 0.0), (column + 1) / columns - 0.005]
-        layout[f"xaxis{suffix}"] = charts.axis(domain=domain, anchor=f"y{suffix}", range=x_range, matches="x" if i else None,
-                                               title={"text": x_words, "standoff": 3, "font": {"size": 11}})
-        layout[f"yaxis{suffix}"] = charts.axis(domain=[top - _CELL_PX / height, top], anchor=f"x{suffix}", range=y_range,
-                                               matches="y" if i else None, showticklabels=column == 0)
-        layout["annotations"].append({"text": f"<b>{html.escape(line.words)}</b>", "xref": "paper", "yref": "paper", "x": domain[0],
-                                      "y": top, "xanchor": "left", "yanchor": "bottom", "showarrow": False, "font": {"size": 11}})
+        layout[f"xaxis{suffix}"] = charts.axis(
+            domain=domain,
+            anchor=f"y{suffix}",
+            range=x_range,
+            matches="x" if i else None,
+            title={"text": x_words, "standoff": 3, "font": {"size": 11}},
+        )
+        layout[f"yaxis{suffix}"] = charts.axis(
+            domain=[top - _CELL_PX / height, top],
+            anchor=f"x{suffix}",
+            range=y_range,
+            matches="y" if i else None,
+            showticklabels=column == 0,
+        )
+        layout["annotations"].append(
+            {
+                "text": f"<b>{html.escape(line.words)}</b>",
+                "xref": "paper",
+                "yref": "paper",
+                "x": domain[0],
+                "y": top,
+                "xanchor": "left",
+                "yanchor": "bottom",
+                "showarrow": False,
+                "font": {"size": 11},
+            }
+        )
         data.append(charts.trace(line, suffix, suffix))
     layout["yaxis"]["title"] = {"text": f"{y_words}, N", "standoff": 3}
     against = f"{y_words.capitalize()} against {x_words.rsplit(',', 1)[0]}"
-    return Figure(data, layout, height, f"{against}, one picture per trial on equal axes. Of trials longer than "
-                  f"{STRETCHES * STRETCH_S:g} s, {STRETCHES} stretches of {STRETCH_S:g} s, evenly spread, are drawn.")
+    return Figure(
+        data,
+        layout,
+        height,
+        f"{against}, one picture per trial on equal axes. Of trials longer than"
+        f" {STRETCHES * STRETCH_S:g} s, {STRETCHES} stretches of {STRETCH_S:g} s, evenly spread,"
+        " are drawn.",
+    )
 
 
 def _padded(values: np.ndarray) -> list[float]:

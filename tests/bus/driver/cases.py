@@ -1,4 +1,6 @@
-"""What the tests of the driver do on an emulated bus; each case runs in a process of its own (tests/bus/own_network.py)."""
+"""What the tests of the driver do on an emulated bus; each case runs in a process of its own
+(tests/bus/own_network.py).
+"""
 
 import itertools
 import tempfile
@@ -17,9 +19,16 @@ from sim_backend.backend import SimBackend
 from tests.bus.driver.emulated import MASTER_END, ROOT, Remote, emulated
 from tests.loop.rigging import Memory, Quiet
 
-PATIENT_S = 0.2  # a busy machine may hold the emulator up; three of these are still less than the watchdogs
+PATIENT_S = (
+    0.2  # a busy machine may hold the emulator up; three of these are still less than the watchdogs
+)
 LOST_S = 0.5  # lock step: how long the driver waits for a frame that does not come
-BRISK_NS = {1: 20_000, 2: 20_000, 4: 20_000, 8: 20_000}  # lock step: state changes take frames, not milliseconds
+BRISK_NS = {
+    1: 20_000,
+    2: 20_000,
+    4: 20_000,
+    8: 20_000,
+}  # lock step: state changes take frames, not milliseconds
 SHORT = """
 experiment: short
 loop: {loop}
@@ -29,18 +38,33 @@ phases:
   - {{name: out, move: {{to: 6 mm, speed: 40 mm/s}}}}
   - {{name: trial, trial: true, random_speed: {{between: [2 mm, 16 mm], speed: 50 mm/s}}, for: 1 s, valves: {{all: hold}}}}
   - {{name: return, move: {{to: no_load, speed: 40 mm/s}}}}
-"""
+"""  # noqa: E501
 
 
 def patient(rig: Rig, **master: object) -> Rig:
-    """The rig with waits that a busy test machine does not exceed: for frames, and by the slaves' watchdogs; for new samples,
-    which a loop that is late by whole conversions meets with the same toggle bit each time; and without a following error,
-    for a loop that misses every second edge asks for half the speed that the drive has.
+    """The rig with waits that a busy test machine does not exceed: for frames, and by the slaves'
+    watchdogs; for new samples, which a loop that is late by whole conversions meets with the same
+    toggle bit each time; and without a following error, for a loop that misses every second edge
+    asks for half the speed that the drive has.
     """
     safety = rig.safety.model_copy(update={"watchdog": 1.0})
-    rows = tuple(row.model_copy(update={"stale_after": 500}) if row.stale_after else row for row in rig.signals)
-    axes = {name: axis.model_copy(update={"following_error": None}) for name in ("motor", "joint") if (axis := getattr(rig, name)) is not None}
-    changed = rig.model_copy(update={**axes, "safety": safety, "signals": rows, "master": rig.master.model_copy(update={"frame_timeout": PATIENT_S, **master})})
+    rows = tuple(
+        row.model_copy(update={"stale_after": 500}) if row.stale_after else row
+        for row in rig.signals
+    )
+    axes = {
+        name: axis.model_copy(update={"following_error": None})
+        for name in ("motor", "joint")
+        if (axis := getattr(rig, name)) is not None
+    }
+    changed = rig.model_copy(
+        update={
+            **axes,
+            "safety": safety,
+            "signals": rows,
+            "master": rig.master.model_copy(update={"frame_timeout": PATIENT_S, **master}),
+        }
+    )
     for cached in ("inputs", "outputs", "_rows"):
         changed.__dict__.pop(cached, None)
     return changed
@@ -61,12 +85,19 @@ def with_slaves(rig: Rig, slaves: list[Slave]) -> Rig:
 
 def counters(bus) -> dict:
     states = {name: slave.al.state for name, slave in bus.slaves.items()}
-    return {"process_frames": bus.counters.process_frames, "steps": bus.counters.steps, "outputs": bytes(bus.coupling.take()).hex(),
-            "states": states, "enabled": float(bus.plant.command["enabled"][0])}
+    return {
+        "process_frames": bus.counters.process_frames,
+        "steps": bus.counters.steps,
+        "outputs": bytes(bus.coupling.take()).hex(),
+        "states": states,
+        "enabled": float(bus.plant.command["enabled"][0]),
+    }
 
 
 def set_object(bus, slave: str, index: int, subindex: int, value: int, size: int) -> None:
-    bus.slaves[slave].dictionary.objects[index].items[subindex].value = value.to_bytes(size, "little")
+    bus.slaves[slave].dictionary.objects[index].items[subindex].value = value.to_bytes(
+        size, "little"
+    )
 
 
 def make_read_only(bus, slave: str, index: int, subindex: int) -> None:
@@ -122,8 +153,19 @@ def seen_outputs(bus) -> list:
 # cases
 
 
-def refused(change: str, slave: str = "", index: int = 0, subindex: int = 0, value: int = 0, size: int = 4, rig: str = "bench", bare: bool = False) -> dict:
-    """A bus that is not the rig file's; the sentence, and what the emulator saw of outputs. ``bare``: without start-up objects."""
+def refused(
+    change: str,
+    slave: str = "",
+    index: int = 0,
+    subindex: int = 0,
+    value: int = 0,
+    size: int = 4,
+    rig: str = "bench",
+    bare: bool = False,
+) -> dict:
+    """A bus that is not the rig file's; the sentence, and what the emulator saw of outputs.
+    ``bare``: without start-up objects.
+    """
     typed = rig_named(rig)
     if bare:
         typed = with_slaves(typed, [one.model_copy(update={"startup": ()}) for one in typed.bus])
@@ -153,14 +195,29 @@ def refused(change: str, slave: str = "", index: int = 0, subindex: int = 0, val
             sentence = str(error)
         backend.close()
         after = bus.do(counters)
-    return {"sentence": sentence, "process_frames": after["process_frames"], "outputs": after["outputs"], "states": after["states"]}
+    return {
+        "sentence": sentence,
+        "process_frames": after["process_frames"],
+        "outputs": after["outputs"],
+        "states": after["states"],
+    }
 
 
 def start_up_object(value: int, type: str = "u16") -> dict:
     """A start-up object of the rig file arrives before OP; one that the slave refuses is named."""
     typed = rig_named("bench")
-    slaves = [s.model_copy(update={"startup": (_sdo(f"0x8000:{'15' if type == 'u16' else '06'}", type, value),)}) if s.name == "analog_in" else s
-              for s in typed.bus]
+    slaves = [
+        (
+            s.model_copy(
+                update={
+                    "startup": (_sdo(f"0x8000:{'15' if type == 'u16' else '06'}", type, value),)
+                }
+            )
+            if s.name == "analog_in"
+            else s
+        )
+        for s in typed.bus
+    ]
     typed = with_slaves(typed, slaves)
     with emulated(typed) as bus:
         backend, sentence = EthercatBackend(typed, MASTER_END), ""
@@ -174,7 +231,9 @@ def start_up_object(value: int, type: str = "u16") -> dict:
 
 
 def object_value(bus, slave: str, index: int, subindex: int) -> int:
-    return int.from_bytes(bus.slaves[slave].dictionary.objects[index].items[subindex].value, "little")
+    return int.from_bytes(
+        bus.slaves[slave].dictionary.objects[index].items[subindex].value, "little"
+    )
 
 
 def _sdo(place: str, kind: str, value: int):
@@ -184,9 +243,13 @@ def _sdo(place: str, kind: str, value: int):
 
 
 def registers(watchdog_s: float) -> dict:
-    """Watchdog registers of the slaves with outputs, interpolation time and SYNC0 of the drive, once in OP."""
+    """Watchdog registers of the slaves with outputs, interpolation time and SYNC0 of the drive,
+    once in OP.
+    """
     typed = rig_named("bench")
-    typed = typed.model_copy(update={"safety": typed.safety.model_copy(update={"watchdog": watchdog_s})})
+    typed = typed.model_copy(
+        update={"safety": typed.safety.model_copy(update={"watchdog": watchdog_s})}
+    )
     with emulated(typed) as bus:
         backend = EthercatBackend(typed, MASTER_END)
         backend.open()
@@ -199,12 +262,26 @@ def registers(watchdog_s: float) -> dict:
 def register_values(bus) -> dict:
     memory = {name: slave.esc.memory for name, slave in bus.slaves.items()}
     word = lambda name, at: memory[name][at] | memory[name][at + 1] << 8  # noqa: E731
-    return {"divider": [word(n, 0x0400) for n in ("valves", "analog_out", "drive")],
-            "watchdog": [word(n, 0x0420) for n in ("valves", "analog_out", "drive")],
-            "triggers": [memory["valves"][0x0804], memory["analog_out"][0x0814], memory["drive"][0x0814]],
-            "active": [memory["valves"][0x0806] & 1, memory["analog_out"][0x0816] & 1, memory["drive"][0x0816] & 1],
-            "interpolation": [object_value(bus, "drive", 0x60C2, 1), object_value(bus, "drive", 0x60C2, 2)],
-            "sync": memory["drive"][0x0981], "sync0_ns": int.from_bytes(memory["drive"][0x09A0:0x09A4], "little")}
+    return {
+        "divider": [word(n, 0x0400) for n in ("valves", "analog_out", "drive")],
+        "watchdog": [word(n, 0x0420) for n in ("valves", "analog_out", "drive")],
+        "triggers": [
+            memory["valves"][0x0804],
+            memory["analog_out"][0x0814],
+            memory["drive"][0x0814],
+        ],
+        "active": [
+            memory["valves"][0x0806] & 1,
+            memory["analog_out"][0x0816] & 1,
+            memory["drive"][0x0816] & 1,
+        ],
+        "interpolation": [
+            object_value(bus, "drive", 0x60C2, 1),
+            object_value(bus, "drive", 0x60C2, 2),
+        ],
+        "sync": memory["drive"][0x0981],
+        "sync0_ns": int.from_bytes(memory["drive"][0x09A0:0x09A4], "little"),
+    }
 
 
 def two_alike() -> dict:
@@ -232,23 +309,50 @@ def terminal_bits(bus) -> list[int]:
 
 
 def lock_step(rig: str, experiment: str, cycles: int) -> dict:
-    """An experiment over the bus in lock step and on the simulated rig: the first cycle whose image differs."""
-    inputs = load_inputs(ROOT / f"config/experiments/{experiment}.yaml", ROOT / f"config/rigs/{rig}.yaml", None, with_plant=True)
+    """An experiment over the bus in lock step and on the simulated rig: the first cycle whose image
+    differs.
+    """
+    inputs = load_inputs(
+        ROOT / f"config/experiments/{experiment}.yaml",
+        ROOT / f"config/rigs/{rig}.yaml",
+        None,
+        with_plant=True,
+    )
     recorded = []
     with emulated(inputs.rig, lock_step=True):
-        for backend in (EthercatBackend(inputs.rig, MASTER_END, lock_step=True), SimBackend(inputs.rig, inputs.plant, 1)):
+        for backend in (
+            EthercatBackend(inputs.rig, MASTER_END, lock_step=True),
+            SimBackend(inputs.rig, inputs.plant, 1),
+        ):
             result, memory = _run(inputs, backend, Quiet(stop_at=cycles))
             recorded.append((result, memory.samples))
     (ours, over_bus), (theirs, simulated) = recorded
-    differs = next((i for i, (a, b) in enumerate(zip(over_bus, simulated, strict=False)) if a[:6] != b[:6]), None)
-    return {"cycles": [len(over_bus), len(simulated)], "differs": differs, "outcomes": [ours.outcome, theirs.outcome],
-            "confirmed": ours.confirmed, "cause": ours.cause}
+    differs = next(
+        (i for i, (a, b) in enumerate(zip(over_bus, simulated, strict=False)) if a[:6] != b[:6]),
+        None,
+    )
+    return {
+        "cycles": [len(over_bus), len(simulated)],
+        "differs": differs,
+        "outcomes": [ours.outcome, theirs.outcome],
+        "confirmed": ours.confirmed,
+        "cause": ours.cause,
+    }
 
 
 def _run(inputs, backend, requests=None):
     assembly, memory = assemble(inputs.rig, inputs.experiment), Memory()
     with undisturbed(None):  # as epa run does: a garbage collection takes a hundred cycles here
-        result = run(inputs.rig, backend, assembly.supervisor, assembly.envelope, assembly.decoder, assembly.encoder, memory, requests or Quiet())
+        result = run(
+            inputs.rig,
+            backend,
+            assembly.supervisor,
+            assembly.envelope,
+            assembly.decoder,
+            assembly.encoder,
+            memory,
+            requests or Quiet(),
+        )
     return result, memory
 
 
@@ -264,8 +368,8 @@ def _on(inputs, rig: Rig):
 
 
 def runs(rig: str, loop: str = "motor_speed") -> dict:
-    """To OP and closed again, so that the second finds what the first left; then a short experiment in real time, from
-    bring-up to safe, and what acted in the cycle in which power came on.
+    """To OP and closed again, so that the second finds what the first left; then a short experiment
+    in real time, from bring-up to safe, and what acted in the cycle in which power came on.
     """
     inputs = _short(rig, loop)
     inputs = _on(inputs, patient(inputs.rig))
@@ -273,8 +377,14 @@ def runs(rig: str, loop: str = "motor_speed") -> dict:
         first = EthercatBackend(inputs.rig, MASTER_END)
         first.open()
         ok = [first.exchange(bytes(len(first.cycle.safe))).working_counter_ok for _ in range(100)]
-        opened = {"ok": sum(ok), "of": len(ok), "expected": first.expected_working_counter, "actual": first._bus.master.expected_wkc,
-                  "states": bus.do(counters)["states"], "events": [text for _kind, text, _data in first.events]}
+        opened = {
+            "ok": sum(ok),
+            "of": len(ok),
+            "expected": first.expected_working_counter,
+            "actual": first._bus.master.expected_wkc,
+            "states": bus.do(counters)["states"],
+            "events": [text for _kind, text, _data in first.events],
+        }
         first.close()
         first.close()
         opened["drive_off"] = first.drive_off
@@ -285,12 +395,23 @@ def runs(rig: str, loop: str = "motor_speed") -> dict:
     from sim_backend.devices import ENABLED
 
     powered = next((row for row in seen if row[0] == ENABLED), None)
-    return {"opened": opened, "outcome": result.outcome, "cause": result.cause, "confirmed": result.confirmed, "cycles": result.cycles, "drive_off": backend.drive_off,
-            "jump": None if powered is None else _jump(inputs.rig, *powered), "outputs_after": after["outputs"], "states_after": after["states"]}
+    return {
+        "opened": opened,
+        "outcome": result.outcome,
+        "cause": result.cause,
+        "confirmed": result.confirmed,
+        "cycles": result.cycles,
+        "drive_off": backend.drive_off,
+        "jump": None if powered is None else _jump(inputs.rig, *powered),
+        "outputs_after": after["outputs"],
+        "states_after": after["states"],
+    }
 
 
 def _jump(rig: Rig, _state: int, outputs: bytes, inputs: bytes) -> int | None:
-    """Target less actual position, in counts, when power came on; None where the bus carries no target."""
+    """Target less actual position, in counts, when power came on; None where the bus carries no
+    target.
+    """
     from epa_rt.signals.image import image_of
 
     target = image_of(rig, outputs=True).places.get("drive.target_position")
@@ -301,33 +422,67 @@ def _jump(rig: Rig, _state: int, outputs: bytes, inputs: bytes) -> int | None:
 
 
 def _number(image: bytes, at: int) -> int:
-    return int.from_bytes(image[at: at + 4], "little", signed=True)
+    return int.from_bytes(image[at : at + 4], "little", signed=True)
 
 
-def troubled(trouble: str, slave: str = "", code: int = 0x001B, recovery: str = "stop", lost_cycles: int = 3, at: int = 1500, real_time: bool = False, rig: str = "bench") -> dict:
-    """A run in which something happens to the bus ``at`` a cycle; how it ended and what the log would say. In lock step
-    unless ``real_time``: nothing of it depends on when this machine lets somebody run.
+def troubled(
+    trouble: str,
+    slave: str = "",
+    code: int = 0x001B,
+    recovery: str = "stop",
+    lost_cycles: int = 3,
+    at: int = 1500,
+    real_time: bool = False,
+    rig: str = "bench",
+) -> dict:
+    """A run in which something happens to the bus ``at`` a cycle; how it ended and what the log
+    would say. In lock step unless ``real_time``: nothing of it depends on when this machine lets
+    somebody run.
     """
     drivers.backend._LOCK_STEP_TIMEOUT_S = LOST_S
     inputs = _short(rig)
-    rig = patient(inputs.rig, recovery=recovery) if real_time else inputs.rig.model_copy(update={"master": inputs.rig.master.model_copy(update={"recovery": recovery})})
-    rig = rig.model_copy(update={"safety": rig.safety.model_copy(update={"lost_cycles": lost_cycles})})
+    rig = (
+        patient(inputs.rig, recovery=recovery)
+        if real_time
+        else inputs.rig.model_copy(
+            update={"master": inputs.rig.master.model_copy(update={"recovery": recovery})}
+        )
+    )
+    rig = rig.model_copy(
+        update={"safety": rig.safety.model_copy(update={"lost_cycles": lost_cycles})}
+    )
     inputs = _on(inputs, rig)
     with emulated(rig, not real_time, **({} if real_time else {"delays_ns": BRISK_NS})) as bus:
         backend = EthercatBackend(rig, MASTER_END, not real_time)
         result, memory = _run(inputs, Troubling(backend, bus, at, trouble, slave, code))
         after, triggers = bus.do(counters), bus.do(register_values)["triggers"]
-        again = _run(inputs, EthercatBackend(rig, MASTER_END, not real_time), Quiet(stop_at=400))[0] if trouble == "power_cycle" else None
-    return {"outcome": result.outcome, "cause": result.cause, "cycles": result.cycles, "confirmed": result.confirmed,
-            "drive_off": backend.drive_off, "outputs_after": after["outputs"], "enabled_after": after["enabled"],
-            "triggers": triggers, "bad": [s[0] for s in memory.samples if not s[1] & 1], "events": [list(e[:2]) for e in backend.events],
-            "again": again.outcome if again else "", "again_cause": again.cause if again else ""}
+        again = (
+            _run(inputs, EthercatBackend(rig, MASTER_END, not real_time), Quiet(stop_at=400))[0]
+            if trouble == "power_cycle"
+            else None
+        )
+    return {
+        "outcome": result.outcome,
+        "cause": result.cause,
+        "cycles": result.cycles,
+        "confirmed": result.confirmed,
+        "drive_off": backend.drive_off,
+        "outputs_after": after["outputs"],
+        "enabled_after": after["enabled"],
+        "triggers": triggers,
+        "bad": [s[0] for s in memory.samples if not s[1] & 1],
+        "events": [list(e[:2]) for e in backend.events],
+        "again": again.outcome if again else "",
+        "again_cause": again.cause if again else "",
+    }
 
 
 class Troubling:
     """A backend that has the emulator do something in one cycle."""
 
-    def __init__(self, inner: EthercatBackend, bus: Remote, at: int, trouble: str, slave: str, code: int):
+    def __init__(
+        self, inner: EthercatBackend, bus: Remote, at: int, trouble: str, slave: str, code: int
+    ):
         self.inner, self.period_s, self._bus, self._at = inner, inner.period_s, bus, at
         self._trouble, self._slave, self._code = trouble, slave, code
 
@@ -352,10 +507,15 @@ class Troubling:
 
 
 def follows(drift_ppm: float, off_ns: int, cycles: int) -> dict:
-    """From ``off_ns`` off: offsets of the planned edges from the reference clock, as the driver believes them and as they
-    are (emulator and driver read the same monotonic clock, so that the emulator can tell for any instant)."""
+    """From ``off_ns`` off: offsets of the planned edges from the reference clock, as the driver
+    believes them and as they are (emulator and driver read the same monotonic clock, so that the
+    emulator can tell for any instant).
+    """
     typed = rig_named("bench")
-    with emulated(typed, drift_ppm={s.name: drift_ppm for s in typed.slaves}) as bus, undisturbed(None):
+    with (
+        emulated(typed, drift_ppm={s.name: drift_ppm for s in typed.slaves}) as bus,
+        undisturbed(None),
+    ):
         backend = EthercatBackend(typed, MASTER_END)
         backend.open()
         backend.cycle.edges.steer(off_ns)
@@ -387,10 +547,30 @@ def scanned(change: str) -> dict:
     with emulated(typed) as bus:
         if change == "missing":
             bus.do(unplug, "analog_in")
-        done = subprocess.run([sys.executable, "-m", "epa_rt", "scan", "--interface", MASTER_END, "--rig", str(ROOT / "config/rigs/bench.yaml")],
-                              capture_output=True, text=True, check=False, cwd=ROOT)
+        done = subprocess.run(
+            [
+                sys.executable,
+                "-m",
+                "epa_rt",
+                "scan",
+                "--interface",
+                MASTER_END,
+                "--rig",
+                str(ROOT / "config/rigs/bench.yaml"),
+            ],
+            capture_output=True,
+            text=True,
+            check=False,
+            cwd=ROOT,
+        )
         after = bus.do(counters)
-    return {"code": done.returncode, "out": done.stdout, "err": done.stderr, "process_frames": after["process_frames"], "states": after["states"]}
+    return {
+        "code": done.returncode,
+        "out": done.stdout,
+        "err": done.stderr,
+        "process_frames": after["process_frames"],
+        "states": after["states"],
+    }
 
 
 def wrong_images() -> dict:

@@ -1,4 +1,6 @@
-"""The conformance suite over the emulated bus in lock step; run by test_driver_conformance.py where it has a network."""
+"""The conformance suite over the emulated bus in lock step; run by test_driver_conformance.py where
+it has a network.
+"""
 
 import contextlib
 import io
@@ -42,5 +44,17 @@ def run_suite() -> dict:
     FACTORIES["ethercat"] = over_the_bus
     said = io.StringIO()
     with contextlib.redirect_stdout(said):
-        code = pytest.main([str(Path(folder)), "-k", "ethercat", "-p", "no:cacheprovider", "-p", "no:xdist", "-W", "error"])
+        code = pytest.main(
+            [
+                str(Path(folder)),
+                "-k",
+                "ethercat",
+                "-p",
+                "no:cacheprovider",
+                "-p",
+                "no:xdist",
+                "-W",
+                "error",
+            ]
+        )
     return {"code": int(code), "said": said.getvalue()}

@@ -1,4 +1,6 @@
-"""An emulated bus inside a network of one's own: the emulator in a process beside, commands to it by function."""
+"""An emulated bus inside a network of one's own: the emulator in a process beside, commands to it
+by function.
+"""
 
 import multiprocessing
 import socket
@@ -18,7 +20,9 @@ MASTER_END, SLAVE_END = "ve0", "ve1"
 
 
 class Remote:
-    """The emulator in its own process. ``do(function, ...)`` calls ``function(bus, ...)`` there and gives the result."""
+    """The emulator in its own process. ``do(function, ...)`` calls ``function(bus, ...)`` there and
+    gives the result.
+    """
 
     def __init__(self, pipe: "multiprocessing.connection.Connection"):
         self._pipe = pipe
@@ -33,8 +37,14 @@ class Remote:
 
 @contextmanager
 def emulated(rig: Rig, lock_step: bool = False, **options: object) -> Iterator[Remote]:
-    """A veth pair with the rig's emulated bus on one end; the driver takes MASTER_END. ``options`` go to EmulatedBus."""
-    with served(EmulatedBus(rig, load_plant(ROOT / "config/plants" / Path(rig.plant).name), 1, lock_step, **options)) as remote:
+    """A veth pair with the rig's emulated bus on one end; the driver takes MASTER_END. ``options``
+    go to EmulatedBus.
+    """
+    with served(
+        EmulatedBus(
+            rig, load_plant(ROOT / "config/plants" / Path(rig.plant).name), 1, lock_step, **options
+        )
+    ) as remote:
         yield remote
 
 
@@ -65,7 +75,9 @@ def _is_there(_bus: EmulatedBus) -> bool:
     return True
 
 
-def _serve(bus: EmulatedBus, packets: socket.socket, pipe: "multiprocessing.connection.Connection") -> None:
+def _serve(
+    bus: EmulatedBus, packets: socket.socket, pipe: "multiprocessing.connection.Connection"
+) -> None:
     server = Server(bus, packets)
 
     def obey() -> None:

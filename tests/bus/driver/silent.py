@@ -13,9 +13,16 @@ _TURNS = 23  # the next one is none in which the states are looked at
 
 
 def stood_still() -> dict:
-    """A loop with live outputs that stands still for longer than the slaves' watchdog: what it says, and what went out."""
+    """A loop with live outputs that stands still for longer than the slaves' watchdog: what it
+    says, and what went out.
+    """
     typed = rig_named("bench")
-    typed = typed.model_copy(update={"safety": typed.safety.model_copy(update={"watchdog": _WATCHDOG_S}), "master": typed.master.model_copy(update={"clock": "free"})})
+    typed = typed.model_copy(
+        update={
+            "safety": typed.safety.model_copy(update={"watchdog": _WATCHDOG_S}),
+            "master": typed.master.model_copy(update={"clock": "free"}),
+        }
+    )
     with emulated(typed) as bus:
         backend, sentence = EthercatBackend(typed, MASTER_END), ""
         backend.open()
@@ -32,7 +39,13 @@ def stood_still() -> dict:
         backend.close()
         seen, dropped = bus.do(seen_outputs), bus.do(dropped_by_themselves)
     on = [outputs[0] & _LIVE for _state, outputs, _inputs in seen]
-    return {"ok": all(ok), "sentence": sentence, "frames": frames, "dropped": sorted(dropped), "rises": sum(now > before for before, now in zip([0, *on], on))}
+    return {
+        "ok": all(ok),
+        "sentence": sentence,
+        "frames": frames,
+        "dropped": sorted(dropped),
+        "rises": sum(now > before for before, now in zip([0, *on], on, strict=False)),
+    }
 
 
 def dropped_by_themselves(bus) -> dict:

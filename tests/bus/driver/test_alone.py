@@ -1,4 +1,6 @@
-"""A slave that would go on without its master is found before anything moves; rules without a bus, then on the emulated one."""
+"""A slave that would go on without its master is found before anything moves; rules without a bus,
+then on the emulated one.
+"""
 
 import pytest
 
@@ -8,7 +10,11 @@ from epa_rt.config.rig import Slave, load_rig
 from tests.bus.driver.test_driver_bus import bus_case
 
 DRIVE, ANALOG = Slave(name="drive", device="EPOS4"), Slave(name="analog_out", device="EL4034")
-SOUND = {(0x8000 + 0x10 * n, sub): value for n in range(4) for sub, value in ((0x05, 0), (0x13, 0), (0x14, 0xFFFF))}
+SOUND = {
+    (0x8000 + 0x10 * n, sub): value
+    for n in range(4)
+    for sub, value in ((0x05, 0), (0x13, 0), (0x14, 0xFFFF))
+}
 
 
 class Objects:
@@ -26,30 +32,75 @@ class Objects:
         return self.numbers[index, subindex]
 
 
-@pytest.mark.parametrize(("slave", "numbers", "words"), [
-    (DRIVE, {(0x6007, 0): 0}, "found 0x6007 = 0 in slave, no action when its master is gone"),
-    (DRIVE, {(0x6007, 0): 0xFFFF}, "found 0x6007 = -1 in slave, a reaction that the profile does not know"),
-    (DRIVE, {(0x6007, 0): 4, (0x605A, 0): 2}, "found 0x6007 = 4 in slave, a reaction that the profile does not know"),
-    (ANALOG, {place: number for place, number in SOUND.items() if place != (0x8010, 0x13)} | {(0x8010, 0x05): 2}, "found 0x8010:05 = 2 in slave, channel 2 holds its voltage"),
-    (DRIVE, {(0x6007, 0): 3, (0x605A, 0): 6}, "found 0x6007 = 3 and 0x605A = 6 in slave"),
-    (ANALOG, SOUND | {(0x8020, 0x05): 2}, "found 0x8020:05 = 2 in slave, channel 3 holds its voltage"),
-    (ANALOG, SOUND | {(0x8000, 0x13): 0xFF38}, "found 0x8000:13 = -200 in slave, where channel 1 goes"),
-    (ANALOG, SOUND | {(0x8030, 0x05): 1, (0x8030, 0x14): 30}, "found 0x8030:14 = 30 digits/ms in slave"),
-])
+@pytest.mark.parametrize(
+    ("slave", "numbers", "words"),
+    [
+        (DRIVE, {(0x6007, 0): 0}, "found 0x6007 = 0 in slave, no action when its master is gone"),
+        (
+            DRIVE,
+            {(0x6007, 0): 0xFFFF},
+            "found 0x6007 = -1 in slave, a reaction that the profile does not know",
+        ),
+        (
+            DRIVE,
+            {(0x6007, 0): 4, (0x605A, 0): 2},
+            "found 0x6007 = 4 in slave, a reaction that the profile does not know",
+        ),
+        (
+            ANALOG,
+            {place: number for place, number in SOUND.items() if place != (0x8010, 0x13)}
+            | {(0x8010, 0x05): 2},
+            "found 0x8010:05 = 2 in slave, channel 2 holds its voltage",
+        ),
+        (DRIVE, {(0x6007, 0): 3, (0x605A, 0): 6}, "found 0x6007 = 3 and 0x605A = 6 in slave"),
+        (
+            ANALOG,
+            SOUND | {(0x8020, 0x05): 2},
+            "found 0x8020:05 = 2 in slave, channel 3 holds its voltage",
+        ),
+        (
+            ANALOG,
+            SOUND | {(0x8000, 0x13): 0xFF38},
+            "found 0x8000:13 = -200 in slave, where channel 1 goes",
+        ),
+        (
+            ANALOG,
+            SOUND | {(0x8030, 0x05): 1, (0x8030, 0x14): 30},
+            "found 0x8030:14 = 30 digits/ms in slave",
+        ),
+    ],
+)
 def test_what_would_not_be_safe_is_refused_with_the_line_that_mends_it(slave, numbers, words):
-    with pytest.raises(BackendError, match=r"write it at start by 'startup: \[\{object: 0x(6007:00, type: i16, value: 2|80\d0:\d\d, type: (u8|i16), value: 0)\}\]'") as found:
+    with pytest.raises(
+        BackendError,
+        match=(
+            r"write it at start by 'startup: \[\{object: 0x(6007:00, type: i16, value:"
+            r" 2|80\d0:\d\d, type: (u8|i16), value: 0)\}\]'"
+        ),
+    ) as found:
         check_alone(Objects(numbers), slave)
     assert words in str(found.value) and "\n" not in str(found.value)
 
 
-@pytest.mark.parametrize(("slave", "numbers"), [
-    (DRIVE, {(0x6007, 0): 1}), (DRIVE, {(0x6007, 0): 2}), (DRIVE, {(0x6007, 0): 3, (0x605A, 0): 2}), (DRIVE, {(0x6007, 0): 3, (0x605A, 0): 0xFFFF}),
-    (ANALOG, SOUND), (ANALOG, SOUND | {(0x8030, 0x05): 1}), (DRIVE.model_copy(update={"outputs": ()}), {(0x6007, 0): 0})])
+@pytest.mark.parametrize(
+    ("slave", "numbers"),
+    [
+        (DRIVE, {(0x6007, 0): 1}),
+        (DRIVE, {(0x6007, 0): 2}),
+        (DRIVE, {(0x6007, 0): 3, (0x605A, 0): 2}),
+        (DRIVE, {(0x6007, 0): 3, (0x605A, 0): 0xFFFF}),
+        (ANALOG, SOUND),
+        (ANALOG, SOUND | {(0x8030, 0x05): 1}),
+        (DRIVE.model_copy(update={"outputs": ()}), {(0x6007, 0): 0}),
+    ],
+)
 def test_what_ends_without_power_passes(slave, numbers):
     assert check_alone(Objects(numbers), slave) == []
 
 
-@pytest.mark.parametrize(("slave", "numbers", "count"), [(DRIVE, {}, 1), (ANALOG, {}, 4), (DRIVE, {(0x6007, 0): 3}, 1)])
+@pytest.mark.parametrize(
+    ("slave", "numbers", "count"), [(DRIVE, {}, 1), (ANALOG, {}, 4), (DRIVE, {(0x6007, 0): 3}, 1)]
+)
 def test_what_is_not_told_is_a_note(slave, numbers, count):
     notes = check_alone(Objects(numbers), slave)
     assert len(notes) == count and all("not tell" in note for note in notes)
@@ -57,17 +108,38 @@ def test_what_is_not_told_is_a_note(slave, numbers, count):
 
 @pytest.mark.parametrize("name", ["bench", "knee", "knee_geared", "mass"])
 def test_every_rig_that_drives_over_the_bus_asks_its_drive_for_voltage_off(name):
-    drive = next(slave for slave in load_rig(f"config/rigs/{name}.yaml").bus if slave.device == "EPOS4")
+    drive = next(
+        slave for slave in load_rig(f"config/rigs/{name}.yaml").bus if slave.device == "EPOS4"
+    )
     assert [(sdo.place, sdo.value) for sdo in drive.startup] == [((0x6007, 0), 2)]
 
 
 @pytest.mark.network
 @pytest.mark.timeout(900)
-@pytest.mark.parametrize(("slave", "index", "subindex", "value", "size", "words"), [
-    ("drive", 0x6007, 0, 0, 2, "found 0x6007 = 0 in drive (slave 5, EPOS4)"),
-    ("analog_out", 0x8010, 5, 2, 1, "found 0x8010:05 = 2 in analog_out (slave 4, EL4034), channel 2 holds"),
-])
+@pytest.mark.parametrize(
+    ("slave", "index", "subindex", "value", "size", "words"),
+    [
+        ("drive", 0x6007, 0, 0, 2, "found 0x6007 = 0 in drive (slave 5, EPOS4)"),
+        (
+            "analog_out",
+            0x8010,
+            5,
+            2,
+            1,
+            "found 0x8010:05 = 2 in analog_out (slave 4, EL4034), channel 2 holds",
+        ),
+    ],
+)
 def test_on_the_bus_it_is_named_and_gets_no_output(slave, index, subindex, value, size, words):
-    result = bus_case("refused", change="object", slave=slave, index=index, subindex=subindex, value=value, size=size, bare=True)
+    result = bus_case(
+        "refused",
+        change="object",
+        slave=slave,
+        index=index,
+        subindex=subindex,
+        value=value,
+        size=size,
+        bare=True,
+    )
     assert words in result["sentence"]
     assert result["process_frames"] == 0 and not any(bytes.fromhex(result["outputs"]))

@@ -1,4 +1,6 @@
-"""The PI loop that steers the cycle to the reference clock, on simulated clocks: no wall clock in here."""
+"""The PI loop that steers the cycle to the reference clock, on simulated clocks: no wall clock in
+here.
+"""
 
 import random
 
@@ -10,10 +12,19 @@ PERIOD_NS = 1_000_000
 LOCKED_RMS_NS = 20_000
 
 
-def track(drift: float, off_ns: int, cycles: int, wake_up_ns: float = 0.0, travel_ns: float = 0.0, lose: float = 0.0):
-    """Offsets of the planned edge from where the reference clock wants it, per cycle, and the cycle of the lock.
+def track(
+    drift: float,
+    off_ns: int,
+    cycles: int,
+    wake_up_ns: float = 0.0,
+    travel_ns: float = 0.0,
+    lose: float = 0.0,
+):
+    """Offsets of the planned edge from where the reference clock wants it, per cycle, and the cycle
+    of the lock.
 
-    ``drift``: the reference clock against ours; ``wake_up_ns`` and ``travel_ns``: means of exponential delays.
+    ``drift``: the reference clock against ours; ``wake_up_ns`` and ``travel_ns``: means of
+    exponential delays.
     """
     noise, clock = random.Random(1), ReferenceClock(PERIOD_NS)
     edge, offsets, locked_at = 0, [], None
@@ -23,10 +34,16 @@ def track(drift: float, off_ns: int, cycles: int, wake_up_ns: float = 0.0, trave
         travel = int(noise.expovariate(1 / travel_ns)) if travel_ns else 0
         back = int(noise.expovariate(1 / travel_ns)) if travel_ns else 0
         edge_at_reference = start + round(edge * (1 + drift))
-        offsets.append((edge_at_reference - PERIOD_NS // 2 + PERIOD_NS // 2) % PERIOD_NS - PERIOD_NS // 2)
+        offsets.append(
+            (edge_at_reference - PERIOD_NS // 2 + PERIOD_NS // 2) % PERIOD_NS - PERIOD_NS // 2
+        )
         edge += PERIOD_NS
         if noise.random() >= lose:
-            edge += clock.step(start + round((edge - PERIOD_NS + late + travel) * (1 + drift)), late, 20_000 + travel + back)
+            edge += clock.step(
+                start + round((edge - PERIOD_NS + late + travel) * (1 + drift)),
+                late,
+                20_000 + travel + back,
+            )
         if clock.locked and locked_at is None:
             locked_at = cycle
     return offsets, locked_at
@@ -98,7 +115,9 @@ def test_a_frame_that_came_again_is_an_old_one():
 def test_edges_keep_their_grid_and_skip_what_was_missed(monkeypatch):
     now = [0]
     monkeypatch.setattr("drivers.clock.time.monotonic_ns", lambda: now[0])
-    monkeypatch.setattr("drivers.clock.time.sleep", lambda s: now.__setitem__(0, now[0] + round(s * 1e9) + 7))
+    monkeypatch.setattr(
+        "drivers.clock.time.sleep", lambda s: now.__setitem__(0, now[0] + round(s * 1e9) + 7)
+    )
     edges = Edges(1000)
     edges.start()
     assert edges.wait() == (1000, 7)

@@ -1,4 +1,6 @@
-"""Where the driver asks a second time before it believes: states, registers, and whether a watchdog is armed at all."""
+"""Where the driver asks a second time before it believes: states, registers, and whether a watchdog
+is armed at all.
+"""
 
 import pysoem
 import pytest
@@ -35,7 +37,9 @@ def test_an_answer_that_was_another_questions_ends_no_run():
     assert watch(Says([GONE, OP])).look()
 
 
-@pytest.mark.parametrize(("state", "words"), [(SAFEOP_ERROR, "left OP"), (GONE, "does not answer any more")])
+@pytest.mark.parametrize(
+    ("state", "words"), [(SAFEOP_ERROR, "left OP"), (GONE, "does not answer any more")]
+)
 def test_what_is_read_twice_is_true(state, words):
     with pytest.raises(BackendError, match=words):
         watch(Says([state, state])).look()
@@ -72,7 +76,9 @@ def test_a_register_is_asked_again_but_not_for_ever():
 
 
 class Controller:
-    """A slave controller of one byte per register, whose sync managers' control and length can be written only while they are off."""
+    """A slave controller of one byte per register, whose sync managers' control and length can be
+    written only while they are off.
+    """
 
     def __init__(self, registers, stuck=()):
         self.registers, self.stuck, self.writes = dict(registers), stuck, []
@@ -102,7 +108,13 @@ def test_an_armed_watchdog_is_left_alone():
 
 def test_a_watchdog_that_cannot_be_armed_is_refused():
     slave = Controller({0x0814: 0x24, 0x0816: 0x01}, stuck={0x0814})
-    with pytest.raises(BackendError, match="found 0x24 in register 0x0814 of analog_out, expected 0x64: its outputs cannot arm its watchdog"):
+    with pytest.raises(
+        BackendError,
+        match=(
+            "found 0x24 in register 0x0814 of analog_out, expected 0x64: its outputs cannot arm its"
+            " watchdog"
+        ),
+    ):
         arm_watchdog(slave, "analog_out", OUTPUTS)
 
 
@@ -112,9 +124,18 @@ def test_an_unused_sync_manager_is_off_before_its_length_is_written():
     assert (slave.registers[0x0812], slave.registers[0x0816]) == (0, 0)
 
 
-@pytest.mark.parametrize(("name", "slave", "taken_back"), [
-    ("bench_analog", 1, False), ("bench_analog", 2, True), ("bench_analog", 3, False), ("bench_analog", 4, False),
-    ("bench", 1, True), ("bench", 3, True), ("bench", 4, False)])
+@pytest.mark.parametrize(
+    ("name", "slave", "taken_back"),
+    [
+        ("bench_analog", 1, False),
+        ("bench_analog", 2, True),
+        ("bench_analog", 3, False),
+        ("bench_analog", 4, False),
+        ("bench", 1, True),
+        ("bench", 3, True),
+        ("bench", 4, False),
+    ],
+)
 def test_what_makes_a_drive_move_is_not_taken_back(name, slave, taken_back):
     """bench_analog: the enable on slave 2, the target on slave 4."""
     rig = load_rig(f"config/rigs/{name}.yaml")
@@ -125,5 +146,11 @@ def test_what_makes_a_drive_move_is_not_taken_back(name, slave, taken_back):
     if taken_back:
         assert looked.look() is False and len(events) == 1
     else:
-        with pytest.raises(BackendError, match=r"left OP: .*; a drive(, whose enable or target comes from there,)? is not taken back within a run"):
+        with pytest.raises(
+            BackendError,
+            match=(
+                r"left OP: .*; a drive(, whose enable or target comes from there,)? is not taken"
+                r" back within a run"
+            ),
+        ):
             looked.look()

@@ -1,4 +1,6 @@
-"""Where the loop stood still for longer than the slaves' watchdog, nothing gets back what it lost: without a bus, then on the emulated one."""
+"""Where the loop stood still for longer than the slaves' watchdog, nothing gets back what it lost:
+without a bus, then on the emulated one.
+"""
 
 import pytest
 
@@ -27,7 +29,10 @@ class Answers:
 
 
 def cycle_on(bus, paced=True, recovery="stop"):
-    changed = {"safety": RIG.safety.model_copy(update={"watchdog": WATCHDOG_S}), "master": RIG.master.model_copy(update={"recovery": recovery})}
+    changed = {
+        "safety": RIG.safety.model_copy(update={"watchdog": WATCHDOG_S}),
+        "master": RIG.master.model_copy(update={"recovery": recovery}),
+    }
     return Cycle(bus, RIG.model_copy(update=changed), WireImage(RIG), paced, has_clock=False)
 
 
@@ -40,7 +45,13 @@ def test_after_a_pause_no_live_frame_goes_out_but_a_safe_one_does():
     cycle = cycle_on(bus)
     assert cycle.turn(b"live", live=True)[0]
     pass_silently(cycle)
-    with pytest.raises(BackendError, match=r"^no process data reached the slaves for 70\d\d\.\d ms, longer than their watchdog of 6000 ms: they have dropped their outputs$"):
+    with pytest.raises(
+        BackendError,
+        match=(
+            r"^no process data reached the slaves for 70\d\d\.\d ms, longer than their watchdog of"
+            r" 6000 ms: they have dropped their outputs$"
+        ),
+    ):
         cycle.turn(b"live", live=True)
     assert bus.sent == [b"live"]
     assert cycle.turn(cycle.safe)[0] and bus.sent[-1] == cycle.safe
@@ -58,9 +69,21 @@ def test_in_lock_step_time_is_the_plants():
     assert cycle.turn(b"live", live=True)[0]
 
 
-@pytest.mark.parametrize(("counter", "recovery", "heard"), [(8, "stop", True), (7, "stop", False), (LOST, "stop", False), (7, "continue", True), (0, "continue", False), (LOST, "continue", False)])
+@pytest.mark.parametrize(
+    ("counter", "recovery", "heard"),
+    [
+        (8, "stop", True),
+        (7, "stop", False),
+        (LOST, "stop", False),
+        (7, "continue", True),
+        (0, "continue", False),
+        (LOST, "continue", False),
+    ],
+)
 def test_only_what_reached_the_slaves_counts(counter, recovery, heard):
-    """A terminal that is being taken back is missing in the counter, and is not what ends the run."""
+    """A terminal that is being taken back is missing in the counter, and is not what ends the
+    run.
+    """
     cycle = cycle_on(Answers(counter), recovery=recovery)
     pass_silently(cycle)
     before = cycle.heard_ns
@@ -72,7 +95,13 @@ def test_frames_that_were_lost_for_so_long_are_named():
     cycle = cycle_on(Answers(LOST))
     cycle.turn(b"live", live=True)
     pass_silently(cycle)
-    with pytest.raises(BackendError, match="they have dropped their outputs; no frame came back from eth1 in 1 cycles in a row: its cable, its link, or the supply of coupler"):
+    with pytest.raises(
+        BackendError,
+        match=(
+            "they have dropped their outputs; no frame came back from eth1 in 1 cycles in a row:"
+            " its cable, its link, or the supply of coupler"
+        ),
+    ):
         cycle.turn(b"live", live=True)
 
 
@@ -81,8 +110,15 @@ def test_frames_that_were_lost_for_so_long_are_named():
 @REAL_TIME
 def test_a_process_that_was_stopped_gives_nothing_back():
     result = call("tests.bus.driver.silent:stood_still")
-    assert result["ok"] and result["dropped"] == ["analog_out", "drive", "valves"]  # else nothing was tested
+    assert result["ok"] and result["dropped"] == [
+        "analog_out",
+        "drive",
+        "valves",
+    ]  # else nothing was tested
     assert result["sentence"].startswith("no process data reached the slaves for ")
-    assert "longer than their watchdog of 2000 ms: they have dropped their outputs" in result["sentence"]
+    assert (
+        "longer than their watchdog of 2000 ms: they have dropped their outputs"
+        in result["sentence"]
+    )
     assert result["frames"][0] == result["frames"][1]  # not one before closing
     assert result["rises"] == 1

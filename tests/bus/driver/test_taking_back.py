@@ -1,4 +1,6 @@
-"""A terminal that is taken back holds nothing up: every step asks once, within the reaction time, and one that is gone again starts anew."""
+"""A terminal that is taken back holds nothing up: every step asks once, within the reaction time,
+and one that is gone again starts anew.
+"""
 
 from types import SimpleNamespace
 
@@ -18,13 +20,24 @@ from tests.bus.driver.test_driver_doubts import Controller
 OP, INIT = State(8, 0), State(1, 0)
 ANALOG_IN = 2
 RIG = load_rig("config/rigs/bench.yaml")
-SLAVES = [slave.model_copy(update={"startup": (StartupSdo(object="0x8000:15", type="u16", value=3),)}) if i == ANALOG_IN else slave for i, slave in enumerate(RIG.bus)]
-RIG = RIG.model_copy(update={"bus": tuple(SLAVES), "master": RIG.master.model_copy(update={"recovery": "continue"})})
+SLAVES = [
+    (
+        slave.model_copy(update={"startup": (StartupSdo(object="0x8000:15", type="u16", value=3),)})
+        if i == ANALOG_IN
+        else slave
+    )
+    for i, slave in enumerate(RIG.bus)
+]
+RIG = RIG.model_copy(
+    update={"bus": tuple(SLAVES), "master": RIG.master.model_copy(update={"recovery": "continue"})}
+)
 RIG.__dict__.pop("slaves", None)
 
 
 class Terminal(Controller):
-    """A controller with a mailbox that gives no answer to the first so many questions, and counts them; it obeys AL control at once."""
+    """A controller with a mailbox that gives no answer to the first so many questions, and counts
+    them; it obeys AL control at once.
+    """
 
     def __init__(self, silent=0, error=pysoem.WkcError):
         super().__init__({0x0130: 0x01})
@@ -57,7 +70,9 @@ class Looks:
     """A bus of which one terminal is where its own AL status says."""
 
     def __init__(self, terminal):
-        self.slaves = [terminal if i == ANALOG_IN else Controller({0x0130: 8}) for i in range(len(RIG.slaves))]
+        self.slaves = [
+            terminal if i == ANALOG_IN else Controller({0x0130: 8}) for i in range(len(RIG.slaves))
+        ]
 
     def states(self):
         return [State(slave.registers[0x0130], 0) for slave in self.slaves]
@@ -66,7 +81,9 @@ class Looks:
 def taken_back(terminal, most=200):
     """Looks until it is in OP; gives how many questions were asked in the look that asked most."""
     bus, events, asked = Looks(terminal), [], [0]
-    watch = StateWatch(bus, RIG, WireImage(RIG), {ANALOG_IN: Mailbox(terminal, "analog_in")}, events)
+    watch = StateWatch(
+        bus, RIG, WireImage(RIG), {ANALOG_IN: Mailbox(terminal, "analog_in")}, events
+    )
     for _ in range(most):
         before = terminal.questions
         if watch.look():
@@ -91,7 +108,12 @@ def test_a_terminal_that_is_gone_again_starts_anew_and_the_run_goes_on(silent, e
 
 
 def test_a_refusal_is_an_answer_and_ends_the_run():
-    with pytest.raises(BackendError, match="object 0x8000:15 of analog_in could not be set to 0x0003: 0x06090031 value too large"):
+    with pytest.raises(
+        BackendError,
+        match=(
+            "object 0x8000:15 of analog_in could not be set to 0x0003: 0x06090031 value too large"
+        ),
+    ):
         taken_back(Terminal(1, pysoem.SdoError(1, 0x8000, 0x15, 0x06090031, "")))
 
 
@@ -107,7 +129,9 @@ def test_watchdog_times_are_asked_for_once():
     with pytest.raises(pysoem.WkcError):
         set_watchdog_once(slave, "valves", 0.1)
     slave._fprd = lambda address, size: bytes(size)
-    with pytest.raises(BackendError, match="found 0x0000 in register 0x0400 of valves, expected 0x09C2"):
+    with pytest.raises(
+        BackendError, match="found 0x0000 in register 0x0400 of valves, expected 0x09C2"
+    ):
         set_watchdog_once(slave, "valves", 0.1)
 
 
@@ -117,9 +141,17 @@ def test_what_is_waited_for_within_a_run_fits_into_the_reaction_time():
     bus.master, bus._answer_us = SimpleNamespace(), round(1e6 * answer_s(RIG))
     try:
         bus.be_patient(True)
-        assert bus.master.sdo_read_timeout == bus.master.sdo_write_timeout == 700_000 and timeouts.tx_mailbox == 20_000
+        assert (
+            bus.master.sdo_read_timeout == bus.master.sdo_write_timeout == 700_000
+            and timeouts.tx_mailbox == 20_000
+        )
         bus.be_patient(False)
-        assert bus.master.sdo_read_timeout == bus.master.sdo_write_timeout == timeouts.tx_mailbox == 5_000
+        assert (
+            bus.master.sdo_read_timeout
+            == bus.master.sdo_write_timeout
+            == timeouts.tx_mailbox
+            == 5_000
+        )
         assert 1e-6 * (bus.master.sdo_read_timeout + timeouts.tx_mailbox) <= RIG.safety.reaction / 2
     finally:
         timeouts.ret, timeouts.tx_mailbox = before

@@ -6,16 +6,24 @@ from epa_rt.config.rig_checks import entries_of
 from tests.bus.emulator.small_master import LRW, OP, PREOP, SAFEOP, SmallMaster
 
 LOGICAL = 0x10000
-MAILBOXES = {"EL3004": (128, 0x1000, 0x1080), "EL4034": (128, 0x1000, 0x1080), "EPOS4": (48, 0x1000, 0x1030)}
+MAILBOXES = {
+    "EL3004": (128, 0x1000, 0x1080),
+    "EL4034": (128, 0x1000, 0x1080),
+    "EPOS4": (48, 0x1000, 0x1030),
+}
 
 
 class Wire:
-    """Master, addresses by slave name, and one process data frame: outputs in rig order, then inputs."""
+    """Master, addresses by slave name, and one process data frame: outputs in rig order, then
+    inputs.
+    """
 
     def __init__(self, bus, states=(PREOP, SAFEOP, OP)):
         self.bus, self.master, self.rig = bus, SmallMaster(bus), bus.rig
         addresses = self.master.number_slaves()
-        self.at = {slave.name: address for slave, address in zip(bus.rig.slaves, addresses)}
+        self.at = {
+            slave.name: address for slave, address in zip(bus.rig.slaves, addresses, strict=False)
+        }
         self.logical = LOGICAL
         self.cuts = []
         self.expected_counter = 0
@@ -52,8 +60,13 @@ class Wire:
                 self.master.sync_manager(at, 2, 0x1100, out_bits // 8, 0x64)
                 outputs.append((slave, at, out_bits, 0x1100))
             elif slave.device == "EPOS4":
-                for bits, number, start, control, rows in ((out_bits, 2, 0x1060, 0x64, outputs), (in_bits, 3, 0x10F0, 0x20, inputs)):
-                    self.master.sync_manager(at, number, start, bits // 8, control, 1 if bits else 0)
+                for bits, number, start, control, rows in (
+                    (out_bits, 2, 0x1060, 0x64, outputs),
+                    (in_bits, 3, 0x10F0, 0x20, inputs),
+                ):
+                    self.master.sync_manager(
+                        at, number, start, bits // 8, control, 1 if bits else 0
+                    )
                     if bits:
                         rows.append((slave, at, bits, start))
         self.output_size = self.place(outputs, 0, 2)
@@ -65,7 +78,17 @@ class Wire:
         size = 0
         for _, at, bits, physical in rows:
             count = (bits + 7) // 8
-            self.master.fmmu(at, 0 if kind == 2 else 1, self.logical + start + size, count, 0, (bits - 1) % 8, physical, 0, kind)
+            self.master.fmmu(
+                at,
+                0 if kind == 2 else 1,
+                self.logical + start + size,
+                count,
+                0,
+                (bits - 1) % 8,
+                physical,
+                0,
+                kind,
+            )
             size += count
         return size
 
@@ -76,7 +99,12 @@ class Wire:
             master.download(at, index, 0, b"\0")
             master.download(at, pdo, 0, b"\0")
             for n, entry in enumerate(entries):
-                master.download(at, pdo, n + 1, struct.pack("<I", entry.index << 16 | entry.subindex << 8 | entry.bits))
+                master.download(
+                    at,
+                    pdo,
+                    n + 1,
+                    struct.pack("<I", entry.index << 16 | entry.subindex << 8 | entry.bits),
+                )
             master.download(at, pdo, 0, bytes([len(entries)]))
             if entries:
                 master.download(at, index, 1, struct.pack("<H", pdo))

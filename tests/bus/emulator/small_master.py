@@ -1,4 +1,5 @@
-"""A little EtherCAT master for the tests, written apart from the emulator: frames by struct, CoE by the book.
+"""A little EtherCAT master for the tests, written apart from the emulator: frames by struct, CoE by
+the book.
 
 It talks to an EmulatedBus in memory and owns its time, so that nothing here depends on a clock.
 """
@@ -21,13 +22,21 @@ def ethernet(*datagrams):
     for n, (command, address, data) in enumerate(datagrams):
         more = 0x8000 if n < len(datagrams) - 1 else 0
         body += struct.pack("<BBIHH", command, n, address, len(data) | more, 0) + data + b"\0\0"
-    return (b"\xff" * 6 + b"\x02\0\0\0\0\x01" + b"\x88\xa4" + struct.pack("<H", 0x1000 | len(body)) + body).ljust(60, b"\0")
+    return (
+        b"\xff" * 6
+        + b"\x02\0\0\0\0\x01"
+        + b"\x88\xa4"
+        + struct.pack("<H", 0x1000 | len(body))
+        + body
+    ).ljust(60, b"\0")
 
 
 class SmallMaster:
     def __init__(self, bus, step_ns=100_000):
         self.bus, self.step_ns = bus, step_ns
-        self.now_ns = max(1_000_000_000, bus.agenda.now_ns)  # another master may have been here before
+        self.now_ns = max(
+            1_000_000_000, bus.agenda.now_ns
+        )  # another master may have been here before
         self.late = []
         bus.transmit = self.late.append
         self.counter = 0
@@ -90,11 +99,20 @@ class SmallMaster:
         return status, code
 
     def sync_manager(self, station, number, start, length, control, active=1):
-        return self.write(station, 0x0800 + 8 * number, struct.pack("<HHBBBB", start, length, control, 0, active, 0))
+        return self.write(
+            station,
+            0x0800 + 8 * number,
+            struct.pack("<HHBBBB", start, length, control, 0, active, 0),
+        )
 
     def fmmu(self, station, number, logical, length, first_bit, last_bit, physical, bit, kind):
-        return self.write(station, 0x0600 + 16 * number,
-                          struct.pack("<IHBBHBBB3x", logical, length, first_bit, last_bit, physical, bit, kind, 1))
+        return self.write(
+            station,
+            0x0600 + 16 * number,
+            struct.pack(
+                "<IHBBHBBB3x", logical, length, first_bit, last_bit, physical, bit, kind, 1
+            ),
+        )
 
     def mailbox(self, station, size=128, out=0x1000, back=0x1080):
         self.sync_manager(station, 0, out, size, 0x26)
@@ -149,7 +167,11 @@ class SmallMaster:
 
     def download(self, station, index, subindex, data, force_normal=False):
         if len(data) <= 4 and not force_normal:
-            self._sdo(station, struct.pack("<BHB", 0x23 | (4 - len(data)) << 2, index, subindex) + data.ljust(4, b"\0"))
+            self._sdo(
+                station,
+                struct.pack("<BHB", 0x23 | (4 - len(data)) << 2, index, subindex)
+                + data.ljust(4, b"\0"),
+            )
             return
         room = self.sizes[station][2] - 16
         self._sdo(station, struct.pack("<BHBI", 0x21, index, subindex, len(data)) + data[:room])
@@ -157,5 +179,7 @@ class SmallMaster:
         while rest:
             part, rest = rest[: room + 7], rest[room + 7 :]
             unused = max(0, 7 - len(part))
-            self._sdo(station, bytes([toggle << 4 | unused << 1 | (not rest)]) + part + bytes(unused))
+            self._sdo(
+                station, bytes([toggle << 4 | unused << 1 | (not rest)]) + part + bytes(unused)
+            )
             toggle ^= 1

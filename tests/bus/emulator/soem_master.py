@@ -25,7 +25,9 @@ def map_drive(slave, rig_slave):
         slave.sdo_write(index, 0, b"\0")
         slave.sdo_write(pdo, 0, b"\0")
         for n, entry in enumerate(entries):
-            slave.sdo_write(pdo, n + 1, struct.pack("<I", entry.index << 16 | entry.subindex << 8 | entry.bits))
+            slave.sdo_write(
+                pdo, n + 1, struct.pack("<I", entry.index << 16 | entry.subindex << 8 | entry.bits)
+            )
         slave.sdo_write(pdo, 0, bytes([len(entries)]))
         if entries:
             slave.sdo_write(index, 1, struct.pack("<H", pdo))
@@ -42,20 +44,29 @@ class Soem:
     def bring_up(self):
         master = self.master
         found = next(count for _ in range(5) if (count := master.config_init()) > 0)
-        for slave, rig_slave in zip(master.slaves, self.rig.slaves):
+        for slave, rig_slave in zip(master.slaves, self.rig.slaves, strict=False):
             if rig_slave.device == "EPOS4":
-                slave.config_func = lambda _, slave=slave, rig_slave=rig_slave: map_drive(slave, rig_slave)
+                slave.config_func = lambda _, slave=slave, rig_slave=rig_slave: map_drive(
+                    slave, rig_slave
+                )
         master.manual_state_change = True
         master.config_overlap_map()
         has_clock = master.config_dc()
-        for slave, rig_slave in zip(master.slaves, self.rig.slaves):
+        for slave, rig_slave in zip(master.slaves, self.rig.slaves, strict=False):
             if rig_slave.device == "EPOS4" and not entries_of(rig_slave, True):
-                slave._fpwr(0x0816, b"\0")  # SOEM leaves the unused sync manager on, which the slave refuses
+                slave._fpwr(
+                    0x0816, b"\0"
+                )  # SOEM leaves the unused sync manager on, which the slave refuses
         master.state = pysoem.SAFEOP_STATE
         master.write_state()
-        if not all(len(slave.output) or not entries_of(rig_slave, True) for slave, rig_slave in zip(master.slaves, self.rig.slaves)):
+        if not all(
+            len(slave.output) or not entries_of(rig_slave, True)
+            for slave, rig_slave in zip(master.slaves, self.rig.slaves, strict=False)
+        ):
             raise SystemExit("outputs are missing")
-        assert master.state_check(pysoem.SAFEOP_STATE, 500_000) == pysoem.SAFEOP_STATE, [hex(s.al_status) for s in master.slaves]
+        assert master.state_check(pysoem.SAFEOP_STATE, 500_000) == pysoem.SAFEOP_STATE, [
+            hex(s.al_status) for s in master.slaves
+        ]
         self.exchange(bytes(self.outputs.size))
         master.state = pysoem.OP_STATE
         master.write_state()
@@ -67,29 +78,40 @@ class Soem:
 
     def exchange(self, outputs_raw):
         """Image out, image and counter in."""
-        for slave, rig_slave in zip(self.master.slaves, self.rig.slaves):
+        for slave, rig_slave in zip(self.master.slaves, self.rig.slaves, strict=False):
             start, size = self.outputs.slices[rig_slave.name]
             if size:
                 assert len(slave.output) == size, (rig_slave.name, len(slave.output), size)
                 slave.output = outputs_raw[start : start + size]
         self.master.send_overlap_processdata()
         counter = self.master.receive_processdata(100_000)
-        parts = [slave.input[: self.inputs.slices[rig_slave.name][1]] for slave, rig_slave in zip(self.master.slaves, self.rig.slaves)]
+        parts = [
+            slave.input[: self.inputs.slices[rig_slave.name][1]]
+            for slave, rig_slave in zip(self.master.slaves, self.rig.slaves, strict=False)
+        ]
         return b"".join(parts), counter
 
 
 def report(soem, found, has_clock):
     master = soem.master
     counters = [soem.exchange(bytes(soem.outputs.size))[1] for _ in range(50)]
-    return {"found": found, "has_clock": bool(has_clock), "state": master.state_check(pysoem.OP_STATE, 1000), "expected": master.expected_wkc,
-            "counters": counters, "names": [slave.name for slave in master.slaves],
-            "identity": [(slave.man, slave.id, slave.rev) for slave in master.slaves],
-            "sizes": [(len(slave.output), len(slave.input)) for slave in master.slaves],
-            "inputs": soem.exchange(bytes(soem.outputs.size))[0].hex()}
+    return {
+        "found": found,
+        "has_clock": bool(has_clock),
+        "state": master.state_check(pysoem.OP_STATE, 1000),
+        "expected": master.expected_wkc,
+        "counters": counters,
+        "names": [slave.name for slave in master.slaves],
+        "identity": [(slave.man, slave.id, slave.rev) for slave in master.slaves],
+        "sizes": [(len(slave.output), len(slave.input)) for slave in master.slaves],
+        "inputs": soem.exchange(bytes(soem.outputs.size))[0].hex(),
+    }
 
 
 def compare(soem, cycles):
-    """In lock step, cycle by cycle beside the simulated backend. Returns the first cycle that differs, or None."""
+    """In lock step, cycle by cycle beside the simulated backend. Returns the first cycle that
+    differs, or None.
+    """
     from pathlib import Path
 
     from epa_rt.models.plant_file import load_plant
@@ -105,7 +127,10 @@ def compare(soem, cycles):
             outputs = bytearray(choice.randbytes(soem.outputs.size))
             outputs[soem.outputs.slices["valves"][0]] &= 0x0F
         inputs, counter = soem.exchange(bytes(outputs))
-        if counter != soem.master.expected_wkc or inputs != reference.exchange(bytes(outputs)).inputs_raw:
+        if (
+            counter != soem.master.expected_wkc
+            or inputs != reference.exchange(bytes(outputs)).inputs_raw
+        ):
             return cycle
     return None
 

@@ -1,4 +1,6 @@
-"""AL states: what is allowed, what is refused with which status code, and how errors are acknowledged."""
+"""AL states: what is allowed, what is refused with which status code, and how errors are
+acknowledged.
+"""
 
 import struct
 
@@ -24,7 +26,10 @@ def in_preop(bench):
     return Wire(bench, states=(PREOP,))
 
 
-@pytest.mark.parametrize(("wanted", "code"), [(SAFEOP, 0x0011), (OP, 0x0011), (BOOT, 0x0013), (7, 0x0012), (PREOP, 0x0016)])
+@pytest.mark.parametrize(
+    ("wanted", "code"),
+    [(SAFEOP, 0x0011), (OP, 0x0011), (BOOT, 0x0013), (7, 0x0012), (PREOP, 0x0016)],
+)
 def test_refused_from_init(master, wanted, code):
     assert master.request(ANALOG_IN, wanted) == (INIT | ERROR, code)
 
@@ -44,10 +49,15 @@ def test_states_change_a_little_late(in_preop):
     assert master.number(ANALOG_IN, 0x0130) == INIT
 
 
-@pytest.mark.parametrize(("station", "settings", "code"), [
-    (ANALOG_IN, (3, 0x1180, 15, 0x20), 0x001E), (ANALOG_IN, (3, 0x1180, 16, 0x24), 0x001E), (ANALOG_OUT, (2, 0x1100, 6, 0x64), 0x001D),
-    (ANALOG_OUT, (2, 0x1100, 8, 0x26), 0x001D),
-])
+@pytest.mark.parametrize(
+    ("station", "settings", "code"),
+    [
+        (ANALOG_IN, (3, 0x1180, 15, 0x20), 0x001E),
+        (ANALOG_IN, (3, 0x1180, 16, 0x24), 0x001E),
+        (ANALOG_OUT, (2, 0x1100, 6, 0x64), 0x001D),
+        (ANALOG_OUT, (2, 0x1100, 8, 0x26), 0x001D),
+    ],
+)
 def test_wrong_sync_manager_for_process_data(in_preop, station, settings, code):
     in_preop.configure()
     in_preop.master.sync_manager(station, *settings)
@@ -60,7 +70,9 @@ def test_a_mapping_that_does_not_fit_the_sync_manager(in_preop):
     assert in_preop.master.request(DRIVE, SAFEOP) == (PREOP | ERROR, 0x001D)
 
 
-@pytest.mark.parametrize(("activation", "cycle_ns", "code"), [(0x02, 1_000_000, 0x0030), (0x03, 0, 0x0035)])
+@pytest.mark.parametrize(
+    ("activation", "cycle_ns", "code"), [(0x02, 1_000_000, 0x0030), (0x03, 0, 0x0035)]
+)
 def test_sync_signals_that_cannot_run(in_preop, activation, cycle_ns, code):
     in_preop.configure()
     in_preop.master.write(DRIVE, 0x09A0, struct.pack("<I", cycle_ns))
@@ -68,7 +80,9 @@ def test_sync_signals_that_cannot_run(in_preop, activation, cycle_ns, code):
     assert in_preop.master.request(DRIVE, SAFEOP) == (PREOP | ERROR, code)
 
 
-@pytest.mark.parametrize(("ahead_ns", "expected"), [(100_000_000, (OP, 0)), (-1000, (SAFEOP | ERROR, 0x002D))])
+@pytest.mark.parametrize(
+    ("ahead_ns", "expected"), [(100_000_000, (OP, 0)), (-1000, (SAFEOP | ERROR, 0x002D))]
+)
 def test_a_sync_signal_that_was_to_start_in_the_past_never_does(in_preop, ahead_ns, expected):
     in_preop.configure()
     master = in_preop.master

@@ -1,4 +1,6 @@
-"""An emulator that is let run late answers late, and that is all: data, clocks and watchdogs are as of the frames' arrival."""
+"""An emulator that is let run late answers late, and that is all: data, clocks and watchdogs are as
+of the frames' arrival.
+"""
 
 import socket
 import time
@@ -76,10 +78,17 @@ def test_of_a_long_stop_the_rest_is_left_out(paced):
 
 
 def test_the_kernels_stamp_tells_when_a_packet_came():
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as here, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as there:
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as here,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as there,
+    ):
         here.bind(("127.0.0.1", 0))
         arrivals = Arrivals(here)
-        for _ in range(20):  # the kernel switches stamps on in a work queue of its own: the first packets may have none
+        for _ in range(
+            20
+            # the kernel switches stamps on in a work queue of its own: the first packets may have
+            # none
+        ):
             before_ns = time.monotonic_ns()
             there.sendto(b"x", here.getsockname())
             time.sleep(0.05)
@@ -93,7 +102,10 @@ def test_the_kernels_stamp_tells_when_a_packet_came():
 
 
 def test_a_clock_that_was_set_is_noticed_and_no_frame_comes_from_the_future():
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as here, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as there:
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as here,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as there,
+    ):
         here.bind(("127.0.0.1", 0))
         arrivals = Arrivals(here)
         for ahead_ns in (-3600_000 * MS, 3600_000 * MS):

@@ -14,14 +14,20 @@ from sim_backend.bus.namespace import run_beside
 from tests.bus.emulator.conftest import RIGS
 
 
-
 def test_help_names_every_kind_of_fault():
     assert [kind for kind in ALL_FAULTS if kind not in _FAULTS] == []
 
 
 def test_every_kind_can_be_injected_and_cleared(wire):
-    places = {"slave": "analog_in", "slave with a mailbox": "drive", "slave with a clock": "coupler", "input row": "muscle_pressure_pa",
-              "valve row or port": "cmd_muscle_inlet_open", "muscle": "muscle", "": ""}
+    places = {
+        "slave": "analog_in",
+        "slave with a mailbox": "drive",
+        "slave with a clock": "coupler",
+        "input row": "muscle_pressure_pa",
+        "valve row or port": "cmd_muscle_inlet_open",
+        "muscle": "muscle",
+        "": "",
+    }
     before = wire.exchange(bytes(wire.output_size))
     for kind, about in ALL_FAULTS.items():
         wire.bus.faults.add(kind, places[about.where])
@@ -47,7 +53,7 @@ def test_status_truth_fault_and_stop_by_hand():
         epa("clear")
         epa("rewind")
         epa("stop")
-    """)
+    """)  # noqa: E501
     done = run_beside([sys.executable, "-c", script], RIGS / "bench.yaml")
     rows = [line.split("|") for line in done.stdout.splitlines()]
     assert [int(row[0]) for row in rows] == [0, 0, 0, 0, 0, 4, 0, 0, 0], done.stdout
@@ -58,14 +64,23 @@ def test_status_truth_fault_and_stop_by_hand():
 
 
 def epa(*words):
-    return subprocess.run([sys.executable, "-m", "epa_rt", "bus", *words], capture_output=True, text=True)
+    return subprocess.run(
+        [sys.executable, "-m", "epa_rt", "bus", *words], capture_output=True, text=True
+    )
 
 
-@pytest.mark.parametrize(("words", "code", "sentence"), [
-    (["status", "--control", "/nonexistent/socket"], 4, "no emulated bus"),
-    (["serve", "--rig", str(RIGS / "bench.yaml"), "--interface", "nonexistent0"], 4, "nonexistent0"),
-    (["run", "--rig", str(RIGS / "bench.yaml")], 2, "no command"),
-])
+@pytest.mark.parametrize(
+    ("words", "code", "sentence"),
+    [
+        (["status", "--control", "/nonexistent/socket"], 4, "no emulated bus"),
+        (
+            ["serve", "--rig", str(RIGS / "bench.yaml"), "--interface", "nonexistent0"],
+            4,
+            "nonexistent0",
+        ),
+        (["run", "--rig", str(RIGS / "bench.yaml")], 2, "no command"),
+    ],
+)
 def test_what_cannot_be_is_one_sentence(words, code, sentence):
     done = epa(*words)
     assert done.returncode == code and sentence in done.stderr and "Traceback" not in done.stderr

@@ -13,7 +13,10 @@ ANALOG_IN, ANALOG_OUT, DRIVE = 0x1003, 0x1004, 0x1005
 
 def frames(wire, count):
     """Which of a run of frames come back, with their counters (None: not at once)."""
-    return [None if (answer := wire.exchange(bytes(wire.output_size))) is None else answer[1] for _ in range(count)]
+    return [
+        None if (answer := wire.exchange(bytes(wire.output_size))) is None else answer[1]
+        for _ in range(count)
+    ]
 
 
 def start(wire):
@@ -81,7 +84,12 @@ def test_a_damaged_frame_can_be_told_from_a_good_one(wire):
         answer = wire.master.late.pop()
         sent = ethernet((LRW, wire.logical, bytes(wire.output_size + wire.input_size)))
         place = 26 + wire.output_size + wire.input_size
-        assert len(answer) < len(sent) or answer[14:18] != sent[14:18] or answer[22:24] != sent[22:24] or answer[place : place + 2] == b"\0\0"
+        assert (
+            len(answer) < len(sent)
+            or answer[14:18] != sent[14:18]
+            or answer[22:24] != sent[22:24]
+            or answer[place : place + 2] == b"\0\0"
+        )
     assert frames(wire, 2) == [8, 8]
 
 
@@ -101,7 +109,9 @@ def test_the_cable_is_pulled_and_put_back(wire):
 def test_a_slave_loses_its_power_and_comes_back_in_init(make_bus):
     wire = Wire(make_bus("bench"))
     wire.bus.faults.add("slave_lost", "analog_in")
-    assert wire.master.one(7, 0, bytes(2))[1] == 3  # the terminal behind it is out of reach, the drive is not
+    assert (
+        wire.master.one(7, 0, bytes(2))[1] == 3
+    )  # the terminal behind it is out of reach, the drive is not
     assert wire.exchange(bytes(wire.output_size))[1] == 5
     wire.master.wait(150)
     wire.bus.faults.clear()
@@ -146,12 +156,18 @@ def test_a_drive_without_supply_has_no_torque_and_starts_anew(make_bus):
     assert wire.bus.plant.machine["state"][0] == ENABLED
     wire.bus.faults.add("slave_lost", "drive")
     wire.master.wait(3)
-    assert wire.bus.plant.machine["state"][0] == NOT_READY and wire.bus.plant.command["enabled"][0] == 0.0
+    assert (
+        wire.bus.plant.machine["state"][0] == NOT_READY
+        and wire.bus.plant.command["enabled"][0] == 0.0
+    )
 
 
 def test_a_slave_falls_to_safeop(wire):
     wire.bus.faults.add("slave_falls", "analog_out", value=0x0032)
-    assert struct.unpack("<HHH", wire.master.read(ANALOG_OUT, 0x0130, 6))[::2] == (SAFEOP | 0x10, 0x0032)
+    assert struct.unpack("<HHH", wire.master.read(ANALOG_OUT, 0x0130, 6))[::2] == (
+        SAFEOP | 0x10,
+        0x0032,
+    )
     assert wire.exchange(bytes(wire.output_size))[1] == 8  # the counter does not show it
     assert wire.master.request(ANALOG_OUT, SAFEOP | 0x10) == (SAFEOP, 0)
     assert wire.master.request(ANALOG_OUT, OP) == (OP, 0)
@@ -170,13 +186,22 @@ def test_an_object_is_refused_or_forgotten(wire):
     assert wire.master.upload(DRIVE, 0x60C2, 1) == b"\x07"
 
 
-@pytest.mark.parametrize(("kind", "where", "options", "words"), [
-    ("sdo_refused", "valves", {}, "mailbox"),
-    ("nonsense", "", {}, "expected one of"), ("slave_lost", "nobody", {}, "'nobody'"), ("slave_lost", "", {}, "where"),
-    ("clock_drift", "valves", {}, "clock"), ("frames_lost", "", {"leg": "up"}, "leg"), ("frames_lost", "", {"cycles": 0}, "cycles"),
-    ("valve_stuck_open", "muscle9", {}, "cmd_muscle_inlet_open"), ("wire_broken", "motor_travel_m", {}, "analog"),
-    ("toggle_frozen", "drive", {}, "EL3004"), ("leak", "calf", {}, "muscle"),
-])
+@pytest.mark.parametrize(
+    ("kind", "where", "options", "words"),
+    [
+        ("sdo_refused", "valves", {}, "mailbox"),
+        ("nonsense", "", {}, "expected one of"),
+        ("slave_lost", "nobody", {}, "'nobody'"),
+        ("slave_lost", "", {}, "where"),
+        ("clock_drift", "valves", {}, "clock"),
+        ("frames_lost", "", {"leg": "up"}, "leg"),
+        ("frames_lost", "", {"cycles": 0}, "cycles"),
+        ("valve_stuck_open", "muscle9", {}, "cmd_muscle_inlet_open"),
+        ("wire_broken", "motor_travel_m", {}, "analog"),
+        ("toggle_frozen", "drive", {}, "EL3004"),
+        ("leak", "calf", {}, "muscle"),
+    ],
+)
 def test_a_fault_that_cannot_be_is_refused_by_one_sentence(wire, kind, where, options, words):
     with pytest.raises(ValueError, match=words) as refused:
         wire.bus.faults.add(kind, where, **options)

@@ -1,4 +1,6 @@
-"""Distributed clocks: latched times, delays by the wiring, offset, drift, and slaves that follow the reference."""
+"""Distributed clocks: latched times, delays by the wiring, offset, drift, and slaves that follow
+the reference.
+"""
 
 import struct
 
@@ -22,7 +24,13 @@ def system_time(master, station):
 
 def test_who_has_a_clock(make_bus):
     master = clocked(make_bus)
-    assert [bool(master.number(station, 0x0008) & 4) for station in range(0x1001, 0x1006)] == [True, False, False, False, True]
+    assert [bool(master.number(station, 0x0008) & 4) for station in range(0x1001, 0x1006)] == [
+        True,
+        False,
+        False,
+        False,
+        True,
+    ]
 
 
 def test_links_by_the_wiring(make_bus):
@@ -30,8 +38,13 @@ def test_links_by_the_wiring(make_bus):
     master = clocked(make_bus)
     status = [master.number(station, 0x0110) for station in range(0x1001, 0x1006)]
     links = [[bool(word >> 4 + port & 1) for port in range(4)] for word in status]
-    assert links == [[True, True, True, False], [True, True, False, False], [True, True, False, False], [True, False, False, False],
-                     [True, False, False, False]]
+    assert links == [
+        [True, True, True, False],
+        [True, True, False, False],
+        [True, True, False, False],
+        [True, False, False, False],
+        [True, False, False, False],
+    ]
     for word in status:
         for port in range(4):
             loop = word >> 8 + 2 * port & 3
@@ -44,7 +57,9 @@ def test_latched_port_times_show_the_round_trips(make_bus):
     ports = struct.unpack("<4I", master.read(COUPLER, 0x0900, 16))
     terminals, whole = ports[1] - ports[0], ports[2] - ports[0]
     assert 0 < terminals < whole < 5000
-    delay = (struct.unpack("<Q", master.read(DRIVE, 0x0918, 8))[0] - 77) - (struct.unpack("<Q", master.read(COUPLER, 0x0918, 8))[0] - 5_000_000_000)
+    delay = (struct.unpack("<Q", master.read(DRIVE, 0x0918, 8))[0] - 77) - (
+        struct.unpack("<Q", master.read(COUPLER, 0x0918, 8))[0] - 5_000_000_000
+    )
     assert 0 < delay < whole
     assert struct.unpack("<Q", master.read(COUPLER, 0x0918, 8))[0] & 0xFFFFFFFF == ports[0]
 
@@ -66,7 +81,9 @@ def test_drift(make_bus, ppm):
 
 
 def test_a_slave_follows_the_reference_within_a_microsecond(make_bus):
-    master = clocked(make_bus, drift_ppm={"coupler": 50.0, "drive": -30.0}, offset_ns={"drive": 20_000})
+    master = clocked(
+        make_bus, drift_ppm={"coupler": 50.0, "drive": -30.0}, offset_ns={"drive": 20_000}
+    )
     for _ in range(3000):
         master.one(FRMW, COUPLER | 0x0910 << 16, bytes(8))
     difference = struct.unpack("<I", master.read(DRIVE, 0x092C, 4))[0]

@@ -1,4 +1,6 @@
-"""CoE against the tests' own little client: transfers of every kind, aborts, information, mapping, emergencies."""
+"""CoE against the tests' own little client: transfers of every kind, aborts, information, mapping,
+emergencies.
+"""
 
 import struct
 
@@ -48,28 +50,52 @@ def test_downloads_of_any_length(master, station, length):
 
 
 def test_identity_and_name(master):
-    assert [struct.unpack("<I", master.upload(DRIVE, 0x1018, n))[0] for n in (1, 2, 3)] == [0xFB, 0x65520000, 0x01600000]
+    assert [struct.unpack("<I", master.upload(DRIVE, 0x1018, n))[0] for n in (1, 2, 3)] == [
+        0xFB,
+        0x65520000,
+        0x01600000,
+    ]
     assert master.upload(ANALOG_IN, 0x1008, 0) == b"EL3004"
 
 
-@pytest.mark.parametrize(("station", "index", "subindex", "code"), [
-    (DRIVE, 0x5555, 0, 0x06020000), (DRIVE, 0x1018, 9, 0x06090011), (ANALOG_IN, 0x8000, 0x0C, 0x06090011)])
+@pytest.mark.parametrize(
+    ("station", "index", "subindex", "code"),
+    [
+        (DRIVE, 0x5555, 0, 0x06020000),
+        (DRIVE, 0x1018, 9, 0x06090011),
+        (ANALOG_IN, 0x8000, 0x0C, 0x06090011),
+    ],
+)
 def test_what_is_not_there(master, station, index, subindex, code):
     assert abort_code(master.upload, station, index, subindex) == code
 
 
-@pytest.mark.parametrize(("index", "subindex", "data", "code"), [
-    (0x6041, 0, b"\0\0", 0x06010002), (0x6060, 0, b"\x05", 0x06090030), (0x6040, 0, b"\0\0\0", 0x06070012), (0x607A, 0, b"\0\0", 0x06070013),
-    (0x1C12, 1, b"\x00\x16", 0x06010003), (0x1A00, 1, b"\x10\x00\x64\x60", 0x06010003)])
+@pytest.mark.parametrize(
+    ("index", "subindex", "data", "code"),
+    [
+        (0x6041, 0, b"\0\0", 0x06010002),
+        (0x6060, 0, b"\x05", 0x06090030),
+        (0x6040, 0, b"\0\0\0", 0x06070012),
+        (0x607A, 0, b"\0\0", 0x06070013),
+        (0x1C12, 1, b"\x00\x16", 0x06010003),
+        (0x1A00, 1, b"\x10\x00\x64\x60", 0x06010003),
+    ],
+)
 def test_writes_that_are_refused(master, index, subindex, data, code):
     assert abort_code(master.download, DRIVE, index, subindex, data) == code
 
 
 def test_mapping_refuses_what_cannot_be_mapped(master):
     master.download(DRIVE, 0x1A00, 0, b"\0")
-    assert abort_code(master.download, DRIVE, 0x1A00, 1, struct.pack("<I", 0x55550010)) == 0x06020000
-    assert abort_code(master.download, DRIVE, 0x1A00, 1, struct.pack("<I", 0x60400010)) in (0x06040041,)
-    assert abort_code(master.download, DRIVE, 0x1A00, 1, struct.pack("<I", 0x60410020)) == 0x06040041
+    assert (
+        abort_code(master.download, DRIVE, 0x1A00, 1, struct.pack("<I", 0x55550010)) == 0x06020000
+    )
+    assert abort_code(master.download, DRIVE, 0x1A00, 1, struct.pack("<I", 0x60400010)) in (
+        0x06040041,
+    )
+    assert (
+        abort_code(master.download, DRIVE, 0x1A00, 1, struct.pack("<I", 0x60410020)) == 0x06040041
+    )
 
 
 def test_complete_access_is_not_supported(master):
@@ -120,9 +146,17 @@ def test_object_list_and_descriptions(master, station):
         answer = master.talk(station, struct.pack("<HBBHH", 0x8000, 3, 0, 0, index))
         found, data_type, last, code = struct.unpack_from("<HHBB", answer, 6)
         entry = slave.dictionary.objects[index]
-        assert (found, last, code, answer[12:].decode()) == (index, max(entry.items), entry.code, entry.name)
+        assert (found, last, code, answer[12:].decode()) == (
+            index,
+            max(entry.items),
+            entry.code,
+            entry.name,
+        )
     answer = master.talk(station, struct.pack("<HBBHHBB", 0x8000, 5, 0, 0, 0x1018, 1, 0))
-    assert struct.unpack_from("<HBBHHH", answer, 6) == (0x1018, 1, 0, 7, 32, 7) and answer[16:] == b"Vendor ID"
+    assert (
+        struct.unpack_from("<HBBHHH", answer, 6) == (0x1018, 1, 0, 7, 32, 7)
+        and answer[16:] == b"Vendor ID"
+    )
 
 
 def test_description_of_nothing_is_an_error(master):

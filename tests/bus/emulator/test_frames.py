@@ -4,7 +4,18 @@ import struct
 
 import pytest
 
-from tests.bus.emulator.small_master import APRD, APWR, ARMW, BRD, BWR, FPRD, FPWR, FRMW, SmallMaster, ethernet
+from tests.bus.emulator.small_master import (
+    APRD,
+    APWR,
+    ARMW,
+    BRD,
+    BWR,
+    FPRD,
+    FPWR,
+    FRMW,
+    SmallMaster,
+    ethernet,
+)
 
 ALIAS = 0x0012
 NOP, APRW, FPRW, BRW = 0, 3, 6, 9
@@ -22,7 +33,7 @@ def test_nop_counts_nothing_and_changes_nothing(master):
 
 
 def test_broadcast_read_is_an_or_over_all_slaves(master):
-    for station, value in zip(range(0x1001, 0x1006), (1, 2, 4, 8, 16)):
+    for station, value in zip(range(0x1001, 0x1006), (1, 2, 4, 8, 16), strict=False):
         master.write(station, ALIAS, struct.pack("<H", value))
     assert master.one(BRD, ALIAS << 16, bytes(2)) == (struct.pack("<H", 31), 5)
 
@@ -38,10 +49,12 @@ def test_broadcast_read_write_counts_three_per_slave(master):
 
 @pytest.mark.parametrize("place", range(5))
 def test_auto_increment_reaches_one_slave_and_counts_the_position_up(master, place):
-    raw = bytearray(ethernet((APWR, (-place & 0xFFFF) | ALIAS << 16, b"\xCD\xAB")))
+    raw = bytearray(ethernet((APWR, (-place & 0xFFFF) | ALIAS << 16, b"\xcd\xab")))
     assert master.bus.receive(raw, master.now_ns)
     assert struct.unpack_from("<H", raw, 18)[0] == (5 - place) & 0xFFFF
-    assert [master.number(0x1001 + n, ALIAS) == 0xABCD for n in range(5)] == [n == place for n in range(5)]
+    assert [master.number(0x1001 + n, ALIAS) == 0xABCD for n in range(5)] == [
+        n == place for n in range(5)
+    ]
 
 
 def test_no_slave_at_a_position_or_station_means_counter_zero(master):
@@ -63,8 +76,14 @@ def test_position_commands_count(master, command, counter):
 def test_read_multiple_write_takes_from_one_and_gives_to_all_behind(master, command, address):
     for n in range(5):
         master.write(0x1001 + n, ALIAS, struct.pack("<H", 0x100 + n))
-    assert master.one(command, address | ALIAS << 16, b"\xEE\xEE") == (struct.pack("<H", 0x101), 5)
-    assert [master.number(0x1001 + n, ALIAS) for n in range(5)] == [0xEEEE, 0x101, 0x101, 0x101, 0x101]
+    assert master.one(command, address | ALIAS << 16, b"\xee\xee") == (struct.pack("<H", 0x101), 5)
+    assert [master.number(0x1001 + n, ALIAS) for n in range(5)] == [
+        0xEEEE,
+        0x101,
+        0x101,
+        0x101,
+        0x101,
+    ]
 
 
 def test_read_write_reads_before_it_writes(master):
@@ -80,26 +99,41 @@ def test_read_only_registers_refuse_a_write(master):
 
 
 def test_datagrams_of_one_frame_act_in_order(master):
-    answers = master.frame((FPWR, 0x1001 | ALIAS << 16, b"\x05\x00"), (FPRD, 0x1001 | ALIAS << 16, bytes(2)), (BRD, 0, bytes(1)))
-    assert [(data, counter) for _, data, counter in answers] == [(b"\x05\x00", 1), (b"\x05\x00", 1), (answers[2][1], 5)]
+    answers = master.frame(
+        (FPWR, 0x1001 | ALIAS << 16, b"\x05\x00"),
+        (FPRD, 0x1001 | ALIAS << 16, bytes(2)),
+        (BRD, 0, bytes(1)),
+    )
+    assert [(data, counter) for _, data, counter in answers] == [
+        (b"\x05\x00", 1),
+        (b"\x05\x00", 1),
+        (answers[2][1], 5),
+    ]
 
 
 def test_the_counter_adds_to_what_is_there_and_wraps(master):
     raw = bytearray(ethernet((BRD, 0, bytes(2))))
-    raw[28:30] = b"\xFE\xFF"
+    raw[28:30] = b"\xfe\xff"
     assert master.bus.receive(raw, master.now_ns)
     assert raw[28:30] == b"\x03\x00"
 
 
-@pytest.mark.parametrize("damage", [
-    lambda raw: raw[:20],
-    lambda raw: raw[:12] + b"\x08\x00" + raw[14:],
-    lambda raw: raw[:14] + struct.pack("<H", 0x17FF) + raw[16:],  # longer than the frame
-    lambda raw: raw[:14] + struct.pack("<H", 0x4000 | 30) + raw[16:],  # network variables, not datagrams
-    lambda raw: raw[:22] + struct.pack("<H", 0x8000 | 2) + raw[24:],  # announces a datagram that is not there
-    lambda raw: raw[:22] + struct.pack("<H", 0x07FF) + raw[24:],
-    lambda raw: raw[:16] + b"\x0F" + raw[17:],  # no such command
-])
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda raw: raw[:20],
+        lambda raw: raw[:12] + b"\x08\x00" + raw[14:],
+        lambda raw: raw[:14] + struct.pack("<H", 0x17FF) + raw[16:],  # longer than the frame
+        lambda raw: (
+            raw[:14] + struct.pack("<H", 0x4000 | 30) + raw[16:]
+        ),  # network variables, not datagrams
+        lambda raw: (
+            raw[:22] + struct.pack("<H", 0x8000 | 2) + raw[24:]
+        ),  # announces a datagram that is not there
+        lambda raw: raw[:22] + struct.pack("<H", 0x07FF) + raw[24:],
+        lambda raw: raw[:16] + b"\x0f" + raw[17:],  # no such command
+    ],
+)
 def test_malformed_frames_are_counted_and_have_no_effect(master, damage):
     before = [bytes(slave.esc.memory) for slave in master.bus.slaves.values()]
     raw = bytearray(damage(ethernet((BWR, ALIAS << 16, b"\x99\x99"))))

@@ -15,14 +15,16 @@ CYCLES = 2000
 
 def commands(rig, seed):
     """Output images that switch everything on the rig, the drive through its states too."""
-    image, choice = image_of(rig, outputs=True), random.Random(seed)
+    image, choice, outputs = image_of(rig, outputs=True), random.Random(seed), b""
     control = image.places.get("drive.control_word")
     for k in range(CYCLES):
         outputs = bytearray(choice.randbytes(image.size) if k % 7 == 0 else outputs)
         start, size = image.slices["valves"]
         outputs[start] &= 0x0F
         if control is not None:
-            outputs[control.byte : control.byte + 2] = (0x06, 0x07, 0x0F, 0x0F, 0x0F, 0x80)[k // 40 % 6].to_bytes(2, "little")
+            outputs[control.byte : control.byte + 2] = (0x06, 0x07, 0x0F, 0x0F, 0x0F, 0x80)[
+                k // 40 % 6
+            ].to_bytes(2, "little")
             outputs[image.places["drive.mode"].byte] = 10
         yield bytes(outputs)
 
@@ -78,8 +80,12 @@ def test_in_real_time_the_plant_runs_without_a_master(make_bus):
 
 
 @pytest.mark.parametrize("phase_ns", [0, 60_000, 500_000, 940_000])
-def test_in_real_time_the_plant_keeps_away_from_the_frames_of_a_master_without_sync(make_bus, phase_ns):
-    """A step beside a frame would hold its answer up; a step half a period away does not, and none is lost by that."""
+def test_in_real_time_the_plant_keeps_away_from_the_frames_of_a_master_without_sync(
+    make_bus, phase_ns
+):
+    """A step beside a frame would hold its answer up; a step half a period away does not, and none
+    is lost by that.
+    """
     wire = Wire(make_bus("bench"))
     bus, period_ns = wire.bus, 1_000_000
     wire.master.write(wire.at["coupler"], 0x0920, bytes(8))

@@ -18,7 +18,11 @@ def two_valve_terminals():
     text = (RIGS / "bench.yaml").read_text()
     line = "  - {name: valves, device: EL2124}\n"
     assert line in text
-    rig = rig_from(parse_yaml(text.replace(line, line + "  - {name: more_valves, device: EL2124}\n"), "two.yaml"))
+    rig = rig_from(
+        parse_yaml(
+            text.replace(line, line + "  - {name: more_valves, device: EL2124}\n"), "two.yaml"
+        )
+    )
     bus = EmulatedBus(rig, load_plant(RIGS / rig.plant))
     master = SmallMaster(bus)
     master.number_slaves()
@@ -54,12 +58,14 @@ def test_a_bit_fmmu_that_reads_leaves_the_other_bits_of_the_datagram(two_valve_t
     master = two_valve_terminals
     master.fmmu(0x1003, 1, BYTE + 8, 1, 2, 4, 0x1200, 5, 1)
     master.bus.slaves["more_valves"].esc.memory[0x1200] = 0b1010_0000
-    assert master.one(LRD, BYTE + 8, b"\xFF") == (bytes([0b1111_0111]), 1)
+    assert master.one(LRD, BYTE + 8, b"\xff") == (bytes([0b1111_0111]), 1)
 
 
 def test_a_bit_run_may_cross_bytes(two_valve_terminals):
     master = two_valve_terminals
-    master.fmmu(0x1003, 1, BYTE + 16, 2, 6, 1, 0x1200, 3, 2)  # bits 6, 7 of one byte and 0, 1 of the next
+    master.fmmu(
+        0x1003, 1, BYTE + 16, 2, 6, 1, 0x1200, 3, 2
+    )  # bits 6, 7 of one byte and 0, 1 of the next
     master.one(LWR, BYTE + 16, bytes([0b1000_0000, 0b0000_0001]))
     assert master.bus.slaves["more_valves"].esc.memory[0x1200] == 0b0011_0000
 

@@ -1,4 +1,6 @@
-"""Faults of the plant, without any bus: what acts, what is seen, and that no fault means no difference."""
+"""Faults of the plant, without any bus: what acts, what is seen, and that no fault means no
+difference.
+"""
 
 import struct
 
@@ -33,7 +35,16 @@ class Bench:
         for _ in range(cycles):
             outputs = bytearray(self.outs.size)
             outputs[0] = valves
-            struct.pack_into("<Hbiih", outputs, self.outs.places["drive.control_word"].byte, control, mode, position, 0, 0)
+            struct.pack_into(
+                "<Hbiih",
+                outputs,
+                self.outs.places["drive.control_word"].byte,
+                control,
+                mode,
+                position,
+                0,
+                0,
+            )
             self.inputs = self.model.cycle(bytes(outputs))
 
     def enable(self):
@@ -74,7 +85,9 @@ def test_a_fault_begins_at_its_cycle_and_ends(bench):
 def test_a_broken_wire_shows_in_value_and_status(bench):
     bench.fault("wire_broken", "muscle_pressure_pa")
     bench.run(3)
-    assert bench.read("analog_in.ch1") == -32768 and bench.read("analog_in.ch1_status") & 0x41 == 0x41
+    assert (
+        bench.read("analog_in.ch1") == -32768 and bench.read("analog_in.ch1_status") & 0x41 == 0x41
+    )
     bench.clear()
     bench.fault("wire_broken", "analog_in.ch1", value=0.0)
     bench.run(1)
@@ -184,7 +197,9 @@ def test_the_drive_believes_a_jump_of_its_encoder(bench):
     bench.run(1, control=0x0F)
     assert bench.read("drive.position") > 1900
     bench.run(1500, control=0x0F)
-    assert abs(bench.read("drive.position")) < 100  # it has gone back to where it believes to be right
+    assert (
+        abs(bench.read("drive.position")) < 100
+    )  # it has gone back to where it believes to be right
     assert bench.model.sensors["motor_angle_rad"][0] * 4096 / 6.283185 < -1800
 
 

@@ -36,9 +36,16 @@ def categories(master, station):
         at += 2 + size
 
 
-@pytest.mark.parametrize(("station", "vendor", "product"), [
-    (COUPLER, 0x2, 0x044C2C52), (VALVES, 0x2, 0x084C3052), (ANALOG_IN, 0x2, 0x0BBC3052), (ANALOG_OUT, 0x2, 0x0FC23052),
-    (DRIVE, 0xFB, 0x65520000)])
+@pytest.mark.parametrize(
+    ("station", "vendor", "product"),
+    [
+        (COUPLER, 0x2, 0x044C2C52),
+        (VALVES, 0x2, 0x084C3052),
+        (ANALOG_IN, 0x2, 0x0BBC3052),
+        (ANALOG_OUT, 0x2, 0x0FC23052),
+        (DRIVE, 0xFB, 0x65520000),
+    ],
+)
 def test_identity(master, station, vendor, product):
     assert struct.unpack("<II", words(master, station, 8, 4)) == (vendor, product)
 
@@ -66,15 +73,29 @@ def test_strings_general_and_mailbox(master):
     found = categories(master, ANALOG_IN)
     length = found[10][1]
     assert found[10][2 : 2 + length] == b"EL3004"
-    assert found[30][5] == 0x01 | 0x02 | 0x04  # SDO, SDO information, PDO assignment; no complete access
-    assert struct.unpack("<5H", words(master, ANALOG_IN, 0x18, 5)) == (0x1000, 128, 0x1080, 128, 0x0004)
+    assert (
+        found[30][5] == 0x01 | 0x02 | 0x04
+    )  # SDO, SDO information, PDO assignment; no complete access
+    assert struct.unpack("<5H", words(master, ANALOG_IN, 0x18, 5)) == (
+        0x1000,
+        128,
+        0x1080,
+        128,
+        0x0004,
+    )
     assert words(master, VALVES, 0x1C, 1) == b"\0\0"
 
 
 def test_sync_managers_and_fmmus(master):
-    managers = [struct.unpack("<HHBBBB", row) for row in zip_rows(categories(master, ANALOG_IN)[41], 8)]
+    managers = [
+        struct.unpack("<HHBBBB", row) for row in zip_rows(categories(master, ANALOG_IN)[41], 8)
+    ]
     assert [(start, length, control) for start, length, control, *_ in managers] == [
-        (0x1000, 128, 0x26), (0x1080, 128, 0x22), (0x1100, 0, 0x04), (0x1180, 16, 0x20)]
+        (0x1000, 128, 0x26),
+        (0x1080, 128, 0x22),
+        (0x1100, 0, 0x04),
+        (0x1180, 16, 0x20),
+    ]
     assert struct.unpack("<HHBBBB", categories(master, VALVES)[41]) == (0x0F00, 0, 0x44, 0, 0x09, 3)
     assert 40 not in categories(master, COUPLER) and 41 not in categories(master, COUPLER)
 
@@ -83,7 +104,10 @@ def zip_rows(data, size):
     return [data[i : i + size] for i in range(0, len(data), size)]
 
 
-@pytest.mark.parametrize(("station", "category", "bits"), [(VALVES, 51, [1] * 4), (ANALOG_OUT, 51, [16] * 4), (ANALOG_IN, 50, [32, 16] * 4)])
+@pytest.mark.parametrize(
+    ("station", "category", "bits"),
+    [(VALVES, 51, [1] * 4), (ANALOG_OUT, 51, [16] * 4), (ANALOG_IN, 50, [32, 16] * 4)],
+)
 def test_pdos(master, station, category, bits):
     data, found = categories(master, station)[category], []
     while len(data) >= 8:

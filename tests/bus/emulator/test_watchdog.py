@@ -18,7 +18,11 @@ def live(make_bus):
 
 
 def outputs(valves=0, volts=(0, 0, 0, 0), control=0, mode=0, position=0):
-    return bytes([valves]) + struct.pack("<4h", *volts) + struct.pack("<Hbiih", control, mode, position, 0, 0)
+    return (
+        bytes([valves])
+        + struct.pack("<4h", *volts)
+        + struct.pack("<Hbiih", control, mode, position, 0, 0)
+    )
 
 
 def run(wire, data, ms):
@@ -58,7 +62,10 @@ def test_the_valves_go_to_their_safe_state_and_come_back_with_data(live):
     run(live, outputs(valves=3), 5)
     assert live.bus.plant.command["inlet"][0, 0] == 1.0
     live.master.wait(110)
-    assert live.bus.plant.command["inlet"][0, 0] == 0.0 and live.bus.plant.command["exhaust"][0, 0] == 1.0
+    assert (
+        live.bus.plant.command["inlet"][0, 0] == 0.0
+        and live.bus.plant.command["exhaust"][0, 0] == 1.0
+    )
     run(live, outputs(valves=3), 3)
     assert live.bus.plant.command["inlet"][0, 0] == 1.0
 
@@ -71,7 +78,9 @@ def test_the_drive_loses_its_torque_and_reports_why(live):
     assert live.bus.plant.machine["error_code"][0] == 0x8180
 
 
-@pytest.mark.parametrize(("behaviour", "default", "expected"), [(0, 0, 0), (0, 1234, 1234), (2, 0, 8000)])
+@pytest.mark.parametrize(
+    ("behaviour", "default", "expected"), [(0, 0, 0), (0, 1234, 1234), (2, 0, 8000)]
+)
 def test_analog_outputs_go_where_their_settings_say(live, behaviour, default, expected):
     live.master.download(ANALOG_OUT, 0x8000, 5, bytes([behaviour]))
     live.master.download(ANALOG_OUT, 0x8000, 0x13, struct.pack("<h", default))
@@ -90,7 +99,9 @@ def test_an_analog_output_may_ramp(live):
     assert 0 < struct.unpack_from("<h", live.bus.coupling.outputs, 1)[0] <= first - 900
 
 
-@pytest.mark.parametrize(("divider", "counter", "ms"), [(2498, 200, 20), (998, 1000, 40), (2498, 50, 5)])
+@pytest.mark.parametrize(
+    ("divider", "counter", "ms"), [(2498, 200, 20), (998, 1000, 40), (2498, 50, 5)]
+)
 def test_the_time_is_what_the_registers_say(live, divider, counter, ms):
     live.exchange(outputs())
     live.master.write(DRIVE, 0x0400, struct.pack("<H", divider))

@@ -29,7 +29,9 @@ def other_index(frame: bytes, choice: random.Random) -> bytes:
 
 def other_length(frame: bytes, choice: random.Random) -> bytes:
     raw = bytearray(frame)
-    pack_into("<H", raw, choice.choice((ETHERNET_HEADER, FIRST_DATAGRAM + 6)), choice.randrange(0x10000))
+    pack_into(
+        "<H", raw, choice.choice((ETHERNET_HEADER, FIRST_DATAGRAM + 6)), choice.randrange(0x10000)
+    )
     return bytes(raw)
 
 
@@ -43,7 +45,9 @@ def other_counter(frame: bytes, choice: random.Random) -> bytes:
 
 def alien(frame: bytes, choice: random.Random) -> bytes:
     raw = bytearray(frame)
-    raw[12:14] = choice.choice((b"\x08\x00", b"\x86\xdd", b"\x08\x06", b"\x88\xcc", b"\x81\x00", choice.randbytes(2)))
+    raw[12:14] = choice.choice(
+        (b"\x08\x00", b"\x86\xdd", b"\x08\x06", b"\x88\xcc", b"\x81\x00", choice.randbytes(2))
+    )
     return bytes(raw)
 
 
@@ -52,8 +56,16 @@ def noise(frame: bytes, choice: random.Random) -> bytes:
     return frame[:14] + body if choice.random() < 0.7 else choice.randbytes(14) + body
 
 
-WAYS = {"bits flipped": flipped, "truncated": truncated, "lengthened": lengthened, "another index": other_index, "another length": other_length,
-        "another working counter": other_counter, "alien type": alien, "noise": noise}
+WAYS = {
+    "bits flipped": flipped,
+    "truncated": truncated,
+    "lengthened": lengthened,
+    "another index": other_index,
+    "another length": other_length,
+    "another working counter": other_counter,
+    "alien type": alien,
+    "noise": noise,
+}
 
 
 def damaged(frame: bytes, choice: random.Random) -> tuple[str, bytes]:

@@ -1,7 +1,8 @@
 """Damaged and random frames against emulator and driver; counts what became of them.
 
-    fuzz_emulator(frames, seed)       in memory
-    fuzz_driver(frames, seed)         inside a network of one's own: python -m tests.bus.faults.fuzzed FRAMES SEED
+fuzz_emulator(frames, seed)       in memory
+fuzz_driver(frames, seed)         inside a network of one's own: python -m tests.bus.faults.fuzzed
+FRAMES SEED
 """
 
 import collections
@@ -23,14 +24,20 @@ _COPIES = 8
 
 
 def fuzz_emulator(frames: int, seed: int) -> dict:
-    """Frames into a running bus. A frame that is not sound must do nothing; one that reads must not write."""
+    """Frames into a running bus. A frame that is not sound must do nothing; one that reads must not
+    write.
+    """
     rig = load_rig(RIG)
     wire = Wire(EmulatedBus(rig, load_plant(PLANT), lock_step=True))
     wire.exchange(b"\x02" + bytes(wire.output_size - 1))
     bus, choice, now_ns = wire.bus, random.Random(seed), wire.master.now_ns
     process = bytes(wire.output_size + wire.input_size)
-    good = [build([(LRW, 1, wire.logical, process)]), build([(7, 2, 0x0130 << 16, bytes(2)), (4, 2, 0x1005 | 0x0130 << 16, bytes(6))]),
-            build([(FPWR, 3, 0x1005 | 0x1000 << 16, bytes(48))]), build([(11, 4, wire.logical, process)])]
+    good = [
+        build([(LRW, 1, wire.logical, process)]),
+        build([(7, 2, 0x0130 << 16, bytes(2)), (4, 2, 0x1005 | 0x0130 << 16, bytes(6))]),
+        build([(FPWR, 3, 0x1005 | 0x1000 << 16, bytes(48))]),
+        build([(11, 4, wire.logical, process)]),
+    ]
     counts, changed = collections.Counter(), 0
     for _ in range(frames):
         way, raw = damaged(choice.choice(good), choice)
@@ -40,16 +47,26 @@ def fuzz_emulator(frames: int, seed: int) -> dict:
         counts[f"{way}: {'answered' if answered else 'thrown away'}"] += 1
         assert len(frame) == len(raw) and answered == (found is not None)
         if found is None or not any(row[0] in _WRITES for row in found):
-            changed += bytes(bus.coupling.outputs) != before or (found is None and bytes(frame) != raw)
+            changed += bytes(bus.coupling.outputs) != before or (
+                found is None and bytes(frame) != raw
+            )
     for slave in bus.slaves.values():
         slave.power_up()
     fresh = Wire(bus)
     usable = fresh.exchange(bytes(fresh.output_size))[1] == fresh.expected_counter
-    return {"frames": frames, "counted": dict(sorted(counts.items())), "crashes": 0, "outputs_changed": changed, "comes_up_again": usable}
+    return {
+        "frames": frames,
+        "counted": dict(sorted(counts.items())),
+        "crashes": 0,
+        "outputs_changed": changed,
+        "comes_up_again": usable,
+    }
 
 
 class FuzzedBus(EmulatedBus):
-    """Sends damaged copies of every answer to process data before the answer, and sometimes in its place."""
+    """Sends damaged copies of every answer to process data before the answer, and sometimes in its
+    place.
+    """
 
     def __init__(self, rig, plant, seed: int):
         super().__init__(rig, plant, lock_step=True)
@@ -74,7 +91,9 @@ class FuzzedBus(EmulatedBus):
 
 
 def fuzz_driver(frames: int, seed: int) -> dict:
-    """A loop through pysoem whose answers come damaged; outputs stay the same all the while, and must."""
+    """A loop through pysoem whose answers come damaged; outputs stay the same all the while, and
+    must.
+    """
     import drivers.backend
     from drivers.backend import EthercatBackend
     from epa_rt.backend import BackendError
@@ -82,7 +101,9 @@ def fuzz_driver(frames: int, seed: int) -> dict:
 
     drivers.backend._LOCK_STEP_TIMEOUT_S = _LOST_S
     rig = load_rig(RIG)
-    rig = rig.model_copy(update={"safety": rig.safety.model_copy(update={"lost_cycles": 1_000_000})})
+    rig = rig.model_copy(
+        update={"safety": rig.safety.model_copy(update={"lost_cycles": 1_000_000})}
+    )
     outputs = b"\x02" + bytes(8) + b"\x06" + bytes(12)
     seen, sent, ended = collections.Counter(), 0, []
     with served(FuzzedBus(rig, load_plant(PLANT), seed)) as bus:
@@ -95,13 +116,26 @@ def fuzz_driver(frames: int, seed: int) -> dict:
             try:
                 while sent < frames:
                     for _ in range(500):
-                        seen["good cycles" if backend.exchange(outputs).working_counter_ok else "bad cycles"] += 1
+                        seen[
+                            (
+                                "good cycles"
+                                if backend.exchange(outputs).working_counter_ok
+                                else "bad cycles"
+                            )
+                        ] += 1
                     sent, counts, changed = bus.do(_tell)
             except BackendError as error:
                 ended.append(str(error))
             bus.do(_fix, None)
             backend.close()
-    return {"frames": sent, "sent": counts, "driver": dict(seen), "ended": dict(collections.Counter(ended)), "crashes": 0, "outputs_changed": changed}
+    return {
+        "frames": sent,
+        "sent": counts,
+        "driver": dict(seen),
+        "ended": dict(collections.Counter(ended)),
+        "crashes": 0,
+        "outputs_changed": changed,
+    }
 
 
 def _fix(bus: FuzzedBus, outputs: bytes | None) -> None:

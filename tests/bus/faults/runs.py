@@ -1,6 +1,7 @@
 """Runs of ``epa run`` on a traced bus, each with its fault, and what became of it.
 
-    runs.facts_of_run("sto")     from a test or a script: in a network of its own, by tests/bus/own_network.py
+runs.facts_of_run("sto")     from a test or a script: in a network of its own, by
+tests/bus/own_network.py
 """
 
 import contextlib
@@ -18,7 +19,9 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).resolve().parents[3]
 FREE_CYCLES = 150  # after the run, for the slaves' watchdogs
-LOST_FRAME_S = 0.4  # lock step: how long the master waits for a frame that does not come; no time of the plant
+LOST_FRAME_S = (
+    0.4  # lock step: how long the master waits for a frame that does not come; no time of the plant
+)
 PATH_CYCLES = 500  # of the plant, after a fault that a run survives
 
 EXPERIMENT = """
@@ -31,17 +34,34 @@ phases:
   - {{name: out, move: {out}, valves: {{all: hold}}}}
   - {{name: trial, trial: true, {motion}, for: {seconds:g} s, valves: {{all: hold}}}}
   - {{name: return, loop: {back}, move: {{to: no_load, speed: 40 mm/s}}}}
-"""
-VENT = "  - {{name: vent, loop: {back}, valves: {{all: vent}}, until: valves_settled, timeout: 30 s}}\n"
-_BENCH = {"loop": "motor_speed", "back": "motor_speed", "pressure": "250 kPa gauge", "out": "{to: 4 mm, speed: 40 mm/s}",
-          "motion": "random_speed: {between: [2 mm, 26 mm], speed: 50 mm/s}"}
+"""  # noqa: E501
+VENT = (
+    "  - {{name: vent, loop: {back}, valves: {{all: vent}}, until: valves_settled, timeout: 30"
+    " s}}\n"
+)
+_BENCH = {
+    "loop": "motor_speed",
+    "back": "motor_speed",
+    "pressure": "250 kPa gauge",
+    "out": "{to: 4 mm, speed: 40 mm/s}",
+    "motion": "random_speed: {between: [2 mm, 26 mm], speed: 50 mm/s}",
+}
 _JOINT = {"loop": "joint_angle", "back": "motor_position"}
 WORDS = {
-    "bench": _BENCH, "bench_analog": _BENCH,
-    "knee": {**_JOINT, "pressure": "80 kPa gauge", "out": "{to: mean, speed: 20 deg/s}",
-             "motion": "sine: {mean: mean, peak_to_peak: 10 deg, frequency: 1.5 Hz, fade: 0.5 s}"},
-    "mass": {**_JOINT, "pressure": "580 kPa gauge", "out": "{to: mean, speed: 20 mm/s}",
-             "motion": "sine: {mean: mean, peak_to_peak: 10 mm, frequency: 2 Hz, fade: 0.5 s}"},
+    "bench": _BENCH,
+    "bench_analog": _BENCH,
+    "knee": {
+        **_JOINT,
+        "pressure": "80 kPa gauge",
+        "out": "{to: mean, speed: 20 deg/s}",
+        "motion": "sine: {mean: mean, peak_to_peak: 10 deg, frequency: 1.5 Hz, fade: 0.5 s}",
+    },
+    "mass": {
+        **_JOINT,
+        "pressure": "580 kPa gauge",
+        "out": "{to: mean, speed: 20 mm/s}",
+        "motion": "sine: {mean: mean, peak_to_peak: 10 mm, frequency: 2 Hz, fade: 0.5 s}",
+    },
 }
 
 
@@ -49,13 +69,18 @@ def facts_of_run(name: str) -> dict:
     """A scenario's facts."""
     scenario, facts = all_scenarios()[name], call("tests.bus.faults.runs:run_one", name=name)
     if scenario.compares and facts["injected_at"] is not None:
-        facts["departs_m"] = departure_m(facts["path_m"], _undisturbed(scenario.rig, scenario.seconds), facts["injected_at"])
+        facts["departs_m"] = departure_m(
+            facts["path_m"], _undisturbed(scenario.rig, scenario.seconds), facts["injected_at"]
+        )
     return facts
 
 
 def departure_m(path_m: list[float], undisturbed_m: list[float], injected_at: int) -> float:
     """How far the motor's travel departs from that of the undisturbed run, m."""
-    return max(abs(a - b) for a, b in zip(path_m, undisturbed_m[injected_at : injected_at + len(path_m)], strict=True))
+    return max(
+        abs(a - b)
+        for a, b in zip(path_m, undisturbed_m[injected_at : injected_at + len(path_m)], strict=True)
+    )
 
 
 @functools.cache
@@ -66,12 +91,24 @@ def _undisturbed(rig: str, seconds: float) -> list[float]:
 
 def rig_file(scenario: Scenario, folder: Path) -> Path:
     """The rig file of a scenario, with what it changes in ``safety`` and ``master``."""
-    text = (ROOT / f"config/rigs/{scenario.rig}.yaml").read_text(encoding="utf-8").replace("../plants/", f"{ROOT}/config/plants/")
+    text = (
+        (ROOT / f"config/rigs/{scenario.rig}.yaml")
+        .read_text(encoding="utf-8")
+        .replace("../plants/", f"{ROOT}/config/plants/")
+    )
     for section, settings in scenario.settings.items():
         lines = "".join(f"  {key}: {value}\n" for key, value in settings.items())
-        text = text.replace(f"{section}:\n", f"{section}:\n{lines}", 1) if f"\n{section}:\n" in text else text + f"{section}:\n{lines}"
-    if scenario.real_time:  # a busy machine: late by whole periods one meets the same toggle bit each time, or asks for half the speed
-        text = text.replace("stale_after: 20", "stale_after: 500").replace("following_error: 4 mm", "following_error: 20 mm")
+        text = (
+            text.replace(f"{section}:\n", f"{section}:\n{lines}", 1)
+            if f"\n{section}:\n" in text
+            else text + f"{section}:\n{lines}"
+        )
+    # a busy machine: late by whole periods one meets the same toggle bit each time, or asks for
+    # half the speed
+    if scenario.real_time:
+        text = text.replace("stale_after: 20", "stale_after: 500").replace(
+            "following_error: 4 mm", "following_error: 20 mm"
+        )
     path = folder / f"{scenario.rig}.yaml"
     path.write_text(text, encoding="utf-8")
     return path
@@ -86,7 +123,9 @@ def experiment_file(scenario: Scenario, folder: Path) -> Path:
 
 
 def run_one(name: str) -> dict:
-    """One run, as the command line does it; what it said, what the log says, what the plant went through."""
+    """One run, as the command line does it; what it said, what the log says, what the plant went
+    through.
+    """
     from epa_rt.config.rig import load_rig
     from tests.bus.faults.judged import facts_of
     from tests.bus.faults.traced import traced
@@ -94,7 +133,11 @@ def run_one(name: str) -> dict:
     scenario = all_scenarios()[name]
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        rig_path, experiment, log = rig_file(scenario, folder), experiment_file(scenario, folder), folder / "run.mcap"
+        rig_path, experiment, log = (
+            rig_file(scenario, folder),
+            experiment_file(scenario, folder),
+            folder / "run.mcap",
+        )
         with traced(load_rig(rig_path), not scenario.real_time, scenario.plan()) as bus:
             code, said = _epa_run(experiment, rig_path, log, not scenario.real_time)
             bus.do(_go_on, FREE_CYCLES)
@@ -102,7 +145,9 @@ def run_one(name: str) -> dict:
             facts = facts_of(scenario, code, said, log, rows, injected_at, last_frame_cycle)
             if scenario.again:
                 bus.do(_clear)
-                facts["again"] = _epa_run(experiment, rig_path, folder / "again.mcap", not scenario.real_time)
+                facts["again"] = _epa_run(
+                    experiment, rig_path, folder / "again.mcap", not scenario.real_time
+                )
     if scenario.compares and injected_at is not None:
         facts["path_m"] = [row.travel_m for row in rows[injected_at : injected_at + PATH_CYCLES]]
     return facts
@@ -131,8 +176,22 @@ def _epa_run(experiment: Path, rig: Path, log: Path, lock_step: bool) -> tuple[i
     said = io.StringIO()
     options = ["--lock-step"] if lock_step else []
     with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
-        code = main(["run", str(experiment), "--rig", str(rig), "--backend", "ethercat", "--interface", MASTER_END, "-o", str(log),
-                     "--quiet", *options])
+        code = main(
+            [
+                "run",
+                str(experiment),
+                "--rig",
+                str(rig),
+                "--backend",
+                "ethercat",
+                "--interface",
+                MASTER_END,
+                "-o",
+                str(log),
+                "--quiet",
+                *options,
+            ]
+        )
     return code, said.getvalue()
 
 
@@ -146,4 +205,3 @@ def _clear(bus: "TracedBus") -> None:
 
 def _trace(bus: "TracedBus") -> tuple:
     return bus.rows, bus.injected_at, bus.last_frame_cycle
-

@@ -1,19 +1,25 @@
-"""What a scenario is, and the catalogue of all: every fault as it is put into a run, and what an operator may expect."""
+"""What a scenario is, and the catalogue of all: every fault as it is put into a run, and what an
+operator may expect.
+"""
 
 from dataclasses import dataclass, field
 
 REACTION_CYCLES = 20  # the rig files' `reaction: 20 ms`, in cycles of 1 ms
-WATCHDOG_CYCLES = 102  # the slaves' 100 ms, the cycle in which the last frame came, and the one in which it is judged
+# the slaves' 100 ms, the cycle in which the last frame came, and the one in which it is judged
+WATCHDOG_CYCLES = 102
 
 
 @dataclass(frozen=True)
 class Scenario:
-    """``faults`` (as ``faults.add`` takes them) begin once the rig has been in the situation ``when`` for ``after`` cycles.
+    """``faults`` (as ``faults.add`` takes them) begin once the rig has been in the situation
+    ``when`` for ``after`` cycles.
 
-    ``says``: what the sentence must contain. ``code``: exit code; 0 for a run that goes on. ``within``: cycles to safe
-    outputs, from the first bad cycle that a master can see; that is ``visible`` cycles after the injection, or, where it
-    is None, the one in which the loop noticed it, because the plant has to move before anybody can. ``stuck``: valves
-    that cannot obey. ``bad_cycles``: how many a run that goes on counts (in real time: at least). ``again``: a second run on the same bus must complete. ``gap``: what the loop does not notice yet.
+    ``says``: what the sentence must contain. ``code``: exit code; 0 for a run that goes on.
+    ``within``: cycles to safe outputs, from the first bad cycle that a master can see; that is
+    ``visible`` cycles after the injection, or, where it is None, the one in which the loop noticed
+    it, because the plant has to move before anybody can. ``stuck``: valves that cannot obey.
+    ``bad_cycles``: how many a run that goes on counts (in real time: at least). ``again``: a second
+    run on the same bus must complete. ``gap``: what the loop does not notice yet.
     """
 
     faults: tuple[dict, ...]

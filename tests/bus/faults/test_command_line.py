@@ -1,4 +1,6 @@
-"""epa run --backend ethercat beside epa bus run, as an operator types it: every rig, lock step and real time, and the replay."""
+"""epa run --backend ethercat beside epa bus run, as an operator types it: every rig, lock step and
+real time, and the replay.
+"""
 
 import subprocess
 import sys
@@ -14,23 +16,66 @@ pytestmark = [pytest.mark.network, pytest.mark.timeout(900)]
 
 
 def epa(*arguments: object) -> subprocess.CompletedProcess:
-    return subprocess.run([sys.executable, "-W", "error", "-m", "epa_rt", *map(str, arguments)], cwd=ROOT, capture_output=True, text=True, timeout=600, check=False)
+    return subprocess.run(
+        [sys.executable, "-W", "error", "-m", "epa_rt", *map(str, arguments)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=600,
+        check=False,
+    )
 
 
-def on_the_bus(rig: object, experiment: object, log: object, *options: str) -> subprocess.CompletedProcess:
+def on_the_bus(
+    rig: object, experiment: object, log: object, *options: str
+) -> subprocess.CompletedProcess:
     """One shell line: the emulated bus, and the run beside it."""
-    run = [sys.executable, "-W", "error", "-m", "epa_rt", "run", experiment, "--rig", rig, "--backend", "ethercat", "--interface", "ecat_master",
-           "-o", log, "--quiet", *options]
+    run = [
+        sys.executable,
+        "-W",
+        "error",
+        "-m",
+        "epa_rt",
+        "run",
+        experiment,
+        "--rig",
+        rig,
+        "--backend",
+        "ethercat",
+        "--interface",
+        "ecat_master",
+        "-o",
+        log,
+        "--quiet",
+        *options,
+    ]
     return epa("bus", "run", "--rig", rig, *options, "--", *run)
 
 
-@pytest.mark.parametrize(("rig", "experiment"), [("bench", ""), ("bench_analog", ""), ("knee", "knee_chirp_short"), ("mass", "")])
-def test_in_lock_step_every_rig_completes_and_its_log_replays_to_the_byte(rig, experiment, tmp_path):
-    files = (ROOT / f"config/rigs/{rig}.yaml", ROOT / f"config/experiments/{experiment}.yaml" if experiment else experiment_file(Scenario((), "", "", 0, rig=rig), tmp_path))
+@pytest.mark.parametrize(
+    ("rig", "experiment"),
+    [("bench", ""), ("bench_analog", ""), ("knee", "knee_chirp_short"), ("mass", "")],
+)
+def test_in_lock_step_every_rig_completes_and_its_log_replays_to_the_byte(
+    rig, experiment, tmp_path
+):
+    files = (
+        ROOT / f"config/rigs/{rig}.yaml",
+        (
+            ROOT / f"config/experiments/{experiment}.yaml"
+            if experiment
+            else experiment_file(Scenario((), "", "", 0, rig=rig), tmp_path)
+        ),
+    )
     done = on_the_bus(*files, tmp_path / "run.mcap", "--lock-step")
-    assert done.returncode == 0 and done.stdout.startswith("completed\n") and not done.stderr, (done.stdout, done.stderr)
+    assert done.returncode == 0 and done.stdout.startswith("completed\n") and not done.stderr, (
+        done.stdout,
+        done.stderr,
+    )
     replayed = epa("replay", tmp_path / "run.mcap")
-    assert replayed.returncode == 0 and "every output byte identical" in replayed.stdout, replayed.stdout
+    assert replayed.returncode == 0 and "every output byte identical" in replayed.stdout, (
+        replayed.stdout
+    )
     with LogReader(tmp_path / "run.mcap") as reader:
         assert (reader.missing, reader.outcome) == ([], "completed")
         assert reader.metadata["run"]["backend"] == "ethercat"
@@ -38,10 +83,24 @@ def test_in_lock_step_every_rig_completes_and_its_log_replays_to_the_byte(rig, e
 
 @REAL_TIME
 def test_in_real_time_a_run_completes_and_its_log_replays_to_the_byte(tmp_path):
-    patient = Scenario((), "", "", 0, real_time=True, settings={"safety": {"watchdog": "1 s"}, "master": {"frame_timeout": "100 ms"}})
-    done = on_the_bus(rig_file(patient, tmp_path), experiment_file(patient, tmp_path), tmp_path / "run.mcap")
-    assert done.returncode == 0 and done.stdout.startswith("completed\n"), (done.stdout, done.stderr)
+    patient = Scenario(
+        (),
+        "",
+        "",
+        0,
+        real_time=True,
+        settings={"safety": {"watchdog": "1 s"}, "master": {"frame_timeout": "100 ms"}},
+    )
+    done = on_the_bus(
+        rig_file(patient, tmp_path), experiment_file(patient, tmp_path), tmp_path / "run.mcap"
+    )
+    assert done.returncode == 0 and done.stdout.startswith("completed\n"), (
+        done.stdout,
+        done.stderr,
+    )
     replayed = epa("replay", tmp_path / "run.mcap")
-    assert replayed.returncode == 0 and "every output byte identical" in replayed.stdout, replayed.stdout
+    assert replayed.returncode == 0 and "every output byte identical" in replayed.stdout, (
+        replayed.stdout
+    )
     with LogReader(tmp_path / "run.mcap") as reader:
         assert (reader.missing, reader.outcome) == ([], "completed")

@@ -26,7 +26,12 @@ def running():
 
 def test_the_emulator_throws_away_what_is_broken_and_comes_up_again():
     result = fuzz_emulator(3000, seed=5)
-    assert (result["frames"], result["crashes"], result["outputs_changed"], result["comes_up_again"]) == (3000, 0, 0, True)
+    assert (
+        result["frames"],
+        result["crashes"],
+        result["outputs_changed"],
+        result["comes_up_again"],
+    ) == (3000, 0, 0, True)
     assert sum(result["counted"].values()) == 3000
     assert {key.split(":")[0] for key in result["counted"]} == set(WAYS)
 
@@ -40,7 +45,11 @@ def test_a_broken_frame_does_nothing(running, way, seed):
     answered = running.bus.receive(frame, running.master.now_ns)
     assert answered == (datagrams_of(raw) is not None) and len(frame) == len(raw)
     if not answered:
-        assert bytes(frame) == raw and bytes(running.bus.coupling.outputs) == before and running.bus.cycle == cycle
+        assert (
+            bytes(frame) == raw
+            and bytes(running.bus.coupling.outputs) == before
+            and running.bus.cycle == cycle
+        )
 
 
 @given(st.integers(0, 2**32))
@@ -51,8 +60,14 @@ def test_damage_is_a_matter_of_the_seed_alone(seed):
 
 @pytest.mark.network
 def test_the_driver_counts_them_and_sends_what_it_sent():
-    done = subprocess.run([sys.executable, "-W", "error", "scripts/fuzz_bus.py", "--frames", "2000", "--seed", "3"], cwd=ROOT, capture_output=True, text=True,
-                          timeout=600, check=False)
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "scripts/fuzz_bus.py", "--frames", "2000", "--seed", "3"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=600,
+        check=False,
+    )
     assert done.returncode == 0, (done.stdout[-2000:], done.stderr[-2000:])
     driver = json.loads(done.stdout)["driver"]
     assert driver["crashes"] == driver["outputs_changed"] == 0 and driver["frames"] >= 2000

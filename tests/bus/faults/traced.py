@@ -1,5 +1,5 @@
-"""An emulated bus that keeps what acts on the plant, cycle by cycle, and that brings a fault on when the rig is where it
-shall hit: mid-motion, while a muscle is filled, held or vented.
+"""An emulated bus that keeps what acts on the plant, cycle by cycle, and that brings a fault on
+when the rig is where it shall hit: mid-motion, while a muscle is filled, held or vented.
 """
 
 from collections.abc import Callable, Iterator
@@ -17,7 +17,9 @@ _GAUGE_PA = 20e3
 
 
 class Row(NamedTuple):
-    """One plant cycle, from the plant itself: is the drive on, which valves stand open, motor and first muscle in SI."""
+    """One plant cycle, from the plant itself: is the drive on, which valves stand open, motor and
+    first muscle in SI.
+    """
 
     cycle: int
     enabled: bool
@@ -31,20 +33,29 @@ class Row(NamedTuple):
 
 
 class TracedBus(EmulatedBus):
-    """``plan``: what ``faults.add`` takes, and in ``when`` and ``after`` the situation and for how many cycles it has lasted."""
+    """``plan``: what ``faults.add`` takes, and in ``when`` and ``after`` the situation and for how
+    many cycles it has lasted.
+    """
 
     def __init__(self, rig: Rig, lock_step: bool, plan: dict | None):
         self.rows: list[Row] = []
         self.injected_at: int | None = None
         self.last_frame_cycle = 0
         self._plan, self._lasted = plan, 0
-        super().__init__(rig, load_plant(Path("config/plants") / Path(rig.plant).name), 1, lock_step)
+        super().__init__(
+            rig, load_plant(Path("config/plants") / Path(rig.plant).name), 1, lock_step
+        )
 
     def receive(self, frame: bytearray, now_ns: int) -> bool:
         if self._plan is not None and self._lasted >= self._plan["after"]:
             plan, self._plan = self._plan, None
             for fault in plan["faults"]:
-                self.faults.add(**{"at_cycle": self.cycle + fault.get("after", 0), **{k: v for k, v in fault.items() if k != "after"}})
+                self.faults.add(
+                    **{
+                        "at_cycle": self.cycle + fault.get("after", 0),
+                        **{k: v for k, v in fault.items() if k != "after"},
+                    }
+                )
             self.injected_at = self.cycle
         return super().receive(frame, now_ns)
 
@@ -57,9 +68,17 @@ class TracedBus(EmulatedBus):
         super()._step()
         command, inner = self.plant.command[0], self.plant.state[0]["truth"]
         muscles = len(self.rig.muscles)
-        row = Row(self.cycle - 1, bool(command["enabled"] > 0.5), tuple(command["inlet"][:muscles].tolist()),
-                  tuple(command["exhaust"][:muscles].tolist()), float(inner["motor_torque_nm"]), float(inner["motor_speed_rad_s"]),
-                  float(inner["travel_m"]), float(inner["pressure_pa"][0]), float(inner["muscle_force_n"][0]))
+        row = Row(
+            self.cycle - 1,
+            bool(command["enabled"] > 0.5),
+            tuple(command["inlet"][:muscles].tolist()),
+            tuple(command["exhaust"][:muscles].tolist()),
+            float(inner["motor_torque_nm"]),
+            float(inner["motor_speed_rad_s"]),
+            float(inner["travel_m"]),
+            float(inner["pressure_pa"][0]),
+            float(inner["muscle_force_n"][0]),
+        )
         self.rows.append(row)
         if self._plan is not None and SITUATIONS[self._plan["when"]](row, self.rig.atmosphere_pa):
             self._lasted += 1
@@ -71,7 +90,12 @@ class TracedBus(EmulatedBus):
 
 
 def _moving(row: Row, atmosphere_pa: float) -> bool:
-    return row.enabled and abs(row.speed_rad_s) > _MOVING_RAD_S and not any(row.inlet_open) and not any(row.exhaust_open)
+    return (
+        row.enabled
+        and abs(row.speed_rad_s) > _MOVING_RAD_S
+        and not any(row.inlet_open)
+        and not any(row.exhaust_open)
+    )
 
 
 def _filling(row: Row, atmosphere_pa: float) -> bool:
@@ -79,14 +103,25 @@ def _filling(row: Row, atmosphere_pa: float) -> bool:
 
 
 def _holding(row: Row, atmosphere_pa: float) -> bool:
-    return row.enabled and not row.inlet_open[0] and not row.exhaust_open[0] and row.pressure_pa > atmosphere_pa + _GAUGE_PA
+    return (
+        row.enabled
+        and not row.inlet_open[0]
+        and not row.exhaust_open[0]
+        and row.pressure_pa > atmosphere_pa + _GAUGE_PA
+    )
 
 
 def _venting(row: Row, atmosphere_pa: float) -> bool:
     return row.enabled and row.exhaust_open[0] > 0.5 and row.pressure_pa > atmosphere_pa + _GAUGE_PA
 
 
-SITUATIONS: dict[str, Callable[[Row, float], bool]] = {"start": lambda row, atmosphere_pa: True, "moving": _moving, "filling": _filling, "holding": _holding, "venting": _venting}
+SITUATIONS: dict[str, Callable[[Row, float], bool]] = {
+    "start": lambda row, atmosphere_pa: True,
+    "moving": _moving,
+    "filling": _filling,
+    "holding": _holding,
+    "venting": _venting,
+}
 
 
 @contextmanager

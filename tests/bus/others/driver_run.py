@@ -1,6 +1,8 @@
-"""Our driver, loop and recorder beside an emulated bus for some cycles; what the driver wrote and read goes to a JSON file.
+"""Our driver, loop and recorder beside an emulated bus for some cycles; what the driver wrote and
+read goes to a JSON file.
 
-    python driver_run.py RIG EXPERIMENT CYCLES FOLDER       in the network of the bus; leaves run.mcap and told.json
+python driver_run.py RIG EXPERIMENT CYCLES FOLDER       in the network of the bus; leaves run.mcap
+and told.json
 """
 
 import json
@@ -43,7 +45,9 @@ def listen() -> None:
 
 
 class Stopping:
-    """A backend around the driver that notes how many frames went before the first cycle, and stops after some."""
+    """A backend around the driver that notes how many frames went before the first cycle, and stops
+    after some.
+    """
 
     def __init__(self, inner: EthercatBackend, cycles: int):
         self.inner, self.period_s, self._cycles, self.before = inner, inner.period_s, cycles, None
@@ -68,12 +72,32 @@ def main(rig: Path, experiment: Path, cycles: int, folder: Path) -> None:
     assembly = assemble(inputs.rig, inputs.experiment)
     backend = EthercatBackend(inputs.rig, os.environ["EPA_BUS_INTERFACE"])
     stopping = Stopping(backend, cycles)
-    recorder = Recorder(folder / "run.mcap", assembly.layout, inputs.attachments, {}, lossless=False)
+    recorder = Recorder(
+        folder / "run.mcap", assembly.layout, inputs.attachments, {}, lossless=False
+    )
     recorder.open()
-    result = run(inputs.rig, stopping, assembly.supervisor, assembly.envelope, assembly.decoder, assembly.encoder, recorder, stopping)
+    result = run(
+        inputs.rig,
+        stopping,
+        assembly.supervisor,
+        assembly.envelope,
+        assembly.decoder,
+        assembly.encoder,
+        recorder,
+        stopping,
+    )
     recorder.close(result.outcome, result.cause)
-    told = {"outcome": result.outcome, "cause": result.cause, "cycles": result.cycles, "writes": WRITES, "reads": READS, "swaps": SWAPS[0],
-            "before": stopping.before, "working_counter": backend.expected_working_counter, "safe": assembly.encoder.safe_raw.hex()}
+    told = {
+        "outcome": result.outcome,
+        "cause": result.cause,
+        "cycles": result.cycles,
+        "writes": WRITES,
+        "reads": READS,
+        "swaps": SWAPS[0],
+        "before": stopping.before,
+        "working_counter": backend.expected_working_counter,
+        "safe": assembly.encoder.safe_raw.hex(),
+    }
     (folder / "told.json").write_text(json.dumps(told))
 
 

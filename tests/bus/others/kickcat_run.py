@@ -1,6 +1,7 @@
-"""kickcat, a master of its own making in C++, beside an emulated bus: what it finds, writes and reads, as JSON.
+"""kickcat, a master of its own making in C++, beside an emulated bus: what it finds, writes and
+reads, as JSON.
 
-    python kickcat_run.py RIG        in the network of the bus
+python kickcat_run.py RIG        in the network of the bus
 """
 
 import json
@@ -22,9 +23,9 @@ _STATE_S, _WATCHDOG_S, _CYCLES, _ATTEMPTS = 5.0, 2.0, 400, 20
 def found_bus() -> "kickcat.Bus":
     """A bus with all slaves in PREOP.
 
-    kickcat gives a frame 2 ms by default, too few on a busy machine; and with every broadcast it waits that long for its
-    second interface, so that much more makes its bring-up slow and lets watchdogs expire. It gives up at the first
-    answer that is late: then all over again.
+    kickcat gives a frame 2 ms by default, too few on a busy machine; and with every broadcast it
+    waits that long for its second interface, so that much more makes its bring-up slow and lets
+    watchdogs expire. It gives up at the first answer that is late: then all over again.
     """
     for attempt in range(_ATTEMPTS):
         link = kickcat.create_link(os.environ["EPA_BUS_INTERFACE"], "")
@@ -41,7 +42,9 @@ def found_bus() -> "kickcat.Bus":
     return bus
 
 
-def write(bus: "kickcat.Bus", slave: "kickcat.Slave", index: int, subindex: int, data: bytes) -> None:
+def write(
+    bus: "kickcat.Bus", slave: "kickcat.Slave", index: int, subindex: int, data: bytes
+) -> None:
     message = slave.mailbox.write_sdo(index, subindex, False, data, 1.0)
     while message.status() == MessageStatus.RUNNING:
         bus.process_mailboxes()
@@ -62,7 +65,13 @@ def map_drive(bus: "kickcat.Bus", slave: "kickcat.Slave", typed: Slave) -> None:
             continue
         write(bus, slave, pdo, 0, b"\0")
         for n, entry in enumerate(entries, 1):
-            write(bus, slave, pdo, n, (entry.index << 16 | entry.subindex << 8 | entry.bits).to_bytes(4, "little"))
+            write(
+                bus,
+                slave,
+                pdo,
+                n,
+                (entry.index << 16 | entry.subindex << 8 | entry.bits).to_bytes(4, "little"),
+            )
         write(bus, slave, pdo, 0, bytes([len(entries)]))
         write(bus, slave, assignment, 1, pdo.to_bytes(2, "little"))
         write(bus, slave, assignment, 0, b"\1")
@@ -80,7 +89,9 @@ def to_operational(bus: "kickcat.Bus") -> None:
 
 
 def exchange(bus: "kickcat.Bus", cycles: int) -> int:
-    """Exchanges so often with all working counters right; gives how many were not, which a busy machine may delay."""
+    """Exchanges so often with all working counters right; gives how many were not, which a busy
+    machine may delay.
+    """
     good = bad = 0
     while good < cycles and bad < cycles:
         try:
@@ -96,9 +107,16 @@ def main() -> None:
     rig = load_rig(Path(sys.argv[1]))
     bus = found_bus()
     slaves = dict(zip((slave.name for slave in rig.slaves), bus.slaves(), strict=True))
-    seen = {"addresses": [slave.address for slave in slaves.values()],
-            "names": {name: read(bus, slaves[name], 0x1008, 0).decode() for name in ("analog_in", "analog_out", "drive")},
-            "identity": [int.from_bytes(read(bus, slaves["drive"], 0x1018, n), "little") for n in (1, 2)]}
+    seen = {
+        "addresses": [slave.address for slave in slaves.values()],
+        "names": {
+            name: read(bus, slaves[name], 0x1008, 0).decode()
+            for name in ("analog_in", "analog_out", "drive")
+        },
+        "identity": [
+            int.from_bytes(read(bus, slaves["drive"], 0x1018, n), "little") for n in (1, 2)
+        ],
+    }
     try:
         read(bus, slaves["analog_in"], 0x5555, 0)
     except RuntimeError as error:
@@ -109,17 +127,28 @@ def main() -> None:
     to_operational(bus)
     with ControlClient(Path(os.environ["EPA_BUS_CONTROL"])) as control:
         slaves["valves"].set_output_bytes(b"\1")  # the first channel: the inlet
-        slaves["analog_out"].set_output_bytes(b"".join(volts.to_bytes(2, "little") for volts in (0x1111, 0x2222, 0x3333, 0x4444)))
+        slaves["analog_out"].set_output_bytes(
+            b"".join(volts.to_bytes(2, "little") for volts in (0x1111, 0x2222, 0x3333, 0x4444))
+        )
         seen["bad_cycles"] = exchange(bus, _CYCLES)
         truth, status = control.ask("truth"), control.ask("status")
-        seen |= {"outputs_there": truth["outputs_raw"], "inlet_open": truth["inlet_open"], "inputs_there": truth["inputs_raw"],
-                 "states": [status["slaves"][slave.name]["state"] for slave in rig.slaves]}
-        seen["inputs"] = {name: slave.input_data.hex() for name, slave in slaves.items() if slave.input_size}
+        seen |= {
+            "outputs_there": truth["outputs_raw"],
+            "inlet_open": truth["inlet_open"],
+            "inputs_there": truth["inputs_raw"],
+            "states": [status["slaves"][slave.name]["state"] for slave in rig.slaves],
+        }
+        seen["inputs"] = {
+            name: slave.input_data.hex() for name, slave in slaves.items() if slave.input_size
+        }
         for _ in range(1000):  # the master falls silent: the slaves' own watchdogs
             if control.ask("status")["slaves"]["valves"]["watchdog_expired"]:
                 break
             time.sleep(0.01)
-        seen["after_silence"] = {"inlet_open": control.ask("truth")["inlet_open"], "watchdogs": sorted(control.ask("status")["counters"]["watchdogs"])}
+        seen["after_silence"] = {
+            "inlet_open": control.ask("truth")["inlet_open"],
+            "watchdogs": sorted(control.ask("status")["counters"]["watchdogs"]),
+        }
     print(json.dumps(seen))
 
 

@@ -1,4 +1,6 @@
-"""The emulated plant steps where SYNC0 is, whenever the emulator was started and whatever offset a master has written."""
+"""The emulated plant steps where SYNC0 is, whenever the emulator was started and whatever offset a
+master has written.
+"""
 
 import struct
 
@@ -14,7 +16,9 @@ SYSTEM_TIME, OFFSET, PERIOD_NS = 0x0910, 0x0920, 1_000_000
 def test_plant_steps_at_whole_periods_of_system_time(offset_ns):
     bus = bus_of("bench")
     wire = Wire(bus)
-    wire.master.write(wire.at["coupler"], SYSTEM_TIME, bytes(8))  # as SOEM does to all: the clock gives way a little
+    wire.master.write(
+        wire.at["coupler"], SYSTEM_TIME, bytes(8)
+    )  # as SOEM does to all: the clock gives way a little
     wire.master.write(wire.at["coupler"], OFFSET, struct.pack("<q", offset_ns))
     steps, clock = [], bus.slaves["coupler"].clock
     bus.advance_to(wire.master.now_ns + 2 * PERIOD_NS)

@@ -1,6 +1,8 @@
-"""A master that is not SOEM in front of the emulated bus: kickcat finds, maps, commands and reads the rigs.
+"""A master that is not SOEM in front of the emulated bus: kickcat finds, maps, commands and reads
+the rigs.
 
-What it cannot do from Python (distributed clocks, working counters by value, AL status codes) is in docs/bus-figures.md.
+What it cannot do from Python (distributed clocks, working counters by value, AL status codes) is in
+docs/bus-figures.md.
 """
 
 import importlib.util
@@ -18,9 +20,16 @@ from sim_backend.bus.namespace import run_beside
 from tests.bus.others.places import ROOT
 from tests.bus.own_network import STALL_S, repeated
 
-PYTHON = os.environ.get("EPA_KICKCAT_PYTHON") or (sys.executable if importlib.util.find_spec("kickcat") else None)
-pytestmark = [pytest.mark.skipif(PYTHON is None, reason="there is no kickcat: pip install kickcat, or EPA_KICKCAT_PYTHON"),
-              pytest.mark.network, pytest.mark.xdist_group("kickcat")]
+PYTHON = os.environ.get("EPA_KICKCAT_PYTHON") or (
+    sys.executable if importlib.util.find_spec("kickcat") else None
+)
+pytestmark = [
+    pytest.mark.skipif(
+        PYTHON is None, reason="there is no kickcat: pip install kickcat, or EPA_KICKCAT_PYTHON"
+    ),
+    pytest.mark.network,
+    pytest.mark.xdist_group("kickcat"),
+]
 RIGS = (pytest.param("bench", marks=pytest.mark.slow), "bench_analog", "knee")
 VOLTS = bytes.fromhex("1111222233334444")
 
@@ -42,13 +51,22 @@ def test_it_finds_every_slave_and_reads_who_they_are(seen):
     rig, told = seen
     assert len(told["addresses"]) == len(set(told["addresses"])) == len(rig.slaves)
     assert told["names"] == {"analog_in": "EL3004", "analog_out": "EL4034", "drive": "EPOS4"}
-    assert told["identity"][0] == DEVICES["EPOS4"].vendor and told["identity"][1] in DEVICES["EPOS4"].products
+    assert (
+        told["identity"][0] == DEVICES["EPOS4"].vendor
+        and told["identity"][1] in DEVICES["EPOS4"].products
+    )
     assert "Error while reading SDO" in told["refused"]  # it does not say why
 
 
 def test_it_maps_as_the_rig_file_says(seen):
     rig, told = seen
-    wanted = {slave.name: [(sum(entry.bits for entry in entries_of(slave, outputs)) + 7) // 8 for outputs in (True, False)] for slave in rig.slaves}
+    wanted = {
+        slave.name: [
+            (sum(entry.bits for entry in entries_of(slave, outputs)) + 7) // 8
+            for outputs in (True, False)
+        ]
+        for slave in rig.slaves
+    }
     assert told["sizes"] == wanted and told["states"] == ["OP"] * len(rig.slaves)
 
 
@@ -68,7 +86,9 @@ def test_it_reads_what_the_slaves_put_there(seen):
     start, _ = slices["drive"]
     word = bytes.fromhex(told["inputs"]["drive"])[:2]
     assert word[0] & 0x4F == 0x40 and word == image[start : start + 2]  # switch on disabled
-    pressure = int.from_bytes(bytes.fromhex(told["inputs"]["analog_in"])[2:4], "little", signed=True)
+    pressure = int.from_bytes(
+        bytes.fromhex(told["inputs"]["analog_in"])[2:4], "little", signed=True
+    )
     assert 3000 < pressure < 20000  # above 1 V: the muscle is being filled
 
 

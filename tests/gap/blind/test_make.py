@@ -52,18 +52,34 @@ def test_the_believed_plant_is_the_repositorys_and_the_true_one_is_off(made):
 
 
 def test_neither_logs_nor_files_give_the_truth_away(made):
-    """What a diagnosis could read in a case's folder: every file, every attachment, every unpacked message."""
+    """What a diagnosis could read in a case's folder: every file, every attachment, every unpacked
+    message.
+    """
     folder, truth = made
-    words = {effects.BY_NAME[e["name"]].name.encode() for e in truth["effects"]} | {b"stand_in", b"stand-in", b"hidden", b"sealed", b"1234567"}
+    words = {effects.BY_NAME[e["name"]].name.encode() for e in truth["effects"]} | {
+        b"stand_in",
+        b"stand-in",
+        b"hidden",
+        b"sealed",
+        b"1234567",
+    }
     words |= {name.encode() for name, _ in HIDDEN_FIELDS if len(name) > 9}
     numbers = [*truth["nominal"].values(), *truth["effects"][0]["fields"].values()]
-    words |= {repr(value).encode() for value in numbers} | {struct.pack("<d", value) for value in numbers}
+    words |= {repr(value).encode() for value in numbers} | {
+        struct.pack("<d", value) for value in numbers
+    }
     for path in (p for p in folder.rglob("*") if p.is_file()):
         texts = [path.read_bytes()]
         if path.suffix == ".mcap":
             with LogReader(path) as log:
-                texts += [*log.attachments.values(), json.dumps(log.metadata).encode(), b"".join(rows.tobytes() for rows in log._store.rows()),
-                          json.dumps([[e.kind, e.text, e.data] for e in log.events()], default=str).encode()]
+                texts += [
+                    *log.attachments.values(),
+                    json.dumps(log.metadata).encode(),
+                    b"".join(rows.tobytes() for rows in log._store.rows()),
+                    json.dumps(
+                        [[e.kind, e.text, e.data] for e in log.events()], default=str
+                    ).encode(),
+                ]
                 assert log.attachments["plant.yaml"] == (folder / "plant.yaml").read_bytes()
                 assert log.metadata["run"]["seed"] == "0"
         for text in texts:
@@ -75,7 +91,9 @@ def test_a_benchmark_has_every_kind_and_decoys():
     assert len(specs) == 120
     assert [s.index for s in specs] == list(range(120))
     counts = {kind: sum(s.kind == kind for s in specs) for kind in draw.KINDS}
-    assert all(counts[kind] == pytest.approx(120 * share, abs=1.0) for kind, share in draw.SHARES.items())
+    assert all(
+        counts[kind] == pytest.approx(120 * share, abs=1.0) for kind, share in draw.SHARES.items()
+    )
     assert {s.noise for s in specs} == set(draw.NOISE)
     assert 15 <= sum(s.rig == "knee" for s in specs) <= 60
     singles = sorted(s.multiple for s in specs if s.kind == "single")
@@ -89,18 +107,28 @@ def test_other_laws_are_the_same_cases_with_other_formulas(laws):
     first, second = draw.draw(5, 120), draw.draw(5, 120, laws=laws)
     others = {one: two.name for one, two in effects.IN_PLACE[laws].items()}
     moved = [s for s in second if s.kind != "same_law"]
-    assert [s._replace(laws=1, effects=()) for s in second] == [s._replace(effects=()) for s in first]
-    assert [s.effects for s in moved] == [tuple(others.get(name, name) for name in s.effects) for s in first if s.kind != "same_law"]
+    assert [s._replace(laws=1, effects=()) for s in second] == [
+        s._replace(effects=()) for s in first
+    ]
+    assert [s.effects for s in moved] == [
+        tuple(others.get(name, name) for name in s.effects) for s in first if s.kind != "same_law"
+    ]
     assert {name for s in moved for name in s.effects} >= set(others.values())
     assert not {name for s in moved for name in s.effects} & set(others)
-    assert [s.effects for s in second if s.kind == "same_law"] == [s.effects for s in first if s.kind == "same_law"]
+    assert [s.effects for s in second if s.kind == "same_law"] == [
+        s.effects for s in first if s.kind == "same_law"
+    ]
 
 
 def test_what_is_withheld_is_its_whole_family():
-    assert set(draw.left_out("laminar_leak")) == {name for name, e in CATALOGUE.items() if e.family == CATALOGUE["leak"].family}
+    assert set(draw.left_out("laminar_leak")) == {
+        name for name, e in CATALOGUE.items() if e.family == CATALOGUE["leak"].family
+    }
     assert set(draw.left_out("slow_gauge")) == {"gauge_skew", "gauge_lag"}
     assert draw.left_out("windage") == []
-    assert set(draw.left_out("gas_energy")) == {name for name, e in CATALOGUE.items() if e.family == CATALOGUE["gas_energy"].family}
+    assert set(draw.left_out("gas_energy")) == {
+        name for name, e in CATALOGUE.items() if e.family == CATALOGUE["gas_energy"].family
+    }
 
 
 def test_the_matrix_has_every_hidden_effect_and_every_other_of_the_catalogue():
@@ -110,15 +138,23 @@ def test_the_matrix_has_every_hidden_effect_and_every_other_of_the_catalogue():
     assert answered | {spec.effects[0] for spec in by_own} >= set(CATALOGUE)
     assert not answered & {spec.effects[0] for spec in by_own}
     assert all(spec.own_law for spec in by_own) and not any(spec.own_law for spec in by_others)
-    assert all(name in effects.BY_NAME[name].answers for name in set(effects.BY_NAME) & set(CATALOGUE)), "one name for two things"
+    assert all(
+        name in effects.BY_NAME[name].answers for name in set(effects.BY_NAME) & set(CATALOGUE)
+    ), "one name for two things"
 
 
 def test_each_alone_is_every_effect_with_a_name_on_every_rig_that_shows_it_by_the_newest_laws():
     specs = draw.each_alone(20.0, NEWEST)
     named = [effect for effect in effects.EFFECTS if draw.families(effect)]
-    assert len(specs) == sum(len(effect.rigs) for effect in named) and [spec.index for spec in specs] == list(range(len(specs)))
-    assert {spec.effects[0] for spec in specs} == {effects.IN_PLACE[NEWEST].get(effect.name, effect).name for effect in named}
-    assert {(spec.kind, spec.multiple, spec.plan, spec.laws) for spec in specs} == {("single", 20.0, "rich", NEWEST)}
+    assert len(specs) == sum(len(effect.rigs) for effect in named) and [
+        spec.index for spec in specs
+    ] == list(range(len(specs)))
+    assert {spec.effects[0] for spec in specs} == {
+        effects.IN_PLACE[NEWEST].get(effect.name, effect).name for effect in named
+    }
+    assert {(spec.kind, spec.multiple, spec.plan, spec.laws) for spec in specs} == {
+        ("single", 20.0, "rich", NEWEST)
+    }
     assert not any(spec.own_law for spec in specs)
 
 

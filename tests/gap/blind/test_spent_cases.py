@@ -1,4 +1,5 @@
-"""Cases of spent evaluation sets, and of the leave-one-out matrix (seed 7), that a rule of the diagnosis was made for: recorded anew and diagnosed whole.
+"""Cases of spent evaluation sets, and of the leave-one-out matrix (seed 7), that a rule of the
+diagnosis was made for: recorded anew and diagnosed whole.
 
 Minutes each: ``scripts/test.sh -m slow tests/gap/blind/test_spent_cases.py``.
 """
@@ -46,6 +47,16 @@ def test_is_answered_rightly(seed, index, tmp_path, monkeypatch):
     (tmp_path / "parts").mkdir()
     truth = _one(seed, spec, tmp_path, CONFIG, tmp_path / "parts")
     folder = tmp_path / f"case_{index:03d}"
-    answer = diagnose_files(folder / "rig.yaml", folder / "plant.yaml", sorted((folder / "logs").glob("*.mcap")), sorted((folder / "holdout").glob("*.mcap")),
-                            truth["leave_out"]).as_json()
-    assert not wrong(truth, answer), (answer["verdict"], [one["name"] for one in named(answer)], block_said(answer), truth["effects"])
+    answer = diagnose_files(
+        folder / "rig.yaml",
+        folder / "plant.yaml",
+        sorted((folder / "logs").glob("*.mcap")),
+        sorted((folder / "holdout").glob("*.mcap")),
+        truth["leave_out"],
+    ).as_json()
+    assert not wrong(truth, answer), (
+        answer["verdict"],
+        [one["name"] for one in named(answer)],
+        block_said(answer),
+        truth["effects"],
+    )

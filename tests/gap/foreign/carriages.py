@@ -1,4 +1,6 @@
-"""Carriages of somebody else's simulator, each driven by a controller of its own, and the two files that describe such a rig."""
+"""Carriages of somebody else's simulator, each driven by a controller of its own, and the two files
+that describe such a rig.
+"""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,23 +29,48 @@ class Cart:
     place_noise_m: float
     force_noise_n: float
 
-    def driven(self, name: str, reference_m: np.ndarray, random: np.random.Generator, late_rows: int = 0, coulomb_n: float = 0.0,
-               push_n: np.ndarray | None = None, wave_n: float = 0.0, wave_m: float = 1.0) -> Recording:
-        """The force in a row acts from that row to the next, or ``late_rows`` later; dry friction of ``coulomb_n`` holds whatever is less while nothing moves.
-        A force of ``wave_n`` returns every ``wave_m``."""
+    def driven(
+        self,
+        name: str,
+        reference_m: np.ndarray,
+        random: np.random.Generator,
+        late_rows: int = 0,
+        coulomb_n: float = 0.0,
+        push_n: np.ndarray | None = None,
+        wave_n: float = 0.0,
+        wave_m: float = 1.0,
+    ) -> Recording:
+        """The force in a row acts from that row to the next, or ``late_rows`` later; dry friction
+        of ``coulomb_n`` holds whatever is less while nothing moves. A force of ``wave_n`` returns
+        every ``wave_m``.
+        """
         count, step = len(reference_m), self.period_s / SUBSTEPS
         push_n = np.zeros(count) if push_n is None else push_n
         place, force, sent = np.empty(count), np.empty(count), [0.0] * (late_rows + 1)
         q, v = float(reference_m[0]), 0.0
-        for k, (x, w) in enumerate(zip(reference_m, np.gradient(reference_m, self.period_s), strict=True)):
+        for k, (x, w) in enumerate(
+            zip(reference_m, np.gradient(reference_m, self.period_s), strict=True)
+        ):
             sent.append(self.stiffness_n_m * (x - q) + self.damping_n_s_m * (w - v))
             place[k] = round((q + random.normal(0.0, self.place_noise_m)) * 1e6) * 1e-6
             force[k] = sent[-1] + random.normal(0.0, self.force_noise_n)
             for _ in range(SUBSTEPS):
-                free = v + step * (sent[-1 - late_rows] + push_n[k] - wave_n * np.sin(2.0 * np.pi * q / wave_m + 0.7) - self.drag_n_s_m * v) / self.mass_kg
+                free = (
+                    v
+                    + step
+                    * (
+                        sent[-1 - late_rows]
+                        + push_n[k]
+                        - wave_n * np.sin(2.0 * np.pi * q / wave_m + 0.7)
+                        - self.drag_n_s_m * v
+                    )
+                    / self.mass_kg
+                )
                 v = free - np.sign(free) * min(abs(free), step * coulomb_n / self.mass_kg)
                 q += step * v
-        return one_trial(name, self.rig, self.period_s, {"place_m": place, self.force_column: force})
+        return one_trial(
+            name, self.rig, self.period_s, {"place_m": place, self.force_column: force}
+        )
 
 
 def opened(folder: Path, rig: str, plant: str) -> ForeignSubject:

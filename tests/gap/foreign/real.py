@@ -1,15 +1,23 @@
-"""Recordings of others as the diagnosis reads them: brought in by epa import's own code, read by gap's own reader."""
+"""Recordings of others as the diagnosis reads them: brought in by epa import's own code, read by
+gap's own reader.
+"""
 
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[3]
-DATA, RIGS, IMPORTS = ROOT.parent / "shared/data", ROOT / "config/rigs_foreign", ROOT / "config/imports"
+DATA, RIGS, IMPORTS = (
+    ROOT.parent / "shared/data",
+    ROOT / "config/rigs_foreign",
+    ROOT / "config/imports",
+)
 
 
 def recording(folder: Path, mapping: str, *names: str):
-    """A recording of ``DATA`` by one of our mappings; skips the test where it is not beside the checkout."""
+    """A recording of ``DATA`` by one of our mappings; skips the test where it is not beside the
+    checkout.
+    """
     from epa_rt.gap.read import read_recording
     from epa_rt.logs.importers.gather import gather
     from epa_rt.logs.importers.mapping import load_mapping
@@ -19,10 +27,14 @@ def recording(folder: Path, mapping: str, *names: str):
     if not all(path.exists() for path in files):
         pytest.skip(f"the recording {names[0]} is not beside the checkout (../shared/data)")
     typed, located = load_mapping(IMPORTS / f"{mapping}.yaml")
-    stem = files[0].stem if files[0].stem not in ("control", "state_motor") else files[0].parent.name
+    stem = (
+        files[0].stem if files[0].stem not in ("control", "state_motor") else files[0].parent.name
+    )
     log = folder / f"{stem}.mcap"
     if not log.exists():
-        write_log(log, typed, gather(typed, located, files), attachments_of(typed, located, files), files)
+        write_log(
+            log, typed, gather(typed, located, files), attachments_of(typed, located, files), files
+        )
     return read_recording(log)
 
 

@@ -20,4 +20,7 @@ def test_every_kind_says_its_model_and_every_effect_its_equation_and_numbers(kin
     assert component.equations and len(rows(component)) == len(component.effects)
     for row in rows(component):
         assert row["equation"] and row["source"] and row["knobs"], row["name"]
-        assert all(one["low_scale"] != one["scale"] or one["low"] <= one["neutral"] <= one["high"] for one in row["knobs"]), row["name"]
+        assert all(
+            one["low_scale"] != one["scale"] or one["low"] <= one["neutral"] <= one["high"]
+            for one in row["knobs"]
+        ), row["name"]

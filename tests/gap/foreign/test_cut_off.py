@@ -1,4 +1,6 @@
-"""A channel of a stranger's rig that is cut off at its ends for most of the time is said, with both ends, and not taken for a calm one."""
+"""A channel of a stranger's rig that is cut off at its ends for most of the time is said, with both
+ends, and not taken for a calm one.
+"""
 
 import numpy as np
 import pytest
@@ -33,6 +35,9 @@ def test_one_that_is_not_cut_off_is_let_through():
 
 def test_a_log_that_begins_at_the_end_of_a_range_is_no_calm_one():
     """Its first hundred rows lie on the rail: what noise it has shows later."""
-    fall = np.minimum(30.0 * np.exp(-np.arange(6000) / 4000.0) + np.random.default_rng(1).normal(0.0, 0.05, 6000), 28.0)
+    fall = np.minimum(
+        30.0 * np.exp(-np.arange(6000) / 4000.0) + np.random.default_rng(1).normal(0.0, 0.05, 6000),
+        28.0,
+    )
     (finding,) = check_values(recording(fall), None)
     assert finding.kind == "saturated" and finding.rows[0][0] == 0

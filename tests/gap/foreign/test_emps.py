@@ -1,6 +1,8 @@
-"""DATA_EMPS and DATA_EMPS_PULSES: a motor with ball screw and carriage, from a plant with inertia and viscous friction only.
+"""DATA_EMPS and DATA_EMPS_PULSES: a motor with ball screw and carriage, from a plant with inertia
+and viscous friction only.
 
-The benchmark's own values (Simulation_EMPS.m): inertia 95.11 kg, viscous 203.50 N s/m, Coulomb 20.39 N, offset -3.16 N.
+The benchmark's own values (Simulation_EMPS.m): inertia 95.11 kg, viscous 203.50 N s/m, Coulomb
+20.39 N, offset -3.16 N.
 """
 
 import numpy as np
@@ -53,9 +55,13 @@ def test_the_constant_offset_is_the_benchmarks_where_no_offset_grows_with_speed(
 
 
 def test_force_on_the_held_out_trajectory(found):
-    row = next(row for row in found.shrinkage if row.channel == "motor_force_n" and row.baseline == "plant_file")
+    row = next(
+        row
+        for row in found.shrinkage
+        if row.channel == "motor_force_n" and row.baseline == "plant_file"
+    )
     assert row.after <= 3.3 and row.before > 10.0
-    assert row.floor == pytest.approx(0.26, abs=0.05)       # as laps repeat, not as pulses scatter
+    assert row.floor == pytest.approx(0.26, abs=0.05)  # as laps repeat, not as pulses scatter
 
 
 def test_what_is_left_is_far_above_the_laps_and_described(found):
@@ -68,8 +74,11 @@ def test_laps_are_found_and_repeat(subject, emps, pulses):
     apart = subject.repeats(emps)["force"]
     assert np.sqrt(np.nanmean(apart**2)) == pytest.approx(0.26, abs=0.03)
     from epa_rt.gap.foreign.repeats import lap_samples
+
     assert lap_samples(subject.prepare(emps).signals.columns, 1e3) == LAP
-    assert lap_samples(subject.prepare(pulses).signals.columns, 1e3) is None   # pulses do not keep step with laps
+    assert (
+        lap_samples(subject.prepare(pulses).signals.columns, 1e3) is None
+    )  # pulses do not keep step with laps
 
 
 @pytest.mark.parametrize("lap", range(4))

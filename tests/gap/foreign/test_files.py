@@ -1,4 +1,6 @@
-"""Rig and plant files of component rigs: one sentence with file, line, what was found and what was expected."""
+"""Rig and plant files of component rigs: one sentence with file, line, what was found and what was
+expected.
+"""
 
 import re
 
@@ -35,16 +37,24 @@ def test_a_rig_of_this_house_is_not_foreign():
     assert not is_foreign(RIGS.parent / "rigs/bench.yaml")
 
 
-@pytest.mark.parametrize(("text", "by", "found", "expected"), [
-    ("kind: carriage", "kind: waggon", "'waggon'", "one of carriage, chamber, piston, servo"),
-    ("stroke: 0.25 m", "stroke: 0.25 s", "'0.25 s'", "a quantity in m"),
-    ("stroke: 0.25 m", "stroke: 0.25", "without a unit", "a unit like m"),
-    ("  stroke: 0.25 m\n", "", "nothing", "the key 'stroke'"),
-    ("stroke: 0.25 m", "strike: 0.25 m", "'strike'", "stroke"),
-    ("force: motor_force_n", "power: motor_force_n", "'power'", "one of force, position"),
-    ("lowpass: 50 Hz", "lowpass: 60 Hz", "60 Hz", "at most half the rate"),
-    ("repeats_to: {force: 0.26 N}", "repeats_to: {force: 0.26 m}", "'0.26 m'", "a quantity in N"),
-])
+@pytest.mark.parametrize(
+    ("text", "by", "found", "expected"),
+    [
+        ("kind: carriage", "kind: waggon", "'waggon'", "one of carriage, chamber, piston, servo"),
+        ("stroke: 0.25 m", "stroke: 0.25 s", "'0.25 s'", "a quantity in m"),
+        ("stroke: 0.25 m", "stroke: 0.25", "without a unit", "a unit like m"),
+        ("  stroke: 0.25 m\n", "", "nothing", "the key 'stroke'"),
+        ("stroke: 0.25 m", "strike: 0.25 m", "'strike'", "stroke"),
+        ("force: motor_force_n", "power: motor_force_n", "'power'", "one of force, position"),
+        ("lowpass: 50 Hz", "lowpass: 60 Hz", "60 Hz", "at most half the rate"),
+        (
+            "repeats_to: {force: 0.26 N}",
+            "repeats_to: {force: 0.26 m}",
+            "'0.26 m'",
+            "a quantity in N",
+        ),
+    ],
+)
 def test_a_rig_file_that_does_not_fit(tmp_path, text, by, found, expected):
     assert text in RIG
     with pytest.raises(ConfigError) as error:
@@ -53,15 +63,23 @@ def test_a_rig_file_that_does_not_fit(tmp_path, text, by, found, expected):
     assert re.match(r".*rig\.yaml:\d+: ", said) and found in said and expected in said, said
 
 
-@pytest.mark.parametrize(("text", "by", "found", "expected"), [
-    ("inertia: 95.2 kg", "inertia: 95.2 N", "'95.2 N'", "a quantity in kg"),
-    ("inertia: 95.2 kg", "mass: 95.2 kg", "'mass'", "one of inertia"),
-    ("viscous: 410 N*s/m", "viscous: -1 N*s/m", "-1", "0 to"),
-    ("carriage: {inertia: 95.2 kg}\n", "", "nothing", "the key 'inertia'"),
-    ("kind: carriage", "kind: chamber", "'chamber'", "carriage"),
-    ("plant: emps", "plant: emps\neffects: {sticktion: {}}", "'sticktion'", "one of"),
-    ("plant: emps", "plant: emps\neffects: {coulomb: {coulomb: 9 Nm}}", "'9 Nm'", "a quantity in N"),
-])
+@pytest.mark.parametrize(
+    ("text", "by", "found", "expected"),
+    [
+        ("inertia: 95.2 kg", "inertia: 95.2 N", "'95.2 N'", "a quantity in kg"),
+        ("inertia: 95.2 kg", "mass: 95.2 kg", "'mass'", "one of inertia"),
+        ("viscous: 410 N*s/m", "viscous: -1 N*s/m", "-1", "0 to"),
+        ("carriage: {inertia: 95.2 kg}\n", "", "nothing", "the key 'inertia'"),
+        ("kind: carriage", "kind: chamber", "'chamber'", "carriage"),
+        ("plant: emps", "plant: emps\neffects: {sticktion: {}}", "'sticktion'", "one of"),
+        (
+            "plant: emps",
+            "plant: emps\neffects: {coulomb: {coulomb: 9 Nm}}",
+            "'9 Nm'",
+            "a quantity in N",
+        ),
+    ],
+)
 def test_a_plant_file_that_does_not_fit(tmp_path, text, by, found, expected):
     assert text in PLANT
     with pytest.raises(ConfigError) as error:
@@ -72,7 +90,10 @@ def test_a_plant_file_that_does_not_fit(tmp_path, text, by, found, expected):
 
 def test_an_effect_that_is_left_out_is_in_neither_catalogue_nor_knobs(tmp_path):
     subject = opened(tmp_path, leave_out=frozenset({"coulomb"}))
-    assert "coulomb" not in [e.name for e in subject.catalogue] and "friction.coulomb_n" not in subject.knobs
+    assert (
+        "coulomb" not in [e.name for e in subject.catalogue]
+        and "friction.coulomb_n" not in subject.knobs
+    )
     with pytest.raises(ConfigError, match="no effect 'colomb'"):
         opened(tmp_path, leave_out=frozenset({"colomb"}))
 
@@ -92,12 +113,18 @@ def test_a_recording_without_a_column_says_so():
 
     subject, recording = subject_of("carriage"), blank("carriage")
     del recording.columns["motor_force_n"]
-    with pytest.raises(KeyError, match="found no column motor_force_n, expected what the rig file names"):
+    with pytest.raises(
+        KeyError, match="found no column motor_force_n, expected what the rig file names"
+    ):
         subject.prepare(recording)
 
 
 def test_a_log_shorter_than_the_filter_reaches_has_nothing_settled():
-    signals = Signals("short", 1000.0, 5.0, 1, {"force": np.zeros(30)}, {"force": np.ones(30, bool)}, ())
+    signals = Signals(
+        "short", 1000.0, 5.0, 1, {"force": np.zeros(30)}, {"force": np.ones(30, bool)}, ()
+    )
     assert signals.settled(np.ones(30, bool), 1.0).tolist() == [False] * 30
-    long = Signals("long", 1000.0, 50.0, 1, {"force": np.zeros(100)}, {"force": np.ones(100, bool)}, ())
+    long = Signals(
+        "long", 1000.0, 50.0, 1, {"force": np.zeros(100)}, {"force": np.ones(100, bool)}, ()
+    )
     assert np.flatnonzero(long.settled(np.ones(100, bool), 1.0)).tolist() == list(range(20, 80))

@@ -18,16 +18,41 @@ def test_a_carriage_by_newtons_law():
     subject, rate = subject_of("carriage"), 1000.0
     t = np.arange(0.0, 10.0, 1.0 / rate)
     w = 2 * np.pi * 0.5
-    place, speed, acceleration = 0.123 + 0.1 * np.sin(w * t), 0.1 * w * np.cos(w * t), -0.1 * w * w * np.sin(w * t)
+    place, speed, acceleration = (
+        0.123 + 0.1 * np.sin(w * t),
+        0.1 * w * np.cos(w * t),
+        -0.1 * w * w * np.sin(w * t),
+    )
     force = 80.0 * acceleration + 150.0 * speed + 12.0 * np.sign(speed) - 2.0
-    made = Recording("made", "", "emps", "", "", 1.0 / rate, np.arange(len(t)), {"carriage_position_m": place, "motor_force_n": force}, ())
+    made = Recording(
+        "made",
+        "",
+        "emps",
+        "",
+        "",
+        1.0 / rate,
+        np.arange(len(t)),
+        {"carriage_position_m": place, "motor_force_n": force},
+        (),
+    )
     ready = subject.prepare(made)
-    truth = {"carriage.inertia_kg": 80.0, "friction.viscous_n_s_m": 150.0, "friction.coulomb_n": 12.0, "friction.offset_n": -2.0}
+    truth = {
+        "carriage.inertia_kg": 80.0,
+        "friction.viscous_n_s_m": 150.0,
+        "friction.coulomb_n": 12.0,
+        "friction.offset_n": -2.0,
+    }
     left = subject.residual(ready, truth, "force")
-    assert np.nanstd(left) < 0.2 and np.isfinite(left).mean() > 0.95    # N, of forces to 90 N
-    for key, other in (("friction.coulomb_n", 11.0), ("carriage.inertia_kg", 79.0), ("friction.viscous_n_s_m", 145.0)):
+    assert np.nanstd(left) < 0.2 and np.isfinite(left).mean() > 0.95  # N, of forces to 90 N
+    for key, other in (
+        ("friction.coulomb_n", 11.0),
+        ("carriage.inertia_kg", 79.0),
+        ("friction.viscous_n_s_m", 145.0),
+    ):
         assert np.nanstd(subject.residual(ready, {**truth, key: other}, "force")) > 0.6
-    assert np.nanmean(subject.residual(ready, {**truth, "friction.offset_n": -2.5}, "force")) == pytest.approx(0.5, abs=0.01)
+    assert np.nanmean(
+        subject.residual(ready, {**truth, "friction.offset_n": -2.5}, "force")
+    ) == pytest.approx(0.5, abs=0.01)
 
 
 @settings(max_examples=5, deadline=None, derandomize=True)
@@ -36,11 +61,25 @@ def test_a_chamber_that_leaks_exponentially(rate):
     subject = subject_of("chamber")
     t = np.arange(0.0, 60.0, 0.1)
     pressure = 101_325.0 + 7e5 * np.exp(-rate * t)
-    made = Recording("made", "", "sealed_chamber", "", "", 0.1, np.arange(len(t)), {"chamber_pressure_pa": pressure}, ())
+    made = Recording(
+        "made",
+        "",
+        "sealed_chamber",
+        "",
+        "",
+        0.1,
+        np.arange(len(t)),
+        {"chamber_pressure_pa": pressure},
+        (),
+    )
     ready = subject.prepare(made)
-    left = subject.residual(ready, {"chamber.stand_leak_per_s": 0.0, "leak.linear_per_s": rate}, "pressure")
-    assert np.nanmax(np.abs(left)) < 30.0          # Pa, of 700 kPa
-    run = subject.free_run(made, {"chamber.stand_leak_per_s": 0.0, "leak.linear_per_s": rate}, None).columns["chamber_pressure_pa"]
+    left = subject.residual(
+        ready, {"chamber.stand_leak_per_s": 0.0, "leak.linear_per_s": rate}, "pressure"
+    )
+    assert np.nanmax(np.abs(left)) < 30.0  # Pa, of 700 kPa
+    run = subject.free_run(
+        made, {"chamber.stand_leak_per_s": 0.0, "leak.linear_per_s": rate}, None
+    ).columns["chamber_pressure_pa"]
     assert np.max(np.abs(run - pressure)) < 300.0
 
 
@@ -48,7 +87,16 @@ def test_a_chamber_that_leaks_exponentially(rate):
 def test_a_leak_by_a_power_of_the_pressure_ends_where_nothing_stands_over(power):
     over = np.array([-2e3, 0.0, 1.0, 5e5])
     subject = subject_of("chamber")
-    rate = rate_pa_s(101_325.0 + over, {**subject.rig.settings, **subject.plant.numbers, "chamber.stand_leak_per_s": 0.0, "leak.power_per_s": 0.1, "leak.power_ratio": power})
+    rate = rate_pa_s(
+        101_325.0 + over,
+        {
+            **subject.rig.settings,
+            **subject.plant.numbers,
+            "chamber.stand_leak_per_s": 0.0,
+            "leak.power_per_s": 0.1,
+            "leak.power_ratio": power,
+        },
+    )
     assert np.isfinite(rate).all() and rate[1] == 0.0 and rate[3] < -1e3
 
 
@@ -59,13 +107,21 @@ def test_a_servo_without_friction_answers_a_step_as_a_second_order_lag():
     run = servo_model.run(np.ones(count), np.ones(count), np.zeros(count), numbers, 0.0, 0.02)
     poles = np.roots([lag, 1.0, gain])
     t = np.arange(1, count + 1) * 0.02
-    answer = 1.0 - (poles[1] * np.exp(poles[0] * t) - poles[0] * np.exp(poles[1] * t)).real / (poles[1] - poles[0]).real
+    answer = (
+        1.0
+        - (poles[1] * np.exp(poles[0] * t) - poles[0] * np.exp(poles[1] * t)).real
+        / (poles[1] - poles[0]).real
+    )
     assert np.max(np.abs(run - answer)) < 0.02
 
 
 def test_friction_leaves_a_servo_standing_where_its_gain_no_longer_moves_it():
     numbers = np.zeros(servo_model.PLACES)
-    numbers[servo_model.GAIN], numbers[servo_model.LAG], numbers[servo_model.COULOMB] = 10.0, 0.02, 0.2
+    numbers[servo_model.GAIN], numbers[servo_model.LAG], numbers[servo_model.COULOMB] = (
+        10.0,
+        0.02,
+        0.2,
+    )
     run = servo_model.run(np.full(300, 0.5), np.ones(300), np.zeros(300), numbers, 0.0, 0.02)
     assert run[-1] == run[-50] and 0.0 < 0.5 - run[-1] <= 0.02 + 1e-9
 
@@ -73,7 +129,9 @@ def test_friction_leaves_a_servo_standing_where_its_gain_no_longer_moves_it():
 def test_dahl_and_lugre_reach_full_friction_and_play_keeps_its_gap():
     moved = np.full(1000, 1e-5)
     assert dahl(moved, 1e-3)[-1] == pytest.approx(1.0 - np.exp(-10.0), rel=1e-6)
-    assert lugre(np.full(1000, 0.01), 1e-3, 1e-3, 0.5, 0.02)[-1] == pytest.approx(1.0 + 0.5 * np.exp(-0.25), rel=1e-3)
+    assert lugre(np.full(1000, 0.01), 1e-3, 1e-3, 0.5, 0.02)[-1] == pytest.approx(
+        1.0 + 0.5 * np.exp(-0.25), rel=1e-3
+    )
     x = np.sin(np.linspace(0, 20, 500))
     assert np.max(np.abs(play(x, 0.2) - x)) <= 0.1 + 1e-12
 
@@ -83,7 +141,9 @@ def test_dahl_and_lugre_reach_full_friction_and_play_keeps_its_gap():
 def test_a_delay_by_parts_of_a_sample(delay):
     k = np.arange(400)
     wave = np.sin(2 * np.pi * k / 40.0)
-    assert np.allclose(shifted(wave, delay)[10:-10], np.sin(2 * np.pi * (k - delay) / 40.0)[10:-10], atol=5e-4)
+    assert np.allclose(
+        shifted(wave, delay)[10:-10], np.sin(2 * np.pi * (k - delay) / 40.0)[10:-10], atol=5e-4
+    )
 
 
 def test_laps_are_found_by_the_motion_and_told_from_disturbed_ones():

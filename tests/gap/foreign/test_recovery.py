@@ -1,4 +1,6 @@
-"""Every entry of every catalogue on clean data: its knobs move the residual, neutral is absence, and a fit finds them again."""
+"""Every entry of every catalogue on clean data: its knobs move the residual, neutral is absence,
+and a fit finds them again.
+"""
 
 import numpy as np
 import pytest
@@ -10,8 +12,16 @@ from tests.gap.foreign.made import HOSTS, blank, subject_of, with_output
 
 KINDS = ("carriage", "piston", "chamber", "servo", "shaft")
 EVERY = [(kind, effect.name) for kind in KINDS for effect in subject_of(kind).catalogue]
-DRY = {"carriage": {"friction.coulomb_n": 12.0}, "piston": {"friction.coulomb_n": 12.0}, "shaft": {"friction.coulomb_nm": 0.3}}   # what a rounding rounds off
-STAIRS = (("servo", "encoder_step"), ("servo", "stiction"), ("servo", "deadband_whole"))   # they act by jumps: no slope to follow
+DRY = {
+    "carriage": {"friction.coulomb_n": 12.0},
+    "piston": {"friction.coulomb_n": 12.0},
+    "shaft": {"friction.coulomb_nm": 0.3},
+}  # what a rounding rounds off
+STAIRS = (
+    ("servo", "encoder_step"),
+    ("servo", "stiction"),
+    ("servo", "deadband_whole"),
+)  # they act by jumps: no slope to follow
 
 
 def parts(kind: str, name: str):
@@ -31,7 +41,9 @@ def test_an_effect_moves_its_link_and_is_absent_at_neutral(kind, name):
     assert np.nanmax(np.abs(on - base)) > 1e-6 * max(np.nanmax(np.abs(base)), 1e-9)
     neutral = {key: subject.knobs[key].value for key in effect.knobs}
     assert np.array_equal(subject.residual(ready, {**host, **neutral}, link), base, equal_nan=True)
-    amplitudes = [key for key in effect.knobs if subject.knobs[key].value in (0.0, 1.0)]   # the others only shape it
+    amplitudes = [
+        key for key in effect.knobs if subject.knobs[key].value in (0.0, 1.0)
+    ]  # the others only shape it
     off = {**start, **{key: subject.knobs[key].value for key in amplitudes}}
     assert np.array_equal(subject.residual(ready, {**host, **off}, link), base, equal_nan=True)
 
@@ -41,18 +53,39 @@ def test_an_effect_moves_its_link_and_is_absent_at_neutral(kind, name):
 @given(size=st.floats(0.6, 1.4))
 def test_a_fit_finds_the_numbers_again(kind, name, size):
     subject, effect, start, host = parts(kind, name)
-    truth = {key: subject.knobs[key].value + size * (start[key] - subject.knobs[key].value) for key in effect.knobs}
+    truth = {
+        key: subject.knobs[key].value + size * (start[key] - subject.knobs[key].value)
+        for key in effect.knobs
+    }
     ready, link = subject.prepare(with_output(kind, {**host, **truth})), subject.links[0].name
     spread = np.array([subject.knobs[key].spread for key in effect.knobs])
-    low, high = (np.array([getattr(subject.knobs[key], side) for key in effect.knobs]) / spread for side in ("low", "high"))
+    low, high = (
+        np.array([getattr(subject.knobs[key], side) for key in effect.knobs]) / spread
+        for side in ("low", "high")
+    )
 
     def left(x):
-        found = subject.residual(ready, {**host, **dict(zip(effect.knobs, x * spread, strict=True))}, link)
+        found = subject.residual(
+            ready, {**host, **dict(zip(effect.knobs, x * spread, strict=True))}, link
+        )
         return found[np.isfinite(found)]
 
-    first = np.clip(np.array([start[key] for key in effect.knobs]) / spread, low + 1e-9, high - 1e-9)
-    scale = np.sqrt(np.mean(left(np.array([subject.knobs[key].value for key in effect.knobs]) / spread) ** 2))
-    fit = least_squares(lambda x: left(x) / scale, first, bounds=(low, high), diff_step=1e-4, x_scale="jac", xtol=1e-12, ftol=1e-12, gtol=1e-12)
+    first = np.clip(
+        np.array([start[key] for key in effect.knobs]) / spread, low + 1e-9, high - 1e-9
+    )
+    scale = np.sqrt(
+        np.mean(left(np.array([subject.knobs[key].value for key in effect.knobs]) / spread) ** 2)
+    )
+    fit = least_squares(
+        lambda x: left(x) / scale,
+        first,
+        bounds=(low, high),
+        diff_step=1e-4,
+        x_scale="jac",
+        xtol=1e-12,
+        ftol=1e-12,
+        gtol=1e-12,
+    )
     for key, value in zip(effect.knobs, fit.x * spread, strict=True):
         distance = abs(truth[key] - subject.knobs[key].value) or abs(truth[key])
         assert abs(value - truth[key]) < 0.02 * max(distance, 0.02 * subject.knobs[key].spread), key
@@ -64,5 +97,9 @@ def test_a_search_finds_the_number_of_a_law_that_jumps(kind, name):
     (key,) = effect.knobs
     ready, link = subject.prepare(with_output(kind, {key: start[key]})), subject.links[0].name
     sizes = np.array([0.5, 0.8, 0.9, 0.96, 1.0, 1.04, 1.1, 1.2, 1.5])
-    left = [np.nanstd(subject.residual(ready, {**host, key: size * start[key]}, link)) for size in sizes]
-    assert left[4] < 1e-9 < min(*left[:3], *left[6:])      # within 10 %: between jumps every size is the same
+    left = [
+        np.nanstd(subject.residual(ready, {**host, key: size * start[key]}, link)) for size in sizes
+    ]
+    assert (
+        left[4] < 1e-9 < min(*left[:3], *left[6:])
+    )  # within 10 %: between jumps every size is the same

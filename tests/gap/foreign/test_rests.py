@@ -1,4 +1,6 @@
-"""A carriage that moves from place to place and stands between: what its drive gives there says nothing of the plant. And a hand on it is a gap that nothing foresees."""
+"""A carriage that moves from place to place and stands between: what its drive gives there says
+nothing of the plant. And a hand on it is a gap that nothing foresees.
+"""
 
 from dataclasses import replace
 
@@ -11,7 +13,17 @@ from epa_rt.gap.recording import Recording
 from tests.gap.foreign.carriages import Cart, opened
 
 PERIOD_S = 2e-3
-CART = Cart("cart", "force_n", PERIOD_S, mass_kg=12.0, drag_n_s_m=30.0, stiffness_n_m=9000.0, damping_n_s_m=500.0, place_noise_m=5e-7, force_noise_n=0.6)
+CART = Cart(
+    "cart",
+    "force_n",
+    PERIOD_S,
+    mass_kg=12.0,
+    drag_n_s_m=30.0,
+    stiffness_n_m=9000.0,
+    damping_n_s_m=500.0,
+    place_noise_m=5e-7,
+    force_noise_n=0.6,
+)
 RIG = """rig: cart
 kind: carriage
 plant: plant.yaml
@@ -20,17 +32,30 @@ lowpass: 40 Hz
 channels: {position: place_m, force: force_n}
 settings: {typical_force: 15 N, typical_speed: 0.15 m/s, stroke: 0.4 m, pitch: 20 mm}
 """
-PLANT = "plant: cart\nkind: carriage\ncarriage: {inertia: 11.7 kg}\nfriction: {viscous: 33 N*s/m}\neffects: {coulomb: {coulomb: 3 N}}\n"
+PLANT = (
+    "plant: cart\nkind: carriage\ncarriage: {inertia: 11.7 kg}\nfriction: {viscous: 33"
+    " N*s/m}\neffects: {coulomb: {coulomb: 3 N}}\n"
+)
 
 
 def run(seed: int, strokes: bool = True, coulomb_n: float = 3.0, hand_n: float = 0.0) -> Recording:
     """From place to place, or without a rest; a ``hand_n`` leans on it now and then."""
     random, t = np.random.default_rng(seed), np.arange(0.0, 20.0, PERIOD_S)
     turns = random.uniform(-0.15, 0.15, 14)
-    told = np.repeat(turns, 750)[:len(t)] if strokes else 0.12 * np.sin(2 * np.pi * 0.4 * t) + 0.04 * np.sin(2 * np.pi * 1.1 * t + seed)
+    told = (
+        np.repeat(turns, 750)[: len(t)]
+        if strokes
+        else 0.12 * np.sin(2 * np.pi * 0.4 * t) + 0.04 * np.sin(2 * np.pi * 1.1 * t + seed)
+    )
     calm = np.hanning(351)
-    wanted = np.convolve(np.pad(told, 175, "edge"), calm / calm.sum(), "valid")[:len(t)] if strokes else told
-    push = hand_n * np.convolve(random.normal(0.0, 1.0, len(t)), np.ones(300) / np.sqrt(300.0), "same")
+    wanted = (
+        np.convolve(np.pad(told, 175, "edge"), calm / calm.sum(), "valid")[: len(t)]
+        if strokes
+        else told
+    )
+    push = hand_n * np.convolve(
+        random.normal(0.0, 1.0, len(t)), np.ones(300) / np.sqrt(300.0), "same"
+    )
     return CART.driven(f"log{seed}", wanted, random, coulomb_n=coulomb_n, push_n=push)
 
 
@@ -44,10 +69,10 @@ def test_rows_in_which_nothing_moves_are_not_judged_and_that_is_said(cart):
     ready = cart.prepare(log)
     speed = ready.work.base.speed_m_s
     resting = at_rest(ready.signals, speed, {**cart.rig.settings, **cart.plant.numbers})
-    assert np.array_equal(ready.undetermined, resting[::ready.signals.stride])
+    assert np.array_equal(ready.undetermined, resting[:: ready.signals.stride])
     assert 0.2 < resting.mean() < 0.9
     assert np.abs(speed[~resting]).max() > 0.1 and np.median(np.abs(speed[resting])) < 5e-4
-    assert not ready.judged["force"][resting[::ready.signals.stride]].any()
+    assert not ready.judged["force"][resting[:: ready.signals.stride]].any()
     (finding,) = check_rests([log], cart)
     assert finding.severity == "note" and "not judged" in finding.says
     assert not check_rests([run(1, strokes=False)], cart)  # reversals are no rests
@@ -55,11 +80,15 @@ def test_rows_in_which_nothing_moves_are_not_judged_and_that_is_said(cart):
 
 @pytest.mark.parametrize(("stick_s", "rests"), [(0.0, False), (0.012, True)])
 def test_where_a_carriage_sticks_for_a_moment_as_it_turns_is_not_judged(cart, stick_s, rests):
-    """Dry friction then takes whatever the drive gives; carriages without a gap had 1.6 to 3.6 floors by such rows."""
+    """Dry friction then takes whatever the drive gives; carriages without a gap had 1.6 to 3.6
+    floors by such rows.
+    """
     log, quarter = run(1, strokes=False), 0.625
     t = np.arange(log.samples) * PERIOD_S
     phase = np.mod(t, 2.0 * quarter + stick_s)  # to and fro once, standing at both ends
-    way = np.cos(np.pi * np.minimum(phase, 2.0 * quarter) / (2.0 * quarter)) * np.where(np.mod(np.floor(t / (2.0 * quarter + stick_s)), 2.0) == 0.0, 1.0, -1.0)
+    way = np.cos(np.pi * np.minimum(phase, 2.0 * quarter) / (2.0 * quarter)) * np.where(
+        np.mod(np.floor(t / (2.0 * quarter + stick_s)), 2.0) == 0.0, 1.0, -1.0
+    )
     ready = cart.prepare(replace(log, columns={**log.columns, "place_m": 0.1 * way}))
     assert bool(ready.undetermined[50:-50].any()) is rests
 
@@ -77,7 +106,12 @@ def test_strokes_show_dry_friction_that_the_plant_file_has_too_little_of(cart):
 
 
 def test_a_hand_on_the_carriage_is_a_gap_though_nothing_foresees_it(cart):
-    found = diagnose(cart, [run(1, strokes=False, hand_n=2.0), run(2, strokes=False, hand_n=2.0)], how_far=False)
+    found = diagnose(
+        cart, [run(1, strokes=False, hand_n=2.0), run(2, strokes=False, hand_n=2.0)], how_far=False
+    )
     assert found.verdict == "not_in_catalogue" and not found.effects
     assert "nothing that was measured foresees it" in found.says
-    assert diagnose(cart, [run(1, strokes=False), run(2, strokes=False)], how_far=False).verdict == "no_gap"
+    assert (
+        diagnose(cart, [run(1, strokes=False), run(2, strokes=False)], how_far=False).verdict
+        == "no_gap"
+    )

@@ -1,4 +1,6 @@
-"""The SO-101 arm's servos: friction and the servo's dead zone look alike on the one channel, and what would tell them apart."""
+"""The SO-101 arm's servos: friction and the servo's dead zone look alike on the one channel, and
+what would tell them apart.
+"""
 
 import pytest
 
@@ -13,7 +15,12 @@ from tests.gap.foreign.real import RIGS, recording
 
 @pytest.fixture(scope="module")
 def step_response(folder):
-    return recording(folder, "sage_so101", "sage_so101/step_response/control.csv", "sage_so101/step_response/state_motor.csv")
+    return recording(
+        folder,
+        "sage_so101",
+        "sage_so101/step_response/control.csv",
+        "sage_so101/step_response/state_motor.csv",
+    )
 
 
 @pytest.mark.parametrize("joint", ["wrist_roll", "wrist_pitch"])
@@ -28,7 +35,15 @@ def test_the_experiment_that_would_tell(step_response):
     subject = open_foreign(RIGS / "so101_wrist_roll.yaml")
     found = answers(subject, [step_response], diagnose(subject, [step_response], how_far=False))
     few = [item for item in items(subject) if item.name in ("steps", "slow_triangle")]
-    best = next_experiment(found.rivals, few, lambda item, plant: simulated(subject, item, plant, step_response), distance_between(subject, found))
+    best = next_experiment(
+        found.rivals,
+        few,
+        lambda item, plant: simulated(subject, item, plant, step_response),
+        distance_between(subject, found),
+    )
     assert best.expected_distance > DECIDES
-    assert best.settings["weight"] != "0 rad/s of the motor's speed" or best.settings["position_gain"] != "1 x"
+    assert (
+        best.settings["weight"] != "0 rad/s of the motor's speed"
+        or best.settings["position_gain"] != "1 x"
+    )
     assert "samples" in best.file

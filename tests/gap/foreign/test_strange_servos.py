@@ -1,4 +1,6 @@
-"""Servos of somebody else's simulator: which row a reading stands in, a log's scale and a gear with mass beyond it are no other law; limits are found where they bite."""
+"""Servos of somebody else's simulator: which row a reading stands in, a log's scale and a gear with
+mass beyond it are no other law; limits are found where they bite.
+"""
 
 import numpy as np
 import pytest
@@ -22,12 +24,29 @@ settings: {stroke: 1 rad}
 PLANT = "plant: joint\nkind: servo\njoint: {gain: 13 1/s, lag: 55 ms}\nsensor: {zero: 0 rad}\n"
 
 
-def run(seed: int, reads_first: bool = False, scale: float = 1.0, beyond: float = 0.0, rise_s2: float = 0.0, forward: float = 0.0, backward: float = 0.0,
-        smooth: bool = False, speed: float = np.inf, torque: float = np.inf, ignored: float = 0.0) -> Recording:
-    """``beyond``: part of the mass behind a gear of compliance ``rise_s2``; the loop closes on the joint. ``forward``, ``backward``: dry friction by direction, ``speed``, ``torque``: limits, rad/s;
-    ``ignored``: error that the servo does not answer, rad."""
+def run(
+    seed: int,
+    reads_first: bool = False,
+    scale: float = 1.0,
+    beyond: float = 0.0,
+    rise_s2: float = 0.0,
+    forward: float = 0.0,
+    backward: float = 0.0,
+    smooth: bool = False,
+    speed: float = np.inf,
+    torque: float = np.inf,
+    ignored: float = 0.0,
+) -> Recording:
+    """``beyond``: part of the mass behind a gear of compliance ``rise_s2``; the loop closes on the
+    joint. ``forward``, ``backward``: dry friction by direction, ``speed``, ``torque``: limits,
+    rad/s; ``ignored``: error that the servo does not answer, rad.
+    """
     random, t = np.random.default_rng(seed), np.arange(0.0, 30.0, PERIOD_S)
-    steps = 0.4 * np.sin(2 * np.pi * 0.13 * t) if smooth else np.repeat(random.uniform(-0.5, 0.5, 20), 75)
+    steps = (
+        0.4 * np.sin(2 * np.pi * 0.13 * t)
+        if smooth
+        else np.repeat(random.uniform(-0.5, 0.5, 20), 75)
+    )
     command = steps + sum(0.06 * np.sin(2 * np.pi * f * t + seed) for f in (0.3, 0.9, 2.2))
     before, after, step = np.empty(len(t)), np.empty(len(t)), PERIOD_S / SUBSTEPS
     motor = joint = motor_speed = joint_speed = 0.0
@@ -35,9 +54,13 @@ def run(seed: int, reads_first: bool = False, scale: float = 1.0, beyond: float 
         before[k] = joint
         for _ in range(SUBSTEPS):
             error = wanted - joint if abs(wanted - joint) > ignored else 0.0
-            push = np.clip(np.clip(GAIN_PER_S * error, -speed, speed) - motor_speed, -torque, torque)
+            push = np.clip(
+                np.clip(GAIN_PER_S * error, -speed, speed) - motor_speed, -torque, torque
+            )
             if beyond > 0.0:
-                turning = ((motor - joint) + 0.4 * np.sqrt(rise_s2) * (motor_speed - joint_speed)) / rise_s2
+                turning = (
+                    (motor - joint) + 0.4 * np.sqrt(rise_s2) * (motor_speed - joint_speed)
+                ) / rise_s2
                 joint_speed += step * turning
                 push -= beyond * LAG_S * turning
             free = motor_speed + step * push / ((1.0 - beyond) * LAG_S)
@@ -46,7 +69,12 @@ def run(seed: int, reads_first: bool = False, scale: float = 1.0, beyond: float 
             motor += step * motor_speed
             joint = joint + step * joint_speed if beyond > 0.0 else motor
         after[k] = joint
-    read = np.round((scale * (before if reads_first else after) + random.normal(0.0, 3e-4, len(t))) / 0.0015) * 0.0015
+    read = (
+        np.round(
+            (scale * (before if reads_first else after) + random.normal(0.0, 3e-4, len(t))) / 0.0015
+        )
+        * 0.0015
+    )
     return one_trial(f"log{seed}", "joint", PERIOD_S, {"cmd_rad": command, "angle_rad": read})
 
 
@@ -69,33 +97,71 @@ def test_a_scale_of_the_log_is_named_before_a_weight(joint):
 
 
 def test_a_gear_that_winds_up_with_mass_beyond_it_is_no_delay(joint):
-    found = diagnose(joint, [run(1, beyond=0.4, rise_s2=6e-4), run(2, beyond=0.4, rise_s2=6e-4)], how_far=False)
+    found = diagnose(
+        joint, [run(1, beyond=0.4, rise_s2=6e-4), run(2, beyond=0.4, rise_s2=6e-4)], how_far=False
+    )
     assert [one.name for one in found.effects] == ["gear_compliance"], found.says
     assert found.fitted["gear.compliance_s2"] == pytest.approx(6e-4, rel=0.3)
 
 
 def test_friction_that_differs_by_direction_is_friction(joint):
-    found = diagnose(joint, [run(1, forward=0.5, backward=0.1), run(2, forward=0.5, backward=0.1)], how_far=False)
-    assert found.effects[0].family == "friction" and found.verdict in ("explained", "not_separable"), found.says
+    found = diagnose(
+        joint, [run(1, forward=0.5, backward=0.1), run(2, forward=0.5, backward=0.1)], how_far=False
+    )
+    assert found.effects[0].family == "friction" and found.verdict in (
+        "explained",
+        "not_separable",
+    ), found.says
 
 
-@pytest.mark.parametrize(("law", "limit"), [("torque", 0.4), pytest.param("torque", 2.5, marks=pytest.mark.slow), pytest.param("speed", 0.8, marks=pytest.mark.slow), ("speed", 2.5)])
+@pytest.mark.parametrize(
+    ("law", "limit"),
+    [
+        ("torque", 0.4),
+        pytest.param("torque", 2.5, marks=pytest.mark.slow),
+        pytest.param("speed", 0.8, marks=pytest.mark.slow),
+        ("speed", 2.5),
+    ],
+)
 def test_a_limit_is_found_wherever_the_logs_begin_to_reach_it(joint, law, limit):
     smooth = limit < 1.0
-    found = diagnose(joint, [run(1, smooth=smooth, **{law: limit}), run(2, smooth=smooth, **{law: limit})], how_far=False)
-    assert found.verdict == "explained" and [one.name for one in found.effects] == [f"{law}_limit"], found.says
+    found = diagnose(
+        joint,
+        [run(1, smooth=smooth, **{law: limit}), run(2, smooth=smooth, **{law: limit})],
+        how_far=False,
+    )
+    assert found.verdict == "explained" and [one.name for one in found.effects] == [
+        f"{law}_limit"
+    ], found.says
     assert found.fitted[f"drive.{law}_limit_s_rad"] == pytest.approx(1.0 / limit, rel=0.02)
 
 
 @pytest.mark.parametrize("ignored", [0.028, 0.035])
 def test_a_servo_that_answers_larger_errors_in_full_has_a_dead_zone_of_that_kind(joint, ignored):
-    found = diagnose(joint, [run(1, smooth=True, ignored=ignored), run(2, smooth=True, ignored=ignored)], how_far=False)
+    found = diagnose(
+        joint,
+        [run(1, smooth=True, ignored=ignored), run(2, smooth=True, ignored=ignored)],
+        how_far=False,
+    )
     assert found.effects[0].name == "deadband_whole", found.says
     assert found.fitted["drive.ignored_rad"] == pytest.approx(ignored, rel=0.02)
 
 
-@pytest.mark.parametrize("law", [{}, {"BACKLASH": 0.03}, {"COULOMB": 0.4}, {"DEADBAND": 0.02}, {"TORQUE_LIMIT": 0.8}, {"SPEED_LIMIT": 0.5}, {"GRAVITY_COSINE": 1.2, "COULOMB": 0.15},
-                                 {"COMPLIANCE": 6e-4, "BEYOND": 0.4}, {"COMPLIANCE": 5e-5, "BEYOND": 0.3}, {"COMPLIANCE": 1e-3, "BEYOND": 0.3, "COULOMB": 0.3}])
+@pytest.mark.parametrize(
+    "law",
+    [
+        {},
+        {"BACKLASH": 0.03},
+        {"COULOMB": 0.4},
+        {"DEADBAND": 0.02},
+        {"TORQUE_LIMIT": 0.8},
+        {"SPEED_LIMIT": 0.5},
+        {"GRAVITY_COSINE": 1.2, "COULOMB": 0.15},
+        {"COMPLIANCE": 6e-4, "BEYOND": 0.4},
+        {"COMPLIANCE": 5e-5, "BEYOND": 0.3},
+        {"COMPLIANCE": 1e-3, "BEYOND": 0.3, "COULOMB": 0.3},
+    ],
+)
 def test_the_model_steps_finely_enough(law):
     command, finer = run(1).columns["cmd_rad"], 16
     numbers = np.zeros(servo_model.PLACES)
@@ -104,6 +170,10 @@ def test_the_model_steps_finely_enough(law):
 
     def angle(times: int) -> np.ndarray:
         asked = np.repeat(command, times)
-        return servo_model.run(asked, np.ones(len(asked)), np.zeros(len(asked)), numbers, 0.0, PERIOD_S / times)[times - 1::times]
+        return servo_model.run(
+            asked, np.ones(len(asked)), np.zeros(len(asked)), numbers, 0.0, PERIOD_S / times
+        )[times - 1 :: times]
 
-    assert np.sqrt(np.mean((angle(1) - angle(finer)) ** 2)) < 2e-4  # rad: an eighth of the encoder's step
+    assert (
+        np.sqrt(np.mean((angle(1) - angle(finer)) ** 2)) < 2e-4
+    )  # rad: an eighth of the encoder's step

@@ -1,4 +1,6 @@
-"""A pendulum on a motor, of somebody else's simulator: weight and friction are told in newton metres."""
+"""A pendulum on a motor, of somebody else's simulator: weight and friction are told in newton
+metres.
+"""
 
 import numpy as np
 import pytest
@@ -18,12 +20,24 @@ lowpass: 40 Hz
 channels: {angle: arm_rad, torque: motor_nm}
 settings: {typical_torque: 1 N*m, typical_speed: 2 rad/s, stroke: 2 rad}
 """
-PLANT = "plant: arm\nkind: shaft\nshaft: {inertia: 0.05 kg*m^2}\nfriction: {viscous: 0.2 N*m*s/rad}\n"
+PLANT = (
+    "plant: arm\nkind: shaft\nshaft: {inertia: 0.05 kg*m^2}\nfriction: {viscous: 0.2 N*m*s/rad}\n"
+)
 HANGS = PLANT + "effects: {gravity: {gravity_sine: 0.9 N*m}}\n"
 
 
-def swing(seed: int, coulomb_nm: float = 0.0, weight_nm: float = WEIGHT_NM, hangs_rad: float = 0.0, noise_rad: float = 2e-6, late_rows: int = 0, breakaway_nm: float = 0.0) -> Recording:
-    """``hangs_rad``: where the arm would come to rest; ``breakaway_nm``: what dry friction rises by towards standstill, over 0.15 rad/s; ``late_rows``: after which a torque acts."""
+def swing(
+    seed: int,
+    coulomb_nm: float = 0.0,
+    weight_nm: float = WEIGHT_NM,
+    hangs_rad: float = 0.0,
+    noise_rad: float = 2e-6,
+    late_rows: int = 0,
+    breakaway_nm: float = 0.0,
+) -> Recording:
+    """``hangs_rad``: where the arm would come to rest; ``breakaway_nm``: what dry friction rises by
+    towards standstill, over 0.15 rad/s; ``late_rows``: after which a torque acts.
+    """
     random, t = np.random.default_rng(seed), np.arange(0.0, 16.0, PERIOD_S)
     wanted = 0.7 * np.sin(2 * np.pi * 0.31 * t) + 0.3 * np.sin(2 * np.pi * 0.83 * t + seed)
     speed, angle, torque = np.gradient(wanted, PERIOD_S), np.empty(len(t)), np.empty(len(t))
@@ -34,7 +48,12 @@ def swing(seed: int, coulomb_nm: float = 0.0, weight_nm: float = WEIGHT_NM, hang
         torque[k] = held + random.normal(0.0, 5e-3)
         sent.append(held)
         for _ in range(SUBSTEPS):
-            free = v + step * (sent[-1 - late_rows] - DRAG * v - weight_nm * np.sin(q - hangs_rad)) / INERTIA
+            free = (
+                v
+                + step
+                * (sent[-1 - late_rows] - DRAG * v - weight_nm * np.sin(q - hangs_rad))
+                / INERTIA
+            )
             dry_nm = coulomb_nm + breakaway_nm * np.exp(-((v / 0.15) ** 2))
             v = free - np.sign(free) * min(abs(free), step * dry_nm / INERTIA)
             q += step * v
@@ -61,14 +80,25 @@ def test_dry_friction_beside_the_weight_is_named(tmp_path):
 
 @pytest.mark.slow
 def test_a_noisy_encoder_widens_the_intervals_of_what_it_shifts(tmp_path):
-    found = diagnose(opened(tmp_path, RIG, PLANT), [swing(1, noise_rad=5e-5), swing(2, noise_rad=5e-5)], how_far=False)
+    found = diagnose(
+        opened(tmp_path, RIG, PLANT),
+        [swing(1, noise_rad=5e-5), swing(2, noise_rad=5e-5)],
+        how_far=False,
+    )
     subject = opened(tmp_path, RIG, PLANT)
     subject.read_again = lambda *_: None
-    alone = diagnose(subject, [swing(1, noise_rad=5e-5), swing(2, noise_rad=5e-5)], how_far=False).effects[0].parameters[0]
+    alone = (
+        diagnose(subject, [swing(1, noise_rad=5e-5), swing(2, noise_rad=5e-5)], how_far=False)
+        .effects[0]
+        .parameters[0]
+    )
     weight = found.effects[0].parameters[0]
     assert found.verdict == "explained" and found.effects[0].confidence > 0.9, found.says
     assert weight.low <= WEIGHT_NM <= weight.high, weight
-    assert 2.0 * (alone.high - alone.low) < weight.high - weight.low < 0.02 * WEIGHT_NM, (alone, weight)
+    assert 2.0 * (alone.high - alone.low) < weight.high - weight.low < 0.02 * WEIGHT_NM, (
+        alone,
+        weight,
+    )
 
 
 def test_an_arm_that_hangs_across_its_zero_has_all_its_weight_in_the_cosine(tmp_path):
@@ -88,6 +118,8 @@ def test_friction_that_rises_towards_standstill_keeps_its_level_beside_it(tmp_pa
 
 
 def test_a_torque_that_is_logged_a_row_before_it_is_sent_and_then_held_is_no_gap(tmp_path):
-    found = diagnose(opened(tmp_path, RIG, HANGS), [swing(1, late_rows=1), swing(2, late_rows=1)], how_far=False)
+    found = diagnose(
+        opened(tmp_path, RIG, HANGS), [swing(1, late_rows=1), swing(2, late_rows=1)], how_far=False
+    )
     assert found.verdict == "no_gap", found.says
     assert found.refitted["clock.row_ratio"] == pytest.approx(1.5, abs=0.15)

@@ -1,4 +1,6 @@
-"""A carriage of somebody else's simulator: its controller holds the force from row to row, and one of its logs begins in the middle of a motion."""
+"""A carriage of somebody else's simulator: its controller holds the force from row to row, and one
+of its logs begins in the middle of a motion.
+"""
 
 import numpy as np
 import pytest
@@ -8,7 +10,17 @@ from epa_rt.gap.diagnose import diagnose
 from tests.gap.foreign.carriages import Cart, opened
 
 PERIOD_S = 1e-3
-STRANGER = Cart("stranger", "cmd_force_n", PERIOD_S, mass_kg=42.0, drag_n_s_m=160.0, stiffness_n_m=60_000.0, damping_n_s_m=2500.0, place_noise_m=2e-6, force_noise_n=0.15)
+STRANGER = Cart(
+    "stranger",
+    "cmd_force_n",
+    PERIOD_S,
+    mass_kg=42.0,
+    drag_n_s_m=160.0,
+    stiffness_n_m=60_000.0,
+    damping_n_s_m=2500.0,
+    place_noise_m=2e-6,
+    force_noise_n=0.15,
+)
 RIG = """rig: stranger
 kind: carriage
 plant: plant.yaml
@@ -16,8 +28,10 @@ rate: 100 Hz
 lowpass: 40 Hz
 channels: {position: place_m, force: cmd_force_n}
 settings: {typical_force: 40 N, typical_speed: 0.15 m/s, stroke: 0.25 m, middle: 0.15 m, pitch: 20 mm}
-"""
-PLANT = "plant: stranger\nkind: carriage\ncarriage: {inertia: 41 kg}\nfriction: {viscous: 165 N*s/m}\n"
+"""  # noqa: E501
+PLANT = (
+    "plant: stranger\nkind: carriage\ncarriage: {inertia: 41 kg}\nfriction: {viscous: 165 N*s/m}\n"
+)
 
 
 @pytest.fixture
@@ -29,8 +43,15 @@ def answer(subject, late_rows: int, **stray):
     t = np.arange(0.0, 14.0, PERIOD_S)
     waves = 0.15 + 0.10 * np.sin(2 * np.pi * 0.3 * t) + 0.03 * np.sin(2 * np.pi * 0.9 * t + 1.0)
     smooth = np.ones(1000) / 1000.0
-    ramps = 0.05 + 0.2 * np.convolve(np.convolve(0.5 * (1.0 + np.sign(np.sin(2 * np.pi * 0.2 * t))), smooth, "same"), smooth, "same")
-    logs = [STRANGER.driven(name, wanted, np.random.default_rng(seed), late_rows, **stray) for name, wanted, seed in (("waves", waves, 1), ("ramps", ramps, 2))]
+    ramps = 0.05 + 0.2 * np.convolve(
+        np.convolve(0.5 * (1.0 + np.sign(np.sin(2 * np.pi * 0.2 * t))), smooth, "same"),
+        smooth,
+        "same",
+    )
+    logs = [
+        STRANGER.driven(name, wanted, np.random.default_rng(seed), late_rows, **stray)
+        for name, wanted, seed in (("waves", waves, 1), ("ramps", ramps, 2))
+    ]
     return diagnose(subject, logs, how_far=False)
 
 

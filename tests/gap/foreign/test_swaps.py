@@ -1,4 +1,6 @@
-"""Two channels that an import exchanged are found before any effect is named on rigs of others; effects at any strength and real recordings do not look like it."""
+"""Two channels that an import exchanged are found before any effect is named on rigs of others;
+effects at any strength and real recordings do not look like it.
+"""
 
 from dataclasses import replace
 
@@ -9,8 +11,16 @@ from tests.gap.foreign.made import subject_of, with_output
 from tests.gap.foreign.real import recording
 from tests.gap.foreign.test_sizes import REAL
 
-PAIRS = {"carriage": ("position", "force"), "servo": ("command", "position"), "shaft": ("angle", "torque")}
-SCALE = {"carriage": 1e-3, "servo": 1.0, "shaft": 1.0}   # with which the first one's column had been read: millimetres
+PAIRS = {
+    "carriage": ("position", "force"),
+    "servo": ("command", "position"),
+    "shaft": ("angle", "torque"),
+}
+SCALE = {
+    "carriage": 1e-3,
+    "servo": 1.0,
+    "shaft": 1.0,
+}  # with which the first one's column had been read: millimetres
 
 
 @pytest.mark.parametrize("kind", PAIRS)
@@ -18,9 +28,20 @@ def test_exchanged_channels_are_refused(kind):
     subject, made = subject_of(kind), with_output(kind, {})
     assert not check_swaps([made], subject)
     one, other = (subject.rig.channels[role] for role in PAIRS[kind])
-    turned = replace(made, columns={**made.columns, one: made.columns[other] * SCALE[kind], other: made.columns[one] / SCALE[kind]})
+    turned = replace(
+        made,
+        columns={
+            **made.columns,
+            one: made.columns[other] * SCALE[kind],
+            other: made.columns[one] / SCALE[kind],
+        },
+    )
     (finding,) = check_swaps([turned], subject)
-    assert finding.severity == "refuse" and finding.kind == "swapped" and {one, other} <= set(finding.says.replace(":", "").split())
+    assert (
+        finding.severity == "refuse"
+        and finding.kind == "swapped"
+        and {one, other} <= set(finding.says.replace(":", "").split())
+    )
 
 
 @pytest.mark.parametrize("kind", [*PAIRS, "piston", "chamber"])
@@ -28,7 +49,10 @@ def test_exchanged_channels_are_refused(kind):
 def test_no_effect_of_the_catalogue_looks_like_it(kind, times):
     subject = subject_of(kind)
     for effect in subject.catalogue:
-        strong = {key: min(max(times * value, subject.knobs[key].low), subject.knobs[key].high) for key, value in zip(effect.knobs, effect.starts[0], strict=True)}
+        strong = {
+            key: min(max(times * value, subject.knobs[key].low), subject.knobs[key].high)
+            for key, value in zip(effect.knobs, effect.starts[0], strict=True)
+        }
         assert not check_swaps([with_output(kind, strong)], subject), effect.name
 
 

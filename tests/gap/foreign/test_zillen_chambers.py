@@ -22,7 +22,10 @@ def test_a_leak_is_named_for_the_chamber_that_leaks(folder, subject, name, time_
     found = diagnose(subject, [chamber(folder, name)], how_far=False)
     assert families(found)[0] == "leak"
     assert 0.5 / time_s < found.effects[0].parameters[0].value < 2.0 / time_s
-    rivals = [next(e for e in subject.catalogue if e.name == rival) for rival in found.effects[0].not_separable_from]
+    rivals = [
+        next(e for e in subject.catalogue if e.name == rival)
+        for rival in found.effects[0].not_separable_from
+    ]
     assert {rival.family for rival in rivals} <= {"leak"}
 
 
@@ -44,5 +47,8 @@ def test_free_run_falls_as_the_chamber_does(folder, subject, name):
     found = diagnose(subject, [real], how_far=False)
     run = subject.free_run(real, found.fitted, None).columns["chamber_pressure_pa"]
     nominal = subject.free_run(real, {}, None).columns["chamber_pressure_pa"]
-    apart = [float(np.sqrt(np.nanmean((one - real.columns["chamber_pressure_pa"]) ** 2))) for one in (nominal, run)]
+    apart = [
+        float(np.sqrt(np.nanmean((one - real.columns["chamber_pressure_pa"]) ** 2)))
+        for one in (nominal, run)
+    ]
     assert apart[1] < 0.1 * apart[0]

@@ -1,4 +1,6 @@
-"""Logs of the simulated rigs for the tests of gap/house: one run of the real loop each, kept for the session."""
+"""Logs of the simulated rigs for the tests of gap/house: one run of the real loop each, kept for
+the session.
+"""
 
 import tempfile
 from functools import cache
@@ -11,7 +13,11 @@ from epa_rt.gap.read import read_recording
 from epa_rt.gap.recording import Recording
 
 ROOT = Path(__file__).resolve().parents[3]
-EXPERIMENTS = {"bench": "identification_short", "bench_analog": "identification_short", "knee": "knee_chirp_short"}
+EXPERIMENTS = {
+    "bench": "identification_short",
+    "bench_analog": "identification_short",
+    "knee": "knee_chirp_short",
+}
 
 
 @cache
@@ -39,7 +45,12 @@ def _recorded(rig: str, seed: int, plant: Path) -> Recording:
     from epa_rt.cli.run import run_simulated
 
     out = Path(_folder().name) / f"{rig}-{plant.stem}-{seed}.mcap"
-    inputs = load_inputs(ROOT / "config/experiments" / f"{EXPERIMENTS[rig]}.yaml", ROOT / "config/rigs" / f"{rig}.yaml", plant, with_plant=True)
+    inputs = load_inputs(
+        ROOT / "config/experiments" / f"{EXPERIMENTS[rig]}.yaml",
+        ROOT / "config/rigs" / f"{rig}.yaml",
+        plant,
+        with_plant=True,
+    )
     run_simulated(inputs, out, seed, None, progress=False)
     return read_recording(out)
 
@@ -47,7 +58,10 @@ def _recorded(rig: str, seed: int, plant: Path) -> Recording:
 def plant_with(rig: str, name: str, **values: float) -> Path:
     """A plant file beside the rig's own, with other numbers; keys as block__row."""
     path = Path(_folder().name) / f"{name}.yaml"
-    path.write_text(subject(rig).patched({key.replace("__", "."): value for key, value in values.items()}, ()), encoding="utf-8")
+    path.write_text(
+        subject(rig).patched({key.replace("__", "."): value for key, value in values.items()}, ()),
+        encoding="utf-8",
+    )
     return path
 
 

@@ -1,4 +1,6 @@
-"""What setting up compiles still runs: every link and free run of the three rigs, with each effect in each of its shapes."""
+"""What setting up compiles still runs: every link and free run of the three rigs, with each effect
+in each of its shapes.
+"""
 
 import importlib.util
 
@@ -8,7 +10,9 @@ from tests.gap.house.runs import ROOT
 
 
 def script():
-    spec = importlib.util.spec_from_file_location("compile_once", ROOT / "scripts" / "compile_once.py")
+    spec = importlib.util.spec_from_file_location(
+        "compile_once", ROOT / "scripts" / "compile_once.py"
+    )
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module

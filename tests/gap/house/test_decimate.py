@@ -16,13 +16,21 @@ def one_by_one(values: np.ndarray, taps: np.ndarray, every: int) -> np.ndarray:
     return out
 
 
-@given(st.integers(1, 200), st.integers(1, 52), st.sampled_from([1, 2, 3, 10]), st.integers(0, 2**32 - 1))
-@example(51 + BESIDE - 1, 51, 1, 0)         # one full block of windows
+@given(
+    st.integers(1, 200),
+    st.integers(1, 52),
+    st.sampled_from([1, 2, 3, 10]),
+    st.integers(0, 2**32 - 1),
+)
+@example(51 + BESIDE - 1, 51, 1, 0)  # one full block of windows
 @example(51 + 10 * (BESIDE - 1), 51, 10, 0)
 @settings(deadline=None, max_examples=200)
 def test_bit_for_bit(count, width, every, seed):
     random = np.random.default_rng(seed)
-    values, taps = random.standard_normal(count) * 10.0 ** random.integers(-8, 8, count), random.standard_normal(width)
+    values, taps = (
+        random.standard_normal(count) * 10.0 ** random.integers(-8, 8, count),
+        random.standard_normal(width),
+    )
     out = np.full(-(-count // every), np.nan)
     decimated(values, taps, every, out)
     assert out.tobytes() == one_by_one(values, taps, every).tobytes()

@@ -1,15 +1,22 @@
-"""A free run in half as many sub-steps is another run, but what a knob changes of it is the same, and by the midpoint rule nearly so."""
+"""A free run in half as many sub-steps is another run, but what a knob changes of it is the same,
+and by the midpoint rule nearly so.
+"""
 
 import numpy as np
 import pytest
 
-from epa_rt.gap.aside import Part
 from epa_rt.gap.as_one import LINK, AsOne, floor, meters_of, twins_of
+from epa_rt.gap.aside import Part
 from epa_rt.gap.problem import Problem
 from tests.gap.house.runs import recorded, subject
 
-ALIKE = {False: 0.02, True: 0.09}   # of a change's norm, far: the worst found over all starts of all effects are 0.01, and by the midpoint rule 0.08, where all but a dozen are below 0.02
-SHOWN = 0.1    # deviations of noise, below which a change is none
+ALIKE = {
+    False: 0.02,
+    True: 0.09,
+    # of a change's norm, far: the worst found over all starts of all effects are 0.01, and by the
+    # midpoint rule 0.08, where all but a dozen are below 0.02
+}
+SHOWN = 0.1  # deviations of noise, below which a change is none
 
 
 def whole(rig):
@@ -18,21 +25,36 @@ def whole(rig):
 
 
 SOME = [("bench", 4, False), ("bench", 4, True), ("knee", 8, False), ("knee", 8, True)]
-ALL = [pytest.param(rig, 1, far, marks=pytest.mark.slow) for rig in ("bench", "knee") for far in (False, True)]
+ALL = [
+    pytest.param(rig, 1, far, marks=pytest.mark.slow)
+    for rig in ("bench", "knee")
+    for far in (False, True)
+]
 
 
 @pytest.mark.parametrize(("rig", "every", "far"), (*SOME, *ALL))
-def test_every_effect_and_nominal_parameter_changes_the_rougher_run_as_it_changes_the_run(rig, every, far):
+def test_every_effect_and_nominal_parameter_changes_the_rougher_run_as_it_changes_the_run(
+    rig, every, far
+):
     problem = whole(rig)
     here, shown = problem.residual({}, LINK), 0
-    asked = [dict(zip(effect.knobs, start, strict=True)) for effect in problem.subject.catalogue for start in effect.starts]
-    asked += [{knob.key: knob.value + problem.step(knob.key, knob.value)} for knob in problem.subject.nominal]
+    asked = [
+        dict(zip(effect.knobs, start, strict=True))
+        for effect in problem.subject.catalogue
+        for start in effect.starts
+    ]
+    asked += [
+        {knob.key: knob.value + problem.step(knob.key, knob.value)}
+        for knob in problem.subject.nominal
+    ]
     asked = asked[::every]
     for values in asked:
         wanted = problem.residual(values, LINK) - here
         found = problem.change(values, {}, LINK, here, far)
         shown += float(np.linalg.norm(wanted)) > SHOWN
-        assert np.linalg.norm(found - wanted) < ALIKE[far] * max(float(np.linalg.norm(wanted)), SHOWN), values
+        assert np.linalg.norm(found - wanted) < ALIKE[far] * max(
+            float(np.linalg.norm(wanted)), SHOWN
+        ), values
     assert shown > 0.6 * len(asked)
 
 
@@ -43,7 +65,9 @@ def test_the_rougher_rig_is_another_integration_of_the_same_plant():
     assert np.array_equal(rough.plant.params, house.plant.params)
     log = recorded("bench", 1)
     column = house.channels["force_n"].column
-    assert not np.array_equal(rough.free_run(log, {}, None).columns[column], house.free_run(log, {}, None).columns[column])
+    assert not np.array_equal(
+        rough.free_run(log, {}, None).columns[column], house.free_run(log, {}, None).columns[column]
+    )
     assert rough.rougher() is None
 
 
@@ -88,6 +112,12 @@ def test_of_a_knee_nothing_is_run_behind_the_last_trial_and_what_is_judged_stays
     house_without = subject("knee").on_channels(house.channels)
     house_without.upto = None
     entire = Problem(AsOne(house_without, meters), [log], floor())
-    assert part.prepared[log.name].recording.samples < log.samples == entire.prepared[log.name].recording.samples
-    assert np.array_equal(part.residual(values, LINK), entire.residual(values, LINK)) and part.samples(LINK) == entire.samples(LINK)
+    assert (
+        part.prepared[log.name].recording.samples
+        < log.samples
+        == entire.prepared[log.name].recording.samples
+    )
+    assert np.array_equal(
+        part.residual(values, LINK), entire.residual(values, LINK)
+    ) and part.samples(LINK) == entire.samples(LINK)
     assert np.array_equal(part.edges[LINK], entire.edges[LINK])

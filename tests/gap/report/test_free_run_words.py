@@ -7,7 +7,11 @@ LEAK = Named("leak", "leak", "gas", (), 0.9, 500.0)
 
 
 def told(heard, effects=()):
-    return free_run_words(Diagnosis("explained" if effects else "not_in_catalogue", "", effects=effects, free_run=heard))
+    return free_run_words(
+        Diagnosis(
+            "explained" if effects else "not_in_catalogue", "", effects=effects, free_run=heard
+        )
+    )
 
 
 def test_without_a_model_of_the_whole_nothing_is_said():
@@ -24,5 +28,7 @@ def test_a_named_effect_explains_and_is_told_from_others():
 
 
 def test_what_is_not_named_only_comes_nearest():
-    assert "what comes nearest (frame mode) explains 11 %" in told(FreeRun(900.0, 801.0, 0.11, ("frame_mode",), ()))
+    assert "what comes nearest (frame mode) explains 11 %" in told(
+        FreeRun(900.0, 801.0, 0.11, ("frame_mode",), ())
+    )
     assert "nothing named explains" in told(FreeRun(900.0, 900.0, 0.0, (), ()))

@@ -7,7 +7,13 @@ from tests.gap.report.answers import EXPLAINED, NOT_IN_CATALOGUE
 from tests.gap.report.test_page import HOSTILE
 from tests.report.reading import Page
 
-FOUND = Located((), EXPLAINED.location, (), (), {"rig": "bench.yaml", "plant": "plant.yaml", "logs": ["a.mcap", "b.mcap"]})
+FOUND = Located(
+    (),
+    EXPLAINED.location,
+    (),
+    (),
+    {"rig": "bench.yaml", "plant": "plant.yaml", "logs": ["a.mcap", "b.mcap"]},
+)
 
 
 def headline(found):
@@ -18,7 +24,12 @@ def test_the_page_is_whole_and_says_which_link_shows_most():
     text = where_page(FOUND)
     page = Page(text)
     worst = max(FOUND.location, key=lambda place: place.times_floor)
-    assert not page.open and not page.handlers and "<script" not in text and list(page.sections)[1:] == ["where", "inputs"]
+    assert (
+        not page.open
+        and not page.handlers
+        and "<script" not in text
+        and list(page.sections)[1:] == ["where", "inputs"]
+    )
     assert worst.link in headline(FOUND) and "a.mcap, b.mcap" in page.sections["inputs"]
     assert "epa gap diagnose asks for that" in text
 
@@ -32,18 +43,30 @@ def test_it_says_whether_the_plant_file_was_refitted():
 
 
 def test_where_nothing_shows_it_says_so():
-    quiet = tuple(replace(place, times_floor=1.1, excess=0.0, significance=0.5) for place in FOUND.location)
+    quiet = tuple(
+        replace(place, times_floor=1.1, excess=0.0, significance=0.5) for place in FOUND.location
+    )
     at_floor = replace(FOUND, location=quiet)
     assert "Every block is at its noise floor." in where_page(at_floor)
-    assert "at its noise floor." not in headline(replace(FOUND, location=tuple(replace(place, significance=50.0) for place in quiet)))
+    assert "at its noise floor." not in headline(
+        replace(FOUND, location=tuple(replace(place, significance=50.0) for place in quiet))
+    )
     assert "the whole plant is not" in headline(replace(at_floor, free_run_location=FOUND.location))
-    assert "No link of this rig could be judged" in headline(replace(FOUND, location=tuple(replace(place, times_floor=float("nan")) for place in quiet)))
+    assert "No link of this rig could be judged" in headline(
+        replace(FOUND, location=tuple(replace(place, times_floor=float("nan")) for place in quiet))
+    )
     assert "No link of this rig could be judged" in where_page(replace(FOUND, location=()))
 
 
 def test_what_was_found_in_the_logs_stands_first_and_cannot_become_markup():
-    text = where_page(replace(FOUND, found_first=(HOSTILE,), inputs={**FOUND.inputs, "rig": HOSTILE}))
-    assert "<img" not in text and "<script" not in text and text.index("Found in the logs first") < text.index("<h1>")
+    text = where_page(
+        replace(FOUND, found_first=(HOSTILE,), inputs={**FOUND.inputs, "rig": HOSTILE})
+    )
+    assert (
+        "<img" not in text
+        and "<script" not in text
+        and text.index("Found in the logs first") < text.index("<h1>")
+    )
 
 
 def test_where_it_may_come_from_is_shown_on_the_map():

@@ -12,7 +12,9 @@ from epa_rt.cli.main import main
 def imported(tmp_path: Path, capsys: pytest.CaptureFixture) -> Callable[..., tuple[int, str, Path]]:
     count = 0
 
-    def run(mapping: str | Path, *files: Path, arguments: tuple[str, ...] = ()) -> tuple[int, str, Path]:
+    def run(
+        mapping: str | Path, *files: Path, arguments: tuple[str, ...] = ()
+    ) -> tuple[int, str, Path]:
         nonlocal count
         count += 1
         if isinstance(mapping, str):
@@ -22,7 +24,12 @@ def imported(tmp_path: Path, capsys: pytest.CaptureFixture) -> Callable[..., tup
         code = main(["import", str(mapping), *map(str, files), "-o", str(out), *arguments])
         said = capsys.readouterr()
         if code:
-            assert code == 2 and not said.out and said.err.count("\n") == 1 and said.err.startswith("epa import: "), said
+            assert (
+                code == 2
+                and not said.out
+                and said.err.count("\n") == 1
+                and said.err.startswith("epa import: ")
+            ), said
             assert not out.parent.exists() or not list(out.parent.iterdir())
         return code, said.err or said.out, out
 

@@ -25,7 +25,9 @@ def jittered(off, begin_s=0.0):
 @settings(max_examples=200, deadline=None)
 @given(st.lists(st.floats(-0.09, 0.09), min_size=20, max_size=60), st.floats(-100.0, 1e5))
 def test_stamps_that_jitter_by_less_than_a_tenth_are_taken_as_they_are(off, begin_s):
-    """Of a full spread on both sides the midst is within what is allowed, wherever the first of them lies."""
+    """Of a full spread on both sides the midst is within what is allowed, wherever the first of
+    them lies.
+    """
     off = np.concatenate([off, -np.asarray(off)])  # as often early as late
     t = jittered(off, begin_s)
     grid = grid_of(table(t), STATED)
@@ -39,11 +41,18 @@ def test_neither_the_first_nor_the_last_stamp_tilts_or_moves_the_grid(clock, end
     off = np.random.default_rng(3).uniform(-0.09, 0.09, 4000)
     off[0], off[-1] = ends
     grid = grid_of(table(jittered(off, 1e4)), clock)
-    assert np.array_equal(grid.cycle, np.arange(4000)) and grid.period_s == pytest.approx(PERIOD_S, rel=1e-4)
+    assert np.array_equal(grid.cycle, np.arange(4000)) and grid.period_s == pytest.approx(
+        PERIOD_S, rel=1e-4
+    )
 
 
 @settings(max_examples=200, deadline=None)
-@given(st.integers(5, 195), st.sampled_from([-0.25, 0.25]), st.floats(0.0, 0.02), st.sampled_from([STATED, OWN]))
+@given(
+    st.integers(5, 195),
+    st.sampled_from([-0.25, 0.25]),
+    st.floats(0.0, 0.02),
+    st.sampled_from([STATED, OWN]),
+)
 def test_a_step_of_a_quarter_of_the_period_is_refused(at, step, jitter, clock):
     off = np.random.default_rng(at).uniform(-jitter, jitter, 200)
     off[at:] += step
@@ -55,15 +64,29 @@ def test_two_files_whose_clocks_never_meet_are_no_one_recording():
     t = PERIOD_S * np.arange(200)
     grid = grid_of(table(t), STATED)
     assert beside(grid, table(t + 0.5), STATED, t).outside.sum() == 50
-    with pytest.raises(ImportRefused, match=r"log.csv:2: found rows from 10 s to 11.99 s by the clock of the first file's, which go from 0 s to 1.99 s"):
+    with pytest.raises(
+        ImportRefused,
+        match=(
+            r"log.csv:2: found rows from 10 s to 11.99 s by the clock of the first file's, which go"
+            r" from 0 s to 1.99 s"
+        ),
+    ):
         beside(grid, table(t + 10.0), STATED, t)
 
 
 def test_a_clock_in_a_unit_of_its_own_leaves_no_log_of_one_row():
     t = 1e-3 * PERIOD_S * np.arange(200)
-    with pytest.raises(ImportRefused, match="found 200 rows within 0.00199 s, expected two periods of 0.01 s at least .is the clock's unit right"):
+    with pytest.raises(
+        ImportRefused,
+        match=(
+            "found 200 rows within 0.00199 s, expected two periods of 0.01 s at least .is the"
+            " clock's unit right"
+        ),
+    ):
         grid_of(table(t), Clock(column="t", unit="s", period="10 ms", resample="linear"))
-    with pytest.raises(ImportRefused, match="rows are 1e-05 s apart as a rule: is the clock's unit right"):
+    with pytest.raises(
+        ImportRefused, match="rows are 1e-05 s apart as a rule: is the clock's unit right"
+    ):
         grid_of(table(t), STATED)
 
 
@@ -71,12 +94,17 @@ def test_a_clock_in_a_unit_of_its_own_leaves_no_log_of_one_row():
 def test_the_row_that_is_named_is_the_one_where_the_stamps_step(at):
     off = np.zeros(400)
     off[at:] = 0.25
-    with pytest.raises(ImportRefused, match=f"log.csv:{at + 2}: found a stamp 2.5 ms off a grid of 10 ms, expected at most 1 ms"):
+    with pytest.raises(
+        ImportRefused,
+        match=f"log.csv:{at + 2}: found a stamp 2.5 ms off a grid of 10 ms, expected at most 1 ms",
+    ):
         grid_of(table(jittered(off)), STATED)
 
 
 def test_a_clock_that_drifts_is_refused_where_it_leaves_the_grid():
-    with pytest.raises(ImportRefused, match="off a grid of 10 ms, expected at most 1 ms") as refused:
+    with pytest.raises(
+        ImportRefused, match="off a grid of 10 ms, expected at most 1 ms"
+    ) as refused:
         grid_of(table(jittered(np.linspace(0.0, 0.3, 1001))), STATED)
     row = int(str(refused.value).split(":")[1])
     assert 300 < row < 450

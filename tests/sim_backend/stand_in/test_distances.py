@@ -1,4 +1,6 @@
-"""The oracle's distances on the knee: nothing is taken from the end stop, and nominal parameters hide what they can."""
+"""The oracle's distances on the knee: nothing is taken from the end stop, and nominal parameters
+hide what they can.
+"""
 
 from pathlib import Path
 
@@ -23,9 +25,17 @@ CONFIG = Path(__file__).resolve().parents[3] / "config"
 @pytest.fixture(scope="module")
 def knee() -> tuple[truth.TruePlant, list[np.ndarray], Bench]:
     """Plant, commands of one short log and the oracle's bench."""
-    rig, believed = load_rig(CONFIG / "rigs" / "knee.yaml"), load_plant(CONFIG / "plants" / "knee.yaml")
-    _, outputs = _record(CONFIG / "experiments" / "knee_chirp_short.yaml", CONFIG / "rigs" / "knee.yaml", CONFIG / "plants" / "knee.yaml",
-                         SimBackend(rig, believed, 1), None)
+    rig, believed = (
+        load_rig(CONFIG / "rigs" / "knee.yaml"),
+        load_plant(CONFIG / "plants" / "knee.yaml"),
+    )
+    _, outputs = _record(
+        CONFIG / "experiments" / "knee_chirp_short.yaml",
+        CONFIG / "rigs" / "knee.yaml",
+        CONFIG / "plants" / "knee.yaml",
+        SimBackend(rig, believed, 1),
+        None,
+    )
     plant, commands = truth.TruePlant(believed.params), [commands_of(rig, outputs)]
     return plant, commands, truth.bench_of(plant, commands)
 
@@ -56,7 +66,10 @@ def test_nothing_counts_at_the_stop_and_on_the_bench_everything_does(knee):
 def test_a_joint_offset_is_not_seen_by_the_stop_it_rests_on(knee, monkeypatch):
     plant, commands, bench = knee
     monkeypatch.setattr(truth, "judged_rows", lambda *_: None)
-    everything, offset = truth.bench_of(plant, commands), seen(knee, "joint_zero", joint_offset_rad=0.002)
+    everything, offset = (
+        truth.bench_of(plant, commands),
+        seen(knee, "joint_zero", joint_offset_rad=0.002),
+    )
     assert distance(everything, offset) > 3.0 * LIMIT
     assert distance(bench, offset) < LIMIT
 
@@ -72,10 +85,15 @@ def test_a_payload_that_is_only_a_changed_mass_is_hardly_seen(knee):
 
 def test_what_nominal_parameters_cannot_imitate_stays_and_its_own_law_explains_it(knee):
     plant, commands, bench = knee
-    apart = Apart(plant, bench, commands, seen(knee, "knee_rubs", knee_dry_nm=0.02, knee_dry_rad_s=0.02))
+    apart = Apart(
+        plant, bench, commands, seen(knee, "knee_rubs", knee_dry_nm=0.02, knee_dry_rad_s=0.02)
+    )
     assert 0.6 * apart.linear < apart.distance <= apart.linear
     assert apart.distance > 4.0 * LIMIT
-    assert apart.beside(law_of("knee_rubs", {"knee_dry_nm": 0.015, "knee_dry_rad_s": 0.03})) < 0.2 * apart.distance
+    assert (
+        apart.beside(law_of("knee_rubs", {"knee_dry_nm": 0.015, "knee_dry_rad_s": 0.03}))
+        < 0.2 * apart.distance
+    )
     rivals = apart.rivals(("knee_bristles",), fitted=True)
     assert rivals["knee_bristles"] <= min(apart.distance, apart.shown)
 
@@ -85,7 +103,9 @@ def test_a_rival_stays_within_what_it_may_be(knee):
     plant, commands, bench = knee
     stronger = seen(knee, "tilt", tilt_rad=0.05)
     for sign in (1.0, -1.0):
-        apart = Apart(plant, bench, commands, bench.base + sign * (stronger - bench.base), fitted=False)
+        apart = Apart(
+            plant, bench, commands, bench.base + sign * (stronger - bench.base), fitted=False
+        )
         _, _, strength = apart._linear(BY_NAME["cuff"])
         assert 0.0 <= strength <= BY_NAME["cuff"].most
         assert apart.rivals(("cuff",), fitted=False)["cuff"] <= apart.distance + 1e-9

@@ -34,16 +34,27 @@ def silent(rig: str) -> np.ndarray:
 
 
 def commands(rig: str, experiment: str) -> np.ndarray:
-    typed, plant = load_rig(CONFIG / "rigs" / f"{rig}.yaml"), load_plant(CONFIG / "plants" / f"{rig}.yaml")
-    outcome, outputs = _record(CONFIG / "experiments" / f"{experiment}.yaml", CONFIG / "rigs" / f"{rig}.yaml",
-                               CONFIG / "plants" / f"{rig}.yaml", SimBackend(typed, plant, 1), None)
+    typed, plant = (
+        load_rig(CONFIG / "rigs" / f"{rig}.yaml"),
+        load_plant(CONFIG / "plants" / f"{rig}.yaml"),
+    )
+    outcome, outputs = _record(
+        CONFIG / "experiments" / f"{experiment}.yaml",
+        CONFIG / "rigs" / f"{rig}.yaml",
+        CONFIG / "plants" / f"{rig}.yaml",
+        SimBackend(typed, plant, 1),
+        None,
+    )
     assert outcome == "completed"
     return commands_of(typed, outputs)
 
 
 @pytest.fixture(scope="module")
 def logs() -> dict[str, np.ndarray]:
-    return {"bench": commands("bench", "identification_short"), "knee": commands("knee", "knee_chirp_short")}
+    return {
+        "bench": commands("bench", "identification_short"),
+        "knee": commands("knee", "knee_chirp_short"),
+    }
 
 
 @pytest.mark.parametrize("rig", ["bench", "knee"])
@@ -61,29 +72,56 @@ THE_SAME_THERE = [  # hidden laws at numbers at which they say what the catalogu
     ({"strap_m": 30.0, "strap_n": 1e6}, {"muscle.strap_compliance_m_n": 3e-5}),
     ({"end_m": 1e-3}, {"muscle.end_length_m": 1e-3}),
     ({"wall_n_m": 300.0, "wall_rise_per_m": 0.0}, {"muscle.bladder_stiffness_n_m": 300.0}),
-    ({"regulator_pa_s_kg": 3e8, "regulator_hz": 5.0, "regulator_damping": 0.3},
-     {"gas.supply_droop_pa_s_kg": 3e8, "gas.droop_time_s": 0.3 / (np.pi * 5.0), "gas.droop_ring_ratio": 0.25 / 0.3**2}),
+    (
+        {"regulator_pa_s_kg": 3e8, "regulator_hz": 5.0, "regulator_damping": 0.3},
+        {
+            "gas.supply_droop_pa_s_kg": 3e8,
+            "gas.droop_time_s": 0.3 / (np.pi * 5.0),
+            "gas.droop_ring_ratio": 0.25 / 0.3**2,
+        },
+    ),
     ({"tilt_rad": 0.05}, {"load.misalignment_rad": 0.05}),
     ({"knee_spring_nm_rad": 1.0}, {"load.knee_spring_nm_rad": 1.0}),
-    ({"knee_bristle_nm": 0.1, "knee_bristle_rad": 0.004},
-     {"load.knee_coulomb_nm": 0.1, "load.knee_stiffness_nm_rad": 25.0, "load.knee_bend_ratio": 1.0, "load.presliding_time_s": 5e-4}),
-    ({"force_offset_n": 2.0, "force_gain_ratio": 0.02}, {"sensors.force_offset_n": 2.0, "sensors.force_gain_ratio": 1.02}),
-    ({"encoder_wobble_rad": 3e-3, "encoder_phase_rad": 1.0},
-     {"sensors.encoder_eccentricity_rad": 3e-3, "sensors.encoder_phase_rad": 1.0,
-      "sensors.encoder_twice_sine_ratio": 0.2 * np.cos(0.4), "sensors.encoder_twice_cosine_ratio": 0.2 * np.sin(0.4)}),
+    (
+        {"knee_bristle_nm": 0.1, "knee_bristle_rad": 0.004},
+        {
+            "load.knee_coulomb_nm": 0.1,
+            "load.knee_stiffness_nm_rad": 25.0,
+            "load.knee_bend_ratio": 1.0,
+            "load.presliding_time_s": 5e-4,
+        },
+    ),
+    (
+        {"force_offset_n": 2.0, "force_gain_ratio": 0.02},
+        {"sensors.force_offset_n": 2.0, "sensors.force_gain_ratio": 1.02},
+    ),
+    (
+        {"encoder_wobble_rad": 3e-3, "encoder_phase_rad": 1.0},
+        {
+            "sensors.encoder_eccentricity_rad": 3e-3,
+            "sensors.encoder_phase_rad": 1.0,
+            "sensors.encoder_twice_sine_ratio": 0.2 * np.cos(0.4),
+            "sensors.encoder_twice_cosine_ratio": 0.2 * np.sin(0.4),
+        },
+    ),
 ]
 
 
 @pytest.mark.parametrize("rig", ["bench", "knee"])
 @pytest.mark.parametrize(("hidden", "knobs"), THE_SAME_THERE, ids=lambda at: next(iter(at)))
-def test_where_a_hidden_law_is_the_catalogues_both_agree_within_a_sensor_step(logs, rig, hidden, knobs):
+def test_where_a_hidden_law_is_the_catalogues_both_agree_within_a_sensor_step(
+    logs, rig, hidden, knobs
+):
     params = silent(rig)
     if rig == "bench" and next(iter(knobs)).startswith("load."):
         pytest.skip("the bench has no knee")
     patched = params.copy()
     for key, value in knobs.items():
         write_knob(patched, key, value)
-    ours, theirs = run_again(patched, logs[rig], 1e-3, 2, nominal_physics), run_again(with_hidden(params, **hidden), logs[rig], 1e-3)
+    ours, theirs = (
+        run_again(patched, logs[rig], 1e-3, 2, nominal_physics),
+        run_again(with_hidden(params, **hidden), logs[rig], 1e-3),
+    )
     for channel, step in AGREES.items():
         assert np.max(np.abs(ours[channel] - theirs[channel])) <= step, channel
     assert not np.array_equal(ours, run_again(params, logs[rig], 1e-3, 2, nominal_physics))
@@ -94,13 +132,21 @@ def test_uneven_play_is_the_catalogues_but_for_its_round_flanks(logs, rig):
     """Forces differ by what a flank's own speed drags: the catalogue leaves it out."""
     params, ratio, phase = silent(rig), 0.6, -1.5
     patched, radius = params.copy(), float(params["transmission"]["spool_radius_m"][0])
-    for name, value in (("uneven_backlash_rad", 1e-3 / radius), ("backlash_wave_ratio", ratio), ("backlash_phase_rad", phase)):
+    for name, value in (
+        ("uneven_backlash_rad", 1e-3 / radius),
+        ("backlash_wave_ratio", ratio),
+        ("backlash_phase_rad", phase),
+    ):
         write_knob(patched, f"transmission.{name}", value)
-    hidden = with_hidden(params, play_m=1e-3, play_spread_ratio=0.0, play_uneven_ratio=ratio, play_phase_rad=phase)
+    hidden = with_hidden(
+        params, play_m=1e-3, play_spread_ratio=0.0, play_uneven_ratio=ratio, play_phase_rad=phase
+    )
     bare, ours = (run_again(p, logs[rig], 1e-3, 2, nominal_physics) for p in (params, patched))
     theirs = run_again(hidden, logs[rig], 1e-3)
     for channel in ("muscle0_gauge_pa", "force_n", "motor_angle_rad"):
-        assert np.max(np.abs(ours[channel] - theirs[channel])) <= max(0.05 * np.max(np.abs(ours[channel] - bare[channel])), AGREES[channel]), channel
+        assert np.max(np.abs(ours[channel] - theirs[channel])) <= max(
+            0.05 * np.max(np.abs(ours[channel] - bare[channel])), AGREES[channel]
+        ), channel
 
 
 def seen_of(rig: str) -> np.ndarray:
@@ -110,14 +156,18 @@ def seen_of(rig: str) -> np.ndarray:
 
 @pytest.mark.parametrize(("rig", "least"), [("bench", 0.1), ("knee", 0.05)])
 def test_worn_spots_are_no_wave_over_the_turn_wherever_they_lie(rig, least):
-    """What one plus a sine, the catalogue's law, leaves of the width over what the spool turns, as a part of its mean."""
+    """What one plus a sine, the catalogue's law, leaves of the width over what the spool turns, as
+    a part of its mean.
+    """
     one, angle = effects.THIRD["play"], seen_of(rig)
     shapes = {name: (low, high) for name, low, high in one.shapes}
     table = np.stack([np.ones(len(angle)), np.sin(angle), np.cos(angle)], axis=1)
     left = []
     for phase in np.linspace(*shapes["play_phase_rad"], 40):
         for sharp in shapes["play_worn_sharpness"]:
-            wide = 1.0 + np.mean(shapes["play_worn_ratio"]) * np.exp(sharp * (np.cos(SPOTS * (angle + phase)) - 1.0))
+            wide = 1.0 + np.mean(shapes["play_worn_ratio"]) * np.exp(
+                sharp * (np.cos(SPOTS * (angle + phase)) - 1.0)
+            )
             rest = wide - table @ np.linalg.lstsq(table, wide, rcond=None)[0]
             left.append(np.max(np.abs(rest)) / np.mean(wide))
     assert np.median(left) > least
@@ -130,8 +180,13 @@ def test_every_hidden_effect_shows_and_is_absent_at_zero(logs):
         bare = run_again(with_hidden(params), short, 1e-3, 4).view("f8")
         for effect in (e for e in effects.BY_NAME.values() if rig in e.rigs):
             shapes = {name: high for name, _, high in effect.shapes}
-            assert np.array_equal(run_again(with_hidden(params, **shapes), short[:3000], 1e-3, 4).view("f8"), bare[: 3000 * 11]), effect.name
-            out = run_again(with_hidden(params, **shapes, **{effect.field: effect.typical}), short, 1e-3, 4).view("f8")
+            assert np.array_equal(
+                run_again(with_hidden(params, **shapes), short[:3000], 1e-3, 4).view("f8"),
+                bare[: 3000 * 11],
+            ), effect.name
+            out = run_again(
+                with_hidden(params, **shapes, **{effect.field: effect.typical}), short, 1e-3, 4
+            ).view("f8")
             assert np.all(np.isfinite(out)), effect.name
             assert effect.name in silent_on or not np.array_equal(out, bare), effect.name
 
@@ -147,7 +202,11 @@ def test_hidden_effects_are_many_and_named_in_the_catalogues_words():
         assert all(name in HIDDEN.names for name, _, _ in effect.shapes)
 
 
-OTHERS = [pytest.param(first, other, id=other.name) for formulas in (effects.SECOND, effects.THIRD) for first, other in formulas.items()]
+OTHERS = [
+    pytest.param(first, other, id=other.name)
+    for formulas in (effects.SECOND, effects.THIRD)
+    for first, other in formulas.items()
+]
 
 
 @pytest.mark.parametrize(("first", "other"), OTHERS)
@@ -179,8 +238,18 @@ def test_another_formula_is_another_one_whatever_the_first_ones_strength(logs, f
 def test_the_stand_in_shares_no_law_with_the_plant():
     for path in (ROOT / "sim_backend" / "stand_in").glob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            names = [node.module or ""] if isinstance(node, ast.ImportFrom) else [a.name for a in node.names] if isinstance(node, ast.Import) else []
-            assert not [n for n in names if n.startswith("epa_rt.models.blocks") or n == "epa_rt.models.chain"], path.name
+            names = (
+                [node.module or ""]
+                if isinstance(node, ast.ImportFrom)
+                else [a.name for a in node.names]
+                if isinstance(node, ast.Import)
+                else []
+            )
+            assert not [
+                n
+                for n in names
+                if n.startswith("epa_rt.models.blocks") or n == "epa_rt.models.chain"
+            ], path.name
 
 
 def test_noise_of_the_stand_in_is_normal_and_follows_its_seed(logs):

@@ -3,13 +3,26 @@
 import numpy as np
 
 from epa_rt.gap.house import smooth
-from epa_rt.gap.house.doubt.states import PRESSURE_PA, TRAVEL_M, Shapes, calm_force, fading, line_of, memories, modelled_gauge, spool_force, spool_turn, waves, way
+from epa_rt.gap.house.doubt.states import (
+    PRESSURE_PA,
+    TRAVEL_M,
+    Shapes,
+    calm_force,
+    fading,
+    line_of,
+    memories,
+    modelled_gauge,
+    spool_force,
+    spool_turn,
+    waves,
+    way,
+)
 from epa_rt.gap.house.evaluate import Bench
 from epa_rt.gap.house.states import since
 
-WIDTHS_M = (5e-5, 2e-4, 8e-4, 3e-3, 1e-2)    # of memories of a length
+WIDTHS_M = (5e-5, 2e-4, 8e-4, 3e-3, 1e-2)  # of memories of a length
 RELAXING_S, COOLING_S = (0.3, 3.0, 30.0), (0.1, 0.5, 2.0)
-TURNS = (1, 2)                               # waves to a turn of the spool
+TURNS = (1, 2)  # waves to a turn of the spool
 
 
 def travel(bench: Bench) -> Shapes:
@@ -21,7 +34,9 @@ def travel(bench: Bench) -> Shapes:
 
 
 def radius(bench: Bench) -> Shapes:
-    """Of the current that pulls at the spool take, where its radius is another one: the force times anything over the spool's turn."""
+    """Of the current that pulls at the spool take, where its radius is another one: the force times
+    anything over the spool's turn.
+    """
     turn, f = spool_turn(bench), spool_force(bench)
     z = turn * float(bench.params["transmission"]["spool_radius_m"][0]) / TRAVEL_M
     return [f * x for x in (z, z * z, *waves(turn, TURNS))]
@@ -33,7 +48,14 @@ def pull(bench: Bench, i: int) -> Shapes:
     to, stuck = way(v), memories(e * TRAVEL_M, WIDTHS_M)
     static = [np.ones(len(e)), e, e**2, e**3, q, q * q, q * e, q * e**2, q * e**3]
     moving = [to, to * q, to * f, v, v * q, v * np.abs(v)]
-    return [*static, *moving, *stuck, *(m * q for m in stuck), *(m * q * e for m in stuck), *fading(e, bench.prepared.period_s, RELAXING_S)]
+    return [
+        *static,
+        *moving,
+        *stuck,
+        *(m * q for m in stuck),
+        *(m * q * e for m in stuck),
+        *fading(e, bench.prepared.period_s, RELAXING_S),
+    ]
 
 
 def stretch(bench: Bench, i: int) -> Shapes:
@@ -56,9 +78,29 @@ def swell(bench: Bench, i: int) -> Shapes:
 
 def gas(bench: Bench, i: int) -> Shapes:
     """Flows while the valves are shut and open, heat, valves that are late."""
-    period_s, commands, q = bench.prepared.period_s, bench.prepared.commands, modelled_gauge(bench, i)
-    held, p = since(bench.prepared.shut[i], len(q)) > 0, q + float(bench.params["gas"]["atmosphere_pa"][0, i]) / PRESSURE_PA
-    rates = [held * 1.0, held * q, held * q * q, *(commands[name][:, i] * by for name in ("inlet", "exhaust") for by in (1.0, q))]
+    period_s, commands, q = (
+        bench.prepared.period_s,
+        bench.prepared.commands,
+        modelled_gauge(bench, i),
+    )
+    held, p = (
+        since(bench.prepared.shut[i], len(q)) > 0,
+        q + float(bench.params["gas"]["atmosphere_pa"][0, i]) / PRESSURE_PA,
+    )
+    rates = [
+        held * 1.0,
+        held * q,
+        held * q * q,
+        *(commands[name][:, i] * by for name in ("inlet", "exhaust") for by in (1.0, q)),
+    ]
     volume = bench.volume(i)
-    heat = [p * x for warmed in (np.log(volume), np.log(p * volume)) for x in fading(warmed, period_s, COOLING_S)]  # compressed, and filled
-    return [*(np.cumsum(rate) * period_s for rate in rates), *heat, np.where(held, 0.0, smooth.slope(q, period_s))]
+    heat = [
+        p * x
+        for warmed in (np.log(volume), np.log(p * volume))
+        for x in fading(warmed, period_s, COOLING_S)
+    ]  # compressed, and filled
+    return [
+        *(np.cumsum(rate) * period_s for rate in rates),
+        *heat,
+        np.where(held, 0.0, smooth.slope(q, period_s)),
+    ]

@@ -1,6 +1,8 @@
-"""States that errors hang on, each in units of one, and what they make: directions, waves, memories, relaxations.
+"""States that errors hang on, each in units of one, and what they make: directions, waves,
+memories, relaxations.
 
-Where a link's own reading is such a state, the modelled one stands for it: its noise must not explain itself.
+Where a link's own reading is such a state, the modelled one stands for it: its noise must not
+explain itself.
 """
 
 import numpy as np
@@ -10,9 +12,9 @@ from epa_rt.gap.house.evaluate import Bench
 from epa_rt.gap.house.states import slow
 from epa_rt.gap.stop_operator import stop_over_log
 
-TRAVEL_M, PRESSURE_PA, FORCE_N, CURRENT_A = 0.02, 3e5, 100.0, 1.0   # of a state that counts as one
+TRAVEL_M, PRESSURE_PA, FORCE_N, CURRENT_A = 0.02, 3e5, 100.0, 1.0  # of a state that counts as one
 SPEED_M_S, MOTOR_RAD_S, PLACE_RAD_S, MINUTE_S = 0.05, 100.0, 1.0, 60.0
-CREEPING = 0.1                               # of a speed, below which direction fades
+CREEPING = 0.1  # of a speed, below which direction fades
 
 Shapes = list[np.ndarray]
 
@@ -41,7 +43,10 @@ def minutes(bench: Bench) -> np.ndarray:
 
 def has_gauge(bench: Bench, i: int) -> bool:
     """Whether a muscle is there and its pressure is measured."""
-    return bool(bench.params["muscle"]["present"][0, i] > 0.5) and f"muscle{i}_gauge_pa" in bench.prepared.readings
+    return (
+        bool(bench.params["muscle"]["present"][0, i] > 0.5)
+        and f"muscle{i}_gauge_pa" in bench.prepared.readings
+    )
 
 
 def modelled_gauge(bench: Bench, i: int) -> np.ndarray:
@@ -56,14 +61,20 @@ def line_of(bench: Bench, i: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def calm_force(bench: Bench, i: int) -> np.ndarray:
-    """(N,) force from length and measured pressure, smoothed, in parts of FORCE_N: its noise is not the force cell's."""
+    """(N,) force from length and measured pressure, smoothed, in parts of FORCE_N: its noise is not
+    the force cell's.
+    """
     return bench.predicted_force(i, calm=True) / FORCE_N
 
 
 def spool_force(bench: Bench) -> np.ndarray:
     """(N,) force at the spool, in parts of FORCE_N; zeros where nothing measured says it."""
     known = "force_n" in bench.prepared.readings or has_gauge(bench, 0)
-    both = bench.params["load"]["travel1_ratio"][0] == 0.0 or bench.params["muscle"]["present"][0, 1] < 0.5 or has_gauge(bench, 1)
+    both = (
+        bench.params["load"]["travel1_ratio"][0] == 0.0
+        or bench.params["muscle"]["present"][0, 1] < 0.5
+        or has_gauge(bench, 1)
+    )
     return bench.spool() / FORCE_N if known and both else bench.zero()
 
 
@@ -75,5 +86,12 @@ def spool_turn(bench: Bench) -> np.ndarray:
 def modelled_current(bench: Bench) -> np.ndarray:
     """(N,) current that the motion should take."""
     out = np.empty(bench.prepared.count)
-    motor_link.balance_current(bench.params, *bench.motor(), FORCE_N * spool_force(bench), bench.warmth(), bench.prepared.period_s, out)
+    motor_link.balance_current(
+        bench.params,
+        *bench.motor(),
+        FORCE_N * spool_force(bench),
+        bench.warmth(),
+        bench.prepared.period_s,
+        out,
+    )
     return smooth.flat_smoothed(out, smooth.gaussian_taps(smooth.SLOPE_CYCLES)) / CURRENT_A
