@@ -160,6 +160,17 @@ class Motor(Axis):
     speed_target: RowName | None = None
     torque_target: RowName | None = None
     position_gain: quantity("1/s", 0.0, 1000.0) = 10.0
+    stop_deceleration: OnAxis | None = None
+
+    @field_validator("stop_deceleration", mode="before")
+    @classmethod
+    def _stop_deceleration(cls, value: Any, info: ValidationInfo) -> Any:
+        return None if value is None else _positive_rate(value, info, "/s^2")
+
+    @property
+    def stop_deceleration_si(self) -> float:
+        """How hard a stop brakes, in m/s^2 or rad/s^2; ``acceleration_max`` where not given."""
+        return self.stop_deceleration or self.acceleration_max
 
 
 class JointPid(Frozen):
