@@ -151,6 +151,25 @@ class Axis(Frozen):
         return _positive_rate(value, info, "/s^2")
 
 
+class Zero(Frozen):
+    """How the motor's travel gets its zero. ``at``: the travel where it is set, in m.
+
+    ``here``: where the rig stands. ``index``: at the encoder's index pulse. ``stop``: against an
+    end stop, found by ``current``. ``taut_strap``: where the muscle, held at ``pressure``, begins
+    to pull with ``force``. The last three move at ``speed`` in ``direction`` by ``distance_max``
+    at most.
+    """
+
+    method: Literal["here", "index", "stop", "taut_strap"]
+    at: quantity("m") = 0.0
+    direction: Literal["increasing", "decreasing"] | None = None
+    speed: quantity("m/s", 0.0) | None = None
+    distance_max: quantity("m", 0.0) | None = None
+    current: quantity("A", 0.0) | None = None
+    pressure: Pressure | None = None
+    force: quantity("N", 0.0) | None = None
+
+
 class Motor(Axis):
     """The motor's axis: measured rows, the command rows it has, and the loop around the drive."""
 
@@ -161,6 +180,7 @@ class Motor(Axis):
     torque_target: RowName | None = None
     position_gain: quantity("1/s", 0.0, 1000.0) = 10.0
     stop_deceleration: OnAxis | None = None
+    zero: Zero | None = None
 
     @field_validator("stop_deceleration", mode="before")
     @classmethod
