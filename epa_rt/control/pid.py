@@ -125,9 +125,8 @@ class Pid:
         return output
 
     def _seed(self, without_integral: float) -> float:
-        start = self._start
-        self._start = None
-        return start - without_integral if start == start else 0.0
+        start, self._start = self._start, None
+        return start - without_integral if start is not None and start == start else 0.0
 
     def _take(self, gains: PidGains) -> None:
         self.gains = gains

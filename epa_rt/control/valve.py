@@ -67,7 +67,8 @@ class SetAndHold:
         self.switchings = 0
         self.cause, self.cause_text = ValveCause.NONE, ""
         self._suspect = ValveCause.NONE
-        self.events: list[tuple[str, str, dict]] = []
+        self.events: list[tuple[str, str, dict[str, object]]] = []
+        self.drifting = False
         self._sent_inlet = self._sent_exhaust = self._may_retrim = self._hold_only = False
         self._dt_s = nan
         self._estimate_share = self._timer_s = self._window_s = self._closed_rate_pa_s = 0.0
@@ -142,7 +143,7 @@ class SetAndHold:
         """Whether a drift in hold may be trimmed away; without effect on `hold`."""
         self._may_retrim = allowed
 
-    def take_events(self) -> list[tuple[str, str, dict]]:
+    def take_events(self) -> list[tuple[str, str, dict[str, object]]]:
         """Events since the last call, oldest first."""
         taken, self.events = self.events, []
         return taken
@@ -453,7 +454,7 @@ class SetAndHold:
     def _enter(self, state: ValveState) -> None:
         if state is not self.state:
             text = f"{self.state.value} -> {state.value} at {self.estimate_pa / 1e3:.1f} kPa"
-            data = {
+            data: dict[str, object] = {
                 "state": state.value,
                 "pressure_pa": self.estimate_pa,
                 "target_pa": self.target_pa,

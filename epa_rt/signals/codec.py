@@ -36,7 +36,7 @@ class Decoder:
         self.invalid = 0
         self.stale = 0
         self._struct = struct.Struct(text)
-        self._fields: tuple = ()
+        self._fields: tuple[int, ...] = ()
         self._plain, self._checked, self._bits = [], [], []
         self._raw = []
         self._toggle, self._age = (
