@@ -4,7 +4,7 @@ is refused.
 
 import argparse
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,6 +33,7 @@ class Inputs:
     experiment: "Experiment"
     plant: "PlantFile | None"
     attachments: dict[str, bytes]
+    unprotected: tuple[str, ...] = ()  # what the rig does without, by reason; a sentence each
 
 
 def add_input_arguments(verb: argparse.ArgumentParser) -> None:
@@ -51,14 +52,17 @@ def add_input_arguments(verb: argparse.ArgumentParser) -> None:
 
 
 def load_inputs(experiment: Path, rig: Path, plant: Path | None, with_plant: bool) -> Inputs:
-    """Reads the files. Raises ConfigError with file and line."""
-    from epa_rt.config.rig import rig_from
+    """Reads the files of a run. Raises ConfigError with file and line, also for a rig file that
+    does not protect.
+    """
+    from epa_rt.cli.sound_rig import sound_rig
     from epa_rt.config.source import load_yaml
 
     rig_source = load_yaml(rig)
-    rig_typed = rig_from(rig_source)
-    found = load_plant_of(rig, rig_typed, plant) if with_plant else None
-    return _typed(rig_source, rig_typed, load_yaml(experiment), found)
+    sound = sound_rig(rig_source)
+    found = load_plant_of(rig, sound.rig, plant) if with_plant else None
+    inputs = _typed(rig_source, sound.rig, load_yaml(experiment), found)
+    return replace(inputs, unprotected=sound.unprotected)
 
 
 def load_plant_of(rig: Path, typed: "Rig", plant: Path | None) -> "tuple[Located, PlantFile]":
