@@ -174,9 +174,9 @@ def _startup(rig: "Rig") -> Iterator[Breach]:
 
 
 def _plant_path(rig: "Rig") -> Iterator[Breach]:
-    """A rig file names a plant of its own tree; another one is given with --plant."""
+    """A rig file names a plant of its own tree, or says outright where another one stands."""
     path = PurePosixPath(rig.plant)
-    if path.is_absolute() or path.parts.count("..") > 1 or path.suffix not in (".yaml", ".yml"):
+    if path.parts.count("..") > 1 or path.suffix not in (".yaml", ".yml"):
         yield Breach(
             "",
             ("plant",),
