@@ -211,7 +211,7 @@ def run_recorded(
             log.unlink()  # taken, and nothing came of it
         raise VerbError(str(error), FAILED) from None
     assembly.supervisor.events[:0] = [("unprotected", text, {}) for text in inputs.unprotected]
-    with OperatorRequests().listening() as requests:
+    with OperatorRequests(inputs.rig.period_s).listening() as requests:
         return _run(assembly, backend, recorder, requests, paced)
 
 
