@@ -13,13 +13,12 @@ _PROBE = "experiment: probe\nloop: {loop}\nphases:\n  - {{name: hold, for: {seco
 
 def check_startable(rig: Rig, located: Located) -> None:
     """Raises ConfigError for the first section of the rig file whose controller refuses it."""
-    keys = {field: key for key, field in VALVE_FIELDS.items()}
     for i, muscle in enumerate(rig.muscles):
         try:
             valve_settings(muscle, rig)
         except ValueError as error:
             field, found, expected = _parts(str(error))
-            place = ("muscles", i, "valves", keys.get(field, ""))
+            place = ("muscles", i, *_valve_key(f"{field} {expected}"))
             raise located.error(place, f"{field} = {found}", expected) from None
     for loop in possible_loops(rig):
         text = _PROBE.format(loop=loop, seconds=10.0 * rig.period_s)
@@ -31,6 +30,17 @@ def check_startable(rig: Rig, located: Located) -> None:
         except ValueError as error:
             field, found, expected = _parts(str(error))
             raise located.error(section, f"{field} = {found} ({loop})", expected) from None
+
+
+def _valve_key(sentence: str) -> tuple[str, ...]:
+    """Where the file holds the first field that a sentence of ValveSettings names."""
+    for word in sentence.split():
+        if word == "over_pressure_pa":
+            return ("pressure_max",)
+        for key, field in VALVE_FIELDS.items():
+            if word == field:
+                return ("valves", key)
+    return ("valves",)
 
 
 def _parts(sentence: str) -> tuple[str, str, str]:
