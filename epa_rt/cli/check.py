@@ -20,7 +20,7 @@ from epa_rt.cli.exits import BAD_INPUT, COMPLETED
 
 if TYPE_CHECKING:
     from epa_rt.config.rig import Rig
-    from epa_rt.config.source import Located
+    from epa_rt.config.source import ConfigError, Located
 
 
 @dataclass(frozen=True)
@@ -46,9 +46,11 @@ def main(arguments: argparse.Namespace) -> int:
 
     rig = sound_rig(load_yaml(arguments.rig)).rig if arguments.rig else None
     answers, broken = [], 0
+    no_errors: tuple[ConfigError, ...] = ()
+    answer: Answer | None
     for path in arguments.files:
         try:
-            answer, errors = describe(path, rig), ()
+            answer, errors = describe(path, rig), no_errors
         except ConfigError as error:
             answer, errors = None, error.errors
         broken += answer is None
@@ -68,7 +70,9 @@ def main(arguments: argparse.Namespace) -> int:
     return BAD_INPUT if broken else COMPLETED
 
 
-def _as_data(path: Path, answer: Answer | None, errors: tuple) -> dict[str, object]:
+def _as_data(
+    path: Path, answer: Answer | None, errors: "tuple[ConfigError, ...]"
+) -> dict[str, object]:
     if answer is None:
         return {
             "file": str(path),

@@ -104,7 +104,7 @@ def _valid(rig: "Rig") -> Iterator[Breach]:
             )
             continue
         valid = native_pair(row.valid, entry.unit)
-        ends = tuple(count * entry.per_count for count in entry.counts)
+        ends = entry.counts[0] * entry.per_count, entry.counts[1] * entry.per_count
         if valid[0] <= ends[0] or valid[1] >= ends[1]:
             yield of_row(
                 rig,
@@ -283,14 +283,39 @@ def _pressure_rises(rig: "Rig") -> Iterator[Breach]:
 
 
 ROW_RULES = (
-    Rule("limits", _limits),
-    Rule("within_sensor", _within_sensor),
-    Rule("at_rest", _at_rest),
-    Rule("valid", _valid),
-    Rule("stale_after", _stale_after),
-    Rule("slew", _slew),
-    Rule("command_in_measured", _command_in_measured),
-    Rule("reach", _reach),
-    Rule("motor_measured", _watched_speed),
-    Rule("pressure_rises", _pressure_rises),
+    Rule(
+        "limits", _limits, "every force, pressure, speed, current and travel has limits, which trip"
+    ),
+    Rule(
+        "within_sensor",
+        _within_sensor,
+        "limits lie within what calibration, terminal and `valid` can show",
+    ),
+    Rule(
+        "at_rest",
+        _at_rest,
+        "limits enclose the rig at rest: atmosphere, no force, no speed, no current",
+    ),
+    Rule(
+        "valid",
+        _valid,
+        "an analog input has `valid`, narrower than its terminal, above 0 V for a 1-5 V sensor",
+    ),
+    Rule(
+        "stale_after", _stale_after, "an analog input has `stale_after`, within the watchdog's time"
+    ),
+    Rule("slew", _slew, "a command with limits has `slew`"),
+    Rule(
+        "command_in_measured",
+        _command_in_measured,
+        "what may be asked for lies within the limits of what measures it",
+    ),
+    Rule(
+        "reach",
+        _reach,
+        "travel limits end one range outside of what may be asked for,"
+        " speed at 4 times, current at 5 times the continuous one",
+    ),
+    Rule("motor_measured", _watched_speed, "the motor names its `speed` and `current`"),
+    Rule("pressure_rises", _pressure_rises, "a pressure rises with its signal"),
 )

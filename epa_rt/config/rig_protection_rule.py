@@ -22,10 +22,13 @@ class Breach(NamedTuple):
 
 
 class Rule(NamedTuple):
-    """``breaches`` yields what a rig breaks; ``excusable``: whether a reason may stand for it."""
+    """``breaches`` yields what a rig breaks; ``needs``: what the rule asks for, as the operator's
+    page has it; ``excusable``: whether a reason may stand for it.
+    """
 
     name: str
     breaches: Callable[["Rig"], Iterable[Breach]]
+    needs: str
     excusable: bool = True
 
 

@@ -1,5 +1,6 @@
 """Rules on signs and sizes that must agree: travel and speed per turn of the motor."""
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
@@ -32,7 +33,7 @@ def _per_turn(rig: "Rig", row: SignalRow) -> float | None:
     if slave.device == "EPOS4" and entry.unit == "rpm":
         return slope * 60.0
     if entry.unit == "V" and drive is not None and drive.analog_command is not None:
-        turns_per_s_v = drive.analog_command.speed_per_volt / 6.283185307179586
+        turns_per_s_v = float(drive.analog_command.speed_per_volt) / (2.0 * math.pi)
         return slope / turns_per_s_v
     return None
 
@@ -80,4 +81,11 @@ def _zeros(rig: "Rig") -> Iterator[Breach]:
         )
 
 
-SCALE_RULES = (Rule("scale", _scales), Rule("same_zero", _zeros))
+SCALE_RULES = (
+    Rule(
+        "scale",
+        _scales,
+        "travel, speed and their commands agree per turn of the motor, sign and size, to 1 %",
+    ),
+    Rule("same_zero", _zeros, "travel and its command have one zero, to 1 % of the range"),
+)

@@ -186,14 +186,29 @@ def _plant_path(rig: "Rig") -> Iterator[Breach]:
 
 
 STOP_RULES = (
-    Rule("safety", _safety),
-    Rule("i2t", _i2t),
-    Rule("following_error", lambda rig: _following_error(rig, "motor")),
-    Rule("joint_following_error", lambda rig: _following_error(rig, "joint")),
-    Rule("zero", _zero),
-    Rule("without_power", _valves_without_power),
-    Rule("pressures", _pressures),
-    Rule("atmosphere", _atmosphere),
-    Rule("startup", _startup),
-    Rule("plant", _plant_path, excusable=False),
+    Rule("safety", _safety, "there is a section `safety`"),
+    Rule("i2t", _i2t, "the motor has a thermal limit"),
+    Rule(
+        "following_error",
+        lambda rig: _following_error(rig, "motor"),
+        "the motor has `following_error`, at most half of its range",
+    ),
+    Rule(
+        "joint_following_error",
+        lambda rig: _following_error(rig, "joint"),
+        "the joint has `following_error`, at most half of its range",
+    ),
+    Rule("zero", _zero, "`motor.zero` says how travel gets its zero, within its limits"),
+    Rule("without_power", _valves_without_power, "without power exhausts are open and inlets shut"),
+    Rule(
+        "pressures",
+        _pressures,
+        "`supply` is above `pressure_max`, that above the atmosphere;"
+        " `tolerance` and `drift` at most a tenth of it",
+    ),
+    Rule("atmosphere", _atmosphere, "50 to 110 kPa abs"),
+    Rule("startup", _startup, "no start-up object switches a protection of drive or terminal off"),
+    Rule(
+        "plant", _plant_path, "`plant` names a YAML file beside the rig's folder", excusable=False
+    ),
 )

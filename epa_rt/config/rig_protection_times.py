@@ -95,7 +95,16 @@ def _overrun(rig: "Rig") -> Iterator[Breach]:
 
 
 TIME_RULES = (
-    Rule("reaction", _reaction),
-    Rule("drive_times", _drive_times),
-    Rule("overrun", _overrun),
+    Rule(
+        "reaction",
+        _reaction,
+        "`reaction` at most 100 ms and the watchdog, `watchdog` at most 250 ms,"
+        " `states_every` and lost frames within `reaction`",
+    ),
+    Rule("drive_times", _drive_times, "`transition_timeout` and `enable_delay` at most 5 s"),
+    Rule(
+        "overrun",
+        _overrun,
+        "`late` below the period; late cycles that stop or trip within the watchdog",
+    ),
 )

@@ -164,7 +164,8 @@ def _findings(dry: DryPhase, rig: Rig) -> list[str]:
 
 def _command_limits(dry: DryPhase, rig: Rig) -> list[tuple[float, float, str, str, str]]:
     """Limits and slews of the command rows, which clamp what a motor loop asks for."""
-    motor, limits = rig.motor, []
+    motor = rig.motor
+    limits: list[tuple[float, float, str, str, str]] = []
     if dry.phase.loop not in ("motor_position", "motor_speed"):
         return limits
     if dry.phase.loop == "motor_position" and motor.position_target:

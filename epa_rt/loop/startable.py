@@ -3,7 +3,7 @@ each loop that the rig can do.
 """
 
 from epa_rt.config.rig import Rig
-from epa_rt.config.source import Located, parse_yaml
+from epa_rt.config.source import Located, Location, parse_yaml
 from epa_rt.experiments.coordinate import possible_loops
 from epa_rt.experiments.experiment import experiment_from
 from epa_rt.loop.assembly import VALVE_FIELDS, WiringError, assemble, valve_settings
@@ -18,7 +18,7 @@ def check_startable(rig: Rig, located: Located) -> None:
             valve_settings(muscle, rig)
         except ValueError as error:
             field, found, expected = _parts(str(error))
-            place = ("muscles", i, *_valve_key(f"{field} {expected}"))
+            place: Location = ("muscles", i, *_valve_key(f"{field} {expected}"))
             raise located.error(place, f"{field} = {found}", expected) from None
     for loop in possible_loops(rig):
         text = _PROBE.format(loop=loop, seconds=10.0 * rig.period_s)

@@ -128,6 +128,12 @@ def test_every_rule_has_a_variant():
     assert {rule.name for rule in RULES} == covered
 
 
+def test_the_operators_page_has_every_rule():
+    page = (ROOT / "docs/operator.md").read_text(encoding="utf-8")
+    for rule in RULES:
+        assert f"| {rule.name} | {rule.needs} |\n" in page, rule.name
+
+
 def test_sections_left_out():
     data = yaml.safe_load((RIGS / "bench.yaml").read_text(encoding="utf-8"))
     del data["safety"], data["motor"]["zero"]
