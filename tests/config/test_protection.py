@@ -1,5 +1,6 @@
 """A rig file that does not protect is refused, a sentence for each finding; a reason excuses it."""
 
+import json
 from pathlib import Path
 
 import pytest
@@ -225,6 +226,18 @@ def test_check_and_run_say_what_is_unprotected_and_the_log_keeps_it(tmp_path, ca
     with LogReader(log) as read:
         assert any(event.kind == "unprotected" and WHY in event.text for event in read.events())
         assert WHY in read.metadata["unprotected"]["0"]
+
+
+def test_the_answers_as_json(tmp_path, capsys):
+    path = tmp_path / "bench.yaml"
+    path.write_text(with_reasons({}), encoding="utf-8")
+    assert main(["check", "--json", str(path), str(RIGS / "bench.yaml")]) == 2
+    captured = capsys.readouterr()
+    broken, sound = json.loads(captured.out)
+    assert captured.err == "" and not broken["sound"] and sound["sound"]
+    (error,) = broken["errors"]
+    assert error["where"] == "limits of muscle_force_n" and error["line"] > 1
+    assert "muscle_force_n: trips outside -40 to 350 N" in sound["protected"]
 
 
 # What the shared inputs break beside "zero", which none of them has.
