@@ -6,11 +6,15 @@ exchange's return and the next exchange's call is taken every cycle. Once as fas
 once paced in real time, where caches are cold after each sleep. The floor is what two readings of
 the clock cost in the same run.
 
+With --period the rig runs at that period, and the margin is what a cycle of it leaves the loop.
+
     python scripts/bench_cycle.py --cycles 120000
+    python scripts/bench_cycle.py --period 0.25          4 kHz
 """
 
 import argparse
 import json
+import re
 import sys
 import tempfile
 import time
@@ -67,11 +71,27 @@ def clock_floor_us(samples: int = 200_000) -> float:
     return float(np.median(readings)) / 1e3
 
 
-def measure(rig: str, experiment: str, cycles: int, speed: float | None) -> dict[str, float]:
+def rig_file(rig: str, period_ms: float, folder: Path) -> Path:
+    """The rig at another period, written into a folder; its plant is the delivered one."""
+    text = (ROOT / f"config/rigs/{rig}.yaml").read_text(encoding="utf-8")
+    for pattern, new in (
+        (r"^period: .*$", f"period: {period_ms:g} ms"),
+        (r"\blate: [^,}]*", f"late: {0.3 * period_ms:g} ms"),
+        (r"^plant: \.\./", f"plant: {ROOT}/config/"),
+    ):
+        text = re.sub(pattern, new, text, count=1, flags=re.MULTILINE)
+    path = folder / f"{rig}.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def measure(
+    rig: str, experiment: str, cycles: int, speed: float | None, period_ms: float
+) -> dict[str, float]:
     """One run; costs in microseconds over the cycles after bring-up."""
-    inputs = load_inputs(
-        ROOT / f"config/experiments/{experiment}.yaml", ROOT / f"config/rigs/{rig}.yaml", None, True
-    )
+    with tempfile.TemporaryDirectory() as folder:
+        path = rig_file(rig, period_ms, Path(folder))
+        inputs = load_inputs(ROOT / f"config/experiments/{experiment}.yaml", path, None, True)
     assembly = assemble(inputs.rig, inputs.experiment)
     backend = SimBackend(inputs.rig, inputs.plant, 1, speed)
     backend.model.warm_up()
@@ -99,12 +119,18 @@ def measure(rig: str, experiment: str, cycles: int, speed: float | None) -> dict
         summary = recorder.close(result.outcome, result.cause)
     taken_us = stopwatch.taken_ns[200 : stopwatch.cycle] / 1e3
     p50, p99, p999 = np.percentile(taken_us, (50, 99, 99.9))
+    period_us = 1e3 * period_ms
     return {
         "cycles": int(taken_us.size),
         "median_us": round(float(p50), 2),
         "p99_us": round(float(p99), 2),
         "p99_9_us": round(float(p999), 2),
         "max_us": round(float(taken_us.max()), 1),
+        "margin_median": round(1.0 - float(p50) / period_us, 3),
+        "margin_p99_9": round(1.0 - float(p999) / period_us, 3),
+        "longer_than_period": int(np.count_nonzero(taken_us > period_us)),
+        "late_cycles": result.overruns,
+        "worst_lateness_us": round(result.worst_lateness_ns / 1e3, 1),
         "lost_samples": summary.lost_samples,
         "outcome": f"{result.outcome} {result.cause}".strip(),
         "realtime": list(granted),
@@ -119,13 +145,16 @@ def main() -> None:
     arguments.add_argument("--experiment", default="knee_chirp")
     arguments.add_argument("--cycles", type=int, default=120_000)
     arguments.add_argument("--paced-cycles", type=int, default=20_000)
+    arguments.add_argument("--period", type=float, default=1.0, metavar="MS", help="in ms")
     chosen = arguments.parse_args()
+    period = chosen.period
     report = {
         "rig": chosen.rig,
         "experiment": chosen.experiment,
+        "period_ms": period,
         "floor_clock_us": clock_floor_us(),
-        "unpaced": measure(chosen.rig, chosen.experiment, chosen.cycles, None),
-        "paced_1x": measure(chosen.rig, chosen.experiment, chosen.paced_cycles, 1.0),
+        "unpaced": measure(chosen.rig, chosen.experiment, chosen.cycles, None, period),
+        "paced_1x": measure(chosen.rig, chosen.experiment, chosen.paced_cycles, 1.0, period),
         "bar": {"median_us": 25.0, "p99_9_us": 100.0},
     }
     print(json.dumps(report, indent=2))

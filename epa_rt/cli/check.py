@@ -1,18 +1,35 @@
 """Check rig, experiment and plant files without starting anything.
 
-Each file is read as a run would read it; the first thing that does not fit is named with file,
-line, what was found and what was expected. With --rig, experiment files are checked against that
-rig.
+Each file is read as a run would read it. Everything in a rig file that does not protect is named,
+one sentence each, with file, line, what was found and what was expected; a sound one shows what
+protects it. What a rig leaves out on purpose stands under 'unprotected: {NAME: why}' and is said
+here and at every start. With --rig, experiment files are checked against that rig.
 
   epa check config/rigs/*.yaml
   epa check --rig config/rigs/bench.yaml config/experiments/identification.yaml
 """
 
 import argparse
+import json
 import sys
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import BAD_INPUT, COMPLETED
+
+if TYPE_CHECKING:
+    from epa_rt.config.rig import Rig
+    from epa_rt.config.source import ConfigError, Located
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What is said of a sound file: one line, what protects it, what it does without by reason."""
+
+    line: str
+    protected: tuple[str, ...] = ()
+    unprotected: tuple[str, ...] = ()
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
@@ -20,59 +37,111 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
         "files", nargs="+", type=Path, metavar="FILE", help="rig, experiment or plant files"
     )
     verb.add_argument("--rig", type=Path, help="the rig that experiment files are meant for")
+    verb.add_argument("--json", action="store_true", help="the answers as JSON, one list")
 
 
 def main(arguments: argparse.Namespace) -> int:
-    from epa_rt.config.rig import load_rig
-    from epa_rt.config.source import ConfigError
+    from epa_rt.cli.sound_rig import sound_rig
+    from epa_rt.config.source import ConfigError, load_yaml
 
-    rig = load_rig(arguments.rig) if arguments.rig else None
-    broken = 0
+    rig = sound_rig(load_yaml(arguments.rig)).rig if arguments.rig else None
+    answers, broken = [], 0
+    no_errors: tuple[ConfigError, ...] = ()
+    answer: Answer | None
     for path in arguments.files:
         try:
-            print(f"{path}: {describe(path, rig)}")
+            answer, errors = describe(path, rig), no_errors
         except ConfigError as error:
-            broken += 1
-            print(f"epa check: {error}", file=sys.stderr)
+            answer, errors = None, error.errors
+        broken += answer is None
+        if arguments.json:
+            answers.append(_as_data(path, answer, errors))
+        elif answer is None:
+            for one in errors:
+                print(f"epa check: {one}", file=sys.stderr)
+        else:
+            print(f"{path}: {answer.line}")
+            for text in answer.protected:
+                print(f"  {text}")
+            for text in answer.unprotected:
+                print(f"  UNPROTECTED: {text}")
+    if arguments.json:
+        print(json.dumps(answers, indent=2))
     return BAD_INPUT if broken else COMPLETED
 
 
-def describe(path: Path, rig: object) -> str:
-    """One line on a sound file. Raises ConfigError."""
-    from epa_rt.config.rig import rig_from
+def _as_data(
+    path: Path, answer: Answer | None, errors: "tuple[ConfigError, ...]"
+) -> dict[str, object]:
+    if answer is None:
+        return {
+            "file": str(path),
+            "sound": False,
+            "errors": [
+                {"line": e.line, "where": e.where, "found": e.found, "expected": e.expected}
+                for e in errors
+            ],
+        }
+    return {
+        "file": str(path),
+        "sound": True,
+        "is": answer.line,
+        "protected": answer.protected,
+        "unprotected": answer.unprotected,
+    }
+
+
+def describe(path: Path, rig: "Rig | None") -> Answer:
+    """What is said of a sound file. Raises ConfigError, which may hold several sentences."""
     from epa_rt.config.source import load_yaml
 
     source = load_yaml(path)
     if "rig" in source.data:
-        typed = rig_from(source)
-        return (
-            f"rig {typed.name}, {len(typed.slaves)} slaves, {len(typed.inputs)} measured signals"
-            f" and {len(typed.outputs)} commands every {typed.period_s * 1e3:g} ms"
-        )
+        return _describe_rig(path, source)
     if "experiment" in source.data:
-        if rig is None:
-            raise source.error(
-                ("experiment",), "an experiment without a rig", "--rig RIG to check it against"
-            )
-        from epa_rt.experiments.experiment import experiment_from
-        from epa_rt.loop.assembly import WiringError, assemble
-
-        experiment = experiment_from(source, rig)
-        try:
-            assemble(rig, experiment)
-        except WiringError as error:
-            raise source.error(
-                ("experiment",), str(error), "loops that go together in one run"
-            ) from None
-        return (
-            f"experiment {experiment.name}, {len(experiment.phases)} phases, about"
-            f" {experiment.duration_s:.0f} s on {rig.name}"
-        )
+        return _describe_experiment(source, rig)
     if "plant" in source.data:
         from epa_rt.models.plant_file import read_plant
 
         plant = read_plant(source)
-        return f"plant {plant.name}, {plant.substeps} sub-steps"
+        return Answer(f"plant {plant.name}, {plant.substeps} sub-steps")
     raise source.error(
         (), "none of the keys rig, experiment, plant", "a rig, experiment or plant file"
+    )
+
+
+def _describe_rig(path: Path, source: "Located") -> Answer:
+    from epa_rt.cli.inputs import load_plant_of
+    from epa_rt.cli.sound_rig import sound_rig
+    from epa_rt.config.rig_protected import protections
+
+    sound = sound_rig(source)
+    rig = sound.rig
+    load_plant_of(path, rig, None)
+    return Answer(
+        f"rig {rig.name}, {len(rig.slaves)} slaves, {len(rig.inputs)} measured signals"
+        f" and {len(rig.outputs)} commands every {rig.period_s * 1e3:g} ms",
+        protections(rig),
+        sound.unprotected,
+    )
+
+
+def _describe_experiment(source: "Located", rig: "Rig | None") -> Answer:
+    from epa_rt.experiments.experiment import experiment_from
+    from epa_rt.loop.assembly import WiringError, assemble
+
+    if rig is None:
+        raise source.error(
+            ("experiment",), "an experiment without a rig", "--rig RIG to check it against"
+        )
+    experiment = experiment_from(source, rig)
+    try:
+        assemble(rig, experiment)
+    except WiringError as error:
+        raise source.error(
+            ("experiment",), str(error), "loops that go together in one run"
+        ) from None
+    return Answer(
+        f"experiment {experiment.name}, {len(experiment.phases)} phases, about"
+        f" {experiment.duration_s:.0f} s on {rig.name}"
     )

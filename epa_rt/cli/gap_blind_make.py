@@ -196,7 +196,7 @@ def _record(
     from epa_rt.cli.inputs import load_inputs
     from epa_rt.cli.run import run_recorded
 
-    inputs = load_inputs(experiment, rig, plant, with_plant=True)
+    inputs = load_inputs(experiment, rig, plant, with_plant=True, protected=False)
     if log is None:
         from epa_rt.loop.assembly import assemble
         from epa_rt.loop.run import run

@@ -4,7 +4,7 @@ is refused.
 
 import argparse
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,6 +33,7 @@ class Inputs:
     experiment: "Experiment"
     plant: "PlantFile | None"
     attachments: dict[str, bytes]
+    unprotected: tuple[str, ...] = ()  # what the rig does without, by reason; a sentence each
 
 
 def add_input_arguments(verb: argparse.ArgumentParser) -> None:
@@ -50,15 +51,21 @@ def add_input_arguments(verb: argparse.ArgumentParser) -> None:
     )
 
 
-def load_inputs(experiment: Path, rig: Path, plant: Path | None, with_plant: bool) -> Inputs:
-    """Reads the files. Raises ConfigError with file and line."""
+def load_inputs(
+    experiment: Path, rig: Path, plant: Path | None, with_plant: bool, protected: bool = True
+) -> Inputs:
+    """Reads the files of a run. Raises ConfigError with file and line, also for a rig file that
+    does not protect, which only a simulation of an older case may use (``protected`` False).
+    """
+    from epa_rt.cli.sound_rig import SoundRig, sound_rig
     from epa_rt.config.rig import rig_from
     from epa_rt.config.source import load_yaml
 
     rig_source = load_yaml(rig)
-    rig_typed = rig_from(rig_source)
-    found = load_plant_of(rig, rig_typed, plant) if with_plant else None
-    return _typed(rig_source, rig_typed, load_yaml(experiment), found)
+    sound = sound_rig(rig_source) if protected else SoundRig(rig_from(rig_source), ())
+    found = load_plant_of(rig, sound.rig, plant) if with_plant else None
+    inputs = _typed(rig_source, sound.rig, load_yaml(experiment), found)
+    return replace(inputs, unprotected=sound.unprotected)
 
 
 def load_plant_of(rig: Path, typed: "Rig", plant: Path | None) -> "tuple[Located, PlantFile]":

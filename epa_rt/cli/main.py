@@ -91,8 +91,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"epa {chosen.verb}: {error}", file=sys.stderr)
         return error.code
     except ConfigError as error:
-        print(f"epa {chosen.verb}: {error}", file=sys.stderr)
-        return 2
+        for one in error.errors:
+            print(f"epa {chosen.verb}: {one}", file=sys.stderr)
+        return BAD_INPUT
     except KeyboardInterrupt:
         print(f"epa {chosen.verb}: interrupted", file=sys.stderr)
         return STOPPED

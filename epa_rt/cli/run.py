@@ -84,6 +84,8 @@ def main(arguments: argparse.Namespace) -> int:
         arguments.plant,
         with_plant=is_sim and not arguments.dry,
     )
+    for sentence in inputs.unprotected:
+        print(f"UNPROTECTED: {sentence}", file=sys.stderr)
     if arguments.dry:
         return _dry(inputs, arguments.out)
     if is_sim:
@@ -198,7 +200,7 @@ def run_recorded(
         log,
         assembly.layout,
         inputs.attachments,
-        {"run": run_facts},
+        {"run": run_facts, **_unprotected_facts(inputs)},
         lossless=not paced,
         progress=ProgressSpec(cycles, inputs.rig.period_s, progress),
     )
@@ -208,8 +210,16 @@ def run_recorded(
         if not log.stat().st_size:
             log.unlink()  # taken, and nothing came of it
         raise VerbError(str(error), FAILED) from None
-    with OperatorRequests().listening() as requests:
+    assembly.supervisor.events[:0] = [("unprotected", text, {}) for text in inputs.unprotected]
+    with OperatorRequests(inputs.rig.period_s).listening() as requests:
         return _run(assembly, backend, recorder, requests, paced)
+
+
+def _unprotected_facts(inputs: Inputs) -> dict[str, dict[str, str]]:
+    """What the rig does without, for the log's metadata; nothing where it is protected."""
+    if not inputs.unprotected:
+        return {}
+    return {"unprotected": {str(i): text for i, text in enumerate(inputs.unprotected)}}
 
 
 def _run(

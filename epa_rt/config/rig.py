@@ -7,7 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
 from epa_rt.config.fields import (
     Frozen,
@@ -305,9 +305,20 @@ class Master(Frozen):
     states_every: quantity("s", 1e-3, 1.0) = 0.010
 
 
+def _reason(value: Any) -> str:
+    """A reason that somebody can read at every start: a few words, one line."""
+    if not isinstance(value, str) or len(value.split()) < LEAST_WORDS or not value.isprintable():
+        raise UnitError(f"found {value!r}, expected a reason of at least {LEAST_WORDS} words")
+    return value.strip()
+
+
+LEAST_WORDS = 3
+Reason = Annotated[str, BeforeValidator(_reason), Field(max_length=200)]
+
+
 class Rig(Frozen):
     """A whole rig. ``row(name)`` finds a signal; ``inputs`` and ``outputs`` are its rows in table
-    order.
+    order. ``unprotected``: a rule of protection, or a row, to the reason why it is left without.
     """
 
     rig: Name
@@ -325,6 +336,7 @@ class Rig(Frozen):
     overrun: Overrun = Overrun()
     realtime: Realtime = Realtime()
     master: Master = Master()
+    unprotected: dict[Name, Reason] = {}
 
     @property
     def name(self) -> str:

@@ -2,7 +2,7 @@
 expected.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
@@ -42,6 +42,24 @@ class ConfigError(Exception):
         super().__init__(
             f"{path}:{line}: {where + ': ' if where else ''}found {found}, expected {expected}"
         )
+
+    @property
+    def errors(self) -> "tuple[ConfigError, ...]":
+        """Every sentence about the file; of this one, itself."""
+        return (self,)
+
+
+class ConfigErrors(ConfigError):
+    """Several sentences about one file, at least one; as text, the first of them."""
+
+    def __init__(self, errors: "Sequence[ConfigError]"):
+        first = errors[0]
+        super().__init__(first.path, first.line, first.where, first.found, first.expected)
+        self._errors = tuple(errors)
+
+    @property
+    def errors(self) -> tuple[ConfigError, ...]:
+        return self._errors
 
 
 @dataclass(frozen=True)

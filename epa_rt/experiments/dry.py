@@ -11,12 +11,18 @@ from epa_rt.experiments.experiment import Experiment, Phase
 from epa_rt.experiments.profiles import Profile
 from epa_rt.experiments.reader import show
 
+AT_ONCE = 200_000  # cycles of a phase that are sampled together
+MOST_KEPT = 2_000_000  # points of a run that are kept for its picture, 48 MB
+FEWEST_KEPT = 200  # of each phase
+
 
 @dataclass(frozen=True)
 class DryPhase:
     """One phase as planned: times in s since the run began, references in SI, what they reach.
 
     ``start_s`` and ``duration_s`` are estimates from the first phase on whose end hangs on the rig.
+    Of a long phase the arrays hold the lowest and the highest point of each stretch, for a picture;
+    the figures are of every cycle.
     """
 
     phase: Phase
@@ -56,12 +62,13 @@ class DryRun:
 
 
 def dry_run(experiment: Experiment, rig: Rig) -> DryRun:
-    """Samples every phase at the rig's period. A start that only the run will tell is taken as the
-    phase's end.
+    """Samples every phase at the rig's period, some of it at a time. A start that only the run
+    will tell is taken as the phase's end.
     """
     phases, findings = [], []
     positions: dict[str, float] = {}
     start_s = 0.0
+    kept = max(FEWEST_KEPT, MOST_KEPT // len(experiment.phases))
     for phase in experiment.phases:
         key = phase.coordinate.position_key
         start = phase.motion.planned_start
@@ -70,7 +77,7 @@ def dry_run(experiment: Experiment, rig: Rig) -> DryRun:
                 key, phase.motion.end if phase.motion.end is not None else _somewhere(phase)
             )
         profile = phase.profile(start)
-        dry = _sampled(phase, profile, start_s, rig.period_s)
+        dry = _sampled(phase, profile, start_s, rig.period_s, kept)
         positions[key] = profile.end
         start_s += dry.duration_s
         phases.append(dry)
@@ -83,10 +90,23 @@ def _somewhere(phase: Phase) -> float:
     return min(max(0.0, low), high)
 
 
-def _sampled(phase: Phase, profile: Profile, start_s: float, period_s: float) -> DryPhase:
+def _sampled(
+    phase: Phase, profile: Profile, start_s: float, period_s: float, kept: int
+) -> DryPhase:
     duration_s = max(phase.duration_s, profile.duration_s, period_s)
-    t_s = np.arange(round(duration_s / period_s)) * period_s
-    positions, speeds = profile.sample(t_s)
+    count = round(duration_s / period_s)
+    stretch = -(-count // kept) if count > kept else 1  # cycles of which two points are kept
+    at_once = max(1, AT_ONCE // stretch) * stretch
+    low, high, speed = np.inf, -np.inf, 0.0
+    shown: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+    for first in range(0, count, at_once):
+        t_s = np.arange(first, min(first + at_once, count)) * period_s
+        positions, speeds = profile.sample(t_s)
+        low, high = min(low, float(positions.min())), max(high, float(positions.max()))
+        speed = max(speed, float(np.abs(speeds).max()))
+        chosen = _ends_of_stretches(positions, stretch)
+        shown.append((t_s[chosen], positions[chosen], speeds[chosen]))
+    t_s, positions, speeds = (np.concatenate(parts) for parts in zip(*shown, strict=True))
     return DryPhase(
         phase,
         start_s,
@@ -94,11 +114,23 @@ def _sampled(phase: Phase, profile: Profile, start_s: float, period_s: float) ->
         start_s + t_s,
         positions,
         speeds,
-        float(positions.min()),
-        float(positions.max()),
-        float(np.abs(speeds).max()),
+        low,
+        high,
+        speed,
         profile.peaks.acceleration,
     )
+
+
+def _ends_of_stretches(positions: np.ndarray, stretch: int) -> np.ndarray | slice:
+    """Indices of the lowest and the highest point of each stretch, in order of time."""
+    if stretch == 1:
+        return slice(None)
+    starts = np.arange(0, positions.size, stretch)
+    padded = np.full(starts.size * stretch, positions[-1])
+    padded[: positions.size] = positions
+    rows = padded.reshape(-1, stretch)
+    ends = np.sort(np.stack([rows.argmin(axis=1), rows.argmax(axis=1)]), axis=0) + starts
+    return np.unique(np.minimum(ends, positions.size - 1))
 
 
 def _findings(dry: DryPhase, rig: Rig) -> list[str]:
@@ -132,7 +164,8 @@ def _findings(dry: DryPhase, rig: Rig) -> list[str]:
 
 def _command_limits(dry: DryPhase, rig: Rig) -> list[tuple[float, float, str, str, str]]:
     """Limits and slews of the command rows, which clamp what a motor loop asks for."""
-    motor, limits = rig.motor, []
+    motor = rig.motor
+    limits: list[tuple[float, float, str, str, str]] = []
     if dry.phase.loop not in ("motor_position", "motor_speed"):
         return limits
     if dry.phase.loop == "motor_position" and motor.position_target:

@@ -17,6 +17,7 @@ from epa_rt.config.experiment import (
     Wave,
 )
 from epa_rt.experiments import oscillations, profiles, random_speed
+from epa_rt.experiments.bounds import MOST_PIECES, MOST_WAVES, MOST_WAVES_OF_PERIOD
 from epa_rt.experiments.coordinate import Coordinate
 from epa_rt.experiments.profiles import Profile
 from epa_rt.experiments.reader import Reader, show
@@ -156,6 +157,13 @@ def _random_speed(reader: Reader, motion: RandomSpeed, situation: Situation) -> 
         raise reader.error(
             (key, "dwell"), f"{list(motion.dwell)}", "the shorter time before the longer one"
         )
+    count = 2.0 * situation.duration_s / (dwell_s[0] + dwell_s[1])
+    if count > MOST_PIECES / 2:
+        raise reader.error(
+            (key, "dwell"),
+            f"about {count:.0f} speeds in {situation.duration_s:g} s",
+            f"at most {MOST_PIECES // 2} in a run: a shorter 'for', or a longer dwell",
+        )
     if high - low < speed * dwell_s[0]:
         raise reader.error(
             (key, "between"),
@@ -194,18 +202,28 @@ def _chirp(reader: Reader, motion: Chirp, situation: Situation) -> Profile:
     mean, amplitude, fade_s = _wave(reader, "chirp", motion, situation)
     start_hz = reader.frequency(("chirp", "from"), motion.start)
     end_hz = reader.frequency(("chirp", "to"), motion.end)
+    _check_waves(reader, "chirp", situation, max(start_hz, end_hz), fade_s)
     return oscillations.Chirp(mean, amplitude, start_hz, end_hz, situation.duration_s, fade_s)
 
 
 def _sine(reader: Reader, motion: Sine, situation: Situation) -> Profile:
     mean, amplitude, fade_s = _wave(reader, "sine", motion, situation)
-    return oscillations.Sine(
-        mean,
-        amplitude,
-        reader.frequency(("sine", "frequency"), motion.frequency),
-        situation.duration_s,
-        fade_s,
-    )
+    frequency_hz = reader.frequency(("sine", "frequency"), motion.frequency)
+    _check_waves(reader, "sine", situation, frequency_hz, fade_s)
+    return oscillations.Sine(mean, amplitude, frequency_hz, situation.duration_s, fade_s)
+
+
+def _check_waves(
+    reader: Reader, kind: str, situation: Situation, frequency_hz: float, fade_s: float
+) -> None:
+    """What is planned from points along the wave must not have too many of them."""
+    waves = situation.duration_s * (frequency_hz + 1.0 / fade_s)
+    if waves > MOST_WAVES:
+        raise reader.error(
+            (kind,),
+            f"about {waves:.0f} waves and fades in {situation.duration_s:g} s",
+            f"at most {MOST_WAVES} in one phase",
+        )
 
 
 def _multisine(reader: Reader, motion: Multisine, situation: Situation) -> Profile:
@@ -217,6 +235,13 @@ def _multisine(reader: Reader, motion: Multisine, situation: Situation) -> Profi
         raise reader.error(
             ("multisine", "to"), f"'{motion.end}'", f"a frequency above 'from', {start_hz:g} Hz"
         )
+    if period_s * end_hz > MOST_WAVES_OF_PERIOD:
+        raise reader.error(
+            ("multisine", "period"),
+            f"a period of {period_s:g} s, {period_s * end_hz:.6g} waves of its highest line",
+            f"at most {MOST_WAVES_OF_PERIOD} waves, {MOST_WAVES_OF_PERIOD / end_hz:g} s",
+        )
+    _check_waves(reader, "multisine", situation, end_hz, fade_s)
     ratio = (end_hz / start_hz) ** (1.0 / (motion.lines - 1))
     harmonics = tuple(
         sorted({round(start_hz * ratio**i * period_s) for i in range(motion.lines)} - {0})

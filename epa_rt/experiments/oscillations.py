@@ -9,6 +9,8 @@ import numpy as np
 
 from epa_rt.experiments.profiles import Peaks
 
+_AT_ONCE = 100_000  # points of a profile that are looked at together
+
 Trigonometry = Callable[[Any], Any]
 
 
@@ -77,18 +79,18 @@ class Oscillation:
     @cached_property
     def peaks(self) -> Peaks:
         """Positions are bounded by the amplitude; speed and acceleration are read off 100 points
-        per period and per fade.
+        per period and per fade, some at a time.
         """
         count = int(self.duration_s * 100 * (self._frequency_max_hz + 1.0 / self.fade_s)) + 2
-        t_s = np.linspace(0.0, self.duration_s, count)
-        speeds = self.sample(t_s)[1]
+        step_s = self.duration_s / (count - 1)
+        speed = change = 0.0
+        for first in range(0, count - 1, _AT_ONCE):
+            t_s = np.arange(first, min(first + _AT_ONCE + 1, count)) * step_s
+            speeds = self.sample(t_s)[1]
+            speed = max(speed, float(np.max(np.abs(speeds))))
+            change = max(change, float(np.max(np.abs(np.diff(speeds)))))
         reach = abs(self.amplitude)
-        return Peaks(
-            self.mean - reach,
-            self.mean + reach,
-            float(np.max(np.abs(speeds))),
-            float(np.max(np.abs(np.diff(speeds)))) / float(t_s[1]),
-        )
+        return Peaks(self.mean - reach, self.mean + reach, speed, change / step_s)
 
 
 class Chirp(Oscillation):
@@ -151,6 +153,7 @@ class Multisine(Oscillation):
         self.harmonics = harmonics
         phases, height = self._draw(seed)
         count = self._CELLS * max(harmonics)
+        self.size = count  # cells of the table
         self._cells_per_s, self._count = count / period_s, count
         self._table = self._lay(phases, height, count)
         self._cells = [tuple(row) for row in self._table.tolist()]

@@ -52,10 +52,13 @@ class Profile(Protocol):
 
 
 class Pieces:
-    """Polynomials in a row; the classes below differ only in how they lay them."""
+    """Polynomials in a row; the classes below differ only in how they lay them. ``size``: how
+    many.
+    """
 
     def __init__(self, pieces: Sequence[Piece], end: float, peaks: Peaks):
         self.end, self.peaks = end, peaks
+        self.size = len(pieces)
         self._starts: list[float] = []
         self._pieces: list[tuple[float, ...]] = []
         begin = 0.0

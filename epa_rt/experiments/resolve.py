@@ -8,6 +8,7 @@ from epa_rt.config.experiment import ExperimentFile, PhaseFile, Until
 from epa_rt.config.rig import Rig
 from epa_rt.config.rig_rows import si_unit_of
 from epa_rt.config.source import Located, Location
+from epa_rt.experiments.bounds import LONGEST_S, MOST_PHASES, MOST_PIECES, pieces_of
 from epa_rt.experiments.coordinate import coordinate_of, possible_loops
 from epa_rt.experiments.experiment import Condition, Phase
 from epa_rt.experiments.motions import LASTING, Motion, Situation, plan
@@ -24,12 +25,14 @@ class Resolver:
         self.located, self.rig, self.file = located, rig, file
         self._position_key, self._position = None, None
         self._orders = OrderBook(rig)
-        self._trials = 0
+        self._trials = self._pieces = 0
+        self._duration_s = 0.0
 
     def phases(self) -> tuple[Phase, ...]:
         """All phases of the run. Raises ConfigError."""
         self._check_names()
         self._check_repeat()
+        self._check_size()
         return tuple(self._phase(*item) for item in self._walk())
 
     def _walk(self) -> Iterator[tuple[PhaseFile, Location, int | None, Mapping[str, str]]]:
@@ -72,6 +75,34 @@ class Resolver:
                     ("repeat", name), f"'{name}', which no phase uses", f"a phase with ${name}"
                 )
 
+    def _check_size(self) -> None:
+        file = self.file
+        repetitions = len(next(iter(file.repeat.values()), ())) or file.times or 1
+        phases = len(file.before) + repetitions * len(file.phases) + len(file.after)
+        if phases > MOST_PHASES:
+            raise self.located.error(
+                ("times",) if file.times is not None else ("repeat",),
+                f"{repetitions} repetitions, {phases} phases in all",
+                f"at most {MOST_PHASES} phases in a run",
+            )
+
+    def _check_length(self, reader: Reader, motion: Motion, duration_s: float) -> None:
+        """Raises ConfigError where the run so far is longer or larger than a run may be."""
+        self._duration_s += duration_s
+        self._pieces += pieces_of(motion.planned)
+        if self._duration_s > LONGEST_S:
+            raise reader.error(
+                ("for",),
+                f"a run of {self._duration_s:g} s up to here",
+                f"at most a day, {LONGEST_S:g} s",
+            )
+        if self._pieces > MOST_PIECES:
+            raise reader.error(
+                (),
+                f"motions of {self._pieces} pieces up to here",
+                f"at most {MOST_PIECES} in a run",
+            )
+
     def _check_names(self) -> None:
         seen: set[str] = set()
         for section in ("before", "phases", "after"):
@@ -104,8 +135,11 @@ class Resolver:
             else (self.file.seed, section, int(where[1]), repetition or 0)
         )
         duration_s = None if cycles is None else cycles * self.rig.period_s
+        if duration_s is not None and duration_s > LONGEST_S:
+            raise reader.error(("for",), f"'{phase.lasts}'", f"at most a day, {LONGEST_S:g} s")
         motion = plan(reader, phase, Situation(coordinate, self._position, duration_s, seed))
         self._position = motion.end
+        self._check_length(reader, motion, _motion_s(cycles, motion, self.rig.period_s))
         conditions = tuple(self._condition(reader, i, until) for i, until in enumerate(phase.until))
         trial_index = self._trials if phase.trial else None
         self._trials += phase.trial
@@ -181,6 +215,10 @@ class Resolver:
                 ("timeout",), "a timeout without 'until'", "'until: CONDITION' beside it"
             )
         timeout = reader.cycles(("timeout",), phase.timeout)
+        if timeout * self.rig.period_s > LONGEST_S:
+            raise reader.error(
+                ("timeout",), f"'{phase.timeout}'", f"at most a day, {LONGEST_S:g} s"
+            )
         least_s = _motion_s(cycles, motion, self.rig.period_s)
         if timeout * self.rig.period_s <= least_s:
             raise reader.error(

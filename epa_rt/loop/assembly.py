@@ -25,6 +25,20 @@ TARGET_OF_LOOP = {
 }
 
 
+VALVE_FIELDS = {  # key of the rig file's valve section: field of ValveSettings
+    "tolerance": "tolerance_pa",
+    "settle": "settle_s",
+    "settle_timeout": "settle_timeout_s",
+    "fill_timeout": "fill_timeout_s",
+    "pulse_min": "pulse_min_s",
+    "pulse_max": "pulse_max_s",
+    "lead": "lead_s",
+    "drift": "drift_pa",
+    "max_pulses": "max_pulses",
+    "supply": "supply_pa",
+}
+
+
 class WiringError(Exception):
     """A rig and an experiment that do not go together; one sentence."""
 
@@ -69,23 +83,11 @@ def assemble(rig: Rig, experiment: Experiment) -> Assembly:
 
 
 def valve_settings(muscle: Muscle, rig: Rig) -> ValveSettings:
-    """The rig file's valve section over the defaults."""
-    names = {
-        "tolerance": "tolerance_pa",
-        "settle": "settle_s",
-        "settle_timeout": "settle_timeout_s",
-        "fill_timeout": "fill_timeout_s",
-        "pulse_min": "pulse_min_s",
-        "pulse_max": "pulse_max_s",
-        "lead": "lead_s",
-        "drift": "drift_pa",
-        "max_pulses": "max_pulses",
-        "supply": "supply_pa",
-    }
+    """The rig file's valve section over the defaults. Raises ValueError where they do not fit."""
     given = {
-        field: getattr(muscle.valves, key)
-        for key, field in names.items()
-        if getattr(muscle.valves, key) is not None
+        field: value
+        for key, field in VALVE_FIELDS.items()
+        if (value := getattr(muscle.valves, key)) is not None
     }
     return ValveSettings(
         **given, over_pressure_pa=muscle.pressure_max, atmosphere_pa=rig.atmosphere_pa

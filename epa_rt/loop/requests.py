@@ -10,17 +10,19 @@ from types import FrameType
 NONE, STOP, STOP_AT_ONCE = 0, 1, 2
 
 
-AGAIN_CYCLES = (
-    300  # a wrapper may pass one Ctrl-C on twice at once; only a later one is meant as a second
+AGAIN_S = (
+    0.3  # a wrapper may pass one Ctrl-C on twice at once; only a later one is meant as a second
 )
 
 
 class OperatorRequests:
-    """Ctrl-C or SIGTERM once: brake and stop. Again, at least AGAIN_CYCLES later: torque off at
-    once.
+    """Ctrl-C or SIGTERM once: brake and stop. Again, at least AGAIN_S later: torque off at once.
+
+    ``period_s`` turns that time into cycles, which a replay knows too.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, period_s: float = 0.001) -> None:
+        self._again_cycles = max(1, round(AGAIN_S / period_s))
         self._level, self._since, self._pending = NONE, 0, False
         self.last_signal = ""
 
@@ -30,7 +32,7 @@ class OperatorRequests:
             self._pending = False
             if self._level == NONE:
                 self._level, self._since = STOP, cycle
-            elif cycle - self._since >= AGAIN_CYCLES:
+            elif cycle - self._since >= self._again_cycles:
                 self._level = STOP_AT_ONCE
         return self._level
 

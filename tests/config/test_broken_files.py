@@ -113,7 +113,7 @@ def test_what_is_no_file(tmp_path, capsys):
 def test_a_plant_that_the_rig_names_and_is_not_there(tmp_path, capsys):
     for plant, found in (
         ("../plants/none.yaml", "no such file"),
-        ('"a\\0b"', "a path that cannot be one"),
+        ('"a\\0b.yaml"', "a path that cannot be one"),
     ):
         path = tmp_path / "bench.yaml"
         path.write_text(

@@ -18,6 +18,7 @@ from epa_rt.signals.codec import Encoder
 from sim_backend.backend import SimBackend
 from tests.bus.driver.emulated import MASTER_END, ROOT, Remote, emulated
 from tests.loop.rigging import Memory, Quiet
+from tests.rig_at_period import rig_at_period
 
 PATIENT_S = (
     0.2  # a busy machine may hold the emulator up; three of these are still less than the watchdogs
@@ -308,16 +309,17 @@ def terminal_bits(bus) -> list[int]:
     return [bus.slaves[name].esc.memory[0x0F00] & 0x0F for name in ("valves", "valves_b")]
 
 
-def lock_step(rig: str, experiment: str, cycles: int) -> dict:
+def lock_step(rig: str, experiment: str, cycles: int, period_ms: float = 1.0) -> dict:
     """An experiment over the bus in lock step and on the simulated rig: the first cycle whose image
     differs.
     """
-    inputs = load_inputs(
-        ROOT / f"config/experiments/{experiment}.yaml",
-        ROOT / f"config/rigs/{rig}.yaml",
-        None,
-        with_plant=True,
-    )
+    with tempfile.TemporaryDirectory() as folder:
+        inputs = load_inputs(
+            ROOT / f"config/experiments/{experiment}.yaml",
+            rig_at_period(rig, period_ms, Path(folder)),
+            None,
+            with_plant=True,
+        )
     recorded = []
     with emulated(inputs.rig, lock_step=True):
         for backend in (

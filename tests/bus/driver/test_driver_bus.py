@@ -203,6 +203,22 @@ def test_lock_step_gives_the_simulations_image_byte_for_byte(rig, experiment, cy
     assert result["outcomes"][0] == result["outcomes"][1] and result["confirmed"]
 
 
+@pytest.mark.parametrize(
+    ("rig", "experiment", "period_ms", "cycles"),
+    [
+        ("bench", "identification_short", 2.0, 4000),
+        ("bench_analog", "identification_short", 0.5, 8000),
+        ("knee", "knee_chirp_short", 0.25, 8000),
+    ],
+)
+def test_lock_step_gives_the_simulations_image_at_any_period(rig, experiment, period_ms, cycles):
+    result = bus_case(
+        "lock_step", rig=rig, experiment=experiment, cycles=cycles, period_ms=period_ms
+    )
+    assert result["differs"] is None and result["cycles"][0] == result["cycles"][1] >= cycles
+    assert result["outcomes"] == ["stopped", "stopped"] and result["confirmed"], result["cause"]
+
+
 @REAL_TIME
 @pytest.mark.parametrize(
     ("rig", "loop"),
