@@ -8,6 +8,7 @@ import sys
 import pytest
 
 from epa_rt.logs.reader import LogReader
+from epa_rt.realtime.signal_sets import IGNORED, OPERATOR_STOPS
 from tests.cli.shell import (
     EXPERIMENTS,
     RIGS,
@@ -146,6 +147,30 @@ def test_a_signal_ends_the_run_safe_and_the_log_whole(number, tmp_path):
     out, err = process.communicate(timeout=300)
     assert process.returncode == 130, (out, err)
     assert "stopped" in out and "drive off" in out
+    with LogReader(only_log(tmp_path)) as reader:
+        assert (reader.outcome, reader.missing) == ("stopped", [])
+        assert_safe_end(reader)
+
+
+def test_signals_without_a_meaning_and_ctrl_z_do_not_end_or_freeze_a_run_and_sigquit_stops_it(
+    tmp_path,
+):
+    process = paced_run(tmp_path)
+    size = only_log(tmp_path).stat().st_size
+    for number in (*IGNORED, signal.SIGTSTP):
+        process.send_signal(number)
+    for pid in children_of(process.pid):  # the recorder is as hard of hearing
+        for number in (*IGNORED, *OPERATOR_STOPS, signal.SIGTSTP):
+            os.kill(pid, number)
+    wait_for(
+        lambda: process.poll() is not None or only_log(tmp_path).stat().st_size > size + 60_000
+    )
+    assert process.poll() is None
+    process.send_signal(signal.SIGQUIT)
+    out, err = process.communicate(timeout=300)
+    assert process.returncode == 130, (out, err)
+    assert err.count("Ctrl-Z is refused while a run is on") == 1
+    assert "SIGQUIT: stopping; again after 0.3 s: power off at once" in err
     with LogReader(only_log(tmp_path)) as reader:
         assert (reader.outcome, reader.missing) == ("stopped", [])
         assert_safe_end(reader)
