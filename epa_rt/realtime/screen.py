@@ -1,4 +1,4 @@
-"""A line on the screen from a process that must not wait for it: what cannot be taken is dropped."""
+"""A line on the screen from a process that must not wait: what cannot be taken is dropped."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ OPERATOR_STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 """Somebody wants the run to end; the second one, some time later, at once."""
 
 MACHINE_STOPS = (signal.SIGXCPU, signal.SIGPWR)
-"""SIGKILL or the end of power will follow. They may be sent every second, so they never escalate."""
+"""SIGKILL or the end of power will follow. They may come every second, so they never escalate."""
 
 SUSPENDS = (signal.SIGTSTP,)
 """Ctrl-Z: a frozen loop leaves the rig in motion to its watchdogs."""
