@@ -30,17 +30,34 @@ SAMPLES_PER_CHUNK = 2000
 EVENTS_PER_CHUNK = 2000
 END_KIND = "end"
 _STAMP_MAX = 2**64 - 1
+_MOST_DIGITS = 20
 LAYOUT_METADATA, OUTCOME_METADATA = "layout", "outcome"
 
 
 @dataclass
 class Ending:
-    """How a recorded run ended; the log's `outcome` metadata."""
+    """How a recorded run ended; the log's `outcome` metadata. `failure`: what kept the recorder
+    from recording all, '' where nothing did.
+    """
 
     outcome: str
     cause: str
     lost_samples: int = 0
     lost_events: int = 0
+    failure: str = ""
+
+
+def ending_from(values: Mapping[str, str]) -> Ending:
+    """The ending of a log's `outcome` metadata. Raises ValueError where it says none."""
+    counts = {}
+    for name in ("lost_samples", "lost_events"):
+        text = values.get(name, "")
+        if not (text.isascii() and text.isdigit() and len(text) < _MOST_DIGITS):
+            raise ValueError(f"outcome: {name}: found {text!r:.40}, expected a number")
+        counts[name] = int(text)
+    if "outcome" not in values or "cause" not in values:
+        raise ValueError("outcome: found no outcome or no cause, expected both")
+    return Ending(values["outcome"], values["cause"], **counts, failure=values.get("failure", ""))
 
 
 @dataclass

@@ -81,7 +81,8 @@ def test_info_notices_damage_when_asked_to_check(log, tmp_path, capsys):
     data[len(data) // 2] ^= 0xFF
     path = tmp_path / "damaged.mcap"
     path.write_bytes(data)
-    assert main(["info", "--check", str(path)]) == 0
+    assert main(["info", "--check", str(log)]) == 0
+    assert main(["info", "--check", str(path)]) == 1
     assert "damaged" in capsys.readouterr().out
 
 
