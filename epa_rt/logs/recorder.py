@@ -24,6 +24,8 @@ from epa_rt.logs.ring import (
     KIND_EVENT_END,
     KIND_EVENT_PART,
     KIND_SAMPLE,
+    LOST_EVENTS,
+    LOST_SAMPLES,
     SAMPLES,
     TAIL,
     Ring,
@@ -44,8 +46,9 @@ class RecorderError(Exception):
 
 @dataclass(frozen=True)
 class LogSummary:
-    """What became of a recording. `samples` and `events` are those in the file, `size_bytes` is the
-    file's size.
+    """What became of a recording. `samples` and `events` are those in the file, `lost_samples` and
+    `lost_events` those that found no room in the ring or on the disk; `size_bytes` is the file's
+    size.
     """
 
     path: str
@@ -222,6 +225,8 @@ class Recorder:
             lost = {"lost_samples": self._lost_samples, "lost_events": self._lost_events}
             self._post_event(0, 0, "end", cause, {"outcome": outcome} | lost, True)
             trouble = self._child.finish()
+            lost["lost_samples"] += self._words[LOST_SAMPLES]
+            lost["lost_events"] += self._words[LOST_EVENTS]
             failure = trouble or self._lost_text() or self._failure
             samples, events, size_bytes = (self._words[word] for word in (SAMPLES, EVENTS, BYTES))
             self._summary = LogSummary(

@@ -28,6 +28,8 @@ STATUS = 9
 SAMPLES = 10  # samples in the file
 EVENTS = 11  # events in the file
 BYTES = 12  # size of the file
+LOST_SAMPLES = 13  # taken from the ring and not in the file, because the disk refused
+LOST_EVENTS = 14
 FAILURE_BYTES = 16  # length of the text that follows; set after the text
 _FAILURE_AT = 17 * 8
 
