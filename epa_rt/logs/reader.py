@@ -160,9 +160,9 @@ class LogReader:
 
         Checks every checksum of the file, so it takes as long as reading it.
         """
-        there = self._store.check_content()
-        self.events()
+        self.events()  # first, as every verb reads them first: of a chunk the first sentence stands
         self.timing()
+        there = self._store.check_content()
         sentences = self._store.lacks(checksums=True)
         return [*(sentences or self._other_counts(there)), *self._lost()]
 

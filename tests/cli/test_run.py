@@ -225,6 +225,9 @@ def test_a_full_disk_ends_the_run_safe_and_leaves_what_was_written(tmp_path):
     assert "no space left" in done.stdout and "drive off" in done.stdout
     with LogReader(only_log(tmp_path)) as reader:
         assert reader.columns("/cycle")["cycle"].size > 0
+        assert f"LOST: {reader.ending.lost_samples} samples are not in the log" in done.stdout
+        assert reader.outcome == "tripped" and "no space left" in reader.missing[0]
+        assert any(event.kind == "trip" for event in reader.events())
 
 
 def test_a_run_that_trips_says_the_cause_and_exits_with_three(tmp_path):
