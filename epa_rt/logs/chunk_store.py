@@ -204,8 +204,8 @@ class ChunkStore:
     def _last_sample(self) -> tuple[int, int] | None:
         for chunk in reversed(self._with_samples()):
             content = self._content(chunk)
-            rows = self._rows_of(chunk, content) if content is not None else ()
-            if len(rows):
+            rows = None if content is None else self._rows_of(chunk, content)
+            if rows is not None and len(rows):
                 last = rows[-1][CYCLE]["body"]
                 return int(last["cycle"]), int(last["t_ns"])
         return None

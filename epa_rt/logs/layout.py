@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import asdict, dataclass
+from typing import Any
 
 # rows: computed from the inputs of edge k, sent at k + 1, seen in the motion that edge k + 2
 # samples
@@ -103,9 +104,7 @@ class SampleLayout:
                 and all(isinstance(name, str) for name in value)
             ):
                 raise ValueError(f"log layout: {key}: found no list of names, expected one")
-        return cls(
-            **{
-                key: tuple(value) if isinstance(value, list) else value
-                for key, value in found.items()
-            }
-        )
+        fields: dict[str, Any] = {
+            key: tuple(value) if isinstance(value, list) else value for key, value in found.items()
+        }
+        return cls(**fields)

@@ -10,6 +10,7 @@ import errno
 import os
 import struct
 import zlib
+from collections.abc import Sequence
 
 import numpy as np
 import zstandard
@@ -178,7 +179,7 @@ class McapFile:
             os.close(self._fd)
             self._fd = -1
 
-    def _summary_groups(self) -> list[tuple[int, list[records.McapRecord]]]:
+    def _summary_groups(self) -> list[tuple[int, Sequence[records.McapRecord]]]:
         times = [(chunk.message_start_time, chunk.message_end_time) for chunk in self._chunks] or [
             (0, 0)
         ]
@@ -216,4 +217,4 @@ class McapFile:
 def _encode(record: records.McapRecord) -> bytes:
     builder = RecordBuilder()
     record.write(builder)
-    return builder.end()
+    return bytes(builder.end())  # type: ignore[no-untyped-call]

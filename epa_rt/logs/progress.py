@@ -32,12 +32,8 @@ class ProgressLine:
     def __init__(
         self, spec: ProgressSpec, states: tuple[str, ...], phases: tuple[str, ...], stream: TextIO
     ) -> None:
-        self._spec, self._states, self._phases, self._stream = (
-            spec,
-            states,
-            phases,
-            DroppingStream.of(stream),
-        )
+        self._spec, self._states, self._phases = spec, states, phases
+        self._stream: DroppingStream | TextIO | _Silent = DroppingStream.of(stream)
         self._terminal = stream.isatty()
         self._due_s: float | None = None
         self._begin: tuple[float, int] | None = None
@@ -52,7 +48,7 @@ class ProgressLine:
             self._begin = (now_s, cycles)
             self._due_s = now_s
         self._last = (now_s, cycles, state, phase, fill_ratio)
-        if now_s < self._due_s:
+        if self._due_s is not None and now_s < self._due_s:
             return
         self._due_s = now_s + (TERMINAL_INTERVAL_S if self._terminal else PLAIN_INTERVAL_S)
         self._print(self.text(now_s, cycles, state, phase, fill_ratio))

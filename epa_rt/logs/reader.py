@@ -38,7 +38,7 @@ class LogReader:
     says so.
     """
 
-    def __init__(self, path: str | os.PathLike) -> None:
+    def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = os.fspath(path)
         self._store = ChunkStore(self.path)
         self.layout = self._read_layout()
@@ -89,7 +89,7 @@ class LogReader:
         for topic, names in wanted.items():
             body = self._body(topic)
             chosen = self._chosen(
-                topic, [name for name in body.names if not name.startswith(".")], names
+                topic, [name for name in body.names or () if not name.startswith(".")], names
             )
             tables[topic] = {
                 name: np.empty((rows_at_most, *body[name].shape), body[name].base)

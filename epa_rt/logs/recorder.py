@@ -73,7 +73,7 @@ class Recorder:
 
     def __init__(
         self,
-        path: str | os.PathLike,
+        path: str | os.PathLike[str],
         layout: SampleLayout,
         attachments: Mapping[str, bytes],
         metadata: Mapping[str, Mapping[str, str]],
@@ -223,7 +223,7 @@ class Recorder:
         """
         if self._summary is None:
             lost = {"lost_samples": self._lost_samples, "lost_events": self._lost_events}
-            self._post_event(0, 0, "end", cause, {"outcome": outcome} | lost, True)
+            self._post_event(0, 0, "end", cause, {"outcome": outcome, **lost}, True)
             trouble = self._child.finish()
             lost["lost_samples"] += self._words[LOST_SAMPLES]
             lost["lost_events"] += self._words[LOST_EVENTS]
@@ -259,7 +259,7 @@ class Recorder:
             time.sleep(_WAIT_S)
 
     def _post_event(
-        self, cycle: int, t_ns: int, kind: str, text: str, data: dict, wait: bool
+        self, cycle: int, t_ns: int, kind: str, text: str, data: dict[str, object], wait: bool
     ) -> None:
         encoded = json.dumps([cycle, t_ns, kind, text, data], default=_plain).encode()
         part_bytes = self._slot_bytes - EVENT_HEAD.size

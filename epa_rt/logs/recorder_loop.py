@@ -6,6 +6,7 @@ import os
 import select
 import sys
 import time
+from typing import Any
 
 from epa_rt.logs.layout import SampleLayout
 from epa_rt.logs.mcap_file import McapFile
@@ -37,7 +38,7 @@ _STDIN = 0
 class RecorderLoop:
     """One run of the recorder: `job` as `Recorder` wrote it, the ring already mapped."""
 
-    def __init__(self, job: dict, ring: Ring, parent_pid: int) -> None:
+    def __init__(self, job: dict[str, Any], ring: Ring, parent_pid: int) -> None:
         self._ring, self._parent_pid = ring, parent_pid
         self._lossless: bool = job["lossless"]
         self._path: str = job["path"]
@@ -171,6 +172,7 @@ class RecorderLoop:
         ring full while it brings the rig to its safe state.
         """
         words, slots = self._ring.words, self._ring.slots
+        self._recording.discard(self._slots[:0])  # nothing more goes out before the end
         while True:
             alive = self._producer_alive()
             tail = words[TAIL]

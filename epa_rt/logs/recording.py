@@ -7,6 +7,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -134,7 +135,7 @@ class Recording:
             self._event_slot(slots[other : other + 1])
         self.slots_taken += len(slots)
 
-    def event(self, cycle: int, t_ns: int, kind: str, text: str, data: dict[str, object]) -> None:
+    def event(self, cycle: int, t_ns: int, kind: str, text: str, data: dict[str, Any]) -> None:
         """Add an event to the current chunk."""
         if kind == END_KIND:
             # The loop says it after its last sample, and does not say when that was.

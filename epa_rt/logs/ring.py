@@ -10,6 +10,8 @@ from __future__ import annotations
 import mmap
 import os
 import struct
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -104,7 +106,7 @@ class Ring:
 
     def slots_of(self, layout: SampleLayout) -> np.ndarray:
         """All slots as one array of `slot_dtype`, each as wide as the ring's."""
-        fields = slot_dtype(layout).fields
+        fields: Mapping[str, Any] = slot_dtype(layout).fields or {}
         dtype = np.dtype(
             {
                 "names": list(fields),

@@ -119,7 +119,7 @@ def _record_end(view: mmap.mmap | bytes, at: int) -> int | None:
     if at + _RECORD_HEAD.size > len(view):
         return None
     opcode, length = _RECORD_HEAD.unpack_from(view, at)
-    end = at + _RECORD_HEAD.size + length
+    end: int = at + _RECORD_HEAD.size + length
     if opcode not in _OPCODES or end > len(view):
         return None
     if opcode == Opcode.CHUNK:

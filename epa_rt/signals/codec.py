@@ -2,6 +2,7 @@
 
 import math
 import struct
+from typing import Any
 
 from epa_rt.config.devices import (
     STATUS_ERROR,
@@ -36,7 +37,7 @@ class Decoder:
         self.invalid = 0
         self.stale = 0
         self._struct = struct.Struct(text)
-        self._fields: tuple = ()
+        self._fields: tuple[Any, ...] = ()
         self._plain, self._checked, self._bits = [], [], []
         self._raw = []
         self._toggle, self._age = (
