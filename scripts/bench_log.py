@@ -103,7 +103,6 @@ def ours(load: Load, path: Path, samples: int) -> None:
 
 def ours_one_core(load: Load, path: Path, samples: int) -> None:
     """What the recorder process does, alone: ring slots to closed file."""
-    path.unlink(missing_ok=True)
     file = McapFile(str(path), sync=False)
     recording = Recording(file, LAYOUT)
     Recording.begin(file, LAYOUT, {}, {})
@@ -155,13 +154,13 @@ def foxglove_sdk(load: Load, path: Path, samples: int) -> None:
                 channel.log(messages[cycle % PATTERN], log_time=cycle * PERIOD_NS)
 
 
-def producer_cost_us(load: Load, path: Path) -> dict[str, float]:
+def producer_cost_us(load: Load, path: Path, samples: int) -> dict[str, float]:
     """What one `sample` and one look at `failure` cost the loop, timer included, while the recorder
     is at work.
     """
     recorder = Recorder(path, LAYOUT, {}, {}, lossless=False, slots=65536)
     recorder.open()
-    costs_ns = np.zeros(60_000, np.int64)
+    costs_ns = np.zeros(min(samples, 60_000), np.int64)
     clock = time.perf_counter_ns
     for cycle in range(len(costs_ns)):
         arguments = load.arguments[cycle % PATTERN]
@@ -204,12 +203,13 @@ def measure(load: Load, folder: Path, samples: int, repeats: int) -> dict[str, o
     for _ in range(repeats):
         for name, write in writers().items():
             path = folder / f"{name}.mcap"
+            path.unlink(missing_ok=True)  # of the repeat before: no log is written over
             begin_s, begin_cpu_s = time.perf_counter(), cpu_s()
             write(load, path, samples)
             times_s.setdefault(name, []).append(time.perf_counter() - begin_s)
             cpu_times_s.setdefault(name, []).append(cpu_s() - begin_cpu_s)
             sizes[name] = path.stat().st_size
-        costs.append(producer_cost_us(load, folder / "producer.mcap"))
+        costs.append(producer_cost_us(load, folder / f"producer_{len(costs)}.mcap", samples))
     medians_s = {name: statistics.median(values) for name, values in times_s.items()}
     message_bytes = sum(len(messages[0]) for messages in load.messages.values())
     result: dict[str, object] = {

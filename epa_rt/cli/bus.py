@@ -145,6 +145,7 @@ def main(arguments: argparse.Namespace) -> int:
 def _serve(arguments: argparse.Namespace) -> int:
     from epa_rt.cli.inputs import load_plant_of
     from epa_rt.config.rig import load_rig
+    from sim_backend.bus.control import ControlError
     from sim_backend.bus.emulated_bus import EmulatedBus
     from sim_backend.bus.serve import serve
 
@@ -161,6 +162,8 @@ def _serve(arguments: argparse.Namespace) -> int:
                 f"ready: {rig.name} on {arguments.interface}, {sentence}", flush=True
             ),
         )
+    except ControlError as error:
+        raise VerbError(str(error), FAILED) from None
     except OSError as error:
         raise VerbError(
             f"{arguments.interface}: cannot serve ({error.strerror or error})", FAILED

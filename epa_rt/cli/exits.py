@@ -9,7 +9,7 @@ STOPPED = 130  # the operator stopped the run
 
 OF_OUTCOME = {"completed": COMPLETED, "stopped": STOPPED, "tripped": TRIPPED, "failed": FAILED}
 
-EPILOGUE = """exit codes: 0 completed, 1 a comparison differs, or a check found something (replay, run --dry, scan, doctor),
+EPILOGUE = """exit codes: 0 completed, 1 a comparison differs, or a check found something (replay, info --check, run --dry, scan, doctor),
 2 bad input (one sentence says what), 3 tripped, 4 bus lost, or no whole log (a recorder lost in mid-run trips: 3),
 130 stopped by the operator"""  # noqa: E501
 

@@ -3,17 +3,17 @@ missing.
 
 epa info out/*.mcap
 epa info out/knee_chirp-knee-001.mcap --events     every event
-epa info out/knee_chirp-knee-001.mcap --check      compare every checksum, too
+epa info out/knee_chirp-knee-001.mcap --check      compare every checksum, exit 1 on damage
 """
 
 import argparse
 import json
+import math
 import sys
 from pathlib import Path
 from typing import Any
 
-from epa_rt.cli.exits import BAD_INPUT, COMPLETED
-from epa_rt.cli.write import MAGIC
+from epa_rt.cli.exits import BAD_INPUT, COMPLETED, DIFFERENT
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
@@ -22,7 +22,8 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--check",
         action="store_true",
-        help="compare every checksum (takes as long as reading the file)",
+        help="compare every checksum, and exit 1 where the log is not whole (takes as long as"
+        " reading the file)",
     )
     verb.add_argument(
         "--json", action="store_true", help="for machines: a list with one object for each log"
@@ -43,7 +44,9 @@ def main(arguments: argparse.Namespace) -> int:
         print(json.dumps(found, indent=2))
     else:
         print("\n\n".join(text_of(facts) for facts in found), end="\n" if found else "")
-    return BAD_INPUT if broken else COMPLETED
+    if broken:
+        return BAD_INPUT
+    return DIFFERENT if arguments.check and any(facts["missing"] for facts in found) else COMPLETED
 
 
 def facts_of(path: Path, with_events: bool = False, check: bool = False) -> dict[str, Any]:
@@ -51,9 +54,10 @@ def facts_of(path: Path, with_events: bool = False, check: bool = False) -> dict
     from epa_rt.logs.reader import LogReader
 
     with LogReader(path) as log:
-        whole = _ends_well(path)
-        missing = log.missing if check or not whole else _lost(log)
-        events, topics = log.events(), _topics(path, log, whole)
+        check = check or not log.has_end
+        events, late = log.events(), int(log.timing()["overruns"].sum())
+        topics = log.counts()
+        missing = log.missing if check else log.missing_at_a_glance
         run, summary = (
             log.metadata.get("run", {}),
             next((e.data for e in reversed(events) if e.kind == "summary"), {}),
@@ -78,11 +82,11 @@ def facts_of(path: Path, with_events: bool = False, check: bool = False) -> dict
                 key: run.get(key)
                 for key in ("experiment", "rig", "plant", "backend", "seed", "speed", "period_s")
             },
-            "overruns": summary.get("overruns", int(log.timing()["overruns"].sum())),
+            "overruns": summary.get("overruns", late),
             "trips": [event.text for event in trips],
             "topics": topics,
             "whole": not missing,
-            "checked": check or not whole,
+            "checked": check,
             "attachments": {name: len(data) for name, data in log.attachments.items()},
             "missing": missing,
         }
@@ -149,51 +153,12 @@ def _backend(facts: dict[str, Any]) -> str:
     return f"{facts['backend'] or 'not recorded'}{plant}{speed}"
 
 
-def _ends_well(path: Path) -> bool:
-    with open(path, "rb") as file:
-        file.seek(-min(len(MAGIC), path.stat().st_size), 2)
-        return file.read() == MAGIC
-
-
-def _lost(log: Any) -> list[str]:
-    ending = log.ending
-    if ending is None:
-        return ["the log does not say how the run ended"]
-    if not (ending.lost_samples or ending.lost_events):
-        return []
-    lost = f"{ending.lost_samples} samples and {ending.lost_events} events"
-    return [f"{lost} were lost while recording: the recorder could not keep up"]
-
-
-def _topics(path: Path, log: Any, whole: bool) -> dict[str, int]:
-    """Messages by topic: as the summary says, or counted where the file has none."""
-    if whole:
-        from mcap.exceptions import McapError
-        from mcap.reader import make_reader
-
-        try:
-            with open(path, "rb") as file:
-                summary = make_reader(file).get_summary()
-        except McapError:
-            summary = None
-        if summary is not None and summary.statistics is not None:
-            counts = summary.statistics.channel_message_counts
-            return {
-                channel.topic: counts.get(i, 0) for i, channel in sorted(summary.channels.items())
-            }
-    cycles = len(log.columns("/cycle", ["cycle"])["cycle"])
-    groups = {f"/{group}": cycles for group in log.layout.groups()}
-    return {
-        "/cycle": cycles,
-        **groups,
-        "/event": len(log.events()),
-        "/timing": len(log.timing()["cycle"]),
-    }
-
-
 def _duration_s(log: Any, topics: dict[str, int], run: dict[str, str]) -> float:
     try:
-        return topics.get("/cycle", 0) * float(run["period_s"])
-    except (KeyError, ValueError):
-        t_ns = log.columns("/cycle", ["t_ns"])["t_ns"]
-        return float(t_ns[-1] - t_ns[0]) / 1e9 if len(t_ns) else 0.0
+        period_s = float(run.get("period_s", "nan"))
+    except ValueError:
+        period_s = math.nan
+    if 0.0 < period_s < math.inf:
+        return topics.get("/cycle", 0) * period_s
+    t_ns = log.columns("/cycle", ["t_ns"])["t_ns"]
+    return (int(t_ns[-1]) - int(t_ns[0])) / 1e9 if len(t_ns) else 0.0

@@ -67,5 +67,7 @@ def main(arguments: argparse.Namespace) -> int:
     except NotShown as error:
         raise VerbError(f"{log}: {error}") from None
     write_whole(out, text)
+    for sentence in run.missing:
+        print(f"the log is not whole: {sentence}")
     print(f"{out} ({out.stat().st_size / 1e6:.1f} MB)")
     return COMPLETED

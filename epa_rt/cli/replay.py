@@ -59,10 +59,12 @@ def replay_log(path: Path) -> int:
     except LogError as error:
         raise VerbError(str(error)) from None
     if not len(cycles):
-        raise VerbError(f"{path}: found no cycle, expected a log with at least one")
+        why = "".join(f" ({sentence})" for sentence in reader.missing[:1])
+        raise VerbError(f"{path}: found no cycle{why}, expected a log with at least one")
     if cycles.cycle != list(range(len(cycles))):
+        why = "".join(f" ({sentence})" for sentence in reader.missing[:1])
         raise VerbError(
-            f"{path}: found cycles missing in the middle, expected every cycle from 0 on"
+            f"{path}: found cycles missing in the middle{why}, expected every cycle from 0 on"
         )
     inputs = inputs_of_log(path, reader.attachments)
     assembly = assemble(inputs.rig, inputs.experiment)

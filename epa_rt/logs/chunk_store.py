@@ -1,22 +1,23 @@
-"""The chunks of a log, unpacked when asked for; remembers which are damaged."""
+"""The chunks of a log, unpacked when asked for; remembers what is damaged."""
 
 from __future__ import annotations
 
 import mmap
 import os
 import stat
-import zlib
 from collections.abc import Iterator
 
 import numpy as np
 from mcap.writer import MCAP0_MAGIC
 
+from epa_rt.logs.file_end import data_section_damage, end_damage
 from epa_rt.logs.layout import SampleLayout
-from epa_rt.logs.messages import messages_of
+from epa_rt.logs.messages import MessageError, messages_of
 from epa_rt.logs.scan import ChunkEntry, LogError, scan, unpack
-from epa_rt.logs.schema import CHANNEL_IDS, CYCLE, cycle_topics, row_dtype
+from epa_rt.logs.schema import CHANNEL_IDS, CYCLE, EVENT, TIMING, cycle_topics, row_dtype
 
 _SAMPLES = CHANNEL_IDS[CYCLE]
+_CHANNEL_AT = 9  # bytes of a message before its channel's number
 
 
 class ChunkStore:
@@ -26,8 +27,6 @@ class ChunkStore:
         self.path = path
         self.view = _map(path)
         self.scan = scan(self.view)
-        self._damaged: dict[int, str] = {}
-        self._unpacked: set[int] = set()
 
     def set_layout(self, layout: SampleLayout) -> None:
         """Tell what a row of samples looks like."""
@@ -54,39 +53,97 @@ class ChunkStore:
         for chunk in self._with_samples():
             content = self._content(chunk)
             if content is not None:
-                yield self._rows_of(content)
+                yield self._rows_of(chunk, content)
 
-    def loose(self, channel_id: int) -> Iterator[tuple[int, bytes]]:
-        """The messages of a channel that is not per cycle: `(t_ns, data)` each."""
+    def loose(self, channel_id: int) -> Iterator[tuple[int, int, bytes]]:
+        """The messages of a channel that is not per cycle: `(place, t_ns, data)` each. `place` is
+        the byte where its chunk begins, for `damaged`.
+        """
         for chunk in self.scan.chunks:
             if _SAMPLES not in chunk.counts:
                 content = self._content(chunk)
                 if content is not None:
-                    yield from messages_of(content, channel_id)
+                    yield from self._loose_of(chunk, content, channel_id)
 
-    def missing(self) -> list[str]:
-        """What the file lacks, a sentence each. Checks all checksums."""
+    def damaged(self, place: int, error: MessageError) -> None:
+        """Note that a message of the chunk at that byte cannot be used, and why."""
+        self.scan.damage.add(place, f"the chunk at byte {place} {error}")
+
+    def counted(self) -> dict[int, int]:
+        """Messages by channel, as the chunks' indexes say; where a chunk has none, by looking."""
+        counts: dict[int, int] = {}
         for chunk in self.scan.chunks:
-            if chunk.begin not in self._unpacked:
-                self._content(chunk)
-        sentences = [*self.scan.damage, *(self._damaged[begin] for begin in sorted(self._damaged))]
-        end = self.scan.data_end_at
-        if not sentences and end is not None and not self._data_section_whole(end):
-            sentences.append(
-                "a byte outside the chunks is damaged: the checksum of the data section differs"
-            )
+            if not chunk.wrong:
+                known = {} if self._index_is_cut(chunk) else chunk.counts
+                for channel_id, count in (known or self._counts_in(chunk)).items():
+                    counts[channel_id] = counts.get(channel_id, 0) + count
+        return counts
+
+    def check_content(self) -> dict[int, int]:
+        """Unpack every chunk, compare its checksum and its index; gives the messages by channel
+        that are there. What is wrong is in `lacks` afterwards.
+        """
+        counts: dict[int, int] = {}
+        for chunk in self.scan.chunks:
+            there = self._counts_in(chunk)
+            known = {} if self._index_is_cut(chunk) else chunk.counts
+            if known and there and there != known:
+                self.scan.damage.add(
+                    chunk.begin,
+                    f"the index of the chunk at byte {chunk.begin} is damaged: it lists other"
+                    " messages than the chunk holds",
+                )
+            for channel_id, count in there.items():
+                counts[channel_id] = counts.get(channel_id, 0) + count
+        return counts
+
+    def lacks(self, checksums: bool) -> list[str]:
+        """What is wrong with the file, a sentence each, as far as it has been read; with
+        `checksums` also those of the data section.
+        """
+        sentences = [*self.scan.damage.sentences(), *end_damage(self.view, self.scan)]
+        if checksums and not sentences:
+            sentences = data_section_damage(self.view, self.scan)
         return sentences if self.scan.has_footer else [*sentences, self._cut_sentence()]
 
-    def _data_section_whole(self, end: int) -> bool:
-        with memoryview(self.view) as view:
-            return zlib.crc32(view[:end]) == self.scan.data_crc
+    def _index_is_cut(self, chunk: ChunkEntry) -> bool:
+        """Whether the file was cut, perhaps among the records of this chunk's index."""
+        return self.scan.data_end_at is None and chunk is self.scan.chunks[-1]
+
+    def _counts_in(self, chunk: ChunkEntry) -> dict[int, int]:
+        content = self._content(chunk)
+        if content is None:
+            return {}
+        if self._begins_samples(content):
+            rows = len(self._rows_of(chunk, content))
+            return {topic.channel_id: rows for topic in self.topics.values()}
+        counts = {}
+        for channel_id in (CHANNEL_IDS[EVENT], CHANNEL_IDS[TIMING]):
+            count = sum(1 for _ in self._loose_of(chunk, content, channel_id))
+            if count:
+                counts[channel_id] = count
+        return counts
+
+    def _loose_of(
+        self, chunk: ChunkEntry, content: bytes, channel_id: int
+    ) -> Iterator[tuple[int, int, bytes]]:
+        if self._begins_samples(content):
+            return
+        try:
+            for t_ns, data in messages_of(content, channel_id):
+                yield chunk.begin, t_ns, data
+        except MessageError as error:
+            self.damaged(chunk.begin, error)
+
+    def _begins_samples(self, content: bytes) -> bool:
+        """Whether the first message is of `/cycle`."""
+        return content[_CHANNEL_AT : _CHANNEL_AT + 2] == _SAMPLES.to_bytes(2, "little")
 
     def _with_samples(self) -> list[ChunkEntry]:
         # A chunk whose index was cut off says nothing of its channels: it is looked into.
         return [chunk for chunk in self.scan.chunks if _SAMPLES in chunk.counts or not chunk.counts]
 
     def _content(self, chunk: ChunkEntry) -> bytes | None:
-        self._unpacked.add(chunk.begin)
         try:
             return unpack(self.view, chunk)
         except ValueError as error:
@@ -98,20 +155,30 @@ class ChunkStore:
                 if chunk.counts
                 else "content unknown"
             )
-            self._damaged[chunk.begin] = (
+            self.scan.damage.add(
+                chunk.begin,
                 f"the chunk at byte {chunk.begin} ({chunk.data_bytes} bytes: {lost} from"
                 f" {_seconds(chunk.begin_ns)} to {_seconds(chunk.end_ns)}) is damaged and was left"
-                f" out: {error}"
+                f" out: {error}",
             )
             return None
 
-    def _rows_of(self, content: bytes) -> np.ndarray:
+    def _rows_of(self, chunk: ChunkEntry, content: bytes) -> np.ndarray:
+        """The samples that a chunk holds; a chunk of events and timing holds none."""
         rows = np.frombuffer(content, self.row, len(content) // self.row.itemsize)
         heads, first = rows[CYCLE]["head"], self._prefix[CYCLE]["head"]
         fits = np.logical_and.reduce(
             [heads[name] == first[name] for name in ("opcode", "channel_id", "length")]
         )
-        return rows if fits.all() else rows[: int(np.argmin(fits))]
+        samples = rows if fits.all() else rows[: int(np.argmin(fits))]
+        is_loose = not self._begins_samples(content)
+        if len(samples) * self.row.itemsize != len(content) and not is_loose:
+            self.scan.damage.add(
+                chunk.begin,
+                f"the chunk at byte {chunk.begin} holds bytes that are no sample, from byte"
+                f" {len(samples) * self.row.itemsize} of what was packed on",
+            )
+        return samples
 
     def _cut_sentence(self) -> str:
         size, torn_at, end = len(self.view), self.scan.torn_at, self.scan.data_end_at
@@ -137,8 +204,8 @@ class ChunkStore:
     def _last_sample(self) -> tuple[int, int] | None:
         for chunk in reversed(self._with_samples()):
             content = self._content(chunk)
-            rows = self._rows_of(content) if content is not None else ()
-            if len(rows):
+            rows = None if content is None else self._rows_of(chunk, content)
+            if rows is not None and len(rows):
                 last = rows[-1][CYCLE]["body"]
                 return int(last["cycle"]), int(last["t_ns"])
         return None

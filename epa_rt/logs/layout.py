@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from dataclasses import asdict, dataclass
+from typing import Any
 
 # rows: computed from the inputs of edge k, sent at k + 1, seen in the motion that edge k + 2
 # samples
@@ -20,6 +21,11 @@ FLAG_STOP_AT_ONCE = 32
 MASK_BITS = 64
 """Width of the invalid and stale masks, and so the most measured rows one rig may have."""
 
+LARGEST_IMAGE_BYTES = 16384
+"""A raw image of an EtherCAT segment: eleven full frames' process data, more than any rig here."""
+
+_MOST_NAMES = {"states": 1000, "phases": 100_000}
+_MOST_SIGNALS = 4096  # of one group; the largest rig here has some 60
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _GROUPS = ("measured", "reference", "command", "estimate")
 
@@ -79,11 +85,26 @@ class SampleLayout:
 
     @classmethod
     def from_json(cls, text: str) -> SampleLayout:
-        """The layout that `to_json` wrote. Raises ValueError or TypeError where it is not one."""
-        found = json.loads(text)
-        return cls(
-            **{
-                key: tuple(value) if isinstance(value, list) else value
-                for key, value in found.items()
-            }
-        )
+        """The layout that `to_json` wrote. Raises ValueError or TypeError where it is not one, or
+        one larger than any rig's.
+        """
+        try:
+            found = json.loads(text)
+        except RecursionError:
+            raise ValueError("log layout: found values nested too deeply") from None
+        if not isinstance(found, dict):
+            raise TypeError("log layout: found no JSON object")
+        for key, value in found.items():
+            is_size = key.endswith("_bytes")
+            if is_size and not (type(value) is int and 0 <= value <= LARGEST_IMAGE_BYTES):
+                raise ValueError(f"log layout: {key}: found {value!r:.40}, expected a size")
+            if not is_size and not (
+                isinstance(value, list)
+                and len(value) <= _MOST_NAMES.get(key, _MOST_SIGNALS)
+                and all(isinstance(name, str) for name in value)
+            ):
+                raise ValueError(f"log layout: {key}: found no list of names, expected one")
+        fields: dict[str, Any] = {
+            key: tuple(value) if isinstance(value, list) else value for key, value in found.items()
+        }
+        return cls(**fields)

@@ -10,6 +10,7 @@ import errno
 import os
 import struct
 import zlib
+from collections.abc import Sequence
 
 import numpy as np
 import zstandard
@@ -18,9 +19,13 @@ from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.writer import MCAP0_MAGIC
 
+from epa_rt.logs.disk_reserve import DiskReserve
+
 # Measured on a knee rig's samples: a sixth smaller than level 1, and a recorder still several times
 # fast enough.
 ZSTD_LEVEL = 2
+CLOSING_BYTES = 65536
+"""Kept for the last events, the outcome, and the summary's records that there is one of."""
 _CHUNK_HEAD = struct.Struct("<BQQQQII4sQ")
 _INDEX_HEAD = struct.Struct("<BQHI")
 
@@ -31,8 +36,9 @@ class McapFile:
 
     All methods, and the making, raise OSError where the disk does not take the bytes.
 
-    After an OSError `drop_partial_record` cuts the file back to its last whole record; the file may
-    then be finished.
+    Room for the end of the file is kept on the disk all the time. After an OSError
+    `drop_partial_record` cuts the file back to its last whole record; after `use_reserve` it may
+    then be finished, with CLOSING_BYTES more than the summary.
     """
 
     def __init__(self, path: str, *, sync: bool) -> None:
@@ -41,6 +47,9 @@ class McapFile:
             os.close(self._fd)
             raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), path)
         self._sync = sync
+        self._reserve = DiskReserve(self._fd)
+        self._is_closing = False
+        self._summary_bytes = 0
         self.size = 0
         self._crc = 0
         self._schemas: list[records.Schema] = []
@@ -66,7 +75,9 @@ class McapFile:
             metadata={},
             schema_id=channel_id,
         )
-        self._append(_encode(schema) + _encode(channel))
+        encoded = _encode(schema) + _encode(channel)
+        self._summary_bytes += len(encoded)
+        self._append(encoded)
         self._schemas.append(schema)
         self._channels.append(channel)
 
@@ -77,12 +88,14 @@ class McapFile:
         # Times are zero: a reading of the clock would make two runs of one seed differ.
         encoded = _encode(records.Attachment(0, 0, name, media_type, data))
         index = records.AttachmentIndex(self.size, len(encoded), 0, 0, len(data), name, media_type)
+        self._summary_bytes += len(_encode(index))
         self._append(encoded)
         self._attachments.append(index)
 
     def metadata(self, name: str, values: dict[str, str]) -> None:
         encoded = _encode(records.Metadata(name, values))
         index = records.MetadataIndex(self.size, len(encoded), name)
+        self._summary_bytes += len(_encode(index))
         self._append(encoded)
         self._metadata.append(index)
 
@@ -121,6 +134,7 @@ class McapFile:
             begin_ns,
             len(content),
         )
+        self._summary_bytes += len(_encode(entry))
         self._append(b"".join(parts))
         self._chunks.append(entry)
         for channel_id, index in indexes.items():
@@ -131,8 +145,13 @@ class McapFile:
         if self._sync:
             os.fdatasync(self._fd)
 
+    def use_reserve(self) -> None:
+        """From here on the end of the file is written: take the room that was kept for it."""
+        self._is_closing = True
+
     def finish(self) -> None:
         """Write the summary and the footer."""
+        self.use_reserve()
         data_end = _encode(records.DataEnd(self._crc))
         begin = self.size + len(data_end)
         summary, offsets = b"", []
@@ -146,6 +165,7 @@ class McapFile:
         crc = zlib.crc32(summary + struct.pack("<BQQQ", Opcode.FOOTER, 20, begin, offset_begin))
         footer = _encode(records.Footer(begin, offset_begin, crc))
         self._append(data_end + summary + footer + MCAP0_MAGIC)
+        self._reserve.give_back(self.size)
         self.sync()
 
     def drop_partial_record(self) -> None:
@@ -159,7 +179,7 @@ class McapFile:
             os.close(self._fd)
             self._fd = -1
 
-    def _summary_groups(self) -> list[tuple[int, list[records.McapRecord]]]:
+    def _summary_groups(self) -> list[tuple[int, Sequence[records.McapRecord]]]:
         times = [(chunk.message_start_time, chunk.message_end_time) for chunk in self._chunks] or [
             (0, 0)
         ]
@@ -184,6 +204,9 @@ class McapFile:
         ]
 
     def _append(self, data: bytes) -> None:
+        if not self._is_closing:
+            end = self.size + len(data) + self._summary_bytes + CLOSING_BYTES
+            self._reserve.hold(self.size, end)
         view = memoryview(data)
         while view:
             view = view[os.write(self._fd, view) :]
@@ -194,4 +217,4 @@ class McapFile:
 def _encode(record: records.McapRecord) -> bytes:
     builder = RecordBuilder()
     record.write(builder)
-    return builder.end()
+    return bytes(builder.end())  # type: ignore[no-untyped-call]

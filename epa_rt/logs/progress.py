@@ -6,12 +6,10 @@ log.
 
 from __future__ import annotations
 
-import contextlib
-import os
-import select
-import stat
 from dataclasses import dataclass
 from typing import TextIO
+
+from epa_rt.realtime.screen import DroppingStream
 
 TERMINAL_INTERVAL_S = 0.25
 PLAIN_INTERVAL_S = 10.0
@@ -34,12 +32,8 @@ class ProgressLine:
     def __init__(
         self, spec: ProgressSpec, states: tuple[str, ...], phases: tuple[str, ...], stream: TextIO
     ) -> None:
-        self._spec, self._states, self._phases, self._stream = (
-            spec,
-            states,
-            phases,
-            _Dropping.of(stream),
-        )
+        self._spec, self._states, self._phases = spec, states, phases
+        self._stream: DroppingStream | TextIO | _Silent = DroppingStream.of(stream)
         self._terminal = stream.isatty()
         self._due_s: float | None = None
         self._begin: tuple[float, int] | None = None
@@ -54,7 +48,7 @@ class ProgressLine:
             self._begin = (now_s, cycles)
             self._due_s = now_s
         self._last = (now_s, cycles, state, phase, fill_ratio)
-        if now_s < self._due_s:
+        if self._due_s is not None and now_s < self._due_s:
             return
         self._due_s = now_s + (TERMINAL_INTERVAL_S if self._terminal else PLAIN_INTERVAL_S)
         self._print(self.text(now_s, cycles, state, phase, fill_ratio))
@@ -94,40 +88,6 @@ class ProgressLine:
         except (OSError, ValueError):
             # A terminal that went away must not cost the log.
             self._stream = _Silent()
-
-
-class _Dropping:
-    """A stream's descriptor, on which what cannot be taken at once is dropped.
-
-    Terminals and pipes are opened once more with O_NONBLOCK, which belongs to the open file and
-    must not be set on the one that the shell has, too: select alone says that there is room, and
-    not for how much. Where that is refused (a terminal of another user), and on sockets and files,
-    it is all there is.
-    """
-
-    def __init__(self, descriptor: int, encoding: str | None) -> None:
-        self._descriptor, self._encoding = descriptor, encoding or "utf-8"
-        if os.isatty(descriptor) or stat.S_ISFIFO(os.fstat(descriptor).st_mode):
-            with contextlib.suppress(OSError):
-                self._descriptor = os.open(
-                    f"/proc/self/fd/{descriptor}",
-                    os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC,
-                )
-
-    @staticmethod
-    def of(stream: TextIO) -> _Dropping | TextIO:
-        """Of a stream without a descriptor, the stream itself: nothing waits there."""
-        try:
-            return _Dropping(stream.fileno(), stream.encoding)
-        except (OSError, ValueError, AttributeError):
-            return stream
-
-    def write(self, text: str) -> None:
-        if select.select([], [self._descriptor], [], 0)[1]:
-            with contextlib.suppress(BlockingIOError):
-                os.write(self._descriptor, text.encode(self._encoding, "backslashreplace"))
-
-    def flush(self) -> None: ...
 
 
 class _Silent:

@@ -10,8 +10,8 @@ import numpy as np
 
 from epa_rt.logs.chunk_store import ChunkStore
 from epa_rt.logs.layout import SampleLayout
-from epa_rt.logs.messages import Event, decode_event, decode_timing
-from epa_rt.logs.recording import LAYOUT_METADATA, OUTCOME_METADATA, Ending
+from epa_rt.logs.messages import Event, MessageError, decode_event, decode_timing, timing_columns
+from epa_rt.logs.recording import LAYOUT_METADATA, OUTCOME_METADATA, Ending, ending_from
 from epa_rt.logs.scan import LogError
 from epa_rt.logs.schema import CHANNEL_IDS, CYCLE, EVENT, TIMING
 
@@ -38,7 +38,7 @@ class LogReader:
     says so.
     """
 
-    def __init__(self, path: str | os.PathLike) -> None:
+    def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = os.fspath(path)
         self._store = ChunkStore(self.path)
         self.layout = self._read_layout()
@@ -48,13 +48,14 @@ class LogReader:
 
     @property
     def ending(self) -> Ending | None:
-        """How the run ended and what the recording lost; None where the file does not say."""
+        """How the run ended and what the recording lost; None where the file does not say, or not
+        in words that can be read.
+        """
         found = self.metadata.get(OUTCOME_METADATA)
-        if found is None:
+        try:
+            return None if found is None else ending_from(found)
+        except ValueError:
             return None
-        return Ending(
-            found["outcome"], found["cause"], int(found["lost_samples"]), int(found["lost_events"])
-        )
 
     @property
     def outcome(self) -> str | None:
@@ -88,7 +89,7 @@ class LogReader:
         for topic, names in wanted.items():
             body = self._body(topic)
             chosen = self._chosen(
-                topic, [name for name in body.names if not name.startswith(".")], names
+                topic, [name for name in body.names or () if not name.startswith(".")], names
             )
             tables[topic] = {
                 name: np.empty((rows_at_most, *body[name].shape), body[name].base)
@@ -123,12 +124,34 @@ class LogReader:
             yield from map(RecordedCycle, *numbers, *images)
 
     def events(self) -> list[Event]:
-        """All events in order."""
-        return [decode_event(t_ns, data) for t_ns, data in self._store.loose(CHANNEL_IDS[EVENT])]
+        """All events in order; those that cannot be decoded are left out, and `missing` says so."""
+        found = []
+        for place, t_ns, data in self._store.loose(CHANNEL_IDS[EVENT]):
+            try:
+                found.append(decode_event(t_ns, data))
+            except MessageError as error:
+                self._store.damaged(place, error)
+        return found
 
     def timing(self) -> dict[str, np.ndarray]:
         """The statistics of each second of samples: N values each, histograms as [N, buckets]."""
-        return decode_timing([data for _, data in self._store.loose(CHANNEL_IDS[TIMING])])
+        found = []
+        for place, _, data in self._store.loose(CHANNEL_IDS[TIMING]):
+            try:
+                found.append(decode_timing(data))
+            except MessageError as error:
+                self._store.damaged(place, error)
+        return timing_columns(found)
+
+    def counts(self) -> dict[str, int]:
+        """Messages by topic, as the chunks' indexes say."""
+        counted = self._store.counted()
+        return {topic: counted.get(CHANNEL_IDS[topic], 0) for topic in self._declared()}
+
+    @property
+    def has_end(self) -> bool:
+        """Whether the file has the footer of a log that was closed."""
+        return self._store.scan.has_footer
 
     @property
     def missing(self) -> list[str]:
@@ -137,11 +160,46 @@ class LogReader:
 
         Checks every checksum of the file, so it takes as long as reading it.
         """
-        sentences, ending = self._store.missing(), self.ending
-        if ending and (ending.lost_samples or ending.lost_events):
-            lost = f"{ending.lost_samples} samples and {ending.lost_events} events"
-            sentences.append(f"{lost} were lost while recording: the recorder could not keep up")
-        return sentences
+        self.events()  # first, as every verb reads them first: of a chunk the first sentence stands
+        self.timing()
+        there = self._store.check_content()
+        sentences = self._store.lacks(checksums=True)
+        return [*(sentences or self._other_counts(there)), *self._lost()]
+
+    @property
+    def missing_at_a_glance(self) -> list[str]:
+        """As `missing`, as far as heads, summary and ending tell it; unpacks no samples."""
+        return [*self._store.lacks(checksums=False), *self._lost()]
+
+    def _lost(self) -> list[str]:
+        """What the file says of its own ending: what the recorder lost."""
+        if not self.has_end:
+            return []  # that it was cut is said already
+        ending = self.ending
+        if ending is None:
+            known = OUTCOME_METADATA in self.metadata
+            return [
+                "the log says how the run ended in words that cannot be read"
+                if known
+                else "the log does not say how the run ended"
+            ]
+        if not (ending.lost_samples or ending.lost_events):
+            return []
+        lost = f"{ending.lost_samples} samples and {ending.lost_events} events"
+        why = ending.failure or "the recorder could not keep up"
+        return [f"{lost} were lost while recording: {why}"]
+
+    def _other_counts(self, there: dict[int, int]) -> list[str]:
+        """Whether as many samples and events are there as the file says that it was given."""
+        said = self.metadata.get(OUTCOME_METADATA, {})
+        for noun, topic in (("samples", CYCLE), ("events", EVENT)):
+            found = there.get(CHANNEL_IDS[topic], 0)
+            if said.get(noun, str(found)) != str(found):
+                return [f"{found} {noun} are there, the log says itself {said[noun]:.20}"]
+        return []
+
+    def _declared(self) -> tuple[str, ...]:
+        return (*self._store.topics, EVENT, TIMING)
 
     def close(self) -> None:
         """Give the file back; arrays already read stay valid."""

@@ -24,6 +24,8 @@ from epa_rt.logs.ring import (
     KIND_EVENT_END,
     KIND_EVENT_PART,
     KIND_SAMPLE,
+    LOST_EVENTS,
+    LOST_SAMPLES,
     SAMPLES,
     TAIL,
     Ring,
@@ -44,8 +46,9 @@ class RecorderError(Exception):
 
 @dataclass(frozen=True)
 class LogSummary:
-    """What became of a recording. `samples` and `events` are those in the file, `size_bytes` is the
-    file's size.
+    """What became of a recording. `samples` and `events` are those in the file, `lost_samples` and
+    `lost_events` those that found no room in the ring or on the disk; `size_bytes` is the file's
+    size.
     """
 
     path: str
@@ -70,7 +73,7 @@ class Recorder:
 
     def __init__(
         self,
-        path: str | os.PathLike,
+        path: str | os.PathLike[str],
         layout: SampleLayout,
         attachments: Mapping[str, bytes],
         metadata: Mapping[str, Mapping[str, str]],
@@ -220,8 +223,10 @@ class Recorder:
         """
         if self._summary is None:
             lost = {"lost_samples": self._lost_samples, "lost_events": self._lost_events}
-            self._post_event(0, 0, "end", cause, {"outcome": outcome} | lost, True)
+            self._post_event(0, 0, "end", cause, {"outcome": outcome, **lost}, True)
             trouble = self._child.finish()
+            lost["lost_samples"] += self._words[LOST_SAMPLES]
+            lost["lost_events"] += self._words[LOST_EVENTS]
             failure = trouble or self._lost_text() or self._failure
             samples, events, size_bytes = (self._words[word] for word in (SAMPLES, EVENTS, BYTES))
             self._summary = LogSummary(
@@ -254,7 +259,7 @@ class Recorder:
             time.sleep(_WAIT_S)
 
     def _post_event(
-        self, cycle: int, t_ns: int, kind: str, text: str, data: dict, wait: bool
+        self, cycle: int, t_ns: int, kind: str, text: str, data: dict[str, object], wait: bool
     ) -> None:
         encoded = json.dumps([cycle, t_ns, kind, text, data], default=_plain).encode()
         part_bytes = self._slot_bytes - EVENT_HEAD.size

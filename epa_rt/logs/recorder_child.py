@@ -23,7 +23,9 @@ class RecorderChild:
     come.
     """
 
-    def __init__(self, ring: Ring, job: dict, attachments: Mapping[str, bytes]) -> None:
+    def __init__(
+        self, ring: Ring, job: dict[str, object], attachments: Mapping[str, bytes]
+    ) -> None:
         """Start it. Raises OSError where no process can be started."""
         self._ring = ring
         job = job | {
@@ -39,7 +41,7 @@ class RecorderChild:
         )
         # A session of its own: Ctrl-C in the terminal is meant for the loop, which then closes the
         # log in good order.
-        self._process = subprocess.Popen(
+        process = subprocess.Popen(
             [sys.executable, "-m", "epa_rt.logs.recorder_process"],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
@@ -48,6 +50,8 @@ class RecorderChild:
             start_new_session=True,
             env=os.environ | {"PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"},
         )
+        assert process.stdin is not None  # it was asked for
+        self._process, self._stdin = process, process.stdin
         ring.close_fd()
         encoded = json.dumps(job).encode()
         try:
@@ -81,7 +85,7 @@ class RecorderChild:
         wrong.
         """
         self._ring.words[CLOSING] = 1
-        self._process.stdin.close()
+        self._stdin.close()
         try:
             self._process.wait(CLOSE_TIMEOUT_S)
         except subprocess.TimeoutExpired:
@@ -93,4 +97,4 @@ class RecorderChild:
     def _send(self, data: bytes) -> None:
         view = memoryview(data)
         while view:
-            view = view[self._process.stdin.write(view) :]
+            view = view[self._stdin.write(view) :]

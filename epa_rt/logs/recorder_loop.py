@@ -6,6 +6,7 @@ import os
 import select
 import sys
 import time
+from typing import Any
 
 from epa_rt.logs.layout import SampleLayout
 from epa_rt.logs.mcap_file import McapFile
@@ -17,6 +18,8 @@ from epa_rt.logs.ring import (
     CLOSING,
     EVENTS,
     HEAD,
+    LOST_EVENTS,
+    LOST_SAMPLES,
     SAMPLES,
     STATUS,
     STATUS_CLOSED,
@@ -35,7 +38,7 @@ _STDIN = 0
 class RecorderLoop:
     """One run of the recorder: `job` as `Recorder` wrote it, the ring already mapped."""
 
-    def __init__(self, job: dict, ring: Ring, parent_pid: int) -> None:
+    def __init__(self, job: dict[str, Any], ring: Ring, parent_pid: int) -> None:
         self._ring, self._parent_pid = ring, parent_pid
         self._lossless: bool = job["lossless"]
         self._path: str = job["path"]
@@ -64,8 +67,9 @@ class RecorderLoop:
             self._recording.finish()
         except OSError as error:
             code = self._fail(error, f"while writing {self._path}")
-            self._leave_readable()
+            self._file.drop_partial_record()
             self._drain_to_nowhere()
+            self._leave_readable()
             return code
         finally:
             self._publish()
@@ -96,8 +100,11 @@ class RecorderLoop:
         begin = tail % slots
         count = min(words[HEAD] - tail, slots - begin, BATCH_SLOTS)
         if count:
-            self._recording.feed(self._slots[begin : begin + count])
-            words[TAIL] = tail + count
+            before = self._recording.slots_taken
+            try:
+                self._recording.feed(self._slots[begin : begin + count])
+            finally:  # where the disk refuses, the rest is still to come
+                words[TAIL] = tail + self._recording.slots_taken - before
         return count > 0
 
     def _flush_if_old(self) -> None:
@@ -116,6 +123,9 @@ class RecorderLoop:
     def _publish(self) -> None:
         words, counts = self._ring.words, self._recording.counts
         words[SAMPLES], words[EVENTS], words[BYTES] = counts.samples, counts.events, self._file.size
+        if self._ring.failure:
+            words[LOST_SAMPLES] = self._recording.samples_unsaved
+            words[LOST_EVENTS] = self._recording.events_unsaved
         if self._progress and counts.last_state >= 0:
             fill_ratio = (words[HEAD] - words[TAIL]) / self._ring.slots
             cycles = counts.last_cycle + 1
@@ -148,18 +158,30 @@ class RecorderLoop:
         return EXIT_DISK
 
     def _leave_readable(self) -> None:
-        """Cut the torn record off, which may free room enough for the outcome and the summary."""
-        self._recording.ending = Ending("failed", f"recorder: {self._ring.failure}")
+        """Write the end of the log, with what is lost, into the room that was kept for it."""
+        if self._recording.ending is None or not self._ring.words[CLOSING]:
+            self._note_death()
         try:
-            self._file.drop_partial_record()
-            self._recording.write_ending()
+            self._recording.write_ending_after(self._ring.failure or "")
         except OSError:
-            # No room for that either: what was written before stays, and reads as a cut file.
+            # No room was kept: what was written before stays, and reads as a cut file.
             self._file.drop_partial_record()
 
     def _drain_to_nowhere(self) -> None:
-        # The loop must never find the ring full while it brings the rig to its safe state.
-        words = self._ring.words
-        while self._producer_alive():
-            words[TAIL] = words[HEAD]
-            self._wait()
+        """Take what comes until the loop closes the log, and count it: the loop must never find the
+        ring full while it brings the rig to its safe state.
+        """
+        words, slots = self._ring.words, self._ring.slots
+        self._recording.discard(self._slots[:0])  # nothing more goes out before the end
+        while True:
+            alive = self._producer_alive()
+            tail = words[TAIL]
+            begin = tail % slots
+            count = min(words[HEAD] - tail, slots - begin)
+            if count:
+                self._recording.discard(self._slots[begin : begin + count])
+                words[TAIL] = tail + count
+            elif not alive:
+                return
+            else:
+                self._wait()

@@ -10,12 +10,12 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import signal
 import struct
 import sys
 
 from epa_rt.logs.recorder_loop import RecorderLoop
 from epa_rt.logs.ring import STATUS, STATUS_FAILED, Ring
+from epa_rt.realtime.signal_sets import ignore_all
 
 NICE_REAL_TIME = 10
 _STDIN = 0
@@ -23,10 +23,7 @@ _STDIN = 0
 
 def step_aside(nice: int) -> None:
     """Leave the loop's scheduling class and core, both of which a child inherits."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(
-            number, signal.SIG_IGN
-        )  # the loop's end is the recorder's, and it sees that by the pipe
+    ignore_all()  # the loop's end is the recorder's, and it sees that by the pipe
     if os.sched_getscheduler(0) in (os.SCHED_FIFO, os.SCHED_RR):
         os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
         others = set(range(os.cpu_count() or 1)) - os.sched_getaffinity(0)

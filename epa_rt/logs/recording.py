@@ -7,11 +7,12 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from epa_rt.logs.layout import SampleLayout
-from epa_rt.logs.mcap_file import McapFile
+from epa_rt.logs.mcap_file import CLOSING_BYTES, McapFile
 from epa_rt.logs.ring import EVENT_HEAD, KIND_EVENT_END, KIND_SAMPLE
 from epa_rt.logs.rows import RowBlock, loose_messages
 from epa_rt.logs.schema import (
@@ -28,19 +29,37 @@ from epa_rt.logs.timing import TimingWindows
 
 SAMPLES_PER_CHUNK = 2000
 EVENTS_PER_CHUNK = 2000
+_LOOSE_BYTES_PER_CHUNK = 4 << 20  # long texts cut a chunk earlier: a reader takes 64 MB at most
 END_KIND = "end"
 _STAMP_MAX = 2**64 - 1
+_MOST_DIGITS = 20
 LAYOUT_METADATA, OUTCOME_METADATA = "layout", "outcome"
 
 
 @dataclass
 class Ending:
-    """How a recorded run ended; the log's `outcome` metadata."""
+    """How a recorded run ended; the log's `outcome` metadata. `failure`: what kept the recorder
+    from recording all, '' where nothing did.
+    """
 
     outcome: str
     cause: str
     lost_samples: int = 0
     lost_events: int = 0
+    failure: str = ""
+
+
+def ending_from(values: Mapping[str, str]) -> Ending:
+    """The ending of a log's `outcome` metadata. Raises ValueError where it says none."""
+    counts = {}
+    for name in ("lost_samples", "lost_events"):
+        text = values.get(name, "")
+        if not (text.isascii() and text.isdigit() and len(text) < _MOST_DIGITS):
+            raise ValueError(f"outcome: {name}: found {text!r:.40}, expected a number")
+        counts[name] = int(text)
+    if "outcome" not in values or "cause" not in values:
+        raise ValueError("outcome: found no outcome or no cause, expected both")
+    return Ending(values["outcome"], values["cause"], **counts, failure=values.get("failure", ""))
 
 
 @dataclass
@@ -70,10 +89,13 @@ class Recording:
         self._event_class = message_class(event_topic())
         self._event_parts: list[bytes] = []
         self._loose: list[tuple[int, int, int, bytes]] = []
-        self._loose_events = 0
+        self._loose_events = self._loose_bytes = 0
         self._timing = TimingWindows()
         self.counts = Counts()
         self.ending: Ending | None = None
+        self.slots_taken = 0
+        self._samples_taken = self._events_taken = 0
+        self._is_discarding = False
 
     @staticmethod
     def begin(
@@ -96,12 +118,24 @@ class Recording:
         begin = 0
         for other in np.flatnonzero(slots["kind"] != KIND_SAMPLE).tolist():
             self._samples(slots[begin:other])
+            self.slots_taken += 1
             self._event_slot(slots[other : other + 1])
             begin = other + 1
         self._samples(slots[begin:])
         self.counts.pending = self._block.count + len(self._loose)
 
-    def event(self, cycle: int, t_ns: int, kind: str, text: str, data: dict[str, object]) -> None:
+    def discard(self, slots: np.ndarray) -> None:
+        """Take slots after the disk has refused: samples are counted as lost, events are kept for
+        `write_ending_after`.
+        """
+        kinds = slots["kind"]
+        self._samples_taken += int(np.count_nonzero(kinds == KIND_SAMPLE))
+        self._is_discarding = True
+        for other in np.flatnonzero(kinds != KIND_SAMPLE).tolist():
+            self._event_slot(slots[other : other + 1])
+        self.slots_taken += len(slots)
+
+    def event(self, cycle: int, t_ns: int, kind: str, text: str, data: dict[str, Any]) -> None:
         """Add an event to the current chunk."""
         if kind == END_KIND:
             # The loop says it after its last sample, and does not say when that was.
@@ -118,7 +152,11 @@ class Recording:
         message_bytes = message.SerializeToString(deterministic=True)
         self._loose.append((CHANNEL_IDS[EVENT], cycle & 0xFFFFFFFF, t_ns, message_bytes))
         self._loose_events += 1
-        if self._loose_events == EVENTS_PER_CHUNK:
+        self._loose_bytes += len(message_bytes)
+        self._events_taken += 1
+        if self._is_discarding:
+            return
+        if self._loose_events == EVENTS_PER_CHUNK or self._loose_bytes > _LOOSE_BYTES_PER_CHUNK:
             self.flush()
 
     def flush(self) -> None:
@@ -137,7 +175,7 @@ class Recording:
             self._file.chunk(*loose_messages(self._loose))
             self.counts.events += self._loose_events
         self._file.sync()
-        self._loose, self._loose_events = [], 0
+        self._loose, self._loose_events, self._loose_bytes = [], 0, 0
         self.counts.pending = 0
 
     def finish(self) -> None:
@@ -147,8 +185,47 @@ class Recording:
         self.flush()
         self.write_ending()
 
+    def write_ending_after(self, failure: str) -> None:
+        """Close the file after the disk refused: the newest events, and an outcome that says how
+        many samples and events the file lacks and why. Raises OSError where no room was kept.
+        """
+        self._file.use_reserve()
+        last = self._newest_events()
+        if last:
+            self._file.chunk(*loose_messages(last))
+            self.counts.events += len(last)
+        ending = self.ending or Ending("failed", f"recorder: {failure}")
+        ending.lost_samples += self.samples_unsaved
+        ending.lost_events += self.events_unsaved
+        ending.failure = failure
+        self.ending = ending
+        self.write_ending()
+
+    @property
+    def samples_unsaved(self) -> int:
+        """Samples taken and not in the file."""
+        return self._samples_taken - self.counts.samples
+
+    @property
+    def events_unsaved(self) -> int:
+        """Events taken and not in the file."""
+        return self._events_taken - self.counts.events
+
+    def _newest_events(self) -> list[tuple[int, int, int, bytes]]:
+        """Those not in the file, as many as find room in what is kept for the end of it."""
+        last: list[tuple[int, int, int, bytes]] = []
+        room = CLOSING_BYTES // 2
+        for message in reversed(self._loose):
+            room -= len(message[3]) + 64  # with its head and its place in the index
+            if room < 0:
+                break
+            if message[0] == CHANNEL_IDS[EVENT]:
+                last.append(message)
+        return last[::-1]
+
     def write_ending(self) -> None:
         """The outcome, the summary and the footer alone."""
+        self._file.use_reserve()
         if self.ending is not None:
             values = {key: str(value) for key, value in vars(self.ending).items()}
             values |= {"samples": str(self.counts.samples), "events": str(self.counts.events)}
@@ -161,7 +238,10 @@ class Recording:
             counts.last_cycle, counts.last_t_ns = int(last["cycle"]), int(last["t_ns"])
             counts.last_state, counts.last_phase = int(last["state"]), int(last["phase"])
         while len(slots):
-            slots = slots[self._block.take(slots) :]
+            taken = self._block.take(slots)
+            slots = slots[taken:]
+            self.slots_taken += taken
+            self._samples_taken += taken
             if self._block.count == SAMPLES_PER_CHUNK:
                 self.flush()
 

@@ -10,6 +10,8 @@ from __future__ import annotations
 import mmap
 import os
 import struct
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -28,6 +30,8 @@ STATUS = 9
 SAMPLES = 10  # samples in the file
 EVENTS = 11  # events in the file
 BYTES = 12  # size of the file
+LOST_SAMPLES = 13  # taken from the ring and not in the file, because the disk refused
+LOST_EVENTS = 14
 FAILURE_BYTES = 16  # length of the text that follows; set after the text
 _FAILURE_AT = 17 * 8
 
@@ -102,7 +106,7 @@ class Ring:
 
     def slots_of(self, layout: SampleLayout) -> np.ndarray:
         """All slots as one array of `slot_dtype`, each as wide as the ring's."""
-        fields = slot_dtype(layout).fields
+        fields: Mapping[str, Any] = slot_dtype(layout).fields or {}
         dtype = np.dtype(
             {
                 "names": list(fields),

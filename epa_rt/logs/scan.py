@@ -15,6 +15,8 @@ from mcap.exceptions import EndOfFile
 from mcap.opcode import Opcode
 from mcap.writer import MCAP0_MAGIC
 
+from epa_rt.logs.damage import Damage
+
 _RECORD_HEAD = struct.Struct("<BQ")
 _CHUNK_HEAD = struct.Struct("<QQQII4sQ")
 _INDEX_HEAD = struct.Struct("<HI")
@@ -23,7 +25,9 @@ _OPCODES = {int(opcode) for opcode in Opcode}
 _CHUNK_MARK = struct.pack("<I", 4) + b"zstd"
 _CHUNK_MARK_AT = _RECORD_HEAD.size + 8 + 8 + 8 + 4
 _INDEX_ENTRY_BYTES = 16
-_LARGEST_CONTENT = 256 << 20  # bytes of a chunk unpacked; the recorder's have one or two million
+_CRC_BYTES, _FOOTER_BYTES = 4, 20
+LARGEST_CONTENT = 64 << 20  # bytes of a chunk unpacked; the recorder's have one or two million
+_LARGEST_ATTACHED = 64 << 20  # bytes of all attachments and metadata; the recorder's have some 1e5
 _FRAME_HEAD_BYTES = 18  # of zstd, at most
 
 
@@ -53,18 +57,21 @@ class ChunkEntry:
 
 @dataclass
 class Scan:
-    """All that a file holds but the chunks' content. `damage` says in sentences what was passed
-    over.
-    """
+    """All that a file holds but the chunks' content. `damage` says what was passed over."""
 
     chunks: list[ChunkEntry] = field(default_factory=list)
     attachments: dict[str, bytes] = field(default_factory=dict)
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
-    damage: list[str] = field(default_factory=list)
+    damage: Damage = field(default_factory=Damage)
     torn_at: int | None = None
     data_end_at: int | None = None
     data_crc: int = 0
-    has_footer: bool = False
+    footer_at: int | None = None
+    attached_bytes: int = 0
+
+    @property
+    def has_footer(self) -> bool:
+        return self.footer_at is not None
 
 
 def scan(view: mmap.mmap | bytes) -> Scan:
@@ -78,16 +85,16 @@ def scan(view: mmap.mmap | bytes) -> Scan:
             if chunk_at is None:
                 found.torn_at = at
                 break
-            found.damage.append(
-                f"{chunk_at - at} bytes from byte {at} on are damaged and were passed over"
+            found.damage.add(
+                at, f"{chunk_at - at} bytes from byte {at} on are damaged and were passed over"
             )
             at = chunk_at
             continue
         try:
             _take(found, view, at, end)
         except (ValueError, struct.error, EndOfFile):
-            found.damage.append(
-                f"the record of {end - at} bytes at byte {at} is damaged and was passed over"
+            found.damage.add(
+                at, f"the record of {end - at} bytes at byte {at} is damaged and was passed over"
             )
         at = end
     return found
@@ -100,7 +107,7 @@ def unpack(view: mmap.mmap | bytes, chunk: ChunkEntry) -> bytes:
     data = view[chunk.data_begin : chunk.data_begin + chunk.data_bytes]
     try:
         content = zstandard.ZstdDecompressor().decompress(data, max_output_size=chunk.content_bytes)
-    except zstandard.ZstdError:
+    except (zstandard.ZstdError, MemoryError):
         raise ValueError("it cannot be unpacked") from None
     if len(content) != chunk.content_bytes or zlib.crc32(content) != chunk.content_crc:
         raise ValueError("its checksum differs")
@@ -112,7 +119,7 @@ def _record_end(view: mmap.mmap | bytes, at: int) -> int | None:
     if at + _RECORD_HEAD.size > len(view):
         return None
     opcode, length = _RECORD_HEAD.unpack_from(view, at)
-    end = at + _RECORD_HEAD.size + length
+    end: int = at + _RECORD_HEAD.size + length
     if opcode not in _OPCODES or end > len(view):
         return None
     if opcode == Opcode.CHUNK:
@@ -155,20 +162,31 @@ def _take(found: Scan, view: mmap.mmap | bytes, at: int, end: int) -> None:
         channel_id, index_bytes = _INDEX_HEAD.unpack_from(view, body)
         found.chunks[-1].counts[channel_id] = index_bytes // _INDEX_ENTRY_BYTES
     elif opcode == Opcode.ATTACHMENT:
+        _count_attached(found, end - body)
         if zlib.crc32(view[body : end - 4]) != int.from_bytes(view[end - 4 : end], "little"):
             raise ValueError("checksum differs")
         attachment = records.Attachment.read(_stream(view, body, end))
         found.attachments[attachment.name] = attachment.data
     elif opcode == Opcode.METADATA:
+        _count_attached(found, end - body)
         record = records.Metadata.read(_stream(view, body, end))
         found.metadata[record.name] = record.metadata
     elif opcode == Opcode.DATA_END:
-        found.data_end_at, found.data_crc = (
-            at,
-            records.DataEnd.read(_stream(view, body, end)).data_section_crc,
-        )
+        if end - body != _CRC_BYTES:
+            raise ValueError("not as long as a data end")
+        found.data_end_at, found.data_crc = at, int.from_bytes(view[body:end], "little")
     elif opcode == Opcode.FOOTER:
-        found.has_footer = view[end : end + len(MCAP0_MAGIC)] == MCAP0_MAGIC
+        if end - body != _FOOTER_BYTES:
+            raise ValueError("not as long as a footer")
+        if view[end : end + len(MCAP0_MAGIC)] == MCAP0_MAGIC:
+            found.footer_at = at
+
+
+def _count_attached(found: Scan, record_bytes: int) -> None:
+    """Raises ValueError where the records that are kept would fill the memory."""
+    if found.attached_bytes + record_bytes > _LARGEST_ATTACHED:
+        raise ValueError("more than any log carries")
+    found.attached_bytes += record_bytes
 
 
 def _wrong_size(frame: bytes, content_bytes: int) -> str:
@@ -183,7 +201,7 @@ def _wrong_size(frame: bytes, content_bytes: int) -> str:
         return f"its head says {content_bytes} bytes, what is packed in it says {packed}"
     return (
         f"its head says {content_bytes} bytes, more than any chunk has"
-        if content_bytes > _LARGEST_CONTENT
+        if content_bytes > LARGEST_CONTENT
         else ""
     )
 

@@ -7,6 +7,7 @@ message of a log has the same size, and a chunk of them can be built and read as
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
@@ -136,12 +137,11 @@ def file_descriptor(topic: Topic) -> descriptor_pb2.FileDescriptorProto:
 
 def descriptor_set(topic: Topic) -> bytes:
     """The schema record's data: a FileDescriptorSet."""
-    return descriptor_pb2.FileDescriptorSet(file=[file_descriptor(topic)]).SerializeToString(
-        deterministic=True
-    )
+    files = descriptor_pb2.FileDescriptorSet(file=[file_descriptor(topic)])
+    return bytes(files.SerializeToString(deterministic=True))
 
 
-def message_class(topic: Topic) -> type:
+def message_class(topic: Topic) -> Any:
     """A protobuf class for the topic's message."""
     pool = descriptor_pool.DescriptorPool()
     pool.Add(file_descriptor(topic))
@@ -168,7 +168,7 @@ def message_dtype(topic: Topic) -> np.dtype:
     """One MCAP Message record of a per-cycle topic: opcode to publish_time in `head`, the fields in
     `body`.
     """
-    body: list[tuple] = []
+    body: list[tuple[str, str] | tuple[str, str, int]] = []
     for number, field in enumerate(topic.fields, start=1):
         # A dot cannot be in a signal's name, so the tags cannot collide with one.
         body.append((f".{number}", "u1", len(tag(number, field))))

@@ -7,6 +7,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+from epa_rt.realtime.screen import Notice
+from epa_rt.realtime.signal_sets import OPERATOR_STOPS, caught
+
 NONE, STOP, STOP_AT_ONCE = 0, 1, 2
 
 
@@ -14,9 +17,13 @@ AGAIN_S = (
     0.3  # a wrapper may pass one Ctrl-C on twice at once; only a later one is meant as a second
 )
 
+STOPPING = "{name}: stopping; again after 0.3 s: power off at once"
+NOT_SUSPENDED = "Ctrl-Z is refused while a run is on: a frozen loop leaves the rig in motion"
+
 
 class OperatorRequests:
-    """Ctrl-C or SIGTERM once: brake and stop. Again, at least AGAIN_S later: torque off at once.
+    """Ctrl-C, Ctrl-\\, SIGTERM or SIGHUP once: brake and stop. Again, at least AGAIN_S later:
+    torque off at once. What comes before is dropped. SIGXCPU and SIGPWR stop and never escalate.
 
     ``period_s`` turns that time into cycles, which a replay knows too.
     """
@@ -43,15 +50,24 @@ class OperatorRequests:
 
     @contextmanager
     def listening(self) -> Iterator["OperatorRequests"]:
-        """Catches SIGINT, SIGTERM and SIGHUP while inside; puts the former handlers back after."""
+        """Catches what would end or freeze the process while inside (epa_rt.realtime.signal_sets);
+        puts the former handlers back after.
+        """
+        notice = Notice()
 
-        def catch(number: int, _frame: FrameType | None) -> None:
-            self.ask(signal.Signals(number).name)
+        def stop(number: int, _frame: FrameType | None) -> None:
+            name = signal.Signals(number).name
+            is_first = self._level == NONE and not self._pending
+            if is_first:
+                notice.say(STOPPING.format(name=name))
+            if is_first or number in OPERATOR_STOPS:
+                self.ask(name)
 
-        numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-        before = {number: signal.signal(number, catch) for number in numbers}
+        def suspend(number: int, _frame: FrameType | None) -> None:
+            notice.say(NOT_SUSPENDED)
+
         try:
-            yield self
+            with caught(stop, suspend):
+                yield self
         finally:
-            for number, handler in before.items():
-                signal.signal(number, handler)
+            notice.close()

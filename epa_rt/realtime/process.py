@@ -6,10 +6,12 @@ import ctypes
 import gc
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from epa_rt.config.rig import Realtime
+
+Undo = Callable[[], object]
 
 _MCL_CURRENT, _MCL_FUTURE = 1, 2
 
@@ -27,7 +29,7 @@ def undisturbed(realtime: Realtime | None) -> Iterator[list[str]]:
     was_enabled = gc.isenabled()
     gc.disable()
     interval = sys.getswitchinterval()
-    undo = []
+    undo: list[Undo] = []
     sentences = ["garbage collection frozen"]
     try:
         if realtime is not None:
@@ -46,7 +48,7 @@ def undisturbed(realtime: Realtime | None) -> Iterator[list[str]]:
         gc.unfreeze()
 
 
-def _lock_memory(undo: list) -> str:
+def _lock_memory(undo: list[Undo]) -> str:
     libc = ctypes.CDLL(None, use_errno=True)
     if libc.mlockall(_MCL_CURRENT | _MCL_FUTURE) != 0:
         return (
@@ -57,7 +59,7 @@ def _lock_memory(undo: list) -> str:
     return "memory locked"
 
 
-def _pin_core(core: int | None, undo: list) -> str:
+def _pin_core(core: int | None, undo: list[Undo]) -> str:
     if core is None:
         return "no core asked for"
     before = os.sched_getaffinity(0)
@@ -69,7 +71,7 @@ def _pin_core(core: int | None, undo: list) -> str:
     return f"running on core {core}"
 
 
-def _prioritise(priority: int, undo: list) -> str:
+def _prioritise(priority: int, undo: list[Undo]) -> str:
     policy, parameters = os.sched_getscheduler(0), os.sched_getparam(0)
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))

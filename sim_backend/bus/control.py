@@ -6,9 +6,11 @@
 Every answer has "ok"; where that is false, "error" is one sentence.
 """
 
+import errno
 import json
 import os
 import socket
+import stat
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -16,8 +18,60 @@ from typing import Any
 _LINE_MAX = 65536
 
 
+class ControlError(Exception):
+    """The emulator refused a request, or is not there; one sentence."""
+
+
+def _identity(path: Path) -> tuple[int, int, int] | None:
+    """Device, number and last change of the file at a path; None where there is none."""
+    try:
+        found = os.lstat(path)
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino, found.st_ctime_ns
+
+
+def _bind(listener: socket.socket, path: Path) -> None:
+    """Raises ControlError where the path is taken or cannot be one."""
+    try:
+        try:
+            listener.bind(str(path))
+        except OSError as error:
+            if error.errno != errno.EADDRINUSE:
+                raise
+            _remove_left_behind(path)
+            listener.bind(str(path))
+    except OSError as error:
+        raise ControlError(
+            f"{path}: no control channel can be made here ({error.strerror or error})"
+        ) from None
+
+
+def _remove_left_behind(path: Path) -> None:
+    """Raises ControlError where the file is not a socket that an emulator left behind."""
+    found = os.lstat(path)
+    if not stat.S_ISSOCK(found.st_mode):
+        raise ControlError(f"{path}: found a file, expected a name that is free or a socket")
+    if found.st_uid != os.geteuid():
+        raise ControlError(f"{path}: found a socket of another user, expected a name that is free")
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
+        probe.settimeout(1.0)
+        try:
+            probe.connect(str(path))
+        except ConnectionRefusedError:
+            path.unlink()
+            return
+        except OSError:  # a socket of another kind, or one whose owner is busy
+            pass
+    raise ControlError(f"{path}: found a socket in use, expected a name that is free")
+
+
 class ControlServer:
-    """Listens at a path; ``handlers`` (of the Server) is where it registers its descriptors."""
+    """Listens at a path; ``handlers`` (of the Server) is where it registers its descriptors.
+
+    A file at the path stays as it is. Only a socket of this user on which nobody answers, which an
+    emulator that was killed leaves behind, is replaced. Raises ControlError for anything else.
+    """
 
     def __init__(
         self,
@@ -26,10 +80,14 @@ class ControlServer:
         answer: Callable[[dict[str, Any]], dict[str, Any]],
     ):
         self.path, self._handlers, self._answer = path, handlers, answer
-        path.unlink(missing_ok=True)
         self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        self._listener.bind(str(path))
+        try:
+            _bind(self._listener, path)
+        except BaseException:
+            self._listener.close()
+            raise
         os.chmod(path, 0o600)
+        self._own = _identity(path)
         self._listener.listen(8)
         self._listener.setblocking(False)
         self._buffers: dict[int, tuple[socket.socket, bytearray]] = {}
@@ -39,7 +97,8 @@ class ControlServer:
         for connection, _ in self._buffers.values():
             connection.close()
         self._listener.close()
-        self.path.unlink(missing_ok=True)
+        if _identity(self.path) == self._own:  # somebody may have put another file there
+            self.path.unlink(missing_ok=True)
 
     def _accept(self) -> None:
         connection, _ = self._listener.accept()
@@ -72,10 +131,6 @@ class ControlServer:
             return {"ok": True, **self._answer(request)}
         except (ValueError, KeyError, TypeError) as error:
             return {"ok": False, "error": str(error)}
-
-
-class ControlError(Exception):
-    """The emulator refused a request, or is not there; one sentence."""
 
 
 class ControlClient:

@@ -19,7 +19,7 @@ def serve(
     ready: Callable[[str], None],
 ) -> None:
     """Serves a bus on an interface until SIGTERM, SIGINT or a 'stop' on the control channel. Raises
-    OSError.
+    OSError, ControlError.
     """
     bus.plant.warm_up()
     with open_interface(interface) as packets:

@@ -8,6 +8,7 @@ import sys
 import pytest
 
 from epa_rt.logs.reader import LogReader
+from epa_rt.realtime.signal_sets import IGNORED, OPERATOR_STOPS
 from tests.cli.shell import (
     EXPERIMENTS,
     RIGS,
@@ -151,6 +152,30 @@ def test_a_signal_ends_the_run_safe_and_the_log_whole(number, tmp_path):
         assert_safe_end(reader)
 
 
+def test_signals_without_a_meaning_and_ctrl_z_do_not_end_or_freeze_a_run_and_sigquit_stops_it(
+    tmp_path,
+):
+    process = paced_run(tmp_path)
+    size = only_log(tmp_path).stat().st_size
+    for number in (*IGNORED, signal.SIGTSTP):
+        process.send_signal(number)
+    for pid in children_of(process.pid):  # the recorder is as hard of hearing
+        for number in (*IGNORED, *OPERATOR_STOPS, signal.SIGTSTP):
+            os.kill(pid, number)
+    wait_for(
+        lambda: process.poll() is not None or only_log(tmp_path).stat().st_size > size + 60_000
+    )
+    assert process.poll() is None
+    process.send_signal(signal.SIGQUIT)
+    out, err = process.communicate(timeout=300)
+    assert process.returncode == 130, (out, err)
+    assert err.count("Ctrl-Z is refused while a run is on") == 1
+    assert "SIGQUIT: stopping; again after 0.3 s: power off at once" in err
+    with LogReader(only_log(tmp_path)) as reader:
+        assert (reader.outcome, reader.missing) == ("stopped", [])
+        assert_safe_end(reader)
+
+
 def test_a_loop_that_is_killed_leaves_a_log_that_says_so(tmp_path):
     process = paced_run(tmp_path)
     recorders = children_of(process.pid)
@@ -200,6 +225,9 @@ def test_a_full_disk_ends_the_run_safe_and_leaves_what_was_written(tmp_path):
     assert "no space left" in done.stdout and "drive off" in done.stdout
     with LogReader(only_log(tmp_path)) as reader:
         assert reader.columns("/cycle")["cycle"].size > 0
+        assert f"LOST: {reader.ending.lost_samples} samples are not in the log" in done.stdout
+        assert reader.outcome == "tripped" and "no space left" in reader.missing[0]
+        assert any(event.kind == "trip" for event in reader.events())
 
 
 def test_a_run_that_trips_says_the_cause_and_exits_with_three(tmp_path):

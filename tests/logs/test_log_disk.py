@@ -23,24 +23,30 @@ cycle = 0
 while recorder.failure is None and cycle < 30_000:
     recorder.sample(**sample_of(cycle))
     cycle += 1
+recorder.event(cycle, cycle * 1_000_000, "trip", "recorder")
 summary = recorder.close("tripped", "recorder")
+assert summary.samples + summary.lost_samples == cycle
 import shutil
 shutil.copy(sys.argv[2] + "/log.mcap", sys.argv[3])
-print(summary.failure)
+print(f"{summary.failure} | {summary.samples} | {summary.lost_samples}")
 """
 
 
-def check_cut_log(path: Path) -> None:
-    """Whole chunks, the cause of the end, nothing else."""
+def check_full_log(path: Path, said: str) -> None:
+    """Whole chunks, and an end that says as many samples lost as the screen does; nothing else.
+
+    `said`: failure, samples and lost samples of the summary, as the loop's process has them.
+    """
+    failure, samples, lost = said.rsplit(" | ", 2)
     with LogReader(path) as log:
         cycles = log.columns("/cycle", ["cycle"])["cycle"]
         assert len(cycles) and len(cycles) % 2000 == 0
         assert cycles.tolist() == list(range(len(cycles)))
-        if log.outcome is None:  # not even the summary found room
-            assert "no footer" in log.missing[-1]
-        else:
-            assert log.outcome == "failed"
-            assert log.missing == []
+        assert (len(cycles), log.ending.lost_samples) == (int(samples), int(lost))
+        assert (log.outcome, log.ending.cause) == ("tripped", "recorder")
+        assert log.missing == [f"{lost} samples and 0 events were lost while recording: {failure}"]
+        assert log.missing_at_a_glance == log.missing
+        assert [event.kind for event in log.events()] == ["trip", "end"]
 
 
 def test_a_file_that_may_not_grow_fails_the_recording(tmp_path):
@@ -56,8 +62,12 @@ def test_a_file_that_may_not_grow_fails_the_recording(tmp_path):
         recorder.sample(**sample_of(cycle))
         cycle += 1
     assert recorder.failure.startswith("file too large while writing ")
-    assert recorder.close("tripped", "recorder").failure == recorder.failure
-    check_cut_log(tmp_path / "log.mcap")
+    recorder.event(cycle, cycle * 1_000_000, "trip", "recorder")
+    summary = recorder.close("tripped", "recorder")
+    assert summary.failure == recorder.failure
+    assert summary.samples + summary.lost_samples == cycle
+    said = f"{summary.failure} | {summary.samples} | {summary.lost_samples}"
+    check_full_log(tmp_path / "log.mcap", said)
 
 
 def test_a_full_disk_fails_the_recording(tmp_path):
@@ -75,7 +85,7 @@ def test_a_full_disk_fails_the_recording(tmp_path):
     if done.returncode == 77 or "unshare" in done.stderr:
         pytest.skip(f"this system lets no ordinary user mount a small disk: {done.stderr.strip()}")
     assert done.stdout.startswith("no space left on device while writing "), done.stderr
-    check_cut_log(copy)
+    check_full_log(copy, done.stdout.strip())
 
 
 def test_a_disk_that_is_full_from_the_start_is_said():

@@ -4,6 +4,7 @@ not take the verb along.
 
 import os
 import pickle
+import resource
 import subprocess
 import sys
 import warnings
@@ -11,19 +12,23 @@ from pathlib import Path
 from typing import Any
 
 _LONGEST_S = 120.0
+_OWN_BYTES = 256 << 20  # for the reader itself, beside three copies of what is in the file
 
 
 class MatError(Exception):
     """Why the file cannot be read, in words."""
 
 
-def load_apart(path: Path) -> dict[str, Any]:
-    """The variables by name, structures as dicts. Raises MatError."""
+def load_apart(path: Path, unpacked_bytes: int) -> dict[str, Any]:
+    """The variables by name, structures as dicts. ``unpacked_bytes``: what the file holds once it
+    is unpacked; its reader gets memory in proportion. Raises MatError.
+    """
     root = str(Path(__file__).parents[3])
     paths = os.pathsep.join(filter(None, [root, os.environ.get("PYTHONPATH")]))
     try:
         done = subprocess.run(
-            [sys.executable, "-m", "epa_rt.logs.importers.mat_child", str(path.absolute())],
+            [sys.executable, "-m", "epa_rt.logs.importers.mat_child", str(path.absolute())]
+            + [str(unpacked_bytes)],
             capture_output=True,
             timeout=_LONGEST_S,
             env=os.environ | {"PYTHONPATH": paths, "OPENBLAS_NUM_THREADS": "1"},
@@ -40,10 +45,19 @@ def load_apart(path: Path) -> dict[str, Any]:
     return content
 
 
+def _limit_memory(unpacked_bytes: int) -> None:
+    """A file that makes the reader ask for more is damaged, and raises MemoryError."""
+    with open("/proc/self/statm", encoding="ascii") as file:
+        mapped = int(file.read().split()[0]) * resource.getpagesize()
+    limit = mapped + _OWN_BYTES + 3 * unpacked_bytes
+    resource.setrlimit(resource.RLIMIT_AS, (limit, resource.getrlimit(resource.RLIMIT_AS)[1]))
+
+
 def main() -> None:
     from scipy.io import loadmat
 
     word, content = "", None
+    _limit_memory(int(sys.argv[2]))
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")

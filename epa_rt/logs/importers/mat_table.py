@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from epa_rt.logs.importers.mat_child import MatError, load_apart
+from epa_rt.logs.importers.mat_size import TooLarge, unpacked_bytes
 from epa_rt.logs.importers.table import ImportRefused, Table, element_of, shown, why
 
 _LARGEST = 1 << 31
@@ -54,7 +55,12 @@ def _load(path: Path) -> dict[str, Any]:
             " MATLAB: save(..., '-v7'))"
         )
     try:
-        return load_apart(path)
+        with path.open("rb") as file:
+            held = unpacked_bytes(file)
+    except TooLarge as error:
+        raise ImportRefused(f"{path}: found {error}, expected a MAT file") from None
+    try:
+        return load_apart(path, held)
     except MatError as error:
         raise ImportRefused(
             f"{path}: found a file that is no whole MAT file ({error}), expected version 4 to 7"

@@ -9,6 +9,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from epa_rt.logs.importers.mcap_bounds import oversized_chunk
 from epa_rt.logs.importers.table import ImportRefused, Table, element_of, shown, why
 
 STAMPS = ("log_time", "publish_time")
@@ -92,6 +93,9 @@ def _check_ends(path: Path, file: BinaryIO) -> None:
             f"{path}: found a file that was cut at byte {size} (its last bytes are missing),"
             " expected a whole MCAP file"
         )
+    too_large = oversized_chunk(file, size)
+    if too_large is not None:
+        raise ImportRefused(f"{path}: found {too_large}, expected smaller ones")
     file.seek(0)
 
 

@@ -154,6 +154,8 @@ def _cause_box(run: Run, known: str) -> Html:
 
 
 def _before(run: Run, trip: Event) -> Html:
+    if not len(run.t_s):
+        return paragraph("Signals not shown: no sample is left in the log.")
     end = min(trip.cycle + 1 + round(0.1 / run.period_s), len(run.t_s))
     samples = slice(max(trip.cycle - round(LAST_S / run.period_s), 0), end)
     try:

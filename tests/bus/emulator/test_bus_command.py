@@ -108,3 +108,34 @@ def test_the_control_channel_survives_nonsense(tmp_path):
         server.close()
     with pytest.raises(ControlError, match="no emulated bus"):
         ControlClient(tmp_path / "control")
+
+
+def test_the_control_channel_touches_no_file_that_is_not_its_own(tmp_path):
+    path = tmp_path / "control"
+
+    def serve():
+        return ControlServer(path, {}, lambda request: {})
+
+    for make, words in (
+        (lambda: path.write_text("thesis"), "found a file"),
+        (lambda: path.mkdir(), "found a file"),
+        (lambda: path.symlink_to(tmp_path / "nowhere"), "found a file"),
+    ):
+        make()
+        before = path.lstat()
+        with pytest.raises(ControlError, match=words):
+            serve()
+        assert path.lstat().st_ino == before.st_ino
+        path.rmdir() if path.is_dir() else path.unlink()
+
+    server = serve()
+    with pytest.raises(ControlError, match="found a socket in use"):
+        serve()
+    server._listener.close()  # as kill -9 does: the socket's name stays
+    second = serve()
+    server.close()  # no longer its own
+    assert path.is_socket()
+    path.unlink()
+    path.write_text("somebody else's by now")
+    second.close()
+    assert path.read_text() == "somebody else's by now"

@@ -1,7 +1,7 @@
 """kickcat, a master of its own making in C++, beside an emulated bus: what it finds, writes and
 reads, as JSON.
 
-python kickcat_run.py RIG        in the network of the bus
+python kickcat_run.py RIG ANSWER.json        in the network of the bus
 """
 
 import json
@@ -149,7 +149,8 @@ def main() -> None:
             "inlet_open": control.ask("truth")["inlet_open"],
             "watchdogs": sorted(control.ask("status")["counters"]["watchdogs"]),
         }
-    print(json.dumps(seen))
+    # a file and not standard output, on which kickcat speaks as well
+    Path(sys.argv[2]).write_text(json.dumps(seen), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -35,14 +35,16 @@ VOLTS = bytes.fromhex("1111222233334444")
 
 
 @pytest.fixture(scope="module", params=RIGS)
-def seen(request):
+def seen(request, tmp_path_factory):
     """The rig, and what kickcat told of it."""
     rig_file = ROOT / f"config/rigs/{request.param}.yaml"
+    answer = tmp_path_factory.mktemp("kickcat") / "seen.json"
 
     def run():
-        done = run_beside([PYTHON, "-m", "tests.bus.others.kickcat_run", str(rig_file)], rig_file)
+        command = [PYTHON, "-m", "tests.bus.others.kickcat_run", str(rig_file), str(answer)]
+        done = run_beside(command, rig_file)
         assert done.returncode == 0, done.stderr
-        return json.loads(done.stdout.splitlines()[-1])
+        return json.loads(answer.read_text(encoding="utf-8"))
 
     return load_rig(rig_file), repeated(f"kickcat on {request.param}", run, STALL_S)
 

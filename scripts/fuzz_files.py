@@ -1,0 +1,428 @@
+"""Damaged files and logs put to the verbs that read them: each must be answered, in time, in one
+sentence, in bounded memory.
+
+A variant of a rig, experiment, plant or mapping file, of a CSV, MAT or MCAP recording, or of a log
+of ours is made from the seed and its number, and read by a forked process. Counted are answers by
+exit code; a traceback, no answer in time, or more memory than the limit is a finding, and its file
+is kept.
+
+    python scripts/fuzz_files.py --files 30000 --logs 5000          hours on one core
+    python scripts/fuzz_files.py --files 100 --logs 20 --seed 3     a minute
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import os
+import random
+import re
+import resource
+import select
+import signal
+import struct
+import sys
+import tempfile
+import time
+import traceback
+import zlib
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+ROOT = Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(ROOT), str(ROOT / "tests/logs/importers")]
+
+import foreign_files
+import zstandard
+
+from epa_rt.cli.main import main as epa
+from epa_rt.logs.chunk_store import ChunkStore
+
+LONGEST_S = 60.0
+MOST_MB = 500
+_ADDRESS_SPACE = 4 << 30
+_TRACEBACK = 99
+_NUMBER = re.compile(rb"-?\d+(?:\.\d+)?(?:e-?\d+)?")
+_NUMBERS = (b"0", b"-1", b"1e308", b"1e400", b"-1e-320", b"nan", b".inf", b"9" * 400, b"1e9", b"[]")
+_VALUES = (
+    b"null",
+    b"true",
+    b"{}",
+    b"[1, [2, [3]]]",
+    b"''",
+    b"!!python/object:os.system x",
+    b"!!timestamp x",
+    b"*nobody",
+    b"&a [*a]",
+    b"0x" + b"f" * 40,
+    "\u202e \U0001f300".encode(),
+    b'"\\UFFFFFFFF"',
+    b"../../../etc/passwd",
+)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of file: its sound bytes, the ending of its name, and the verb that reads it."""
+
+    name: str
+    sound: bytes
+    ending: str
+    verbs: tuple[Callable[[Path], list[str]], ...]
+    is_text: bool = True
+
+
+def damaged(sound: bytes, is_text: bool, chance: random.Random) -> bytes:
+    """One to three mutations of a file."""
+    data = sound
+    ways = TEXT_WAYS if is_text else BINARY_WAYS
+    for _ in range(chance.choice((1, 1, 1, 2, 3))):
+        data = chance.choice(ways)(data, chance)
+    return data
+
+
+def _place(data: bytes, chance: random.Random) -> int:
+    return chance.randrange(len(data)) if data else 0
+
+
+def flipped(data: bytes, chance: random.Random) -> bytes:
+    out = bytearray(data)
+    for _ in range(chance.choice((1, 1, 4, 64))):
+        if out:
+            out[_place(data, chance)] ^= 1 << chance.randrange(8)
+    return bytes(out)
+
+
+def cut(data: bytes, chance: random.Random) -> bytes:
+    return data[: _place(data, chance)]
+
+
+def spliced(data: bytes, chance: random.Random) -> bytes:
+    a, b, c = (_place(data, chance) for _ in range(3))
+    return data[:a] + data[min(b, c) : max(b, c)] + data[a:]
+
+
+def without(data: bytes, chance: random.Random) -> bytes:
+    a = _place(data, chance)
+    return data[:a] + data[a + chance.choice((1, 3, 50, 1000)) :]
+
+
+def zeroed(data: bytes, chance: random.Random) -> bytes:
+    a, n = _place(data, chance), chance.choice((1, 8, 64))
+    return data[:a] + bytes(n) + data[a + n :]
+
+
+def huge_field(data: bytes, chance: random.Random) -> bytes:
+    a = _place(data, chance)
+    value = chance.choice((2**64 - 1, 2**63, 2**32 - 1, 2**31, 2**40, 1 << 20, 0))
+    code = chance.choice(("<Q", ">Q", "<I", "<H"))
+    field = struct.pack(code, value & (256 ** struct.calcsize(code) - 1))
+    return data[:a] + field + data[a + len(field) :]
+
+
+def other_number(data: bytes, chance: random.Random) -> bytes:
+    found = list(_NUMBER.finditer(data))
+    if not found:
+        return data
+    one = chance.choice(found)
+    return data[: one.start()] + chance.choice(_NUMBERS) + data[one.end() :]
+
+
+def other_value(data: bytes, chance: random.Random) -> bytes:
+    lines = data.split(b"\n")
+    i = chance.randrange(len(lines))
+    key, colon, _ = lines[i].partition(b":")
+    lines[i] = key + colon + b" " + chance.choice(_VALUES)
+    return b"\n".join(lines)
+
+
+def other_lines(data: bytes, chance: random.Random) -> bytes:
+    lines = data.split(b"\n")
+    i, j = chance.randrange(len(lines)), chance.randrange(len(lines))
+    way = chance.randrange(3)
+    if way == 0:
+        lines[i], lines[j] = lines[j], lines[i]
+    elif way == 1:
+        del lines[i]
+    else:
+        lines.insert(i, lines[j] * chance.choice((1, 1, 50)))
+    return b"\n".join(lines)
+
+
+def nested(data: bytes, chance: random.Random) -> bytes:
+    deep = chance.choice((50, 5000, 100_000))
+    opening = chance.choice((b"[", b"{a: ", b"- ", b"(", b'{"a":'))
+    a = _place(data, chance)
+    return data[:a] + opening * deep + data[a:]
+
+
+def alias_bomb(data: bytes, chance: random.Random) -> bytes:
+    lines = [b"a0: &a0 [x, x, x, x, x, x, x, x, x]"]
+    for n in range(1, chance.choice((3, 9, 30))):
+        lines.append(f"a{n}: &a{n} [{', '.join([f'*a{n - 1}'] * 9)}]".encode())
+    return b"\n".join([data, *lines])
+
+
+def long_text(data: bytes, chance: random.Random) -> bytes:
+    a = _place(data, chance)
+    return data[:a] + chance.choice((b"x", b" ", b"\n", b"9", b",")) * 300_000 + data[a:]
+
+
+def other_encoding(data: bytes, chance: random.Random) -> bytes:
+    text = data.decode("utf-8", "replace")
+    return text.encode(
+        chance.choice(("utf-16", "utf-32-be", "utf-8-sig", "utf-7", "cp037")), "replace"
+    )
+
+
+TEXT_WAYS = (
+    flipped, cut, spliced, without, zeroed, other_number, other_number, other_value, other_value,
+    other_lines, other_lines, nested, alias_bomb, long_text, other_encoding,
+)  # fmt: skip
+BINARY_WAYS = (flipped, flipped, cut, spliced, without, zeroed, huge_field, huge_field)
+
+
+def sealed_damage(sound: bytes, chance: random.Random, folder: Path) -> bytes:
+    """A log with a chunk that is damaged and packed again with the right checksum, or a bomb."""
+    path = folder / "sealed.mcap"
+    if not path.exists():
+        path.write_bytes(sound)
+    store = ChunkStore(str(path))
+    chunk = chance.choice(store.scan.chunks)
+    head = bytearray(sound[chunk.begin + 9 : chunk.data_begin])
+    content = zstandard.ZstdDecompressor().decompress(
+        sound[chunk.data_begin : chunk.data_begin + chunk.data_bytes]
+    )
+    store.view.close()
+    if chance.random() < 0.15:
+        content = bytes(chance.choice((1, 30, 63, 65, 200)) << 20)
+    else:
+        content = damaged(content, False, chance)
+    packed = zstandard.ZstdCompressor(level=1).compress(content)
+    struct.pack_into("<QI", head, 16, len(content), zlib.crc32(content))
+    struct.pack_into("<Q", head, len(head) - 8, len(packed))
+    record = struct.pack("<BQ", 6, len(head) + len(packed)) + bytes(head) + packed
+    return sound[: chunk.begin] + record + sound[chunk.data_begin + chunk.data_bytes :]
+
+
+def file_kinds(folder: Path) -> list[Kind]:
+    """The sound files, and those written beside them that their verbs need."""
+    rig = ROOT / "config/rigs/bench.yaml"
+    mapping = folder / "mapping.yaml"
+
+    def config(path: str) -> bytes:
+        return (ROOT / "config" / path).read_bytes().replace(b"../plants", b"/nowhere")
+
+    def check(path: Path) -> list[str]:
+        return ["check", "--rig", str(rig), str(path)]
+
+    def dry(path: Path) -> list[str]:
+        return ["run", str(path), "--rig", str(rig), "--dry", "-o", str(folder / "dry")]
+
+    kinds = [
+        Kind(f"rig {name}", config(f"rigs/{name}.yaml"), ".yaml", (check,))
+        for name in ("bench", "bench_analog", "knee")
+    ]
+    kinds += [
+        Kind(f"experiment {name}", config(f"experiments/{name}.yaml"), ".yaml", (check, check, dry))
+        for name in ("identification_short", "step", "multisine")
+    ]
+    kinds += [
+        Kind(f"plant {name}", config(f"plants/{name}.yaml"), ".yaml", (check,))
+        for name in ("bench", "knee")
+    ]
+    recordings = {
+        "csv": (foreign_files.CSV, foreign_files.csv_text().encode()),
+        "mat": (foreign_files.MAT, foreign_files.mat_bytes()),
+        "mcap": (foreign_files.MCAP, _foreign_mcap(folder)),
+    }
+    for name, (words, sound) in recordings.items():
+        mapping = folder / f"mapping_{name}.yaml"
+        mapping.write_text(words, encoding="utf-8")
+        data = folder / f"sound.{name}"
+        data.write_bytes(sound)
+        kinds += [
+            Kind(
+                f"mapping {name}",
+                words.encode(),
+                ".yaml",
+                (lambda path, data=data: ["import", str(path), str(data), "--dry"],),
+            ),
+            Kind(
+                name,
+                sound,
+                f".{name}",
+                (lambda path, m=mapping: ["import", str(m), str(path), "--dry"],),
+                name == "csv",
+            ),
+        ]
+    return kinds
+
+
+def _foreign_mcap(folder: Path) -> bytes:
+    path = folder / "foreign.mcap"
+    foreign_files.mcap_json(path)
+    return path.read_bytes()
+
+
+def log_kind(folder: Path) -> Kind:
+    """A short log of ours: a run on the simulated bench that trips after half a second."""
+    text = (ROOT / "config/rigs/bench.yaml").read_text(encoding="utf-8")
+    text = text.replace("limits: [-40 N, 350 N]", "limits: [-40 N, 30 N]")
+    text = text.replace("../plants", str(ROOT / "config/plants"))
+    (folder / "weak.yaml").write_text(text, encoding="utf-8")
+    log = folder / "run.mcap"
+    experiment = ROOT / "config/experiments/identification_short.yaml"
+    words = ["run", str(experiment), "--rig", str(folder / "weak.yaml"), "-o", str(log), "--quiet"]
+    with contextlib.redirect_stdout(sys.stderr):
+        epa(words)
+    page = str(folder / "page.html")
+    return Kind(
+        "log",
+        log.read_bytes(),
+        ".mcap",
+        (
+            lambda path: ["info", "--check", "--events", str(path)],
+            lambda path: ["info", "--check", "--json", str(path)],
+            lambda path: ["info", str(path)],
+            lambda path: ["replay", str(path)],
+            lambda path: ["report", str(path), "-o", page],
+            lambda path: ["plot", str(path), "-o", page],
+        ),
+        is_text=False,
+    )
+
+
+def answer(words: list[str], said: Path) -> tuple[str, float]:
+    """What a verb does with a file: 'exit N', or what is wrong with the answer; and its memory in
+    MB, with that of the processes it starts.
+    """
+    child = os.fork()
+    if child == 0:
+        _be_the_verb(words, said)
+    descriptor = os.pidfd_open(child)
+    in_time = bool(select.select([descriptor], [], [], LONGEST_S)[0])
+    os.close(descriptor)
+    if not in_time:
+        os.kill(child, signal.SIGKILL)
+    _, status, used = os.wait4(child, 0)
+    megabytes = used.ru_maxrss / 1024
+    if not in_time:
+        return f"no answer within {LONGEST_S:g} s", megabytes
+    if os.WIFSIGNALED(status):
+        return f"signal {os.WTERMSIG(status)}", megabytes
+    code, text = os.WEXITSTATUS(status), said.read_text(encoding="utf-8", errors="replace")
+    if code == _TRACEBACK or "Traceback" in text:
+        return "traceback", megabytes
+    if megabytes > MOST_MB:
+        return f"more than {MOST_MB} MB", megabytes
+    if code not in (0, 1, 2, 3, 4) or (code == 2 and not text.startswith("epa ")):
+        return f"exit {code} without a sentence", megabytes
+    return f"exit {code}", megabytes
+
+
+def _be_the_verb(words: list[str], said: Path) -> None:
+    os.setsid()
+    resource.setrlimit(resource.RLIMIT_AS, (_ADDRESS_SPACE, _ADDRESS_SPACE))
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    os.dup2(os.open(said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), 2)
+    code = _TRACEBACK
+    try:
+        code = epa(words)
+        sys.stdout.flush()
+    except SystemExit as error:
+        code = error.code if isinstance(error.code, int) else _TRACEBACK
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        sys.stderr.flush()
+        os._exit(code)
+
+
+def _load_modules(kinds: list[Kind], folder: Path) -> None:
+    """Read every sound file once here, so that a forked process has all that it imports."""
+    for kind in kinds:
+        path = folder / f"sound_{kind.name.replace(' ', '_')}{kind.ending}"
+        path.write_bytes(kind.sound)
+        for verb in kind.verbs:
+            with open(os.devnull, "w") as nowhere, contextlib.redirect_stdout(nowhere):
+                code = epa(verb(path))
+            if code > 1 and not kind.name.startswith("rig"):  # a rig's plant is not beside it
+                raise SystemExit(f"fuzz_files: {kind.name}: exit {code} on the sound file")
+
+
+def fuzz(
+    kinds: list[Kind], count: int, seed: int, folder: Path, kept: Path, minutes: float
+) -> dict[str, object]:
+    """Put `count` variants, of each kind in turn, to their verbs, or as many as the minutes allow;
+    gives counts and findings.
+    """
+    end_s = time.monotonic() + 60.0 * minutes
+    _load_modules(kinds, folder)
+    answers: Counter[str] = Counter()
+    findings: list[dict[str, str]] = []
+    most_mb = 0.0
+    for number in range(count):
+        if time.monotonic() > end_s:
+            break
+        chance = random.Random(f"{seed} {number}")
+        kind = kinds[number % len(kinds)]
+        if kind.name == "log" and chance.random() < 0.4:
+            data = sealed_damage(kind.sound, chance, folder)
+        else:
+            data = damaged(kind.sound, kind.is_text, chance)
+        path = folder / f"variant{kind.ending}"
+        path.write_bytes(data)
+        words = chance.choice(kind.verbs)(path)
+        outcome, megabytes = answer(words, folder / "said")
+        most_mb = max(most_mb, megabytes)
+        answers[outcome] += 1
+        if not re.fullmatch(r"exit \d+", outcome):
+            kept.mkdir(parents=True, exist_ok=True)
+            name = f"{kind.name.replace(' ', '_')}-{seed}-{number}{kind.ending}"
+            (kept / name).write_bytes(data)
+            last = (folder / "said").read_text(encoding="utf-8", errors="replace").strip()
+            finding = {
+                "file": name,
+                "verb": words[0],
+                "outcome": outcome,
+                "said": last.splitlines()[-1][:300] if last else "",
+                "mb": f"{megabytes:.0f}",
+            }
+            findings.append(finding)
+            print(json.dumps(finding), file=sys.stderr, flush=True)
+    return {"variants": answers.total(), "answers": dict(answers), "most_mb": round(most_mb)} | {
+        "findings": findings
+    }
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--files", type=int, default=300, help="variants of files")
+    parser.add_argument("--logs", type=int, default=60, help="variants of logs")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument(
+        "--minutes", type=float, default=600.0, help="at most, for files and for logs each"
+    )
+    parser.add_argument("--keep", type=Path, default=ROOT / "out/fuzz_files", help="findings")
+    given = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        found = {}
+        if given.files:
+            kinds = file_kinds(folder)
+            found["files"] = fuzz(kinds, given.files, given.seed, folder, given.keep, given.minutes)
+        if given.logs:
+            found["logs"] = fuzz(
+                [log_kind(folder)], given.logs, given.seed, folder, given.keep, given.minutes
+            )
+    print(json.dumps({"seed": given.seed, **found}, indent=1))
+    return 1 if any(part["findings"] for part in found.values()) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

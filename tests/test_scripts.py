@@ -1,0 +1,64 @@
+"""Every benchmark and the fuzz of files run once on a small size, so that none rots."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from sim_backend.bus.namespace import refusal
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def run(words: list[str], folder: Path) -> str:
+    """Runs a script from another folder; its standard output."""
+    bare = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    name, *options = words
+    done = subprocess.run(
+        [sys.executable, ROOT / f"scripts/{name}.py", *options],
+        cwd=folder,
+        env=bare,
+        capture_output=True,
+        text=True,
+        timeout=600,
+    )
+    assert done.returncode == 0, (done.stdout, done.stderr)
+    return done.stdout
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "bench_cycle --cycles 1500 --paced-cycles 300",
+        "bench_plant bench --seconds 0.5 --repeats 1 --no-scipy",
+        "bench_log --samples 4096 --repeats 2",  # twice: it met its own file of the repeat before
+        "bench_identify 1",
+        # a diagnosis with the whole catalogue, a minute on a busy machine
+        pytest.param("bench_gap --logs 1 --seconds 10", marks=pytest.mark.slow),
+    ],
+    ids=lambda command: command.split()[0],
+)
+def test_a_benchmark_gives_its_figures(command, tmp_path):
+    assert json.loads(run(command.split(), tmp_path))
+
+
+@pytest.mark.network
+@pytest.mark.xdist_group("bench_bus")
+def test_the_benchmark_of_the_bus_gives_its_figures(tmp_path):
+    reason = refusal()
+    if reason is not None:
+        pytest.skip(reason)
+    out = tmp_path / "figures.json"
+    run(["bench_bus", "--seconds", "0.5", "--slices", "1", "--json", str(out)], tmp_path)
+    assert json.loads(out.read_text())
+
+
+def test_damaged_files_and_logs_are_answered(tmp_path):
+    words = ["fuzz_files", "--files", "40", "--logs", "12", "--keep", str(tmp_path / "found")]
+    found = json.loads(run(words, tmp_path))
+    for part in ("files", "logs"):
+        assert found[part]["findings"] == [] and found[part]["most_mb"] < 500
+    assert sum(found["logs"]["answers"].values()) == 12
