@@ -5,7 +5,8 @@ itself, the drive.
 from epa_rt.models.plant import advance
 from sim_backend.bus.coupling import Coupling
 from sim_backend.bus.epos4 import Epos4
-from sim_backend.devices import latch_outputs, sample_inputs
+from sim_backend.devices import LOST_MASTER_CODE, latch_outputs, sample_inputs
+from sim_backend.drive_machine import NO_ACTION
 from sim_backend.faults import FaultyRigModel
 from sim_backend.input_filter import set_filter
 from sim_backend.wiring import RPM
@@ -77,7 +78,7 @@ class BusPlant(FaultyRigModel):
         """Joins the drive's object dictionary to this plant and to the process image."""
         axis = drive.axis
         axis.model = self
-        axis.on_lost = self.lose_drive_master
+        axis.on_lost = lambda: self._lose_bus(drive)
         axis.on_settings = lambda: self._take_settings(drive)
 
         def read_image(index: int, subindex: int) -> bytes | None:
@@ -98,6 +99,14 @@ class BusPlant(FaultyRigModel):
         axis.on_power_up = lambda: self._write_motor_data(drive)
         self._write_motor_data(drive)
         self._take_settings(drive)
+
+    def _lose_bus(self, drive: Epos4) -> None:
+        """The drive does what 0x6007 says; where that ends no fault, it says why all the same."""
+        was_powered = self.command["enabled"][0] > 0.5
+        self.lose_drive_master()
+        acts = self._drive["lost_master"][0] != NO_ACTION
+        if was_powered and acts and not self.machine["error_code"][0]:
+            drive.report(LOST_MASTER_CODE)
 
     def _write_motor_data(self, drive: Epos4) -> None:
         """The objects that were set up with the motor, which the drive keeps without its supply."""
