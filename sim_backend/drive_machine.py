@@ -112,7 +112,6 @@ def _go_on(drive, machine) -> None:
         machine.ramp_rad_s = math.copysign(left, machine.ramp_rad_s)
         if left == 0.0 and abs(machine.speed_rad_s) < STANDSTILL_RAD_S:
             switch_off(machine, machine.goes_to)
-            machine.hold_angle_rad = machine.angle_rad
     elif machine.state == FAULT_REACTION:  # 14
         machine.state = FAULT
     elif machine.state == NOT_READY and machine.age_cycles > drive.power_up_cycles:  # 1
@@ -121,8 +120,9 @@ def _go_on(drive, machine) -> None:
 
 @compiled
 def switch_off(machine, state: int) -> None:
-    """Into a state, without a ramp (any more)."""
+    """Into a state, without a ramp (any more); what is held from now on is this place."""
     machine.state, machine.is_braking = state, 0
+    machine.hold_angle_rad = machine.angle_rad
 
 
 @compiled

@@ -4,6 +4,8 @@ table 30 and figure 2).
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from sim_rigs import Driven
 
 from epa_rt.control.cia402 import DriveState, decode
@@ -211,3 +213,49 @@ def test_a_drive_with_fewer_entries_takes_the_missing_ones_as_zero():
         == driven.plant_command["target_torque_nm"]
         == 0.0
     )
+
+
+EVENTS = st.one_of(
+    st.integers(0, 0xFF).map(lambda word: ("word", word)),
+    st.sampled_from([0x06, 0x07, 0x0F, 0x02, 0x00, 0x8F]).map(lambda word: ("word", word)),
+    st.sampled_from([0x8611, 0x2310, d.STO_CODE]).map(lambda code: ("fail", code)),
+    st.just(("alone", 0)),
+    st.just(("supply", 0)),
+)
+
+
+@given(
+    events=st.lists(st.tuples(EVENTS, st.floats(-300.0, 300.0)), max_size=40),
+    options=st.tuples(*(st.sampled_from(c) for c in ((0, 1, 2, 5, 6), (0, 1), (0, 1), (0, 1, 2)))),
+    lost_master=st.integers(0, 3),
+)
+def test_power_goes_where_it_must_and_a_ramp_never_rises(events, options, lost_master):
+    names = ("quick_stop", "shutdown", "disable", "fault")
+    drive = drive_with(
+        lost_master=lost_master, rad_per_count=1e-3, **dict(zip(names, options, strict=True))
+    )
+    machine = machine_in(d.SWITCHED_ON)[0]
+    d.step(drive, machine, 0x0F)
+    assert d.is_powered(machine)
+    for (event, value), speed in events:
+        machine.speed_rad_s = speed
+        braked, ramp = bool(machine.is_braking), abs(machine.ramp_rad_s)
+        if event == "word":
+            machine.is_alone = 0
+            reacting = machine.state == d.FAULT_REACTION
+            d.step(drive, machine, value)
+            if not value & 0x02 and not reacting:
+                assert not d.is_powered(machine)  # disable voltage
+        elif event == "fail":
+            d.fail(drive, machine, value)
+            assert d.can_brake(value) or not d.is_powered(machine)
+        elif event == "alone":
+            d.lose_master(drive, machine)
+            machine.is_alone = 1
+            assert lost_master != 2 or machine.state not in (d.ENABLED, d.QUICK_STOP)
+        else:
+            d.lose_supply(drive, machine)
+            assert not d.is_powered(machine) and not machine.is_referenced
+        if braked and machine.is_braking:
+            assert abs(machine.ramp_rad_s) <= ramp
+        assert not machine.is_braking or d.is_powered(machine)
