@@ -13,8 +13,8 @@ class SimBackend:
     goes.
 
     Without pace the clock is the simulated one (from zero) and lateness and busy time are zero, so
-    that the same seed gives the same bytes. With pace, both are measured. ``physics`` as RigModel
-    takes it.
+    that the same seed gives the same bytes. With pace, both are measured. ``physics``,
+    ``referenced`` and ``count_offset`` as RigModel takes them.
     """
 
     def __init__(
@@ -24,9 +24,11 @@ class SimBackend:
         seed: int = 0,
         speed: float | None = None,
         physics=nominal_physics,
+        referenced: bool = True,
+        count_offset: int = 0,
     ):
         self.period_s = rig.period_s
-        self._model = RigModel(rig, plant, seed, physics)
+        self._model = RigModel(rig, plant, seed, physics, referenced, count_offset)
         self._pace = None if speed is None else Pace(rig.period_s / speed)
         self._cycle = -1
         self._size = len(self._model._outputs)

@@ -1,6 +1,8 @@
 """`epa bus` on the command line, and the control channel behind it."""
 
+import gc
 import json
+import socket
 import subprocess
 import sys
 import textwrap
@@ -11,6 +13,7 @@ from epa_rt.cli.bus import _FAULTS
 from sim_backend.bus.bus_faults import ALL_FAULTS
 from sim_backend.bus.control import ControlClient, ControlError, ControlServer
 from sim_backend.bus.namespace import run_beside
+from sim_backend.bus.server import Server
 from tests.bus.emulator.conftest import RIGS
 
 
@@ -139,3 +142,16 @@ def test_the_control_channel_touches_no_file_that_is_not_its_own(tmp_path):
     path.write_text("somebody else's by now")
     second.close()
     assert path.read_text() == "somebody else's by now"
+
+
+def test_before_it_says_ready_nothing_is_left_to_warm_up(bench):
+    here, there = socket.socketpair()
+    with here, there:
+        server = Server(bench, here)
+        server.stop()
+        try:
+            server.warm_up()
+            assert not gc.isenabled() and gc.get_freeze_count() > 0
+        finally:
+            server.run()
+        assert gc.isenabled() and gc.get_freeze_count() == 0
