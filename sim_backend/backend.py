@@ -14,7 +14,7 @@ class SimBackend:
 
     Without pace the clock is the simulated one (from zero) and lateness and busy time are zero, so
     that the same seed gives the same bytes. With pace, both are measured. ``physics`` as RigModel
-    takes it.
+    takes it. ``model``: a rig that an earlier run has left, to go on with.
     """
 
     def __init__(
@@ -24,9 +24,10 @@ class SimBackend:
         seed: int = 0,
         speed: float | None = None,
         physics=nominal_physics,
+        model: RigModel | None = None,
     ):
         self.period_s = rig.period_s
-        self._model = RigModel(rig, plant, seed, physics)
+        self._model = RigModel(rig, plant, seed, physics) if model is None else model
         self._pace = None if speed is None else Pace(rig.period_s / speed)
         self._cycle = -1
         self._size = len(self._model._outputs)

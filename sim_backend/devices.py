@@ -28,9 +28,16 @@ MACHINE = np.dtype(
         ("control", "i8"),
         ("error_code", "i8"),
         ("mode", "i8"),
+        # the zero of the count: whether it is set, whether homing is under way or attained, and
+        # what the encoder's count is less than the motor's true one
+        ("referenced", "i8"),
+        ("homing", "i8"),
+        ("offset_counts", "i8"),
     ],
     align=True,
 )
+HOMING_MODE, HOMING_BIT, REFERENCED_BIT, ATTAINED_BIT = 6, 0x10, 0x8000, 0x1000
+HOMING_ASKED, HOMING_ATTAINED = 1, 2
 
 
 @njit(cache=True)
@@ -101,18 +108,25 @@ def latch_outputs(outputs, valves, drives, machines, commands, standstill: bool)
     if not drive.bus:
         _latch_analog(outputs, drive, machine, command)
         return
+    before = machine.control
     _transition(machine, _get(outputs, drive.control_byte, 2) & 0xFFFF, standstill)
     wanted = _get(outputs, drive.mode_byte, 1)
-    if wanted == 8 or wanted == 9 or wanted == 10:
+    if wanted == HOMING_MODE or wanted == 8 or wanted == 9 or wanted == 10:
         machine.mode = wanted
+    if machine.mode != HOMING_MODE or machine.state != ENABLED:
+        machine.homing = 0
+    elif machine.control & HOMING_BIT and not before & HOMING_BIT and standstill:
+        machine.homing = HOMING_ASKED
     command.enabled = 1.0 if machine.state == ENABLED or machine.state == QUICK_STOP else 0.0
     command.mode = machine.mode
-    command.target_angle_rad = _get(outputs, drive.position_out_byte, 4) * drive.rad_per_count
+    command.target_angle_rad = (
+        _get(outputs, drive.position_out_byte, 4) + machine.offset_counts
+    ) * drive.rad_per_count
     command.target_speed_rad_s = _get(outputs, drive.speed_out_byte, 4) * (2.0 * math.pi / 60.0)
     command.target_torque_nm = (
         _get(outputs, drive.torque_out_byte, 2) * 1e-3 * drive.rated_torque_nm
     )
-    if machine.state == QUICK_STOP:
+    if machine.state == QUICK_STOP or machine.mode == HOMING_MODE:
         command.mode, command.target_speed_rad_s = 9, 0.0
 
 
@@ -160,7 +174,15 @@ def sample_inputs(inputs, analog, drives, machines, ports, t_ns: int) -> bool:  
             inputs[channel.status_byte] = status & 0xFF
             inputs[channel.status_byte + 1] = status >> 8
     drive, machine = drives[0], machines[0]
+    if machine.homing == HOMING_ASKED:  # method 37: the count becomes that of the home position
+        count = np.int64(math.floor(ports[0] / drive.rad_per_count))
+        machine.offset_counts = count - drive.home_counts
+        machine.homing, machine.referenced = HOMING_ATTAINED, 1
     word = STATUS_WORDS[machine.state]
+    if drive.bus and machine.referenced:
+        word |= REFERENCED_BIT
+    if machine.homing == HOMING_ATTAINED:
+        word |= ATTAINED_BIT
     if drive.status_byte >= 0:
         inputs[drive.status_byte] = word & 0xFF
         inputs[drive.status_byte + 1] = word >> 8
@@ -170,7 +192,8 @@ def sample_inputs(inputs, analog, drives, machines, ports, t_ns: int) -> bool:  
         inputs[drive.error_byte] = machine.error_code & 0xFF
         inputs[drive.error_byte + 1] = machine.error_code >> 8
     if drive.position_byte >= 0:
-        _put(inputs, drive.position_byte, 4, math.floor(ports[0] / drive.rad_per_count))
+        true_count = math.floor(ports[0] / drive.rad_per_count)
+        _put(inputs, drive.position_byte, 4, true_count - machine.offset_counts)
     if drive.speed_byte >= 0:
         _put(inputs, drive.speed_byte, 4, math.floor(ports[1] * (60.0 / (2.0 * math.pi)) + 0.5))
     if drive.current_byte >= 0:

@@ -34,6 +34,7 @@ class RigModel:
         self.state = physics.new_state(self.params)
         self.command, self.sensors = np.zeros(1, COMMAND), np.zeros(1, SENSORS)
         self.machine = np.zeros(1, MACHINE)
+        self.machine["referenced"] = 1  # a simulated rig is built at its zero
         self._substeps = plant.substeps
         self._ports = self.sensors.view("f8")
         self._analog, self._valves, self._drive = (
@@ -48,6 +49,14 @@ class RigModel:
         latch_outputs(
             self._outputs_array, self._valves, self._drive, self.machine, self.command, True
         )
+
+    def lose_zero(self) -> None:
+        """As after a loss of the drive's supply: the count starts from zero where the motor
+        stands.
+        """
+        angle = self.sensors["motor_angle_rad"][0]
+        counts = int(np.floor(angle / self._drive["rad_per_count"][0]))
+        self.machine["referenced"], self.machine["offset_counts"] = 0, counts
 
     def warm_up(self) -> None:
         """Compiles (or loads from the cache) everything a cycle needs, on copies: the rig's state

@@ -11,6 +11,7 @@ from epa_rt.config.rig_checks import calibration_line
 from epa_rt.config.source import ConfigError
 from epa_rt.models.ports import SENSORS
 from epa_rt.signals.image import image_of
+from epa_rt.signals.scaling import scaling_of
 
 ADC_STEP_COUNTS = 16  # EL3004 and EL4034 convert 12 bits, presented left-aligned in 16
 
@@ -46,6 +47,7 @@ DRIVE = np.dtype(
         ("enable_byte", "i8"),
         ("enable_bit", "i8"),
         ("analog_byte", "i8"),
+        ("home_counts", "i8"),  # 0x30B0: what the count becomes where it is homed
         ("rad_per_count", "f8"),
         ("rated_torque_nm", "f8"),
         ("analog_rad_s_per_count", "f8"),
@@ -115,6 +117,10 @@ def wire_drive(rig: Rig) -> np.ndarray:
     ):
         place = image.places.get(f"{slave.name}.{entry}")
         drive[field] = place.byte if place else -1
+    row = rig.row(rig.motor.position)
+    place = inputs.places[row.entry]
+    at = rig.motor.zero.at if rig.motor.zero is not None else 0.0
+    drive["home_counts"] = round(scaling_of(row, place.entry, rig).to_counts(at))
     drive["bus"] = slave.analog_command is None
     drive["rad_per_count"] = 2 * np.pi / slave.counts_per_turn
     drive["rated_torque_nm"] = slave.rated_torque

@@ -43,6 +43,11 @@ def describe(path: Path, rig: object) -> str:
     from epa_rt.config.source import load_yaml
 
     source = load_yaml(path)
+    if path.name.endswith(".zero.yaml"):
+        from epa_rt.config.source import validate
+        from epa_rt.config.zero_file import ZeroFile
+
+        return validate(source, ZeroFile).facts
     if "rig" in source.data:
         typed = rig_from(source)
         return (

@@ -10,9 +10,10 @@ from collections.abc import Mapping
 from epa_rt.config.rig import Rig
 from epa_rt.control.protocol import Controller
 from epa_rt.control.valve import SetAndHold, ValveState
-from epa_rt.experiments.sequence import Sequence
+from epa_rt.experiments.plan import Plan
 from epa_rt.loop.drives import Drive
 from epa_rt.loop.following import Following
+from epa_rt.loop.referenced import Referenced
 
 STATES = ("bring_up", "enable", "run", "stop", "disable", "safe", "done")
 BRING_UP, ENABLE, RUN, STOP, DISABLE, SAFE, DONE = range(7)
@@ -38,16 +39,18 @@ class Supervisor:
 
     ``fault`` is what the supervisor found and the envelope shall trip on. ``events`` are (kind,
     text, data), to be drained by the loop. ``confirmed``: the drive reported itself off after the
-    safe outputs went out. ``motions``: by loop.
+    safe outputs went out. ``motions``: by loop. ``needs_zero``: refuses a rig whose travel has
+    none.
     """
 
     def __init__(
         self,
         rig: Rig,
-        sequence: Sequence,
+        sequence: Plan,
         valves: Mapping[str, SetAndHold],
         motions: Mapping[str, Controller],
         drive: Drive,
+        needs_zero: bool = True,
     ):
         self.state = BRING_UP
         self.fault: Fault | None = None
@@ -58,6 +61,7 @@ class Supervisor:
         self.reference = dict.fromkeys(sequence.reference_names, float("nan"))
         self.estimate = {f"est_{m.pressure}": float("nan") for m in rig.muscles}
         self._safe = dict(self.command)
+        self._referenced = Referenced(rig) if needs_zero else None
         self._following = Following(rig, tuple((valves[m.name], m.name) for m in rig.muscles))
         self.motions, self._motion = motions, next(iter(motions.values()))
         self._drive, self._dt_s = drive, rig.period_s
@@ -133,6 +137,9 @@ class Supervisor:
         if stop:
             self._enter(DISABLE)
         elif self._age >= self._cycles[BRING_UP]:
+            if self._referenced is not None and (refusal := self._referenced.refusal(measured)):
+                self.fault = refusal
+                return
             self.sequence.begin(measured)
             self._drive.enable()
             self._enter(ENABLE)

@@ -10,6 +10,8 @@ ENABLE_OPERATION = 0x0F
 CONTROL_WORDS = frozenset((0x00, 0x02, 0x06, 0x07, 0x0F, 0x80))
 MODES = frozenset((0, 8, 9, 10))
 POSITION_MODE = 8
+# a run that sets the drive's zero, and no other: CiA 402 homing, started by bit 4
+HOMING_MODE, START_HOMING = 6, 0x1F
 JUMP_S = 0.010
 
 Refusal = tuple[str, str, str]  # cause, signal, sentence
@@ -18,24 +20,31 @@ Refusal = tuple[str, str, str]  # cause, signal, sentence
 class CommandGate:
     """Limits a command in place of the caller and counts it, or refuses it.
 
+    ``homing``: for a run that sets the drive's zero; only such a run may use the homing mode, and
+    no other mode.
     ``outputs``: the limited command, valid after pass_through returned None. ``clamped`` and
     ``slewed``: how often each row was cut. ``jump_si`` is how far a position target may stand from
     the measured position when power comes on: what ten milliseconds at full slew cover. Speed and
     torque targets must then be at rest.
     """
 
-    def __init__(self, rig: Rig):
+    def __init__(self, rig: Rig, homing: bool = False):
+        words, modes = CONTROL_WORDS, MODES
+        if homing:  # the drive's own homing, in which no target moves it
+            words, modes = words | {START_HOMING}, frozenset((0, HOMING_MODE))
         self.outputs = {row.name: row.safe for row in rig.outputs}
         self._safe = dict(self.outputs)
         bus = rig.drive.interface == "cia402"
         self._mode = rig.drive.mode if bus else None
         self._power_row, self._power_on = (
-            (rig.drive.control_word, ENABLE_OPERATION) if bus else (rig.drive.enable, 1.0)
+            (rig.drive.control_word, (ENABLE_OPERATION, START_HOMING))
+            if bus
+            else (rig.drive.enable, (1.0,))
         )
         self._analog, self._switches, self._words = [], [], []
         for row in rig.outputs:
             if row.name.endswith("_raw"):
-                self._words.append((row.name, MODES if row.name == self._mode else CONTROL_WORDS))
+                self._words.append((row.name, modes if row.name == self._mode else words))
             elif row.limits is None:
                 self._switches.append(row.name)
             else:
@@ -58,7 +67,7 @@ class CommandGate:
         refusal = self._words_and_switches(command)
         if refusal is not None:
             return refusal
-        self._powered = self.outputs[self._power_row] == self._power_on
+        self._powered = self.outputs[self._power_row] in self._power_on
         if self._powered and was_powered and self.outputs.get(self._mode, mode) != mode:
             return (
                 "mode change",

@@ -20,12 +20,12 @@ class Envelope:
     """Checks one cycle: bus health, measured signals, i²t, then the command through its gate.
 
     ``tripped`` is None or the first Trip; ``gate`` counts what was clamped. ``reason`` tells in
-    words why a measured row is invalid (the decoder's).
+    words why a measured row is invalid (the decoder's). ``homing`` as CommandGate takes it.
     """
 
-    def __init__(self, rig: Rig, reason: Callable[[int], str]):
+    def __init__(self, rig: Rig, reason: Callable[[int], str], homing: bool = False):
         self.tripped: Trip | None = None
-        self.gate = CommandGate(rig)
+        self.gate = CommandGate(rig, homing)
         self._reason, self._motion = reason, MotionCheck(rig)
         self._safe = {row.name: row.safe for row in rig.outputs}
         self._lost, self._lost_allowed = 0, rig.safety.lost_cycles

@@ -124,4 +124,5 @@ class BusPlant(FaultyRigModel):
             machine["error_code"],
             machine["mode"],
         ) = (NOT_READY, 0, 0, 0, 0)
+        self.lose_zero()
         self.command["enabled"] = 0.0
