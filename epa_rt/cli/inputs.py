@@ -50,13 +50,16 @@ def add_input_arguments(verb: argparse.ArgumentParser) -> None:
     )
 
 
-def load_inputs(experiment: Path, rig: Path, plant: Path | None, with_plant: bool) -> Inputs:
-    """Reads the files. Raises ConfigError with file and line."""
-    from epa_rt.config.rig import rig_from
+def load_inputs(
+    experiment: Path, rig: Path, plant: Path | None, with_plant: bool, with_zero: bool = False
+) -> Inputs:
+    """Reads the files, ``with_zero`` the zero file beside the rig's. Raises ConfigError with file
+    and line.
+    """
+    from epa_rt.cli.zero import load_rig_source
     from epa_rt.config.source import load_yaml
 
-    rig_source = load_yaml(rig)
-    rig_typed = rig_from(rig_source)
+    rig_source, rig_typed = load_rig_source(rig, with_zero)
     found = load_plant_of(rig, rig_typed, plant) if with_plant else None
     return _typed(rig_source, rig_typed, load_yaml(experiment), found)
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from epa_rt.backend import Backend
     from epa_rt.logs.recorder import LogSummary, Recorder
     from epa_rt.loop.assembly import Assembly
+    from epa_rt.loop.requests import OperatorRequests
     from epa_rt.loop.run import RunResult
 
 
@@ -83,6 +84,7 @@ def main(arguments: argparse.Namespace) -> int:
         arguments.rig,
         arguments.plant,
         with_plant=is_sim and not arguments.dry,
+        with_zero=not is_sim and not arguments.dry,
     )
     if arguments.dry:
         return _dry(inputs, arguments.out)
@@ -97,6 +99,7 @@ def main(arguments: argparse.Namespace) -> int:
             arguments.interface,
             arguments.lock_step,
             progress=not arguments.quiet,
+            rig_path=arguments.rig,
         )
     print(closing_text(summary, result, inputs.rig.period_s))
     return (
@@ -140,14 +143,21 @@ def run_simulated(
 
 
 def run_on_bus(
-    inputs: Inputs, out: Path, interface: str | None, lock_step: bool, progress: bool
+    inputs: Inputs,
+    out: Path,
+    interface: str | None,
+    lock_step: bool,
+    progress: bool,
+    rig_path: Path,
 ) -> "tuple[LogSummary, RunResult]":
     """One run on an EtherCAT bus, recorded into ``out``. Raises VerbError where the log or the
-    interface cannot be had.
+    interface cannot be had, or a wired drive has no zero file.
     """
     from drivers.backend_factory import open_ethercat
     from epa_rt.backend import BackendError
+    from epa_rt.cli.zero import keep_end, need_zero_file
 
+    need_zero_file(inputs.rig, rig_path)
     try:
         backend = open_ethercat(inputs.rig, interface, lock_step)
     except BackendError as error:
@@ -159,7 +169,12 @@ def run_on_bus(
         "speed": "lock step" if lock_step else "1",
         "period_s": f"{inputs.rig.period_s:g}",
     }
-    return run_recorded(inputs, backend, out, run_facts, paced=not lock_step, progress=progress)
+    assembly = _assembled(inputs)
+    summary, result = run_recorded(
+        inputs, backend, out, run_facts, not lock_step, progress, assembly=assembly
+    )
+    keep_end(inputs.rig, rig_path, assembly.decoder, result)
+    return summary, result
 
 
 def _simulated_backend(inputs: Inputs, seed: int, speed: float | None) -> "Backend":
@@ -183,15 +198,21 @@ def run_recorded(
     run_facts: dict[str, str],
     paced: bool,
     progress: bool,
+    assembly: "Assembly | None" = None,
+    requests: "OperatorRequests | None" = None,
 ) -> "tuple[LogSummary, RunResult]":
     """A run on any backend with its recorder; ``out`` as in take_log_path. Real-time rights are
-    asked for where the run is paced.
+    asked for where the run is paced. ``assembly``: where it is not that of the experiment.
     """
+    from epa_rt.cli.zero import zero_words
     from epa_rt.logs.progress import ProgressSpec
     from epa_rt.logs.recorder import Recorder, RecorderError
     from epa_rt.loop.requests import OperatorRequests
 
-    assembly = _assembled(inputs)
+    assembly = assembly or _assembled(inputs)
+    words = zero_words(inputs.rig, run_facts["backend"])
+    run_facts = run_facts | {"zero": words}
+    assembly.supervisor.events[:0] = [("zero", words, {})]
     cycles = round(inputs.experiment.duration_s / inputs.rig.period_s)
     log = take_log_path(out, inputs)
     recorder = Recorder(
@@ -208,8 +229,8 @@ def run_recorded(
         if not log.stat().st_size:
             log.unlink()  # taken, and nothing came of it
         raise VerbError(str(error), FAILED) from None
-    with OperatorRequests().listening() as requests:
-        return _run(assembly, backend, recorder, requests, paced)
+    with (requests or OperatorRequests()).listening() as listening:
+        return _run(assembly, backend, recorder, listening, paced)
 
 
 def _run(

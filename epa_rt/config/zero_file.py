@@ -47,9 +47,8 @@ class ZeroFile(Frozen):
     @property
     def facts(self) -> str:
         """One line for log and screen."""
-        return f"zero by {self.method} at {1e3 * self.at:g} mm, {self.when}, {self.who}".rstrip(
-            ", "
-        )
+        by = f" by {self.who}" if self.who else ""
+        return f"zero by {self.method} at {1e3 * self.at:g} mm, set {self.when}{by}"
 
 
 def zero_path(rig_path: Path) -> Path:

@@ -9,7 +9,7 @@ from epa_rt.experiments.valve_crew import Valve
 
 RETREAT_SHARE = 0.1  # of distance_max: between two approaches, beyond backlash and overshoot
 LET_GO_SHARE = 0.5  # of the force or current threshold: below it the touch is over
-FELT_S = 0.02  # filter of force and current: over some conversions of noise, a lag of 40 um at 2 mm/s
+FELT_S = 0.02  # filter of force and current: some conversions of noise, 40 um of lag at 2 mm/s
 STARTING_S = 0.2  # the current of acceleration is over by then (speed_plan.RAMP_S)
 STAND_S = 0.2  # how long the motor is watched where nothing moves it
 AT_REST_SPEED = 1e-3  # m/s or rad/s, where no homing speed is given

@@ -38,7 +38,7 @@ class ProgressLine:
             spec,
             states,
             phases,
-            _Dropping.of(stream),
+            Dropping.of(stream),
         )
         self._terminal = stream.isatty()
         self._due_s: float | None = None
@@ -96,7 +96,7 @@ class ProgressLine:
             self._stream = _Silent()
 
 
-class _Dropping:
+class Dropping:
     """A stream's descriptor, on which what cannot be taken at once is dropped.
 
     Terminals and pipes are opened once more with O_NONBLOCK, which belongs to the open file and
@@ -115,10 +115,10 @@ class _Dropping:
                 )
 
     @staticmethod
-    def of(stream: TextIO) -> _Dropping | TextIO:
+    def of(stream: TextIO) -> Dropping | TextIO:
         """Of a stream without a descriptor, the stream itself: nothing waits there."""
         try:
-            return _Dropping(stream.fileno(), stream.encoding)
+            return Dropping(stream.fileno(), stream.encoding)
         except (OSError, ValueError, AttributeError):
             return stream
 
