@@ -94,8 +94,8 @@ def main(arguments: argparse.Namespace) -> int:
         with raw_keys():
             summary, result = by_hand.run(assembly, requests, line=False)
     print(closing_text(summary, result, rig.period_s))
-    if not by_hand.is_sim and _known(by_hand):
-        keep_end(rig, arguments.rig, assembly.decoder, result)
+    if not by_hand.is_sim:
+        keep_end(rig, arguments.rig, assembly.decoder, jog.referenced)
     return exit_code(summary, result)
 
 
@@ -103,7 +103,8 @@ def _known(by_hand: RigByHand) -> bool:
     """A wired drive's travel is unknown where no file says where it is zero."""
     rig = by_hand.rig
     wired = rig.motor.zero is not None and rig.drive.interface == "analog"
-    return by_hand.is_sim or not wired or rig.applied_zero is not None
+    known = rig.applied_zero is not None and rig.applied_zero.end is not None
+    return by_hand.is_sim or not wired or known
 
 
 def _start_words(assembly: "Assembly") -> str:

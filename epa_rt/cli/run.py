@@ -155,7 +155,7 @@ def run_on_bus(
     """
     from drivers.backend_factory import open_ethercat
     from epa_rt.backend import BackendError
-    from epa_rt.cli.zero import keep_end, need_zero_file
+    from epa_rt.cli.zero import keep_end, need_zero_file, was_referenced
 
     need_zero_file(inputs.rig, rig_path)
     try:
@@ -173,7 +173,7 @@ def run_on_bus(
     summary, result = run_recorded(
         inputs, backend, out, run_facts, not lock_step, progress, assembly=assembly
     )
-    keep_end(inputs.rig, rig_path, assembly.decoder, result)
+    keep_end(inputs.rig, rig_path, assembly.decoder, was_referenced(result))
     return summary, result
 
 

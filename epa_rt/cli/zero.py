@@ -46,18 +46,24 @@ def need_zero_file(rig: "Rig", path: Path) -> None:
         )
 
 
-def keep_end(rig: "Rig", path: Path, decoder: "Decoder", result: "RunResult") -> None:
-    """Writes the count where a wired drive's run ended, for the next start to compare with."""
+def keep_end(rig: "Rig", path: Path, decoder: "Decoder", referenced: bool) -> None:
+    """Writes the count where a wired drive's run ended, for the next start to compare with.
+
+    Of a run that was not ``referenced`` none is kept, so that no later count looks right by chance.
+    """
     from epa_rt.config.zero_file import read_zero, write_zero, zero_path
 
     if rig.motor.zero is None or rig.drive.interface != "analog" or rig.applied_zero is None:
         return
-    if result.trip is not None and result.trip.cause == "unreferenced":
-        return  # it would hide the difference that was just found
-    end = raw_count(rig, decoder)
+    end = raw_count(rig, decoder) if referenced else None
     zero = read_zero(zero_path(path), rig.name)
-    if zero is not None and end is not None:
+    if zero is not None:
         write_zero(zero_path(path), zero.model_copy(update={"end": end}))
+
+
+def was_referenced(result: "RunResult") -> bool:
+    """Whether a run found its travel referenced, or was never far enough to look."""
+    return result.trip is None or result.trip.cause != "unreferenced"
 
 
 def raw_count(rig: "Rig", decoder: "Decoder") -> int | None:

@@ -26,10 +26,6 @@ def check_zero(rig: "Rig", located: Located) -> None:
             raise located.error(
                 _WHERE, f"method {zero.method} without '{field}'", ", ".join(NEEDS[zero.method])
             )
-    if zero.method in ("stop", "taut_strap") and rig.motor.speed_target is None:
-        raise located.error(
-            (*_WHERE, "method"), f"'{zero.method}' on a motor without speed_target", "speed_target"
-        )
     low, high = rig.row(rig.motor.position).limits or (-float("inf"), float("inf"))
     if not low <= zero.at <= high:
         raise located.error(

@@ -112,6 +112,11 @@ class Jogging(SpeedPlan):
         soft = SOFT_SHARE * (high - low)
         return min(low + soft, self.travel), max(high - soft, self.travel)
 
+    @property
+    def referenced(self) -> bool:
+        """Whether travel had a zero at the start."""
+        return bool(self._guard.has_zero)
+
     # What a source may ask for
 
     def move(self, speed: float) -> None:

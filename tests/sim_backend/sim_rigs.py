@@ -56,7 +56,7 @@ class Driven:
                 cmd_drive_mode_raw=mode,
                 cmd_motor_travel_m=self.decoder.measured["motor_travel_m"],
             )
-        assert self.decoder.measured["drive_status_raw"] == 0x0237
+        assert self.decoder.measured["drive_status_raw"] == 0x8237  # bit 15: referenced
         return self
 
     @property

@@ -123,7 +123,7 @@ def test_the_drive_is_not_ready_for_its_power_up_time_whatever_it_is_told():
     for word in (0x00, 0x06, 0x0F, 0x80):
         driven = Driven("bench")
         seen = [driven.cycle(cmd_drive_control_raw=word)["drive_status_raw"] for _ in range(25)]
-        assert seen[:20] == [0x0200] * 20 and seen[20] == 0x0250
+        assert seen[:20] == [0x8200] * 20 and seen[20] == 0x8250
 
 
 def test_the_mode_is_shown_and_mode_zero_keeps_the_one_before():
@@ -162,7 +162,7 @@ def test_a_quick_stop_brakes_and_ends_disabled():
         driven.plant_command["enabled"] == 1.0 and driven.plant_command["target_speed_rad_s"] == 0.0
     )
     states = [driven.cycle()["drive_status_raw"] for _ in range(300)]
-    assert states[0] == 0x0217 and states[-1] == 0x0250 and driven.plant_command["enabled"] == 0.0
+    assert states[0] == 0x8217 and states[-1] == 0x8250 and driven.plant_command["enabled"] == 0.0
     assert abs(driven.decoder.measured["motor_speed_m_s"]) < 1e-3
 
 
