@@ -48,9 +48,6 @@ class WayBack:
             self.low = min(low, max(self.low, value - self._margin))
             self.high = max(high, min(self.high, value + self._margin))
             self.outside = value < low or value > high
-            if not self.outside:  # back: from here the margin alone is left, for noise at the limit
-                self.low = max(self.low, low - self._margin)
-                self.high = min(self.high, high + self._margin)
         return None
 
     def _refusal(self, value: float) -> Refusal:
