@@ -6,7 +6,7 @@ from pathlib import Path
 
 from epa_rt.cli.inputs import Inputs
 from epa_rt.experiments.homing import Homing, SettingZero
-from epa_rt.experiments.jogging import Jogging, Script, parse_order
+from epa_rt.experiments.jogging import Jogging, Keys, Script, parse_order
 from epa_rt.loop.assembly import Assembly, assemble
 from epa_rt.loop.by_hand import assemble_homing, assemble_jog, assemble_setting
 from epa_rt.loop.run import RunResult, run
@@ -17,6 +17,19 @@ from sim_backend.faults import PLANT_FAULTS, FaultyRigModel, make_fault
 from tests.loop.rigging import Memory, Quiet, tiny_inputs
 
 PULSE_CYCLES = 500  # for the plant to come to rest after a run, with its outputs safe
+
+
+class Pressing(Quiet):
+    """Requests that press keys on the way, as the terminal's do."""
+
+    def __init__(self, keys: Keys, presses: dict[int, str]):
+        super().__init__()
+        self._keys, self._presses = keys, presses
+
+    def poll(self, cycle: int) -> int:
+        if cycle in self._presses:
+            self._keys.press(self._presses[cycle], cycle)
+        return super().poll(cycle)
 
 
 class OneRig:
@@ -67,6 +80,12 @@ class OneRig:
         assembly, jog = assemble_jog(self.rig, script, known)
         return self._run(assembly), jog
 
+    def keys(self, presses: dict[int, str]) -> tuple[RunResult, Jogging]:
+        """A jog by keys, by the cycle in which each is pressed."""
+        keys = Keys()
+        assembly, jog = assemble_jog(self.rig, keys)
+        return self._run(assembly, Pressing(keys, presses)), jog
+
     def home(self) -> tuple[RunResult, Homing]:
         assembly, plan = assemble_homing(self.rig, self.rig.motor.zero)
         return self._run(assembly), plan
@@ -75,7 +94,7 @@ class OneRig:
         assembly, plan = assemble_setting(self.rig, self.rig.motor.zero, place)
         return self._run(assembly), plan
 
-    def _run(self, assembly: Assembly) -> RunResult:
+    def _run(self, assembly: Assembly, requests: object = None) -> RunResult:
         backend = SimBackend(self.rig, self.inputs.plant, model=self.model)
         self.memory = Memory()
         return run(
@@ -86,7 +105,7 @@ class OneRig:
             assembly.decoder,
             assembly.encoder,
             self.memory,
-            Quiet(),
+            requests or Quiet(),
         )
 
     def measured(self, name: str) -> list[float]:
