@@ -185,7 +185,8 @@ class Script:
     """Orders one after the other; each waits for the one before."""
 
     def __init__(self, orders: Sequence[Order]):
-        self._orders, self._now, self._age = deque(orders), None, 0
+        self._orders, self._age = deque(orders), 0
+        self._now: Order | None = None
 
     def step(self, jog: Jogging, cycle: int) -> None:
         self._age += 1

@@ -27,7 +27,8 @@ class SpeedPlan(ABC):
         coordinate = coordinate_of(rig, "motor_speed")
         self.events: list[Event] = []
         self.loop, self.loop_changed = "motor_speed", False
-        self.finished, self.failure, self.phase_index = False, None, -1
+        self.failure: str | None = None
+        self.finished, self.phase_index = False, -1
         self._position, self._valves = rig.motor.position, valves
         self._over = [(m.name, m.pressure, m.pressure_max) for m in rig.muscles]
         self._travel_key, self._speed_key = coordinate.position_key, coordinate.speed_key
