@@ -13,8 +13,9 @@ class SimBackend:
     goes.
 
     Without pace the clock is the simulated one (from zero) and lateness and busy time are zero, so
-    that the same seed gives the same bytes. With pace, both are measured. ``physics`` as RigModel
-    takes it. ``model``: a rig that an earlier run has left, to go on with.
+    that the same seed gives the same bytes. With pace, both are measured. ``physics``,
+    ``referenced`` and ``count_offset`` as RigModel takes them. ``model``: a rig that an earlier run
+    has left, to go on with.
     """
 
     def __init__(
@@ -24,10 +25,12 @@ class SimBackend:
         seed: int = 0,
         speed: float | None = None,
         physics=nominal_physics,
+        referenced: bool = True,
+        count_offset: int = 0,
         model: RigModel | None = None,
     ):
         self.period_s = rig.period_s
-        self._model = RigModel(rig, plant, seed, physics) if model is None else model
+        self._model = model or RigModel(rig, plant, seed, physics, referenced, count_offset)
         self._pace = None if speed is None else Pace(rig.period_s / speed)
         self._cycle = -1
         self._size = len(self._model._outputs)

@@ -1,101 +1,73 @@
-"""The devices in front of the plant, compiled: terminals' bits and steps, the drive's CiA 402
-machine.
+"""The devices in front of the plant, compiled: terminals' bits and steps, the drive's entries.
 
-Sources: EL3004/EL4034 12-bit conversion and status bits, IEC 61800-7-201 state machine, EPOS4
-status word.
+Sources: EL3004/EL4034 12-bit conversion and status bits, EPOS4 objects (drive_machine.py,
+drive_motion.py).
 """
 
 import math
 
 import numpy as np
-from numba import njit
 
-from epa_rt.config.devices import CONVERSION_S
-from sim_backend.wiring import ADC_STEP_COUNTS
-
-NOT_READY, SWITCH_ON_DISABLED, READY, SWITCHED_ON, ENABLED, QUICK_STOP, FAULT_REACTION, FAULT = (
-    range(8)
+from sim_backend.analog_inputs import sample_channels
+from sim_backend.bytes_of_image import get, put, put_word
+from sim_backend.compiled import compiled
+from sim_backend.drive_machine import (
+    ENABLED,
+    FAULT,
+    FAULT_REACTION,
+    HOMING_MODE,
+    LOST_MASTER_CODE,
+    MACHINE,
+    NOT_READY,
+    QUICK_STOP,
+    READY,
+    SPEED_MODE,
+    STANDSTILL_RAD_S,
+    SWITCH_ON_DISABLED,
+    SWITCHED_ON,
+    fail,
+    lose_master,
+    lose_supply,
+    step,
 )
-STATUS_WORDS = np.array([0x0200, 0x0250, 0x0231, 0x0233, 0x0237, 0x0217, 0x021F, 0x0218], np.int64)
-POWER_UP_CYCLES = 20
-STANDSTILL_RAD_S = 2.0
-CONVERSION_NS = round(CONVERSION_S * 1e9)
-
-MACHINE = np.dtype(
-    [
-        ("state", "i8"),
-        ("age_cycles", "i8"),
-        ("control", "i8"),
-        ("error_code", "i8"),
-        ("mode", "i8"),
-        # the zero of the count: whether it is set, whether homing is under way or attained, and
-        # what the encoder's count is less than the motor's true one
-        ("referenced", "i8"),
-        ("homing", "i8"),
-        ("offset_counts", "i8"),
-    ],
-    align=True,
+from sim_backend.drive_motion import (
+    STATUS_WORDS,
+    choose_mode,
+    home,
+    overrule,
+    position_counts,
+    status_word,
 )
-HOMING_MODE, HOMING_BIT, REFERENCED_BIT, ATTAINED_BIT = 6, 0x10, 0x8000, 0x1000
-HOMING_ASKED, HOMING_ATTAINED = 1, 2
+from sim_backend.input_filter import ADC_STEP_COUNTS
+
+__all__ = [
+    "ENABLED",
+    "FAULT",
+    "FAULT_REACTION",
+    "HOMING_MODE",
+    "LOST_MASTER_CODE",
+    "MACHINE",
+    "NOT_READY",
+    "QUICK_STOP",
+    "READY",
+    "STANDSTILL_RAD_S",
+    "STATUS_WORDS",
+    "SWITCHED_ON",
+    "SWITCH_ON_DISABLED",
+    "fail_drive",
+    "latch_outputs",
+    "lose_drive_master",
+    "lose_drive_supply",
+    "new_machine",
+    "position_counts",
+    "sample_inputs",
+    "status_word",
+]
+_RPM = 2.0 * math.pi / 60.0
 
 
-@njit(cache=True)
-def _get(image: np.ndarray, byte: int, size: int) -> int:
-    if byte < 0:  # an entry that the drive has not mapped
-        return 0
-    value = 0
-    for i in range(size):
-        value |= np.int64(image[byte + i]) << (8 * i)
-    half = np.int64(1) << (8 * size - 1)
-    return value - 2 * half if value & half else value
-
-
-@njit(cache=True)
-def _put(image: np.ndarray, byte: int, size: int, value: float) -> None:
-    limit = 2.0 ** (8 * size - 1)
-    counts = np.int64(min(max(value, -limit), limit - 1.0))
-    for i in range(size):
-        image[byte + i] = (counts >> (8 * i)) & 0xFF
-
-
-@njit(cache=True)
-def _transition(machine, control: int, standstill: bool) -> None:  # noqa: C901
-    """One step of the CiA 402 machine for a control word, transitions numbered as in IEC
-    61800-7-201.
-    """
-    state = machine.state
-    reset = control & 0x80 and not machine.control & 0x80
-    machine.control = control
-    machine.age_cycles += 1
-    if state == NOT_READY:
-        if machine.age_cycles > POWER_UP_CYCLES:
-            machine.state = SWITCH_ON_DISABLED
-    elif state == FAULT_REACTION:
-        machine.state = FAULT
-    elif state == FAULT:
-        if reset:
-            machine.state, machine.error_code = SWITCH_ON_DISABLED, 0
-    elif not control & 0x02:  # disable voltage: transitions 7, 9, 10, 12
-        machine.state = SWITCH_ON_DISABLED
-    elif state == QUICK_STOP:
-        if standstill:
-            machine.state = SWITCH_ON_DISABLED
-    elif not control & 0x04:  # quick stop: transitions 7, 10, 11
-        machine.state = QUICK_STOP if state == ENABLED else SWITCH_ON_DISABLED
-    elif not control & 0x01:  # shutdown: transitions 2, 6, 8
-        machine.state = READY
-    elif not control & 0x08:  # switch on, disable operation: transitions 3, 5
-        if state != SWITCH_ON_DISABLED:
-            machine.state = SWITCHED_ON
-    elif state == READY:
-        machine.state = SWITCHED_ON
-    elif state == SWITCHED_ON:
-        machine.state = ENABLED
-
-
-@njit(cache=True)
-def latch_outputs(outputs, valves, drives, machines, commands, standstill: bool) -> None:
+@compiled
+def latch_outputs(outputs, valves, drives, machines, commands) -> None:
     """Turns an output image into the plant's command: valve bits, drive state and targets."""
     command, drive, machine = commands[0], drives[0], machines[0]
     for i in range(valves.shape[0]):
@@ -105,49 +77,47 @@ def latch_outputs(outputs, valves, drives, machines, commands, standstill: bool)
             command.exhaust[valve.muscle] = 1.0 if is_on else 0.0
         else:
             command.inlet[valve.muscle] = 1.0 if is_on else 0.0
-    if not drive.bus:
+    if drive.bus:
+        _latch_bus(outputs, drive, machine, command)
+    else:
         _latch_analog(outputs, drive, machine, command)
-        return
-    before = machine.control
-    _transition(machine, _get(outputs, drive.control_byte, 2) & 0xFFFF, standstill)
-    wanted = _get(outputs, drive.mode_byte, 1)
-    if wanted == HOMING_MODE or wanted == 8 or wanted == 9 or wanted == 10:
-        machine.mode = wanted
-    if machine.mode != HOMING_MODE or machine.state != ENABLED:
-        machine.homing = 0
-    elif machine.control & HOMING_BIT and not before & HOMING_BIT and standstill:
-        machine.homing = HOMING_ASKED
-    command.enabled = 1.0 if machine.state == ENABLED or machine.state == QUICK_STOP else 0.0
+
+
+@compiled
+def _latch_bus(outputs, drive, machine, command) -> None:
+    control, before = get(outputs, drive.control_byte, 2) & 0xFFFF, machine.control
+    step(drive, machine, control)
+    if not machine.is_alone:
+        choose_mode(machine, get(outputs, drive.mode_byte, 1))
+        if machine.mode == HOMING_MODE:
+            home(drive, machine, control, before)
     command.mode = machine.mode
     command.target_angle_rad = (
-        _get(outputs, drive.position_out_byte, 4) + machine.offset_counts
+        get(outputs, drive.position_out_byte, 4) - machine.offset_counts
     ) * drive.rad_per_count
-    command.target_speed_rad_s = _get(outputs, drive.speed_out_byte, 4) * (2.0 * math.pi / 60.0)
-    command.target_torque_nm = (
-        _get(outputs, drive.torque_out_byte, 2) * 1e-3 * drive.rated_torque_nm
-    )
-    if machine.state == QUICK_STOP or machine.mode == HOMING_MODE:
-        command.mode, command.target_speed_rad_s = 9, 0.0
+    command.target_speed_rad_s = get(outputs, drive.speed_out_byte, 4) * _RPM
+    command.target_torque_nm = get(outputs, drive.torque_out_byte, 2) * 1e-3 * drive.rated_torque_nm
+    overrule(machine, command)
 
 
-@njit(cache=True)
+@compiled
 def _latch_analog(outputs, drive, machine, command) -> None:
     enable = (outputs[drive.enable_byte] >> drive.enable_bit) & 1
     if machine.state == NOT_READY:
         machine.age_cycles += 1
-        if machine.age_cycles > POWER_UP_CYCLES:
+        if machine.age_cycles > drive.power_up_cycles:
             machine.state = SWITCH_ON_DISABLED
     elif machine.state != FAULT:
         machine.state = ENABLED if enable else SWITCH_ON_DISABLED
-    counts = _get(outputs, drive.analog_byte, 2)
+    counts = get(outputs, drive.analog_byte, 2)
     converted = math.floor(counts / ADC_STEP_COUNTS) * ADC_STEP_COUNTS
     command.enabled = 1.0 if machine.state == ENABLED else 0.0
-    command.mode = 9
+    command.mode = SPEED_MODE
     command.target_speed_rad_s = converted * drive.analog_rad_s_per_count
 
 
-@njit(cache=True)
-def sample_inputs(inputs, analog, drives, machines, ports, t_ns: int) -> bool:  # noqa: C901
+@compiled
+def sample_inputs(inputs, analog, drives, machines, ports, t_ns: int) -> bool:
     """Turns the plant's sensors (``ports``: f8 in the order of SENSORS) into an input image at time
     t_ns.
 
@@ -157,47 +127,47 @@ def sample_inputs(inputs, analog, drives, machines, ports, t_ns: int) -> bool:  
     for i in range(ports.shape[0]):
         if not math.isfinite(ports[i]):
             return False
-    toggle = (t_ns // CONVERSION_NS) & 1
-    for i in range(analog.shape[0]):
-        channel = analog[i]
-        counts = 0.0
-        if channel.port >= 0:
-            counts = ports[channel.port] * channel.counts_per_si + channel.offset_counts
-        counts = math.floor(counts / ADC_STEP_COUNTS + 0.5) * ADC_STEP_COUNTS
-        status = toggle << 15
-        if counts > 32767.0:
-            status |= 0x42
-        elif counts < -32768.0:
-            status |= 0x41
-        _put(inputs, channel.value_byte, 2, counts)
-        if channel.status_byte >= 0:
-            inputs[channel.status_byte] = status & 0xFF
-            inputs[channel.status_byte + 1] = status >> 8
-    drive, machine = drives[0], machines[0]
-    if machine.homing == HOMING_ASKED:  # method 37: the count becomes that of the home position
-        count = np.int64(math.floor(ports[0] / drive.rad_per_count))
-        machine.offset_counts = count - drive.home_counts
-        machine.homing, machine.referenced = HOMING_ATTAINED, 1
-    word = STATUS_WORDS[machine.state]
-    if drive.bus and machine.referenced:
-        word |= REFERENCED_BIT
-    if machine.homing == HOMING_ATTAINED:
-        word |= ATTAINED_BIT
-    if drive.status_byte >= 0:
-        inputs[drive.status_byte] = word & 0xFF
-        inputs[drive.status_byte + 1] = word >> 8
+    sample_channels(inputs, analog, ports, t_ns)
+    _sample_drive(inputs, drives[0], machines[0], ports)
+    return True
+
+
+@compiled
+def _sample_drive(inputs, drive, machine, ports) -> None:
+    machine.angle_rad, machine.speed_rad_s = ports[0], ports[1]
+    put_word(inputs, drive.status_byte, status_word(machine))
     if drive.display_byte >= 0:
         inputs[drive.display_byte] = machine.mode
-    if drive.error_byte >= 0:
-        inputs[drive.error_byte] = machine.error_code & 0xFF
-        inputs[drive.error_byte + 1] = machine.error_code >> 8
-    if drive.position_byte >= 0:
-        true_count = math.floor(ports[0] / drive.rad_per_count)
-        _put(inputs, drive.position_byte, 4, true_count - machine.offset_counts)
-    if drive.speed_byte >= 0:
-        _put(inputs, drive.speed_byte, 4, math.floor(ports[1] * (60.0 / (2.0 * math.pi)) + 0.5))
-    if drive.current_byte >= 0:
-        _put(inputs, drive.current_byte, 4, math.floor(ports[2] * 1e3 + 0.5))
-    if drive.torque_byte >= 0:
-        _put(inputs, drive.torque_byte, 2, math.floor(ports[3] / drive.rated_torque_nm * 1e3 + 0.5))
-    return True
+    put_word(inputs, drive.error_byte, machine.error_code)
+    put(inputs, drive.position_byte, 4, position_counts(drive, machine, ports[0]))
+    put(inputs, drive.speed_byte, 4, math.floor(ports[1] * (60.0 / (2.0 * math.pi)) + 0.5))
+    put(inputs, drive.current_byte, 4, math.floor(ports[2] * 1e3 + 0.5))
+    put(inputs, drive.torque_byte, 2, math.floor(ports[3] / drive.rated_torque_nm * 1e3 + 0.5))
+
+
+@compiled
+def fail_drive(drives, machines, commands, code: int) -> None:
+    """A fault of the drive between two cycles, with its error code (0x603F)."""
+    fail(drives[0], machines[0], code)
+    overrule(machines[0], commands[0])
+
+
+@compiled
+def lose_drive_master(drives, machines, commands) -> None:
+    """The drive's bus has left OP."""
+    lose_master(drives[0], machines[0])
+    overrule(machines[0], commands[0])
+
+
+@compiled
+def lose_drive_supply(drives, machines, commands) -> None:
+    """The drive has no supply in this cycle."""
+    lose_supply(drives[0], machines[0])
+    commands[0].enabled = 0.0
+
+
+def new_machine(is_referenced: bool, offset_counts: int) -> np.ndarray:
+    """A drive whose supply has just come, (1,) MACHINE."""
+    machine = np.zeros(1, MACHINE)
+    machine["is_referenced"], machine["offset_counts"] = is_referenced, offset_counts
+    return machine

@@ -2,7 +2,7 @@
 outputs, ``change`` on the inputs.
 """
 
-from struct import calcsize, pack_into, unpack_from
+from struct import pack_into, unpack_from
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +11,7 @@ from epa_rt.config.devices import STATUS_ERROR, STATUS_OVER_RANGE, STATUS_UNDER_
 from epa_rt.config.ports import VALVE_PORTS
 from epa_rt.config.rig import Rig
 from epa_rt.signals.image import image_of
-from sim_backend.devices import FAULT, FAULT_REACTION, SWITCH_ON_DISABLED
+from sim_backend.devices import SWITCH_ON_DISABLED
 
 if TYPE_CHECKING:
     from sim_backend.rig_model import RigModel
@@ -171,42 +171,41 @@ class SupplyLost(Effect):
 class DriveFault(Effect):
     """Also STO and following error: only the code differs."""
 
+    def begin(self, model: "RigModel") -> None:
+        model.fail_drive(int(self.value))
+
     def hold(self, model: "RigModel") -> None:
-        machine = model.machine[0]
-        if machine["state"] not in (FAULT, FAULT_REACTION):
-            machine["state"] = FAULT_REACTION if model._drive["bus"][0] else FAULT
-        machine["error_code"] = int(self.value)
-        model.command["enabled"] = 0.0
+        """A fault that is still there is not reset."""
+        model.fail_drive(int(self.value))
 
     def end(self, model: "RigModel") -> None:
         if not model._drive["bus"][0]:  # commanded by wires: no control word that could reset it
             model.machine["state"], model.machine["error_code"] = SWITCH_ON_DISABLED, 0
 
 
-class EncoderJump(Effect):
+class CountOffset(Effect):
+    """The count is off by a value: a jump of the encoder, or a wrong one from the start. The
+    drive's own loops are fooled too.
+    """
+
     def prepare(self) -> None:
         slave = next((slave for slave in self.rig.slaves if slave.device == "EPOS4"), None)
-        self.place = (
-            image_of(self.rig, outputs=False).places.get(f"{slave.name}.position")
-            if slave is not None
-            else None
-        )
-        if self.place is None:
+        if slave is None or f"{slave.name}.position" not in image_of(self.rig, False).places:
             raise ValueError(
                 "found a rig whose drive does not report its position, expected one that does"
             )
 
-    def hold(self, model: "RigModel") -> None:
-        model.command["target_angle_rad"] -= (
-            self.value * model._drive["rad_per_count"][0]
-        )  # the drive's loop is fooled too
+    def begin(self, model: "RigModel") -> None:
+        model.machine["offset_counts"] += int(self.value)
+        model.command["target_angle_rad"] -= self.value * model._drive["rad_per_count"][0]
 
-    def change(self, inputs: bytearray) -> None:
-        size = calcsize("<i")
-        counts = unpack_from("<i", inputs, self.place.byte)[0] + int(self.value)
-        inputs[self.place.byte : self.place.byte + size] = (counts & 0xFFFFFFFF).to_bytes(
-            size, "little"
-        )
+    def end(self, model: "RigModel") -> None:
+        model.machine["offset_counts"] -= int(self.value)
+
+
+class DriveSupplyLost(Effect):
+    def hold(self, model: "RigModel") -> None:
+        model.lose_drive_supply()
 
 
 EFFECTS: dict[str, type[Effect]] = {
@@ -221,5 +220,7 @@ EFFECTS: dict[str, type[Effect]] = {
     "drive_fault": DriveFault,
     "sto": DriveFault,
     "following_error": DriveFault,
-    "encoder_jump": EncoderJump,
+    "encoder_jump": CountOffset,
+    "count_offset": CountOffset,
+    "drive_supply_lost": DriveSupplyLost,
 }

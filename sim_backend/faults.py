@@ -69,6 +69,15 @@ PLANT_FAULTS: dict[str, FaultKind] = {
     "encoder_jump": FaultKind(
         "the encoder jumps by this many counts; the drive believes it", "", 2000.0, "counts"
     ),
+    "count_offset": FaultKind(
+        "the encoder's count is off by this much from the start; the drive calls it referenced",
+        "",
+        9000.0,
+        "counts",
+    ),
+    "drive_supply_lost": FaultKind(
+        "the drive loses its supply, and with it torque, count and reference", "", None, "", 200
+    ),
 }
 
 
@@ -177,8 +186,10 @@ class PlantFaults:
 class FaultyRigModel(RigModel):
     """A RigModel that takes faults; without any it is the plain one, byte for byte."""
 
-    def __init__(self, rig: Rig, plant: PlantFile, seed: int):
-        super().__init__(rig, plant, seed)
+    def __init__(
+        self, rig: Rig, plant: PlantFile, seed: int, referenced: bool = True, count_offset: int = 0
+    ):
+        super().__init__(rig, plant, seed, referenced=referenced, count_offset=count_offset)
         self.faults = PlantFaults(rig, seed)
 
     @property

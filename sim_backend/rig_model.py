@@ -10,7 +10,15 @@ from epa_rt.models import plant as nominal_physics
 from epa_rt.models.plant_file import PlantFile
 from epa_rt.models.ports import COMMAND, SENSORS
 from epa_rt.signals.image import image_of
-from sim_backend.devices import MACHINE, STANDSTILL_RAD_S, latch_outputs, sample_inputs
+from sim_backend.devices import (
+    LOST_MASTER_CODE,
+    fail_drive,
+    latch_outputs,
+    lose_drive_master,
+    lose_drive_supply,
+    new_machine,
+    sample_inputs,
+)
 from sim_backend.wiring import wire_analog_inputs, wire_drive, wire_valves
 
 
@@ -21,10 +29,19 @@ class RigModel:
 
     ``physics`` is what moves the plant: a module with ``new_state`` and ``advance`` as
     epa_rt.models.plant has them, and ``plant.params`` whatever those two take (with a record
-    ``sensors`` that has the seed).
+    ``sensors`` that has the seed). ``referenced``: has the drive been homed? (A drive commanded by
+    wires never says so.) ``count_offset``: its counts where the plant's motor angle is zero.
     """
 
-    def __init__(self, rig: Rig, plant: PlantFile, seed: int, physics=nominal_physics):
+    def __init__(
+        self,
+        rig: Rig,
+        plant: PlantFile,
+        seed: int,
+        physics=nominal_physics,
+        referenced: bool = True,
+        count_offset: int = 0,
+    ):
         self.period_s = rig.period_s
         self.period_ns = round(rig.period_s * 1e9)
         self.t_ns = 0
@@ -33,8 +50,6 @@ class RigModel:
         self._advance = physics.advance
         self.state = physics.new_state(self.params)
         self.command, self.sensors = np.zeros(1, COMMAND), np.zeros(1, SENSORS)
-        self.machine = np.zeros(1, MACHINE)
-        self.machine["referenced"] = 1  # a simulated rig is built at its zero
         self._substeps = plant.substeps
         self._ports = self.sensors.view("f8")
         self._analog, self._valves, self._drive = (
@@ -42,21 +57,12 @@ class RigModel:
             wire_valves(rig),
             wire_drive(rig),
         )
+        self.machine = new_machine(referenced and bool(self._drive["bus"][0]), count_offset)
         self._inputs = bytearray(image_of(rig, outputs=False).size)
         self._outputs = bytearray(image_of(rig, outputs=True).size)
         self._inputs_array = np.frombuffer(self._inputs, np.uint8)
         self._outputs_array = np.frombuffer(self._outputs, np.uint8)
-        latch_outputs(
-            self._outputs_array, self._valves, self._drive, self.machine, self.command, True
-        )
-
-    def lose_zero(self) -> None:
-        """As after a loss of the drive's supply: the count starts from zero where the motor
-        stands.
-        """
-        angle = self.sensors["motor_angle_rad"][0]
-        counts = int(np.floor(angle / self._drive["rad_per_count"][0]))
-        self.machine["referenced"], self.machine["offset_counts"] = 0, counts
+        latch_outputs(self._outputs_array, self._valves, self._drive, self.machine, self.command)
 
     def warm_up(self) -> None:
         """Compiles (or loads from the cache) everything a cycle needs, on copies: the rig's state
@@ -72,20 +78,18 @@ class RigModel:
         )
         sample_inputs(
             self._inputs_array.copy(),
-            self._analog,
+            self._analog.copy(),
             self._drive,
             self.machine.copy(),
             self._ports.copy(),
             0,
         )
         latch_outputs(
-            self._outputs_array,
-            self._valves,
-            self._drive,
-            self.machine.copy(),
-            self.command.copy(),
-            True,
+            self._outputs_array, self._valves, self._drive, self.machine.copy(), self.command.copy()
         )
+        for change in (lose_drive_master, lose_drive_supply):
+            change(self._drive, self.machine.copy(), self.command.copy())
+        fail_drive(self._drive, self.machine.copy(), self.command.copy(), LOST_MASTER_CODE)
 
     def cycle(self, outputs_raw: bytes) -> bytes:
         """Advances one period and returns the input image. ``outputs_raw`` must have the image's
@@ -107,12 +111,17 @@ class RigModel:
                 " parameters)"
             )
         self._outputs[:] = outputs_raw
-        latch_outputs(
-            self._outputs_array,
-            self._valves,
-            self._drive,
-            self.machine,
-            self.command,
-            -STANDSTILL_RAD_S < self.sensors["motor_speed_rad_s"][0] < STANDSTILL_RAD_S,
-        )
+        latch_outputs(self._outputs_array, self._valves, self._drive, self.machine, self.command)
         return bytes(self._inputs)
+
+    def fail_drive(self, code: int) -> None:
+        """The drive falls into its fault state with an error code (0x603F), as 0x605E says."""
+        fail_drive(self._drive, self.machine, self.command, code)
+
+    def lose_drive_master(self) -> None:
+        """The drive's bus has left OP: it does what 0x6007 says."""
+        lose_drive_master(self._drive, self.machine, self.command)
+
+    def lose_drive_supply(self) -> None:
+        """The drive has no supply in this cycle: no torque; count and reference are lost."""
+        lose_drive_supply(self._drive, self.machine, self.command)

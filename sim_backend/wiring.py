@@ -10,21 +10,16 @@ from epa_rt.config.rig import Rig
 from epa_rt.config.rig_checks import calibration_line
 from epa_rt.config.source import ConfigError
 from epa_rt.models.ports import SENSORS
+from epa_rt.signals.drive_options import drive_options
 from epa_rt.signals.image import image_of
 from epa_rt.signals.scaling import scaling_of
+from sim_backend.input_filter import ANALOG_IN, filter_of, set_filter
 
-ADC_STEP_COUNTS = 16  # EL3004 and EL4034 convert 12 bits, presented left-aligned in 16
+POWER_UP_S = 0.020  # from the drive's supply to switch-on-disabled
+RPM = 2.0 * np.pi / 60.0
+HOMING_HERE = 37  # 0x6098
+HOMING_SPEED_RPM, HOMING_RPM_S = 10, 1000  # EPOS4's defaults of 0x6099:02 and 0x609A
 
-ANALOG_IN = np.dtype(
-    [
-        ("status_byte", "i8"),
-        ("value_byte", "i8"),
-        ("port", "i8"),
-        ("counts_per_si", "f8"),
-        ("offset_counts", "f8"),
-    ],
-    align=True,
-)
 VALVE = np.dtype(
     [("byte", "i8"), ("bit", "i8"), ("inverted", "i8"), ("muscle", "i8"), ("exhaust", "i8")],
     align=True,
@@ -47,10 +42,22 @@ DRIVE = np.dtype(
         ("enable_byte", "i8"),
         ("enable_bit", "i8"),
         ("analog_byte", "i8"),
-        ("home_counts", "i8"),  # 0x30B0: what the count becomes where it is homed
         ("rad_per_count", "f8"),
         ("rated_torque_nm", "f8"),
         ("analog_rad_s_per_count", "f8"),
+        ("period_s", "f8"),
+        ("power_up_cycles", "i8"),
+        ("lost_master", "i8"),  # 0x6007
+        ("quick_stop", "i8"),  # 0x605A
+        ("shutdown", "i8"),  # 0x605B
+        ("disable", "i8"),  # 0x605C
+        ("fault", "i8"),  # 0x605E
+        ("deceleration_rad_s2", "f8"),  # 0x6084
+        ("quick_stop_rad_s2", "f8"),  # 0x6085
+        ("homing_method", "i8"),  # 0x6098
+        ("home_counts", "i8"),  # 0x30B0
+        ("homing_speed_rad_s", "f8"),  # 0x6099:02
+        ("homing_rad_s2", "f8"),  # 0x609A
     ],
     align=True,
 )
@@ -60,10 +67,11 @@ _PORTS = {name: i for i, name in enumerate(SENSORS.names)}
 
 def wire_analog_inputs(rig: Rig) -> np.ndarray:
     """One row per analog input channel; channels without a port stay at 0 V. A channel may come
-    without its status.
+    without its status. The filter is the one of the rig file's ``startup``.
     """
     image = image_of(rig, outputs=False)
     by_entry = {row.entry: row for row in rig.inputs}
+    numbers = {slave.name: number for number, slave in enumerate(rig.slaves)}
     rows = []
     for key, place in image.places.items():
         if place.entry.unit != "V":
@@ -77,8 +85,14 @@ def wire_analog_inputs(rig: Rig) -> np.ndarray:
             port = _PORTS[row.port]
             counts_per_si = 1.0 / (slope * place.entry.per_count)
             offset = -intercept * counts_per_si
-        rows.append((status.byte if status else -1, place.byte, port, counts_per_si, offset))
-    return np.array(rows, ANALOG_IN)
+        row_of = np.zeros(1, ANALOG_IN)
+        row_of["slave"] = numbers[place.slave]
+        row_of["status_byte"], row_of["value_byte"] = status.byte if status else -1, place.byte
+        row_of["port"], row_of["counts_per_si"] = port, counts_per_si
+        row_of["offset_counts"] = offset
+        set_filter(row_of, filter_of(rig.slaves[numbers[place.slave]]), rig.period_s)
+        rows.append(row_of)
+    return np.concatenate(rows) if rows else np.zeros(0, ANALOG_IN)
 
 
 def wire_valves(rig: Rig) -> np.ndarray:
@@ -117,11 +131,11 @@ def wire_drive(rig: Rig) -> np.ndarray:
     ):
         place = image.places.get(f"{slave.name}.{entry}")
         drive[field] = place.byte if place else -1
-    row = rig.row(rig.motor.position)
-    place = inputs.places[row.entry]
-    at = rig.motor.zero.at if rig.motor.zero is not None else 0.0
-    drive["home_counts"] = round(scaling_of(row, place.entry, rig).to_counts(at))
     drive["bus"] = slave.analog_command is None
+    drive["period_s"] = rig.period_s
+    drive["power_up_cycles"] = max(1, round(POWER_UP_S / rig.period_s))
+    if drive["bus"]:
+        _write_options(rig, drive)
     drive["rad_per_count"] = 2 * np.pi / slave.counts_per_turn
     drive["rated_torque_nm"] = slave.rated_torque
     for row in rig.outputs:
@@ -133,3 +147,28 @@ def wire_drive(rig: Rig) -> np.ndarray:
     if slave.analog_command is not None:
         drive["analog_rad_s_per_count"] = slave.analog_command.speed_per_volt * ANALOG_V_PER_COUNT
     return wired
+
+
+def _write_options(rig: Rig, drive: np.void) -> None:
+    """What the driver writes into the drive before it runs (epa_rt/signals/drive_options.py), and
+    homing at the place that the rig file names.
+    """
+    options = drive_options(rig)
+    drive["lost_master"], drive["quick_stop"] = options.lost_master, options.quick_stop
+    drive["shutdown"], drive["disable"] = options.shutdown, options.disable
+    drive["fault"] = options.fault
+    drive["deceleration_rad_s2"] = options.deceleration_rpm_s * RPM
+    drive["quick_stop_rad_s2"] = options.quick_stop_rpm_s * RPM
+    drive["homing_method"] = HOMING_HERE
+    drive["home_counts"] = home_counts(rig)
+    drive["homing_speed_rad_s"] = HOMING_SPEED_RPM * RPM
+    drive["homing_rad_s2"] = HOMING_RPM_S * RPM
+
+
+def home_counts(rig: Rig) -> int:
+    """Counts of the place where the rig file sets the zero of travel (``motor.zero.at``)."""
+    row = rig.row(rig.motor.position)
+    entry = image_of(rig, outputs=False).places[row.entry].entry
+    return round(
+        scaling_of(row, entry, rig).to_counts(rig.motor.zero.at if rig.motor.zero else 0.0)
+    )

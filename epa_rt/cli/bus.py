@@ -28,7 +28,8 @@ _FAULTS = """kinds, with what --where names, the usual --value, and how long by 
   clock_drift [SLAVE] (50 ppm)      until cleared
   wire_broken ROW (-10 V), sensor_stuck ROW, sensor_noisy ROW (0.5 V), toggle_frozen SLAVE
   valve_stuck_open VALVE, valve_stuck_closed VALVE, leak [MUSCLE] (5 /s), supply_lost (0 Pa)
-  drive_fault (8976), following_error: once; sto, encoder_jump (2000 counts): until cleared"""  # noqa: E501
+  drive_fault (8976), following_error: once; sto, encoder_jump (2000 counts): until cleared
+  count_offset (9000 counts), until cleared; drive_supply_lost: 200 cycles"""  # noqa: E501
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
@@ -71,6 +72,14 @@ def _add_serve_arguments(part: argparse.ArgumentParser) -> None:
         type=int,
         default=1,
         help="seed of the simulated sensors' noise (default: %(default)s)",
+    )
+    part.add_argument(
+        "--unreferenced",
+        type=int,
+        nargs="?",
+        const=0,
+        metavar="COUNTS",
+        help="a drive that was not homed, its count off by COUNTS (default: homed, 0)",
     )
     part.add_argument("--control", type=Path, help="path of the control channel, a Unix socket")
     part.add_argument(
@@ -150,7 +159,14 @@ def _serve(arguments: argparse.Namespace) -> int:
 
     rig = load_rig(arguments.rig)
     _, plant = load_plant_of(arguments.rig, rig, arguments.plant)
-    bus = EmulatedBus(rig, plant, arguments.seed, arguments.lock_step)
+    bus = EmulatedBus(
+        rig,
+        plant,
+        arguments.seed,
+        arguments.lock_step,
+        referenced=arguments.unreferenced is None,
+        count_offset=arguments.unreferenced or 0,
+    )
     try:
         serve(
             bus,
@@ -181,7 +197,7 @@ def _run(arguments: argparse.Namespace) -> int:
         raise VerbError(reason, FAILED)
     options = ["--seed", str(arguments.seed)]
     options += ["--lock-step"] if arguments.lock_step else []
-    for name in ("plant", "control", "priority"):
+    for name in ("plant", "control", "priority", "unreferenced"):
         value = getattr(arguments, name)
         options += [f"--{name}", str(value)] if value is not None else []
     return subprocess.run(command_beside(command, arguments.rig, options)).returncode

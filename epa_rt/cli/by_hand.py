@@ -115,13 +115,16 @@ class RigByHand:
 
         assert self._plant is not None
         backend = SimBackend(
-            self.rig, self._plant, self.arguments.seed, self.arguments.speed, model=self._model
+            self.rig,
+            self._plant,
+            self.arguments.seed,
+            self.arguments.speed,
+            referenced=not self.arguments.unreferenced,
+            model=self._model,
         )
         if self._model is None:
             self._model = backend.model
             self._model.warm_up()
-            if self.arguments.unreferenced:
-                self._model.lose_zero()
         return backend
 
 

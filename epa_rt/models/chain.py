@@ -96,6 +96,13 @@ def rates(p, s, y, dy, seen, part):
         t, transmission.geared_travel(t, angle), s.geared_m, s.travel_m, speed
     )
     per_angle = transmission.travel_per_angle(t, angle)
+    torque = 0.0
+    if t.travel_stop_stiffness_n_m != 0.0:
+        torque = per_angle * transmission.stop_force(
+            t, transmission.geared_travel(t, angle), per_angle * speed
+        )
+    travel, slope = transmission.strap_travel(t, travel)
+    per_angle *= slope
     travel_speed = carried * per_angle * speed
     q, q_speed, _ = load.coordinate(l, y[LOAD_PLACE], y[LOAD_SPEED])
     force0, drawn0 = muscle_rates(p, s, y, dy, 0, travel, travel_speed, q, q_speed)
@@ -107,7 +114,7 @@ def rates(p, s, y, dy, seen, part):
     dy[HEAT], dy[SLOW_HEAT] = motor.heat_rates(d, current, y[HEAT], y[SLOW_HEAT])
     load_torque = load.along_spool(l, force0, force1) * per_angle
     low, high = transmission.friction_limits(t, load_torque, speed)
-    torque = motor.motor_torque(d, current, angle, warmth) - transmission.sliding_torque(
+    torque += motor.motor_torque(d, current, angle, warmth) - transmission.sliding_torque(
         t, d.inertia_kg_m2, load_torque, speed
     )
     dy[SPEED], dy[STICTION] = motor.acceleration(
@@ -125,8 +132,8 @@ def rates(p, s, y, dy, seen, part):
 
 @compiled
 def motion(p, s):
-    """Travel behind the backlash, its speed, load coordinate and its speed, at the present
-    state.
+    """Travel of the spool behind the backlash, its speed, load coordinate and its speed, at the
+    present state.
     """
     y = s.smooth
     travel, carried = transmission.play(
@@ -142,6 +149,13 @@ def motion(p, s):
 
 
 @compiled
+def pulled_in(t, travel, travel_speed):
+    """The strap's travel and its speed, from the spool's (transmission parameters)."""
+    strap, slope = transmission.strap_travel(t, travel)
+    return strap, slope * travel_speed
+
+
+@compiled
 def write_truth(p, s):
     """Writes the noise-free values of the present state to ``state.truth``."""
     y, out = s.smooth, s.truth
@@ -152,6 +166,7 @@ def write_truth(p, s):
     )
     out.winding_heat_k = y[HEAT]
     out.travel_m, out.travel_speed_m_s = travel, travel_speed
+    travel, travel_speed = pulled_in(p.transmission, travel, travel_speed)
     out.supply_pa = gas.supply_pressure(p.gas[0], y[SUPPLY_FLOW])
     for i in range(2):
         out.pressure_pa[i] = p.gas[i].atmosphere_pa

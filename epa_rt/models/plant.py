@@ -4,7 +4,7 @@ import math
 
 from epa_rt.models.blocks import braid, bus, drive, gas, muscle, sensors, transmission
 from epa_rt.models.blocks.exponential import lag_weights
-from epa_rt.models.chain import lengths, motion, pull, rates, write_truth
+from epa_rt.models.chain import lengths, motion, pull, pulled_in, rates, write_truth
 from epa_rt.models.compiled import compiled
 from epa_rt.models.ports import ANGLE, CURRENT, INTEGRAL, RING, SMOOTH
 from epa_rt.models.rest import new_state
@@ -88,7 +88,8 @@ def _settle(p, s, valves):
     """Takes the finished sub-step into the elements with memory: backlash, slip, strap, shut
     valves.
     """
-    travel, travel_speed, q, q_speed = motion(p, s)
+    spool, spool_speed, q, q_speed = motion(p, s)
+    travel, travel_speed = pulled_in(p.transmission, spool, spool_speed)
     for i in range(2):
         m = p.muscle[i]
         if m.present > 0.5:
@@ -103,7 +104,7 @@ def _settle(p, s, valves):
             s.length_m[i] = fitted
             s.opening[i, 0] = gas.settled(s.opening[i, 0], valves[i])
             s.opening[i, 1] = gas.settled(s.opening[i, 1], valves[2 + i])
-    s.travel_m = travel
+    s.travel_m = spool
     s.geared_m = transmission.geared_travel(p.transmission, s.smooth[ANGLE])
 
 

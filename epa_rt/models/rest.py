@@ -55,7 +55,8 @@ def _angle_at(transmission_params, travel_m: float) -> float:
 def _length(p, i, place):
     """Length of muscle i with the spool at its start and the load at ``place``."""
     q, _, _ = load.coordinate(p.load, place, 0.0)
-    return lengths(p.load, i, p.load.start_travel_m, 0.0, q, 0.0)[0]
+    strap, _ = transmission.strap_travel(p.transmission, p.load.start_travel_m)
+    return lengths(p.load, i, strap, 0.0, q, 0.0)[0]
 
 
 @compiled

@@ -64,6 +64,8 @@ def truth(bus: EmulatedBus) -> dict[str, Any]:
         "drive_enabled": bool(command["enabled"] > 0.5),
         "drive_mode": int(command["mode"]),
         "drive_error_code": int(machine["error_code"]),
+        "drive_is_referenced": bool(machine["is_referenced"]),
+        "drive_count_offset": int(machine["offset_counts"]),
         "inlet_open": [float(x) for x in command["inlet"]],
         "exhaust_open": [float(x) for x in command["exhaust"]],
         "pressure_pa": [float(x) for x in inner["pressure_pa"]],

@@ -54,6 +54,10 @@ class BusFaults:
                 )
         if at_s is not None:
             at_cycle = round(at_s / self._bus.rig.period_s)
+        if kind == "drive_supply_lost" and self._bus.drive is not None:
+            # on a bus its slave goes with it, and the frames pass it by
+            cycles = PLANT_FAULTS[kind].cycles if cycles is None else cycles
+            kind, where, options = "slave_lost", self._bus.drive.name, {"alone": True}
         fault = make_fault(
             ALL_FAULTS,
             kind,

@@ -5,18 +5,25 @@ itself, the drive.
 from epa_rt.models.plant import advance
 from sim_backend.bus.coupling import Coupling
 from sim_backend.bus.epos4 import Epos4
-from sim_backend.bus.epos4_objects import COMMUNICATION_LOST
-from sim_backend.devices import (
-    ENABLED,
-    FAULT,
-    FAULT_REACTION,
-    NOT_READY,
-    QUICK_STOP,
-    STANDSTILL_RAD_S,
-    latch_outputs,
-    sample_inputs,
-)
+from sim_backend.devices import LOST_MASTER_CODE, latch_outputs, sample_inputs
+from sim_backend.drive_machine import NO_ACTION
 from sim_backend.faults import FaultyRigModel
+from sim_backend.input_filter import set_filter
+from sim_backend.wiring import RPM
+
+_SETTINGS = (  # field of the wired drive, index, subindex, value of one
+    ("lost_master", 0x6007, 0, 1),
+    ("quick_stop", 0x605A, 0, 1),
+    ("shutdown", 0x605B, 0, 1),
+    ("disable", 0x605C, 0, 1),
+    ("fault", 0x605E, 0, 1),
+    ("deceleration_rad_s2", 0x6084, 0, RPM),
+    ("quick_stop_rad_s2", 0x6085, 0, RPM),
+    ("homing_method", 0x6098, 0, 1),
+    ("home_counts", 0x30B0, 0, 1),
+    ("homing_speed_rad_s", 0x6099, 2, RPM),
+    ("homing_rad_s2", 0x609A, 0, RPM),
+)
 
 
 class BusPlant(FaultyRigModel):
@@ -29,15 +36,7 @@ class BusPlant(FaultyRigModel):
         cycle later.
         """
         self._outputs[:] = outputs_raw
-        speed = self.sensors["motor_speed_rad_s"][0]
-        latch_outputs(
-            self._outputs_array,
-            self._valves,
-            self._drive,
-            self.machine,
-            self.command,
-            abs(speed) < STANDSTILL_RAD_S,
-        )
+        latch_outputs(self._outputs_array, self._valves, self._drive, self.machine, self.command)
         if self.faults:
             self.faults.start_due(self, self.cycle_number)
             self.faults.hold(self)
@@ -66,7 +65,12 @@ class BusPlant(FaultyRigModel):
             self._substeps,
         )
         sample_inputs(
-            inputs, self._analog, self._drive, self.machine.copy(), sensors.view("f8"), self.t_ns
+            inputs,
+            self._analog.copy(),
+            self._drive,
+            self.machine.copy(),
+            sensors.view("f8"),
+            self.t_ns,
         )
         return inputs.tobytes()
 
@@ -74,7 +78,8 @@ class BusPlant(FaultyRigModel):
         """Joins the drive's object dictionary to this plant and to the process image."""
         axis = drive.axis
         axis.model = self
-        axis.on_lost = lambda: self.fail_drive(COMMUNICATION_LOST)
+        axis.on_lost = lambda: self._lose_bus(drive)
+        axis.on_settings = lambda: self._take_settings(drive)
 
         def read_image(index: int, subindex: int) -> bytes | None:
             for outputs in (False, True):
@@ -91,38 +96,45 @@ class BusPlant(FaultyRigModel):
                 image[start:end] = data
 
         axis.read_image, axis.write_image = read_image, write_image
+        axis.on_power_up = lambda: self._write_motor_data(drive)
+        self._write_motor_data(drive)
+        self._take_settings(drive)
+
+    def _lose_bus(self, drive: Epos4) -> None:
+        """The drive does what 0x6007 says; where that ends no fault, it says why all the same."""
+        was_powered = self.command["enabled"][0] > 0.5
+        self.lose_drive_master()
+        acts = self._drive["lost_master"][0] != NO_ACTION
+        if was_powered and acts and not self.machine["error_code"][0]:
+            drive.report(LOST_MASTER_CODE)
+
+    def _write_motor_data(self, drive: Epos4) -> None:
+        """The objects that were set up with the motor, which the drive keeps without its supply."""
         parameters = self.params["drive"][0]
         rated_nm = float(self._drive["rated_torque_nm"][0])
         constant = float(parameters["torque_constant_nm_a"])
-        objects = drive.dictionary
-        objects.item(0x6076, 0).value = round(rated_nm * 1e6).to_bytes(4, "little")
-        objects.item(0x3001, 1).value = round(rated_nm / constant * 1e3).to_bytes(4, "little")
-        objects.item(0x3001, 2).value = round(float(parameters["max_current_a"]) * 1e3).to_bytes(
-            4, "little"
-        )
-        objects.item(0x3001, 5).value = round(constant * 1e6).to_bytes(4, "little")
+        for index, subindex, value in (
+            (0x6076, 0, rated_nm * 1e6),
+            (0x3001, 1, rated_nm / constant * 1e3),
+            (0x3001, 2, float(parameters["max_current_a"]) * 1e3),
+            (0x3001, 5, constant * 1e6),
+        ):
+            drive.dictionary.item(index, subindex).value = round(value).to_bytes(4, "little")
 
-    def fail_drive(self, code: int) -> None:
-        """A drive that is on falls into its fault state with an error code (0x603F)."""
-        machine = self.machine[0]
-        if machine["state"] in (ENABLED, QUICK_STOP):
-            machine["state"], machine["error_code"] = (
-                (FAULT_REACTION if self._drive["bus"][0] else FAULT),
-                code,
-            )
-            self.command["enabled"] = 0.0
+    def _take_settings(self, drive: Epos4) -> None:
+        """Option codes, ramps and homing as they stand in the drive's objects now."""
+        if not self._drive["bus"][0]:
+            self._drive["lost_master"] = drive.dictionary.item(0x6007, 0).number
+            return
+        for field, index, subindex, scale in _SETTINGS:
+            self._drive[field] = drive.dictionary.item(index, subindex).number * scale
 
-    def switch_drive_off(self) -> None:
-        """The drive has no supply: no torque, and it starts from the beginning when the supply
-        comes back.
-        """
-        machine = self.machine[0]
-        (
-            machine["state"],
-            machine["age_cycles"],
-            machine["control"],
-            machine["error_code"],
-            machine["mode"],
-        ) = (NOT_READY, 0, 0, 0, 0)
-        self.lose_zero()
-        self.command["enabled"] = 0.0
+    def hear_master(self, is_heard: bool) -> None:
+        """Do the outputs of a master act on the drive now?"""
+        self.machine["is_alone"] = not is_heard
+
+    def filter_terminal(self, number: int, selection: int) -> None:
+        """The filter that an EL3004's objects select; ``number`` of the terminal on the bus."""
+        rows = self._analog[self._analog["slave"] == number]
+        set_filter(rows, selection, self.period_s)
+        self._analog[self._analog["slave"] == number] = rows

@@ -6,9 +6,11 @@
 Every answer has "ok"; where that is false, "error" is one sentence.
 """
 
+import errno
 import json
 import os
 import socket
+import stat
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,7 +19,11 @@ _LINE_MAX = 65536
 
 
 class ControlServer:
-    """Listens at a path; ``handlers`` (of the Server) is where it registers its descriptors."""
+    """Listens at a path; ``handlers`` (of the Server) is where it registers its descriptors.
+
+    Raises OSError where something else is at the path: any file that is no socket, or a socket at
+    which somebody answers.
+    """
 
     def __init__(
         self,
@@ -26,9 +32,14 @@ class ControlServer:
         answer: Callable[[dict[str, Any]], dict[str, Any]],
     ):
         self.path, self._handlers, self._answer = path, handlers, answer
-        path.unlink(missing_ok=True)
+        _clear_left_over(path)
         self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        self._listener.bind(str(path))
+        try:
+            self._listener.bind(str(path))
+        except OSError:
+            self._listener.close()
+            raise
+        self._inode = path.lstat().st_ino
         os.chmod(path, 0o600)
         self._listener.listen(8)
         self._listener.setblocking(False)
@@ -39,7 +50,8 @@ class ControlServer:
         for connection, _ in self._buffers.values():
             connection.close()
         self._listener.close()
-        self.path.unlink(missing_ok=True)
+        if self.path.is_socket() and self.path.lstat().st_ino == self._inode:
+            self.path.unlink()
 
     def _accept(self) -> None:
         connection, _ = self._listener.accept()
@@ -72,6 +84,28 @@ class ControlServer:
             return {"ok": True, **self._answer(request)}
         except (ValueError, KeyError, TypeError) as error:
             return {"ok": False, "error": str(error)}
+
+
+def _clear_left_over(path: Path) -> None:
+    """Removes the socket of an emulator that has died. Raises OSError for anything else."""
+    try:
+        mode = path.lstat().st_mode
+    except FileNotFoundError:
+        return
+    if not stat.S_ISSOCK(mode):
+        raise FileExistsError(
+            errno.EEXIST, f"{path}: found a file that is no socket, expected a free path"
+        )
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
+        probe.settimeout(1.0)
+        try:
+            probe.connect(str(path))
+        except ConnectionRefusedError:
+            path.unlink()
+            return
+    raise OSError(
+        errno.EADDRINUSE, f"{path}: found a socket at which somebody answers, expected a free path"
+    )
 
 
 class ControlError(Exception):

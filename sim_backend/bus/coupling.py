@@ -8,7 +8,7 @@ as well.
 from epa_rt.config.devices import Entry
 from epa_rt.config.rig import Rig
 from epa_rt.config.rig_checks import entries_of
-from epa_rt.signals.image import Image, image_of
+from epa_rt.signals.image import Image, Place, image_of
 from sim_backend.bus.logical import BitCopy, ByteCopy
 from sim_backend.bus.registers import DIGITAL_OUTPUTS, MEMORY_SIZE
 from sim_backend.bus.sii import INPUTS, OUTPUTS
@@ -99,9 +99,12 @@ class Coupling:
         self._entries = {
             slave.name: (entries_of(slave, False), entries_of(slave, True)) for slave in rig.slaves
         }
+        self._places: dict[str, list[Place]] = {name: [] for name in slaves}
+        for place in self.outputs_image.places.values():
+            self._places[place.slave].append(place)
         self._is_stale = True
         self._take: list[Copy] = []
-        self._safe: list[tuple[Slave, list[Copy]]] = []
+        self._safe: list[tuple[Slave, list[Place]]] = []
         self._give: list[Copy] = []
         self._give_others: list[tuple[Slave, int, int, int, int]] = []
 
@@ -113,11 +116,10 @@ class Coupling:
         self._take, self._safe, self._give, self._give_others = [], [], [], []
         for name, slave in self._slaves.items():
             inputs, outputs = self._entries[name]
-            copies, _ = copies_of(slave, outputs, self.outputs_image, True)
             if slave.drives_outputs:
-                self._take += copies
-            elif copies:
-                self._safe.append((slave, copies))
+                self._take += copies_of(slave, outputs, self.outputs_image, True)[0]
+            elif self._places[name]:
+                self._safe.append((slave, self._places[name]))
             copies, missing = copies_of(slave, inputs, self.inputs_image, False)
             if slave.is_present:
                 self._give += copies
@@ -132,8 +134,8 @@ class Coupling:
         outputs = self.outputs
         for copy in self._take:
             copy.read(outputs, 0)
-        for slave, copies in self._safe:
-            slave.safe_outputs(outputs, copies)
+        for slave, places in self._safe:
+            slave.safe_outputs(outputs, places)
         return outputs
 
     def give(self, inputs: bytes) -> None:

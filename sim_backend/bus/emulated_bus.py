@@ -68,8 +68,11 @@ class EmulatedBus:
         offset_ns: dict[str, int] | None = None,
         delays_ns: dict[int, int] = DELAYS_NS,
         response_ns: int = RESPONSE_NS,
+        referenced: bool = True,
+        count_offset: int = 0,
     ):
         self.rig, self.lock_step = rig, lock_step
+        self._referenced, self._count_offset = referenced, count_offset
         self._plant_file, self._seed = plant, seed
         self.agenda, self.counters = Agenda(), Counters()
         self.transmit: Callable[[bytes], None] = lambda frame: (
@@ -119,7 +122,9 @@ class EmulatedBus:
         return self.plant.t_ns // self.plant.period_ns
 
     def _fresh_plant(self) -> BusPlant:
-        return BusPlant(self.rig, self._plant_file, self._seed)
+        return BusPlant(
+            self.rig, self._plant_file, self._seed, self._referenced, self._count_offset
+        )
 
     def rewind(self) -> None:
         """A fresh plant at cycle 0 and no faults; the slaves keep their states."""
@@ -130,10 +135,20 @@ class EmulatedBus:
             slave.watchdog.feed(self.time_ns)
         if self.drive is not None:
             self.plant.bind(self.drive, self.coupling)
+            self.plant.hear_master(self.drive.drives_outputs)
+        for number, slave in enumerate(self.slaves.values()):
+            if isinstance(slave, AnalogInputs):
+                self._set_filter(number, slave)
         self._give()
         self._start_periods: int | None = None
         self._to_whole_periods()
         self._reported = 0
+
+    def _set_filter(self, number: int, slave: AnalogInputs) -> None:
+        """Gives the plant's terminal the filter of its objects, now and when they are written."""
+        set_now = lambda: self.plant.filter_terminal(number, slave.filter_selection)  # noqa: E731
+        slave.on_filter = set_now
+        set_now()
 
     def rewire(self) -> None:
         """After a slave has come or gone."""
@@ -144,6 +159,8 @@ class EmulatedBus:
 
     def _changed(self) -> None:
         self._mapping_changed()
+        if self.drive is not None:
+            self.plant.hear_master(self.drive.drives_outputs)
         self.coupling.give(
             bytes(self.coupling.inputs)
         )  # a slave that enters SAFEOP has inputs from the start
@@ -247,7 +264,7 @@ class EmulatedBus:
         outputs = self.coupling.take()
         self.counters.steps += 1
         if self.drive is not None and not self.drive.is_present:
-            self.plant.switch_drive_off()
+            self.plant.lose_drive_supply()
         if self.lock_step:
             inputs = self.plant.cycle(bytes(outputs))
         else:

@@ -6,6 +6,7 @@ machine itself is sim_backend/devices.py.
 """
 
 from epa_rt.config.devices import DEVICES
+from epa_rt.signals.image import Place
 from sim_backend.bus import dictionary as od
 from sim_backend.bus import registers as reg
 from sim_backend.bus import sii
@@ -152,8 +153,11 @@ class Epos4(Slave):
 
     def entered(self, previous: int, state: int) -> None:
         super().entered(previous, state)
-        if previous == reg.OP and self.al.has_error:
+        if previous == reg.OP:
             self.axis.bus_lost()
+
+    def safe_outputs(self, image: bytearray, places: list[Place]) -> None:
+        """Keeps them: what the drive does without its master stands in 0x6007."""
 
     def report(self, code: int) -> None:
         """An emergency message for a new error code (zero: error reset)."""

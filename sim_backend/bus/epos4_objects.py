@@ -9,13 +9,12 @@ import math
 from collections.abc import Callable
 
 from sim_backend.bus import dictionary as od
-from sim_backend.devices import STATUS_WORDS
+from sim_backend.devices import position_counts, status_word
 
 DEFAULT_MAPPING = {
     0x1600: ((0x6040, 0, 16), (0x607A, 0, 32)),
     0x1A00: ((0x6041, 0, 16), (0x6064, 0, 32)),
 }
-COMMUNICATION_LOST = 0x8180
 _RX, _TX, _W = od.READ | od.WRITE | od.RX_PDO, od.READ | od.TX_PDO, od.READ | od.WRITE
 _OPERATING_MODES = (1, 3, 6, 8, 9, 10)
 
@@ -40,24 +39,38 @@ _TARGETS = (
     (0x60B2, "Torque offset", od.INT16),
     (0x60FE, "Digital outputs", od.UINT32),
 )
+# they act: sim_backend/drive_machine.py, drive_motion.py. The last column: what they may be
+_SETTINGS = (  # index, name, type, value at power-up
+    (0x6007, "Abort connection option code", od.INT16, 3, (0, 1, 2, 3)),
+    (0x605A, "Quick stop option code", od.INT16, 6, (2, 6)),
+    (0x605B, "Shutdown option code", od.INT16, 0, (0, 1)),
+    (0x605C, "Disable operation option code", od.INT16, 1, (0, 1)),
+    (0x605D, "Halt option code", od.INT16, 1, (1, 2)),
+    (0x605E, "Fault reaction option code", od.INT16, 2, (0, 1, 2)),
+    (0x6084, "Profile deceleration", od.UINT32, 10_000, None),
+    (0x6085, "Quick stop deceleration", od.UINT32, 10_000, None),
+    (
+        0x6098,
+        "Homing method",
+        od.INT8,
+        7,
+        (-4, -3, -2, -1, 0, 1, 2, 7, 11, 17, 18, 23, 27, 33, 34, 37),
+    ),
+    (0x609A, "Homing acceleration", od.UINT32, 1000, None),
+    (0x30B0, "Home position", od.INT32, 0, None),
+)
 _STORED = (  # index, name, type, value
-    (0x6007, "Abort connection option code", od.INT16, 3),
-    (0x605A, "Quick stop option code", od.INT16, 6),
-    (0x605B, "Shutdown option code", od.INT16, 0),
-    (0x605C, "Disable operation option code", od.INT16, 1),
-    (0x605D, "Halt option code", od.INT16, 1),
-    (0x605E, "Fault reaction option code", od.INT16, 2),
     (0x6065, "Following error window", od.UINT32, 2000),
     (0x6067, "Position window", od.UINT32, 0xFFFFFFFF),
     (0x607F, "Max profile velocity", od.UINT32, 50_000),
     (0x6080, "Max motor speed", od.UINT32, 50_000),
     (0x6081, "Profile velocity", od.UINT32, 1000),
     (0x6083, "Profile acceleration", od.UINT32, 10_000),
-    (0x6084, "Profile deceleration", od.UINT32, 10_000),
-    (0x6085, "Quick stop deceleration", od.UINT32, 10_000),
     (0x60C5, "Max acceleration", od.UINT32, 0xFFFFFFFF),
     (0x6072, "Max torque", od.UINT16, 0xFFFF),
     (0x60A9, "SI unit velocity", od.UINT32, 0x00B44700),
+    (0x30B1, "Home offset move distance", od.INT32, 0),
+    (0x30B2, "Current threshold for homing", od.UINT16, 500),
 )
 
 
@@ -70,20 +83,19 @@ class Axis:
         self.model = None
         self.read_image: Callable[[int, int], bytes | None] = lambda index, subindex: None
         self.write_image: Callable[[int, int, bytes], None] = lambda index, subindex, data: None
-        self.encoder_jump_counts = 0
         self.on_lost: Callable[[], None] = lambda: None
-        self.settings: dict[int, od.Item] = {}
+        self.on_settings: Callable[[], None] = lambda: None
+        self.on_power_up: Callable[[], None] = lambda: None
 
     def bus_lost(self) -> None:
-        """The bus fell out of OP with an error: what the drive then does stands in 0x6007 (0:
-        nothing).
-        """
-        if self.settings[0x6007].number != 0:
-            self.on_lost()
+        """The bus has left OP: the drive does what 0x6007 says."""
+        self.on_lost()
 
     def power_up(self) -> None:
         for item, value in self._defaults:
             item.value = value
+        self.on_power_up()
+        self.on_settings()
 
     def remember_defaults(self, items: list[od.Item]) -> None:
         self._defaults = [(item, item.value) for item in items]
@@ -102,16 +114,13 @@ class Axis:
         model = self.model
         machine, sensors, drive = model.machine[0], model.sensors[0], model._drive[0]
         if index == 0x6041:
-            return int(STATUS_WORDS[machine["state"]])
+            return int(status_word(machine))
         if index == 0x6061:
             return int(machine["mode"])
         if index == 0x603F:
             return int(machine["error_code"])
         if index in (0x6064, 0x6062):
-            return (
-                math.floor(sensors["motor_angle_rad"] / drive["rad_per_count"])
-                + self.encoder_jump_counts
-            )
+            return int(position_counts(drive, machine, sensors["motor_angle_rad"]))
         if index == 0x606C:
             return math.floor(sensors["motor_speed_rad_s"] * 60.0 / (2.0 * math.pi) + 0.5)
         if index == 0x6077:
@@ -150,7 +159,8 @@ def add_axis_objects(dictionary: od.Dictionary) -> Axis:
         _add_target(dictionary, axis, index, name, data_type)
     _add_target(dictionary, axis, 0x6060, "Modes of operation", od.INT8, _check_mode)
     for index, name, data_type, value in _STORED:
-        axis.settings[index] = dictionary.variable(index, od.number(name, data_type, value, _W))
+        dictionary.variable(index, od.number(name, data_type, value, _W))
+    _add_settings(dictionary, axis)
     dictionary.objects[0x6065].items[0].access |= od.RX_PDO
     dictionary.variable(0x6076, od.number("Motor rated torque", od.UINT32))
     dictionary.variable(
@@ -210,6 +220,30 @@ def add_axis_objects(dictionary: od.Dictionary) -> Axis:
         ]
     )
     return axis
+
+
+def _add_settings(dictionary: od.Dictionary, axis: Axis) -> None:
+    """What the drive does of itself, and homing: the plant is told of every value written."""
+    told = lambda: axis.on_settings()  # noqa: E731
+    for index, name, data_type, value, allowed in _SETTINGS:
+        check = None if allowed is None else _one_of(allowed, data_type)
+        item = od.number(name, data_type, value, _W, check=check, written=told)
+        if data_type == od.UINT32:  # a ramp
+            item.low = 1
+        dictionary.variable(index, item)
+    speeds = {
+        1: od.number("Speed for switch search", od.UINT32, 100, _W, written=told),
+        2: od.number("Speed for zero search", od.UINT32, 10, _W, written=told),
+    }
+    dictionary.record(0x6099, "Homing speeds", speeds)
+
+
+def _one_of(allowed: tuple[int, ...], data_type: int) -> Callable[[bytes], None]:
+    def check(data: bytes) -> None:
+        if int.from_bytes(data, "little", signed=data_type in od.SIGNED) not in allowed:
+            raise od.SdoAbort(od.VALUE_RANGE)
+
+    return check
 
 
 def _reader(axis: Axis, index: int, subindex: int, size: int) -> Callable[[], bytes]:

@@ -21,7 +21,6 @@ def serve(
     """Serves a bus on an interface until SIGTERM, SIGINT or a 'stop' on the control channel. Raises
     OSError.
     """
-    bus.plant.warm_up()
     with open_interface(interface) as packets:
         server = Server(bus, packets)
         channel = (
@@ -36,7 +35,9 @@ def serve(
             for number in (signal.SIGTERM, signal.SIGINT)
         }
         try:
-            ready(prefer(priority))
+            sentence = prefer(priority)
+            server.warm_up()
+            ready(sentence)
             server.run()
         finally:
             for number, handler in before.items():

@@ -45,19 +45,29 @@ class Server:
         self.bus = bus
         self.handlers: dict[int, Callable[[], None]] = {}
         self._packets = packets
-        self._is_stopped = False
+        self._is_stopped = self._is_warm = False
 
     def stop(self) -> None:
         self._is_stopped = True
 
-    def run(self) -> None:
-        """Answers frames until stopped. Garbage collection is frozen meanwhile."""
+    def warm_up(self) -> None:
+        """Everything that the first frame would have to wait for: compiled code, and garbage
+        collection, which is frozen until ``run`` ends.
+        """
+        self.bus.plant.warm_up()
         gc.collect()
         gc.freeze()
         gc.disable()
+        self._is_warm = True
+
+    def run(self) -> None:
+        """Answers frames until stopped."""
+        if not self._is_warm:
+            self.warm_up()
         try:
             self._loop()
         finally:
+            self._is_warm = False
             gc.enable()
             gc.unfreeze()
 

@@ -7,6 +7,7 @@ What a kind of slave adds (dictionary, checks, safe outputs) stands in terminals
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from epa_rt.signals.image import Place
 from sim_backend.bus import registers as reg
 from sim_backend.bus.agenda import Agenda
 from sim_backend.bus.al_machine import DELAYS_NS, AlMachine
@@ -238,12 +239,17 @@ class Slave:
             self.al.fail(reg.SAFEOP, reg.SYNC_MANAGER_WATCHDOG)
         self.on_change()
 
-    def safe_outputs(self, image: bytearray, places: "list") -> None:
-        """Writes what the outputs become when the master no longer drives them; ``places``: copies
-        into the image.
+    def safe_outputs(self, image: bytearray, places: list[Place]) -> None:
+        """Writes what the outputs become when the master no longer drives them; ``places``: of
+        this slave's entries in the image.
         """
-        for copy in places:
-            copy.zero(image)
+        for place in places:
+            if place.entry.bits < 8:
+                image[place.byte] &= ~(((1 << place.entry.bits) - 1) << place.bit)
+            else:
+                image[place.byte : place.byte + place.entry.bits // 8] = bytes(
+                    place.entry.bits // 8
+                )
 
     def power_up(self) -> None:
         """As after its supply came back: everything volatile is gone."""

@@ -6,17 +6,19 @@ identity as in epa_rt/config/devices.py. docs/emulated-bus.md has the addresses,
 stored only.
 """
 
+from collections.abc import Callable
 from struct import pack
 
 from epa_rt.config.devices import DEVICES
+from epa_rt.signals.image import Place
 from sim_backend.bus import dictionary as od
 from sim_backend.bus import registers as reg
 from sim_backend.bus import sii
 from sim_backend.bus.agenda import Agenda
-from sim_backend.bus.logical import BitCopy, ByteCopy
 from sim_backend.bus.pdo_objects import add_assignment, add_identity, add_mapping, add_sync_objects
 from sim_backend.bus.sii import Pdo, PdoEntry, SyncManagerSetting
 from sim_backend.bus.slave import Controller, Settings, Slave
+from sim_backend.input_filter import ENABLE_OBJECT, NO_FILTER, SELECT_OBJECT
 
 _COUPLER = Controller(0x11, 8, 8, 0x00F0, is_copper=True, has_clock=True, is_emulated=True)
 _DIGITAL = Controller(0x12, 2, 4, 0x0030, is_emulated=True)
@@ -115,7 +117,9 @@ def _input_pdos() -> tuple[Pdo, ...]:
 
 
 class AnalogInputs(Slave):
-    """EL3004: four inputs of +-10 V, 12 bits presented in 16."""
+    """EL3004: four inputs of +-10 V, 12 bits presented in 16. Its filter is on, 50 Hz FIR, until
+    channel 1's objects say otherwise, for all channels.
+    """
 
     def __init__(
         self,
@@ -142,6 +146,7 @@ class AnalogInputs(Slave):
             ),
         )
         super().__init__(name, _ANALOG, content, agenda, settings)
+        self.on_filter: Callable[[], None] = lambda: None
         add_identity(self.dictionary, content, 0x012C1389)
         for pdo in content.pdos:
             add_mapping(self.dictionary, pdo)
@@ -155,6 +160,14 @@ class AnalogInputs(Slave):
         )
         for n in range(4):
             self._add_channel(n)
+        for place in (ENABLE_OBJECT, SELECT_OBJECT):
+            self.dictionary.item(*place).written = lambda: self.on_filter()
+
+    @property
+    def filter_selection(self) -> int:
+        """0x8000:15, or NO_FILTER where 0x8000:06 switches it off."""
+        is_on = self.dictionary.item(*ENABLE_OBJECT).number
+        return self.dictionary.item(*SELECT_OBJECT).number if is_on else NO_FILTER
 
     def _add_channel(self, n: int) -> None:
         value = lambda: self._channel_bytes(n, 0x11)  # noqa: E731
@@ -311,12 +324,11 @@ class AnalogOutputs(Slave):
     def _place(self, n: int) -> int:
         return self.esc.sync_managers.settings(2)[0] + 2 * n
 
-    def safe_outputs(self, image: bytearray, places: "list[ByteCopy | BitCopy]") -> None:
-        for copy in places:
-            first = (copy.place - self._place(0)) // 2
-            for k, at in enumerate(range(copy.at, copy.at_end, 2)):
-                present = int.from_bytes(image[at : at + 2], "little", signed=True)
-                image[at : at + 2] = pack("<h", self._safe_value(first + k, present))
+    def safe_outputs(self, image: bytearray, places: list[Place]) -> None:
+        for place in places:
+            present = int.from_bytes(image[place.byte : place.byte + 2], "little", signed=True)
+            value = self._safe_value((place.entry.index - 0x7000) >> 4, present)
+            image[place.byte : place.byte + 2] = pack("<h", value)
 
     def _safe_value(self, n: int, present: int) -> int:
         behaviour, default, ramp = (

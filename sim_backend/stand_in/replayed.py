@@ -28,13 +28,11 @@ def commands_of(rig: Rig, outputs: np.ndarray) -> np.ndarray:
     valves, drive = wire_valves(rig), wire_drive(rig)
     machine, command = np.zeros(1, MACHINE), np.zeros(1, COMMAND)
     out = np.zeros(len(outputs), COMMAND)
-    latch_outputs(np.zeros(outputs.shape[1], np.uint8), valves, drive, machine, command, True)
+    latch_outputs(np.zeros(outputs.shape[1], np.uint8), valves, drive, machine, command)
     for k in range(len(outputs)):
         out[k] = command[0]
         if k > 0:
-            latch_outputs(
-                np.ascontiguousarray(outputs[k - 1]), valves, drive, machine, command, True
-            )
+            latch_outputs(np.ascontiguousarray(outputs[k - 1]), valves, drive, machine, command)
     return out
 
 

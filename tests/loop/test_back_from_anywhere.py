@@ -59,9 +59,7 @@ def test_from_beyond_a_limit_of_travel_only_the_way_back_is_open(tmp_path, start
 def test_a_drive_without_its_zero_is_refused_before_power_jogged_and_homed(tmp_path):
     one = OneRig(tmp_path)
     assert one.jog("move 15 mm")[0].outcome == "completed"
-    one.model.switch_drive_off() if hasattr(
-        one.model, "switch_drive_off"
-    ) else one.model.lose_zero()
+    one.model.lose_drive_supply()
     refused = one.experiment()
     assert refused.cause.startswith("unreferenced: ") and "epa home" in refused.cause
     assert not any(sample[8]["cmd_drive_control_raw"] == 0x0F for sample in one.memory.samples)
@@ -78,7 +76,7 @@ def test_a_drive_without_its_zero_is_refused_before_power_jogged_and_homed(tmp_p
 
 def test_nine_thousand_counts_of_offset_are_refused(tmp_path):
     one = OneRig(tmp_path)
-    one.model.machine["offset_counts"], one.model.machine["referenced"] = 9000, 0
+    one.model.machine["offset_counts"], one.model.machine["is_referenced"] = 9000, 0
     assert one.experiment().cause.startswith("unreferenced: ")
 
 

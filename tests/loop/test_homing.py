@@ -63,7 +63,7 @@ def test_approaches_that_scatter_set_no_zero(tmp_path):
 
 def test_here_stands_still_and_sets_the_travel_of_the_rig_file(tmp_path):
     one = OneRig(tmp_path, "mass", "motor_position")
-    one.model.lose_zero()
+    one.model.lose_drive_supply()
     before = one.travel_m
     result, setting = one.set_zero()
     assert result.outcome == "completed" and setting.after == pytest.approx(-28e-3, abs=2e-6)
@@ -111,6 +111,6 @@ def test_a_count_that_is_not_the_home_position_is_found_out(tmp_path):
 def test_a_rig_without_a_zero_section_is_run_as_ever(tmp_path):
     one = OneRig(tmp_path)
     with_zero(one, None)
-    one.model.lose_zero()
+    one.model.lose_drive_supply()
     assert one.experiment().outcome == "completed"
     assert tiny_inputs(tmp_path).rig.motor.zero is not None

@@ -31,9 +31,10 @@ def edited(name: str, *edits: tuple[str, str]) -> Rig:
 class Driven:
     """A rig model between codec halves: named commands in, named signals out."""
 
-    def __init__(self, on: Rig | str, seed: int = 1):
+    def __init__(self, on: Rig | str, seed: int = 1, **more: int):
         self.rig = rig(on) if isinstance(on, str) else on
-        self.model = RigModel(self.rig, load_plant(ROOT / "config" / "rigs" / self.rig.plant), seed)
+        plant = load_plant(ROOT / "config" / "rigs" / self.rig.plant)
+        self.model = RigModel(self.rig, plant, seed, **more)
         self.encoder, self.decoder = Encoder(self.rig), Decoder(self.rig)
         self.command = dict(self.encoder.safe)
 
@@ -48,7 +49,7 @@ class Driven:
 
     def enable(self, mode: int) -> "Driven":
         """Powered in a mode, targets where the rig is."""
-        self.cycles(22)
+        self.cycles(round(0.022 / self.rig.period_s))
         for word in (0x06, 0x07, 0x0F):
             self.cycles(
                 2,
@@ -56,7 +57,7 @@ class Driven:
                 cmd_drive_mode_raw=mode,
                 cmd_motor_travel_m=self.decoder.measured["motor_travel_m"],
             )
-        assert self.decoder.measured["drive_status_raw"] == 0x8237  # bit 15: referenced
+        assert int(self.decoder.measured["drive_status_raw"]) & 0x6F == 0x27
         return self
 
     @property

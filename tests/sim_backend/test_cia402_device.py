@@ -4,10 +4,14 @@ table 30 and figure 2).
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from sim_rigs import Driven
 
 from epa_rt.control.cia402 import DriveState, decode
-from sim_backend import devices as d
+from sim_backend import drive_machine as d
+from sim_backend.drive_motion import STATUS_WORDS
+from sim_backend.wiring import DRIVE
 
 # a command word's meaning by bits 7, 3, 2, 1, 0; the standard's own patterns, x where it says any
 PATTERNS = {
@@ -63,9 +67,20 @@ def machine_in(state: int, control: int = 0) -> np.record:
     return machine
 
 
-def step(state: int, control: int, standstill: bool, before: int = 0) -> int:
+def drive_with(**options: float) -> np.record:
+    drive = np.zeros(1, DRIVE)
+    drive["bus"], drive["period_s"], drive["power_up_cycles"] = 1, 1e-3, 20
+    drive["quick_stop"], drive["shutdown"], drive["disable"], drive["fault"] = 2, 1, 1, 2
+    drive["deceleration_rad_s2"] = drive["quick_stop_rad_s2"] = 1000.0
+    for name, value in options.items():
+        drive[name] = value
+    return drive[0]
+
+
+def step(state: int, control: int, standstill: bool, before: int = 0, **options: float) -> int:
     machine = machine_in(state, before)
-    d._transition(machine[0], control, standstill)
+    machine.speed_rad_s = 0.5 if standstill else 100.0
+    d.step(drive_with(**options), machine[0], control)
     return int(machine.state[0])
 
 
@@ -73,9 +88,13 @@ def step(state: int, control: int, standstill: bool, before: int = 0) -> int:
 @pytest.mark.parametrize("standstill", [STOPPED, MOVING])
 def test_every_state_and_word_goes_where_the_standard_says(state, standstill):
     for control in range(0x80):
-        expected = TABLE[state].get(meanings(control), state)
-        if state == d.QUICK_STOP and standstill:
-            expected = d.SWITCH_ON_DISABLED  # transition 12, the ramp is done
+        meaning = meanings(control)
+        expected = TABLE[state].get(meaning, state)
+        if state == d.ENABLED:
+            if standstill and meaning == "quick stop":
+                expected = d.SWITCH_ON_DISABLED  # transition 12, the ramp is done
+            elif not standstill and meaning in ("switch on", "shutdown"):
+                expected = d.ENABLED  # until the ramp is done
         if state == d.FAULT_REACTION:
             expected = d.FAULT  # transition 14
         assert step(state, control, standstill) == expected, hex(control)
@@ -96,7 +115,7 @@ def test_every_state_and_word_goes_where_the_standard_says(state, standstill):
 )
 def test_a_fault_is_reset_on_the_rising_edge_of_bit_7_only(before, control, after):
     machine = machine_in(d.FAULT, before)
-    d._transition(machine[0], control, STOPPED)
+    d.step(drive_with(), machine[0], control)
     assert machine.state[0] == after and (machine.error_code[0] == 0) == (after != d.FAULT)
 
 
@@ -112,7 +131,7 @@ def test_status_words_mean_their_states():
         d.FAULT: DriveState.FAULT,
     }
     for state, name in names.items():
-        word = int(d.STATUS_WORDS[state])
+        word = int(STATUS_WORDS[state])
         assert decode(word) is name
         assert bool(word & 0x10) == (state not in (d.NOT_READY,)), (
             "voltage enabled" if state != d.NOT_READY else ""
@@ -150,20 +169,6 @@ def test_targets_reach_the_plant_in_its_units():
     assert (
         command["target_torque_nm"] == pytest.approx(-0.085, abs=1e-4) and command["enabled"] == 1.0
     )
-
-
-def test_a_quick_stop_brakes_and_ends_disabled():
-    driven = Driven("bench").enable(9)
-    assert driven.cycles(200, cmd_motor_speed_m_s=0.05)["motor_speed_m_s"] == pytest.approx(
-        0.05, abs=5e-3
-    )
-    driven.cycle(cmd_drive_control_raw=0x02)
-    assert (
-        driven.plant_command["enabled"] == 1.0 and driven.plant_command["target_speed_rad_s"] == 0.0
-    )
-    states = [driven.cycle()["drive_status_raw"] for _ in range(300)]
-    assert states[0] == 0x8217 and states[-1] == 0x8250 and driven.plant_command["enabled"] == 0.0
-    assert abs(driven.decoder.measured["motor_speed_m_s"]) < 1e-3
 
 
 def test_disable_voltage_takes_the_current_off_at_once():
@@ -208,3 +213,49 @@ def test_a_drive_with_fewer_entries_takes_the_missing_ones_as_zero():
         == driven.plant_command["target_torque_nm"]
         == 0.0
     )
+
+
+EVENTS = st.one_of(
+    st.integers(0, 0xFF).map(lambda word: ("word", word)),
+    st.sampled_from([0x06, 0x07, 0x0F, 0x02, 0x00, 0x8F]).map(lambda word: ("word", word)),
+    st.sampled_from([0x8611, 0x2310, d.STO_CODE]).map(lambda code: ("fail", code)),
+    st.just(("alone", 0)),
+    st.just(("supply", 0)),
+)
+
+
+@given(
+    events=st.lists(st.tuples(EVENTS, st.floats(-300.0, 300.0)), max_size=40),
+    options=st.tuples(*(st.sampled_from(c) for c in ((0, 1, 2, 5, 6), (0, 1), (0, 1), (0, 1, 2)))),
+    lost_master=st.integers(0, 3),
+)
+def test_power_goes_where_it_must_and_a_ramp_never_rises(events, options, lost_master):
+    names = ("quick_stop", "shutdown", "disable", "fault")
+    drive = drive_with(
+        lost_master=lost_master, rad_per_count=1e-3, **dict(zip(names, options, strict=True))
+    )
+    machine = machine_in(d.SWITCHED_ON)[0]
+    d.step(drive, machine, 0x0F)
+    assert d.is_powered(machine)
+    for (event, value), speed in events:
+        machine.speed_rad_s = speed
+        braked, ramp = bool(machine.is_braking), abs(machine.ramp_rad_s)
+        if event == "word":
+            machine.is_alone = 0
+            reacting = machine.state == d.FAULT_REACTION
+            d.step(drive, machine, value)
+            if not value & 0x02 and not reacting:
+                assert not d.is_powered(machine)  # disable voltage
+        elif event == "fail":
+            d.fail(drive, machine, value)
+            assert d.can_brake(value) or not d.is_powered(machine)
+        elif event == "alone":
+            d.lose_master(drive, machine)
+            machine.is_alone = 1
+            assert lost_master != 2 or machine.state not in (d.ENABLED, d.QUICK_STOP)
+        else:
+            d.lose_supply(drive, machine)
+            assert not d.is_powered(machine) and not machine.is_referenced
+        if braked and machine.is_braking:
+            assert abs(machine.ramp_rad_s) <= ramp
+        assert not machine.is_braking or d.is_powered(machine)

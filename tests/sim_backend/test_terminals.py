@@ -9,7 +9,7 @@ from sim_rigs import NAMES, Driven, edited, rig
 from epa_rt.config.devices import CONVERSION_S
 from epa_rt.config.ports import MEASURED_PORTS, VALVE_PORTS
 from epa_rt.models.ports import SENSORS
-from sim_backend.devices import sample_inputs
+from sim_backend.devices import MACHINE, sample_inputs
 from sim_backend.wiring import wire_analog_inputs, wire_drive
 
 V = 3276.8
@@ -186,3 +186,76 @@ def test_encoder_counts_are_whole_quadcounts_rounded_down():
         assert int.from_bytes(image[byte : byte + 4].tobytes(), "little", signed=True) == counts, (
             turns
         )
+
+
+def filtered(selection: int, period_s: float, force_n, seconds: float = 0.4) -> np.ndarray:
+    """Counts of the force's channel, one for each cycle, for a force over time (s)."""
+    on = edited(
+        "bench",
+        ("period: 1 ms", f"period: {period_s * 1e3:g} ms"),
+        (
+            "device: EL3004}",
+            "device: EL3004, startup: [{object: 0x8000:06, type: u8, value: 1}, {object:"
+            f" 0x8000:15, type: u16, value: {selection}}}]}}",
+        ),
+    )
+    analog, drive = wire_analog_inputs(on), wire_drive(on)
+    machine, image = np.zeros(1, MACHINE), np.zeros(64, np.uint8)
+    values, seen = np.zeros(len(SENSORS.names)), []
+    for k in range(round(seconds / period_s)):
+        values[SENSORS.names.index("force_n")] = force_n(k * period_s)
+        t_ns = round((k + 1) * period_s * 1e9)
+        assert sample_inputs(image, analog, drive, machine, values, t_ns)
+        seen.append(int.from_bytes(image[6:8].tobytes(), "little", signed=True))
+    return np.array(seen)
+
+
+@pytest.mark.parametrize("period_s", [2e-3, 1e-3, 0.5e-3, 0.25e-3])
+@pytest.mark.parametrize(("selection", "window_s"), [(0, 1 / 50), (1, 1 / 60)])
+def test_a_fir_filter_is_the_mean_over_a_period_of_its_hum(selection, window_s, period_s):
+    step = filtered(selection, period_s, lambda t: 200.0 * (t >= 0.1))
+    late = (np.argmax(step > 2.0 * V) + 1) * period_s - 0.1
+    assert late == pytest.approx(window_s / 2, abs=period_s + 0.7e-3)
+    assert step[-1] == pytest.approx(4.0 * V, abs=16) and step[0] == 0
+    hum = filtered(
+        selection, period_s, lambda t: 100.0 + 50.0 * math.sin(2 * math.pi * t / window_s)
+    )
+    # over a window that is no whole number of cycles a little of it is left
+    assert np.ptp(hum[len(hum) // 2 :]) <= 0.06 * V
+
+
+@pytest.mark.parametrize(
+    ("selection", "cut_off_hz"),
+    [(n, 2 * hz) for n, hz in enumerate((168, 88, 43, 21, 10.5, 5.2, 2.5, 1.2), start=2)],
+)
+def test_an_iir_filter_is_a_lag_of_its_cut_off(selection, cut_off_hz):
+    step = filtered(selection, 0.5e-3, lambda t: 200.0 * (t >= 0.1), 1.0)
+    lag_s = 1.0 / (2 * math.pi * cut_off_hz)
+    reached = (np.argmax(step > 4.0 * V * (1 - math.exp(-1.0))) + 1) * 0.5e-3 - 0.1
+    assert reached == pytest.approx(lag_s, abs=0.05 * lag_s + 0.6e-3)
+
+
+def test_without_its_enable_object_there_is_no_filter():
+    on = edited(
+        "bench",
+        ("device: EL3004}", "device: EL3004, startup: [{object: 0x8000:15, type: u16, value: 3}]}"),
+    )
+    for one in (rig("bench"), on):
+        analog = wire_analog_inputs(one)
+        assert (analog["window_cycles"] == 0.0).all() and (analog["smoothing"] == 1.0).all()
+        assert (analog["conversion_ns"] == 625_000).all()
+
+
+@pytest.mark.parametrize("period_s", [0.5e-3, 0.25e-3])
+def test_between_two_conversions_value_and_toggle_stay(period_s):
+    on = edited("bench", ("period: 1 ms", f"period: {period_s * 1e3:g} ms"))
+    analog, drive = wire_analog_inputs(on), wire_drive(on)
+    machine, image = np.zeros(1, MACHINE), np.zeros(64, np.uint8)
+    values, seen = np.zeros(len(SENSORS.names)), []
+    for k in range(1, 801):
+        values[SENSORS.names.index("force_n")] = 0.25 * k
+        t_ns = round(k * period_s * 1e9)
+        sample_inputs(image, analog, drive, machine, values, t_ns)
+        seen.append((t_ns // 625_000, bytes(image[4:8])))
+    for (before, old), (now, new) in zip(seen, seen[1:], strict=False):
+        assert (old == new) == (before == now)

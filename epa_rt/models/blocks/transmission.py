@@ -12,6 +12,7 @@ SLIDING_RAD_S = 0.5  # speed at which friction that holds nothing at rest builds
 # and later where it would bring the shaft to rest sooner than this: what is steeper, a sub-step of
 # a millisecond does not follow
 FOLLOWED_S = 7e-4
+FULL_DEPTH_M = 1e-3  # of an end stop, from which all of its damping is there
 ALL_THERE = 1e9  # times the speed at which friction builds up, beyond which it is all there
 
 
@@ -130,6 +131,42 @@ def carried_at(roundness, at):
     if w == 0.0 or w == 1.0:
         return w
     return 1.0 - (1.0 - w) * (-math.log1p(-w) / w) ** (1.0 - roundness)
+
+
+@compiled
+def strap_travel(p, travel):
+    """How far the spool at a ``travel`` (m) has pulled the strap in (m), and the slope over travel.
+
+    Where all of the strap is unwound, its end on the spool's rim swings through half a turn and
+    lets it out a little further. From there on the spool winds it up the other way.
+    """
+    if p.strap_on_spool_m == 0.0 or travel >= -p.strap_on_spool_m:
+        return travel, 1.0
+    turn = -(travel + p.strap_on_spool_m) / p.spool_radius_m
+    if turn < math.pi:
+        return -p.strap_on_spool_m - p.spool_radius_m * math.sin(turn), math.cos(turn)
+    return -p.strap_on_spool_m + p.spool_radius_m * (turn - math.pi), -1.0
+
+
+@compiled
+def stop_force(p, travel, speed):
+    """Force (N) of the travel's end stops along positive travel (m, m/s): they push back only.
+
+    Stiffness and damping set in together, so that a stop gives no energy.
+    """
+    if travel < p.low_stop_m:
+        depth = p.low_stop_m - travel
+        return max(p.travel_stop_stiffness_n_m * depth - _stop_drag(p, depth) * speed, 0.0)
+    if travel > p.high_stop_m:
+        depth = travel - p.high_stop_m
+        return min(-p.travel_stop_stiffness_n_m * depth - _stop_drag(p, depth) * speed, 0.0)
+    return 0.0
+
+
+@compiled
+def _stop_drag(p, depth):
+    """Damping (N s/m) of an end stop at a depth: full from ``FULL_DEPTH_M`` on."""
+    return p.travel_stop_viscous_n_s_m * min(depth / FULL_DEPTH_M, 1.0)
 
 
 @compiled

@@ -43,7 +43,7 @@ def _epa(*words: object) -> tuple[int, str]:
 
 
 def _supply_lost(bus) -> None:
-    bus.plant.switch_drive_off()
+    bus.plant.lose_drive_supply()
 
 
 def _travel_m(bus) -> float:

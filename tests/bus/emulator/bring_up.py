@@ -3,6 +3,7 @@
 import struct
 
 from epa_rt.config.rig_checks import entries_of
+from epa_rt.signals.drive_options import drive_options
 from tests.bus.emulator.small_master import LRW, OP, PREOP, SAFEOP, SmallMaster
 
 LOGICAL = 0x10000
@@ -11,6 +12,23 @@ MAILBOXES = {
     "EL4034": (128, 0x1000, 0x1080),
     "EPOS4": (48, 0x1000, 0x1030),
 }
+
+
+def settings_of(rig, slave):
+    """Objects that the simulated backend takes as written: (index, subindex, bytes)."""
+    if slave.device == "EL3004":
+        return [(0x8000, 0x06, b"\0")]
+    if slave.device != "EPOS4" or slave.analog_command is not None:
+        return []
+    options = drive_options(rig)
+    return [
+        *(
+            (index, 0, struct.pack("<h", value))
+            for index, value in zip((0x6007, 0x605A, 0x605B, 0x605C, 0x605E), options, strict=False)
+        ),
+        (0x6084, 0, struct.pack("<I", options.deceleration_rpm_s)),
+        (0x6085, 0, struct.pack("<I", options.quick_stop_rpm_s)),
+    ]
 
 
 class Wire:
@@ -48,6 +66,8 @@ class Wire:
             at = self.at[slave.name]
             if slave.device == "EPOS4":
                 self.map_drive(slave)
+            for index, subindex, data in settings_of(self.rig, slave):
+                self.master.download(at, index, subindex, data)
             out_bits = sum(entry.bits for entry in entries_of(slave, True))
             in_bits = sum(entry.bits for entry in entries_of(slave, False))
             if slave.device == "EL2124":

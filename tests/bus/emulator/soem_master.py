@@ -16,6 +16,7 @@ from epa_rt.config.rig import load_rig
 from epa_rt.config.rig_checks import entries_of
 from epa_rt.signals.image import image_of
 from sim_backend.bus.control import ControlClient
+from tests.bus.emulator.bring_up import settings_of
 
 
 def map_drive(slave, rig_slave):
@@ -41,14 +42,19 @@ class Soem:
         self.master = pysoem.Master()
         self.master.open(os.environ["EPA_BUS_INTERFACE"])
 
+    def set_up(self, slave, rig_slave):
+        if rig_slave.device == "EPOS4":
+            map_drive(slave, rig_slave)
+        for index, subindex, data in settings_of(self.rig, rig_slave):
+            slave.sdo_write(index, subindex, data)
+
     def bring_up(self):
         master = self.master
         found = next(count for _ in range(5) if (count := master.config_init()) > 0)
         for slave, rig_slave in zip(master.slaves, self.rig.slaves, strict=False):
-            if rig_slave.device == "EPOS4":
-                slave.config_func = lambda _, slave=slave, rig_slave=rig_slave: map_drive(
-                    slave, rig_slave
-                )
+            slave.config_func = lambda _, slave=slave, rig_slave=rig_slave: self.set_up(
+                slave, rig_slave
+            )
         master.manual_state_change = True
         master.config_overlap_map()
         has_clock = master.config_dc()

@@ -1,6 +1,8 @@
 """`epa bus` on the command line, and the control channel behind it."""
 
+import gc
 import json
+import socket
 import subprocess
 import sys
 import textwrap
@@ -11,6 +13,7 @@ from epa_rt.cli.bus import _FAULTS
 from sim_backend.bus.bus_faults import ALL_FAULTS
 from sim_backend.bus.control import ControlClient, ControlError, ControlServer
 from sim_backend.bus.namespace import run_beside
+from sim_backend.bus.server import Server
 from tests.bus.emulator.conftest import RIGS
 
 
@@ -108,3 +111,43 @@ def test_the_control_channel_survives_nonsense(tmp_path):
         server.close()
     with pytest.raises(ControlError, match="no emulated bus"):
         ControlClient(tmp_path / "control")
+
+
+def _nothing(request):
+    return {}
+
+
+def test_a_control_path_that_is_something_else_is_left_as_it_is(tmp_path):
+    kept = tmp_path / "notes"
+    kept.write_text("mine")
+    (tmp_path / "link").symlink_to(kept)
+    for path in (kept, tmp_path / "link", tmp_path):
+        with pytest.raises(OSError, match="found a file that is no socket, expected a free path"):
+            ControlServer(path, {}, _nothing)
+    assert kept.read_text() == "mine" and (tmp_path / "link").is_symlink()
+
+
+def test_only_the_socket_of_a_dead_emulator_is_taken_over(tmp_path):
+    path = tmp_path / "control"
+    first = ControlServer(path, {}, _nothing)
+    with pytest.raises(OSError, match="at which somebody answers"):
+        ControlServer(path, {}, _nothing)
+    first._listener.close()  # as after kill -9: the socket's file is left
+    second = ControlServer(path, {}, _nothing)
+    path.unlink()
+    path.write_text("another's")
+    second.close()
+    assert path.read_text() == "another's"
+
+
+def test_before_it_says_ready_nothing_is_left_to_warm_up(bench):
+    here, there = socket.socketpair()
+    with here, there:
+        server = Server(bench, here)
+        server.stop()
+        try:
+            server.warm_up()
+            assert not gc.isenabled() and gc.get_freeze_count() > 0
+        finally:
+            server.run()
+        assert gc.isenabled() and gc.get_freeze_count() == 0

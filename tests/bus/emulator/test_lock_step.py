@@ -4,9 +4,12 @@ import random
 
 import pytest
 
+from epa_rt.config.rig import rig_from
+from epa_rt.config.source import parse_yaml
 from epa_rt.models.plant_file import load_plant
 from epa_rt.signals.image import image_of
 from sim_backend.backend import SimBackend
+from sim_backend.bus.emulated_bus import EmulatedBus
 from tests.bus.emulator.bring_up import Wire
 from tests.bus.emulator.conftest import RIGS
 
@@ -42,6 +45,22 @@ def test_same_bytes_as_the_simulated_backend(make_bus, name):
         assert counter == wire.expected_counter
         assert inputs == reference.exchange(outputs).inputs_raw, f"cycle {k}"
     assert bus.cycle == CYCLES
+
+
+@pytest.mark.parametrize("period_ms", [2, 0.5, 0.25])
+def test_so_it_does_at_every_period(period_ms):
+    text = (RIGS / "bench.yaml").read_text(encoding="utf-8")
+    rig = rig_from(
+        parse_yaml(text.replace("period: 1 ms", f"period: {period_ms} ms"), "bench.yaml")
+    )
+    plant = load_plant(RIGS / rig.plant)
+    wire = Wire(EmulatedBus(rig, plant, seed=5, lock_step=True))
+    reference = SimBackend(rig, plant, 5)
+    reference.open()
+    wire.exchange(bytes(wire.output_size))
+    wire.bus.rewind()
+    for k, outputs in enumerate(commands(rig, 3)):
+        assert wire.exchange(outputs)[0] == reference.exchange(outputs).inputs_raw, f"cycle {k}"
 
 
 def test_only_frames_with_all_outputs_move_the_plant(wire):

@@ -4,9 +4,9 @@ import struct
 
 import pytest
 
-from sim_backend.devices import ENABLED, FAULT
+from sim_backend.devices import ENABLED, FAULT, QUICK_STOP, SWITCH_ON_DISABLED
 from tests.bus.emulator.bring_up import Wire
-from tests.bus.emulator.small_master import OP, SAFEOP, Abort
+from tests.bus.emulator.small_master import OP, SAFEOP, Abort, ethernet
 
 VALVES, ANALOG_IN, ANALOG_OUT, DRIVE = 0x1002, 0x1003, 0x1004, 0x1005
 LOST = SAFEOP | 0x10
@@ -70,12 +70,34 @@ def test_the_valves_go_to_their_safe_state_and_come_back_with_data(live):
     assert live.bus.plant.command["inlet"][0, 0] == 1.0
 
 
-def test_the_drive_loses_its_torque_and_reports_why(live):
+@pytest.mark.parametrize(
+    ("code", "ends", "powered"),
+    [(0, ENABLED, 1.0), (1, FAULT, 0.0), (2, SWITCH_ON_DISABLED, 0.0), (3, QUICK_STOP, 1.0)],
+)
+def test_a_drive_without_its_master_does_what_its_object_says(live, code, ends, powered):
+    live.master.download(DRIVE, 0x6007, 0, struct.pack("<h", code))
     enable(live)
-    live.master.wait(110)
-    assert live.bus.plant.command["enabled"][0] == 0.0
-    assert live.bus.plant.machine["state"][0] == FAULT
-    assert live.bus.plant.machine["error_code"][0] == 0x8180
+    live.master.wait(150)
+    machine = live.bus.plant.machine
+    assert machine["state"][0] == ends and live.bus.plant.command["enabled"][0] == powered
+    assert machine["error_code"][0] == (0x8180 if ends == FAULT else 0)
+
+
+def test_a_second_master_that_starts_anew_takes_the_outputs_away(live):
+    """Its INIT leaves OP: valves are safe, the drive brakes and holds until told otherwise."""
+    live.master.download(DRIVE, 0x6085, 0, struct.pack("<I", 20_000))
+    for control in (0x06, 0x07, 0x0F):
+        run(live, outputs(valves=3, control=control, mode=9), 30)
+    data = outputs(valves=3, control=0x0F, mode=9)
+    run(live, data[:-6] + struct.pack("<ih", 1000, 0), 100)
+    assert live.bus.plant.sensors["motor_speed_rad_s"][0] > 50.0
+    live.bus.receive(bytearray(ethernet((8, 0x0120 << 16, b"\x01\x00"))), live.master.now_ns)
+    live.master.wait(100)
+    command = live.bus.plant.command
+    assert {slave.al.state for slave in live.bus.slaves.values()} == {1}
+    assert command["inlet"][0, 0] == 0.0 and command["exhaust"][0, 0] == 1.0
+    assert live.bus.plant.machine["state"][0] == QUICK_STOP
+    assert abs(live.bus.plant.sensors["motor_speed_rad_s"][0]) < 1.0
 
 
 @pytest.mark.parametrize(

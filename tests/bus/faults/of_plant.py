@@ -14,6 +14,9 @@ _PRESSURE, _INLET, _EXHAUST = (
     "cmd_muscle_exhaust_open",
 )
 
+# from 50 mm/s at 2 m/s^2, until the speed loop of the drive has settled as well
+BRAKING_CYCLES = 100
+
 SCENARIOS: dict[str, Scenario] = {
     "wire_broken, pressure": Scenario(
         one("wire_broken", _PRESSURE), "", _VALID, 3, "invalid sensor: muscle_pressure_pa"
@@ -120,6 +123,21 @@ SCENARIOS: dict[str, Scenario] = {
         "loop: limits",
         3,
         "over-travel: motor_travel_m",
+    ),
+    "count_offset, moving": Scenario(
+        one("count_offset", value=-3000.0),
+        "a count that goes wrong in a run is a jump; one that is wrong from the start shows in no"
+        " row",
+        _MOTION,
+        3,
+        "position jump: motor_travel_m",
+    ),
+    "drive_supply_lost": Scenario(
+        one("drive_supply_lost"),
+        "count and reference are lost with it",
+        "driver: working counter, then the states at once",
+        4,
+        "drive (slave 5, EPOS4) does not answer any more",
     ),
     "valve_stuck_open, inlet, moving": Scenario(
         one("valve_stuck_open", _INLET),
@@ -228,7 +246,12 @@ SCENARIOS: dict[str, Scenario] = {
     ),
     "sto": Scenario(one("sto"), "", _DRIVE, 3, "(error 0x8A88 safe torque off (STO) active)"),
     "following_error": Scenario(
-        one("following_error"), "", _DRIVE, 3, "(error 0x8611 following error)"
+        one("following_error"),
+        "the drive brakes before it takes its power away",
+        _DRIVE,
+        3,
+        "(error 0x8611 following error)",
+        within=BRAKING_CYCLES,
     ),
     "knee: sto": Scenario(
         one("sto"), "", _DRIVE, 3, "(error 0x8A88 safe torque off (STO) active)", rig="knee"
