@@ -72,8 +72,7 @@ def _transition(machine, control: int, standstill: bool) -> None:  # noqa: C901
     elif not control & 0x02:  # disable voltage: transitions 7, 9, 10, 12
         machine.state = SWITCH_ON_DISABLED
     elif state == QUICK_STOP:
-        if standstill:
-            machine.state = SWITCH_ON_DISABLED
+        pass  # option 6: it holds until its voltage is taken off
     elif not control & 0x04:  # quick stop: transitions 7, 10, 11
         machine.state = QUICK_STOP if state == ENABLED else SWITCH_ON_DISABLED
     elif not control & 0x01:  # shutdown: transitions 2, 6, 8
