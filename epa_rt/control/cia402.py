@@ -130,7 +130,7 @@ class DriveEnabler:
 
     @property
     def holds(self) -> bool:
-        """True while the drive has power as asked: it follows targets, or holds after a quick stop."""
+        """True while the drive follows targets, or holds after a quick stop that was asked for."""
         return self._reached or self._holding
 
     def quick_stop(self) -> None:

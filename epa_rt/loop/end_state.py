@@ -15,10 +15,11 @@ _SHOWN = {
 
 @dataclass(frozen=True)
 class EndState:
-    """What was measured at the end; ``at_rest``, ``vented`` and ``off`` are None where nobody knows.
+    """What was measured at the end. ``at_rest``, ``vented``, ``off``: None where nobody knows.
 
     ``axes``: positions and speed by row, SI. ``pressures``: by row, absolute Pa, filtered.
-    ``current_a``: of a drive on wires. ``off_by``: what told that the drive is off.
+    ``current_a``: of a drive on wires. ``off_by``: what told that the drive is off. ``beyond``: how
+    far outside its limits motion and speed went while the run ended.
     ``unknown``: a sentence for each thing that is not known, with its cause.
     """
 
@@ -30,6 +31,7 @@ class EndState:
     off: bool | None
     off_by: str
     timed_out: bool
+    beyond: dict[str, float]
     unknown: tuple[str, ...] = ()
 
     @property
@@ -47,7 +49,12 @@ class EndState:
 
     def figures(self, rig: Rig) -> str:
         """Travel, speed and pressures with their units."""
-        shown = [_shown(rig, name, value) for name, value in self.axes.items()]
+        shown = [
+            _shown(rig, name, value)
+            if name == rig.motor.speed
+            else f"{_spoken(rig, name)} {_shown(rig, name, value)}"
+            for name, value in self.axes.items()
+        ]
         shown += [
             f"{muscle.name} {self.pressures[muscle.pressure] / 1e3:.0f} kPa abs"
             for muscle in rig.muscles
@@ -73,6 +80,10 @@ class EndState:
         ]
         if self.current_a is not None and self.off_by == "current":
             parts[1] += f" ({self.current_a:.3f} A)"
+        for name, value in self.beyond.items():
+            low, high = (_shown(rig, name, limit) for limit in rig.row(name).limits)
+            what = f"{_spoken(rig, name)} went to {_shown(rig, name, value)}"
+            parts.append(f"while ending, {what}, outside {low} to {high}")
         if self.timed_out:
             parts.append(f"waited for {waited_s:g} s")
         parts += [f"not known: {sentence}" for sentence in self.unknown]
@@ -82,8 +93,8 @@ class EndState:
         """Which muscles hold pressure, and what to look at."""
         names = [m.name for m in rig.muscles if m.pressure in self.pressures]
         return (
-            f"NOT vented: air is stored in {' or '.join(names) or 'a muscle'}; exhaust stuck closed,"
-            " or inlet stuck open?"
+            f"NOT vented: air is stored in {' or '.join(names) or 'a muscle'};"
+            " exhaust stuck closed, or inlet stuck open?"
         )
 
     def facts(self) -> dict[str, object]:
@@ -96,6 +107,7 @@ class EndState:
             "vented": self.vented,
             "drive_off": self.off,
             "timed_out": self.timed_out,
+            "beyond": self.beyond,
             "unknown": list(self.unknown),
         }
 
@@ -107,5 +119,10 @@ def _word(known: bool | None, yes: str, no: str, unknown: str) -> str:
 def _shown(rig: Rig, name: str, value: float) -> str:
     factor, unit = _SHOWN.get(rig.row(name).si_unit, (1.0, rig.row(name).si_unit))
     digits = 1 if abs(value * factor) < 1e3 else 0
-    text = f"{round(value * factor, digits) + 0.0:.{digits}f} {unit}"
-    return text if name == rig.motor.speed else f"{name.rsplit('_', 1)[0].replace('_', ' ')} {text}"
+    return f"{round(value * factor, digits) + 0.0:.{digits}f} {unit}"
+
+
+def _spoken(rig: Rig, name: str) -> str:
+    """'motor travel' for motor_travel_m."""
+    unit = rig.row(name).si_unit.replace("/", "_")
+    return name.removesuffix(f"_{unit}").replace("_", " ")

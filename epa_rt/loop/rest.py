@@ -1,5 +1,4 @@
-"""Whether the rig is at rest, as measured: the motor and the joint stand, the muscles are vented, no
-power.
+"""Whether the rig is at rest, as measured: motor and joint stand, muscles are vented, no power.
 
 Nothing old counts: a cycle without sound process data, or a row that is invalid or stale, says
 nothing.
@@ -43,7 +42,7 @@ class StandWatch:
 
 
 class RestWatch:
-    """``step`` once per cycle while a run ends; then ``still``, ``vented``, ``off`` and ``unheard``.
+    """``step`` once per cycle while a run ends; ``still``, ``vented``, ``off``, ``unheard``.
 
     ``motor_stands``: the motor alone; a joint may swing on its muscles.
     ``vented_pa``: by muscle, the gauge pressure below which it counts as vented. ``off`` is None
@@ -75,6 +74,9 @@ class RestWatch:
         self._slow = self._silent = self._heard = self._currentless = self._zeros = 0
         self._last: dict[str, float] = {}
         self._not_believed = 0
+        inside = [name for name in (motor.position, motor.speed) if name and rig.row(name).limits]
+        self._inside = [(name, *rig.row(name).limits) for name in inside]
+        self._beyond: dict[str, float] = {}
 
     def learn_zero(self, measured: Mapping[str, float], bus_ok: bool) -> None:
         """In bring-up, with the drive off: what its current reads without any."""
@@ -99,12 +101,20 @@ class RestWatch:
         self._heard += 1
         self._last.update(measured)
         self._not_believed = self._decoder.invalid | self._decoder.stale
+        for name, low, high in self._inside:
+            if not low <= measured[name] <= high:
+                self._goes_beyond(name, measured[name])
         self.still = self._stand(measured)
         self.vented = self._empty(measured)
         self.off = self._without_power(measured, is_off)
 
     def _believed(self, name: str) -> bool:
         return not self._not_believed & self._bit[name]
+
+    def _goes_beyond(self, name: str, value: float) -> None:
+        """Keeps how far outside its limits a row was while the run ended."""
+        if self._believed(name) and abs(value) >= abs(self._beyond.get(name, 0.0)):
+            self._beyond[name] = value
 
     def _stand(self, measured: Mapping[str, float]) -> bool:
         for axis in self._axes:
@@ -160,6 +170,7 @@ class RestWatch:
             None if self.unheard or not self._heard else self.off,
             "status word" if self._says else "current" if self._by_current else "",
             timed_out,
+            dict(self._beyond),
             unknown,
         )
 

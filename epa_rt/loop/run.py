@@ -25,7 +25,6 @@ from epa_rt.safety.envelope import Envelope
 from epa_rt.safety.trip import Trip
 from epa_rt.signals.codec import Decoder, Encoder
 
-
 INTERNAL = "internal error"
 
 
@@ -72,6 +71,16 @@ class RunResult:
     category: str = ""
 
 
+@dataclass
+class _Now:
+    """Where the loop stands: kept apart, so that an error leaves it readable."""
+
+    outputs_raw: bytes
+    cycle: int = -1
+    t_ns: int = 0
+    stopped: bool = False
+
+
 def run(
     rig: Rig,
     backend: Backend,
@@ -88,106 +97,117 @@ def run(
     The backend is opened and closed here; closing puts the outputs into their safe state once more.
     A first fault of this program brakes by the envelope, as a trip does; a second one only closes.
     """
-    overruns, gaps, broken, stopped, cycle, t_ns = Overruns(rig.overrun), Gaps(), "", False, -1, 0
-    outputs_raw = encoder.safe_raw
-    lost_bus = ""
+    overruns, gaps, now, broken, lost_bus = (
+        Overruns(rig.overrun),
+        Gaps(),
+        _Now(encoder.safe_raw),
+        "",
+        "",
+    )
     told = getattr(
         backend, "events", []
     )  # what a bus has to say: recoveries, emergencies, the clock's lock
+    parts = (backend, supervisor, envelope, decoder, encoder, recording, requests, overruns, gaps)
     try:
         backend.open()
-        while supervisor.state != DONE:
-            try:
-                while supervisor.state != DONE:
-                    exchange = backend.exchange(outputs_raw)
-                    cycle, t_ns, inputs_raw, bus_ok, lateness_ns, busy_ns = exchange
-                    measured = decoder.decode(inputs_raw)
-                    request = requests.poll(cycle)
-                    flags = FLAG_WORKING_COUNTER_OK if bus_ok else 0
-                    if (not bus_ok or gaps.in_a_row) and (sentence := gaps.step(bus_ok)):
-                        recording.event(cycle, t_ns, "gap", sentence)
-                    if lateness_ns or overruns.in_a_row or request or recording.failure:
-                        flags |= _judge(cycle, lateness_ns, request, recording, overruns, envelope)
-                    stopped = stopped or request != 0 or overruns.wants_stop
-                    command = _step(supervisor, cycle, measured, stopped, bus_ok)
-                    outputs = envelope.check(
-                        cycle,
-                        bus_ok,
-                        measured,
-                        decoder.invalid,
-                        decoder.stale,
-                        command,
-                        t_ns + lateness_ns,
-                        supervisor.fault,
-                    )
-                    if envelope.tripped is not None:
-                        flags |= FLAG_TRIPPED
-                        supervisor.after_trip(envelope.stopping, measured, bus_ok)
-                        if envelope.tripped.cycle != cycle:
-                            command = outputs  # nobody asks for more than what leaves
-                    if supervisor.state >= SAFE:
-                        outputs = envelope.power_off()
-                    outputs_raw = encoder.encode(outputs)
-                    recording.sample(
-                        cycle,
-                        t_ns,
-                        flags,
-                        supervisor.state,
-                        supervisor.phase,
-                        lateness_ns,
-                        busy_ns,
-                        decoder.invalid,
-                        decoder.stale,
-                        inputs_raw,
-                        outputs_raw,
-                        measured,
-                        supervisor.reference,
-                        command,
-                        supervisor.estimate,
-                    )
-                    if supervisor.events or (
-                        flags & FLAG_TRIPPED and envelope.tripped.cycle == cycle
-                    ):
-                        _report(supervisor, envelope, recording, cycle, t_ns)
-                    if told:
-                        _pass_on(told, recording, cycle, t_ns)
-            except BackendError:
-                raise
-            except Exception as error:
-                if broken or supervisor.state >= SAFE:
-                    raise
-                broken = _own_fault(error, recording, cycle, t_ns)
-                envelope.trip(INTERNAL, "", broken.removeprefix(f"{INTERNAL}: "), cycle + 1)
+        try:
+            _exchange_until_done(now, told, *parts)
+        except BackendError:
+            raise
+        except Exception as error:
+            broken = _own_fault(error, recording, now)
+            envelope.trip(INTERNAL, "", broken.removeprefix(f"{INTERNAL}: "), now.cycle + 1)
+            _exchange_until_done(now, told, *parts)
     except BackendError as error:
         lost_bus = str(error)
-        recording.event(max(cycle, 0), t_ns, "error", lost_bus)
+        recording.event(max(now.cycle, 0), now.t_ns, "error", lost_bus)
     except Exception as error:  # the second fault of ours: nothing is left but to close
-        broken = "; ".join(filter(None, (broken, _own_fault(error, recording, cycle, t_ns))))
+        broken = "; ".join(filter(None, (broken, _own_fault(error, recording, now))))
     finally:
-        closing = _close(backend, recording, cycle, t_ns)
+        closing = _close(backend, recording, now.cycle, now.t_ns)
         broken = "; ".join(filter(None, (broken, lost_bus, closing)))
-        _pass_on(told, recording, cycle, t_ns)
-    end = _end_state(supervisor, lost_bus or broken, cycle)
+        _pass_on(told, recording, now.cycle, now.t_ns)
+    end = _end_state(supervisor, broken, now.cycle)
     if end is not None:  # the drive's last word, where the bus heard it
         end = end.heard_at_closing(getattr(backend, "drive_off", None))
-    return _result(
-        envelope,
-        supervisor,
-        overruns,
-        broken,
-        stopped,
-        cycle + 1,
-        t_ns,
-        encoder.saturated,
-        gaps.count,
-        end,
-    )
+    return _result(envelope, supervisor, overruns, broken, now, encoder.saturated, gaps.count, end)
 
 
-def _own_fault(error: Exception, recording: Recording, cycle: int, t_ns: int) -> str:
+def _exchange_until_done(
+    now: _Now,
+    told: list,
+    backend: Backend,
+    supervisor: Supervisor,
+    envelope: Envelope,
+    decoder: Decoder,
+    encoder: Encoder,
+    recording: Recording,
+    requests: Requests,
+    overruns: Overruns,
+    gaps: Gaps,
+) -> None:
+    """Cycle after cycle until the supervisor is done. Whatever is raised, ``now`` says where."""
+    outputs_raw, cycle, t_ns, stopped = now.outputs_raw, now.cycle, now.t_ns, now.stopped
+    try:
+        while supervisor.state != DONE:
+            exchange = backend.exchange(outputs_raw)
+            cycle, t_ns, inputs_raw, bus_ok, lateness_ns, busy_ns = exchange
+            measured = decoder.decode(inputs_raw)
+            request = requests.poll(cycle)
+            flags = FLAG_WORKING_COUNTER_OK if bus_ok else 0
+            if (not bus_ok or gaps.in_a_row) and (sentence := gaps.step(bus_ok)):
+                recording.event(cycle, t_ns, "gap", sentence)
+            if lateness_ns or overruns.in_a_row or request or recording.failure:
+                flags |= _judge(cycle, lateness_ns, request, recording, overruns, envelope)
+            stopped = stopped or request != 0 or overruns.wants_stop
+            command = _step(supervisor, cycle, measured, stopped, bus_ok)
+            outputs = envelope.check(
+                cycle,
+                bus_ok,
+                measured,
+                decoder.invalid,
+                decoder.stale,
+                command,
+                t_ns + lateness_ns,
+                supervisor.fault,
+            )
+            if envelope.tripped is not None:
+                flags |= FLAG_TRIPPED
+                supervisor.after_trip(envelope.stopping, measured, bus_ok)
+                if envelope.tripped.cycle != cycle:
+                    command = outputs  # nobody asks for more than what leaves
+            if supervisor.state >= SAFE:
+                outputs = envelope.power_off()
+            outputs_raw = encoder.encode(outputs)
+            recording.sample(
+                cycle,
+                t_ns,
+                flags,
+                supervisor.state,
+                supervisor.phase,
+                lateness_ns,
+                busy_ns,
+                decoder.invalid,
+                decoder.stale,
+                inputs_raw,
+                outputs_raw,
+                measured,
+                supervisor.reference,
+                command,
+                supervisor.estimate,
+            )
+            if supervisor.events or (flags & FLAG_TRIPPED and envelope.tripped.cycle == cycle):
+                _report(supervisor, envelope, recording, cycle, t_ns)
+            if told:
+                _pass_on(told, recording, cycle, t_ns)
+    finally:
+        now.outputs_raw, now.cycle, now.t_ns, now.stopped = outputs_raw, cycle, t_ns, stopped
+
+
+def _own_fault(error: Exception, recording: Recording, now: _Now) -> str:
     """A fault of this program, in the log with its traceback; the sentence."""
-    text = f"{INTERNAL}: {type(error).__name__}: {error}"
-    recording.event(max(cycle, 0), t_ns, "error", text, traceback=traceback.format_exc())
+    text, trace = f"{INTERNAL}: {type(error).__name__}: {error}", traceback.format_exc()
+    recording.event(max(now.cycle, 0), now.t_ns, "error", text, traceback=trace)
     return text
 
 
@@ -292,9 +312,7 @@ def _result(
     supervisor: Supervisor,
     overruns: Overruns,
     broken: str,
-    stopped: bool,
-    cycles: int,
-    t_ns: int,
+    now: _Now,
     saturated: int,
     bad_cycles: int,
     end: EndState | None,
@@ -307,7 +325,7 @@ def _result(
         )
     elif trip is not None:
         outcome, cause = "tripped", str(trip)
-    elif stopped:
+    elif now.stopped:
         outcome, cause = (
             "stopped",
             ("overruns" if overruns.wants_stop else "the operator asked to stop"),
@@ -318,7 +336,7 @@ def _result(
     return RunResult(
         outcome,
         cause,
-        cycles,
+        now.cycle + 1,
         bool(end is not None and end.off),
         overruns.count,
         overruns.worst_ns,
@@ -327,7 +345,7 @@ def _result(
         _by_row(motions, lambda motion: motion.saturated),
         _by_row(motions, lambda motion: motion.slewed),
         trip,
-        t_ns,
+        now.t_ns,
         saturated,
         bad_cycles,
         end,

@@ -1,9 +1,9 @@
 """The run as a machine of nine states, from a rig at rest to a rig that is at rest again.
 
-Bring-up moves nothing; the drive is enabled with its targets on the actual values; phases run. A run
-that ends by itself, or by the operator's first stop, holds under power while it vents; a trip brakes,
-holds and vents by the envelope's stop outputs. Every way out ends in ``safe`` and is watched until
-the rig is measured to be at rest. It decides what to ask for; whether that may leave is the
+Bring-up moves nothing; the drive is enabled with its targets on the actual values; phases run. A
+run that ends by itself, or by the operator's first stop, holds under power while it vents. A trip
+brakes, holds and vents by the envelope's stop outputs. Every way out ends in ``safe``, watched
+until the rig is measured to be at rest. It decides what to ask for; whether that may leave is the
 envelope's to say.
 """
 
@@ -37,8 +37,8 @@ class Supervisor:
 
     ``fault`` is what the supervisor found and the envelope shall trip on. ``events`` are (kind,
     text, data), to be drained by the loop. ``confirmed``: the drive was found off after the safe
-    outputs went out. ``end`` is what was measured last, from ``done`` on. ``category``: how a trip stopped the rig, in
-    words. ``motions``: by loop.
+    outputs went out. ``end`` is what was measured last, once done. ``category``: how a trip stopped
+    the rig, in words. ``motions``: by loop.
     """
 
     def __init__(

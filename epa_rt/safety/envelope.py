@@ -1,8 +1,8 @@
 """The last gate before the bytes. It knows the rig's table and nothing of controllers or
 experiments.
 
-Whatever comes in, what leaves is a command within every limit; after a trip, which latches, the stop
-outputs (brake and hold under power) or the safe ones.
+Whatever comes in, what leaves is a command within every limit. After a trip, which latches, it is
+the stop outputs (brake and hold under power) or the safe ones.
 """
 
 from collections.abc import Callable

@@ -1,7 +1,7 @@
 """What leaves after a trip: outputs that brake and hold under power, or the safe ones without it.
 
-Stop categories as in IEC 60204-1. Category 1: the drive brakes and holds while the muscles vent, then
-power goes. Category 0: power goes at once, for good.
+Stop categories as in IEC 60204-1. Category 1: the drive brakes and holds while the muscles vent,
+then power goes. Category 0: power goes at once, for good.
 """
 
 from epa_rt.config.rig import Rig
