@@ -165,14 +165,28 @@ class RestWatch:
             {name: self._last[name] for name in names if self._known(name)},
             {name: pa for name, pa in self._pressures.items() if self._known(name)},
             self._last.get(self._by_current) if self._by_current else None,
-            None if self.unheard or not self._heard else self.still,
-            None if self.unheard or not self._heard else self.vented,
+            self._stands_or_not(names),
+            self._vented_or_not(),
             None if self.unheard or not self._heard else self.off,
             "status word" if self._says else "current" if self._by_current else "",
             timed_out,
             dict(self._beyond),
             unknown,
         )
+
+    def _stands_or_not(self, names: list[str]) -> bool | None:
+        """None where it was not seen to stand and one of the rows is not known."""
+        if self.unheard or not all(map(self._known, names)):
+            return None
+        return self.still
+
+    def _vented_or_not(self) -> bool | None:
+        """None where no muscle is known to hold pressure and one of them is not known."""
+        if self.unheard or not self._heard:
+            return None
+        if any(self._pressures[name] > vented_pa for name, vented_pa in self._muscles):
+            return False
+        return self.vented or None
 
     def _known(self, name: str) -> bool:
         return name in self._last and self._believed(name)
