@@ -64,8 +64,8 @@ class EndState:
 
     def text(self, rig: Rig, waited_s: float) -> str:
         """One line for the closing text. ``waited_s``: the longest wait, of the rig file."""
-        rest = _word(self.at_rest, "at rest", "NOT at rest", "at rest or not: not known")
-        vented = _word(self.vented, "vented", self._held(rig), "pressure: not known")
+        rest = _word(self.at_rest, "at rest", "NOT at rest", "rest: not known")
+        vented = _word(self.vented, "vented", self._held(rig), "vented: not known")
         off = _word(
             self.off,
             f"drive off, by its {self.off_by or 'closing answer'}",

@@ -91,6 +91,10 @@ class Supervisor:
         """Whether the drive was measured to be off."""
         return bool(self.end is not None and self.end.off)
 
+    def look(self, measured: dict[str, float]) -> None:
+        """Takes what was measured last, where a run broke off before it had begun to end."""
+        self._watch(measured, True)
+
     @property
     def held_power(self) -> bool:
         """Whether the drive was under power when the supervisor last looked."""

@@ -6,6 +6,7 @@ from epa_rt.config.rig import Rig
 
 INFINITE = float("inf")
 ENABLE_OPERATION = 0x0F
+QUICK_STOP = 0x02
 # CiA 402 control words that this stack has a use for; anything else is a fault above
 CONTROL_WORDS = frozenset((0x00, 0x02, 0x06, 0x07, 0x0F, 0x80))
 MODES = frozenset((0, 8, 9, 10))
@@ -50,7 +51,7 @@ class CommandGate:
         self._rates = tuple(name for name in (motor.speed_target, motor.torque_target) if name)
         self.jump_si = JUMP_S * rig.row(self._target).slew if self._target else 0.0
         self._brake = motor.brake.output if motor.brake else None
-        self.powered = self._follows = False
+        self.powered = self._follows = self._holds = False
         self.mode_under_power = 0.0  # of a drive on the bus; it does not change under power
 
     def pass_through(self, measured: dict[str, float], command: dict[str, float]) -> Refusal | None:
@@ -77,12 +78,16 @@ class CommandGate:
             if refusal is None:
                 self.powered = powered
         if self._brake is not None and refusal is None and not (was_powered and powered):
-            refusal = self._brake_without_power()
+            refusal = self._brake_without_power(powered)
         return refusal
 
-    def _brake_without_power(self) -> Refusal | None:
-        """The brake opens under power that has been on for a cycle, and closes before it goes."""
-        if self.outputs[self._brake] == 0.0:
+    def _brake_without_power(self, powered: bool) -> Refusal | None:
+        """The brake opens under power that has been on for a cycle, and closes before it goes. A
+        quick stop from there keeps the power.
+        """
+        held = self._holds and self.outputs[self._power_row] == QUICK_STOP
+        self._holds = powered or held
+        if self.outputs[self._brake] == 0.0 or held:
             return None
         return "forbidden combination", self._brake, f"{self._brake} on without power"
 

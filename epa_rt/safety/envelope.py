@@ -74,39 +74,37 @@ class Envelope:
         ``fault``: what somebody above found in this cycle, judged last: a dead sensor is the cause,
         not what it led to.
         """
+        powered = self.gate.powered  # by what was sent last
         if self.tripped is not None:
-            return self._stop(
-                bus_ok, measured, invalid, stale, self._apart(bus_ok, measured, now_ns)
-            )
-        self._check_bus(cycle, bus_ok)
-        self._check_measured(cycle, measured, invalid, stale)
-        apart = self._motion.step(measured, bus_ok, now_ns)
-        if apart is not None:
-            self.trip(*apart, cycle)
-        if self.tripped is None:
-            try:
-                refusal = self.gate.pass_through(measured, command)
-            except (KeyError, TypeError) as error:  # a row left out, or something that is no number
-                refusal = (
-                    "bad command",
-                    "",
-                    f"a command that cannot be read ({type(error).__name__}: {error})",
-                )
-            refusal = refusal or fault
-            if refusal is None:
-                return self.gate.outputs
-            self.trip(*refusal, cycle)
+            self._lost = 0 if bus_ok else self._lost + 1
+            apart = self._motion.step(measured, bus_ok, now_ns)
+        else:
+            self._check_bus(cycle, bus_ok)
+            self._check_measured(cycle, measured, invalid, stale)
+            apart = self._motion.step(measured, bus_ok, now_ns)
+            if apart is not None:
+                self.trip(*apart, cycle)
+            if self.tripped is None:
+                refusal = self._pass_through(measured, command) or fault
+                if refusal is None:
+                    return self.gate.outputs
+                self.trip(*refusal, cycle)
+        if not self._has_begun:
+            self._has_begun = True
+            self.stopping.begin(self.gate, powered)
         return self._stop(bus_ok, measured, invalid, stale, apart)
+
+    def _pass_through(self, measured: dict[str, float], command: dict[str, float]) -> Fault | None:
+        try:
+            return self.gate.pass_through(measured, command)
+        except (KeyError, TypeError) as error:  # a row left out, or something that is no number
+            text = f"a command that cannot be read ({type(error).__name__}: {error})"
+            return "bad command", "", text
 
     def power_off(self) -> dict[str, float]:
         """The safe outputs; nothing brakes any more."""
         self.stopping.fall("")
         return self._safe
-
-    def _apart(self, bus_ok: bool, measured: dict[str, float], now_ns: int) -> Fault | None:
-        """Position against speed, once tripped; the bus is still counted."""
-        self._lost = 0 if bus_ok else self._lost + 1
-        return self._motion.step(measured, bus_ok, now_ns)
 
     def _stop(
         self,
@@ -116,9 +114,6 @@ class Envelope:
         stale: int,
         apart: Fault | None,
     ) -> dict[str, float]:
-        if not self._has_begun:
-            self._has_begun = True
-            self.stopping.begin(self.gate)
         lost = ""
         if self._lost >= self._lost_allowed:
             lost = f"the working counter was wrong in {self._lost} cycles in a row"

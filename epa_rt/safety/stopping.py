@@ -5,10 +5,9 @@ then power goes. Category 0: power goes at once, for good.
 """
 
 from epa_rt.config.rig import Rig
-from epa_rt.safety.commands import CommandGate
+from epa_rt.safety.commands import QUICK_STOP, CommandGate
 
 INFINITE = float("inf")
-QUICK_STOP = 0x02
 # Status word as in CiA 402: the drive has power and says so. 0x27: operation enabled, 0x07: quick
 # stop active.
 STATE_MASK = 0x6F
@@ -33,11 +32,9 @@ class Stopping:
         self._stop = dict(self._safe)
         self._status = rig.drive.status_word if bus else None
         self._mode = rig.drive.mode if bus else None
+        self._word = rig.drive.control_word if bus else rig.drive.enable
         self._target = motor.position_target
-        if bus:
-            self._stop[rig.drive.control_word] = QUICK_STOP
-        else:
-            self._stop[rig.drive.enable] = 1.0
+        self._stop[self._word] = QUICK_STOP if bus else 1.0
         self._slewed = [
             (name, (rig.row(name).slew or INFINITE) * rig.period_s)
             for name in (motor.speed_target, motor.torque_target)
@@ -54,9 +51,12 @@ class Stopping:
             longest_s += safety.stop_time * fastest / motor.stop_deceleration_si
         self._longest_cycles, self._age = round(longest_s / rig.period_s), 0
 
-    def begin(self, gate: CommandGate) -> None:
-        """From what left last: without power there is nothing to brake with."""
-        if not gate.powered:
+    def begin(self, gate: CommandGate, powered: bool) -> None:
+        """From what left last. ``powered``: whether it had power on, or was a quick stop already;
+        without power there is nothing to brake with.
+        """
+        holds = gate.mode_under_power != 0.0 and gate.outputs[self._word] == QUICK_STOP
+        if not powered and not holds:
             self.category = OFF
         if self._mode is not None:
             self._stop[self._mode] = gate.mode_under_power

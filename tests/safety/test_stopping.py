@@ -333,7 +333,32 @@ def test_a_brake_is_never_opened_without_power_nor_left_open(word):
     assert bench.trip.text == "cmd_brake_open on without power"
     bench = braked()
     out = bench.check(command={"cmd_drive_control_raw": word})
-    assert bench.trip.cause == "forbidden combination" and out["cmd_brake_open"] == 0.0
+    assert bench.trip.cause == "forbidden combination"
+    assert (out["cmd_brake_open"], out["cmd_drive_control_raw"]) == (1.0, 0x02)  # it still holds
+
+
+def test_a_quick_stop_keeps_the_power_and_so_the_brake_open():
+    bench = braked()
+    for _ in range(3):
+        out = bench.check(command={"cmd_drive_control_raw": 0x02})
+        assert bench.trip is None and out["cmd_brake_open"] == 1.0
+    assert tripped(bench)["cmd_brake_open"] == 1.0 and category(bench) == BRAKING
+    bench = braked()
+    bench.check(command={"cmd_drive_control_raw": 0x02})
+    bench.check(command={"cmd_drive_control_raw": 0x00, "cmd_brake_open": 0.0})
+    bench.check(command={"cmd_drive_control_raw": 0x02})
+    assert bench.trip.cause == "forbidden combination"
+
+
+def test_a_trip_after_a_quick_stop_that_was_asked_for_goes_on_with_it():
+    bench = running()
+    bench.check(command={"cmd_drive_control_raw": 0x02})
+    bench.check(command={"cmd_drive_control_raw": 0x02})
+    assert tripped(bench)["cmd_drive_control_raw"] == 0x02
+    never = Bench()
+    never.measured["drive_status_raw"] = ENABLED
+    never.check(command={"cmd_drive_control_raw": 0x02})
+    assert tripped(never) == never.safe
 
 
 def test_a_brake_does_not_open_in_the_cycle_in_which_power_comes():
