@@ -105,9 +105,9 @@ class Stopping:
         if not_believed & self._bit or position != position:
             return f"{self._position} cannot be believed"
         if self._status is not None:
-            status = int(measured[self._status])
-            if status & STATE_MASK not in UNDER_POWER:
-                return f"the drive has no power of its own accord (status word 0x{status:04X})"
+            status = measured[self._status]
+            if not 0.0 <= status <= 0xFFFF or int(status) & STATE_MASK not in UNDER_POWER:
+                return f"the drive says that it has no power (status word {_hex(status)})"
         if self._speed is None:
             return ""
         speed = measured[self._speed]
@@ -119,3 +119,7 @@ class Stopping:
                 f" {self._age} cycles after it was told to"
             )
         return ""
+
+
+def _hex(status: float) -> str:
+    return f"0x{int(status):04X}" if 0.0 <= status <= 0xFFFF else f"{status}"

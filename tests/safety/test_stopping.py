@@ -104,6 +104,14 @@ def test_a_drive_that_says_otherwise_is_let_go_for_good(status):
     assert bench.check() == bench.safe
 
 
+@pytest.mark.parametrize("status", [math.nan, math.inf, -1.0, 65536.0 + 0x27])
+def test_a_status_that_is_no_word_is_no_word_of_power(status):
+    bench = running()
+    tripped(bench)
+    assert bench.check({"drive_status_raw": status}) == bench.safe
+    assert why(bench).endswith(f"(status word {status})")
+
+
 def test_a_gap_says_nothing_and_a_lost_bus_ends_the_braking():
     bench = running()
     tripped(bench)
