@@ -32,6 +32,7 @@ SAFETY = (
     "test_trips.py",
     "test_limits_and_words.py",
     "test_thermal.py",
+    "test_stopping.py",
     "test_contradiction.py",
     "test_recovery.py",
     "test_nothing_forbidden_leaves.py",
@@ -40,7 +41,15 @@ SIGNALS = ("test_decoding.py", "test_image.py", "test_freshness.py", "test_encod
 TARGETS = {
     **{
         f"epa_rt/safety/{name}.py": [f"tests/safety/{test}" for test in SAFETY]
-        for name in ("commands", "contradiction", "envelope", "recovery", "thermal", "trip")
+        for name in (
+            "commands",
+            "contradiction",
+            "envelope",
+            "recovery",
+            "stopping",
+            "thermal",
+            "trip",
+        )
     },
     "epa_rt/signals/codec.py": [f"tests/signals/{test}" for test in SIGNALS],
 }

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from epa_rt.cli.exits import FAILED, OF_OUTCOME, VerbError
+from epa_rt.cli.exits import FAILED, VerbError
 from epa_rt.cli.inputs import PLANT, RIG, VERSION, Inputs, code_version, load_plant_of
 from epa_rt.cli.run import run_recorded
 from epa_rt.cli.zero import load_rig_source
@@ -135,10 +135,3 @@ def _start(text: str) -> float:
         return parse_quantity(text, "m")
     except UnitError as error:
         raise VerbError(f"--start-travel: {error}") from None
-
-
-def exit_code(summary: "LogSummary", result: "RunResult") -> int:
-    """The verb's exit code of one run."""
-    if result.outcome == "completed" and summary.failure:
-        return FAILED
-    return OF_OUTCOME[result.outcome]

@@ -14,7 +14,7 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
-from epa_rt.cli.by_hand import RigByHand, add_rig_arguments, exit_code
+from epa_rt.cli.by_hand import RigByHand, add_rig_arguments
 from epa_rt.cli.exits import COMPLETED, STOPPED, VerbError
 from epa_rt.cli.zero import now, raw_count, who
 
@@ -55,7 +55,7 @@ def _agreed(by_hand: RigByHand, zero: "Zero") -> bool:
 
 
 def _home(by_hand: RigByHand, zero: "Zero") -> int:
-    from epa_rt.cli.run import closing_text
+    from epa_rt.cli.run import closing_text, exit_code
     from epa_rt.config.zero_file import ZeroFile
     from epa_rt.loop.assembly import WiringError
     from epa_rt.loop.by_hand import assemble_homing, assemble_setting
@@ -67,7 +67,7 @@ def _home(by_hand: RigByHand, zero: "Zero") -> int:
         if wired or zero.method != "here":
             assembly, homing = assemble_homing(rig, zero)
             summary, result = by_hand.run(assembly)
-            print(closing_text(summary, result, rig.period_s))
+            print(closing_text(summary, result, rig))
             code, place = exit_code(summary, result), homing.place
             if code != COMPLETED or place is None:
                 print("no zero was set")
@@ -82,7 +82,7 @@ def _home(by_hand: RigByHand, zero: "Zero") -> int:
         if not wired:
             assembly, setting = assemble_setting(rig, zero, place)
             summary, result = by_hand.run(assembly)
-            print(closing_text(summary, result, rig.period_s))
+            print(closing_text(summary, result, rig))
             code = exit_code(summary, result)
             if code != COMPLETED:
                 print("the zero was NOT set, or could not be read back: home again")

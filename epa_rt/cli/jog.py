@@ -22,7 +22,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from epa_rt.cli.by_hand import RigByHand, add_rig_arguments, exit_code
+from epa_rt.cli.by_hand import RigByHand, add_rig_arguments
 from epa_rt.cli.exits import VerbError
 from epa_rt.cli.zero import keep_end
 
@@ -68,7 +68,7 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
 
 
 def main(arguments: argparse.Namespace) -> int:
-    from epa_rt.cli.run import closing_text
+    from epa_rt.cli.run import closing_text, exit_code
     from epa_rt.experiments.jogging import Keys, Script
     from epa_rt.loop.assembly import WiringError
     from epa_rt.loop.by_hand import assemble_jog
@@ -93,7 +93,7 @@ def main(arguments: argparse.Namespace) -> int:
         requests = KeyRequests(rig, keys, jog, assembly.decoder.measured)
         with raw_keys():
             summary, result = by_hand.run(assembly, requests, line=False)
-    print(closing_text(summary, result, rig.period_s))
+    print(closing_text(summary, result, rig))
     if not by_hand.is_sim:
         keep_end(rig, arguments.rig, assembly.decoder, jog.referenced)
     return exit_code(summary, result)

@@ -2,9 +2,12 @@
 
 On the simulated rig (--backend sim) it goes as fast as the machine can, or paced with --speed (1 =
 real time); on the real one, or an emulated bus, by its wire (--backend ethercat --interface IF).
-Every run leaves one MCAP log that opens in Foxglove and PlotJuggler and can be replayed. Ctrl-C
-brakes, disables the drive and puts the valves into their safe state; a second Ctrl-C takes the
-torque off at once.
+Every run leaves one MCAP log that opens in Foxglove and PlotJuggler and can be replayed.
+
+Ctrl-C brakes, holds the motor under power while the muscles vent, and takes the power off when the
+rig is at rest. A second Ctrl-C, 300 cycles after the first or later (a sooner one counts as the
+same), takes power off and lets the air out at once, whatever the motor is doing: a stretched muscle
+then throws it. The last lines say how the rig was left, as measured.
 
   epa run config/experiments/identification.yaml --rig config/rigs/bench.yaml -o out
   epa run config/experiments/knee_chirp.yaml --rig config/rigs/knee.yaml --speed 1 -o out
@@ -16,12 +19,13 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from epa_rt.cli.exits import COMPLETED, DIFFERENT, FAILED, OF_OUTCOME, VerbError
+from epa_rt.cli.exits import COMPLETED, DIFFERENT, FAILED, OF_OUTCOME, VerbError, code_of_run
 from epa_rt.cli.inputs import Inputs, add_input_arguments, load_inputs
 from epa_rt.cli.log_name import take_log_path
 
 if TYPE_CHECKING:
     from epa_rt.backend import Backend
+    from epa_rt.config.rig import Rig
     from epa_rt.logs.recorder import LogSummary, Recorder
     from epa_rt.loop.assembly import Assembly
     from epa_rt.loop.requests import OperatorRequests
@@ -101,10 +105,19 @@ def main(arguments: argparse.Namespace) -> int:
             progress=not arguments.quiet,
             rig_path=arguments.rig,
         )
-    print(closing_text(summary, result, inputs.rig.period_s))
-    return (
-        FAILED if result.outcome == "completed" and summary.failure else OF_OUTCOME[result.outcome]
-    )
+    print(closing_text(summary, result, inputs.rig))
+    return exit_code(summary, result)
+
+
+def exit_code(summary: "LogSummary", result: "RunResult") -> int:
+    """The outcome, a log that is not whole, and how the rig was left; a run without a cycle left
+    nothing.
+    """
+    outcome = "failed" if result.outcome == "completed" and summary.failure else result.outcome
+    end = result.end
+    if end is None:
+        return OF_OUTCOME[outcome]
+    return code_of_run(outcome, bool(end.at_rest), bool(end.vented), bool(end.off))
 
 
 def _dry(inputs: Inputs, out: Path) -> int:
@@ -239,7 +252,7 @@ def _run(
     from epa_rt.loop.run import run
     from epa_rt.realtime.process import undisturbed
 
-    outcome, cause = "failed", "the loop ended by an error of its own"
+    outcome, cause, end = "failed", "the loop ended by an error of its own", "not known"
     try:
         with undisturbed(assembly.rig.realtime if paced else None) as sentences:
             assembly.supervisor.events[:0] = [("realtime", sentence, {}) for sentence in sentences]
@@ -254,6 +267,7 @@ def _run(
                 requests,
             )
         outcome, cause = result.outcome, result.cause
+        end = end_text(result, assembly.rig)
         facts = {
             "cycles": result.cycles,
             "overruns": result.overruns,
@@ -265,6 +279,9 @@ def _run(
             "controller_slewed": result.controller_slewed,
             "saturated": result.saturated,
             "bad_cycles": result.bad_cycles,
+            "category": result.category,
+            "end": result.end.facts() if result.end else None,
+            "end_text": end,
         }
         recorder.event(
             result.cycles - 1,
@@ -274,14 +291,23 @@ def _run(
             **facts,
         )
     finally:
-        summary = recorder.close(outcome, cause)
+        summary = recorder.close(outcome, cause, end)
     return summary, result
 
 
-def closing_text(summary: "LogSummary", result: "RunResult", period_s: float) -> str:
+def end_text(result: "RunResult", rig: "Rig") -> str:
+    """How the rig was left: what was measured, and what was not."""
+    if result.end is None:
+        return "end: not known, for no cycle was exchanged"
+    return result.end.text(rig, rig.safety.rest_timeout)
+
+
+def closing_text(summary: "LogSummary", result: "RunResult", rig: "Rig") -> str:
     """What the operator reads at the end of a run."""
+    period_s = rig.period_s
     lines = [
         f"{result.outcome}{': ' + result.cause if result.cause else ''}",
+        *([result.category] if result.category else []),
         (
             f"{result.cycles} cycles ({result.cycles * period_s:.1f} s), {result.overruns}"
             f" overruns, {summary.samples} samples and {summary.events} events recorded"
@@ -307,9 +333,6 @@ def closing_text(summary: "LogSummary", result: "RunResult", period_s: float) ->
         ]
     if result.saturated:
         lines.append(f"{result.saturated} values did not fit their entry and were cut")
-    lines.append(
-        "end state: outputs safe,"
-        f" {'drive off' if result.confirmed else 'the drive did NOT confirm that it is off'}"
-    )
+    lines.append(end_text(result, rig))
     lines.append(f"log: {summary.path} ({summary.size_bytes / 1e6:.1f} MB)")
     return "\n".join(lines)

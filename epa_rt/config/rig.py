@@ -191,6 +191,18 @@ class AppliedZero(Frozen):
     end: Annotated[int, Field(ge=-(1 << 31), lt=1 << 31)] | None = None
 
 
+class Brake(Frozen):
+    """A holding brake, closed without current: switched by the row ``output`` (1 = released), or by
+    the ``drive`` itself. ``release_delay`` and ``close_delay``: how long it takes; the drive holds
+    meanwhile.
+    """
+
+    output: RowName | None = None
+    drive: bool = False
+    release_delay: quantity("s", 0.0, 10.0) = 0.050
+    close_delay: quantity("s", 0.0, 10.0) = 0.050
+
+
 class Motor(Axis):
     """The motor's axis: measured rows, the command rows it has, and the loop around the drive."""
 
@@ -203,6 +215,7 @@ class Motor(Axis):
     stop_deceleration: OnAxis | None = None
     jog_speed: OnAxis | None = None
     zero: Zero | None = None
+    brake: Brake | None = None
 
     @field_validator("jog_speed", mode="before")
     @classmethod
@@ -276,6 +289,7 @@ class Valves(Frozen):
     drift: PressureDifference | None = None
     max_pulses: Annotated[int, Field(ge=1, le=1000)] | None = None
     supply: Pressure | None = None
+    vented: PressureDifference | None = None
 
 
 class Muscle(Frozen):
@@ -302,6 +316,11 @@ class I2t(Frozen):
 class Safety(Frozen):
     """What the envelope watches beside each row's own limits. ``watchdog``: after how long without
     a frame the slaves themselves drop their outputs.
+
+    How a run ends: ``rest_timeout`` is the longest wait for the rig to be vented and at rest under
+    power, and again without it. A drive that brakes has lost the motor above ``stop_overspeed``
+    times the limit of speed, or where it takes ``stop_time`` times as long as its ramp.
+    ``current_off``: a drive on wires is off while the current stays this close to its zero.
     """
 
     reaction: Seconds = 0.020
@@ -309,6 +328,14 @@ class Safety(Frozen):
     lost_cycles: Annotated[int, Field(ge=1, le=1000)] = 3
     i2t: I2t | None = None
     never_together: tuple[tuple[RowName, RowName], ...] = ()
+    # an 8 bar muscle of a litre vents in some seconds; more means that an exhaust does not open
+    rest_timeout: quantity("s", 0.5, 600.0) = 10.0
+    # a trip at the limit overshoots it while the drive's loop takes up the load
+    stop_overspeed: quantity("1", 1.0, 10.0) = 1.2
+    # a ramp that the load disturbs takes longer than the ramp alone
+    stop_time: quantity("1", 1.0, 100.0) = 2.0
+    # twenty steps of a 12-bit terminal at 1 A/V
+    current_off: quantity("A", 0.0, 100.0) = 0.1
 
 
 class Overrun(Frozen):

@@ -53,7 +53,11 @@ class LogReader:
         if found is None:
             return None
         return Ending(
-            found["outcome"], found["cause"], int(found["lost_samples"]), int(found["lost_events"])
+            found["outcome"],
+            found["cause"],
+            int(found["lost_samples"]),
+            int(found["lost_events"]),
+            found.get("end", ""),
         )
 
     @property

@@ -41,6 +41,7 @@ class Ending:
     cause: str
     lost_samples: int = 0
     lost_events: int = 0
+    end: str = ""  # how the rig was left, as measured
 
 
 @dataclass
@@ -107,7 +108,11 @@ class Recording:
             # The loop says it after its last sample, and does not say when that was.
             cycle, t_ns = self.counts.last_cycle, self.counts.last_t_ns
             self.ending = Ending(
-                str(data["outcome"]), text, int(data["lost_samples"]), int(data["lost_events"])
+                str(data["outcome"]),
+                text,
+                int(data["lost_samples"]),
+                int(data["lost_events"]),
+                str(data["end"]),
             )
         # A stamp that protobuf cannot hold (cycle -1, before the first) must not cost the log.
         cycle, t_ns = (min(max(stamp, 0), _STAMP_MAX) for stamp in (cycle, t_ns))

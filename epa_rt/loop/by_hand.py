@@ -16,6 +16,7 @@ from epa_rt.loop.assembly import Assembly, WiringError, valve_settings
 from epa_rt.loop.drives import Drive, drive_of
 from epa_rt.loop.homing_drive import HomingDrive
 from epa_rt.loop.referenced import Referenced
+from epa_rt.loop.rest import RestWatch
 from epa_rt.loop.supervisor import STATES, Supervisor
 from epa_rt.safety.recovery import RecoveryEnvelope, RecoveryGuard
 from epa_rt.signals.codec import Decoder, Encoder
@@ -98,7 +99,9 @@ def _assembly(
         align_speed_m_s=0.1 * speed_max,
     )
     decoder, encoder = Decoder(rig), Encoder(rig)
-    supervisor = Supervisor(rig, plan, valves, {plan.loop: motion}, drive, needs_zero=False)
+    vented_pa = {name: valve.settings.vented_pa for name, valve in valves.items()}
+    rest = RestWatch(rig, decoder, vented_pa)
+    supervisor = Supervisor(rig, plan, valves, {plan.loop: motion}, drive, rest, needs_zero=False)
     layout = SampleLayout(
         decoder.size,
         encoder.size,

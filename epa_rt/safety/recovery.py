@@ -137,6 +137,7 @@ class RecoveryEnvelope(Envelope):
         stale: int,
         command: dict[str, float],
         now_ns: int = 0,
+        fault: Refusal | None = None,
     ) -> dict[str, float]:
         """As the envelope's. A dead sensor is the cause and not what it leads to, so it goes
         first.
@@ -145,7 +146,7 @@ class RecoveryEnvelope(Envelope):
             refusal = self.guard.step(measured)
             if refusal is not None:
                 self.trip(*refusal, cycle)
-        return super().check(cycle, bus_ok, measured, invalid, stale, command, now_ns)
+        return super().check(cycle, bus_ok, measured, invalid, stale, command, now_ns, fault)
 
 
 def unlimited(rig: Rig, jumps: bool = False) -> Rig:
