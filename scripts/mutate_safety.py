@@ -32,14 +32,24 @@ SAFETY = (
     "test_trips.py",
     "test_limits_and_words.py",
     "test_thermal.py",
+    "test_stopping.py",
     "test_contradiction.py",
+    "test_recovery.py",
     "test_nothing_forbidden_leaves.py",
 )  # fast ones first
 SIGNALS = ("test_decoding.py", "test_image.py", "test_freshness.py", "test_encoding.py")
 TARGETS = {
     **{
         f"epa_rt/safety/{name}.py": [f"tests/safety/{test}" for test in SAFETY]
-        for name in ("commands", "contradiction", "envelope", "thermal", "trip")
+        for name in (
+            "commands",
+            "contradiction",
+            "envelope",
+            "recovery",
+            "stopping",
+            "thermal",
+            "trip",
+        )
     },
     "epa_rt/signals/codec.py": [f"tests/signals/{test}" for test in SIGNALS],
 }

@@ -14,7 +14,8 @@ class SimBackend:
 
     Without pace the clock is the simulated one (from zero) and lateness and busy time are zero, so
     that the same seed gives the same bytes. With pace, both are measured. ``physics``,
-    ``referenced`` and ``count_offset`` as RigModel takes them.
+    ``referenced`` and ``count_offset`` as RigModel takes them. ``model``: a rig that an earlier run
+    has left, to go on with.
     """
 
     def __init__(
@@ -26,9 +27,10 @@ class SimBackend:
         physics=nominal_physics,
         referenced: bool = True,
         count_offset: int = 0,
+        model: RigModel | None = None,
     ):
         self.period_s = rig.period_s
-        self._model = RigModel(rig, plant, seed, physics, referenced, count_offset)
+        self._model = model or RigModel(rig, plant, seed, physics, referenced, count_offset)
         self._pace = None if speed is None else Pace(rig.period_s / speed)
         self._cycle = -1
         self._size = len(self._model._outputs)

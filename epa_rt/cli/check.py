@@ -96,6 +96,11 @@ def describe(path: Path, rig: "Rig | None") -> Answer:
     from epa_rt.config.source import load_yaml
 
     source = load_yaml(path)
+    if path.name.endswith(".zero.yaml"):
+        from epa_rt.config.source import validate
+        from epa_rt.config.zero_file import ZeroFile
+
+        return validate(source, ZeroFile).facts
     if "rig" in source.data:
         return _describe_rig(path, source)
     if "experiment" in source.data:

@@ -52,17 +52,23 @@ def add_input_arguments(verb: argparse.ArgumentParser) -> None:
 
 
 def load_inputs(
-    experiment: Path, rig: Path, plant: Path | None, with_plant: bool, protected: bool = True
+    experiment: Path,
+    rig: Path,
+    plant: Path | None,
+    with_plant: bool,
+    with_zero: bool = False,
+    protected: bool = True,
 ) -> Inputs:
-    """Reads the files of a run. Raises ConfigError with file and line, also for a rig file that
-    does not protect, which only a simulation of an older case may use (``protected`` False).
+    """Reads the files of a run, ``with_zero`` the zero file beside the rig's. Raises ConfigError
+    with file and line, also for a rig file that does not protect, which only a simulation of an
+    older case may use (``protected`` False).
     """
     from epa_rt.cli.sound_rig import SoundRig, sound_rig
-    from epa_rt.config.rig import rig_from
+    from epa_rt.cli.zero import load_rig_source
     from epa_rt.config.source import load_yaml
 
-    rig_source = load_yaml(rig)
-    sound = sound_rig(rig_source) if protected else SoundRig(rig_from(rig_source), ())
+    rig_source, typed = load_rig_source(rig, with_zero)
+    sound = sound_rig(rig_source) if protected else SoundRig(typed, ())
     found = load_plant_of(rig, sound.rig, plant) if with_plant else None
     inputs = _typed(rig_source, sound.rig, load_yaml(experiment), found)
     return replace(inputs, unprotected=sound.unprotected)

@@ -28,6 +28,8 @@ from epa_rt.cli.exits import BAD_INPUT, EPILOGUE, FAILED, STOPPED, VerbError
 VERBS = (
     "check",
     "run",
+    "home",
+    "jog",
     "bus",
     "replay",
     "info",

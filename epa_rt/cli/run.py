@@ -2,9 +2,12 @@
 
 On the simulated rig (--backend sim) it goes as fast as the machine can, or paced with --speed (1 =
 real time); on the real one, or an emulated bus, by its wire (--backend ethercat --interface IF).
-Every run leaves one MCAP log that opens in Foxglove and PlotJuggler and can be replayed. Ctrl-C
-brakes, disables the drive and puts the valves into their safe state; a second Ctrl-C takes the
-torque off at once.
+Every run leaves one MCAP log that opens in Foxglove and PlotJuggler and can be replayed.
+
+Ctrl-C brakes, holds the motor under power while the muscles vent, and takes the power off when the
+rig is at rest. A second Ctrl-C, 300 cycles after the first or later (a sooner one counts as the
+same), takes power off and lets the air out at once, whatever the motor is doing: a stretched muscle
+then throws it. The last lines say how the rig was left, as measured.
 
   epa run config/experiments/identification.yaml --rig config/rigs/bench.yaml -o out
   epa run config/experiments/knee_chirp.yaml --rig config/rigs/knee.yaml --speed 1 -o out
@@ -16,14 +19,16 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from epa_rt.cli.exits import COMPLETED, DIFFERENT, FAILED, OF_OUTCOME, VerbError
+from epa_rt.cli.exits import COMPLETED, DIFFERENT, FAILED, OF_OUTCOME, VerbError, code_of_run
 from epa_rt.cli.inputs import Inputs, add_input_arguments, load_inputs
 from epa_rt.cli.log_name import take_log_path
 
 if TYPE_CHECKING:
     from epa_rt.backend import Backend
+    from epa_rt.config.rig import Rig
     from epa_rt.logs.recorder import LogSummary, Recorder
     from epa_rt.loop.assembly import Assembly
+    from epa_rt.loop.requests import OperatorRequests
     from epa_rt.loop.run import RunResult
 
 
@@ -83,6 +88,7 @@ def main(arguments: argparse.Namespace) -> int:
         arguments.rig,
         arguments.plant,
         with_plant=is_sim and not arguments.dry,
+        with_zero=not is_sim and not arguments.dry,
     )
     for sentence in inputs.unprotected:
         print(f"UNPROTECTED: {sentence}", file=sys.stderr)
@@ -99,11 +105,21 @@ def main(arguments: argparse.Namespace) -> int:
             arguments.interface,
             arguments.lock_step,
             progress=not arguments.quiet,
+            rig_path=arguments.rig,
         )
-    print(closing_text(summary, result, inputs.rig.period_s))
-    return (
-        FAILED if result.outcome == "completed" and summary.failure else OF_OUTCOME[result.outcome]
-    )
+    print(closing_text(summary, result, inputs.rig))
+    return exit_code(summary, result)
+
+
+def exit_code(summary: "LogSummary", result: "RunResult") -> int:
+    """The outcome, a log that is not whole, and how the rig was left; a run without a cycle left
+    nothing.
+    """
+    outcome = "failed" if result.outcome == "completed" and summary.failure else result.outcome
+    end = result.end
+    if end is None:
+        return OF_OUTCOME[outcome]
+    return code_of_run(outcome, bool(end.at_rest), bool(end.vented), bool(end.off))
 
 
 def _dry(inputs: Inputs, out: Path) -> int:
@@ -142,14 +158,21 @@ def run_simulated(
 
 
 def run_on_bus(
-    inputs: Inputs, out: Path, interface: str | None, lock_step: bool, progress: bool
+    inputs: Inputs,
+    out: Path,
+    interface: str | None,
+    lock_step: bool,
+    progress: bool,
+    rig_path: Path,
 ) -> "tuple[LogSummary, RunResult]":
     """One run on an EtherCAT bus, recorded into ``out``. Raises VerbError where the log or the
-    interface cannot be had.
+    interface cannot be had, or a wired drive has no zero file.
     """
     from drivers.backend_factory import open_ethercat
     from epa_rt.backend import BackendError
+    from epa_rt.cli.zero import keep_end, need_zero_file, was_referenced
 
+    need_zero_file(inputs.rig, rig_path)
     try:
         backend = open_ethercat(inputs.rig, interface, lock_step)
     except BackendError as error:
@@ -161,7 +184,12 @@ def run_on_bus(
         "speed": "lock step" if lock_step else "1",
         "period_s": f"{inputs.rig.period_s:g}",
     }
-    return run_recorded(inputs, backend, out, run_facts, paced=not lock_step, progress=progress)
+    assembly = _assembled(inputs)
+    summary, result = run_recorded(
+        inputs, backend, out, run_facts, not lock_step, progress, assembly=assembly
+    )
+    keep_end(inputs.rig, rig_path, assembly.decoder, was_referenced(result))
+    return summary, result
 
 
 def _simulated_backend(inputs: Inputs, seed: int, speed: float | None) -> "Backend":
@@ -185,15 +213,21 @@ def run_recorded(
     run_facts: dict[str, str],
     paced: bool,
     progress: bool,
+    assembly: "Assembly | None" = None,
+    requests: "OperatorRequests | None" = None,
 ) -> "tuple[LogSummary, RunResult]":
     """A run on any backend with its recorder; ``out`` as in take_log_path. Real-time rights are
-    asked for where the run is paced.
+    asked for where the run is paced. ``assembly``: where it is not that of the experiment.
     """
+    from epa_rt.cli.zero import zero_words
     from epa_rt.logs.progress import ProgressSpec
     from epa_rt.logs.recorder import Recorder, RecorderError
     from epa_rt.loop.requests import OperatorRequests
 
-    assembly = _assembled(inputs)
+    assembly = assembly or _assembled(inputs)
+    words = zero_words(inputs.rig, run_facts["backend"])
+    run_facts = run_facts | {"zero": words}
+    assembly.supervisor.events[:0] = [("zero", words, {})]
     cycles = round(inputs.experiment.duration_s / inputs.rig.period_s)
     log = take_log_path(out, inputs)
     recorder = Recorder(
@@ -211,8 +245,8 @@ def run_recorded(
             log.unlink()  # taken, and nothing came of it
         raise VerbError(str(error), FAILED) from None
     assembly.supervisor.events[:0] = [("unprotected", text, {}) for text in inputs.unprotected]
-    with OperatorRequests(inputs.rig.period_s).listening() as requests:
-        return _run(assembly, backend, recorder, requests, paced)
+    with (requests or OperatorRequests(inputs.rig.period_s)).listening() as listening:
+        return _run(assembly, backend, recorder, listening, paced)
 
 
 def _unprotected_facts(inputs: Inputs) -> dict[str, dict[str, str]]:
@@ -228,7 +262,7 @@ def _run(
     from epa_rt.loop.run import run
     from epa_rt.realtime.process import undisturbed
 
-    outcome, cause = "failed", "the loop ended by an error of its own"
+    outcome, cause, end = "failed", "the loop ended by an error of its own", "not known"
     try:
         with undisturbed(assembly.rig.realtime if paced else None) as sentences:
             assembly.supervisor.events[:0] = [("realtime", sentence, {}) for sentence in sentences]
@@ -243,6 +277,7 @@ def _run(
                 requests,
             )
         outcome, cause = result.outcome, result.cause
+        end = end_text(result, assembly.rig)
         facts = {
             "cycles": result.cycles,
             "overruns": result.overruns,
@@ -254,6 +289,9 @@ def _run(
             "controller_slewed": result.controller_slewed,
             "saturated": result.saturated,
             "bad_cycles": result.bad_cycles,
+            "category": result.category,
+            "end": result.end.facts() if result.end else None,
+            "end_text": end,
         }
         recorder.event(
             result.cycles - 1,
@@ -263,14 +301,23 @@ def _run(
             **facts,
         )
     finally:
-        summary = recorder.close(outcome, cause)
+        summary = recorder.close(outcome, cause, end)
     return summary, result
 
 
-def closing_text(summary: "LogSummary", result: "RunResult", period_s: float) -> str:
+def end_text(result: "RunResult", rig: "Rig") -> str:
+    """How the rig was left: what was measured, and what was not."""
+    if result.end is None:
+        return "end: not known, for no cycle was exchanged"
+    return result.end.text(rig, rig.safety.rest_timeout)
+
+
+def closing_text(summary: "LogSummary", result: "RunResult", rig: "Rig") -> str:
     """What the operator reads at the end of a run."""
+    period_s = rig.period_s
     lines = [
         f"{result.outcome}{': ' + result.cause if result.cause else ''}",
+        *([result.category] if result.category else []),
         (
             f"{result.cycles} cycles ({result.cycles * period_s:.1f} s), {result.overruns}"
             f" overruns, {summary.samples} samples and {summary.events} events recorded"
@@ -296,9 +343,6 @@ def closing_text(summary: "LogSummary", result: "RunResult", period_s: float) ->
         ]
     if result.saturated:
         lines.append(f"{result.saturated} values did not fit their entry and were cut")
-    lines.append(
-        "end state: outputs safe,"
-        f" {'drive off' if result.confirmed else 'the drive did NOT confirm that it is off'}"
-    )
+    lines.append(end_text(result, rig))
     lines.append(f"log: {summary.path} ({summary.size_bytes / 1e6:.1f} MB)")
     return "\n".join(lines)

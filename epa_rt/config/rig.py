@@ -25,6 +25,7 @@ from epa_rt.config.rig_rows import SignalRow, si_unit_of
 from epa_rt.config.units import UnitError, parse_quantity
 
 RowName = Name
+JOG_SHARE = 0.1  # of speed_max: slow enough to let go of the key in time
 OnAxis = Annotated[float, written("m or rad, as the position's")]
 
 
@@ -157,7 +158,10 @@ class Zero(Frozen):
     ``here``: where the rig stands. ``index``: at the encoder's index pulse. ``stop``: against an
     end stop, found by ``current``. ``taut_strap``: where the muscle, held at ``pressure``, begins
     to pull with ``force``. The last three move at ``speed`` in ``direction`` by ``distance_max``
-    at most.
+    at most, and ``approaches`` times. ``tolerance``: how far the approaches may scatter, the motor
+    may creep before the zero is set, and the position may be off when read back. ``end_band``, for
+    a drive that keeps no zero: how far the count may be from where the last run left it, which is
+    also the error that passes unseen.
     """
 
     method: Literal["here", "index", "stop", "taut_strap"]
@@ -168,6 +172,35 @@ class Zero(Frozen):
     current: quantity("A", 0.0) | None = None
     pressure: Pressure | None = None
     force: quantity("N", 0.0) | None = None
+    approaches: Annotated[int, Field(ge=1, le=20)] = 3
+    tolerance: quantity("m", 1e-6) = 0.0002
+    end_band: quantity("m", 1e-6) = 0.0005
+
+
+class AppliedZero(Frozen):
+    """What a run took from its zero file, in the log's copy of the rig file; not to be written by
+    hand. ``offset``: counts added to what the encoder of a wired drive says. ``end``: the count
+    where its last run ended, before that offset.
+    """
+
+    method: str
+    when: str
+    who: str = ""
+    drive: str = ""
+    offset: Annotated[int, Field(ge=-(1 << 31), lt=1 << 31)] = 0
+    end: Annotated[int, Field(ge=-(1 << 31), lt=1 << 31)] | None = None
+
+
+class Brake(Frozen):
+    """A holding brake, closed without current: switched by the row ``output`` (1 = released), or by
+    the ``drive`` itself. ``release_delay`` and ``close_delay``: how long it takes; the drive holds
+    meanwhile.
+    """
+
+    output: RowName | None = None
+    drive: bool = False
+    release_delay: quantity("s", 0.0, 10.0) = 0.050
+    close_delay: quantity("s", 0.0, 10.0) = 0.050
 
 
 class Motor(Axis):
@@ -180,7 +213,14 @@ class Motor(Axis):
     torque_target: RowName | None = None
     position_gain: quantity("1/s", 0.0, 1000.0) = 10.0
     stop_deceleration: OnAxis | None = None
+    jog_speed: OnAxis | None = None
     zero: Zero | None = None
+    brake: Brake | None = None
+
+    @field_validator("jog_speed", mode="before")
+    @classmethod
+    def _jog_speed(cls, value: Any, info: ValidationInfo) -> Any:
+        return None if value is None else _positive_rate(value, info, "/s")
 
     @field_validator("stop_deceleration", mode="before")
     @classmethod
@@ -191,6 +231,13 @@ class Motor(Axis):
     def stop_deceleration_si(self) -> float:
         """How hard a stop brakes, in m/s^2 or rad/s^2; ``acceleration_max`` where not given."""
         return self.stop_deceleration or self.acceleration_max
+
+    @property
+    def jog_speed_si(self) -> float:
+        """How fast a key moves the motor, in m/s or rad/s; JOG_SHARE of ``speed_max`` where not
+        given.
+        """
+        return self.jog_speed or JOG_SHARE * self.speed_max
 
 
 class JointPid(Frozen):
@@ -242,6 +289,7 @@ class Valves(Frozen):
     drift: PressureDifference | None = None
     max_pulses: Annotated[int, Field(ge=1, le=1000)] | None = None
     supply: Pressure | None = None
+    vented: PressureDifference | None = None
 
 
 class Muscle(Frozen):
@@ -268,6 +316,11 @@ class I2t(Frozen):
 class Safety(Frozen):
     """What the envelope watches beside each row's own limits. ``watchdog``: after how long without
     a frame the slaves themselves drop their outputs.
+
+    How a run ends: ``rest_timeout`` is the longest wait for the rig to be vented and at rest under
+    power, and again without it. A drive that brakes has lost the motor above ``stop_overspeed``
+    times the limit of speed, or where it takes ``stop_time`` times as long as its ramp.
+    ``current_off``: a drive on wires is off while the current stays this close to its zero.
     """
 
     reaction: Seconds = 0.020
@@ -275,6 +328,14 @@ class Safety(Frozen):
     lost_cycles: Annotated[int, Field(ge=1, le=1000)] = 3
     i2t: I2t | None = None
     never_together: tuple[tuple[RowName, RowName], ...] = ()
+    # an 8 bar muscle of a litre vents in some seconds; more means that an exhaust does not open
+    rest_timeout: quantity("s", 0.5, 600.0) = 10.0
+    # a trip at the limit overshoots it while the drive's loop takes up the load
+    stop_overspeed: quantity("1", 1.0, 10.0) = 1.2
+    # a ramp that the load disturbs takes longer than the ramp alone
+    stop_time: quantity("1", 1.0, 100.0) = 2.0
+    # twenty steps of a 12-bit terminal at 1 A/V
+    current_off: quantity("A", 0.0, 100.0) = 0.1
 
 
 class Overrun(Frozen):
@@ -337,6 +398,7 @@ class Rig(Frozen):
     realtime: Realtime = Realtime()
     master: Master = Master()
     unprotected: dict[Name, Reason] = {}
+    applied_zero: AppliedZero | None = None
 
     @property
     def name(self) -> str:

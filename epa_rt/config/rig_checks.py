@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from epa_rt.config.devices import DEVICES, Entry
 from epa_rt.config.rig_roles import check_roles
 from epa_rt.config.rig_row_checks import calibration_line, check_row
+from epa_rt.config.rig_zero import check_zero
 from epa_rt.config.source import Located
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ def check_rig(rig: "Rig", located: Located) -> None:
     _check_muscles(rig, located)
     _check_drive(rig, located)
     _check_safety(rig, located)
+    check_zero(rig, located)
 
 
 def _check_bus(rig: "Rig", located: Located) -> None:

@@ -26,6 +26,7 @@ def check_roles(rig: "Rig", located: Located) -> None:
     _check_words(rig, located)
     _check_wiring_of_drive(rig, located)
     _check_valves(rig, located)
+    _check_brake(rig, located)
 
 
 def _uses(rig: "Rig") -> list[Use]:
@@ -48,6 +49,8 @@ def _uses(rig: "Rig") -> list[Use]:
         ]
     else:
         uses.append((("drive", "enable"), drive.enable, True, BIT))
+    if motor.brake:
+        uses.append((("motor", "brake", "output"), motor.brake.output, True, BIT))
     if rig.joint:
         uses.append((("joint", "position"), rig.joint.position, False, "m or rad"))
     for i, muscle in enumerate(rig.muscles):
@@ -163,3 +166,32 @@ def _check_valves(rig: "Rig", located: Located) -> None:
             raise located.error(
                 ("safety", "never_together", i), f"'{first}' twice", "two different rows"
             )
+
+
+def _check_brake(rig: "Rig", located: Located) -> None:
+    """A brake that holds without current, on a row of its own or switched by the drive."""
+    brake, where = rig.motor.brake, ("motor", "brake")
+    if brake is None:
+        return
+    if (brake.output is None) != brake.drive:
+        found = "both" if brake.drive else "neither"
+        raise located.error(
+            where, f"{found} of 'output' and 'drive: true'", "one of them: who switches the brake"
+        )
+    if brake.output is None:
+        return
+    row = rig.row(brake.output)
+    if row.safe != 0.0 or row.inverted:
+        raise located.error(
+            (*where, "output"),
+            f"'{brake.output}', a row whose safe value releases the brake",
+            "a brake that is closed without current (safe: 0, not inverted)",
+        )
+    taken = [m.inlet for m in rig.muscles] + [m.exhaust for m in rig.muscles]
+    taken += [rig.drive.enable] if rig.drive.interface == "analog" else []
+    if brake.output in taken:
+        raise located.error(
+            (*where, "output"),
+            f"'{brake.output}', which switches something else",
+            "a row of its own",
+        )

@@ -89,6 +89,7 @@ class DriveEnabler:
         "_controlled",
         "_braking",
         "_may_reset",
+        "_holding",
         "_resetting",
         "_waited",
         "_total",
@@ -102,7 +103,7 @@ class DriveEnabler:
         self.cause = ""
         self.lost = ""
         self._wanted = self._reached = self._controlled = False
-        self._braking = self._may_reset = self._resetting = False
+        self._braking = self._holding = self._may_reset = self._resetting = False
         self._waited = self._total = 0
 
     @property
@@ -127,19 +128,31 @@ class DriveEnabler:
         """True while the drive brakes by its quick-stop ramp."""
         return self.state is DriveState.QUICK_STOP_ACTIVE
 
+    @property
+    def holds(self) -> bool:
+        """True while the drive follows targets, or holds after a quick stop that was asked for."""
+        return self._reached or self._holding
+
+    def quick_stop(self) -> None:
+        """From operation enabled: brake on the drive's own ramp and hold there, until disabled.
+        Without effect on a drive that is not enabled.
+        """
+        self._holding, self._reached = self._holding or self._reached, False
+        self._waited = 0
+
     def enable(self, reset_fault: bool = True) -> None:
         """Ask for operation enabled; a fault in the way is reset once at most, and only if
         `reset_fault`.
         """
         self._wanted = True
-        self._reached = self._braking = self._resetting = False
+        self._reached = self._braking = self._holding = self._resetting = False
         self._may_reset = reset_fault
         self._waited = self._total = 0
         self.cause = self.lost = ""
 
     def disable(self, controlled: bool = False) -> None:
         """Torque off at once, or `controlled`: by way of switched on and ready to switch on."""
-        self._wanted = self._reached = self._braking = False
+        self._wanted = self._reached = self._braking = self._holding = False
         self._controlled = controlled
         self._waited = 0
 
@@ -150,6 +163,8 @@ class DriveEnabler:
             return CONTROL_ENABLE_OPERATION
         self._waited = self._waited + 1 if state is self.state else 0
         self.state = state
+        if self._holding:
+            return self._hold(state)
         if not self._wanted:
             return self._down(state)
         if self._reached:
@@ -157,6 +172,13 @@ class DriveEnabler:
             self._braking = state is DriveState.QUICK_STOP_ACTIVE
             return self._give_up(self.lost)
         return self._up(state)
+
+    def _hold(self, state: DriveState) -> int:
+        if state is DriveState.QUICK_STOP_ACTIVE or state is _OPERATION_ENABLED:
+            return CONTROL_QUICK_STOP
+        self._holding = False
+        self.lost = f"the drive left its quick stop by itself: {state.value}"
+        return self._give_up(self.lost)
 
     def _up(self, state: DriveState) -> int:
         self._total += 1

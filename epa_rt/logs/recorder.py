@@ -217,13 +217,13 @@ class Recorder:
                 self._failure = self._child.trouble() or self._lost_text()
         return self._failure
 
-    def close(self, outcome: str, cause: str) -> LogSummary:
+    def close(self, outcome: str, cause: str, end: str = "") -> LogSummary:
         """Write the end of the log and wait for it. May be called twice: the first call's summary
-        is given again.
+        is given again. ``end``: how the rig was left, in words.
         """
         if self._summary is None:
             lost = {"lost_samples": self._lost_samples, "lost_events": self._lost_events}
-            self._post_event(0, 0, "end", cause, {"outcome": outcome, **lost}, True)
+            self._post_event(0, 0, "end", cause, {"outcome": outcome, "end": end, **lost}, True)
             trouble = self._child.finish()
             lost["lost_samples"] += self._words[LOST_SAMPLES]
             lost["lost_events"] += self._words[LOST_EVENTS]

@@ -47,6 +47,7 @@ class Ending:
     lost_samples: int = 0
     lost_events: int = 0
     failure: str = ""
+    end: str = ""  # how the rig was left, as measured
 
 
 def ending_from(values: Mapping[str, str]) -> Ending:
@@ -59,7 +60,13 @@ def ending_from(values: Mapping[str, str]) -> Ending:
         counts[name] = int(text)
     if "outcome" not in values or "cause" not in values:
         raise ValueError("outcome: found no outcome or no cause, expected both")
-    return Ending(values["outcome"], values["cause"], **counts, failure=values.get("failure", ""))
+    return Ending(
+        values["outcome"],
+        values["cause"],
+        **counts,
+        failure=values.get("failure", ""),
+        end=values.get("end", ""),
+    )
 
 
 @dataclass
@@ -141,7 +148,11 @@ class Recording:
             # The loop says it after its last sample, and does not say when that was.
             cycle, t_ns = self.counts.last_cycle, self.counts.last_t_ns
             self.ending = Ending(
-                str(data["outcome"]), text, int(data["lost_samples"]), int(data["lost_events"])
+                str(data["outcome"]),
+                text,
+                int(data["lost_samples"]),
+                int(data["lost_events"]),
+                str(data["end"]),
             )
         # A stamp that protobuf cannot hold (cycle -1, before the first) must not cost the log.
         cycle, t_ns = (min(max(stamp, 0), _STAMP_MAX) for stamp in (cycle, t_ns))

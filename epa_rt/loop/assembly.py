@@ -13,6 +13,7 @@ from epa_rt.experiments.experiment import Experiment
 from epa_rt.experiments.sequence import Sequence
 from epa_rt.logs.layout import SampleLayout
 from epa_rt.loop.drives import drive_of
+from epa_rt.loop.rest import RestWatch
 from epa_rt.loop.supervisor import STATES, Supervisor
 from epa_rt.safety.envelope import Envelope
 from epa_rt.signals.codec import Decoder, Encoder
@@ -36,6 +37,7 @@ VALVE_FIELDS = {  # key of the rig file's valve section: field of ValveSettings
     "drift": "drift_pa",
     "max_pulses": "max_pulses",
     "supply": "supply_pa",
+    "vented": "vented_pa",
 }
 
 
@@ -66,7 +68,9 @@ def assemble(rig: Rig, experiment: Experiment) -> Assembly:
     target = _target_kind(experiment, rig)
     motions = {loop: motion_of(rig, loop, target) for loop in experiment.loops}
     _check_wiring(rig, sequence, motions)
-    supervisor = Supervisor(rig, sequence, valves, motions, drive_of(rig, target))
+    vented_pa = {name: valve.settings.vented_pa for name, valve in valves.items()}
+    rest = RestWatch(rig, decoder, vented_pa)
+    supervisor = Supervisor(rig, sequence, valves, motions, drive_of(rig, target), rest)
     layout = SampleLayout(
         decoder.size,
         encoder.size,

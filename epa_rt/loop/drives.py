@@ -14,16 +14,25 @@ MODE_OF_TARGET = {"position": 8, "speed": 9, "torque": 10}
 class Drive(Protocol):
     """``step`` writes the enabling rows of the command; ``trouble`` is a sentence once it failed or
     was lost.
+
+    ``quick_stop``: from now on the drive brakes and holds by itself, where it can. ``holds``: it
+    has power, and follows targets or holds so. ``off``: by its own word, or that of the output that
+    enables it.
     """
 
     def enable(self) -> None: ...
 
     def disable(self, controlled: bool) -> None: ...
 
+    def quick_stop(self) -> None: ...
+
     def step(self, measured: dict[str, float], command: dict[str, float]) -> None: ...
 
     @property
     def live(self) -> bool: ...
+
+    @property
+    def holds(self) -> bool: ...
 
     @property
     def off(self) -> bool: ...
@@ -53,6 +62,9 @@ class BusDrive:
     def disable(self, controlled: bool) -> None:
         self._enabler.disable(controlled)
 
+    def quick_stop(self) -> None:
+        self._enabler.quick_stop()
+
     def step(self, measured: dict[str, float], command: dict[str, float]) -> None:
         command[self._control] = self._enabler.step(measured[self._status])
         command[self._file.mode] = self._mode
@@ -66,6 +78,10 @@ class BusDrive:
     @property
     def live(self) -> bool:
         return self._enabler.targets_live and not self._unlike
+
+    @property
+    def holds(self) -> bool:
+        return self._enabler.holds and not self._unlike
 
     @property
     def off(self) -> bool:
@@ -101,6 +117,9 @@ class WiredDrive:
     def disable(self, controlled: bool) -> None:
         self._drive.disable(controlled)
 
+    def quick_stop(self) -> None:
+        """A speed command of zero is all that such a drive can be told."""
+
     def step(self, measured: dict[str, float], command: dict[str, float]) -> None:
         output = self._drive.step()
         self._off = not output
@@ -108,6 +127,10 @@ class WiredDrive:
 
     @property
     def live(self) -> bool:
+        return self._drive.targets_live
+
+    @property
+    def holds(self) -> bool:
         return self._drive.targets_live
 
     @property

@@ -16,13 +16,16 @@ from epa_rt.logs.layout import (
     FLAG_TRIPPED,
     FLAG_WORKING_COUNTER_OK,
 )
+from epa_rt.loop.end_state import EndState
 from epa_rt.loop.gaps import Gaps
 from epa_rt.loop.overruns import Overruns
 from epa_rt.loop.requests import STOP, STOP_AT_ONCE
-from epa_rt.loop.supervisor import DONE, SAFE, Supervisor
+from epa_rt.loop.supervisor import BRAKE, DONE, SAFE, Supervisor
 from epa_rt.safety.envelope import Envelope
 from epa_rt.safety.trip import Trip
 from epa_rt.signals.codec import Decoder, Encoder
+
+INTERNAL = "internal error"
 
 
 class Recording(Protocol):
@@ -43,7 +46,8 @@ class Requests(Protocol):
 @dataclass(frozen=True)
 class RunResult:
     """How a run ended. ``outcome``: completed, stopped, tripped or failed. ``confirmed``: the drive
-    said it is off.
+    was found to be off. ``end``: the rig as it was measured last; None where no cycle ran.
+    ``category``: how a trip stopped it, in words.
 
     ``clamped`` and ``slewed``: cycles in which the gate cut a row; ``controller_`` the same by row
     and loop, of what the controller had cut before, so that the gate found nothing to cut.
@@ -63,6 +67,18 @@ class RunResult:
     t_ns: int = 0  # the last cycle's stamp
     saturated: int = 0  # counts that did not fit their entry
     bad_cycles: int = 0  # without sound process data
+    end: EndState | None = None
+    category: str = ""
+
+
+@dataclass
+class _Now:
+    """Where the loop stands: kept apart, so that an error leaves it readable."""
+
+    outputs_raw: bytes
+    cycle: int = -1
+    t_ns: int = 0
+    stopped: bool = False
 
 
 def run(
@@ -75,18 +91,64 @@ def run(
     recording: Recording,
     requests: Requests,
 ) -> RunResult:
-    """Runs an experiment from bring-up to safe. Never raises for what the rig does: every way out
-    is a result.
+    """Runs an experiment from bring-up until the rig is at rest. Never raises for what the rig
+    does: every way out is a result.
 
     The backend is opened and closed here; closing puts the outputs into their safe state once more.
+    A first fault of this program brakes by the envelope, as a trip does; a second one only closes.
     """
-    overruns, gaps, broken, stopped, cycle, t_ns = Overruns(rig.overrun), Gaps(), "", False, -1, 0
-    outputs_raw = encoder.safe_raw
+    overruns, gaps, now, broken, lost_bus = (
+        Overruns(rig.overrun),
+        Gaps(),
+        _Now(encoder.safe_raw),
+        "",
+        "",
+    )
     told = getattr(
         backend, "events", []
     )  # what a bus has to say: recoveries, emergencies, the clock's lock
+    parts = (backend, supervisor, envelope, decoder, encoder, recording, requests, overruns, gaps)
     try:
         backend.open()
+        try:
+            _exchange_until_done(now, told, *parts)
+        except BackendError:
+            raise
+        except Exception as error:
+            broken = _own_fault(error, recording, now)
+            envelope.trip(INTERNAL, "", broken.removeprefix(f"{INTERNAL}: "), now.cycle + 1)
+            _exchange_until_done(now, told, *parts)
+    except BackendError as error:
+        lost_bus = str(error)
+        recording.event(max(now.cycle, 0), now.t_ns, "error", lost_bus)
+    except Exception as error:  # the second fault of ours: nothing is left but to close
+        broken = "; ".join(filter(None, (broken, _own_fault(error, recording, now))))
+    finally:
+        closing = _close(backend, recording, now.cycle, now.t_ns)
+        broken = "; ".join(filter(None, (broken, lost_bus, closing)))
+        _pass_on(told, recording, now.cycle, now.t_ns)
+    end = _end_state(supervisor, decoder, broken, now.cycle)
+    if end is not None:  # the drive's last word, where the bus heard it
+        end = end.heard_at_closing(getattr(backend, "drive_off", None))
+    return _result(envelope, supervisor, overruns, broken, now, encoder.saturated, gaps.count, end)
+
+
+def _exchange_until_done(
+    now: _Now,
+    told: list,
+    backend: Backend,
+    supervisor: Supervisor,
+    envelope: Envelope,
+    decoder: Decoder,
+    encoder: Encoder,
+    recording: Recording,
+    requests: Requests,
+    overruns: Overruns,
+    gaps: Gaps,
+) -> None:
+    """Cycle after cycle until the supervisor is done. Whatever is raised, ``now`` says where."""
+    outputs_raw, cycle, t_ns, stopped = now.outputs_raw, now.cycle, now.t_ns, now.stopped
+    try:
         while supervisor.state != DONE:
             exchange = backend.exchange(outputs_raw)
             cycle, t_ns, inputs_raw, bus_ok, lateness_ns, busy_ns = exchange
@@ -100,17 +162,22 @@ def run(
             stopped = stopped or request != 0 or overruns.wants_stop
             command = _step(supervisor, cycle, measured, stopped, bus_ok)
             outputs = envelope.check(
-                cycle, bus_ok, measured, decoder.invalid, decoder.stale, command, t_ns + lateness_ns
+                cycle,
+                bus_ok,
+                measured,
+                decoder.invalid,
+                decoder.stale,
+                command,
+                t_ns + lateness_ns,
+                supervisor.fault,
             )
-            if (
-                supervisor.fault is not None
-            ):  # after the envelope: a dead sensor is the cause, not what it led to
-                envelope.trip(*supervisor.fault, cycle)
             if envelope.tripped is not None:
                 flags |= FLAG_TRIPPED
-                supervisor.be_safe()
+                supervisor.after_trip(envelope.stopping, measured, bus_ok)
+                if envelope.tripped.cycle != cycle:
+                    command = outputs  # nobody asks for more than what leaves
             if supervisor.state >= SAFE:
-                outputs = encoder.safe
+                outputs = envelope.power_off()
             outputs_raw = encoder.encode(outputs)
             recording.sample(
                 cycle,
@@ -133,31 +200,32 @@ def run(
                 _report(supervisor, envelope, recording, cycle, t_ns)
             if told:
                 _pass_on(told, recording, cycle, t_ns)
-    except BackendError as error:
-        broken = str(error)
-        recording.event(max(cycle, 0), t_ns, "error", broken)
-    except (
-        Exception
-    ) as error:  # a fault of ours ends like a lost bus: outputs safe, cause in the log
-        broken = f"internal error: {type(error).__name__}: {error}"
-        recording.event(max(cycle, 0), t_ns, "error", broken, traceback=traceback.format_exc())
     finally:
-        broken = "; ".join(filter(None, (broken, _close(backend, recording, cycle, t_ns))))
-        _pass_on(told, recording, cycle, t_ns)
-    off = getattr(backend, "drive_off", None)  # what the drive said last, where the bus heard it
-    confirmed = supervisor.confirmed if off is None else off
-    return _result(
-        envelope,
-        supervisor.motions,
-        overruns,
-        broken,
-        stopped,
-        cycle + 1,
-        t_ns,
-        encoder.saturated,
-        gaps.count,
-        confirmed,
-    )
+        now.outputs_raw, now.cycle, now.t_ns, now.stopped = outputs_raw, cycle, t_ns, stopped
+
+
+def _own_fault(error: Exception, recording: Recording, now: _Now) -> str:
+    """A fault of this program, in the log with its traceback; the sentence."""
+    text, trace = f"{INTERNAL}: {type(error).__name__}: {error}", traceback.format_exc()
+    recording.event(max(now.cycle, 0), now.t_ns, "error", text, traceback=trace)
+    return text
+
+
+def _end_state(
+    supervisor: Supervisor, decoder: Decoder, broken: str, cycle: int
+) -> EndState | None:
+    """What was measured last. A run that broke off under way knows only what it saw then."""
+    if cycle < 0:
+        return None
+    if supervisor.state == DONE or not broken:
+        return supervisor.end_state()
+    if supervisor.state < BRAKE:
+        supervisor.look(decoder.measured)
+    end = supervisor.end_state()
+    text = "what came after, for exchanging ended while the rig was not yet at rest"
+    if supervisor.held_power:
+        text += "; the drive brakes and holds by itself (0x6007, 0x605A) until its voltage goes off"
+    return end.lost(text)
 
 
 def _pass_on(told: list, recording: Recording, cycle: int, t_ns: int) -> None:
@@ -220,15 +288,15 @@ def _judge(
 def _step(
     supervisor: Supervisor, cycle: int, measured: dict, stopped: bool, bus_ok: bool
 ) -> dict[str, float]:
-    """The supervisor's command; an error of ours in it becomes a fault that trips."""
+    """The supervisor's command; an error of ours in it becomes a fault that trips. One while it
+    ends a run is raised: nothing would end it then.
+    """
     try:
         return supervisor.step(cycle, measured, stopped, bus_ok)
     except Exception as error:  # must not leave the rig under its last command
-        supervisor.fault = supervisor.fault or (
-            "internal error",
-            "",
-            f"{type(error).__name__}: {error}",
-        )
+        if supervisor.state >= BRAKE:
+            raise
+        supervisor.fault = supervisor.fault or (INTERNAL, "", f"{type(error).__name__}: {error}")
         return supervisor.command
 
 
@@ -245,22 +313,23 @@ def _report(
 
 def _result(
     envelope: Envelope,
-    motions: Mapping[str, Controller],
+    supervisor: Supervisor,
     overruns: Overruns,
     broken: str,
-    stopped: bool,
-    cycles: int,
-    t_ns: int,
+    now: _Now,
     saturated: int,
     bad_cycles: int,
-    confirmed: bool,
+    end: EndState | None,
 ) -> RunResult:
-    trip = envelope.tripped
+    trip, motions = envelope.tripped, supervisor.motions
     if broken:
-        outcome, cause = "failed", broken if trip is None else f"{trip}; then {broken}"
+        outcome, cause = (
+            "failed",
+            broken if trip is None or broken.startswith(str(trip)) else f"{trip}; then {broken}",
+        )
     elif trip is not None:
         outcome, cause = "tripped", str(trip)
-    elif stopped:
+    elif now.stopped:
         outcome, cause = (
             "stopped",
             ("overruns" if overruns.wants_stop else "the operator asked to stop"),
@@ -271,8 +340,8 @@ def _result(
     return RunResult(
         outcome,
         cause,
-        cycles,
-        confirmed,
+        now.cycle + 1,
+        bool(end is not None and end.off),
         overruns.count,
         overruns.worst_ns,
         {k: n for k, n in gate.clamped.items() if n},
@@ -280,9 +349,11 @@ def _result(
         _by_row(motions, lambda motion: motion.saturated),
         _by_row(motions, lambda motion: motion.slewed),
         trip,
-        t_ns,
+        now.t_ns,
         saturated,
         bad_cycles,
+        end,
+        supervisor.category,
     )
 
 

@@ -1,8 +1,10 @@
-"""The run as a machine of seven states, from a rig at rest to a rig that is safe again.
+"""The run as a machine of nine states, from a rig at rest to a rig that is at rest again.
 
-Bring-up moves nothing; the drive is enabled with its targets on the actual values; phases run;
-every way out ends in ``safe``. It decides what to ask for; whether that may leave is the envelope's
-to say.
+Bring-up moves nothing; the drive is enabled with its targets on the actual values; phases run. A
+run that ends by itself, or by the operator's first stop, holds under power while it vents. A trip
+brakes, holds and vents by the envelope's stop outputs. Every way out ends in ``safe``, watched
+until the rig is measured to be at rest. It decides what to ask for; whether that may leave is the
+envelope's to say.
 """
 
 from collections.abc import Mapping
@@ -10,24 +12,22 @@ from collections.abc import Mapping
 from epa_rt.config.rig import Rig
 from epa_rt.control.protocol import Controller
 from epa_rt.control.valve import SetAndHold, ValveState
-from epa_rt.experiments.sequence import Sequence
+from epa_rt.experiments.plan import Plan
 from epa_rt.loop.drives import Drive
+from epa_rt.loop.end_state import EndState
 from epa_rt.loop.following import Following
+from epa_rt.loop.referenced import Referenced
+from epa_rt.loop.rest import RestWatch
+from epa_rt.safety.stopping import BRAKING, Stopping
 
-STATES = ("bring_up", "enable", "run", "stop", "disable", "safe", "done")
-BRING_UP, ENABLE, RUN, STOP, DISABLE, SAFE, DONE = range(7)
+STATES = ("bring_up", "enable", "run", "stop", "brake", "vent", "disable", "safe", "done")
+BRING_UP, ENABLE, RUN, STOP, BRAKE, VENT, DISABLE, SAFE, DONE = range(9)
 
 BRING_UP_S = 0.1
-REST_S, REST_MAX_S = (
-    0.05,
-    1.0,
-)  # how long the motor must stand before power is taken off, and the longest wait for it
-REST_SHARE = 0.02  # of the motor's top speed: below it the motor stands
-VENT_MAX_S = (
-    5.0  # longest wait for the muscles to vent: one that still pulls would spin an unpowered motor
-)
+REST_MAX_S = 1.0  # longest wait for the motor to stand before the muscles are vented all the same
 DISABLE_S = 0.5  # longest wait for the drive to come down by its own ramp
-SAFE_MIN_S, SAFE_MAX_S = 0.1, 1.0
+SAFE_MIN_S = 0.1
+OFF_MAX_S = 1.0  # of a rig at rest: longest wait for the drive to say that it is off
 
 Fault = tuple[str, str, str]  # cause, signal, sentence
 
@@ -37,52 +37,76 @@ class Supervisor:
     table order.
 
     ``fault`` is what the supervisor found and the envelope shall trip on. ``events`` are (kind,
-    text, data), to be drained by the loop. ``confirmed``: the drive reported itself off after the
-    safe outputs went out. ``motions``: by loop.
+    text, data), to be drained by the loop. ``confirmed``: the drive was found off after the safe
+    outputs went out. ``end`` is what was measured last, once done. ``category``: how a trip stopped
+    the rig, in words. ``motions``: by loop. ``needs_zero``: refuses a rig whose travel
+    has none.
     """
 
     def __init__(
         self,
         rig: Rig,
-        sequence: Sequence,
+        sequence: Plan,
         valves: Mapping[str, SetAndHold],
         motions: Mapping[str, Controller],
         drive: Drive,
+        rest: RestWatch,
+        needs_zero: bool = True,
     ):
         self.state = BRING_UP
         self.fault: Fault | None = None
         self.events: list[tuple[str, str, dict]] = [("state", "bring_up", {})]
-        self.confirmed, self._bus_ok = False, True
+        self.end: EndState | None = None
+        self.category = ""
         self.sequence = sequence
         self.command = {row.name: row.safe for row in rig.outputs}
         self.reference = dict.fromkeys(sequence.reference_names, float("nan"))
         self.estimate = {f"est_{m.pressure}": float("nan") for m in rig.muscles}
         self._safe = dict(self.command)
+        self._referenced = Referenced(rig) if needs_zero else None
         self._following = Following(rig, tuple((valves[m.name], m.name) for m in rig.muscles))
         self.motions, self._motion = motions, next(iter(motions.values()))
-        self._drive, self._dt_s = drive, rig.period_s
+        self._drive, self._rest_watch, self._dt_s = drive, rest, rig.period_s
         self._valves = [
             (valves[m.name], m.name, m.pressure, m.inlet, m.exhaust, f"est_{m.pressure}")
             for m in rig.muscles
         ]
         self._target, self._position = rig.motor.position_target, rig.motor.position
         self._targets = [t for t in (rig.motor.speed_target, rig.motor.torque_target) if t]
-        self._speed, self._standstill = rig.motor.speed, REST_SHARE * rig.motor.speed_max
-        self._age = self._still = self._ended = self._vent_cycles = 0
-        self._vent_max_cycles = round(VENT_MAX_S / rig.period_s)
-        self._rest_cycles, self._rest_max_cycles = (
-            round(REST_S / rig.period_s),
-            round(REST_MAX_S / rig.period_s),
-        )
+        self._torque = rig.motor.torque_target
+        brake = rig.motor.brake
+        self._brake = brake.output if brake else None
+        self._release_cycles = round(brake.release_delay / rig.period_s) if brake else 0
+        self._close_cycles = round(brake.close_delay / rig.period_s) if brake else 0
+        self._age = self._live = self._ended = self._closing = 0
+        self._stopping: Stopping | None = None  # from a trip on: the envelope's
+        self._timed_out = False
+        self._rest_max_cycles = round(REST_MAX_S / rig.period_s)
+        self._timeout_s = rig.safety.rest_timeout
+        self._timeout_cycles = round(self._timeout_s / rig.period_s)
+        self._off_cycles = round(OFF_MAX_S / rig.period_s)
         self._cycles = {
             s: max(1, round(seconds / rig.period_s))
-            for s, seconds in (
-                (BRING_UP, BRING_UP_S),
-                (DISABLE, DISABLE_S),
-                (SAFE, SAFE_MIN_S),
-                (DONE, SAFE_MAX_S),
-            )
+            for s, seconds in ((BRING_UP, BRING_UP_S), (DISABLE, DISABLE_S), (SAFE, SAFE_MIN_S))
         }
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether the drive was measured to be off."""
+        return bool(self.end is not None and self.end.off)
+
+    def look(self, measured: dict[str, float]) -> None:
+        """Takes what was measured last, where a run broke off before it had begun to end."""
+        self._watch(measured, True)
+
+    @property
+    def held_power(self) -> bool:
+        """Whether the drive was under power when the supervisor last looked."""
+        return RUN <= self.state < DISABLE
+
+    def end_state(self) -> EndState:
+        """What is known of the rig at this moment, or at the end where that was reached."""
+        return self.end or self._rest_watch.state(self._timed_out)
 
     @property
     def phase(self) -> int:
@@ -95,24 +119,44 @@ class Supervisor:
         believed.
         """
         self._age += 1
-        self._bus_ok = bus_ok
         if self.state == RUN or self.state == STOP:
             self._run(cycle, measured, stop)
         elif self.state == BRING_UP:
+            self._rest_watch.learn_zero(measured, bus_ok)
             self._bring_up(measured, stop)
         elif self.state == ENABLE:
             self._enable(measured, stop)
+        elif self._stopping is not None and self.state < DISABLE:
+            self._stop_by_category(self._stopping, measured, bus_ok)
+        elif self.state == VENT:
+            self._vent(measured, bus_ok)
         else:
-            self._come_down(measured)
+            self._come_down(measured, bus_ok)
         return self.command
 
-    def be_safe(self) -> None:
-        """The envelope has tripped: from here on only safe outputs are asked for, until the rig is
-        seen to be off.
+    def after_trip(self, stopping: Stopping, measured: dict[str, float], bus_ok: bool) -> None:
+        """Every cycle after the envelope tripped: brake with it while it brakes, else be safe at
+        once, and say what the rig still stores.
         """
-        if self.state < SAFE:
-            self._drive.disable(False)
-            self._enter(SAFE)
+        if self.state >= SAFE:
+            return
+        if stopping.category == BRAKING:
+            if self._stopping is None:
+                self._stopping, self._closing = stopping, 0
+                self._drive.disable(False)
+                self._say_category(1, "the drive brakes, and holds while the muscles vent")
+                self._enter(BRAKE)
+            return
+        self._drive.disable(False)
+        if stopping.why:
+            self._watch(measured, bus_ok)
+            stored = self._rest_watch.stored
+            self._say_category(0, f"power off, air out: {stopping.why}; stored then: {stored}")
+        self._enter(SAFE)
+
+    def _say_category(self, category: int, text: str) -> None:
+        self.category = f"stop category {category}: {text}"
+        self.events.append(("category", self.category, {"category": category}))
 
     def _enter(self, state: int) -> None:
         self.state, self._age = state, 0
@@ -133,19 +177,29 @@ class Supervisor:
         if stop:
             self._enter(DISABLE)
         elif self._age >= self._cycles[BRING_UP]:
+            if self._referenced is not None and (refusal := self._referenced.refusal(measured)):
+                self.fault = refusal
+                return
             self.sequence.begin(measured)
             self._drive.enable()
             self._enter(ENABLE)
 
     def _enable(self, measured: dict[str, float], stop: bool) -> None:
-        self._rest(measured)
+        """Once the drive is live its targets stay where they are, and the brake has time to
+        open.
+        """
+        if not self._live:
+            self._rest(measured)
         self._drive.step(measured, self.command)
+        self._live = self._live + 1 if self._drive.live else 0
+        if self._brake is not None:
+            self.command[self._brake] = float(self._live > 1)
         trouble = self._drive.trouble(measured)
         if trouble:
             self.fault = ("drive", "", f"the drive cannot be enabled: {trouble}")
         elif stop:
             self._leave(measured)
-        elif self._drive.live:
+        elif self._live > self._release_cycles:
             self._enter(RUN)
 
     def _run(self, cycle: int, measured: dict[str, float], stop: bool) -> None:
@@ -163,57 +217,101 @@ class Supervisor:
         if sequence.loop_changed:
             self._motion = self.motions[sequence.loop]
             self._motion.reset(measured, command)
-        if self._vent_cycles:
-            self._hold_still(measured)
-        else:
-            if self._target:
-                command[self._target] = measured[self._position]
-            command.update(self._motion.step(measured, self.reference, self._dt_s))
-            self.fault = self._following.step(sequence.loop, measured, self.reference, command)
+        if self._target:
+            command[self._target] = measured[self._position]
+        command.update(self._motion.step(measured, self.reference, self._dt_s))
+        self.fault = self._following.step(sequence.loop, measured, self.reference, command)
         self._switch_valves(measured)
         if not drive.live:
-            trouble = drive.trouble(measured) or "it reported itself disabled"
-            self.fault = ("drive", "", f"the drive was lost: {trouble}")
+            self._drive_is_lost(measured)
         elif sequence.failure:
             self.fault = ("experiment", "", sequence.failure)
-        elif sequence.finished and self._at_rest(measured) and self._vented():
-            self._leave(measured)
+        elif sequence.finished and self._stands(measured):
+            self._begin_to_vent()
         return None
+
+    def _drive_is_lost(self, measured: dict[str, float]) -> None:
+        if self._brake is not None:
+            self.command[self._brake] = self._safe[self._brake]
+        trouble = self._drive.trouble(measured) or "it reported itself disabled"
+        self.fault = ("drive", "", f"the drive was lost: {trouble}")
 
     def _leave(self, measured: dict[str, float]) -> None:
         self._rest(measured)
+        if self._brake is not None:
+            self.command[self._brake] = self._safe[self._brake]
         self._drive.disable(True)
         self._enter(DISABLE)
 
-    def _at_rest(self, measured: dict[str, float]) -> bool:
-        """Whether the motor has stood still for a while; its reference being at rest does not say
-        so.
+    def _stands(self, measured: dict[str, float]) -> bool:
+        """Whether the motor stands; its reference being at rest does not say so. A torque holds
+        nothing, so there is nothing to wait for: the drive itself brakes and holds.
         """
         self._ended += 1
-        moves = self._speed is not None and abs(measured[self._speed]) >= self._standstill
-        self._still = 0 if moves else self._still + 1
-        return self._still >= self._rest_cycles or self._ended >= self._rest_max_cycles
+        self._watch(measured, True)
+        return (
+            self._rest_watch.motor_stands
+            or self._ended >= self._rest_max_cycles
+            or (self._torque in self._motion.writes and self.command[self._torque] == 0.0)
+        )
 
-    def _hold_still(self, measured: dict[str, float]) -> None:
-        """The motor stays where it is while the muscles vent; a joint loop would wind up after a
-        joint that sinks.
-        """
-        target = self.command[self._target] if self._target in self._motion.writes else None
-        self._rest(measured)
-        if target is not None:
-            self.command[self._target] = target
-
-    def _vented(self) -> bool:
-        """Vents what still holds pressure, with the motor held; True once all is vented, or has had
-        its time.
-        """
-        for valve, *_ in self._valves if self._vent_cycles == 0 else ():
+    def _begin_to_vent(self) -> None:
+        for valve, *_ in self._valves:
             if valve.state is not ValveState.VENTED:
                 valve.vent()
-        self._vent_cycles += 1
-        return self._vent_cycles >= self._vent_max_cycles or all(
-            valve.state is ValveState.VENTED for valve, *_ in self._valves
-        )
+        if self._torque in self._motion.writes:
+            self._drive.quick_stop()
+        self._enter(VENT)
+
+    def _vent(self, measured: dict[str, float], bus_ok: bool) -> None:
+        """The motor stays where it is while the muscles vent; a joint loop would wind up after a
+        joint that sinks. Power goes once all is measured vented and at rest, or has had its time.
+        """
+        command = self.command
+        target = command[self._target] if self._target in self._motion.writes else None
+        self._rest(measured)
+        if target is not None:
+            command[self._target] = target
+        self._drive.step(measured, command)
+        self._switch_valves(measured)
+        self._watch(measured, bus_ok)
+        if not self._drive.holds:
+            self._drive_is_lost(measured)
+        elif self._may_lose_power():
+            if self._brake is not None:
+                command[self._brake] = self._safe[self._brake]
+            if self._closing > self._close_cycles:
+                self._leave(measured)
+
+    def _may_lose_power(self) -> bool:
+        """Whether the rig is vented and stands, or has had its time; then counts the cycles that
+        the brake has had to close.
+        """
+        rest = self._rest_watch
+        if not self._closing and not (rest.still and rest.vented):
+            if self._age < self._timeout_cycles and not rest.unheard:
+                return False
+            self._timed_out = True
+        self._closing += 1
+        return True
+
+    def _stop_by_category(
+        self, stopping: Stopping, measured: dict[str, float], bus_ok: bool
+    ) -> None:
+        """The envelope brakes and holds; this watches, and takes the power off in the end."""
+        self.command.update(self._safe)
+        self._drive.step(measured, self.command)
+        self._watch(measured, bus_ok)
+        if self.state == BRAKE:
+            if self._rest_watch.motor_stands or self._age >= self._rest_max_cycles:
+                self._enter(VENT)
+        elif self._may_lose_power():
+            stopping.close_brake()
+            if self._closing > self._close_cycles:
+                self._enter(SAFE)
+
+    def _watch(self, measured: dict[str, float], bus_ok: bool) -> None:
+        self._rest_watch.step(measured, bus_ok, self._drive.off)
 
     def _switch_valves(self, measured: dict[str, float]) -> None:
         command, estimate = self.command, self.estimate
@@ -231,21 +329,31 @@ class Supervisor:
             if valve.failure is not None:
                 self.fault = ("valve", pressure, f"{name}: {valve.failure}")
 
-    def _is_off(self) -> bool:
-        return self._bus_ok and self._drive.off
-
-    def _come_down(self, measured: dict[str, float]) -> None:
-        """Disable, then safe: valves de-energised, drive off, watched until it says so."""
+    def _come_down(self, measured: dict[str, float], bus_ok: bool) -> None:
+        """Disable, then safe: valves de-energised, drive off, watched until the rig is at rest."""
         self.command.update(self._safe)
         if self._target:
             self.command[self._target] = measured[self._position]
         self._drive.step(measured, self.command)
+        self._watch(measured, bus_ok)
         if self.state == DISABLE:
-            if self._is_off() or self._age >= self._cycles[DISABLE]:
+            if (bus_ok and self._drive.off) or self._age >= self._cycles[DISABLE]:
                 self._drive.disable(False)
                 self._enter(SAFE)
-        elif self._age >= self._cycles[SAFE] and (
-            self._is_off() or self._age >= self._cycles[DONE]
-        ):
-            self.confirmed = self._is_off()
+        elif self._age >= self._cycles[SAFE] and self._is_over():
+            self.end = self._rest_watch.state(self._timed_out)
             self._enter(DONE)
+
+    def _is_over(self) -> bool:
+        """Whether nothing is left to wait for: all at rest, or nothing to be heard, or its time
+        over. What was not vented under power is not waited for again.
+        """
+        rest = self._rest_watch
+        if rest.unheard:
+            return True
+        if rest.still and (rest.vented or self._timed_out):
+            return rest.off is not False or self._age >= self._off_cycles
+        if self._age < self._timeout_cycles:
+            return False
+        self._timed_out = True
+        return True

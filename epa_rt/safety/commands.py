@@ -6,10 +6,13 @@ from epa_rt.config.rig import Rig
 
 INFINITE = float("inf")
 ENABLE_OPERATION = 0x0F
+QUICK_STOP = 0x02
 # CiA 402 control words that this stack has a use for; anything else is a fault above
 CONTROL_WORDS = frozenset((0x00, 0x02, 0x06, 0x07, 0x0F, 0x80))
 MODES = frozenset((0, 8, 9, 10))
 POSITION_MODE = 8
+# a run that sets the drive's zero, and no other: CiA 402 homing, started by bit 4
+HOMING_MODE, START_HOMING = 6, 0x1F
 JUMP_S = 0.010
 
 Refusal = tuple[str, str, str]  # cause, signal, sentence
@@ -18,24 +21,32 @@ Refusal = tuple[str, str, str]  # cause, signal, sentence
 class CommandGate:
     """Limits a command in place of the caller and counts it, or refuses it.
 
+    ``homing``: for a run that sets the drive's zero; only such a run may use the homing mode, and
+    no other mode.
     ``outputs``: the limited command, valid after pass_through returned None. ``clamped`` and
     ``slewed``: how often each row was cut. ``jump_si`` is how far a position target may stand from
     the measured position when power comes on: what ten milliseconds at full slew cover. Speed and
-    torque targets must then be at rest.
+    torque targets must then be at rest. ``powered``: whether the last command that was let through
+    had power on.
     """
 
-    def __init__(self, rig: Rig):
+    def __init__(self, rig: Rig, homing: bool = False):
+        words, modes = CONTROL_WORDS, MODES
+        if homing:  # the drive's own homing, in which no target moves it
+            words, modes = words | {START_HOMING}, frozenset((0, HOMING_MODE))
         self.outputs = {row.name: row.safe for row in rig.outputs}
         self._safe = dict(self.outputs)
         bus = rig.drive.interface == "cia402"
         self._mode = rig.drive.mode if bus else None
         self._power_row, self._power_on = (
-            (rig.drive.control_word, ENABLE_OPERATION) if bus else (rig.drive.enable, 1.0)
+            (rig.drive.control_word, (ENABLE_OPERATION, START_HOMING))
+            if bus
+            else (rig.drive.enable, (1.0,))
         )
         self._analog, self._switches, self._words = [], [], []
         for row in rig.outputs:
             if row.name.endswith("_raw"):
-                self._words.append((row.name, MODES if row.name == self._mode else CONTROL_WORDS))
+                self._words.append((row.name, modes if row.name == self._mode else words))
             elif row.limits is None:
                 self._switches.append(row.name)
             else:
@@ -48,31 +59,46 @@ class CommandGate:
         self._target, self._position = motor.position_target, motor.position
         self._rates = tuple(name for name in (motor.speed_target, motor.torque_target) if name)
         self.jump_si = JUMP_S * rig.row(self._target).slew if self._target else 0.0
-        self._powered = self._follows = False
+        self._brake = motor.brake.output if motor.brake else None
+        self.powered = self._follows = self._holds = False
+        self.mode_under_power = 0.0  # of a drive on the bus; it does not change under power
 
     def pass_through(self, measured: dict[str, float], command: dict[str, float]) -> Refusal | None:
         """Fills ``outputs`` from the command; None, or (cause, signal, sentence) where the command
         is refused.
         """
-        was_powered, mode = self._powered, self.outputs.get(self._mode, POSITION_MODE)
+        was_powered, mode = self.powered, self.outputs.get(self._mode, POSITION_MODE)
         refusal = self._words_and_switches(command)
         if refusal is not None:
             return refusal
-        self._powered = self.outputs[self._power_row] == self._power_on
-        if self._powered and was_powered and self.outputs.get(self._mode, mode) != mode:
+        powered = self.outputs[self._power_row] in self._power_on
+        if powered and was_powered and self.outputs.get(self._mode, mode) != mode:
             return (
                 "mode change",
                 self._mode,
                 f"{self._mode} = {self.outputs[self._mode]} under power, expected {mode}",
             )
-        self._follows = not self._powered or self.outputs.get(self._mode) not in (
-            None,
-            POSITION_MODE,
-        )
+        self._follows = not powered or self.outputs.get(self._mode) not in (None, POSITION_MODE)
         refusal = self._limits(command)
-        if refusal is None and self._powered and not was_powered:
-            refusal = self._jump(measured, command) or self._jump(measured, self.outputs)
+        if powered != was_powered and refusal is None:
+            if powered:
+                refusal = self._jump(measured, command) or self._jump(measured, self.outputs)
+                self.mode_under_power = self.outputs.get(self._mode, 0.0)
+            if refusal is None:
+                self.powered = powered
+        if self._brake is not None and refusal is None and not (was_powered and powered):
+            refusal = self._brake_without_power(powered)
         return refusal
+
+    def _brake_without_power(self, powered: bool) -> Refusal | None:
+        """The brake opens under power that has been on for a cycle, and closes before it goes. A
+        quick stop from there keeps the power.
+        """
+        held = self._holds and self.outputs[self._power_row] == QUICK_STOP
+        self._holds = powered or held
+        if self.outputs[self._brake] == 0.0 or held:
+            return None
+        return "forbidden combination", self._brake, f"{self._brake} on without power"
 
     def _words_and_switches(self, command: dict[str, float]) -> Refusal | None:
         outputs = self.outputs

@@ -1,8 +1,8 @@
 """The last gate before the bytes. It knows the rig's table and nothing of controllers or
 experiments.
 
-Whatever comes in, what leaves is either a command within every limit or the safe outputs. A trip
-latches.
+Whatever comes in, what leaves is a command within every limit. After a trip, which latches, it is
+the stop outputs (brake and hold under power) or the safe ones.
 """
 
 from collections.abc import Callable
@@ -10,23 +10,30 @@ from collections.abc import Callable
 from epa_rt.config.rig import Rig
 from epa_rt.safety.commands import CommandGate
 from epa_rt.safety.contradiction import MotionCheck
+from epa_rt.safety.stopping import Stopping
 from epa_rt.safety.thermal import ThermalLimit
 from epa_rt.safety.trip import OVER_RANGE_CAUSE, Trip
 
 INFINITE = float("inf")
+AT_ONCE = "operator"  # the cause of a trip after which nothing brakes
+
+Fault = tuple[str, str, str]  # cause, signal, sentence
 
 
 class Envelope:
     """Checks one cycle: bus health, measured signals, i²t, then the command through its gate.
 
-    ``tripped`` is None or the first Trip; ``gate`` counts what was clamped. ``reason`` tells in
-    words why a measured row is invalid (the decoder's).
+    ``tripped`` is None or the first Trip; ``gate`` counts what was clamped; ``stopping`` says what
+    leaves after a trip. ``reason`` tells in words why a measured row is invalid (the decoder's).
+    ``homing`` as CommandGate takes it.
     """
 
-    def __init__(self, rig: Rig, reason: Callable[[int], str]):
+    def __init__(self, rig: Rig, reason: Callable[[int], str], homing: bool = False):
         self.tripped: Trip | None = None
-        self.gate = CommandGate(rig)
+        self.gate = CommandGate(rig, homing)
+        self.stopping = Stopping(rig)
         self._reason, self._motion = reason, MotionCheck(rig)
+        self._has_begun = False
         self._safe = {row.name: row.safe for row in rig.outputs}
         self._lost, self._lost_allowed = 0, rig.safety.lost_cycles
         self._names = tuple(row.name for row in rig.inputs)
@@ -42,11 +49,14 @@ class Envelope:
         )
 
     def trip(self, cause: str, signal: str, text: str, cycle: int) -> None:
-        """Latches a trip that somebody above found (valve, drive, recorder). The first one
-        stays.
+        """Latches a trip that somebody above found (valve, drive, recorder). The first one stays.
+
+        The operator's takes the power off at once, whatever tripped before.
         """
         if self.tripped is None:
             self.tripped = Trip(cause, signal, text, cycle)
+        if cause == AT_ONCE:
+            self.stopping.fall(text)
 
     def check(
         self,
@@ -57,30 +67,60 @@ class Envelope:
         stale: int,
         command: dict[str, float],
         now_ns: int = 0,
+        fault: Fault | None = None,
     ) -> dict[str, float]:
         """The outputs of this cycle, whose inputs were read at ``now_ns``: the command, limited and
-        counted, or the safe values once tripped.
+        counted; once tripped, what ``stopping`` allows.
+
+        ``fault``: what somebody above found in this cycle, judged last: a dead sensor is the cause,
+        not what it led to.
         """
-        if self.tripped is None:
+        powered = self.gate.powered  # by what was sent last
+        if self.tripped is not None:
+            self._lost = 0 if bus_ok else self._lost + 1
+            apart = self._motion.step(measured, bus_ok, now_ns)
+        else:
             self._check_bus(cycle, bus_ok)
             self._check_measured(cycle, measured, invalid, stale)
-        if self.tripped is None:
-            contradiction = self._motion.step(measured, bus_ok, now_ns)
-            if contradiction is not None:
-                self.trip(*contradiction, cycle)
-        if self.tripped is None:
-            try:
-                refusal = self.gate.pass_through(measured, command)
-            except (KeyError, TypeError) as error:  # a row left out, or something that is no number
-                refusal = (
-                    "bad command",
-                    "",
-                    f"a command that cannot be read ({type(error).__name__}: {error})",
-                )
-            if refusal is None:
-                return self.gate.outputs
-            self.trip(*refusal, cycle)
+            apart = self._motion.step(measured, bus_ok, now_ns)
+            if apart is not None:
+                self.trip(*apart, cycle)
+            if self.tripped is None:
+                refusal = self._pass_through(measured, command) or fault
+                if refusal is None:
+                    return self.gate.outputs
+                self.trip(*refusal, cycle)
+        if not self._has_begun:
+            self._has_begun = True
+            self.stopping.begin(self.gate, powered)
+        return self._stop(bus_ok, measured, invalid, stale, apart)
+
+    def _pass_through(self, measured: dict[str, float], command: dict[str, float]) -> Fault | None:
+        try:
+            return self.gate.pass_through(measured, command)
+        except (KeyError, TypeError) as error:  # a row left out, or something that is no number
+            text = f"a command that cannot be read ({type(error).__name__}: {error})"
+            return "bad command", "", text
+
+    def power_off(self) -> dict[str, float]:
+        """The safe outputs; nothing brakes any more."""
+        self.stopping.fall("")
         return self._safe
+
+    def _stop(
+        self,
+        bus_ok: bool,
+        measured: dict[str, float],
+        invalid: int,
+        stale: int,
+        apart: Fault | None,
+    ) -> dict[str, float]:
+        lost = ""
+        if self._lost >= self._lost_allowed:
+            lost = f"the working counter was wrong in {self._lost} cycles in a row"
+        elif apart is not None:
+            lost = apart[2]
+        return self.stopping.step(measured, bus_ok, lost, invalid, stale)
 
     def _check_bus(self, cycle: int, bus_ok: bool) -> None:
         if bus_ok:

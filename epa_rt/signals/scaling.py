@@ -41,4 +41,6 @@ def scaling_of(row: SignalRow, entry: Entry, rig: Rig) -> Scaling:
         native_low, native_high = native_pair(row.valid, entry.unit)
         low = max(low, round(native_low / entry.per_count))
         high = min(high, round(native_high / entry.per_count))
+    if rig.applied_zero is not None and row.name == rig.motor.position:
+        intercept += slope * entry.per_count * rig.applied_zero.offset
     return Scaling(slope * entry.per_count, intercept, low, high)

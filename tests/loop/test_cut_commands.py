@@ -51,7 +51,7 @@ def test_commands_cut_at_the_limit_are_counted_said_logged_and_shown(tmp_path, c
     assert SPEED not in result.clamped, "the gate finds nothing left to cut"
     assert (
         f"{SPEED} was clamped to its limits by the controller motor_speed in {cut} cycles"
-        in closing_text(summary, result, 0.001)
+        in closing_text(summary, result, inputs.rig)
     )
     data = next(event.data for event in run.events if event.kind == "summary")
     assert data["controller_clamped"] == {SPEED: {"motor_speed": cut}}

@@ -1,9 +1,10 @@
-"""Every way out of a run ends with the drive disabled and the valves de-energised, and says why."""
+"""Every way out of a run ends at rest, vented and without power, or says what is left, and why."""
 
 import pytest
 
 from epa_rt.loop.assembly import assemble
 from epa_rt.loop.run import run
+from epa_rt.loop.supervisor import BRAKE, BRING_UP, DISABLE, DONE, ENABLE, RUN, SAFE, STOP, VENT
 from sim_backend.backend import SimBackend
 from tests.loop.rigging import BackendError, Between, Memory, Quiet, run_in_memory, tiny_inputs
 
@@ -56,6 +57,33 @@ HURTS = {
 }
 
 
+AT_ONCE = ("over-travel", "lost working counter", "drive")  # position, bus or drive is lost
+
+
+def control_word(out, outputs_raw: bytes) -> int:
+    from epa_rt.signals.image import image_of
+
+    place = image_of(out.assembly.rig, outputs=True).places["drive.control_word"]
+    return int.from_bytes(outputs_raw[place.byte : place.byte + 2], "little")
+
+
+def air_is_let_out(out, outputs_raw: bytes) -> bool:
+    """Inlet and exhaust without current."""
+    from epa_rt.signals.image import image_of
+
+    places = image_of(out.assembly.rig, outputs=True).places
+    rows = [
+        out.assembly.rig.row(row) for m in out.assembly.rig.muscles for row in (m.inlet, m.exhaust)
+    ]
+    return not any(outputs_raw[places[r.entry].byte] >> places[r.entry].bit & 1 for r in rows)
+
+
+def assert_within_limits(samples, rig) -> None:
+    for name in (rig.motor.position, rig.motor.speed):
+        low, high = rig.row(name).limits
+        assert all(low <= sample[6][name] <= high for sample in samples), name
+
+
 def assert_safe_end(out, rig) -> None:
     safe = out.assembly.encoder.safe_raw
     assert out.memory.samples[-1][5] == safe
@@ -78,10 +106,22 @@ def test_a_fault_in_mid_motion_trips_with_its_name_and_within_the_reaction_time(
     assert TRIAL <= out.result.trip.cycle <= TRIAL + allowed + stale_after
     trips = [event for event in out.memory.events if event[1] == "trip"]
     assert len(trips) == 1 and cause in trips[0][2]
+    after = [sample for sample in out.memory.samples if sample[0] >= out.result.trip.cycle]
+    assert all(air_is_let_out(out, sample[5]) for sample in after)
     safe = out.assembly.encoder.safe_raw
-    assert all(
-        sample[5] == safe for sample in out.memory.samples if sample[0] >= out.result.trip.cycle
-    )
+    if cause in AT_ONCE:
+        assert all(sample[5] == safe for sample in after)
+        assert out.memory.states[-2:] == [SAFE, DONE]
+        return
+    assert out.memory.states[-4:] == [BRAKE, VENT, SAFE, DONE]
+    assert {control_word(out, sample[5]) for sample in after if sample[2] < SAFE} == {0x02}
+    assert all(sample[5] == safe for sample in after if sample[2] >= SAFE)
+    assert_within_limits(after, inputs.rig)
+    off = next(sample for sample in after if sample[2] == SAFE)
+    assert abs(off[6]["motor_speed_m_s"]) < 0.02 * inputs.rig.motor.speed_max
+    assert out.result.end.at_rest and out.result.end.off
+    pressure_says = {"invalid sensor": None, "stale": None, "over-pressure": False}
+    assert out.result.end.vented is pressure_says.get(cause, True)
 
 
 def test_a_drive_fault_is_named_with_its_error_code(tmp_path):
@@ -93,7 +133,8 @@ def test_the_normal_end_is_safe_and_confirmed(tmp_path):
     inputs = tiny_inputs(tmp_path)
     out = run_in_memory(inputs)
     assert (out.result.outcome, out.result.confirmed) == ("completed", True)
-    assert out.memory.states == [0, 1, 2, 4, 5, 6]
+    assert out.memory.states == [BRING_UP, ENABLE, RUN, VENT, DISABLE, SAFE, DONE]
+    assert out.result.end.is_quiet and not out.result.end.timed_out
     assert_safe_end(out, inputs.rig)
     assert out.memory.samples[-1][6]["muscle_pressure_pa"] < 110e3
 
@@ -102,9 +143,9 @@ def test_a_stop_brakes_before_it_disables(tmp_path):
     inputs = tiny_inputs(tmp_path)
     out = run_in_memory(inputs, requests=Quiet(stop_at=TRIAL))
     assert out.result.outcome == "stopped"
-    assert out.memory.states == [0, 1, 2, 3, 4, 5, 6]
+    assert out.memory.states == [BRING_UP, ENABLE, RUN, STOP, VENT, DISABLE, SAFE, DONE]
     assert_safe_end(out, inputs.rig)
-    stop = next(s for s in out.memory.samples if s[2] == 4)
+    stop = next(s for s in out.memory.samples if s[2] == VENT)
     assert (
         abs(stop[6]["motor_speed_m_s"]) < 6e-3
     )  # the reference is at rest; the motor follows two cycles behind
@@ -119,6 +160,8 @@ def test_a_stop_asked_twice_takes_the_torque_off_at_once(tmp_path):
         TRIAL,
     )
     assert_safe_end(out, inputs.rig)
+    assert all(s[5] == out.assembly.encoder.safe_raw for s in out.memory.samples if s[0] >= TRIAL)
+    assert "category 0" in out.result.category and "kPa" in out.result.category
 
 
 @pytest.mark.parametrize("cycle", [0, 50, *range(100, 110), 130])
@@ -233,7 +276,10 @@ def test_a_codec_that_fails_ends_the_run_and_keeps_the_traceback(tmp_path):
     inputs = tiny_inputs(tmp_path)
     out = run_in_memory(inputs, hurt)
     assert out.result.outcome == "failed" and "internal error" in out.result.cause
-    assert "traceback" in out.memory.events[-1][3]
+    error = next(event for event in out.memory.events if event[1] == "error")
+    assert "traceback" in error[3] and out.result.cause.count("internal error") == 1
+    assert out.memory.states[-4:] == [BRAKE, VENT, SAFE, DONE]
+    assert out.result.end.is_quiet
     assert out.backend.inner.model.command["enabled"][0] == 0.0
 
 
@@ -254,7 +300,7 @@ def test_a_stop_in_joint_control_does_not_throw_the_motor(at):
     assert (
         max(abs(sample[6]["motor_current_a"]) for sample in after) < 5.0
     )  # the drive's own limit is 8 A
-    disabled = next(sample for sample in after if sample[2] == 4)
+    disabled = next(sample for sample in after if sample[2] == DISABLE)
     assert abs(disabled[6]["motor_speed_m_s"]) < 0.02 * inputs.rig.motor.speed_max
 
 
@@ -382,9 +428,9 @@ def test_a_stop_under_tension_vents_the_muscle_before_the_power_goes_off(tmp_pat
     out = run_in_memory(inputs, requests=Quiet(stop_at=stretched[0]))
     assert out.result.outcome == "stopped", out.result.cause
     after = [sample for sample in out.memory.samples if sample[0] >= stretched[0]]
-    disabled = next(sample for sample in after if sample[2] == 4)
+    disabled = next(sample for sample in after if sample[2] == DISABLE)
     assert disabled[6]["muscle_force_n"] < 5.0
-    assert max(abs(sample[6]["motor_speed_m_s"]) for sample in after if sample[2] >= 4) < 0.02
+    assert max(abs(sample[6]["motor_speed_m_s"]) for sample in after if sample[2] >= DISABLE) < 0.02
 
 
 def test_what_a_bus_has_to_say_stands_in_the_log(tmp_path):

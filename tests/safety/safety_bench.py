@@ -67,14 +67,19 @@ class Bench:
     def gate(self):
         return self.envelope.gate
 
-    def power_on(self, mode: int = 8) -> "Bench":
-        """Powered in a mode, by the steps that a drive takes; later checks keep it so."""
+    def power_on(self, mode: int = 8, says: int | None = None) -> "Bench":
+        """Powered in a mode, by the steps that a drive takes; later checks keep it so.
+
+        ``says``: the drive's status word from then on, where it is to say that it has power.
+        """
         if self.rig.drive.interface == "analog":
             self.command["cmd_drive_enable"] = 1.0
         else:
             self.command |= {"cmd_drive_mode_raw": mode, "cmd_drive_control_raw": 0x0F}
         self.check()
         assert self.trip is None
+        if says is not None and self.rig.drive.interface == "cia402":
+            self.measured[self.rig.drive.status_word] = says
         return self
 
 
@@ -101,6 +106,28 @@ def assert_may_leave(on: Rig, before: dict, out: dict, powered_before: bool) -> 
         assert not (out[muscle.inlet] and out[muscle.exhaust])
     if powered_before and is_powered(on, out):
         assert mode_of(on, out) == mode_of(on, before)
+
+
+def assert_may_stop(on: Rig, before: dict, out: dict) -> None:
+    """Every rule of what may leave while a trip brakes: air out, the drive stops by itself."""
+    assert list(out) == [row.name for row in on.outputs]
+    for muscle in on.muscles:
+        for name in (muscle.inlet, muscle.exhaust):
+            assert out[name] == on.row(name).safe
+    motor, bus = on.motor, on.drive.interface == "cia402"
+    if bus:
+        assert out[on.drive.control_word] == 0x02 and out[on.drive.mode] in (8, 9, 10)
+    else:
+        assert out[on.drive.enable] == 1.0
+    for name in (motor.speed_target, motor.torque_target):
+        if name and bus:
+            assert out[name] == 0.0
+        elif name:  # a wired drive: the gate's slew, toward rest
+            step = on.row(name).slew * on.period_s * (1 + 1e-9)
+            assert abs(out[name] - before[name]) <= step and abs(out[name]) <= abs(before[name])
+    if motor.position_target:
+        low, high = on.row(motor.position_target).limits
+        assert low <= out[motor.position_target] <= high
 
 
 def is_powered(on: Rig, out: dict) -> bool:

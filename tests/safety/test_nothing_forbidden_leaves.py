@@ -1,11 +1,11 @@
-"""Whatever comes in, what leaves is a command within every limit, or the safe outputs for ever."""
+"""Whatever comes in, what leaves is a command within every limit; after a trip, rest or stop."""
 
 import math
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from safety_bench import NAMES, Bench, assert_may_leave, is_powered, rig
+from safety_bench import NAMES, Bench, assert_may_leave, assert_may_stop, is_powered, rig
 
 ODD = [
     math.nan,
@@ -72,8 +72,8 @@ def test_no_sequence_lets_anything_forbidden_out(name, mode, data):
     on = rig(name)
     bench = Bench(on)
     if mode is not None:
-        bench.power_on(mode)
-    before, powered = dict(bench.gate.outputs), mode is not None
+        bench.power_on(mode, says=data.draw(st.sampled_from([None, 0x27, 0x0237])))
+    before, powered, is_off = dict(bench.gate.outputs), mode is not None, False
     for _ in range(data.draw(st.integers(1, 12))):
         was = bench.trip
         health = data.draw(
@@ -85,8 +85,13 @@ def test_no_sequence_lets_anything_forbidden_out(name, mode, data):
         if was is not None:
             assert bench.trip is was
         if bench.trip is not None:
-            assert out == bench.safe
-            before, powered = dict(bench.safe), False
+            is_off = is_off or out == bench.safe
+            if is_off:  # for ever
+                assert out == bench.safe
+            else:
+                assert powered or before[on.drive.control_word] == 0x02
+                assert_may_stop(on, dict(bench.gate.outputs) if was is None else before, out)
+            before = dict(out)
         else:
             assert_may_leave(on, before, out, powered)
             before, powered = dict(out), is_powered(on, out)

@@ -28,7 +28,7 @@ WORDS = {
         "◼ stopped",
         "The operator, or the rig file's policy on overruns, stopped the run.",
     ),
-    "tripped": ("▲ tripped", "The safety envelope put the rig into its safe state."),
+    "tripped": ("▲ tripped", "The safety envelope stopped the rig."),
     "failed": ("✕ failed", "Bus, recorder or program failed."),
     "died": (
         "✕ died",
@@ -78,9 +78,9 @@ def _facts(run: Run) -> list[tuple[str, str]]:
     told = run.facts
     summary = next((event.data for event in run.events if event.kind == "summary"), {})
     confirmed = summary.get("drive_off_confirmed")
-    ends = {
-        True: "outputs safe, drive confirmed off",
-        False: "outputs safe, drive did NOT confirm that it is off",
+    ends = {  # of logs that do not say how the rig was left
+        True: "drive confirmed off",
+        False: "drive did NOT confirm that it is off",
     }
     pace = told.get("speed", "")
     backend = {"sim": "simulated"}.get(told.get("backend", ""), told.get("backend", "not recorded"))
@@ -90,8 +90,12 @@ def _facts(run: Run) -> list[tuple[str, str]]:
         ("Cycles recorded", f"{len(run.t_s):,} of {run.period_s * 1e3:g} ms"),
         ("Rig", f"{told.get('rig', '–')} ({backend}{speed})"),
         ("Plant", f"{told.get('plant', '–')}, seed {told.get('seed', '–')}"),
-        ("End state", ends.get(confirmed, "not recorded")),
+        ("End state", _end(summary, ends.get(confirmed, "not recorded"))),
     ]
+
+
+def _end(summary: dict, otherwise: str) -> str:
+    return str(summary.get("end_text", otherwise)).removeprefix("end: ")
 
 
 def _first_figures(run: Run) -> list[tuple[str, str]]:

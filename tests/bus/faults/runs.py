@@ -11,6 +11,8 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from epa_rt.config.zero_file import ZeroFile, write_zero, zero_path
+from tests.bus.driver.homed import AT_ZERO
 from tests.bus.faults.scenarios import Scenario, all_scenarios
 from tests.bus.own_network import call
 
@@ -111,6 +113,8 @@ def rig_file(scenario: Scenario, folder: Path) -> Path:
         )
     path = folder / f"{scenario.rig}.yaml"
     path.write_text(text, encoding="utf-8")
+    if scenario.rig == "bench_analog":  # a wired drive: the file says where its zero is
+        write_zero(zero_path(path), ZeroFile(**AT_ZERO, rig=scenario.rig))
     return path
 
 

@@ -7,7 +7,9 @@ import sys
 
 import pytest
 
+from epa_rt.config.zero_file import ZeroFile, write_zero, zero_path
 from epa_rt.logs.reader import LogReader
+from tests.bus.driver.homed import AT_ZERO
 from tests.bus.faults.runs import ROOT, experiment_file, rig_file
 from tests.bus.faults.scenarios import Scenario
 from tests.bus.own_network import REAL_TIME
@@ -59,8 +61,12 @@ def on_the_bus(
 def test_in_lock_step_every_rig_completes_and_its_log_replays_to_the_byte(
     rig, experiment, tmp_path
 ):
+    rig_path = ROOT / f"config/rigs/{rig}.yaml"
+    if rig == "bench_analog":  # with an offset that the log must carry
+        rig_path = rig_file(Scenario((), "", "", 0, rig=rig), tmp_path)
+        write_zero(zero_path(rig_path), ZeroFile(**AT_ZERO, rig=rig, offset=1000))
     files = (
-        ROOT / f"config/rigs/{rig}.yaml",
+        rig_path,
         (
             ROOT / f"config/experiments/{experiment}.yaml"
             if experiment
@@ -79,6 +85,7 @@ def test_in_lock_step_every_rig_completes_and_its_log_replays_to_the_byte(
     with LogReader(tmp_path / "run.mcap") as reader:
         assert (reader.missing, reader.outcome) == ([], "completed")
         assert reader.metadata["run"]["backend"] == "ethercat"
+        assert rig != "bench_analog" or "+1000 counts" in reader.metadata["run"]["zero"]
 
 
 @REAL_TIME

@@ -1,0 +1,144 @@
+"""What epa home and epa jog share: files, backend, and runs one after the other on one rig."""
+
+import argparse
+import dataclasses
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from epa_rt.cli.exits import FAILED, VerbError
+from epa_rt.cli.inputs import PLANT, RIG, VERSION, Inputs, code_version, load_plant_of
+from epa_rt.cli.run import run_recorded
+from epa_rt.cli.sound_rig import sound_rig
+from epa_rt.cli.zero import load_rig_source
+
+if TYPE_CHECKING:
+    from epa_rt.backend import Backend
+    from epa_rt.logs.recorder import LogSummary
+    from epa_rt.loop.assembly import Assembly
+    from epa_rt.loop.requests import OperatorRequests
+    from epa_rt.loop.run import RunResult
+    from sim_backend.rig_model import RigModel
+
+
+def add_rig_arguments(verb: argparse.ArgumentParser) -> None:
+    verb.add_argument("--rig", type=Path, required=True, help="rig file (config/rigs/*.yaml)")
+    verb.add_argument(
+        "--plant",
+        type=Path,
+        help="plant file of the simulated rig (default: the one the rig names)",
+    )
+    verb.add_argument(
+        "--backend",
+        choices=("sim", "ethercat"),
+        default="sim",
+        help="what is behind the bytes (default: %(default)s)",
+    )
+    verb.add_argument(
+        "--interface", help="network interface of the bus (default: the only candidate)"
+    )
+    verb.add_argument(
+        "--lock-step",
+        action="store_true",
+        help="one bus cycle after the other without pace (emulated bus only; refused on a card)",
+    )
+    verb.add_argument(
+        "-o", "--out", type=Path, default=Path("out"), help="folder for logs (default: %(default)s)"
+    )
+    verb.add_argument(
+        "--seed", type=int, default=1, help="seed of the simulated sensors' noise (default: 1)"
+    )
+    verb.add_argument("--speed", type=float, help="pace of the simulated rig; 1 is real time")
+    verb.add_argument(
+        "--start-travel",
+        metavar="LENGTH",
+        help="where the simulated motor stands at the start, such as '40 mm'",
+    )
+    verb.add_argument(
+        "--unreferenced", action="store_true", help="the simulated drive has lost its zero"
+    )
+    verb.add_argument("--quiet", action="store_true", help="no progress line")
+
+
+class RigByHand:
+    """One rig and its backend, over several runs. Raises ConfigError and VerbError."""
+
+    def __init__(self, arguments: argparse.Namespace, with_zero: bool):
+        self.is_sim = arguments.backend == "sim"
+        self.arguments = arguments
+        source, self.rig = load_rig_source(arguments.rig, with_zero and not self.is_sim)
+        self._unprotected = sound_rig(source).unprotected
+        for sentence in self._unprotected:
+            print(f"UNPROTECTED: {sentence}", file=sys.stderr)
+        self.attachments = {
+            RIG: source.text.encode(),
+            VERSION: json.dumps(code_version(), sort_keys=True).encode(),
+        }
+        self._plant = None
+        self._model: RigModel | None = None
+        if self.is_sim:
+            plant_source, plant = load_plant_of(arguments.rig, self.rig, arguments.plant)
+            self.attachments[PLANT] = plant_source.text.encode()
+            if arguments.start_travel is not None:
+                plant = dataclasses.replace(plant, params=plant.params.copy())
+                plant.params["load"]["start_travel_m"] = _start(arguments.start_travel)
+            self._plant = plant
+
+    def run(
+        self, assembly: "Assembly", requests: "OperatorRequests | None" = None, line: bool = True
+    ) -> "tuple[LogSummary, RunResult]":
+        """One recorded run, on the rig as the last one left it."""
+        arguments = self.arguments
+        inputs = Inputs(
+            self.rig, assembly.experiment, self._plant, self.attachments, self._unprotected
+        )
+        paced = arguments.speed is not None if self.is_sim else not arguments.lock_step
+        facts = {
+            "rig": self.rig.name,
+            "experiment": assembly.experiment.name,
+            "backend": arguments.backend,
+            "speed": f"{arguments.speed or 1:g}" if paced else "unpaced",
+            "period_s": f"{self.rig.period_s:g}",
+        }
+        if self.is_sim and arguments.start_travel is not None:
+            facts["start_travel"] = arguments.start_travel
+        progress = line and not arguments.quiet
+        backend = self._backend()
+        return run_recorded(
+            inputs, backend, arguments.out, facts, paced, progress, assembly, requests
+        )
+
+    def _backend(self) -> "Backend":
+        if not self.is_sim:
+            from drivers.backend_factory import open_ethercat
+            from epa_rt.backend import BackendError
+
+            try:
+                return open_ethercat(self.rig, self.arguments.interface, self.arguments.lock_step)
+            except BackendError as error:
+                raise VerbError(str(error), FAILED) from None
+        from sim_backend.backend import SimBackend
+
+        assert self._plant is not None
+        backend = SimBackend(
+            self.rig,
+            self._plant,
+            self.arguments.seed,
+            self.arguments.speed,
+            referenced=not self.arguments.unreferenced,
+            model=self._model,
+        )
+        if self._model is None:
+            self._model = backend.model
+            self._model.warm_up()
+        return backend
+
+
+def _start(text: str) -> float:
+    from epa_rt.config.units import UnitError, parse_quantity
+
+    try:
+        return parse_quantity(text, "m")
+    except UnitError as error:
+        raise VerbError(f"--start-travel: {error}") from None

@@ -1,0 +1,131 @@
+"""Set the zero of a rig's travel, as its file says under motor.zero.
+
+The motor moves slowly (methods stop and taut_strap), is left standing at the place of zero, and the
+drive sets its own count there. What was set is written into the zero file beside the rig file; a
+run on the real rig reads it, and is refused where travel has no zero. On the simulated rig nothing
+is written beside the rig file: the zero file goes into the folder of the logs.
+
+  epa home --rig config/rigs/bench.yaml -o out
+  epa home --rig config/rigs/bench.yaml --unreferenced -o out
+  epa home --rig config/rigs/bench.yaml --backend ethercat --interface eth1 -o out
+"""
+
+import argparse
+import sys
+from typing import TYPE_CHECKING
+
+from epa_rt.cli.by_hand import RigByHand, add_rig_arguments
+from epa_rt.cli.exits import COMPLETED, STOPPED, VerbError
+from epa_rt.cli.zero import now, raw_count, who
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from epa_rt.config.rig import Zero
+    from epa_rt.config.zero_file import ZeroFile
+
+
+def add_arguments(verb: argparse.ArgumentParser) -> None:
+    add_rig_arguments(verb)
+    verb.add_argument("--yes", action="store_true", help="do not ask before the motor moves")
+
+
+def main(arguments: argparse.Namespace) -> int:
+    by_hand = RigByHand(arguments, with_zero=False)
+    zero = by_hand.rig.motor.zero
+    if zero is None:
+        raise VerbError(f"{arguments.rig}: found no motor.zero, expected how travel gets its zero")
+    if zero.method == "index":
+        raise VerbError(
+            f"{arguments.rig}: found the method index, which the driver cannot do yet (the drive"
+            " would have to run its homing 33 or 34), expected here, stop or taut_strap"
+        )
+    if not (by_hand.is_sim or arguments.yes or _agreed(by_hand, zero)):
+        print("nothing was moved and nothing was set")
+        return STOPPED
+    return _home(by_hand, zero)
+
+
+def _agreed(by_hand: RigByHand, zero: "Zero") -> bool:
+    if not sys.stdin.isatty():
+        raise VerbError("found no terminal to ask on, expected --yes")
+    moves = "" if zero.method == "here" else "the motor moves and a muscle may be filled: "
+    print(f"{by_hand.rig.name}: {zero.method}, zero at {1e3 * zero.at:g} mm: {moves}go on? [y/N] ")
+    return sys.stdin.readline().strip().lower() in ("y", "yes")
+
+
+def _home(by_hand: RigByHand, zero: "Zero") -> int:
+    from epa_rt.cli.run import closing_text, exit_code
+    from epa_rt.config.zero_file import ZeroFile
+    from epa_rt.loop.assembly import WiringError
+    from epa_rt.loop.by_hand import assemble_homing, assemble_setting
+
+    rig, place, scatter, says = by_hand.rig, None, None, []
+    wired = rig.drive.interface == "analog"
+    entry: dict[str, int] = {}
+    try:
+        if wired or zero.method != "here":
+            assembly, homing = assemble_homing(rig, zero)
+            summary, result = by_hand.run(assembly)
+            print(closing_text(summary, result, rig))
+            code, place = exit_code(summary, result), homing.place
+            if code != COMPLETED or place is None:
+                print("no zero was set")
+                return code
+            if homing.touches:
+                scatter = homing.scatter
+                touches = ", ".join(f"{1e3 * touch:.3f}" for touch in homing.touches)
+                says.append(f"touched at {touches} mm: scatter {1e3 * scatter:.3f} mm")
+            if wired:
+                entry = _wired_entry(by_hand, zero, place, raw_count(rig, assembly.decoder))
+                says.append(f"offset {entry['offset']:+d} counts, to be added in every run")
+        if not wired:
+            assembly, setting = assemble_setting(rig, zero, place)
+            summary, result = by_hand.run(assembly)
+            print(closing_text(summary, result, rig))
+            code = exit_code(summary, result)
+            if code != COMPLETED:
+                print("the zero was NOT set, or could not be read back: home again")
+                return code
+            says.append(f"travel {1e3 * setting.before:.4f} mm became {1e3 * setting.after:.4f} mm")
+    except WiringError as error:
+        raise VerbError(str(error)) from None
+    file = ZeroFile(
+        rig=rig.name,
+        method=zero.method,
+        at=f"{zero.at} m",
+        when=now(),
+        who=who(),
+        drive=_drive(by_hand),
+        scatter=None if scatter is None else f"{scatter} m",
+        **entry,
+    )
+    path = _write(by_hand, file)
+    print("\n".join((file.facts, *says, f"zero file: {path}")))
+    return COMPLETED
+
+
+def _wired_entry(by_hand: RigByHand, zero: "Zero", place: float, end: int | None) -> dict[str, int]:
+    from epa_rt.loop.referenced import position_scaling
+
+    scaling = position_scaling(by_hand.rig)
+    offset = round(scaling.to_counts(zero.at)) - round(scaling.to_counts(place))
+    return {"offset": offset, "end": end if end is not None else -offset}
+
+
+def _drive(by_hand: RigByHand) -> str:
+    """The drive as the rig file knows it; a simulated one says so."""
+    if by_hand.is_sim:
+        return "simulated"
+    slave = next((s for s in by_hand.rig.slaves if s.device == "EPOS4"), None)
+    return "" if slave is None else f"{slave.device} '{slave.name}'"
+
+
+def _write(by_hand: RigByHand, file: "ZeroFile") -> "Path":
+    from epa_rt.config.zero_file import write_zero, zero_path
+
+    path = zero_path(by_hand.arguments.rig)
+    if by_hand.is_sim:
+        path = by_hand.arguments.out / path.name
+    write_zero(path, file)
+    return path

@@ -1,0 +1,101 @@
+"""The zero of a rig on the command line: its file read before a run, its end written after."""
+
+import getpass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from epa_rt.cli.exits import TRIPPED, VerbError
+
+if TYPE_CHECKING:
+    from epa_rt.config.rig import Rig
+    from epa_rt.config.source import Located
+    from epa_rt.loop.run import RunResult
+    from epa_rt.signals.codec import Decoder
+
+
+def load_rig_source(path: Path, with_zero: bool) -> "tuple[Located, Rig]":
+    """The rig file, with what its zero file says where there is one. Raises ConfigError."""
+    from epa_rt.config.rig import rig_from
+    from epa_rt.config.source import load_yaml
+    from epa_rt.config.zero_file import read_zero, zero_path
+    from epa_rt.config.zero_file import with_zero as joined
+
+    source = load_yaml(path)
+    rig = rig_from(source)
+    if not with_zero or rig.motor.zero is None:
+        return source, rig
+    zero = read_zero(zero_path(path), rig.name)
+    if zero is None:
+        return source, rig
+    source = joined(source, zero)
+    return source, rig_from(source)
+
+
+def need_zero_file(rig: "Rig", path: Path) -> None:
+    """A wired drive keeps no zero: without its file nothing is known. Raises VerbError."""
+    from epa_rt.config.zero_file import zero_path
+
+    if rig.motor.zero is None or rig.drive.interface != "analog":
+        return
+    if rig.applied_zero is None or rig.applied_zero.end is None:
+        raise VerbError(
+            f"{zero_path(path)}: found no file that says where travel is zero and where the last"
+            f" run ended, expected one (a wired drive keeps neither): epa home --rig {path}",
+            TRIPPED,
+        )
+
+
+def keep_end(rig: "Rig", path: Path, decoder: "Decoder", referenced: bool) -> None:
+    """Writes the count where a wired drive's run ended, for the next start to compare with.
+
+    Of a run that was not ``referenced`` none is kept, so that no later count looks right by chance.
+    """
+    from epa_rt.config.zero_file import read_zero, write_zero, zero_path
+
+    if rig.motor.zero is None or rig.drive.interface != "analog" or rig.applied_zero is None:
+        return
+    end = raw_count(rig, decoder) if referenced else None
+    zero = read_zero(zero_path(path), rig.name)
+    if zero is not None:
+        write_zero(zero_path(path), zero.model_copy(update={"end": end}))
+
+
+def was_referenced(result: "RunResult") -> bool:
+    """Whether a run found its travel referenced, or was never far enough to look."""
+    return result.trip is None or result.trip.cause != "unreferenced"
+
+
+def raw_count(rig: "Rig", decoder: "Decoder") -> int | None:
+    """The encoder's own count in the last cycle; None where there was none."""
+    from epa_rt.loop.referenced import position_scaling
+
+    travel = decoder.measured[rig.motor.position]
+    return round(position_scaling(rig).to_counts(travel)) if travel == travel else None
+
+
+def zero_words(rig: "Rig", backend: str) -> str:
+    """Where the zero of this run comes from, for log and screen."""
+    applied = rig.applied_zero
+    if rig.motor.zero is None:
+        return "no motor.zero in the rig file: whether travel has a zero is not checked"
+    if applied is not None:
+        by = f" by {applied.who}" if applied.who else ""
+        offset = f", {applied.offset:+d} counts" if applied.offset else ""
+        return f"zero by {applied.method}, set {applied.when}{by}{offset}"
+    if backend == "sim":
+        return "a simulated rig starts at its zero"
+    return "no zero file beside the rig: only the drive's own bit is checked"
+
+
+def who() -> str:
+    """The operator's name on this machine; empty where there is none."""
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):
+        return ""
+
+
+def now() -> str:
+    """The time in UTC, to the second."""
+    return datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")

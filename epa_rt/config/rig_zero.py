@@ -1,0 +1,62 @@
+"""What ``motor.zero`` must fulfil: every method has what it needs, within what the rig can do."""
+
+from typing import TYPE_CHECKING
+
+from epa_rt.config.source import Located
+
+if TYPE_CHECKING:
+    from epa_rt.config.rig import Rig
+
+NEEDS = {
+    "here": (),
+    "index": (),
+    "stop": ("direction", "speed", "distance_max", "current"),
+    "taut_strap": ("direction", "speed", "distance_max", "pressure", "force"),
+}
+_WHERE = ("motor", "zero")
+
+
+def check_zero(rig: "Rig", located: Located) -> None:
+    """Raises ConfigError where a method lacks a field or a signal, or asks for too much."""
+    zero = rig.motor.zero
+    if zero is None:
+        return
+    for field in NEEDS[zero.method]:
+        if getattr(zero, field) is None:  # a field of the file, by its name
+            raise located.error(
+                _WHERE, f"method {zero.method} without '{field}'", ", ".join(NEEDS[zero.method])
+            )
+    low, high = rig.row(rig.motor.position).limits or (-float("inf"), float("inf"))
+    if not low <= zero.at <= high:
+        raise located.error(
+            (*_WHERE, "at"), f"{zero.at:g}", f"a place within [{low:g}, {high:g}], its limits"
+        )
+    if zero.speed is not None and not 0.0 < zero.speed <= rig.motor.speed_max:
+        raise located.error(
+            (*_WHERE, "speed"), f"{zero.speed:g}", f"above 0 and at most {rig.motor.speed_max:g}"
+        )
+    if zero.method == "stop" and rig.motor.current is None:
+        raise located.error(
+            (*_WHERE, "method"), "'stop' on a motor without a current row", "motor.current"
+        )
+    if zero.method == "taut_strap":
+        _check_strap(rig, located)
+
+
+def _check_strap(rig: "Rig", located: Located) -> None:
+    """One muscle to fill and one row to feel its pull."""
+    zero = rig.motor.zero
+    forces = [row.name for row in rig.inputs if row.si_unit == "N"]
+    if len(forces) != 1 or not rig.muscles:
+        raise located.error(
+            (*_WHERE, "method"),
+            f"'taut_strap' with {len(forces)} force rows and {len(rig.muscles)} muscles",
+            "one force row and a muscle (the first is filled)",
+        )
+    muscle = rig.muscles[0]
+    if zero is not None and zero.pressure is not None and zero.pressure >= muscle.pressure_max:
+        raise located.error(
+            (*_WHERE, "pressure"),
+            f"{zero.pressure / 1e3:g} kPa abs",
+            f"below {muscle.pressure_max / 1e3:g} kPa abs, pressure_max of {muscle.name}",
+        )

@@ -1,0 +1,125 @@
+"""What leaves after a trip: outputs that brake and hold under power, or the safe ones without it.
+
+Stop categories as in IEC 60204-1. Category 1: the drive brakes and holds while the muscles vent,
+then power goes. Category 0: power goes at once, for good.
+"""
+
+from epa_rt.config.rig import Rig
+from epa_rt.safety.commands import QUICK_STOP, CommandGate
+
+INFINITE = float("inf")
+# Status word as in CiA 402: the drive has power and says so. 0x27: operation enabled, 0x07: quick
+# stop active.
+STATE_MASK = 0x6F
+UNDER_POWER = (0x27, 0x07)
+SLOW_SHARE = 0.2  # of the limit of speed: a drive that brakes, or holds, is slower than that
+
+BRAKING, OFF = 1, 0
+
+
+class Stopping:
+    """``begin`` in the cycle of the trip, ``step`` in it and in every one after it.
+
+    ``category`` is BRAKING or OFF; ``why`` is a sentence once it is OFF, empty where nothing was
+    lost (power was not on, or the supervisor asked for it). OFF is latched.
+    """
+
+    def __init__(self, rig: Rig):
+        self.category, self.why = BRAKING, ""
+        motor, safety = rig.motor, rig.safety
+        bus = rig.drive.interface == "cia402"
+        self._safe = {row.name: row.safe for row in rig.outputs}
+        self._stop = dict(self._safe)
+        self._status = rig.drive.status_word if bus else None
+        self._mode = rig.drive.mode if bus else None
+        self._word = rig.drive.control_word if bus else rig.drive.enable
+        self._target = motor.position_target
+        self._stop[self._word] = QUICK_STOP if bus else 1.0
+        self._slewed = [
+            (name, (rig.row(name).slew or INFINITE) * rig.period_s)
+            for name in (motor.speed_target, motor.torque_target)
+            if name and not bus
+        ]
+        self._brake = motor.brake.output if motor.brake else None
+        self._position, self._speed = motor.position, motor.speed
+        self._bit = 1 << [row.name for row in rig.inputs].index(motor.position)
+        limits = rig.row(motor.speed).limits if motor.speed else None
+        fastest = max(abs(limits[0]), abs(limits[1])) if limits is not None else INFINITE
+        self._too_fast, self._slow = safety.stop_overspeed * fastest, SLOW_SHARE * fastest
+        longest_s = safety.reaction
+        if limits is not None:
+            longest_s += safety.stop_time * fastest / motor.stop_deceleration_si
+        self._longest_cycles, self._age = round(longest_s / rig.period_s), 0
+
+    def begin(self, gate: CommandGate, powered: bool) -> None:
+        """From what left last. ``powered``: whether it had power on, or was a quick stop already;
+        without power there is nothing to brake with.
+        """
+        holds = gate.mode_under_power != 0.0 and gate.outputs[self._word] == QUICK_STOP
+        if not powered and not holds:
+            self.category = OFF
+        if self._mode is not None:
+            self._stop[self._mode] = gate.mode_under_power
+        if self._target is not None:
+            self._stop[self._target] = gate.outputs[self._target]
+        if self._brake is not None:
+            self._stop[self._brake] = gate.outputs[self._brake]
+        for name, _step in self._slewed:
+            self._stop[name] = gate.outputs[name]
+
+    def fall(self, why: str) -> None:
+        """Category 0 from here on; the first sentence stays."""
+        if self.category == BRAKING:
+            self.category, self.why = OFF, why
+
+    def close_brake(self) -> None:
+        """The holding brake closes while the drive still holds."""
+        if self._brake is not None:
+            self._stop[self._brake] = self._safe[self._brake]
+
+    def step(
+        self, measured: dict[str, float], bus_ok: bool, lost: str, invalid: int, stale: int
+    ) -> dict[str, float]:
+        """The outputs of this cycle. ``lost``: a sentence where bus or position is lost for good.
+
+        Without ``bus_ok`` the measured values are old, and nothing is concluded from them.
+        """
+        if self.category == BRAKING:
+            self._age += 1
+            why = lost
+            if not why and bus_ok:
+                why = self._unsound(measured, invalid | stale)
+            if why:
+                self.fall(why)
+        if self.category == OFF:
+            return self._safe
+        stop = self._stop
+        for name, step in self._slewed:
+            value = stop[name]
+            stop[name] = max(value - step, 0.0) if value > 0.0 else min(value + step, 0.0)
+        return stop
+
+    def _unsound(self, measured: dict[str, float], not_believed: int) -> str:
+        """Why the drive cannot brake, or cannot be seen to; empty while it can."""
+        position = measured[self._position]
+        if not_believed & self._bit or position != position:
+            return f"{self._position} cannot be believed"
+        if self._status is not None:
+            status = measured[self._status]
+            if not 0.0 <= status <= 0xFFFF or int(status) & STATE_MASK not in UNDER_POWER:
+                return f"the drive says that it has no power (status word {_hex(status)})"
+        if self._speed is None:
+            return ""
+        speed = measured[self._speed]
+        if not abs(speed) <= self._too_fast:
+            return f"{self._speed} = {speed:.4g} while it should brake, beyond {self._too_fast:.4g}"
+        if self._age > self._longest_cycles and abs(speed) > self._slow:
+            return (
+                f"the drive does not stop the motor: {self._speed} = {speed:.4g}"
+                f" {self._age} cycles after it was told to"
+            )
+        return ""
+
+
+def _hex(status: float) -> str:
+    return f"0x{int(status):04X}" if 0.0 <= status <= 0xFFFF else f"{status}"

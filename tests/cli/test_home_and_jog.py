@@ -1,0 +1,119 @@
+"""epa home and epa jog as an operator types them, on the simulated rig."""
+
+import os
+import pty
+import select
+import subprocess
+import sys
+
+import pytest
+
+from epa_rt.cli.keys import keys_in
+from tests.cli.shell import ROOT, epa
+
+BENCH = "config/rigs/bench.yaml"
+
+
+def test_home_sets_what_the_rig_file_says_and_keeps_it_out_of_config(tmp_path):
+    done = epa("home", "--rig", BENCH, "--unreferenced", "-o", str(tmp_path), "--quiet")
+    assert done.returncode == 0, done.stderr
+    assert "scatter" in done.stdout and "became 10.2" in done.stdout
+    text = (tmp_path / "bench.zero.yaml").read_text()
+    assert "method: taut_strap" in text and "at: 10.27 mm" in text
+    assert not (ROOT / "config/rigs/bench.zero.yaml").exists()
+    assert sorted(p.name for p in tmp_path.glob("*.mcap")) == [
+        "home-bench-001.mcap",
+        "set_zero-bench-001.mcap",
+    ]
+    checked = epa("check", str(tmp_path / "bench.zero.yaml"))
+    assert checked.returncode == 0 and "zero by taut_strap at 10.27 mm, set " in checked.stdout
+    info = epa("info", str(tmp_path / "set_zero-bench-001.mcap"))
+    assert info.returncode == 0, info.stderr
+
+
+def test_home_refuses_what_it_cannot_do(tmp_path):
+    text = (ROOT / BENCH).read_text().replace("../plants/", f"{ROOT}/config/plants/")
+    rig = tmp_path / "bench.yaml"
+    rig.write_text(text.replace("method: taut_strap", "method: index"))
+    done = epa("home", "--rig", str(rig), "-o", str(tmp_path))
+    assert done.returncode == 2 and "found the method index" in done.stderr
+    rig.write_text(
+        "\n".join(x for x in text.splitlines() if "zero: {" not in x and "300 kPa g" not in x)
+    )
+    done = epa("home", "--rig", str(rig), "-o", str(tmp_path))
+    assert done.returncode == 2 and "found no motor.zero" in done.stderr
+    done = epa("home", "--rig", BENCH, "--backend", "ethercat", "--interface", "none0")
+    assert done.returncode == 2 and "expected --yes" in done.stderr
+
+
+def test_jog_brings_a_rig_back_by_options_in_their_order(tmp_path):
+    out = ("-o", str(tmp_path), "--quiet")
+    back = ("--start-travel", "40 mm", "--move", "-12mm", "--at", "6 mm/s", "--wait", "0.1 s")
+    done = epa("jog", "--rig", BENCH, *back, "--vent", *out)
+    assert done.returncode == 0 and "completed" in done.stdout, done.stderr
+    done = epa("jog", "--rig", BENCH, "--start-travel", "40 mm", "--move", "1 mm", *out)
+    assert done.returncode == 3 and "a move to 41.00 mm was not made" in done.stdout
+
+
+def test_jog_reads_a_script_and_says_what_is_wrong_with_its_line(tmp_path):
+    script = tmp_path / "back.txt"
+    script.write_text("# up and down\nmove 1 mm\n\nfill muscle 30 kPa  # a little\nvent\n")
+    done = epa("jog", "--rig", BENCH, "--script", str(script), "-o", str(tmp_path), "--quiet")
+    assert done.returncode == 0, done.stderr
+    script.write_text("move 1 mm\nfly 3 mm\n")
+    done = epa("jog", "--rig", BENCH, "--script", str(script))
+    assert done.returncode == 2 and f"{script}:2: fly 3 mm: found" in done.stderr
+    script.write_text("# nothing\n")
+    done = epa("jog", "--rig", BENCH, "--script", str(script))
+    assert done.returncode == 2 and "found no order" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ((), "found no terminal to read keys from"),
+        (("--at", "3 mm/s"), "found no --move before it"),
+        (("--move", "far"), "move far: found 'far'"),
+        (("--start-travel", "4 N", "--vent"), "--start-travel: found '4 N'"),
+    ],
+)
+def test_jog_refuses_with_one_sentence(options, said):
+    done = epa("jog", "--rig", BENCH, *options)
+    assert done.returncode == 2 and said in done.stderr and "Traceback" not in done.stderr
+
+
+def test_keys_of_a_terminal():
+    assert keys_in(b"\x1b[C\x1b[Dq\x1bOAV\x1b") == ["right", "left", "q", "up", "v", "escape"]
+    assert keys_in(b"\x1b[Zm") == ["m"]
+
+
+def test_keys_move_the_rig_on_a_terminal_and_q_ends_it(tmp_path):
+    """Through a pseudo terminal, as it is used; the line fits 80 columns."""
+    ours, theirs = pty.openpty()
+    words = ["jog", "--rig", BENCH, "--speed", "4", "-o", str(tmp_path)]
+    child = subprocess.Popen(
+        [sys.executable, "-m", "epa_rt", *words],
+        cwd=ROOT,
+        stdin=theirs,
+        stdout=theirs,
+        stderr=theirs,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+    )
+    os.close(theirs)
+    said, moved = b"", False
+    try:
+        while select.select([ours], [], [], 60.0)[0]:
+            try:
+                said += os.read(ours, 4096)
+            except OSError:  # the other end is closed
+                break
+            if b"mm/s |" in said:
+                os.write(ours, b"\x1b[C" if not moved else b"q")
+                moved = moved or b" 7.0" in said or b" 6.9" in said
+    finally:
+        os.close(ours)
+        code = child.wait(30)
+    text = said.decode()
+    assert code == 0 and moved and "completed" in text, text
+    lines = [line for line in text.replace("\n", "\r").split("\r") if "mm/s |" in line]
+    assert lines and all(len(line) < 80 for line in lines)

@@ -1,0 +1,126 @@
+"""The zero file: written whole, read back, refused where it is another rig's, carried by a log."""
+
+import os
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from epa_rt.config.rig import load_rig, rig_from
+from epa_rt.config.source import ConfigError, load_yaml, parse_yaml
+from epa_rt.config.zero_file import ZeroFile, read_zero, with_zero, write_zero, zero_path
+from epa_rt.loop.referenced import Referenced
+from epa_rt.signals.codec import Decoder
+
+ROOT = Path(__file__).resolve().parents[2]
+WIRED, BUS = ROOT / "config/rigs/bench_analog.yaml", ROOT / "config/rigs/bench.yaml"
+WHEN = "2026-01-31T12:00:00Z"
+COUNTS = st.integers(-(2**31), 2**31 - 1)
+
+
+def zero(**more) -> ZeroFile:
+    return ZeroFile(
+        **{"rig": "bench_analog", "method": "here", "at": "0 mm", "when": WHEN, "who": "me"} | more
+    )
+
+
+@settings(max_examples=15)
+@given(st.floats(-1.0, 1.0), COUNTS, st.one_of(st.none(), COUNTS), st.text(max_size=20))
+def test_what_is_written_is_read_back(tmp_path_factory, at_m, offset, end, who):
+    path = tmp_path_factory.mktemp("zero") / "bench_analog.zero.yaml"
+    written = zero(at=f"{at_m} m", offset=offset if end is not None else 0, end=end, who=who)
+    write_zero(path, written)
+    read = read_zero(path, "bench_analog")
+    assert read.model_copy(update={"at": 0.0}) == written.model_copy(update={"at": 0.0})
+    assert read.at == pytest.approx(written.at, abs=1e-11, rel=1e-8)
+    assert os.listdir(path.parent) == [path.name]
+
+
+def test_its_name_stands_beside_the_rigs():
+    assert zero_path(Path("config/rigs/bench.yaml")) == Path("config/rigs/bench.zero.yaml")
+
+
+def test_a_file_that_cannot_be_written_leaves_nothing_half_done(tmp_path):
+    path = tmp_path / "x.zero.yaml"
+    path.mkdir()
+    with pytest.raises(OSError):
+        write_zero(path, zero())
+    assert os.listdir(tmp_path) == [path.name] and path.is_dir()
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("rig: knee\nmethod: here\nat: 0 mm\nwhen: '2026-01-31'\n", "found 'knee'"),
+        ("rig: bench_analog\nmethod: here\nat: 0 mm\nwhen: soon\n", "found 'soon'"),
+        ("rig: bench_analog\nmethod: here\nat: 0 N\nwhen: '2026-01-31'\n", "at: found '0 N'"),
+        ("rig: bench_analog\nmethod: here\n", "at"),
+        ("nonsense", "a list or a single value"),
+    ],
+)
+def test_a_damaged_file_or_another_rigs_is_refused(tmp_path, text, found):
+    path = tmp_path / "bench_analog.zero.yaml"
+    path.write_text(text)
+    with pytest.raises(ConfigError) as error:
+        read_zero(path, "bench_analog")
+    assert found in str(error.value) and str(path) in str(error.value)
+    assert read_zero(tmp_path / "none.zero.yaml", "bench_analog") is None
+
+
+@pytest.mark.parametrize("braces", [False, True])
+def test_a_log_carries_the_offset_and_decodes_with_it(braces):
+    source = load_yaml(WIRED)
+    if braces:
+        import json
+
+        source = parse_yaml(json.dumps(source.data), WIRED)
+    joined = with_zero(source, zero(offset=9000, end=-9000))
+    rig, plain = rig_from(parse_yaml(joined.text, WIRED)), load_rig(WIRED)
+    size, name = Decoder(plain).size, plain.motor.position
+    moved = Decoder(rig).decode(bytes(size))[name] - Decoder(plain).decode(bytes(size))[name]
+    assert moved == pytest.approx(9000 * 0.06283185307 / 77824, rel=1e-9)
+    assert rig.applied_zero.who == "me" and rig.applied_zero.when == WHEN
+    assert rig.model_copy(update={"applied_zero": None}) == plain
+    with pytest.raises(ConfigError):
+        with_zero(joined, zero())
+
+
+def test_a_wired_count_must_be_where_the_last_run_left_it():
+    rig = rig_from(with_zero(load_yaml(WIRED), zero(offset=500, end=9000)))
+    check, name = Referenced(rig), rig.motor.position
+    per_count, band = 0.06283185307 / 77824, rig.motor.zero.end_band
+    end = 9500 * per_count
+    assert check.refusal({name: end}) is None
+    for apart, refused in ((0.99 * band, False), (1.01 * band, True), (-1.01 * band, True)):
+        assert (check.refusal({name: end + apart}) is not None) == refused
+    cause, signal, text = check.refusal({name: 0.0})
+    assert (cause, signal) == ("unreferenced", name) and "epa home" in text
+    assert check.refusal({name: float("nan")}) is not None
+    assert Referenced(load_rig(WIRED)).refusal({name: 1.0}) is None  # a simulation has no file
+
+
+def test_a_bus_drive_says_it_by_bit_15():
+    check = Referenced(load_rig(BUS))
+    assert check.holds({"drive_status_raw": 0x8237})
+    assert check.refusal({"drive_status_raw": 0x7FFF})[0] == "unreferenced"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "found"),
+    [
+        (", direction: increasing", "", "method taut_strap without 'direction'"),
+        ("distance_max: 40 mm,", "", "method taut_strap without 'distance_max'"),
+        ("at: 10.27 mm", "at: 40 mm", "motor.zero.at: found 0.04, expected a place within"),
+        ("speed: 4 mm/s, dist", "speed: 90 mm/s, dist", "motor.zero.speed: found 0.09"),
+        ("pressure: 300 kPa", "pressure: 790 kPa", "motor.zero.pressure: found"),
+        ("method: taut_strap", "method: stop", "method stop without 'current'"),
+        ("method: taut_strap", "method: hope", "motor.zero.method"),
+    ],
+)
+def test_a_zero_section_that_cannot_work_is_refused(old, new, found):
+    text = BUS.read_text(encoding="utf-8")
+    assert old in text
+    with pytest.raises(ConfigError) as error:
+        rig_from(parse_yaml(text.replace(old, new, 1), BUS))
+    assert found in str(error.value), str(error.value)
