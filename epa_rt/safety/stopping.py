@@ -85,14 +85,14 @@ class Stopping:
 
         Without ``bus_ok`` the measured values are old, and nothing is concluded from them.
         """
-        if self.category == BRAKING:
-            self._age += 1
-            why = lost
-            if not why and bus_ok:
-                why = self._unsound(measured, invalid | stale)
-            if why:
-                self.fall(why)
         if self.category == OFF:
+            return self._safe
+        self._age += 1
+        why = lost
+        if not why and bus_ok:
+            why = self._unsound(measured, invalid | stale)
+        if why:
+            self.fall(why)
             return self._safe
         stop = self._stop
         for name, step in self._slewed:
