@@ -148,6 +148,30 @@ def test_a_position_that_cannot_be_believed_ends_the_braking(how):
     assert out == bench.safe and category(bench) == OFF and TRAVEL.split("_")[0] in why(bench)
 
 
+def test_a_position_that_is_no_number_ends_it_without_a_row_of_the_speed_too():
+    bench = running(edited("bench", ("  speed: motor_speed_m_s\n", "")))
+    tripped(bench)
+    assert bench.check({TRAVEL: math.nan}) == bench.safe
+    assert why(bench) == f"{TRAVEL} cannot be believed"
+
+
+def test_what_the_page_says_of_a_stop_is_so():
+    assert (SLOW_SHARE, BRAKING, OFF) == (0.2, 1, 0)
+
+
+def test_speeds_are_said_to_four_digits():
+    bench = running(edited("bench", ("safety:", "safety:\n  stop_overspeed: 1.1")))
+    tripped(bench)
+    bench.check({SPEED: 0.1651234, TRAVEL: 0.16e-3})
+    assert why(bench) == f"{SPEED} = 0.1651 while it should brake, beyond 0.165"
+    bench, travel = running(), 0.0
+    while category(bench) == BRAKING:
+        travel += 0.0312345e-3
+        bench.measured |= {SPEED: 0.0312345, TRAVEL: travel}
+        tripped(bench)
+    assert f"{SPEED} = 0.03123 171" in why(bench)
+
+
 def test_another_sensor_that_is_lost_does_not():
     bench = running()
     tripped(bench)
@@ -313,7 +337,7 @@ def test_power_off_is_for_good_and_says_nothing():
     assert bench.envelope.power_off() == bench.safe
     assert bench.check() == bench.safe and why(bench) == ""
     bench.envelope.trip("operator", "", "asked twice", 9)
-    assert bench.envelope.power_off() == bench.safe and why(bench) == ""
+    assert why(bench) == "" and bench.envelope.power_off() == bench.safe
 
 
 def braked() -> Bench:
