@@ -81,7 +81,8 @@ class EndState:
         if self.current_a is not None and self.off_by == "current":
             parts[1] += f" ({self.current_a:.3f} A)"
         for name, value in self.beyond.items():
-            low, high = (_shown(rig, name, limit) for limit in rig.row(name).limits)
+            limits = rig.row(name).limits or (value, value)
+            low, high = (_shown(rig, name, limit) for limit in limits)
             what = f"{_spoken(rig, name)} went to {_shown(rig, name, value)}"
             parts.append(f"while ending, {what}, outside {low} to {high}")
         if self.timed_out:

@@ -74,8 +74,11 @@ class RestWatch:
         self._slow = self._silent = self._heard = self._currentless = self._zeros = 0
         self._last: dict[str, float] = {}
         self._not_believed = 0
-        inside = [name for name in (motor.position, motor.speed) if name and rig.row(name).limits]
-        self._inside = [(name, *rig.row(name).limits) for name in inside]
+        self._inside: list[tuple[str, float, float]] = []
+        for name in (motor.position, motor.speed):
+            limits = rig.row(name).limits if name else None
+            if name and limits:
+                self._inside.append((name, *limits))
         self._beyond: dict[str, float] = {}
 
     def learn_zero(self, measured: Mapping[str, float], bus_ok: bool) -> None:

@@ -4,7 +4,7 @@ Stop categories as in IEC 60204-1. Category 1: the drive brakes and holds while 
 then power goes. Category 0: power goes at once, for good.
 """
 
-from epa_rt.config.rig import Rig
+from epa_rt.config.rig import Cia402Drive, Rig
 from epa_rt.safety.commands import QUICK_STOP, CommandGate
 
 INFINITE = float("inf")
@@ -27,12 +27,13 @@ class Stopping:
     def __init__(self, rig: Rig):
         self.category, self.why = BRAKING, ""
         motor, safety = rig.motor, rig.safety
-        bus = rig.drive.interface == "cia402"
+        drive = rig.drive
+        bus = isinstance(drive, Cia402Drive)
         self._safe = {row.name: row.safe for row in rig.outputs}
         self._stop = dict(self._safe)
-        self._status = rig.drive.status_word if bus else None
-        self._mode = rig.drive.mode if bus else None
-        self._word = rig.drive.control_word if bus else rig.drive.enable
+        self._status = drive.status_word if isinstance(drive, Cia402Drive) else None
+        self._mode = drive.mode if isinstance(drive, Cia402Drive) else None
+        self._word = drive.control_word if isinstance(drive, Cia402Drive) else drive.enable
         self._target = motor.position_target
         self._stop[self._word] = QUICK_STOP if bus else 1.0
         self._slewed = [
@@ -84,14 +85,14 @@ class Stopping:
 
         Without ``bus_ok`` the measured values are old, and nothing is concluded from them.
         """
-        if self.category == BRAKING:
-            self._age += 1
-            why = lost
-            if not why and bus_ok:
-                why = self._unsound(measured, invalid | stale)
-            if why:
-                self.fall(why)
         if self.category == OFF:
+            return self._safe
+        self._age += 1
+        why = lost
+        if not why and bus_ok:
+            why = self._unsound(measured, invalid | stale)
+        if why:
+            self.fall(why)
             return self._safe
         stop = self._stop
         for name, step in self._slewed:

@@ -35,6 +35,25 @@ def test_every_output_byte_of_every_rig_is_the_same(logs, capsys):
     assert capsys.readouterr().out.count("every output byte identical") == len(logs)
 
 
+@pytest.mark.parametrize("rig", ["bench", "bench_analog"])
+def test_a_trip_in_mid_run_replays_through_its_stop(rig, tmp_path, capsys):
+    text = (RIGS / f"{rig}.yaml").read_text()
+    text = text.replace("limits: [-40 N, 350 N]", "limits: [-40 N, 30 N]")
+    text = text.replace("../plants/bench.yaml", str(RIGS.parent / "plants/bench.yaml"))
+    (tmp_path / "weak.yaml").write_text(text)
+    log = tmp_path / "trip.mcap"
+    words = ("--rig", str(tmp_path / "weak.yaml"), "-o", str(log), "--quiet")
+    assert main(["run", str(EXPERIMENTS / "identification_short.yaml"), *words]) == 3
+    with LogReader(log) as reader:
+        states = reader.columns("/cycle")["state"]
+        passed = [reader.layout.states[i] for i in dict.fromkeys(states.tolist())]
+        assert "(at rest; vented)" in reader.ending.end
+    assert passed[-4:] == ["brake", "vent", "safe", "done"]
+    capsys.readouterr()
+    assert main(["replay", str(log)]) == 0
+    assert "every output byte identical" in capsys.readouterr().out
+
+
 def test_a_log_cut_in_the_middle_replays_up_to_its_last_whole_chunk(logs, tmp_path, capsys):
     cut = tmp_path / "cut.mcap"
     data = logs[0].read_bytes()
