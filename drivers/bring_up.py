@@ -13,9 +13,11 @@ from drivers.alone import check_alone
 from drivers.bus import Bus, State
 from drivers.channels import check_channels
 from drivers.epos4 import check_drive
+from drivers.filters import filter_steps, set_filter
 from drivers.identity import Found, differences, label
 from drivers.mailbox import Mailbox
 from drivers.mapping import assignment_steps, set_up_mapping
+from drivers.reactions import set_homing, set_reactions, set_window
 from drivers.registers import (
     INPUTS,
     OUTPUTS,
@@ -69,15 +71,20 @@ def set_up_slave(bus: Bus, rig: Rig, index: int, mailbox: Mailbox | None) -> lis
     """All that a slave loses with its power: start-up objects, mapping, watchdog. In PREOP; gives
     notes.
     """
-    slave, notes = rig.slaves[index], []
+    slave = rig.slaves[index]
+    notes: list[str] = []
     if mailbox is not None:
         for sdo in slave.startup:
             mailbox.set(*sdo.place, sdo.data)
         set_up_mapping(mailbox, slave)
         check_channels(mailbox, slave, rig)
-        notes = check_alone(mailbox, slave)
+        notes = [*set_filter(mailbox, slave), *check_alone(mailbox, slave)]
         if slave.device == "EPOS4":
             notes += check_drive(mailbox, slave, rig)
+            if entries_of(slave, outputs=True):
+                notes += set_reactions(mailbox, slave, rig)
+                notes += set_window(mailbox, slave, rig)
+                notes += set_homing(mailbox, rig)
     if entries_of(slave, outputs=True):
         set_watchdog(bus.slaves[index], label(index + 1, slave), rig.safety.watchdog)
     return notes
@@ -85,17 +92,18 @@ def set_up_slave(bus: Bus, rig: Rig, index: int, mailbox: Mailbox | None) -> lis
 
 def set_up_again(
     bus: Bus, rig: Rig, index: int, mailbox: Mailbox | None
-) -> list[Callable[[], None]]:
+) -> list[Callable[[], object]]:
     """What a terminal needs in PREOP after it lost its supply, one short step each; its mapping has
     been seen before. A step raises pysoem.WkcError where the terminal is gone again.
     """
     slave = rig.slaves[index]
-    steps: list[Callable[[], None]] = []
+    steps: list[Callable[[], object]] = []
     if mailbox is not None:
         steps += [
             step for sdo in slave.startup for step in mailbox.steps_to_set(*sdo.place, sdo.data)
         ]
         steps += assignment_steps(mailbox, slave)
+        steps += filter_steps(mailbox, slave)
     if entries_of(slave, outputs=True):
         steps.append(
             lambda: set_watchdog_once(

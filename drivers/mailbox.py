@@ -67,7 +67,14 @@ class Mailbox:
         self.write(index, subindex, data)
         self.expect(index, subindex, data)
 
-    def steps_to_set(self, index: int, subindex: int, data: bytes) -> list[Callable[[], None]]:
+    def set_if_there(self, index: int, subindex: int, data: bytes) -> bool:
+        """As ``set``; False where the slave does not have the object."""
+        if self.number_if_there(index, subindex) is None:
+            return False
+        self.set(index, subindex, data)
+        return True
+
+    def steps_to_set(self, index: int, subindex: int, data: bytes) -> list[Callable[[], object]]:
         """``set`` while the others run: each step asks once, and raises pysoem.WkcError where the
         answer stays away.
         """
@@ -80,7 +87,9 @@ class Mailbox:
             ),
         ]
 
-    def _once(self, what: str, ask: Callable, index: int, subindex: int, *data: bytes) -> bytes:
+    def _once(
+        self, what: str, ask: Callable[..., bytes], index: int, subindex: int, *data: bytes
+    ) -> bytes:
         try:
             return ask(index, subindex, *data)
         except (pysoem.WkcError, pysoem.PacketError):

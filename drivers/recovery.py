@@ -55,7 +55,7 @@ class Shape:
 
 
 def take_back(
-    slave: "pysoem.CdefSlave", shape: Shape, set_up: Sequence[Callable[[], None]]
+    slave: "pysoem.CdefSlave", shape: Shape, set_up: Sequence[Callable[[], object]]
 ) -> Iterator[None]:
     """One step per ``next``, each of a few datagrams or one object. Raises pysoem.WkcError where
     the slave is gone again.

@@ -7,7 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
 from epa_rt.config.fields import (
     Frozen,
@@ -67,9 +67,19 @@ class StartupSdo(Frozen):
         return struct.pack("<" + _SDO_CODES[self.type], self.value)
 
 
+AnalogFilter = Literal[
+    "off", "50 Hz", "60 Hz", "IIR 1", "IIR 2", "IIR 3", "IIR 4", "IIR 5", "IIR 6", "IIR 7", "IIR 8"
+]
+
+
+def _filter_word(value: Any) -> Any:
+    """YAML reads ``off`` as false."""
+    return "off" if value is False else value
+
+
 class Slave(Frozen):
     """One slave on the wire, in bus order. EL9011 is an end cap: it may be listed, but it is not a
-    slave.
+    slave. ``filter``: the digital filter of an EL3004, for all its channels.
     """
 
     name: Name
@@ -82,6 +92,15 @@ class Slave(Frozen):
     rated_torque: quantity("N*m", 1e-4, 100.0) = 0.170
     analog_command: AnalogCommand | None = None
     startup: Annotated[tuple[StartupSdo, ...], Field(max_length=64)] = ()
+    filter: Annotated[AnalogFilter, BeforeValidator(_filter_word)] = "off"
+
+    @field_validator("filter")
+    @classmethod
+    def _only_analog_in(cls, value: str, info: ValidationInfo) -> str:
+        device = info.data.get("device")
+        if device not in (None, "EL3004"):
+            raise UnitError(f"found a filter at an {device}, expected it at an EL3004")
+        return value
 
 
 class Cia402Drive(FrozenChoice):

@@ -174,6 +174,15 @@ def refused(
         present[2], present[3] = present[3], present[2]
     elif change == "extra":
         present.insert(2, Slave(name="extra", device="EL2124"))
+    elif change == "startup":
+        sdo = _sdo(f"0x{index:04X}:{subindex:02X}", "i16", value)
+        typed = with_slaves(
+            typed,
+            [
+                one.model_copy(update={"startup": (sdo,)}) if one.name == slave else one
+                for one in typed.bus
+            ],
+        )
     elif change == "revision":
         at = [s.name for s in present].index(slave)
         present[at] = present[at].model_copy(update={"revision": value})
@@ -234,6 +243,24 @@ def object_value(bus, slave: str, index: int, subindex: int) -> int:
     return int.from_bytes(
         bus.slaves[slave].dictionary.objects[index].items[subindex].value, "little"
     )
+
+
+def reactions_written(zero_at: str) -> dict:
+    """What stands in drive and analog terminal once the bus is in OP, and what was noted."""
+    from epa_rt.config.rig import Zero
+
+    typed = load_rig(ROOT / "config/rigs/bench.yaml")
+    zero = Zero.model_validate({"method": "here", "at": zero_at})
+    typed = typed.model_copy(update={"motor": typed.motor.model_copy(update={"zero": zero})})
+    with emulated(typed, lock_step=True) as bus:
+        backend = EthercatBackend(typed, MASTER_END, lock_step=True)
+        backend.open()
+        events = [text for _kind, text, _data in backend.events]
+        indices = (0x6007, 0x605A, 0x605B, 0x605C, 0x605E, 0x6084, 0x6085, 0x6065)
+        drive = {f"0x{i:04X}": bus.do(object_value, "drive", i, 0) for i in indices}
+        enabled = bus.do(object_value, "analog_in", 0x8000, 6)
+        backend.close()
+    return {"drive": drive, "filter": enabled, "events": events}
 
 
 def _sdo(place: str, kind: str, value: int):
