@@ -32,6 +32,7 @@ SAFETY = (
     "test_trips.py",
     "test_limits_and_words.py",
     "test_thermal.py",
+    "test_bus_budget.py",
     "test_contradiction.py",
     "test_nothing_forbidden_leaves.py",
 )  # fast ones first
@@ -39,7 +40,7 @@ SIGNALS = ("test_decoding.py", "test_image.py", "test_freshness.py", "test_encod
 TARGETS = {
     **{
         f"epa_rt/safety/{name}.py": [f"tests/safety/{test}" for test in SAFETY]
-        for name in ("commands", "contradiction", "envelope", "thermal", "trip")
+        for name in ("bus_budget", "commands", "contradiction", "envelope", "thermal", "trip")
     },
     "epa_rt/signals/codec.py": [f"tests/signals/{test}" for test in SIGNALS],
 }

@@ -286,22 +286,33 @@ class I2t(Frozen):
 
 class Safety(Frozen):
     """What the envelope watches beside each row's own limits. ``watchdog``: after how long without
-    a frame the slaves themselves drop their outputs.
+    a frame the slaves themselves drop their outputs. ``lost_cycles``: how many cycles without sound
+    process data may follow each other; ``lost_share``: how much of the time may be such cycles for
+    ever; ``lost_time``: how much beyond that may gather (default 0.6 of ``reaction``).
+    ``position_hold``: how long an encoder or a drive may hold a position before it renews it.
     """
 
     reaction: Seconds = 0.020
     watchdog: quantity("s", 1e-3, 6.0) = 0.100
     lost_cycles: Annotated[int, Field(ge=1, le=1000)] = 3
+    lost_share: quantity("1", 0.0, 0.9) = 0.1  # sound networks lose none; interference comes short
+    lost_time: Seconds | None = None
+    position_hold: quantity("s", 0.0, 0.1) = 0.002  # encoders on serial lines renew every 2 ms
     i2t: I2t | None = None
     never_together: tuple[tuple[RowName, RowName], ...] = ()
 
 
 class Overrun(Frozen):
-    """When a cycle counts as late, and what to do about it."""
+    """When a cycle counts as late, and what to do about it: ``policy`` once ``in_a_row`` follow
+    each other. A loop that is late for more than ``late_share`` of the time, by ``late_time``,
+    ends the run under every policy (``count``: as ``stop``).
+    """
 
     late: Seconds = 0.0003
     policy: Literal["count", "stop", "trip"] = "count"
     in_a_row: Annotated[int, Field(ge=1, le=100_000)] = 5
+    late_share: quantity("1", 0.0, 0.9) = 0.5  # every second wake-up late is a busy machine
+    late_time: quantity("s", 1e-3, 3600.0) = 0.5  # a busy machine's stalls are shorter
 
 
 class Realtime(Frozen):

@@ -8,6 +8,7 @@ latches.
 from collections.abc import Callable
 
 from epa_rt.config.rig import Rig
+from epa_rt.safety.bus_budget import BusBudget
 from epa_rt.safety.commands import CommandGate
 from epa_rt.safety.contradiction import MotionCheck
 from epa_rt.safety.thermal import ThermalLimit
@@ -28,7 +29,7 @@ class Envelope:
         self.gate = CommandGate(rig)
         self._reason, self._motion = reason, MotionCheck(rig)
         self._safe = {row.name: row.safe for row in rig.outputs}
-        self._lost, self._lost_allowed = 0, rig.safety.lost_cycles
+        self._budget = BusBudget(rig)
         self._names = tuple(row.name for row in rig.inputs)
         self._watched = [
             (row.name, *(row.limits or (-INFINITE, INFINITE)), row.si_unit)
@@ -62,7 +63,7 @@ class Envelope:
         counted, or the safe values once tripped.
         """
         if self.tripped is None:
-            self._check_bus(cycle, bus_ok)
+            self._check_bus(cycle, bus_ok, now_ns)
             self._check_measured(cycle, measured, invalid, stale)
         if self.tripped is None:
             contradiction = self._motion.step(measured, bus_ok, now_ns)
@@ -82,13 +83,10 @@ class Envelope:
             self.trip(*refusal, cycle)
         return self._safe
 
-    def _check_bus(self, cycle: int, bus_ok: bool) -> None:
-        if bus_ok:
-            self._lost = 0
+    def _check_bus(self, cycle: int, bus_ok: bool, now_ns: int) -> None:
+        if bus_ok and self._budget.clear:
             return
-        self._lost += 1
-        if self._lost >= self._lost_allowed:
-            text = f"the working counter was wrong in {self._lost} cycles in a row"
+        if text := self._budget.step(bus_ok, now_ns):
             self.trip("lost working counter", "", text, cycle)
 
     def _check_measured(
