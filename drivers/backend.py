@@ -4,9 +4,11 @@ which.
 
 from drivers.bring_up import Unclear, configure, identify, stop_clocks
 from drivers.bus import Bus
+from drivers.claim import Claim
 from drivers.cycle import Cycle
 from drivers.interface import choose
 from drivers.mailbox import Mailbox
+from drivers.other_master import expect_no_master
 from drivers.states import StateWatch
 from drivers.wire import WireImage
 from drivers.words import INIT, OP, SAFEOP
@@ -26,15 +28,23 @@ class EthercatBackend:
     ``lock_step``: no pace, no clocks; exchanges as fast as the bus answers, stamps and times as the
     simulation gives them, for a bus whose plant moves once per frame. ``events`` are (kind, text,
     data) for the log; ``drive_off`` is what the drive said of itself at the end (None: nobody heard
-    it).
+    it). ``take_over``: opens a bus that another master seems to drive.
     """
 
-    def __init__(self, rig: Rig, interface: str | None = None, lock_step: bool = False):
+    def __init__(
+        self,
+        rig: Rig,
+        interface: str | None = None,
+        lock_step: bool = False,
+        take_over: bool = False,
+    ):
         self.period_s = rig.period_s
         self.events: list[tuple[str, str, dict]] = []
         self.drive_off: bool | None = None
         self.cycle: Cycle | None = None
         self._rig, self._wanted, self._lock_step = rig, interface, lock_step
+        self._take_over = take_over
+        self._claim: Claim | None = None
         self._period_ns = round(rig.period_s * 1e9)
         self._wire = WireImage(rig)
         self._every = max(1, round(rig.master.states_every / rig.period_s))
@@ -69,8 +79,11 @@ class EthercatBackend:
             if self._lock_step
             else (frame_timeout_s(self._rig), answer_s(self._rig))
         )
-        bus = self._bus = Bus(interface, *waits_s)
+        self._claim = Claim(interface)
         try:
+            if not self._lock_step:  # a bus without time has no watchdog that tells who is dead
+                expect_no_master(interface, self._rig.safety.watchdog, self._take_over)
+            bus = self._bus = Bus(interface, *waits_s)
             has_clock, notes = self._configure_insisting(bus)
             self.cycle = Cycle(bus, self._rig, self._wire, not self._lock_step, has_clock)
             notes += [*slow_to_notice(self._rig), *self.cycle.to_op()]
@@ -132,9 +145,11 @@ class EthercatBackend:
         """Safe outputs until the drive is off, then SAFEOP and INIT. Never raises; may be called
         twice and before open.
         """
-        bus, cycle = self._bus, self.cycle
-        self._bus = self._watch = self.cycle = None
+        bus, cycle, claim = self._bus, self.cycle, self._claim
+        self._bus = self._watch = self.cycle = self._claim = None
         if bus is None:
+            if claim is not None:
+                claim.release()
             return
         try:
             if cycle is not None:
@@ -144,6 +159,8 @@ class EthercatBackend:
             self.events.append(("bus", f"closing: {type(error).__name__} {error}", {}))
         finally:
             bus.close()
+            if claim is not None:
+                claim.release()
 
     def _go_safe(self, bus: Bus, cycle: Cycle) -> None:
         self.drive_off = None

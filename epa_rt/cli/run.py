@@ -51,6 +51,11 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
         help="one bus cycle after the other without pace (emulated bus only; refused on a card)",
     )
     verb.add_argument(
+        "--take-over",
+        action="store_true",
+        help="even if another master seems to drive the bus (--backend ethercat)",
+    )
+    verb.add_argument(
         "-o",
         "--out",
         type=Path,
@@ -97,6 +102,7 @@ def main(arguments: argparse.Namespace) -> int:
             arguments.interface,
             arguments.lock_step,
             progress=not arguments.quiet,
+            take_over=arguments.take_over,
         )
     print(closing_text(summary, result, inputs.rig.period_s))
     return (
@@ -140,7 +146,12 @@ def run_simulated(
 
 
 def run_on_bus(
-    inputs: Inputs, out: Path, interface: str | None, lock_step: bool, progress: bool
+    inputs: Inputs,
+    out: Path,
+    interface: str | None,
+    lock_step: bool,
+    progress: bool,
+    take_over: bool = False,
 ) -> "tuple[LogSummary, RunResult]":
     """One run on an EtherCAT bus, recorded into ``out``. Raises VerbError where the log or the
     interface cannot be had.
@@ -149,7 +160,7 @@ def run_on_bus(
     from epa_rt.backend import BackendError
 
     try:
-        backend = open_ethercat(inputs.rig, interface, lock_step)
+        backend = open_ethercat(inputs.rig, interface, lock_step, take_over)
     except BackendError as error:
         raise VerbError(str(error), FAILED) from None
     run_facts = {

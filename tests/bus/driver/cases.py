@@ -619,3 +619,105 @@ def wrong_images() -> dict:
         except BackendError as error:
             sentences.append(str(error))
     return {"sentences": sentences, "fine": fine}
+
+
+# one master
+
+
+def second_masters(tries: int) -> dict:
+    """A run's bus in OP; scans and second backends beside it, in processes of their own; then what
+    the run's own cycles saw of it.
+    """
+    import subprocess
+    import sys
+
+    typed = rig_named("bench")
+    commands = [
+        [sys.executable, "-m", "epa_rt", "scan", "--interface", MASTER_END],
+        [
+            sys.executable,
+            "-c",
+            "import sys\n"
+            "from drivers.backend import EthercatBackend\n"
+            "from epa_rt.backend import BackendError\n"
+            "from epa_rt.config.rig import load_rig\n"
+            "try:\n"
+            f"    EthercatBackend(load_rig('config/rigs/bench.yaml'), '{MASTER_END}').open()\n"
+            "except BackendError as error:\n"
+            "    sys.exit(str(error))\n",
+        ],
+    ]
+    with emulated(typed, lock_step=True) as bus:
+        backend = EthercatBackend(typed, MASTER_END, lock_step=True)
+        backend.open()
+        before = bus.do(counters)["states"]
+        beside = [
+            subprocess.Popen(
+                commands[k % 2], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT
+            )
+            for k in range(tries)
+        ]
+        bad = 0
+        while any(process.poll() is None for process in beside):
+            bad += not backend.exchange(backend.cycle.safe).working_counter_ok
+        said = [process.communicate()[1] for process in beside]
+        after = bus.do(counters)["states"]
+        backend.close()
+        again = EthercatBackend(typed, MASTER_END, lock_step=True)
+        again.open()
+        again.close()
+    import os
+
+    return {
+        "bad": bad,
+        "before": before,
+        "after": after,
+        "codes": [process.returncode for process in beside],
+        "said": said,
+        "pid": os.getpid(),
+    }
+
+
+def another_machines_master(take_over: bool = False) -> dict:
+    """A bus that somebody drives whose claim is not seen here, then one that he left alone; what a
+    second master says of either.
+    """
+    import threading
+    import time
+
+    typed = rig_named("bench")
+    typed = typed.model_copy(update={"safety": typed.safety.model_copy(update={"watchdog": 0.5})})
+    with emulated(typed) as bus:
+        first = EthercatBackend(typed, MASTER_END)
+        first.open()
+        first._claim.release()
+        ended, cycles = threading.Event(), []
+
+        def drive() -> None:
+            while not ended.is_set():
+                try:
+                    first.exchange(first.cycle.safe)
+                except BackendError:  # it was taken over
+                    return
+                cycles.append(1)
+                time.sleep(0.001)
+
+        driver = threading.Thread(target=drive)
+        driver.start()
+        second, live = EthercatBackend(typed, MASTER_END, False, take_over), ""
+        try:
+            second.open()
+        except BackendError as error:
+            live = str(error)
+        second.close()
+        states = bus.do(counters)["states"]
+        ended.set()
+        driver.join()
+        first._bus.close()  # as a process that is killed does
+        third, dead = EthercatBackend(typed, MASTER_END, False, take_over), ""
+        try:
+            third.open()
+        except BackendError as error:
+            dead = str(error)
+        third.close()
+    return {"live": live, "dead": dead, "states": states, "cycles": len(cycles)}
