@@ -2,10 +2,11 @@
 which.
 """
 
-from drivers.bring_up import Unclear, configure, identify, stop_clocks
+from drivers.bring_up import Unclear, configure, driven, identify, stop_clocks
 from drivers.bus import Bus
 from drivers.claim import Claim
 from drivers.cycle import Cycle
+from drivers.diagnosis import EVERY_S, Diagnosis, Events
 from drivers.interface import choose
 from drivers.mailbox import Mailbox
 from drivers.other_master import expect_no_master
@@ -39,7 +40,7 @@ class EthercatBackend:
         take_over: bool = False,
     ):
         self.period_s = rig.period_s
-        self.events: list[tuple[str, str, dict]] = []
+        self.events: Events = []
         self.drive_off: bool | None = None
         self.cycle: Cycle | None = None
         self._rig, self._wanted, self._lock_step = rig, interface, lock_step
@@ -59,6 +60,8 @@ class EthercatBackend:
         )
         self._bus: Bus | None = None
         self._watch: StateWatch | None = None
+        self._diagnosis: Diagnosis | None = None
+        self._diagnose_every = max(1, round(EVERY_S / rig.period_s))
         self._mailboxes: dict[int, Mailbox] = {}
         self._number, self._bad = -1, 0
 
@@ -87,6 +90,10 @@ class EthercatBackend:
             has_clock, notes = self._configure_insisting(bus)
             self.cycle = Cycle(bus, self._rig, self._wire, not self._lock_step, has_clock)
             notes += [*slow_to_notice(self._rig), *self.cycle.to_op()]
+            clocks = [i for i, _ in driven(self._rig)] if has_clock else []
+            self._diagnosis = Diagnosis(
+                bus, self._mailboxes, clocks, self._wire.labels, self.events
+            )
             self._watch = StateWatch(bus, self._rig, self._wire, self._mailboxes, self.events)
         except BaseException:
             self.close()
@@ -120,7 +127,7 @@ class EthercatBackend:
         lost, naming the slave; and where the slaves have dropped their outputs meanwhile.
         """
         cycle, watch = self.cycle, self._watch
-        if watch is None or len(outputs_raw) != self._wire.output_size:
+        if cycle is None or watch is None or len(outputs_raw) != self._wire.output_size:
             found = f"{len(outputs_raw)} bytes" if watch is not None else "a closed backend"
             raise BackendError(
                 f"found {found}, expected an open backend and {self._wire.output_size} bytes of"
@@ -130,6 +137,8 @@ class EthercatBackend:
         busy_ns = cycle.edges.busy_ns()
         if self._number % self._every == 0 or self._bad > 1 or watch.is_busy:
             watch.look()  # before the edge: it costs time that the cycle has left, not latency
+        if self._number % self._diagnose_every == self._diagnose_every - 1:
+            self._diagnose(watch)
         ok, edge_ns, lateness_ns = cycle.turn(outputs_raw, live=True)
         self._bad = 0 if ok else self._bad + 1
         if cycle.lost >= self._allowed:
@@ -141,19 +150,26 @@ class EthercatBackend:
             )
         return Exchange(self._number, edge_ns, cycle.inputs, ok, lateness_ns, busy_ns)
 
+    def _diagnose(self, watch: StateWatch) -> None:
+        """One question beside the process data; none while something is wrong, for an answer that
+        stays away takes time.
+        """
+        if self._diagnosis is not None and not self._bad and not watch.is_busy:
+            self._diagnosis.step()
+
     def close(self) -> None:
         """Safe outputs until the drive is off, then SAFEOP and INIT. Never raises; may be called
         twice and before open.
         """
-        bus, cycle, claim = self._bus, self.cycle, self._claim
-        self._bus = self._watch = self.cycle = self._claim = None
+        bus, cycle, claim, diagnosis = self._bus, self.cycle, self._claim, self._diagnosis
+        self._bus = self._watch = self.cycle = self._claim = self._diagnosis = None
         if bus is None:
             if claim is not None:
                 claim.release()
             return
         try:
             if cycle is not None:
-                self._go_safe(bus, cycle)
+                self._go_safe(bus, cycle, diagnosis)
             bus.ask(INIT)
         except Exception as error:  # nothing may keep the socket open
             self.events.append(("bus", f"closing: {type(error).__name__} {error}", {}))
@@ -162,7 +178,7 @@ class EthercatBackend:
             if claim is not None:
                 claim.release()
 
-    def _go_safe(self, bus: Bus, cycle: Cycle) -> None:
+    def _go_safe(self, bus: Bus, cycle: Cycle, diagnosis: Diagnosis | None) -> None:
         self.drive_off = None
         for _ in range(_CLOSING_CYCLES):
             ok = cycle.turn(cycle.safe)[0]
@@ -174,6 +190,8 @@ class EthercatBackend:
                 break
         cycle.turn(cycle.safe)
         bus.ask(SAFEOP)
+        if diagnosis is not None and not cycle.lost:
+            diagnosis.finish()
         stop_clocks(bus, self._rig)
         self._collect_emergencies(bus)
 
@@ -207,7 +225,7 @@ class EthercatBackend:
             for _ in range(8):
                 if bus.slaves[index].mbx_receive() <= 0:
                     break
-            self.events += [("emergency", text, {}) for text in mailbox.emergencies]
+            self.events += [("emergency", text, data) for text, data in mailbox.emergencies]
             mailbox.emergencies.clear()
 
 
@@ -216,15 +234,15 @@ def frame_timeout_s(rig: Rig) -> float:
     into the reaction time.
     """
     if rig.master.frame_timeout is not None:
-        return rig.master.frame_timeout
-    return max(rig.period_s, rig.safety.reaction / (rig.safety.lost_cycles + 1))
+        return float(rig.master.frame_timeout)
+    return float(max(rig.period_s, rig.safety.reaction / (rig.safety.lost_cycles + 1)))
 
 
 def answer_s(rig: Rig) -> float:
     """How long a step of a recovery waits for a slave's mailbox to be free, and for its answer:
     both fit twice into the reaction time.
     """
-    return max(1e-3, rig.safety.reaction / 4)
+    return float(max(1e-3, rig.safety.reaction / 4))
 
 
 def slow_to_notice(rig: Rig) -> list[str]:

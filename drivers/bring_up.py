@@ -28,10 +28,11 @@ from drivers.registers import (
     switch_off,
 )
 from drivers.wire import WireImage
-from drivers.words import ERROR, PREOP, SAFEOP, abort_words, state_words
+from drivers.words import ERROR, PREOP, SAFEOP, abort_words, error_class_words, state_words
 from epa_rt.backend import BackendError
 from epa_rt.config.rig import Rig, Slave
 from epa_rt.config.rig_checks import entries_of
+from epa_rt.control.drive_errors import drive_error_words
 
 WITH_OBJECTS = ("EL3004", "EL4034", "EPOS4")
 _STATE_S = 5.0
@@ -122,7 +123,11 @@ def configure(
     bus.master.manual_state_change = 1  # mapping must not ask for SAFEOP before the clocks are set
     reached(bus.wait_for(PREOP, _STATE_S), PREOP, wire.labels)
     mailboxes = {
-        i: Mailbox(bus.slaves[i], wire.labels[i])
+        i: Mailbox(
+            bus.slaves[i],
+            wire.labels[i],
+            drive_error_words if slave.device == "EPOS4" else error_class_words,
+        )
         for i, slave in enumerate(rig.slaves)
         if slave.device in WITH_OBJECTS
     }

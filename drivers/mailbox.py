@@ -8,25 +8,38 @@ from collections.abc import Callable
 import pysoem
 
 from drivers.asking import insist
-from drivers.words import ABORT_NO_OBJECT, ABORT_NO_SUBINDEX, abort_words
+from drivers.words import (
+    ABORT_NO_OBJECT,
+    ABORT_NO_SUBINDEX,
+    abort_words,
+    error_class_words,
+    error_register_words,
+)
 from epa_rt.backend import BackendError
 
 
 class Mailbox:
     """The object dictionary of a slave. ``emergencies`` collects what the slave sends of itself
-    while it is polled.
+    while it is polled, as a sentence and its numbers; ``words`` tells its error codes.
     """
 
-    def __init__(self, slave: "pysoem.CdefSlave", label: str):
+    def __init__(
+        self, slave: "pysoem.CdefSlave", label: str, words: Callable[[int], str] = error_class_words
+    ):
         self.label = label
-        self.emergencies: list[str] = []
+        self.emergencies: list[tuple[str, dict[str, object]]] = []
+        self._words = words
         self._slave = slave
         slave.add_emergency_callback(self._take_emergency)
 
     def _take_emergency(self, emergency: pysoem.Emergency) -> None:
+        code, register = emergency.error_code, emergency.error_reg
+        error = self._words(code) if code else "0x0000 errors reset"
         self.emergencies.append(
-            f"{self.label}: emergency 0x{emergency.error_code:04X}, register"
-            f" 0x{emergency.error_reg:02X}"
+            (
+                f"{self.label}: emergency {error}, error register {error_register_words(register)}",
+                {"code": code, "register": register},
+            )
         )
 
     def read(self, index: int, subindex: int = 0) -> bytes:

@@ -6,7 +6,7 @@ specification (0x30B0).
 """
 
 from collections.abc import Callable
-from typing import NamedTuple
+from dataclasses import dataclass
 
 from drivers.mailbox import Mailbox
 from drivers.words import startup_line
@@ -26,7 +26,8 @@ _HOLDS = range(5, 9)  # 0x605A: from here on the drive keeps its power once it h
 _WINDOW_OFF = 0xFFFFFFFF
 
 
-class _Reaction(NamedTuple):
+@dataclass(frozen=True)
+class _Reaction:
     """One object: its value from the rig, which values of a start-up object also brake, and what
     any other would let happen.
     """

@@ -93,4 +93,5 @@ def _reach(slave: "pysoem.CdefSlave", wanted: int) -> Iterator[None]:
 
 
 def _state(slave: "pysoem.CdefSlave") -> int:
-    return slave._fprd(_AL_STATUS, 2)[0] & 0x1F
+    status: bytes = slave._fprd(_AL_STATUS, 2)
+    return status[0] & 0x1F

@@ -2,7 +2,7 @@
 jump.
 """
 
-from epa_rt.config.rig import Rig
+from epa_rt.config.rig import Cia402Drive, Rig
 
 INFINITE = float("inf")
 ENABLE_OPERATION = 0x0F
@@ -27,12 +27,16 @@ class CommandGate:
     def __init__(self, rig: Rig):
         self.outputs = {row.name: row.safe for row in rig.outputs}
         self._safe = dict(self.outputs)
-        bus = rig.drive.interface == "cia402"
-        self._mode = rig.drive.mode if bus else None
+        drive = rig.drive
+        self._mode = drive.mode if isinstance(drive, Cia402Drive) else ""
         self._power_row, self._power_on = (
-            (rig.drive.control_word, ENABLE_OPERATION) if bus else (rig.drive.enable, 1.0)
+            (drive.control_word, float(ENABLE_OPERATION))
+            if isinstance(drive, Cia402Drive)
+            else (drive.enable, 1.0)
         )
-        self._analog, self._switches, self._words = [], [], []
+        self._analog: list[tuple[str, float, float, float]] = []
+        self._switches: list[str] = []
+        self._words: list[tuple[str, frozenset[int]]] = []
         for row in rig.outputs:
             if row.name.endswith("_raw"):
                 self._words.append((row.name, MODES if row.name == self._mode else CONTROL_WORDS))
@@ -47,7 +51,7 @@ class CommandGate:
         motor = rig.motor
         self._target, self._position = motor.position_target, motor.position
         self._rates = tuple(name for name in (motor.speed_target, motor.torque_target) if name)
-        self.jump_si = JUMP_S * rig.row(self._target).slew if self._target else 0.0
+        self.jump_si = JUMP_S * (rig.row(self._target).slew or 0.0) if self._target else 0.0
         self._powered = self._follows = False
 
     def pass_through(self, measured: dict[str, float], command: dict[str, float]) -> Refusal | None:

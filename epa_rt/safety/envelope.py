@@ -37,7 +37,7 @@ class Envelope:
             if not row.name.endswith("_raw")
         ]
         i2t = rig.safety.i2t
-        self._current = i2t.current if i2t else None
+        self._current = i2t.current if i2t else ""
         self._thermal = (
             ThermalLimit(i2t.continuous, i2t.time_constant, rig.period_s) if i2t else None
         )

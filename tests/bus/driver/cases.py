@@ -721,3 +721,25 @@ def another_machines_master(take_over: bool = False) -> dict:
             dead = str(error)
         third.close()
     return {"live": live, "dead": dead, "states": states, "cycles": len(cycles)}
+
+
+def diagnosed(cycles: int) -> dict:
+    """A bus in OP on whose drive an emergency waits; what the driver tells of it meanwhile, and of
+    the clocks at the end.
+    """
+    typed = rig_named("bench")
+    with emulated(typed) as bus, undisturbed(None):
+        backend = EthercatBackend(typed, MASTER_END)
+        backend.open()
+        backend.events.clear()
+        bus.do(send_emergency, "drive", 0x8611)
+        bad = sum(
+            not backend.exchange(backend.cycle.safe).working_counter_ok for _ in range(cycles)
+        )
+        running = list(backend.events)
+        backend.close()
+    return {"bad": bad, "running": running, "events": backend.events}
+
+
+def send_emergency(bus, slave: str, code: int) -> None:
+    bus.slaves[slave].report(code)

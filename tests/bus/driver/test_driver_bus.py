@@ -17,6 +17,9 @@ def bus_case(name: str, **arguments: object) -> dict:
 
 
 SAID = "drive (slave 5, EPOS4)"
+DRIVE_TELLS = (
+    f"{SAID}: emergency 0x8180 EtherCAT communication error, error register 0x01 (generic)"
+)
 
 
 @pytest.mark.parametrize(
@@ -291,9 +294,7 @@ def test_a_drive_is_never_taken_back_within_a_run_but_starts_anew(trouble):
     if trouble == "power_cycle":
         assert result["again"] == "stopped"
     else:
-        assert ["emergency", "drive (slave 5, EPOS4): emergency 0x8180, register 0x01"] in result[
-            "events"
-        ]
+        assert ["emergency", DRIVE_TELLS] in result["events"]
 
 
 @pytest.mark.parametrize("slave", ["valves", "analog_out"])
