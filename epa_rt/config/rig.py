@@ -311,8 +311,8 @@ class Overrun(Frozen):
     late: Seconds = 0.0003
     policy: Literal["count", "stop", "trip"] = "count"
     in_a_row: Annotated[int, Field(ge=1, le=100_000)] = 5
-    late_share: quantity("1", 0.0, 0.9) = 0.5  # every second wake-up late is a busy machine
-    late_time: quantity("s", 1e-3, 3600.0) = 0.5  # a busy machine's stalls are shorter
+    late_share: quantity("1", 0.0, 0.9) = 0.8  # a busy machine is often late, never always
+    late_time: quantity("s", 1e-3, 3600.0) = 1.0  # a busy machine's stalls are shorter
 
 
 class Realtime(Frozen):

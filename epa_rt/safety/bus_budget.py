@@ -18,18 +18,6 @@ class BusBudget:
     ``clear``: nothing is missing, so that a sound cycle need not be told.
     """
 
-    __slots__ = (
-        "clear",
-        "_row",
-        "_row_allowed",
-        "_level_s",
-        "_allowed_s",
-        "_leak",
-        "_share",
-        "_dt_s",
-        "_since_ns",
-    )
-
     def __init__(self, rig: Rig):
         safety, frame_s = rig.safety, rig.master.frame_timeout or 0.0
         self.clear = True
@@ -43,7 +31,7 @@ class BusBudget:
         self._leak = safety.lost_share / (1.0 - safety.lost_share)
         self._level_s, self._dt_s, self._since_ns = 0.0, rig.period_s, 0
 
-    def step(self, bus_ok: bool, now_ns: int = 0) -> str:
+    def step(self, bus_ok: bool, now_ns: int) -> str:
         """Takes one cycle that began at ``now_ns`` (0: by a backend without a clock). How long a
         bad one took shows when the next one begins.
         """
@@ -64,6 +52,6 @@ class BusBudget:
         if self._level_s > self._allowed_s:
             return (
                 f"the working counter was wrong for {1e3 * self._level_s:.3g} ms more than"
-                f" {100.0 * self._share:g} % of the time, of {1e3 * self._allowed_s:.3g} ms allowed"
+                f" {100.0 * self._share:g} % of the time, of {1e3 * self._allowed_s:g} ms allowed"
             )
         return ""

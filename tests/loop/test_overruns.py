@@ -39,11 +39,11 @@ def test_so_many_in_a_row_have_the_policys_word(policy, word):
 @pytest.mark.parametrize("policy", ["count", "stop", "trip"])
 @pytest.mark.parametrize("period_s", [2e-3, 1e-3, 0.5e-3, 0.25e-3])
 @pytest.mark.parametrize("lateness_ns", [300_001, 5_000_000])
-def test_a_loop_that_is_always_late_ends_after_half_a_second(policy, period_s, lateness_ns):
+def test_a_loop_that_is_always_late_ends_after_a_second(policy, period_s, lateness_ns):
     counted = overruns(policy, period_s, in_a_row=100_000)
     answer, after_s = until(counted, [lateness_ns], 10.0, period_s)
     assert answer == {"count": "stop", "stop": "stop", "trip": "trip"}[policy]
-    assert 0.48 <= after_s <= 0.52
+    assert 0.98 <= after_s <= 1.02
     assert counted.wants_stop == (answer == "stop")
     assert counted.text.startswith("this machine let the loop be late for")
 
@@ -52,11 +52,11 @@ def test_a_loop_that_is_always_late_ends_after_half_a_second(policy, period_s, l
 @given(
     st.lists(st.integers(300_001, 999_999), min_size=1, max_size=20), st.integers(0, 20), st.data()
 )
-def test_a_machine_that_is_late_every_second_time_or_less_goes_on(late, more, data):
-    pattern = data.draw(st.permutations([*late, *([0] * (len(late) + more))]))
+def test_a_machine_that_is_late_four_times_of_five_or_less_goes_on(late, more, data):
+    pattern = data.draw(st.permutations([*late, *([0] * (-(-len(late) // 4) + more))]))
     counted = overruns()
     assert until(counted, list(pattern), 5.0) == ("", pytest.approx(5.0, abs=0.01))
-    assert counted.count > 0 and counted.level_s <= 0.5
+    assert counted.count > 0 and counted.level_s <= 1.0
 
 
 def test_a_stall_counts_for_as_long_as_it_took_and_is_paid_back():
