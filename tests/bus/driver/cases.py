@@ -133,6 +133,18 @@ def lose_frames(bus, skip: int, count: int) -> None:
     bus.receive = receive
 
 
+def lose_two_of_three(bus) -> None:
+    """From now on, of the process-data frames."""
+    inner, seen = bus.receive, itertools.count()
+
+    def receive(frame: bytearray, now_ns: int) -> bool:
+        before = bus.counters.process_frames
+        answered = inner(frame, now_ns)
+        return answered and (bus.counters.process_frames == before or next(seen) % 3 == 2)
+
+    bus.receive = receive
+
+
 def watch_outputs(bus) -> None:
     """Keeps every output image that acts while the drive has power coming on."""
     bus.seen = []
@@ -461,12 +473,13 @@ def troubled(
     at: int = 1500,
     real_time: bool = False,
     rig: str = "bench",
+    lost_s: float = LOST_S,
 ) -> dict:
     """A run in which something happens to the bus ``at`` a cycle; how it ended and what the log
     would say. In lock step unless ``real_time``: nothing of it depends on when this machine lets
     somebody run.
     """
-    drivers.backend._LOCK_STEP_TIMEOUT_S = LOST_S
+    drivers.backend._LOCK_STEP_TIMEOUT_S = lost_s
     inputs = _short(rig)
     rig = (
         patient(inputs.rig, recovery=recovery)
@@ -492,6 +505,7 @@ def troubled(
         "outcome": result.outcome,
         "cause": result.cause,
         "cycles": result.cycles,
+        "tripped_at": result.trip.cycle if result.trip else None,
         "confirmed": result.confirmed,
         "drive_off": backend.drive_off,
         "outputs_after": after["outputs"],
@@ -527,6 +541,8 @@ class Troubling:
                 self._bus.do(fall, self._slave, self._code)
             elif self._trouble == "lose":
                 self._bus.do(lose_frames, 5, self._code)
+            elif self._trouble == "lose_two_of_three":
+                self._bus.do(lose_two_of_three)
         return exchange
 
     def close(self) -> None:
