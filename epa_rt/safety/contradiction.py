@@ -2,8 +2,6 @@
 while it moves.
 """
 
-import math
-
 from epa_rt.config.rig import Rig
 
 JUMP_SHARE = 1.5  # of what the speed row's limit allows in the time between two positions
@@ -34,7 +32,7 @@ class MotionCheck:
         self._hold_s = rig.safety.position_hold
         self._last: float | None = None
         self._last_speed = self._apart = self._age_s = 0.0
-        self._cycles = self._last_ns = 0
+        self._cycles_s, self._last_ns = self._dt_s, 0
 
     def step(self, measured: dict[str, float], bus_ok: bool, now_ns: int = 0) -> Refusal | None:
         """Takes one cycle that was read at ``now_ns`` (0: by a backend without a clock). Without
@@ -47,24 +45,39 @@ class MotionCheck:
         """
         if not self._speaks:
             return None
-        self._cycles += 1
         if not bus_ok:
+            self._cycles_s += self._dt_s
             return None
-        position, speed = measured[self._position], measured[self._speed]
-        by_cycles_s, by_clock_s = self._cycles * self._dt_s, 1e-9 * (now_ns - self._last_ns)
-        last, last_speed = self._last, self._last_speed
-        self._last, self._last_speed, self._cycles, self._last_ns = position, speed, 0, now_ns
+        position, speed, last = measured[self._position], measured[self._speed], self._last
+        elapsed_s, longest_s = 1e-9 * (now_ns - self._last_ns), self._cycles_s
+        change, self._last_speed = speed - self._last_speed, speed
+        self._last, self._cycles_s, self._last_ns = position, self._dt_s, now_ns
         if last is None:
             return None
+        if elapsed_s > longest_s:
+            longest_s = elapsed_s
+        elif elapsed_s <= 0.0:
+            elapsed_s = longest_s
         moved = position - last
-        longest_s = by_clock_s if by_clock_s > by_cycles_s else by_cycles_s
-        self._age_s += longest_s
-        could_move_s = max(longest_s, min(self._age_s, self._hold_s))
-        if moved != 0.0:
-            self._age_s = longest_s
-        self._add(
-            moved, speed, last_speed, by_clock_s if now_ns and by_clock_s > 0.0 else by_cycles_s
-        )
+        unknown = 0.5 * abs(change) * elapsed_s
+        difference = moved - (speed - 0.5 * change) * elapsed_s
+        if difference > unknown:
+            difference -= unknown
+        elif difference < -unknown:
+            difference += unknown
+        elif difference == difference:  # what is not a number stays
+            difference = 0.0
+        if elapsed_s < FORGET_S:
+            difference += (1.0 - elapsed_s / FORGET_S) * self._apart
+        self._apart = difference
+        held_s = self._age_s + longest_s
+        self._age_s = longest_s if moved else held_s
+        if abs(moved) <= self._jump * longest_s and abs(difference) <= self._most_apart:
+            return None
+        return self._judge(moved, max(longest_s, min(held_s, self._hold_s)))
+
+    def _judge(self, moved: float, could_move_s: float) -> Refusal | None:
+        """What is too far for one cycle: a jump, unless the last position may have been held."""
         if not abs(moved) <= self._jump * could_move_s:
             return (
                 "position jump",
@@ -75,13 +88,3 @@ class MotionCheck:
             text = f"{self._position} and {self._speed} contradict each other by {self._apart:.4g}"
             return "contradiction", self._position, text
         return None
-
-    def _add(self, moved: float, speed: float, last_speed: float, elapsed_s: float) -> None:
-        """Lets the memory fade, and adds what the two differ by in this time."""
-        difference = moved - 0.5 * (speed + last_speed) * elapsed_s
-        unknown = 0.5 * abs(speed - last_speed) * elapsed_s
-        if abs(difference) <= unknown:
-            difference = 0.0
-        else:  # NaN comes here as well, and stays
-            difference -= math.copysign(unknown, difference)
-        self._apart = max(0.0, 1.0 - elapsed_s / FORGET_S) * self._apart + difference
