@@ -268,3 +268,21 @@ def test_an_encoder_that_is_renewed_every_cycle_may_be_watched_more_closely():
     for k in range(5):
         assert check.step({"motor_travel_m": 0.0, "motor_speed_m_s": 0.0}, True, k) is None
     assert moved(check, 0.3e-3, 0.0)[0] == "position jump"
+
+
+@pytest.mark.parametrize(("gap_s", "left"), [(40e-3, True), (50e-3, False), (70e-3, False)])
+def test_a_gap_as_long_as_the_memory_forgets_all(gap_s, left):
+    """0.5 mm apart, then a gap in which the motor moved as it says, then 0.55 mm apart again."""
+    check, speed, t, travel = MotionCheck(rig("bench")), 0.01, 1_000_000_000, 0.0
+
+    def read(after_s: float, more_m: float):
+        nonlocal t, travel
+        t, travel = t + round(1e9 * after_s), travel + speed * after_s + more_m
+        return check.step({"motor_travel_m": travel, "motor_speed_m_s": speed}, True, t)
+
+    assert read(1e-3, 0.0) is None
+    for _ in range(5):
+        assert read(1e-3, 0.1e-3) is None
+    assert read(gap_s, 0.0) is None
+    refusals = [read(1e-3, 0.11e-3) for _ in range(5)]
+    assert (refusals[-1] is not None) == left
