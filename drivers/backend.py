@@ -16,6 +16,7 @@ from drivers.words import INIT, OP, SAFEOP
 from epa_rt.backend import BackendError, Exchange
 from epa_rt.config.rig import Rig
 from epa_rt.control.cia402 import OFF, decode
+from epa_rt.safety.bus_budget import BusBudget
 from epa_rt.signals.image import image_of
 
 _CLOSING_CYCLES = 50  # with safe outputs, at most, until the drive says that it is off
@@ -256,9 +257,22 @@ def slow_to_notice(rig: Rig) -> list[str]:
             f"{safety.lost_cycles} lost frames are noticed after {1e3 * lost_s:g} ms"
             f" (frame_timeout), later than the reaction time of {reaction_ms:g} ms"
         )
+    if (two_of_three_s := _two_of_three_s(rig)) > 1.001 * safety.reaction:
+        notes.append(
+            f"two of three cycles lost are noticed after {1e3 * two_of_three_s:.3g} ms (lost_time,"
+            f" lost_share), later than the reaction time of {reaction_ms:g} ms"
+        )
     if master.states_every > safety.reaction:
         notes.append(
             f"a slave that left OP is noticed after up to {1e3 * master.states_every:g} ms"
             f" (states_every), later than the reaction time of {reaction_ms:g} ms"
         )
     return notes
+
+
+def _two_of_three_s(rig: Rig) -> float:
+    """When the budget over time is used up where two of three cycles are lost for good."""
+    share = float(rig.safety.lost_share)
+    if share >= 2.0 / 3.0:
+        return float("inf")
+    return BusBudget(rig).allowed_s * (1.0 - share) / (2.0 / 3.0 - share)

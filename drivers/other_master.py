@@ -17,7 +17,7 @@ from epa_rt.backend import BackendError
 _ETHERTYPE, _BRD, _APRD = 0x88A4, 7, 1
 _AL_STATUS, _WATCHDOG_STATUS = 0x0130, 0x0440
 _INDEX = 0xEA
-_HEADER = b"\xff" * 6 + b"\x03\x01\x01\x01\x01\x01" + struct.pack(">H", _ETHERTYPE)
+_HEADER = b"\xff" * 6 + b"\x01" * 6 + struct.pack(">H", _ETHERTYPE)
 _WATCHDOG_EXPIRED = 0x001B  # AL status code
 _ANSWER_S, _TRIES = 0.05, 3
 _EVERY_S = 0.02

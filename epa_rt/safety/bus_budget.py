@@ -15,7 +15,8 @@ class BusBudget:
     In a row: ``safety.lost_cycles``. Over time: a bad cycle adds the time that it took, a sound one
     takes off as much as lets ``safety.lost_share`` of the time be bad for ever; what may gather is
     ``safety.lost_time``, by default 0.6 of the reaction time, and never less than a row may take.
-    ``clear``: nothing is missing, so that a sound cycle need not be told.
+    ``clear``: nothing is missing, so that a sound cycle need not be told. ``allowed_s``: what may
+    gather over time.
     """
 
     def __init__(self, rig: Rig):
@@ -23,7 +24,7 @@ class BusBudget:
         self.clear = True
         self._row, self._row_allowed = 0, safety.lost_cycles
         lost_s = safety.lost_time
-        self._allowed_s = max(
+        self.allowed_s: float = max(
             LOST_TIME_SHARE * safety.reaction if lost_s is None else lost_s,
             safety.lost_cycles * max(frame_s, rig.period_s),
         )
@@ -49,9 +50,9 @@ class BusBudget:
             self._level_s += self._dt_s
         if self._row >= self._row_allowed:
             return f"the working counter was wrong in {self._row} cycles in a row"
-        if self._level_s > self._allowed_s:
+        if self._level_s > self.allowed_s:
             return (
                 f"the working counter was wrong for {1e3 * self._level_s:.3g} ms more than"
-                f" {100.0 * self._share:g} % of the time, of {1e3 * self._allowed_s:g} ms allowed"
+                f" {100.0 * self._share:g} % of the time, of {1e3 * self.allowed_s:g} ms allowed"
             )
         return ""
