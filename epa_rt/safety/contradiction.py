@@ -82,7 +82,7 @@ class MotionCheck:
             return (
                 "position jump",
                 self._position,
-                f"{self._position} jumped by {moved:.4g} in {1e3 * could_move_s:.3g} ms",
+                f"{self._position} jumped by {moved:.4g} in {1e3 * could_move_s:g} ms",
             )
         if not abs(self._apart) <= self._most_apart:
             text = f"{self._position} and {self._speed} contradict each other by {self._apart:.4g}"

@@ -270,8 +270,17 @@ def test_an_encoder_that_is_renewed_every_cycle_may_be_watched_more_closely():
     assert moved(check, 0.3e-3, 0.0)[0] == "position jump"
 
 
-@pytest.mark.parametrize(("gap_s", "left"), [(40e-3, True), (50e-3, False), (70e-3, False)])
-def test_a_gap_as_long_as_the_memory_forgets_all(gap_s, left):
+@pytest.mark.parametrize(
+    ("gap_s", "more_m", "trips"),
+    [
+        (40e-3, 0.11e-3, True),
+        (50e-3, 0.11e-3, False),
+        (70e-3, 0.11e-3, False),
+        (70e-3, -0.11e-3, False),
+        (90e-3, -0.11e-3, False),
+    ],
+)
+def test_a_gap_as_long_as_the_memory_forgets_all(gap_s, more_m, trips):
     """0.5 mm apart, then a gap in which the motor moved as it says, then 0.55 mm apart again."""
     check, speed, t, travel = MotionCheck(rig("bench")), 0.01, 1_000_000_000, 0.0
 
@@ -284,5 +293,40 @@ def test_a_gap_as_long_as_the_memory_forgets_all(gap_s, left):
     for _ in range(5):
         assert read(1e-3, 0.1e-3) is None
     assert read(gap_s, 0.0) is None
-    refusals = [read(1e-3, 0.11e-3) for _ in range(5)]
-    assert (refusals[-1] is not None) == left
+    refusals = [read(1e-3, more_m) for _ in range(5)]
+    assert (refusals[-1] is not None) == trips
+
+
+@pytest.mark.parametrize("speeds", [(0.0, 0.1), (0.1, 0.0), (0.02, 0.1), (-0.1, 0.1)])
+@pytest.mark.parametrize("beyond_m", [0.0, 0.3e-3, 0.5e-3, -0.3e-3, -0.5e-3])
+@pytest.mark.parametrize("share", [-1.0, 0.0, 1.0])
+def test_between_two_reads_the_speed_is_known_by_half_its_change(speeds, beyond_m, share):
+    """20 ms with the mean of both speeds, and as far from it as they let it: all within is nothing,
+    and what is beyond stays. The next read, 10 ms later, tells how much that is.
+    """
+    before, after = speeds
+    room_m = 0.5 * abs(after - before) * 20e-3
+    edge_m = math.copysign(room_m, beyond_m) if beyond_m else share * room_m
+    travel = 0.5 * (before + after) * 20e-3 + edge_m + beyond_m
+    most_m = APART_S * FASTEST
+    for sign in (1.0, -1.0):
+        for part, trips in ((0.99, False), (1.01, True)):
+            check = MotionCheck(rig("bench"))
+            read = lambda at_m, v, t_s, on=check: on.step(  # noqa: E731
+                {"motor_travel_m": at_m, "motor_speed_m_s": v}, True, 1 + round(1e9 * t_s)
+            )
+            assert read(0.0, before, 1.0) is None and read(travel, after, 1.02) is None
+            probe_m = sign * part * most_m - 0.8 * beyond_m
+            refusal = read(travel + after * 10e-3 + probe_m, after, 1.03)
+            assert (refusal is not None) == trips
+            if refusal is not None:
+                assert refusal[2].endswith(f"by {sign * part * most_m:.4g}")
+
+
+def test_a_position_that_is_renewed_every_cycle_is_not_taken_for_a_held_one():
+    """At 0.25 ms it has half a millisecond for its way, and not the two that it may be held."""
+    check = MotionCheck(at_period(0.25e-3))
+    for k in range(20):
+        assert moved(check, 0.02e-3 * k, 0.08) is None
+    allowed = JUMP_SHARE * FASTEST * 0.5e-3
+    assert moved(check, 0.02e-3 * 19 + 1.01 * allowed, 0.08)[2].endswith("in 0.5 ms")
