@@ -252,8 +252,8 @@ def test_a_terminal_that_falls_is_taken_back_where_the_rig_says_so(real_time):
         "troubled", trouble="fall", slave="analog_in", recovery="continue", real_time=real_time
     )
     assert (result["outcome"], result["cause"]) == ("completed", "")
-    assert [kind for kind, _text in result["events"]].count("recovery") == 2
-    assert result["events"][-1][1] == "analog_in (slave 3, EL3004) is in OP again"
+    told = [text for kind, text in result["events"] if kind == "recovery"]
+    assert len(told) == 2 and told[-1] == "analog_in (slave 3, EL3004) is in OP again"
 
 
 @pytest.mark.parametrize("slave", ["valves", "analog_out"])
