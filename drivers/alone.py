@@ -1,22 +1,14 @@
-"""What a slave does by itself once its master is gone, held against what safe means
-(docs/decisions/0003) before anything moves.
+"""What an analog output does by itself once its master is gone, held against what safe means
+(docs/decisions/0003) before anything moves. The drive's own reactions: drivers/reactions.py.
 
-Sources: CiA 402 (0x6007, 0x605A), maxon EPOS4 firmware specification, Beckhoff EL40xx
-documentation, watchdog function (0x80n0:05, :13, :14).
+Sources: Beckhoff EL40xx documentation, watchdog function (0x80n0:05, :13, :14).
 """
 
 from drivers.mailbox import Mailbox
 from drivers.words import startup_line
 from epa_rt.backend import BackendError
 from epa_rt.config.rig import Slave
-from epa_rt.config.rig_checks import entries_of
 
-_NO_ACTION, _OFF, _QUICK_STOP = (
-    0,
-    (1, 2),
-    3,
-)  # 0x6007: a fault, or the voltage off; anything else is nobody's or the maker's own
-_STAYS = 5  # 0x605A: from here on the drive keeps its power once it has stopped
 _RAMP, _HOLD = 1, 2  # 0x80n0:05; 0 goes to the default output at once
 _RAMP_DIGITS_MS = (
     32_767 // 100
@@ -25,46 +17,11 @@ _CHANNELS = 4
 
 
 def check_alone(mailbox: Mailbox, slave: Slave) -> list[str]:
-    """Raises BackendError where the slave would go on, or go elsewhere than to zero, without its
-    master; gives sentences on what it does not tell.
+    """Raises BackendError where an EL4034 would hold its voltage, or go elsewhere than to zero,
+    without its master; gives sentences on what it does not tell.
     """
-    if slave.device == "EPOS4" and entries_of(slave, outputs=True):
-        return _check_drive(mailbox)
-    return _check_analog_out(mailbox) if slave.device == "EL4034" else []
-
-
-def _check_drive(mailbox: Mailbox) -> list[str]:
-    found = mailbox.number_if_there(0x6007)
-    if found is None:
-        return [
-            f"{mailbox.label} does not tell what it does without its master (0x6007): pull its"
-            " cable with the air off, and see"
-        ]
-    code = _signed(found)
-    if code in _OFF:
+    if slave.device != "EL4034":
         return []
-    if code != _QUICK_STOP:
-        does = "no action" if code == _NO_ACTION else "a reaction that the profile does not know,"
-        raise BackendError(
-            f"found 0x6007 = {code} in {mailbox.label}, {does} when its master is gone, expected 1"
-            f" (fault) or 2 (voltage off): {startup_line('0x6007:00', 'i16', 2)}"
-        )
-    stop = mailbox.number_if_there(0x605A)
-    if stop is None:
-        return [
-            f"{mailbox.label} stops quickly without its master (0x6007 = 3) and does not tell"
-            " whether its power stays on then (0x605A): pull its cable with the air off, and see"
-        ]
-    if _signed(stop) >= _STAYS:
-        raise BackendError(
-            f"found 0x6007 = 3 and 0x605A = {_signed(stop)} in {mailbox.label}, a quick stop that"
-            " keeps its power when its master is gone, expected 1 (fault) or 2 (voltage off) in"
-            f" 0x6007: {startup_line('0x6007:00', 'i16', 2)}"
-        )
-    return []
-
-
-def _check_analog_out(mailbox: Mailbox) -> list[str]:
     notes = []
     for n in range(_CHANNELS):
         index = 0x8000 + 0x10 * n

@@ -7,7 +7,7 @@ import pysoem
 _TRIES = 3
 
 
-def insist(ask: Callable, *arguments: object) -> bytes:
+def insist(ask: Callable[..., bytes], *arguments: object) -> bytes:
     """A refusal is an answer. Every write here may come twice. Raises what pysoem does where the
     last answer stays away too.
     """

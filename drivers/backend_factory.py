@@ -5,11 +5,13 @@ from drivers.interface import choose
 from epa_rt.config.rig import Rig
 
 
-def open_ethercat(rig: Rig, interface: str | None, lock_step: bool = False) -> EthercatBackend:
+def open_ethercat(
+    rig: Rig, interface: str | None, lock_step: bool = False, take_over: bool = False
+) -> EthercatBackend:
     """A backend on this interface (None: the only candidate), not opened yet: ``run`` opens and
     closes it.
 
     Raises BackendError where there is no such interface, no right to it, or ``lock_step`` asked of
     a real wire, before a log is begun.
     """
-    return EthercatBackend(rig, choose(interface, lock_step), lock_step)
+    return EthercatBackend(rig, choose(interface, lock_step), lock_step, take_over)

@@ -13,9 +13,11 @@ from drivers.alone import check_alone
 from drivers.bus import Bus, State
 from drivers.channels import check_channels
 from drivers.epos4 import check_drive
+from drivers.filters import filter_steps, set_filter
 from drivers.identity import Found, differences, label
 from drivers.mailbox import Mailbox
 from drivers.mapping import assignment_steps, set_up_mapping
+from drivers.reactions import set_homing, set_reactions, set_window
 from drivers.registers import (
     INPUTS,
     OUTPUTS,
@@ -26,10 +28,11 @@ from drivers.registers import (
     switch_off,
 )
 from drivers.wire import WireImage
-from drivers.words import ERROR, PREOP, SAFEOP, abort_words, state_words
+from drivers.words import ERROR, PREOP, SAFEOP, abort_words, error_class_words, state_words
 from epa_rt.backend import BackendError
 from epa_rt.config.rig import Rig, Slave
 from epa_rt.config.rig_checks import entries_of
+from epa_rt.control.drive_errors import drive_error_words
 
 WITH_OBJECTS = ("EL3004", "EL4034", "EPOS4")
 _STATE_S = 5.0
@@ -69,15 +72,20 @@ def set_up_slave(bus: Bus, rig: Rig, index: int, mailbox: Mailbox | None) -> lis
     """All that a slave loses with its power: start-up objects, mapping, watchdog. In PREOP; gives
     notes.
     """
-    slave, notes = rig.slaves[index], []
+    slave = rig.slaves[index]
+    notes: list[str] = []
     if mailbox is not None:
         for sdo in slave.startup:
             mailbox.set(*sdo.place, sdo.data)
         set_up_mapping(mailbox, slave)
         check_channels(mailbox, slave, rig)
-        notes = check_alone(mailbox, slave)
+        notes = [*set_filter(mailbox, slave), *check_alone(mailbox, slave)]
         if slave.device == "EPOS4":
             notes += check_drive(mailbox, slave, rig)
+            if entries_of(slave, outputs=True):
+                notes += set_reactions(mailbox, slave, rig)
+                notes += set_window(mailbox, slave, rig)
+                notes += set_homing(mailbox, rig)
     if entries_of(slave, outputs=True):
         set_watchdog(bus.slaves[index], label(index + 1, slave), rig.safety.watchdog)
     return notes
@@ -85,17 +93,18 @@ def set_up_slave(bus: Bus, rig: Rig, index: int, mailbox: Mailbox | None) -> lis
 
 def set_up_again(
     bus: Bus, rig: Rig, index: int, mailbox: Mailbox | None
-) -> list[Callable[[], None]]:
+) -> list[Callable[[], object]]:
     """What a terminal needs in PREOP after it lost its supply, one short step each; its mapping has
     been seen before. A step raises pysoem.WkcError where the terminal is gone again.
     """
     slave = rig.slaves[index]
-    steps: list[Callable[[], None]] = []
+    steps: list[Callable[[], object]] = []
     if mailbox is not None:
         steps += [
             step for sdo in slave.startup for step in mailbox.steps_to_set(*sdo.place, sdo.data)
         ]
         steps += assignment_steps(mailbox, slave)
+        steps += filter_steps(mailbox, slave)
     if entries_of(slave, outputs=True):
         steps.append(
             lambda: set_watchdog_once(
@@ -114,7 +123,11 @@ def configure(
     bus.master.manual_state_change = 1  # mapping must not ask for SAFEOP before the clocks are set
     reached(bus.wait_for(PREOP, _STATE_S), PREOP, wire.labels)
     mailboxes = {
-        i: Mailbox(bus.slaves[i], wire.labels[i])
+        i: Mailbox(
+            bus.slaves[i],
+            wire.labels[i],
+            drive_error_words if slave.device == "EPOS4" else error_class_words,
+        )
         for i, slave in enumerate(rig.slaves)
         if slave.device in WITH_OBJECTS
     }

@@ -93,7 +93,7 @@ class Bus:
         self.be_patient(True)
         self.master.manual_state_change = 0
         for _ in range(_TRIES):  # SOEM takes one frame that stayed away for an empty wire
-            count = max(0, self.master.config_init())
+            count: int = max(0, self.master.config_init())
             if count:
                 break
         self.slaves = list(self.master.slaves) if count else []
@@ -121,8 +121,10 @@ class Bus:
 
         Where no frame came back the inputs are the last ones.
         """
-        slaves, master = self.slaves, self.master
-        for index, start, end, _length in self._wire.writers:
+        slaves, master, wire = self.slaves, self.master, self._wire
+        if wire is None:
+            raise BackendError("found no layout of the process data, expected one")
+        for index, start, end, _length in wire.writers:
             slaves[index].output = outputs_raw[
                 start:end
             ]  # lengths were checked once, in WireImage.check
@@ -130,16 +132,18 @@ class Bus:
         master.send_overlap_processdata(release_gil=True)
         counter = self._receive(master)
         self.round_trip_ns = time.monotonic_ns() - sent_ns
-        return counter, b"".join([slaves[index].input for index in self._wire.readers])
+        return counter, b"".join([slaves[index].input for index in wire.readers])
 
     def _receive(self, master: pysoem.Master) -> int:
         if self._socket is None or select.select([self._socket], [], [], self._timeout_s)[0]:
-            return master.receive_processdata(self._timeout_us)
+            counter: int = master.receive_processdata(self._timeout_us)
+            return counter
         self._socket.setblocking(
             False
         )  # the socket is empty: SOEM gives the frame up without waiting for it
         try:
-            return min(LOST, master.receive_processdata(0))
+            given_up: int = master.receive_processdata(0)
+            return min(LOST, given_up)
         finally:
             self._socket.setblocking(True)
 

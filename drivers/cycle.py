@@ -89,7 +89,7 @@ class Cycle:
         """
         for _ in range(_FIRST_FRAMES):
             self.turn(self.safe)
-        notes = self._lock() if self.clock is not None else []
+        notes = self._lock(self.clock) if self.clock is not None else []
         self.bus.ask(OP)
         if (
             not self._paced
@@ -105,12 +105,12 @@ class Cycle:
         reached(self.bus.states(), OP, self._wire.labels)
         return notes
 
-    def _lock(self) -> list[str]:
+    def _lock(self, clock: ReferenceClock) -> list[str]:
         for turn in range(round(_LOCK_S / self._period_s)):
             self.turn(self.safe)
-            if self.clock.locked:
+            if clock.locked:
                 return [f"locked to the reference clock after {turn + 1} cycles"]
         raise BackendError(
             f"the cycle did not lock to the bus's reference clock within {_LOCK_S:g} s: it stands "
-            f"{self.clock.offset_ns / 1e3:.0f} us off"
+            f"{clock.offset_ns / 1e3:.0f} us off"
         )

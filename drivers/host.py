@@ -177,7 +177,8 @@ def cores_of(text: str) -> set[int]:
 
 
 def _governor() -> Finding:
-    found = {text_of(p) for p in _CPU.glob("cpu[0-9]*/cpufreq/scaling_governor")} - {None}
+    told = [text_of(p) for p in _CPU.glob("cpu[0-9]*/cpufreq/scaling_governor")]
+    found = {text for text in told if text is not None}
     if not found:
         return Finding("frequency governor", UNSEEN, "this kernel does not set core frequencies")
     return Finding(

@@ -53,7 +53,7 @@ def differences(expected: Sequence[Slave], found: Sequence[Found]) -> list[str]:
             for i, (slave, device) in enumerate(zip(expected, present, strict=True), 1)
             if slave.device != device
         ]
-    sentences = []
+    sentences: list[str] = []
     for kind, i0, i1, j0, j1 in SequenceMatcher(
         None, wanted, present, autojunk=False
     ).get_opcodes():

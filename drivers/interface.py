@@ -143,7 +143,8 @@ def _ask(asking: socket.socket, request: int, name: str) -> int | None:
         answer = fcntl.ioctl(asking, request, struct.pack("16s24x", name.encode()))
     except OSError:
         return None
-    return struct.unpack_from("<H", answer, 16)[0]
+    number: int = struct.unpack_from("<H", answer, 16)[0]
+    return number
 
 
 def _routed() -> set[str]:

@@ -8,25 +8,38 @@ from collections.abc import Callable
 import pysoem
 
 from drivers.asking import insist
-from drivers.words import ABORT_NO_OBJECT, ABORT_NO_SUBINDEX, abort_words
+from drivers.words import (
+    ABORT_NO_OBJECT,
+    ABORT_NO_SUBINDEX,
+    abort_words,
+    error_class_words,
+    error_register_words,
+)
 from epa_rt.backend import BackendError
 
 
 class Mailbox:
     """The object dictionary of a slave. ``emergencies`` collects what the slave sends of itself
-    while it is polled.
+    while it is polled, as a sentence and its numbers; ``words`` tells its error codes.
     """
 
-    def __init__(self, slave: "pysoem.CdefSlave", label: str):
+    def __init__(
+        self, slave: "pysoem.CdefSlave", label: str, words: Callable[[int], str] = error_class_words
+    ):
         self.label = label
-        self.emergencies: list[str] = []
+        self.emergencies: list[tuple[str, dict[str, object]]] = []
+        self._words = words
         self._slave = slave
         slave.add_emergency_callback(self._take_emergency)
 
     def _take_emergency(self, emergency: pysoem.Emergency) -> None:
+        code, register = emergency.error_code, emergency.error_reg
+        error = self._words(code) if code else "0x0000 errors reset"
         self.emergencies.append(
-            f"{self.label}: emergency 0x{emergency.error_code:04X}, register"
-            f" 0x{emergency.error_reg:02X}"
+            (
+                f"{self.label}: emergency {error}, error register {error_register_words(register)}",
+                {"code": code, "register": register},
+            )
         )
 
     def read(self, index: int, subindex: int = 0) -> bytes:
@@ -67,7 +80,14 @@ class Mailbox:
         self.write(index, subindex, data)
         self.expect(index, subindex, data)
 
-    def steps_to_set(self, index: int, subindex: int, data: bytes) -> list[Callable[[], None]]:
+    def set_if_there(self, index: int, subindex: int, data: bytes) -> bool:
+        """As ``set``; False where the slave does not have the object."""
+        if self.number_if_there(index, subindex) is None:
+            return False
+        self.set(index, subindex, data)
+        return True
+
+    def steps_to_set(self, index: int, subindex: int, data: bytes) -> list[Callable[[], object]]:
         """``set`` while the others run: each step asks once, and raises pysoem.WkcError where the
         answer stays away.
         """
@@ -80,7 +100,9 @@ class Mailbox:
             ),
         ]
 
-    def _once(self, what: str, ask: Callable, index: int, subindex: int, *data: bytes) -> bytes:
+    def _once(
+        self, what: str, ask: Callable[..., bytes], index: int, subindex: int, *data: bytes
+    ) -> bytes:
         try:
             return ask(index, subindex, *data)
         except (pysoem.WkcError, pysoem.PacketError):

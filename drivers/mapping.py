@@ -74,7 +74,7 @@ def _assign(mailbox: Mailbox, assignment: int, pdos: Sequence[int]) -> None:
         )
 
 
-def assignment_steps(mailbox: Mailbox, slave: Slave) -> list[Callable[[], None]]:
+def assignment_steps(mailbox: Mailbox, slave: Slave) -> list[Callable[[], object]]:
     """The assignment of an EL3004 written anew, in short steps; an EL4034's is fixed."""
     if slave.device != "EL3004":
         return []

@@ -36,9 +36,10 @@ def card_findings(name: str | None, core: int | None) -> list[Finding]:
             ]
         chosen = possible[0]
     else:
-        chosen = next((i for i in present if i.name == name), None)
-        if chosen is None:
+        named = next((i for i in present if i.name == name), None)
+        if named is None:
             raise BackendError(f"found no network interface '{name}', expected one of: {shown}")
+        chosen = named
     return [
         _link(chosen),
         _driver(chosen),

@@ -55,7 +55,7 @@ class Shape:
 
 
 def take_back(
-    slave: "pysoem.CdefSlave", shape: Shape, set_up: Sequence[Callable[[], None]]
+    slave: "pysoem.CdefSlave", shape: Shape, set_up: Sequence[Callable[[], object]]
 ) -> Iterator[None]:
     """One step per ``next``, each of a few datagrams or one object. Raises pysoem.WkcError where
     the slave is gone again.
@@ -93,4 +93,5 @@ def _reach(slave: "pysoem.CdefSlave", wanted: int) -> Iterator[None]:
 
 
 def _state(slave: "pysoem.CdefSlave") -> int:
-    return slave._fprd(_AL_STATUS, 2)[0] & 0x1F
+    status: bytes = slave._fprd(_AL_STATUS, 2)
+    return status[0] & 0x1F

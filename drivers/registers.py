@@ -84,7 +84,8 @@ def _set(slave: "pysoem.CdefSlave", label: str, register: int, data: bytes) -> N
 
     def both() -> bytes:
         slave._fpwr(register, data, _ANSWER_US)
-        return slave._fprd(register, len(data), _ANSWER_US)
+        answer: bytes = slave._fprd(register, len(data), _ANSWER_US)
+        return answer
 
     _compare(label, register, data, _insist(both, label, register))
 

@@ -5,13 +5,16 @@ then back to INIT.
 from typing import NamedTuple
 
 from drivers.bus import Bus
+from drivers.claim import Claim
 from drivers.identity import Found, device_of
 from drivers.interface import choose
 from drivers.mailbox import Mailbox
+from drivers.other_master import expect_no_master
 from drivers.words import INIT, PREOP
 from epa_rt.backend import BackendError
 
 _PREOP_S = 3.0
+_WATCHDOG_S = 0.1  # of slaves as they leave the maker
 _FIRMWARE = 0x100A
 
 
@@ -26,15 +29,24 @@ class Seen(NamedTuple):
     firmware: str
 
 
-def scan(interface: str | None) -> tuple[str, list[Seen]]:
+def scan(interface: str | None, take_over: bool = False) -> tuple[str, list[Seen]]:
     """The interface that was used and every slave on it, in order. Raises BackendError where it
-    cannot be looked at.
+    cannot be looked at, or where a master drives it (unless ``take_over``).
     """
     chosen = choose(interface)
+    claim = Claim(chosen)
+    try:
+        expect_no_master(chosen, _WATCHDOG_S, take_over)
+        return chosen, _slaves(chosen)
+    finally:
+        claim.release()
+
+
+def _slaves(chosen: str) -> list[Seen]:
     bus = Bus(chosen, 0.01)
     try:
         if bus.find() == 0:
-            return chosen, []
+            return []
         states = bus.wait_for(PREOP, _PREOP_S)
         seen = []
         for position, (slave, state) in enumerate(zip(bus.slaves, states, strict=True), 1):
@@ -47,7 +59,7 @@ def scan(interface: str | None) -> tuple[str, list[Seen]]:
                 )
             )
         bus.ask(INIT)
-        return chosen, seen
+        return seen
     finally:
         bus.close()
 

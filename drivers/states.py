@@ -11,6 +11,7 @@ import pysoem
 
 from drivers.bring_up import set_up_again
 from drivers.bus import Bus, State
+from drivers.diagnosis import Events
 from drivers.mailbox import Mailbox
 from drivers.recovery import Shape, take_back
 from drivers.wire import WireImage
@@ -29,12 +30,7 @@ class StateWatch:
     """
 
     def __init__(
-        self,
-        bus: Bus,
-        rig: Rig,
-        wire: WireImage,
-        mailboxes: dict[int, Mailbox],
-        events: list[tuple[str, str, dict]],
+        self, bus: Bus, rig: Rig, wire: WireImage, mailboxes: dict[int, Mailbox], events: Events
     ):
         self._bus, self._rig, self._wire, self._mailboxes, self._events = (
             bus,

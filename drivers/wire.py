@@ -13,7 +13,7 @@ from epa_rt.signals.image import image_of
 class Share(NamedTuple):
     """One slave's share of both images: bytes [out_start, out_end) and the length of its inputs."""
 
-    index: int
+    slave: int
     out_start: int
     out_end: int
     in_length: int
@@ -36,7 +36,7 @@ class WireImage:
             for i, s in enumerate(rig.slaves)
         )
         self.writers = tuple(share for share in self.shares if share.out_end > share.out_start)
-        self.readers = tuple(share.index for share in self.shares if share.in_length)
+        self.readers = tuple(share.slave for share in self.shares if share.in_length)
         self.working_counter = 2 * len(self.writers) + len(self.readers)
 
     def check(self, lengths: list[tuple[int, int]], working_counter: int) -> None:
@@ -51,7 +51,7 @@ class WireImage:
             if (out_length, in_length) != wanted:
                 raise BackendError(
                     f"found {out_length} bytes of outputs and {in_length} of inputs in the process"
-                    f" data of {self.labels[share.index]}, expected {wanted[0]} and {wanted[1]}"
+                    f" data of {self.labels[share.slave]}, expected {wanted[0]} and {wanted[1]}"
                     " from the rig file"
                 )
         if working_counter != self.working_counter:

@@ -1,6 +1,7 @@
 """EtherCAT's numbers in words: states, AL status codes, SDO abort codes.
 
-Sources: ETG.1000.6 and ETG.1020 (AL status codes), CiA 301 (SDO abort codes).
+Sources: ETG.1000.6 and ETG.1020 (AL status codes), CiA 301 (SDO abort codes, error classes, error
+register).
 """
 
 INIT, PREOP, BOOT, SAFEOP, OP = 0x01, 0x02, 0x03, 0x04, 0x08
@@ -98,6 +99,29 @@ _ABORT = {
     0x08000023: "no object dictionary",
 }
 
+_ERROR_CLASS = {
+    0x10: "generic error",
+    0x20: "current",
+    0x30: "voltage",
+    0x40: "temperature",
+    0x50: "hardware",
+    0x60: "software",
+    0x70: "additional modules",
+    0x80: "monitoring",
+    0x90: "external error",
+    0xF0: "additional functions",
+}
+_ERROR_REGISTER = (
+    "generic",
+    "current",
+    "voltage",
+    "temperature",
+    "communication",
+    "device profile",
+    "reserved",
+    "of the maker",
+)
+
 ABORT_NO_OBJECT, ABORT_NO_SUBINDEX = 0x06020000, 0x06090011
 
 
@@ -118,6 +142,17 @@ def al_status_words(code: int) -> str:
 def abort_words(code: int) -> str:
     """'0x06010002 attempt to write a read-only object'; an unknown code is said to be unknown."""
     return f"0x{code:08X} {_ABORT.get(code, 'an abort code that is not in the table')}"
+
+
+def error_class_words(code: int) -> str:
+    """'0x8611 monitoring' for an emergency's error code, by its class."""
+    return f"0x{code:04X} {_ERROR_CLASS.get(code >> 8 & 0xF0, 'a class that is not in the table')}"
+
+
+def error_register_words(register: int) -> str:
+    """'0x21 (generic, device profile)' for an error register (0x1001)."""
+    bits = [name for bit, name in enumerate(_ERROR_REGISTER) if register >> bit & 1]
+    return f"0x{register:02X} ({', '.join(bits) or 'no error'})"
 
 
 def startup_line(place: str, kind: str, value: int) -> str:

@@ -33,6 +33,7 @@ SAFETY = (
     "test_limits_and_words.py",
     "test_thermal.py",
     "test_stopping.py",
+    "test_bus_budget.py",
     "test_contradiction.py",
     "test_recovery.py",
     "test_nothing_forbidden_leaves.py",
@@ -42,6 +43,7 @@ TARGETS = {
     **{
         f"epa_rt/safety/{name}.py": [f"tests/safety/{test}" for test in SAFETY]
         for name in (
+            "bus_budget",
             "commands",
             "contradiction",
             "envelope",

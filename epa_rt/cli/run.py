@@ -56,6 +56,11 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
         help="one bus cycle after the other without pace (emulated bus only; refused on a card)",
     )
     verb.add_argument(
+        "--take-over",
+        action="store_true",
+        help="even if another master seems to drive the bus (--backend ethercat)",
+    )
+    verb.add_argument(
         "-o",
         "--out",
         type=Path,
@@ -106,6 +111,7 @@ def main(arguments: argparse.Namespace) -> int:
             arguments.lock_step,
             progress=not arguments.quiet,
             rig_path=arguments.rig,
+            take_over=arguments.take_over,
         )
     print(closing_text(summary, result, inputs.rig))
     return exit_code(summary, result)
@@ -164,6 +170,7 @@ def run_on_bus(
     lock_step: bool,
     progress: bool,
     rig_path: Path,
+    take_over: bool = False,
 ) -> "tuple[LogSummary, RunResult]":
     """One run on an EtherCAT bus, recorded into ``out``. Raises VerbError where the log or the
     interface cannot be had, or a wired drive has no zero file.
@@ -174,7 +181,7 @@ def run_on_bus(
 
     need_zero_file(inputs.rig, rig_path)
     try:
-        backend = open_ethercat(inputs.rig, interface, lock_step)
+        backend = open_ethercat(inputs.rig, interface, lock_step, take_over)
     except BackendError as error:
         raise VerbError(str(error), FAILED) from None
     run_facts = {

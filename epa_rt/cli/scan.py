@@ -1,7 +1,7 @@
 """Look at what is on the bus, against what the rig file says.
 
-Slaves are taken to PREOP at most and no output is written. A bus that another master is driving is
-stopped by this: slaves are addressed anew.
+Slaves are taken to PREOP at most and no output is written. A bus that a master is driving is not
+touched; --take-over stops it, for slaves are addressed anew.
 
   epa scan                                              the only wired interface
   epa scan --interface eth1 --rig config/rigs/bench.yaml
@@ -25,6 +25,9 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--interface", help="network interface of the bus (default: the only wired one)"
     )
+    verb.add_argument(
+        "--take-over", action="store_true", help="even if another master seems to drive the bus"
+    )
     verb.add_argument("--rig", type=Path, help="rig file to compare with (config/rigs/*.yaml)")
 
 
@@ -37,7 +40,7 @@ def main(arguments: argparse.Namespace) -> int:
     from drivers.scan import scan
 
     try:
-        interface, seen = scan(arguments.interface)
+        interface, seen = scan(arguments.interface, arguments.take_over)
     except BackendError as error:
         raise VerbError(str(error)) from None
     print(f"{interface}: {len(seen)} slave{'' if len(seen) == 1 else 's'}")

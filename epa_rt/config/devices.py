@@ -88,7 +88,7 @@ EPOS4_INPUTS = (
 DEVICES: dict[str, Device] = {
     device.name: device
     for device in (
-        Device("EK1100", 0x2, (0x044C2C52,), (0x00100000, 0x00120000)),
+        Device("EK1100", 0x2, (0x044C2C52,), (0x00000000, 0x00120000)),
         Device(
             "EL2124",
             0x2,
@@ -112,7 +112,16 @@ DEVICES: dict[str, Device] = {
         Device(
             "EPOS4",
             0xFB,
-            (0x60500000, 0x61500000, 0x63500000, 0x64500000, 0x65510000, 0x65520000, 0x65530000),
+            (
+                0x60500000,
+                0x61500000,
+                0x63500000,
+                0x64500000,
+                0x65510000,
+                0x65520000,
+                0x65530000,
+                0x69500000,
+            ),
             (0x01400000, 0x01800000),
             outputs=EPOS4_OUTPUTS,
             inputs=EPOS4_INPUTS,

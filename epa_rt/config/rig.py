@@ -68,9 +68,19 @@ class StartupSdo(Frozen):
         return struct.pack("<" + _SDO_CODES[self.type], self.value)
 
 
+AnalogFilter = Literal[
+    "off", "50 Hz", "60 Hz", "IIR 1", "IIR 2", "IIR 3", "IIR 4", "IIR 5", "IIR 6", "IIR 7", "IIR 8"
+]
+
+
+def _filter_word(value: Any) -> Any:
+    """YAML reads ``off`` as false."""
+    return "off" if value is False else value
+
+
 class Slave(Frozen):
     """One slave on the wire, in bus order. EL9011 is an end cap: it may be listed, but it is not a
-    slave.
+    slave. ``filter``: the digital filter of an EL3004, for all its channels.
     """
 
     name: Name
@@ -83,6 +93,15 @@ class Slave(Frozen):
     rated_torque: quantity("N*m", 1e-4, 100.0) = 0.170
     analog_command: AnalogCommand | None = None
     startup: Annotated[tuple[StartupSdo, ...], Field(max_length=64)] = ()
+    filter: Annotated[AnalogFilter, BeforeValidator(_filter_word)] = "off"
+
+    @field_validator("filter")
+    @classmethod
+    def _only_analog_in(cls, value: str, info: ValidationInfo) -> str:
+        device = info.data.get("device")
+        if device not in (None, "EL3004"):
+            raise UnitError(f"found a filter at an {device}, expected it at an EL3004")
+        return value
 
 
 class Cia402Drive(FrozenChoice):
@@ -315,7 +334,10 @@ class I2t(Frozen):
 
 class Safety(Frozen):
     """What the envelope watches beside each row's own limits. ``watchdog``: after how long without
-    a frame the slaves themselves drop their outputs.
+    a frame the slaves themselves drop their outputs. ``lost_cycles``: how many cycles without sound
+    process data may follow each other; ``lost_share``: how much of the time may be such cycles for
+    ever; ``lost_time``: how much beyond that may gather (default 0.6 of ``reaction``).
+    ``position_hold``: how long an encoder or a drive may hold a position before it renews it.
 
     How a run ends: ``rest_timeout`` is the longest wait for the rig to be vented and at rest under
     power, and again without it. A drive that brakes has lost the motor above ``stop_overspeed``
@@ -326,6 +348,9 @@ class Safety(Frozen):
     reaction: Seconds = 0.020
     watchdog: quantity("s", 1e-3, 6.0) = 0.100
     lost_cycles: Annotated[int, Field(ge=1, le=1000)] = 3
+    lost_share: quantity("1", 0.0, 0.9) = 0.1  # sound networks lose none; interference comes short
+    lost_time: Seconds | None = None
+    position_hold: quantity("s", 0.0, 0.1) = 0.002  # encoders on serial lines renew every 2 ms
     i2t: I2t | None = None
     never_together: tuple[tuple[RowName, RowName], ...] = ()
     # an 8 bar muscle of a litre vents in some seconds; more means that an exhaust does not open
@@ -339,11 +364,16 @@ class Safety(Frozen):
 
 
 class Overrun(Frozen):
-    """When a cycle counts as late, and what to do about it."""
+    """When a cycle counts as late, and what to do about it: ``policy`` once ``in_a_row`` follow
+    each other. A loop that is late for more than ``late_share`` of the time, by ``late_time``,
+    ends the run under every policy (``count``: as ``stop``).
+    """
 
     late: Seconds = 0.0003
     policy: Literal["count", "stop", "trip"] = "count"
     in_a_row: Annotated[int, Field(ge=1, le=100_000)] = 5
+    late_share: quantity("1", 0.0, 0.9) = 0.8  # a busy machine is often late, never always
+    late_time: quantity("s", 1e-3, 3600.0) = 1.0  # a busy machine's stalls are shorter
 
 
 class Realtime(Frozen):

@@ -98,7 +98,7 @@ def run(
     A first fault of this program brakes by the envelope, as a trip does; a second one only closes.
     """
     overruns, gaps, now, broken, lost_bus = (
-        Overruns(rig.overrun),
+        Overruns(rig.overrun, rig.period_s),
         Gaps(),
         _Now(encoder.safe_raw),
         "",
@@ -157,7 +157,7 @@ def _exchange_until_done(
             flags = FLAG_WORKING_COUNTER_OK if bus_ok else 0
             if (not bus_ok or gaps.in_a_row) and (sentence := gaps.step(bus_ok)):
                 recording.event(cycle, t_ns, "gap", sentence)
-            if lateness_ns or overruns.in_a_row or request or recording.failure:
+            if lateness_ns or overruns.level_s or request or recording.failure:
                 flags |= _judge(cycle, lateness_ns, request, recording, overruns, envelope)
             stopped = stopped or request != 0 or overruns.wants_stop
             command = _step(supervisor, cycle, measured, stopped, bus_ok)
@@ -267,12 +267,7 @@ def _judge(
     if overruns.count > before:
         flags |= FLAG_OVERRUN
     if policy == "trip":
-        envelope.trip(
-            "overrun",
-            "",
-            f"{overruns.in_a_row} late cycles in a row, the last by {lateness_ns / 1e6:.3f} ms",
-            cycle,
-        )
+        envelope.trip("overrun", "", overruns.text, cycle)
     if request >= STOP:
         flags |= FLAG_STOP_REQUESTED
     if request >= STOP_AT_ONCE:
@@ -332,7 +327,7 @@ def _result(
     elif now.stopped:
         outcome, cause = (
             "stopped",
-            ("overruns" if overruns.wants_stop else "the operator asked to stop"),
+            (f"overruns: {overruns.text}" if overruns.wants_stop else "the operator asked to stop"),
         )
     else:
         outcome, cause = "completed", ""

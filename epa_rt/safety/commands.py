@@ -2,7 +2,7 @@
 jump.
 """
 
-from epa_rt.config.rig import Rig
+from epa_rt.config.rig import Cia402Drive, Rig
 
 INFINITE = float("inf")
 ENABLE_OPERATION = 0x0F
@@ -36,14 +36,16 @@ class CommandGate:
             words, modes = words | {START_HOMING}, frozenset((0, HOMING_MODE))
         self.outputs = {row.name: row.safe for row in rig.outputs}
         self._safe = dict(self.outputs)
-        bus = rig.drive.interface == "cia402"
-        self._mode = rig.drive.mode if bus else None
+        drive = rig.drive
+        self._mode = drive.mode if isinstance(drive, Cia402Drive) else ""
         self._power_row, self._power_on = (
-            (rig.drive.control_word, (ENABLE_OPERATION, START_HOMING))
-            if bus
-            else (rig.drive.enable, (1.0,))
+            (drive.control_word, (float(ENABLE_OPERATION), float(START_HOMING)))
+            if isinstance(drive, Cia402Drive)
+            else (drive.enable, (1.0,))
         )
-        self._analog, self._switches, self._words = [], [], []
+        self._analog: list[tuple[str, float, float, float]] = []
+        self._switches: list[str] = []
+        self._words: list[tuple[str, frozenset[int]]] = []
         for row in rig.outputs:
             if row.name.endswith("_raw"):
                 self._words.append((row.name, modes if row.name == self._mode else words))
@@ -58,7 +60,7 @@ class CommandGate:
         motor = rig.motor
         self._target, self._position = motor.position_target, motor.position
         self._rates = tuple(name for name in (motor.speed_target, motor.torque_target) if name)
-        self.jump_si = JUMP_S * rig.row(self._target).slew if self._target else 0.0
+        self.jump_si = JUMP_S * (rig.row(self._target).slew or 0.0) if self._target else 0.0
         self._brake = motor.brake.output if motor.brake else None
         self.powered = self._follows = self._holds = False
         self.mode_under_power = 0.0  # of a drive on the bus; it does not change under power

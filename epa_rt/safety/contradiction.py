@@ -4,7 +4,7 @@ while it moves.
 
 from epa_rt.config.rig import Rig
 
-JUMP_SHARE = 1.5  # of what the speed row's limit allows in the time since the last good cycle
+JUMP_SHARE = 1.5  # of what the speed row's limit allows in the time between two positions
 APART_S = 0.004  # of travel at that limit, by which the two may differ: the drive filters its speed
 FORGET_S = 0.050  # an error of the speed's scale must not add up for ever
 
@@ -16,6 +16,9 @@ class MotionCheck:
     speaks.
 
     The difference between travel and integrated speed is kept with a fading memory; both in SI.
+    A speed that is off by d m/s is found after -FORGET_S ln(1 - APART_S limit / (FORGET_S d)), and
+    not at all where d is less than APART_S / FORGET_S of the limit, 8 %. A position that stands is
+    off by the whole speed, one of the wrong sign by twice that.
     """
 
     def __init__(self, rig: Rig):
@@ -23,39 +26,65 @@ class MotionCheck:
         limits = rig.row(motor.speed).limits if motor.speed else None
         self._speaks = limits is not None
         self._fastest = max(abs(limits[0]), abs(limits[1])) if limits is not None else 0.0
-        self._position, self._speed, self._dt_s = motor.position, motor.speed, rig.period_s
-        self._keep = 1.0 - rig.period_s / FORGET_S
+        self._position, self._speed, self._dt_s = motor.position, motor.speed or "", rig.period_s
+        self._jump = JUMP_SHARE * self._fastest
+        self._most_apart = APART_S * self._fastest
+        self._hold_s = rig.safety.position_hold
         self._last: float | None = None
-        self._apart, self._cycles, self._last_ns = 0.0, 0, 0
+        self._last_speed = self._apart = self._age_s = 0.0
+        self._cycles_s, self._last_ns = self._dt_s, 0
 
     def step(self, measured: dict[str, float], bus_ok: bool, now_ns: int = 0) -> Refusal | None:
-        """Takes one cycle that was read at ``now_ns``. Without ``bus_ok`` the values are old and
-        only the time goes on.
+        """Takes one cycle that was read at ``now_ns`` (0: by a backend without a clock). Without
+        ``bus_ok`` the values are old and only the time goes on.
 
-        A loop that wakes late reads positions that are further apart: what has passed is the longer
-        of cycles and clock.
+        The speed counts for the time between two sound reads, by the clock: cycles that come late
+        and those behind them have no bias. What it did between the two reads is known no better
+        than by half its change. A jump is what no time that may have passed between the two
+        positions allows: cycles or clock, or as long as the last position may have been held.
         """
         if not self._speaks:
             return None
-        self._cycles += 1
         if not bus_ok:
+            self._cycles_s += self._dt_s
             return None
-        position, elapsed_s = (
-            measured[self._position],
-            max(self._cycles * self._dt_s, 1e-9 * (now_ns - self._last_ns)),
-        )
-        last, self._last, self._cycles, self._last_ns = self._last, position, 0, now_ns
+        position, speed, last = measured[self._position], measured[self._speed], self._last
+        elapsed_s, longest_s = 1e-9 * (now_ns - self._last_ns), self._cycles_s
+        change, self._last_speed = speed - self._last_speed, speed
+        self._last, self._cycles_s, self._last_ns = position, self._dt_s, now_ns
         if last is None:
             return None
+        if elapsed_s > longest_s:
+            longest_s = elapsed_s
+        elif elapsed_s <= 0.0:
+            elapsed_s = longest_s
         moved = position - last
-        self._apart = self._keep * self._apart + moved - measured[self._speed] * elapsed_s
-        if not abs(moved) <= JUMP_SHARE * self._fastest * elapsed_s:
+        unknown = 0.5 * abs(change) * elapsed_s
+        difference = moved - (speed - 0.5 * change) * elapsed_s
+        if difference > unknown:
+            difference -= unknown
+        elif difference < -unknown:
+            difference += unknown
+        elif difference == difference:  # what is not a number stays
+            difference = 0.0
+        if elapsed_s < FORGET_S:
+            difference += (1.0 - elapsed_s / FORGET_S) * self._apart
+        self._apart = difference
+        held_s = self._age_s + longest_s
+        self._age_s = longest_s if moved else held_s
+        if abs(moved) <= self._jump * longest_s and abs(difference) <= self._most_apart:
+            return None
+        return self._judge(moved, max(longest_s, min(held_s, self._hold_s)))
+
+    def _judge(self, moved: float, could_move_s: float) -> Refusal | None:
+        """What is too far for one cycle: a jump, unless the last position may have been held."""
+        if not abs(moved) <= self._jump * could_move_s:
             return (
                 "position jump",
                 self._position,
-                f"{self._position} jumped by {moved:.4g} in {1e3 * elapsed_s:g} ms",
+                f"{self._position} jumped by {moved:.4g} in {1e3 * could_move_s:g} ms",
             )
-        if not abs(self._apart) <= APART_S * self._fastest:
+        if not abs(self._apart) <= self._most_apart:
             text = f"{self._position} and {self._speed} contradict each other by {self._apart:.4g}"
             return "contradiction", self._position, text
         return None

@@ -8,6 +8,7 @@ the stop outputs (brake and hold under power) or the safe ones.
 from collections.abc import Callable
 
 from epa_rt.config.rig import Rig
+from epa_rt.safety.bus_budget import BusBudget
 from epa_rt.safety.commands import CommandGate
 from epa_rt.safety.contradiction import MotionCheck
 from epa_rt.safety.stopping import Stopping
@@ -35,7 +36,7 @@ class Envelope:
         self._reason, self._motion = reason, MotionCheck(rig)
         self._has_begun = False
         self._safe = {row.name: row.safe for row in rig.outputs}
-        self._lost, self._lost_allowed = 0, rig.safety.lost_cycles
+        self._budget = BusBudget(rig)
         self._names = tuple(row.name for row in rig.inputs)
         self._watched = [
             (row.name, *(row.limits or (-INFINITE, INFINITE)), row.si_unit)
@@ -43,7 +44,7 @@ class Envelope:
             if not row.name.endswith("_raw")
         ]
         i2t = rig.safety.i2t
-        self._current = i2t.current if i2t else None
+        self._current = i2t.current if i2t else ""
         self._thermal = (
             ThermalLimit(i2t.continuous, i2t.time_constant, rig.period_s) if i2t else None
         )
@@ -76,11 +77,12 @@ class Envelope:
         not what it led to.
         """
         powered = self.gate.powered  # by what was sent last
+        lost = "" if bus_ok and self._budget.clear else self._budget.step(bus_ok, now_ns)
         if self.tripped is not None:
-            self._lost = 0 if bus_ok else self._lost + 1
             apart = self._motion.step(measured, bus_ok, now_ns)
         else:
-            self._check_bus(cycle, bus_ok)
+            if lost:
+                self.trip("lost working counter", "", lost, cycle)
             self._check_measured(cycle, measured, invalid, stale)
             apart = self._motion.step(measured, bus_ok, now_ns)
             if apart is not None:
@@ -93,7 +95,9 @@ class Envelope:
         if not self._has_begun:
             self._has_begun = True
             self.stopping.begin(self.gate, powered)
-        return self._stop(bus_ok, measured, invalid, stale, apart)
+        if not lost and apart is not None:
+            lost = apart[2]
+        return self.stopping.step(measured, bus_ok, lost, invalid, stale)
 
     def _pass_through(self, measured: dict[str, float], command: dict[str, float]) -> Fault | None:
         try:
@@ -106,30 +110,6 @@ class Envelope:
         """The safe outputs; nothing brakes any more."""
         self.stopping.fall("")
         return self._safe
-
-    def _stop(
-        self,
-        bus_ok: bool,
-        measured: dict[str, float],
-        invalid: int,
-        stale: int,
-        apart: Fault | None,
-    ) -> dict[str, float]:
-        lost = ""
-        if self._lost >= self._lost_allowed:
-            lost = f"the working counter was wrong in {self._lost} cycles in a row"
-        elif apart is not None:
-            lost = apart[2]
-        return self.stopping.step(measured, bus_ok, lost, invalid, stale)
-
-    def _check_bus(self, cycle: int, bus_ok: bool) -> None:
-        if bus_ok:
-            self._lost = 0
-            return
-        self._lost += 1
-        if self._lost >= self._lost_allowed:
-            text = f"the working counter was wrong in {self._lost} cycles in a row"
-            self.trip("lost working counter", "", text, cycle)
 
     def _check_measured(
         self, cycle: int, measured: dict[str, float], invalid: int, stale: int

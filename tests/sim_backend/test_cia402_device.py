@@ -185,8 +185,8 @@ def test_a_drive_with_fewer_entries_takes_the_missing_ones_as_zero():
     on = edited(
         "bench",
         (
-            "rated_torque: 170 mNm,",
-            "rated_torque: 170 mNm, outputs: [control_word, mode, target_position],",
+            "rated_torque: 170 mNm}",
+            "rated_torque: 170 mNm, outputs: [control_word, mode, target_position]}",
         ),
         (
             (

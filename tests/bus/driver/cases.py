@@ -134,6 +134,18 @@ def lose_frames(bus, skip: int, count: int) -> None:
     bus.receive = receive
 
 
+def lose_two_of_three(bus) -> None:
+    """From now on, of the process-data frames."""
+    inner, seen = bus.receive, itertools.count()
+
+    def receive(frame: bytearray, now_ns: int) -> bool:
+        before = bus.counters.process_frames
+        answered = inner(frame, now_ns)
+        return answered and (bus.counters.process_frames == before or next(seen) % 3 == 2)
+
+    bus.receive = receive
+
+
 def watch_outputs(bus) -> None:
     """Keeps every output image that acts while the drive has power coming on."""
     bus.seen = []
@@ -175,6 +187,15 @@ def refused(
         present[2], present[3] = present[3], present[2]
     elif change == "extra":
         present.insert(2, Slave(name="extra", device="EL2124"))
+    elif change == "startup":
+        sdo = _sdo(f"0x{index:04X}:{subindex:02X}", "i16", value)
+        typed = with_slaves(
+            typed,
+            [
+                one.model_copy(update={"startup": (sdo,)}) if one.name == slave else one
+                for one in typed.bus
+            ],
+        )
     elif change == "revision":
         at = [s.name for s in present].index(slave)
         present[at] = present[at].model_copy(update={"revision": value})
@@ -235,6 +256,24 @@ def object_value(bus, slave: str, index: int, subindex: int) -> int:
     return int.from_bytes(
         bus.slaves[slave].dictionary.objects[index].items[subindex].value, "little"
     )
+
+
+def reactions_written(zero_at: str) -> dict:
+    """What stands in drive and analog terminal once the bus is in OP, and what was noted."""
+    from epa_rt.config.rig import Zero
+
+    typed = load_rig(ROOT / "config/rigs/bench.yaml")
+    zero = Zero.model_validate({"method": "here", "at": zero_at})
+    typed = typed.model_copy(update={"motor": typed.motor.model_copy(update={"zero": zero})})
+    with emulated(typed, lock_step=True) as bus:
+        backend = EthercatBackend(typed, MASTER_END, lock_step=True)
+        backend.open()
+        events = [text for _kind, text, _data in backend.events]
+        indices = (0x6007, 0x605A, 0x605B, 0x605C, 0x605E, 0x6084, 0x6085, 0x6065)
+        drive = {f"0x{i:04X}": bus.do(object_value, "drive", i, 0) for i in indices}
+        enabled = bus.do(object_value, "analog_in", 0x8000, 6)
+        backend.close()
+    return {"drive": drive, "filter": enabled, "events": events}
 
 
 def _sdo(place: str, kind: str, value: int):
@@ -436,12 +475,13 @@ def troubled(
     at: int = 1500,
     real_time: bool = False,
     rig: str = "bench",
+    lost_s: float = LOST_S,
 ) -> dict:
     """A run in which something happens to the bus ``at`` a cycle; how it ended and what the log
     would say. In lock step unless ``real_time``: nothing of it depends on when this machine lets
     somebody run.
     """
-    drivers.backend._LOCK_STEP_TIMEOUT_S = LOST_S
+    drivers.backend._LOCK_STEP_TIMEOUT_S = lost_s
     inputs = _short(rig)
     rig = (
         patient(inputs.rig, recovery=recovery)
@@ -467,6 +507,7 @@ def troubled(
         "outcome": result.outcome,
         "cause": result.cause,
         "cycles": result.cycles,
+        "tripped_at": result.trip.cycle if result.trip else None,
         "confirmed": result.confirmed,
         "drive_off": backend.drive_off,
         "outputs_after": after["outputs"],
@@ -502,6 +543,8 @@ class Troubling:
                 self._bus.do(fall, self._slave, self._code)
             elif self._trouble == "lose":
                 self._bus.do(lose_frames, 5, self._code)
+            elif self._trouble == "lose_two_of_three":
+                self._bus.do(lose_two_of_three)
         return exchange
 
     def close(self) -> None:
@@ -594,3 +637,127 @@ def wrong_images() -> dict:
         except BackendError as error:
             sentences.append(str(error))
     return {"sentences": sentences, "fine": fine}
+
+
+# one master
+
+
+def second_masters(tries: int) -> dict:
+    """A run's bus in OP; scans and second backends beside it, in processes of their own; then what
+    the run's own cycles saw of it.
+    """
+    import subprocess
+    import sys
+
+    typed = rig_named("bench")
+    commands = [
+        [sys.executable, "-m", "epa_rt", "scan", "--interface", MASTER_END],
+        [
+            sys.executable,
+            "-c",
+            "import sys\n"
+            "from drivers.backend import EthercatBackend\n"
+            "from epa_rt.backend import BackendError\n"
+            "from epa_rt.config.rig import load_rig\n"
+            "try:\n"
+            f"    EthercatBackend(load_rig('config/rigs/bench.yaml'), '{MASTER_END}').open()\n"
+            "except BackendError as error:\n"
+            "    sys.exit(str(error))\n",
+        ],
+    ]
+    with emulated(typed, lock_step=True) as bus:
+        backend = EthercatBackend(typed, MASTER_END, lock_step=True)
+        backend.open()
+        before = bus.do(counters)["states"]
+        beside = [
+            subprocess.Popen(
+                commands[k % 2], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT
+            )
+            for k in range(tries)
+        ]
+        bad = 0
+        while any(process.poll() is None for process in beside):
+            bad += not backend.exchange(backend.cycle.safe).working_counter_ok
+        said = [process.communicate()[1] for process in beside]
+        after = bus.do(counters)["states"]
+        backend.close()
+        again = EthercatBackend(typed, MASTER_END, lock_step=True)
+        again.open()
+        again.close()
+    import os
+
+    return {
+        "bad": bad,
+        "before": before,
+        "after": after,
+        "codes": [process.returncode for process in beside],
+        "said": said,
+        "pid": os.getpid(),
+    }
+
+
+def another_machines_master(take_over: bool = False) -> dict:
+    """A bus that somebody drives whose claim is not seen here, then one that he left alone; what a
+    second master says of either.
+    """
+    import threading
+    import time
+
+    typed = rig_named("bench")
+    typed = typed.model_copy(update={"safety": typed.safety.model_copy(update={"watchdog": 0.5})})
+    with emulated(typed) as bus:
+        first = EthercatBackend(typed, MASTER_END)
+        first.open()
+        first._claim.release()
+        ended, cycles = threading.Event(), []
+
+        def drive() -> None:
+            while not ended.is_set():
+                try:
+                    first.exchange(first.cycle.safe)
+                except BackendError:  # it was taken over
+                    return
+                cycles.append(1)
+                time.sleep(0.001)
+
+        driver = threading.Thread(target=drive)
+        driver.start()
+        second, live = EthercatBackend(typed, MASTER_END, False, take_over), ""
+        try:
+            second.open()
+        except BackendError as error:
+            live = str(error)
+        second.close()
+        states = bus.do(counters)["states"]
+        ended.set()
+        driver.join()
+        first._bus.close()  # as a process that is killed does
+        third, dead = EthercatBackend(typed, MASTER_END, False, take_over), ""
+        try:
+            third.open()
+        except BackendError as error:
+            dead = str(error)
+        third.close()
+    return {"live": live, "dead": dead, "states": states, "cycles": len(cycles)}
+
+
+def diagnosed(cycles: int) -> dict:
+    """A bus in OP on whose drive an emergency waits; what the driver tells of it meanwhile, and of
+    the clocks at the end.
+    """
+    typed = rig_named("bench")
+    with emulated(typed) as bus, undisturbed(None):
+        backend = EthercatBackend(typed, MASTER_END)
+        backend.open()
+        backend.events.clear()
+        bus.do(send_emergency, "drive", 0x8611)
+        bad = sum(
+            not backend.exchange(backend.cycle.safe).working_counter_ok for _ in range(cycles)
+        )
+        running = list(backend.events)
+        backend.close()
+    return {"bad": bad, "running": running, "events": backend.events}
+
+
+def send_emergency(bus, slave: str, code: int) -> None:
+    bus.slaves[slave].report(code)

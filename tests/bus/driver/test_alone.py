@@ -1,12 +1,12 @@
-"""A slave that would go on without its master is found before anything moves; rules without a bus,
-then on the emulated one.
+"""An analog output that would go on without its master is found before anything moves; rules
+without a bus, then on the emulated one. The drive: test_reactions.py.
 """
 
 import pytest
 
 from drivers.alone import check_alone
 from epa_rt.backend import BackendError
-from epa_rt.config.rig import Slave, load_rig
+from epa_rt.config.rig import Slave
 from tests.bus.driver.test_driver_bus import bus_case
 
 DRIVE, ANALOG = Slave(name="drive", device="EPOS4"), Slave(name="analog_out", device="EL4034")
@@ -35,24 +35,12 @@ class Objects:
 @pytest.mark.parametrize(
     ("slave", "numbers", "words"),
     [
-        (DRIVE, {(0x6007, 0): 0}, "found 0x6007 = 0 in slave, no action when its master is gone"),
-        (
-            DRIVE,
-            {(0x6007, 0): 0xFFFF},
-            "found 0x6007 = -1 in slave, a reaction that the profile does not know",
-        ),
-        (
-            DRIVE,
-            {(0x6007, 0): 4, (0x605A, 0): 2},
-            "found 0x6007 = 4 in slave, a reaction that the profile does not know",
-        ),
         (
             ANALOG,
             {place: number for place, number in SOUND.items() if place != (0x8010, 0x13)}
             | {(0x8010, 0x05): 2},
             "found 0x8010:05 = 2 in slave, channel 2 holds its voltage",
         ),
-        (DRIVE, {(0x6007, 0): 3, (0x605A, 0): 6}, "found 0x6007 = 3 and 0x605A = 6 in slave"),
         (
             ANALOG,
             SOUND | {(0x8020, 0x05): 2},
@@ -74,8 +62,8 @@ def test_what_would_not_be_safe_is_refused_with_the_line_that_mends_it(slave, nu
     with pytest.raises(
         BackendError,
         match=(
-            r"write it at start by 'startup: \[\{object: 0x(6007:00, type: i16, value:"
-            r" 2|80\d0:\d\d, type: (u8|i16), value: 0)\}\]'"
+            r"write it at start by 'startup: \[\{object: 0x80\d0:\d\d,"
+            r" type: (u8|i16), value: 0\}\]'"
         ),
     ) as found:
         check_alone(Objects(numbers), slave)
@@ -84,34 +72,16 @@ def test_what_would_not_be_safe_is_refused_with_the_line_that_mends_it(slave, nu
 
 @pytest.mark.parametrize(
     ("slave", "numbers"),
-    [
-        (DRIVE, {(0x6007, 0): 1}),
-        (DRIVE, {(0x6007, 0): 2}),
-        (DRIVE, {(0x6007, 0): 3, (0x605A, 0): 2}),
-        (DRIVE, {(0x6007, 0): 3, (0x605A, 0): 0xFFFF}),
-        (ANALOG, SOUND),
-        (ANALOG, SOUND | {(0x8030, 0x05): 1}),
-        (DRIVE.model_copy(update={"outputs": ()}), {(0x6007, 0): 0}),
-    ],
+    [(ANALOG, SOUND), (ANALOG, SOUND | {(0x8030, 0x05): 1}), (DRIVE, {(0x8000, 0x05): 2})],
 )
 def test_what_ends_without_power_passes(slave, numbers):
     assert check_alone(Objects(numbers), slave) == []
 
 
-@pytest.mark.parametrize(
-    ("slave", "numbers", "count"), [(DRIVE, {}, 1), (ANALOG, {}, 4), (DRIVE, {(0x6007, 0): 3}, 1)]
-)
+@pytest.mark.parametrize(("slave", "numbers", "count"), [(DRIVE, {}, 0), (ANALOG, {}, 4)])
 def test_what_is_not_told_is_a_note(slave, numbers, count):
     notes = check_alone(Objects(numbers), slave)
     assert len(notes) == count and all("not tell" in note for note in notes)
-
-
-@pytest.mark.parametrize("name", ["bench", "knee", "knee_geared", "mass"])
-def test_every_rig_that_drives_over_the_bus_asks_its_drive_for_voltage_off(name):
-    drive = next(
-        slave for slave in load_rig(f"config/rigs/{name}.yaml").bus if slave.device == "EPOS4"
-    )
-    assert [(sdo.place, sdo.value) for sdo in drive.startup] == [((0x6007, 0), 2)]
 
 
 @pytest.mark.network
@@ -119,7 +89,6 @@ def test_every_rig_that_drives_over_the_bus_asks_its_drive_for_voltage_off(name)
 @pytest.mark.parametrize(
     ("slave", "index", "subindex", "value", "size", "words"),
     [
-        ("drive", 0x6007, 0, 0, 2, "found 0x6007 = 0 in drive (slave 5, EPOS4)"),
         (
             "analog_out",
             0x8010,
@@ -127,7 +96,7 @@ def test_every_rig_that_drives_over_the_bus_asks_its_drive_for_voltage_off(name)
             2,
             1,
             "found 0x8010:05 = 2 in analog_out (slave 4, EL4034), channel 2 holds",
-        ),
+        )
     ],
 )
 def test_on_the_bus_it_is_named_and_gets_no_output(slave, index, subindex, value, size, words):

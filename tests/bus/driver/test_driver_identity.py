@@ -97,6 +97,21 @@ def test_a_revision_and_a_product_that_the_rig_file_names():
     assert differences(tried, [*slaves[:4], found("EPOS4", 0x02000000)]) == []
 
 
+@pytest.mark.parametrize(
+    ("place", "product", "revision"),
+    [
+        (0, 0x044C2C52, 0x00000000),
+        (0, 0x044C2C52, 0x00100000),
+        (4, 0x61500000, 0x01800000),
+        (4, 0x69500000, 0x01700000),
+    ],
+)
+def test_revisions_and_products_that_exist_are_accepted(place, product, revision):
+    slaves = bus(*NAMES)
+    slaves[place] = Found(slaves[place].vendor, product, revision)
+    assert differences(RIG, slaves) == []
+
+
 def test_every_known_product_is_recognised():
     assert {
         device_of(Found(d.vendor, product, 0)) for d in DEVICES.values() for product in d.products

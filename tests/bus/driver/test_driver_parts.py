@@ -119,10 +119,17 @@ def test_a_frame_is_lost_in_time_for_the_reaction():
             " of 20 ms"
         ),
         (
+            "two of three cycles lost are noticed after 476 ms (lost_time, lost_share), later than"
+            " the reaction time of 20 ms"
+        ),
+        (
             "a slave that left OP is noticed after up to 50 ms (states_every), later than the"
             " reaction time of 20 ms"
         ),
     ]
+    for change in ({"lost_time": 0.013}, {"lost_share": 0.3}, {"lost_share": 0.7}):
+        lax = rig.model_copy(update={"safety": rig.safety.model_copy(update=change)})
+        assert ["two of three" in note for note in slow_to_notice(lax)] == [True]
 
 
 def test_a_closed_backend_exchanges_nothing_and_closes_twice():

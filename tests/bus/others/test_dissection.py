@@ -230,8 +230,8 @@ def test_objects_on_the_wire_are_those_of_rig_and_driver(seen):
 
 
 def test_no_object_is_asked_for_in_the_cycle(seen):
-    """From the first frame of process data to the last one with outputs nothing but cycles and AL
-    states passes.
+    """From the first frame of process data to the last one with outputs nothing but cycles, AL
+    states, full mailboxes (none was) and clock differences passes; the last two rarely.
     """
     numbers = [
         int(row["frame.number"])
@@ -240,7 +240,10 @@ def test_no_object_is_asked_for_in_the_cycle(seen):
     inside = f"frame.number > {numbers[0]} && frame.number < {numbers[-1]}"
     assert dissected.tshark(seen.capture, ["frame.number"], f"{inside} && ecat_mailbox") == []
     rows = dissected.tshark(seen.capture, ["ecat.ado"], f"{inside} && !(ecat.sub1.cmd == 0x0c)")
-    assert {int(part, 0) for row in rows for part in row["ecat.ado"].split("|")} <= {0x0120, 0x0130}
+    asked = [int(part, 0) for row in rows for part in row["ecat.ado"].split("|")]
+    rare = [register for register in asked if register in (0x080D, 0x092C)]
+    assert set(asked) - set(rare) <= {0x0120, 0x0130}
+    assert 0 < len(rare) < 0.05 * CYCLES
 
 
 def test_the_reference_clock_is_dissected_and_goes_on(seen):
