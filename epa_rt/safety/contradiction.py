@@ -31,7 +31,8 @@ class MotionCheck:
         self._most_apart = APART_S * self._fastest
         self._hold_s = rig.safety.position_hold
         self._last: float | None = None
-        self._last_speed = self._apart = self._age_s = 0.0
+        self._last_speed = self._apart = 0.0
+        self._age_s = self._hold_s  # of a position that was there before the first read
         self._cycles_s, self._last_ns = self._dt_s, 0
 
     def step(self, measured: dict[str, float], bus_ok: bool, now_ns: int = 0) -> Refusal | None:

@@ -52,9 +52,6 @@ EXPERIMENTS = {
 }
 # A reference is met two cycles and the drive's lag later: at 2 ms that is up to 2 ms more.
 ALLOWED = {2.0: 1.6, 0.5: 1.05, 0.25: 1.05}
-HELD = pytest.mark.xfail(
-    strict=True, reason="the encoder's hold of 2 ms is taken for a jump at 0.25 ms"
-)
 
 
 class Tracking(Memory):
@@ -86,12 +83,7 @@ def run_at(rig: str, period_ms: float) -> tuple[str, str, float]:
 
 
 @pytest.mark.parametrize(
-    ("rig", "period_ms"),
-    [
-        pytest.param(rig, period, marks=HELD if (rig[:5], period) == ("bench", 0.25) else ())
-        for rig in EXPERIMENTS
-        for period in ALLOWED
-    ],
+    ("rig", "period_ms"), [pytest.param(rig, period) for rig in EXPERIMENTS for period in ALLOWED]
 )
 def test_a_run_completes_and_tracks_at_any_period(rig, period_ms):
     outcome, cause, error = run_at(rig, period_ms)
