@@ -22,6 +22,7 @@ from epa_rt.config.fields import (
     written,
 )
 from epa_rt.config.rig_rows import SignalRow, si_unit_of
+from epa_rt.config.rig_sensors import MuscleLaw, Sensors
 from epa_rt.config.units import UnitError, parse_quantity
 
 RowName = Name
@@ -253,6 +254,7 @@ class Muscle(Frozen):
     exhaust: RowName
     pressure_max: Pressure
     valves: Valves = Valves()
+    law: MuscleLaw | None = None
 
 
 class I2t(Frozen):
@@ -275,6 +277,7 @@ class Safety(Frozen):
     lost_cycles: Annotated[int, Field(ge=1, le=1000)] = 3
     i2t: I2t | None = None
     never_together: tuple[tuple[RowName, RowName], ...] = ()
+    sensors: Sensors = Sensors()
 
 
 class Overrun(Frozen):

@@ -13,6 +13,7 @@ from epa_rt.control.valve import SetAndHold, ValveState
 from epa_rt.experiments.sequence import Sequence
 from epa_rt.loop.drives import Drive
 from epa_rt.loop.following import Following
+from epa_rt.safety.at_rest import AtRest
 
 STATES = ("bring_up", "enable", "run", "stop", "disable", "safe", "done")
 BRING_UP, ENABLE, RUN, STOP, DISABLE, SAFE, DONE = range(7)
@@ -61,6 +62,7 @@ class Supervisor:
         self._following = Following(rig, tuple((valves[m.name], m.name) for m in rig.muscles))
         self.motions, self._motion = motions, next(iter(motions.values()))
         self._drive, self._dt_s = drive, rig.period_s
+        self._sensors_at_rest = AtRest(rig)
         self._valves = [
             (valves[m.name], m.name, m.pressure, m.inlet, m.exhaust, f"est_{m.pressure}")
             for m in rig.muscles
@@ -130,9 +132,13 @@ class Supervisor:
     def _bring_up(self, measured: dict[str, float], stop: bool) -> None:
         self._rest(measured)
         self._drive.step(measured, self.command)
+        self._sensors_at_rest.step(measured, self._bus_ok)
         if stop:
             self._enter(DISABLE)
-        elif self._age >= self._cycles[BRING_UP]:
+        elif self._sensors_at_rest.refusal is not None:
+            self.fault = self._sensors_at_rest.refusal
+        elif self._age >= self._cycles[BRING_UP] and self._sensors_at_rest.done:
+            self.events += self._sensors_at_rest.hints
             self.sequence.begin(measured)
             self._drive.enable()
             self._enter(ENABLE)

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from epa_rt.config.rig import Rig
 from epa_rt.safety.commands import CommandGate
 from epa_rt.safety.contradiction import MotionCheck
+from epa_rt.safety.in_motion import InMotion
 from epa_rt.safety.thermal import ThermalLimit
 from epa_rt.safety.trip import OVER_RANGE_CAUSE, Trip
 
@@ -27,6 +28,7 @@ class Envelope:
         self.tripped: Trip | None = None
         self.gate = CommandGate(rig)
         self._reason, self._motion = reason, MotionCheck(rig)
+        self._in_motion = InMotion(rig)
         self._safe = {row.name: row.safe for row in rig.outputs}
         self._lost, self._lost_allowed = 0, rig.safety.lost_cycles
         self._names = tuple(row.name for row in rig.inputs)
@@ -66,6 +68,8 @@ class Envelope:
             self._check_measured(cycle, measured, invalid, stale)
         if self.tripped is None:
             contradiction = self._motion.step(measured, bus_ok, now_ns)
+            if contradiction is None:
+                contradiction = self._in_motion.step(measured, self.gate.outputs, bus_ok)
             if contradiction is not None:
                 self.trip(*contradiction, cycle)
         if self.tripped is None:

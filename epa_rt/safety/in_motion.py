@@ -1,0 +1,57 @@
+"""Sensors in motion: each law in turn, one per cycle, so that all of them cost a microsecond."""
+
+from collections.abc import Callable
+
+from epa_rt.config.rig import Rig
+from epa_rt.safety.gas_watch import ExchangeWatch, GasWatch, Refusal
+from epa_rt.safety.motion_watch import CurrentWatch, JointWatch, LawWatch
+from epa_rt.safety.muscle_law import geometry_of
+
+ROUND_S = 0.008  # in which every law is asked once: a tenth of the time that a burst may take
+
+Law = Callable[[dict[str, float], dict[str, float]], Refusal | None]
+
+
+class InMotion:
+    """``step`` once per cycle with the outputs that were out; a refusal, or None."""
+
+    def __init__(self, rig: Rig):
+        count = max(round(ROUND_S / rig.period_s), 1)
+        laws = self._laws(rig, count * rig.period_s)
+        self._round: list[tuple[Law, ...]] = [() for _ in range(count)]
+        for i, law in enumerate(laws):
+            at = i * count // len(laws)
+            self._round[at] = (*self._round[at], law)
+        self._at, self._count = 0, count
+
+    @staticmethod
+    def _laws(rig: Rig, dt_s: float) -> list[Law]:
+        laws: list[Law] = [GasWatch(muscle, rig, dt_s).step for muscle in rig.muscles]
+        if len(rig.muscles) == 2:
+            laws.append(ExchangeWatch(rig.muscles, dt_s).step)
+        pulls_spool = None
+        for muscle in rig.muscles:
+            geometry = geometry_of(muscle, rig)
+            if muscle.law is not None and geometry is not None and muscle.law.force:
+                laws.append(LawWatch(muscle, geometry, rig, dt_s).step)
+                pulls_spool = muscle.law.force if muscle.law.per_travel > 0.0 else pulls_spool
+        if rig.motor.current and rig.motor.speed:
+            laws.append(CurrentWatch(rig, pulls_spool, dt_s).step)
+        if rig.joint and rig.muscles:
+            laws.append(JointWatch(rig, dt_s).step)
+        return laws
+
+    def step(
+        self, measured: dict[str, float], outputs: dict[str, float], bus_ok: bool
+    ) -> Refusal | None:
+        """Asks the laws whose turn it is. Without ``bus_ok`` the values are old: nobody is
+        asked.
+        """
+        at = self._at
+        self._at = at + 1 if at + 1 < self._count else 0
+        if bus_ok:
+            for law in self._round[at]:
+                refusal = law(measured, outputs)
+                if refusal is not None:
+                    return refusal
+        return None
