@@ -12,6 +12,13 @@ from typing import Any
 from epa_rt.config.rig import Rig
 from epa_rt.models.plant_file import PlantFile
 from sim_backend.fault_effects import EFFECTS, Effect
+from sim_backend.sensor_faults import (
+    Burst,
+    HosesExchanged,
+    PressuresExchanged,
+    SensorGain,
+    SensorOffset,
+)
 from sim_backend.rig_model import RigModel
 
 
@@ -69,6 +76,22 @@ PLANT_FAULTS: dict[str, FaultKind] = {
     "encoder_jump": FaultKind(
         "the encoder jumps by this many counts; the drive believes it", "", 2000.0, "counts"
     ),
+}
+
+
+PLANT_FAULTS |= {
+    "sensor_gain": FaultKind("a sensor reads this many times its value", "input row", 0.8, "1"),
+    "sensor_offset": FaultKind("this is added to a sensor's value", "input row", 0.0, "SI"),
+    "pressures_exchanged": FaultKind("the wires of two muscles' pressure sensors are exchanged"),
+    "hoses_exchanged": FaultKind("two muscles' hoses are exchanged behind valves and sensors"),
+    "burst": FaultKind("a muscle bursts: it loses air as `leak` says", "muscle", 50.0, "1/s"),
+}
+EFFECTS |= {
+    "sensor_gain": SensorGain,
+    "sensor_offset": SensorOffset,
+    "pressures_exchanged": PressuresExchanged,
+    "hoses_exchanged": HosesExchanged,
+    "burst": Burst,
 }
 
 

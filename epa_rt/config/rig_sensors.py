@@ -106,6 +106,11 @@ class Sensors(Frozen):
     valve_dead_time: quantity("s", 1e-3, 1.0) = 0.10
     # gas shut in, reckoned by its volume: heat explains less within half a second
     sealed: quantity("1", 0.01, 1.0) = 0.15
+    # pressure over volume, of what the geometry says: dead volume makes it 0.6, fast compression 1.4,
+    # a length that is 2 mm off a third more or less of either
+    volume_slope: Annotated[tuple[float, float], Field(description="least and most")] = (0.25, 2.3)
+    # no valve of this size and no motion changes a pressure faster; a jump of the reading does
+    pressure_rate_max: quantity("Pa/s", 1e4, 1e9) = 2.5e6
     # a fill slows towards the supply; slower than this share of what the reading explains: the
     # reading is low. Heat and the regulator's droop explain 0.7
     fill_slows: quantity("1", 0.0, 1.0) = 0.60

@@ -19,7 +19,8 @@ class AtRest:
 
     def __init__(self, rig: Rig):
         self._rig, self._sensors = rig, rig.safety.sensors
-        self.done, self.refusal = False, None
+        self.done = False
+        self.refusal: Refusal | None = None
         self.hints: list[Hint] = []
         self._names = tuple(row.name for row in rig.inputs if not row.name.endswith("_raw"))
         self._pressures = tuple(muscle.pressure for muscle in rig.muscles)
@@ -30,7 +31,6 @@ class AtRest:
         self._sums = dict.fromkeys(self._names, 0.0)
         self._mean: dict[str, float] = {}
         self._cycles = self._blocks = 0
-        self.refusal: Refusal | None
 
     def step(self, measured: dict[str, float], bus_ok: bool) -> None:
         """Takes one cycle. Without ``bus_ok`` the values are old and do not count."""

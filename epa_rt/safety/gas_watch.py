@@ -5,22 +5,23 @@ supply.
 import math
 
 from epa_rt.config.rig import Muscle, Rig
-from epa_rt.safety.muscle_law import geometry_of
+from epa_rt.safety.muscle_law import MuscleGeometry, geometry_of
 
 CAUSE = "implausible sensor"
 FULL_SHARE = 0.8  # of the supply: above it an open inlet has little left to raise
 CHOKED_SHARE = 0.45  # of the supply: below it the flow into a muscle does not depend on it
 NEAR_SHARE = 0.92  # of the supply: above it the flow is too small to be judged
 CRITICAL_RATIO = 0.3  # of a small solenoid valve, ISO 6358
+UNKNOWN_VOLUME = 1.5  # without the muscle's law its motion looks like gas that comes and goes
+JUMP_FLOOR_PA = 5e3  # four steps of a 12-bit converter: noise is no jump
 STEP_PA = 20e3  # what heat and motion do to a low pressure
-FORGET_S, SLOW_S, WINDOW_S = 3.0, 0.5, 0.10
+FORGET_S, SLOW_S, WINDOW_S = 3.0, 0.5, 0.05
 
 Refusal = tuple[str, str, str]  # cause, signal, sentence
 
 
 class GasWatch:
-    """``step`` once per ``dt_s`` with the last outputs; a refusal, or None. ``excess_pa``: what
-    the gas shut in has lately gained.
+    """``step`` once per ``dt_s`` with the last outputs; a refusal, or None.
 
     Judged is the gas, which is pressure times what the volume makes of it: motion alone changes
     nothing.
@@ -32,13 +33,15 @@ class GasWatch:
         self._geometry = geometry_of(muscle, rig)
         self._dt_s, self._dead_s = dt_s, sensors.valve_dead_time
         self._rise_pa = sensors.fill_rate_min * sensors.valve_dead_time
-        self._sealed, self._slows = sensors.sealed, sensors.fill_slows
+        self._sealed = sensors.sealed * (1.0 if muscle.law else UNKNOWN_VOLUME)
+        self._slows, self._travel = sensors.fill_slows, rig.motor.position
         self._supply_pa = muscle.valves.supply or math.inf
         self._supply_text = (
             f"or the supply below {self._supply_pa / 1e3:.0f} kPa" if muscle.valves.supply else ""
         )
         self._keep, self._follow = 1.0 - dt_s / FORGET_S, dt_s / SLOW_S
-        self.excess_pa = 0.0
+        self._jump_pa = sensors.pressure_rate_max * dt_s + JUMP_FLOOR_PA
+        self._last_pa = math.nan
         self._low_pa = self._slow_pa = self._window_pa = self._read_pa = 0.0
         self._open_s = self._flow_s = self._vent_s = self._shut_s = self._window_s = 0.0
         self._peak_pa_s, self._slow_windows = 0.0, 0
@@ -49,15 +52,21 @@ class GasWatch:
         gas_pa = read_pa
         if self._geometry is not None:
             gas_pa *= self._geometry.volume_ratio(self._geometry.length(measured))
+        change, self._last_pa = gas_pa - self._last_pa, gas_pa
+        if abs(change) > self._jump_pa:
+            return self._refused(
+                f"jumps by {change / 1e3:+.1f} kPa within {1e3 * self._dt_s:.0f} ms",
+                "the pressure sensor and its wire, the muscle (burst, hose off)",
+            )
         if outputs[self._inlet]:
-            self._shut_s = self._vent_s = self.excess_pa = 0.0
+            self._shut_s = self._vent_s = 0.0
             return self._filling(read_pa, gas_pa)
         self._flow_s = 0.0
         self._open_s *= self._keep
         if gas_pa < self._low_pa:
             self._low_pa = gas_pa
         if outputs[self._exhaust]:
-            self._shut_s = self.excess_pa = 0.0
+            self._shut_s = 0.0
             return self._venting(gas_pa)
         self._vent_s = 0.0
         return self._shut_in(read_pa, gas_pa)
@@ -121,14 +130,15 @@ class GasWatch:
         if self._shut_s < 1.5 * self._dead_s:
             self._slow_pa = gas_pa
             return None
-        change = self.excess_pa = gas_pa - self._slow_pa
+        change = gas_pa - self._slow_pa
         self._slow_pa += self._follow * change
         if abs(change) <= max(self._sealed * self._slow_pa, STEP_PA):
             return None
         if change > 0.0:
             return self._refused(
                 f"rises to {read_pa / 1e3:.1f} kPa with both valves shut",
-                f"the inlet (leaks, stuck open), the pressure sensor at {self.pressure}",
+                f"the inlet (leaks, stuck open), {self.pressure}, {self._travel} (its"
+                " calibration: does it move further than it reads?)",
             )
         return self._refused(
             f"falls to {read_pa / 1e3:.1f} kPa with both valves shut",
@@ -185,4 +195,58 @@ class ExchangeWatch:
             f"{other.pressure} rises by {rise / 1e3:.1f} kPa while only {own.inlet} is open, and"
             f" {own.pressure} does not; check the hoses, valves and pressure wires of {own.name}"
             f" and {other.name} (exchanged)",
+        )
+
+
+class VolumeWatch:
+    """Gas shut in follows the muscle's volume: where the muscle is stretched its pressure rises.
+
+    Compared over the last seconds, each against its own slow average: the slope of pressure over
+    what the volume makes of it. About 1 for sound sensors; 0 for a frozen one; another muscle's
+    pressure, or a travel that moves further than it reads, give others.
+    """
+
+    SLOW_S, FORGET_S, REST_S = 1.0, 5.0, 0.5
+    ENOUGH_S = 1e-4  # of squared relative change over time: 1 % for a second
+
+    def __init__(self, muscle: Muscle, geometry: MuscleGeometry, rig: Rig, dt_s: float):
+        sensors = rig.safety.sensors
+        self.pressure, self._inlet, self._exhaust = muscle.pressure, muscle.inlet, muscle.exhaust
+        self._geometry, self._travel = geometry, rig.motor.position
+        self._low, self._high = sensors.volume_slope
+        self._dt_s, self._follow, self._keep = dt_s, dt_s / self.SLOW_S, 1.0 - dt_s / self.FORGET_S
+        self._shut_s = self._squares = self._products = 0.0
+        self._slow_pa = self._slow_ratio = 1.0
+
+    def step(self, measured: dict[str, float], outputs: dict[str, float]) -> Refusal | None:
+        """Takes one sample."""
+        read_pa = measured[self.pressure]
+        ratio = 1.0 / self._geometry.volume_ratio(self._geometry.length(measured))
+        if outputs[self._inlet] or outputs[self._exhaust]:
+            self._shut_s = self._squares = self._products = 0.0
+        self._shut_s += self._dt_s
+        if self._shut_s < self.REST_S:
+            self._slow_pa, self._slow_ratio = read_pa, ratio
+            return None
+        self._slow_pa += self._follow * (read_pa - self._slow_pa)
+        self._slow_ratio += self._follow * (ratio - self._slow_ratio)
+        expected = ratio / self._slow_ratio - 1.0
+        self._squares = self._keep * self._squares + self._dt_s * expected * expected
+        found = read_pa / self._slow_pa - 1.0
+        self._products = self._keep * self._products + self._dt_s * expected * found
+        if self._squares < self.ENOUGH_S:
+            return None
+        if self._low * self._squares <= self._products <= self._high * self._squares:
+            return None
+        slope = self._products / self._squares
+        suspects = (
+            f"{self._travel} (its calibration: does it move further than it reads?)"
+            if slope > self._high
+            else f"{self.pressure} (frozen, another muscle's: hoses exchanged), the way"
+        )
+        return (
+            CAUSE,
+            self.pressure,
+            f"{self.pressure} follows the muscle's volume by {slope:.2f} of what it should; check"
+            f" {suspects}",
         )

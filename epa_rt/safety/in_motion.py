@@ -3,8 +3,8 @@
 from collections.abc import Callable
 
 from epa_rt.config.rig import Rig
-from epa_rt.safety.gas_watch import ExchangeWatch, GasWatch, Refusal
-from epa_rt.safety.motion_watch import CurrentWatch, JointWatch, LawWatch
+from epa_rt.safety.gas_watch import ExchangeWatch, GasWatch, Refusal, VolumeWatch
+from epa_rt.safety.motion_watch import CurrentWatch, JointWatch, LawWatch, TorqueWatch
 from epa_rt.safety.muscle_law import geometry_of
 
 ROUND_S = 0.008  # in which every law is asked once: a tenth of the time that a burst may take
@@ -29,16 +29,22 @@ class InMotion:
         laws: list[Law] = [GasWatch(muscle, rig, dt_s).step for muscle in rig.muscles]
         if len(rig.muscles) == 2:
             laws.append(ExchangeWatch(rig.muscles, dt_s).step)
-        pulls_spool = None
+        pulls_spool: str | None = None
         for muscle in rig.muscles:
             geometry = geometry_of(muscle, rig)
-            if muscle.law is not None and geometry is not None and muscle.law.force:
-                laws.append(LawWatch(muscle, geometry, rig, dt_s).step)
+            if muscle.law is None or geometry is None:
+                continue
+            laws.append(VolumeWatch(muscle, geometry, rig, dt_s).step)
+            if muscle.law.force:
+                laws.append(LawWatch(muscle, muscle.law.force, geometry, rig, dt_s).step)
                 pulls_spool = muscle.law.force if muscle.law.per_travel > 0.0 else pulls_spool
-        if rig.motor.current and rig.motor.speed:
-            laws.append(CurrentWatch(rig, pulls_spool, dt_s).step)
+        current, constant = rig.motor.current, rig.safety.sensors.torque_constant
+        if current and rig.motor.speed:
+            laws.append(CurrentWatch(rig, current, rig.motor.speed).step)
+        if current and pulls_spool and constant:
+            laws.append(TorqueWatch(rig, current, pulls_spool, constant, dt_s).step)
         if rig.joint and rig.muscles:
-            laws.append(JointWatch(rig, dt_s).step)
+            laws.append(JointWatch(rig, rig.joint, dt_s).step)
         return laws
 
     def step(

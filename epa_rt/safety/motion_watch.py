@@ -3,7 +3,7 @@
 import math
 
 from epa_rt.config.devices import DEVICES
-from epa_rt.config.rig import Muscle, Rig
+from epa_rt.config.rig import Joint, Muscle, Rig
 from epa_rt.safety.gas_watch import CAUSE, Refusal
 from epa_rt.safety.muscle_law import MuscleGeometry
 from epa_rt.signals.image import image_of
@@ -11,7 +11,10 @@ from epa_rt.signals.scaling import scaling_of
 
 SPEED_STEP = 0.05  # of the top speed: less is the reading's own ripple
 SPEED_STEPS = 10  # of these with no current at all: no motor does that
-HOLD_S = 0.2  # a holding torque without its current for so long
+MEAN_S = 1.0  # over which torque and force are averaged: inertia and friction turn about within
+SETTLED_S = 2.0  # under power, before the averages are ones
+FROZEN_S = 1.0  # a force that stands to the count while its muscle is stretched
+FROZEN_WAY_M = 0.003
 STILL_M = 0.0004  # standstill, of travel: a few steps of a joint's converter
 STILL_S = 0.2
 WRONG_WAY = 0.15  # of what the lever says, backwards
@@ -23,16 +26,36 @@ class LawWatch:
     muscle pulls.
     """
 
-    def __init__(self, muscle: Muscle, geometry: MuscleGeometry, rig: Rig, dt_s: float):
-        self._pressure, self._force = muscle.pressure, muscle.law.force
+    def __init__(
+        self, muscle: Muscle, force: str, geometry: MuscleGeometry, rig: Rig, dt_s: float
+    ):
+        self._pressure, self._force = muscle.pressure, force
+        self._exhaust = muscle.exhaust
         self._atmosphere_pa, self._geometry = rig.atmosphere_pa, geometry
         self._dt_s, self._allowed_s, self._out_s = dt_s, rig.safety.sensors.law_time, 0.0
         self._travel = rig.motor.position
+        self._held_n, self._held_s = math.nan, 0.0
+        self._shortest = self._longest = 0.0
 
     def step(self, measured: dict[str, float], outputs: dict[str, float]) -> Refusal | None:
-        """Takes one sample; ``outputs`` play no part."""
+        """Takes one sample. A muscle that vents is asked at rest: its gas runs ahead of its
+        sensor.
+        """
+        if outputs[self._exhaust]:
+            self._out_s = 0.0
+            return None
         length = self._geometry.length(measured)
         gauge_pa, force = measured[self._pressure] - self._atmosphere_pa, measured[self._force]
+        if force != self._held_n:
+            self._held_n, self._held_s, self._shortest, self._longest = force, 0.0, length, length
+        elif self._stands(length, gauge_pa):
+            return (
+                CAUSE,
+                self._force,
+                f"{self._force} stands at {force:.1f} N to the count while the muscle's length"
+                f" changes by {1e3 * (self._longest - self._shortest):.1f} mm; check"
+                f" {self._force} (frozen, its wire)",
+            )
         low, high = self._geometry.pull(gauge_pa, length)
         if low <= force <= high:
             self._out_s = 0.0
@@ -60,51 +83,98 @@ class LawWatch:
         )
 
 
-class CurrentWatch:
-    """A motor that speeds up, slows down or holds a pull takes current. ``force``: the row of the
-    muscle that pulls the spool, or None.
-    """
+    def _stands(self, length: float, gauge_pa: float) -> bool:
+        """Whether the pull has stood to the count for long, of a muscle that pulls and moves."""
+        if gauge_pa < self._geometry.threshold_pa or length < self._geometry.taut_m:
+            self._held_n = math.nan
+            return False
+        self._held_s += self._dt_s
+        if length < self._shortest:
+            self._shortest = length
+        elif length > self._longest:
+            self._longest = length
+        return (
+            self._held_s >= FROZEN_S
+            and self._longest - self._shortest > FROZEN_WAY_M
+        )
 
-    def __init__(self, rig: Rig, force: str | None, dt_s: float):
-        sensors, motor = rig.safety.sensors, rig.motor
-        self._current, self._speed, self._force = motor.current, motor.speed, force
-        self._zero_a = sensors.current_zero_hint
-        self._step = SPEED_STEP * motor.speed_max
-        bus = rig.drive.interface == "cia402"
-        self._power = rig.drive.control_word if bus else rig.drive.enable
-        self._on = float(POWERED) if bus else 1.0
-        self._dt_s, self._steps, self._last, self._held_s = dt_s, 0, math.nan, 0.0
-        self._friction_a = self._amperes_per_n = 0.0
-        if sensors.torque_constant:
-            self._friction_a = sensors.motor_friction / sensors.torque_constant
-            self._amperes_per_n = (
-                sensors.gear_efficiency * travel_per_turn(rig) / sensors.torque_constant
-            )
+
+def power_of(rig: Rig) -> tuple[str, float]:
+    """The command row that puts the drive under power, and its value then."""
+    if rig.drive.interface == "cia402":
+        return rig.drive.control_word, float(POWERED)
+    return rig.drive.enable, 1.0
+
+
+class CurrentWatch:
+    """A motor that speeds up and slows down takes current."""
+
+    def __init__(self, rig: Rig, current: str, speed: str):
+        self._current, self._speed = current, speed
+        self._zero_a = rig.safety.sensors.current_zero_hint
+        self._step = SPEED_STEP * rig.motor.speed_max
+        self._power, self._on = power_of(rig)
+        self._steps, self._last = 0, math.nan
 
     def step(self, measured: dict[str, float], outputs: dict[str, float]) -> Refusal | None:
         """Takes one sample; speaks only of a drive that ``outputs`` put under power."""
         if outputs[self._power] != self._on or not abs(measured[self._current]) <= self._zero_a:
-            self._steps, self._last, self._held_s = 0, measured[self._speed], 0.0
+            self._steps, self._last = 0, measured[self._speed]
             return None
         speed = measured[self._speed]
         if not abs(speed - self._last) < self._step:
             self._last, self._steps = speed, self._steps + 1
             if self._steps >= SPEED_STEPS:
-                return self._refused("while the motor speeds up and slows down")
-        if self._force is None:
-            return None
-        needed_a = self._amperes_per_n * measured[self._force] - self._friction_a
-        self._held_s = self._held_s + self._dt_s if needed_a > 3.0 * self._zero_a else 0.0
-        if self._held_s >= HOLD_S:
-            return self._refused(
-                f"while the motor holds {measured[self._force]:.0f} N, for which it needs at least"
-                f" {needed_a:.2f} A"
-            )
+                return (
+                    CAUSE,
+                    self._current,
+                    f"{self._current} stays at zero while the motor speeds up and slows down; check"
+                    " the current reading (its wire, its mapping): i2t is blind without it",
+                )
         return None
 
-    def _refused(self, found: str) -> Refusal:
-        suspects = "the current reading (its wire, its mapping); i2t is blind without it"
-        return CAUSE, self._current, f"{self._current} stays at zero {found}; check {suspects}"
+
+class TorqueWatch:
+    """The motor's torque, by its current, against the pull on its spool, both averaged: what gear
+    and friction leave.
+    """
+
+    def __init__(self, rig: Rig, current: str, force: str, torque_constant: float, dt_s: float):
+        sensors = rig.safety.sensors
+        self._current, self._force = current, force
+        self._power, self._on = power_of(rig)
+        self._amperes_per_n = travel_per_turn(rig) / torque_constant
+        self._efficiency = sensors.gear_efficiency
+        self._band_a = sensors.motor_friction / torque_constant + sensors.current_zero
+        self._dt_s, self._follow = dt_s, dt_s / MEAN_S
+        self._mean_a = self._mean_n = self._powered_s = 0.0
+
+    def step(self, measured: dict[str, float], outputs: dict[str, float]) -> Refusal | None:
+        """Takes one sample; speaks only of a drive that ``outputs`` put under power."""
+        if outputs[self._power] != self._on:
+            self._powered_s = self._mean_a = self._mean_n = 0.0
+            return None
+        self._mean_a += self._follow * (measured[self._current] - self._mean_a)
+        self._mean_n += self._follow * (measured[self._force] - self._mean_n)
+        self._powered_s += self._dt_s
+        if self._powered_s < SETTLED_S:
+            return None
+        needs_a = self._amperes_per_n * max(self._mean_n, 0.0)
+        low, high = needs_a * self._efficiency, needs_a / self._efficiency
+        if low - self._band_a <= self._mean_a <= high + self._band_a:
+            return None
+        if self._mean_a < low:
+            suspects = (
+                f"{self._current} (reads low, dead: i2t is blind then), {self._force} (reads high)"
+            )
+        else:
+            suspects = f"{self._force} (reads low, dead, its wire), {self._current} (reads high)"
+        return (
+            CAUSE,
+            self._force if self._mean_a > high else self._current,
+            f"the motor takes {self._mean_a:.2f} A for {self._mean_n:.0f} N, where {low:.2f} to"
+            f" {high:.2f} A are right; check {suspects}",
+        )
 
 
 def travel_per_turn(rig: Rig) -> float:
@@ -127,8 +197,8 @@ class JointWatch:
     asked, for near its resonance a joint may well go against its motor.
     """
 
-    def __init__(self, rig: Rig, dt_s: float):
-        joint, sensors = rig.joint, rig.safety.sensors
+    def __init__(self, rig: Rig, joint: Joint, dt_s: float):
+        sensors = rig.safety.sensors
         self._travel, self._joint, self._lever = rig.motor.position, joint.position, joint.lever_arm
         self._valves = tuple(row for m in rig.muscles for row in (m.inlet, m.exhaust))
         self._way_m, self._dt_s = sensors.joint_follows, dt_s

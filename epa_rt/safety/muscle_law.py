@@ -12,7 +12,10 @@ INFINITE = math.inf
 
 
 class MuscleGeometry:
-    """Length (m) from the measured rows, volume and pull from the length. SI, pressures gauge."""
+    """Length (m) from the measured rows, volume and pull from the length. SI, pressures gauge.
+
+    From ``taut_m`` and ``threshold_pa`` on a sound muscle pulls.
+    """
 
     def __init__(self, law: MuscleLaw, rig: Rig):
         self._travel, self._joint = rig.motor.position, rig.joint.position if rig.joint else None
@@ -24,10 +27,11 @@ class MuscleGeometry:
         self._b2 = law.braid_length * law.braid_length
         self._share = 1.0 / (4.0 * math.pi * law.braid_turns * law.braid_turns)
         no_load = law.braid_length / math.sqrt(3.0)
+        self.taut_m, self.threshold_pa = no_load + law.length_band, law.threshold
         self._no_load, self._full = no_load, law.braid_length
         self._volume = (self._b2 - no_load * no_load) * no_load
         self._friction = law.friction * self._area(STRETCHED * no_load)
-        self._threshold, self._rubber = law.threshold, law.rubber
+        self._rubber = law.rubber
         self._band_m, self._band_n = law.length_band, law.force_band
         self._locks = (law.lock_length or INFINITE) - law.length_band
 
@@ -56,7 +60,7 @@ class MuscleGeometry:
         """The least and the largest pull of a sound muscle, in N."""
         gauge_pa = max(gauge_pa, 0.0)
         friction, band = self._friction * gauge_pa, self._band_m
-        low = max(gauge_pa - self._threshold, 0.0) * self._area(length - band)
+        low = max(gauge_pa - self.threshold_pa, 0.0) * self._area(length - band)
         if length > self._locks:
             return low - friction - self._band_n, INFINITE
         rubber = self._rubber * max(length + band - self._no_load, 0.0)
