@@ -130,7 +130,10 @@ def _duration(rig: str, experiment: str) -> float:
     from epa_rt.cli.inputs import load_inputs
 
     return load_inputs(
-        ROOT / f"config/experiments/{experiment}.yaml", ROOT / f"config/rigs/{rig}.yaml", None, False
+        ROOT / f"config/experiments/{experiment}.yaml",
+        ROOT / f"config/rigs/{rig}.yaml",
+        None,
+        False,
     ).experiment.duration_s
 
 

@@ -12,6 +12,7 @@ from typing import Any
 from epa_rt.config.rig import Rig
 from epa_rt.models.plant_file import PlantFile
 from sim_backend.fault_effects import EFFECTS, Effect
+from sim_backend.rig_model import RigModel
 from sim_backend.sensor_faults import (
     Burst,
     HosesExchanged,
@@ -19,7 +20,6 @@ from sim_backend.sensor_faults import (
     SensorGain,
     SensorOffset,
 )
-from sim_backend.rig_model import RigModel
 
 
 @dataclass(frozen=True)

@@ -79,5 +79,3 @@ def drawn_plant(plant: PlantFile, seed: int) -> PlantFile:
             if present:
                 write_knob(params, key, value)
     return replace(plant, params=params)
-
-

@@ -13,35 +13,44 @@ if TYPE_CHECKING:
     from sim_backend.rig_model import RigModel
 
 
-class _Calibrated(_Sensor):
-    """A fault of one input row, in the unit of its calibration (a gauge pressure stays gauge)."""
+def _line(sensor: _Sensor) -> tuple[float, float]:
+    """Counts per SI of a row's own calibration, and the counts at its zero (of a gauge pressure,
+    gauge). Raises ValueError for a row without one.
+    """
+    row = next(row for row in sensor.rig.inputs if sensor.where in (row.name, row.entry))
+    if row.calibration is None:
+        raise ValueError(f"found {sensor.where!r}, expected a row with a calibration")
+    slope, intercept = calibration_line(row, sensor.place.entry)
+    counts_per_si = 1.0 / (slope * sensor.place.entry.per_count)
+    return counts_per_si, -intercept * counts_per_si
+
+
+class SensorGain(_Sensor):
+    """The reading is ``value`` times what it should be; 0 is a sensor that reads zero."""
 
     def prepare(self) -> None:
         super().prepare()
-        row = next(row for row in self.rig.inputs if self.where in (row.name, row.entry))
-        if row.calibration is None:
-            raise ValueError(f"found {self.where!r}, expected a row with a calibration")
-        slope, intercept = calibration_line(row, self.place.entry)
-        self.counts_per_si = 1.0 / (slope * self.place.entry.per_count)
-        self.zero_counts = -intercept * self.counts_per_si
-
-
-class SensorGain(_Calibrated):
-    """The reading is ``value`` times what it should be; 0 is a sensor that reads zero."""
+        _, self.zero_counts = _line(self)
 
     def change(self, inputs: bytearray) -> None:
         counts = self.counts(inputs) - self.zero_counts
         self.put(inputs, self.zero_counts + self.value * counts)
 
 
-class SensorOffset(_Calibrated):
+class SensorOffset(_Sensor):
     """``value`` (SI) is added to the reading."""
+
+    def prepare(self) -> None:
+        super().prepare()
+        self.counts_per_si, _ = _line(self)
 
     def change(self, inputs: bytearray) -> None:
         self.put(inputs, self.counts(inputs) + self.value * self.counts_per_si)
 
 
-class _TwoMuscles(Effect):
+class PressuresExchanged(Effect):
+    """The two pressure sensors' wires are exchanged."""
+
     def prepare(self) -> None:
         if len(self.rig.muscles) != 2:
             raise ValueError(f"found {len(self.rig.muscles)} muscles, expected two to exchange")
@@ -50,10 +59,6 @@ class _TwoMuscles(Effect):
             places[next(row.entry for row in self.rig.inputs if row.port == port)]
             for port in ("muscle0_gauge_pa", "muscle1_gauge_pa")
         ]
-
-
-class PressuresExchanged(_TwoMuscles):
-    """The two pressure sensors' wires are exchanged."""
 
     def change(self, inputs: bytearray) -> None:
         first, second = (

@@ -7,15 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, field_validator
 
-from epa_rt.config.fields import (
-    Frozen,
-    Name,
-    PressureDifference,
-    Ratio,
-    Seconds,
-    quantity,
-    written,
-)
+from epa_rt.config.fields import Frozen, Name, PressureDifference, Ratio, Seconds, quantity, written
 from epa_rt.config.units import UnitError, parse_quantity
 
 RowName = Name
@@ -112,8 +104,8 @@ class Sensors(Frozen):
     # no valve of this size and no motion changes a pressure faster; a jump of the reading does
     pressure_rate_max: quantity("Pa/s", 1e4, 1e9) = 2.5e6
     # a fill slows towards the supply; slower than this share of what the reading explains: the
-    # reading is low. Heat and the regulator's droop explain 0.7
-    fill_slows: quantity("1", 0.0, 1.0) = 0.60
+    # reading is low. Heat and the droop of the regulator explain 0.77
+    fill_slows: quantity("1", 0.0, 1.0) = 0.70
     # out of the muscle's law for so long: shorter ones are the frame's swing
     law_time: quantity("s", 1e-3, 10.0) = 0.10
     # motor torque per current; without it a current is not held against the force

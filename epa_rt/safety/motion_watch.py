@@ -18,6 +18,7 @@ FROZEN_WAY_M = 0.003
 STILL_M = 0.0004  # standstill, of travel: a few steps of a joint's converter
 STILL_S = 0.2
 WRONG_WAY = 0.15  # of what the lever says, backwards
+TORQUE_MODE = 10  # CiA 402
 POWERED = 0x0F  # control word "enable operation"
 
 
@@ -26,9 +27,7 @@ class LawWatch:
     muscle pulls.
     """
 
-    def __init__(
-        self, muscle: Muscle, force: str, geometry: MuscleGeometry, rig: Rig, dt_s: float
-    ):
+    def __init__(self, muscle: Muscle, force: str, geometry: MuscleGeometry, rig: Rig, dt_s: float):
         self._pressure, self._force = muscle.pressure, force
         self._exhaust = muscle.exhaust
         self._atmosphere_pa, self._geometry = rig.atmosphere_pa, geometry
@@ -82,7 +81,6 @@ class LawWatch:
             f" {gauge_pa / 1e3:.0f} kPa gauge pulls {expected}; check {suspects}",
         )
 
-
     def _stands(self, length: float, gauge_pa: float) -> bool:
         """Whether the pull has stood to the count for long, of a muscle that pulls and moves."""
         if gauge_pa < self._geometry.threshold_pa or length < self._geometry.taut_m:
@@ -93,17 +91,25 @@ class LawWatch:
             self._shortest = length
         elif length > self._longest:
             self._longest = length
-        return (
-            self._held_s >= FROZEN_S
-            and self._longest - self._shortest > FROZEN_WAY_M
+        return self._held_s >= FROZEN_S and self._longest - self._shortest > FROZEN_WAY_M
+
+
+class Regulated:
+    """Whether the last outputs let the drive regulate speed or position. In torque mode, and without
+    power, others move the motor.
+    """
+
+    def __init__(self, rig: Rig):
+        bus = rig.drive.interface == "cia402"
+        self._power, self._on = (
+            (rig.drive.control_word, float(POWERED)) if bus else (rig.drive.enable, 1.0)
         )
+        self._mode = rig.drive.mode if bus else None
 
-
-def power_of(rig: Rig) -> tuple[str, float]:
-    """The command row that puts the drive under power, and its value then."""
-    if rig.drive.interface == "cia402":
-        return rig.drive.control_word, float(POWERED)
-    return rig.drive.enable, 1.0
+    def now(self, outputs: dict[str, float]) -> bool:
+        if outputs[self._power] != self._on:
+            return False
+        return self._mode is None or outputs[self._mode] != TORQUE_MODE
 
 
 class CurrentWatch:
@@ -113,12 +119,12 @@ class CurrentWatch:
         self._current, self._speed = current, speed
         self._zero_a = rig.safety.sensors.current_zero_hint
         self._step = SPEED_STEP * rig.motor.speed_max
-        self._power, self._on = power_of(rig)
+        self._regulated = Regulated(rig).now
         self._steps, self._last = 0, math.nan
 
     def step(self, measured: dict[str, float], outputs: dict[str, float]) -> Refusal | None:
         """Takes one sample; speaks only of a drive that ``outputs`` put under power."""
-        if outputs[self._power] != self._on or not abs(measured[self._current]) <= self._zero_a:
+        if not abs(measured[self._current]) <= self._zero_a or not self._regulated(outputs):
             self._steps, self._last = 0, measured[self._speed]
             return None
         speed = measured[self._speed]
@@ -142,7 +148,7 @@ class TorqueWatch:
     def __init__(self, rig: Rig, current: str, force: str, torque_constant: float, dt_s: float):
         sensors = rig.safety.sensors
         self._current, self._force = current, force
-        self._power, self._on = power_of(rig)
+        self._regulated = Regulated(rig).now
         self._amperes_per_n = travel_per_turn(rig) / torque_constant
         self._efficiency = sensors.gear_efficiency
         self._band_a = sensors.motor_friction / torque_constant + sensors.current_zero
@@ -151,7 +157,7 @@ class TorqueWatch:
 
     def step(self, measured: dict[str, float], outputs: dict[str, float]) -> Refusal | None:
         """Takes one sample; speaks only of a drive that ``outputs`` put under power."""
-        if outputs[self._power] != self._on:
+        if not self._regulated(outputs):
             self._powered_s = self._mean_a = self._mean_n = 0.0
             return None
         self._mean_a += self._follow * (measured[self._current] - self._mean_a)

@@ -38,7 +38,7 @@ class MuscleGeometry:
     def length(self, measured: dict[str, float]) -> float:
         """The muscle's length by travel and joint, in m."""
         length = self._rest + self._per_travel * measured[self._travel]
-        if self._per_joint:
+        if self._joint is not None and self._per_joint:
             length += self._per_joint * measured[self._joint]
         return length
 

@@ -1,5 +1,5 @@
-"""Sensors that lie, one by one: which fault, on which rig, from which moment, and what a run with it
-does. The truth comes from the simulated plant.
+"""Sensors that lie, one by one: which fault, on which rig, from which moment, and what a run does.
+The truth comes from the simulated plant.
 """
 
 from dataclasses import dataclass
