@@ -24,7 +24,8 @@ def row_of(facts: dict) -> str:
     return (
         f"| {facts['fault']} | {facts['rig']} | {facts['moment']} |"
         f" {'not found' if after is None else f'{after:.3f} s'} | {facts['check'] or '–'} |"
-        f" {facts['worst']} {facts['largest_share']:.2f} | {facts['sentence'] or facts['outcome']} |"
+        f" {facts['worst']} {facts['largest_share']:.2f} |"
+        f" {facts['sentence'] or facts['outcome']} |"
     )
 
 

@@ -14,13 +14,14 @@ from epa_rt.models.plant_file import PlantFile
 
 PRESENT = 0.5
 NOMINAL_MOST = 2.0  # of its standard deviations, a nominal parameter is off at most
+DROOP = "gas.supply_droop_pa_s_kg"  # drawn in Pa, at the flow of all inlets open
 # one effect a line: rows of the plant, each from and to
 RANGES: tuple[tuple[tuple[str, float, float], ...], ...] = (
     (("gas.polytropic_ratio", 1.0, 1.4),),
     (("gas.leak_per_s", 1e-5, 5e-4),),
     (("gas.dead_volume_m3", 1e-6, 20e-6),),
     (("gas.fill_heating_ratio", 1.0, 1.4), ("gas.heat_exchange_per_s", 0.05, 1.0)),
-    (("gas.supply_droop_pa_s_kg", 3e7, 3e8), ("gas.droop_time_s", 0.01, 0.1)),
+    ((DROOP, 5e3, 50e3), ("gas.droop_time_s", 0.01, 0.1)),
     (("gas.flow_limit_s_kg", 0.0, 1500.0),),
     (("bus.valve_delay_s", 0.005, 0.030),),
     (("bus.command_delay_s", 0.0, 0.003),),
@@ -76,6 +77,16 @@ def drawn_plant(plant: PlantFile, seed: int) -> PlantFile:
         present = rng.uniform() < PRESENT
         for key, low, high in effect:
             value = float(rng.uniform(low, high))
+            if key == DROOP:
+                value /= _flow_kg_s(params)
             if present:
                 write_knob(params, key, value)
     return replace(plant, params=params)
+
+
+def _flow_kg_s(params: np.ndarray) -> float:
+    """What flows through all inlets at once, choked (ISO 6358)."""
+    gas = params["gas"][0]
+    absolute_pa = float(np.max(gas["supply_gauge_pa"] + gas["atmosphere_pa"]))
+    inlets = int(np.sum(params["muscle"]["present"][0] > 0.5))
+    return inlets * float(np.max(gas["inlet_conductance_m3_s_pa"])) * 1.185 * absolute_pa

@@ -98,8 +98,8 @@ class Sensors(Frozen):
     valve_dead_time: quantity("s", 1e-3, 1.0) = 0.10
     # gas shut in, reckoned by its volume: heat explains less within half a second
     sealed: quantity("1", 0.01, 1.0) = 0.15
-    # pressure over volume, of what the geometry says: dead volume makes it 0.6, fast compression 1.4,
-    # a length that is 2 mm off a third more or less of either
+    # pressure over volume, of what the geometry says: dead volume makes it 0.6, fast compression
+    # 1.4, a length that is 2 mm off a third more or less of either
     volume_slope: Annotated[tuple[float, float], Field(description="least and most")] = (0.25, 2.3)
     # no valve of this size and no motion changes a pressure faster; a jump of the reading does
     pressure_rate_max: quantity("Pa/s", 1e4, 1e9) = 2.5e6
@@ -110,10 +110,11 @@ class Sensors(Frozen):
     law_time: quantity("s", 1e-3, 10.0) = 0.10
     # motor torque per current; without it a current is not held against the force
     torque_constant: quantity("N*m/A", 1e-4, 10.0) | None = None
-    # friction of motor and gear together, at the motor
-    motor_friction: quantity("N*m", 0.0, 10.0) = 0.010
-    # what a gear that is driven backwards passes on at least
-    gear_efficiency: quantity("1", 0.05, 1.0) = 0.5
+    # by how much the friction of motor and gear differs between its two directions, at the motor:
+    # a fifth of what a planetary gear of this size has
+    friction_difference: quantity("N*m", 0.0, 10.0) = 0.004
+    # the least that a planetary gear passes on
+    gear_efficiency: quantity("1", 0.05, 1.0) = 0.6
     # the motor leaves standstill by so much before its joint must have followed
     joint_follows: quantity("m", 1e-5, 1.0) = 0.004
 

@@ -11,13 +11,15 @@ from epa_rt.signals.scaling import scaling_of
 
 SPEED_STEP = 0.05  # of the top speed: less is the reading's own ripple
 SPEED_STEPS = 10  # of these with no current at all: no motor does that
-MEAN_S = 1.0  # over which torque and force are averaged: inertia and friction turn about within
-SETTLED_S = 2.0  # under power, before the averages are ones
+MEAN_S = 1.0  # of motion one way, over which torque and pull are averaged: inertia cancels
+SETTLED_S = 2.0  # of motion each way before the averages are ones
+MOVES = 0.01  # of the top speed
 FROZEN_S = 1.0  # a force that stands to the count while its muscle is stretched
 FROZEN_WAY_M = 0.003
 STILL_M = 0.0004  # standstill, of travel: a few steps of a joint's converter
 STILL_S = 0.2
-WRONG_WAY = 0.15  # of what the lever says, backwards
+ANSWERS = 0.1  # of what the lever says: from there on a joint has answered its motor
+PATIENCE = 4.0  # ways that it may take to answer
 TORQUE_MODE = 10  # CiA 402
 POWERED = 0x0F  # control word "enable operation"
 
@@ -95,8 +97,8 @@ class LawWatch:
 
 
 class Regulated:
-    """Whether the last outputs let the drive regulate speed or position. In torque mode, and without
-    power, others move the motor.
+    """Whether the last outputs let the drive regulate speed or position. In torque mode, and
+    without power, others move the motor.
     """
 
     def __init__(self, rig: Rig):
@@ -141,35 +143,43 @@ class CurrentWatch:
 
 
 class TorqueWatch:
-    """The motor's torque, by its current, against the pull on its spool, both averaged: what gear
-    and friction leave.
+    """The motor's torque, by its current, against the pull on its spool, averaged over each
+    direction of motion apart: their mean is without friction.
+
+    Driving, a gear asks for pull / efficiency, driven for pull x efficiency.
     """
 
-    def __init__(self, rig: Rig, current: str, force: str, torque_constant: float, dt_s: float):
-        sensors = rig.safety.sensors
-        self._current, self._force = current, force
+    def __init__(self, rig: Rig, force: str, torque_constant: float, dt_s: float):
+        sensors, motor = rig.safety.sensors, rig.motor
+        self._current, self._speed, self._force = motor.current or "", motor.speed or "", force
+        self._moves = MOVES * motor.speed_max
         self._regulated = Regulated(rig).now
-        self._amperes_per_n = travel_per_turn(rig) / torque_constant
+        self._amperes_per_n = 0.5 * travel_per_turn(rig) / torque_constant
         self._efficiency = sensors.gear_efficiency
-        self._band_a = sensors.motor_friction / torque_constant + sensors.current_zero
+        self._band_a = sensors.friction_difference / torque_constant + sensors.current_zero_hint
         self._dt_s, self._follow = dt_s, dt_s / MEAN_S
-        self._mean_a = self._mean_n = self._powered_s = 0.0
+        # driven, driving: mean current, mean pull, time in motion
+        self._driven, self._driving = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
 
     def step(self, measured: dict[str, float], outputs: dict[str, float]) -> Refusal | None:
-        """Takes one sample; speaks only of a drive that ``outputs`` put under power."""
-        if not self._regulated(outputs):
-            self._powered_s = self._mean_a = self._mean_n = 0.0
+        """Takes one sample of a motor that moves and regulates."""
+        speed = measured[self._speed]
+        if abs(speed) < self._moves or not self._regulated(outputs):
             return None
-        self._mean_a += self._follow * (measured[self._current] - self._mean_a)
-        self._mean_n += self._follow * (measured[self._force] - self._mean_n)
-        self._powered_s += self._dt_s
-        if self._powered_s < SETTLED_S:
+        driven, driving = self._driven, self._driving
+        way = driving if speed > 0.0 else driven
+        way[0] += self._follow * (measured[self._current] - way[0])
+        way[1] += self._follow * (measured[self._force] - way[1])
+        way[2] += self._dt_s
+        if driven[2] < SETTLED_S or driving[2] < SETTLED_S:
             return None
-        needs_a = self._amperes_per_n * max(self._mean_n, 0.0)
-        low, high = needs_a * self._efficiency, needs_a / self._efficiency
-        if low - self._band_a <= self._mean_a <= high + self._band_a:
+        mean_a = 0.5 * (driven[0] + driving[0])
+        back, forth = (self._amperes_per_n * max(each[1], 0.0) for each in (driven, driving))
+        low = forth + back * self._efficiency - self._band_a
+        high = forth / self._efficiency + back + self._band_a
+        if low <= mean_a <= high:
             return None
-        if self._mean_a < low:
+        if mean_a < low:
             suspects = (
                 f"{self._current} (reads low, dead: i2t is blind then), {self._force} (reads high)"
             )
@@ -177,9 +187,9 @@ class TorqueWatch:
             suspects = f"{self._force} (reads low, dead, its wire), {self._current} (reads high)"
         return (
             CAUSE,
-            self._force if self._mean_a > high else self._current,
-            f"the motor takes {self._mean_a:.2f} A for {self._mean_n:.0f} N, where {low:.2f} to"
-            f" {high:.2f} A are right; check {suspects}",
+            self._force if mean_a > high else self._current,
+            f"the motor takes {mean_a:.2f} A to and fro for {0.5 * (driven[1] + driving[1]):.0f} N,"
+            f" where {low:.2f} to {high:.2f} A are right; check {suspects}",
         )
 
 
@@ -229,8 +239,11 @@ class JointWatch:
             return None
         if abs(moved) < self._way_m:
             return None
+        answer = followed * moved / (moved * moved)
+        if abs(answer) < ANSWERS and abs(moved) < PATIENCE * self._way_m:
+            return None  # heavy, or held by friction: it has not answered yet
         self._asked, self._still_s, self._travel_m, self._joint_m = False, 0.0, travel, joint
-        if followed * moved < -WRONG_WAY * moved * moved:
+        if answer <= -ANSWERS:
             return (
                 CAUSE,
                 self._joint,

@@ -1,4 +1,4 @@
-"""A muscle's own law from the rig file: its length, its volume and the pull that a sound one has."""
+"""A muscle's own law from the rig file: its length, its volume, the pull that a sound one has."""
 
 import math
 
