@@ -207,7 +207,9 @@ class VolumeWatch:
     """
 
     SLOW_S, FORGET_S, REST_S = 1.0, 5.0, 0.5
-    ENOUGH_S = 1e-4  # of squared relative change over time: 1 % for a second
+    ENOUGH_S = 5e-5  # of squared relative change over time: 0.7 % for a second
+    FROZEN = 0.04  # of the squared change that volume makes: less is a reading that does not move
+    ALIKE = 0.8  # squared correlation; below it heat or a leak moves the pressure, not the motion
 
     def __init__(self, muscle: Muscle, geometry: MuscleGeometry, rig: Rig, dt_s: float):
         sensors = rig.safety.sensors
@@ -215,7 +217,7 @@ class VolumeWatch:
         self._geometry, self._travel = geometry, rig.motor.position
         self._low, self._high = sensors.volume_slope
         self._dt_s, self._follow, self._keep = dt_s, dt_s / self.SLOW_S, 1.0 - dt_s / self.FORGET_S
-        self._shut_s = self._squares = self._products = 0.0
+        self._shut_s = self._squares = self._products = self._found = 0.0
         self._slow_pa = self._slow_ratio = 1.0
 
     def step(self, measured: dict[str, float], outputs: dict[str, float]) -> Refusal | None:
@@ -223,7 +225,7 @@ class VolumeWatch:
         read_pa = measured[self.pressure]
         ratio = 1.0 / self._geometry.volume_ratio(self._geometry.length(measured))
         if outputs[self._inlet] or outputs[self._exhaust]:
-            self._shut_s = self._squares = self._products = 0.0
+            self._shut_s = self._squares = self._products = self._found = 0.0
         self._shut_s += self._dt_s
         if self._shut_s < self.REST_S:
             self._slow_pa, self._slow_ratio = read_pa, ratio
@@ -234,9 +236,13 @@ class VolumeWatch:
         self._squares = self._keep * self._squares + self._dt_s * expected * expected
         found = read_pa / self._slow_pa - 1.0
         self._products = self._keep * self._products + self._dt_s * expected * found
+        self._found = self._keep * self._found + self._dt_s * found * found
         if self._squares < self.ENOUGH_S:
             return None
         if self._low * self._squares <= self._products <= self._high * self._squares:
+            return None
+        explained, whole = self._products * self._products, self._squares * self._found
+        if self._found > self.FROZEN * self._squares and explained < self.ALIKE * whole:
             return None
         slope = self._products / self._squares
         suspects = (
