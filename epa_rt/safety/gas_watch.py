@@ -207,7 +207,7 @@ class VolumeWatch:
     """
 
     SLOW_S, FORGET_S, REST_S = 1.0, 5.0, 0.5
-    ENOUGH_S = 5e-5  # of squared relative change over time: 0.7 % for a second
+    ENOUGH_S = 2e-5  # of squared relative change over time: 0.45 % for a second
     FROZEN = 0.04  # of the squared change that volume makes: less is a reading that does not move
     ALIKE = 0.8  # squared correlation; below it heat or a leak moves the pressure, not the motion
 

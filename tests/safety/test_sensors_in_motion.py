@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from epa_rt.safety.gas_watch import CAUSE, flow_share
 from epa_rt.safety.in_motion import InMotion
-from epa_rt.safety.motion_watch import JointWatch, travel_per_turn
+from epa_rt.safety.motion_watch import JointWatch, TorqueWatch, travel_per_turn
 from epa_rt.safety.muscle_law import geometry_of
 from tests.safety.safety_bench import edited, rig
 
@@ -373,3 +373,22 @@ def test_heat_that_moves_the_pressure_beside_the_motion_is_no_lie():
         signals = sound_pull(bench, 0.010 + 0.004 * math.sin(c / 150.0) if c > 300 else c / 3e4)
         signals[PRESSURE] *= 1.0 + 0.04 * math.sin(c / 330.0 + 1.0)
         assert bench.go(1, SHUT, **signals) is None
+
+
+@pytest.mark.parametrize(("efficiency", "pull"), [(0.6, 60.0), (0.85, 30.0), (1.0, 0.0)])
+def test_a_torque_that_gear_and_friction_explain_is_passed(efficiency, pull):
+    on = rig("bench")
+    watch, outputs = TorqueWatch(on, FORCE, 0.0448, 0.024), {row.name: 0.0 for row in on.outputs}
+    measured = {FORCE: pull, CURRENT: 0.0, "motor_speed_m_s": 0.0}
+    for i in range(1000):
+        forth = i % 50 < 25
+        torque = pull * travel_per_turn(on) * (1.0 / efficiency if forth else efficiency)
+        measured["motor_speed_m_s"] = 0.02 if forth else -0.02
+        measured[CURRENT] = torque / 0.0448 + (0.3 if forth else -0.3)
+        assert watch.step(measured, outputs | POWER) is None
+
+
+def test_a_position_that_is_no_drives_tells_no_travel_per_turn():
+    on = rig("knee")
+    joint = on.motor.model_copy(update={"position": "knee_angle_rad"})
+    assert travel_per_turn(on.model_copy(update={"motor": joint})) == 0.0
