@@ -207,6 +207,7 @@ class VolumeWatch:
     """
 
     SLOW_S, FORGET_S, REST_S = 1.0, 5.0, 0.5
+    OUT_S = 0.4  # a valve that leaks has shown itself by then
     ENOUGH_S = 2e-5  # of squared relative change over time: 0.45 % for a second
     FROZEN = 0.04  # of the squared change that volume makes: less is a reading that does not move
     ALIKE = 0.8  # squared correlation; below it heat or a leak moves the pressure, not the motion
@@ -218,7 +219,7 @@ class VolumeWatch:
         self._low, self._high = sensors.volume_slope
         self._dt_s, self._follow, self._keep = dt_s, dt_s / self.SLOW_S, 1.0 - dt_s / self.FORGET_S
         self._shut_s = self._squares = self._products = self._found = 0.0
-        self._slow_pa = self._slow_ratio = 1.0
+        self._out_s, self._slow_pa, self._slow_ratio = 0.0, 1.0, 1.0
 
     def step(self, measured: dict[str, float], outputs: dict[str, float]) -> Refusal | None:
         """Takes one sample."""
@@ -237,12 +238,18 @@ class VolumeWatch:
         found = read_pa / self._slow_pa - 1.0
         self._products = self._keep * self._products + self._dt_s * expected * found
         self._found = self._keep * self._found + self._dt_s * found * found
-        if self._squares < self.ENOUGH_S:
-            return None
-        if self._low * self._squares <= self._products <= self._high * self._squares:
+        if (
+            self._squares < self.ENOUGH_S
+            or self._low * self._squares <= self._products <= self._high * self._squares
+        ):
+            self._out_s = 0.0
             return None
         explained, whole = self._products * self._products, self._squares * self._found
         if self._found > self.FROZEN * self._squares and explained < self.ALIKE * whole:
+            self._out_s = 0.0
+            return None
+        self._out_s += self._dt_s
+        if self._out_s < self.OUT_S:
             return None
         slope = self._products / self._squares
         suspects = (
