@@ -105,25 +105,35 @@ def main() -> int:
     arguments = parser.parse_args()
     pairs = [p for p in fitting() if _duration(*p) <= arguments.longest]
     seeds = cycle(range(arguments.first, arguments.first + arguments.plants))
-    found: list[dict] = []
+    found, alarms = [], 0
     with ProcessPoolExecutor(arguments.jobs) as pool:
         while sum(row["seconds"] for row in found) < 3600.0 * arguments.hours:
             jobs = [(rig, name, next(seeds)) for rig, name in pairs]
             for row in pool.map(one_run, *zip(*jobs, strict=True)):
                 found.append(row)
                 if row["check"]:
-                    print(f"{row['rig']} {row['experiment']} {row['seed']}: {row['cause']}")
+                    print(
+                        f"{row['rig']} {row['experiment']} {row['seed']}: {row['cause']}",
+                        flush=True,
+                    )
+            alarms = report(found, arguments.json)
+    return bool(alarms)
+
+
+def report(found: list[dict], path: Path | None) -> int:
+    """Prints what was found so far, writes it; the number of false alarms."""
     hours = sum(row["seconds"] for row in found) / 3600.0
     alarms = [row for row in found if row["check"] in OWN]
     others = Counter(row["check"] for row in found if row["check"] and row["check"] not in OWN)
     print(
         f"{hours:.2f} simulated hours, {len(found)} runs, {len({r['seed'] for r in found})} plants:"
         f" {len(alarms)} false alarms, {sum(bool(r['hints']) for r in found)} runs with a hint;"
-        f" trips by other checks: {dict(others) or 'none'}"
+        f" trips by other checks: {dict(others) or 'none'}",
+        flush=True,
     )
-    if arguments.json:
-        arguments.json.write_text(json.dumps(found, indent=1), encoding="utf-8")
-    return bool(alarms)
+    if path is not None:
+        path.write_text(json.dumps(found, indent=1), encoding="utf-8")
+    return len(alarms)
 
 
 def _duration(rig: str, experiment: str) -> float:

@@ -215,7 +215,9 @@ class VolumeWatch:
     def __init__(self, muscle: Muscle, geometry: MuscleGeometry, rig: Rig, dt_s: float):
         sensors = rig.safety.sensors
         self.pressure, self._inlet, self._exhaust = muscle.pressure, muscle.inlet, muscle.exhaust
-        self._geometry, self._travel = geometry, rig.motor.position
+        self._geometry = geometry
+        self._way = rig.motor.position + (f" and {rig.joint.position}" if rig.joint else "")
+        self._hoses = ", the hoses (exchanged)" if len(rig.muscles) > 1 else ""
         self._low, self._high = sensors.volume_slope
         self._dt_s, self._follow, self._keep = dt_s, dt_s / self.SLOW_S, 1.0 - dt_s / self.FORGET_S
         self._shut_s = self._squares = self._products = self._found = 0.0
@@ -253,13 +255,13 @@ class VolumeWatch:
             return None
         slope = self._products / self._squares
         suspects = (
-            f"{self._travel} (its calibration: does it move further than it reads?)"
+            f"{self._way} (calibration: does it move further than it reads?)"
             if slope > self._high
-            else f"{self.pressure} (frozen, another muscle's: hoses exchanged), the way"
+            else f"{self.pressure} (frozen), {self._way} (zero, sign)"
         )
         return (
             CAUSE,
             self.pressure,
             f"{self.pressure} follows the muscle's volume by {slope:.2f} of what it should; check"
-            f" {suspects}",
+            f" {suspects}{self._hoses}",
         )
