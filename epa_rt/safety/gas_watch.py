@@ -209,6 +209,7 @@ class VolumeWatch:
     SLOW_S, FORGET_S, REST_S = 1.0, 5.0, 0.5
     OUT_S = 0.4  # a valve that leaks has shown itself by then
     ENOUGH_S = 2e-5  # of squared relative change over time: 0.45 % for a second
+    ENOUGH_HIGH_S = 6e-5  # where a small motion meets gas that cools, the slope is large
     FROZEN = 0.04  # of the squared change that volume makes: less is a reading that does not move
     ALIKE = 0.8  # squared correlation; below it heat or a leak moves the pressure, not the motion
 
@@ -243,6 +244,7 @@ class VolumeWatch:
         if (
             self._squares < self.ENOUGH_S
             or self._low * self._squares <= self._products <= self._high * self._squares
+            or (self._products > self._squares < self.ENOUGH_HIGH_S)
         ):
             self._out_s = 0.0
             return None

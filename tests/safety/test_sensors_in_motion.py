@@ -190,7 +190,7 @@ def test_a_frozen_pressure_is_found_while_the_muscle_is_stretched():
 
 def test_a_travel_that_moves_twice_as_far_as_it_reads():
     bench = held()
-    true = lambda c: 0.012 - 0.012 * math.cos(c / 300.0)  # noqa: E731
+    true = lambda c: 0.012 - 0.012 * math.cos(c / 150.0)  # noqa: E731
     _, signal, sentence = bench.found(
         12000,
         SHUT,
