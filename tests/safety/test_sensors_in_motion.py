@@ -194,10 +194,10 @@ def test_a_travel_that_moves_twice_as_far_as_it_reads():
     _, signal, sentence = bench.found(
         12000,
         SHUT,
-        motor_travel_m=lambda c: 0.4 * true(c),
+        motor_travel_m=lambda c: 0.55 * true(c),
         **{
             PRESSURE: lambda c: sound_pull(bench, true(c))[PRESSURE],
-            FORCE: lambda c: 0.4 * sound_pull(bench, true(c))[FORCE],
+            FORCE: lambda c: 0.6 * sound_pull(bench, true(c))[FORCE],
         },
     )
     assert signal == PRESSURE and "move further" in sentence
