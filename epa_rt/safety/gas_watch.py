@@ -244,7 +244,7 @@ class VolumeWatch:
         if (
             self._squares < self.ENOUGH_S
             or self._low * self._squares <= self._products <= self._high * self._squares
-            or (self._products > self._squares < self.ENOUGH_HIGH_S)
+            or (abs(self._products) > self._squares < self.ENOUGH_HIGH_S)
         ):
             self._out_s = 0.0
             return None
