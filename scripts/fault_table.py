@@ -59,6 +59,8 @@ FOOT = """
 - An **inlet stuck open** while a muscle holds shows by a gain of 35 %, by `pressure_max`, or at 97 % of `valves: {supply: …}` (900 kPa absolute where the rig
   file does not say): write the regulator's pressure there, else it is a drift in the log and no trip.
 - A **drive on wires** (bench_analog) reports its status and its error on the bus, but nobody judges them before the end: a fault in it shows in the travel alone.
+- **Sensors that lie** (`sensor_gain`, `sensor_offset`, `pressures_exchanged`, `hoses_exchanged`) and a `burst` muscle have a
+  table of their own: `python scripts/sensor_table.py`; what asks for them is on [sensors.md](sensors.md).
 - A frame whose **data** are damaged never gets here: the slaves' and the card's check sequence throw it away. Damage to
   headers that SOEM does not look at (length, frame type) has no effect.
 """  # noqa: E501

@@ -13,6 +13,13 @@ from epa_rt.config.rig import Rig
 from epa_rt.models.plant_file import PlantFile
 from sim_backend.fault_effects import EFFECTS, Effect
 from sim_backend.rig_model import RigModel
+from sim_backend.sensor_faults import (
+    Burst,
+    HosesExchanged,
+    PressuresExchanged,
+    SensorGain,
+    SensorOffset,
+)
 
 
 @dataclass(frozen=True)
@@ -78,6 +85,22 @@ PLANT_FAULTS: dict[str, FaultKind] = {
     "drive_supply_lost": FaultKind(
         "the drive loses its supply, and with it torque, count and reference", "", None, "", 200
     ),
+}
+
+
+PLANT_FAULTS |= {
+    "sensor_gain": FaultKind("a sensor reads this many times its value", "input row", 0.8, "1"),
+    "sensor_offset": FaultKind("this is added to a sensor's value", "input row", 0.0, "SI"),
+    "pressures_exchanged": FaultKind("the wires of two muscles' pressure sensors are exchanged"),
+    "hoses_exchanged": FaultKind("two muscles' hoses are exchanged behind valves and sensors"),
+    "burst": FaultKind("a muscle bursts: it loses air as `leak` says", "muscle", 50.0, "1/s"),
+}
+EFFECTS |= {
+    "sensor_gain": SensorGain,
+    "sensor_offset": SensorOffset,
+    "pressures_exchanged": PressuresExchanged,
+    "hoses_exchanged": HosesExchanged,
+    "burst": Burst,
 }
 
 

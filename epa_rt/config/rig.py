@@ -22,6 +22,7 @@ from epa_rt.config.fields import (
     written,
 )
 from epa_rt.config.rig_rows import SignalRow, si_unit_of
+from epa_rt.config.rig_sensors import MuscleLaw, Sensors
 from epa_rt.config.units import UnitError, parse_quantity
 
 RowName = Name
@@ -320,6 +321,7 @@ class Muscle(Frozen):
     exhaust: RowName
     pressure_max: Pressure
     valves: Valves = Valves()
+    law: MuscleLaw | None = None
 
 
 class I2t(Frozen):
@@ -353,6 +355,7 @@ class Safety(Frozen):
     position_hold: quantity("s", 0.0, 0.1) = 0.002  # encoders on serial lines renew every 2 ms
     i2t: I2t | None = None
     never_together: tuple[tuple[RowName, RowName], ...] = ()
+    sensors: Sensors = Sensors()
     # an 8 bar muscle of a litre vents in some seconds; more means that an exhaust does not open
     rest_timeout: quantity("s", 0.5, 600.0) = 10.0
     # a trip at the limit overshoots it while the drive's loop takes up the load

@@ -5,6 +5,7 @@ it.
 from typing import TYPE_CHECKING
 
 from epa_rt.config.ports import DRIVE_ENABLE_PORT, DRIVE_SPEED_PORT
+from epa_rt.config.rig_sensor_roles import sensor_uses
 from epa_rt.config.source import Located, Location
 
 if TYPE_CHECKING:
@@ -58,6 +59,7 @@ def _uses(rig: "Rig") -> list[Use]:
         uses += [
             (("muscles", i, key), getattr(muscle, key), True, BIT) for key in ("inlet", "exhaust")
         ]
+    uses += sensor_uses(rig)
     if rig.safety.i2t:
         uses.append((("safety", "i2t", "current"), rig.safety.i2t.current, False, "A"))
     for i, pair in enumerate(rig.safety.never_together):

@@ -94,7 +94,10 @@ def valve_settings(muscle: Muscle, rig: Rig) -> ValveSettings:
         if (value := getattr(muscle.valves, key)) is not None
     }
     return ValveSettings(
-        **given, over_pressure_pa=muscle.pressure_max, atmosphere_pa=rig.atmosphere_pa
+        **given,
+        over_pressure_pa=muscle.pressure_max,
+        atmosphere_pa=rig.atmosphere_pa,
+        vented_pa=rig.safety.sensors.vented,  # what bring-up calls vented, this may not call full
     )
 
 

@@ -19,6 +19,7 @@ from epa_rt.loop.following import Following
 from epa_rt.loop.referenced import Referenced
 from epa_rt.loop.rest import RestWatch
 from epa_rt.safety.stopping import BRAKING, Stopping
+from epa_rt.safety.at_rest import AtRest
 
 STATES = ("bring_up", "enable", "run", "stop", "brake", "vent", "disable", "safe", "done")
 BRING_UP, ENABLE, RUN, STOP, BRAKE, VENT, DISABLE, SAFE, DONE = range(9)
@@ -123,7 +124,7 @@ class Supervisor:
             self._run(cycle, measured, stop)
         elif self.state == BRING_UP:
             self._rest_watch.learn_zero(measured, bus_ok)
-            self._bring_up(measured, stop)
+            self._bring_up(measured, stop, bus_ok)
         elif self.state == ENABLE:
             self._enable(measured, stop)
         elif self._stopping is not None and self.state < DISABLE:
@@ -171,18 +172,30 @@ class Supervisor:
         if self._target:
             self.command[self._target] = measured[self._position]
 
-    def _bring_up(self, measured: dict[str, float], stop: bool) -> None:
+    def _bring_up(self, measured: dict[str, float], stop: bool, bus_ok: bool) -> None:
+        sensors = self._sensors_at_rest
         self._rest(measured)
         self._drive.step(measured, self.command)
+        sensors.step(measured, bus_ok)
         if stop:
             self._enter(DISABLE)
-        elif self._age >= self._cycles[BRING_UP]:
-            if self._referenced is not None and (refusal := self._referenced.refusal(measured)):
+        elif self._age >= self._cycles[BRING_UP] and sensors.done:
+            if self._referenced is None:  # by hand: said, and no reason to stay where it is
+                self._say_sensor(sensors.refusal)
+            elif sensors.refusal is not None:
+                self.fault = sensors.refusal
+                return
+            elif refusal := self._referenced.refusal(measured):
                 self.fault = refusal
                 return
+            self.events += sensors.hints
             self.sequence.begin(measured)
             self._drive.enable()
             self._enter(ENABLE)
+
+    def _say_sensor(self, refusal: Fault | None) -> None:
+        if refusal is not None:
+            self.events.append(("sensor", f"{refusal[0]}: {refusal[2]}", {"signal": refusal[1]}))
 
     def _enable(self, measured: dict[str, float], stop: bool) -> None:
         """Once the drive is live its targets stay where they are, and the brake has time to

@@ -12,6 +12,7 @@ from epa_rt.safety.bus_budget import BusBudget
 from epa_rt.safety.commands import CommandGate
 from epa_rt.safety.contradiction import MotionCheck
 from epa_rt.safety.stopping import Stopping
+from epa_rt.safety.in_motion import InMotion
 from epa_rt.safety.thermal import ThermalLimit
 from epa_rt.safety.trip import OVER_RANGE_CAUSE, Trip
 
@@ -35,6 +36,7 @@ class Envelope:
         self.stopping = Stopping(rig)
         self._reason, self._motion = reason, MotionCheck(rig)
         self._has_begun = False
+        self._in_motion = InMotion(rig)
         self._safe = {row.name: row.safe for row in rig.outputs}
         self._budget = BusBudget(rig)
         self._names = tuple(row.name for row in rig.inputs)
@@ -85,8 +87,9 @@ class Envelope:
                 self.trip("lost working counter", "", lost, cycle)
             self._check_measured(cycle, measured, invalid, stale)
             apart = self._motion.step(measured, bus_ok, now_ns)
-            if apart is not None:
-                self.trip(*apart, cycle)
+            found = apart or self._in_motion.step(measured, self.gate.outputs, bus_ok)
+            if found is not None:
+                self.trip(*found, cycle)
             if self.tripped is None:
                 refusal = self._pass_through(measured, command) or fault
                 if refusal is None:

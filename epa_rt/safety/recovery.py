@@ -151,7 +151,7 @@ class RecoveryEnvelope(Envelope):
 
 def unlimited(rig: Rig, jumps: bool = False) -> Rig:
     """The rig as the envelope of a recovery sees it: no limits on what the guard watches, nor on
-    the position target, which no such run uses. ``jumps``: the drive is about to set its position.
+    the position target, which no such run uses, and no law of a muscle. ``jumps``: the drive is about to set its position.
     """
     free = {"limits": (-INFINITE, INFINITE)}
     rows = tuple(
@@ -162,5 +162,7 @@ def unlimited(rig: Rig, jumps: bool = False) -> Rig:
         for row in rig.signals
     )
     motor = rig.motor.model_copy(update={"speed": None}) if jumps else rig.motor
+    # a muscle's law needs a zero of travel that may be wrong
+    muscles = tuple(muscle.model_copy(update={"law": None}) for muscle in rig.muscles)
     sections = {name: getattr(rig, name) for name in Rig.model_fields}  # a copy would keep its rows
-    return Rig.model_construct(**sections | {"signals": rows, "motor": motor})
+    return Rig.model_construct(**sections | {"signals": rows, "motor": motor, "muscles": muscles})
