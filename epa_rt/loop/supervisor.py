@@ -18,8 +18,8 @@ from epa_rt.loop.end_state import EndState
 from epa_rt.loop.following import Following
 from epa_rt.loop.referenced import Referenced
 from epa_rt.loop.rest import RestWatch
-from epa_rt.safety.stopping import BRAKING, Stopping
 from epa_rt.safety.at_rest import AtRest
+from epa_rt.safety.stopping import BRAKING, Stopping
 
 STATES = ("bring_up", "enable", "run", "stop", "brake", "vent", "disable", "safe", "done")
 BRING_UP, ENABLE, RUN, STOP, BRAKE, VENT, DISABLE, SAFE, DONE = range(9)
@@ -68,6 +68,7 @@ class Supervisor:
         self._following = Following(rig, tuple((valves[m.name], m.name) for m in rig.muscles))
         self.motions, self._motion = motions, next(iter(motions.values()))
         self._drive, self._rest_watch, self._dt_s = drive, rest, rig.period_s
+        self._sensors_at_rest = AtRest(rig)
         self._valves = [
             (valves[m.name], m.name, m.pressure, m.inlet, m.exhaust, f"est_{m.pressure}")
             for m in rig.muscles

@@ -11,8 +11,8 @@ from epa_rt.config.rig import Rig
 from epa_rt.safety.bus_budget import BusBudget
 from epa_rt.safety.commands import CommandGate
 from epa_rt.safety.contradiction import MotionCheck
-from epa_rt.safety.stopping import Stopping
 from epa_rt.safety.in_motion import InMotion
+from epa_rt.safety.stopping import Stopping
 from epa_rt.safety.thermal import ThermalLimit
 from epa_rt.safety.trip import OVER_RANGE_CAUSE, Trip
 

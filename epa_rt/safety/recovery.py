@@ -151,7 +151,9 @@ class RecoveryEnvelope(Envelope):
 
 def unlimited(rig: Rig, jumps: bool = False) -> Rig:
     """The rig as the envelope of a recovery sees it: no limits on what the guard watches, nor on
-    the position target, which no such run uses, and no law of a muscle. ``jumps``: the drive is about to set its position.
+    the position target, which no such run uses, and no law of a muscle.
+
+    ``jumps``: the drive is about to set its position.
     """
     free = {"limits": (-INFINITE, INFINITE)}
     rows = tuple(
