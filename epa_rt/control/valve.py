@@ -22,8 +22,9 @@ class SetAndHold:
     """Set-and-hold of one muscle; pressures are absolute Pa, times s.
 
     Read `state`, `settled`, `drifting`, `estimate_pa`, `target_pa`, `switchings`, `cause`
-    (ValveCause), `cause_text` and `failure` (the same text, or None). `events` holds (kind, text, data) of kind "state", "switch",
-    "drift", "accept" or "failed" until taken. A failure stays until set, vent or close.
+    (ValveCause), `cause_text` and `failure` (the same text, or None). `events` holds (kind, text,
+    data) of kind "state", "switch", "drift", "accept" or "failed" until taken. A failure stays
+    until set, vent or close.
     """
 
     __slots__ = (

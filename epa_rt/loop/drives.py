@@ -48,11 +48,8 @@ class BusDrive:
     def __init__(self, file: Cia402Drive, period_s: float, mode: int):
         self._enabler = DriveEnabler(max(1, round(file.transition_timeout / period_s)))
         self._file, self._mode = file, mode
-        self._reported, self._unlike, self._patience = (
-            mode,
-            0,
-            0,
-        )  # what it says, cycles of another mode while enabled, and how many may be
+        self._reported = float(mode)  # what it says
+        self._unlike = self._patience = 0  # cycles of another mode while enabled; how many may be
         self._status, self._control = file.status_word, file.control_word
         self._mode_row, self._mode_display = file.mode, file.mode_display
 

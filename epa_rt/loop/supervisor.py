@@ -253,7 +253,11 @@ class Supervisor:
         return (
             self._rest_watch.motor_stands
             or self._ended >= self._rest_max_cycles
-            or (self._torque in self._motion.writes and self.command[self._torque] == 0.0)
+            or (
+                self._torque is not None
+                and self._torque in self._motion.writes
+                and self.command[self._torque] == 0.0
+            )
         )
 
     def _begin_to_vent(self) -> None:
@@ -268,11 +272,11 @@ class Supervisor:
         """The motor stays where it is while the muscles vent; a joint loop would wind up after a
         joint that sinks. Power goes once all is measured vented and at rest, or has had its time.
         """
-        command = self.command
-        target = command[self._target] if self._target in self._motion.writes else None
+        command, name = self.command, self._target
+        held = command[name] if name is not None and name in self._motion.writes else None
         self._rest(measured)
-        if target is not None:
-            command[self._target] = target
+        if name is not None and held is not None:
+            command[name] = held
         self._drive.step(measured, command)
         self._switch_valves(measured)
         self._watch(measured, bus_ok)

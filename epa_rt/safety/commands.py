@@ -38,10 +38,9 @@ class CommandGate:
         self._safe = dict(self.outputs)
         drive = rig.drive
         self._mode = drive.mode if isinstance(drive, Cia402Drive) else ""
-        self._power_row, self._power_on = (
-            (drive.control_word, (float(ENABLE_OPERATION), float(START_HOMING)))
-            if isinstance(drive, Cia402Drive)
-            else (drive.enable, (1.0,))
+        self._power_row = drive.control_word if isinstance(drive, Cia402Drive) else drive.enable
+        self._power_on: tuple[float, ...] = (
+            (ENABLE_OPERATION, START_HOMING) if isinstance(drive, Cia402Drive) else (1.0,)
         )
         self._analog: list[tuple[str, float, float, float]] = []
         self._switches: list[str] = []

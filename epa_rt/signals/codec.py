@@ -109,11 +109,14 @@ class Decoder:
             else:
                 invalid |= row
         if invalid:
-            for row, name, *_ in self._checked:
-                if invalid & row:
-                    measured[name] = NAN
+            self._disbelieve(invalid)
         self.invalid, self.stale = invalid, stale
         return measured
+
+    def _disbelieve(self, invalid: int) -> None:
+        for row, name, *_ in self._checked:
+            if invalid & row:
+                self.measured[name] = NAN
 
     def _said_to_be_bad(self) -> int:
         """The rows whose status words say so, as bits."""
