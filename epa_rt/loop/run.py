@@ -146,6 +146,7 @@ def _exchange_until_done(
 ) -> None:
     """Cycle after cycle until the supervisor is done. Whatever is raised, ``now`` says where."""
     outputs_raw, cycle, t_ns, stopped = now.outputs_raw, now.cycle, now.t_ns, now.stopped
+    sequence = supervisor.sequence
     try:
         while supervisor.state != DONE:
             exchange = backend.exchange(outputs_raw)
@@ -183,7 +184,7 @@ def _exchange_until_done(
                 t_ns,
                 flags,
                 supervisor.state,
-                supervisor.phase,
+                sequence.phase_index,
                 lateness_ns,
                 busy_ns,
                 decoder.invalid,
