@@ -1,6 +1,8 @@
 """The boundary: raw process image out, raw process image in. A backend also owns time."""
 
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
+
+Event = tuple[str, str, dict[str, Any]]  # kind, text, data
 
 
 class Exchange(NamedTuple):
@@ -29,9 +31,18 @@ class Backend(Protocol):
     ``exchange`` waits for the next cycle edge, hands over the outputs and returns the inputs of
     that edge. ``close`` puts the outputs into their safe state first; it may be called twice, and
     before ``open``.
+
+    ``events``: what happened on a bus, for the log; the loop drains it. ``drive_off``: what the
+    drive said of itself while it was closed; None where nobody heard it.
     """
 
     period_s: float
+
+    @property
+    def events(self) -> list[Event]: ...
+
+    @property
+    def drive_off(self) -> bool | None: ...
 
     def open(self) -> None: ...
 

@@ -140,6 +140,14 @@ class Watching:
         self.inner, self.period_s, self._cycles = inner, inner.period_s, cycles
         self.trips = np.zeros(cycles + 100_000, np.int64)
 
+    @property
+    def events(self):
+        return self.inner.events
+
+    @property
+    def drive_off(self):
+        return self.inner.drive_off
+
     def open(self) -> None:
         self.inner.open()
         self._bus = self.inner._bus

@@ -7,14 +7,20 @@ once paced in real time, where caches are cold after each sleep. The floor is wh
 the clock cost in the same run.
 
 With --period the rig runs at that period, and the margin is what a cycle of it leaves the loop.
+With --against the same benchmark of another checkout runs in turn with this one, each in processes
+of its own: the medians of both, and their ratio.
 
     python scripts/bench_cycle.py --cycles 120000
     python scripts/bench_cycle.py --period 0.25          4 kHz
+    python scripts/bench_cycle.py --against FOLDER --turns 4
 """
 
 import argparse
 import json
+import os
 import re
+import statistics
+import subprocess
 import sys
 import tempfile
 import time
@@ -43,6 +49,7 @@ class Stopwatch:
         self.inner, self.period_s = inner, inner.period_s
         self.taken_ns = np.zeros(cycles + 100_000, np.int64)
         self.cycle, self._limit, self._left_ns = 0, cycles, 0
+        self.events, self.drive_off = inner.events, inner.drive_off
 
     def open(self) -> None:
         self.inner.open()
@@ -137,6 +144,39 @@ def measure(
     }
 
 
+def in_turn(other: Path, turns: int, options: list[str]) -> dict[str, dict[str, object]]:
+    """Other, this, other, this, ...: medians in microseconds by kind of run, and this over other.
+
+    Each checkout runs its own script of this name. Raises CalledProcessError where one fails.
+    """
+    found: dict[Path, list[dict[str, dict[str, float]]]] = {other.resolve(): [], ROOT: []}
+    for _ in range(turns):
+        for checkout, reports in found.items():
+            told = subprocess.run(
+                [sys.executable, str(checkout / "scripts" / Path(__file__).name), *options],
+                cwd=checkout,
+                env=os.environ | {"PYTHONPATH": str(checkout)},
+                stdout=subprocess.PIPE,
+                text=True,
+                check=True,
+            )
+            reports.append(json.loads(told.stdout))
+    answer: dict[str, dict[str, object]] = {}
+    for kind in ("unpaced", "paced_1x"):
+        of_other, of_this = (
+            [report[kind]["median_us"] for report in reports] for reports in found.values()
+        )
+        other_us, this_us = statistics.median(of_other), statistics.median(of_this)
+        answer[kind] = {
+            "other_us": other_us,
+            "this_us": this_us,
+            "ratio": round(this_us / other_us, 3),
+            "all_other_us": of_other,
+            "all_this_us": of_this,
+        }
+    return answer
+
+
 def main() -> None:
     arguments = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -146,7 +186,16 @@ def main() -> None:
     arguments.add_argument("--cycles", type=int, default=120_000)
     arguments.add_argument("--paced-cycles", type=int, default=20_000)
     arguments.add_argument("--period", type=float, default=1.0, metavar="MS", help="in ms")
+    arguments.add_argument("--against", type=Path, metavar="FOLDER", help="another checkout")
+    arguments.add_argument("--turns", type=int, default=3, help="with --against, of each")
     chosen = arguments.parse_args()
+    if chosen.against is not None:
+        options = ["--rig", chosen.rig, "--experiment", chosen.experiment]
+        options += ["--cycles", str(chosen.cycles), "--paced-cycles", str(chosen.paced_cycles)]
+        if chosen.period != 1.0:
+            options += ["--period", str(chosen.period)]
+        print(json.dumps(in_turn(chosen.against, chosen.turns, options), indent=2))
+        return
     period = chosen.period
     report = {
         "rig": chosen.rig,

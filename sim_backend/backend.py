@@ -1,6 +1,6 @@
 """The simulated rig as a backend: as fast as it goes, or paced against the clock."""
 
-from epa_rt.backend import BackendError, Exchange
+from epa_rt.backend import BackendError, Event, Exchange
 from epa_rt.config.rig import Rig
 from epa_rt.models import plant as nominal_physics
 from epa_rt.models.plant_file import PlantFile
@@ -15,7 +15,7 @@ class SimBackend:
     Without pace the clock is the simulated one (from zero) and lateness and busy time are zero, so
     that the same seed gives the same bytes. With pace, both are measured. ``physics``,
     ``referenced`` and ``count_offset`` as RigModel takes them. ``model``: a rig that an earlier run
-    has left, to go on with.
+    has left, to go on with. It has no bus that would tell ``events``.
     """
 
     def __init__(
@@ -30,6 +30,8 @@ class SimBackend:
         model: RigModel | None = None,
     ):
         self.period_s = rig.period_s
+        self.events: list[Event] = []
+        self.drive_off: bool | None = None
         self._model = model or RigModel(rig, plant, seed, physics, referenced, count_offset)
         self._pace = None if speed is None else Pace(rig.period_s / speed)
         self._cycle = -1

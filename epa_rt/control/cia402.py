@@ -76,16 +76,17 @@ class DriveEnabler:
 
     A drive that stays in one state for more than `timeout_cycles`, or does not arrive within eight
     times as many, ends the request with `cause`; so does one that leaves operation enabled by
-    itself (`lost`). ValueError if not above 0.
+    itself (`lost`). `enabled`: operation is both asked for and reported by the drive. ValueError if
+    not above 0.
     """
 
     __slots__ = (
         "state",
         "cause",
         "lost",
+        "enabled",
         "timeout_cycles",
         "_wanted",
-        "_reached",
         "_controlled",
         "_braking",
         "_may_reset",
@@ -102,21 +103,16 @@ class DriveEnabler:
         self.state = DriveState.UNKNOWN
         self.cause = ""
         self.lost = ""
-        self._wanted = self._reached = self._controlled = False
+        self._wanted = self.enabled = self._controlled = False
         self._braking = self._holding = self._may_reset = self._resetting = False
         self._waited = self._total = 0
-
-    @property
-    def enabled(self) -> bool:
-        """True while operation is both asked for and reported by the drive."""
-        return self._reached
 
     @property
     def targets_live(self) -> bool:
         """True when the drive follows targets; at any other time they must be kept equal to the
         actual values.
         """
-        return self._reached
+        return self.enabled
 
     @property
     def fault(self) -> bool:
@@ -131,13 +127,13 @@ class DriveEnabler:
     @property
     def holds(self) -> bool:
         """True while the drive follows targets, or holds after a quick stop that was asked for."""
-        return self._reached or self._holding
+        return self.enabled or self._holding
 
     def quick_stop(self) -> None:
         """From operation enabled: brake on the drive's own ramp and hold there, until disabled.
         Without effect on a drive that is not enabled.
         """
-        self._holding, self._reached = self._holding or self._reached, False
+        self._holding, self.enabled = self._holding or self.enabled, False
         self._waited = 0
 
     def enable(self, reset_fault: bool = True) -> None:
@@ -145,21 +141,21 @@ class DriveEnabler:
         `reset_fault`.
         """
         self._wanted = True
-        self._reached = self._braking = self._holding = self._resetting = False
+        self.enabled = self._braking = self._holding = self._resetting = False
         self._may_reset = reset_fault
         self._waited = self._total = 0
         self.cause = self.lost = ""
 
     def disable(self, controlled: bool = False) -> None:
         """Torque off at once, or `controlled`: by way of switched on and ready to switch on."""
-        self._wanted = self._reached = self._braking = self._holding = False
+        self._wanted = self.enabled = self._braking = self._holding = False
         self._controlled = controlled
         self._waited = 0
 
     def step(self, status_word: int) -> int:
         """Control word (0x6040) of this cycle for the status word (0x6041) just read."""
         state = _STATES[status_word & 0x6F]
-        if self._reached and state is _OPERATION_ENABLED:
+        if self.enabled and state is _OPERATION_ENABLED:
             return CONTROL_ENABLE_OPERATION
         self._waited = self._waited + 1 if state is self.state else 0
         self.state = state
@@ -167,7 +163,7 @@ class DriveEnabler:
             return self._hold(state)
         if not self._wanted:
             return self._down(state)
-        if self._reached:
+        if self.enabled:
             self.lost = f"the drive left operation enabled by itself: {state.value}"
             self._braking = state is DriveState.QUICK_STOP_ACTIVE
             return self._give_up(self.lost)
@@ -188,7 +184,7 @@ class DriveEnabler:
             self._resetting = False
             word = _UP.get(state, CONTROL_DISABLE_VOLTAGE)
         if state is _OPERATION_ENABLED:
-            self._reached = True
+            self.enabled = True
         elif self._wanted and (
             self._waited > self.timeout_cycles or self._total > 8 * self.timeout_cycles
         ):
@@ -224,5 +220,5 @@ class DriveEnabler:
 
     def _give_up(self, cause: str) -> int:
         self.cause = cause
-        self._wanted = self._reached = self._controlled = False
+        self._wanted = self.enabled = self._controlled = False
         return self._down(self.state)

@@ -225,6 +225,8 @@ class JointAngle:
         self._of_acceleration_m_s2 = feedforward_acceleration_s2 * lever_arm_m
         self._reference_speed, self._last_speed = reference_speed, nan
         self._cutoff_rad_s = 2.0 * pi * output_cutoff_hz
+        self._is_smoothed = self._cutoff_rad_s != inf
+        self._dt_s, self._share = nan, 0.0  # of the smoothing, fitted on the next step
         self._first = self._second = 0.0
         self._out = {command: 0.0}
 
@@ -246,20 +248,19 @@ class JointAngle:
         """Command within the gains' limits, NaN where an input is NaN."""
         forward = self._feedforward * reference[self._fed_forward]
         if self._of_speed_m_s or self._of_acceleration_m_s2:
-            speed = reference[self._reference_speed]
-            acceleration = (
-                (speed - self._last_speed) / dt_s if self._last_speed == self._last_speed else 0.0
-            )
+            speed, last = reference[self._reference_speed], self._last_speed
+            acceleration = (speed - last) / dt_s if last == last else 0.0
             self._last_speed = speed
             forward += self._of_speed_m_s * speed + self._of_acceleration_m_s2 * acceleration
         wanted = self.pid.step(
             reference[self._reference_angle], measured[self._angle], forward, dt_s
         )
-        if self._cutoff_rad_s != inf and wanted == wanted:  # one NaN must not stay in the filter
-            share = 1.0 - exp(-self._cutoff_rad_s * dt_s)
-            self._first += share * (wanted - self._first)
-            self._second += share * (self._first - self._second)
-            wanted = self._second
+        if self._is_smoothed and wanted == wanted:  # one NaN must not stay in the filter
+            if dt_s != self._dt_s:
+                self._dt_s, self._share = dt_s, 1.0 - exp(-self._cutoff_rad_s * dt_s)
+            share = self._share
+            self._first = first = self._first + share * (wanted - self._first)
+            self._second = wanted = self._second + share * (first - self._second)
         self._out[self._command] = wanted
         return self._out
 

@@ -14,10 +14,17 @@ class Controller(Protocol):
     to a slew limit: the gate behind it sees none of these.
     """
 
-    reads: tuple[str, ...]
-    writes: tuple[str, ...]
-    saturated: int
-    slewed: int
+    @property
+    def reads(self) -> tuple[str, ...]: ...
+
+    @property
+    def writes(self) -> tuple[str, ...]: ...
+
+    @property
+    def saturated(self) -> int: ...
+
+    @property
+    def slewed(self) -> int: ...
 
     def reset(self, measured: Signals, commanded: Signals | None = None) -> None:
         """Start from where the rig is; `commanded` holds what was last sent, where it is known."""

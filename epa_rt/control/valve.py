@@ -22,8 +22,9 @@ class SetAndHold:
     """Set-and-hold of one muscle; pressures are absolute Pa, times s.
 
     Read `state`, `settled`, `drifting`, `estimate_pa`, `target_pa`, `switchings`, `cause`
-    (ValveCause) and `cause_text`. `events` holds (kind, text, data) of kind "state", "switch",
-    "drift", "accept" or "failed" until taken. A failure stays until set, vent or close.
+    (ValveCause), `cause_text` and `failure` (the same text, or None). `events` holds (kind, text,
+    data) of kind "state", "switch", "drift", "accept" or "failed" until taken. A failure stays
+    until set, vent or close.
     """
 
     __slots__ = (
@@ -36,6 +37,7 @@ class SetAndHold:
         "switchings",
         "cause",
         "cause_text",
+        "failure",
         "events",
         "_inlet",
         "_exhaust",
@@ -46,6 +48,7 @@ class SetAndHold:
         "_dt_s",
         "_estimate_share",
         "_over_pa",
+        "_drift_pa",
         "_timer_s",
         "_window_s",
         "_window_pa",
@@ -66,6 +69,7 @@ class SetAndHold:
         self.estimate_pa = self.target_pa = nan
         self.switchings = 0
         self.cause, self.cause_text = ValveCause.NONE, ""
+        self.failure: str | None = None
         self._suspect = ValveCause.NONE
         self.events: list[tuple[str, str, dict[str, object]]] = []
         self.drifting = False
@@ -73,7 +77,7 @@ class SetAndHold:
         self._dt_s = nan
         self._estimate_share = self._timer_s = self._window_s = self._closed_rate_pa_s = 0.0
         self._window_pa = self._start_pa = self._closed_pa = nan
-        self._over_pa = s.over_pressure_pa
+        self._over_pa, self._drift_pa = s.over_pressure_pa, s.drift_pa
         self._ramp, self._blocks = RampFollower(), BlockAverage(s.average_s)
         self._watch = HoldWatch(s.hold_lost_ratio, s.atmosphere_pa)
         self._trim = Trim(s)
@@ -147,11 +151,6 @@ class SetAndHold:
         """Events since the last call, oldest first."""
         taken, self.events = self.events, []
         return taken
-
-    @property
-    def failure(self) -> str | None:
-        """The failure in words, or None."""
-        return self.cause_text or None
 
     # The cycle
 
@@ -364,7 +363,7 @@ class SetAndHold:
             self._lost_in_hold()
             return
         error = watch.slow_pa - self.target_pa
-        drift_pa = self.settings.drift_pa
+        drift_pa = self._drift_pa
         if error > drift_pa or error < -drift_pa:
             self._drift(error)
         elif self.drifting and -0.5 * drift_pa < error < 0.5 * drift_pa:
@@ -432,7 +431,7 @@ class SetAndHold:
     # State changes
 
     def _clear(self) -> None:
-        self.cause, self.cause_text = ValveCause.NONE, ""
+        self.cause, self.cause_text, self.failure = ValveCause.NONE, "", None
         self._suspect = ValveCause.NONE
         self._trim.start()
 
@@ -440,7 +439,7 @@ class SetAndHold:
         """Close both valves, or leave the exhaust open where the pressure must come down."""
         vent = cause in _VENT_ON or self.state in _OPENS_EXHAUST
         self.cause = cause
-        self.cause_text = f"{cause.value} while {self.state.value}: {found}"
+        self.cause_text = self.failure = f"{cause.value} while {self.state.value}: {found}"
         self.events.append(
             (
                 "failed",

@@ -111,8 +111,8 @@ class HoldWatch:
         self._slower_pa = slower
         change = slow - slower
         lost = self._lost_ratio * slower
-        if change > lost:
-            return 1
+        if change >= 0.0:
+            return 1 if change > lost else 0
         # Near atmosphere no share of the absolute pressure can be lost: there it is three quarters
         # of the gauge one.
         gauge = slower - self._atmosphere_pa

@@ -28,7 +28,8 @@ class Sequence:
         self.events: list[Event] = []
         self.phase_index, self.phase = -1, experiment.phases[0]
         self.loop, self.loop_changed = self.phase.loop, False
-        self.finished, self.failure = False, None
+        self.finished = False
+        self.failure: str | None = None
         self._crew = ValveCrew(rig, valves)
         self._valves = tuple(valves.items())
         self._pressures = tuple(muscle.pressure for muscle in rig.muscles)
@@ -52,20 +53,21 @@ class Sequence:
         is over.
         """
         self.loop_changed = False
-        if self._profile is None and self.finished:
-            return  # stopped before anything began
-        if self._profile is None or self._cycle_in_phase >= self._due:
+        if self._profile is None:
+            if self.finished:
+                return  # stopped before anything began
+            self._at_due(measured, reference, cycle)
+        elif self._cycle_in_phase >= self._due:
             self._at_due(measured, reference, cycle)
         for name, valve in self._valves:
             if valve.failure is not None and self.failure is None and not self.finished:
                 self._fail(f"valves of the muscle {name}: {valve.failure}", cycle)
         self._speed_before = self._speed
-        self._position, self._speed = position, speed = self._at(
-            self._cycle_in_phase * self.period_s
-        )
+        in_phase = self._cycle_in_phase
+        self._position, self._speed = position, speed = self._at(in_phase * self.period_s)
         reference[self._position_key] = position
         reference[self._speed_key] = speed
-        self._cycle_in_phase += 1
+        self._cycle_in_phase = in_phase + 1
 
     def brake(self, cycle: int = -1) -> None:
         """Operator stop: from the present reference to rest; ``finished`` once at rest.

@@ -13,8 +13,11 @@ from epa_rt.experiments.experiment import ValveOrder
 class Valve(Protocol):
     """What a sequence asks of a muscle's valves (``SetAndHold``); the loop steps them."""
 
-    settled: bool
-    failure: object | None
+    @property
+    def settled(self) -> bool: ...
+
+    @property
+    def failure(self) -> str | None: ...
 
     def set(self, target_pa: float) -> None: ...
     def vent(self) -> None: ...

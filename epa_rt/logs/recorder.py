@@ -163,6 +163,7 @@ class Recorder:
         head = self._head
         if head >= self._limit and not self._has_room(1, self._lossless):
             self._lost_samples += 1
+            self._countdown = 0  # looked at when the loop asks next
             return
         self._pack(
             self._memory,
@@ -207,12 +208,7 @@ class Recorder:
         """
         if self._failure is None:
             self._countdown -= 1
-            if (
-                not self._countdown
-                or self._words[FAILURE_BYTES]
-                or self._lost_samples
-                or self._lost_events
-            ):
+            if self._countdown <= 0 or self._words[FAILURE_BYTES]:
                 self._countdown = _LIVENESS_EVERY
                 self._failure = self._child.trouble() or self._lost_text()
         return self._failure
@@ -269,10 +265,12 @@ class Recorder:
         # Where nothing waits, an event goes in whole or not at all.
         if not wait and not self._has_room(len(parts), False):
             self._lost_events += 1
+            self._countdown = 0
             return
         for number, part in enumerate(parts, start=1):
             if not self._has_room(1, wait):
                 self._lost_events += 1
+                self._countdown = 0
                 return
             begin = HEADER_BYTES + self._head % self._slots * self._slot_bytes
             kind_of_slot = KIND_EVENT_END if number == len(parts) else KIND_EVENT_PART

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from epa_rt.backend import BackendError, Exchange
+from epa_rt.backend import BackendError, Event, Exchange
 from epa_rt.logs.layout import (
     FLAG_RECORDER_FAILED,
     FLAG_STOP_AT_ONCE,
@@ -66,6 +66,8 @@ class ReplayBackend:
 
     def __init__(self, cycles: RecordedCycles, period_s: float):
         self.period_s = period_s
+        self.events: list[Event] = []
+        self.drive_off: bool | None = None
         self._cycles, self._next, self._is_open = cycles, 0, False
 
     def open(self) -> None:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from epa_rt.config.rig import Muscle, Rig
+from epa_rt.config.rig_rows import SignalRow
 from epa_rt.control.motion import JointAngle, MotorPosition, MotorSpeed, MotorTorque
 from epa_rt.control.pid import PidGains
 from epa_rt.control.protocol import Controller
@@ -118,11 +119,12 @@ def motion_of(rig: Rig, loop: str, target: str) -> Controller:
     motor = rig.motor
     travel, speed_key = f"ref_{motor.position}", coordinate_of(rig, "motor_position").speed_key
     if loop == "motor_torque":
+        row = _row(rig, motor.torque_target, "motor.torque_target")
         return MotorTorque(
             reference="ref_motor_torque_nm",
-            command=motor.torque_target,
-            limit_n_m=rig.row(motor.torque_target).limits[1],
-            slew_n_m_s=rig.row(motor.torque_target).slew or float("inf"),
+            command=row.name,
+            limit_n_m=_limits(row)[1],
+            slew_n_m_s=row.slew or float("inf"),
         )
     if loop == "joint_angle":
         return _joint(rig)
@@ -130,24 +132,28 @@ def motion_of(rig: Rig, loop: str, target: str) -> Controller:
         return MotorPosition(
             travel=motor.position,
             reference_travel=travel,
-            command=motor.position_target,
+            command=_row(rig, motor.position_target, "motor.position_target").name,
             align_speed_m_s=motor.speed_max,
         )
+    row = _row(rig, motor.speed_target, "motor.speed_target")
     return MotorSpeed(
         travel=motor.position,
         reference_travel=travel,
         reference_speed=speed_key,
-        command=motor.speed_target,
+        command=row.name,
         kp_position=motor.position_gain,
-        limit_m_s=rig.row(motor.speed_target).limits[1],
+        limit_m_s=_limits(row)[1],
         align_speed_m_s=0.1 * motor.speed_max,
     )
 
 
 def _joint(rig: Rig) -> JointAngle:
     joint, motor = rig.joint, rig.motor
+    if joint is None:
+        raise WiringError(f"the rig {rig.name} has no joint, which the loop joint_angle moves")
     coordinate, lever, pid = coordinate_of(rig, "joint_angle"), joint.lever_arm, joint.pid
-    low, high = rig.row(motor.position_target).limits
+    row = _row(rig, motor.position_target, "motor.position_target")
+    low, high = _limits(row)
     size = abs(lever)
     gains = PidGains(
         kp=pid.kp * size,
@@ -169,8 +175,21 @@ def _joint(rig: Rig) -> JointAngle:
         reference_angle=coordinate.position_key,
         reference_speed=coordinate.speed_key,
         travel=motor.position,
-        command=motor.position_target,
+        command=row.name,
     )
+
+
+def _row(rig: Rig, name: str | None, role: str) -> SignalRow:
+    """The row that a loop writes; WiringError where the rig file names none."""
+    if name is None:
+        raise WiringError(f"the rig {rig.name} has no {role}, which a loop of the run writes")
+    return rig.row(name)
+
+
+def _limits(row: SignalRow) -> tuple[float, float]:
+    if row.limits is None:
+        raise WiringError(f"the row {row.name} has no limits, which a loop of the run keeps to")
+    return row.limits
 
 
 def _check_wiring(rig: Rig, sequence: Sequence, motions: dict[str, Controller]) -> None:

@@ -48,12 +48,10 @@ class BusDrive:
     def __init__(self, file: Cia402Drive, period_s: float, mode: int):
         self._enabler = DriveEnabler(max(1, round(file.transition_timeout / period_s)))
         self._file, self._mode = file, mode
-        self._reported, self._unlike, self._patience = (
-            mode,
-            0,
-            0,
-        )  # what it says, cycles of another mode while enabled, and how many may be
+        self._reported = float(mode)  # what it says
+        self._unlike = self._patience = 0  # cycles of another mode while enabled; how many may be
         self._status, self._control = file.status_word, file.control_word
+        self._mode_row, self._mode_display = file.mode, file.mode_display
 
     def enable(self) -> None:
         self._patience = self._enabler.timeout_cycles
@@ -66,18 +64,21 @@ class BusDrive:
         self._enabler.quick_stop()
 
     def step(self, measured: dict[str, float], command: dict[str, float]) -> None:
-        command[self._control] = self._enabler.step(measured[self._status])
-        command[self._file.mode] = self._mode
-        self._reported = measured[self._file.mode_display]
-        self._unlike = (
-            self._unlike + 1 if self._enabler.targets_live and self._reported != self._mode else 0
-        )
-        if self.live:
-            self._patience = 0
+        enabler, mode = self._enabler, self._mode
+        # a row of a word holds an int
+        command[self._control] = enabler.step(measured[self._status])  # type: ignore[arg-type]
+        command[self._mode_row] = mode
+        self._reported = reported = measured[self._mode_display]
+        if not enabler.enabled:
+            self._unlike = 0
+        elif reported == mode:
+            self._unlike = self._patience = 0
+        else:
+            self._unlike += 1
 
     @property
     def live(self) -> bool:
-        return self._enabler.targets_live and not self._unlike
+        return self._enabler.enabled and not self._unlike
 
     @property
     def holds(self) -> bool:

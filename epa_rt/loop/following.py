@@ -41,20 +41,21 @@ class Following:
     def __init__(self, rig: Rig, valves: tuple[tuple[SetAndHold, str], ...] = ()):
         self._valves = valves
         self._allowed_cycles = max(1, round(LONGEST_S / rig.period_s))
-        self._pairs = {}
+        self._pairs: dict[str, tuple[str, str, float]] = {}  # reference, measured, allowed
         for loop in possible_loops(rig):
             coordinate = coordinate_of(rig, loop)
-            axis = rig.joint if loop == "joint_angle" else rig.motor
+            axis = rig.joint if loop == "joint_angle" and rig.joint else rig.motor
             if coordinate.measured is not None and axis.following_error is not None:
                 self._pairs[loop] = (
                     coordinate.position_key,
                     coordinate.measured,
                     axis.following_error,
                 )
-        self._target, self._position, self._allowed = (
-            rig.motor.position_target,
-            rig.motor.position,
-            rig.motor.following_error,
+        motor = rig.motor
+        self._of_target = (  # target, measured, allowed
+            (motor.position_target, motor.position, motor.following_error)
+            if motor.position_target is not None and motor.following_error is not None
+            else None
         )
         self._away = 0
 
@@ -66,19 +67,22 @@ class Following:
         command: dict[str, float],
     ) -> Fault | None:
         """Takes one cycle; all values SI."""
-        error, allowed, name = 0.0, 1.0, ""
         pair = self._pairs.get(loop)
         if pair is not None:
-            error, allowed, name = reference[pair[0]] - measured[pair[1]], pair[2], pair[1]
-        if self._target is not None and self._allowed is not None and abs(error) <= allowed:
-            error, allowed, name = (
-                command[self._target] - measured[self._position],
-                self._allowed,
-                self._position,
-            )
-        if abs(error) <= allowed:
-            self._away = 0
-            return None
+            wanted, name, allowed = pair
+            error = reference[wanted] - measured[name]
+            if not -allowed <= error <= allowed:
+                return self._is_away(error, allowed, name)
+        pair = self._of_target
+        if pair is not None:
+            wanted, name, allowed = pair
+            error = command[wanted] - measured[name]
+            if not -allowed <= error <= allowed:
+                return self._is_away(error, allowed, name)
+        self._away = 0
+        return None
+
+    def _is_away(self, error: float, allowed: float, name: str) -> Fault | None:
         self._away += 1
         if self._away < self._allowed_cycles:
             return None

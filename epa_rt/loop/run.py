@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from epa_rt.backend import Backend, BackendError
+from epa_rt.backend import Backend, BackendError, Event
 from epa_rt.config.rig import Rig
 from epa_rt.control.protocol import Controller
 from epa_rt.logs.layout import (
@@ -104,9 +104,7 @@ def run(
         "",
         "",
     )
-    told = getattr(
-        backend, "events", []
-    )  # what a bus has to say: recoveries, emergencies, the clock's lock
+    told = backend.events  # of a bus: recoveries, emergencies, the clock's lock
     parts = (backend, supervisor, envelope, decoder, encoder, recording, requests, overruns, gaps)
     try:
         backend.open()
@@ -129,13 +127,13 @@ def run(
         _pass_on(told, recording, now.cycle, now.t_ns)
     end = _end_state(supervisor, decoder, broken, now.cycle)
     if end is not None:  # the drive's last word, where the bus heard it
-        end = end.heard_at_closing(getattr(backend, "drive_off", None))
+        end = end.heard_at_closing(backend.drive_off)
     return _result(envelope, supervisor, overruns, broken, now, encoder.saturated, gaps.count, end)
 
 
 def _exchange_until_done(
     now: _Now,
-    told: list,
+    told: list[Event],
     backend: Backend,
     supervisor: Supervisor,
     envelope: Envelope,
@@ -148,6 +146,7 @@ def _exchange_until_done(
 ) -> None:
     """Cycle after cycle until the supervisor is done. Whatever is raised, ``now`` says where."""
     outputs_raw, cycle, t_ns, stopped = now.outputs_raw, now.cycle, now.t_ns, now.stopped
+    sequence = supervisor.sequence
     try:
         while supervisor.state != DONE:
             exchange = backend.exchange(outputs_raw)
@@ -171,10 +170,11 @@ def _exchange_until_done(
                 t_ns + lateness_ns,
                 supervisor.fault,
             )
-            if envelope.tripped is not None:
+            trip = envelope.tripped
+            if trip is not None:
                 flags |= FLAG_TRIPPED
                 supervisor.after_trip(envelope.stopping, measured, bus_ok)
-                if envelope.tripped.cycle != cycle:
+                if trip.cycle != cycle:
                     command = outputs  # nobody asks for more than what leaves
             if supervisor.state >= SAFE:
                 outputs = envelope.power_off()
@@ -184,7 +184,7 @@ def _exchange_until_done(
                 t_ns,
                 flags,
                 supervisor.state,
-                supervisor.phase,
+                sequence.phase_index,
                 lateness_ns,
                 busy_ns,
                 decoder.invalid,
@@ -196,7 +196,7 @@ def _exchange_until_done(
                 command,
                 supervisor.estimate,
             )
-            if supervisor.events or (flags & FLAG_TRIPPED and envelope.tripped.cycle == cycle):
+            if supervisor.events or (trip is not None and trip.cycle == cycle):
                 _report(supervisor, envelope, recording, cycle, t_ns)
             if told:
                 _pass_on(told, recording, cycle, t_ns)
@@ -228,7 +228,7 @@ def _end_state(
     return end.lost(text)
 
 
-def _pass_on(told: list, recording: Recording, cycle: int, t_ns: int) -> None:
+def _pass_on(told: list[Event], recording: Recording, cycle: int, t_ns: int) -> None:
     for kind, text, data in told:
         recording.event(max(cycle, 0), t_ns, kind, text, **data)
     told.clear()
@@ -281,7 +281,7 @@ def _judge(
 
 
 def _step(
-    supervisor: Supervisor, cycle: int, measured: dict, stopped: bool, bus_ok: bool
+    supervisor: Supervisor, cycle: int, measured: dict[str, float], stopped: bool, bus_ok: bool
 ) -> dict[str, float]:
     """The supervisor's command; an error of ours in it becomes a fault that trips. One while it
     ends a run is raised: nothing would end it then.

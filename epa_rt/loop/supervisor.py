@@ -56,7 +56,7 @@ class Supervisor:
     ):
         self.state = BRING_UP
         self.fault: Fault | None = None
-        self.events: list[tuple[str, str, dict]] = [("state", "bring_up", {})]
+        self.events: list[tuple[str, str, dict[str, object]]] = [("state", "bring_up", {})]
         self.end: EndState | None = None
         self.category = ""
         self.sequence = sequence
@@ -218,12 +218,13 @@ class Supervisor:
 
     def _run(self, cycle: int, measured: dict[str, float], stop: bool) -> None:
         sequence, command, drive = self.sequence, self.command, self._drive
+        reference = self.reference
         if stop and self.state == RUN:
             if sequence.phase_index < 0:  # nothing has begun: there is no reference to brake from
                 return self._leave(measured)
             sequence.brake()
             self._enter(STOP)
-        sequence.step(measured, self.reference, cycle)
+        sequence.step(measured, reference, cycle)
         if sequence.events:
             self.events += sequence.events
             sequence.events.clear()
@@ -233,8 +234,8 @@ class Supervisor:
             self._motion.reset(measured, command)
         if self._target:
             command[self._target] = measured[self._position]
-        command.update(self._motion.step(measured, self.reference, self._dt_s))
-        self.fault = self._following.step(sequence.loop, measured, self.reference, command)
+        command.update(self._motion.step(measured, reference, self._dt_s))
+        self.fault = self._following.step(sequence.loop, measured, reference, command)
         self._switch_valves(measured)
         if not drive.live:
             self._drive_is_lost(measured)
@@ -266,7 +267,11 @@ class Supervisor:
         return (
             self._rest_watch.motor_stands
             or self._ended >= self._rest_max_cycles
-            or (self._torque in self._motion.writes and self.command[self._torque] == 0.0)
+            or (
+                self._torque is not None
+                and self._torque in self._motion.writes
+                and self.command[self._torque] == 0.0
+            )
         )
 
     def _begin_to_vent(self) -> None:
@@ -281,11 +286,11 @@ class Supervisor:
         """The motor stays where it is while the muscles vent; a joint loop would wind up after a
         joint that sinks. Power goes once all is measured vented and at rest, or has had its time.
         """
-        command = self.command
-        target = command[self._target] if self._target in self._motion.writes else None
+        command, name = self.command, self._target
+        held = command[name] if name is not None and name in self._motion.writes else None
         self._rest(measured)
-        if target is not None:
-            command[self._target] = target
+        if name is not None and held is not None:
+            command[name] = held
         self._drive.step(measured, command)
         self._switch_valves(measured)
         self._watch(measured, bus_ok)
@@ -328,9 +333,9 @@ class Supervisor:
         self._rest_watch.step(measured, bus_ok, self._drive.off)
 
     def _switch_valves(self, measured: dict[str, float]) -> None:
-        command, estimate = self.command, self.estimate
+        command, estimate, dt_s = self.command, self.estimate, self._dt_s
         for valve, name, pressure, inlet, exhaust, estimated in self._valves:
-            inlet_open, exhaust_open = valve.step(measured[pressure], self._dt_s)
+            inlet_open, exhaust_open = valve.step(measured[pressure], dt_s)
             command[inlet] = 1.0 if inlet_open else 0.0
             command[exhaust] = 1.0 if exhaust_open else 0.0
             estimate[estimated] = valve.estimate_pa

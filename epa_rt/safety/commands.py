@@ -34,14 +34,13 @@ class CommandGate:
         words, modes = CONTROL_WORDS, MODES
         if homing:  # the drive's own homing, in which no target moves it
             words, modes = words | {START_HOMING}, frozenset((0, HOMING_MODE))
-        self.outputs = {row.name: row.safe for row in rig.outputs}
+        self.outputs = {row.name: row.safe for row in rig.outputs}  # a command that may leave
         self._safe = dict(self.outputs)
         drive = rig.drive
         self._mode = drive.mode if isinstance(drive, Cia402Drive) else ""
-        self._power_row, self._power_on = (
-            (drive.control_word, (float(ENABLE_OPERATION), float(START_HOMING)))
-            if isinstance(drive, Cia402Drive)
-            else (drive.enable, (1.0,))
+        self._power_row = drive.control_word if isinstance(drive, Cia402Drive) else drive.enable
+        self._power_on: tuple[float, ...] = (
+            (ENABLE_OPERATION, START_HOMING) if isinstance(drive, Cia402Drive) else (1.0,)
         )
         self._analog: list[tuple[str, float, float, float]] = []
         self._switches: list[str] = []
@@ -69,18 +68,20 @@ class CommandGate:
         """Fills ``outputs`` from the command; None, or (cause, signal, sentence) where the command
         is refused.
         """
-        was_powered, mode = self.powered, self.outputs.get(self._mode, POSITION_MODE)
+        outputs = self.outputs
+        was_powered, mode = self.powered, outputs.get(self._mode, POSITION_MODE)
         refusal = self._words_and_switches(command)
         if refusal is not None:
             return refusal
-        powered = self.outputs[self._power_row] in self._power_on
-        if powered and was_powered and self.outputs.get(self._mode, mode) != mode:
+        powered = outputs[self._power_row] in self._power_on
+        mode_now = outputs.get(self._mode, POSITION_MODE)
+        if powered and was_powered and mode_now != mode:
             return (
                 "mode change",
                 self._mode,
-                f"{self._mode} = {self.outputs[self._mode]} under power, expected {mode}",
+                f"{self._mode} = {mode_now} under power, expected {mode}",
             )
-        self._follows = not powered or self.outputs.get(self._mode) not in (None, POSITION_MODE)
+        self._follows = not powered or mode_now != POSITION_MODE
         refusal = self._limits(command)
         if powered != was_powered and refusal is None:
             if powered:
@@ -96,11 +97,12 @@ class CommandGate:
         """The brake opens under power that has been on for a cycle, and closes before it goes. A
         quick stop from there keeps the power.
         """
+        brake = self._brake or ""
         held = self._holds and self.outputs[self._power_row] == QUICK_STOP
         self._holds = powered or held
-        if self.outputs[self._brake] == 0.0 or held:
+        if self.outputs[brake] == 0.0 or held:
             return None
-        return "forbidden combination", self._brake, f"{self._brake} on without power"
+        return "forbidden combination", brake, f"{brake} on without power"
 
     def _words_and_switches(self, command: dict[str, float]) -> Refusal | None:
         outputs = self.outputs
@@ -110,13 +112,21 @@ class CommandGate:
                 return "bad command", name, f"{name} = {value!r}, expected one of {sorted(allowed)}"
             outputs[name] = value
         for name in self._switches:
+            if command[name] != outputs[name]:  # also NaN
+                return self._switch(command)
+        return None
+
+    def _switch(self, command: dict[str, float]) -> Refusal | None:
+        """Takes the switches over, all or none: those in ``outputs`` have been judged."""
+        for name in self._switches:
             value = command[name]
             if value != 0.0 and value != 1.0:  # also NaN
                 return "bad command", name, f"{name} = {value!r}, expected 0 or 1"
-            outputs[name] = value
         for first, second in self._forbidden:
-            if outputs[first] != 0.0 and outputs[second] != 0.0:
+            if command[first] != 0.0 and command[second] != 0.0:
                 return "forbidden combination", first, f"{first} and {second} on together"
+        for name in self._switches:
+            self.outputs[name] = command[name]
         return None
 
     def _jump(self, measured: dict[str, float], targets: dict[str, float]) -> Refusal | None:
@@ -143,16 +153,17 @@ class CommandGate:
 
     def _limits(self, command: dict[str, float]) -> Refusal | None:
         outputs = self.outputs
+        # where the drive does not listen the target follows the rig, however fast that is moved
+        follows = self._target if self._follows else None
         for name, low, high, step in self._analog:
-            value = command[name]
+            value, last = command[name], outputs[name]
+            if value == last:  # which has been judged
+                continue
             if value != value:
                 return "NaN command", name, f"{name} is not a number"
-            if name == self._target and self._follows:
+            if name == follows:
                 outputs[name] = value if low <= value <= high else (low if value < low else high)
-                # where the drive does not listen the target follows the rig, however fast that is
-                # moved
                 continue
-            last = outputs[name]
             if value > last + step or value < last - step:
                 self.slewed[name] += 1
                 value = last + step if value > last else last - step

@@ -59,9 +59,9 @@ class MotionCheck:
             longest_s = elapsed_s
         elif elapsed_s <= 0.0:
             elapsed_s = longest_s
-        moved = position - last
-        unknown = 0.5 * abs(change) * elapsed_s
-        difference = moved - (speed - 0.5 * change) * elapsed_s
+        moved, half = position - last, 0.5 * change
+        unknown = (half if half > 0.0 else -half) * elapsed_s
+        difference = moved - (speed - half) * elapsed_s
         if difference > unknown:
             difference -= unknown
         elif difference < -unknown:
@@ -73,7 +73,8 @@ class MotionCheck:
         self._apart = difference
         held_s = self._age_s + longest_s
         self._age_s = longest_s if moved else held_s
-        if abs(moved) <= self._jump * longest_s and abs(difference) <= self._most_apart:
+        far, apart = self._jump * longest_s, self._most_apart
+        if -far <= moved <= far and -apart <= difference <= apart:
             return None
         return self._judge(moved, max(longest_s, min(held_s, self._hold_s)))
 

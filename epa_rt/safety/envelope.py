@@ -40,11 +40,9 @@ class Envelope:
         self._safe = {row.name: row.safe for row in rig.outputs}
         self._budget = BusBudget(rig)
         self._names = tuple(row.name for row in rig.inputs)
-        self._watched = [
-            (row.name, *(row.limits or (-INFINITE, INFINITE)), row.si_unit)
-            for row in rig.inputs
-            if not row.name.endswith("_raw")
-        ]
+        watched = [row for row in rig.inputs if not row.name.endswith("_raw")]
+        self._watched = [(row.name, *(row.limits or (-INFINITE, INFINITE))) for row in watched]
+        self._unit = {row.name: row.si_unit for row in watched}
         i2t = rig.safety.i2t
         self._current = i2t.current if i2t else ""
         self._thermal = (
@@ -127,18 +125,16 @@ class Envelope:
             i = (stale & -stale).bit_length() - 1
             self.trip("stale", self._names[i], f"{self._names[i]} has not been renewed", cycle)
             return
-        for name, low, high, si_unit in self._watched:
-            value = measured[name]
-            if not low <= value <= high:  # catches NaN as well
-                self._out_of_limits(cycle, name, value, low, high, si_unit)
+        for name, low, high in self._watched:
+            if not low <= measured[name] <= high:  # catches NaN as well
+                self._out_of_limits(cycle, name, measured[name], low, high)
                 return
         if self._thermal is not None and self._thermal.step(measured[self._current]):
             text = f"i²t of {self._current} passed its limit (heat {self._thermal.heat_ratio:.2f})"
             self.trip("motor overload", self._current, text, cycle)
 
-    def _out_of_limits(
-        self, cycle: int, name: str, value: float, low: float, high: float, si_unit: str
-    ) -> None:
+    def _out_of_limits(self, cycle: int, name: str, value: float, low: float, high: float) -> None:
+        si_unit = self._unit[name]
         if value != value:
             self.trip("NaN", name, f"{name} is not a number", cycle)
             return

@@ -35,14 +35,19 @@ class Decoder:
         self.measured: dict[str, float] = dict.fromkeys(self.names, NAN)
         self.invalid = 0
         self.stale = 0
-        self._struct = struct.Struct(text)
+        self._unpack = struct.Struct(text).unpack
         self._fields: tuple[int, ...] = ()
-        self._plain, self._checked, self._bits = [], [], []
-        self._raw = []
-        self._toggle, self._age = (
-            [None] * len(self.names),
-            [0] * len(self.names),
-        )  # None: the first sample is a new one
+        self._raw: list[tuple[str, int]] = []
+        self._plain: list[tuple[str, int, float, float]] = []
+        self._bits: list[tuple[str, int, int, bool]] = []
+        # bit of the row, name, field, slope, intercept, valid counts
+        self._checked: list[tuple[int, str, int, float, float, int, int]] = []
+        # bit of the row, and its status word: field, bit of the toggle in the image
+        self._status: list[tuple[int, int, int]] = []
+        self._stale_after: list[float] = []  # in cycles, of each status word
+        self._any_bad = self._all_toggles = 0  # these bits of every status word in the image
+        self._toggles: int | None = None  # in the image before; None: the first sample is a new one
+        self._cycle = self._all_renewed = 0  # now, and when every status word last toggled at once
         for i, row in enumerate(rig.inputs):
             place = image.places[row.entry]
             scaling = scaling_of(row, place.entry, rig)
@@ -56,23 +61,29 @@ class Decoder:
             else:
                 self._checked.append(
                     (
-                        i,
+                        1 << i,
                         row.name,
                         fields[row.entry],
                         scaling.slope,
                         scaling.intercept,
                         scaling.valid_low,
                         scaling.valid_high,
-                        status,
-                        row.stale_after or math.inf,
                     )
                 )
+                if status is not None:
+                    shift = 8 * image.places[row.entry + "_status"].byte
+                    self._status.append((1 << i, status, STATUS_TOGGLE << shift))
+                    self._stale_after.append(row.stale_after or math.inf)
+                    self._any_bad |= _BAD_STATUS << shift
+                    self._all_toggles |= STATUS_TOGGLE << shift
+        self._renewed = [0] * len(self._status)  # the cycle in which some toggled and some did not
+        self._soonest_stale = min(self._stale_after, default=math.inf)
 
     def decode(self, inputs_raw: bytes) -> dict[str, float]:
         """The measured signals of one process image (the same dict each time). Raises struct.error
         on a wrong size.
         """
-        fields = self._fields = self._struct.unpack(inputs_raw)
+        fields = self._fields = self._unpack(inputs_raw)
         measured = self.measured
         for name, field in self._raw:
             measured[name] = fields[field]
@@ -81,45 +92,69 @@ class Decoder:
         for name, field, bit, inverted in self._bits:
             measured[name] = float((fields[field] >> bit & 1) ^ inverted)
         invalid = stale = 0
-        toggles, ages = self._toggle, self._age
-        for i, name, field, slope, intercept, low, high, status_field, stale_after in self._checked:
+        if self._all_toggles:
+            image = int.from_bytes(inputs_raw, "little")
+            if image & self._any_bad:
+                invalid = self._said_to_be_bad()
+            self._cycle = cycle = self._cycle + 1
+            toggles = image & self._all_toggles
+            if toggles != self._toggles:
+                self._renew(toggles)
+            if cycle - self._all_renewed >= self._soonest_stale:
+                stale = self._not_renewed()
+        for row, name, field, slope, intercept, low, high in self._checked:
             counts = fields[field]
-            if status_field is not None:
-                status = fields[status_field]
-                if status & STATUS_TOGGLE == toggles[i]:
-                    ages[i] = age = ages[i] + 1
-                    if age >= stale_after:
-                        stale |= 1 << i
-                else:
-                    toggles[i] = status & STATUS_TOGGLE
-                    ages[i] = 0
-                if status & _BAD_STATUS:
-                    invalid |= 1 << i
-            if counts < low or counts > high:
-                invalid |= 1 << i
-            measured[name] = NAN if invalid >> i & 1 else slope * counts + intercept
+            if low <= counts <= high:
+                measured[name] = slope * counts + intercept
+            else:
+                invalid |= row
+        if invalid:
+            self._disbelieve(invalid)
         self.invalid, self.stale = invalid, stale
         return measured
+
+    def _disbelieve(self, invalid: int) -> None:
+        for row, name, *_ in self._checked:
+            if invalid & row:
+                self.measured[name] = NAN
+
+    def _said_to_be_bad(self) -> int:
+        """The rows whose status words say so, as bits."""
+        invalid = 0
+        for row, field, _toggle in self._status:
+            if self._fields[field] & _BAD_STATUS:
+                invalid |= row
+        return invalid
+
+    def _renew(self, toggles: int) -> None:
+        """Some channels have a new sample. A terminal converts its channels together: often all."""
+        before, self._toggles = self._toggles, toggles
+        if before is None or toggles ^ before == self._all_toggles:
+            self._all_renewed = self._cycle
+            return
+        for k, (_row, _field, toggle) in enumerate(self._status):
+            if (toggles ^ before) & toggle:
+                self._renewed[k] = self._cycle
+
+    def _not_renewed(self) -> int:
+        """The rows that are stale, as bits."""
+        stale = 0
+        for k, (row, _field, _toggle) in enumerate(self._status):
+            renewed = max(self._all_renewed, self._renewed[k])
+            if self._cycle - renewed >= self._stale_after[k]:
+                stale |= row
+        return stale
 
     def reason(self, i: int) -> str:
         """Why the i-th measured row of the last image is not believed, in words with the counts
         that were read.
         """
-        for (
-            index,
-            _name,
-            field,
-            _slope,
-            _intercept,
-            low,
-            high,
-            status_field,
-            _stale,
-        ) in self._checked:
-            if index != i or not self._fields:
+        fields_of_status = {row: field for row, field, _toggle in self._status}
+        for row, _name, field, _slope, _intercept, low, high in self._checked:
+            if row != 1 << i or not self._fields:
                 continue
             counts = self._fields[field]
-            status = self._fields[status_field] if status_field is not None else 0
+            status = self._fields[fields_of_status[row]] if row in fields_of_status else 0
             for bit, words in (
                 (STATUS_INVALID, "terminal says the value is invalid"),
                 (STATUS_ERROR, "terminal reports an error"),
@@ -149,14 +184,19 @@ class Encoder:
         self.size = image.size
         self.names = tuple(row.name for row in rig.outputs)
         self.saturated = 0
-        self._struct = struct.Struct(text)
-        self._values = [0] * len(self._struct.unpack(bytes(image.size)))
-        self._analog, self._bits, self._raw = [], [], []
-        self._bit_fields = tuple(digital.values())
+        whole = struct.Struct(text)
+        self._pack = whole.pack
+        self._values = list(whole.unpack(bytes(image.size)))
+        self._analog: list[tuple[str, int, float, float, int, int]] = []
+        self._bits: list[tuple[str, int, int]] = []
+        self._raw: list[tuple[str, int]] = []
+        all_off = dict.fromkeys(digital.values(), 0)  # fields of bits while every command is zero
         for row in rig.outputs:
             place = image.places[row.entry]
             if place.entry.code == "?":
-                self._bits.append((row.name, digital[place.byte], 1 << place.bit, row.inverted))
+                field, mask = digital[place.byte], 1 << place.bit
+                self._bits.append((row.name, field, mask))
+                all_off[field] |= mask if row.inverted else 0
                 continue
             low, high = place.entry.counts
             scaling = scaling_of(row, place.entry, rig)
@@ -166,6 +206,7 @@ class Encoder:
                 self._analog.append(
                     (row.name, fields[row.entry], scaling.slope, scaling.intercept, low, high)
                 )
+        self._all_off = tuple(all_off.items())
         self.safe = {row.name: row.safe for row in rig.outputs}
         self.safe_raw = self.encode(self.safe)
 
@@ -174,8 +215,8 @@ class Encoder:
         (a word too large for its entry): all mean a fault above.
         """
         values = self._values
-        for field in self._bit_fields:
-            values[field] = 0
+        for field, all_off in self._all_off:
+            values[field] = all_off
         for name, field, slope, intercept, low, high in self._analog:
             counts = (command[name] - intercept) / slope
             if low <= counts <= high:
@@ -185,12 +226,12 @@ class Encoder:
                 raise ValueError(f"{name} is not a number")
             self.saturated += counts >= high + 0.5 or counts <= low - 0.5
             values[field] = low if counts < low else high
-        for name, field, mask, inverted in self._bits:
+        for name, field, mask in self._bits:
             value = command[name]
-            if value != value:
-                raise ValueError(f"{name} is not a number")
-            if (value != 0.0) != inverted:
-                values[field] |= mask
+            if value != 0.0:
+                if value != value:
+                    raise ValueError(f"{name} is not a number")
+                values[field] ^= mask
         for name, field in self._raw:
             values[field] = int(command[name])
-        return self._struct.pack(*values)
+        return self._pack(*values)

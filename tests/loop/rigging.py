@@ -107,6 +107,7 @@ class Between:
         self.inner, self.period_s, self.hurt = inner, inner.period_s, hurt
         self.sent: list[bytes] = []
         self.closed = 0
+        self.events, self.drive_off = inner.events, inner.drive_off
 
     def open(self) -> None:
         self.inner.open()

@@ -183,3 +183,14 @@ def test_limits_and_slew_cut_and_count_exactly(name, row_name, data):
     assert all(
         n == 0 for key, n in (bench.gate.slewed | bench.gate.clamped).items() if key != row_name
     )
+
+
+@pytest.mark.parametrize("second", [1.0, 0.5, math.nan])
+def test_what_was_refused_once_is_refused_again(second):
+    """The gate alone, without the trip that latches: a refused switch must not count as judged."""
+    bench = Bench()
+    muscle = bench.rig.muscles[0]
+    command = bench.safe | {muscle.inlet: 1.0, muscle.exhaust: second}
+    first = bench.gate.pass_through(bench.measured, command)
+    assert first is not None and bench.gate.pass_through(bench.measured, command) == first
+    assert bench.gate.outputs == bench.safe

@@ -1,6 +1,8 @@
 """Freshness by the terminal's toggle."""
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from test_decoding import TOGGLE, Bench, edited
 
 
@@ -61,3 +63,23 @@ def test_a_row_that_asks_for_no_freshness_is_never_stale():
         )
     )
     assert not any(mask & 1 for mask in feed(bench, [0] * 300))
+
+
+runs = st.lists(st.tuples(st.sampled_from([0, 0, 0, 1, 2, 3, 3]), st.integers(1, 24)), max_size=12)
+
+
+@settings(max_examples=60)
+@given(runs)
+def test_each_channel_counts_its_own_cycles_whichever_toggle(runs):
+    """Channels that toggle together, alone or not at all; the ages are counted one by one here."""
+    bench, toggles, ages = Bench(), [0, 0], [-1, -1]  # the first sample is new
+    for which, cycles in runs:
+        for _ in range(cycles):
+            first = ages == [-1, -1]
+            for channel in (0, 1):
+                new = bool(which >> channel & 1)
+                toggles[channel] ^= new
+                ages[channel] = 0 if new or first else ages[channel] + 1
+                bench.set(f"analog_in.ch{channel + 1}", volt=2.0, status=TOGGLE * toggles[channel])
+            bench.decode()
+            assert bench.decoder.stale == sum((ages[k] >= 20) << k for k in (0, 1))

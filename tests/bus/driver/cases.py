@@ -528,6 +528,8 @@ class Troubling:
     ):
         self.inner, self.period_s, self._bus, self._at = inner, inner.period_s, bus, at
         self._trouble, self._slave, self._code = trouble, slave, code
+        # what the bus has to say stays with the driver, for the test to read
+        self.events, self.drive_off = [], None
 
     def open(self) -> None:
         self.inner.open()

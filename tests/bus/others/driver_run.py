@@ -51,6 +51,8 @@ class Stopping:
 
     def __init__(self, inner: EthercatBackend, cycles: int):
         self.inner, self.period_s, self._cycles, self.before = inner, inner.period_s, cycles, None
+        # what the bus has to say stays with the driver, for the test to read
+        self.events, self.drive_off = [], None
 
     def open(self) -> None:
         self.inner.open()
