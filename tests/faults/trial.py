@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from epa_rt.backend import Exchange
 from epa_rt.cli.inputs import Inputs, load_inputs
-from epa_rt.cli.run import closing_text, run_recorded
+from epa_rt.cli.run import closing_text, exit_code, run_recorded
 from epa_rt.config.rig import Rig
 from epa_rt.models.plant_file import PlantFile
 from sim_backend.backend import SimBackend
@@ -93,11 +93,11 @@ def run_trial(rig_name: str, fault: Fault | None, moment: str) -> Figures:
         inputs = inputs_of(rig_name, folder)
         backend = FaultyBackend(inputs.rig, inputs.plant, fault, moment)
         summary, result = run_recorded(
-            inputs, backend, folder / "run.mcap", {}, paced=False, progress=False
+            inputs, backend, folder / "run.mcap", {"backend": "sim"}, paced=False, progress=False
         )
         backend.time_goes_on()
-        said = closing_text(summary, result, inputs.rig.period_s)
-    return figures_of(backend.rows, backend.injected_at, inputs.rig, 0, said)
+        said, code = closing_text(summary, result, inputs.rig), exit_code(summary, result)
+    return figures_of(backend.rows, backend.injected_at, inputs.rig, code, said)
 
 
 def figures_of(rows: list[Row], injected_at: int | None, rig: Rig, code: int, said: str) -> Figures:
