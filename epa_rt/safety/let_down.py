@@ -90,8 +90,8 @@ class LetDown:
         self.targets = {self._target_name: self._target if self._is_position else 0.0}
         self.arrived, self._is_live = False, not self._status
         self._age = self._settled = 0
-        longest_s = TIME * (abs(distance) / self._fastest + RAMP_S) + 2.0 * SETTLE / self._gain
-        self._longest = round(longest_s / self._dt_s) + 2 * self._settle_cycles + self._patience
+        longest_s = TIME * (abs(distance) / self._fastest + RAMP_S + 2.0 * SETTLE / self._gain)
+        self._longest = self._patience + round(longest_s / self._dt_s)
         self._bounds = []
         for bit, name, low, high in self._rows:
             if not not_believed & bit:
@@ -102,20 +102,23 @@ class LetDown:
     def step(self, measured: Mapping[str, float], not_believed: int = 0) -> str:
         """Takes one sound cycle and moves the targets on; a sentence where it must end."""
         self._age += 1
-        if not self._is_live:
-            self._is_live = self._is_enabled(measured)
-            if not self._is_live:
-                return "" if self._age <= self._patience else "the drive is not enabled again"
-        elif self._status and not self._is_enabled(measured):
-            return f"the drive left operation enabled (status word {measured[self._status]})"
-        why = self._unsound(measured, not_believed)
-        if not why:
+        why = self._not_enabled(measured) or self._unsound(measured, not_believed)
+        if not why and self._is_live:
             self._go_on(measured[self._position])
         return why
 
-    def _is_enabled(self, measured: Mapping[str, float]) -> bool:
+    def _not_enabled(self, measured: Mapping[str, float]) -> str:
+        """A drive that held by its quick stop needs some cycles to follow targets again."""
+        if not self._status:
+            return ""
         status = measured[self._status]
-        return 0.0 <= status <= 0xFFFF and int(status) & STATE_MASK == ENABLED
+        if 0.0 <= status <= 0xFFFF and int(status) & STATE_MASK == ENABLED:
+            self._is_live = True
+        elif self._is_live:
+            return "the drive left operation enabled"
+        elif self._age > self._patience:
+            return "the drive is not enabled out of its quick stop"
+        return ""
 
     def _unsound(self, measured: Mapping[str, float], not_believed: int) -> str:
         position, speed = measured[self._position], measured[self._speed]
@@ -137,7 +140,7 @@ class LetDown:
         for bit, name, low, high in self._bounds:
             if not not_believed & bit and not low <= measured[name] <= high:
                 return f"{name} = {measured[name]:.4g}, outside [{low:.4g}, {high:.4g}]"
-        if self._age > self._longest:
+        if self._age > self._longest and not self.arrived:
             return f"{self._position} = {position:.4g} is not at {self._place_name} in time"
         return ""
 

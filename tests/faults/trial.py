@@ -1,6 +1,7 @@
 """One run on the simulated rig with one fault at one moment, and what the rig went through."""
 
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -8,6 +9,7 @@ from epa_rt.backend import Exchange
 from epa_rt.cli.inputs import Inputs, load_inputs
 from epa_rt.cli.run import closing_text, exit_code, run_recorded
 from epa_rt.config.rig import Rig
+from epa_rt.loop.requests import OperatorRequests
 from epa_rt.models.plant_file import PlantFile
 from sim_backend.backend import SimBackend
 from sim_backend.faults import PLANT_FAULTS, FaultyRigModel, make_fault
@@ -17,6 +19,7 @@ ROOT = Path(__file__).resolve().parents[2]
 AFTERWARDS_S = 8.0  # the plant goes on for this long after the run, as a rig does
 STANDS_M_S = 0.002  # slower than this is at rest
 VENTED_PA = 3000.0  # gauge, as ValveSettings.vented_pa
+ASKED_TO_STOP = "asked_to_stop"  # the operator's first Ctrl-C, as a kind of fault
 
 
 class Fault(NamedTuple):
@@ -47,12 +50,19 @@ class Figures(NamedTuple):
 class FaultyBackend(SimBackend):
     """The simulated backend with a fault that comes at a moment, and a trace of the plant."""
 
-    def __init__(self, rig: Rig, plant: PlantFile, fault: Fault | None, moment: str):
+    def __init__(
+        self,
+        rig: Rig,
+        plant: PlantFile,
+        faults: tuple[Fault, ...],
+        moment: str,
+        ask: Callable[[], None],
+    ):
         super().__init__(rig, plant, 1, None)
         self._model = FaultyRigModel(rig, plant, 1)
         self.rows: list[Row] = []
         self.injected_at: int | None = None
-        self._fault, self._watch = fault, MomentWatch(rig, moment)
+        self._faults, self._ask, self._watch = faults, ask, MomentWatch(rig, moment)
         self._muscles = len(rig.muscles)
         self._last = b""
 
@@ -65,10 +75,13 @@ class FaultyBackend(SimBackend):
     def _trace(self) -> None:
         row = row_of(self._model, self._muscles)
         self.rows.append(row)
-        if self._watch.step(row) and self._fault is not None:
-            kind, where, value = self._fault
+        if self._watch.step(row) and self._faults:
             at = self._model.cycle_number
-            self._model.faults.add(make_fault(PLANT_FAULTS, kind, where, value, at))
+            for kind, where, value in self._faults:
+                if kind == ASKED_TO_STOP:
+                    self._ask()
+                else:
+                    self._model.faults.add(make_fault(PLANT_FAULTS, kind, where, value, at))
             self.injected_at = len(self.rows)
 
     def time_goes_on(self) -> None:
@@ -86,14 +99,24 @@ def inputs_of(rig_name: str, folder: Path) -> Inputs:
     return load_inputs(experiment, ROOT / f"config/rigs/{rig_name}.yaml", None, with_plant=True)
 
 
-def run_trial(rig_name: str, fault: Fault | None, moment: str) -> Figures:
-    """A whole run as the command line makes it, then eight seconds more of the plant."""
+def run_trial(rig_name: str, fault: Fault | None, moment: str, *more: Fault) -> Figures:
+    """A whole run as the command line makes it, then eight seconds more of the plant. ``more``:
+    what comes in the same cycle.
+    """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         inputs = inputs_of(rig_name, folder)
-        backend = FaultyBackend(inputs.rig, inputs.plant, fault, moment)
+        requests = OperatorRequests(inputs.rig.period_s)
+        faults = () if fault is None else (fault, *more)
+        backend = FaultyBackend(inputs.rig, inputs.plant, faults, moment, requests.ask)
         summary, result = run_recorded(
-            inputs, backend, folder / "run.mcap", {"backend": "sim"}, paced=False, progress=False
+            inputs,
+            backend,
+            folder / "run.mcap",
+            {"backend": "sim"},
+            paced=False,
+            progress=False,
+            requests=requests,
         )
         backend.time_goes_on()
         said, code = closing_text(summary, result, inputs.rig), exit_code(summary, result)
