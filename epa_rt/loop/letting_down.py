@@ -4,27 +4,27 @@ After a trip the envelope moves it; at a run's own end the supervisor does, by c
 the envelope as any other.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from epa_rt.config.rig import Cia402Drive, Rig
 from epa_rt.loop.rest import RestWatch
 from epa_rt.safety.let_down import LetDown
-from epa_rt.safety.stopping import Stopping
+from epa_rt.safety.stopping import NO_ZERO, Stopping
 
 SETTLE_MAX_S = 1.0  # longest wait at the rest place for a motor to stand
-HAND = "the motor was moved by hand, and stays where it was put"
 
 
 class LettingDown:
     """``wanted`` once, when all is vented or has had its time; then ``step`` every cycle.
 
     ``text``: what came of it, for the end of the run. ``trouble``: a sentence once it failed; in a
-    trip the envelope says it.
+    trip the envelope says it. ``has_zero``: whether travel has one; after a trip the envelope
+    knows.
     """
 
-    def __init__(self, rig: Rig, rest: RestWatch, by_hand: bool):
+    def __init__(self, rig: Rig, rest: RestWatch, has_zero: Callable[[], bool]):
         self.text = self.trouble = ""
-        self._rig, self._rest, self._by_hand = rig, rest, by_hand
+        self._rig, self._rest, self._has_zero = rig, rest, has_zero
         self._down = LetDown(rig)
         drive = rig.drive
         self._mode = drive.mode if isinstance(drive, Cia402Drive) else ""
@@ -66,10 +66,10 @@ class LettingDown:
     def _refusal(
         self, measured: Mapping[str, float], command: Mapping[str, float], stopping: Stopping | None
     ) -> str:
-        if self._by_hand and stopping is None:
-            return HAND
         if stopping is not None:
             why = stopping.refuses_to_let_down()
+        elif not self._has_zero():
+            why = NO_ZERO
         elif self._word and command[self._word] != 0x0F:
             why = "the drive holds by its own quick stop, after a torque"
         else:

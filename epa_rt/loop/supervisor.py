@@ -8,7 +8,7 @@ to be at rest. It decides what to ask for; whether that may leave is the
 envelope's to say.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from epa_rt.config.rig import Rig
 from epa_rt.control.protocol import Controller
@@ -54,7 +54,7 @@ class Supervisor:
     text, data), to be drained by the loop. ``confirmed``: the drive was found off after the safe
     outputs went out. ``end`` is what was measured last, once done. ``category``: how a trip stopped
     the rig, in words. ``motions``: by loop. ``needs_zero``: refuses a rig whose travel
-    has none.
+    has none; ``has_zero``: of a run without that.
     """
 
     def __init__(
@@ -66,6 +66,7 @@ class Supervisor:
         drive: Drive,
         rest: RestWatch,
         needs_zero: bool = True,
+        has_zero: Callable[[], bool] = lambda: True,
     ):
         self.state = BRING_UP
         self.fault: Fault | None = None
@@ -78,7 +79,7 @@ class Supervisor:
         self.estimate = {f"est_{m.pressure}": float("nan") for m in rig.muscles}
         self._safe = dict(self.command)
         self._referenced = Referenced(rig) if needs_zero else None
-        self._letting_down = LettingDown(rig, rest, not needs_zero)
+        self._letting_down = LettingDown(rig, rest, has_zero)
         self._following = Following(rig, tuple((valves[m.name], m.name) for m in rig.muscles))
         self.motions, self._motion = motions, next(iter(motions.values()))
         self._drive, self._rest_watch, self._dt_s = drive, rest, rig.period_s

@@ -18,6 +18,7 @@ UNDER_POWER = (0x27, 0x07)
 SLOW_SHARE = 0.2  # of the limit of speed: a drive that brakes, or holds, is slower than that
 
 BRAKING, OFF = 1, 0
+NO_ZERO = "travel has no zero"  # and so no rest place
 
 
 class Stopping:
@@ -84,7 +85,7 @@ class Stopping:
     def refuses_to_let_down(self) -> str:
         """Why the motor cannot be moved to its rest place; empty where it can."""
         if not self.has_zero:
-            return "travel has no zero"
+            return NO_ZERO
         if self._brake is not None and self._stop[self._brake] == self._safe[self._brake]:
             return "the holding brake is closed"
         return self.let_down.refusal(SPEED_MODE if self._mode is None else self._stop[self._mode])

@@ -1,4 +1,4 @@
-"""The third kind of outputs after a trip: a load goes down slowly, under power, to its rest place."""
+"""The third kind of outputs after a trip: a load goes down slowly, under power, to its place."""
 
 import math
 
