@@ -129,7 +129,7 @@ class RestWatch:
     @property
     def pull(self) -> str:
         """What pulls on the motor, in words."""
-        said = [] if self.vented else ["a muscle is not vented"]
+        said = [] if self.vented else ["a muscle is not measured to be vented"]
         if self._holding_a != self._holding_a:
             said.append("its holding current is not known")
         elif abs(self._holding_a) > self._most_a:

@@ -53,8 +53,13 @@ def test_a_muscle_that_does_not_vent_is_let_down_after_a_trip(rig, tmp_path):
     assert out.memory.states[-5:] == [BRAKE, VENT, LET_DOWN, SAFE, DONE] and code(out) == 23
     assert_let_down(out, inputs.rig, AT)
     text = end_text(out.result, inputs.rig)
-    assert "the motor was let down under power to no_load, as a muscle is not vented and" in text
-    assert "holding it takes 0." in text and "; there a muscle is not vented;" in text
+    assert (
+        "the motor was let down under power to no_load, as a muscle is not measured to be vented and"
+        in text
+    )
+    assert (
+        "holding it takes 0." in text and "; there a muscle is not measured to be vented;" in text
+    )
     assert out.result.end.facts()["let_down"] in text
     said = [event[2] for event in out.memory.events if event[1] == "let_down"]
     assert len(said) == 2 and said[1].startswith(said[0])
@@ -198,7 +203,7 @@ def test_without_a_place_it_stays_as_it_is_and_says_what_pulls(tmp_path):
     )
     out = run_in_memory(inputs, never_vented(inputs.rig), requests=Quiet(stop_at=AT))
     assert LET_DOWN not in out.memory.states
-    why = "not let down, though a muscle is not vented and holding it takes 0."
+    why = "not let down, though a muscle is not measured to be vented and holding it takes 0."
     text = end_text(out.result, inputs.rig)
     assert f"the motor was {why}" in text and "(the rig file has no motor.rest_place)" in text
 
