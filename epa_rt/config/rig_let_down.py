@@ -17,6 +17,15 @@ def check_let_down(rig: "Rig", located: Located) -> None:
     if motor.rest_place is not None and motor.rest_place not in motor.places:
         known = ", ".join(motor.places) or "a name in motor.places, which has none"
         raise located.error(("motor", "rest_place"), f"'{motor.rest_place}'", known)
+    if motor.rest_place is not None and motor.position_target is not None:
+        place = motor.places[motor.rest_place]
+        low, high = rig.row(motor.position_target).limits or (place, place)
+        if not low <= place <= high:
+            raise located.error(
+                ("motor", "rest_place"),
+                f"'{motor.rest_place}' at {place:g}",
+                f"a place within [{low:g}, {high:g}], the limits of {motor.position_target}",
+            )
     if motor.let_down_speed is not None and motor.let_down_speed > motor.speed_max:
         raise located.error(
             ("motor", "let_down_speed"),

@@ -39,9 +39,13 @@ class LetDown:
         self._names = {POSITION_MODE: motor.position_target, SPEED_MODE: motor.speed_target}
         self._status = drive.status_word if isinstance(drive, Cia402Drive) else ""
         patience_s = drive.transition_timeout if isinstance(drive, Cia402Drive) else 0.0
-        self._fastest = motor.let_down_speed_si
+        self._fastest, slew = motor.let_down_speed_si, INFINITE
+        if motor.speed_target is not None:  # what leaves here has not passed the gate
+            row = rig.row(motor.speed_target)
+            low, high = row.limits or (-INFINITE, INFINITE)
+            self._fastest, slew = min(self._fastest, -low, high), row.slew or INFINITE
         self._gain = min(motor.position_gain, GAIN_MAX / dt_s)
-        self._dt_s, self._faster = dt_s, self._fastest * dt_s / RAMP_S
+        self._dt_s, self._faster = dt_s, min(self._fastest / RAMP_S, slew) * dt_s
         self._creep, self._arrived = CREEP * self._fastest, ARRIVED_S * self._fastest
         self._away = AWAY_S * self._fastest
         limits = rig.row(motor.speed).limits if motor.speed else None

@@ -169,6 +169,23 @@ def test_the_limit_of_speed_holds_where_it_is_the_smaller_one():
     assert going.failed(f"{SPEED} = 0.151, beyond 0.15")
 
 
+@pytest.mark.parametrize(
+    ("edit", "fastest", "step"),
+    [
+        (("limits: [-80 mm/s, 80 mm/s]", "limits: [-80 mm/s, 5 mm/s]"), 0.005, 0.000025),
+        (("limits: [-80 mm/s, 80 mm/s]", "limits: [-5 mm/s, 80 mm/s]"), 0.005, 0.000025),
+        (("slew: 3 m/s^2", "slew: 0.02 m/s^2"), 0.007, 0.00002),
+        (("    slew: 3 m/s^2\n", ""), 0.007, 0.000035),
+    ],
+)
+def test_the_limits_and_the_slew_of_the_command_hold_without_the_gate(edit, fastest, step):
+    going = Going(edited("bench_analog", edit), 0).ask()
+    told = [0.0] + [abs(going.cycle()["cmd_motor_speed_m_s"]) for _ in range(1000)]
+    assert max(told) == pytest.approx(fastest)
+    steps = [b - a for a, b in zip(told, told[1:], strict=False)]
+    assert max(steps) == pytest.approx(step) and told[1] == pytest.approx(step)
+
+
 @pytest.mark.parametrize("at", [0.02, -0.005])
 def test_a_motor_that_goes_the_other_way_is_let_go(at):
     going = Going(at=at).ask()
