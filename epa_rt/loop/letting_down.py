@@ -23,7 +23,7 @@ class LettingDown:
     """
 
     def __init__(self, rig: Rig, rest: RestWatch, has_zero: Callable[[], bool]):
-        self.text = self.trouble = ""
+        self.text = self.trouble = self._why = ""
         self._rig, self._rest, self._has_zero = rig, rest, has_zero
         self._down = LetDown(rig)
         drive = rig.drive
@@ -52,7 +52,8 @@ class LettingDown:
             self._down.begin(measured, self._mode_of(command))
         else:
             stopping.ask_to_let_down()
-        self.text = f"let down under power to {self._place}, as {self._rest.pull}"
+        self._why = f"under power to {self._place}, as {self._rest.pull}"
+        self.text = f"on its way {self._why}"
         return True
 
     @property
@@ -93,6 +94,7 @@ class LettingDown:
         return self._rest.motor_stands or self._waited > self._settle_cycles
 
     def close(self) -> None:
-        """Says what still pulls at the rest place."""
+        """It is down; says what still pulls there."""
+        self.text = f"let down {self._why}"
         if self._rest.pulls:
             self.text += f"; there {self._rest.pull}"

@@ -60,7 +60,7 @@ def test_a_muscle_that_does_not_vent_is_let_down_after_a_trip(rig, tmp_path):
     )
     assert out.result.end.facts()["let_down"] in text
     said = [event[2] for event in out.memory.events if event[1] == "let_down"]
-    assert len(said) == 2 and said[1].startswith(said[0])
+    assert [text.split(" under ")[0] for text in said] == ["on its way", "let down"]
 
 
 @pytest.fixture(scope="module")
@@ -154,6 +154,8 @@ def test_a_motor_that_runs_away_from_its_targets_ends_in_category_0(strict, spee
     assert out.result.trip.cause == "let-down" and out.memory.states[-3:] == [LET_DOWN, SAFE, DONE]
     said = "power off, air out: the motor cannot be let down: motor_speed_m_s = "
     assert said in out.result.category and "beyond 0.021" in out.result.category
+    text = end_text(out.result, strict.rig)
+    assert "the motor was on its way under power to no_load" in text and "let down" not in text
 
 
 def test_the_second_ctrl_c_is_at_once_also_on_the_way_down(strict):
