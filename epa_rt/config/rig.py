@@ -27,6 +27,7 @@ from epa_rt.config.units import UnitError, parse_quantity
 
 RowName = Name
 JOG_SHARE = 0.1  # of speed_max: slow enough to let go of the key in time
+NO_LOAD = "no_load"  # the place where a muscle has its no-load length
 OnAxis = Annotated[float, written("m or rad, as the position's")]
 
 
@@ -224,7 +225,11 @@ class Brake(Frozen):
 
 
 class Motor(Axis):
-    """The motor's axis: measured rows, the command rows it has, and the loop around the drive."""
+    """The motor's axis: measured rows, the command rows it has, and the loop around the drive.
+
+    ``rest_place``: the place, by its name, where nothing pulls on the motor; before power goes it
+    is moved there at ``let_down_speed`` where something does.
+    """
 
     speed: RowName | None = None
     current: RowName | None = None
@@ -236,8 +241,10 @@ class Motor(Axis):
     jog_speed: OnAxis | None = None
     zero: Zero = Zero(method="here")
     brake: Brake | None = None
+    rest_place: Name | None = None
+    let_down_speed: OnAxis | None = None
 
-    @field_validator("jog_speed", mode="before")
+    @field_validator("jog_speed", "let_down_speed", mode="before")
     @classmethod
     def _jog_speed(cls, value: Any, info: ValidationInfo) -> Any:
         return None if value is None else _positive_rate(value, info, "/s")
@@ -258,6 +265,18 @@ class Motor(Axis):
         given.
         """
         return self.jog_speed or JOG_SHARE * self.speed_max
+
+    @property
+    def let_down_speed_si(self) -> float:
+        """How fast a load is let down, in m/s or rad/s. Where not given that of a jog: so fast a
+        person may move the rig, standing beside it.
+        """
+        return self.let_down_speed or self.jog_speed_si
+
+    @property
+    def rest_place_name(self) -> str | None:
+        """The place where nothing pulls: ``rest_place``, else NO_LOAD where there is one."""
+        return self.rest_place or (NO_LOAD if NO_LOAD in self.places else None)
 
 
 class JointPid(Frozen):
@@ -345,6 +364,7 @@ class Safety(Frozen):
     power, and again without it. A drive that brakes has lost the motor above ``stop_overspeed``
     times the limit of speed, or where it takes ``stop_time`` times as long as its ramp.
     ``current_off``: a drive on wires is off while the current stays this close to its zero.
+    ``current_holding``: a motor that needs less than this to hold is pulled by nothing.
     """
 
     reaction: Seconds = 0.020
@@ -364,6 +384,8 @@ class Safety(Frozen):
     stop_time: quantity("1", 1.0, 100.0) = 2.0
     # twenty steps of a 12-bit terminal at 1 A/V
     current_off: quantity("A", 0.0, 100.0) = 0.1
+    # half the no-load current of a motor of 120 W: friction alone holds it
+    current_holding: quantity("A", 0.0, 100.0) = 0.1
 
 
 class Overrun(Frozen):

@@ -5,6 +5,7 @@ means de-energised.
 from typing import TYPE_CHECKING
 
 from epa_rt.config.devices import DEVICES, Entry
+from epa_rt.config.rig_let_down import check_let_down
 from epa_rt.config.rig_roles import check_roles
 from epa_rt.config.rig_row_checks import calibration_line, check_row
 from epa_rt.config.rig_zero import check_zero
@@ -38,6 +39,7 @@ def check_rig(rig: "Rig", located: Located) -> None:
     _check_drive(rig, located)
     _check_safety(rig, located)
     check_zero(rig, located)
+    check_let_down(rig, located)
 
 
 def _check_bus(rig: "Rig", located: Located) -> None:

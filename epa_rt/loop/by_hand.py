@@ -101,7 +101,16 @@ def _assembly(
     decoder, encoder = Decoder(rig), Encoder(rig)
     vented_pa = {name: valve.settings.vented_pa for name, valve in valves.items()}
     rest = RestWatch(rig, decoder, vented_pa)
-    supervisor = Supervisor(rig, plan, valves, {plan.loop: motion}, drive, rest, needs_zero=False)
+    supervisor = Supervisor(
+        rig,
+        plan,
+        valves,
+        {plan.loop: motion},
+        drive,
+        rest,
+        needs_zero=False,
+        has_zero=lambda: bool(guard.has_zero),
+    )
     layout = SampleLayout(
         decoder.size,
         encoder.size,

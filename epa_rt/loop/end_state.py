@@ -20,7 +20,8 @@ class EndState:
     ``axes``: positions and speed by row, SI. ``pressures``: by row, absolute Pa, filtered.
     ``current_a``: of a drive on wires. ``off_by``: what told that the drive is off. ``beyond``: how
     far outside its limits motion and speed went while the run ended.
-    ``unknown``: a sentence for each thing that is not known, with its cause.
+    ``unknown``: a sentence for each thing that is not known, with its cause. ``let_down``: whether
+    the motor was let down before its power went, in words; empty where nothing pulled.
     """
 
     axes: dict[str, float]
@@ -33,6 +34,7 @@ class EndState:
     timed_out: bool
     beyond: dict[str, float]
     unknown: tuple[str, ...] = ()
+    let_down: str = ""
 
     @property
     def is_quiet(self) -> bool:
@@ -85,6 +87,8 @@ class EndState:
             low, high = (_shown(rig, name, limit) for limit in limits)
             what = f"{_spoken(rig, name)} went to {_shown(rig, name, value)}"
             parts.append(f"while ending, {what}, outside {low} to {high}")
+        if self.let_down:
+            parts.append(f"the motor was {self.let_down}")
         if self.timed_out:
             parts.append(f"waited for {waited_s:g} s")
         parts += [f"not known: {sentence}" for sentence in self.unknown]
@@ -110,6 +114,7 @@ class EndState:
             "timed_out": self.timed_out,
             "beyond": self.beyond,
             "unknown": list(self.unknown),
+            "let_down": self.let_down,
         }
 
 

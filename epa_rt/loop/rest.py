@@ -14,6 +14,7 @@ REST_S = 0.05  # how long the motor must stand
 REST_SHARE = 0.02  # of an axis's top speed: below it the axis stands
 JOINT_REST_S = 0.5  # half a swing at 1 Hz: a joint that turns round does not stand
 PRESSURE_FILTER_S = 0.02  # over the terminal's steps of about 1 kPa
+CURRENT_FILTER_S = 0.1  # over what a loop sends through a motor that holds
 UNHEARD_S = 1.0  # after so long without sound process data nothing more will be measured
 
 
@@ -44,7 +45,8 @@ class StandWatch:
 class RestWatch:
     """``step`` once per cycle while a run ends; ``still``, ``vented``, ``off``, ``unheard``.
 
-    ``motor_stands``: the motor alone; a joint may swing on its muscles.
+    ``motor_stands``: the motor alone; a joint may swing on its muscles. ``pulls``: whether
+    something may still pull on a motor that holds; only what is measured not to, does not.
     ``vented_pa``: by muscle, the gauge pressure below which it counts as vented. ``off`` is None
     where nothing on the rig tells: a drive on wires without a row of its current.
     """
@@ -68,6 +70,9 @@ class RestWatch:
             (muscle.pressure, rig.atmosphere_pa + vented_pa[muscle.name]) for muscle in rig.muscles
         ]
         self._pressures = {name: float("nan") for name, _ in self._muscles}
+        self._holds_by, self._holding_a = motor.current, float("nan")
+        self._keep_a = max(0.0, 1.0 - period_s / CURRENT_FILTER_S)
+        self._most_a = rig.safety.current_holding
         self._by_current = motor.current if rig.drive.interface == "analog" else None
         self._says = rig.drive.interface == "cia402"
         self._band_a, self._zero_a = rig.safety.current_off, 0.0
@@ -110,6 +115,26 @@ class RestWatch:
         self.still = self._stand(measured)
         self.vented = self._empty(measured)
         self.off = self._without_power(measured, is_off)
+        if self._holds_by is not None:
+            now = measured[self._holds_by] if self._believed(self._holds_by) else float("nan")
+            now -= self._zero_a
+            before = self._holding_a
+            self._holding_a = now + self._keep_a * (before - now) if before == before else now
+
+    @property
+    def pulls(self) -> bool:
+        """Whether air is stored, or the holding current is not measured to be small."""
+        return not (self.vented and abs(self._holding_a) <= self._most_a)
+
+    @property
+    def pull(self) -> str:
+        """What pulls on the motor, in words."""
+        said = [] if self.vented else ["a muscle is not measured to be vented"]
+        if self._holding_a != self._holding_a:
+            said.append("its holding current is not known")
+        elif abs(self._holding_a) > self._most_a:
+            said.append(f"holding it takes {abs(self._holding_a):.2f} A")
+        return " and ".join(said)
 
     def _believed(self, name: str) -> bool:
         return not self._not_believed & self._bit[name]
@@ -158,7 +183,7 @@ class RestWatch:
         """What the rig holds now, in words: pressures, travel, speed."""
         return self.state(False).figures(self._rig)
 
-    def state(self, timed_out: bool) -> EndState:
+    def state(self, timed_out: bool, let_down: str = "") -> EndState:
         """What is known at this moment, and what is not and why."""
         motor, joint = self._rig.motor, self._rig.joint
         names = [motor.position, *([motor.speed] if motor.speed else [])]
@@ -175,6 +200,7 @@ class RestWatch:
             timed_out,
             dict(self._beyond),
             unknown,
+            let_down,
         )
 
     def _stands_or_not(self, names: list[str]) -> bool | None:

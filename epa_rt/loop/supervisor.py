@@ -1,13 +1,14 @@
-"""The run as a machine of nine states, from a rig at rest to a rig that is at rest again.
+"""The run as a machine of ten states, from a rig at rest to a rig that is at rest again.
 
 Bring-up moves nothing; the drive is enabled with its targets on the actual values; phases run. A
 run that ends by itself, or by the operator's first stop, holds under power while it vents. A trip
-brakes, holds and vents by the envelope's stop outputs. Every way out ends in ``safe``, watched
-until the rig is measured to be at rest. It decides what to ask for; whether that may leave is the
+brakes, holds and vents by the envelope's stop outputs. Where something still pulls then, the motor
+is let down to where nothing does. Every way out ends in ``safe``, watched until the rig is measured
+to be at rest. It decides what to ask for; whether that may leave is the
 envelope's to say.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from epa_rt.config.rig import Rig
 from epa_rt.control.protocol import Controller
@@ -16,13 +17,26 @@ from epa_rt.experiments.plan import Plan
 from epa_rt.loop.drives import Drive
 from epa_rt.loop.end_state import EndState
 from epa_rt.loop.following import Following
+from epa_rt.loop.letting_down import LettingDown
 from epa_rt.loop.referenced import Referenced
 from epa_rt.loop.rest import RestWatch
 from epa_rt.safety.at_rest import AtRest
+from epa_rt.safety.envelope import LET_DOWN as LET_DOWN_CAUSE
 from epa_rt.safety.stopping import BRAKING, Stopping
 
-STATES = ("bring_up", "enable", "run", "stop", "brake", "vent", "disable", "safe", "done")
-BRING_UP, ENABLE, RUN, STOP, BRAKE, VENT, DISABLE, SAFE, DONE = range(9)
+STATES = (
+    "bring_up",
+    "enable",
+    "run",
+    "stop",
+    "brake",
+    "vent",
+    "let_down",
+    "disable",
+    "safe",
+    "done",
+)
+BRING_UP, ENABLE, RUN, STOP, BRAKE, VENT, LET_DOWN, DISABLE, SAFE, DONE = range(10)
 
 BRING_UP_S = 0.1
 REST_MAX_S = 1.0  # longest wait for the motor to stand before the muscles are vented all the same
@@ -41,7 +55,7 @@ class Supervisor:
     text, data), to be drained by the loop. ``confirmed``: the drive was found off after the safe
     outputs went out. ``end`` is what was measured last, once done. ``category``: how a trip stopped
     the rig, in words. ``motions``: by loop. ``needs_zero``: refuses a rig whose travel
-    has none.
+    has none; ``has_zero``: of a run without that.
     """
 
     def __init__(
@@ -53,6 +67,7 @@ class Supervisor:
         drive: Drive,
         rest: RestWatch,
         needs_zero: bool = True,
+        has_zero: Callable[[], bool] = lambda: True,
     ):
         self.state = BRING_UP
         self.fault: Fault | None = None
@@ -65,6 +80,7 @@ class Supervisor:
         self.estimate = {f"est_{m.pressure}": float("nan") for m in rig.muscles}
         self._safe = dict(self.command)
         self._referenced = Referenced(rig) if needs_zero else None
+        self._letting_down = LettingDown(rig, rest, has_zero)
         self._following = Following(rig, tuple((valves[m.name], m.name) for m in rig.muscles))
         self.motions, self._motion = motions, next(iter(motions.values()))
         self._drive, self._rest_watch, self._dt_s = drive, rest, rig.period_s
@@ -108,7 +124,10 @@ class Supervisor:
 
     def end_state(self) -> EndState:
         """What is known of the rig at this moment, or at the end where that was reached."""
-        return self.end or self._rest_watch.state(self._timed_out)
+        return self.end or self._state_now()
+
+    def _state_now(self) -> EndState:
+        return self._rest_watch.state(self._timed_out, self._letting_down.text)
 
     @property
     def phase(self) -> int:
@@ -132,6 +151,8 @@ class Supervisor:
             self._stop_by_category(self._stopping, measured, bus_ok)
         elif self.state == VENT:
             self._vent(measured, bus_ok)
+        elif self.state == LET_DOWN:
+            self._let_down(measured, bus_ok)
         else:
             self._come_down(measured, bus_ok)
         return self.command
@@ -296,21 +317,59 @@ class Supervisor:
         self._watch(measured, bus_ok)
         if not self._drive.holds:
             self._drive_is_lost(measured)
-        elif self._may_lose_power():
-            if self._brake is not None:
-                command[self._brake] = self._safe[self._brake]
-            if self._closing > self._close_cycles:
-                self._leave(measured)
+        elif self._may_lose_power(measured):
+            self._close_and_leave(measured)
 
-    def _may_lose_power(self) -> bool:
-        """Whether the rig is vented and stands, or has had its time; then counts the cycles that
-        the brake has had to close.
+    def _close_and_leave(self, measured: dict[str, float]) -> None:
+        if self._brake is not None:
+            self.command[self._brake] = self._safe[self._brake]
+        if self._closing > self._close_cycles:
+            self._leave(measured)
+
+    def _let_down(self, measured: dict[str, float], bus_ok: bool) -> None:
+        """Slowly to the rest place by the loop that held the motor, then as from ``vent``."""
+        command = self.command
+        self._rest(measured)
+        self._drive.step(measured, command)
+        self._switch_valves(measured)
+        self._watch(measured, bus_ok)
+        is_down = self._is_down(measured, bus_ok)
+        if not self._drive.holds:
+            self._drive_is_lost(measured)
+        elif self._letting_down.trouble:
+            why = f"the motor cannot be let down: {self._letting_down.trouble}"
+            self.fault = (LET_DOWN_CAUSE, self._position, why)
+        elif is_down:
+            self._close_and_leave(measured)
+
+    def _may_lose_power(self, measured: dict[str, float]) -> bool:
+        """Whether the rig is vented and stands, or has had its time, and need not be let down;
+        then counts the cycles that the brake has had to close.
         """
         rest = self._rest_watch
-        if not self._closing and not (rest.still and rest.vented):
-            if self._age < self._timeout_cycles and not rest.unheard:
+        if not self._closing:
+            if not (rest.still and rest.vented):
+                if self._age < self._timeout_cycles and not rest.unheard:
+                    return False
+                self._timed_out = True
+            down = self._letting_down
+            is_wanted = down.wanted(measured, self.command, self._stopping)
+            if down.text:
+                self.events.append(("let_down", down.text, {}))
+            if is_wanted:
+                self._enter(LET_DOWN)
                 return False
-            self._timed_out = True
+        self._closing += 1
+        return True
+
+    def _is_down(self, measured: dict[str, float], bus_ok: bool) -> bool:
+        """Whether the motor is where nothing pulls; then counts as ``_may_lose_power`` does."""
+        down = self._letting_down
+        if not down.step(measured, self.command, bus_ok) and not self._closing:
+            return False
+        if not self._closing:
+            down.close()
+            self.events.append(("let_down", down.text, {}))
         self._closing += 1
         return True
 
@@ -324,7 +383,11 @@ class Supervisor:
         if self.state == BRAKE:
             if self._rest_watch.motor_stands or self._age >= self._rest_max_cycles:
                 self._enter(VENT)
-        elif self._may_lose_power():
+        elif (
+            self._is_down(measured, bus_ok)
+            if self.state == LET_DOWN
+            else self._may_lose_power(measured)
+        ):
             stopping.close_brake()
             if self._closing > self._close_cycles:
                 self._enter(SAFE)
@@ -360,7 +423,7 @@ class Supervisor:
                 self._drive.disable(False)
                 self._enter(SAFE)
         elif self._age >= self._cycles[SAFE] and self._is_over():
-            self.end = self._rest_watch.state(self._timed_out)
+            self.end = self._state_now()
             self._enter(DONE)
 
     def _is_over(self) -> bool:

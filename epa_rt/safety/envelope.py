@@ -17,7 +17,8 @@ from epa_rt.safety.thermal import ThermalLimit
 from epa_rt.safety.trip import OVER_RANGE_CAUSE, Trip
 
 INFINITE = float("inf")
-AT_ONCE = "operator"  # the cause of a trip after which nothing brakes
+LET_DOWN = "let-down"  # the cause of a trip by a load that does not go down as it should
+AT_ONCE = ("operator", LET_DOWN)  # causes of a trip after which nothing brakes
 
 Fault = tuple[str, str, str]  # cause, signal, sentence
 
@@ -52,11 +53,12 @@ class Envelope:
     def trip(self, cause: str, signal: str, text: str, cycle: int) -> None:
         """Latches a trip that somebody above found (valve, drive, recorder). The first one stays.
 
-        The operator's takes the power off at once, whatever tripped before.
+        The operator's takes the power off at once, whatever tripped before; so does a load that
+        does not go down as it should.
         """
         if self.tripped is None:
             self.tripped = Trip(cause, signal, text, cycle)
-        if cause == AT_ONCE:
+        if cause in AT_ONCE:
             self.stopping.fall(text)
 
     def check(

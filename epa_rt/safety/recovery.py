@@ -127,6 +127,7 @@ class RecoveryEnvelope(Envelope):
     ):
         super().__init__(unlimited(rig, homing), reason, homing)
         self.guard = guard
+        self.stopping.has_zero = False
 
     def check(
         self,
@@ -144,6 +145,7 @@ class RecoveryEnvelope(Envelope):
         """
         if self.tripped is None and bus_ok and not invalid:
             refusal = self.guard.step(measured)
+            self.stopping.has_zero = bool(self.guard.has_zero)
             if refusal is not None:
                 self.trip(*refusal, cycle)
         return super().check(cycle, bus_ok, measured, invalid, stale, command, now_ns, fault)

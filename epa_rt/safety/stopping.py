@@ -1,11 +1,14 @@
-"""What leaves after a trip: outputs that brake and hold under power, or the safe ones without it.
+"""What leaves after a trip: outputs that brake and hold under power, those that let a load down, or
+the safe ones without power.
 
 Stop categories as in IEC 60204-1. Category 1: the drive brakes and holds while the muscles vent,
-then power goes. Category 0: power goes at once, for good.
+moves to its rest place where something still pulls, then power goes. Category 0: power goes at
+once, for good.
 """
 
 from epa_rt.config.rig import Cia402Drive, Rig
-from epa_rt.safety.commands import QUICK_STOP, CommandGate
+from epa_rt.safety.commands import ENABLE_OPERATION, QUICK_STOP, CommandGate
+from epa_rt.safety.let_down import SPEED_MODE, LetDown
 
 INFINITE = float("inf")
 # Status word as in CiA 402: the drive has power and says so. 0x27: operation enabled, 0x07: quick
@@ -15,6 +18,7 @@ UNDER_POWER = (0x27, 0x07)
 SLOW_SHARE = 0.2  # of the limit of speed: a drive that brakes, or holds, is slower than that
 
 BRAKING, OFF = 1, 0
+NO_ZERO = "travel has no zero"  # and so no rest place
 
 
 class Stopping:
@@ -22,10 +26,15 @@ class Stopping:
 
     ``category`` is BRAKING or OFF; ``why`` is a sentence once it is OFF, empty where nothing was
     lost (power was not on, or the supervisor asked for it). OFF is latched.
+    ``let_down``: the motion to the rest place, once asked for by ``ask_to_let_down``; ``has_zero``
+    False forbids it.
     """
 
     def __init__(self, rig: Rig):
         self.category, self.why = BRAKING, ""
+        self.has_zero = True
+        self.let_down = LetDown(rig)
+        self._is_asked = self._lets_down = False
         motor, safety = rig.motor, rig.safety
         drive = rig.drive
         bus = isinstance(drive, Cia402Drive)
@@ -73,6 +82,18 @@ class Stopping:
         if self.category == BRAKING:
             self.category, self.why = OFF, why
 
+    def refuses_to_let_down(self) -> str:
+        """Why the motor cannot be moved to its rest place; empty where it can."""
+        if not self.has_zero:
+            return NO_ZERO
+        if self._brake is not None and self._stop[self._brake] == self._safe[self._brake]:
+            return "the holding brake is closed"
+        return self.let_down.refusal(SPEED_MODE if self._mode is None else self._stop[self._mode])
+
+    def ask_to_let_down(self) -> None:
+        """From the next cycle on the motor moves to its rest place, unless that is refused."""
+        self._is_asked = not self.refuses_to_let_down()
+
     def close_brake(self) -> None:
         """The holding brake closes while the drive still holds."""
         if self._brake is not None:
@@ -95,9 +116,31 @@ class Stopping:
             self.fall(why)
             return self._safe
         stop = self._stop
+        if self._is_asked:
+            return self._step_down(measured, bus_ok, invalid | stale)
         for name, step in self._slewed:
             value = stop[name]
             stop[name] = max(value - step, 0.0) if value > 0.0 else min(value + step, 0.0)
+        return stop
+
+    def _step_down(
+        self, measured: dict[str, float], bus_ok: bool, not_believed: int
+    ) -> dict[str, float]:
+        """Without ``bus_ok`` the targets of the last cycle stay."""
+        if not bus_ok:
+            return self._stop
+        down, stop = self.let_down, self._stop
+        if not self._lets_down:
+            self._lets_down = True
+            mode = SPEED_MODE if self._mode is None else stop[self._mode]
+            down.begin(measured, mode, not_believed)
+            if self._mode is not None:
+                stop[self._word] = float(ENABLE_OPERATION)
+        why = down.step(measured, not_believed)
+        if why:
+            self.fall(f"the motor cannot be let down: {why}")
+            return self._safe
+        stop.update(down.targets)
         return stop
 
     def _unsound(self, measured: dict[str, float], not_believed: int) -> str:
@@ -114,6 +157,8 @@ class Stopping:
         speed = measured[self._speed]
         if not abs(speed) <= self._too_fast:
             return f"{self._speed} = {speed:.4g} while it should brake, beyond {self._too_fast:.4g}"
+        if self._is_asked:
+            return ""  # it moves as it should; ``let_down`` watches it more closely
         if self._age > self._longest_cycles and abs(speed) > self._slow:
             return (
                 f"the drive does not stop the motor: {self._speed} = {speed:.4g}"

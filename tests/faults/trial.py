@@ -55,12 +55,12 @@ class Figures(NamedTuple):
 class FaultyBackend(SimBackend):
     """The simulated backend with a fault that comes at a moment, and a trace of the plant."""
 
-    def __init__(self, rig: Rig, plant: PlantFile, fault: Fault | None, moment: str):
+    def __init__(self, rig: Rig, plant: PlantFile, faults: tuple[Fault, ...], moment: str):
         super().__init__(rig, plant, 1, None, model=FaultyRigModel(rig, plant, 1))
         self.rows: list[Row] = []
         self.injected_at: int | None = None
         self.requests = OperatorRequests(rig.period_s)
-        self._fault, self._watch = fault, MomentWatch(rig, moment)
+        self._faults, self._watch = faults, MomentWatch(rig, moment)
         self._muscles = len(rig.muscles)
         self._again: int | None = None
 
@@ -68,9 +68,10 @@ class FaultyBackend(SimBackend):
         found = super().exchange(outputs_raw)
         row = row_of(self._model, self._muscles)
         self.rows.append(row)
-        if self._watch.step(row) and self._fault is not None:
+        if self._watch.step(row) and self._faults:
             self.injected_at = len(self.rows)
-            self._inject(self._fault)
+            for fault in self._faults:
+                self._inject(fault)
         if self._again == len(self.rows):
             self.requests.ask()
         return found
@@ -99,12 +100,14 @@ def inputs_of(rig_name: str, folder: Path) -> Inputs:
     return load_inputs(experiment, ROOT / f"config/rigs/{rig_name}.yaml", None, with_plant=True)
 
 
-def run_trial(rig_name: str, fault: Fault | None, moment: str) -> Figures:
-    """A whole run as the command line makes it, then eight seconds more of the plant."""
+def run_trial(rig_name: str, fault: Fault, moment: str, *more: Fault) -> Figures:
+    """A whole run as the command line makes it, then eight seconds more of the plant. ``more``:
+    what comes in the same cycle.
+    """
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         inputs = inputs_of(rig_name, folder)
-        backend = FaultyBackend(inputs.rig, inputs.plant, fault, moment)
+        backend = FaultyBackend(inputs.rig, inputs.plant, (fault, *more), moment)
         summary, result = run_recorded(
             inputs,
             backend,

@@ -130,6 +130,30 @@ def assert_may_stop(on: Rig, before: dict, out: dict) -> None:
         assert low <= out[motor.position_target] <= high
 
 
+def assert_may_let_down(on: Rig, before: dict, out: dict, travel: float) -> None:
+    """Every rule of what may leave while a load is let down: valves safe, power on, and targets
+    that only approach the rest place, at the let-down speed at most.
+    """
+    motor, place = on.motor, on.motor.places[on.motor.rest_place or "no_load"]
+    fastest = motor.let_down_speed_si * (1 + 1e-9)
+    for muscle in on.muscles:
+        for name in (muscle.inlet, muscle.exhaust):
+            assert out[name] == on.row(name).safe
+    assert is_powered(on, out)
+    if motor.torque_target:
+        assert out[motor.torque_target] == 0.0
+    if mode_of(on, out) == 8:
+        target, last = out[motor.position_target], before[motor.position_target]
+        assert abs(target - last) <= fastest * on.period_s + 1e-12
+        assert abs(target - place) <= abs(last - place) + 1e-12
+        assert (target - place) * (last - place) >= 0.0
+        assert not motor.speed_target or out[motor.speed_target] == 0.0
+    else:
+        assert mode_of(on, out) in (None, 9)
+        assert abs(out[motor.speed_target]) <= fastest
+        assert out[motor.speed_target] * (place - travel) >= 0.0
+
+
 def is_powered(on: Rig, out: dict) -> bool:
     return (
         out[on.drive.enable] == 1.0

@@ -36,6 +36,7 @@ def test_every_branch_of_safety_is_taken(tmp_path):
     assert {Path(name).name for name in files} >= {
         "commands.py",
         "envelope.py",
+        "let_down.py",
         "stopping.py",
         "thermal.py",
         "trip.py",
