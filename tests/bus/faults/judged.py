@@ -117,7 +117,7 @@ def facts_of(
     return {
         "code": code,
         "said": said,
-        "sentence": said.splitlines()[0] if said else "",
+        "sentence": next((s for s in said.splitlines() if not s.startswith("UNPROTECTED")), ""),
         "missing": missing,
         "outcome": ending.outcome,
         "cause": ending.cause,
@@ -125,6 +125,7 @@ def facts_of(
         "noticed_at": noticed,
         "noticed_in": None if None in (injected_at, noticed) else noticed - injected_at,
         "bad": bad,
+        "had_power": any(row.powered for row in after),
         "was_moving": bool(after) and abs(after[0].speed_rad_s) > 1.0,
         **(rig_facts(after, rig, scenario.stuck) if after else {}),
         "events": [

@@ -5,6 +5,7 @@ from tests.bus.faults.scenarios import OFF, Scenario, one
 _VALID = "loop: validity of the input"
 _LOGIC = "valve logic"
 _SENSORS = "loop: sensors in motion"
+_AT_REST = "bring-up: sensors at rest"
 _MOTION = "loop: position against speed"
 _FOLLOWING = "loop: following error"
 _DRIVE = "loop: status word of the drive"
@@ -288,5 +289,51 @@ SCENARIOS: dict[str, Scenario] = {
         rig="bench_analog",
         visible=None,
         stop=OFF,
+    ),
+    "burst, moving": Scenario(
+        one("burst"),
+        "the pressure falls by itself",
+        _SENSORS,
+        3,
+        "implausible sensor: muscle_pressure_pa",
+        visible=None,
+    ),
+    "sensor_gain, pressure, moving": Scenario(
+        one("sensor_gain", _PRESSURE),
+        "the pressure steps with both valves shut",
+        _SENSORS,
+        3,
+        "implausible sensor: muscle_pressure_pa",
+        pressure="250 kPa gauge",
+        visible=None,
+    ),
+    "sensor_offset, pressure, from the start": Scenario(
+        one("sensor_offset", _PRESSURE, value=30e3),
+        "no power before it reads the atmosphere",
+        _AT_REST,
+        23,
+        "sensor at rest: muscle_pressure_pa reads +30.0 kPa gauge",
+        when="start",
+        after=0,
+    ),
+    "knee: pressures_exchanged": Scenario(
+        one("pressures_exchanged"),
+        "the other muscle fills",
+        _SENSORS,
+        3,
+        "implausible sensor: spam_pressure_pa rises by",
+        rig="knee",
+        when="filling",
+        after=1,
+        visible=None,
+    ),
+    "knee: hoses_exchanged": Scenario(
+        one("hoses_exchanged"),
+        "valve and sensor of each still agree",
+        _NOBODY,
+        0,
+        rig="knee",
+        when="filling",
+        after=1,
     ),
 }

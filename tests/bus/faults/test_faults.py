@@ -55,7 +55,8 @@ def test_a_fault_that_ends_the_run_stops_the_rig_in_time(name):
         kind in ("trip", "error") and text in facts["cause"]
         for _cycle, kind, text in facts["events"]
     )
-    if scenario.when == "start":  # nothing was moved, no frame with outputs went out
+    if scenario.when == "start":
+        assert not facts["had_power"]
         return
     assert facts["was_moving"] or scenario.when != "moving"
     first_bad = (
@@ -92,7 +93,8 @@ def holds_alone(scenario: Scenario, facts: dict, first_bad: int) -> None:
     """Nobody is left to take its power away: it stands still under power, the muscles vented."""
     assert facts["stopping_at"] - first_bad <= scenario.within
     assert facts["holds_at_end"] and facts["beyond"] == [] and facts["power_gone_at"] is None
-    assert facts["rest_at"] is not None and facts["vented_at"] is not None
+    assert facts["rest_at"] is not None
+    assert scenario.real_time or facts["vented_at"] is not None  # nobody waits for it in real time
 
 
 STOPS = {BRAKES: brakes_and_holds, OFF: goes_off, ALONE: holds_alone}
