@@ -17,19 +17,25 @@ PAGE = ROOT / "docs/faults.md"
 HEAD = """# Faults
 
 Written by `python scripts/fault_table.py`: each fault is put, mid-motion, into a run of `epa run --backend ethercat` through
-pysoem on the emulated bus, one plant period per frame unless it says *real time*. Safe means, in the plant itself: the
-drive gives no torque, inlets shut, exhausts open. Cycles are of 1 ms and count from the first bad cycle that a master can
-see. Where the plant has to move before anybody can see it, *noticed* says how long that took, and the reaction counts from
-there; a dash: at once. The rig files ask for 20 ms; where no frame gets through the slaves' watchdogs do it in 100 ms.
+pysoem on the emulated bus, one plant period per frame unless it says *real time*. Every figure is the plant's own. Cycles are
+of 1 ms and count from the first bad cycle that a master can see. Where the plant has to move before anybody can see it,
+*noticed* says how long that took, and the rest counts from there; a dash: at once. The rig files ask for 20 ms; where no
+frame gets through, drive and valves act by their watchdogs in 100 ms.
 On a real bus a cycle whose frame is lost lasts `frame_timeout`, by default 5 ms: three of them and the safe frame behind
 them are 16 ms. A fall to SAFEOP is seen at the next look at the states, 10 cycles later at most.
 
-Exit codes: 3 tripped, 4 bus lost, 0 the run goes on.
+*Stop*: **brakes and holds** (category 1): the drive brakes and holds, the muscles vent, then power goes. **Power off**
+(category 0): drive, bus or position are lost, the muscle may throw the motor. **Brakes and holds by itself**: nobody is left
+to take the power away. *Air* and *stop* are the cycles until inlets are shut and exhausts open, and until the drive brakes or
+is off. *Travel* is where the motor went from the fault on.
+
+Exit codes: 3 tripped, 4 bus lost, 0 the run goes on; 10, 20 and 40 are added where drive off, vented and at rest were not
+measured.
 
 ## The run ends
 
-| Fault | Noticed by | Reaction | Noticed after | Safe after | Exit | Sentence |
-|---|---|---|---|---|---|---|
+| Fault | Noticed by | Stop | Noticed after | Air | Stop | Travel | Fastest | Exit | Sentence |
+|---|---|---|---|---|---|---|---|---|---|
 """  # noqa: E501
 GOES_ON = """
 ## The run goes on
@@ -72,25 +78,27 @@ def row_of(cells: list[object]) -> str:
 
 def ended(name: str, scenario: object, facts: dict) -> str:
     """A row for a run that ended."""
-    noticed = f"{facts['noticed_in']}" if scenario.visible is None else "–"
-    first_bad = (
-        facts["noticed_at"] if scenario.visible is None else facts["injected_at"] + scenario.visible
-    )
-    reaction = (
-        "outputs safe, drive off" if scenario.within <= 20 else "outputs safe by the watchdogs"
-    )
-    words = f"{reaction}; {scenario.words}" if scenario.words else reaction
     paced = ", *real time*" if scenario.real_time and "real time" not in name else ""
-    return row_of(
-        [
-            name + paced,
-            scenario.seen_by,
-            words,
+    words = f"{scenario.stop}; {scenario.words}" if scenario.words else scenario.stop
+    if scenario.when == "start":
+        words, figures = f"no power was on; {scenario.words}", ["–"] * 5
+    else:
+        noticed = f"{facts['noticed_in']}" if scenario.visible is None else "–"
+        first_bad = (
+            facts["noticed_at"]
+            if scenario.visible is None
+            else facts["injected_at"] + scenario.visible
+        )
+        low, high = (f"{1e3 * x:.1f}" for x in facts["travel_range_m"])
+        figures = [
             noticed,
-            facts["safe_at"] - first_bad,
-            facts["code"],
-            facts["sentence"],
+            max(facts["air_out_at"] - first_bad, 0),
+            max(facts["stopping_at"] - first_bad, 0),
+            f"{low} to {high} mm",
+            f"{1e3 * facts['fastest_m_s']:.0f} mm/s",
         ]
+    return row_of(
+        [name + paced, scenario.seen_by, words, *figures, facts["code"], facts["sentence"]]
     )
 
 
