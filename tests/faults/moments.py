@@ -60,7 +60,7 @@ MOTIONS = {
             "speed": "100 mm/s",
         },
         0.1,
-        0.012,
+        0.0095,
     ),
 }
 
@@ -105,7 +105,7 @@ class MomentWatch:
         motion = MOTIONS[rig.name]
         self._fast_m_s, self._out_m = motion.fast_m_s, motion.out_m
         self._filled_pa = rig.atmosphere_pa + 30e3
-        self._slow_m_s = 0.1 * motion.fast_m_s
+        self._slow_m_s = 0.2 * motion.fast_m_s
         self._filled_at_m: float | None = None
         self._holds: Callable[[Row], bool]
         self._holds, self._cycles = {
