@@ -1,5 +1,5 @@
-"""Writes docs/faults.md: every fault put into a run on the emulated bus, who noticed it, and how
-long until the rig was safe.
+"""Writes docs/bus-faults.md: every fault put into a run on the emulated bus, who noticed it, how
+long until the rig stopped, and where its motor went.
 
 python scripts/fault_table.py               all faults; needs no right but `unshare`
 python scripts/fault_table.py --check       says whether the page holds every kind of fault that the
@@ -12,9 +12,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
-PAGE = ROOT / "docs/faults.md"
+PAGE = ROOT / "docs/bus-faults.md"
 
-HEAD = """# Faults
+HEAD = """# Faults on the bus
 
 Written by `python scripts/fault_table.py`: each fault is put, mid-motion, into a run of `epa run --backend ethercat` through
 pysoem on the emulated bus, one plant period per frame unless it says *real time*. Every figure is the plant's own. Cycles are

@@ -77,7 +77,7 @@ def kill_the_master(rig: str = "bench", pressure: str = "") -> dict:
         "speed_m_s": abs(before.speed_m_s),
         "last_frame_cycle": last_frame_cycle,
         **rig_facts(after, loaded),
-        "figures": list(figures_of(after, 0, loaded, KILLED, ending.cause)),
+        "figures": list(figures_of(after, 0, loaded, KILLED, "", ending.cause)),
         "missing": missing,
         "cause": ending.cause,
         "texts": texts[-3:],
