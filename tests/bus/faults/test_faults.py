@@ -84,6 +84,7 @@ def goes_off(scenario: Scenario, facts: dict, first_bad: int) -> None:
     """Without torque in time; the muscle may throw the motor, no further than to its stops."""
     assert facts["power_gone_at"] - first_bad <= scenario.within
     assert facts["residual_torque_nm"] < 0.01
+    assert "stored then: nothing measured" not in facts["said"]
     low_m, high_m = facts["stops_m"]
     assert low_m - STOP_GIVES_M < facts["travel_range_m"][0]
     assert facts["travel_range_m"][1] < high_m + STOP_GIVES_M

@@ -11,13 +11,14 @@ from epa_rt.config.rig import Rig
 from epa_rt.models.plant_file import load_plant
 from sim_backend.bus.emulated_bus import EmulatedBus
 from sim_backend.rig_model import RigModel
-from tests.bus.driver.cases import lose_two_of_three
 from tests.bus.driver.emulated import Remote, served
 from tests.faults.moments import MOMENTS, MomentWatch, row_of
 
 _MOVING_RAD_S = 30.0  # motor side
 _GAUGE_PA = 20e3
-TWO_OF_THREE = "two_of_three_lost"  # of the frames, for good, on their way back
+# Of the frames, for good. They come back with a wrong working counter: to the loop the same bad
+# cycle as a lost one, and nobody has to wait for it.
+TWO_OF_THREE = "two_of_three_lost"
 
 
 class Row(NamedTuple):
@@ -61,7 +62,7 @@ class TracedBus(EmulatedBus):
         self.rows: list[Row] = []
         self.injected_at: int | None = None
         self.last_frame_cycle = 0
-        self._plan, self._lasted = plan, 0
+        self._plan, self._lasted, self._loses = plan, 0, False
         self._holds = None if plan is None else situation(rig, plan["when"])
         super().__init__(
             rig, load_plant(Path("config/plants") / Path(rig.plant).name), 1, lock_step
@@ -73,11 +74,19 @@ class TracedBus(EmulatedBus):
             for fault in plan["faults"]:
                 self._begin(fault)
             self.injected_at = self.cycle
-        return super().receive(frame, now_ns)
+        before, passes = self.counters.process_frames, self._loses and self.faults.is_idle
+        answered = super().receive(frame, now_ns)
+        if passes and self.counters.process_frames > before:
+            self._lose_two()
+        return answered
+
+    def _lose_two(self) -> None:
+        self.faults.add("wrong_working_counter", cycles=2)
 
     def _begin(self, fault: dict) -> None:
         if fault["kind"] == TWO_OF_THREE:
-            lose_two_of_three(self)
+            self._loses = True
+            self._lose_two()
             return
         given = {key: value for key, value in fault.items() if key != "after"}
         self.faults.add(**{"at_cycle": self.cycle + fault.get("after", 0), **given})
