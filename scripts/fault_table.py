@@ -48,10 +48,10 @@ GOES_ON = """
 GAPS = """
 ## Not noticed
 
-The run should end, and does not; these stand in the tests as expected failures.
+What should be noticed, and is not; these stand in the tests as expected failures.
 
-| Fault | What would notice it | What happened | Travel in the plant |
-|---|---|---|---|
+| Fault | Should be noticed | What happened | Travel in the plant | When power went |
+|---|---|---|---|---|
 """
 FOOT = """
 ## Where a fault cannot be seen
@@ -59,11 +59,10 @@ FOOT = """
 - A **lost supply** and an **inlet stuck closed** show only while a muscle is filled; an **exhaust stuck closed** only while
   one is vented. During a trial no valve switches, so they wait until its end.
 - A **stuck pressure sensor** looks, while a muscle is filled, like an inlet that does not open, and while it is vented like
-  an exhaust that does not: the sentence names the valve, the operator looks at both. Filling goes on for 0.8 to 1.6 s, in which the muscle may
-  reach the supply's pressure.
+  an exhaust that does not: the sentence names both, the operator looks at both.
 - A valve that is **stuck** cannot be brought into its safe state. Its opposite, and the drive, are.
-- An **inlet stuck open** while a muscle holds shows by a gain of 35 %, by `pressure_max`, or at 97 % of `valves: {supply: …}` (900 kPa absolute where the rig
-  file does not say): write the regulator's pressure there, else it is a drift in the log and no trip.
+- An **inlet stuck open** keeps its muscle full: the drive holds for `rest_timeout`, then power goes, and the muscle throws
+  the motor. Only a holding brake (`motor.brake`), or a shut supply, prevents that.
 - A **drive on wires** (bench_analog) reports its status and its error on the bus, but nobody judges them before the end: a fault in it shows in the travel alone.
 - **Sensors that lie** (`sensor_gain`, `sensor_offset`, `pressures_exchanged`, `hoses_exchanged`) and a `burst` muscle have a
   table of their own: `python scripts/sensor_table.py`; what asks for them is on [sensors.md](sensors.md).
@@ -111,7 +110,9 @@ def went_on(name: str, scenario: object, facts: dict) -> str:
 def unseen(name: str, scenario: object, facts: dict) -> str:
     """A row for what nobody noticed."""
     low, high = (1e3 * x for x in facts["travel_range_m"])
-    return row_of([name, scenario.gap, facts["sentence"], f"{low:.1f} mm to {high:.1f} mm"])
+    left = facts["gauge_at_power_off_pa"]
+    power = "–" if left is None else f"{1e-3 * left:.0f} kPa gauge"
+    return row_of([name, scenario.gap, facts["sentence"], f"{low:.1f} mm to {high:.1f} mm", power])
 
 
 def page() -> str:
