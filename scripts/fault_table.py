@@ -1,5 +1,5 @@
-"""Writes docs/faults.md: every fault put into a run on the emulated bus, who noticed it, and how
-long until the rig was safe.
+"""Writes docs/bus-faults.md: every fault put into a run on the emulated bus, who noticed it, how
+long until the rig stopped, and where its motor went.
 
 python scripts/fault_table.py               all faults; needs no right but `unshare`
 python scripts/fault_table.py --check       says whether the page holds every kind of fault that the
@@ -12,24 +12,30 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
-PAGE = ROOT / "docs/faults.md"
+PAGE = ROOT / "docs/bus-faults.md"
 
-HEAD = """# Faults
+HEAD = """# Faults on the bus
 
 Written by `python scripts/fault_table.py`: each fault is put, mid-motion, into a run of `epa run --backend ethercat` through
-pysoem on the emulated bus, one plant period per frame unless it says *real time*. Safe means, in the plant itself: the
-drive gives no torque, inlets shut, exhausts open. Cycles are of 1 ms and count from the first bad cycle that a master can
-see. Where the plant has to move before anybody can see it, *noticed* says how long that took, and the reaction counts from
-there; a dash: at once. The rig files ask for 20 ms; where no frame gets through the slaves' watchdogs do it in 100 ms.
+pysoem on the emulated bus, one plant period per frame unless it says *real time*. Every figure is the plant's own. Cycles are
+of 1 ms and count from the first bad cycle that a master can see. Where the plant has to move before anybody can see it,
+*noticed* says how long that took, and the rest counts from there; a dash: at once. The rig files ask for 20 ms; where no
+frame gets through, drive and valves act by their watchdogs in 100 ms.
 On a real bus a cycle whose frame is lost lasts `frame_timeout`, by default 5 ms: three of them and the safe frame behind
 them are 16 ms. A fall to SAFEOP is seen at the next look at the states, 10 cycles later at most.
 
-Exit codes: 3 tripped, 4 bus lost, 0 the run goes on.
+*Stop*: **brakes and holds** (category 1): the drive brakes and holds, the muscles vent, then power goes. **Power off**
+(category 0): drive, bus or position are lost, the muscle may throw the motor. **Brakes and holds by itself**: nobody is left
+to take the power away. *Air* and *stop* are the cycles until inlets are shut and exhausts open, and until the drive brakes or
+is off. *Travel* is where the motor went from the fault on.
+
+Exit codes: 3 tripped, 4 bus lost, 0 the run goes on; 10, 20 and 40 are added where drive off, vented and at rest were not
+measured.
 
 ## The run ends
 
-| Fault | Noticed by | Reaction | Noticed after | Safe after | Exit | Sentence |
-|---|---|---|---|---|---|---|
+| Fault | Noticed by | Stop | Noticed after | Air | Stop | Travel | Fastest | Exit | Sentence |
+|---|---|---|---|---|---|---|---|---|---|
 """  # noqa: E501
 GOES_ON = """
 ## The run goes on
@@ -42,10 +48,10 @@ GOES_ON = """
 GAPS = """
 ## Not noticed
 
-The run should end, and does not; these stand in the tests as expected failures.
+What should be noticed, and is not; these stand in the tests as expected failures.
 
-| Fault | What would notice it | What happened | Travel in the plant |
-|---|---|---|---|
+| Fault | Should be noticed | What happened | Travel in the plant | When power went |
+|---|---|---|---|---|
 """
 FOOT = """
 ## Where a fault cannot be seen
@@ -53,11 +59,10 @@ FOOT = """
 - A **lost supply** and an **inlet stuck closed** show only while a muscle is filled; an **exhaust stuck closed** only while
   one is vented. During a trial no valve switches, so they wait until its end.
 - A **stuck pressure sensor** looks, while a muscle is filled, like an inlet that does not open, and while it is vented like
-  an exhaust that does not: the sentence names the valve, the operator looks at both. Filling goes on for 0.8 to 1.6 s, in which the muscle may
-  reach the supply's pressure.
+  an exhaust that does not: the sentence names both, the operator looks at both.
 - A valve that is **stuck** cannot be brought into its safe state. Its opposite, and the drive, are.
-- An **inlet stuck open** while a muscle holds shows by a gain of 35 %, by `pressure_max`, or at 97 % of `valves: {supply: …}` (900 kPa absolute where the rig
-  file does not say): write the regulator's pressure there, else it is a drift in the log and no trip.
+- An **inlet stuck open** keeps its muscle full: the drive holds for `rest_timeout`, then power goes, and the muscle throws
+  the motor. Only a holding brake (`motor.brake`), or a shut supply, prevents that.
 - A **drive on wires** (bench_analog) reports its status and its error on the bus, but nobody judges them before the end: a fault in it shows in the travel alone.
 - **Sensors that lie** (`sensor_gain`, `sensor_offset`, `pressures_exchanged`, `hoses_exchanged`) and a `burst` muscle have a
   table of their own: `python scripts/sensor_table.py`; what asks for them is on [sensors.md](sensors.md).
@@ -72,25 +77,27 @@ def row_of(cells: list[object]) -> str:
 
 def ended(name: str, scenario: object, facts: dict) -> str:
     """A row for a run that ended."""
-    noticed = f"{facts['noticed_in']}" if scenario.visible is None else "–"
-    first_bad = (
-        facts["noticed_at"] if scenario.visible is None else facts["injected_at"] + scenario.visible
-    )
-    reaction = (
-        "outputs safe, drive off" if scenario.within <= 20 else "outputs safe by the watchdogs"
-    )
-    words = f"{reaction}; {scenario.words}" if scenario.words else reaction
     paced = ", *real time*" if scenario.real_time and "real time" not in name else ""
-    return row_of(
-        [
-            name + paced,
-            scenario.seen_by,
-            words,
+    words = f"{scenario.stop}; {scenario.words}" if scenario.words else scenario.stop
+    if scenario.when == "start":
+        words, figures = f"no power was on; {scenario.words}", ["–"] * 5
+    else:
+        noticed = f"{facts['noticed_in']}" if scenario.visible is None else "–"
+        first_bad = (
+            facts["noticed_at"]
+            if scenario.visible is None
+            else facts["injected_at"] + scenario.visible
+        )
+        low, high = (f"{1e3 * x:.1f}" for x in facts["travel_range_m"])
+        figures = [
             noticed,
-            facts["safe_at"] - first_bad,
-            facts["code"],
-            facts["sentence"],
+            max(facts["air_out_at"] - first_bad, 0),
+            max(facts["stopping_at"] - first_bad, 0),
+            f"{low} to {high} mm",
+            f"{1e3 * facts['fastest_m_s']:.0f} mm/s",
         ]
+    return row_of(
+        [name + paced, scenario.seen_by, words, *figures, facts["code"], facts["sentence"]]
     )
 
 
@@ -103,7 +110,9 @@ def went_on(name: str, scenario: object, facts: dict) -> str:
 def unseen(name: str, scenario: object, facts: dict) -> str:
     """A row for what nobody noticed."""
     low, high = (1e3 * x for x in facts["travel_range_m"])
-    return row_of([name, scenario.gap, facts["sentence"], f"{low:.1f} mm to {high:.1f} mm"])
+    left = facts["gauge_at_power_off_pa"]
+    power = "–" if left is None else f"{1e-3 * left:.0f} kPa gauge"
+    return row_of([name, scenario.gap, facts["sentence"], f"{low:.1f} mm to {high:.1f} mm", power])
 
 
 def page() -> str:

@@ -27,7 +27,8 @@ _FAULTS = """kinds, with what --where names, the usual --value, and how long by 
   sdo_refused SLAVE, sdo_forgotten SLAVE (0x1C12: the object's index)   until cleared
   clock_drift [SLAVE] (50 ppm)      until cleared
   wire_broken ROW (-10 V), sensor_stuck ROW, sensor_noisy ROW (0.5 V), toggle_frozen SLAVE
-  valve_stuck_open VALVE, valve_stuck_closed VALVE, leak [MUSCLE] (5 /s), supply_lost (0 Pa)
+  sensor_gain ROW (0.8), sensor_offset ROW (SI), pressures_exchanged, hoses_exchanged: until cleared
+  valve_stuck_open VALVE, valve_stuck_closed VALVE, leak [MUSCLE] (5 /s), burst [MUSCLE] (50 /s), supply_lost (0 Pa)
   drive_fault (8976), following_error: once; sto, encoder_jump (2000 counts): until cleared
   count_offset (9000 counts), until cleared; drive_supply_lost: 200 cycles"""  # noqa: E501
 

@@ -172,7 +172,7 @@ class Supervisor:
             return
         self._drive.disable(False)
         if stopping.why:
-            self._watch(measured, bus_ok)
+            self._watch(measured, True)  # without the bus: what it brought last
             stored = self._rest_watch.stored
             self._say_category(0, f"power off, air out: {stopping.why}; stored then: {stored}")
         self._enter(SAFE)

@@ -14,6 +14,7 @@ from sim_backend.bus.bus_faults import ALL_FAULTS
 from sim_backend.bus.control import ControlClient, ControlError, ControlServer
 from sim_backend.bus.namespace import run_beside
 from sim_backend.bus.server import Server
+from tests.bus.emulator.bring_up import Wire
 from tests.bus.emulator.conftest import RIGS
 
 
@@ -21,14 +22,15 @@ def test_help_names_every_kind_of_fault():
     assert [kind for kind in ALL_FAULTS if kind not in _FAULTS] == []
 
 
-def test_every_kind_can_be_injected_and_cleared(wire):
+def test_every_kind_can_be_injected_and_cleared(make_bus):
+    wire = Wire(make_bus("knee", lock_step=True))  # with two muscles, for what exchanges them
     places = {
         "slave": "analog_in",
         "slave with a mailbox": "drive",
         "slave with a clock": "coupler",
-        "input row": "muscle_pressure_pa",
-        "valve row or port": "cmd_muscle_inlet_open",
-        "muscle": "muscle",
+        "input row": "spam_pressure_pa",
+        "valve row or port": "cmd_spam_inlet_open",
+        "muscle": "spam",
         "": "",
     }
     before = wire.exchange(bytes(wire.output_size))

@@ -1,83 +1,111 @@
-"""kill -9 of the master mid-motion, in real time; in a network of its own."""
+"""kill -9 of the master at speed, in real time: what the rig goes through by itself.
+
+killed.figures_of_kill("knee")     from a test or a script: in a network of its own
+"""
 
 import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from tests.bus.faults.judged import first_safe
-from tests.bus.faults.runs import _trace, experiment_file, rig_file
+from tests.bus.faults.judged import rig_facts
+from tests.bus.faults.runs import rig_file
 from tests.bus.faults.scenarios import Scenario
+from tests.bus.own_network import STALL_S, call, repeated
+from tests.faults.moments import MOTIONS, experiment_text
+from tests.faults.trial import VENTED_PA, Figures, figures_of
 
-SCENARIO = Scenario((), "", "", 0, real_time=True, settings={"master": {"frame_timeout": "100 ms"}})
-_MOVING, _SILENT = 200, 300  # cycles
+if TYPE_CHECKING:
+    from tests.bus.driver.emulated import Remote
+    from tests.bus.faults.traced import TracedBus
+
+MASTER_IS_PATIENT = {"master": {"frame_timeout": "100 ms"}}
+KILLED = -9
+_SILENT, _VENTS = 300, 8000  # cycles after the kill: watched for, at least and at most
 _LONGEST_S = 60.0  # a bound for a hung test, not a figure
 
 
-def kill_the_master() -> dict:
-    """What the plant went through after the kill, and what the log says. Raises RuntimeError where
-    the run ended before.
+def figures_of_kill(rig_name: str, pressure: str = "") -> Figures:
+    """The rig's figures from the last frame of its master on; ``code`` is -9. A drive that holds
+    has no ``power_off_s``. Raises tests.bus.own_network.CallFailed.
+    """
+    facts = repeated(
+        f"kill -9, {rig_name}",
+        lambda: call("tests.bus.faults.killed:kill_the_master", rig=rig_name, pressure=pressure),
+        STALL_S,
+    )
+    return Figures(*facts["figures"])
+
+
+def kill_the_master(rig: str = "bench", pressure: str = "") -> dict:
+    """What the plant went through after the kill, and what the log says. ``pressure``: of the
+    muscles, empty for the one of tests.faults.moments. Raises RuntimeError where the run ended
+    before.
     """
     from epa_rt.config.rig import load_rig
     from epa_rt.logs.reader import LogReader
-    from tests.bus.driver.emulated import MASTER_END
     from tests.bus.faults.traced import traced
 
+    scenario = Scenario((), "", "", 0, rig=rig, real_time=True, settings=MASTER_IS_PATIENT)
+    at_speed = {"faults": (), "when": "at speed", "after": 1}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        rig, log = rig_file(SCENARIO, folder), folder / "run.mcap"
-        command = [
-            "run",
-            str(experiment_file(SCENARIO, folder)),
-            "--rig",
-            str(rig),
-            "--backend",
-            "ethercat",
-            "--interface",
-            MASTER_END,
-            "-o",
-            str(log),
-            "--quiet",
-        ]
-        with traced(load_rig(rig), False, None) as bus:
-            master = subprocess.Popen(
-                [sys.executable, "-W", "error", "-m", "epa_rt", *command], stdout=subprocess.DEVNULL
-            )
-            try:
-                _until(lambda: master.poll() is not None or bus.do(_cycles_moving) > _MOVING)
-            finally:
-                master.kill()
-                code = master.wait()
-            if code != -9:
-                raise RuntimeError(f"the run ended with exit code {code} before it moved")
+        rig_path, log = rig_file(scenario, folder), folder / "run.mcap"
+        experiment = folder / "faults.yaml"
+        usual = MOTIONS[rig].words["pressure"]
+        experiment.write_text(
+            experiment_text(rig).replace(usual, pressure or usual), encoding="utf-8"
+        )
+        loaded = load_rig(rig_path)
+        with traced(loaded, False, at_speed) as bus:
+            _run_and_kill(bus, experiment, rig_path, log)
             killed_at = bus.do(_cycle)
-            _until(lambda: bus.do(_cycle) > killed_at + _SILENT)
+            _until(lambda: bus.do(_is_over, killed_at))
             rows, _, last_frame_cycle = bus.do(_trace)
         _until(lambda: _ending(log) is not None)
         with LogReader(log) as reader:
             ending, missing = reader.ending, reader.missing
             texts = [event.text for event in reader.events()]
-    before = [row for row in rows if row.cycle == last_frame_cycle][0]
+    before = next(row for row in rows if row.cycle == last_frame_cycle)
+    after = [row for row in rows if row.cycle >= last_frame_cycle]
     return {
-        "was_on": before.enabled,
-        "was_moving": abs(before.speed_rad_s) > 1.0,
+        "was_on": before.powered,
         "was_holding": not any(before.exhaust_open),
+        "speed_m_s": abs(before.speed_m_s),
         "last_frame_cycle": last_frame_cycle,
-        "safe_at": first_safe(rows, ()),
+        **rig_facts(after, loaded),
+        "figures": list(figures_of(after, 0, loaded, KILLED, "", ending.cause)),
         "missing": missing,
-        "outcome": ending.outcome,
         "cause": ending.cause,
         "texts": texts[-3:],
     }
 
 
-def _until(condition: "object") -> None:
+def _run_and_kill(bus: "Remote", experiment: Path, rig: Path, log: Path) -> None:
+    """``epa run`` in a process of its own, killed once the rig is at speed."""
+    from tests.bus.driver.emulated import MASTER_END
+
+    words = ["run", experiment, "--rig", rig, "--backend", "ethercat", "--interface", MASTER_END]
+    command = [sys.executable, "-W", "error", "-m", "epa_rt", *map(str, words)]
+    master = subprocess.Popen([*command, "-o", str(log), "--quiet"], stdout=subprocess.DEVNULL)
+    try:
+        _until(lambda: master.poll() is not None or bus.do(_is_at_speed))
+    finally:
+        master.kill()
+        code = master.wait()
+    if code != KILLED:
+        raise RuntimeError(f"the run ended with exit code {code} before it was at speed")
+
+
+def _until(condition: Callable[[], bool]) -> None:
     end = time.monotonic() + _LONGEST_S
     while not condition():
         if time.monotonic() > end:
             raise RuntimeError("waited in vain")
-        time.sleep(0.02)
+        time.sleep(0.005)
 
 
 def _ending(log: Path) -> "object":
@@ -90,22 +118,19 @@ def _ending(log: Path) -> "object":
         return None
 
 
-def _cycle(bus: "object") -> int:
+def _cycle(bus: "TracedBus") -> int:
     return bus.cycle
 
 
-def _cycles_moving(bus: "object") -> int:
-    """For how many cycles the motor has moved under power, with the air shut in, up to now."""
-    count = 0
-    for row in reversed(bus.rows[-2 * _MOVING :]):
-        if (
-            not row.enabled
-            or any(row.exhaust_open)
-            or any(row.inlet_open)
-            or abs(row.travel_m) < 4e-3
-            or abs(row.speed_rad_s) < 5.0
-            and not count
-        ):
-            break
-        count += 1
-    return count
+def _is_at_speed(bus: "TracedBus") -> bool:
+    return bus.injected_at is not None
+
+
+def _is_over(bus: "TracedBus", killed_at: int) -> bool:
+    """Whether nothing more is to come: the muscles are vented, or have had their time."""
+    vented = max(bus.rows[-1].pressure_pa) < bus.rig.atmosphere_pa + VENTED_PA
+    return bus.cycle > killed_at + (_SILENT if vented else _VENTS)
+
+
+def _trace(bus: "TracedBus") -> tuple:
+    return bus.rows, bus.injected_at, bus.last_frame_cycle

@@ -1,6 +1,6 @@
 """Scenarios: faults of frames, slaves, cable and clock."""
 
-from tests.bus.faults.scenarios import WATCHDOG_CYCLES, Scenario, one
+from tests.bus.faults.scenarios import ALONE, OFF, WATCHDOG_CYCLES, Scenario, one
 
 _COUNTER = "loop: working counter"
 _STATES = "driver: states of the slaves, every 10 ms"
@@ -27,16 +27,10 @@ SCENARIOS: dict[str, Scenario] = {
         one("frames_lost", cycles=3),
         "three frames in a row do not come back",
         _SILENT,
-        4,
+        64,
         "no frame came back from ve0 in 3 cycles in a row",
         again=True,
-    ),
-    "frames_lost, 2": Scenario(
-        one("frames_lost", cycles=2),
-        "two in a row are within `lost_cycles`",
-        _COUNTER,
-        0,
-        bad_cycles=2,
+        stop=OFF,
     ),
     "frames_repeated, 5": Scenario(
         one("frames_repeated", cycles=5),
@@ -61,6 +55,7 @@ SCENARIOS: dict[str, Scenario] = {
         3,
         "lost working counter",
         visible=None,
+        stop=OFF,
     ),
     "wrong_working_counter, 1": Scenario(
         one("wrong_working_counter"), "the frame is not believed", _COUNTER, 0, bad_cycles=1
@@ -71,82 +66,77 @@ SCENARIOS: dict[str, Scenario] = {
         _COUNTER,
         3,
         "lost working counter: the working counter was wrong in 3 cycles in a row",
+        stop=OFF,
     ),
     "slave_lost, valves": Scenario(
         one("slave_lost", "valves"),
         "the terminals behind it are cut off too",
         _MISSING,
-        4,
+        64,
         "valves (slave 2, EL2124) does not answer any more: its supply, or the cable behind"
         " coupler",
+        stop=OFF,
     ),
     "slave_lost, analog_in alone": Scenario(
         one("slave_lost", "analog_in", alone=True),
         "",
         _MISSING,
-        4,
+        64,
         "analog_in (slave 3, EL3004) does not answer any more",
-    ),
-    "slave_lost, analog_out": Scenario(
-        one("slave_lost", "analog_out"),
-        "",
-        _MISSING,
-        4,
-        "analog_out (slave 4, EL4034) does not answer any more",
+        stop=OFF,
     ),
     "slave_lost, drive": Scenario(
         one("slave_lost", "drive"),
         "no supply, no torque",
         _MISSING,
-        4,
+        74,
         "drive (slave 5, EPOS4) does not answer any more",
-    ),
-    "slave_lost, drive, back after 40 cycles": Scenario(
-        one("slave_lost", "drive", cycles=40),
-        "it is not taken back in this run, and has lost its count: home it before the next",
-        _MISSING,
-        4,
-        "drive (slave 5, EPOS4) does not answer any more",
+        stop=OFF,
     ),
     "slave_lost, coupler": Scenario(
         one("slave_lost", "coupler"),
         "nothing is reached; as a pulled cable",
         f"{_SILENT}; outputs: {_WATCHDOG}",
-        4,
+        74,
         "no frame came back from ve0 in 3 cycles in a row",
         within=WATCHDOG_CYCLES,
+        stop=ALONE,
     ),
     "slave_falls, analog_in": Scenario(
         one("slave_falls", "analog_in"),
         "it still counts in the working counter",
         _STATES,
-        4,
+        64,
         "analog_in (slave 3, EL3004) left OP: it is in SAFEOP with error (0x001A synchronisation"
         " error)",
+        stop=OFF,
     ),
     "slave_falls, valves, 0x001B": Scenario(
         one("slave_falls", "valves", value=0x1B),
         "",
         _STATES,
-        4,
+        64,
         "valves (slave 2, EL2124) left OP: it is in SAFEOP with error (0x001B",
+        stop=OFF,
     ),
     "slave_falls, drive, 0x002C": Scenario(
         one("slave_falls", "drive", value=0x2C),
         "the drive's own fault reaction, seen in its status word",
         "loop: drive state",
-        4,
+        74,
         "drive (slave 5, EPOS4) left OP: it is in SAFEOP with error (0x002C",
         again=True,
+        stop=ALONE,
     ),
     "cable_pulled": Scenario(
         one("cable_pulled"),
         "nothing can be sent any more",
         f"{_SILENT}; outputs: {_WATCHDOG}",
-        4,
+        74,
         "no frame came back from ve0 in 3 cycles in a row: its cable, its link, or the supply of"
         " coupler",
         within=WATCHDOG_CYCLES,
+        stop=ALONE,
     ),
     "sdo_refused, drive": Scenario(
         one("sdo_refused", "drive", value=0x1600),
@@ -175,32 +165,35 @@ SCENARIOS: dict[str, Scenario] = {
         bad_cycles=1,
     ),
     "knee: frames_lost, 3": Scenario(
-        one("frames_lost", cycles=3), "", _SILENT, 4, "no frame came back", rig="knee"
+        one("frames_lost", cycles=3), "", _SILENT, 64, "no frame came back", rig="knee", stop=OFF
     ),
     "mass: slave_lost, drive": Scenario(
         one("slave_lost", "drive"),
         "",
         _MISSING,
-        4,
+        74,
         "drive (slave 5, EPOS4) does not answer any more",
         rig="mass",
+        stop=OFF,
     ),
     "analog: slave_falls, analog_out": Scenario(
         one("slave_falls", "analog_out"),
         "speed and enable of a wired drive come from the terminals",
         _STATES,
-        4,
+        64,
         "analog_out (slave 4, EL4034) left OP",
         rig="bench_analog",
+        stop=OFF,
     ),
     "analog: cable_pulled": Scenario(
         one("cable_pulled"),
         "the enable output falls with its terminal's watchdog",
         f"{_SILENT}; outputs: {_WATCHDOG}",
-        4,
+        74,
         "no frame came back",
         rig="bench_analog",
         within=WATCHDOG_CYCLES,
+        stop=OFF,
     ),
 }
 
@@ -232,9 +225,10 @@ REAL_TIME: dict[str, Scenario] = {
         one("cable_pulled"),
         "",
         f"driver: nothing got through for longer than the watchdog; outputs: {_WATCHDOG}",
-        4,
+        74,
         "no process data reached the slaves for ",
         within=WATCHDOG_CYCLES + 3,
+        stop=ALONE,
         real_time=True,
         settings={"master": {"frame_timeout": "60 ms"}},
     ),

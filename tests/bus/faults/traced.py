@@ -10,38 +10,60 @@ from typing import NamedTuple
 from epa_rt.config.rig import Rig
 from epa_rt.models.plant_file import load_plant
 from sim_backend.bus.emulated_bus import EmulatedBus
+from sim_backend.rig_model import RigModel
 from tests.bus.driver.emulated import Remote, served
+from tests.faults.moments import MOMENTS, MomentWatch, row_of
 
 _MOVING_RAD_S = 30.0  # motor side
 _GAUGE_PA = 20e3
+# Of the frames, for good. They come back with a wrong working counter: to the loop the same bad
+# cycle as a lost one, and nobody has to wait for it.
+TWO_OF_THREE = "two_of_three_lost"
 
 
 class Row(NamedTuple):
-    """One plant cycle, from the plant itself: is the drive on, which valves stand open, motor and
-    first muscle in SI.
+    """One plant cycle, from the plant itself, in SI: what tests.faults.moments.Row has, and more.
+
+    ``drive_state``: of its CiA 402 machine (sim_backend/drive_machine.py). ``torque_nm``: the
+    motor's.
     """
 
+    powered: bool
+    inlet_open: tuple[bool, ...]
+    exhaust_open: tuple[bool, ...]
+    speed_m_s: float
+    travel_m: float
+    pressure_pa: tuple[float, ...]
+    force_n: float
     cycle: int
-    enabled: bool
-    inlet_open: tuple[float, ...]
-    exhaust_open: tuple[float, ...]
+    drive_state: int
     torque_nm: float
     speed_rad_s: float
-    travel_m: float
-    pressure_pa: float
-    force_n: float
+
+
+def traced_row(model: RigModel, muscles: int, cycle: int) -> Row:
+    """What the plant and the drive's machine are doing now."""
+    truth = model.state[0]["truth"]
+    return Row(
+        *row_of(model, muscles),
+        cycle,
+        int(model.machine[0]["state"]),
+        float(truth["motor_torque_nm"]),
+        float(truth["motor_speed_rad_s"]),
+    )
 
 
 class TracedBus(EmulatedBus):
-    """``plan``: what ``faults.add`` takes, and in ``when`` and ``after`` the situation and for how
-    many cycles it has lasted.
+    """``plan``: what ``faults.add`` takes, and in ``when`` and ``after`` the situation (or one of
+    tests.faults.moments.MOMENTS, which count for themselves) and for how many cycles it has lasted.
     """
 
     def __init__(self, rig: Rig, lock_step: bool, plan: dict | None):
         self.rows: list[Row] = []
         self.injected_at: int | None = None
         self.last_frame_cycle = 0
-        self._plan, self._lasted = plan, 0
+        self._plan, self._lasted, self._loses = plan, 0, False
+        self._holds = None if plan is None else situation(rig, plan["when"])
         super().__init__(
             rig, load_plant(Path("config/plants") / Path(rig.plant).name), 1, lock_step
         )
@@ -50,14 +72,24 @@ class TracedBus(EmulatedBus):
         if self._plan is not None and self._lasted >= self._plan["after"]:
             plan, self._plan = self._plan, None
             for fault in plan["faults"]:
-                self.faults.add(
-                    **{
-                        "at_cycle": self.cycle + fault.get("after", 0),
-                        **{k: v for k, v in fault.items() if k != "after"},
-                    }
-                )
+                self._begin(fault)
             self.injected_at = self.cycle
-        return super().receive(frame, now_ns)
+        before, passes = self.counters.process_frames, self._loses and self.faults.is_idle
+        answered = super().receive(frame, now_ns)
+        if passes and self.counters.process_frames > before:
+            self._lose_two()
+        return answered
+
+    def _lose_two(self) -> None:
+        self.faults.add("wrong_working_counter", cycles=2)
+
+    def _begin(self, fault: dict) -> None:
+        if fault["kind"] == TWO_OF_THREE:
+            self._loses = True
+            self._lose_two()
+            return
+        given = {key: value for key, value in fault.items() if key != "after"}
+        self.faults.add(**{"at_cycle": self.cycle + fault.get("after", 0), **given})
 
     def _outputs_arrived(self, plan: "object") -> None:
         if self._frame_steps:
@@ -66,21 +98,9 @@ class TracedBus(EmulatedBus):
 
     def _step(self) -> None:
         super()._step()
-        command, inner = self.plant.command[0], self.plant.state[0]["truth"]
-        muscles = len(self.rig.muscles)
-        row = Row(
-            self.cycle - 1,
-            bool(command["enabled"] > 0.5),
-            tuple(command["inlet"][:muscles].tolist()),
-            tuple(command["exhaust"][:muscles].tolist()),
-            float(inner["motor_torque_nm"]),
-            float(inner["motor_speed_rad_s"]),
-            float(inner["travel_m"]),
-            float(inner["pressure_pa"][0]),
-            float(inner["muscle_force_n"][0]),
-        )
+        row = traced_row(self.plant, len(self.rig.muscles), self.cycle - 1)
         self.rows.append(row)
-        if self._plan is not None and SITUATIONS[self._plan["when"]](row, self.rig.atmosphere_pa):
+        if self._plan is not None and self._holds(row):
             self._lasted += 1
 
     def time_goes_on(self, cycles: int) -> None:
@@ -91,7 +111,7 @@ class TracedBus(EmulatedBus):
 
 def _moving(row: Row, atmosphere_pa: float) -> bool:
     return (
-        row.enabled
+        row.powered
         and abs(row.speed_rad_s) > _MOVING_RAD_S
         and not any(row.inlet_open)
         and not any(row.exhaust_open)
@@ -99,20 +119,20 @@ def _moving(row: Row, atmosphere_pa: float) -> bool:
 
 
 def _filling(row: Row, atmosphere_pa: float) -> bool:
-    return row.enabled and row.inlet_open[0] > 0.5
+    return row.powered and row.inlet_open[0]
 
 
 def _holding(row: Row, atmosphere_pa: float) -> bool:
     return (
-        row.enabled
+        row.powered
         and not row.inlet_open[0]
         and not row.exhaust_open[0]
-        and row.pressure_pa > atmosphere_pa + _GAUGE_PA
+        and row.pressure_pa[0] > atmosphere_pa + _GAUGE_PA
     )
 
 
 def _venting(row: Row, atmosphere_pa: float) -> bool:
-    return row.enabled and row.exhaust_open[0] > 0.5 and row.pressure_pa > atmosphere_pa + _GAUGE_PA
+    return row.powered and row.exhaust_open[0] and row.pressure_pa[0] > atmosphere_pa + _GAUGE_PA
 
 
 SITUATIONS: dict[str, Callable[[Row, float], bool]] = {
@@ -122,6 +142,14 @@ SITUATIONS: dict[str, Callable[[Row, float], bool]] = {
     "holding": _holding,
     "venting": _venting,
 }
+
+
+def situation(rig: Rig, when: str) -> Callable[[Row], bool]:
+    """Whether it holds in a row; a moment holds once."""
+    if when in MOMENTS:
+        return MomentWatch(rig, when).step
+    holds = SITUATIONS[when]
+    return lambda row: holds(row, rig.atmosphere_pa)
 
 
 @contextmanager

@@ -30,7 +30,8 @@ STARTUP = (
 PATIENT = {  # for a busy machine: late cycles, even many of them, do not end the run
     "reaction: 20 ms": "reaction: 100 ms",
     "lost_cycles: 3": "lost_cycles: 100\n  watchdog: 2 s",
-    "overrun: {": "master: {frame_timeout: 100 ms}\noverrun: {",
+    "overrun: {": "master: {frame_timeout: 100 ms}\n"
+    "unprotected: {reaction: a machine that is late by itself}\noverrun: {",
     "stale_after: 20": "stale_after: 500",
     "following_error: 4 mm": "following_error: 20 mm",
 }
