@@ -152,7 +152,7 @@ class Recording:
                 text,
                 int(data["lost_samples"]),
                 int(data["lost_events"]),
-                str(data["end"]),
+                end=str(data["end"]),
             )
         # A stamp that protobuf cannot hold (cycle -1, before the first) must not cost the log.
         cycle, t_ns = (min(max(stamp, 0), _STAMP_MAX) for stamp in (cycle, t_ns))
