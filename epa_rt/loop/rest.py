@@ -78,13 +78,18 @@ class RestWatch:
         self._band_a, self._zero_a = rig.safety.current_off, 0.0
         self._slow = self._silent = self._heard = self._currentless = self._zeros = 0
         self._last: dict[str, float] = {}
-        self._not_believed = 0
+        self._not_believed = self._doubted = 0
         self._inside: list[tuple[str, float, float]] = []
         for name in (motor.position, motor.speed):
             limits = rig.row(name).limits if name else None
             if name and limits:
                 self._inside.append((name, *limits))
         self._beyond: dict[str, float] = {}
+
+    def doubt(self, pressure: str) -> None:
+        """A pressure that the laws of the gas contradict says nothing of what is stored."""
+        if pressure in self._pressures:
+            self._doubted |= self._bit[pressure]
 
     def learn_zero(self, measured: Mapping[str, float], bus_ok: bool) -> None:
         """In bring-up, with the drive off: what its current reads without any."""
@@ -108,7 +113,7 @@ class RestWatch:
         self._silent, self.unheard = 0, False
         self._heard += 1
         self._last.update(measured)
-        self._not_believed = self._decoder.invalid | self._decoder.stale
+        self._not_believed = self._decoder.invalid | self._decoder.stale | self._doubted
         for name, low, high in self._inside:
             if not low <= measured[name] <= high:
                 self._goes_beyond(name, measured[name])
@@ -234,6 +239,8 @@ class RestWatch:
                 i = list(self._bit).index(name)
                 is_stale = self._decoder.stale & self._bit[name]
                 why = "has not been renewed" if is_stale else self._decoder.reason(i)
+                if self._doubted & self._bit[name]:
+                    why = "is not plausible, as the trip found"
                 found.append(f"{name} {why}")
         if not self._says and not self._by_current:
             found.append("whether the drive is off: the rig has no row of its current")

@@ -173,7 +173,7 @@ def _exchange_until_done(
             trip = envelope.tripped
             if trip is not None:
                 flags |= FLAG_TRIPPED
-                supervisor.after_trip(envelope.stopping, measured, bus_ok)
+                supervisor.after_trip(trip, envelope.stopping, measured, bus_ok)
                 if trip.cycle != cycle:
                     command = outputs  # nobody asks for more than what leaves
             if supervisor.state >= SAFE:

@@ -22,7 +22,9 @@ from epa_rt.loop.referenced import Referenced
 from epa_rt.loop.rest import RestWatch
 from epa_rt.safety.at_rest import AtRest
 from epa_rt.safety.envelope import LET_DOWN as LET_DOWN_CAUSE
+from epa_rt.safety.gas_watch import CAUSE as IMPLAUSIBLE
 from epa_rt.safety.stopping import BRAKING, Stopping
+from epa_rt.safety.trip import Trip
 
 STATES = (
     "bring_up",
@@ -157,10 +159,14 @@ class Supervisor:
             self._come_down(measured, bus_ok)
         return self.command
 
-    def after_trip(self, stopping: Stopping, measured: dict[str, float], bus_ok: bool) -> None:
+    def after_trip(
+        self, trip: Trip, stopping: Stopping, measured: dict[str, float], bus_ok: bool
+    ) -> None:
         """Every cycle after the envelope tripped: brake with it while it brakes, else be safe at
         once, and say what the rig still stores.
         """
+        if trip.cause == IMPLAUSIBLE:
+            self._rest_watch.doubt(trip.signal)
         if self.state >= SAFE:
             return
         if stopping.category == BRAKING:
