@@ -88,16 +88,14 @@ def assemble(rig: Rig, experiment: Experiment) -> Assembly:
 
 def valve_settings(muscle: Muscle, rig: Rig) -> ValveSettings:
     """The rig file's valve section over the defaults. Raises ValueError where they do not fit."""
-    given = {
+    # what bring-up calls vented, the valves may not call full
+    given = {"vented_pa": rig.safety.sensors.vented} | {
         field: value
         for key, field in VALVE_FIELDS.items()
         if (value := getattr(muscle.valves, key)) is not None
     }
     return ValveSettings(
-        **given,
-        over_pressure_pa=muscle.pressure_max,
-        atmosphere_pa=rig.atmosphere_pa,
-        vented_pa=rig.safety.sensors.vented,  # what bring-up calls vented, this may not call full
+        **given, over_pressure_pa=muscle.pressure_max, atmosphere_pa=rig.atmosphere_pa
     )
 
 

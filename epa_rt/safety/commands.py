@@ -38,10 +38,11 @@ class CommandGate:
         self._safe = dict(self.outputs)
         drive = rig.drive
         self._mode = drive.mode if isinstance(drive, Cia402Drive) else ""
-        self._power_row, self._power_on = (
-            (drive.control_word, (float(ENABLE_OPERATION), float(START_HOMING)))
+        self._power_row = drive.control_word if isinstance(drive, Cia402Drive) else drive.enable
+        self._power_on: tuple[float, ...] = (
+            (float(ENABLE_OPERATION), float(START_HOMING))
             if isinstance(drive, Cia402Drive)
-            else (drive.enable, (1.0,))
+            else (1.0,)
         )
         self._analog: list[tuple[str, float, float, float]] = []
         self._switches: list[str] = []
@@ -89,18 +90,18 @@ class CommandGate:
             if refusal is None:
                 self.powered = powered
         if self._brake is not None and refusal is None and not (was_powered and powered):
-            refusal = self._brake_without_power(powered)
+            refusal = self._brake_without_power(self._brake, powered)
         return refusal
 
-    def _brake_without_power(self, powered: bool) -> Refusal | None:
+    def _brake_without_power(self, brake: str, powered: bool) -> Refusal | None:
         """The brake opens under power that has been on for a cycle, and closes before it goes. A
         quick stop from there keeps the power.
         """
         held = self._holds and self.outputs[self._power_row] == QUICK_STOP
         self._holds = powered or held
-        if self.outputs[self._brake] == 0.0 or held:
+        if self.outputs[brake] == 0.0 or held:
             return None
-        return "forbidden combination", self._brake, f"{self._brake} on without power"
+        return "forbidden combination", brake, f"{brake} on without power"
 
     def _words_and_switches(self, command: dict[str, float]) -> Refusal | None:
         outputs = self.outputs
