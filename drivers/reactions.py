@@ -23,6 +23,7 @@ HOMING_METHOD, HOME_POSITION = 0x6098, 0x30B0
 ACTUAL_POSITION_IS_HOME = 37  # 0x6098: nothing moves, 0x6064 becomes the home position
 WINDOW_SHARE = 2.0  # of motor.following_error: ours trips first, the drive's own is behind it
 _HOLDS = range(5, 9)  # 0x605A: from here on the drive keeps its power once it has stopped
+_LETS_GO = (1, 2)  # 0x6007: fault or voltage off, a choice of the rig file that is said at start
 _WINDOW_OFF = 0xFFFFFFFF
 
 
@@ -48,8 +49,8 @@ def _reactions(rig: Rig) -> tuple[_Reaction, ...]:
             ABORT_CONNECTION,
             "i16",
             options.lost_master,
-            lambda value: value == options.lost_master,
-            "does not brake and hold when the master is gone",
+            lambda value: value in (*_LETS_GO, options.lost_master),
+            "does nothing, or nobody knows what, when the master is gone",
         ),
         _Reaction(
             QUICK_STOP,
@@ -82,7 +83,7 @@ def set_reactions(mailbox: Mailbox, slave: Slave, rig: Rig) -> list[str]:
     """Writes every reaction that the rig file's ``startup`` does not set itself, in PREOP.
 
     Raises BackendError where the drive does not keep a value, or where ``startup`` sets one that
-    lets the motor fly at a stop. Gives notes: objects that the drive does not have, and that it
+    lets the motor fly at a stop. Gives notes: objects that the drive does not have, and whether it
     holds under power once its master is gone.
     """
     given, absent = _given(slave), []
@@ -102,6 +103,12 @@ def set_reactions(mailbox: Mailbox, slave: Slave, rig: Rig) -> list[str]:
         return [
             f"{mailbox.label} does not tell what it does by itself at a stop (no"
             f" {', '.join(absent)}): pull its cable with the air off, and see"
+        ]
+    if given.get(ABORT_CONNECTION) in _LETS_GO:
+        return [
+            f"{mailbox.label} takes the torque away when its master is gone (0x6007 ="
+            f" {given[ABORT_CONNECTION]} in the rig file's startup): a stretched muscle then throws"
+            f" the motor; without that line it brakes and holds"
         ]
     ramp = given.get(QUICK_STOP_DECELERATION, drive_options(rig).quick_stop_rpm_s)
     return [
@@ -133,13 +140,10 @@ def set_window(mailbox: Mailbox, slave: Slave, rig: Rig) -> list[str]:
 
 
 def set_homing(mailbox: Mailbox, rig: Rig) -> list[str]:
-    """Homing method 37 and the home position in counts, where the rig file says how travel gets
-    its zero. The drive's own homing mode then sets the position without moving.
+    """Homing method 37 and the home position in counts: the drive's own homing mode then sets the
+    position without moving.
     """
-    zero = rig.motor.zero
-    if zero is None:
-        return []
-    home = round(_scaling(rig).to_counts(zero.at))
+    home = round(_scaling(rig).to_counts(rig.motor.zero.at))
     absent = [
         f"0x{index:04X}"
         for index, data in (

@@ -33,8 +33,6 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
 def main(arguments: argparse.Namespace) -> int:
     by_hand = RigByHand(arguments, with_zero=False)
     zero = by_hand.rig.motor.zero
-    if zero is None:
-        raise VerbError(f"{arguments.rig}: found no motor.zero, expected how travel gets its zero")
     if zero.method == "index":
         raise VerbError(
             f"{arguments.rig}: found the method index, which the driver cannot do yet (the drive"

@@ -23,7 +23,7 @@ def load_rig_source(path: Path, with_zero: bool) -> "tuple[Located, Rig]":
 
     source = load_yaml(path)
     rig = rig_from(source)
-    if not with_zero or rig.motor.zero is None:
+    if not with_zero:
         return source, rig
     zero = read_zero(zero_path(path), rig.name)
     if zero is None:
@@ -36,7 +36,7 @@ def need_zero_file(rig: "Rig", path: Path) -> None:
     """A wired drive keeps no zero: without its file nothing is known. Raises VerbError."""
     from epa_rt.config.zero_file import zero_path
 
-    if rig.motor.zero is None or rig.drive.interface != "analog":
+    if rig.drive.interface != "analog":
         return
     if rig.applied_zero is None or rig.applied_zero.end is None:
         raise VerbError(
@@ -53,7 +53,7 @@ def keep_end(rig: "Rig", path: Path, decoder: "Decoder", referenced: bool) -> No
     """
     from epa_rt.config.zero_file import read_zero, write_zero, zero_path
 
-    if rig.motor.zero is None or rig.drive.interface != "analog" or rig.applied_zero is None:
+    if rig.drive.interface != "analog" or rig.applied_zero is None:
         return
     end = raw_count(rig, decoder) if referenced else None
     zero = read_zero(zero_path(path), rig.name)
@@ -77,8 +77,6 @@ def raw_count(rig: "Rig", decoder: "Decoder") -> int | None:
 def zero_words(rig: "Rig", backend: str) -> str:
     """Where the zero of this run comes from, for log and screen."""
     applied = rig.applied_zero
-    if rig.motor.zero is None:
-        return "no motor.zero in the rig file: whether travel has a zero is not checked"
     if applied is not None:
         by = f" by {applied.who}" if applied.who else ""
         offset = f", {applied.offset:+d} counts" if applied.offset else ""

@@ -234,7 +234,7 @@ class Motor(Axis):
     position_gain: quantity("1/s", 0.0, 1000.0) = 10.0
     stop_deceleration: OnAxis | None = None
     jog_speed: OnAxis | None = None
-    zero: Zero | None = None
+    zero: Zero = Zero(method="here")
     brake: Brake | None = None
 
     @field_validator("jog_speed", mode="before")

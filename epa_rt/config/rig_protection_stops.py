@@ -50,25 +50,6 @@ def _following_error(rig: "Rig", section: str) -> Iterator[Breach]:
                 )
 
 
-def _zero(rig: "Rig") -> Iterator[Breach]:
-    """Limits of travel mean nothing while nobody knows where travel is zero."""
-    zero, row = rig.motor.zero, rig.row(rig.motor.position)
-    if zero is None:
-        yield Breach(
-            "",
-            ("motor",),
-            "a travel without zero",
-            "zero: {method: here, index, stop or taut_strap}, how travel gets its zero",
-        )
-    elif row.limits is not None and not row.limits[0] <= zero.at <= row.limits[1]:
-        yield Breach(
-            "",
-            ("motor", "zero", "at"),
-            shown(zero.at, row.si_unit),
-            f"a place within the limits of {row.name}",
-        )
-
-
 def _valves_without_power(rig: "Rig") -> Iterator[Breach]:
     """Without power the air must get out, and none may get in."""
     for muscle in rig.muscles:
@@ -198,7 +179,6 @@ STOP_RULES = (
         lambda rig: _following_error(rig, "joint"),
         "the joint has `following_error`, at most half of its range",
     ),
-    Rule("zero", _zero, "`motor.zero` says how travel gets its zero, within its limits"),
     Rule("without_power", _valves_without_power, "without power exhausts are open and inlets shut"),
     Rule(
         "pressures",

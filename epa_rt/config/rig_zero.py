@@ -19,8 +19,6 @@ _WHERE = ("motor", "zero")
 def check_zero(rig: "Rig", located: Located) -> None:
     """Raises ConfigError where a method lacks a field or a signal, or asks for too much."""
     zero = rig.motor.zero
-    if zero is None:
-        return
     for field in NEEDS[zero.method]:
         if getattr(zero, field) is None:  # a field of the file, by its name
             raise located.error(
@@ -54,7 +52,7 @@ def _check_strap(rig: "Rig", located: Located) -> None:
             "one force row and a muscle (the first is filled)",
         )
     muscle = rig.muscles[0]
-    if zero is not None and zero.pressure is not None and zero.pressure >= muscle.pressure_max:
+    if zero.pressure is not None and zero.pressure >= muscle.pressure_max:
         raise located.error(
             (*_WHERE, "pressure"),
             f"{zero.pressure / 1e3:g} kPa abs",

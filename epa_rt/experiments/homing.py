@@ -20,8 +20,7 @@ TARGET_REACHED, ATTAINED, HOMING_ERROR, REFERENCED = 0x0400, 0x1000, 0x2000, 0x8
 
 def homing_speed(rig: Rig) -> float:
     """The speed of this rig's homing in m/s or rad/s."""
-    zero = rig.motor.zero
-    return zero.speed if zero is not None and zero.speed else AT_REST_SPEED
+    return rig.motor.zero.speed or AT_REST_SPEED
 
 
 class Homing(SpeedPlan):

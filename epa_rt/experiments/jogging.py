@@ -264,7 +264,7 @@ def distance_max(rig: Rig) -> float:
     zero, limits = rig.motor.zero, rig.row(rig.motor.position).limits
     if limits is not None:
         return limits[1] - limits[0]
-    return (zero.distance_max if zero is not None else None) or math.inf
+    return zero.distance_max or math.inf
 
 
 def parse_order(text: str, rig: Rig) -> Order:

@@ -94,6 +94,8 @@ def valve_settings(muscle: Muscle, rig: Rig) -> ValveSettings:
         for key, field in VALVE_FIELDS.items()
         if (value := getattr(muscle.valves, key)) is not None
     }
+    # what bring-up calls vented, a valve may not call full
+    given = {"vented_pa": rig.safety.sensors.vented, **given}
     return ValveSettings(
         **given, over_pressure_pa=muscle.pressure_max, atmosphere_pa=rig.atmosphere_pa
     )

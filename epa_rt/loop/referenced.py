@@ -19,7 +19,7 @@ def position_scaling(rig: Rig) -> Scaling:
 
 
 class Referenced:
-    """``refusal``: None, or why a run must not start. Without ``motor.zero`` nothing is checked.
+    """``refusal``: None, or why a run must not start.
 
     A wired drive has no bit: its count must be where the last run left it, within ``end_band``. In
     a simulation no file says where that was, and nothing is checked.
@@ -29,8 +29,6 @@ class Referenced:
         zero, applied = rig.motor.zero, rig.applied_zero
         self._position, self._status = rig.motor.position, ""
         self._end, self._band = None, 0.0
-        if zero is None:
-            return
         if rig.drive.interface == "cia402":
             self._status = rig.drive.status_word
         elif applied is not None and applied.end is not None:

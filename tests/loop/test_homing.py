@@ -1,11 +1,13 @@
 """Homing finds a taut strap and an end stop, says what it did not find, and guesses nothing."""
 
+from pathlib import Path
+
 import pytest
 
-from epa_rt.config.rig import Zero
+from epa_rt.config.rig import Zero, load_rig
 from tests.loop.one_rig import OneRig
-from tests.loop.rigging import tiny_inputs
 
+RIGS = Path(__file__).resolve().parents[2] / "config/rigs"
 STOP = Zero(
     method="stop",
     at="25 mm",
@@ -108,9 +110,13 @@ def test_a_count_that_is_not_the_home_position_is_found_out(tmp_path):
     assert result.outcome == "tripped" and "travel reads 7.2662 mm after homing" in result.cause
 
 
-def test_a_rig_without_a_zero_section_is_run_as_ever(tmp_path):
-    one = OneRig(tmp_path)
-    with_zero(one, None)
-    one.model.lose_drive_supply()
-    assert one.experiment().outcome == "completed"
-    assert tiny_inputs(tmp_path).rig.motor.zero is not None
+def test_a_rig_without_a_zero_section_has_its_zero_set_by_hand(tmp_path):
+    text = "".join(
+        line
+        for line in (RIGS / "mass.yaml").read_text(encoding="utf-8").splitlines(keepends=True)
+        if "zero: {" not in line
+    )
+    path = tmp_path / "mass.yaml"
+    path.write_text(text, encoding="utf-8")
+    zero = load_rig(path).motor.zero
+    assert (zero.method, zero.at) == ("here", 0.0)
