@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from math import gcd
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -129,8 +130,9 @@ def rounds(
     pairs: list[tuple[str, str]], first: int, plants: int
 ) -> Iterator[list[tuple[str, str, int]]]:
     """All rigs and experiments, each with another plant; ends once each has had every plant."""
+    stride = next(n for n in range(7, 7 + plants) if gcd(n, plants) == 1)
     for turn in range(plants):
-        yield [(*pair, first + (turn + i) % plants) for i, pair in enumerate(pairs)]
+        yield [(*pair, first + (stride * turn + 3 * i) % plants) for i, pair in enumerate(pairs)]
 
 
 def hours_of(found: list[dict]) -> float:

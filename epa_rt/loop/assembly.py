@@ -88,8 +88,7 @@ def assemble(rig: Rig, experiment: Experiment) -> Assembly:
 
 def valve_settings(muscle: Muscle, rig: Rig) -> ValveSettings:
     """The rig file's valve section over the defaults. Raises ValueError where they do not fit."""
-    # what bring-up calls vented, the valves may not call full
-    given = {"vented_pa": rig.safety.sensors.vented} | {
+    given = {
         field: value
         for key, field in VALVE_FIELDS.items()
         if (value := getattr(muscle.valves, key)) is not None
