@@ -5,6 +5,7 @@ from collections.abc import Callable
 from epa_rt.config.rig import Rig
 from epa_rt.safety.fill_watch import FillWatch
 from epa_rt.safety.gas_watch import ExchangeWatch, GasWatch, Refusal, VolumeWatch
+from epa_rt.safety.hose_watch import HoseWatch
 from epa_rt.safety.motion_watch import CurrentWatch, JointWatch, LawWatch, TorqueWatch
 from epa_rt.safety.muscle_law import geometry_of
 
@@ -52,6 +53,9 @@ def _slow_laws(rig: Rig, dt_s: float) -> list[Law]:
     laws: list[Law] = []
     if len(rig.muscles) == 2:
         laws.append(ExchangeWatch(rig.muscles, dt_s).step)
+        known = tuple(g for muscle in rig.muscles if (g := geometry_of(muscle, rig)) is not None)
+        if len(known) == 2:
+            laws.append(HoseWatch(rig.muscles, known, dt_s).step)
     pulls_spool: str | None = None
     for muscle in rig.muscles:
         geometry = geometry_of(muscle, rig)

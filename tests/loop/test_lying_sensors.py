@@ -20,6 +20,7 @@ FOUND = (
     ("mass", "force constant 0 V", "muscle_force_n"),
     ("knee", "joint x 0.5", "knee_angle_rad"),
     ("knee", "pressure wires exchanged", "ppam_pressure_pa"),
+    ("knee_geared", "hoses exchanged", "spam_pressure_pa"),
 )
 
 
