@@ -6,8 +6,9 @@ import pytest
 
 from epa_rt.safety.gas_watch import CAUSE
 from epa_rt.safety.hose_watch import HoseWatch
+from epa_rt.safety.in_motion import InMotion
 from epa_rt.safety.muscle_law import geometry_of
-from tests.safety.safety_bench import rig
+from tests.safety.safety_bench import edited, rig
 
 STEP_S, HELD_PA = 0.024, 3e5
 
@@ -67,3 +68,15 @@ def test_an_open_valve_begins_anew():
         knee.outputs["cmd_ppam_exhaust_open"] = 1.0
         assert knee.go(1, exchanged=True) is None
         knee.outputs["cmd_ppam_exhaust_open"] = 0.0
+
+
+def test_without_the_law_of_both_muscles_hoses_are_not_asked():
+    law = (
+        "    law: {braid_length: 207.8 mm, braid_turns: 2.08, rest_length: 134 mm, per_travel: 0,"
+        " per_joint: -57 mm/rad}\n"
+    )
+    names = [
+        {law.__self__.__class__.__name__ for laws in InMotion(on)._turns for law in laws}
+        for on in (rig("knee"), edited("knee", (law, "")))
+    ]
+    assert "HoseWatch" in names[0] and names[1] == names[0] - {"HoseWatch"}
