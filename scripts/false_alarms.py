@@ -1,16 +1,17 @@
 """Counts false alarms of the checks of sensors: simulated runs without a fault, over rigs,
 experiments and plants drawn within engineering ranges.
 
-python scripts/false_alarms.py --hours 1 --plants 40 --jobs 2 [--json PATH] [--first N]
+python scripts/false_alarms.py --hours 1 --plants 40 --jobs 2 [--lines PATH] [--first N]
 """
 
 import argparse
 import json
 import sys
 from collections import Counter
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
-from itertools import cycle
+from math import gcd
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -101,39 +102,54 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--first", type=int, default=0, help="seed of the first plant")
     parser.add_argument("--longest", type=float, default=1e9, help="no experiment longer, in s")
-    parser.add_argument("--json", type=Path)
+    parser.add_argument("--shortest", type=float, default=0.0, help="and none shorter, in s")
+    parser.add_argument("--lines", type=Path, help="a line of JSON a run; what is there counts too")
     arguments = parser.parse_args()
-    pairs = [p for p in fitting() if _duration(*p) <= arguments.longest]
-    seeds = cycle(range(arguments.first, arguments.first + arguments.plants))
-    found, alarms = [], 0
+    found: list[dict] = []
+    if arguments.lines is not None and arguments.lines.exists():
+        found = [json.loads(line) for line in arguments.lines.read_text("utf-8").splitlines()]
+    done = {(row["rig"], row["experiment"], row["seed"]) for row in found}
+    pairs = [p for p in fitting() if arguments.shortest <= _duration(*p) <= arguments.longest]
     with ProcessPoolExecutor(arguments.jobs) as pool:
-        while sum(row["seconds"] for row in found) < 3600.0 * arguments.hours:
-            jobs = [(rig, name, next(seeds)) for rig, name in pairs]
-            for row in pool.map(one_run, *zip(*jobs, strict=True)):
+        for jobs in rounds(pairs, arguments.first, arguments.plants):
+            if hours_of(found) >= arguments.hours:
+                break
+            jobs = [job for job in jobs if job not in done]
+            for row in pool.map(one_run, *zip(*jobs, strict=True)) if jobs else ():
                 found.append(row)
                 if row["check"]:
-                    print(
-                        f"{row['rig']} {row['experiment']} {row['seed']}: {row['cause']}",
-                        flush=True,
-                    )
-            alarms = report(found, arguments.json)
-    return bool(alarms)
+                    print(f"{row['rig']} {row['experiment']} {row['seed']}: {row['cause']}")
+                if arguments.lines is not None:
+                    with arguments.lines.open("a", encoding="utf-8") as file:
+                        file.write(json.dumps(row) + "\n")
+            print(summary(found), flush=True)
+    return any(row["check"] in OWN for row in found)
 
 
-def report(found: list[dict], path: Path | None) -> int:
-    """Prints what was found so far, writes it; the number of false alarms."""
-    hours = sum(row["seconds"] for row in found) / 3600.0
-    alarms = [row for row in found if row["check"] in OWN]
+def rounds(
+    pairs: list[tuple[str, str]], first: int, plants: int
+) -> Iterator[list[tuple[str, str, int]]]:
+    """All rigs and experiments, each with another plant; ends once each has had every plant."""
+    stride = next(n for n in range(7, 7 + plants) if gcd(n, plants) == 1)
+    for turn in range(plants):
+        yield [(*pair, first + (stride * turn + 3 * i) % plants) for i, pair in enumerate(pairs)]
+
+
+def hours_of(found: list[dict]) -> float:
+    """Simulated hours."""
+    return sum(row["seconds"] for row in found) / 3600.0
+
+
+def summary(found: list[dict]) -> str:
+    """What was found so far: hours, runs, plants, own trips, hints, trips of other checks."""
+    own = [row for row in found if row["check"] in OWN]
     others = Counter(row["check"] for row in found if row["check"] and row["check"] not in OWN)
-    print(
-        f"{hours:.2f} simulated hours, {len(found)} runs, {len({r['seed'] for r in found})} plants:"
-        f" {len(alarms)} false alarms, {sum(bool(r['hints']) for r in found)} runs with a hint;"
-        f" trips by other checks: {dict(others) or 'none'}",
-        flush=True,
+    hints = sum(bool(row["hints"]) for row in found)
+    return (
+        f"{hours_of(found):.2f} simulated hours, {len(found)} runs,"
+        f" {len({row['seed'] for row in found})} plants: {len(own)} false alarms, {hints} runs"
+        f" with a hint; trips by other checks: {dict(others) or 'none'}"
     )
-    if path is not None:
-        path.write_text(json.dumps(found, indent=1), encoding="utf-8")
-    return len(alarms)
 
 
 def _duration(rig: str, experiment: str) -> float:

@@ -2,6 +2,7 @@
 maxima as shares of the limits, the sentence.
 
 python scripts/sensor_table.py               as markdown
+python scripts/sensor_table.py --write       into docs/sensors.md, between its marks
 python scripts/sensor_table.py --json PATH   and as JSON; --rig NAME and --fault TEXT choose
 """
 
@@ -14,6 +15,10 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
+PAGE = ROOT / "docs/sensors.md"
+BEGIN = "<!-- by scripts/sensor_table.py --write -->"
+END = "<!-- end of scripts/sensor_table.py -->"
+LATE = 1.1  # times a limit
 HEAD = """| Fault | Rig | Moment | Found after | Check | Largest true share | Sentence |
 |---|---|---|---|---|---|---|"""
 
@@ -49,6 +54,7 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--json", type=Path, help="also written there")
+    parser.add_argument("--write", action="store_true", help="into docs/sensors.md")
     parser.add_argument("--rig", choices=tuple(EXPERIMENT), help="only this one")
     parser.add_argument("--fault", default="", help="only faults whose name holds this")
     parser.add_argument("--jobs", type=int, default=2)
@@ -60,14 +66,43 @@ def main() -> int:
             for rows in pool.map(of_rig, rigs, [arguments.fault] * len(rigs))
             for facts in rows
         ]
-    print(HEAD)
-    print("\n".join(row_of(facts) for facts in found))
-    late = [facts for facts in found if facts["largest_share"] > 1.1]
-    missed = [facts for facts in found if facts["outcome"] != "tripped"]
-    print(f"\n{len(found)} runs, {len(missed)} not found, {len(late)} beyond 1.1 times a limit")
+    text = table_of(found)
+    print(text)
     if arguments.json:
         arguments.json.write_text(json.dumps(found, indent=1), encoding="utf-8")
-    return bool(missed or late)
+    if arguments.write:
+        write_into_page(text)
+    return bool(late(found))
+
+
+def late(found: list[dict]) -> list[dict]:
+    """What went beyond ``LATE`` times a limit, found or not."""
+    return [facts for facts in found if facts["largest_share"] > LATE]
+
+
+def table_of(found: list[dict]) -> str:
+    """The markdown table, its sum, and what is not found."""
+    missed = [facts for facts in found if facts["outcome"] != "tripped"]
+    lines = [HEAD, *(row_of(facts) for facts in found), ""]
+    beyond = f"{len(late(found))} beyond {LATE} times a limit"
+    lines.append(f"{len(found)} runs, {len(missed)} not found, {beyond}.")
+    if missed:
+        lines += ["", "Not found, with the largest true share of a limit:", ""]
+    lines += [
+        f"- {facts['fault']}, {facts['rig']}, {facts['moment']}: {facts['worst']}"
+        f" {facts['largest_share']:.2f}"
+        for facts in missed
+    ]
+    return "\n".join(lines)
+
+
+def write_into_page(text: str) -> None:
+    """Puts the table between the page's marks. Raises ValueError where they are missing."""
+    page = PAGE.read_text(encoding="utf-8")
+    if BEGIN not in page or END not in page:
+        raise ValueError(f"found {PAGE} without its marks, expected {BEGIN} and {END}")
+    before, after = page.split(BEGIN)[0], page.split(END)[1]
+    PAGE.write_text(f"{before}{BEGIN}\n\n{text}\n\n{END}{after}", encoding="utf-8")
 
 
 if __name__ == "__main__":

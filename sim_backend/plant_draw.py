@@ -14,6 +14,10 @@ from epa_rt.models.plant_file import PlantFile
 
 PRESENT = 0.5
 NOMINAL_MOST = 2.0  # of its standard deviations, a nominal parameter is off at most
+# The model takes the strap's stretch from the force of the sub-step before (docs/plant.md): it
+# swings up where compliance times the muscle's stiffness reaches 1, which no real strap does.
+STRAP_SHARE = 0.6
+LOCK_N_M = 2e4  # the softest of braid locks: beside a soft strap the stiff ones are not drawn
 DROOP = "gas.supply_droop_pa_s_kg"  # drawn in Pa, at the flow of all inlets open
 # one effect a line: rows of the plant, each from and to
 RANGES: tuple[tuple[tuple[str, float, float], ...], ...] = (
@@ -81,7 +85,29 @@ def drawn_plant(plant: PlantFile, seed: int) -> PlantFile:
                 value /= _flow_kg_s(params)
             if present:
                 write_knob(params, key, value)
+    _strap_that_the_model_can(params)
     return replace(plant, params=params)
+
+
+def _strap_that_the_model_can(params: np.ndarray) -> None:
+    """Limits the strap's compliance to what the explicit model of it follows."""
+    muscle, gas = params["muscle"][0][0], params["gas"][0][0]
+    compliance = float(muscle["strap_compliance_m_n"])
+    if compliance == 0.0:
+        return
+    locks = 0.0
+    if muscle["lock_stiffness_n_m"] != 0.0:
+        write_knob(params, "muscle.lock_stiffness_n_m", LOCK_N_M)
+        locks = LOCK_N_M
+    length, braid = float(muscle["slip_reference_length_m"]), float(muscle["braid_length_m"])
+    spread = 4.0 * np.pi * float(muscle["braid_turns_ratio"]) ** 2
+    pull_n = float(gas["supply_gauge_pa"]) * (3.0 * length * length - braid * braid) / spread
+    slips = sum(
+        float(muscle[f"slip{i}_ratio"]) / float(muscle[f"slip{i}_m"]) for i in range(1, 5)
+    ) * (float(muscle["slip_ratio"]) * pull_n)
+    springs = float(gas["supply_gauge_pa"]) * 6.0 * length / spread
+    most = STRAP_SHARE / (locks + slips + springs)
+    write_knob(params, "muscle.strap_compliance_m_n", min(compliance, most))
 
 
 def _flow_kg_s(params: np.ndarray) -> float:

@@ -350,6 +350,7 @@ def closing_text(summary: "LogSummary", result: "RunResult", rig: "Rig") -> str:
         ]
     if result.saturated:
         lines.append(f"{result.saturated} values did not fit their entry and were cut")
+    lines += [f"hint: {text}" for text in result.hints]
     lines.append(end_text(result, rig))
     lines.append(f"log: {summary.path} ({summary.size_bytes / 1e6:.1f} MB)")
     return "\n".join(lines)

@@ -45,10 +45,14 @@ class MuscleLaw(Frozen):
     rubber: quantity("N/m", 0.0, 1e5) = 600.0
     # how exactly the length is known: fittings, strap, zero of travel
     length_band: quantity("m", 0.0, 0.1) = 0.002
+    # what the strap gives under pull: 30 N/mm is the softest that is built
+    strap: quantity("m/N", 0.0, 1e-2) = 3.3e-5
     # the load cell's noise, its gain and the muscle's viscous part at the rig's speeds
     force_band: quantity("N", 0.0, 1e4) = 8.0
-    # from this length on the braid locks and pulls what it likes; not given: it does not lock
+    # from this length on the braid may lock and pull what it likes; not given: it does not lock
     lock_length: quantity("m", 1e-3, 10.0) | None = None
+    # from this length on it is locked for certain, and pulls 20 N/mm at least, vented too
+    locked_length: quantity("m", 1e-3, 10.0) | None = None
 
     _parse_per_joint = field_validator("per_joint", mode="before")(_per_joint)
 
@@ -106,6 +110,8 @@ class Sensors(Frozen):
     # a fill slows towards the supply; slower than this share of what the reading explains: the
     # reading is low. Heat and the droop of the regulator explain 0.77
     fill_slows: quantity("1", 0.0, 1.0) = 0.70
+    # a fill at rest: the load cell's averaged noise, its drift since the muscle was vented
+    fill_band: quantity("N", 0.0, 1e3) = 3.0
     # out of the muscle's law for so long: shorter ones are the frame's swing
     law_time: quantity("s", 1e-3, 10.0) = 0.10
     # motor torque per current; without it a current is not held against the force

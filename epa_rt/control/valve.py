@@ -8,6 +8,7 @@ here reads a clock: time is the sum of dt_s.
 from math import nan
 
 from epa_rt.control.valve_faults import open_valve
+from epa_rt.control.valve_heat import HeatAccount
 from epa_rt.control.valve_settings import ValveCause, ValveSettings, ValveState
 from epa_rt.control.valve_trim import Trim, TrimStep
 from epa_rt.control.valve_watch import BlockAverage, HoldWatch, RampFollower, share
@@ -62,6 +63,8 @@ class SetAndHold:
         "_blocks",
         "_watch",
         "_trim",
+        "_heat",
+        "_rest_pa",
     )
 
     def __init__(self, settings: ValveSettings) -> None:
@@ -81,6 +84,7 @@ class SetAndHold:
         self._ramp, self._blocks = RampFollower(), BlockAverage(s.average_s)
         self._watch = HoldWatch(s.hold_lost_ratio, s.atmosphere_pa)
         self._trim = Trim(s)
+        self._heat, self._rest_pa = HeatAccount(s), nan  # before the flow, at rest
         self._handlers = {
             ValveState.CLOSED: self._closed,
             ValveState.FILLING: self._flowing,
@@ -111,6 +115,12 @@ class SetAndHold:
         self.target_pa = target_pa
         self._hold_only = False
         self._clear()
+        if self.state is ValveState.HOLDING:
+            self._heat.stood(self._timer_s)
+        elif self.state in (ValveState.CLOSED, ValveState.VENTED):
+            self._heat.forget()
+        elif self._inlet or self._exhaust:
+            self._heat.flowed(self._rest_pa, self.estimate_pa)
         self._enter(ValveState.SETTLING)
         self._handler = self._begin
 
@@ -282,11 +292,13 @@ class SetAndHold:
             and now_s >= s.settle_s
             and (abs(self._blocks.change_pa) <= s.settle_pa or now_s > s.settle_timeout_s)
         ):
+            self._heat.moved(self._blocks.mean_pa - self._closed_pa)
             self._trim.learn(self._blocks.mean_pa)
             self._correct(self._blocks.mean_pa)
 
     def _valve_has_closed(self) -> None:
         estimate = self.estimate_pa
+        self._heat.flowed(self._rest_pa, estimate)
         if self._closed_rate_pa_s > 10e3:  # a longer flow; pulses close at rate 0
             trim = self._trim
             trim.response.learn_lead(
@@ -298,7 +310,13 @@ class SetAndHold:
         change = self.estimate_pa - self._closed_pa
         rate = self._blocks.rate_pa_s
         cause = open_valve(
-            self.settings, self._trim.direction, self._closed_pa, change, rate, self._timer_s
+            self.settings,
+            self._heat,
+            self._trim.direction,
+            self._closed_pa,
+            change,
+            rate,
+            self._timer_s,
         )
         if cause is ValveCause.NONE:
             return False
@@ -313,6 +331,7 @@ class SetAndHold:
     def _correct(self, mean_pa: float) -> None:
         """Do what a settled average asks for: hold, one pulse, a longer flow, or giving up."""
         trim = self._trim
+        self._rest_pa = mean_pa
         error = self.target_pa - mean_pa
         if self._suspect is not ValveCause.NONE and abs(error) > self.settings.tolerance_pa:
             self._fail(
@@ -359,6 +378,7 @@ class SetAndHold:
 
     def _holding(self, pressure_pa: float) -> None:
         watch = self._watch
+        self._timer_s += self._dt_s
         if watch.step(pressure_pa):
             self._lost_in_hold()
             return

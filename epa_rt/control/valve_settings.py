@@ -62,10 +62,10 @@ class ValveSettings:
     no_rise_pa: float = 3000.0  # less change than this with a valve open ...
     no_rise_after_s: float = 0.8  # ... for this long is no flow
     climb_pa: float = 20e3  # change with both closed that heat cannot explain
-    relax_ratio: float = 0.35  # share of the pressure that heat can explain
-    relax_s: float = (
-        5.0  # after this long heat explains no rate above leak_pa_s that has not died down
-    )
+    # share of the pressure that heat can explain: 1 - 1/gamma = 0.29, and the lag of what is read
+    relax_ratio: float = 0.35
+    relax_s: float = 5.0  # after this long a rate above leak_pa_s has died down, or is slow heat
+    heat_s: float = 20.0  # the slowest that walls bring gas back to their temperature
     leak_pa_s: float = 5000.0
     vented_pa: float = 3000.0  # above atmosphere
     vented_open: bool = True  # the exhaust stays open once vented

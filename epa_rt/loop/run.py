@@ -69,6 +69,7 @@ class RunResult:
     bad_cycles: int = 0  # without sound process data
     end: EndState | None = None
     category: str = ""
+    hints: tuple[str, ...] = ()  # what to calibrate
 
 
 @dataclass
@@ -355,6 +356,7 @@ def _result(
         bad_cycles,
         end,
         supervisor.category,
+        supervisor.hints,
     )
 
 

@@ -74,6 +74,7 @@ class Supervisor:
         self.state = BRING_UP
         self.fault: Fault | None = None
         self.events: list[tuple[str, str, dict[str, object]]] = [("state", "bring_up", {})]
+        self.hints: tuple[str, ...] = ()  # of bring-up: what to calibrate
         self.end: EndState | None = None
         self.category = ""
         self.sequence = sequence
@@ -217,6 +218,7 @@ class Supervisor:
                 self.fault = refusal
                 return
             self.events += sensors.hints
+            self.hints = tuple(text for _, text, _ in sensors.hints)
             self.sequence.begin(measured)
             self._drive.enable()
             self._enter(ENABLE)

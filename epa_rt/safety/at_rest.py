@@ -157,19 +157,22 @@ class AtRest:
         by a braid that is locked.
         """
         rig, sensors, mean = self._rig, self._sensors, self._mean
-        allowed: dict[str, float] = {}
+        allowed: dict[str, tuple[float, float]] = {}
         for muscle in rig.muscles:
             geometry = geometry_of(muscle, rig)
             if muscle.law is not None and geometry is not None and muscle.law.force:
-                pulls = geometry.pull(0.0, geometry.length(mean))[1] - muscle.law.force_band
-                allowed[muscle.law.force] = pulls
+                name, band = muscle.law.force, muscle.law.force_band
+                low, high = geometry.pull(0.0, geometry.length(mean), mean[name])
+                allowed[name] = (max(low + band, 0.0), high - band)
         found = []
         for row in rig.inputs:
             if row.si_unit != "N" or row.limits is None:
                 continue
             read, most = mean[row.name], max(abs(row.limits[0]), abs(row.limits[1]))
-            over = read - min(max(read, 0.0), allowed.get(row.name, 0.0))
+            low, high = allowed.get(row.name, (0.0, 0.0))
+            over = read - min(max(read, low), high)
             band = sensors.unloaded * most
+            zero = f", the zero of {rig.motor.position} (home again)" if low > 0.0 else ""
             found.append(
                 (
                     row.name,
@@ -179,7 +182,7 @@ class AtRest:
                     band,
                     sensors.unloaded_hint * most,
                     f"reads {read:+.1f} N with the muscles vented, more than {band:.0f} N from what"
-                    " an unloaded cell may; check its zero, its wire, what pulls at it",
+                    f" an unloaded cell may; check its zero, its wire, what pulls at it{zero}",
                 )
             )
         return found

@@ -90,10 +90,10 @@ class CommandGate:
             if refusal is None:
                 self.powered = powered
         if self._brake is not None and refusal is None and not (was_powered and powered):
-            refusal = self._brake_without_power(powered)
+            refusal = self._brake_without_power(self._brake, powered)
         return refusal
 
-    def _brake_without_power(self, powered: bool) -> Refusal | None:
+    def _brake_without_power(self, brake: str, powered: bool) -> Refusal | None:
         """The brake opens under power that has been on for a cycle, and closes before it goes. A
         quick stop from there keeps the power.
         """

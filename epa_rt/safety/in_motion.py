@@ -3,7 +3,9 @@
 from collections.abc import Callable
 
 from epa_rt.config.rig import Rig
+from epa_rt.safety.fill_watch import FillWatch
 from epa_rt.safety.gas_watch import ExchangeWatch, GasWatch, Refusal, VolumeWatch
+from epa_rt.safety.hose_watch import HoseWatch
 from epa_rt.safety.motion_watch import CurrentWatch, JointWatch, LawWatch, TorqueWatch
 from epa_rt.safety.muscle_law import geometry_of
 
@@ -21,9 +23,9 @@ class InMotion:
         self._count = ROUNDS * count
         turns: list[list[Law]] = [[] for _ in range(self._count)]
         for i, muscle in enumerate(rig.muscles):
-            law = GasWatch(muscle, rig, count * rig.period_s).step
+            gas = GasWatch(muscle, rig, count * rig.period_s).step
             for at in range(i * count // len(rig.muscles), self._count, count):
-                turns[at].append(law)
+                turns[at].append(gas)
         slow = _slow_laws(rig, self._count * rig.period_s)
         for i, law in enumerate(slow):
             turns[(1 + i * self._count // len(slow)) % self._count].append(law)
@@ -51,6 +53,9 @@ def _slow_laws(rig: Rig, dt_s: float) -> list[Law]:
     laws: list[Law] = []
     if len(rig.muscles) == 2:
         laws.append(ExchangeWatch(rig.muscles, dt_s).step)
+        known = tuple(g for muscle in rig.muscles if (g := geometry_of(muscle, rig)) is not None)
+        if len(known) == 2:
+            laws.append(HoseWatch(rig.muscles, known, dt_s).step)
     pulls_spool: str | None = None
     for muscle in rig.muscles:
         geometry = geometry_of(muscle, rig)
@@ -59,6 +64,7 @@ def _slow_laws(rig: Rig, dt_s: float) -> list[Law]:
         laws.append(VolumeWatch(muscle, geometry, rig, dt_s).step)
         if muscle.law.force:
             laws.append(LawWatch(muscle, muscle.law.force, geometry, rig, dt_s).step)
+            laws.append(FillWatch(muscle, muscle.law.force, geometry, rig, dt_s).step)
             pulls_spool = muscle.law.force if muscle.law.per_travel > 0.0 else pulls_spool
     current, constant = rig.motor.current, rig.safety.sensors.torque_constant
     if current and rig.motor.speed:

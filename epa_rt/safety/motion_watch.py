@@ -3,7 +3,7 @@
 import math
 
 from epa_rt.config.devices import DEVICES
-from epa_rt.config.rig import Joint, Muscle, Rig
+from epa_rt.config.rig import Cia402Drive, Joint, Muscle, Rig
 from epa_rt.safety.gas_watch import CAUSE, Refusal
 from epa_rt.safety.muscle_law import MuscleGeometry
 from epa_rt.signals.image import image_of
@@ -57,7 +57,7 @@ class LawWatch:
                 f" changes by {1e3 * (self._longest - self._shortest):.1f} mm; check"
                 f" {self._force} (frozen, its wire)",
             )
-        low, high = self._geometry.pull(gauge_pa, length)
+        low, high = self._geometry.pull(gauge_pa, length, force)
         if low <= force <= high:
             self._out_s = 0.0
             return None
@@ -102,16 +102,17 @@ class Regulated:
     """
 
     def __init__(self, rig: Rig):
-        bus = rig.drive.interface == "cia402"
-        self._power, self._on = (
-            (rig.drive.control_word, float(POWERED)) if bus else (rig.drive.enable, 1.0)
-        )
-        self._mode = rig.drive.mode if bus else None
+        drive, self._mode = rig.drive, ""
+        if isinstance(drive, Cia402Drive):
+            self._power, self._on = drive.control_word, float(POWERED)
+            self._mode = drive.mode
+        else:
+            self._power, self._on = drive.enable, 1.0
 
     def now(self, outputs: dict[str, float]) -> bool:
         if outputs[self._power] != self._on:
             return False
-        return self._mode is None or outputs[self._mode] != TORQUE_MODE
+        return not self._mode or outputs[self._mode] != TORQUE_MODE
 
 
 class CurrentWatch:

@@ -57,6 +57,8 @@ LIES = (
     Lie("joint frozen", "sensor_stuck", "joint", None, MOMENTS, (*KNEES, "mass")),
     Lie("hoses exchanged", "hoses_exchanged", "", None, BEFORE, KNEES),
     Lie("pressure wires exchanged", "pressures_exchanged", "", None, BEFORE, KNEES),
+    Lie("count short by 9000", "count_offset", "", -9000.0, BEFORE),
+    Lie("count over by 9000", "count_offset", "", 9000.0, BEFORE),
     Lie("muscle burst", "burst", "muscle", None, MOMENTS[1:]),
 )
 

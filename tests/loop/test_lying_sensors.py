@@ -14,9 +14,13 @@ FOUND = (
     ("bench", "force +100 N", "muscle_force_n"),
     ("bench", "force x 0.5", "muscle_force_n"),
     ("bench_analog", "current dead", "motor_current_a"),
+    ("bench", "count short by 9000", "motor_travel_m"),
+    ("bench_analog", "count short by 9000", "motor_travel_m"),
+    ("mass", "count over by 9000", "motor_travel_m"),
     ("mass", "force constant 0 V", "muscle_force_n"),
     ("knee", "joint x 0.5", "knee_angle_rad"),
     ("knee", "pressure wires exchanged", "ppam_pressure_pa"),
+    ("knee_geared", "hoses exchanged", "spam_pressure_pa"),
 )
 
 

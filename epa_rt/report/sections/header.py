@@ -59,6 +59,7 @@ def header(run: Run) -> Html:
     if known != "completed" and not (known == "unknown" and run.missing):
         parts.append(_cause_box(run, known))
     parts += [warning("the log is not whole: ", sentence) for sentence in run.missing]
+    parts += [paragraph(f"Hint: {event.text}.") for event in run.events if event.kind == "hint"]
     parts += [facts(_facts(run)), facts(_first_figures(run))]
     return join(parts)
 
