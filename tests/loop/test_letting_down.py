@@ -102,7 +102,7 @@ def never_vented(rig, changes=None):
     return hurt
 
 
-STRICT = ("pressure_max: 780 kPa gauge", "pressure_max: 780 kPa gauge\n    valves: {vented: 1 Pa}")
+STRICT = ("{supply: 850 kPa gauge}", "{supply: 850 kPa gauge, vented: 1 Pa}")
 
 
 class Watching(Quiet):
