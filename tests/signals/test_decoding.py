@@ -202,6 +202,12 @@ def test_a_valid_range_on_an_encoder_is_watched_too():
         )
 
 
+LAW = (
+    "    law: {braid_length: 207.8 mm, braid_turns: 3.05, rest_length: 120 mm,"
+    " lock_length: 145 mm, force: muscle_force_n}\n"
+)
+
+
 def test_a_digital_input_is_zero_or_one_as_wired():
     # no delivered rig has one: the entries of a digital input are those of EL2124 turned round
     from dataclasses import replace
@@ -237,10 +243,13 @@ def test_a_digital_input_is_zero_or_one_as_wired():
                 (
                     "muscles:\n  - name: muscle\n    pressure: muscle_pressure_pa\n    inlet:"
                     " cmd_muscle_inlet_open\n    exhaust: cmd_muscle_exhaust_open\n   "
-                    " pressure_max: 780 kPa gauge\n"
+                    " pressure_max: 780 kPa gauge\n    valves: {supply: 850 kPa gauge}\n"
                 ),
                 "muscles: []\n",
             ),
+            ("    # as built: what it pulls at a pressure and a length\n", ""),
+            (LAW, ""),
+            ("method: taut_strap", "method: here"),
         )
         decoder = Decoder(on)
         for first, door, stop in (
