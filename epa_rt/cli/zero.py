@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from epa_rt.loop.run import RunResult
     from epa_rt.signals.codec import Decoder
 
+# causes of a trip by the motor's position after which its count need not be that of before
+LOST_POSITION = ("position jump", "contradiction", "invalid sensor", "stale", "NaN")
+
 
 def load_rig_source(path: Path, with_zero: bool) -> "tuple[Located, Rig]":
     """The rig file, with what its zero file says where there is one. Raises ConfigError."""
@@ -46,24 +49,28 @@ def need_zero_file(rig: "Rig", path: Path) -> None:
         )
 
 
-def keep_end(rig: "Rig", path: Path, decoder: "Decoder", referenced: bool) -> None:
+def keep_end(
+    rig: "Rig", path: Path, decoder: "Decoder", result: "RunResult", found_zero: bool | None
+) -> None:
     """Writes the count where a wired drive's run ended, for the next start to compare with.
 
-    Of a run that was not ``referenced`` none is kept, so that no later count looks right by chance.
+    ``found_zero`` None: the run never looked, and the last end stays. Of a run without a zero, or
+    that lost its position on the way, none is kept, so that no later count looks right by chance.
     """
     from epa_rt.config.zero_file import read_zero, write_zero, zero_path
 
-    if rig.drive.interface != "analog" or rig.applied_zero is None:
+    if rig.drive.interface != "analog" or rig.applied_zero is None or found_zero is None:
         return
-    end = raw_count(rig, decoder) if referenced else None
+    end = raw_count(rig, decoder) if found_zero and not _lost_position(rig, result) else None
     zero = read_zero(zero_path(path), rig.name)
     if zero is not None:
         write_zero(zero_path(path), zero.model_copy(update={"end": end}))
 
 
-def was_referenced(result: "RunResult") -> bool:
-    """Whether a run found its travel referenced, or was never far enough to look."""
-    return result.trip is None or result.trip.cause != "unreferenced"
+def _lost_position(rig: "Rig", result: "RunResult") -> bool:
+    """Whether the motor's count was found wrong in the run: it may have lost its place."""
+    trip = result.trip
+    return trip is not None and trip.signal == rig.motor.position and trip.cause in LOST_POSITION
 
 
 def raw_count(rig: "Rig", decoder: "Decoder") -> int | None:

@@ -113,9 +113,9 @@ class Jogging(SpeedPlan):
         return min(low + soft, self.travel), max(high - soft, self.travel)
 
     @property
-    def referenced(self) -> bool:
-        """Whether travel had a zero at the start."""
-        return bool(self._guard.has_zero)
+    def found_zero(self) -> bool | None:
+        """Whether travel had a zero at the start; None where nothing was measured."""
+        return self._guard.has_zero
 
     # What a source may ask for
 
