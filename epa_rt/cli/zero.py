@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from epa_rt.loop.run import RunResult
     from epa_rt.signals.codec import Decoder
 
+UNFINISHED = "unfinished"  # in the place of a method, while a drive sets its zero
 # causes of a trip by the motor's position after which its count need not be that of before
 LOST_POSITION = ("position jump", "contradiction", "invalid sensor", "stale", "NaN")
 
@@ -35,10 +36,24 @@ def load_rig_source(path: Path, with_zero: bool) -> "tuple[Located, Rig]":
     return source, rig_from(source)
 
 
+def is_unfinished(rig: "Rig") -> bool:
+    """Whether the drive was told to set its zero and that did not come to a good end."""
+    return rig.applied_zero is not None and rig.applied_zero.method == UNFINISHED
+
+
 def need_zero_file(rig: "Rig", path: Path) -> None:
-    """A wired drive keeps no zero: without its file nothing is known. Raises VerbError."""
+    """A wired drive keeps no zero: without its file nothing is known. A drive on the bus whose
+    homing was broken off may say that it is referenced, to another place. Raises VerbError.
+    """
     from epa_rt.config.zero_file import zero_path
 
+    if is_unfinished(rig):
+        raise VerbError(
+            f"{zero_path(path)}: found a zero that was being set and was not read back, so the"
+            f" drive may call itself referenced elsewhere, expected a whole one: epa home --rig"
+            f" {path}",
+            TRIPPED,
+        )
     if rig.drive.interface != "analog":
         return
     if rig.applied_zero is None or rig.applied_zero.end is None:

@@ -219,7 +219,7 @@ def _end_state(
         return None
     if supervisor.state == DONE or not broken:
         return supervisor.end_state()
-    if supervisor.state < BRAKE:
+    if supervisor.state <= BRAKE:
         supervisor.look(decoder.measured)
     end = supervisor.end_state()
     text = "what came after, for exchanging ended while the rig was not yet at rest"
