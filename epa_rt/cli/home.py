@@ -33,6 +33,11 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
 def main(arguments: argparse.Namespace) -> int:
     by_hand = RigByHand(arguments, with_zero=False)
     zero = by_hand.rig.motor.zero
+    if "zero" not in by_hand.rig.motor.model_fields_set:  # 'here' would be a guess
+        raise VerbError(
+            f"{arguments.rig}: found no motor.zero, expected one that says how and where:"
+            " zero: {method: here, at: LENGTH}, or taut_strap or stop"
+        )
     if zero.method == "index":
         raise VerbError(
             f"{arguments.rig}: found the method index, which the driver cannot do yet (the drive"

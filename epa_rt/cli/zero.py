@@ -15,7 +15,14 @@ if TYPE_CHECKING:
 
 UNFINISHED = "unfinished"  # in the place of a method, while a drive sets its zero
 # causes of a trip by the motor's position after which its count need not be that of before
-LOST_POSITION = ("position jump", "contradiction", "invalid sensor", "stale", "NaN")
+LOST_POSITION = (
+    "position jump",
+    "contradiction",
+    "invalid sensor",
+    "stale",
+    "NaN",
+    "implausible sensor",
+)
 
 
 def load_rig_source(path: Path, with_zero: bool) -> "tuple[Located, Rig]":
