@@ -177,9 +177,11 @@ def run_on_bus(
     """
     from drivers.backend_factory import open_ethercat
     from epa_rt.backend import BackendError
-    from epa_rt.cli.zero import keep_end, need_zero_file
+    from epa_rt.cli.zero import blind_words, keep_end, need_zero_file
 
     need_zero_file(inputs.rig, rig_path)
+    if words := blind_words(inputs.rig):
+        print(f"UNPROTECTED{words}", file=sys.stderr)
     try:
         backend = open_ethercat(inputs.rig, interface, lock_step, take_over)
     except BackendError as error:

@@ -109,10 +109,27 @@ def zero_words(rig: "Rig", backend: str) -> str:
     if applied is not None:
         by = f" by {applied.who}" if applied.who else ""
         offset = f", {applied.offset:+d} counts" if applied.offset else ""
-        return f"zero by {applied.method}, set {applied.when}{by}{offset}"
+        return f"zero by {applied.method}, set {applied.when}{by}{offset}{blind_words(rig)}"
     if backend == "sim":
         return "a simulated rig starts at its zero"
     return "no zero file beside the rig: only the drive's own bit is checked"
+
+
+def blind_words(rig: "Rig") -> str:
+    """Where a wired drive's last run ended near the count at which it begins once its supply is
+    back, a loss of that supply does not show. Empty where it would.
+    """
+    from epa_rt.loop.referenced import position_scaling
+
+    applied = rig.applied_zero
+    if rig.drive.interface != "analog" or applied is None or applied.end is None:
+        return ""
+    if abs(applied.end * position_scaling(rig).slope) > rig.motor.zero.end_band:
+        return ""
+    return (
+        f"; its last run ended at count {applied.end}, near 0, where a drive begins to count: if"
+        " its supply was off since then, home it first, for nothing else tells"
+    )
 
 
 def who() -> str:

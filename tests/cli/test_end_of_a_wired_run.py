@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from epa_rt.cli.zero import keep_end, load_rig_source, raw_count
+from epa_rt.cli.zero import blind_words, keep_end, load_rig_source, raw_count
 from epa_rt.config.zero_file import ZeroFile, read_zero, write_zero, zero_path
+from epa_rt.loop.referenced import Referenced, position_scaling
 from epa_rt.signals.image import image_of
 from tests.loop.rigging import ROOT, Quiet, run_in_memory, tiny_inputs
 
@@ -64,3 +65,18 @@ def test_a_run_that_lost_its_count_keeps_no_end(tmp_path, requests):
 
     result, end, _ = ended(tmp_path, 0, hurt, requests)
     assert result.trip.cause == "position jump" and end is None
+
+
+@pytest.mark.parametrize(("end", "is_blind"), [(-11, True), (0, True), (ELSEWHERE, False)])
+def test_an_end_at_which_a_drive_begins_to_count_is_said(tmp_path, end, is_blind):
+    """There a drive whose supply was off is taken for one that never lost its count."""
+    path = tmp_path / "bench_analog.yaml"
+    text = (ROOT / "config/rigs/bench_analog.yaml").read_text()
+    path.write_text(text.replace("../plants", str(ROOT / "config/plants")))
+    zero = ZeroFile(
+        rig="bench_analog", method="here", at="0 mm", when="2026-01-31T12:00:00Z", end=end
+    )
+    write_zero(zero_path(path), zero)
+    rig = load_rig_source(path, True)[1]
+    begins = {rig.motor.position: position_scaling(rig).to_si(0)}
+    assert (Referenced(rig).refusal(begins) is None) == is_blind == bool(blind_words(rig))
