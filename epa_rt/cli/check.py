@@ -100,7 +100,7 @@ def describe(path: Path, rig: "Rig | None") -> Answer:
         from epa_rt.config.source import validate
         from epa_rt.config.zero_file import ZeroFile
 
-        return validate(source, ZeroFile).facts
+        return Answer(validate(source, ZeroFile).facts)
     if "rig" in source.data:
         return _describe_rig(path, source)
     if "experiment" in source.data:

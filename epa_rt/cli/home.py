@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.by_hand import RigByHand, add_rig_arguments
 from epa_rt.cli.exits import COMPLETED, STOPPED, VerbError
-from epa_rt.cli.zero import now, raw_count, who
+from epa_rt.cli.zero import UNFINISHED, now, raw_count, who
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -33,6 +33,11 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
 def main(arguments: argparse.Namespace) -> int:
     by_hand = RigByHand(arguments, with_zero=False)
     zero = by_hand.rig.motor.zero
+    if "zero" not in by_hand.rig.motor.model_fields_set:  # 'here' would be a guess
+        raise VerbError(
+            f"{arguments.rig}: found no motor.zero, expected one that says how and where:"
+            " zero: {method: here, at: LENGTH}, or taut_strap or stop"
+        )
     if zero.method == "index":
         raise VerbError(
             f"{arguments.rig}: found the method index, which the driver cannot do yet (the drive"
@@ -54,7 +59,6 @@ def _agreed(by_hand: RigByHand, zero: "Zero") -> bool:
 
 def _home(by_hand: RigByHand, zero: "Zero") -> int:
     from epa_rt.cli.run import closing_text, exit_code
-    from epa_rt.config.zero_file import ZeroFile
     from epa_rt.loop.assembly import WiringError
     from epa_rt.loop.by_hand import assemble_homing, assemble_setting
 
@@ -79,6 +83,8 @@ def _home(by_hand: RigByHand, zero: "Zero") -> int:
                 says.append(f"offset {entry['offset']:+d} counts, to be added in every run")
         if not wired:
             assembly, setting = assemble_setting(rig, zero, place)
+            # until it is read back the drive's own bit may be wrong
+            _write(by_hand, _file(by_hand, zero, UNFINISHED, None, {}))
             summary, result = by_hand.run(assembly)
             print(closing_text(summary, result, rig))
             code = exit_code(summary, result)
@@ -88,9 +94,20 @@ def _home(by_hand: RigByHand, zero: "Zero") -> int:
             says.append(f"travel {1e3 * setting.before:.4f} mm became {1e3 * setting.after:.4f} mm")
     except WiringError as error:
         raise VerbError(str(error)) from None
-    file = ZeroFile(
-        rig=rig.name,
-        method=zero.method,
+    file = _file(by_hand, zero, zero.method, scatter, entry)
+    path = _write(by_hand, file)
+    print("\n".join((file.facts, *says, f"zero file: {path}")))
+    return COMPLETED
+
+
+def _file(
+    by_hand: RigByHand, zero: "Zero", method: str, scatter: float | None, entry: dict[str, int]
+) -> "ZeroFile":
+    from epa_rt.config.zero_file import ZeroFile
+
+    return ZeroFile(
+        rig=by_hand.rig.name,
+        method=method,
         at=f"{zero.at} m",
         when=now(),
         who=who(),
@@ -98,9 +115,6 @@ def _home(by_hand: RigByHand, zero: "Zero") -> int:
         scatter=None if scatter is None else f"{scatter} m",
         **entry,
     )
-    path = _write(by_hand, file)
-    print("\n".join((file.facts, *says, f"zero file: {path}")))
-    return COMPLETED
 
 
 def _wired_entry(by_hand: RigByHand, zero: "Zero", place: float, end: int | None) -> dict[str, int]:

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 
 from epa_rt.cli.by_hand import RigByHand, add_rig_arguments
 from epa_rt.cli.exits import VerbError
-from epa_rt.cli.zero import keep_end
+from epa_rt.cli.zero import is_unfinished, keep_end
 
 if TYPE_CHECKING:
     from epa_rt.config.rig import Rig
@@ -95,16 +95,18 @@ def main(arguments: argparse.Namespace) -> int:
             summary, result = by_hand.run(assembly, requests, line=False)
     print(closing_text(summary, result, rig))
     if not by_hand.is_sim:
-        keep_end(rig, arguments.rig, assembly.decoder, jog.referenced)
+        keep_end(rig, arguments.rig, assembly.decoder, result, jog.found_zero)
     return exit_code(summary, result)
 
 
 def _known(by_hand: RigByHand) -> bool:
-    """A wired drive's travel is unknown where no file says where it is zero."""
+    """A wired drive's travel is unknown where no file says where it is zero; any drive's, where
+    its zero was not set to the end.
+    """
     rig = by_hand.rig
     wired = rig.drive.interface == "analog"
     known = rig.applied_zero is not None and rig.applied_zero.end is not None
-    return by_hand.is_sim or not wired or known
+    return by_hand.is_sim or (known if wired else not is_unfinished(rig))
 
 
 def _start_words(assembly: "Assembly") -> str:

@@ -5,7 +5,7 @@ import sys
 import termios
 import tty
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 from epa_rt.config.rig import Rig
 from epa_rt.experiments.jogging import Jogging, Keys
@@ -49,20 +49,30 @@ class KeyRequests(OperatorRequests):
     """Requests of a run that also reads keys and shows a line, in the loop's own ``poll``."""
 
     def __init__(self, rig: Rig, keys: Keys, jog: Jogging, measured: Mapping[str, float]):
-        super().__init__()
+        super().__init__(rig.period_s)
         self._keys, self._jog, self._measured = keys, jog, measured
         self._read_every = max(1, round(READ_S / rig.period_s))
         self._show_every = max(1, round(SHOW_S / rig.period_s))
         self._line, self._out = FigureLine(rig), DroppingStream.of(sys.stderr)
-        self._from = sys.stdin.fileno()
+        self._from, self._is_gone = sys.stdin.fileno(), False
 
     def poll(self, cycle: int) -> int:
-        if cycle % self._read_every == 0 and (data := os.read(self._from, 64)):
-            for key in keys_in(data):
+        if cycle % self._read_every == 0:
+            for key in keys_in(self._read()):
                 self._keys.press(key, cycle)
         if cycle % self._show_every == 0:
             self._out.write("\r" + self._line.text(self._measured, self._jog, self._keys.selected))
         return super().poll(cycle)
+
+    def _read(self) -> bytes:
+        """What was typed. A terminal that cannot be read any more ends the jog: nobody holds it."""
+        try:
+            return os.read(self._from, 64)
+        except OSError:
+            if not self._is_gone:  # once: it must not count as the operator's second stop
+                self.ask("the terminal is gone")
+            self._is_gone = True
+            return b""
 
 
 class FigureLine:
@@ -97,7 +107,7 @@ class FigureLine:
 @contextmanager
 def raw_keys() -> Iterator[None]:
     """The terminal gives single keys at once, and nothing where there are none. Ctrl-C still
-    works.
+    works. A terminal that is gone by the end is left as it is.
     """
     descriptor = sys.stdin.fileno()
     before = termios.tcgetattr(descriptor)
@@ -108,5 +118,6 @@ def raw_keys() -> Iterator[None]:
         termios.tcsetattr(descriptor, termios.TCSANOW, settings)
         yield
     finally:
-        termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
-        sys.stderr.write("\n")
+        with suppress(OSError, termios.error):
+            termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
+            sys.stderr.write("\n")

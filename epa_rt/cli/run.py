@@ -177,9 +177,11 @@ def run_on_bus(
     """
     from drivers.backend_factory import open_ethercat
     from epa_rt.backend import BackendError
-    from epa_rt.cli.zero import keep_end, need_zero_file, was_referenced
+    from epa_rt.cli.zero import blind_words, keep_end, need_zero_file
 
     need_zero_file(inputs.rig, rig_path)
+    if words := blind_words(inputs.rig):
+        print(f"UNPROTECTED{words}", file=sys.stderr)
     try:
         backend = open_ethercat(inputs.rig, interface, lock_step, take_over)
     except BackendError as error:
@@ -195,7 +197,8 @@ def run_on_bus(
     summary, result = run_recorded(
         inputs, backend, out, run_facts, not lock_step, progress, assembly=assembly
     )
-    keep_end(inputs.rig, rig_path, assembly.decoder, was_referenced(result))
+    found_zero = assembly.supervisor.found_zero
+    keep_end(inputs.rig, rig_path, assembly.decoder, result, found_zero)
     return summary, result
 
 

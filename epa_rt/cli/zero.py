@@ -13,6 +13,17 @@ if TYPE_CHECKING:
     from epa_rt.loop.run import RunResult
     from epa_rt.signals.codec import Decoder
 
+UNFINISHED = "unfinished"  # in the place of a method, while a drive sets its zero
+# causes of a trip by the motor's position after which its count need not be that of before
+LOST_POSITION = (
+    "position jump",
+    "contradiction",
+    "invalid sensor",
+    "stale",
+    "NaN",
+    "implausible sensor",
+)
+
 
 def load_rig_source(path: Path, with_zero: bool) -> "tuple[Located, Rig]":
     """The rig file, with what its zero file says where there is one. Raises ConfigError."""
@@ -32,10 +43,24 @@ def load_rig_source(path: Path, with_zero: bool) -> "tuple[Located, Rig]":
     return source, rig_from(source)
 
 
+def is_unfinished(rig: "Rig") -> bool:
+    """Whether the drive was told to set its zero and that did not come to a good end."""
+    return rig.applied_zero is not None and rig.applied_zero.method == UNFINISHED
+
+
 def need_zero_file(rig: "Rig", path: Path) -> None:
-    """A wired drive keeps no zero: without its file nothing is known. Raises VerbError."""
+    """A wired drive keeps no zero: without its file nothing is known. A drive on the bus whose
+    homing was broken off may say that it is referenced, to another place. Raises VerbError.
+    """
     from epa_rt.config.zero_file import zero_path
 
+    if is_unfinished(rig):
+        raise VerbError(
+            f"{zero_path(path)}: found a zero that was being set and was not read back, so the"
+            f" drive may call itself referenced elsewhere, expected a whole one: epa home --rig"
+            f" {path}",
+            TRIPPED,
+        )
     if rig.drive.interface != "analog":
         return
     if rig.applied_zero is None or rig.applied_zero.end is None:
@@ -46,24 +71,28 @@ def need_zero_file(rig: "Rig", path: Path) -> None:
         )
 
 
-def keep_end(rig: "Rig", path: Path, decoder: "Decoder", referenced: bool) -> None:
+def keep_end(
+    rig: "Rig", path: Path, decoder: "Decoder", result: "RunResult", found_zero: bool | None
+) -> None:
     """Writes the count where a wired drive's run ended, for the next start to compare with.
 
-    Of a run that was not ``referenced`` none is kept, so that no later count looks right by chance.
+    ``found_zero`` None: the run never looked, and the last end stays. Of a run without a zero, or
+    that lost its position on the way, none is kept, so that no later count looks right by chance.
     """
     from epa_rt.config.zero_file import read_zero, write_zero, zero_path
 
-    if rig.drive.interface != "analog" or rig.applied_zero is None:
+    if rig.drive.interface != "analog" or rig.applied_zero is None or found_zero is None:
         return
-    end = raw_count(rig, decoder) if referenced else None
+    end = raw_count(rig, decoder) if found_zero and not _lost_position(rig, result) else None
     zero = read_zero(zero_path(path), rig.name)
     if zero is not None:
         write_zero(zero_path(path), zero.model_copy(update={"end": end}))
 
 
-def was_referenced(result: "RunResult") -> bool:
-    """Whether a run found its travel referenced, or was never far enough to look."""
-    return result.trip is None or result.trip.cause != "unreferenced"
+def _lost_position(rig: "Rig", result: "RunResult") -> bool:
+    """Whether the motor's count was found wrong in the run: it may have lost its place."""
+    trip = result.trip
+    return trip is not None and trip.signal == rig.motor.position and trip.cause in LOST_POSITION
 
 
 def raw_count(rig: "Rig", decoder: "Decoder") -> int | None:
@@ -80,10 +109,27 @@ def zero_words(rig: "Rig", backend: str) -> str:
     if applied is not None:
         by = f" by {applied.who}" if applied.who else ""
         offset = f", {applied.offset:+d} counts" if applied.offset else ""
-        return f"zero by {applied.method}, set {applied.when}{by}{offset}"
+        return f"zero by {applied.method}, set {applied.when}{by}{offset}{blind_words(rig)}"
     if backend == "sim":
         return "a simulated rig starts at its zero"
     return "no zero file beside the rig: only the drive's own bit is checked"
+
+
+def blind_words(rig: "Rig") -> str:
+    """Where a wired drive's last run ended near the count at which it begins once its supply is
+    back, a loss of that supply does not show. Empty where it would.
+    """
+    from epa_rt.loop.referenced import position_scaling
+
+    applied = rig.applied_zero
+    if rig.drive.interface != "analog" or applied is None or applied.end is None:
+        return ""
+    if abs(applied.end * position_scaling(rig).slope) > rig.motor.zero.end_band:
+        return ""
+    return (
+        f"; its last run ended at count {applied.end}, near 0, where a drive begins to count: if"
+        " its supply was off since then, home it first, for nothing else tells"
+    )
 
 
 def who() -> str:

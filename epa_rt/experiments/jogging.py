@@ -19,6 +19,7 @@ PULSE_PA = 20e3  # what one key fills or vents: a step that is felt and stays fa
 DEAD_MAN_S = 0.6  # longer than the delay before a held key repeats, shorter than a fright
 HOLD_RATIO = 2.0  # of the jog speed: what the loop may ask for to hold its place
 
+END_KEYS = ("q", "escape")
 EXAMPLE = "'move -5 mm at 3 mm/s', 'fill muscle 200 kPa', 'vent', 'vent muscle' or 'wait 1 s'"
 
 
@@ -113,9 +114,9 @@ class Jogging(SpeedPlan):
         return min(low + soft, self.travel), max(high - soft, self.travel)
 
     @property
-    def referenced(self) -> bool:
-        """Whether travel had a zero at the start."""
-        return bool(self._guard.has_zero)
+    def found_zero(self) -> bool | None:
+        """Whether travel had a zero at the start; None where nothing was measured."""
+        return self._guard.has_zero
 
     # What a source may ask for
 
@@ -215,7 +216,8 @@ class Script:
 class Keys:
     """What the operator's keys ask for; ``press`` from the loop's own poll, never from a thread.
 
-    A motion key holds for DEAD_MAN_S after it was last seen: its repetition keeps it alive.
+    A motion key holds for DEAD_MAN_S after it was last seen: its repetition keeps it alive. What
+    was pressed before the first cycle of the jog was let go long ago; only the end counts then.
     """
 
     HELP = "left/right: hold to move | up/down: fill/vent a step | m: muscle | v: vent | q: quit"
@@ -228,9 +230,11 @@ class Keys:
 
     def press(self, key: str, cycle: int) -> None:
         """One key: 'left', 'right', 'up', 'down', or a letter."""
+        if self._cycles == 0 and key not in END_KEYS:
+            return
         if key in ("left", "right"):
             self._direction = 1.0 if key == "right" else -1.0
-            self._until = -2 if self._cycles == 0 else cycle + self._cycles
+            self._until = cycle + self._cycles
         else:
             self._direction = 0.0  # any other key lets go of the motion
             self._waiting.append(key)
@@ -238,14 +242,12 @@ class Keys:
     def step(self, jog: Jogging, cycle: int) -> None:
         if self._cycles == 0:
             self._cycles = round(DEAD_MAN_S / jog.period_s)
-        if self._until == -2:  # pressed before the first cycle: it counts from now
-            self._until = cycle + self._cycles
         jog.move(self._direction * jog.speed_max if cycle < self._until else 0.0)
         while self._waiting:
             self._obey(jog, self._waiting.popleft(), cycle)
 
     def _obey(self, jog: Jogging, key: str, cycle: int) -> None:
-        if key in ("q", "escape"):
+        if key in END_KEYS:
             jog.quit(cycle)
         elif not jog.muscles:
             return

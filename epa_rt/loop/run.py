@@ -126,7 +126,7 @@ def run(
         closing = _close(backend, recording, now.cycle, now.t_ns)
         broken = "; ".join(filter(None, (broken, lost_bus, closing)))
         _pass_on(told, recording, now.cycle, now.t_ns)
-    end = _end_state(rig, supervisor, decoder, broken, now.cycle)
+    end = _end_state(rig, supervisor, decoder, broken, bool(lost_bus), now.cycle)
     if end is not None:  # the drive's last word, where the bus heard it
         end = end.heard_at_closing(backend.drive_off)
     return _result(envelope, supervisor, overruns, broken, now, encoder.saturated, gaps.count, end)
@@ -213,18 +213,20 @@ def _own_fault(error: Exception, recording: Recording, now: _Now) -> str:
 
 
 def _end_state(
-    rig: Rig, supervisor: Supervisor, decoder: Decoder, broken: str, cycle: int
+    rig: Rig, supervisor: Supervisor, decoder: Decoder, broken: str, has_lost_bus: bool, cycle: int
 ) -> EndState | None:
     """What was measured last. A run that broke off under way knows only what it saw then."""
     if cycle < 0:
         return None
     if supervisor.state == DONE or not broken:
         return supervisor.end_state()
-    if supervisor.state < BRAKE:
+    if supervisor.state <= BRAKE:
         supervisor.look(decoder.measured)
     end = supervisor.end_state()
     text = "what came after, for exchanging ended while the rig was not yet at rest"
-    if supervisor.held_power and rig.drive.interface == "cia402":
+    if supervisor.held_power and not has_lost_bus:
+        text += "; closing took the power off and let the air out at once, whatever moved"
+    elif supervisor.held_power and rig.drive.interface == "cia402":
         text += (
             "; a drive with supply brakes and holds by itself (0x6007, 0x605A) until voltage off"
         )

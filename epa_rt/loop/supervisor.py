@@ -57,7 +57,8 @@ class Supervisor:
     text, data), to be drained by the loop. ``confirmed``: the drive was found off after the safe
     outputs went out. ``end`` is what was measured last, once done. ``category``: how a trip stopped
     the rig, in words. ``motions``: by loop. ``needs_zero``: refuses a rig whose travel
-    has none; ``has_zero``: of a run without that.
+    has none, and ``found_zero`` is what that look found, None before; ``has_zero``: of a run
+    without that.
     """
 
     def __init__(
@@ -77,6 +78,7 @@ class Supervisor:
         self.hints: tuple[str, ...] = ()  # of bring-up: what to calibrate
         self.end: EndState | None = None
         self.category = ""
+        self.found_zero: bool | None = None
         self.sequence = sequence
         self.command = {row.name: row.safe for row in rig.outputs}
         self.reference = dict.fromkeys(sequence.reference_names, float("nan"))
@@ -214,9 +216,12 @@ class Supervisor:
             elif sensors.refusal is not None:
                 self.fault = sensors.refusal
                 return
-            elif refusal := self._referenced.refusal(measured):
-                self.fault = refusal
-                return
+            else:
+                refusal = self._referenced.refusal(measured)
+                self.found_zero = refusal is None
+                if refusal is not None:
+                    self.fault = refusal
+                    return
             self.events += sensors.hints
             self.hints = tuple(text for _, text, _ in sensors.hints)
             self.sequence.begin(measured)

@@ -36,6 +36,8 @@ class LetDown:
         self._place_name = motor.rest_place_name
         self._place = motor.places[self._place_name] if self._place_name else 0.0
         self._position, self._speed = motor.position, motor.speed or ""
+        names = [row.name for row in rig.inputs]
+        self._speed_bit = 1 << names.index(self._speed) if self._speed else 0
         self._names = {POSITION_MODE: motor.position_target, SPEED_MODE: motor.speed_target}
         self._status = drive.status_word if isinstance(drive, Cia402Drive) else ""
         patience_s = drive.transition_timeout if isinstance(drive, Cia402Drive) else 0.0
@@ -125,6 +127,8 @@ class LetDown:
         return ""
 
     def _unsound(self, measured: Mapping[str, float], not_believed: int) -> str:
+        if not_believed & self._speed_bit:
+            return f"{self._speed} cannot be believed"
         position, speed = measured[self._position], measured[self._speed]
         if not abs(speed) <= self._too_fast:
             return f"{self._speed} = {speed:.4g}, beyond {self._too_fast:.4g}"

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from epa_rt.config.rig import Rig
 from epa_rt.config.rig_rows import SignalRow
 from epa_rt.safety.envelope import Envelope
+from epa_rt.safety.let_down import LetDown
 from epa_rt.safety.trip import OVER_RANGE_CAUSE
 
 BACK_SHARE = 0.05  # of a row's span: noise and a step of valve or motor, far from what breaks
@@ -128,6 +129,7 @@ class RecoveryEnvelope(Envelope):
         super().__init__(unlimited(rig, homing), reason, homing)
         self.guard = guard
         self.stopping.has_zero = False
+        self.stopping.let_down = LetDown(rig)  # which watches the force by the rig's own limits
 
     def check(
         self,

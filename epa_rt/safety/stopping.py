@@ -58,7 +58,10 @@ class Stopping:
         self._too_fast, self._slow = safety.stop_overspeed * fastest, SLOW_SHARE * fastest
         longest_s = safety.reaction
         if limits is not None:
-            longest_s += safety.stop_time * fastest / motor.stop_deceleration_si
+            ramp = motor.stop_deceleration_si
+            if motor.speed_target and not bus:  # brakes no faster than its command comes down
+                ramp = min(ramp, rig.row(motor.speed_target).slew or INFINITE)
+            longest_s += safety.stop_time * fastest / ramp
         self._longest_cycles, self._age = round(longest_s / rig.period_s), 0
 
     def begin(self, gate: CommandGate, powered: bool) -> None:

@@ -2,6 +2,7 @@
 
 import os
 import pty
+import re
 import select
 import subprocess
 import sys
@@ -44,6 +45,21 @@ def test_home_refuses_what_it_cannot_do(tmp_path):
     assert done.returncode == 2 and "found no motor.zero" in done.stderr
     done = epa("home", "--rig", BENCH, "--backend", "ethercat", "--interface", "none0")
     assert done.returncode == 2 and "expected --yes" in done.stderr
+
+
+def test_a_zero_that_was_not_read_back_lets_no_run_start(tmp_path):
+    """The drive then says that it is referenced, and to where nobody knows."""
+    text = (ROOT / BENCH).read_text().replace("../plants/", f"{ROOT}/config/plants/")
+    rig = tmp_path / "bench.yaml"  # a drive that has no time to answer
+    text = re.sub(r"zero: \{.*?\}", "zero: {method: here, at: 10.27 mm}", text, flags=re.DOTALL)
+    rig.write_text(text.replace("transition_timeout: 0.5 s", "transition_timeout: 30 ms"))
+    done = epa("home", "--rig", str(rig), "-o", str(tmp_path), "--quiet")
+    assert done.returncode == 3 and "home again" in done.stdout, done.stdout + done.stderr
+    assert "method: unfinished" in (tmp_path / "bench.zero.yaml").read_text()
+    experiment = "config/experiments/identification.yaml"
+    bus = ("--backend", "ethercat", "--interface", "none0", "-o", str(tmp_path))
+    done = epa("run", experiment, "--rig", str(rig), *bus)
+    assert done.returncode == 3 and "was not read back" in done.stderr
 
 
 def test_jog_brings_a_rig_back_by_options_in_their_order(tmp_path):

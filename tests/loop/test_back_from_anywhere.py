@@ -64,7 +64,7 @@ def test_a_drive_without_its_zero_is_refused_before_power_jogged_and_homed(tmp_p
     assert refused.cause.startswith("unreferenced: ") and "epa home" in refused.cause
     assert not any(sample[8]["cmd_drive_control_raw"] == 0x0F for sample in one.memory.samples)
     result, jog = one.jog("move -3 mm", "move 3 mm")
-    assert result.outcome == "completed" and not jog.referenced
+    assert result.outcome == "completed" and jog.found_zero is False
     assert one.experiment().cause.startswith("unreferenced: ")
     result, found = one.home()
     assert result.outcome == "completed" and len(found.touches) == 3

@@ -1,9 +1,15 @@
 """The dead-man key: the motor moves while it is held, and stands soon after it is let go."""
 
+import os
+import pty
+
 import pytest
 
-from epa_rt.experiments.jogging import DEAD_MAN_S
+from epa_rt.cli.keys import KeyRequests, raw_keys
+from epa_rt.experiments.jogging import DEAD_MAN_S, Keys
 from epa_rt.experiments.speed_plan import RAMP_S
+from epa_rt.loop.by_hand import assemble_jog
+from epa_rt.loop.requests import STOP, STOP_AT_ONCE
 from tests.loop.one_rig import OneRig
 
 PRESSED, REPEAT, LET_GO = 200, 40, 1200
@@ -30,6 +36,45 @@ def test_any_other_key_lets_go_at_once(tmp_path):
     one = OneRig(tmp_path)
     one.keys(held("right", {700: " "}) | {n: "x" for n in range(720, LET_GO, REPEAT)})
     assert all(abs(v) < 1e-3 for v in one.measured("motor_speed_m_s")[900:])
+
+
+def test_a_key_from_before_the_start_moves_nothing(tmp_path):
+    """It waited in the terminal while the bus came up, and nobody holds it any more."""
+    one = OneRig(tmp_path)
+    result, _ = one.keys({5: "right", 6: "up", 3500: "q"})
+    assert result.outcome == "completed"
+    assert all(abs(v) < 1e-3 for v in one.measured("motor_speed_m_s"))
+    assert max(one.measured("muscle_pressure_pa")) < 105e3
+
+
+def test_the_end_asked_for_before_the_start_ends_it(tmp_path):
+    result, _ = OneRig(tmp_path).keys({5: "q"})
+    assert result.outcome == "completed" and result.cycles < 1000
+
+
+@pytest.mark.parametrize("period_s", [0.001, 0.002])
+def test_a_terminal_that_is_gone_stops_once(tmp_path, monkeypatch, period_s):
+    one = OneRig(tmp_path)
+    rig = one.rig.model_copy(update={"period_s": period_s})
+    reading, writing = os.pipe()
+    with os.fdopen(reading) as stdin:
+        monkeypatch.setattr("sys.stdin", stdin)
+        keys = Keys()
+        assembly, jog = assemble_jog(one.rig, keys)
+        requests = KeyRequests(rig, keys, jog, assembly.decoder.measured)
+        monkeypatch.setattr(requests, "_from", writing)  # which cannot be read
+        assert [requests.poll(cycle) for cycle in range(1000)] == [STOP] * 1000
+        requests.ask("operator")
+        assert requests.poll(1001) == STOP_AT_ONCE
+    os.close(writing)
+
+
+def test_a_terminal_that_is_gone_at_the_end_hides_no_result(monkeypatch):
+    master, slave = pty.openpty()
+    with os.fdopen(slave) as stdin:
+        monkeypatch.setattr("sys.stdin", stdin)
+        with raw_keys():
+            os.close(master)
 
 
 def test_a_held_key_stops_short_of_the_limit_without_a_trip(tmp_path):

@@ -518,3 +518,17 @@ def test_a_frozen_joint_sensor_does_not_end_as_completed():
     assert (
         out.result.trip.cause == "following error" and out.result.trip.signal == "knee_angle_rad"
     ), out.result.cause
+
+
+def test_a_second_fault_of_our_own_says_what_was_seen_and_what_closing_did(tmp_path):
+    class Broken(Memory):
+        def sample(self, cycle, *values):
+            super().sample(cycle, *values)
+            if cycle >= TRIAL:
+                raise RuntimeError("no place left")
+
+    out = run_in_memory(tiny_inputs(tmp_path), memory=Broken())
+    end = out.result.end
+    assert out.result.outcome == "failed" and end.pressures["muscle_pressure_pa"] > 3e5
+    assert "closing took the power off" in end.unknown[-1] and "holds by itself" not in str(end)
+    assert (end.at_rest, end.vented) == (None, None)

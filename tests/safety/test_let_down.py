@@ -400,3 +400,13 @@ def test_after_a_trip_only_safe_stop_or_let_down_outputs_leave(rig_and_mode, at,
                 else out[motor.speed_target] * going.rig.period_s
             )
             going.at = travel + share * told
+
+
+def test_a_speed_that_is_not_believed_ends_it():
+    going = Going().ask()
+    for _ in range(50):
+        going.cycle()
+    assert going.stopping.category == BRAKING
+    bit = 1 << [row.name for row in going.rig.inputs].index(SPEED)
+    going.cycle(stale=bit)
+    assert going.stopping.category == OFF and "cannot be believed" in going.stopping.why

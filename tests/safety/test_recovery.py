@@ -191,3 +191,12 @@ def test_starting_the_homing_is_power_on_like_enabling():
     assert bench.envelope.tripped is None  # power has not come on: it was on
     bench.check({}, {"cmd_drive_control_raw": 0x1F, "cmd_drive_mode_raw": 0})
     assert bench.envelope.tripped.cause == "mode change"
+
+
+def test_a_load_is_let_down_within_the_rigs_own_limits_of_force():
+    """After a trip the guard no longer watches; the limits that it replaced are not those here."""
+    recovery = Recovery()
+    down, row = recovery.envelope.stopping.let_down, recovery.measured | {TRAVEL: 0.02}
+    down.begin(row, 9.0)
+    assert down.step(row) == ""
+    assert "muscle_force_n" in down.step(row | {"muscle_force_n": 400.0})

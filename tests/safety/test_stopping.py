@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from safety_bench import NAMES, Bench, assert_may_stop, edited, rig
 
-from epa_rt.safety.stopping import BRAKING, OFF, SLOW_SHARE
+from epa_rt.safety.commands import CommandGate
+from epa_rt.safety.stopping import BRAKING, OFF, SLOW_SHARE, Stopping
 
 TRAVEL, SPEED, FORCE = "motor_travel_m", "motor_speed_m_s", "muscle_force_n"
 ENABLED, QUICK_STOP = 0x0237, 0x0217  # status words, with bits that do not belong to the state
@@ -442,3 +443,18 @@ def test_category_0_is_latched_and_nothing_else_than_the_two_leaves(cycles):
             assert out == bench.safe and category(bench) == OFF and why(bench)
         else:
             assert_may_stop(rig("bench"), before, out)
+
+
+@pytest.mark.parametrize("slew", ["3", "0.1"])
+def test_a_wired_drive_has_the_time_that_its_own_slew_takes(slew):
+    """It follows its command down: that is braking, however soft the rig file makes it."""
+    soft = edited("bench_analog", ("slew: 3 m/s^2", f"slew: {slew} m/s^2"))
+    stopping, gate = Stopping(soft), CommandGate(soft)
+    gate.outputs |= {"cmd_drive_enable": 1.0, "cmd_motor_speed_m_s": 0.07}
+    stopping.begin(gate, True)
+    measured = {row.name: 0.0 for row in soft.inputs} | {"motor_speed_m_s": 0.07}
+    for _ in range(1000):
+        out = stopping.step(measured, True, "", 0, 0)
+        assert stopping.category == BRAKING, stopping.why
+        measured["motor_speed_m_s"] = out["cmd_motor_speed_m_s"]
+    assert measured["motor_speed_m_s"] == 0.0 and out["cmd_drive_enable"] == 1.0

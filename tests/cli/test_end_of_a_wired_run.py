@@ -1,0 +1,82 @@
+"""The count where a wired drive's run ended is kept only where the run knew that it was right."""
+
+from dataclasses import replace
+
+import pytest
+
+from epa_rt.cli.zero import blind_words, keep_end, load_rig_source, raw_count
+from epa_rt.config.zero_file import ZeroFile, read_zero, write_zero, zero_path
+from epa_rt.loop.referenced import Referenced, position_scaling
+from epa_rt.signals.image import image_of
+from tests.loop.rigging import ROOT, Quiet, run_in_memory, tiny_inputs
+
+LOST_COUNTS, AT_CYCLE = 20000, 4000
+ELSEWHERE = 40000  # counts, 32 mm from where the simulated motor stands
+
+
+def ended(folder, end, hurt=None, requests=None):
+    """A run whose last one ended at a count; the count that its own end leaves, and the one read
+    last.
+    """
+    path = folder / "bench_analog.yaml"
+    text = (ROOT / "config/rigs/bench_analog.yaml").read_text()
+    path.write_text(text.replace("../plants", str(ROOT / "config/plants")))
+    zero = ZeroFile(
+        rig="bench_analog", method="here", at="0 mm", when="2026-01-31T12:00:00Z", end=end
+    )
+    write_zero(zero_path(path), zero)
+    rig = load_rig_source(path, True)[1]
+    inputs = replace(tiny_inputs(folder, "bench_analog"), rig=rig)
+    made = run_in_memory(inputs, hurt, requests)
+    decoder = made.assembly.decoder
+    keep_end(rig, path, decoder, made.result, made.assembly.supervisor.found_zero)
+    return made.result, read_zero(zero_path(path), "bench_analog").end, raw_count(rig, decoder)
+
+
+def test_a_sound_run_keeps_where_it_ended(tmp_path):
+    result, end, last = ended(tmp_path, 0)
+    assert result.outcome == "completed" and end == last != 0
+
+
+def test_a_run_that_never_looked_leaves_the_last_end(tmp_path):
+    """Else one Ctrl-C in bring-up would make a lost count look right in the next run."""
+    result, end, _ = ended(tmp_path, ELSEWHERE, requests=Quiet(20))
+    assert result.outcome == "stopped" and end == ELSEWHERE
+
+
+def test_a_run_that_found_no_zero_keeps_no_end(tmp_path):
+    result, end, _ = ended(tmp_path, ELSEWHERE)
+    assert result.trip.cause == "unreferenced" and end is None
+
+
+@pytest.mark.parametrize("requests", [None, Quiet(AT_CYCLE + 1)])
+def test_a_run_that_lost_its_count_keeps_no_end(tmp_path, requests):
+    """An encoder's terminal that starts anew: what it counts from then on is no travel."""
+    rig = load_rig_source(ROOT / "config/rigs/bench_analog.yaml", False)[1]
+    at = image_of(rig, outputs=False).places["drive.position"].byte
+
+    def hurt(exchange, _model):
+        if exchange.cycle < AT_CYCLE:
+            return exchange
+        raw = bytearray(exchange.inputs_raw)
+        count = int.from_bytes(raw[at : at + 4], "little", signed=True) + LOST_COUNTS
+        raw[at : at + 4] = count.to_bytes(4, "little", signed=True)
+        return exchange._replace(inputs_raw=bytes(raw))
+
+    result, end, _ = ended(tmp_path, 0, hurt, requests)
+    assert result.trip.cause == "position jump" and end is None
+
+
+@pytest.mark.parametrize(("end", "is_blind"), [(-11, True), (0, True), (ELSEWHERE, False)])
+def test_an_end_at_which_a_drive_begins_to_count_is_said(tmp_path, end, is_blind):
+    """There a drive whose supply was off is taken for one that never lost its count."""
+    path = tmp_path / "bench_analog.yaml"
+    text = (ROOT / "config/rigs/bench_analog.yaml").read_text()
+    path.write_text(text.replace("../plants", str(ROOT / "config/plants")))
+    zero = ZeroFile(
+        rig="bench_analog", method="here", at="0 mm", when="2026-01-31T12:00:00Z", end=end
+    )
+    write_zero(zero_path(path), zero)
+    rig = load_rig_source(path, True)[1]
+    begins = {rig.motor.position: position_scaling(rig).to_si(0)}
+    assert (Referenced(rig).refusal(begins) is None) == is_blind == bool(blind_words(rig))
