@@ -9,7 +9,7 @@ from epa_rt.safety.muscle_law import geometry_of
 CAUSE = "sensor at rest"
 BLOCK_S = 0.05  # one average: fifty samples at 1 kHz leave a fifth of a converter's step
 STILL_PA = 1e3  # change from one average to the next below which a pressure stands
-Hint = tuple[str, str, dict[str, float | str]]  # kind, text, data of an event
+Hint = tuple[str, str, dict[str, object]]  # kind, text, data of an event
 
 
 class AtRest:

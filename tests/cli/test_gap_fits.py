@@ -43,7 +43,7 @@ def refused(capsys, *arguments):
 
 @pytest.mark.parametrize(
     "plant, words",
-    [("knee", "knee.yaml:25: load.kind_code: found a joint"), ("mass", "found a mass on a line")],
+    [("knee", "knee.yaml:30: load.kind_code: found a joint"), ("mass", "found a mass on a line")],
 )
 @pytest.mark.parametrize("task", ["diagnose", "localise"])
 def test_a_plant_of_another_rig(task, plant, words, log, capsys):

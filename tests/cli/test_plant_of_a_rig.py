@@ -16,16 +16,16 @@ CASES = [
         "bench",
         "knee",
         (
-            "knee.yaml:25: load.kind_code: found a joint (kind_code 2), a plant of another rig,"
+            "knee.yaml:30: load.kind_code: found a joint (kind_code 2), a plant of another rig,"
             " expected a muscle held by the load cell (kind_code 0)"
         ),
     ),
-    ("bench", "mass", "mass.yaml:31: load.kind_code: found a mass on a line"),
+    ("bench", "mass", "mass.yaml:36: load.kind_code: found a mass on a line"),
     (
         "knee",
         "bench",
         (
-            "bench.yaml:35: load.kind_code: found a muscle held by the load cell (kind_code 0), a"
+            "bench.yaml:40: load.kind_code: found a muscle held by the load cell (kind_code 0), a"
             " plant of another rig, expected a joint (kind_code 2)"
         ),
     ),

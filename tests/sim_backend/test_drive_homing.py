@@ -9,7 +9,7 @@ from sim_backend.drive_motion import INDEX_PHASE_TURNS
 
 MODE, START = 6, 0x1F
 REFERENCED, REACHED, ATTAINED, ERROR = 0x8000, 0x0400, 0x1000, 0x2000
-AT = ("  position_gain: 10 1/s\n", "  position_gain: 10 1/s\n  zero: {method: here, at: 12 mm}\n")
+AT = ("at: 10.27 mm", "at: 12 mm")
 
 
 def word(driven: Driven) -> int:
@@ -117,7 +117,7 @@ def test_a_quick_stop_ends_homing():
 def test_home_counts_are_those_of_the_rig_files_place():
     from sim_backend.wiring import wire_drive
 
-    assert wire_drive(rig("bench"))["home_counts"][0] == 0
+    assert wire_drive(rig("knee"))["home_counts"][0] == 0
     assert wire_drive(edited("bench", AT))["home_counts"][0] == round(
         12e-3 * 77824 / 62.83185307e-3
     )

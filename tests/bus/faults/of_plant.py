@@ -335,11 +335,14 @@ SCENARIOS: dict[str, Scenario] = {
     ),
     "knee: hoses_exchanged": Scenario(
         one("hoses_exchanged"),
-        "valve and sensor of each still agree",
-        _NOBODY,
-        0,
+        "each pressure follows the other muscle's volume",
+        _SENSORS,
+        23,
+        "check the hoses of spam and ppam (exchanged)",
         rig="knee",
         when="filling",
         after=1,
+        visible=None,
+        settings=NOT_LONG,
     ),
 }
