@@ -66,7 +66,7 @@ def test_a_channel_s_silence_shows_in_no_link(cycles, port):
     for link in house.links:
         was, found = house.residual(whole, {}, link.name), house.residual(holed, {}, link.name)
         both = np.isfinite(was) & np.isfinite(found)
-        both[-10:] = False  # power goes in the log's last rows, and no hole is near them
+        both[np.flatnonzero(both)[-2:]] = False  # power goes there, and no hole is near
         assert rms((found - was)[both]) < 0.3 * rms(was[both]), link.name
 
 
