@@ -22,6 +22,7 @@ from epa_rt.loop.overruns import Overruns
 from epa_rt.loop.requests import STOP, STOP_AT_ONCE
 from epa_rt.loop.supervisor import BRAKE, DONE, SAFE, Supervisor
 from epa_rt.safety.envelope import Envelope
+from epa_rt.safety.stopping import BRAKING
 from epa_rt.safety.trip import Trip
 from epa_rt.signals.codec import Decoder, Encoder
 
@@ -96,7 +97,8 @@ def run(
     does: every way out is a result.
 
     The backend is opened and closed here; closing puts the outputs into their safe state once more.
-    A first fault of this program brakes by the envelope, as a trip does; a second one only closes.
+    A first fault of this program brakes by the envelope, as a trip does; after a second one the
+    envelope brakes and vents alone, unrecorded.
     """
     overruns, gaps, now, broken, lost_bus = (
         Overruns(rig.overrun, rig.period_s),
@@ -105,6 +107,7 @@ def run(
         "",
         "",
     )
+    alone = ""  # how the rig was stopped after a second fault of this program
     told = backend.events  # of a bus: recoveries, emergencies, the clock's lock
     parts = (backend, supervisor, envelope, decoder, encoder, recording, requests, overruns, gaps)
     try:
@@ -120,13 +123,17 @@ def run(
     except BackendError as error:
         lost_bus = str(error)
         recording.event(max(now.cycle, 0), now.t_ns, "error", lost_bus)
-    except Exception as error:  # the second fault of ours: nothing is left but to close
+    except Exception as error:  # the second fault of ours: without all that may have failed
         broken = "; ".join(filter(None, (broken, _own_fault(error, recording, now))))
+        try:
+            alone = _stop_alone(rig, now, backend, envelope, decoder, encoder)
+        except Exception as third:
+            broken = f"{broken}; then {type(third).__name__}: {third}"
     finally:
         closing = _close(backend, recording, now.cycle, now.t_ns)
         broken = "; ".join(filter(None, (broken, lost_bus, closing)))
         _pass_on(told, recording, now.cycle, now.t_ns)
-    end = _end_state(rig, supervisor, decoder, broken, bool(lost_bus), now.cycle)
+    end = _end_state(rig, supervisor, decoder, broken, bool(lost_bus), alone, now.cycle)
     if end is not None:  # the drive's last word, where the bus heard it
         end = end.heard_at_closing(backend.drive_off)
     return _result(envelope, supervisor, overruns, broken, now, encoder.saturated, gaps.count, end)
@@ -205,6 +212,34 @@ def _exchange_until_done(
         now.outputs_raw, now.cycle, now.t_ns, now.stopped = outputs_raw, cycle, t_ns, stopped
 
 
+def _stop_alone(
+    rig: Rig, now: _Now, backend: Backend, envelope: Envelope, decoder: Decoder, encoder: Encoder
+) -> str:
+    """Bus, decoder, envelope and encoder brake and vent by themselves, for ``rest_timeout`` at
+    most; how that ended, in words, or nothing where there was no power to hold with.
+    """
+    full = [(m.pressure, rig.atmosphere_pa + rig.safety.sensors.vented) for m in rig.muscles]
+    for _ in range(round(rig.safety.rest_timeout / rig.period_s)):
+        exchange = backend.exchange(now.outputs_raw)
+        now.cycle, now.t_ns = exchange.cycle, exchange.t_ns
+        measured = decoder.decode(exchange.inputs_raw)
+        outputs = envelope.check(
+            exchange.cycle,
+            exchange.working_counter_ok,
+            measured,
+            decoder.invalid,
+            decoder.stale,
+            {},
+            exchange.t_ns + exchange.lateness_ns,
+        )
+        now.outputs_raw = encoder.encode(outputs)
+        if envelope.stopping.category != BRAKING:
+            return ""
+        if all(measured[name] <= vented_pa for name, vented_pa in full):
+            return "the envelope braked and vented alone, then closing took the power off"
+    return "the envelope braked alone, and closing took the power off before all was vented"
+
+
 def _own_fault(error: Exception, recording: Recording, now: _Now) -> str:
     """A fault of this program, in the log with its traceback; the sentence."""
     text, trace = f"{INTERNAL}: {type(error).__name__}: {error}", traceback.format_exc()
@@ -213,7 +248,13 @@ def _own_fault(error: Exception, recording: Recording, now: _Now) -> str:
 
 
 def _end_state(
-    rig: Rig, supervisor: Supervisor, decoder: Decoder, broken: str, has_lost_bus: bool, cycle: int
+    rig: Rig,
+    supervisor: Supervisor,
+    decoder: Decoder,
+    broken: str,
+    has_lost_bus: bool,
+    alone: str,
+    cycle: int,
 ) -> EndState | None:
     """What was measured last. A run that broke off under way knows only what it saw then."""
     if cycle < 0:
@@ -224,7 +265,9 @@ def _end_state(
         supervisor.look(decoder.measured)
     end = supervisor.end_state()
     text = "what came after, for exchanging ended while the rig was not yet at rest"
-    if supervisor.held_power and not has_lost_bus:
+    if alone:
+        text += f"; {alone}"
+    elif supervisor.held_power and not has_lost_bus:
         text += "; closing took the power off and let the air out at once, whatever moved"
     elif supervisor.held_power and rig.drive.interface == "cia402":
         text += (
