@@ -23,6 +23,7 @@ from tests.faults.trial import CTRL_C, CTRL_C_TWICE, Fault, Figures, run_trial
 PAGE = ROOT / "docs" / "faults.md"
 RIGS = ("bench", "bench_analog", "knee", "mass")
 BUS_KINDS = ("cable_pulled", "frames_lost", "two_of_three_lost", "slave_lost", "slave_falls")
+OUTCOMES = ("completed", "stopped", "tripped", "failed")
 CALM_M_S = 0.005  # slower than this when power goes is at rest
 
 HEAD = """# Faults
@@ -170,7 +171,8 @@ def row_of(case: Case, figures: Figures, limits: Limits, atmosphere_pa: float) -
 
 def cause_of(figures: Figures) -> str:
     """The words between outcome and details."""
-    words = figures.said.splitlines()[0].split(": ")
+    lines = figures.said.splitlines()
+    words = next((line for line in lines if line.startswith(OUTCOMES)), lines[0]).split(": ")
     return ": ".join(words[:2])[:60].replace("|", "/")
 
 

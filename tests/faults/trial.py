@@ -144,7 +144,7 @@ def figures_of(
         max(max(row.pressure_pa) for row in after),
         max(row.force_n for row in after),
         None if off is None else off * rig.period_s,
-        abs(after[off or 0].speed_m_s),
+        0.0 if off is None else abs(after[off].speed_m_s),
         _since(after, rig.period_s, lambda row: abs(row.speed_m_s) < STANDS_M_S),
         _since(after, rig.period_s, lambda row: max(row.pressure_pa) < vented_pa),
         code,
