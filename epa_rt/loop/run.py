@@ -262,7 +262,10 @@ def _end_state(
     if supervisor.state == DONE or not broken:
         return supervisor.end_state()
     if supervisor.state <= BRAKE:
-        supervisor.look(decoder.measured)
+        try:
+            supervisor.look(decoder.measured)
+        except Exception as error:  # looking may be what failed; the run has its cause already
+            broken = f"{broken}; then {type(error).__name__}: {error}"
     end = supervisor.end_state()
     text = "what came after, for exchanging ended while the rig was not yet at rest"
     if alone:

@@ -64,7 +64,7 @@ def limits_of(params: np.ndarray, load_torque, speed) -> np.ndarray:
         np.atleast_1d(np.asarray(load_torque, float)), np.asarray(speed, float)
     )
     out = np.empty((2, len(speed)))
-    limits(params, np.ascontiguousarray(load_torque), np.ascontiguousarray(speed), out)
+    limits(params, np.array(load_torque), np.array(speed), out)
     return out
 
 
