@@ -8,7 +8,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import FAILED, VerbError
-from epa_rt.cli.inputs import PLANT, RIG, VERSION, Inputs, code_version, load_plant_of
+from epa_rt.cli.inputs import (
+    PLANT,
+    RIG,
+    VERSION,
+    Inputs,
+    add_backend_arguments,
+    code_version,
+    load_plant_of,
+)
 from epa_rt.cli.run import run_recorded
 from epa_rt.cli.sound_rig import sound_rig
 from epa_rt.cli.zero import load_rig_source
@@ -29,20 +37,7 @@ def add_rig_arguments(verb: argparse.ArgumentParser) -> None:
         type=Path,
         help="plant file of the simulated rig (default: the one the rig names)",
     )
-    verb.add_argument(
-        "--backend",
-        choices=("sim", "ethercat"),
-        default="sim",
-        help="what is behind the bytes (default: %(default)s)",
-    )
-    verb.add_argument(
-        "--interface", help="network interface of the bus (default: the only candidate)"
-    )
-    verb.add_argument(
-        "--lock-step",
-        action="store_true",
-        help="one bus cycle after the other without pace (emulated bus only; refused on a card)",
-    )
+    add_backend_arguments(verb)
     verb.add_argument(
         "-o", "--out", type=Path, default=Path("out"), help="folder for logs (default: %(default)s)"
     )

@@ -51,6 +51,24 @@ def add_input_arguments(verb: argparse.ArgumentParser) -> None:
     )
 
 
+def add_backend_arguments(verb: argparse.ArgumentParser) -> None:
+    """What is behind the bytes, and how its bus is reached."""
+    verb.add_argument(
+        "--backend",
+        choices=("sim", "ethercat"),
+        default="sim",
+        help="what is behind the bytes (default: %(default)s)",
+    )
+    verb.add_argument(
+        "--interface", help="network interface of the bus (default: the only candidate)"
+    )
+    verb.add_argument(
+        "--lock-step",
+        action="store_true",
+        help="one bus cycle after the other without pace (emulated bus only; refused on a card)",
+    )
+
+
 def load_inputs(
     experiment: Path,
     rig: Path,

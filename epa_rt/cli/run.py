@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, FAILED, OF_OUTCOME, VerbError, code_of_run
-from epa_rt.cli.inputs import Inputs, add_input_arguments, load_inputs
+from epa_rt.cli.inputs import Inputs, add_backend_arguments, add_input_arguments, load_inputs
 from epa_rt.cli.log_name import take_log_path
 
 if TYPE_CHECKING:
@@ -41,20 +41,7 @@ def _positive(text: str) -> float:
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
     add_input_arguments(verb)
-    verb.add_argument(
-        "--backend",
-        choices=("sim", "ethercat"),
-        default="sim",
-        help="what is behind the bytes (default: %(default)s)",
-    )
-    verb.add_argument(
-        "--interface", help="network interface of the bus (default: the only candidate)"
-    )
-    verb.add_argument(
-        "--lock-step",
-        action="store_true",
-        help="one bus cycle after the other without pace (emulated bus only; refused on a card)",
-    )
+    add_backend_arguments(verb)
     verb.add_argument(
         "--take-over",
         action="store_true",
