@@ -15,7 +15,7 @@ CODE = ("epa_rt", "sim_backend", "drivers")
 LEVELS = (
     ("cli",),
     ("drivers", "sim_backend"),
-    ("gap", "study", "identify", "report"),
+    ("gap", "study", "identify", "report", "runs", "live", "calibrate", "tune"),
     ("loop", "logs"),
     ("control", "experiments", "models", "safety"),
     ("backend", "realtime"),
