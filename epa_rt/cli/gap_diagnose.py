@@ -61,6 +61,11 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
         metavar="EFFECT",
         help="effects to leave out of the catalogue",
     )
+    parser.add_argument(
+        "--posterior",
+        action="store_true",
+        help="also what else it could be: the probability of every set of effects (twice the time)",
+    )
     parser.add_argument("--json", type=Path, metavar="JSON", help="write the answer for machines")
     parser.add_argument("--html", type=Path, metavar="PAGE.html", help="write the answer as a page")
     parser.add_argument(
@@ -157,6 +162,7 @@ def _diagnosed(given: Opened, arguments: argparse.Namespace, progress: Progress)
         given.recordings,
         given.holdout,
         without=arguments.leave_out,
+        posterior=arguments.posterior,
         progress=progress,
     )
     check_judged(found.location, given.subject)
