@@ -58,7 +58,7 @@ def table_for(
 
 def left_in(model: Model, view: str) -> float:
     """Chi-square above noise that a model leaves in a view."""
-    return sum(max(seen.excess, 0.0) for seen in model.views[view].links.values())
+    return sum(seen.excess for seen in model.views[view].links.values())
 
 
 def _share(model: Model, none: Model, view: str) -> float | None:

@@ -42,12 +42,9 @@ START = Numbers(
 
 
 def log_likelihood(view: View, freedom: float) -> float:
-    """Of all links of a view, up to what is the same for all models: Gaussian below the noise, by
-    the logarithm above it.
-    """
-    return sum(
-        -0.5 * (seen.excess if seen.excess < 0.0 else freedom * np.log1p(seen.excess / freedom))
-        for seen in view.links.values()
+    """Of all links of a view, up to what is the same for all models; 0 of one that leaves noise."""
+    return -0.5 * sum(
+        freedom * float(np.log1p(seen.excess / freedom)) for seen in view.links.values()
     )
 
 
@@ -72,9 +69,7 @@ def occam(model: Model, freedom: Mapping[str, float]) -> float:
         own[at[view.nominal]] = False
         for seen in view.links.values():
             if seen.matrix is not None:
-                matrix[np.ix_(at, at)] += seen.matrix / (
-                    1.0 + max(seen.excess, 0.0) / freedom[name]
-                )
+                matrix[np.ix_(at, at)] += seen.matrix / (1.0 + seen.excess / freedom[name])
     if not own.any():
         return 0.0
     matrix += np.eye(len(keys))

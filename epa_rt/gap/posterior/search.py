@@ -6,7 +6,7 @@ looked for. Nothing is believed or refused here: the table goes to the posterior
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -21,9 +21,11 @@ from epa_rt.gap.posterior.views import (
     HELD_OUT,
     HELD_OUT_FREE_RUN,
     HeldOut,
+    Lowest,
     View,
     blocks,
     free_run,
+    on_ground,
 )
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.promising import promising
@@ -97,6 +99,7 @@ class Search:
         self._ground, self._held_out, self._scores = ground, held_out, scores
         self._found: dict[frozenset[str], Model] = {}
         self._points: dict[frozenset[str], Point] = {}
+        self._lowest: Lowest = {}
         self.none = self._model((), base.values, ground.none if ground else None)
 
     def singles(self) -> Screening | None:
@@ -118,7 +121,7 @@ class Search:
             for effects in self._best(BEAM, size):
                 if self._hopeful(self._scores.at_best(self._of(effects), 1)):
                     self._one_more(effects)
-        best = max(self._complete(), key=self._scores.evidence).effects
+        best = max(self._complete(), key=self._evidence).effects
         for i in range(
             len(best) if len(best) > 1 else 0
         ):  # one of them may be enough without another
@@ -142,7 +145,7 @@ class Search:
         for more, fit in zip(found, role.fits if role else (), strict=True):
             self._model(more, fit.values, None)
         found += self._proposed_by_free_run(effects)
-        order = sorted(dict.fromkeys(found), key=lambda one: -self._scores.evidence(self._of(one)))
+        order = sorted(dict.fromkeys(found), key=lambda one: -self._evidence(self._of(one)))
         for more in order[:FURTHER]:
             self._in_free_run(more)
 
@@ -176,7 +179,9 @@ class Search:
     @property
     def models(self) -> list[Model]:
         """None first, then the others in the order in which they were found."""
-        return list(self._found.values())
+        return [
+            replace(one, views=on_ground(one.views, self._lowest)) for one in self._found.values()
+        ]
 
     def _of(self, effects: Sequence[str]) -> Model:
         return self._found[frozenset(effects)]
@@ -207,14 +212,22 @@ class Search:
             if run is not None:
                 views[HELD_OUT_FREE_RUN] = run
         self._found[key] = Model(effects, views, values)
+        for name, view in views.items():
+            for link, seen in view.links.items():
+                least = self._lowest.get((name, link), seen.chi)
+                self._lowest[name, link] = min(least, seen.chi)
         return self._found[key]
+
+    def _evidence(self, model: Model) -> float:
+        """Log evidence over the views that a model has, on what the others leave so far."""
+        return self._scores.evidence(replace(model, views=on_ground(model.views, self._lowest)))
 
     def _in_free_run(self, effects: tuple[str, ...]) -> None:
         known, ground = self._of(effects), self._ground
         if (
             frozenset(effects) not in self._points
             and ground is not None
-            and self._hopeful(self._scores.evidence(known))
+            and self._hopeful(self._evidence(known))
         ):
             point = fitted(ground.whole, effects, dict(known.values))
             self._model(effects, known.values, point)
@@ -223,7 +236,7 @@ class Search:
         """Whether a model of this log evidence, which more views can only lower, may count beside
         the best one that was fitted in all views.
         """
-        return evidence - max(map(self._scores.evidence, self._complete())) > HOPELESS
+        return evidence - max(map(self._evidence, self._complete())) > HOPELESS
 
     def _proposed_by_free_run(self, effects: tuple[str, ...]) -> list[tuple[str, ...]]:
         """One effect more that the whole plant asks for beside these."""
@@ -246,7 +259,7 @@ class Search:
         """Models of a size by log evidence, the best of each set of families."""
         order = sorted(
             (model for key, model in self._found.items() if len(key) == size),
-            key=lambda model: -self._scores.evidence(model),
+            key=lambda model: -self._evidence(model),
         )
         families: dict[frozenset[str], tuple[str, ...]] = {}
         for model in order:

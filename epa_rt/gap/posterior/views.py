@@ -5,7 +5,7 @@ number of readings that count as independent, and the chi-square that a model le
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -33,8 +33,8 @@ class Seen:
 
     @property
     def excess(self) -> float:
-        """Chi-square above that of noise; negative where it is below."""
-        return self.chi - self.noise
+        """Chi-square above that of noise; 0 where it is below."""
+        return max(self.chi - self.noise, 0.0)
 
 
 @dataclass(frozen=True)
@@ -47,6 +47,25 @@ class View:
     keys: tuple[str, ...] = ()
     z: np.ndarray = field(default_factory=lambda: np.zeros(0))
     nominal: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
+
+
+Lowest = dict[tuple[str, str], float]  # view and link to the least that any model leaves
+
+
+def on_ground(views: Mapping[str, View], lowest: Lowest) -> dict[str, View]:
+    """Views whose noise is what some model leaves where that is less: how much noise there is
+    nobody knows better than by a few percent, and models are compared by what they differ in.
+    """
+    return {
+        name: replace(
+            view,
+            links={
+                link: replace(seen, noise=min(seen.noise, lowest.get((name, link), seen.noise)))
+                for link, seen in view.links.items()
+            },
+        )
+        for name, view in views.items()
+    }
 
 
 def blocks(problem: Problem, effects: tuple[str, ...], values: Values) -> View:
