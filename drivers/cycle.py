@@ -76,7 +76,7 @@ class Cycle:
 
     def _silence(self, silent_ns: int, lateness_ns: int) -> str:
         why = f"; {self.no_frame()}" if self.lost else ""
-        if lateness_ns > 1e9 * self._period_s:
+        if 2 * lateness_ns > silent_ns:  # most of it
             why += f"; this machine let the loop stand still for {lateness_ns / 1e6:.1f} ms of it"
         return (
             f"no process data reached the slaves for {silent_ns / 1e6:.1f} ms, longer than their"
