@@ -100,20 +100,22 @@ def _remarks(line: Line, found: Findings, scale: Scale, y: np.ndarray, x: np.nda
     if found.is_bent and found.bend is not None:
         share = 100.0 * abs(found.bend) / found.span
         said.append(
-            f"the sensor is bent: {shown(found.bend)} in the middle ({share:.2g} % of span)"
+            f"the sensor is bent: {shown(found.bend, 2)} in the middle ({share:.2g} % of span)"
         )
     if found.has_hysteresis and found.hysteresis is not None:
         share = 100.0 * found.hysteresis / found.span
-        said.append(f"hysteresis: up and down differ by {shown(found.hysteresis)} ({share:.2g} %)")
+        said.append(
+            f"hysteresis: up and down differ by {shown(found.hysteresis, 2)} ({share:.2g} %)"
+        )
     drift = found.zero_drift
     if drift is not None and abs(drift) > 3.0 * math.sqrt(2.0) * abs(line.gain) * scale.step:
-        said.append(f"the zero moved by {shown(drift)} from its first to its last reading")
+        said.append(f"the zero moved by {shown(drift, 2)} from its first to its last reading")
     ends = np.array([x.min(), x.max()])
     change = line.value(ends) - (scale.gain * ends + scale.offset)
     if float(np.abs(change).max()) > CHANGED * found.span:
         said.append(
-            f"against the rig file's line the reading changes by {shown(float(change[0]))} at the"
-            f" low end and {shown(float(change[1]))} at the high end"
+            f"against the rig file the reading changes by {shown(float(change[0]), 3)} at the"
+            f" low end and {shown(float(change[1]), 3)} at the high end"
         )
     return said
 

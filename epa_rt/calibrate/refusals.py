@@ -56,12 +56,17 @@ class Scale:
     step: float
     atmosphere_pa: float | None = None
 
-    def shown(self, value: float) -> str:
-        """A value for a sentence, in the unit that people read."""
-        factor, unit = {"Pa": (1e-3, "kPa"), "rad": (180.0 / math.pi, "deg")}.get(
+    @property
+    def people(self) -> tuple[float, str]:
+        """Factor from SI to the unit that people read, and that unit."""
+        return {"Pa": (1e-3, "kPa"), "rad": (180.0 / math.pi, "deg")}.get(
             self.si_unit, (1.0, self.si_unit)
         )
-        return f"{factor * value:.5g} {unit}"
+
+    def shown(self, value: float, digits: int = 5) -> str:
+        """A value for a sentence, in the unit that people read."""
+        factor, unit = self.people
+        return f"{factor * value:.{digits}g} {unit}"
 
 
 def check_each(points: Sequence[Point], scale: Scale) -> None:
@@ -116,7 +121,7 @@ def check_rest(p: Point, others: Sequence[Point], scale: Scale, span: float) -> 
     """Raises CalibrationError for a point that is noisier than the others, or moved while it was
     taken. ``span``: of the references.
     """
-    scatters = [o.scatter for o in others if o.scatter > 0.0]
+    scatters = [o.scatter for o in others]
     if p.scatter > 0.0 and scatters:
         usual = max(float(np.median(scatters)), 0.5 * scale.step)
         most = (NOISY if len(scatters) > 1 else NOISY_OF_TWO) * usual
@@ -143,21 +148,22 @@ def check_order(points: Sequence[Point], scale: Scale) -> None:
     """Raises CalibrationError where the reading does not follow the reference from point to
     point, and names two points whose exchange would mend it.
     """
-    order = sorted(range(len(points)), key=lambda i: points[i].reference)
-    x = np.array([points[i].reading for i in order])
-    y = np.array([points[i].reference for i in order])
+    x, y, *_ = columns(points)
     sign = 1.0 if float(np.corrcoef(x, y)[0, 1]) >= 0.0 else -1.0
     slack = MONOTONE_SHARE * float(np.ptp(x))
     gain = abs(float(np.ptp(y)) / float(np.ptp(x)))
-    wrong = None
-    for a, b in zip(order, order[1:], strict=False):
-        p, q = points[a], points[b]
-        u = math.hypot(_u(p, gain), _u(q, gain)) / gain
-        if (
-            q.reference > p.reference
-            and sign * (q.reading - p.reading) < -MONOTONE_SIGMAS * u - slack
-        ):
-            wrong = wrong or (p, q)
+    groups = _by_reference(points)
+    wrong = next(
+        (
+            (p, q)
+            for lower, upper in zip(groups, groups[1:], strict=False)
+            for p in lower
+            for q in upper
+            if sign * (q.reading - p.reading)
+            < -MONOTONE_SIGMAS * math.hypot(_u(p, gain), _u(q, gain)) / gain - slack
+        ),
+        None,
+    )
     if wrong is None:
         return
     p, q = wrong
@@ -169,6 +175,14 @@ def check_order(points: Sequence[Point], scale: Scale) -> None:
         f" {p.reading:.5g} {scale.native}), expected it to follow the reference{guess}"
         f"{_unit_of_one(points, scale)}"
     )
+
+
+def _by_reference(points: Sequence[Point]) -> list[list[Point]]:
+    """Points of one reference together, from the lowest to the highest."""
+    groups: dict[float, list[Point]] = {}
+    for p in points:
+        groups.setdefault(p.reference, []).append(p)
+    return [groups[reference] for reference in sorted(groups)]
 
 
 def columns(points: Sequence[Point]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from epa_rt.cli.calibration_age import refuse_simulated
 from epa_rt.cli.exits import FAILED, VerbError
 from epa_rt.cli.inputs import (
     PLANT,
@@ -71,6 +72,8 @@ class RigByHand:
         self._physics = {} if standard is None else {"physics": standard}
         self.arguments = arguments
         source, self.rig = load_rig_source(arguments.rig, with_zero and not self.is_sim)
+        if not self.is_sim:
+            refuse_simulated(self.rig)
         self._unprotected = sound_rig(source).unprotected
         for sentence in self._unprotected:
             print(f"UNPROTECTED: {sentence}", file=sys.stderr)

@@ -163,6 +163,7 @@ def _watch(
 ) -> int:
     """One recorded watch of the unpowered rig; its exit code. Raises VerbError."""
     from epa_rt.calibrate.taking import PHASES
+    from epa_rt.cli.calibration_age import facts as calibration_facts
     from epa_rt.cli.inputs import Inputs
     from epa_rt.cli.log_name import take_log_path
     from epa_rt.experiments.experiment import Experiment
@@ -181,7 +182,13 @@ def _watch(
     backend = by_hand.backend()
     log = take_log_path(arguments.out, inputs)
     layout = unpowered_layout(rig, decoder, PHASES)
-    recorder = Recorder(log, layout, by_hand.attachments, {"run": facts}, lossless=not paced)
+    recorder = Recorder(
+        log,
+        layout,
+        by_hand.attachments,
+        {"run": facts, **calibration_facts(rig)},
+        lossless=not paced,
+    )
     try:
         recorder.open()
     except RecorderError as error:

@@ -18,16 +18,16 @@ def lines(found: "Calibration", one: "SignalCalibration") -> list[str]:
     per = f"{scale.si_unit}/{scale.native}"
 
     def share(value: float) -> str:
-        return f"{shown(abs(value))} ({100.0 * abs(value) / f.span:.2g} % of span)"
+        return f"{shown(abs(value), 2)} ({100.0 * abs(value) / f.span:.2g} % of span)"
 
     rows = [
         ("gain", f"{line.gain:.6g} {per} +- {k * line.gain_u:.2g} (95 %, k {k:.3g})"),
         ("", f"{100.0 * (line.gain / scale.gain - 1.0):+.3g} % against the rig file"),
         (
             "value at 0 " + scale.native,
-            f"{shown(line.offset)} +- {shown(k * line.offset_u)} (95 %)",
+            f"{shown(line.offset)} +- {shown(k * line.offset_u, 2)} (95 %)",
         ),
-        ("one reading", f"+- {shown(k * found.reading_u)} (95 %, scatter of a sample included)"),
+        ("one sample", f"+- {shown(k * found.reading_u, 2)} (95 %, its noise included)"),
         ("points", f"{len(found.points)}, {shown(one.range[0])} to {shown(one.range[1])}"),
         ("largest miss", share(f.deviation)),
     ]

@@ -49,7 +49,8 @@ class FileAnswers:
 
     def ask(self, step: Step, number: int, reading: float) -> None:
         one = self._left.popleft()
-        self._reference = Reference(one.reference, one.reference_u, f"point {number} ({one.where})")
+        where = f"point {number}" + (f" ({one.where})" if one.where else "")
+        self._reference = Reference(one.reference, one.reference_u, where)
         if self._standard is not None:
             error = self._noise.normal() * one.reference_u if self._noise is not None else 0.0
             applied = one.reference + error if one.applied is None else one.applied

@@ -199,17 +199,27 @@ class SignalCalibration(_OfSignal):
         return math.sqrt(max(0.0, u * u + v * v + 2.0 * self.correlation * u * v))
 
     @property
-    def facts(self) -> str:
-        """One line for log and screen: the line with its expanded (95 %) uncertainty, when, who."""
-        k, si = self.coverage_factor, self.si_unit
+    def made(self) -> str:
+        """When, by whom, on what."""
         by = f" by {self.operator}" if self.operator else ""
-        of = "" if self.source == "rig" else f", from a {self.source}"
+        return f"{self.when[:10]}{by}{'' if self.source == 'rig' else f', from a {self.source}'}"
+
+    @property
+    def line_words(self) -> str:
+        """Gain and offset with their expanded (95 %) uncertainty, for people."""
+        k, si, native = self.coverage_factor, self.si_unit, self.native
+        percent = 100.0 * k * self.gain_ratio_uncertainty
+        offset, u = self.offset, k * self.offset_uncertainty
+        factor, unit_text = {"Pa": (1e-3, "kPa"), "rad": (57.29578, "deg")}.get(si, (1.0, si))
         return (
-            f"{self.signal} = {with_unit(f'{self.gain:.6g}', f'{si}/{self.native}')}"
-            f" (+-{100.0 * k * self.gain_ratio_uncertainty:.2g} %) x reading"
-            f" {self.offset:+.6g} {si} (+-{k * self.offset_uncertainty:.2g}),"
-            f" {self.when[:10]}{by}{of}"
+            f"{factor * self.gain:.6g} {unit_text}/{native} +-{percent:.2g} %,"
+            f" {factor * offset:.5g} {unit_text} at 0 {native} +-{factor * u:.2g} (95 %)"
         )
+
+    @property
+    def facts(self) -> str:
+        """One line for a log."""
+        return f"{self.signal}: {self.line_words}; {self.made}"
 
 
 class CalibrationFile(Frozen):
