@@ -80,13 +80,16 @@ def check_each(points: Sequence[Point], scale: Scale) -> None:
             f"{'s' * (len(values) != 1)}, expected at least two different references"
         )
     span, u = values[-1] - values[0], max(_u(p, scale.gain) for p in points)
+    readings = [p.reading for p in points]
+    moved = max(readings) - min(readings)
     if span < LEAST_SPAN * u:
+        words = unit_suspects(span / abs(scale.gain * moved), scale.si_unit) if moved else ""
+        why = f" (they look {words})" if words else ""
         raise CalibrationError(
             f"found references over {scale.shown(span)}, known to {scale.shown(u)}: too close"
-            f" together, expected at least {LEAST_SPAN:g} times their uncertainty"
+            f" together{why}, expected at least {LEAST_SPAN:g} times their uncertainty"
         )
-    readings = [p.reading for p in points]
-    if max(readings) - min(readings) < 2.0 * scale.step:
+    if moved < 2.0 * scale.step:
         raise CalibrationError(
             f"found readings that stay at {readings[0]:.5g} {scale.native}, expected them to follow"
             " the reference (wrong signal, wire off?)"
