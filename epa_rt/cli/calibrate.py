@@ -200,8 +200,7 @@ class Session:
         from epa_rt.calibrate.readings import scale_of
         from epa_rt.config.rig import rig_from
         from epa_rt.config.source import parse_yaml
-        from epa_rt.logs.mcap_file import LogError
-        from epa_rt.logs.reader import LogReader
+        from epa_rt.logs.reader import LogError, LogReader
 
         try:
             with LogReader(path) as log:
