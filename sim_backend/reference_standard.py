@@ -9,7 +9,7 @@ from epa_rt.models.blocks.instruments import bowed, warmed
 from epa_rt.models.blocks.sensors import reading
 from epa_rt.models.ports import SENSORS
 
-_CHANNELS = {name: i for i, name in enumerate(SENSORS.names)}
+_CHANNELS = {name: i for i, name in enumerate(SENSORS.names or ())}
 # port: (parameter of its bend, of its drift, of its warm-up)
 _CURVES = {
     "force_n": ("force_bow_per_n", "force_drift_n", "force_warm_up_s"),

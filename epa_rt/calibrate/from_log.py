@@ -56,8 +56,8 @@ def _marked(
             continue
         data = event.data
         try:
-            first, last = int(data["first_cycle"]), int(data["last_cycle"])
-            value, u = float(data["reference"]), float(data["reference_u"])
+            first, last = int(str(data["first_cycle"])), int(str(data["last_cycle"]))
+            value, u = float(str(data["reference"])), float(str(data["reference_u"]))
         except (KeyError, TypeError, ValueError, OverflowError):
             raise CalibrationError(
                 f"{path}: found a damaged calibration event, expected reference and cycles"

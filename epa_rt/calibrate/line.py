@@ -29,7 +29,7 @@ class Line:
     believed: bool  # the points scatter as their stated uncertainties say
 
     def value(self, native: np.ndarray) -> np.ndarray:
-        return self.gain * native + self.offset
+        return np.asarray(self.gain * native + self.offset)
 
     def std(self, native: np.ndarray) -> np.ndarray:
         """Standard uncertainty of the line at native values."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from epa_rt.calibrate.line import Line, york
 from epa_rt.calibrate.point import MOVING_SIGMAS, CalibrationError, Point
+from epa_rt.config.calibration_file import MOST_POINTS
 
 LEAST_SPAN = 20.0  # spans of the references in their own uncertainty: 5 % of gain, no more
 MONOTONE_SIGMAS = 4.0  # of two neighbours: noise does that once in 30 000
@@ -16,8 +17,10 @@ SWAP_GAIN = 25.0  # times less chi-squared: an exchange that explains the points
 NOISY = 5.0  # times the median scatter of the other points: loose wire, swinging mass
 NOISY_OF_TWO = 10.0  # with one other point to compare with
 MOVING_SHARE = 0.005  # of the span: a mass that swings, a pressure that leaks
+MOST_TRIED = 40  # points of which every pair is exchanged to name two: a second of work
 OUTLIER_P = 1e-3  # by chance, over all points together
 LARGEST_CHANGE = 2.0  # of the gain: a sensor's own line and its wear differ by percents
+NEAR_ZERO = 0.05  # of the sensor's range: below, its zero is more than its gain
 UNIT_BAND = 0.1  # relative: how near a ratio is to a unit's factor to name it
 
 # how a reference is too large by a factor: what was meant, what was read
@@ -71,6 +74,8 @@ class Scale:
 
 def check_each(points: Sequence[Point], scale: Scale) -> None:
     """Raises CalibrationError for what one point says by itself, or too few of them."""
+    if len(points) > MOST_POINTS:
+        raise CalibrationError(f"found {len(points)} points, expected at most {MOST_POINTS}")
     for p in points:
         check_reading(p, scale)
     values = sorted({p.reference for p in points})
@@ -204,7 +209,7 @@ def _chi2(points: Sequence[Point]) -> float:
 
 def _swap(points: Sequence[Point]) -> tuple[Point, Point] | None:
     """The two points whose references, exchanged, leave far less scatter than now."""
-    if len(points) < 3:
+    if not 3 <= len(points) <= MOST_TRIED:
         return None
     now, best, pair = _chi2(points), math.inf, None
     for i in range(len(points)):
@@ -279,6 +284,25 @@ def check_line(points: Sequence[Point], line: Line, scale: Scale) -> None:
             f"found a shift of {scale.shown(shift)} against the rig file's line, about one"
             " atmosphere, expected less: absolute pressures taken for gauge ones, or the reverse"
         )
+
+
+def doubt_of(point: Point, before: Sequence[Point], scale: Scale) -> str:
+    """What speaks against a point as soon as it is taken, for the operator to look at; ''."""
+    expected = scale.gain * point.reading + scale.offset
+    whole = abs(scale.gain) * (scale.valid[1] - scale.valid[0])
+    if abs(expected) > NEAR_ZERO * whole and point.reference != 0.0:
+        ratio = point.reference / expected
+        if not 1.0 / LARGEST_CHANGE < ratio < LARGEST_CHANGE:
+            words = unit_suspects(ratio, scale.si_unit)
+            return f"the rig file says {scale.shown(expected)}" + (
+                f": the reference looks {words}" if words else ""
+            )
+    try:
+        if len({p.reference for p in (*before, point)}) > 2:
+            check_order((*before, point), scale)
+    except CalibrationError as error:
+        return str(error)
+    return ""
 
 
 def check_outliers(points: Sequence[Point], scale: Scale) -> None:

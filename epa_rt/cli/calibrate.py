@@ -48,6 +48,7 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--reference-signal", metavar="NAME", help="the log's signal that is the reference"
     )
+    verb.add_argument("--leave-out", metavar="LIST", help="points not to use, by number: '3, 4'")
     verb.add_argument("--by", choices=("hand", "motor"), default="hand", help="how force is made")
     verb.add_argument("--travels", metavar="LIST", help="--by motor: '0 mm, 5 mm, 10 mm'")
     verb.add_argument("--pressure", metavar="PRESSURE", help="--by motor: in the muscle, gauge")
@@ -88,6 +89,12 @@ def main(arguments: argparse.Namespace) -> int:
     from epa_rt.cli.write import check_writable
     from epa_rt.cli.zero import now, who
 
+    for name in ("operator", "serial"):
+        text = getattr(arguments, name) or ""
+        if len(text) > 200 or not text.isprintable():
+            raise VerbError(
+                f"--{name}: found {text[:40]!r}, expected one line of up to 200 letters"
+            )
     check_writable(arguments.html, (".html", ".htm"))
     check_writable(arguments.picture, (".svg",))
     check_writable(arguments.file, (".yaml", ".yml"))
@@ -95,8 +102,9 @@ def main(arguments: argparse.Namespace) -> int:
     try:
         points, source, code = session.points()
         if code != COMPLETED:
-            print("no calibration was written")
+            print("no calibration was written; the points taken so far are in the log (--from)")
             return code
+        points = _left(points, arguments.leave_out)
         found = calibrate(points, session.scale, session.common, arguments.new_sensor)
     except CalibrationError as error:
         raise VerbError(f"{session.row.name}: {error}") from None
@@ -118,6 +126,21 @@ def main(arguments: argparse.Namespace) -> int:
         _print(found, one, session.rig, arguments.rig, path)
     _write_pages(arguments, found, one)
     return COMPLETED
+
+
+def _left(points: "list[Point]", leave_out: str | None) -> "list[Point]":
+    """The points without those whose numbers are left out. Raises VerbError."""
+    if leave_out is None:
+        return points
+    try:
+        numbers = {int(part) for part in leave_out.split(",")}
+    except ValueError:
+        numbers = set()
+    if not numbers or not numbers <= set(range(1, len(points) + 1)):
+        raise VerbError(
+            f"--leave-out: found '{leave_out[:40]}', expected numbers of points, 1 to {len(points)}"
+        )
+    return [point for i, point in enumerate(points, 1) if i not in numbers]
 
 
 class Session:

@@ -2,6 +2,7 @@
 
 import os
 import sys
+import textwrap
 from collections import deque
 from collections.abc import Iterator
 from contextlib import suppress
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Protocol
 from epa_rt.calibrate.point import CalibrationError, Point
 from epa_rt.calibrate.points_file import Asked
 from epa_rt.calibrate.reference import Reader
-from epa_rt.calibrate.refusals import Scale, check_reading, check_rest
+from epa_rt.calibrate.refusals import Scale, check_reading, check_rest, doubt_of
 from epa_rt.calibrate.taking import Reference, Step, Taking
 from epa_rt.config.units import UnitError
 from epa_rt.loop.requests import OperatorRequests
@@ -252,12 +253,17 @@ class TypedAnswers:
             check_reading(point, scale)
             check_rest(point, self._points, scale, span)
         except CalibrationError as error:
-            say(f"  NOT TAKEN: {error}")
+            for text in textwrap.wrap(f"NOT TAKEN: {error}", 76):
+                say(f"  {text}")
             return False
+        doubt = doubt_of(point, self._points, scale)
         self._points.append(point)
         present = scale.gain * point.reading + scale.offset
         say(
             f"  {point.reading:.5g} {scale.native}, scatter {point.scatter:.2g} {scale.native}:"
             f" until now {scale.shown(present)}"
         )
+        if doubt:
+            for text in textwrap.wrap(f"CHECK: {doubt} ('again' drops this point)", 76):
+                say(f"  {text}")
         return True

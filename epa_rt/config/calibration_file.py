@@ -134,6 +134,13 @@ class SignalCalibration(_OfSignal):
     zero_drift: Annotated[Si, BeforeValidator(_si)] | None = None
     points: Annotated[tuple[dict[str, Any], ...], Field(max_length=MOST_POINTS)] = ()
 
+    @field_validator("operator", "serial", "method")
+    @classmethod
+    def _is_one_line(cls, value: str) -> str:
+        if not value.isprintable():
+            raise UnitError(f"found {value!r}, expected one line of text")
+        return value
+
     @field_validator("when")
     @classmethod
     def _is_a_time(cls, value: str) -> str:

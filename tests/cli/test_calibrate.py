@@ -98,9 +98,10 @@ def test_a_log_says_what_it_was_calibrated_by_and_replays(folder):
     text = (folder / "c.yaml").read_text()
     old = re.sub(r"when: .*", "when: '2020-01-31T12:00:00Z'", text)
     (folder / "c.yaml").write_text(old)
-    done = epa("run", "config/experiments/step.yaml", "--rig", rig, "-o", folder, "--quiet")
+    experiment = "config/experiments/identification_short.yaml"
+    done = epa("run", experiment, "--rig", rig, "-o", folder, "--quiet")
     assert "OLD CALIBRATION: muscle_force_n was calibrated" in done.stderr, done.stderr
-    log = next(folder.glob("step*.mcap"))
+    log = next(folder.glob("identification_short*.mcap"))
     from epa_rt.logs.reader import LogReader
 
     with LogReader(log) as reader:
@@ -110,7 +111,7 @@ def test_a_log_says_what_it_was_calibrated_by_and_replays(folder):
     assert replayed.returncode == 0, replayed.stderr
     bus = ("--backend", "ethercat", "--interface", "none0", "-o", folder)
     (folder / "c.yaml").write_text(text)
-    for verb in (("run", "config/experiments/step.yaml"), ("jog", "--vent")):
+    for verb in (("run", "config/experiments/identification_short.yaml"), ("jog", "--vent")):
         done = epa(*verb, "--rig", rig, *bus)
         assert done.returncode == 2 and "calibrated on a simulation" in done.stderr
 
@@ -167,6 +168,7 @@ def test_a_joint_by_a_jig(tmp_path):
         (("force", "--rig", BENCH, "--from", "absent.csv"), "absent.csv:1: found no such file"),
         (("force", "--rig", BENCH, "--from", "README.md"), "README.md:3: found the columns"),
         (("force", "--rig", BENCH, "--points", "absent.yaml"), "absent.yaml:1: found no such"),
+        (("force", "--rig", BENCH, "--operator", "a\nb"), "--operator: found"),
         (("force", "--rig", BENCH, "--html", "x.txt"), "found the ending '.txt'"),
         (("pressure", "--rig", BENCH, "--backend", "ethercat", "--interface", "none0"),
          "found no terminal on which an operator reads"),
