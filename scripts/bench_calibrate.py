@@ -131,6 +131,7 @@ def coverage(kind: str, tries: int) -> dict[str, object]:
     bench, refused = Bench(kind), 0
     errors, held_gain, held_zero = [], 0, 0
     for seed in range(tries):
+        print(f"\r{kind}: {seed + 1} of {tries} ", end="", file=sys.stderr, flush=True)
         points, gain, offset = bench.points(seed)
         try:
             line = calibrate(points, bench.scale).line
@@ -172,12 +173,12 @@ def refusals(kind: str, seeds: int) -> dict[str, dict[str, object]]:
     factors = {"N": 9.80665, "Pa": 6.894757, "rad": 57.29578}
     found: dict[str, dict[str, object]] = {}
 
-    def spoil(name: str, points: list[Point], words: str) -> None:
+    def spoil(name: str, points: list[Point], *words: str) -> None:
         text = _said(points, bench.scale)
         entry = found.setdefault(name, {"tries": 0, "refused": 0, "named": 0, "says": text})
         entry["tries"] += 1
         entry["refused"] += not text.startswith("TAKEN")
-        entry["named"] += words in text
+        entry["named"] += all(word in text for word in words)
 
     for seed in range(seeds):
         points, *_ = bench.points(seed)
@@ -187,7 +188,7 @@ def refusals(kind: str, seeds: int) -> dict[str, dict[str, object]]:
         swapped = list(points)
         swapped[i] = replace(a, reference=b.reference)
         swapped[j] = replace(b, reference=a.reference)
-        spoil("swapped", swapped, "swapped")
+        spoil("swapped", swapped, a.where, b.where, "look swapped")
         noisy = list(points)
         noisy[i] = replace(a, scatter=10.0 * max(a.scatter, bench.scale.step))
         spoil("noisy", noisy, "noisy")
@@ -212,6 +213,7 @@ def main() -> None:
         for kind in CASES
     }
     spoilt = {kind: refusals(kind, chosen.spoilt) for kind in ("force", "joint")}
+    print(file=sys.stderr)
     print(json.dumps({"coverage": result, "refusals": spoilt}, indent=1))
 
 

@@ -106,6 +106,12 @@ def check_each(points: Sequence[Point], scale: Scale) -> None:
 def check_reading(p: Point, scale: Scale) -> None:
     """Raises CalibrationError for a value that is no number, or beyond converter or sensor."""
     numbers = (p.reference, p.reference_u, p.reading, p.reading_u, p.scatter, p.moved)
+    if math.isfinite(p.reference) and math.isnan(p.reading):
+        low, high = scale.valid
+        raise CalibrationError(
+            f"{p.where}: found a reading that is not valid (beyond the converter or the sensor's"
+            f" range, a broken wire), expected {low:.4g} to {high:.4g} {scale.native} all the while"
+        )
     if not all(math.isfinite(value) for value in numbers):
         raise CalibrationError(f"{p.where}: found a value that is no number, expected numbers")
     # noise reaches beyond the mean: three of its deviations must fit, or samples were cut off

@@ -196,9 +196,11 @@ class TypedAnswers:
         say(f"\npoint {number}{': ' + step.words if step.words else ''}: reads {shown(reading)}")
         if talk.by_gauge and self._standard is not None:
             say(f"  (the simulated reference says {shown(self._standard.truth)})")
-        say(f"  {talk.says}")
-        proposed = f"Enter for {shown(self._asked[0].reference)}; " if self._asked else ""
-        say(f"  {proposed}'again' drops the last point, 'done' ends")
+        if number == 1:
+            say(f"  {talk.says}")
+            say("  'again' drops the last point, 'done' ends; Ctrl-C stops")
+        if self._asked:
+            say(f"  Enter for {shown(self._asked[0].reference)}")
         self._lines.prompt()
 
     def answer(self) -> Reference | None:

@@ -180,6 +180,17 @@ def test_what_is_asked_in_vain_gets_one_sentence(tmp_path, words, says):
     assert done.stderr.count("\n") == 1
 
 
+def test_a_mass_beyond_the_converter_is_refused_and_its_log_kept(folder):
+    (folder / "masses.yaml").write_text("points: [0.00 N, 200.00 N, 700.00 N]\n")
+    done = force(folder)
+    assert done.returncode == 2 and "point 3 (masses.yaml:1): found a reading" in done.stderr
+    log = next((folder / "out").glob("*.mcap"))
+    words = ("calibrate", "force", "--rig", folder / "bench.yaml", "--from", log, "-o", folder)
+    assert "beyond the converter" in epa(*words).stderr
+    assert epa(*words, "--leave-out", "3").returncode == 0
+    assert "--leave-out: found '4'" in epa(*words, "--leave-out", "4").stderr
+
+
 def test_spoilt_tables_leave_the_former_file_alone(folder):
     kept = folder / "c.yaml"
     table = folder / "t.csv"
