@@ -15,13 +15,15 @@ def lines(found: "Calibration", one: "SignalCalibration") -> list[str]:
     """At most 79 characters each."""
     scale, f, line = found.scale, found.findings, found.line
     shown, k = scale.shown, line.k
-    per = f"{scale.si_unit}/{scale.native}"
+    factor, unit = scale.people
+    gain = f"{factor * line.gain:.6g} {unit}/{scale.native}"
+    percent = 100.0 * k * one.gain_ratio_uncertainty
 
     def share(value: float) -> str:
         return f"{shown(abs(value), 2)} ({100.0 * abs(value) / f.span:.2g} % of span)"
 
     rows = [
-        ("gain", f"{line.gain:.6g} {per} +- {k * line.gain_u:.2g} (95 %, k {k:.3g})"),
+        ("gain", f"{gain} +- {percent:.2g} % (95 %, k {k:.3g})"),
         ("", f"{100.0 * (line.gain / scale.gain - 1.0):+.3g} % against the rig file"),
         (
             "value at 0 " + scale.native,

@@ -14,9 +14,12 @@ LOST_S = 1.0  # without sound process data; nothing moves, so there is time to s
 
 
 class Watcher(Protocol):
-    """Takes each sound cycle; True once it has seen enough. ``phase``: for the log."""
+    """Takes each sound cycle; True once it has seen enough. ``phase`` and ``events``, which are
+    drained: for the log.
+    """
 
     phase: int
+    events: list[tuple[str, str, dict[str, object]]]
 
     def step(self, cycle: int, measured: dict[str, float]) -> bool: ...
 
@@ -73,9 +76,10 @@ def watch_unpowered(
                 decoder.invalid, decoder.stale, exchange.inputs_raw, safe_raw, measured, {}, safe,
                 {},
             )  # fmt: skip
-            for kind, text, data in backend.events:
-                recording.event(cycle, t_ns, kind, text, **data)
-            backend.events.clear()
+            for told in (backend.events, watcher.events):
+                for kind, text, data in told:
+                    recording.event(cycle, t_ns, kind, text, **data)
+                told.clear()
             if request and not done:
                 outcome, cause, done = "stopped", "the operator asked to stop", True
             elif lost > most_lost:
