@@ -13,7 +13,7 @@ On the simulated rig it goes into the folder of the logs, never beside the rig f
   epa calibrate force --rig config/rigs/bench.yaml -o out --points config/calibrations/masses.yaml
   epa calibrate pressure --rig config/rigs/bench.yaml -o out --html pressure.html
   epa calibrate pressure --rig config/rigs/bench.yaml --backend ethercat --interface eth1
-  epa calibrate force --rig config/rigs/bench.yaml --from table.csv --file bench.calibration.yaml
+  epa calibrate force --rig config/rigs/bench.yaml --from out/calibrate_force-bench-001.mcap
 """
 
 import argparse
@@ -99,10 +99,11 @@ def main(arguments: argparse.Namespace) -> int:
     check_writable(arguments.picture, (".svg",))
     check_writable(arguments.file, (".yaml", ".yml"))
     session = Session(arguments)
+    path, others = _place(arguments, session)  # before a point is taken in vain
     try:
         points, source, code = session.points()
         if code != COMPLETED:
-            print("no calibration was written; the points taken so far are in the log (--from)")
+            print("no calibration was written; --from takes the points that the log holds")
             return code
         points = _left(points, arguments.leave_out)
         found = calibrate(points, session.scale, session.common, arguments.new_sensor)
@@ -119,7 +120,7 @@ def main(arguments: argparse.Namespace) -> int:
         arguments.serial,
         session.method,
     )
-    path = _write(arguments, session, one)
+    _write(path, session, (*others, one))
     if arguments.json:
         print(json.dumps(told(found, one, path), indent=2))
     else:
@@ -239,6 +240,10 @@ class Session:
                 raise VerbError(
                     f"found --reference-signal {reference}, expected a signal of the log"
                 )
+            if reference is not None and rig.row(reference).si_unit != self.row.si_unit:
+                raise VerbError(
+                    f"found --reference-signal {reference}, expected one in {self.row.si_unit}"
+                )
             row = rig.row(self.row.name)
             return points_of_log(
                 path, rig, row, scale_of(rig, row), reference, self.reader.uncertainty,
@@ -292,27 +297,34 @@ def _quantity(
         raise VerbError(f"--{name.replace('_', '-')}: {error}") from None
 
 
-def _write(arguments: argparse.Namespace, session: Session, one: "SignalCalibration") -> Path:
-    """Puts the calibration into its file, in place of the signal's former one. Raises VerbError."""
-    from epa_rt.config.calibration_file import (
-        CalibrationFile,
-        calibration_path,
-        read_calibrations,
-        write_calibrations,
-    )
+def _place(
+    arguments: argparse.Namespace, session: Session
+) -> "tuple[Path, tuple[SignalCalibration, ...]]":
+    """The calibration file, and what it holds of other signals. Raises ConfigError, VerbError where
+    it is no such file or cannot be written.
+    """
+    from epa_rt.cli.write import check_writable
+    from epa_rt.config.calibration_file import calibration_path, read_calibrations
 
     beside = calibration_path(arguments.rig)
-    path = arguments.file or (arguments.out / beside.name if one.source != "rig" else beside)
-    others: tuple[SignalCalibration, ...] = ()
-    if path.exists():
-        _, before = read_calibrations(path, session.rig.name)
-        others = tuple(other for other in before.signals if other.signal != one.signal)
-    file = CalibrationFile(calibration_of=session.rig.name, signals=(*others, one))
+    on_rig = session.by_hand is not None and not session.by_hand.is_sim
+    path = arguments.file or (beside if on_rig else arguments.out / beside.name)
+    check_writable(path, (".yaml", ".yml"))
+    if not path.exists():
+        return path, ()
+    _, before = read_calibrations(path, session.rig.name)
+    return path, tuple(one for one in before.signals if one.signal != session.row.name)
+
+
+def _write(path: Path, session: Session, signals: "tuple[SignalCalibration, ...]") -> None:
+    """Writes the calibration file. Raises VerbError."""
+    from epa_rt.config.calibration_file import CalibrationFile, write_calibrations
+
+    file = CalibrationFile(calibration_of=session.rig.name, signals=signals)
     try:
         write_calibrations(path, file)
     except OSError as error:
         raise VerbError(f"{path}: cannot be written ({error.strerror})", FAILED) from None
-    return path
 
 
 def _print(

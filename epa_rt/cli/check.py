@@ -64,7 +64,7 @@ def main(arguments: argparse.Namespace) -> int:
         else:
             print(f"{path}: {answer.line}")
             for text in answer.calibrated:
-                print(f"  calibrated: {text}")
+                print(f"    {text}" if text.startswith(" ") else f"  calibrated: {text}")
             for text in answer.old:
                 print(f"  OLD: {text}")
             for text in answer.protected:
