@@ -25,9 +25,11 @@ def points_of_log(
     reference: str | None,
     reference_u: float | None,
     record_s: float,
-) -> list[Point]:
-    """The points of a log. ``reference``: the signal that the reading is held against; None: what
-    the log's own calibration events say. ``rig``: the log's, which decoded it.
+) -> tuple[list[Point], bool]:
+    """The points of a log, and whether a reference was a mass.
+
+    ``reference``: the signal that the reading is held against; None: what the log's own calibration
+    events say. ``rig``: the log's, which decoded it.
 
     Raises CalibrationError where there are none, LogError where the log cannot be read.
     """
@@ -42,13 +44,14 @@ def points_of_log(
     if scale.si_unit == "Pa" and row.reads == "gauge":
         values = values - rig.atmosphere_pa  # signals are absolute
     size = max(20, round(record_s / rig.period_s))
-    return _rests(path, native, values, size, scale, reference_u)
+    return _rests(path, native, values, size, scale, reference_u), False
 
 
 def _marked(
     path: Path, log: LogReader, signal: str, native: np.ndarray, cycles: np.ndarray, scale: Scale
-) -> list[Point]:
+) -> tuple[list[Point], bool]:
     points: list[Point] = []
+    any_mass = False
     for event in log.events():
         if event.kind == DROP and points:
             points.pop()
@@ -68,6 +71,7 @@ def _marked(
                 f"{path}: found {len(samples)} samples of point {len(points) + 1}, expected its"
                 " record"
             )
+        any_mass |= data.get("is_mass") is True
         mean, mean_u, scatter, moved = reading_of(samples, scale.step)
         points.append(Point(value, u, mean, mean_u, scatter, moved, f"point {len(points) + 1}"))
     if not points:
@@ -75,7 +79,7 @@ def _marked(
             f"{path}: found no point of {signal} marked in it, expected a log of epa calibrate, or"
             " --reference-signal NAME"
         )
-    return points
+    return points, any_mass
 
 
 def _rests(

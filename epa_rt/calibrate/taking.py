@@ -45,6 +45,7 @@ class Reference:
     u: float
     where: str = ""
     live: Callable[[], float] | None = None
+    is_mass: bool = False
 
 
 class Answers(Protocol):
@@ -163,6 +164,7 @@ class Taking:
                     "signal": self._signal,
                     "reference": value,
                     "reference_u": reference.u,
+                    "is_mass": reference.is_mass,
                     "first_cycle": first,
                     "last_cycle": cycle,
                 },

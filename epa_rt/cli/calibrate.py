@@ -169,7 +169,7 @@ class Session:
         self.settle_s = _quantity(arguments, "settle", "s", 0.0, 600.0)
         self._scale_u = _quantity(arguments, "scale_uncertainty", "1", 0.0, 0.5)
         self._zero_u = _quantity(arguments, "zero_uncertainty", self.row.si_unit, 0.0, 1e9)
-        self.method = ""
+        self.method, self._source = "", "log"
 
     def _reader(self) -> "Reader":
         from epa_rt.calibrate.reference import STANDARD_GRAVITY, reader_of
@@ -203,7 +203,8 @@ class Session:
     def points(self) -> "tuple[list[Point], str, int]":
         """The points, where they come from, and the exit code of taking them."""
         if self.by_hand is None:
-            return self._taken(), "log", COMPLETED
+            points = self._taken()
+            return points, self._source, COMPLETED
         from epa_rt.cli.calibrate_rig import take_points
 
         points, code = take_points(self, self.by_hand)
@@ -229,6 +230,8 @@ class Session:
         try:
             with LogReader(path) as log:
                 text = log.attachments.get("rig.yaml", b"").decode("utf-8", "replace")
+                if log.metadata.get("run", {}).get("backend") == "sim":
+                    self._source = "simulation"
             rig = rig_from(parse_yaml(text, f"{path}[rig.yaml]"))
             if rig.name != self.rig.name or self.row.name not in {r.name for r in rig.inputs}:
                 raise VerbError(
@@ -245,12 +248,13 @@ class Session:
                     f"found --reference-signal {reference}, expected one in {self.row.si_unit}"
                 )
             row = rig.row(self.row.name)
-            return points_of_log(
+            points, self.used_mass = points_of_log(
                 path, rig, row, scale_of(rig, row), reference, self.reader.uncertainty,
                 self.record_s,
             )  # fmt: skip
         except LogError as error:
             raise VerbError(str(error)) from None
+        return points
 
 
 def _rig(arguments: argparse.Namespace) -> "Rig":

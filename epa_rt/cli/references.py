@@ -51,7 +51,7 @@ class FileAnswers:
     def ask(self, step: Step, number: int, reading: float) -> None:
         one = self._left.popleft()
         where = f"point {number}" + (f" ({one.where})" if one.where else "")
-        self._reference = Reference(one.reference, one.reference_u, where)
+        self._reference = Reference(one.reference, one.reference_u, where, is_mass=one.is_mass)
         if self._standard is not None:
             error = self._noise.normal() * one.reference_u if self._noise is not None else 0.0
             applied = one.reference + error if one.applied is None else one.applied
@@ -235,7 +235,7 @@ class TypedAnswers:
             self._standard.applied = value
         shown = self._scale.shown(value)
         self._lines.say(f"  {shown}: reading for {self._talk.record_s:g} s, hands off")
-        return Reference(value, u, f"point {self._number}")
+        return Reference(value, u, f"point {self._number}", is_mass=mass)
 
     def _again(self) -> None:
         dropped = None if self.taking is None else self.taking.drop_last()

@@ -133,6 +133,7 @@ def test_pressure_in_steps_by_the_rigs_own_valves(folder):
     assert again.returncode == 0, again.stderr
     told = json.loads(again.stdout)
     assert told["gain"] == pytest.approx(float(one["gain"].split()[0]), rel=1e-9)
+    assert "source: simulation" in (folder / "again/bench.calibration.yaml").read_text()
 
 
 def test_force_by_the_motor_against_a_reference_cell(folder):
