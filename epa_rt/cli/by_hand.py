@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from epa_rt.cli.calibration_age import refuse_simulated
 from epa_rt.cli.exits import FAILED, VerbError
 from epa_rt.cli.inputs import (
     PLANT,
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from epa_rt.loop.assembly import Assembly
     from epa_rt.loop.requests import OperatorRequests
     from epa_rt.loop.run import RunResult
+    from sim_backend.reference_standard import ReferenceStandard
     from sim_backend.rig_model import RigModel
 
 
@@ -59,10 +61,19 @@ def add_rig_arguments(verb: argparse.ArgumentParser) -> None:
 class RigByHand:
     """One rig and its backend, over several runs. Raises ConfigError and VerbError."""
 
-    def __init__(self, arguments: argparse.Namespace, with_zero: bool):
+    def __init__(
+        self,
+        arguments: argparse.Namespace,
+        with_zero: bool,
+        standard: "ReferenceStandard | None" = None,
+    ):
         self.is_sim = arguments.backend == "sim"
+        self.standard = standard  # of a simulated rig: what is applied to a sensor
+        self._physics = {} if standard is None else {"physics": standard}
         self.arguments = arguments
         source, self.rig = load_rig_source(arguments.rig, with_zero and not self.is_sim)
+        if not self.is_sim:
+            refuse_simulated(self.rig)
         self._unprotected = sound_rig(source).unprotected
         for sentence in self._unprotected:
             print(f"UNPROTECTED: {sentence}", file=sys.stderr)
@@ -89,22 +100,29 @@ class RigByHand:
             self.rig, assembly.experiment, self._plant, self.attachments, self._unprotected
         )
         paced = arguments.speed is not None if self.is_sim else not arguments.lock_step
+        facts = self.facts(assembly.experiment.name, paced)
+        progress = line and not arguments.quiet
+        backend = self.backend()
+        return run_recorded(
+            inputs, backend, arguments.out, facts, paced, progress, assembly, requests
+        )
+
+    def facts(self, name: str, paced: bool) -> dict[str, str]:
+        """What the log's metadata say of the run."""
+        arguments = self.arguments
         facts = {
             "rig": self.rig.name,
-            "experiment": assembly.experiment.name,
+            "experiment": name,
             "backend": arguments.backend,
             "speed": f"{arguments.speed or 1:g}" if paced else "unpaced",
             "period_s": f"{self.rig.period_s:g}",
         }
         if self.is_sim and arguments.start_travel is not None:
             facts["start_travel"] = arguments.start_travel
-        progress = line and not arguments.quiet
-        backend = self._backend()
-        return run_recorded(
-            inputs, backend, arguments.out, facts, paced, progress, assembly, requests
-        )
+        return facts
 
-    def _backend(self) -> "Backend":
+    def backend(self) -> "Backend":
+        """The rig's backend, not yet open; a simulated rig is as the last run left it."""
         if not self.is_sim:
             from drivers.backend_factory import open_ethercat
             from epa_rt.backend import BackendError
@@ -123,6 +141,7 @@ class RigByHand:
             self.arguments.speed,
             referenced=not self.arguments.unreferenced,
             model=self._model,
+            **self._physics,
         )
         if self._model is None:
             self._model = backend.model

@@ -30,6 +30,8 @@ class Answer:
     line: str
     protected: tuple[str, ...] = ()
     unprotected: tuple[str, ...] = ()
+    calibrated: tuple[str, ...] = ()  # which readings go by a calibration file, and how old it is
+    old: tuple[str, ...] = ()
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
@@ -61,6 +63,10 @@ def main(arguments: argparse.Namespace) -> int:
                 print(f"epa check: {one}", file=sys.stderr)
         else:
             print(f"{path}: {answer.line}")
+            for text in answer.calibrated:
+                print(f"    {text}" if text.startswith(" ") else f"  calibrated: {text}")
+            for text in answer.old:
+                print(f"  OLD: {text}")
             for text in answer.protected:
                 print(f"  {text}")
             for text in answer.unprotected:
@@ -88,6 +94,8 @@ def _as_data(
         "is": answer.line,
         "protected": answer.protected,
         "unprotected": answer.unprotected,
+        "calibrated": answer.calibrated,
+        "old": answer.old,
     }
 
 
@@ -101,6 +109,13 @@ def describe(path: Path, rig: "Rig | None") -> Answer:
         from epa_rt.config.zero_file import ZeroFile
 
         return Answer(validate(source, ZeroFile).facts)
+    if "calibration_of" in source.data:
+        from epa_rt.config.calibration_file import CalibrationFile
+        from epa_rt.config.source import validate
+
+        file = validate(source, CalibrationFile)
+        found = tuple(one.facts for one in file.signals)
+        return Answer(f"{len(found)} calibrations of {file.calibration_of}", calibrated=found)
     if "rig" in source.data:
         return _describe_rig(path, source)
     if "experiment" in source.data:
@@ -111,11 +126,14 @@ def describe(path: Path, rig: "Rig | None") -> Answer:
         plant = read_plant(source)
         return Answer(f"plant {plant.name}, {plant.substeps} sub-steps")
     raise source.error(
-        (), "none of the keys rig, experiment, plant", "a rig, experiment or plant file"
+        (),
+        "none of the keys rig, experiment, plant, calibration_of",
+        "a rig, experiment, plant or calibration file",
     )
 
 
 def _describe_rig(path: Path, source: "Located") -> Answer:
+    from epa_rt.cli.calibration_age import old_words, used_words
     from epa_rt.cli.inputs import load_plant_of
     from epa_rt.cli.sound_rig import sound_rig
     from epa_rt.config.rig_protected import protections
@@ -128,6 +146,8 @@ def _describe_rig(path: Path, source: "Located") -> Answer:
         f" and {len(rig.outputs)} commands every {rig.period_s * 1e3:g} ms",
         protections(rig),
         sound.unprotected,
+        used_words(rig),
+        old_words(rig),
     )
 
 

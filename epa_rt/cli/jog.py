@@ -80,7 +80,7 @@ def main(arguments: argparse.Namespace) -> int:
         raise VerbError("found no terminal to read keys from, expected --move, --vent or --script")
     keys = Keys()
     try:
-        assembly, jog = assemble_jog(rig, Script(orders) if orders else keys, _known(by_hand))
+        assembly, jog = assemble_jog(rig, Script(orders) if orders else keys, known_zero(by_hand))
     except WiringError as error:
         raise VerbError(str(error)) from None
     if orders:
@@ -99,7 +99,7 @@ def main(arguments: argparse.Namespace) -> int:
     return exit_code(summary, result)
 
 
-def _known(by_hand: RigByHand) -> bool:
+def known_zero(by_hand: RigByHand) -> bool:
     """A wired drive's travel is unknown where no file says where it is zero; any drive's, where
     its zero was not set to the end.
     """

@@ -30,6 +30,7 @@ VERBS = (
     "run",
     "home",
     "jog",
+    "calibrate",
     "bus",
     "replay",
     "info",

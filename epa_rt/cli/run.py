@@ -164,8 +164,10 @@ def run_on_bus(
     """
     from drivers.backend_factory import open_ethercat
     from epa_rt.backend import BackendError
+    from epa_rt.cli.calibration_age import refuse_simulated
     from epa_rt.cli.zero import blind_words, keep_end, need_zero_file
 
+    refuse_simulated(inputs.rig)
     need_zero_file(inputs.rig, rig_path)
     if words := blind_words(inputs.rig):
         print(f"UNPROTECTED{words}", file=sys.stderr)
@@ -216,12 +218,16 @@ def run_recorded(
     """A run on any backend with its recorder; ``out`` as in take_log_path. Real-time rights are
     asked for where the run is paced. ``assembly``: where it is not that of the experiment.
     """
+    from epa_rt.cli.calibration_age import facts as calibration_facts
+    from epa_rt.cli.calibration_age import old_words
     from epa_rt.cli.zero import zero_words
     from epa_rt.logs.progress import ProgressSpec
     from epa_rt.logs.recorder import Recorder, RecorderError
     from epa_rt.loop.requests import OperatorRequests
 
     assembly = assembly or _assembled(inputs)
+    for sentence in old_words(inputs.rig):
+        print(f"OLD CALIBRATION: {sentence}", file=sys.stderr)
     words = zero_words(inputs.rig, run_facts["backend"])
     run_facts = run_facts | {"zero": words}
     assembly.supervisor.events[:0] = [("zero", words, {})]
@@ -231,7 +237,7 @@ def run_recorded(
         log,
         assembly.layout,
         inputs.attachments,
-        {"run": run_facts, **_unprotected_facts(inputs)},
+        {"run": run_facts, **_unprotected_facts(inputs), **calibration_facts(inputs.rig)},
         lossless=not paced,
         progress=ProgressSpec(cycles, inputs.rig.period_s, progress),
     )

@@ -26,13 +26,16 @@ LOST_POSITION = (
 
 
 def load_rig_source(path: Path, with_zero: bool) -> "tuple[Located, Rig]":
-    """The rig file, with what its zero file says where there is one. Raises ConfigError."""
+    """The rig file with what its calibration files say, and its zero file where there is one.
+    Raises ConfigError.
+    """
+    from epa_rt.config.calibration_file import self_contained
     from epa_rt.config.rig import rig_from
     from epa_rt.config.source import load_yaml
     from epa_rt.config.zero_file import read_zero, zero_path
     from epa_rt.config.zero_file import with_zero as joined
 
-    source = load_yaml(path)
+    source = self_contained(load_yaml(path))
     rig = rig_from(source)
     if not with_zero:
         return source, rig

@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
+from epa_rt.config.calibration_file import SignalCalibration
 from epa_rt.config.fields import (
     Frozen,
     FrozenChoice,
@@ -27,6 +28,7 @@ from epa_rt.config.units import UnitError, parse_quantity
 
 RowName = Name
 JOG_SHARE = 0.1  # of speed_max: slow enough to let go of the key in time
+YEAR_S = 365 * 86400.0  # laboratories recalibrate load cells and gauges once a year
 NO_LOAD = "no_load"  # the place where a muscle has its no-load length
 OnAxis = Annotated[float, written("m or rad, as the position's")]
 
@@ -435,6 +437,8 @@ Reason = Annotated[str, BeforeValidator(_reason), Field(max_length=200)]
 class Rig(Frozen):
     """A whole rig. ``row(name)`` finds a signal; ``inputs`` and ``outputs`` are its rows in table
     order. ``unprotected``: a rule of protection, or a row, to the reason why it is left without.
+    ``calibrations``: files beside it whose lines hold in place of the rows' own; a run says which
+    is older than ``calibration_valid_for``. ``applied_...``: what a run took, in the log's copy.
     """
 
     rig: Name
@@ -453,7 +457,10 @@ class Rig(Frozen):
     realtime: Realtime = Realtime()
     master: Master = Master()
     unprotected: dict[Name, Reason] = {}
+    calibrations: Annotated[tuple[str, ...], Field(max_length=16)] = ()
+    calibration_valid_for: quantity("s", 3600.0, 1e9) = YEAR_S
     applied_zero: AppliedZero | None = None
+    applied_calibrations: Annotated[tuple[SignalCalibration, ...], Field(max_length=63)] = ()
 
     @property
     def name(self) -> str:
@@ -498,11 +505,15 @@ def load_rig(path: Path | str) -> Rig:
 
 
 def rig_from(located: Any) -> Rig:
-    """The rig of a YAML text already read (a file, or a log's attachment). Raises ConfigError."""
+    """The rig of a YAML text already read (a file, or a log's attachment), with the calibration
+    files that it names. Raises ConfigError.
+    """
+    from epa_rt.config.calibration_file import self_contained
     from epa_rt.config.rig_checks import check_rig
     from epa_rt.config.source import validate
     from epa_rt.config.units import parse_pressure
 
+    located = self_contained(located)
     context = {}
     try:
         context["atmosphere_pa"] = parse_pressure(located.data.get("atmosphere"), 0.0)

@@ -5,6 +5,7 @@ means de-energised.
 from typing import TYPE_CHECKING
 
 from epa_rt.config.devices import DEVICES, Entry
+from epa_rt.config.rig_calibrations import check_calibrations
 from epa_rt.config.rig_let_down import check_let_down
 from epa_rt.config.rig_roles import check_roles
 from epa_rt.config.rig_row_checks import calibration_line, check_row
@@ -34,6 +35,7 @@ def check_rig(rig: "Rig", located: Located) -> None:
     """Raises ConfigError for the first thing that does not fit together."""
     _check_bus(rig, located)
     _check_rows(rig, located)
+    check_calibrations(rig, located)
     check_roles(rig, located)
     _check_muscles(rig, located)
     _check_drive(rig, located)

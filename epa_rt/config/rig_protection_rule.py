@@ -4,7 +4,8 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, NamedTuple
 
 from epa_rt.config.devices import Entry
-from epa_rt.config.rig_checks import calibration_line, entries_of
+from epa_rt.config.rig_checks import entries_of
+from epa_rt.config.rig_row_checks import reading_line
 from epa_rt.config.rig_rows import SignalRow, native_pair
 from epa_rt.config.source import Location
 
@@ -63,7 +64,7 @@ def line_of(rig: "Rig", row: SignalRow) -> tuple[float, float]:
     """Slope and intercept from the native unit to SI; absolute pressure where the row reads
     gauge.
     """
-    slope, intercept = calibration_line(row, entry_of(rig, row))
+    slope, intercept = reading_line(row, entry_of(rig, row), rig)
     return slope, intercept + (rig.atmosphere_pa if row.reads == "gauge" else 0.0)
 
 

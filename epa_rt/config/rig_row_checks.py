@@ -5,6 +5,7 @@ safe.
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from epa_rt.config.calibration_file import calibration_of
 from epa_rt.config.devices import CONVERSION_S, Entry
 from epa_rt.config.ports import DRIVE_ENABLE_PORT, DRIVE_SPEED_PORT, MEASURED_PORTS, VALVE_PORTS
 from epa_rt.config.rig_rows import SignalRow, native_pair, si_unit_of
@@ -32,6 +33,12 @@ def calibration_line(row: SignalRow, entry: Entry) -> tuple[float, float]:
             " that is neither flat nor upright"
         )
     return slope, y0 - slope * x0
+
+
+def reading_line(row: SignalRow, entry: Entry, rig: "Rig") -> tuple[float, float]:
+    """As calibration_line; a line that was calibrated holds in place of the row's own."""
+    found = calibration_of(rig, row.name)
+    return calibration_line(row, entry) if found is None else (found.gain, found.offset)
 
 
 def check_row(

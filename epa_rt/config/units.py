@@ -35,6 +35,7 @@ _UNITS: dict[str, tuple[float, Dimension]] = {
     "count": (1.0, _dim(count=1)),
     "min": (60.0, _dim(s=1)),
     "h": (3600.0, _dim(s=1)),
+    "day": (86400.0, _dim(s=1)),
     "deg": (math.pi / 180, _dim(rad=1)),
     "rev": (2 * math.pi, _dim(rad=1)),
     "rpm": (2 * math.pi / 60, _dim(rad=1, s=-1)),

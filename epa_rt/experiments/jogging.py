@@ -118,7 +118,16 @@ class Jogging(SpeedPlan):
         """Whether travel had a zero at the start; None where nothing was measured."""
         return self._guard.has_zero
 
+    @property
+    def measured(self) -> Mapping[str, float]:
+        """What this cycle brought, SI."""
+        return self._measured
+
     # What a source may ask for
+
+    def hold(self) -> None:
+        """Keeps all valves shut but those that vent."""
+        self._crew.stop()
 
     def move(self, speed: float) -> None:
         """Goes on at this speed (m/s or rad/s, signed), until told otherwise."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from epa_rt.config.devices import Entry
 from epa_rt.config.rig import Rig
-from epa_rt.config.rig_checks import calibration_line
+from epa_rt.config.rig_row_checks import reading_line
 from epa_rt.config.rig_rows import SignalRow, native_pair
 
 
@@ -30,10 +30,10 @@ class Scaling:
 
 
 def scaling_of(row: SignalRow, entry: Entry, rig: Rig) -> Scaling:
-    """The row's scaling. Pressures that are read as gauge come out absolute (the rig's atmosphere
-    is added).
+    """The row's scaling, by its calibration file where it has one. Pressures that are read as
+    gauge come out absolute (the rig's atmosphere is added).
     """
-    slope, intercept = calibration_line(row, entry)
+    slope, intercept = reading_line(row, entry, rig)
     if row.reads == "gauge":
         intercept += rig.atmosphere_pa
     low, high = entry.counts
