@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from epa_rt.logs.importers.mat_child import MatError, load_apart
-from epa_rt.logs.importers.mat_size import TooLarge, unpacked_bytes
+from epa_rt.logs.importers.mat_size import unpacked_bytes
 from epa_rt.logs.importers.table import ImportRefused, Table, element_of, shown, why
+from epa_rt.logs.importers.unpacked import TooLarge
 
 _LARGEST = 1 << 31
 _HDF5 = b"\x89HDF\r\n\x1a\n"
