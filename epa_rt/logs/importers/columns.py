@@ -10,6 +10,8 @@ import numpy as np
 from epa_rt.logs.importers.address import NoSuchPlace, number_of, steps_of, value_at
 from epa_rt.logs.importers.table import ImportRefused, may_be_missing, missing_hint, shown
 
+_LARGEST_WHOLE = 10**300  # what a double can hold
+
 
 class Column:
     """Numbers of one column: int64 as long as all of them are whole, float64 from then on."""
@@ -70,16 +72,16 @@ class FieldColumns:
             column.append(self._number(place, address, value))
 
     def _number(self, place: Callable[[], str], address: str, value: Any) -> int | float:
-        number = number_of(value)
-        if number is not None:
-            if math.isfinite(number) if isinstance(number, float) else abs(number) < 10**300:
-                return number
-            if math.isnan(number) and may_be_missing("nan", self._missing):
-                return math.nan
-        elif value is None and may_be_missing("null", self._missing):
+        number, word = number_of(value), ""
+        if isinstance(number, float) and not math.isfinite(number):
+            word = "nan" if math.isnan(number) else ""
+        elif number is not None and abs(number) < _LARGEST_WHOLE:
+            return number
+        elif value is None:
+            word = "null"
+        if word and may_be_missing(word, self._missing):
             return math.nan
         found = "nothing" if value is None else shown(str(value))
-        word = "null" if value is None else "nan" if number is not None and number != number else ""
         raise ImportRefused(
             f"{place()}: field {shown(address)}: found {found}, expected a"
             f" number{missing_hint(word)}"

@@ -26,7 +26,7 @@ def read_mat(
 
     Raises ImportRefused for the first thing that does not fit, with file, variable and index.
     """
-    content = _load(path)
+    content = load_mat(path)
     columns = {column: _column(path, content, column) for column in wanted}
     lengths = {len(values) for values in columns.values()}
     if len(lengths) > 1:
@@ -38,7 +38,8 @@ def read_mat(
     return Table(str(path), columns, lambda row: f"{path}, index {row}"), found
 
 
-def _load(path: Path) -> dict[str, Any]:
+def load_mat(path: Path) -> dict[str, Any]:
+    """All variables of a file by name, structures as dicts. Raises ImportRefused."""
     try:
         with path.open("rb") as file:
             head = file.read(600)

@@ -52,6 +52,34 @@ def read_mcap(
     return Table(str(path), columns.arrays(), lambda row: f"{path}: {topic}, message {row}")
 
 
+def first_messages(path: Path) -> dict[str, Any]:
+    """The first message of each topic in JSON or protobuf, as JSON has it. Raises ImportRefused."""
+    check_mcap(path)
+    found: dict[str, Any] = {}
+    for schema, channel, message in _messages(path, None):
+        if channel.message_encoding not in ("json", "protobuf"):
+            return {}
+        if channel.topic in found:
+            continue
+        try:
+            content = _decoder(path, schema, channel)(message.data)
+        except ImportRefused:
+            raise
+        except Exception as error:  # a message that is none: whatever json or protobuf raise
+            raise ImportRefused(
+                f"{path}: {channel.topic}: found a message that cannot be decoded"
+                f" ({type(error).__name__}), expected {channel.message_encoding}"
+            ) from None
+        if channel.message_encoding == "protobuf":
+            from google.protobuf.json_format import MessageToDict
+
+            content = MessageToDict(
+                content, preserving_proto_field_name=True, always_print_fields_with_no_presence=True
+            )
+        found[channel.topic] = content
+    return found
+
+
 def check_mcap(path: Path) -> None:
     """Raises ImportRefused for what is no whole MCAP file, or has a chunk that is too large."""
     try:
@@ -61,14 +89,16 @@ def check_mcap(path: Path) -> None:
         raise ImportRefused(f"{path}: found {why(error)}, expected an MCAP file") from None
 
 
-def _messages(path: Path, topic: str):
+def _messages(path: Path, topic: str | None):
     from mcap.exceptions import McapError
     from mcap.reader import make_reader
 
     try:
         with path.open("rb") as file:
             _check_ends(path, file)
-            yield from make_reader(file, validate_crcs=True).iter_messages(topics=[topic])
+            yield from make_reader(file, validate_crcs=True).iter_messages(
+                topics=None if topic is None else [topic]
+            )
     except ImportRefused:
         raise
     except OSError as error:

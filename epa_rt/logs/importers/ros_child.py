@@ -219,7 +219,7 @@ def _listed(channel: Channel) -> dict[str, Any]:
         seen: Counter[str] = Counter()
         samples = [decode(message.data) for message in islice(channel.messages(), _SAMPLES)]
         for sample in samples:
-            seen.update(dict.fromkeys(_addresses(sample, "")))
+            seen.update(list(dict.fromkeys(_addresses(sample, ""))))
         facts["fields"] = [address for address, count in seen.items() if count == len(samples)]
     except MemoryError:
         raise
