@@ -42,7 +42,7 @@ class ClockGuess:
 
 def clock_of(seen: Seen) -> ClockGuess:
     """The clock of a table; a rate of 1 Hz where nothing in it counts time."""
-    named: list[tuple[int, str | int]] = []
+    named: list[tuple[int, str | int]] = []  # rank and column; the lower the likelier
     for column, values in seen.columns.items():
         part = words_of(seen.name(column)).part
         if part not in ("clock", "counter") and not _is_even(values):
@@ -59,6 +59,10 @@ def clock_of(seen: Seen) -> ClockGuess:
     found = _judged(seen, column)
     if rank == 2 or rank == 1 and _counts_rows(seen.columns[column]):
         return _counter(seen, column)
+    others = [seen.name(c) for r, c in named if r == rank == 0 and c != column]
+    if others:
+        doubt = f"{', '.join(map(repr, others[:3]))} may be the clock as well"
+        found = replace(found, unsure=(*found.unsure, doubt))
     if rank == 1 and (len(named) > 1 or column != next(iter(seen.columns))):
         found = replace(
             found, unsure=(*found.unsure, f"{seen.name(column)!r} is taken, for it grows evenly")

@@ -13,7 +13,7 @@ from epa_rt.logs.importers.guess.seen import Seen, Survey
 from epa_rt.logs.importers.guess.units import unit_of
 from epa_rt.logs.importers.table import ImportRefused, why
 
-_MOST_BYTES = 24 << 20  # enough for every trait; a longer file is judged by its begin
+_MOST_BYTES = 8 << 20  # enough for every trait; a longer file is judged by its begin
 _LOOKED_AT = 400  # rows for delimiter, header and signs
 _SAME_WIDTH = 0.95  # of the rows, where a delimiter is the right one
 _DELIMITERS = ";\t|, "
@@ -143,7 +143,7 @@ def _is_number(cell: str) -> bool:
 
 
 def _is_data(row: list[str]) -> bool:
-    return any(_is_number(cell) and cell.strip() for cell in row)
+    return any(_is_number(cell) and cell.strip().lower() not in _NO_VALUES for cell in row)
 
 
 def _is_units(row: list[str]) -> bool:

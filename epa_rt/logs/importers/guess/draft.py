@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from epa_rt.logs.importers.guess.clock import ClockGuess, clock_of
+from epa_rt.logs.importers.guess.motion import repeats_after
 from epa_rt.logs.importers.guess.reading import Reading, read_columns
 from epa_rt.logs.importers.guess.seen import Seen, Survey
 from epa_rt.logs.importers.guess.survey import survey
@@ -213,6 +214,9 @@ def _text(
             mark = "  " if k < most else "  # too many: "
             lines.append(f"{mark}{row.name}: {_flow(row.keys)}{_behind([row.comment])}")
     more, trial_doubts = _trial_lines(clock, main, trials, len(paths) > 1)
+    if not more and not trial_doubts:
+        trial_doubts = _laps(clock, main, rows)
+        more = [f"# trials: unsure: {doubt.partition(': ')[2]}" for doubt in trial_doubts]
     return "\n".join([*lines, *more]) + "\n", doubts + trial_doubts
 
 
@@ -263,6 +267,19 @@ def _trial_lines(
     return lines, [
         f"trials: {len(clock.gaps)} gaps in time, up to {longest:.4g} s: breaks or lost rows"
     ]
+
+
+def _laps(clock: ClockGuess, main: Seen, rows: Sequence[Row]) -> list[str]:
+    """Whether the motion comes again, so that a person would call its laps trials."""
+    for row in rows:
+        if row.seen is main and row.reading.unit is not None:
+            lap = repeats_after(main.columns[row.reading.column])
+            if lap is not None:
+                return [
+                    f"trials: {main.name(row.reading.column)!r} comes again every"
+                    f" {lap * clock.period_s:.4g} s: laps may be trials"
+                ]
+    return []
 
 
 def _behind(comments: Sequence[str]) -> str:

@@ -11,7 +11,8 @@ _MOST_ROWS = 20_000
 _PIECE_ROWS = 400
 _LEAST_EXPLAINED = 0.97  # of the variance of a position by the integral of its speed
 _NEAR = 0.04  # relative: a factor between position and speed that is another unit's
-_NEAR_STEP = 2e-3  # relative: an encoder's step
+_LEAST_ROWS = 200
+_LEFT_OF_A_LAP = 0.002  # of the variance: one lap less the next
 
 
 class Slope(NamedTuple):
@@ -127,6 +128,33 @@ def follows(command: np.ndarray, measured: np.ndarray) -> bool:
         for lag in lags
     )
     return bool(0.5 < size < 1.6 and middle and best > 0.85)
+
+
+def repeats_after(values: np.ndarray) -> int | None:
+    """Rows after which a motion comes again, twice at least in the recording; None where it does
+    not.
+    """
+    if len(values) < _LEAST_ROWS or np.isnan(values).any() or np.ptp(values) == 0.0:
+        return None
+    thin = len(values) // _MOST_ROWS + 1
+    x = values[::thin].astype(float)
+    rows = len(x)
+    found = []
+    for lag in _lags(x - x.mean()):
+        a, b = x[: rows - lag], x[lag:]
+        left = float(np.mean((a - b) ** 2)) / max(float(np.var(x)), 1e-300)
+        found.append((left, lag))
+    left, lag = min(found, default=(1.0, 0))
+    return lag * thin if left < _LEFT_OF_A_LAP else None
+
+
+def _lags(x: np.ndarray) -> list[int]:
+    """The highest tops of the autocorrelation up to half of the recording."""
+    power = np.abs(np.fft.rfft(x, 2 * len(x))) ** 2
+    same = np.fft.irfft(power)[: len(x) // 2] / np.arange(len(x), len(x) - len(x) // 2, -1)
+    inner = same[1:-1]
+    tops = np.flatnonzero((inner > same[:-2]) & (inner >= same[2:])) + 1
+    return [int(top) for top in tops[np.argsort(same[tops])[-5:]]]
 
 
 def encoder_unit(values: np.ndarray) -> str:

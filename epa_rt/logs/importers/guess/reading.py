@@ -27,6 +27,7 @@ _LIMBS = {
     "arm",
     "toe",
 }
+_PARTS = {"actual": "measured", "either": "reference", "likely command": "command"}
 _STAMPS = ("header.stamp", "log_time", "publish_time")
 _OF_MESSAGE = {
     "sensor_msgs/msg/FluidPressure": {
@@ -93,7 +94,9 @@ def _first(seen: Seen, column: str | int, values: np.ndarray, clock: ClockGuess)
     words = words_of(seen.name(column))
     if seen.topic is not None or seen.of_many:
         words = _of_topic(seen.topic or seen.path.stem, words)
-    part = {"actual": "measured", "either": "reference"}.get(words.part, words.part)
+    part = _PARTS.get(words.part, words.part)
+    if part in ("clock", "counter") and column != clock.column and not _grows(values):
+        part = "measured"  # T1 may be a temperature
     if column == clock.column or column in _STAMPS:
         return Reading(column, words, "clock")
     if part in ("clock", "counter"):
@@ -102,6 +105,18 @@ def _first(seen: Seen, column: str | int, values: np.ndarray, clock: ClockGuess)
     reading = Reading(column, words, part)
     if part == "trial":
         return _trial(reading, values)
+    _known_unit(seen, column, reading)
+    if reading.part == "left out":
+        return reading
+    _doubt_part(reading)
+    if {"acc", "acceleration", "accel"} & set(words.tokens):
+        reading.part, reading.why = "left out", "accelerations have no signal"
+    return reading
+
+
+def _known_unit(seen: Seen, column: str | int, reading: Reading) -> None:
+    """The unit that a message lays down, the file says, or the name has."""
+    words = reading.words
     declared = unit_of(seen.units[column]) if column in seen.units else None
     lays_down, by_message = _by_message(seen, column)
     if seen.type == "sensor_msgs/msg/JointState" and str(column).partition("[")[0] in _OF_JOINTS:
@@ -112,7 +127,7 @@ def _first(seen: Seen, column: str | int, values: np.ndarray, clock: ClockGuess)
     elif lays_down:
         if by_message is None:
             reading.part, reading.why = "left out", "no signal has such a quantity"
-            return reading
+            return
         reading.unit, reading.why = by_message, f"as {seen.type} lays down"
     elif declared is not None or words.unit is not None:
         reading.unit = declared or words.unit
@@ -120,16 +135,18 @@ def _first(seen: Seen, column: str | int, values: np.ndarray, clock: ClockGuess)
         _check_unit(reading)
     if seen.units.get(column) and declared is None:
         reading.unsure.append(f"the file says the unit {seen.units[column]!r}, which is not known")
-    _doubt_part(reading)
-    if "acc" in words.tokens or "acceleration" in words.tokens or "accel" in words.tokens:
-        reading.part, reading.why = "left out", "accelerations have no signal"
-    return reading
+
+
+def _grows(values: np.ndarray) -> bool:
+    known = values[~np.isnan(values)]
+    return bool(np.all(np.diff(known) >= 0)) and len(known) > 1 and known[-1] > known[0]
 
 
 def _of_topic(topic: str, words: Words) -> Words:
     """The topic says the part, and the quantity where the field says none ('/cmd_force.data')."""
     of_topic = words_of(topic)
-    part = of_topic.part if of_topic.part in ("command", "reference", "either") else words.part
+    asked = ("command", "likely command", "reference", "either")
+    part = of_topic.part if of_topic.part in asked else words.part
     unit = words.unit
     quantities, sure = words.quantities, words.sure
     if not quantities or words.tokens[:1] == ("data",):
@@ -141,6 +158,9 @@ def _of_topic(topic: str, words: Words) -> Words:
 def _trial(reading: Reading, values: np.ndarray) -> Reading:
     known = values[~np.isnan(values)]
     changes = int(np.count_nonzero(np.diff(known)))
+    if changes == 0:
+        reading.part, reading.why = "left out", f"a trial's number, always {known[0]:g}"
+        return reading
     whole = bool(np.all(known == np.rint(known))) and np.abs(known).max(initial=0) <= 1e6
     if not whole or changes > 1000 or changes > 0.2 * len(known):
         reading.part = "measured"
@@ -174,6 +194,8 @@ def _check_unit(reading: Reading) -> None:
         reading.unsure.append(
             f"its name says {words.quantities[0]}, the unit {unit.text} says {unit.quantity}"
         )
+    elif unit.text == "inch" and words.tokens[-1:] != ("inch",) and reading.why == "its name":
+        reading.unsure.append("'in' at the end of its name is taken as inches")
     elif not words.quantities and len(unit.text) == 1 and reading.why == "its name":
         reading.unsure.append(f"the letter {unit.text!r} at the end of its name is taken as a unit")
 
@@ -183,53 +205,67 @@ def _doubt_part(reading: Reading) -> None:
         reading.unsure.append("a reference, or what was sent to the drive (then cmd_)")
     elif reading.words.part == "actual":
         reading.unsure.append("the actual value, or the action that was commanded")
-    elif reading.words.part == "command" and "u" in reading.words.tokens:
-        reading.unsure.append("'u' is taken as a command")
+    elif reading.words.part == "likely command":
+        reading.unsure.append("taken as what was sent to the rig; a reference is ref_")
 
 
 def _by_slopes(seen: Seen, clock: ClockGuess, readings: dict[str | int, Reading]) -> None:
     """Units of positions and speeds by the factor between them."""
-    if clock.column is None or clock.back_at is not None:
+    t_s = _seconds(seen, clock)
+    if t_s is None:
         return
-    stamps = seen.columns[clock.column]
-    t_s = (stamps - stamps[0]).astype(float) * clock.factor
-    positions = {c: seen.columns[c] for c, r in readings.items() if _may_be(r, "angle", "length")}
     speeds = {c: seen.columns[c] for c, r in readings.items() if _may_be(r, "turning", "speed")}
-    for slope in slopes(positions, speeds, t_s):
-        position, speed = readings[slope.position], readings[slope.speed]
-        pairs = [
-            (a, b)
-            for a, b in unit_pairs(slope.factor)
-            if _allows(position, a) and _allows(speed, b)
-        ]
-        said = f"{slope.factor:.4g} x the slope of {seen.name(slope.position)!r}"
-        named = bool(speed.words.quantities) and bool(position.words.quantities)
-        if not named and not _beyond_chance(slope):
-            continue
-        if not pairs:
-            if speed.words.quantities and speed.words.sure:
-                speed.unsure.append(f"it is {said}, which fits no pair of units")
-            continue
-        if len({p for p, _ in pairs}) > 1:
-            pairs = _likelier(pairs, position, seen.columns[slope.position])
-        a, b = pairs[0]
-        alone = len(pairs) == 1
-        doubt = [] if alone else [" or ".join(dict.fromkeys(f"{p} and {v}" for p, v in pairs[:3]))]
-        if not named:
-            doubt.append("only its motion says so")
-        if clock.unsure:
-            doubt.append("the clock's unit is unsure, and with it the factor")
-        if position.unit is not None and position.unsure:
-            doubt.append(f"if {seen.name(slope.position)!r} is right")
-        elif speed.unit is not None and speed.unsure:
-            doubt.append(f"if {seen.name(slope.speed)!r} is right")
-        for reading, text, why in (
-            (position, a, f"{seen.name(slope.speed)!r} is {slope.factor:.4g} x its slope"),
-            (speed, b, said),
-        ):
-            if reading.unit is None:
-                reading.unit, reading.why = unit_of(text), why
-                reading.unsure += doubt
+    for parts in (("measured",), ("command", "reference")):
+        positions = {
+            c: seen.columns[c]
+            for c, r in readings.items()
+            if r.part in parts and _may_be(r, "angle", "length")
+        }
+        for slope in slopes(positions, speeds, t_s):
+            _take_slope(seen, clock, slope, readings)
+            del speeds[slope.speed]
+
+
+def _seconds(seen: Seen, clock: ClockGuess) -> np.ndarray | None:
+    if clock.back_at is not None:
+        return None
+    if clock.column is None:
+        rows = len(next(iter(seen.columns.values())))
+        return None if clock.unsure else np.arange(rows) * clock.period_s
+    stamps = seen.columns[clock.column]
+    seconds: np.ndarray = (stamps - stamps[0]).astype(float) * clock.factor
+    return seconds
+
+
+def _take_slope(
+    seen: Seen, clock: ClockGuess, slope: Slope, readings: dict[str | int, Reading]
+) -> None:
+    """Units of one position and its speed, with what is left open."""
+    position, speed = readings[slope.position], readings[slope.speed]
+    said = f"{slope.factor:.4g} x the slope of {seen.name(slope.position)!r}"
+    pairs = [
+        (a, b) for a, b in unit_pairs(slope.factor) if _allows(position, a) and _allows(speed, b)
+    ]
+    named = bool(speed.words.quantities) and bool(position.words.quantities)
+    if not pairs and speed.words.quantities and speed.words.sure:
+        speed.unsure.append(f"it is {said}, which fits no pair of units")
+    if not pairs or not named and not _beyond_chance(slope):
+        return
+    if len({p for p, _ in pairs}) > 1:
+        pairs = _likelier(pairs, position, seen.columns[slope.position])
+    doubt = [] if len(pairs) == 1 else [" or ".join(f"{p} and {v}" for p, v in pairs[:3])]
+    if not named:
+        doubt.append("only its motion says so")
+    if clock.unsure and clock.column != "header.stamp":
+        doubt.append("the clock is unsure, and with it the factor")
+    for one, column in ((position, slope.position), (speed, slope.speed)):
+        if one.unit is not None and one.unsure:
+            doubt.append(f"if {seen.name(column)!r} is right")
+    of_position = f"{seen.name(slope.speed)!r} is {slope.factor:.4g} x its slope"
+    for reading, text, why in ((position, pairs[0][0], of_position), (speed, pairs[0][1], said)):
+        if reading.unit is None:
+            reading.unit, reading.why = unit_of(text), why
+            reading.unsure += doubt
 
 
 def _beyond_chance(slope: Slope) -> bool:

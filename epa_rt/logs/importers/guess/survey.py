@@ -1,6 +1,7 @@
 """What a foreign file holds, before anything is said about its meaning: tables of numbers."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,7 @@ _MISSING = ("nan", "null")
 _MOST_COLUMNS = 300
 _MOST_ELEMENTS = 64
 _FIRST_LINES = 50
+_LONGEST_NAME = 200
 _MAGIC = {
     b"\x89MCAP": "mcap",
     b"SQLite format 3": "rosbag",
@@ -58,11 +60,23 @@ def kind_of(path: Path) -> str:
 def survey(path: Path) -> Survey:
     """All numbers of a file, by table. Raises ImportRefused where it cannot be read."""
     kind = kind_of(path)
-    found = _SURVEYS[kind](path)
+    try:
+        found = _SURVEYS[kind](path)
+    except RecursionError:
+        raise ImportRefused(
+            f"{path}: found brackets nested too deep, expected a recording"
+        ) from None
+    found = replace(found, tables=tuple(_with_short_names(seen) for seen in found.tables))
     if not any(seen.columns for seen in found.tables):
         why_not = f" ({'; '.join(found.unsure)[:300]})" if found.unsure else ""
         raise ImportRefused(f"{path}: found no column of numbers{why_not}, expected some")
     return found
+
+
+def _with_short_names(seen: Seen) -> Seen:
+    """Without the columns whose name is longer than a mapping takes."""
+    kept = {c: v for c, v in seen.columns.items() if len(str(c)) <= _LONGEST_NAME}
+    return replace(seen, columns=kept)
 
 
 def _addresses(value: Any, at: str = "") -> Iterator[str]:

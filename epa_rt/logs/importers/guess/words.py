@@ -50,10 +50,8 @@ def _set(words: str) -> frozenset[str]:
     return frozenset(words.split())
 
 
-_COMMANDS = _set(
-    "cmd command commanded commands ctrl action goal target tgt u asked demand input"
-    " control controlword"
-)
+_COMMANDS = _set("cmd command commanded commands ctrl control controlword")
+_LIKELY_COMMANDS = _set("action goal target tgt u asked demand input")
 _REFERENCES = _set("ref reference refs")
 _EITHER = _set("des desired setpoint sp soll wanted set goalpos")
 _CLOCKS = _set(
@@ -74,8 +72,9 @@ _JOINTS = _set("joint knee hip elbow ankle wrist shoulder motor servo arm")
 
 class Words(NamedTuple):
     """What a name says. ``quantities``: those that it may mean, the likeliest first; ``unit``: as
-    it is written into the name; ``part``: 'measured', 'command', 'reference', 'either' of the two,
-    'clock', 'counter', 'trial'; ``sure``: no letter or word with two meanings stands for it.
+    it is written into the name; ``part``: 'measured', 'command', 'likely command', 'reference',
+    'either' of the two, 'actual', 'clock', 'counter', 'trial'; ``sure``: no letter or word with two
+    meanings stands for it.
     """
 
     quantities: tuple[str, ...]
@@ -148,7 +147,12 @@ def _quantities(tokens: list[str]) -> tuple[tuple[str, ...], bool]:
 def _part(tokens: list[str]) -> str:
     if not tokens:
         return "measured"
-    for words, part in ((_COMMANDS, "command"), (_REFERENCES, "reference"), (_EITHER, "either")):
+    for words, part in (
+        (_COMMANDS, "command"),
+        (_LIKELY_COMMANDS, "likely command"),
+        (_REFERENCES, "reference"),
+        (_EITHER, "either"),
+    ):
         if any(token in words for token in tokens):
             return part
     if tokens[-1] in _TRIALS or tokens[0] in _TRIALS and len(tokens) <= 2:
