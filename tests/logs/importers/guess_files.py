@@ -97,7 +97,7 @@ def _made_csv(folder: Path) -> list[Case]:
     }
     two = _write(
         folder, "csv_german",
-        _csv(folder / "csv_german.csv", columns, ";", "Pruefstand 3\n\n", ",", units="s;mm;N;bar;-"),
+        _csv(folder / "csv_german.csv", columns, ";", "Stand 3\n\n", ",", units="s;mm;N;bar;-"),
         "{kind: csv, delimiter: ';', decimal: ',', skip_lines: 1, skip_below_header: 1}",
         "{column: Zeit, unit: s, period: 10 ms}",
         "measured:\n  w_m: {column: Weg, unit: mm}\n  k_n: {column: Kraft, unit: N}\n"
@@ -161,7 +161,8 @@ def _made_parquet(folder: Path) -> list[Case]:
         path,
     )
     two = _write(
-        folder, "pq_plain", path, "{kind: parquet, missing: [nan]}", "{column: t, unit: s, period: 20 ms}",
+        folder, "pq_plain", path, "{kind: parquet, missing: [nan]}",
+        "{column: t, unit: s, period: 20 ms}",
         "measured:\n  x_m: {column: x, unit: m}\n  v_m_s: {column: xdot, unit: m/s}\n"
         "  f_n: {column: f, unit: N}\ntrials: {column: episode}\n",
     )  # fmt: skip
@@ -306,7 +307,8 @@ def _made_bags(folder: Path) -> list[Case]:
             "  k_rad_s: {column: '/joint_states.velocity[knee]', unit: rad/s}\n"
             "  k_nm: {column: '/joint_states.effort[knee]', unit: Nm}\n"
             "  f_n: {column: '/ft_sensor.wrench.force.z', unit: N}\n"
-            "commands:\n  cmd_k_rad: {column: '/knee_position_cmd_rad.data', unit: rad, stamp: log_time}\n"
+            "commands:\n  cmd_k_rad: {column: '/knee_position_cmd_rad.data', unit: rad,"
+            " stamp: log_time}\n"
         )
         clock = "{column: header.stamp, unit: ns, period: 10 ms}"
         found.append(_write(folder, name, folder / name, "{kind: rosbag}", clock, body))

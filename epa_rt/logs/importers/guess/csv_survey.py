@@ -57,11 +57,15 @@ def survey_csv(path: Path) -> Survey:
     data = body[begin:]
     signs = _signs(data[:_LOOKED_AT], delimiter)
     form |= signs
-    keys: list[str | int] = list(range(1, len(body[0]) + 1)) if by_number else list(names)
+    numbers = range(1, len(body[0]) + 1)
+    keys: list[str | int] = [
+        name if name and not by_number else number
+        for name, number in zip(names or [""] * len(body[0]), numbers, strict=True)
+    ]
     seen, missing = _columns(path, data, keys, signs)
     if missing:
         form["missing"] = sorted(missing)
-    called = {key: hints[i] for i, key in enumerate(keys) if by_number and i < len(hints)}
+    called = {k: hints[i] for i, k in enumerate(keys) if isinstance(k, int) and i < len(hints)}
     said = {key: units[i] for i, key in enumerate(keys) if i < len(units)}
     table = Seen(path, None, seen[0], "", said, seen[1], called)
     return Survey("csv", form, (table,), unsure)

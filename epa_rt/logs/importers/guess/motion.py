@@ -152,6 +152,10 @@ def _lags(x: np.ndarray) -> list[int]:
     """The highest tops of the autocorrelation up to half of the recording."""
     power = np.abs(np.fft.rfft(x, 2 * len(x))) ** 2
     same = np.fft.irfft(power)[: len(x) // 2] / np.arange(len(x), len(x) - len(x) // 2, -1)
+    below = np.flatnonzero(same < 0.0)
+    if not len(below):
+        return []
+    same[: below[0]] = -1.0  # within a lap all is alike
     inner = same[1:-1]
     tops = np.flatnonzero((inner > same[:-2]) & (inner >= same[2:])) + 1
     return [int(top) for top in tops[np.argsort(same[tops])[-5:]]]

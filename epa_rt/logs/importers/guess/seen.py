@@ -36,7 +36,7 @@ class Seen:
 
     def name(self, column: str | int) -> str:
         """What a person calls a column."""
-        return self.hints.get(column, str(column) if isinstance(column, str) else f"col{column}")
+        return self.hints.get(column) or (column if isinstance(column, str) else f"col{column}")
 
 
 @dataclass(frozen=True)

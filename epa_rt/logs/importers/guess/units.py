@@ -103,7 +103,7 @@ def unit_of(text: str) -> Unit | None:
     plain = text.strip().strip("[](){}<>").strip()
     if not plain or len(plain) > 24:
         return None
-    words = plain.split()
+    words = plain.replace("_", " ").split()
     if len(words) == 2 and words[1].lower() in _AGAINST:
         found = _single(words[0])
         if found is not None and found.quantity == "pressure":

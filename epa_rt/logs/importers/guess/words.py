@@ -118,7 +118,9 @@ def _trailing(rest: str, tokens: list[str]) -> tuple[Unit | None, list[str]]:
         if len(parts) > count:
             text = "_".join(parts[-count:])
             unit = unit_of(text)
-            if unit is not None and (count == 1 or "/" in unit.text or "*" in unit.text):
+            if unit is not None and (
+                count == 1 or "/" in unit.text or "*" in unit.text or unit.against
+            ):
                 left = [p.lower() for p in _PARTS.findall(" ".join(parts[:-count]))]
                 return unit, left
     camel = re.fullmatch(r".*[a-z](Ms|Us|Ns|Deg|Rad|Mm|Nm|Kpa|Bar|Psi|Rpm)", rest)
