@@ -23,12 +23,13 @@ def draft(files: list[Path], out: Path | None) -> int:
         found = guess(files)
     except ImportRefused as error:
         raise VerbError(str(error)) from None
+    text = found.text.encode("utf-8", "replace").decode()
     if out is None:
-        print(found.text, end="")
+        print(text, end="")
         said = [f"unsure: {doubt}" for doubt in found.unsure] + list(found.says)
         print(_wrapped(said), file=sys.stderr)
         return COMPLETED
-    _write(out, found.text)
+    _write(out, text)
     signals = f"{len(found.rows)} signal{'s' * (len(found.rows) != 1)}"
     print(f"mapping: {out} ({found.survey.kind}, {signals}, {len(found.unsure)} unsure)")
     print(_wrapped([f"unsure: {doubt}" for doubt in found.unsure] + list(found.says)))

@@ -48,17 +48,17 @@ def read_apart(reader: str, request: dict[str, Any], own_bytes: int) -> Answer:
         raise Unreadable("reading it takes over two minutes") from None
     except (OSError, ValueError) as error:
         raise Unreadable(f"no process can be started to read it: {error}") from None
-    head, _, body = done.stdout.partition(b"\n")
-    if done.returncode or not head:
+    at = done.stdout.find(b"\n") + 1
+    if done.returncode or not at:
         raise Unreadable("its reader crashes on it")
-    facts = json.loads(head)
+    facts = json.loads(done.stdout[:at])
     if facts.get("refused"):
         raise ImportRefused(facts["refused"])
     if facts.get("unreadable"):
         raise Unreadable(facts["unreadable"])
-    columns, at = {}, 0
+    columns = {}
     for name, kind, rows in facts.pop("columns"):
-        columns[name] = np.frombuffer(body, np.dtype(_KINDS[kind]), rows, at)
+        columns[name] = np.frombuffer(done.stdout, np.dtype(_KINDS[kind]), rows, at)
         at += 8 * rows
     return facts, columns
 

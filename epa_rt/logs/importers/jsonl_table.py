@@ -3,6 +3,7 @@
 import json
 from array import array
 from collections.abc import Iterator, Sequence
+from itertools import islice
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -16,9 +17,11 @@ _MOST_ROWS = 50_000_000
 _MARK = b"\xef\xbb\xbf"
 
 
-def read_jsonl(path: Path, form: Format, wanted: Sequence[str | int]) -> Table:
+def read_jsonl(
+    path: Path, form: Format, wanted: Sequence[str | int], most_rows: int | None = None
+) -> Table:
     """The wanted fields: 'force', 'imu.gyro.x', 'position[2]', 'position[knee]' (by the list
-    'name').
+    'name'); of the first ``most_rows`` lines, or of all.
 
     Raises ImportRefused for the first thing that does not fit, with file, line and field.
     """
@@ -27,7 +30,7 @@ def read_jsonl(path: Path, form: Format, wanted: Sequence[str | int]) -> Table:
     except ImportRefused as error:
         raise ImportRefused(f"{path}:1: {error}") from None
     lines = array("q")
-    for number, content in objects(path):
+    for number, content in islice(objects(path), most_rows):
         columns.add(lambda number=number: f"{path}:{number}", content, {})
         lines.append(number)
     if not lines:

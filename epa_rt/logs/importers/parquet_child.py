@@ -25,14 +25,13 @@ def answer(request: dict[str, Any]) -> Answer:
     with pq.ParquetFile(path, memory_map=False, pre_buffer=False) as file:
         if request.get("list"):
             return _listed(file)
-        return {}, _columns(path, file, request["wanted"], request["missing"])
+        return {}, _columns(path, file, request)
 
 
-def _columns(
-    path: Path, file: pq.ParquetFile, wanted: list[str], missing: list[str]
-) -> dict[str, np.ndarray]:
+def _columns(path: Path, file: pq.ParquetFile, request: dict[str, Any]) -> dict[str, np.ndarray]:
+    wanted, missing, most_rows = (request[key] for key in ("wanted", "missing", "most_rows"))
     tops = {column: _top(path, file.schema_arrow, column) for column in wanted}
-    rows = file.metadata.num_rows
+    rows = min(file.metadata.num_rows, most_rows or file.metadata.num_rows)
     try:
         check_unpacked(8 * rows * len(wanted), path.stat().st_size, _ALWAYS_TAKEN, _LARGEST_RATIO)
     except TooLarge as error:
@@ -43,10 +42,11 @@ def _columns(
     at = 0
     names = sorted({top for top, _ in tops.values()})
     for batch in file.iter_batches(_BATCH_ROWS, columns=names, use_threads=False):
+        batch = batch.slice(0, rows - at) if most_rows else batch
         for column, (top, steps) in tops.items():
             pieces[column].append(_numbers(path, batch.column(top), column, steps, at, missing))
         at += batch.num_rows
-        if at > rows:
+        if at > rows or most_rows and at == rows:
             break
     if at != rows or not rows:
         raise ImportRefused(

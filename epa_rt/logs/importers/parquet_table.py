@@ -13,9 +13,14 @@ _OWN_BYTES = 300 << 20  # for pyarrow itself, beside three copies of what is in 
 _LARGEST_HELD = 512 << 20
 
 
-def read_parquet(path: Path, wanted: Sequence[str | int], missing: Sequence[str] = ()) -> Table:
-    """The wanted columns: 'q', 'joint.q' (a field), 'q[2]' (an element of a list, from 0). Stamps
-    of the file's own types count in ns.
+def read_parquet(
+    path: Path,
+    wanted: Sequence[str | int],
+    missing: Sequence[str] = (),
+    most_rows: int | None = None,
+) -> Table:
+    """The wanted columns: 'q', 'joint.q' (a field), 'q[2]' (an element of a list, from 0); of the
+    first ``most_rows`` rows, or of all. Stamps of the file's own types count in ns.
 
     Raises ImportRefused for the first thing that does not fit, with file, column and row.
     """
@@ -25,6 +30,7 @@ def read_parquet(path: Path, wanted: Sequence[str | int], missing: Sequence[str]
             f"{path}: found column {by_number} by its number, expected the name of a column"
         )
     request = {"path": str(path.absolute()), "wanted": list(wanted), "missing": list(missing)}
+    request["most_rows"] = most_rows
     _, columns = _ask(path, request)
     return Table(str(path), dict(columns), lambda row: f"{path}, row {row}")
 

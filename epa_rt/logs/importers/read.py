@@ -25,7 +25,7 @@ def read_table(
     Raises ImportRefused for the first thing that does not fit, with file, place and column.
     """
     if form.kind == "mat":
-        return read_mat(path, wanted, constants)
+        return read_mat(path, wanted, constants, form.missing)
     if form.kind == "npz":
         return read_npz(path, wanted, constants, form.missing)
     if form.kind == "csv":

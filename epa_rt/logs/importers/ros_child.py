@@ -29,6 +29,7 @@ _LONGEST_DEFINITION = 256 << 10  # bytes; the longest of ROS itself has a tenth 
 _LONGEST_FIXED = 10_000  # elements of a fixed list of texts or messages; its reader spells them out
 _LARGEST_MESSAGE = 64 << 20
 _MOST_LISTED = 64  # elements of a list that are worth a column each
+_MOST_FIELDS = 300
 _SAMPLES = 3  # messages of a topic that are looked at to list its fields
 
 
@@ -51,12 +52,14 @@ class Channel(NamedTuple):
 
 
 def answer(request: dict[str, Any]) -> Answer:
-    """``list``: topics, types and fields; else the columns ``wanted`` of one ``topic``."""
+    """``list``: topics, types and all numbers of their first ``most_rows`` messages; else the
+    columns ``wanted`` of one ``topic``.
+    """
     path, shown_path = Path(request["path"]), request["shown"]
     open_bag = _mcap_channels if request["storage"] == "mcap" else _db3_channels
     channels = open_bag(path, request.get("packed", False))
     if request.get("list"):
-        return {"topics": [_listed(channel) for channel in channels]}, {}
+        return _survey(channels, request["most_rows"])
     topic = request["topic"]
     chosen = [channel for channel in channels if channel.topic == topic]
     if not chosen:
@@ -209,6 +212,23 @@ def _db3_channels(path: Path, packed: bool) -> list[Channel]:
         )
         for one in reader.connections
     ]
+
+
+def _survey(channels: list[Channel], most_rows: int) -> Answer:
+    """Facts of each topic, and its columns as 'NUMBER FIELD'."""
+    topics, columns = [], {}
+    for number, channel in enumerate(channels):
+        facts = _listed(channel)
+        fields = facts["fields"][:_MOST_FIELDS]
+        if fields:
+            few = channel._replace(messages=lambda c=channel: islice(c.messages(), most_rows))
+            try:
+                _, found = _columns(channel.topic, few, [*fields, RECEIVED], ["nan", "null"])
+                columns |= {f"{number} {field}": values for field, values in found.items()}
+            except ImportRefused as error:
+                facts["why"] = str(error)
+        topics.append(facts)
+    return {"topics": topics}, columns
 
 
 def _listed(channel: Channel) -> dict[str, Any]:

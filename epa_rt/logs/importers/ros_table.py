@@ -124,13 +124,19 @@ def _read(
     )
 
 
-def listed(path: Path) -> list[dict[str, Any]]:
-    """Topics, types and fields of a bag's first file. Raises ImportRefused."""
+def survey_bag(path: Path, most_rows: int) -> list[tuple[dict[str, Any], Table]]:
+    """Of each topic of a bag's first file what it is ('topic', 'type', 'why' it cannot be read),
+    and all numbers of its first messages. Raises ImportRefused.
+    """
     storage = storages(path)[0]
     if storage.kind == "mcap":
         check_mcap(storage.path)
-    facts, _ = _ask(storage, {"list": True})
-    found: list[dict[str, Any]] = facts["topics"]
+    facts, columns = _ask(storage, {"list": True, "most_rows": most_rows})
+    found = []
+    for number, topic in enumerate(facts["topics"]):
+        head = f"{number} "
+        own = {n.removeprefix(head): v for n, v in columns.items() if n.startswith(head)}
+        found.append((topic, Table(str(path), dict(own), lambda row: "")))
     return found
 
 

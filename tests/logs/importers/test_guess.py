@@ -81,11 +81,13 @@ def test_what_cannot_be_guessed_at_is_one_sentence(name, tmp_path, capsys):
 def test_names_from_a_file_cannot_leave_their_line(tmp_path, capsys):
     """A column's name is data: it becomes a quoted text, and a comment without a line end."""
     path = tmp_path / "run.jsonl"
-    name = "x\\n# rig: other\\nmeasured: {}"
+    name = "x\\n# rig: other\\nmeasured: {}\\u2028\\ud83c\\udf00"
     path.write_text("".join(f'{{"t": {k / 10}, "{name}": {k % 3}}}\n' for k in range(30)))
     assert main(["import", "--guess", str(path), "-o", str(tmp_path / "m.yaml")]) == 0
     mapping, _ = load_mapping(tmp_path / "m.yaml")
-    assert [s.column for s in mapping.measured.values()] == ["x\n# rig: other\nmeasured: {}"]
+    assert [s.column for s in mapping.measured.values()] == [
+        "x\n# rig: other\nmeasured: {}\u2028\U0001f300"
+    ]
     capsys.readouterr()
 
 

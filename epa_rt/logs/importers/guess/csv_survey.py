@@ -227,6 +227,7 @@ def _float(cell: str, signs: dict[str, str]) -> float:
     if decimal == ",":
         plain = plain.replace(",", ".")
     try:
-        return float(plain) if "_" not in plain else math.nan
+        value = float(plain) if "_" not in plain else math.nan
     except ValueError:
         return math.nan
+    return value if math.isfinite(value) else math.nan

@@ -20,6 +20,7 @@ from epa_rt.logs.importers.table import ImportRefused
 _MOST_MEASURED, _MOST_OTHERS = 64, 256
 _MOST_TRIALS = 100
 _LONGEST_NAME = 60
+_NO_TEXTS = ("true", "false", "null", "yes", "no", "on", "off", "y", "n")
 _LEFT_OUT = ("cmd", "ref", "est", "data")
 
 
@@ -66,6 +67,10 @@ def guess(paths: Sequence[Path]) -> Draft:
     clocks, stamp_notes = _one_clock(tables, clocks)
     rows, trials, says = _rows(tables, clocks, len(paths) > 1)
     doubts = [f"format: {doubt}" for one in surveys for doubt in one.unsure]
+    if not rows:
+        raise ImportRefused(
+            f"{paths[0]}: found no column of numbers beside the clock, expected some"
+        )
     main = max(range(len(tables)), key=lambda i: _weight(tables[i], rows))
     doubts += [f"clock: {doubt}" for doubt in (*clocks[main].unsure, *stamp_notes)]
     text, more = _text(paths, surveys[0], tables[main], clocks[main], rows, trials, stamp_notes)
@@ -292,14 +297,20 @@ def _flow(keys: dict[str, Any]) -> str:
 
 
 def _scalar(value: Any) -> str:
-    if isinstance(value, str) and re.fullmatch(r"[A-Za-z][A-Za-z0-9_/*]*( [a-z]+)?", value):
-        return (
-            value
-            if value.lower() not in ("true", "false", "null", "yes", "no", "on", "off", "y", "n")
-            else json.dumps(value)
-        )
-    if isinstance(value, str) and re.fullmatch(r"[0-9.e+-]+ [A-Za-z]+", value):
-        return value
+    """A value of YAML's flow style; text that could be read otherwise in double quotes."""
     if isinstance(value, list):
-        return "[" + ", ".join(json.dumps(one, ensure_ascii=False) for one in value) + "]"
-    return json.dumps(value, ensure_ascii=False)
+        return "[" + ", ".join(_quoted(one) for one in value) + "]"
+    if not isinstance(value, str):
+        return json.dumps(value)
+    is_word = re.fullmatch(r"[A-Za-z][A-Za-z0-9_/*]*( [a-z]+)?", value, re.ASCII)
+    if is_word and value.lower() not in _NO_TEXTS:
+        return value
+    return value if re.fullmatch(r"[0-9.e+-]+ [A-Za-z]+", value, re.ASCII) else _quoted(value)
+
+
+def _quoted(text: str) -> str:
+    """In double quotes, with every sign that YAML might not take as an escape."""
+    return "".join(
+        c if c.isprintable() and c <= "\ud7ff" else f"\\U{ord(c):08x}"
+        for c in json.dumps(text, ensure_ascii=False)
+    )

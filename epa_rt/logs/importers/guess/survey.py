@@ -1,5 +1,6 @@
 """What a foreign file holds, before anything is said about its meaning: tables of numbers."""
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice
@@ -18,13 +19,13 @@ from epa_rt.logs.importers.mcap_table import first_messages, read_mcap
 from epa_rt.logs.importers.npz_table import NpzFile
 from epa_rt.logs.importers.parquet_table import listed as parquet_listed
 from epa_rt.logs.importers.parquet_table import read_parquet
-from epa_rt.logs.importers.ros_table import HEADER_STAMP, RECEIVED, read_bag, storages
-from epa_rt.logs.importers.ros_table import listed as bag_listed
+from epa_rt.logs.importers.ros_table import RECEIVED, storages, survey_bag
 from epa_rt.logs.importers.table import ImportRefused, Table, why
 
 _MISSING = ("nan", "null")
 _MOST_COLUMNS = 300
 _MOST_ELEMENTS = 64
+_MOST_ROWS = 200_000  # of a table; enough for every trait
 _FIRST_LINES = 50
 _LONGEST_NAME = 200
 _MAGIC = {
@@ -67,15 +68,26 @@ def survey(path: Path) -> Survey:
             f"{path}: found brackets nested too deep, expected a recording"
         ) from None
     found = replace(found, tables=tuple(_with_short_names(seen) for seen in found.tables))
+    if any(_rows(seen) == _MOST_ROWS for seen in found.tables):
+        cut = f"only the first {_MOST_ROWS} rows of a table were looked at"
+        found = replace(found, unsure=(*found.unsure, cut))
     if not any(seen.columns for seen in found.tables):
         why_not = f" ({'; '.join(found.unsure)[:300]})" if found.unsure else ""
         raise ImportRefused(f"{path}: found no column of numbers{why_not}, expected some")
     return found
 
 
+def _rows(seen: Seen) -> int:
+    return len(next(iter(seen.columns.values()), ()))
+
+
 def _with_short_names(seen: Seen) -> Seen:
-    """Without the columns whose name is longer than a mapping takes."""
-    kept = {c: v for c, v in seen.columns.items() if len(str(c)) <= _LONGEST_NAME}
+    """Without the columns whose name no mapping takes: too long, or no text."""
+    kept = {
+        c: v
+        for c, v in seen.columns.items()
+        if 0 < len(str(c)) <= _LONGEST_NAME and not re.search("[\ud800-\udfff]", str(c))
+    }
     return replace(seen, columns=kept)
 
 
@@ -106,8 +118,9 @@ def _survey_jsonl(path: Path) -> Survey:
         seen.update(dict.fromkeys(_addresses(content)))
     texts = tuple(key for key, value in first[0].items() if isinstance(value, str))
     wanted = list(seen)[:_MOST_COLUMNS]
-    table = read_jsonl(path, Format(kind="jsonl", missing=_MISSING), wanted)
-    return Survey("jsonl", {}, (_seen(path, table, texts=texts, missing="null"),))
+    table = read_jsonl(path, Format(kind="jsonl", missing=_MISSING), wanted, _MOST_ROWS)
+    seen = _seen(path, table, texts=texts)
+    return Survey("jsonl", {}, (seen.also_missing("null") if seen.missing else seen,))
 
 
 def _seen(
@@ -117,7 +130,6 @@ def _seen(
     kind: str = "",
     units: dict[str | int, str] | None = None,
     texts: tuple[str, ...] = (),
-    missing: str = "nan",
 ) -> Seen:
     columns = {
         name: values for name, values in table.columns.items() if not np.all(np.isnan(values))
@@ -130,7 +142,7 @@ def _seen(
         kind,
         units or {},
         texts + tuple(str(name) for name in table.columns if name not in columns),
-        missing=(missing,) if gone else (),
+        missing=("nan",) if gone else (),
     )
 
 
@@ -140,7 +152,7 @@ def _survey_parquet(path: Path) -> Survey:
     wanted = [f for f in fields if f["kind"].startswith(plain) and not f["name"].startswith("__")]
     texts = tuple(f["name"] for f in fields if f not in wanted)
     wanted = wanted[:_MOST_COLUMNS]
-    table = read_parquet(path, [f["name"] for f in wanted], _MISSING)
+    table = read_parquet(path, [f["name"] for f in wanted], _MISSING, _MOST_ROWS)
     units: dict[str | int, str] = {f["name"]: f["unit"] for f in wanted if f["unit"]}
     by_null = any(np.isnan(v).any() for v in table.columns.values())
     seen = _seen(path, table, units=units, texts=texts)
@@ -213,19 +225,10 @@ def _survey_bag(path: Path) -> Survey:
         if first:
             return _survey_mcap(storages(path)[0].path, first)
     tables, notes = [], []
-    for topic in bag_listed(path):
-        if not topic["fields"]:
-            notes.append(
-                f"topic {topic['topic']} ({topic['type']}) has no numbers"
-                f"{': ' + topic['why'] if topic.get('why') else ''}"
-            )
-            continue
-        wanted = [f for f in topic["fields"] if f != HEADER_STAMP][:_MOST_COLUMNS]
-        stamps = [RECEIVED] + ([HEADER_STAMP] if HEADER_STAMP in topic["fields"] else [])
-        try:
-            table = read_bag(path, topic["topic"], wanted + stamps, _MISSING)
-        except ImportRefused as error:
-            notes.append(f"topic {topic['topic']} cannot be read: {error}")
+    for topic, table in survey_bag(path, _MOST_ROWS):
+        if not table.columns:
+            why_not = f": {topic['why']}" if topic.get("why") else ""
+            notes.append(f"topic {topic['topic']} ({topic['type']}) has no numbers{why_not}")
             continue
         tables.append(_seen(path, table, topic["topic"], topic["type"]))
     return Survey("rosbag", {}, tuple(tables), tuple(notes))
