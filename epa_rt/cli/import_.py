@@ -1,9 +1,9 @@
-"""Turn a recording of somebody else (CSV, MAT, MCAP, ROS 2 bag, Parquet, JSON lines, NPZ) into a
-log, by a mapping file; --guess drafts that file.
+"""Turn a recording of somebody else into a log, by a mapping file; --guess drafts it.
 
-The mapping file says which column is which signal, in which unit, and when each row was. Whatever
-does not fit is refused with file, line and column, and nothing is written. Resampling and lost rows
-are counted and said.
+Read are CSV, MAT, MCAP, ROS 2 bags, Parquet, JSON lines and NPZ. The mapping says
+which column is which signal, in which unit, and when each row was. Whatever does
+not fit is refused with file, line and column, and nothing is written. Resampling
+and lost rows are counted and said.
 
   epa import --guess run.csv -o mapping.yaml                       a draft to read and correct
   epa import config/imports/emps.yaml DATA_EMPS.mat --dry          what would be read

@@ -22,7 +22,7 @@ def draft(files: list[Path], out: Path | None) -> int:
     try:
         found = guess(files)
     except ImportRefused as error:
-        raise VerbError(str(error)) from None
+        raise VerbError(" ".join(str(error).split())) from None
     text = found.text.encode("utf-8", "replace").decode()
     if out is None:
         print(text, end="")

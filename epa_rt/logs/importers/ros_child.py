@@ -72,8 +72,8 @@ def answer(request: dict[str, Any]) -> Answer:
 
 
 def _columns(place: str, channel: Channel, wanted: list[str], missing: list[str]) -> Answer:
-    decode = decoder(channel)
     try:
+        decode = decoder(channel)
         columns = FieldColumns(wanted, missing)
     except ImportRefused as error:
         raise ImportRefused(f"{place}: {error}") from None
@@ -113,7 +113,7 @@ def decoder(channel: Channel) -> Callable[[bytes], Any]:
     store = _store(channel)
     if channel.type not in store.fielddefs:
         raise ImportRefused(
-            f"{channel.topic}: found the type {shown(channel.type)} without its definition,"
+            f"found the type {shown(channel.type)} without its definition,"
             " expected one of ROS 2's own, or a bag that holds the definitions"
         )
     return lambda data: store.deserialize_cdr(data, channel.type)
@@ -123,13 +123,13 @@ def _store(channel: Channel) -> Typestore:
     """The types of the bag itself where it has them, else those of ROS 2."""
     if not _TYPE.fullmatch(channel.type):
         raise ImportRefused(
-            f"{channel.topic}: found {shown(channel.type)}, expected the name of a type such as"
+            f"found {shown(channel.type)}, expected the name of a type such as"
             " sensor_msgs/msg/JointState"
         )
     if not channel.definition:
         return get_typestore(Stores.LATEST)
     if len(channel.definition) > _LONGEST_DEFINITION:
-        raise ImportRefused(f"{channel.topic}: found a definition of over 256 KB, expected less")
+        raise ImportRefused("found a definition of over 256 KB, expected less")
     if channel.form == "ros2idl":
         types = get_types_from_idl(channel.definition)
     else:
@@ -138,7 +138,7 @@ def _store(channel: Channel) -> Typestore:
         sound = _TYPE.fullmatch(name) and all(_NAME.fullmatch(field) for field, _ in fields)
         if not sound or any(_too_long(kind) for _, kind in fields):
             raise ImportRefused(
-                f"{channel.topic}: found a definition of {shown(name)} that no reader should"
+                f"found a definition of {shown(name)} that no reader should"
                 " follow, expected names and lists as ROS has them"
             )
     store = get_typestore(Stores.EMPTY)
@@ -216,7 +216,8 @@ def _db3_channels(path: Path, packed: bool) -> list[Channel]:
 
 def _survey(channels: list[Channel], most_rows: int) -> Answer:
     """Facts of each topic, and its columns as 'NUMBER FIELD'."""
-    topics, columns = [], {}
+    topics: list[dict[str, Any]] = []
+    columns: dict[str, np.ndarray] = {}
     for number, channel in enumerate(channels):
         facts = _listed(channel)
         fields = facts["fields"][:_MOST_FIELDS]

@@ -118,7 +118,7 @@ def _read(
     facts, columns = _ask(storage, request)
     return Table(
         str(path),
-        dict(columns),
+        {**columns},
         lambda row: f"{path}: {topic}, message {row}",
         _stamps_said(topic, facts, wanted),
     )
@@ -135,8 +135,10 @@ def survey_bag(path: Path, most_rows: int) -> list[tuple[dict[str, Any], Table]]
     found = []
     for number, topic in enumerate(facts["topics"]):
         head = f"{number} "
-        own = {n.removeprefix(head): v for n, v in columns.items() if n.startswith(head)}
-        found.append((topic, Table(str(path), dict(own), lambda row: "")))
+        own: dict[str | int, np.ndarray] = {
+            n.removeprefix(head): v for n, v in columns.items() if n.startswith(head)
+        }
+        found.append((topic, Table(str(path), own, lambda row: "")))
     return found
 
 

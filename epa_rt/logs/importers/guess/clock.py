@@ -166,7 +166,7 @@ def _unit(
     if said is None and words.tokens and words.tokens[-1] in ("millis", "micros", "nanos"):
         said = words_of(f"x_{words.tokens[-1]}").unit
     if said is not None and said.quantity == "time":
-        unsure = ()
+        unsure: tuple[str, ...] = ()
         if fits and said.text not in fits:
             unsure = (
                 f"its name says {said.text}, which gives a rate of"

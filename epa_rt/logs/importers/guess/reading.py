@@ -29,7 +29,7 @@ _LIMBS = {
 }
 _PARTS = {"actual": "measured", "either": "reference", "likely command": "command"}
 _STAMPS = ("header.stamp", "log_time", "publish_time")
-_OF_MESSAGE = {
+_OF_MESSAGE: dict[str, dict[str, Unit | None]] = {
     "sensor_msgs/msg/FluidPressure": {
         "fluid_pressure": Unit("Pa", "pressure", against="abs"),
         "variance": None,

@@ -20,7 +20,7 @@ from epa_rt.logs.importers.npz_table import NpzFile
 from epa_rt.logs.importers.parquet_table import listed as parquet_listed
 from epa_rt.logs.importers.parquet_table import read_parquet
 from epa_rt.logs.importers.ros_table import RECEIVED, storages, survey_bag
-from epa_rt.logs.importers.table import ImportRefused, Table, why
+from epa_rt.logs.importers.table import ImportRefused, Table, shown, why
 
 _MISSING = ("nan", "null")
 _MOST_COLUMNS = 300
@@ -100,9 +100,10 @@ def _addresses(value: Any, at: str = "") -> Iterator[str]:
             yield from _addresses(value[i], f"{at}[{i}]")
     elif isinstance(value, dict):
         names = value.get("name", value.get("joint_names"))
+        names = names if isinstance(names, list) else []
         for key, inner in value.items():
             where = f"{at}.{key}" if at else str(key)
-            is_named = isinstance(names, list) and isinstance(inner, list) and inner is not names
+            is_named = bool(names) and isinstance(inner, list) and inner is not names
             if is_named and len(inner) == len(names) and all(isinstance(n, str) for n in names):
                 yield from (f"{where}[{name}]" for name in names[:_MOST_ELEMENTS])
             else:
@@ -110,16 +111,16 @@ def _addresses(value: Any, at: str = "") -> Iterator[str]:
 
 
 def _survey_jsonl(path: Path) -> Survey:
-    first = [content for _, content in islice(objects(path), _FIRST_LINES)]
-    if not first:
-        raise ImportRefused(f"{path}:1: found no line, expected a JSON object on each")
-    seen: dict[str, None] = {}
-    for content in first:
-        seen.update(dict.fromkeys(_addresses(content)))
-    texts = tuple(key for key, value in first[0].items() if isinstance(value, str))
-    wanted = list(seen)[:_MOST_COLUMNS]
+    addresses: dict[str, None] = {}
+    texts: dict[str, None] = {}
+    for _, content in islice(objects(path), _FIRST_LINES):
+        addresses.update(dict.fromkeys(islice(_addresses(content), _MOST_COLUMNS)))
+        texts.update({k: None for k, v in content.items() if isinstance(v, str)})
+    wanted = list(addresses)[:_MOST_COLUMNS]
+    if not wanted:
+        raise ImportRefused(f"{path}:1: found no number on the first lines, expected some")
     table = read_jsonl(path, Format(kind="jsonl", missing=_MISSING), wanted, _MOST_ROWS)
-    seen = _seen(path, table, texts=texts)
+    seen = _seen(path, table, texts=tuple(texts)[:_MOST_ELEMENTS])
     return Survey("jsonl", {}, (seen.also_missing("null") if seen.missing else seen,))
 
 
@@ -162,12 +163,16 @@ def _survey_parquet(path: Path) -> Survey:
 def _survey_npz(path: Path) -> Survey:
     with NpzFile(path) as file:
         content: dict[str, Any] = {}
-        texts = []
+        texts: list[str] = []
+        first: ImportRefused | None = None
         for name in file.names[:_MOST_COLUMNS]:
             try:
                 content[name] = file.array(name)
             except ImportRefused as error:
                 texts.append(f"{name} ({'pickled' if 'pickled' in str(error) else 'unreadable'})")
+                first = first or error
+        if first is not None and not content:
+            raise first
     return Survey("npz", {}, (_of_arrays(path, content, tuple(texts)),))
 
 
@@ -228,7 +233,8 @@ def _survey_bag(path: Path) -> Survey:
     for topic, table in survey_bag(path, _MOST_ROWS):
         if not table.columns:
             why_not = f": {topic['why']}" if topic.get("why") else ""
-            notes.append(f"topic {topic['topic']} ({topic['type']}) has no numbers{why_not}")
+            what = f"topic {shown(topic['topic'])} ({shown(topic['type'])})"
+            notes.append(f"{what} has no numbers{why_not}")
             continue
         tables.append(_seen(path, table, topic["topic"], topic["type"]))
     return Survey("rosbag", {}, tuple(tables), tuple(notes))
