@@ -16,6 +16,7 @@ from epa_rt.logs.importers.unpacked import TooLarge, check_unpacked
 _BATCH_ROWS = 1 << 14
 _ALWAYS_TAKEN = 64 << 20
 _LARGEST_RATIO = 40.0
+_MOST_FIELDS = 1000
 _MOST_LISTED = 64  # elements of a list that are worth a column each
 
 
@@ -30,7 +31,8 @@ def answer(request: dict[str, Any]) -> Answer:
 
 def _columns(path: Path, file: pq.ParquetFile, request: dict[str, Any]) -> dict[str, np.ndarray]:
     wanted, missing, most_rows = (request[key] for key in ("wanted", "missing", "most_rows"))
-    tops = {column: _top(path, file.schema_arrow, column) for column in wanted}
+    known = dict.fromkeys(file.schema_arrow.names)
+    tops = {column: _top(path, known, column) for column in wanted}
     rows = min(file.metadata.num_rows, most_rows or file.metadata.num_rows)
     try:
         check_unpacked(8 * rows * len(wanted), path.stat().st_size, _ALWAYS_TAKEN, _LARGEST_RATIO)
@@ -62,16 +64,16 @@ def _joined(pieces: list[np.ndarray]) -> np.ndarray:
     return np.concatenate(pieces)
 
 
-def _top(path: Path, schema: pa.Schema, column: str) -> tuple[str, tuple]:
+def _top(path: Path, known: dict[str, None], column: str) -> tuple[str, tuple[Any, ...]]:
     """The column of the file, and the steps from there to the numbers."""
-    if column in schema.names:
+    if column in known:
         return column, ()
     try:
         head, *steps = steps_of(column)
     except NoSuchPlace:
         head, steps = column, []
-    if head not in schema.names:
-        names = ", ".join(shown(name) for name in schema.names[:20])
+    if head not in known:
+        names = ", ".join(shown(name) for name in list(known)[:20])
         raise ImportRefused(
             f"{path}: found no column {shown(column)}, expected it among {names or 'none at all'}"
         )
@@ -137,11 +139,15 @@ def _stepped(values: pa.Array, step: Any, place: Any) -> pa.Array:
 
 
 def _listed(file: pq.ParquetFile) -> Answer:
-    first = next(iter(file.iter_batches(1, use_threads=False)), None)
+    fields = list(file.schema_arrow)[:_MOST_FIELDS]
+    lists = [field.name for field in fields if pa.types.is_nested(field.type)]
+    batches = file.iter_batches(1, columns=lists, use_threads=False) if lists else iter(())
+    first = next(iter(batches), None)
     found: list[dict[str, str]] = []
-    for field in file.schema_arrow:
+    for field in fields:
         unit = (field.metadata or {}).get(b"unit", b"").decode("utf-8", "replace")[:40]
-        value = first.column(field.name)[0].as_py() if first is not None else None
+        is_read = first is not None and field.name in lists
+        value = first.column(field.name)[0].as_py() if is_read else None
         found += _flat(field.name, field.type, value, unit)
     return {"listed": found, "rows": file.metadata.num_rows}, {}
 

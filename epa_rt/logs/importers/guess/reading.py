@@ -13,6 +13,7 @@ from epa_rt.logs.importers.guess.units import Unit, unit_of
 from epa_rt.logs.importers.guess.words import Words, words_of
 
 _SPEED_OF = {"angle": "turning", "length": "speed"}
+_MOST_NAMELESS = 24  # columns that are compared with all others, though no name asks for it
 _USUAL_FACTORS = (1.0, 1e3, 1e-3, math.pi / 180.0, 180.0 / math.pi)
 _LIMBS = {
     "knee",
@@ -214,12 +215,18 @@ def _by_slopes(seen: Seen, clock: ClockGuess, readings: dict[str | int, Reading]
     t_s = _seconds(seen, clock)
     if t_s is None:
         return
-    speeds = {c: seen.columns[c] for c, r in readings.items() if _may_be(r, "turning", "speed")}
+    nameless = [c for c, r in readings.items() if not r.words.quantities and r.unit is None]
+    left_out = set(nameless[_MOST_NAMELESS:])
+    speeds = {
+        c: seen.columns[c]
+        for c, r in readings.items()
+        if _may_be(r, "turning", "speed") and c not in left_out
+    }
     for parts in (("measured",), ("command", "reference")):
         positions = {
             c: seen.columns[c]
             for c, r in readings.items()
-            if r.part in parts and _may_be(r, "angle", "length")
+            if r.part in parts and _may_be(r, "angle", "length") and c not in left_out
         }
         for slope in slopes(positions, speeds, t_s):
             _take_slope(seen, clock, slope, readings)
