@@ -1,7 +1,7 @@
 """Damaged files and logs put to the verbs that read them: each must be answered, in time, in one
 sentence, in bounded memory.
 
-A variant of a rig, experiment, plant or mapping file, of a CSV, MAT or MCAP recording, or of a log
+A variant of a rig, experiment, plant or mapping file, of a recording of others, or of a log
 of ours is made from the seed and its number, and read by a forked process. Counted are answers by
 exit code; a traceback, no answer in time, or more memory than the limit is a finding, and its file
 is kept.
@@ -37,6 +37,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests/logs/importers")]
 
 import foreign_files
+import same_motion
 import zstandard
 
 from epa_rt.cli.main import main as epa
@@ -220,6 +221,9 @@ def file_kinds(folder: Path) -> list[Kind]:
     def check(path: Path) -> list[str]:
         return ["check", "--rig", str(rig), str(path)]
 
+    def guess(path: Path) -> list[str]:
+        return ["import", "--guess", str(path)]
+
     def dry(path: Path) -> list[str]:
         return ["run", str(path), "--rig", str(rig), "--dry", "-o", str(folder / "dry")]
 
@@ -235,7 +239,7 @@ def file_kinds(folder: Path) -> list[Kind]:
         Kind(f"plant {name}", config(f"plants/{name}.yaml"), ".yaml", (check,))
         for name in ("bench", "knee")
     ]
-    recordings = {
+    recordings = foreign_kinds(folder) | {
         "csv": (foreign_files.CSV, foreign_files.csv_text().encode()),
         "mat": (foreign_files.MAT, foreign_files.mat_bytes()),
         "mcap": (foreign_files.MCAP, _foreign_mcap(folder)),
@@ -257,10 +261,34 @@ def file_kinds(folder: Path) -> list[Kind]:
                 sound,
                 f".{name}",
                 (lambda path, m=mapping: ["import", str(m), str(path), "--dry"],),
-                name == "csv",
+                name in ("csv", "jsonl"),
             ),
         ]
+        if name not in ("mat", "mcap"):
+            kinds.append(
+                Kind(f"guess {name}", sound, f".{name}", (guess,), name in ("csv", "jsonl"))
+            )
     return kinds
+
+
+def foreign_kinds(folder: Path) -> dict[str, tuple[str, bytes]]:
+    """Mapping and recording of the formats of robot labs, by the ending of their names."""
+    made = folder / "motion"
+    made.mkdir()
+    bags = {kind: same_motion.write_bag(made / f"bag_{kind}", kind) for kind in ("mcap", "db3")}
+    return {
+        "parquet": (
+            same_motion.mapping_of("parquet"),
+            same_motion.write_parquet(made / "m.parquet").read_bytes(),
+        ),
+        "npz": (same_motion.mapping_of("npz"), same_motion.write_npz(made / "m.npz").read_bytes()),
+        "jsonl": (
+            same_motion.mapping_of("jsonl"),
+            same_motion.write_jsonl(made / "m.jsonl").read_bytes(),
+        ),
+        "db3": (same_motion.BAG, next(bags["db3"].glob("*.db3")).read_bytes()),
+        "bag.mcap": (same_motion.BAG, next(bags["mcap"].glob("*.mcap")).read_bytes()),
+    }
 
 
 def _foreign_mcap(folder: Path) -> bytes:
