@@ -30,6 +30,7 @@ VERBS = (
     "run",
     "home",
     "jog",
+    "tune",
     "bus",
     "replay",
     "info",
