@@ -16,7 +16,6 @@ is changed: --write gives a copy of the rig file with the new gains.
 """
 
 import argparse
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -266,7 +265,7 @@ def _write_rig(
     from epa_rt.cli.write import write_whole
     from epa_rt.config.rig import rig_from
     from epa_rt.config.source import parse_yaml
-    from epa_rt.tune.rig_text import text_with, with_plant
+    from epa_rt.tune.rig_text import text_with
 
     out: Path = arguments.write
     if answer.proposal.keep:
@@ -274,9 +273,8 @@ def _write_rig(
         return
     text = source.text if source is not None else recordings[0].attachments["rig.yaml"].decode()
     text = text_with(text, answer.loop.kind, answer.after.gains)
-    if source is not None and out.parent.resolve() != arguments.rig.parent.resolve():
-        plant = (arguments.rig.parent / rig_from(source).plant).resolve()
-        text = with_plant(text, os.path.relpath(plant, out.parent.resolve()))
-    rig_from(parse_yaml(text, out))  # what is written can be read
+    rig = rig_from(parse_yaml(text, out))  # what is written can be read
     write_whole(out, text)
     print(out)
+    if not (out.parent / rig.plant).exists():
+        print(f"note: it names the plant file {rig.plant}, which is not there from its folder")

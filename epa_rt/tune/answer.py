@@ -85,10 +85,10 @@ def tuned(
             f" plant's response shows, expected {LEAST_POINTS}: an excitation that is larger,"
             " longer or wider"
         )
-    grid = interpolated(response.frequency_hz, response.plant, response.radius)
     model = fitted(
         response.frequency_hz, response.plant, np.sqrt(response.variance), int(kind == MOTOR)
     )
+    grid = interpolated(response.frequency_hz, response.plant, response.radius, model.at)
     wanted, wanted_from = _wanted(loop, evidence, motion)
     problem = problem_of(rig, loop, grid, wanted, evidence.situation.quantum)
     progress("search", 0.2)
@@ -121,13 +121,11 @@ def tuned(
 
 
 def _confirmed(proposal: Proposal, sets: Sequence[Judged]) -> tuple[Proposal, Judged]:
-    """A proposal that does worse in time, with steps and limits, than the response alone says is
-    none.
-    """
+    """A proposal that tracks worse in time, with the loop's steps and limits, is none."""
     before, after = sets
     if proposal.keep or before.trial is None or after.trial is None:
         return proposal, after
-    if after.trial.rms_error <= before.trial.rms_error or not before.margins.stable:
+    if after.trial.rms_error <= before.trial.rms_error:
         return proposal, after
     why = "what the response promises, limits and steps of the loop take away again"
     return Proposal(before.gains, True, why), before

@@ -262,8 +262,9 @@ def _searched(problem: Problem, is_sound: bool) -> Gains | None:
             return BIG * (1.0 + min(excess, BIG))
         merit = problem.merit(gains)
         ratios = np.array([merit.tracking / before.tracking, merit.load / before.load])
-        if is_sound and np.max(ratios) > 1.0:  # neither may get worse
-            return BIG * 0.5 * float(np.max(ratios))
+        worst = float(np.max(ratios) if is_sound else ratios[0])
+        if worst > 1.0:  # tracking never gets worse; the load's answer only where Ms asks for it
+            return 0.5 * BIG * min(worst, 1.9)
         return float(np.sum(np.log(np.maximum(ratios, 1e-6))))
 
     found = differential_evolution(

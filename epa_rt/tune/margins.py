@@ -5,11 +5,13 @@ gain margin of Ms / (Ms - 1) and a phase margin of 2 asin(1 / (2 Ms)) at least (
 Hagglund, Advanced PID Control, 2006, 4.3).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 GRID = 1200  # frequencies, spread evenly over the octaves, on which margins are read
+LEAST_RADIUS = 0.05  # of the plant: friction makes stiffness differ by as much with amplitude
 QUIET = 0.5  # a loop gain that is below this at the highest frequency known may stay unmeasured
 BANDWIDTH = float(np.sqrt(0.5))  # of |S|: errors are halved in power
 
@@ -46,14 +48,23 @@ class Interpolated:
     radius: np.ndarray
 
 
-def interpolated(frequency_hz: np.ndarray, plant: np.ndarray, radius: np.ndarray) -> Interpolated:
-    """Between the frequencies (n,) gain follows a power law and phase is even in the logarithm."""
+def interpolated(
+    frequency_hz: np.ndarray,
+    plant: np.ndarray,
+    radius: np.ndarray,
+    shape: Callable[[np.ndarray], np.ndarray],
+) -> Interpolated:
+    """Between the frequencies (n,) the plant follows a model's ``shape`` (its response at
+    frequencies in Hz), times what that is off by at both neighbours: a resonance may peak between.
+    """
     grid = np.geomspace(frequency_hz[0], frequency_hz[-1], GRID)
     at, known = np.log(grid), np.log(frequency_hz)
-    size = np.exp(np.interp(at, known, np.log(np.abs(plant))))
-    phase = np.interp(at, known, np.unwrap(np.angle(plant)))
-    relative = np.interp(at, known, radius / np.abs(plant))
-    return Interpolated(grid, size * np.exp(1j * phase), relative * size)
+    off = plant / shape(frequency_hz)
+    size = np.exp(np.interp(at, known, np.log(np.abs(off))))
+    turn = np.interp(at, known, np.unwrap(np.angle(off)))
+    between = shape(grid) * size * np.exp(1j * turn)
+    relative = np.interp(at, known, np.maximum(radius / np.abs(plant), LEAST_RADIUS))
+    return Interpolated(grid, between, relative * np.abs(between))
 
 
 def margins_of(plant: Interpolated, feedback: np.ndarray) -> Margins:

@@ -19,6 +19,8 @@ PERIODS_FULL = 8.0  # of a frequency in a segment: a band of an eighth of an oct
 LEAST_POWER = 1e-4  # of the strongest band's command: below it only leakage is seen
 LEAKED = 0.3  # of a neighbour's power: no more than what leaks from it
 LEAST_COHERENCE = 0.8  # below it, phase is known to no better than some 10 deg (Bendat, Piersol)
+SETTLE_S = 1.0  # after the fade, for what the plant still rings of it
+SAME = 1e-6  # of a reference's height: rounding, not another period
 CONFIDENCE = -np.log(0.05)  # |error|^2 over variance that 95 % of complex normal errors keep
 
 
@@ -68,8 +70,9 @@ class Response:
 def response_of(trials: Sequence[Excited], period_s: float, highest_hz: float) -> Response:
     """The plant's response up to ``highest_hz``, in bands of 1 / BANDS_PER_OCTAVE octave.
 
-    Trials of any profile: Hann windows that overlap by half, each octave in segments of its own
-    length. Bands in which nothing was excited are left out; there may be none.
+    A trial whose reference repeats is cut into whole periods, without a window, from SETTLE_S after
+    its fade. Any other goes through Hann windows that overlap by half. Each octave has segments of
+    its own length. Bands in which nothing was excited are left out; there may be none.
     """
     rows: list[tuple[float, complex, float, float, float]] = []
     longest_s = max((len(t.output) for t in trials), default=0) * period_s
@@ -81,7 +84,8 @@ def response_of(trials: Sequence[Excited], period_s: float, highest_hz: float) -
         high = 2.0 * PERIODS_FULL / segment_s
         if segment_s == SEGMENTS_S[-1]:
             high = highest_hz
-        rows += _octave(trials, period_s, round(segment_s / period_s), low, min(high, highest_hz))
+        entries = [_entries(trial, segment_s, period_s) for trial in trials]
+        rows += _octave([e for e in entries if e is not None], low, min(high, highest_hz))
     columns = np.array(rows, dtype=complex).reshape(-1, 5).T
     found = Response(columns[0].real, columns[1], *(c.real for c in columns[2:]))
     return found.only(_excited(found))
@@ -96,28 +100,66 @@ def _excited(found: Response) -> np.ndarray:
     return excited
 
 
-def _octave(
-    trials: Sequence[Excited], period_s: float, count: int, low_hz: float, high_hz: float
-) -> list[tuple[float, complex, float, float, float]]:
-    """Rows of Response from segments of ``count`` samples: bands between ``low_hz`` and
-    ``high_hz``.
+@dataclass(frozen=True)
+class _Entries:
+    """Spectra of one trial's segments, (segments, bins) each, at ``frequency_hz`` (bins,).
+    ``independent``: how many of the segments count.
     """
-    spectra = [_segments(trial, count) for trial in trials if len(trial.output) >= count]
-    if not spectra or not low_hz < high_hz:
-        return []
-    r, u, y = (np.concatenate([s[i] for s in spectra]) for i in range(3))
-    frequency = np.fft.rfftfreq(count, period_s)
-    edges = low_hz * 2.0 ** (
-        np.arange(int(np.log2(high_hz / low_hz) * BANDS_PER_OCTAVE + 1e-9) + 1) / BANDS_PER_OCTAVE
-    )
-    rows = []
-    own = _own_power((np.abs(r) ** 2).sum(axis=0))
-    for bottom, top in zip(edges, [*edges[1:], high_hz], strict=True):
-        inside = own & (frequency >= bottom - 1e-9) & (frequency < top - 1e-9)
-        if inside.any():
-            row = _band(frequency[inside], r[:, inside], u[:, inside], y[:, inside])
-            rows += [row] if row else []
-    return rows
+
+    frequency_hz: np.ndarray
+    r: np.ndarray
+    u: np.ndarray
+    y: np.ndarray
+    independent: float
+
+
+def _entries(trial: Excited, segment_s: float, period_s: float) -> _Entries | None:
+    """Spectra in segments of this length, or of the next longer one in which the reference repeats;
+    None where the trial is shorter.
+    """
+    for longer_s in reversed([s for s in SEGMENTS_S if s >= segment_s]):
+        count = round(longer_s / period_s)
+        span = _repeats(trial.reference, count, round(SETTLE_S / period_s))
+        if span is not None:
+            starts = range(span[0], span[1] - count + 1, count)
+            return _spectra(trial, starts, np.ones(count), period_s, 1.0)
+    count = round(segment_s / period_s)
+    if len(trial.output) < count:
+        return None
+    starts = range(0, len(trial.output) - count + 1, max(count // 2, 1))
+    # neighbours overlap by half, which leaves 0.53 of them independent under a Hann window
+    # (Welch 1967)
+    return _spectra(trial, starts, np.hanning(count + 1)[:-1], period_s, 0.53)
+
+
+def _repeats(reference: np.ndarray, count: int, settle: int) -> tuple[int, int] | None:
+    """First and last sample (not included) between which the reference repeats after ``count``
+    samples, without its fades; None where it does not, or not for a whole period.
+    """
+    if len(reference) <= count:
+        return None
+    same = np.abs(reference[count:] - reference[:-count]) < SAME * np.ptp(reference)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], same, [False]]).astype(int)))
+    if not len(edges):
+        return None
+    runs = edges.reshape(-1, 2)  # of samples that all repeat; by chance one does within a fade
+    begin, end = runs[np.argmax(runs[:, 1] - runs[:, 0])].tolist()
+    first, stop = begin + settle, end + count
+    return (first, stop) if stop - first >= count else None
+
+
+def _spectra(
+    trial: Excited, starts: range, window: np.ndarray, period_s: float, independent: float
+) -> _Entries:
+    spectra = []
+    for values in (trial.reference, trial.command, trial.output):
+        pieces = np.stack([values[i : i + len(window)] for i in starts])
+        pieces = pieces - pieces.mean(axis=1, keepdims=True)
+        spectra.append(np.fft.rfft(pieces * window) / window.sum() * 2.0)
+    frequency = np.fft.rfftfreq(len(window), period_s)
+    own = _own_power((np.abs(spectra[0]) ** 2).sum(axis=0))
+    r, u, y = (spectrum[:, own] for spectrum in spectra)
+    return _Entries(frequency[own], r, u, y, independent)
 
 
 def _own_power(power: np.ndarray) -> np.ndarray:
@@ -129,20 +171,37 @@ def _own_power(power: np.ndarray) -> np.ndarray:
     return own
 
 
-def _segments(trial: Excited, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Windowed spectra (segments, bins) of reference, command and output."""
-    window = np.hanning(count + 1)[:-1]
-    starts = range(0, len(trial.output) - count + 1, max(count // 2, 1))
-    spectra = []
-    for values in (trial.reference, trial.command, trial.output):
-        pieces = np.stack([values[i : i + count] for i in starts])
-        pieces = pieces - pieces.mean(axis=1, keepdims=True)
-        spectra.append(np.fft.rfft(pieces * window) / window.sum() * 2.0)
-    return spectra[0], spectra[1], spectra[2]
+def _octave(
+    entries: Sequence[_Entries], low_hz: float, high_hz: float
+) -> list[tuple[float, complex, float, float, float]]:
+    """Rows of Response: bands between ``low_hz`` and ``high_hz``."""
+    if not entries or not low_hz < high_hz:
+        return []
+    edges = low_hz * 2.0 ** (
+        np.arange(int(np.log2(high_hz / low_hz) * BANDS_PER_OCTAVE + 1e-9) + 1) / BANDS_PER_OCTAVE
+    )
+    rows = []
+    for bottom, top in zip(edges, [*edges[1:], high_hz], strict=True):
+        parts = []
+        for e in entries:
+            inside = (e.frequency_hz >= bottom - 1e-9) & (e.frequency_hz < top - 1e-9)
+            if inside.any():
+                frequency = np.broadcast_to(e.frequency_hz[inside], e.r[:, inside].shape)
+                count = np.full(frequency.size, e.independent)
+                parts.append(
+                    [
+                        v.ravel()
+                        for v in (frequency, count, e.r[:, inside], e.u[:, inside], e.y[:, inside])
+                    ]
+                )
+        if parts:
+            row = _band(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+            rows += [row] if row else []
+    return rows
 
 
 def _band(
-    frequency: np.ndarray, r: np.ndarray, u: np.ndarray, y: np.ndarray
+    frequency: np.ndarray, independent: np.ndarray, r: np.ndarray, u: np.ndarray, y: np.ndarray
 ) -> tuple[float, complex, float, float, float] | None:
     """One band: mean frequency by the reference's power, plant, its variance, coherence, power."""
     power = np.abs(r) ** 2
@@ -151,14 +210,11 @@ def _band(
     if not (total > 0.0 and abs(u_r) > 0.0 and np.isfinite(u_r) and np.isfinite(y_r)):
         return None
     plant = y_r / u_r
-    # segments and bins count by the power that they bring; neighbours overlap by half, which
-    # leaves 0.53 of them independent under a Hann window (Welch 1967)
-    effective = max(total**2 / (power**2).sum() * _INDEPENDENT, 1.0)
+    # segments count by the power that they bring
+    share = (power * independent).sum() / total
+    effective = max(total**2 / (power**2).sum() * share, 1.0)
     rest = (np.abs(y - plant * u) ** 2 * power).sum() * effective / max(effective - 1.0, 0.5)
-    variance = rest / abs(u_r) ** 2 / _INDEPENDENT
+    variance = rest / abs(u_r) ** 2 / share
     coherence = abs(y_r) ** 2 / (total * (np.abs(y) ** 2).sum())
     centre = float((frequency * power).sum() / total)
     return centre, complex(plant), float(variance), float(coherence), float(power.mean())
-
-
-_INDEPENDENT = 0.53

@@ -83,13 +83,3 @@ def _insertion(text: str, node: "MappingNode", lines: list[str]) -> tuple[int, i
     end = text.find("\n", at)
     end = len(text) if end < 0 else end  # behind a comment on the same line
     return end, end, "".join(f"\n{margin}{line}" for line in lines)
-
-
-def with_plant(text: str, plant: str) -> str:
-    """The rig file's text with another path of its plant file."""
-    import yaml
-
-    node = dict(_pairs(yaml.compose(text))).get("plant")
-    if not isinstance(node, yaml.ScalarNode):
-        return text
-    return text[: node.start_mark.index] + plant + text[node.end_mark.index :]
