@@ -22,8 +22,8 @@ LINES = 14
 # from Hz, to Hz, period s, duration s; a band spans less than a decade, so that its slow lines are
 # not lost beside its fast ones. The joint is held by muscles, the motor by its drive.
 BANDS = {
-    JOINT: ((0.125, 1.0, 16.0, 34.0), (1.0, 5.0, 8.0, 26.0), (4.0, 14.0, 2.0, 18.0)),
-    MOTOR: ((0.25, 2.0, 8.0, 18.0), (2.0, 12.0, 2.0, 10.0), (12.0, 50.0, 1.0, 6.0)),
+    JOINT: ((0.125, 1.0, 16.0, 36.0), (1.0, 5.0, 8.0, 28.0), (4.0, 14.0, 2.0, 16.0)),
+    MOTOR: ((0.25, 2.0, 8.0, 20.0), (2.0, 12.0, 2.0, 10.0), (12.0, 50.0, 1.0, 6.0)),
 }
 OF_SAMPLING = 0.05  # of the sampling rate: what an experiment may ask for at most
 DRAWS = 2

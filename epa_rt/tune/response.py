@@ -12,14 +12,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-BANDS_PER_OCTAVE = 8  # within one, a resonance of a tenth damping changes by a few degrees
+BANDS_PER_OCTAVE = 16  # no more than one bin of the segments: a resonance must not be smeared
 SEGMENTS_S = (16.0, 8.0, 4.0, 2.0, 1.0)  # the longer for the lower octaves
 PERIODS_LEAST = 2.0  # of a frequency in a segment; with fewer the window hides it
 PERIODS_FULL = 8.0  # of a frequency in a segment: a band of an eighth of an octave has its own bin
 LEAST_POWER = 1e-4  # of the strongest band's command: below it only leakage is seen
 LEAKED = 0.3  # of a neighbour's power: no more than what leaks from it
 LEAST_COHERENCE = 0.8  # below it, phase is known to no better than some 10 deg (Bendat, Piersol)
-SETTLE_S = 1.0  # after the fade, for what the plant still rings of it
+SETTLE_S = 2.0  # after the fade, for what the plant still rings of it
 SAME = 1e-6  # of a reference's height: rounding, not another period
 CONFIDENCE = -np.log(0.05)  # |error|^2 over variance that 95 % of complex normal errors keep
 
