@@ -172,17 +172,26 @@ def _inputs(arguments: argparse.Namespace, text: str) -> "Inputs":
     import tempfile
 
     from epa_rt.cli.inputs import load_inputs
+    from epa_rt.config.source import ConfigError
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"tune_{arguments.loop}.yaml"
         path.write_text(text, encoding="utf-8")
-        return load_inputs(
-            path,
-            arguments.rig,
-            arguments.plant,
-            with_plant=arguments.backend == "sim" and not arguments.dry,
-            with_zero=arguments.backend != "sim" and not arguments.dry,
-        )
+        try:
+            return load_inputs(
+                path,
+                arguments.rig,
+                arguments.plant,
+                with_plant=arguments.backend == "sim" and not arguments.dry,
+                with_zero=arguments.backend != "sim" and not arguments.dry,
+            )
+        except ConfigError as error:
+            if error.path != path:
+                raise
+            raise VerbError(
+                f"the excitation does not fit the rig: {error.where}: found {error.found},"
+                f" expected {error.expected}"
+            ) from None
 
 
 def _answer(arguments: argparse.Namespace, logs: list[Path]) -> int:
@@ -210,7 +219,7 @@ def _answer(arguments: argparse.Namespace, logs: list[Path]) -> int:
         print(arguments.html)
     if arguments.write is not None:
         _write_rig(arguments, answer, rig_source, recordings)
-    return COMPLETED
+    return COMPLETED if answer.proposal.known else DIFFERENT
 
 
 def _rig_of(source: "Located | None", recordings: "tuple[Recording, ...]") -> "Rig":

@@ -13,7 +13,7 @@ from epa_rt.tune.design import MS_LIMIT, Merit, Problem, Proposal, Wanted, probl
 from epa_rt.tune.evidence import HIGHEST_HZ_SHARE, Evidence, evidence_of, usual_wanted, wanted_of
 from epa_rt.tune.fit import Model, fitted
 from epa_rt.tune.in_time import Situation, Trace, simulated
-from epa_rt.tune.margins import QUIET, Interpolated, Margins, interpolated
+from epa_rt.tune.margins import Interpolated, Margins, interpolated
 from epa_rt.tune.response import LEAST_COHERENCE, Response, response_of
 from epa_rt.tune.rig_text import written
 
@@ -197,18 +197,19 @@ def _remarks(
         f"nothing is known between {frequency[i]:.3g} and {frequency[i + 1]:.3g} Hz"
         for i in wide.tolist()
     ]
-    present = problem.margins(problem.loop.gains)
-    if present.gain_at_end > QUIET:
-        remarks.append(
-            f"the response ends at {frequency[-1]:.3g} Hz with a loop gain of"
-            f" {present.gain_at_end:.2g}: margins beyond are not known"
-        )
     top = problem.wanted.frequency_hz[-1]
     if top > 1.05 * frequency[-1]:
         remarks.append(
             f"the wanted motion goes up to {top:.3g} Hz, the response to {frequency[-1]:.3g} Hz"
         )
     return remarks
+
+
+def decision_word(proposal: Proposal) -> str:
+    """'keep', 'change', or 'unknown' where the response ends too early to say either."""
+    if not proposal.known:
+        return "unknown"
+    return "keep" if proposal.keep else "change"
 
 
 def as_json(answer: Answer) -> dict[str, Any]:
@@ -222,7 +223,7 @@ def as_json(answer: Answer) -> dict[str, Any]:
         "seconds": answer.seconds,
         "method": METHOD,
         "target": {"ms": MS_LIMIT, "confidence": 0.95},
-        "decision": "keep" if answer.proposal.keep else "change",
+        "decision": decision_word(answer.proposal),
         "why": answer.proposal.why,
         "remarks": list(answer.remarks),
         "wanted": {

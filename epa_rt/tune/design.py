@@ -180,11 +180,14 @@ class Problem:
 
 @dataclass(frozen=True)
 class Proposal:
-    """What is proposed: ``gains`` equal to the present ones where ``keep``; ``why`` a sentence."""
+    """What is proposed: ``gains`` equal to the present ones where ``keep``; ``why`` a sentence.
+    ``known``: whether the response says enough to judge either.
+    """
 
     gains: Gains
     keep: bool
     why: str
+    known: bool = True
 
 
 WORTH = 0.10  # less gain than this is not worth a change of a rig that runs
@@ -219,6 +222,15 @@ def _held_reading(rig: Rig, loop: Loop) -> float:
 def proposed(problem: Problem) -> Proposal:
     """The best gains within the bounds, or those of now with the reason why."""
     present = problem.loop.gains
+    end, end_hz = problem.margins(present).gain_at_end, problem.plant.frequency_hz[-1]
+    if end > QUIET:
+        return Proposal(
+            present,
+            True,
+            f"the response ends at {end_hz:.3g} Hz, where the loop gain is still {end:.2g};"
+            " excite the loop itself, or further up",
+            False,
+        )
     is_sound = problem.holds(present)
     found = _searched(problem, is_sound)
     if found is None:

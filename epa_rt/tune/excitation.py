@@ -165,6 +165,8 @@ def _of_filling(
             f"found no pressure for {', '.join(missing)}, expected --experiment, or --fill for"
             " every muscle"
         )
+    for name, text in (asked.fill or {}).items():
+        _check_pressure(rig, name, text)
     joint_mean = "mean" if rig.joint is not None and "mean" in rig.joint.places else None
     mean = asked.at or (joint_mean if loop.kind == JOINT else None)
     if mean is None:
@@ -192,6 +194,17 @@ def _of_filling(
     if orders:
         after.append({"name": "tune_vent", "valves": {"all": "vent"}, **wait})
     return before, mean, after
+
+
+def _check_pressure(rig: Rig, name: str, text: str) -> None:
+    from epa_rt.config.units import UnitError, parse_pressure
+
+    if name not in {muscle.name for muscle in rig.muscles}:
+        raise TuneError(f"--fill: found the muscle '{name}', which the rig '{rig.name}' has not")
+    try:
+        parse_pressure(text, rig.atmosphere_pa)
+    except UnitError as error:
+        raise TuneError(f"--fill {name}: {error}") from None
 
 
 def _lines(low_hz: float, high_hz: float, period_s: float) -> int:

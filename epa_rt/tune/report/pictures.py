@@ -33,7 +33,7 @@ def plant_figure(answer: Answer) -> Figure:
             "dB",
             [
                 _bars(x, _decibel(size * (1.0 - wide)), _decibel(size * (1.0 + wide))),
-                Line(np.log10(fine), _decibel(np.abs(fit)), "model for the simulation", SECOND),
+                Line(np.log10(fine), _decibel(np.abs(fit)), "model", SECOND),
                 Line(x, _decibel(size), "measured", ACCENT, mode="markers"),
             ],
             190,
@@ -143,17 +143,15 @@ def step_figure(answer: Answer) -> Figure:
 
 def trial_figure(answer: Answer) -> Figure | None:
     """Errors over the wanted motion, simulated; None where no motion was given."""
-    before, after = answer.present.trial, answer.after.trial
-    if before is None or after is None:
+    before = answer.present.trial
+    if before is None:
         return None
     scale = Shown().difference_scale(answer.loop.si_unit)
-    errors = [
-        _line(trace, trace.reference - trace.output, words, colour, scale.factor, dash)
-        for trace, words, colour, dash in (
-            (before, PRESENT, SECOND, "dash"),
-            (after, PROPOSED, ACCENT, "solid"),
-        )
-    ]
+    errors = []
+    for judged, words, colour, dash in _sets(answer):
+        trace = judged.trial or before
+        error = trace.reference - trace.output
+        errors.append(_line(trace, error, words, colour, scale.factor, dash))
     panels = [
         Panel(
             "wanted motion",

@@ -14,6 +14,8 @@ Row = tuple[str, str, str]  # what, present, proposed
 
 def decision(answer: Answer) -> str:
     """One sentence: keep or change, and why."""
+    if not answer.proposal.known:
+        return f"no statement on the gains: {answer.proposal.why}"
     if answer.proposal.keep:
         return f"keep the present gains: {answer.proposal.why}"
     return f"change the gains: {answer.proposal.why}"
@@ -27,23 +29,31 @@ def gain_rows(answer: Answer) -> list[Row]:
 
 
 def margin_rows(answer: Answer) -> list[Row]:
-    """Margins and what the gains are worth, each with its unit."""
+    """Margins and what the gains are worth, each with its unit; of a response that ends too early
+    no margin.
+    """
     shown, unit = Shown(), answer.loop.si_unit
-    rows = [
-        ("sensitivity peak Ms", *_pair(answer, lambda j: _plain(j.margins.peak))),
-        (
-            f"Ms over the uncertainty (limit {MS_LIMIT:g})",
-            *_pair(answer, lambda j: _plain(j.margins.worst_peak)),
-        ),
-        ("gain margin", *_pair(answer, _gain)),
-        ("phase margin", *_pair(answer, _phase)),
-        ("delay margin", *_pair(answer, _delay)),
-        ("crossover", *_pair(answer, lambda j: _hertz(j.margins.crossover_hz))),
-        ("bandwidth (|S| at -3 dB)", *_pair(answer, lambda j: _hertz(j.margins.bandwidth_hz))),
+    rows = (
+        []
+        if not answer.proposal.known
+        else [
+            ("sensitivity peak Ms", *_pair(answer, lambda j: _plain(j.margins.peak))),
+            (
+                f"Ms over the uncertainty (limit {MS_LIMIT:g})",
+                *_pair(answer, lambda j: _plain(j.margins.worst_peak)),
+            ),
+            ("gain margin", *_pair(answer, _gain)),
+            ("phase margin", *_pair(answer, _phase)),
+            ("delay margin", *_pair(answer, _delay)),
+            ("crossover", *_pair(answer, lambda j: _hertz(j.margins.crossover_hz))),
+            ("bandwidth (|S| at -3 dB)", *_pair(answer, lambda j: _hertz(j.margins.bandwidth_hz))),
+        ]
+    )
+    rows += [
         (
             "tracking error, RMS, by the response",
             *_pair(answer, lambda j: shown.difference(j.merit.tracking, unit)),
-        ),
+        )
     ]
     if answer.present.trial is not None:
         rows.append(
