@@ -11,7 +11,6 @@ python scripts/tune_plants.py --plants 10 [--rigs knee bench] [--first N] [--job
 import argparse
 import json
 import sys
-import tempfile
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -52,41 +51,49 @@ CASES = {
 
 def one_plant(name: str, seed: int) -> dict[str, Any]:
     """Figures of one drawn plant: tracking and margins with shipped and proposed gains."""
-    from epa_rt.tune.answer import tuned
-    from epa_rt.tune.controller import loop_of
+    from epa_rt.tune.answer import decision_word, tuned
+    from epa_rt.tune.controller import TuneError, loop_of
+    from epa_rt.tune.rig_text import written
 
     case = CASES[name]
-    with tempfile.TemporaryDirectory() as folder:
-        inputs, base, motion = _inputs(case, seed)
-        row: dict[str, Any] = {"rig": name, "seed": seed}
-        excited, end = _run(_exciting(inputs, case, base), folder, "excitation", seed)
-        if end != "completed":
-            return {**row, "failure": f"the excitation ended {end}"}
+    inputs, base, motion = _inputs(case, seed)
+    row: dict[str, Any] = {"rig": name, "seed": seed}
+    excited, end = _run(_exciting(inputs, case, base), seed)
+    if end != "completed":
+        return {**row, "failure": f"the excitation ended {end}"}
+    try:
         answer = tuned([excited], inputs.rig, case.kind, motion)
-        shipped, own = _run(inputs, folder, "shipped", seed)
-        after, new = _run(_with(inputs, case, answer.after.gains), folder, "proposed", seed)
-        stressed = _louder(answer.after.gains, case.kind)
-        stress, doubled = _run(_with(inputs, case, stressed), folder, "doubled", seed)
-        loop = loop_of(inputs.rig, case.kind)
-        errors = [_tracking(one, loop) for one in (shipped, after, stress)]
-        truth = _true_margins(case, inputs, shipped, answer.after.gains, folder, seed)
-        row |= {
-            "decision": "keep" if answer.proposal.keep else "change",
-            "outcomes": {"shipped": own, "proposed": new, "doubled": doubled},
-            "tracking_shipped": errors[0],
-            "tracking_proposed": errors[1],
-            "tracking_doubled": errors[2],
-            "ratio": errors[1] / errors[0],
-            "expected_ratio": answer.after.trial.rms_error / answer.present.trial.rms_error,
-            "stated_peak": answer.after.margins.worst_peak,
-            "true_peak": truth.peak,
-            "true_gain_margin": truth.gain,
-            "true_phase_margin_rad": truth.phase_rad,
-            "true_delay_margin_s": truth.delay_s,
-            "stable": truth.stable,
-        }
-        return {**row, "tracks": bool(new == "completed" and row["ratio"] <= NO_WORSE),
-                "holds": _holds(row)}  # fmt: skip
+    except TuneError as error:
+        return {**row, "failure": str(error)}
+    gains, loop = answer.after.gains, loop_of(inputs.rig, case.kind)
+    shipped, own = _run(inputs, seed)
+    after, new = _run(_with(inputs, case, gains), seed)
+    stress, doubled = _run(_with(inputs, case, _louder(gains, case.kind)), seed)
+    errors = [_tracking(one, loop) for one in (shipped, after, stress)]
+    truth, before = _true_margins(case, inputs, shipped, (gains, loop.gains), seed)
+    row |= {
+        "decision": decision_word(answer.proposal),
+        "gains": written(gains, case.kind),
+        "outcomes": {"shipped": own, "proposed": new, "doubled": doubled},
+        "tracking_shipped": errors[0],
+        "tracking_proposed": errors[1],
+        "tracking_doubled": errors[2],
+        "ratio": errors[1] / errors[0],
+        "expected_ratio": answer.after.trial.rms_error / answer.present.trial.rms_error,
+        "stated_peak": answer.after.margins.worst_peak,
+        "true_peak": truth.peak,
+        "true_peak_shipped": before.peak,
+        "true_gain_margin": _known(truth.gain),
+        "true_phase_margin_rad": _known(truth.phase_rad),
+        "true_delay_margin_s": _known(truth.delay_s),
+        "stable": truth.stable,
+    }
+    row["tracks"] = bool(new == "completed" and row["ratio"] <= NO_WORSE)
+    return {**row, "holds": _holds(row)}
+
+
+def _known(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
 
 
 def _holds(row: dict[str, Any]) -> bool:
@@ -95,7 +102,7 @@ def _holds(row: dict[str, Any]) -> bool:
     """
     from epa_rt.tune.design import MS_LIMIT
 
-    if row["decision"] == "keep":
+    if row["decision"] != "change":
         return True
     calm = row["tracking_doubled"] <= OUT_OF_HAND * row["tracking_shipped"]
     stands = row["outcomes"]["doubled"] == "completed" and calm
@@ -157,15 +164,71 @@ def _louder(gains: Any, kind: str) -> Any:
     )
 
 
-def _run(inputs: Any, folder: str, name: str, seed: int) -> tuple[Any, str]:
-    """A recorded run of the simulated rig; its recording and how it ended."""
-    from epa_rt.cli.run import run_simulated
-    from epa_rt.gap.read import read_recording
+class Columns:
+    """A Recording of the loop in memory: what a tuning reads, without a file between."""
 
-    path = Path(folder) / f"{name}.mcap"
-    _, result = run_simulated(inputs, path, seed + 1, None, progress=False)
-    outcome = result.outcome if result.trip is None else f"{result.outcome}: {result.trip.cause}"
-    return read_recording(path), outcome
+    failure = None
+
+    def __init__(self) -> None:
+        self.rows: list[tuple[Any, ...]] = []
+        self.phases: list[int] = []
+        self.sent: list[bytes] = []
+
+    def sample(self, *values: Any) -> None:
+        cycle, _, _, state, phase, _, _, _, _, _, outputs_raw, measured, reference, _, _ = values
+        self.rows.append((cycle, *measured.values(), *reference.values()))
+        self.names = (*measured, *reference)
+        self.phases.append(phase if state == RUN else -1)
+        self.sent.append(outputs_raw)
+
+    def event(self, cycle: int, t_ns: int, kind: str, text: str, /, **data: object) -> None: ...
+
+    def recording(self, inputs: Any) -> Any:
+        """What read_recording would give of the log; readings are not masked where invalid."""
+        from epa_rt.gap.recording import Recording, Span
+        from epa_rt.signals.sent import sent_columns
+
+        rows = np.array(self.rows)
+        columns = {name: rows[:, i + 1] for i, name in enumerate(self.names)}
+        raw = np.frombuffer(b"".join(self.sent), np.uint8).reshape(len(rows), -1)
+        phases = np.array(self.phases)
+        edges = [0, *(np.flatnonzero(np.diff(phases)) + 1).tolist(), len(phases)]
+        planned = inputs.experiment.phases
+        spans = tuple(
+            Span(planned[phases[a]].name, a, b, planned[phases[a]].trial_index is not None)
+            for a, b in zip(edges, edges[1:], strict=False)
+            if phases[a] >= 0
+        )
+        name = inputs.experiment.name
+        own = (inputs.rig.name, inputs.plant.name, name, inputs.rig.period_s)
+        columns |= sent_columns(inputs.rig, raw)
+        return Recording(name, name, *own, rows[:, 0].astype(np.int64), columns, spans)
+
+
+RUN = 2  # the supervisor's state in which phases go on
+
+
+class Nobody:
+    """An operator who asks for nothing."""
+
+    def poll(self, cycle: int) -> int:
+        return 0
+
+
+def _run(inputs: Any, seed: int, backend: Any = None) -> tuple[Any, str]:
+    """A run of the simulated rig through the loop; its columns and how it ended."""
+    from epa_rt.loop.assembly import assemble
+    from epa_rt.loop.run import run
+    from sim_backend.backend import SimBackend
+
+    parts, columns = assemble(inputs.rig, inputs.experiment), Columns()
+    backend = backend or SimBackend(inputs.rig, inputs.plant, seed + 1)
+    result = run(
+        inputs.rig, backend, parts.supervisor, parts.envelope, parts.decoder, parts.encoder,
+        columns, Nobody(),
+    )  # fmt: skip
+    outcome = result.outcome if result.trip is None else f"{result.outcome}: {result.trip}"
+    return columns.recording(inputs), outcome
 
 
 def _tracking(recording: Any, loop: Any) -> float:
@@ -178,8 +241,10 @@ def _tracking(recording: Any, loop: Any) -> float:
     return float(np.sqrt(np.nanmean(np.concatenate(errors) ** 2))) if errors else float("nan")
 
 
-def _true_margins(case: Case, inputs: Any, run: Any, gains: Any, folder: str, seed: int) -> Any:
-    """Margins of these gains on the plant itself, by a run in open loop."""
+def _true_margins(
+    case: Case, inputs: Any, run: Any, sets: tuple[Any, ...], seed: int
+) -> tuple[Any, ...]:
+    """Margins of each set of gains on the plant itself, by a run in open loop."""
     from epa_rt.tune.controller import controller_of, loop_of
     from epa_rt.tune.fit import fitted
     from epa_rt.tune.margins import interpolated, margins_of
@@ -208,7 +273,9 @@ def _true_margins(case: Case, inputs: Any, run: Any, gains: Any, folder: str, se
     )
     none = np.zeros(len(response.frequency_hz))
     grid = interpolated(response.frequency_hz, response.plant, none, model.at)
-    return margins_of(grid, controller_of(loop, gains, grid.frequency_hz).feedback)
+    return tuple(
+        margins_of(grid, controller_of(loop, gains, grid.frequency_hz).feedback) for gains in sets
+    )
 
 
 def _without_loop(inputs: Any, case: Case) -> Any:
@@ -256,8 +323,6 @@ def _open_text(case: Case, mean_m: float) -> str:
 
 def _run_truth(inputs: Any, case: Case, seed: int) -> tuple[Any, str, np.ndarray]:
     """A recorded run without noise, and the plant's own output (N,) beside what its sensor says."""
-    from epa_rt.cli.run import run_recorded
-    from epa_rt.gap.read import read_recording
     from sim_backend.backend import SimBackend
 
     params = inputs.plant.params.copy()
@@ -277,22 +342,10 @@ def _run_truth(inputs: Any, case: Case, seed: int) -> tuple[Any, str, np.ndarray
             return exchange
 
     Truthful.output = []
-    backend = Truthful(inputs.rig, plant, seed + 1)
-    backend.model.warm_up()
-    facts = {
-        "rig": inputs.rig.name,
-        "experiment": "open",
-        "backend": "sim",
-        "period_s": f"{inputs.rig.period_s:g}",
-    }
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "open.mcap"
-        _, result = run_recorded(inputs, backend, path, facts, paced=False, progress=False)
-        recording = read_recording(path)
+    recording, outcome = _run(inputs, seed, Truthful(inputs.rig, plant, seed + 1))
     output = np.array(Truthful.output[: recording.samples])
     if case.kind == "motor":
         output = recording.columns["motor_travel_m"]
-    outcome = result.outcome if result.trip is None else f"{result.outcome}: {result.trip}"
     return recording, outcome, output
 
 
