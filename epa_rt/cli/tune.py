@@ -63,6 +63,9 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("--json", type=Path, metavar="JSON", help="write the answer for machines")
     verb.add_argument("--html", type=Path, metavar="PAGE.html", help="write the answer as a page")
     verb.add_argument(
+        "--pictures", type=Path, metavar="FOLDER", help="write the pictures as PNG (a browser)"
+    )
+    verb.add_argument(
         "--write", type=Path, metavar="RIG.yaml", help="write a copy of the rig file with the gains"
     )
     verb.add_argument("--quiet", action="store_true", help="no progress")
@@ -217,9 +220,22 @@ def _answer(arguments: argparse.Namespace, logs: list[Path]) -> int:
 
         write_whole(arguments.html, tune_page(answer))
         print(arguments.html)
+    if arguments.pictures is not None:
+        _write_pictures(arguments.pictures, answer)
     if arguments.write is not None:
         _write_rig(arguments, answer, rig_source, recordings)
     return COMPLETED if answer.proposal.known else DIFFERENT
+
+
+def _write_pictures(folder: Path, answer: "Answer") -> None:
+    from epa_rt.study.report.page import PictureError, write_pictures
+    from epa_rt.tune.report.pictures import figures_of
+
+    try:
+        for path in write_pictures(folder, figures_of(answer)):
+            print(path)
+    except (PictureError, OSError) as error:
+        raise VerbError(str(error)) from None
 
 
 def _rig_of(source: "Located | None", recordings: "tuple[Recording, ...]") -> "Rig":

@@ -11,21 +11,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from epa_rt.config.rig import Rig
-from epa_rt.tune.controller import (
-    JOINT,
-    MOTOR,
-    Controller,
-    Gains,
-    Loop,
-    basis_of,
-    controller_of,
-    rounded,
-)
+from epa_rt.tune.controller import JOINT, MOTOR, Controller, Gains, Loop, controller_of, rounded
 from epa_rt.tune.margins import QUIET, Interpolated, Margins, is_stable, margins_of
 
 MS_LIMIT = 1.6
 SPARE = 0.95  # of each bound: gains are rounded, and a plant differs with amplitude
-FLOOR = 1e-3  # of the wanted power: what the feedforward is fitted to beside the wanted band
 # of the motor's top speed (joint) and acceleration (motor): how much the sensor's steps may make
 # the command hum, where the present gains do not allow more
 NOISE_SHARE = {JOINT: 0.01, MOTOR: 0.05}
@@ -145,37 +135,28 @@ class Problem:
         return max(excesses) if excesses[-1] == 0.0 else excesses[-1]
 
     def with_feedforward(self, gains: Gains) -> Gains:
-        """The same feedback with the feedforward that follows the wanted reference best: linear
-        least squares on the response. The motor's loop has none to choose.
+        """The same feedback with what the feedforward has to give back of its derivative.
+
+        The command that the wanted motion asks for stays the present one: the derivative brakes the
+        motion by kd s / (1 + s / (2 pi cut-off)), whose first two powers of s speed and
+        acceleration cancel. So the error is the present one times the ratio of the sensitivities,
+        whatever the plant does at the size of the wanted motion. The motor's loop has none.
         """
         if self.loop.kind != JOINT:
             return gains
-        frequency, plant = self.wanted.frequency_hz, self.wanted_plant
-        bare = replace(
-            gains, feedforward=0.0, feedforward_speed_s=0.0, feedforward_acceleration_s2=0.0
-        )
-        controller, base = (
-            controller_of(self.loop, bare, frequency),
-            basis_of(self.loop, gains, frequency),
-        )
-        answer = plant / (1.0 + plant * controller.feedback)
-        power = self.wanted.power / np.sum(self.wanted.power)
-        weight = np.sqrt(power + FLOOR * np.max(power) / (1.0 + (frequency / frequency[-1]) ** 4))
-        columns = np.stack([base.unit, base.speed, base.acceleration], axis=1) * answer[:, None]
-        target = (1.0 - controller.forward * answer) * weight
-        columns = columns * weight[:, None]
-        stacked = np.vstack([columns.real, columns.imag])
-        scale = np.linalg.norm(stacked, axis=0)
-        found = np.linalg.lstsq(
-            stacked / scale, np.concatenate([target.real, target.imag]), rcond=None
-        )[0]
-        position, speed, acceleration = (float(v) for v in found / scale)
+        present = self.loop.gains
         return replace(
             gains,
-            feedforward=position,
-            feedforward_speed_s=speed,
-            feedforward_acceleration_s2=acceleration,
+            feedforward_speed_s=present.feedforward_speed_s + gains.kd - present.kd,
+            feedforward_acceleration_s2=present.feedforward_acceleration_s2
+            + _lagging(present)
+            - _lagging(gains),
         )
+
+
+def _lagging(gains: Gains) -> float:
+    """The derivative times the lag of its filter, in s^2."""
+    return gains.kd / (2.0 * float(np.pi) * gains.derivative_cutoff_hz)
 
 
 @dataclass(frozen=True)
@@ -300,7 +281,4 @@ def _space(loop: Loop) -> tuple[list[str], list[tuple[float, float]]]:
         names.append(name)
         bounds.append((centre - 1.0, centre + 1.0))
     low, high = np.log10(CUTOFFS_HZ)
-    for name in ("derivative_cutoff_hz", "output_cutoff_hz"):
-        names.append(name)
-        bounds.append((low, high))
-    return names, bounds
+    return [*names, "derivative_cutoff_hz"], [*bounds, (float(low), float(high))]

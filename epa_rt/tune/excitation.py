@@ -159,14 +159,14 @@ def _of_filling(
     rig: Rig, loop: Loop, asked: Asked
 ) -> tuple[list[dict[str, Any]], str, list[dict[str, Any]]]:
     """Fill at the rest place, and back to it before venting."""
+    for name, text in (asked.fill or {}).items():
+        _check_pressure(rig, name, text)
     missing = [m.name for m in rig.muscles if m.name not in (asked.fill or {})]
     if missing:
         raise TuneError(
             f"found no pressure for {', '.join(missing)}, expected --experiment, or --fill for"
             " every muscle"
         )
-    for name, text in (asked.fill or {}).items():
-        _check_pressure(rig, name, text)
     joint_mean = "mean" if rig.joint is not None and "mean" in rig.joint.places else None
     mean = asked.at or (joint_mean if loop.kind == JOINT else None)
     if mean is None:

@@ -75,7 +75,7 @@ def test_nothing_is_written_over(excited, capsys):
         (("motor", "--rig", RIG, "--fill", "mussel", "3 bar gauge"), "has not"),
         (("motor", "--rig", RIG, "--fill", "muscle", "3 bar gauge", "--at", "1 m"), "limits"),
         (("motor", "--rig", RIG, "--experiment", "config/experiments/step.yaml"), "loop"),
-        (("motor", "--rig", RIG, "--experiment", RIG), "experiment"),
+        (("motor", "--rig", RIG, "--experiment", RIG), "unknown key 'rig'"),
         (("motor", "README.md"), "expected an MCAP log"),
     ],
     ids=lambda value: value if isinstance(value, str) else None,

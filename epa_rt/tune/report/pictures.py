@@ -16,6 +16,18 @@ PRESENT, PROPOSED = "present", "proposed"
 NYQUIST_REACH = 2.5  # about the origin: farther out nothing tells of robustness
 
 
+def figures_of(answer: Answer) -> dict[str, Figure]:
+    """Every figure by the name that its file gets."""
+    figures = {
+        "plant": plant_figure(answer),
+        "loop": loop_figure(answer),
+        "nyquist": nyquist_figure(answer),
+        "steps": step_figure(answer),
+    }
+    trial = trial_figure(answer)
+    return figures if trial is None else figures | {"trial": trial}
+
+
 def plant_figure(answer: Answer) -> Figure:
     """The plant's gain and phase with their uncertainty, and the coherence."""
     r, whole = answer.response, answer.whole
