@@ -14,7 +14,7 @@ from epa_rt.tune.evidence import HIGHEST_HZ_SHARE, Evidence, evidence_of, usual_
 from epa_rt.tune.fit import Model, fitted
 from epa_rt.tune.in_time import Situation, Trace, simulated
 from epa_rt.tune.margins import Interpolated, Margins, interpolated
-from epa_rt.tune.response import LEAST_COHERENCE, Response, response_of
+from epa_rt.tune.response import LEAST_COHERENCE, Response, response_of, widened
 from epa_rt.tune.rig_text import written
 
 LEAST_POINTS = 8  # of the response: with fewer no crossing is found between them
@@ -77,7 +77,10 @@ def tuned(
     progress("reading", 0.0)
     evidence = evidence_of(recordings, rig, loop)
     progress("response", 0.1)
-    whole = response_of(evidence.trials, loop.period_s, HIGHEST_HZ_SHARE / loop.period_s)
+    highest_hz = HIGHEST_HZ_SHARE / loop.period_s
+    whole = response_of(evidence.trials, loop.period_s, highest_hz)
+    if len(whole.frequency_hz):
+        whole = widened(whole, evidence.trials, loop.period_s, highest_hz)
     response = whole.only(whole.radius < np.abs(whole.plant))
     if len(response.frequency_hz) < LEAST_POINTS:
         raise TuneError(

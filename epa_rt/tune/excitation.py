@@ -2,8 +2,9 @@
 
 The reference is where it enters, so that the usual run does all the rest: the profile is checked
 before anything moves, the gate and every trip watch it, a stop brakes it, and the log replays. It
-reaches the command through the controller and its feedforward. Two draws of phases in each band:
-what a plant does that is not linear differs between them and shows as uncertainty.
+reaches the command through the controller and its feedforward. Two draws of phases in each band,
+the second at half the height: what a plant does that is not linear differs between them and shows
+as uncertainty.
 """
 
 from collections.abc import Mapping
@@ -27,6 +28,7 @@ BANDS = {
 }
 OF_SAMPLING = 0.05  # of the sampling rate: what an experiment may ask for at most
 DRAWS = 2
+OF_DRAW = (1.0, 0.5)  # of the height: a plant that rubs or plays answers another size otherwise
 FADE_S = 0.5
 SHARE = 0.5  # of each limit of motion that the excitation takes at most
 OF_FOLLOWING = 0.4  # of the error that trips: the loop may answer with up to twice the reference
@@ -80,7 +82,7 @@ def excitation_text(rig: Rig, loop: Loop, base: Mapping[str, Any] | None, asked:
                     "seed": 1 + draw + DRAWS * i,
                     "multisine": {
                         "mean": mean,
-                        "peak_to_peak": f"{height * unit[0]:.4g} {unit[1]}",
+                        "peak_to_peak": f"{height * OF_DRAW[draw] * unit[0]:.4g} {unit[1]}",
                         "from": f"{low:g} Hz",
                         "to": f"{high:g} Hz",
                         "lines": _lines(low, high, period_s),

@@ -104,7 +104,7 @@ def _residues(
 
 def _basis(s: np.ndarray, poles: np.ndarray) -> np.ndarray:
     """Partial fractions (m, n) with real coefficients: of a pair their sum and their difference."""
-    columns = 1.0 / (s[:, None] - poles)
+    columns: np.ndarray = 1.0 / (s[:, None] - poles)
     i = 0
     while i < len(poles):
         if poles[i].imag:

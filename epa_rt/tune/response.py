@@ -8,7 +8,7 @@ System Identification, 2nd ed. 1999, 13.5; Pintelon and Schoukens, System Identi
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -89,6 +89,24 @@ def response_of(trials: Sequence[Excited], period_s: float, highest_hz: float) -
     columns = np.array(rows, dtype=complex).reshape(-1, 5).T
     found = Response(columns[0].real, columns[1], *(c.real for c in columns[2:]))
     return found.only(_excited(found))
+
+
+def widened(
+    found: Response, trials: Sequence[Excited], period_s: float, highest_hz: float
+) -> Response:
+    """The response with a radius that holds what each trial says on its own: trials of another size
+    meet another plant where it rubs or plays.
+    """
+    variance, logs = found.variance.copy(), np.log2(found.frequency_hz)
+    for trial in trials:
+        own = response_of([trial], period_s, highest_hz)
+        own = own.only(own.sound)
+        for hertz, plant in zip(own.frequency_hz, own.plant, strict=True):
+            at = int(np.argmin(np.abs(logs - np.log2(hertz))))
+            if abs(logs[at] - np.log2(hertz)) < 1.0 / BANDS_PER_OCTAVE:
+                away = abs(plant - found.plant[at]) ** 2
+                variance[at] = max(variance[at], float(away / CONFIDENCE))
+    return replace(found, variance=variance)
 
 
 def _excited(found: Response) -> np.ndarray:
