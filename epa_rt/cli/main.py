@@ -31,6 +31,7 @@ VERBS = (
     "home",
     "jog",
     "calibrate",
+    "tune",
     "bus",
     "replay",
     "info",
