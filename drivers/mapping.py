@@ -12,7 +12,7 @@ from epa_rt.backend import BackendError
 from epa_rt.config.devices import Entry
 from epa_rt.config.rig import Slave
 from epa_rt.config.rig_checks import entries_of
-from epa_rt.config.terminal import GAP, Pdo
+from epa_rt.config.terminal import GAP, Mapped, Pdo
 
 OUTPUT_ASSIGNMENT, INPUT_ASSIGNMENT = 0x1C12, 0x1C13
 _DIRECTIONS = ((OUTPUT_ASSIGNMENT, True), (INPUT_ASSIGNMENT, False))
@@ -128,20 +128,28 @@ def described_pdos(slave: Slave, outputs: bool) -> list[Pdo]:
 
 
 def _taken(pdo: Pdo, wanted: Sequence[tuple[int, int, int]]) -> int:
-    """How many of the wanted entries a PDO carries, from the first on; 0 where they do not fit."""
-    starts: dict[int, tuple[int, int]] = {}
+    """How many of the wanted entries a PDO carries, from the first on; 0 where they do not fit.
+    A word may be made of single bits.
+    """
+    starts: dict[int, Mapped] = {}
     bit = 0
     for mapped in pdo.entries:
-        starts[bit] = (mapped.index, mapped.subindex)
+        starts[bit] = mapped
         bit += mapped.bits
     end, taken, at = bit, 0, 0
     for index, subindex, bits in wanted:
         if at == end:
             break
-        if index and starts.get(at) != (index, subindex) or at + bits > end:
+        if at + bits > end or index and not _carries(starts.get(at), index, subindex, bits):
             return 0
         at, taken = at + bits, taken + 1
     return taken if at == end else 0
+
+
+def _carries(mapped: Mapped | None, index: int, subindex: int, bits: int) -> bool:
+    if mapped is None or (mapped.index, mapped.subindex) != (index, subindex):
+        return False
+    return mapped.bits == bits or mapped.bits < 8
 
 
 def _begins(pdo: Pdo, wanted: Sequence[tuple[int, int, int]]) -> bool:

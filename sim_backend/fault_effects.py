@@ -10,6 +10,7 @@ import numpy as np
 from epa_rt.config.devices import STATUS_ERROR, STATUS_OVER_RANGE, STATUS_UNDER_RANGE
 from epa_rt.config.ports import VALVE_PORTS
 from epa_rt.config.rig import Rig
+from epa_rt.config.terminal import Sampling
 from epa_rt.signals.image import image_of
 from sim_backend.devices import SWITCH_ON_DISABLED
 
@@ -63,10 +64,10 @@ class _Sensor(Effect):
 
     def put(self, inputs: bytearray, counts: float) -> None:
         low, high = self.place.entry.counts
-        under, floor = low, low
-        if self.sampling is not None:
-            under = low if self.sampling.under is None else self.sampling.under
-            floor = low if self.sampling.floor is None else self.sampling.floor
+        sampling = self.sampling or Sampling()
+        under = low if sampling.under is None else sampling.under
+        floor = low if sampling.floor is None else sampling.floor
+        worst = high if sampling.over_error is None else sampling.over_error
         pack_into(
             "<" + self.place.entry.code,
             inputs,
@@ -74,17 +75,13 @@ class _Sensor(Effect):
             floor if counts <= under else int(min(max(round(counts), low), high)),
         )
         if self.status is not None and self.sampling is not None:
-            out = (
-                STATUS_UNDER_RANGE | STATUS_ERROR
-                if counts <= under
-                else STATUS_OVER_RANGE | STATUS_ERROR
-                if counts > high
-                else 0
-            ) & self.status.entry.faults
+            out = STATUS_UNDER_RANGE | STATUS_ERROR if counts <= under else 0
+            out |= STATUS_OVER_RANGE if counts > high else 0
+            out |= STATUS_ERROR if counts > worst else 0
             word = unpack_from("<H", inputs, self.status.byte)[0] & ~(
                 STATUS_UNDER_RANGE | STATUS_OVER_RANGE | STATUS_ERROR
             )
-            pack_into("<H", inputs, self.status.byte, word | out)
+            pack_into("<H", inputs, self.status.byte, word | out & self.status.entry.faults)
 
 
 class WireBroken(_Sensor):
