@@ -65,6 +65,7 @@ EDITS: dict[str, tuple[tuple[str, str], ...]] = {
             "    calibration: {native: [4 mA, 20 mA], value: [0 kPa, 1000 kPa]}\n"
             "    valid: [3.6 mA, 21 mA]\n",
         ),
+        ("limits: [60 kPa abs, 800 kPa gauge]", "limits: [80 kPa abs, 800 kPa gauge]"),
         ("entry: analog_in.ch2", "entry: analog_b.a"),
         (_FORCE, _VOLTS),
         LIMITS,

@@ -100,6 +100,8 @@ def _valid(rig: "Rig") -> Iterator[Breach]:
         if not has_toggle(rig, row) or row.name.endswith("_raw"):
             continue
         entry = entry_of(rig, row)
+        if unit(entry.unit)[1] == _COUNT:
+            continue  # a counter has no voltage to judge: its terminal tells of open circuits
         if row.valid is None:
             yield of_row(
                 rig,
@@ -113,8 +115,6 @@ def _valid(rig: "Rig") -> Iterator[Breach]:
         if unit(entry.unit)[1] == _CURRENT:
             yield from _live_zero(rig, row, entry, valid)
             continue
-        if unit(entry.unit)[1] == _COUNT:
-            continue  # a counter has no wire to read: its terminal tells of open circuits
         if valid[0] <= ends[0] or valid[1] >= ends[1]:
             yield of_row(
                 rig,

@@ -77,6 +77,8 @@ def channels_of(rig: Rig) -> dict[str, Channel]:
             offset = -rig.atmosphere_pa if row.reads in ("gauge", "absolute") else 0.0
         else:
             continue
+        if port in found and not slave.description.is_drive:
+            continue  # a second sensor of what the drive measures too
         ends = sorted(scale * line.to_si(count) + offset for count in entry.counts)
         found[port] = Channel(
             port, row.name, scale, offset, step, floors, scale * line.to_si(0) + offset, *ends
