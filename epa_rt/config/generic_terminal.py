@@ -30,6 +30,7 @@ STATUS = "_status"  # ending of the name of an analog input's status word
 CODES = {"bit": "?", "u8": "B", "i8": "b", "u16": "H", "i16": "h", "u32": "I", "i32": "i"}
 _SM_BYTES = 128  # of process data in one direction: what the emulated sync managers hold
 _EMULATED_PDOS = 8  # in one assignment
+_OUTPUT_REGISTER, _OUTPUT_RAM = 4, 0x1100  # bytes of 0x0F00; where more of them are emulated
 Word = Annotated[int, Field(ge=0, le=0xFFFFFFFF)]
 
 
@@ -151,6 +152,8 @@ def _check_entry(entry: GenericEntry) -> None:
         return
     if entry.object is None or entry.type is None:
         raise UnitError(f"found {words} without 'object' and 'type', expected both, or 'gap'")
+    if entry.place[0] == 0:
+        raise UnitError(f"found object {entry.object} at {words}, expected an index above zero")
     if (entry.native is None) != (entry.counts is None):
         raise UnitError(
             f"found one of 'native' and 'counts' at {words}, expected both: native: [0 V, 10 V],"
@@ -190,6 +193,7 @@ class GenericTerminal(Frozen):
         outputs = info.field_name == "outputs"
         seen: set[str] = set()
         numbers: set[int] = set()
+        places: set[tuple[int, int]] = set()
         for pdo in pdos:
             if (pdo.pdo < 0x1A00) != outputs:
                 wanted = "0x1600 to 0x19FF" if outputs else "0x1A00 to 0x1BFF"
@@ -203,6 +207,9 @@ class GenericTerminal(Frozen):
                 if entry.name in seen and entry.name is not None:
                     raise UnitError(f"found the entry '{entry.name}' twice, expected each once")
                 seen.add(entry.name or "")
+                if entry.object is not None and entry.place in places:
+                    raise UnitError(f"found {entry.object} twice, expected each object once")
+                places.add(entry.place)
         _check_places(pdos)
         return pdos
 
@@ -247,7 +254,8 @@ class GenericTerminal(Frozen):
             )
         managers = []
         if outputs:
-            managers.append(SyncManager(DIGITAL_OUTPUTS, 0, 0x44, 0x09, OUTPUTS))
+            start = DIGITAL_OUTPUTS if outputs <= _OUTPUT_REGISTER else _OUTPUT_RAM
+            managers.append(SyncManager(start, 0, 0x44, 0x09, OUTPUTS))
         if inputs:
             managers.append(SyncManager(DIGITAL_INPUTS, inputs, 0x00, 0x01, INPUTS))
         return tuple(managers)

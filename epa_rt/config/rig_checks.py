@@ -89,8 +89,30 @@ def _check_bus(rig: "Rig", located: Located) -> None:
                     raise located.error(
                         (*where, key, j), f"the entry '{name}' twice", "each entry once"
                     )
+            _check_choice(slave, key, chosen, tuple(names), where, located)
     if not rig.slaves:
         raise located.error(("bus",), "no slave", "at least one slave")
+
+
+def _check_choice(
+    slave: "Slave",
+    key: str,
+    chosen: tuple[str, ...] | None,
+    names: tuple[str, ...],
+    where: tuple,
+    located: Located,
+) -> None:
+    """Only a drive and an analog input leave out what is not listed; the bits of others would stand
+    for their neighbours.
+    """
+    described = slave.description
+    may_choose = described.is_drive or described.chooses and described.neutral
+    if chosen is not None and chosen != names and not may_choose:
+        raise located.error(
+            (*where, key),
+            f"a part of the process data of {slave.device}, which are fixed",
+            f"no '{key}'",
+        )
 
 
 def _check_startup(slave: "Slave", where: tuple, located: Located) -> None:

@@ -4,6 +4,7 @@ import struct
 
 from drivers.mapping import described_pdos
 from epa_rt.config.rig_checks import entries_of
+from epa_rt.config.terminal import OUTPUTS
 from epa_rt.signals.drive_options import drive_options
 from tests.bus.emulator.small_master import LRW, OP, PREOP, SAFEOP, SmallMaster
 
@@ -70,19 +71,21 @@ class Wire:
             out_bits = sum(entry.bits for entry in entries_of(slave, True))
             in_bits = sum(entry.bits for entry in entries_of(slave, False))
             if not slave.description.serves_objects:
-                if out_bits:
-                    self.master.sync_manager(at, 0, 0x0F00, (out_bits + 7) // 8, 0x44, 9)
-                    outputs.append((slave, at, out_bits, 0x0F00))
-                if in_bits:
-                    self.master.sync_manager(at, 0, 0x1000, (in_bits + 7) // 8, 0x00, 1)
-                    inputs.append((slave, at, in_bits, 0x1000))
+                for number, manager in enumerate(slave.description.sync_managers):
+                    is_out = manager.use == OUTPUTS
+                    rows, bits = (outputs, out_bits) if is_out else (inputs, in_bits)
+                    size = (bits + 7) // 8
+                    self.master.sync_manager(
+                        at, number, manager.start, size, manager.control, manager.enable
+                    )
+                    rows.append((slave, at, bits, manager.start))
             elif not slave.description.is_drive:
                 self.assign(slave)
                 if in_bits:
-                    self.master.sync_manager(at, 3, 0x1180, in_bits // 8, 0x20)
+                    self.master.sync_manager(at, 3, 0x1180, (in_bits + 7) // 8, 0x20)
                     inputs.append((slave, at, in_bits, 0x1180))
                 if out_bits:
-                    self.master.sync_manager(at, 2, 0x1100, out_bits // 8, 0x64)
+                    self.master.sync_manager(at, 2, 0x1100, (out_bits + 7) // 8, 0x64)
                     outputs.append((slave, at, out_bits, 0x1100))
             else:
                 for bits, number, start, control, rows in (
