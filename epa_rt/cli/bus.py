@@ -26,7 +26,7 @@ _FAULTS = """kinds, with what --where names, the usual --value, and how long by 
   slave_falls SLAVE (26)            to SAFEOP with this AL status code, once
   sdo_refused SLAVE, sdo_forgotten SLAVE (0x1C12: the object's index)   until cleared
   clock_drift [SLAVE] (50 ppm)      until cleared
-  wire_broken ROW (-10 V), sensor_stuck ROW, sensor_noisy ROW (0.5 V), toggle_frozen SLAVE
+  wire_broken ROW (V or mA), sensor_stuck ROW, sensor_noisy ROW (0.5 V), toggle_frozen SLAVE
   sensor_gain ROW (0.8), sensor_offset ROW (SI), pressures_exchanged, hoses_exchanged: until cleared
   valve_stuck_open VALVE, valve_stuck_closed VALVE, leak [MUSCLE] (5 /s), burst [MUSCLE] (50 /s), supply_lost (0 Pa)
   drive_fault (8976), following_error: once; sto, encoder_jump (2000 counts): until cleared

@@ -63,7 +63,7 @@ def _table(seen: "Sequence[Seen]") -> list[str]:
         rows.append(
             (
                 str(position),
-                slave.device,
+                slave.device.split(" (vendor")[0],  # the columns beside have it
                 f"0x{f.vendor:08X}",
                 f"0x{f.product:08X}",
                 f"0x{f.revision:08X}",

@@ -39,8 +39,10 @@ def scaling_of(row: SignalRow, entry: Entry, rig: Rig) -> Scaling:
     low, high = entry.counts
     if row.valid is not None:
         native_low, native_high = native_pair(row.valid, entry.unit)
-        low = max(low, round(native_low / entry.per_count))
-        high = min(high, round(native_high / entry.per_count))
+        low = max(low, round(entry.to_counts(native_low)))
+        high = min(high, round(entry.to_counts(native_high)))
     if rig.applied_zero is not None and row.name == rig.motor.position:
         intercept += slope * entry.per_count * rig.applied_zero.offset
+    if entry.offset:
+        intercept += slope * entry.offset
     return Scaling(slope * entry.per_count, intercept, low, high)
