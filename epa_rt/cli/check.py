@@ -1,4 +1,4 @@
-"""Check rig, experiment and plant files without starting anything.
+"""Check rig, experiment, plant and queue files without starting anything.
 
 Each file is read as a run would read it. Everything in a rig file that does not protect is named,
 one sentence each, with file, line, what was found and what was expected; a sound one shows what
@@ -34,7 +34,7 @@ class Answer:
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
-        "files", nargs="+", type=Path, metavar="FILE", help="rig, experiment or plant files"
+        "files", nargs="+", type=Path, metavar="FILE", help="rig, experiment, plant or queue files"
     )
     verb.add_argument("--rig", type=Path, help="the rig that experiment files are meant for")
     verb.add_argument("--json", action="store_true", help="the answers as JSON, one list")
@@ -110,9 +110,22 @@ def describe(path: Path, rig: "Rig | None") -> Answer:
 
         plant = read_plant(source)
         return Answer(f"plant {plant.name}, {plant.substeps} sub-steps")
+    if "queue" in source.data:
+        return _describe_queue(path)
     raise source.error(
-        (), "none of the keys rig, experiment, plant", "a rig, experiment or plant file"
+        (), "none of the keys rig, experiment, plant", "a rig, experiment, plant or queue file"
     )
+
+
+def _describe_queue(path: Path) -> Answer:
+    from epa_rt.cli.inputs import load_inputs
+    from epa_rt.runs.queue import load_queue
+
+    queue, duration_s = load_queue(path), 0.0
+    for item in queue.items:
+        inputs = load_inputs(item.experiment, item.rig, item.plant, with_plant=True)
+        duration_s += inputs.experiment.duration_s
+    return Answer(f"queue {queue.name}, {len(queue.items)} runs, about {duration_s:.0f} s")
 
 
 def _describe_rig(path: Path, source: "Located") -> Answer:

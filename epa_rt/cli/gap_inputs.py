@@ -190,10 +190,13 @@ def _with_rig(recording: "Recording", rig: Path) -> "Recording":
 def read(logs: Sequence[Path], rig: "Rig | None") -> "tuple[Recording, ...]":
     """Logs as recordings. Raises VerbError."""
     from epa_rt.gap.read import read_recording, read_recordings
+    from epa_rt.gap.series import as_one_series
     from epa_rt.logs.reader import LogError
 
     try:
-        return tuple(map(read_recording, logs)) if rig is None else read_recordings(logs, rig)
+        return as_one_series(
+            tuple(map(read_recording, logs)) if rig is None else read_recordings(logs, rig)
+        )
     except LogError as error:
         raise VerbError(str(error)) from None
     except OSError as error:

@@ -82,6 +82,8 @@ def facts_of(path: Path, with_events: bool = False, check: bool = False) -> dict
                 key: run.get(key)
                 for key in ("experiment", "rig", "plant", "backend", "seed", "speed", "period_s")
             },
+            "queue": log.metadata.get("queue"),
+            "goes_on_from": _earlier(log.attachments),
             "overruns": summary.get("overruns", late),
             "trips": [event.text for event in trips],
             "topics": topics,
@@ -99,6 +101,18 @@ def facts_of(path: Path, with_events: bool = False, check: bool = False) -> dict
         return facts
 
 
+def _earlier(attachments: dict[str, bytes]) -> list[str]:
+    """Names of the broken-off logs that this one goes on from."""
+    from epa_rt.runs.resume import ATTACHMENT, earlier_logs
+
+    if ATTACHMENT not in attachments:
+        return []
+    try:
+        return [one.name for one in earlier_logs(attachments[ATTACHMENT])]
+    except ValueError as error:
+        return [str(error)]
+
+
 def text_of(facts: dict[str, Any]) -> str:
     """The same for a person."""
     outcome = f"{facts['outcome']}{': ' + facts['cause'] if facts['cause'] else ''}"
@@ -112,6 +126,10 @@ def text_of(facts: dict[str, Any]) -> str:
         ("backend", _backend(facts)),
         ("duration", lasted),
     ]
+    pairs += [("goes on", f"from {name}") for name in facts["goes_on_from"]]
+    if queue := facts["queue"]:
+        notes = f" ({queue['notes']})" if queue.get("notes") else ""
+        pairs.append(("queue", f"{queue.get('id', 'without id')}{notes}"))
     pairs += [("trip", text) for text in facts["trips"] if text not in outcome]
     pairs.append(
         ("topics", ", ".join(f"{name} {count}" for name, count in facts["topics"].items()))

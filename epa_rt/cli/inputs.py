@@ -4,7 +4,8 @@ is refused.
 
 import argparse
 import json
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -34,6 +35,7 @@ class Inputs:
     plant: "PlantFile | None"
     attachments: dict[str, bytes]
     unprotected: tuple[str, ...] = ()  # what the rig does without, by reason; a sentence each
+    metadata: Mapping[str, Mapping[str, str]] = field(default_factory=dict)  # more for the log
 
 
 def add_input_arguments(verb: argparse.ArgumentParser) -> None:

@@ -12,6 +12,8 @@ then throws it. The last lines say how the rig was left, as measured.
   epa run config/experiments/identification.yaml --rig config/rigs/bench.yaml -o out
   epa run config/experiments/knee_chirp.yaml --rig config/rigs/knee.yaml --speed 1 -o out
   epa run config/experiments/knee_chirp.yaml --rig config/rigs/knee.yaml --dry       moves nothing
+  epa run config/experiments/identification.yaml --rig config/rigs/bench.yaml --resume LOG -o out
+                                     LOG was broken off: only the trials that it lacks
 """
 
 import argparse
@@ -66,6 +68,12 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
         help="pace of the simulated rig; 1 is real time (default: as fast as it goes)",
     )
     verb.add_argument(
+        "--resume",
+        type=Path,
+        metavar="LOG",
+        help="go on with the first repetition that LOG, broken off, does not hold whole",
+    )
+    verb.add_argument(
         "--dry",
         action="store_true",
         help="plot and check the profiles against the limits; nothing moves",
@@ -84,6 +92,13 @@ def main(arguments: argparse.Namespace) -> int:
     )
     for sentence in inputs.unprotected:
         print(f"UNPROTECTED: {sentence}", file=sys.stderr)
+    if arguments.resume is not None:
+        from epa_rt.cli.resume import resumed_inputs
+
+        found = resumed_inputs(inputs, arguments.resume, arguments.backend)
+        if found is None:
+            return COMPLETED
+        inputs = found
     if arguments.dry:
         return _dry(inputs, arguments.out)
     if is_sim:
@@ -231,7 +246,7 @@ def run_recorded(
         log,
         assembly.layout,
         inputs.attachments,
-        {"run": run_facts, **_unprotected_facts(inputs)},
+        {"run": run_facts, **_unprotected_facts(inputs), **inputs.metadata},
         lossless=not paced,
         progress=ProgressSpec(cycles, inputs.rig.period_s, progress),
     )
