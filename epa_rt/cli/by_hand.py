@@ -17,7 +17,7 @@ from epa_rt.cli.inputs import (
     code_version,
     load_plant_of,
 )
-from epa_rt.cli.run import run_recorded
+from epa_rt.cli.run import positive_factor, run_recorded
 from epa_rt.cli.sound_rig import sound_rig
 from epa_rt.cli.zero import load_rig_source
 
@@ -44,7 +44,9 @@ def add_rig_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--seed", type=int, default=1, help="seed of the simulated sensors' noise (default: 1)"
     )
-    verb.add_argument("--speed", type=float, help="pace of the simulated rig; 1 is real time")
+    verb.add_argument(
+        "--speed", type=positive_factor, help="pace of the simulated rig; 1 is real time"
+    )
     verb.add_argument(
         "--start-travel",
         metavar="LENGTH",
@@ -62,6 +64,7 @@ class RigByHand:
     def __init__(self, arguments: argparse.Namespace, with_zero: bool):
         self.is_sim = arguments.backend == "sim"
         self.arguments = arguments
+        self._refuse_of_simulation_only()
         source, self.rig = load_rig_source(arguments.rig, with_zero and not self.is_sim)
         self._unprotected = sound_rig(source).unprotected
         for sentence in self._unprotected:
@@ -79,6 +82,15 @@ class RigByHand:
                 plant = dataclasses.replace(plant, params=plant.params.copy())
                 plant.params["load"]["start_travel_m"] = _start(arguments.start_travel)
             self._plant = plant
+
+    def _refuse_of_simulation_only(self) -> None:
+        """Raises VerbError for what only a simulated rig can be told to be."""
+        for option in ("unreferenced", "start_travel"):
+            if not self.is_sim and getattr(self.arguments, option):
+                raise VerbError(
+                    f"found --{option.replace('_', '-')} beside --backend ethercat, expected it of"
+                    " the simulated rig only (an emulated bus is told so by epa bus run)"
+                )
 
     def run(
         self, assembly: "Assembly", requests: "OperatorRequests | None" = None, line: bool = True

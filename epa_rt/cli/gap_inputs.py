@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import EPILOGUE, VerbError
+from epa_rt.cli.parser import summary
 
 if TYPE_CHECKING:
     from epa_rt.config.rig import Rig
@@ -35,7 +36,7 @@ def task_parser(
     """A parser of one task, described by its module."""
     return tasks.add_parser(
         name,
-        help=doc.strip().splitlines()[0],
+        help=summary(doc),
         description=doc,
         epilog=EPILOGUE,
         formatter_class=argparse.RawDescriptionHelpFormatter,

@@ -6,7 +6,7 @@ run on the real rig reads it, and is refused where travel has no zero. On the si
 is written beside the rig file: the zero file goes into the folder of the logs.
 
   epa home --rig config/rigs/bench.yaml -o out
-  epa home --rig config/rigs/bench.yaml --unreferenced -o out
+  epa home --rig config/rigs/bench.yaml --unreferenced --yes -o out
   epa home --rig config/rigs/bench.yaml --backend ethercat --interface eth1 -o out
 """
 

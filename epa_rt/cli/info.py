@@ -1,9 +1,9 @@
 """Say in a few lines what a log holds: outcome, cause, duration, topics, attachments, and what is
 missing.
 
-epa info out/*.mcap
-epa info out/knee_chirp-knee-001.mcap --events     every event
-epa info out/knee_chirp-knee-001.mcap --check      compare every checksum, exit 1 on damage
+  epa info out/*.mcap
+  epa info out/knee_chirp-knee-001.mcap --events     every event
+  epa info out/knee_chirp-knee-001.mcap --check      compare every checksum, exit 1 on damage
 """
 
 import argparse

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from epa_rt.logs.recorder import LogSummary
     from epa_rt.loop.run import RunResult
     from epa_rt.runs.queue import Item, Queue
-    from epa_rt.runs.queue_state import QueueState, RunState
+    from epa_rt.runs.queue_state import RunState
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:

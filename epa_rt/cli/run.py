@@ -34,7 +34,8 @@ if TYPE_CHECKING:
     from epa_rt.loop.run import RunResult
 
 
-def _positive(text: str) -> float:
+def positive_factor(text: str) -> float:
+    """A pace from the command line. Raises ArgumentTypeError, ValueError."""
     value = float(text)
     if not 0.0 < value < 1e6:
         raise argparse.ArgumentTypeError(f"found {text}, expected a factor above zero")
@@ -64,7 +65,7 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     )
     verb.add_argument(
         "--speed",
-        type=_positive,
+        type=positive_factor,
         help="pace of the simulated rig; 1 is real time (default: as fast as it goes)",
     )
     verb.add_argument(

@@ -499,10 +499,12 @@ def load_rig(path: Path | str) -> Rig:
 
 def rig_from(located: Any) -> Rig:
     """The rig of a YAML text already read (a file, or a log's attachment). Raises ConfigError."""
+    from epa_rt.config.kinds import expect_kind
     from epa_rt.config.rig_checks import check_rig
     from epa_rt.config.source import validate
     from epa_rt.config.units import parse_pressure
 
+    expect_kind(located, "rig")
     context = {}
     try:
         context["atmosphere_pa"] = parse_pressure(located.data.get("atmosphere"), 0.0)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from epa_rt.config.kinds import expect_kind
 from epa_rt.config.source import Located, load_yaml, validate
 
 if TYPE_CHECKING:
@@ -61,6 +62,7 @@ def load_queue(path: Path, rig: Path | None = None) -> Queue:
         run = QueuedRun(experiment=path.name)
         file = QueueFile.model_construct(queue=name, runs=(run,), rig=None, out=None)
     else:
+        expect_kind(located, "queue")
         file = validate(located, QueueFile)
     digest = hashlib.sha256(located.text.encode()).hexdigest()
     out = None if file.out is None else path.parent / file.out
