@@ -45,6 +45,7 @@ VERBS = (
     "scan",
     "doctor",
     "completion",
+    "init",
 )
 _REFUSED = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # by what the output goes to
 # links and logs go side by side; threads inside their small products would spin on the same
