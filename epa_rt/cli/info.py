@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from epa_rt.cli.damage import NOT_WHOLE
 from epa_rt.cli.exits import BAD_INPUT, COMPLETED, DIFFERENT
 
 
@@ -146,7 +147,8 @@ def text_of(facts: dict[str, Any]) -> str:
         if facts["checked"]
         else "nothing (the file ends as it should; --check compares checksums)"
     )
-    pairs += [("missing", sentence) for sentence in facts["missing"] or [sound]]
+    lacks = [f"{NOT_WHOLE}: {sentence}" for sentence in facts["missing"]]
+    pairs += [("missing", sentence) for sentence in lacks or [sound]]
     lines = [
         f"{facts['log']} ({facts['size_bytes'] / 1e6:.1f} MB)",
         *(f"  {name:<11}{value}" for name, value in pairs),
