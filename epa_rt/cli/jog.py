@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any
 
 from epa_rt.cli.by_hand import RigByHand, add_rig_arguments
 from epa_rt.cli.exits import VerbError
+from epa_rt.cli.screen_text import filled
 from epa_rt.cli.zero import is_unfinished, keep_end
 
 if TYPE_CHECKING:
@@ -96,7 +97,7 @@ def main(arguments: argparse.Namespace) -> int:
             summary, result = by_hand.run(assembly, requests, line=False)
     if keys.idle:
         print(keys.idle)
-    print(closing_text(summary, result, rig))
+    print(filled(closing_text(summary, result, rig)))
     if not by_hand.is_sim:
         keep_end(rig, arguments.rig, assembly.decoder, result, jog.found_zero)
     return exit_code(summary, result)

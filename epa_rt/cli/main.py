@@ -7,7 +7,7 @@ first hour:
                                                         what would move, and how far?
   epa run config/experiments/identification_short.yaml --rig config/rigs/bench.yaml -o out
                                                         run it on the simulated rig
-  epa report out/*.mcap                                 one page to read
+  epa report out/identification_short-bench-001.mcap    one page to read
   epa replay out/*.mcap                                 same inputs, same bytes?
   epa gap diagnose --rig config/rigs/bench.yaml out/*.mcap
                                                         why do rig and simulation disagree?
@@ -24,6 +24,7 @@ from collections.abc import Sequence
 
 from epa_rt.cli.exits import BAD_INPUT, EPILOGUE, FAILED, STOPPED, VerbError
 from epa_rt.cli.parser import EpaParser, summary
+from epa_rt.cli.screen_text import filled
 from epa_rt.cli.version import ShowVersion
 
 VERBS = (
@@ -92,11 +93,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()  # what a full disk refuses shows here and not as the interpreter ends
         return code
     except VerbError as error:
-        print(f"epa {chosen.verb}: {error}", file=sys.stderr)
+        _say(f"epa {chosen.verb}: {error}")
         return error.code
     except ConfigError as error:
         for one in error.errors:
-            print(f"epa {chosen.verb}: {one}", file=sys.stderr)
+            _say(f"epa {chosen.verb}: {one}")
         return BAD_INPUT
     except KeyboardInterrupt:
         print(f"epa {chosen.verb}: interrupted", file=sys.stderr)
@@ -121,6 +122,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             f"epa {chosen.verb}: what it says cannot be written ({error.strerror})", file=sys.stderr
         )
         return FAILED
+
+
+def _say(sentence: str) -> None:
+    print(filled(sentence, sys.stderr), file=sys.stderr)
 
 
 def _discard_the_rest() -> None:

@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, FAILED, TRIPPED, VerbError
 from epa_rt.cli.inputs import Inputs, add_backend_arguments, load_inputs
+from epa_rt.cli.screen_text import filled
 
 if TYPE_CHECKING:
     from epa_rt.logs.recorder import LogSummary
@@ -287,7 +288,7 @@ class _Carrier:
         """Keeps how a run ended; COMPLETED where the queue may go on, else its exit code."""
         from epa_rt.cli.run import closing_text, end_text, exit_code
 
-        print(closing_text(summary, result, inputs.rig))
+        print(filled(closing_text(summary, result, inputs.rig)))
         code, end = exit_code(summary, result), end_text(result, inputs.rig)
         status = "failed" if summary.failure and result.outcome == "completed" else result.outcome
         quiet = result.end is not None and result.end.is_quiet
@@ -297,8 +298,8 @@ class _Carrier:
         if code == COMPLETED and quiet:
             return COMPLETED
         why = cause or "the rig was not left at rest, vented and without power"
-        print(f"\nQUEUE STOPPED at run {item.number} ({item.says}), {status}: {why}")
-        print(end)
+        stopped = f"QUEUE STOPPED at run {item.number} ({item.says}), {status}: {why}"
+        print(filled(f"\n{stopped}\n{end}"))
         print(f"{self._counted()}; the state is in {self.path}")
         if status == "stopped" and quiet:
             print("the same command goes on with this run")

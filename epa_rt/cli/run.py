@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, FAILED, OF_OUTCOME, VerbError, code_of_run
 from epa_rt.cli.inputs import Inputs, add_backend_arguments, add_input_arguments, load_inputs
 from epa_rt.cli.log_name import take_log_path
+from epa_rt.cli.screen_text import filled
 
 if TYPE_CHECKING:
     from epa_rt.backend import Backend
@@ -116,7 +117,7 @@ def main(arguments: argparse.Namespace) -> int:
             rig_path=arguments.rig,
             take_over=arguments.take_over,
         )
-    print(closing_text(summary, result, inputs.rig))
+    print(filled(closing_text(summary, result, inputs.rig)))
     return exit_code(summary, result)
 
 
