@@ -37,7 +37,8 @@ def run_here(command: str) -> str | None:
         return None
     if "epa identify" in command and "--no-physical" not in command:
         return None
-    is_long = any(words in command for words in LONG_RUNS)
+    moves = command.startswith(("epa run ", "epa queue "))
+    is_long = moves and any(words in command for words in LONG_RUNS)
     return f"{command} --dry" if is_long and "--dry" not in command else command
 
 

@@ -29,7 +29,7 @@ def identified(found: Answer) -> Html:
     left_out = (
         f", {score.rms_trial_n:.2f} N on trials left out" if np.isfinite(score.rms_trial_n) else ""
     )
-    rows = coefficients(score)
+    rows = [(*row[:3], row[3] or "1, normalised") for row in coefficients(score)]
     numbers = (
         table(("Coefficient", "Value", "95 % interval", "Unit"), rows, (0, 3))
         if rows
@@ -42,6 +42,7 @@ def identified(found: Answer) -> Html:
                 f" measured force by {score.rms_n:.2f} N RMS{left_out}; R² {score.r2:.4f}."
             ),
             numbers,
+            note(f"Normalised: {found.normalisation.said()}."),
             _gas(found),
         ]
     )
