@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import BAD_INPUT, COMPLETED
+from epa_rt.cli.screen_text import filled
 
 if TYPE_CHECKING:
     from epa_rt.config.rig import Rig
@@ -58,13 +59,13 @@ def main(arguments: argparse.Namespace) -> int:
             answers.append(_as_data(path, answer, errors))
         elif answer is None:
             for one in errors:
-                print(f"epa check: {one}", file=sys.stderr)
+                print(filled(f"epa check: {one}", sys.stderr), file=sys.stderr)
         else:
-            print(f"{path}: {answer.line}")
+            print(filled(f"{path}: {answer.line}"))
             for text in answer.protected:
-                print(f"  {text}")
+                print(filled(f"  {text}"))
             for text in answer.unprotected:
-                print(f"  UNPROTECTED: {text}")
+                print(filled(f"  UNPROTECTED: {text}"))
     if arguments.json:
         print(json.dumps(answers, indent=2))
     return BAD_INPUT if broken else COMPLETED

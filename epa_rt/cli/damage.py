@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from epa_rt.cli.exits import COMPLETED, DIFFERENT
+from epa_rt.cli.screen_text import filled
 
 NOT_WHOLE = "the log is not whole"
 
@@ -11,5 +12,5 @@ NOT_WHOLE = "the log is not whole"
 def say_damage(log: Path, missing: Sequence[str]) -> int:
     """A line for each sentence on what the log lacks; DIFFERENT where there is one."""
     for sentence in missing:
-        print(f"{log}: {NOT_WHOLE}: {sentence}")
+        print(filled(f"{log}: {NOT_WHOLE}: {sentence}"))
     return DIFFERENT if missing else COMPLETED

@@ -15,6 +15,7 @@ from typing import Any
 
 from epa_rt.cli.damage import NOT_WHOLE
 from epa_rt.cli.exits import BAD_INPUT, COMPLETED, DIFFERENT
+from epa_rt.cli.screen_text import filled
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
@@ -44,7 +45,8 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps(found, indent=2))
     else:
-        print("\n\n".join(text_of(facts) for facts in found), end="\n" if found else "")
+        text = "\n\n".join(text_of(facts) for facts in found)
+        print(filled(text), end="\n" if found else "")
     if broken:
         return BAD_INPUT
     return DIFFERENT if arguments.check and any(facts["missing"] for facts in found) else COMPLETED

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from epa_rt.cli.damage import say_damage
 from epa_rt.cli.exits import BAD_INPUT, COMPLETED, DIFFERENT, VerbError
 from epa_rt.cli.inputs import inputs_of_log
+from epa_rt.cli.screen_text import filled
 
 if TYPE_CHECKING:
     from epa_rt.logs.replay import Comparison
@@ -83,7 +84,7 @@ def replay_log(path: Path) -> int:
             RecordedRequests(cycles),
         )
     code = say_damage(path, reader.missing)
-    print(f"{path}: {verdict(comparison, len(cycles), assembly)}")
+    print(filled(f"{path}: {verdict(comparison, len(cycles), assembly)}"))
     same = comparison.first is None and comparison.compared == len(cycles)
     return code if same else DIFFERENT
 

@@ -10,7 +10,7 @@ _MOST_NAMES = 2000  # of a folder that are looked at
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
     """The known name most like another; None where none is close."""
-    found = difflib.get_close_matches(name, list(known), n=1, cutoff=CLOSE)
+    found = difflib.get_close_matches(name, sorted(known), n=1, cutoff=CLOSE)
     return found[0] if found else None
 
 
@@ -24,9 +24,11 @@ def did_you_mean(path: Path) -> str:
         while not there.is_dir() and there != there.parent:
             there, rest = there.parent, [there.name, *rest]
         names = [entry.name for _, entry in zip(range(_MOST_NAMES), there.iterdir(), strict=False)]
-        meant = nearest(rest[0], names)
-        if meant is None:
+        stem = nearest(Path(rest[0]).stem, {Path(name).stem for name in names})
+        if stem is None:
             return ""
+        alike = [name for name in names if Path(name).stem == stem]
+        meant = max(alike, key=lambda name: Path(name).suffix == Path(rest[0]).suffix)
         whole = there.joinpath(meant, *rest[1:])
         return f"; did you mean {whole}?" if whole.exists() else ""
     except (OSError, ValueError):

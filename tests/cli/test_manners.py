@@ -1,6 +1,7 @@
 """What the command line does for who mistypes, asks for help, or stands on a narrow screen."""
 
 import argparse
+import io
 import os
 import subprocess
 import sys
@@ -9,6 +10,7 @@ import pytest
 
 from epa_rt.cli.main import VERBS, main, parser
 from epa_rt.cli.parser import examples
+from epa_rt.cli.screen_text import broken, filled
 from tests.cli.shell import EXPERIMENTS, RIGS, ROOT
 
 BENCH, STEP = str(RIGS / "bench.yaml"), str(EXPERIMENTS / "step.yaml")
@@ -125,3 +127,13 @@ def test_under_an_emulated_bus_interface_and_pace_are_known(capsys, monkeypatch)
 def test_examples_come_out_of_a_help_text_whole():
     text = "Words.\n\n  epa a b \\\n      --c d     why\n  epa e\n           because\nx:\n  epa f\n"
     assert examples(text) == ["epa a b --c d", "epa e", "epa f"]
+
+
+def test_a_long_sentence_breaks_between_words_and_paths_stay_whole():
+    path = "/a/very/" + "long/" * 20 + "path.mcap"
+    text = f"log: {path} is there, and what follows is so long that no narrow screen takes it"
+    lines = broken(f"  {text}", 60).split("\n")
+    assert path in "".join(lines) and any(path in line for line in lines)
+    assert all(len(line) <= 60 for line in lines if path not in line)
+    assert " ".join(" ".join(lines).split()) == text
+    assert filled(text, io.StringIO()) == text
