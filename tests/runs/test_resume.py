@@ -14,6 +14,7 @@ from epa_rt.cli.resume import resumed_inputs
 from epa_rt.config.rig import load_rig
 from epa_rt.config.source import ConfigError
 from epa_rt.experiments.experiment import experiment_from_text, load_experiment
+from epa_rt.gap.hygiene import check
 from epa_rt.identify.data import normalisation, pressures, trials
 from epa_rt.identify.linear import scaled, sums
 from epa_rt.identify.models import BY_NAME, POLYNOMIAL
@@ -98,6 +99,7 @@ def test_a_run_broken_off_twice_is_one_chain_and_a_missing_link_is_said(whole, t
     rig = load_rig(RIG)
     three = read([first, second, tmp_path / "third.mcap"], rig)
     assert [sum(span.trial for span in r.spans) for r in three] == [1, 1, 1]
+    assert not [f.says for f in check(three, rig) if f.severity == "refuse"], "a diagnosis takes it"
     two = read([second, tmp_path / "third.mcap"], rig)
     assert any("first.mcap, which is not among these logs" in s for s in two[1].found)
 
