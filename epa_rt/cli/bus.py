@@ -1,13 +1,19 @@
 """Stand in for a rig: an emulated EtherCAT bus with the simulated plant behind it, and faults on
 demand.
 
-  epa bus run --rig config/rigs/bench.yaml -- python master.py        in a network of its own,
-  without any right epa bus serve --rig config/rigs/bench.yaml --interface eth1         on a real
-  interface (needs CAP_NET_RAW) epa bus status --control SOCKET epa bus fault frames_lost --cycles 3
-  --control SOCKET               'epa bus fault --help' lists all kinds
+A command under 'run' finds its interface in EPA_BUS_INTERFACE, which the verbs of epa take by
+themselves, the control channel in EPA_BUS_CONTROL, and in EPA_BUS_LOCK_STEP whether the bus goes in
+lock step.
 
-A command under 'run' finds its interface in EPA_BUS_INTERFACE and the control channel in
-EPA_BUS_CONTROL.
+  epa bus run --rig config/rigs/bench.yaml -- epa scan --rig config/rigs/bench.yaml
+                                          in a network of its own, without any right
+  epa bus run --rig config/rigs/bench.yaml --lock-step -- epa run \\
+      config/experiments/step.yaml --rig config/rigs/bench.yaml --backend ethercat -o out
+  epa bus serve --rig config/rigs/bench.yaml --interface eth1
+                                          on a real interface (needs CAP_NET_RAW)
+  epa bus status --control SOCKET
+  epa bus fault frames_lost --cycles 3 --control SOCKET
+                                          'epa bus fault --help' lists all kinds
 """
 
 import argparse

@@ -18,7 +18,7 @@ from epa_rt.cli.inputs import (
     code_version,
     load_plant_of,
 )
-from epa_rt.cli.run import run_recorded
+from epa_rt.cli.run import positive_factor, run_recorded
 from epa_rt.cli.sound_rig import sound_rig
 from epa_rt.cli.zero import load_rig_source
 
@@ -46,7 +46,9 @@ def add_rig_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--seed", type=int, default=1, help="seed of the simulated sensors' noise (default: 1)"
     )
-    verb.add_argument("--speed", type=float, help="pace of the simulated rig; 1 is real time")
+    verb.add_argument(
+        "--speed", type=positive_factor, help="pace of the simulated rig; 1 is real time"
+    )
     verb.add_argument(
         "--start-travel",
         metavar="LENGTH",
@@ -71,6 +73,7 @@ class RigByHand:
         self.standard = standard  # of a simulated rig: what is applied to a sensor
         self._physics = {} if standard is None else {"physics": standard}
         self.arguments = arguments
+        self._refuse_of_simulation_only()
         source, self.rig = load_rig_source(arguments.rig, with_zero and not self.is_sim)
         if not self.is_sim:
             refuse_simulated(self.rig)
@@ -90,6 +93,15 @@ class RigByHand:
                 plant = dataclasses.replace(plant, params=plant.params.copy())
                 plant.params["load"]["start_travel_m"] = _start(arguments.start_travel)
             self._plant = plant
+
+    def _refuse_of_simulation_only(self) -> None:
+        """Raises VerbError for what only a simulated rig can be told to be."""
+        for option in ("unreferenced", "start_travel"):
+            if not self.is_sim and getattr(self.arguments, option):
+                raise VerbError(
+                    f"found --{option.replace('_', '-')} beside --backend ethercat, expected it of"
+                    " the simulated rig only (an emulated bus is told so by epa bus run)"
+                )
 
     def run(
         self, assembly: "Assembly", requests: "OperatorRequests | None" = None, line: bool = True

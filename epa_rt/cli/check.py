@@ -1,4 +1,4 @@
-"""Check rig, experiment and plant files without starting anything.
+"""Check rig, experiment, plant and queue files without starting anything.
 
 Each file is read as a run would read it. Everything in a rig file that does not protect is named,
 one sentence each, with file, line, what was found and what was expected; a sound one shows what
@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import BAD_INPUT, COMPLETED
+from epa_rt.cli.screen_text import filled
 
 if TYPE_CHECKING:
     from epa_rt.config.rig import Rig
@@ -36,7 +37,7 @@ class Answer:
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
-        "files", nargs="+", type=Path, metavar="FILE", help="rig, experiment or plant files"
+        "files", nargs="+", type=Path, metavar="FILE", help="rig, experiment, plant or queue files"
     )
     verb.add_argument("--rig", type=Path, help="the rig that experiment files are meant for")
     verb.add_argument("--json", action="store_true", help="the answers as JSON, one list")
@@ -60,17 +61,18 @@ def main(arguments: argparse.Namespace) -> int:
             answers.append(_as_data(path, answer, errors))
         elif answer is None:
             for one in errors:
-                print(f"epa check: {one}", file=sys.stderr)
+                print(filled(f"epa check: {one}", sys.stderr), file=sys.stderr)
         else:
-            print(f"{path}: {answer.line}")
+            print(filled(f"{path}: {answer.line}"))
             for text in answer.calibrated:
-                print(f"    {text}" if text.startswith(" ") else f"  calibrated: {text}")
+                said = f"    {text}" if text.startswith(" ") else f"  calibrated: {text}"
+                print(filled(said))
             for text in answer.old:
-                print(f"  OLD: {text}")
+                print(filled(f"  OLD: {text}"))
             for text in answer.protected:
-                print(f"  {text}")
+                print(filled(f"  {text}"))
             for text in answer.unprotected:
-                print(f"  UNPROTECTED: {text}")
+                print(filled(f"  UNPROTECTED: {text}"))
     if arguments.json:
         print(json.dumps(answers, indent=2))
     return BAD_INPUT if broken else COMPLETED
@@ -125,11 +127,24 @@ def describe(path: Path, rig: "Rig | None") -> Answer:
 
         plant = read_plant(source)
         return Answer(f"plant {plant.name}, {plant.substeps} sub-steps")
+    if "queue" in source.data:
+        return _describe_queue(path)
     raise source.error(
         (),
-        "none of the keys rig, experiment, plant, calibration_of",
-        "a rig, experiment, plant or calibration file",
+        "none of the keys rig, experiment, plant, calibration_of, queue",
+        "a rig, experiment, plant, calibration or queue file",
     )
+
+
+def _describe_queue(path: Path) -> Answer:
+    from epa_rt.cli.inputs import load_inputs
+    from epa_rt.runs.queue import load_queue
+
+    queue, duration_s = load_queue(path), 0.0
+    for item in queue.items:
+        inputs = load_inputs(item.experiment, item.rig, item.plant, with_plant=True)
+        duration_s += inputs.experiment.duration_s
+    return Answer(f"queue {queue.name}, {len(queue.items)} runs, about {duration_s:.0f} s")
 
 
 def _describe_rig(path: Path, source: "Located") -> Answer:

@@ -5,8 +5,8 @@ What is wrong with the logs is said first. With --holdout the shrinkage is measu
 else on trials that are set aside. The gate runs the patched plant file on the same experiment in
 the simulated rig and measures the gap again.
 
-  epa gap diagnose --rig config/rigs/bench.yaml out/a.mcap out/b.mcap --holdout out/c.mcap --json
-  gap.json --html gap.html
+  epa gap diagnose --rig config/rigs/bench.yaml out/a.mcap out/b.mcap --holdout out/c.mcap \\
+      --json gap.json --html gap.html
 """
 
 import argparse

@@ -6,7 +6,7 @@ run on the real rig reads it, and is refused where travel has no zero. On the si
 is written beside the rig file: the zero file goes into the folder of the logs.
 
   epa home --rig config/rigs/bench.yaml -o out
-  epa home --rig config/rigs/bench.yaml --unreferenced -o out
+  epa home --rig config/rigs/bench.yaml --unreferenced --yes -o out
   epa home --rig config/rigs/bench.yaml --backend ethercat --interface eth1 -o out
 """
 
@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.by_hand import RigByHand, add_rig_arguments
 from epa_rt.cli.exits import COMPLETED, STOPPED, VerbError
+from epa_rt.cli.screen_text import filled
 from epa_rt.cli.zero import UNFINISHED, now, raw_count, who
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def _home(by_hand: RigByHand, zero: "Zero") -> int:
         if wired or zero.method != "here":
             assembly, homing = assemble_homing(rig, zero)
             summary, result = by_hand.run(assembly)
-            print(closing_text(summary, result, rig))
+            print(filled(closing_text(summary, result, rig)))
             code, place = exit_code(summary, result), homing.place
             if code != COMPLETED or place is None:
                 print("no zero was set")
@@ -86,7 +87,7 @@ def _home(by_hand: RigByHand, zero: "Zero") -> int:
             # until it is read back the drive's own bit may be wrong
             _write(by_hand, _file(by_hand, zero, UNFINISHED, None, {}))
             summary, result = by_hand.run(assembly)
-            print(closing_text(summary, result, rig))
+            print(filled(closing_text(summary, result, rig)))
             code = exit_code(summary, result)
             if code != COMPLETED:
                 print("the zero was NOT set, or could not be read back: home again")

@@ -3,10 +3,10 @@ terms; a plant file.
 
 Only phases marked 'trial: true' are read. What is known beforehand (no-load length, normalisation,
 geometry) comes from the plant file. -o writes a plant file with the identified muscle, which 'epa
-run --plant' runs.
+run --plant' runs. The logs of a run that was broken off and resumed go together.
 
-  epa identify out/*.mcap --rig config/rigs/bench.yaml -o muscle.yaml --json muscle.json --html
-  muscle.html
+  epa identify out/*.mcap --rig config/rigs/bench.yaml -o muscle.yaml --html muscle.html
+  epa identify out/a.mcap out/b.mcap --no-physical --json muscle.json
 """
 
 import argparse

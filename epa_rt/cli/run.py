@@ -12,6 +12,8 @@ then throws it. The last lines say how the rig was left, as measured.
   epa run config/experiments/identification.yaml --rig config/rigs/bench.yaml -o out
   epa run config/experiments/knee_chirp.yaml --rig config/rigs/knee.yaml --speed 1 -o out
   epa run config/experiments/knee_chirp.yaml --rig config/rigs/knee.yaml --dry       moves nothing
+  epa run config/experiments/identification.yaml --rig config/rigs/bench.yaml --resume LOG -o out
+                                     LOG was broken off: only the trials that it lacks
 """
 
 import argparse
@@ -22,6 +24,7 @@ from typing import TYPE_CHECKING
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, FAILED, OF_OUTCOME, VerbError, code_of_run
 from epa_rt.cli.inputs import Inputs, add_backend_arguments, add_input_arguments, load_inputs
 from epa_rt.cli.log_name import take_log_path
+from epa_rt.cli.screen_text import filled
 
 if TYPE_CHECKING:
     from epa_rt.backend import Backend
@@ -32,7 +35,8 @@ if TYPE_CHECKING:
     from epa_rt.loop.run import RunResult
 
 
-def _positive(text: str) -> float:
+def positive_factor(text: str) -> float:
+    """A pace from the command line. Raises ArgumentTypeError, ValueError."""
     value = float(text)
     if not 0.0 < value < 1e6:
         raise argparse.ArgumentTypeError(f"found {text}, expected a factor above zero")
@@ -62,8 +66,14 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     )
     verb.add_argument(
         "--speed",
-        type=_positive,
+        type=positive_factor,
         help="pace of the simulated rig; 1 is real time (default: as fast as it goes)",
+    )
+    verb.add_argument(
+        "--resume",
+        type=Path,
+        metavar="LOG",
+        help="go on with the first repetition that LOG, broken off, does not hold whole",
     )
     verb.add_argument(
         "--dry",
@@ -84,6 +94,13 @@ def main(arguments: argparse.Namespace) -> int:
     )
     for sentence in inputs.unprotected:
         print(f"UNPROTECTED: {sentence}", file=sys.stderr)
+    if arguments.resume is not None:
+        from epa_rt.cli.resume import resumed_inputs
+
+        found = resumed_inputs(inputs, arguments.resume, arguments.backend)
+        if found is None:
+            return COMPLETED
+        inputs = found
     if arguments.dry:
         return _dry(inputs, arguments.out)
     if is_sim:
@@ -100,7 +117,7 @@ def main(arguments: argparse.Namespace) -> int:
             rig_path=arguments.rig,
             take_over=arguments.take_over,
         )
-    print(closing_text(summary, result, inputs.rig))
+    print(filled(closing_text(summary, result, inputs.rig)))
     return exit_code(summary, result)
 
 
@@ -237,7 +254,12 @@ def run_recorded(
         log,
         assembly.layout,
         inputs.attachments,
-        {"run": run_facts, **_unprotected_facts(inputs), **calibration_facts(inputs.rig)},
+        {
+            "run": run_facts,
+            **_unprotected_facts(inputs),
+            **calibration_facts(inputs.rig),
+            **inputs.metadata,
+        },
         lossless=not paced,
         progress=ProgressSpec(cycles, inputs.rig.period_s, progress),
     )

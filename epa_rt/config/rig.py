@@ -556,10 +556,12 @@ def rig_from(located: Any) -> Rig:
     files that it names. Raises ConfigError.
     """
     from epa_rt.config.calibration_file import self_contained
+    from epa_rt.config.kinds import expect_kind
     from epa_rt.config.rig_checks import check_rig
     from epa_rt.config.source import validate
     from epa_rt.config.units import parse_pressure
 
+    expect_kind(located, "rig")
     located = self_contained(located)
     context = {}
     try:

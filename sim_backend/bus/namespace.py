@@ -3,9 +3,9 @@ interface needed.
 
     run_beside(["python", "master.py"], rig="config/rigs/bench.yaml")
 
-The command finds its interface in the environment variable EPA_BUS_INTERFACE and the emulator's
-control channel in EPA_BUS_CONTROL. Nothing is left behind: the network goes with the last process
-in it.
+The command finds its interface in the environment variable EPA_BUS_INTERFACE, the emulator's
+control channel in EPA_BUS_CONTROL, its pace in EPA_BUS_LOCK_STEP (0 or 1). Nothing is left behind:
+the network goes with the last process in it.
 """
 
 import ctypes
@@ -22,7 +22,7 @@ from pathlib import Path
 from sim_backend.bus.veth import make_pair
 
 MASTER_END, SLAVE_END = "ecat_master", "ecat_slaves"
-INTERFACE, CONTROL = "EPA_BUS_INTERFACE", "EPA_BUS_CONTROL"
+INTERFACE, CONTROL, LOCK_STEP = "EPA_BUS_INTERFACE", "EPA_BUS_CONTROL", "EPA_BUS_LOCK_STEP"
 _PLAIN = ("unshare", "--net")  # by root: real-time priority, where root has it, is kept
 _AS_USER = ("unshare", "--user", "--map-root-user", "--net")  # nobody's right to it reaches in here
 _ROOT = Path(__file__).parents[2]
@@ -118,6 +118,7 @@ def inside(arguments: Sequence[str]) -> int:
             options += ["--control", str(Path(folder, "control"))]
         control = options[options.index("--control") + 1]
         environment = {**os.environ, INTERFACE: MASTER_END, CONTROL: control}
+        environment[LOCK_STEP] = str(int("--lock-step" in options))
         environment["PYTHONPATH"] = os.pathsep.join(
             filter(None, (str(_ROOT), os.environ.get("PYTHONPATH")))
         )

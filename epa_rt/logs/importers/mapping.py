@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, StringConstraints, field_validator, model_validator
 
 from epa_rt.config.fields import Frozen, Name, Seconds, pressure, quantity
+from epa_rt.config.kinds import expect_kind
 from epa_rt.config.source import Located, load_yaml, validate
 from epa_rt.config.units import UnitError, unit
 from epa_rt.logs.importers.line import line_of
@@ -202,6 +203,7 @@ def load_mapping(path: Path | str) -> tuple[Mapping, Located]:
     expected.
     """
     located = load_yaml(path)
+    expect_kind(located, "mapping")
     mapping = validate(located, Mapping)
     mapping = mapping.model_copy(update={"atmosphere": atmosphere_of(mapping, located)})
     seen: set[str] = set()
