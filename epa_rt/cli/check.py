@@ -101,6 +101,8 @@ def describe(path: Path, rig: "Rig | None") -> Answer:
         from epa_rt.config.zero_file import ZeroFile
 
         return Answer(validate(source, ZeroFile).facts)
+    if path.name == "operator.yaml":
+        return _describe_operator(source, rig)
     if "rig" in source.data:
         return _describe_rig(path, source)
     if "experiment" in source.data:
@@ -128,6 +130,17 @@ def _describe_rig(path: Path, source: "Located") -> Answer:
         f" and {len(rig.outputs)} commands every {rig.period_s * 1e3:g} ms",
         protections(rig),
         sound.unprotected,
+    )
+
+
+def _describe_operator(source: "Located", rig: "Rig | None") -> Answer:
+    from epa_rt.config.operator_file import operator_from
+
+    muscles = {rig.name: tuple(muscle.name for muscle in rig.muscles)} if rig else {}
+    found = operator_from(source, muscles)
+    return Answer(
+        f"operator {found.operator or 'not named'}, {len(found.rigs)} rigs described"
+        f"{': ' if found.rigs else ''}{', '.join(found.rigs)}"
     )
 
 
