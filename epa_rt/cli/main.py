@@ -33,6 +33,8 @@ VERBS = (
     "bus",
     "replay",
     "info",
+    "ls",
+    "export",
     "plot",
     "report",
     "gap",

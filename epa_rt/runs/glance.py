@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import mmap
 import os
 import stat
@@ -232,8 +231,3 @@ def _walked(path: Path) -> tuple[dict[str, dict[str, str]], dict[str, bytes], in
 def muscles_text(record: RunRecord) -> str:
     """'muscle: DMSP-20 no. 7', muscles parted by '; '."""
     return "; ".join(f"{name}: {words}" for name, words in record.muscles.items())
-
-
-def as_json_text(glances: list[Glance]) -> str:
-    """A JSON list, one object for each log."""
-    return json.dumps([one.as_json() for one in glances], indent=2, ensure_ascii=False)
