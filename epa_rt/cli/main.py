@@ -34,6 +34,7 @@ VERBS = (
     "replay",
     "info",
     "ls",
+    "compare",
     "export",
     "plot",
     "report",

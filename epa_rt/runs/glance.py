@@ -11,6 +11,7 @@ import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -209,7 +210,11 @@ def _records(
         begin, at = at + _HEAD.size, at + _HEAD.size + length
         if at > end:
             raise _NoSummary
-        yield opcode, lambda a=begin, b=at: ReadDataStream(io.BytesIO(view[a:b]))
+        yield opcode, partial(_stream, view, begin, at)
+
+
+def _stream(view: mmap.mmap, begin: int, end: int) -> ReadDataStream:
+    return ReadDataStream(io.BytesIO(view[begin:end]))
 
 
 def _at(view: mmap.mmap, offset: int, expected: int) -> ReadDataStream:
@@ -217,7 +222,7 @@ def _at(view: mmap.mmap, offset: int, expected: int) -> ReadDataStream:
     begin = offset + _HEAD.size
     if opcode != expected or begin + length > len(view):
         raise _NoSummary
-    return ReadDataStream(io.BytesIO(view[begin : begin + length]))
+    return _stream(view, begin, begin + length)
 
 
 def _walked(path: Path) -> tuple[dict[str, dict[str, str]], dict[str, bytes], int, str | None]:

@@ -31,7 +31,8 @@ class Named:
 
     def texts(self) -> np.ndarray:
         """The words, (N,) objects; '' where there is none."""
-        return np.array([*self.names, ""], dtype=object)[self.index]
+        words: np.ndarray = np.array([*self.names, ""], dtype=object)
+        return words[self.index]
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,8 @@ class Table:
 
     @property
     def rows(self) -> int:
-        return len(self.columns["t_s"])
+        column = self.columns["t_s"]
+        return len(column.index if isinstance(column, Named) else column)
 
     def to_pandas(self) -> pd.DataFrame:
         """The table as a DataFrame; states and phases are categories, ``attrs`` holds the rest."""
