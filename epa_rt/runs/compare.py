@@ -380,7 +380,8 @@ def _set_up(a: Run, b: Run) -> list[tuple[str, tuple[str, ...]]]:
         except NotShown:
             continue
         if texts[0] != texts[1]:
-            lines = difflib.unified_diff(*(text.splitlines() for text in texts), n=0, lineterm="")
+            before, after = (text.splitlines() for text in texts)
+            lines = difflib.unified_diff(before, after, n=0, lineterm="")
             changed = [line for line in lines if not line.startswith(("---", "+++", "@@"))]
             more = len(changed) - _DIFFER_LINES
             shown = [*changed[:_DIFFER_LINES], *([f"({more} more lines)"] if more > 0 else [])]

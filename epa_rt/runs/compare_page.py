@@ -122,7 +122,7 @@ def _picture(found: Comparison, one: Judged) -> Html:
         title,
         scale.unit,
         [
-            timed(a.t_s, scale.of(a.signals[one.signal]), "A", charts.ACCENT),
+            timed(a.t_s, np.asarray(scale.of(a.signals[one.signal])), "A", charts.ACCENT),
             timed(b_t, b_y, "B", charts.SECOND, dash="dot"),
         ],
         150,

@@ -36,7 +36,8 @@ class Blocks:
     @property
     def difference(self) -> np.ndarray:
         """B less A; NaN where either has no value."""
-        return self.b - self.a
+        found: np.ndarray = self.b - self.a
+        return found
 
 
 def block_samples(period_s: float) -> int:

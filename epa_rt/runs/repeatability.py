@@ -56,7 +56,8 @@ class Repeatability:
             share += tolerance_pa / np.maximum(mean, _LEAST_GAUGE_PA)
         if moves:
             return share * max(_range(run.signals[name]) for run in (self.a, self.b))
-        return share * np.fmax(np.abs(blocks.a), np.abs(blocks.b))
+        carried: np.ndarray = share * np.fmax(np.abs(blocks.a), np.abs(blocks.b))
+        return carried
 
     def is_shut(self, pressure: str, a: slice, b: slice) -> bool:
         """Whether both valves of the muscle are shut all through both stretches."""

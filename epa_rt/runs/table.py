@@ -32,7 +32,8 @@ class Named:
     def texts(self) -> np.ndarray:
         """The words, (N,) objects; '' where there is none."""
         words: np.ndarray = np.array([*self.names, ""], dtype=object)
-        return words[self.index]
+        found: np.ndarray = words[self.index]
+        return found
 
 
 @dataclass(frozen=True)
