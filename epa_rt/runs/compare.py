@@ -329,7 +329,7 @@ def _first_of(
         return None
     n = block_samples(a.period_s)
     onset = begin
-    while onset > 0 and size[onset - 1] * size[begin] > 0.0 and _rises(size, allowed, onset - 1):
+    while kind != MISSING and _rises(size, allowed, onset - 1, size[begin]):
         onset -= 1
     before = pair.in_a.start - pair.a.begin
     since_s = (before + onset * n) * a.period_s
@@ -350,9 +350,11 @@ def _first_of(
     )
 
 
-def _rises(size: np.ndarray, allowed: np.ndarray, i: int) -> bool:
-    """Whether a block before a difference belongs to it: above one sigma of five."""
-    return bool(abs(size[i]) > allowed[i] / SIGMAS)
+def _rises(size: np.ndarray, allowed: np.ndarray, i: int, like: float) -> bool:
+    """Whether a block before a difference belongs to it: to the same side, and above a fifth of
+    what is allowed, which is one standard deviation.
+    """
+    return i >= 0 and bool(size[i] * like > 0.0 and abs(size[i]) > allowed[i] / SIGMAS)
 
 
 def _first_in_a_row(beyond: np.ndarray, size: np.ndarray) -> int | None:

@@ -88,18 +88,22 @@ def glance(path: Path) -> Glance:
     try:
         status = path.stat()
         if not stat.S_ISREG(status.st_mode):
-            return Glance(path, "no log", "found no plain file, expected a log")
+            return _no_log(path, status, "found no plain file, expected a log")
         metadata, attachments, cycles = _summarised(path)
         cause = None
     except _NoSummary:
         try:
             metadata, attachments, cycles, cause = _walked(path)
         except LogError as error:
-            said = str(error).removeprefix(f"{path}: ")
-            return Glance(path, "no log", said, size_bytes=status.st_size, when=_changed(status))
+            return _no_log(path, status, str(error).removeprefix(f"{path}: "))
     except OSError as error:
         return Glance(path, "no log", f"cannot be read ({error.strerror})")
     return _told(path, status, metadata, attachments, cycles, cause)
+
+
+def _no_log(path: Path, status: os.stat_result, why: str) -> Glance:
+    size, when = status.st_size, _changed(status)
+    return Glance(path, "no log", why, size_bytes=size, when=when, when_is_of_file=True)
 
 
 def _told(
