@@ -18,7 +18,7 @@ phases:
   - {name: fill, valves: {all: {set: 460 kPa gauge}}, until: valves_settled, timeout: 60 s}
   - name: trial
     trial: true
-    random_speed: {between: [1 mm, 27 mm], speed: 50 mm/s, acceleration: 1 m/s^2}
+    random_speed: {between: [1 mm, 20 mm], speed: 60 mm/s, acceleration: 2 m/s^2}
     for: 4 s
     valves: {all: hold}
   - {name: vent, valves: {all: vent}, until: valves_settled, timeout: 60 s}
