@@ -60,10 +60,14 @@ def main(arguments: argparse.Namespace) -> int:
         run = load_run(arguments.log)
         table = table_of(run, samples_of(run, arguments.trial), tuple(arguments.signals))
         write = WRITERS[out.suffix.lower()]
-        if len(paths) > 1:
-            text = about_text(table).encode()
-            _write(paths[1], lambda file: _all(file, text), arguments.force)
         _write(out, lambda file: write(table, file), arguments.force)
+        if len(paths) > 1:
+            text = about_text(table).encode("utf-8", "replace")
+            try:
+                _write(paths[1], lambda file: _all(file, text), arguments.force)
+            except BaseException:
+                out.unlink(missing_ok=True)  # numbers without their units are half an answer
+                raise
     except LogError as error:
         raise VerbError(str(error)) from None
     except NotShown as error:

@@ -305,6 +305,8 @@ def _drifts(
         if len(blocks.a) <= _START_BLOCKS:
             continue
         start_a, start_b = (np.mean(m[:_START_BLOCKS]) for m in (blocks.a, blocks.b))
+        if not start_a > 0.0:  # no reading, or none of a gas
+            continue
         expected = (start_b - start_a) * blocks.a / start_a  # trapped gas: in proportion
         moved = blocks.difference - expected
         sigma = block_noise([moved])[0] * np.sqrt(1.0 + 1.0 / _START_BLOCKS)

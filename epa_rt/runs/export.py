@@ -61,10 +61,11 @@ def write_mat(table: Table, file: IO[bytes]) -> None:
         else:
             columns[name] = column
     for name, values in columns.items():
-        if len(name) > _MAT_NAME or values.nbytes > _MAT_BYTES:
+        if len(name) > _MAT_NAME or name.startswith("_") or values.nbytes > _MAT_BYTES:
             raise ExportError(
-                f"found {name} with {len(name)} characters and {values.nbytes} bytes, expected at"
-                f" most {_MAT_NAME} and {_MAT_BYTES} in a MAT file; write Parquet instead"
+                f"found {name} with {len(name)} characters and {values.nbytes} bytes, expected a"
+                f" letter first and at most {_MAT_NAME} and {_MAT_BYTES} in a MAT file; write"
+                " Parquet instead"
             )
     told = dict(table.about)
     columns["units"] = {name: unit for name, unit in table.units.items() if unit} or ""

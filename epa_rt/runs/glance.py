@@ -29,6 +29,7 @@ from epa_rt.logs.schema import CHANNEL_IDS, CYCLE
 _HEAD = struct.Struct("<BQ")
 _FOOTER = struct.Struct("<QQI")
 _FOOTER_BYTES = _HEAD.size + _FOOTER.size + len(MCAP0_MAGIC)
+_LARGEST_RECORD = 1 << 20  # bytes; a record has some thousands
 _METADATA_OF = ("run", OUTCOME_METADATA)  # names of the tables that a list of runs needs
 
 
@@ -192,12 +193,12 @@ def _of_summary(view: mmap.mmap) -> _Found:
     for opcode, body in _records(view, begin, footer_at):
         if opcode == Opcode.METADATA_INDEX:
             place = records.MetadataIndex.read(body())
-            if place.name in _METADATA_OF:
+            if place.name in _METADATA_OF and place.name not in metadata:
                 found = records.Metadata.read(_at(view, place.offset, Opcode.METADATA))
                 metadata[found.name] = found.metadata
         elif opcode == Opcode.ATTACHMENT_INDEX:
             there = records.AttachmentIndex.read(body())
-            if there.name == RECORD:
+            if there.name == RECORD and not attachments and there.length <= _LARGEST_RECORD:
                 stream = _at(view, there.offset, Opcode.ATTACHMENT)
                 attachments[RECORD] = records.Attachment.read(stream).data
         elif opcode == Opcode.STATISTICS:

@@ -79,8 +79,10 @@ def table_of(run: Run, samples: slice = slice(None), patterns: tuple[str, ...] =
     columns["state"] = _named(run.cycle["state"][samples], run.layout.states)
     columns["phase"] = _named(_phases(run)[samples], run.layout.phases)
     columns["trial"] = _trials(run)[samples]
-    columns |= {name: _whole(name, run.signals[name][samples]) for name in signals}
-    units = {name: _OWN_UNITS.get(name) or _unit(name) for name in columns}
+    units = {name: _OWN_UNITS.get(name, "") for name in columns}
+    for name in signals:
+        key = f"signal_{name}" if name in units else name  # a row may be called as a column is
+        columns[key], units[key] = _whole(name, run.signals[name][samples]), _unit(name)
     return Table(columns, units, about(run))
 
 
