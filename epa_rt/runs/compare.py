@@ -23,6 +23,7 @@ from epa_rt.runs.noise import (
     step_of,
 )
 from epa_rt.runs.repeatability import Repeatability, repeatability_of
+from epa_rt.runs.table import trials_of
 
 SCHEMA = "epa_rt.compare/1"
 _IN_A_ROW = 2  # blocks; one alone may be a spike
@@ -112,12 +113,13 @@ class Comparison:
 
     @property
     def first(self) -> Difference | None:
-        """The difference that shows first; of those within half a second the clearest."""
+        """The clearest difference in the phase in which one shows first."""
         if not self.differences:
             return None
-        earliest = self.differences[0].at_s
-        near = [one for one in self.differences if one.at_s <= earliest + 0.5]
-        return max(near, key=lambda one: one.ratio)
+        phase = self.differences[0].phase
+        return max(
+            (one for one in self.differences if one.phase == phase), key=lambda one: one.ratio
+        )
 
     @property
     def other_length(self) -> tuple[Pair, ...]:
@@ -233,17 +235,16 @@ def _pairs(
     """Phases of one name, the first with the first, the second with the second."""
     keyed_a, keyed_b = _keyed(a), _keyed(b)
     end = _IN_A_ROW * block_samples(a.period_s)
-    pairs, trials = [], 0
+    pairs, trials = [], trials_of(a)
     for key, span in keyed_a.items():
-        trials += span.is_trial
         if key not in keyed_b:
             continue
         other = keyed_b[key]
         in_a, in_b = span.samples, other.samples
         at_work = allowance.is_at_work(in_a, in_b)
-        if at_work and not span.is_trial:
+        if at_work and span not in trials:
             in_a, in_b = (slice(max(s.stop - end, s.start), s.stop) for s in (in_a, in_b))
-        trial = trials if span.is_trial else None
+        trial = trials.index(span) + 1 if span in trials else None
         pairs.append(Pair(span.name, span, other, trial, in_a, in_b, at_work))
     return (
         pairs,

@@ -11,6 +11,7 @@ from epa_rt.runs.compare import DRIFT, MISSING, Comparison, Difference
 from epa_rt.runs.noise import BLOCK_S, LATE_CYCLES, SIGMAS
 
 _WIDTH = 79
+_IMPORTED = "imported"  # the outcome of a log that epa import wrote; its cause is the file's name
 _MOST = 12  # differences that a terminal lists
 _CONTROL = dict.fromkeys((*range(0x20), *range(0x7F, 0xA0)), "?")
 
@@ -63,7 +64,7 @@ def ends(found: Comparison) -> list[str]:
     """Runs that ended otherwise, and phases that only one of them has."""
     a, b = found.a, found.b
     said = []
-    if (a.outcome, a.cause) != (b.outcome, b.cause):
+    if a.outcome != b.outcome or (a.cause != b.cause and a.outcome != _IMPORTED):
         said.append(f"A {_ended(a)}; B {_ended(b)}.")
     for name, only in (("A", found.only_a), ("B", found.only_b)):
         if only:

@@ -17,7 +17,7 @@ from epa_rt.logs.reader import Event
 from epa_rt.logs.run_record import RunRecord, record_of
 from epa_rt.report.run import NotShown, Run, Span, load_run
 from epa_rt.report.shown import unit_of
-from epa_rt.runs.table import Table, table_of, trials_of
+from epa_rt.runs.table import Table, table_of, trials_of, values_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -80,7 +80,7 @@ class Stretch:
     def __init__(self, run: Run, span: Span, number: int | None = None) -> None:
         self._run, self.span, self.number = run, span, number
         self.name = span.name
-        self.values: dict[str, Any] = dict(span.phase.values) if span.phase else {}
+        self.values: dict[str, Any] = values_of(run, span)
 
     @property
     def t_s(self) -> np.ndarray:

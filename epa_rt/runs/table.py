@@ -117,7 +117,7 @@ def about(run: Run) -> dict[str, Any]:
                 "last_cycle": int(run.cycle["cycle"][span.end - 1]),
                 "begin_s": float(run.t_s[span.begin]),
                 "end_s": float(run.t_s[span.end - 1]),
-                "values": dict(span.phase.values) if span.phase else {},
+                "values": values_of(run, span),
             }
             for number, span in enumerate(trials_of(run), start=1)
         ],
@@ -135,11 +135,27 @@ def about(run: Run) -> dict[str, Any]:
 
 
 def trials_of(run: Run) -> list[Span]:
-    """The trials that were begun, in order; none where the log's experiment cannot be read."""
-    try:
-        return run.trials
-    except NotShown:
-        return []
+    """The trials that were begun, in order; by the events that began them, so that imported logs
+    have theirs as well.
+    """
+    begun = _trial_events(run)
+    return [span for span in run.phases if span.index in begun]
+
+
+def values_of(run: Run, span: Span) -> dict[str, Any]:
+    """What the experiment put in for '$' names in that phase; empty where it repeats nothing."""
+    values = _trial_events(run).get(span.index, {}).get("values")
+    return dict(values) if isinstance(values, dict) else {}
+
+
+def _trial_events(run: Run) -> dict[int, dict[str, Any]]:
+    return {
+        event.data["index"]: event.data
+        for event in run.events
+        if event.kind == "phase_start"
+        and event.data.get("trial_index") is not None
+        and isinstance(event.data.get("index"), int)
+    }
 
 
 def _trials(run: Run) -> np.ndarray:

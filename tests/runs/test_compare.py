@@ -116,6 +116,26 @@ def test_logs_without_anything_in_common_get_one_sentence(runs, logs, tmp_path, 
     assert said.count("\n") == 1 and "expected an MCAP log" in said
 
 
+def test_imported_logs_are_compared_without_a_rig_file(tmp_path, capsys):
+    """100 Hz, noise of 0.05 mm; the third lies 0.5 mm higher from 7 s on."""
+    (tmp_path / "m.yaml").write_text(
+        "mapping: two\nrig: two\nformat: {kind: csv}\nclock: {rate: 100 Hz}\n"
+        "measured: {x_position_m: {column: x, unit: mm}}\n"
+    )
+    for seed, name in enumerate("abc"):
+        values = 10.0 + 0.05 * np.random.default_rng(seed).standard_normal(2000)
+        values[700:] += 0.5 * (name == "c")
+        (tmp_path / f"{name}.csv").write_text("x\n" + "\n".join(f"{x:.4f}" for x in values))
+        words = ["import", "m.yaml", f"{name}.csv", "-o", f"{name}.mcap"]
+        assert main([w if w in ("import", "-o") else str(tmp_path / w) for w in words]) == 0
+    a, b, c = (str(tmp_path / f"{name}.mcap") for name in "abc")
+    assert main(["compare", a, b]) == 0
+    assert main(["compare", a, c]) == 1
+    said = capsys.readouterr().out
+    assert "nothing is allowed for valves" in " ".join(said.split())
+    assert "X position of B lies up to 0.5" in said and "from 7.0 s" in said
+
+
 def test_page_and_json_say_the_same(logs, tmp_path, capsys):
     page, answer = tmp_path / "c.html", tmp_path / "c.json"
     words = ["compare", logs["first"], logs["leaking"], "--html", page, "--json", answer]
