@@ -1,9 +1,10 @@
-"""Compare two runs: aligned by phase, what differs by more than noise, which signal and since when.
+"""Compare two runs by phase: what differs by more than noise, and since when.
 
-Noise is estimated from the two logs; what valves leave open by their tolerance is allowed as well
-(docs/runs.md). Exit code 0: nothing differs, 1: something does.
+Noise is estimated from the two logs; what the valves leave open by their
+tolerance is allowed as well (docs/runs.md). Exit code 0: nothing differs,
+1: something does.
 
-  epa compare out/identification_short-bench-001.mcap out/identification_short-bench-002.mcap
+  epa compare before.mcap after.mcap
   epa compare before.mcap after.mcap --html compare.html --json compare.json
 """
 

@@ -1,12 +1,14 @@
-"""Write a log as a table for other programs: CSV, Parquet or MAT, by the ending of the name.
+"""Write a log as a table for other programs: CSV, Parquet or MAT.
 
-One row for each cycle, SI units, names that end in their unit; state, phase and trial (from 1)
-stand in each row. Numbers keep their last bit. Parquet and MAT carry units, trials, events and who
-ran; beside a CSV file these lie in NAME.about.json. No file is written over without --force.
+The ending of the name says which. One row for each cycle, SI units, names
+that end in their unit; state, phase and trial (from 1) stand in each row.
+Numbers keep their last bit. Parquet and MAT carry units, trials, events and
+who ran; beside a CSV file these lie in NAME.about.json. No file is written
+over without --force.
 
-  epa export out/identification_short-bench-001.mcap -o run.parquet
-  epa export out/identification_short-bench-001.mcap -o trial.csv --trial 2 --signals 'muscle_*'
-  epa export out/identification_short-bench-001.mcap -o run.mat
+  epa export RUN.mcap -o run.parquet
+  epa export RUN.mcap -o trial.csv --trial 2 --signals 'muscle_*'
+  epa export RUN.mcap -o run.mat
 """
 
 import argparse

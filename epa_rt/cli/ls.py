@@ -1,12 +1,12 @@
-"""List the runs in a folder: when, how long, how they ended, who, and which file.
+"""List the runs in a folder: when, how long, how they ended, who, which file.
 
-Folders are searched to the bottom. Of each log only its summary is read, so thousands take seconds;
-a file that was cut is listed as damaged, one that is no log as such (epa info --check compares
-every checksum). Filters take * and ?.
+Folders are searched to the bottom. Only each log's summary is read, so
+thousands take seconds. A file that was cut is listed as damaged, one that is
+no log as such; epa info --check compares every checksum. Filters take * and ?.
 
   epa ls out
   epa ls out --outcome tripped --since '7 d'
-  epa ls out --rig bench --experiment 'identification*' --operator ada --long
+  epa ls out --experiment 'identification*' --operator ada --long
   epa ls out --since 2026-11-01 --until 2026-11-30 --json
 """
 
