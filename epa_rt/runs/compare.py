@@ -18,6 +18,7 @@ from epa_rt.runs.noise import (
     block_noise,
     block_samples,
     blocks_of,
+    own_noise,
     rounding,
     sample_noise,
     step_of,
@@ -29,7 +30,9 @@ SCHEMA = "epa_rt.compare/1"
 _IN_A_ROW = 2  # blocks; one alone may be a spike
 _START_BLOCKS = 3  # of a stretch with shut valves: what it is compared with
 _DIFFER_LINES = 40  # of a file that was changed
-OFFSET, DRIFT, MISSING = "offset", "drift", "missing"
+OFFSET, DRIFT, MISSING, NOISE = "offset", "drift", "missing", "noise"
+_LOUDER = 1.5  # times the other run's noise: a tenth is chance, and a worn contact doubles it
+_LOUD_S = 1.0  # a phase of this length at least tells its noise to some per cent
 
 TRIM_S = 2.0 * (ValveSettings().settle_s + ValveSettings().average_s)
 """Each run may need one trim of its valves more than the other: it settles and is averaged."""
@@ -59,9 +62,10 @@ class Difference:
     """One signal that differs in one phase; values in the signal's SI unit.
 
     ``kind``: 'offset' (by more than two runs of one rig), 'drift' (moves away while the valves
-    are shut), 'missing' (one run has no value). ``since_s``: when it began, from the phase's begin;
-    ``at_s``: the same of run A; ``beyond_s``: when it was beyond chance, from the phase's begin.
-    ``largest``: B less A where it is furthest beyond ``allowed``.
+    are shut), 'missing' (one run has no value), 'noise' (of a sample: B's less A's). ``since_s``:
+    when it began, from the phase's begin; ``at_s``: the same of run A; ``beyond_s``: when it was
+    beyond chance, from the phase's begin. ``largest``: B less A where it is furthest beyond
+    ``allowed``.
     """
 
     signal: str
@@ -132,9 +136,12 @@ class Comparison:
 
     @property
     def is_different(self) -> bool:
-        """Whether anything differs by more than chance: a signal, a phase's length, the end."""
+        """Whether anything differs by more than chance: a signal, what was asked for, a phase's
+        length, the end.
+        """
         return bool(
             self.differences
+            or self.asked
             or self.other_length
             or self.only_a
             or self.only_b
@@ -193,6 +200,7 @@ def compare(a: Run, b: Run) -> Comparison:
     measured = [name for name in signals if name in a.layout.measured and unit_of(name)]
     judged = [_judged(a, b, pairs, name, allowance) for name in measured]
     found = [one for signal in judged for one in _differences(a, pairs, signal)]
+    found += [one for signal in judged for one in _noises(a, b, pairs, signal)]
     for name in allowance.pressures:
         if name in signals:
             found += _drifts(a, b, pairs, name, allowance)
@@ -287,6 +295,22 @@ def _differences(a: Run, pairs: list[Pair], judged: Judged) -> list[Difference]:
         ):
             one = _first_of(a, pair, judged.signal, kind, beyond, size, allowed)
             found += [one] if one else []
+    return found
+
+
+def _noises(a: Run, b: Run, pairs: list[Pair], judged: Judged) -> list[Difference]:
+    """Phases in which one run's samples scatter more than the other's."""
+    found = []
+    for pair in pairs:
+        x, y = a.signals[judged.signal][pair.in_a], b.signals[judged.signal][pair.in_b]
+        if min(len(x), len(y)) * a.period_s < _LOUD_S:
+            continue
+        before, now = (own_noise(values, judged.step) for values in (x, y))
+        if max(before, now) > _LOUDER * min(before, now):
+            allowed = (_LOUDER - 1.0) * min(before, now)
+            at_s = float(a.t_s[pair.a.begin])
+            size = (pair.name, pair.trial, 0.0, at_s, 0.0, now - before, allowed)
+            found.append(Difference(judged.signal, judged.unit, NOISE, *size))
     return found
 
 

@@ -11,12 +11,17 @@ from epa_rt.report.page import page
 from epa_rt.report.run import Run
 from epa_rt.report.sections.section import Section, spoken
 from epa_rt.report.shown import number, seconds
-from epa_rt.runs.compare import DRIFT, MISSING, Comparison, Difference, Judged
+from epa_rt.runs.compare import DRIFT, MISSING, NOISE, Comparison, Difference, Judged
 from epa_rt.runs.compare_words import METHOD, ends, run_words, verdict
 from epa_rt.runs.noise import block_samples
 
 _MOST_PICTURES = 6
-_KINDS = {"offset": "apart", DRIFT: "drifts, valves shut", MISSING: "no value"}
+_KINDS = {
+    "offset": "apart",
+    DRIFT: "drifts, valves shut",
+    MISSING: "no value",
+    NOISE: "noisier or quieter",
+}
 
 
 def compare_page(found: Comparison) -> str:

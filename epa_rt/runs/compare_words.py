@@ -7,7 +7,7 @@ import textwrap
 from epa_rt.report.run import Run
 from epa_rt.report.sections.section import spoken
 from epa_rt.report.shown import seconds
-from epa_rt.runs.compare import DRIFT, MISSING, Comparison, Difference
+from epa_rt.runs.compare import DRIFT, MISSING, NOISE, Comparison, Difference
 from epa_rt.runs.noise import BLOCK_S, LATE_CYCLES, SIGMAS
 
 _WIDTH = 79
@@ -28,6 +28,7 @@ METHOD = (
     "While valves are at work outside of a trial, only the end of the phase is compared: each run"
     " opens them when it must. While a muscle's valves are shut in both, a pressure that moves away"
     " from the other run's counts even within the tolerance: so a slow leak shows.",
+    "A signal whose samples scatter half as much again as the other run's is called noisier.",
 )
 
 
@@ -40,7 +41,11 @@ def verdict(found: Comparison) -> str:
         return "No signal differs by more than chance, but the runs did not go alike."
     if first is None:
         return "Nothing differs by more than noise and what the valves leave open."
-    return f"{difference_words(found.a, first)}"
+    words = difference_words(found.a, first)
+    if found.asked and found.asked[0].at_s <= first.at_s:
+        names = ", ".join(dict.fromkeys(one.signal for one in found.asked))
+        return f"Other things were asked for ({names}), and so: {words}"
+    return words
 
 
 def difference_words(run: Run, one: Difference) -> str:
@@ -49,6 +54,10 @@ def difference_words(run: Run, one: Difference) -> str:
     name = spoken(one.signal).capitalize()
     if one.kind == MISSING:
         return f"{name} has no value in one of the runs {place}."
+    if one.kind == NOISE:
+        way = "more" if one.largest > 0.0 else "less"
+        size = run.shown.difference(abs(one.largest), one.unit)
+        return f"{name} of B is {way} noisy than A's by {size} (one sample) {place}."
     size = run.shown.difference(abs(one.largest), one.unit)
     allowed = run.shown.difference(one.allowed, one.unit)
     way = "below" if one.largest < 0.0 else "above"
@@ -102,7 +111,7 @@ def as_text(found: Comparison) -> str:
     blocks += [f"Set up differently: {what}" for what, _ in found.set_up]
     blocks.append("")
     blocks.append(verdict(found))
-    if found.asked:
+    if found.asked and not found.differences:
         names = ", ".join(dict.fromkeys(one.signal for one in found.asked))
         blocks.append(f"Asked for differently: {names}.")
     lines = [line for block in blocks for line in _wrapped(block)]
@@ -126,7 +135,7 @@ def _difference_row(run: Run, one: Difference) -> str:
         else run.shown.difference(one.largest, one.unit, signed=True)
     )
     allowed = "-" if one.kind == MISSING else run.shown.difference(one.allowed, one.unit)
-    kind = " (drift)" if one.kind == DRIFT else ""
+    kind = f" ({one.kind})" if one.kind in (DRIFT, NOISE) else ""
     return _row(f"{one.at_s:.1f} s", one.phase, one.signal + kind, size, allowed)
 
 

@@ -94,6 +94,19 @@ def sample_noise(a: np.ndarray, b: np.ndarray) -> float:
     return float(np.sqrt(np.mean(np.minimum(np.abs(steps), usual) ** 2) / 4.0))
 
 
+def own_noise(values: np.ndarray, step: float) -> float:
+    """Standard deviation of one recording's own noise, from its second differences, in which a
+    motion leaves little; at least half of ``step``, by which a value between two counts flickers.
+    """
+    bends = np.abs(np.diff(values, 2))
+    bends = bends[np.isfinite(bends)]
+    least = 0.5 * step
+    if not len(bends):
+        return float(least)
+    usual = np.percentile(bends, 99.0)
+    return float(max(np.sqrt(np.mean(np.minimum(bends, usual) ** 2) / 6.0), least))
+
+
 def rounding(step: float, noise: float) -> float:
     """How far means may be apart because converters round to ``step``, with ``noise`` before them.
 

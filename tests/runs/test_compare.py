@@ -86,6 +86,18 @@ def test_a_gain_is_found_and_a_reading_that_is_gone(runs):
     )
 
 
+def test_a_sensor_that_became_noisier_is_found(runs):
+    random = np.random.default_rng(1)
+
+    def louder(_, values):
+        return values + 1.0 * random.standard_normal(len(values))  # N, beside 0.3 N
+
+    found = compare(runs["first"], changed(runs["other"], "muscle_force_n", louder))
+    assert {(one.signal, one.kind) for one in found.differences} == {("muscle_force_n", "noise")}
+    (trial,) = (one for one in found.differences if one.trial == 1)
+    assert trial.largest == pytest.approx(np.hypot(1.0, 0.31) - 0.31, rel=0.15)
+
+
 def test_another_command_is_said_to_have_been_asked_for(runs):
     asked = changed(runs["other"], "ref_motor_travel_m", lambda _, values: values + 1e-3)
     found = compare(runs["first"], asked)
@@ -125,7 +137,7 @@ def test_imported_logs_are_compared_without_a_rig_file(tmp_path, capsys):
     for seed, name in enumerate("abc"):
         values = 10.0 + 0.05 * np.random.default_rng(seed).standard_normal(2000)
         values[700:] += 0.5 * (name == "c")
-        (tmp_path / f"{name}.csv").write_text("x\n" + "\n".join(f"{x:.4f}" for x in values))
+        (tmp_path / f"{name}.csv").write_text("x\n" + "".join(f"{x:.4f}\n" for x in values))
         words = ["import", "m.yaml", f"{name}.csv", "-o", f"{name}.mcap"]
         assert main([w if w in ("import", "-o") else str(tmp_path / w) for w in words]) == 0
     a, b, c = (str(tmp_path / f"{name}.mcap") for name in "abc")
