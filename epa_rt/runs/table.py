@@ -149,12 +149,11 @@ def values_of(run: Run, span: Span) -> dict[str, Any]:
 
 
 def _trial_events(run: Run) -> dict[int, dict[str, Any]]:
+    begun = [event.data for event in run.events if event.kind == "phase_start"]
     return {
-        event.data["index"]: event.data
-        for event in run.events
-        if event.kind == "phase_start"
-        and event.data.get("trial_index") is not None
-        and isinstance(event.data.get("index"), int)
+        data["index"]: data
+        for data in begun
+        if data.get("trial_index") is not None and isinstance(data.get("index"), int)
     }
 
 
