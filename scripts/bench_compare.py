@@ -1,7 +1,7 @@
 """How often epa compare calls sound runs different, and which leak it finds since when; JSON.
 
 python scripts/bench_compare.py
-python scripts/bench_compare.py --seeds 8 --picture docs/pictures/compare.png      needs chromium
+python scripts/bench_compare.py --leaks 5e-4 --picture docs/pictures/compare.png      needs chromium
 """
 
 import argparse
@@ -19,8 +19,7 @@ sys.path.insert(0, str(ROOT))
 import epa_rt as epa
 from epa_rt.runs.compare_page import compare_page
 
-SOUND = (("bench", "identification_short"), ("knee", "knee_chirp_short"))
-LEAKS_PER_S = (0.0002, 0.0005, 0.001)
+SOUND = {"bench": "identification_short", "knee": "knee_chirp_short"}
 SEED_OF_LEAKS = 100
 PAGE_PX = (1000, 1150)
 
@@ -28,21 +27,24 @@ PAGE_PX = (1000, 1150)
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=4, help="runs of each rig (default: 4)")
-    parser.add_argument("--picture", type=Path, metavar="PNG", help="the page of the second leak")
+    parser.add_argument("--rigs", nargs="+", choices=SOUND, default=[*SOUND])
+    parser.add_argument("--leaks", nargs="+", type=float, default=[2e-4, 5e-4, 1e-3], metavar="1/S")
+    parser.add_argument("--picture", type=Path, metavar="PNG", help="the page of the last leak")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="epa-compare-") as folder:
         place = Path(folder)
-        sound = {rig: runs(place, rig, name, arguments.seeds) for rig, name in SOUND}
+        rigs = dict.fromkeys(["bench", *arguments.rigs])  # leaks are of the bench
+        sound = {rig: runs(place, rig, SOUND[rig], arguments.seeds) for rig in rigs}
         answer = {
             "with_itself": {
                 rig: len(epa.compare(a[0], a[0]).differences) for rig, a in sound.items()
             },
             "seeds": {rig: alarms(logs) for rig, logs in sound.items()},
-            "leaks": [leak(place, sound["bench"][0], rate) for rate in LEAKS_PER_S],
+            "leaks": [leak(place, sound["bench"][0], rate) for rate in arguments.leaks],
         }
         if arguments.picture:
             picture(
-                epa.compare(sound["bench"][0], place / f"leak_{LEAKS_PER_S[1]}.mcap"),
+                epa.compare(sound["bench"][0], place / f"leak_{arguments.leaks[-1]}.mcap"),
                 place,
                 arguments.picture,
             )
