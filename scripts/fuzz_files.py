@@ -320,6 +320,10 @@ def log_kind(folder: Path) -> Kind:
             lambda path: ["replay", str(path)],
             lambda path: ["report", str(path), "-o", page],
             lambda path: ["plot", str(path), "-o", page],
+            lambda path: ["ls", "--long", str(path)],
+            lambda path: ["compare", str(log), str(path), "--html", page],
+            lambda path: ["export", str(path), "-o", f"{page}.parquet", "--force"],
+            lambda path: ["export", str(path), "-o", f"{page}.mat", "--force"],
         ),
         is_text=False,
     )

@@ -19,6 +19,7 @@ from epa_rt.cli.inputs import (
     load_plant_of,
 )
 from epa_rt.cli.run import positive_factor, run_recorded
+from epa_rt.cli.run_record import add_record_arguments, record_attachment
 from epa_rt.cli.sound_rig import sound_rig
 from epa_rt.cli.zero import load_rig_source
 
@@ -58,6 +59,7 @@ def add_rig_arguments(verb: argparse.ArgumentParser) -> None:
         "--unreferenced", action="store_true", help="the simulated drive has lost its zero"
     )
     verb.add_argument("--quiet", action="store_true", help="no progress line")
+    add_record_arguments(verb)
 
 
 class RigByHand:
@@ -108,9 +110,9 @@ class RigByHand:
     ) -> "tuple[LogSummary, RunResult]":
         """One recorded run, on the rig as the last one left it."""
         arguments = self.arguments
-        inputs = Inputs(
-            self.rig, assembly.experiment, self._plant, self.attachments, self._unprotected
-        )
+        record = record_attachment(self.rig, arguments.rig, arguments.operator, arguments.note)
+        attachments = self.attachments | record
+        inputs = Inputs(self.rig, assembly.experiment, self._plant, attachments, self._unprotected)
         paced = arguments.speed is not None if self.is_sim else not arguments.lock_step
         facts = self.facts(assembly.experiment.name, paced)
         progress = line and not arguments.quiet

@@ -118,6 +118,8 @@ def describe(path: Path, rig: "Rig | None") -> Answer:
         file = validate(source, CalibrationFile)
         found = tuple(one.facts for one in file.signals)
         return Answer(f"{len(found)} calibrations of {file.calibration_of}", calibrated=found)
+    if path.name == "operator.yaml":
+        return _describe_operator(source, rig)
     if "rig" in source.data:
         return _describe_rig(path, source)
     if "experiment" in source.data:
@@ -163,6 +165,17 @@ def _describe_rig(path: Path, source: "Located") -> Answer:
         sound.unprotected,
         used_words(rig),
         old_words(rig),
+    )
+
+
+def _describe_operator(source: "Located", rig: "Rig | None") -> Answer:
+    from epa_rt.config.operator_file import operator_from
+
+    muscles = {rig.name: tuple(muscle.name for muscle in rig.muscles)} if rig else {}
+    found = operator_from(source, muscles)
+    return Answer(
+        f"operator {found.operator or 'not named'}, {len(found.rigs)} rigs described"
+        f"{': ' if found.rigs else ''}{', '.join(found.rigs)}"
     )
 
 

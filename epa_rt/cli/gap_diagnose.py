@@ -136,6 +136,25 @@ def run(arguments: argparse.Namespace) -> int:
     return code
 
 
+def answered(arguments: argparse.Namespace, progress: Progress) -> "tuple[Opened, Diagnosis]":
+    """What was read, and the diagnosis of it with the gate's report: as ``run``, but nothing is
+    shown or written. Raises VerbError, ConfigError.
+    """
+    given = opened(arguments, arguments.holdout)
+    _known(arguments.leave_out, given)
+    diagnosis = _diagnosed(given, arguments, progress)
+    gate = _confirmed(given, diagnosis, arguments, progress)
+    return given, replace(diagnosis, gate=gate and gate.report)
+
+
+def page_of(given: Opened, diagnosis: "Diagnosis") -> str:
+    """The page of a diagnosis."""
+    from epa_rt.gap.report.page import gap_page
+    from epa_rt.gap.report.traces import traces
+
+    return gap_page(diagnosis, _curves(given, diagnosis, traces) if diagnosis.effects else ())
+
+
 def _known(names: tuple[str, ...], given: Opened) -> None:
     known = [effect.name for effect in given.subject.catalogue]
     for name in names:

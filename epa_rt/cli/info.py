@@ -92,6 +92,7 @@ def facts_of(path: Path, with_events: bool = False, check: bool = False) -> dict
             "topics": topics,
             "whole": not missing,
             "checked": check,
+            "record": _record(log.attachments),
             "attachments": {name: len(data) for name, data in log.attachments.items()},
             "missing": missing,
         }
@@ -116,6 +117,14 @@ def _earlier(attachments: dict[str, bytes]) -> list[str]:
         return [str(error)]
 
 
+def _record(attachments: dict[str, bytes]) -> dict[str, Any] | None:
+    """Who ran what, when, with which code; None where the log does not say it."""
+    from epa_rt.logs.run_record import record_of
+
+    record = record_of(attachments)
+    return record and {**vars(record), "muscles": dict(record.muscles), "notes": list(record.notes)}
+
+
 def text_of(facts: dict[str, Any]) -> str:
     """The same for a person."""
     outcome = f"{facts['outcome']}{': ' + facts['cause'] if facts['cause'] else ''}"
@@ -133,6 +142,7 @@ def text_of(facts: dict[str, Any]) -> str:
     if queue := facts["queue"]:
         notes = f" ({queue['notes']})" if queue.get("notes") else ""
         pairs.append(("queue", f"{queue.get('id', 'without id')}{notes}"))
+    pairs += _who(facts["record"]) if facts["record"] else []
     pairs += [("trip", text) for text in facts["trips"] if text not in outcome]
     pairs.append(
         ("topics", ", ".join(f"{name} {count}" for name, count in facts["topics"].items()))
@@ -160,6 +170,18 @@ def text_of(facts: dict[str, Any]) -> str:
         for e in facts.get("events", ())
     ]
     return "\n".join(line.translate(_CONTROL) for line in lines)
+
+
+def _who(record: dict[str, Any]) -> list[tuple[str, str]]:
+    changed = " with changes" if record["changed"] else ""
+    pairs = [
+        ("run by", " ".join(filter(None, (record["operator"], record["started"])))),
+        ("serial", record["rig_serial"]),
+        *(("muscle", f"{name}: {words}") for name, words in record["muscles"].items()),
+        *(("note", note) for note in record["notes"]),
+        ("code", f"{record['commit'][:12]}{changed}" if record["commit"] else ""),
+    ]
+    return [(name, text) for name, text in pairs if text]
 
 
 _CONTROL = dict.fromkeys(

@@ -18,12 +18,15 @@ then throws it. The last lines say how the rig was left, as measured.
 
 import argparse
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, FAILED, OF_OUTCOME, VerbError, code_of_run
 from epa_rt.cli.inputs import Inputs, add_backend_arguments, add_input_arguments, load_inputs
 from epa_rt.cli.log_name import take_log_path
+from epa_rt.cli.run_end import end_facts, json_text
+from epa_rt.cli.run_record import add_record_arguments, record_attachment
 from epa_rt.cli.screen_text import filled
 
 if TYPE_CHECKING:
@@ -81,6 +84,12 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
         help="plot and check the profiles against the limits; nothing moves",
     )
     verb.add_argument("--quiet", action="store_true", help="no progress line")
+    add_record_arguments(verb)
+    verb.add_argument(
+        "--json",
+        action="store_true",
+        help="the end as JSON on standard output, the words on standard error (docs/runs.md)",
+    )
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -103,6 +112,8 @@ def main(arguments: argparse.Namespace) -> int:
         inputs = found
     if arguments.dry:
         return _dry(inputs, arguments.out)
+    record = record_attachment(inputs.rig, arguments.rig, arguments.operator, arguments.note)
+    inputs = replace(inputs, attachments=inputs.attachments | record)
     if is_sim:
         summary, result = run_simulated(
             inputs, arguments.out, arguments.seed, arguments.speed, progress=not arguments.quiet
@@ -117,8 +128,12 @@ def main(arguments: argparse.Namespace) -> int:
             rig_path=arguments.rig,
             take_over=arguments.take_over,
         )
-    print(filled(closing_text(summary, result, inputs.rig)))
-    return exit_code(summary, result)
+    code = exit_code(summary, result)
+    ends = sys.stderr if arguments.json else sys.stdout
+    print(filled(closing_text(summary, result, inputs.rig), ends), file=ends)
+    if arguments.json:
+        print(json_text(end_facts(summary, result, inputs.rig, code)))
+    return code
 
 
 def exit_code(summary: "LogSummary", result: "RunResult") -> int:
