@@ -19,7 +19,7 @@ from epa_rt.cli.inputs import (
 )
 from epa_rt.cli.run import run_recorded
 from epa_rt.cli.sound_rig import sound_rig
-from epa_rt.cli.zero import load_rig_source
+from epa_rt.cli.zero import is_emulated, load_rig_source
 
 if TYPE_CHECKING:
     from epa_rt.backend import Backend
@@ -62,7 +62,10 @@ class RigByHand:
     def __init__(self, arguments: argparse.Namespace, with_zero: bool):
         self.is_sim = arguments.backend == "sim"
         self.arguments = arguments
-        source, self.rig = load_rig_source(arguments.rig, with_zero and not self.is_sim)
+        self.is_emulated = is_emulated(arguments)
+        source, self.rig = load_rig_source(
+            arguments.rig, with_zero and not self.is_sim, self.is_emulated
+        )
         self._unprotected = sound_rig(source).unprotected
         for sentence in self._unprotected:
             print(f"UNPROTECTED: {sentence}", file=sys.stderr)

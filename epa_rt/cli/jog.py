@@ -95,7 +95,7 @@ def main(arguments: argparse.Namespace) -> int:
             summary, result = by_hand.run(assembly, requests, line=False)
     print(closing_text(summary, result, rig))
     if not by_hand.is_sim:
-        keep_end(rig, arguments.rig, assembly.decoder, result, jog.found_zero)
+        keep_end(rig, arguments.rig, assembly.decoder, result, jog.found_zero, by_hand.is_emulated)
     return exit_code(summary, result)
 
 

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, FAILED, OF_OUTCOME, VerbError, code_of_run
 from epa_rt.cli.inputs import Inputs, add_backend_arguments, add_input_arguments, load_inputs
 from epa_rt.cli.log_name import take_log_path
+from epa_rt.cli.zero import is_emulated
 
 if TYPE_CHECKING:
     from epa_rt.backend import Backend
@@ -81,6 +82,7 @@ def main(arguments: argparse.Namespace) -> int:
         arguments.plant,
         with_plant=is_sim and not arguments.dry,
         with_zero=not is_sim and not arguments.dry,
+        emulated=(emulated := is_emulated(arguments)),
     )
     for sentence in inputs.unprotected:
         print(f"UNPROTECTED: {sentence}", file=sys.stderr)
@@ -99,6 +101,7 @@ def main(arguments: argparse.Namespace) -> int:
             progress=not arguments.quiet,
             rig_path=arguments.rig,
             take_over=arguments.take_over,
+            emulated=emulated,
         )
     print(closing_text(summary, result, inputs.rig))
     return exit_code(summary, result)
@@ -158,6 +161,7 @@ def run_on_bus(
     progress: bool,
     rig_path: Path,
     take_over: bool = False,
+    emulated: bool = False,
 ) -> "tuple[LogSummary, RunResult]":
     """One run on an EtherCAT bus, recorded into ``out``. Raises VerbError where the log or the
     interface cannot be had, or a wired drive has no zero file.
@@ -166,7 +170,7 @@ def run_on_bus(
     from epa_rt.backend import BackendError
     from epa_rt.cli.zero import blind_words, keep_end, need_zero_file
 
-    need_zero_file(inputs.rig, rig_path)
+    need_zero_file(inputs.rig, rig_path, emulated)
     if words := blind_words(inputs.rig):
         print(f"UNPROTECTED{words}", file=sys.stderr)
     try:
@@ -185,7 +189,7 @@ def run_on_bus(
         inputs, backend, out, run_facts, not lock_step, progress, assembly=assembly
     )
     found_zero = assembly.supervisor.found_zero
-    keep_end(inputs.rig, rig_path, assembly.decoder, result, found_zero)
+    keep_end(inputs.rig, rig_path, assembly.decoder, result, found_zero, emulated)
     return summary, result
 
 

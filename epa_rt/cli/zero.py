@@ -1,5 +1,6 @@
 """The zero of a rig on the command line: its file read before a run, its end written after."""
 
+import argparse
 import getpass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -25,7 +26,7 @@ LOST_POSITION = (
 )
 
 
-def load_rig_source(path: Path, with_zero: bool) -> "tuple[Located, Rig]":
+def load_rig_source(path: Path, with_zero: bool, emulated: bool = False) -> "tuple[Located, Rig]":
     """The rig file, with what its zero file says where there is one. Raises ConfigError."""
     from epa_rt.config.rig import rig_from
     from epa_rt.config.source import load_yaml
@@ -36,11 +37,20 @@ def load_rig_source(path: Path, with_zero: bool) -> "tuple[Located, Rig]":
     rig = rig_from(source)
     if not with_zero:
         return source, rig
-    zero = read_zero(zero_path(path), rig.name)
+    zero = read_zero(zero_path(path, emulated), rig.name)
     if zero is None:
         return source, rig
     source = joined(source, zero)
     return source, rig_from(source)
+
+
+def is_emulated(arguments: argparse.Namespace) -> bool:
+    """Whether the bus that is asked for is an emulated one, which has a zero file of its own."""
+    if arguments.backend == "sim":
+        return False
+    from drivers.interface import is_emulated_bus
+
+    return is_emulated_bus(arguments.interface)
 
 
 def is_unfinished(rig: "Rig") -> bool:
@@ -48,15 +58,16 @@ def is_unfinished(rig: "Rig") -> bool:
     return rig.applied_zero is not None and rig.applied_zero.method == UNFINISHED
 
 
-def need_zero_file(rig: "Rig", path: Path) -> None:
+def need_zero_file(rig: "Rig", path: Path, emulated: bool = False) -> None:
     """A wired drive keeps no zero: without its file nothing is known. A drive on the bus whose
     homing was broken off may say that it is referenced, to another place. Raises VerbError.
     """
     from epa_rt.config.zero_file import zero_path
 
+    file = zero_path(path, emulated)
     if is_unfinished(rig):
         raise VerbError(
-            f"{zero_path(path)}: found a zero that was being set and was not read back, so the"
+            f"{file}: found a zero that was being set and was not read back, so the"
             f" drive may call itself referenced elsewhere, expected a whole one: epa home --rig"
             f" {path}",
             TRIPPED,
@@ -65,14 +76,19 @@ def need_zero_file(rig: "Rig", path: Path) -> None:
         return
     if rig.applied_zero is None or rig.applied_zero.end is None:
         raise VerbError(
-            f"{zero_path(path)}: found no file that says where travel is zero and where the last"
+            f"{file}: found no file that says where travel is zero and where the last"
             f" run ended, expected one (a wired drive keeps neither): epa home --rig {path}",
             TRIPPED,
         )
 
 
 def keep_end(
-    rig: "Rig", path: Path, decoder: "Decoder", result: "RunResult", found_zero: bool | None
+    rig: "Rig",
+    path: Path,
+    decoder: "Decoder",
+    result: "RunResult",
+    found_zero: bool | None,
+    emulated: bool = False,
 ) -> None:
     """Writes the count where a wired drive's run ended, for the next start to compare with.
 
@@ -84,9 +100,10 @@ def keep_end(
     if rig.drive.interface != "analog" or rig.applied_zero is None or found_zero is None:
         return
     end = raw_count(rig, decoder) if found_zero and not _lost_position(rig, result) else None
-    zero = read_zero(zero_path(path), rig.name)
+    file = zero_path(path, emulated)
+    zero = read_zero(file, rig.name)
     if zero is not None:
-        write_zero(zero_path(path), zero.model_copy(update={"end": end}))
+        write_zero(file, zero.model_copy(update={"end": end}))
 
 
 def _lost_position(rig: "Rig", result: "RunResult") -> bool:
