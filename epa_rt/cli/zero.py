@@ -107,9 +107,12 @@ def keep_end(
 
 
 def _lost_position(rig: "Rig", result: "RunResult") -> bool:
-    """Whether the motor's count was found wrong in the run: it may have lost its place."""
+    """Whether the motor's count was found wrong in the run, first or on the way to its end: it may
+    have lost its place.
+    """
     trip = result.trip
-    return trip is not None and trip.signal == rig.motor.position and trip.cause in LOST_POSITION
+    by_trip = trip is not None and trip.signal == rig.motor.position
+    return result.position_lost or (by_trip and trip.cause in LOST_POSITION)
 
 
 def raw_count(rig: "Rig", decoder: "Decoder") -> int | None:

@@ -30,7 +30,8 @@ class Envelope:
 
     ``tripped`` is None or the first Trip; ``gate`` counts what was clamped; ``stopping`` says what
     leaves after a trip. ``reason`` tells in words why a measured row is invalid (the decoder's).
-    ``homing`` as CommandGate takes it.
+    ``homing`` as CommandGate takes it. ``position_lost``: the motor's count was found wrong, at the
+    trip or after it; what it counts from then on is no travel.
     """
 
     def __init__(self, rig: Rig, reason: Callable[[int], str], homing: bool = False):
@@ -38,7 +39,8 @@ class Envelope:
         self.gate = CommandGate(rig, homing)
         self.stopping = Stopping(rig)
         self._reason, self._motion = reason, MotionCheck(rig)
-        self._has_begun = False
+        self._has_begun = self.position_lost = False
+        self._position = 1 << [row.name for row in rig.inputs].index(rig.motor.position)
         self._in_motion = InMotion(rig)
         self._safe = {row.name: row.safe for row in rig.outputs}
         self._budget = BusBudget(rig)
@@ -102,6 +104,8 @@ class Envelope:
                 if refusal is None:
                     return self.gate.outputs
                 self.trip(*refusal, cycle)
+        if apart is not None or (invalid | stale) & self._position:
+            self.position_lost = True
         if not self._has_begun:
             self._has_begun = True
             self.stopping.begin(self.gate, powered)
