@@ -49,6 +49,12 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
         help="even if another master seems to drive the bus (--backend ethercat)",
     )
     verb.add_argument(
+        "--supply-stayed-on",
+        action="store_true",
+        help="a wired drive has had its supply since the last run, which nothing else tells where"
+        " that run ended near count 0 (--backend ethercat)",
+    )
+    verb.add_argument(
         "-o",
         "--out",
         type=Path,
@@ -102,6 +108,7 @@ def main(arguments: argparse.Namespace) -> int:
             rig_path=arguments.rig,
             take_over=arguments.take_over,
             emulated=emulated,
+            supply_stayed_on=arguments.supply_stayed_on,
         )
     print(closing_text(summary, result, inputs.rig))
     return exit_code(summary, result)
@@ -162,17 +169,17 @@ def run_on_bus(
     rig_path: Path,
     take_over: bool = False,
     emulated: bool = False,
+    supply_stayed_on: bool = False,
 ) -> "tuple[LogSummary, RunResult]":
     """One run on an EtherCAT bus, recorded into ``out``. Raises VerbError where the log or the
     interface cannot be had, or a wired drive has no zero file.
     """
     from drivers.backend_factory import open_ethercat
     from epa_rt.backend import BackendError
-    from epa_rt.cli.zero import blind_words, keep_end, need_zero_file
+    from epa_rt.cli.zero import keep_end, need_known_count, need_zero_file
 
     need_zero_file(inputs.rig, rig_path, emulated)
-    if words := blind_words(inputs.rig):
-        print(f"UNPROTECTED{words}", file=sys.stderr)
+    need_known_count(inputs.rig, rig_path, supply_stayed_on or emulated)
     try:
         backend = open_ethercat(inputs.rig, interface, lock_step, take_over)
     except BackendError as error:

@@ -82,6 +82,19 @@ def need_zero_file(rig: "Rig", path: Path, emulated: bool = False) -> None:
         )
 
 
+def need_known_count(rig: "Rig", path: Path, stayed_on: bool) -> None:
+    """Where a wired drive's count cannot tell that its supply was off, the operator must: by
+    ``stayed_on``, which an emulated drive needs not. Raises VerbError.
+    """
+    if stayed_on or not (words := blind_words(rig)):
+        return
+    raise VerbError(
+        f"{path}: found a wired drive whose count tells nothing{words}; expected epa home --rig"
+        f" {path}, or --supply-stayed-on where it was on all the time",
+        TRIPPED,
+    )
+
+
 def keep_end(
     rig: "Rig",
     path: Path,
@@ -148,7 +161,7 @@ def blind_words(rig: "Rig") -> str:
         return ""
     return (
         f"; its last run ended at count {applied.end}, near 0, where a drive begins to count: if"
-        " its supply was off since then, home it first, for nothing else tells"
+        " its supply was off since then, travel has no zero, and nothing else tells"
     )
 
 

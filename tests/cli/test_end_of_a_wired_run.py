@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from epa_rt.cli.zero import blind_words, keep_end, load_rig_source, raw_count
+from epa_rt.cli.exits import VerbError
+from epa_rt.cli.zero import blind_words, keep_end, load_rig_source, need_known_count, raw_count
 from epa_rt.config.zero_file import ZeroFile, read_zero, write_zero, zero_path
 from epa_rt.loop.referenced import Referenced, position_scaling
 from epa_rt.signals.image import image_of
@@ -90,7 +91,7 @@ def test_a_count_lost_after_another_trip_keeps_no_end_either(tmp_path, lost_afte
 
 
 @pytest.mark.parametrize(("end", "is_blind"), [(-11, True), (0, True), (ELSEWHERE, False)])
-def test_an_end_at_which_a_drive_begins_to_count_is_said(tmp_path, end, is_blind):
+def test_an_end_at_which_a_drive_begins_to_count_needs_the_operators_word(tmp_path, end, is_blind):
     """There a drive whose supply was off is taken for one that never lost its count."""
     path = tmp_path / "bench_analog.yaml"
     text = (ROOT / "config/rigs/bench_analog.yaml").read_text()
@@ -102,3 +103,9 @@ def test_an_end_at_which_a_drive_begins_to_count_is_said(tmp_path, end, is_blind
     rig = load_rig_source(path, True)[1]
     begins = {rig.motor.position: position_scaling(rig).to_si(0)}
     assert (Referenced(rig).refusal(begins) is None) == is_blind == bool(blind_words(rig))
+    need_known_count(rig, path, stayed_on=True)
+    if is_blind:
+        with pytest.raises(VerbError, match="near 0.*epa home --rig .*--supply-stayed-on"):
+            need_known_count(rig, path, stayed_on=False)
+    else:
+        need_known_count(rig, path, stayed_on=False)
