@@ -169,3 +169,23 @@ def test_status_words_have_no_limits():
     bench = Bench()
     bench.check({"drive_status_raw": 0xFFFF, "drive_error_raw": 0x8611})
     assert bench.trip is None
+
+
+def test_a_motor_that_jumps_or_cannot_be_believed_has_lost_its_place():
+    position = 1 << [row.name for row in rig("bench").inputs].index("motor_travel_m")
+    for case, is_lost in (
+        ({"measured": {"motor_travel_m": 0.02}}, True),
+        ({"invalid": position}, True),
+        ({"stale": position}, True),
+        ({"measured": {"muscle_force_n": 400.0}}, False),
+        ({"invalid": 2 if position != 2 else 1}, False),
+    ):
+        bench = Bench()
+        bench.check()
+        assert not bench.envelope.position_lost
+        bench.check(**case)
+        assert bench.trip is not None and bench.envelope.position_lost is is_lost
+    bench.check({"motor_travel_m": 0.02})  # at rest after another trip
+    assert bench.envelope.position_lost
+    bench.check()
+    assert bench.envelope.position_lost
