@@ -21,7 +21,7 @@ from epa_rt.cli.inputs import (
 from epa_rt.cli.run import positive_factor, run_recorded
 from epa_rt.cli.run_record import add_record_arguments, record_attachment
 from epa_rt.cli.sound_rig import sound_rig
-from epa_rt.cli.zero import load_rig_source
+from epa_rt.cli.zero import is_emulated, load_rig_source
 
 if TYPE_CHECKING:
     from epa_rt.backend import Backend
@@ -76,7 +76,10 @@ class RigByHand:
         self._physics = {} if standard is None else {"physics": standard}
         self.arguments = arguments
         self._refuse_of_simulation_only()
-        source, self.rig = load_rig_source(arguments.rig, with_zero and not self.is_sim)
+        self.is_emulated = is_emulated(arguments)
+        source, self.rig = load_rig_source(
+            arguments.rig, with_zero and not self.is_sim, self.is_emulated
+        )
         if not self.is_sim:
             refuse_simulated(self.rig)
         self._unprotected = sound_rig(source).unprotected

@@ -257,7 +257,7 @@ def _active(
         summary, result = by_hand.run(assembly, requests, line=False)
     print(closing_text(summary, result, rig))
     if not by_hand.is_sim:
-        keep_end(rig, arguments.rig, assembly.decoder, result, jog.found_zero)
+        keep_end(rig, arguments.rig, assembly.decoder, result, jog.found_zero, by_hand.is_emulated)
     return points_of(taking.taken), exit_code(summary, result)
 
 

@@ -3,7 +3,8 @@
 The motor moves slowly (methods stop and taut_strap), is left standing at the place of zero, and the
 drive sets its own count there. What was set is written into the zero file beside the rig file; a
 run on the real rig reads it, and is refused where travel has no zero. On the simulated rig nothing
-is written beside the rig file: the zero file goes into the folder of the logs.
+is written beside the rig file: the zero file goes into the folder of the logs. An emulated bus has
+a file of its own, RIG.emulated.zero.yaml.
 
   epa home --rig config/rigs/bench.yaml -o out
   epa home --rig config/rigs/bench.yaml --unreferenced --yes -o out
@@ -131,13 +132,14 @@ def _drive(by_hand: RigByHand) -> str:
     if by_hand.is_sim:
         return "simulated"
     slave = next((s for s in by_hand.rig.slaves if s.device == "EPOS4"), None)
-    return "" if slave is None else f"{slave.device} '{slave.name}'"
+    name = "" if slave is None else f"{slave.device} '{slave.name}'"
+    return f"emulated {name}".rstrip() if by_hand.is_emulated else name
 
 
 def _write(by_hand: RigByHand, file: "ZeroFile") -> "Path":
     from epa_rt.config.zero_file import write_zero, zero_path
 
-    path = zero_path(by_hand.arguments.rig)
+    path = zero_path(by_hand.arguments.rig, by_hand.is_emulated)
     if by_hand.is_sim:
         path = by_hand.arguments.out / path.name
     write_zero(path, file)

@@ -82,6 +82,7 @@ def load_inputs(
     with_plant: bool,
     with_zero: bool = False,
     protected: bool = True,
+    emulated: bool = False,
 ) -> Inputs:
     """Reads the files of a run, ``with_zero`` the zero file beside the rig's. Raises ConfigError
     with file and line, also for a rig file that does not protect, which only a simulation of an
@@ -91,7 +92,7 @@ def load_inputs(
     from epa_rt.cli.zero import load_rig_source
     from epa_rt.config.source import load_yaml
 
-    rig_source, typed = load_rig_source(rig, with_zero)
+    rig_source, typed = load_rig_source(rig, with_zero, emulated)
     sound = sound_rig(rig_source) if protected else SoundRig(typed, ())
     found = load_plant_of(rig, sound.rig, plant) if with_plant else None
     inputs = _typed(rig_source, sound.rig, load_yaml(experiment), found)

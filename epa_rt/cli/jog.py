@@ -99,7 +99,7 @@ def main(arguments: argparse.Namespace) -> int:
         print(keys.idle)
     print(filled(closing_text(summary, result, rig)))
     if not by_hand.is_sim:
-        keep_end(rig, arguments.rig, assembly.decoder, result, jog.found_zero)
+        keep_end(rig, arguments.rig, assembly.decoder, result, jog.found_zero, by_hand.is_emulated)
     return exit_code(summary, result)
 
 

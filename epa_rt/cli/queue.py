@@ -145,14 +145,19 @@ class _Carrier:
         """The files of one run, checked as far as can be without the rig. Raises VerbError,
         ConfigError.
         """
-        from epa_rt.cli.zero import need_zero_file
+        from epa_rt.cli.zero import is_emulated, need_zero_file
         from epa_rt.loop.assembly import WiringError, assemble
 
         inputs = load_inputs(
-            item.experiment, item.rig, item.plant, self.is_sim, with_zero=not self.is_sim
+            item.experiment,
+            item.rig,
+            item.plant,
+            self.is_sim,
+            with_zero=not self.is_sim,
+            emulated=is_emulated(self.arguments),
         )
         if not self.is_sim and not self.arguments.dry:
-            need_zero_file(inputs.rig, item.rig)
+            need_zero_file(inputs.rig, item.rig, is_emulated(self.arguments))
         try:
             assemble(inputs.rig, inputs.experiment)
         except WiringError as error:
@@ -256,6 +261,8 @@ class _Carrier:
         """With the queue's id of this run for the log. No clock is in it: equal simulated runs stay
         equal.
         """
+        from epa_rt.cli.run_record import record_attachment
+
         facts = {
             "id": f"{self.queue.name}-{self.queue.sha256[:8]}.{self.state.begun}-{item.number:03d}",
             "queue": self.queue.name,
@@ -264,7 +271,12 @@ class _Carrier:
             "repetition": str(item.repetition),
             "notes": item.notes,
         }
-        return dataclasses.replace(inputs, metadata={**inputs.metadata, "queue": facts})
+        notes = [item.notes] if item.notes else []
+        return dataclasses.replace(
+            inputs,
+            attachments=inputs.attachments | record_attachment(inputs.rig, item.rig, None, notes),
+            metadata={**inputs.metadata, "queue": facts},
+        )
 
     def _driven(self, item: "Item", inputs: Inputs, log: Path) -> "tuple[LogSummary, RunResult]":
         from epa_rt.cli.run import run_on_bus, run_simulated

@@ -28,6 +28,7 @@ from epa_rt.cli.log_name import take_log_path
 from epa_rt.cli.run_end import end_facts, json_text
 from epa_rt.cli.run_record import add_record_arguments, record_attachment
 from epa_rt.cli.screen_text import filled
+from epa_rt.cli.zero import is_emulated
 
 if TYPE_CHECKING:
     from epa_rt.backend import Backend
@@ -53,6 +54,12 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
         "--take-over",
         action="store_true",
         help="even if another master seems to drive the bus (--backend ethercat)",
+    )
+    verb.add_argument(
+        "--supply-stayed-on",
+        action="store_true",
+        help="a wired drive has had its supply since the last run, which nothing else tells where"
+        " that run ended near count 0 (--backend ethercat)",
     )
     verb.add_argument(
         "-o",
@@ -100,6 +107,7 @@ def main(arguments: argparse.Namespace) -> int:
         arguments.plant,
         with_plant=is_sim and not arguments.dry,
         with_zero=not is_sim and not arguments.dry,
+        emulated=is_emulated(arguments),
     )
     for sentence in inputs.unprotected:
         print(f"UNPROTECTED: {sentence}", file=sys.stderr)
@@ -127,6 +135,7 @@ def main(arguments: argparse.Namespace) -> int:
             progress=not arguments.quiet,
             rig_path=arguments.rig,
             take_over=arguments.take_over,
+            supply_stayed_on=arguments.supply_stayed_on,
         )
     code = exit_code(summary, result)
     ends = sys.stderr if arguments.json else sys.stdout
@@ -190,19 +199,21 @@ def run_on_bus(
     progress: bool,
     rig_path: Path,
     take_over: bool = False,
+    supply_stayed_on: bool = False,
 ) -> "tuple[LogSummary, RunResult]":
     """One run on an EtherCAT bus, recorded into ``out``. Raises VerbError where the log or the
     interface cannot be had, or a wired drive has no zero file.
     """
     from drivers.backend_factory import open_ethercat
+    from drivers.interface import is_emulated_bus
     from epa_rt.backend import BackendError
     from epa_rt.cli.calibration_age import refuse_simulated
-    from epa_rt.cli.zero import blind_words, keep_end, need_zero_file
+    from epa_rt.cli.zero import keep_end, need_known_count, need_zero_file
 
     refuse_simulated(inputs.rig)
-    need_zero_file(inputs.rig, rig_path)
-    if words := blind_words(inputs.rig):
-        print(f"UNPROTECTED{words}", file=sys.stderr)
+    emulated = is_emulated_bus(interface)
+    need_zero_file(inputs.rig, rig_path, emulated)
+    need_known_count(inputs.rig, rig_path, supply_stayed_on or emulated)
     try:
         backend = open_ethercat(inputs.rig, interface, lock_step, take_over)
     except BackendError as error:
@@ -219,7 +230,7 @@ def run_on_bus(
         inputs, backend, out, run_facts, not lock_step, progress, assembly=assembly
     )
     found_zero = assembly.supervisor.found_zero
-    keep_end(inputs.rig, rig_path, assembly.decoder, result, found_zero)
+    keep_end(inputs.rig, rig_path, assembly.decoder, result, found_zero, emulated)
     return summary, result
 
 

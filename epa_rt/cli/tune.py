@@ -108,7 +108,10 @@ def _check(arguments: argparse.Namespace) -> None:
 
 def _excite(arguments: argparse.Namespace) -> int:
     """Runs the excitation, then answers from its log; a run that did not complete ends here."""
+    from dataclasses import replace
+
     from epa_rt.cli.run import closing_text, exit_code, run_on_bus, run_simulated
+    from epa_rt.cli.run_record import record_attachment
     from epa_rt.config.source import load_yaml
     from epa_rt.tune.controller import loop_of
     from epa_rt.tune.excitation import Asked, excitation_text
@@ -126,6 +129,8 @@ def _excite(arguments: argparse.Namespace) -> int:
     asked = Asked(arguments.at, _height(arguments, loop.si_unit), dict(arguments.fill or ()))
     text = excitation_text(rig, loop, base, asked)
     inputs = _inputs(arguments, text)
+    record = record_attachment(inputs.rig, arguments.rig, None, [])
+    inputs = replace(inputs, attachments=inputs.attachments | record)
     if arguments.dry:
         from epa_rt.cli.dry import show_dry_run
 
@@ -175,6 +180,7 @@ def _inputs(arguments: argparse.Namespace, text: str) -> "Inputs":
     import tempfile
 
     from epa_rt.cli.inputs import load_inputs
+    from epa_rt.cli.zero import is_emulated
     from epa_rt.config.source import ConfigError
 
     with tempfile.TemporaryDirectory() as folder:
@@ -187,6 +193,7 @@ def _inputs(arguments: argparse.Namespace, text: str) -> "Inputs":
                 arguments.plant,
                 with_plant=arguments.backend == "sim" and not arguments.dry,
                 with_zero=arguments.backend != "sim" and not arguments.dry,
+                emulated=is_emulated(arguments),
             )
         except ConfigError as error:
             if error.path != path:

@@ -93,6 +93,7 @@ _NUMBER = re.compile(r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?
 _TOKEN = re.compile(
     "\\s*([A-Za-z%\N{MICRO SIGN}\N{GREEK SMALL LETTER MU}]+|\\^-?[1-9](?![0-9])|1(?![0-9])|[*/()])"
 )
+_LARGEST = 1e30  # in SI; nothing of a rig is near it, and what is made of such numbers stays finite
 _LONGEST = 80  # characters of a quantity; also bounds brackets in brackets
 
 
@@ -211,8 +212,8 @@ def parse_quantity(text: object, si_unit: str) -> float:
             f"found '{text}', expected a quantity in {si_unit if wanted != NONE else 'no unit'}"
         )
     value = number * factor
-    if not math.isfinite(value):
-        raise UnitError(f"found '{text}', expected a finite number")
+    if not abs(value) <= _LARGEST:
+        raise UnitError(f"found '{text}', expected {with_unit(f'at most {_LARGEST:g}', si_unit)}")
     return value
 
 

@@ -80,6 +80,12 @@ class RecorderChild:
             return self._ring.failure
         return f"recorder died ({f'signal {-code}' if code < 0 else f'exit code {code}'})"
 
+    @property
+    def died(self) -> bool:
+        """Whether it ended by a signal, and so without a word."""
+        code = self._process.poll()
+        return code is not None and code < 0
+
     def finish(self) -> str | None:
         """Tell it that all has been said, and wait until it has written that; gives what went
         wrong.

@@ -69,6 +69,12 @@ def ending_from(values: Mapping[str, str]) -> Ending:
     )
 
 
+def ending_values(ending: Ending, samples: int, events: int) -> dict[str, str]:
+    """The `outcome` metadata of a log that holds so many samples and events."""
+    values = {key: str(value) for key, value in vars(ending).items()}
+    return values | {"samples": str(samples), "events": str(events)}
+
+
 @dataclass
 class Counts:
     """What the file holds so far."""
@@ -238,8 +244,7 @@ class Recording:
         """The outcome, the summary and the footer alone."""
         self._file.use_reserve()
         if self.ending is not None:
-            values = {key: str(value) for key, value in vars(self.ending).items()}
-            values |= {"samples": str(self.counts.samples), "events": str(self.counts.events)}
+            values = ending_values(self.ending, self.counts.samples, self.counts.events)
             self._file.metadata(OUTCOME_METADATA, values)
         self._file.finish()
 

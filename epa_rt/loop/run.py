@@ -71,6 +71,7 @@ class RunResult:
     end: EndState | None = None
     category: str = ""
     hints: tuple[str, ...] = ()  # what to calibrate
+    position_lost: bool = False  # the motor's count was found wrong, at the trip or after it
 
 
 @dataclass
@@ -405,6 +406,7 @@ def _result(
         end,
         supervisor.category,
         supervisor.hints,
+        envelope.position_lost,
     )
 
 
