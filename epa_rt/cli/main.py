@@ -28,6 +28,7 @@ from epa_rt.cli.exits import BAD_INPUT, EPILOGUE, FAILED, STOPPED, VerbError
 VERBS = (
     "check",
     "run",
+    "live",
     "home",
     "jog",
     "bus",

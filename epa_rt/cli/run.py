@@ -11,6 +11,7 @@ then throws it. The last lines say how the rig was left, as measured.
 
   epa run config/experiments/identification.yaml --rig config/rigs/bench.yaml -o out
   epa run config/experiments/knee_chirp.yaml --rig config/rigs/knee.yaml --speed 1 -o out
+  epa run config/experiments/knee_chirp.yaml --rig config/rigs/knee.yaml --speed 1 --live
   epa run config/experiments/knee_chirp.yaml --rig config/rigs/knee.yaml --dry       moves nothing
 """
 
@@ -21,11 +22,13 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, FAILED, OF_OUTCOME, VerbError, code_of_run
 from epa_rt.cli.inputs import Inputs, add_backend_arguments, add_input_arguments, load_inputs
+from epa_rt.cli.live import add_view_arguments, opened, views_wanted
 from epa_rt.cli.log_name import take_log_path
 
 if TYPE_CHECKING:
     from epa_rt.backend import Backend
     from epa_rt.config.rig import Rig
+    from epa_rt.live.start import Views
     from epa_rt.logs.recorder import LogSummary, Recorder
     from epa_rt.loop.assembly import Assembly
     from epa_rt.loop.requests import OperatorRequests
@@ -71,6 +74,7 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
         help="plot and check the profiles against the limits; nothing moves",
     )
     verb.add_argument("--quiet", action="store_true", help="no progress line")
+    add_view_arguments(verb)
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -86,20 +90,30 @@ def main(arguments: argparse.Namespace) -> int:
         print(f"UNPROTECTED: {sentence}", file=sys.stderr)
     if arguments.dry:
         return _dry(inputs, arguments.out)
-    if is_sim:
-        summary, result = run_simulated(
-            inputs, arguments.out, arguments.seed, arguments.speed, progress=not arguments.quiet
-        )
-    else:
-        summary, result = run_on_bus(
-            inputs,
-            arguments.out,
-            arguments.interface,
-            arguments.lock_step,
-            progress=not arguments.quiet,
-            rig_path=arguments.rig,
-            take_over=arguments.take_over,
-        )
+    from epa_rt.live.start import Views
+
+    with Views(views_wanted(arguments, arguments.live)) as views:
+        opened(views, inputs.rig.realtime.core)
+        if is_sim:
+            summary, result = run_simulated(
+                inputs,
+                arguments.out,
+                arguments.seed,
+                arguments.speed,
+                progress=not arguments.quiet,
+                views=views,
+            )
+        else:
+            summary, result = run_on_bus(
+                inputs,
+                arguments.out,
+                arguments.interface,
+                arguments.lock_step,
+                progress=not arguments.quiet,
+                rig_path=arguments.rig,
+                take_over=arguments.take_over,
+                views=views,
+            )
     print(closing_text(summary, result, inputs.rig))
     return exit_code(summary, result)
 
@@ -132,7 +146,12 @@ def _assembled(inputs: Inputs) -> "Assembly":
 
 
 def run_simulated(
-    inputs: Inputs, out: Path, seed: int, speed: float | None, progress: bool
+    inputs: Inputs,
+    out: Path,
+    seed: int,
+    speed: float | None,
+    progress: bool,
+    views: "Views | None" = None,
 ) -> "tuple[LogSummary, RunResult]":
     """One run on the simulated rig, recorded into ``out``. Raises VerbError where the log cannot be
     opened.
@@ -147,7 +166,9 @@ def run_simulated(
         "speed": "unpaced" if speed is None else f"{speed:g}",
         "period_s": f"{inputs.rig.period_s:g}",
     }
-    return run_recorded(inputs, backend, out, run_facts, paced=speed is not None, progress=progress)
+    return run_recorded(
+        inputs, backend, out, run_facts, speed is not None, progress=progress, views=views
+    )
 
 
 def run_on_bus(
@@ -158,6 +179,7 @@ def run_on_bus(
     progress: bool,
     rig_path: Path,
     take_over: bool = False,
+    views: "Views | None" = None,
 ) -> "tuple[LogSummary, RunResult]":
     """One run on an EtherCAT bus, recorded into ``out``. Raises VerbError where the log or the
     interface cannot be had, or a wired drive has no zero file.
@@ -182,7 +204,7 @@ def run_on_bus(
     }
     assembly = _assembled(inputs)
     summary, result = run_recorded(
-        inputs, backend, out, run_facts, not lock_step, progress, assembly=assembly
+        inputs, backend, out, run_facts, not lock_step, progress, assembly=assembly, views=views
     )
     found_zero = assembly.supervisor.found_zero
     keep_end(inputs.rig, rig_path, assembly.decoder, result, found_zero)
@@ -212,14 +234,17 @@ def run_recorded(
     progress: bool,
     assembly: "Assembly | None" = None,
     requests: "OperatorRequests | None" = None,
+    views: "Views | None" = None,
 ) -> "tuple[LogSummary, RunResult]":
     """A run on any backend with its recorder; ``out`` as in take_log_path. Real-time rights are
     asked for where the run is paced. ``assembly``: where it is not that of the experiment.
+    ``views``: of the run, which begin here.
     """
     from epa_rt.cli.zero import zero_words
     from epa_rt.logs.progress import ProgressSpec
     from epa_rt.logs.recorder import Recorder, RecorderError
     from epa_rt.loop.requests import OperatorRequests
+    from epa_rt.loop.viewers import ViewerRequests
 
     assembly = assembly or _assembled(inputs)
     words = zero_words(inputs.rig, run_facts["backend"])
@@ -227,6 +252,9 @@ def run_recorded(
     assembly.supervisor.events[:0] = [("zero", words, {})]
     cycles = round(inputs.experiment.duration_s / inputs.rig.period_s)
     log = take_log_path(out, inputs)
+    requests = requests or OperatorRequests(inputs.rig.period_s)
+    requests.log = assembly.supervisor.events
+    viewers = ViewerRequests(requests)
     recorder = Recorder(
         log,
         assembly.layout,
@@ -234,16 +262,20 @@ def run_recorded(
         {"run": run_facts, **_unprotected_facts(inputs)},
         lossless=not paced,
         progress=ProgressSpec(cycles, inputs.rig.period_s, progress),
+        asks_fd=viewers.recorders_fd,
     )
     try:
         recorder.open()
     except RecorderError as error:
+        viewers.close()
         if not log.stat().st_size:
             log.unlink()  # taken, and nothing came of it
         raise VerbError(str(error), FAILED) from None
     assembly.supervisor.events[:0] = [("unprotected", text, {}) for text in inputs.unprotected]
-    with (requests or OperatorRequests(inputs.rig.period_s)).listening() as listening:
-        return _run(assembly, backend, recorder, listening, paced)
+    if views is not None:
+        views.begin(log)
+    with viewers.taken(), requests.listening(views.notice() if views else None):
+        return _run(assembly, backend, recorder, requests, paced)
 
 
 def _unprotected_facts(inputs: Inputs) -> dict[str, dict[str, str]]:
