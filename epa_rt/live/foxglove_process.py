@@ -7,6 +7,7 @@ Standard output: one line, the port or what is wrong, before anything of the run
 from __future__ import annotations
 
 import json
+import logging
 import os
 import signal
 import sys
@@ -27,6 +28,8 @@ def main() -> int:
     step_aside(given.pop("core"))  # before the server's threads are there, which inherit it
     from epa_rt.live.foxglove_server import RunServer, ServerSpec, is_free
 
+    # What a client does wrong is no matter of the operator's, and must not fill their screen.
+    logging.getLogger("foxglove").setLevel(logging.CRITICAL)
     spec = ServerSpec(**given)
     why = is_free(spec.host, spec.port)
     if why:
@@ -62,4 +65,5 @@ def _say(words: dict[str, object]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    code = main()
+    os._exit(code)  # the server's own leave-taking waits for clients that hang

@@ -22,7 +22,12 @@ from epa_rt.logs.feed.wire import MARK, STOP, STOP_AT_ONCE
 
 ANSWER_S = 2.0
 LAST_S = 1.0  # after the run's end, for what is on its way to clients
+CLOSE_S = 0.5
 WAIT_S = 0.02
+BACKLOG = 32768
+"""Messages that wait for a client, of some 300 bytes each: six seconds of a rig at 1 kHz; then the
+oldest are dropped.
+"""
 _WRONG_TOKEN_S = 0.5  # a wrong token costs its sender so long, and nobody else
 _WHO = "Foxglove"
 
@@ -65,6 +70,7 @@ class RunServer(ServerListener):
             services=[self._service(STOP, self._stop), self._service(MARK, self._mark)],
             server_listener=self,
             context=self._context,
+            message_backlog_size=BACKLOG,
         )
 
     @property
@@ -102,7 +108,10 @@ class RunServer(ServerListener):
         time.sleep(LAST_S)
 
     def close(self) -> None:
-        self._server.stop()
+        """Say goodbye to the clients, for CLOSE_S at most: one that hangs would hold this up."""
+        stopping = threading.Thread(target=self._server.stop, daemon=True)
+        stopping.start()
+        stopping.join(CLOSE_S)
 
     def on_subscribe(self, client: Client, channel: ChannelView) -> None:
         """Give who comes late what is said only once."""

@@ -44,7 +44,9 @@ MOST_EVENTS, MOST_EVENT_BYTES = 2000, 4 << 20
 """Kept for viewers that come later: of a longer run the first and the newest half of them."""
 
 MARK_S, STOP_S = 0.1, 0.05  # a hand is slower; what comes sooner is refused
-LAST_WORDS_S = 0.2  # after the log is closed: for viewers that are about to read
+LAST_WORDS_S, TAKES_NOTHING_S = 2.0, 0.2
+"""After the log is closed viewers that read have so long at most; who takes nothing, less."""
+
 _CREDENTIALS = struct.Struct("3i")
 
 Given = ParamSpec("Given")
@@ -179,15 +181,18 @@ class Feed:
 
     @_costs_only_the_view
     def close(self) -> None:
-        """Say the end and go. Viewers that read have LAST_WORDS_S; nobody else is waited for."""
+        """Say the end and go, as LAST_WORDS_S says."""
         if self.listener is None:
             return
         self._give_rows()
         message = packed({"log": self._log})
         self._each(lambda client: client.give(END, message), self._clients)
         end_s = time.monotonic() + LAST_WORDS_S
-        while self.writers and (left_s := end_s - time.monotonic()) > 0.0:
-            self.serve((), select.select([], self.writers, [], left_s)[1])
+        while self.writers and time.monotonic() < end_s:
+            ready = select.select([], self.writers, [], TAKES_NOTHING_S)[1]
+            if not ready:
+                break
+            self.serve((), ready)
         self.give_up()
 
     def give_up(self) -> None:
