@@ -272,9 +272,9 @@ def run_recorded(
             log.unlink()  # taken, and nothing came of it
         raise VerbError(str(error), FAILED) from None
     assembly.supervisor.events[:0] = [("unprotected", text, {}) for text in inputs.unprotected]
-    if views is not None:
-        views.begin(log)
     with viewers.taken(), requests.listening(views.notice() if views else None):
+        if views is not None:  # here, for a Ctrl-C meanwhile is the run's already
+            views.begin(log)
         return _run(assembly, backend, recorder, requests, paced)
 
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from epa_rt.realtime.screen import Notice
 
-READY_S = 30.0  # for Foxglove's server to listen: loading it takes a second on a slow machine
+READY_S = 30.0  # for a view to be there: loading one takes some seconds on a busy machine
 GOES_S = 3.0  # for a viewer to go by itself after the run's end, beyond what it shows
 DEFAULT_PORT = 8765
 _LEAVE_SCREEN = "\x1b[?1049l\x1b[?25h\x1b[?2004l\x1b[?1004l\x1b[0m"
@@ -73,7 +73,7 @@ class Views:
         if self.wanted.terminal:
             with contextlib.suppress(termios.error):
                 self._settings = termios.tcgetattr(sys.stdin.fileno())
-            self._terminal = self._process("terminal_process", str(log.absolute()), *self.words[:1])
+            self._begin_terminal(log)
 
     def notice(self) -> Notice:
         """Sentences for the operator: not over a view that has the screen, which shows them."""
@@ -107,6 +107,19 @@ class Views:
 
     def __exit__(self, *_: object) -> None:
         self.finish()
+
+    def _begin_terminal(self, log: Path) -> None:
+        """Start the terminal view, and wait until it is to be seen: the operator watches from the
+        first motion on.
+        """
+        seen, shown = os.pipe()
+        try:
+            words = ("terminal_process", str(log.absolute()), str(shown), *self.words[:1])
+            self._terminal = self._process(*words, pass_fds=(shown,))
+        finally:
+            os.close(shown)
+        select.select([seen], [], [], READY_S)
+        os.close(seen)
 
     def _wait_for_screen(self, process: subprocess.Popen[bytes]) -> None:
         from epa_rt.live.terminal_process import STAYS_S
@@ -145,7 +158,9 @@ class Views:
         where = f"ws://{_written(self.wanted.host)}:{found['port']}"
         self.words.append(f"Foxglove: {where}, token for its services stop and mark: {token}")
 
-    def _process(self, name: str, *arguments: str, piped: bool = False) -> subprocess.Popen[bytes]:
+    def _process(
+        self, name: str, *arguments: str, piped: bool = False, pass_fds: tuple[int, ...] = ()
+    ) -> subprocess.Popen[bytes]:
         root = str(Path(__file__).parents[2])
         path = os.pathsep.join(filter(None, [root, os.environ.get("PYTHONPATH")]))
         words = [sys.executable, "-m", f"epa_rt.live.{name}", *arguments]
@@ -159,7 +174,7 @@ class Views:
                 start_new_session=True,
                 env=environment,
             )
-        return subprocess.Popen(words, env=environment)
+        return subprocess.Popen(words, env=environment, pass_fds=pass_fds)
 
 
 class _NoticeBeside(Notice):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 import signal
+from collections.abc import Callable
 from typing import ClassVar
 
 from textual.app import App, ComposeResult
@@ -160,9 +161,15 @@ class LiveView(App[None]):
             self.notify("the run is over; q closes this view", timeout=3600.0)
 
 
-def show_run(attached: Attached, stays_s: float | None = None, words: str = "") -> None:
+def show_run(
+    attached: Attached,
+    stays_s: float | None = None,
+    words: str = "",
+    seen: Callable[[], None] | None = None,
+) -> None:
     """Show a run until the view is closed. With ``stays_s`` in the terminal of the run itself,
-    where Ctrl-C, Ctrl-\\ and Ctrl-Z are the run's and reach it even where this view hangs.
+    where Ctrl-C, Ctrl-\\ and Ctrl-Z are the run's and reach it even where this view hangs. ``seen``
+    is called once it is to be seen.
     """
     of_the_run = stays_s is not None
     if of_the_run:
@@ -172,4 +179,6 @@ def show_run(attached: Attached, stays_s: float | None = None, words: str = "") 
     view = LiveView(attached, stays_s, words)
     if of_the_run:
         view.call_later(signal.signal, signal.SIGTSTP, signal.SIG_IGN)
+    if seen is not None:
+        view.call_after_refresh(seen)
     view.run(mouse=False)

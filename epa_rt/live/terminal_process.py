@@ -1,6 +1,7 @@
 """The process of the terminal view of `epa run --live`, with the run's own terminal.
 
-Arguments: the log, and words to show at first. It ends with the run or when its user closes it.
+Arguments: the log, a descriptor on which to say that the view is to be seen, and words to show at
+first. It ends with the run or when its user closes it.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ STAYS_S = 5.0
 
 
 def main() -> int:
-    log, words = Path(sys.argv[1]), " ".join(sys.argv[2:])
+    log, seen, words = Path(sys.argv[1]), int(sys.argv[2]), " ".join(sys.argv[3:])
     try:
         attached = attach_soon(log, on_screen=True, wait_s=WAIT_S)
     except NotOn as error:
@@ -29,7 +30,7 @@ def main() -> int:
 
     step_aside(WatchedRun(attached.facts).rig.realtime.core)
     with attached:
-        show_run(attached, STAYS_S, words)
+        show_run(attached, STAYS_S, words, lambda: os.close(seen))
     if not attached.is_over:
         print(
             f"\nthe view is closed, the run goes on: Ctrl-C stops it, epa live"
