@@ -45,7 +45,9 @@ def picture(log: Path, due: Callable[[WatchedRun], bool], marks: bool) -> str:
                 return view.export_screenshot(title="epa run --live", simplify=True)
 
     text = _FACES.sub("", asyncio.run(drive()))
-    return re.sub(r"font-family: Fira Code[^;]*;", "font-family: DejaVu Sans Mono, monospace;", text)
+    return re.sub(
+        r"font-family: Fira Code[^;]*;", "font-family: DejaVu Sans Mono, monospace;", text
+    )
 
 
 def _soon(log: Path) -> Path:

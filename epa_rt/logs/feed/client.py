@@ -36,7 +36,8 @@ class Client:
         self.socket = connection
         self.skipped_rows = 0
         self.on_screen = False
-        self._queue: deque[tuple[memoryview, bool]] = deque()
+        self._queue: deque[tuple[memoryview, int]] = deque()  # what is left of a message; its rows
+        self._is_amid = False  # the first message of the queue is sent in part
         self._waiting = {True: 0, False: 0}  # bytes in the queue: rows, all else
         self._line = b""
         self._lines, self._since_s = 0, 0.0
@@ -51,26 +52,38 @@ class Client:
         if self._waiting[True] + len(content) > ROWS_WAITING_BYTES:
             self.skipped_rows += rows
             return
-        self._give(ROWS, content, True)
+        self._give(ROWS, content, rows)
 
     def give(self, kind: int, content: bytes) -> None:
         """Queue and send what must not be lost. Raises Gone."""
         if self._waiting[False] + len(content) > REST_WAITING_BYTES:
             raise GivenUp("it takes nothing")
-        self._give(kind, content, False)
+        self._give(kind, content, 0)
+
+    def skip_rows(self) -> None:
+        """Take the rows out of the queue and count them, so that what must not be lost is next."""
+        kept = deque([self._queue.popleft()] if self._is_amid else [])
+        for part, rows in self._queue:
+            self.skipped_rows += rows
+            self._waiting[True] -= len(part) if rows else 0
+            if not rows:
+                kept.append((part, rows))
+        self._queue = kept
 
     def send_more(self) -> None:
         """Send what waits, as far as the socket takes it. Raises Gone."""
         queue = self._queue
         try:
             while queue:
-                part, is_rows = queue[0]
+                part, rows = queue[0]
                 sent = self.socket.send(part)
-                self._waiting[is_rows] -= sent
+                self._waiting[rows > 0] -= sent
+                self._is_amid = self._is_amid or sent > 0
                 if sent < len(part):
-                    queue[0] = (part[sent:], is_rows)
+                    queue[0] = (part[sent:], rows)
                     return
                 queue.popleft()
+                self._is_amid = False
         except BlockingIOError:
             return
         except OSError:
@@ -99,10 +112,8 @@ class Client:
         """Give the connection back."""
         self.socket.close()
 
-    def _give(self, kind: int, content: bytes, is_rows: bool) -> None:
-        head = HEAD.pack(kind, len(content), self.skipped_rows)
-        for part in (head, content):
-            if part:
-                self._queue.append((memoryview(part), is_rows))
-                self._waiting[is_rows] += len(part)
+    def _give(self, kind: int, content: bytes, rows: int) -> None:
+        message = HEAD.pack(kind, len(content), self.skipped_rows) + content
+        self._queue.append((memoryview(message), rows))
+        self._waiting[rows > 0] += len(message)
         self.send_more()

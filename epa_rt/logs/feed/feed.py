@@ -44,8 +44,10 @@ MOST_EVENTS, MOST_EVENT_BYTES = 2000, 4 << 20
 """Kept for viewers that come later: of a longer run the first and the newest half of them."""
 
 MARK_S, STOP_S = 0.1, 0.05  # a hand is slower; what comes sooner is refused
-LAST_WORDS_S, TAKES_NOTHING_S = 2.0, 0.2
-"""After the log is closed viewers that read have so long at most; who takes nothing, less."""
+LAST_ROWS_S, LAST_WORDS_S, TAKES_NOTHING_S = 2.0, 0.5, 1.0
+"""After the log is closed viewers have so long at most, first for all that waits, then for events
+and the end without rows. Who takes nothing has less: a busy machine runs a viewer within that.
+"""
 
 _CREDENTIALS = struct.Struct("3i")
 
@@ -181,19 +183,26 @@ class Feed:
 
     @_costs_only_the_view
     def close(self) -> None:
-        """Say the end and go, as LAST_WORDS_S says."""
+        """Say the end and go, as LAST_ROWS_S says."""
         if self.listener is None:
             return
         self._give_rows()
+        self._send_for(LAST_ROWS_S)
         message = packed({"log": self._log})
+        for client in self._clients:
+            client.skip_rows()
         self._each(lambda client: client.give(END, message), self._clients)
-        end_s = time.monotonic() + LAST_WORDS_S
-        while self.writers and time.monotonic() < end_s:
-            ready = select.select([], self.writers, [], TAKES_NOTHING_S)[1]
-            if not ready:
-                break
-            self.serve((), ready)
+        self._send_for(LAST_WORDS_S)
         self.give_up()
+
+    def _send_for(self, longest_s: float) -> None:
+        """Send what waits, for so long at most, as long as somebody takes it."""
+        end_s = time.monotonic() + longest_s
+        while self.writers and (left_s := end_s - time.monotonic()) > 0.0:
+            ready = select.select([], self.writers, [], min(left_s, TAKES_NOTHING_S))[1]
+            if not ready:
+                return
+            self.serve((), ready)
 
     def give_up(self) -> None:
         """Let all viewers go, and listen no more."""

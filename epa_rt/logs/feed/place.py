@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import socket
 import stat
 from collections.abc import Iterator
 from pathlib import Path
@@ -83,10 +84,23 @@ def _is_alive(path: Path) -> bool:
     number = path.name.split(".")[-2]
     try:
         os.kill(int(number), 0)
-    except ProcessLookupError:
-        with contextlib.suppress(OSError):
-            path.unlink()
-        return False
+    except ProcessLookupError:  # or it is in a container, with numbers of its own
+        return _answers(path)
     except (ValueError, OverflowError, PermissionError):
         return False
+    return True
+
+
+def _answers(path: Path) -> bool:
+    """Whether somebody listens; a socket without is removed."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
+        probe.settimeout(1.0)
+        try:
+            probe.connect(os.fspath(path))
+        except ConnectionRefusedError:
+            with contextlib.suppress(OSError):
+                path.unlink()
+            return False
+        except OSError:
+            return False
     return True
