@@ -1,6 +1,6 @@
 """Draws docs/pictures/live-view.svg and live-trip.svg: the terminal view of simulated runs.
 
-The view is the real one at 80 x 24, attached to a run of its own that goes at four times real time;
+The view is the real one at 80 x 24, attached to a run of its own that goes at twice real time;
 the second one has a low limit of force, and trips.
 
     python scripts/live_picture.py --out docs/pictures
@@ -23,7 +23,7 @@ from epa_rt.live.attach import Attached, NotOn, find
 from epa_rt.live.terminal import LiveView
 from epa_rt.live.watched import WatchedRun
 
-SIZE, SPEED = (80, 24), 4
+SIZE, SPEED = (80, 24), 2
 _FACES = re.compile(r"@font-face \{.*?\}\s*", re.DOTALL)  # fonts of another server's
 
 
@@ -67,15 +67,15 @@ def main() -> None:
     )
     arguments.add_argument("--out", type=Path, default=ROOT / "docs/pictures")
     out = arguments.parse_args().out
-    cases: tuple[tuple[str, str, Callable[[WatchedRun], bool], bool], ...] = (
-        ("live-view", "bench", lambda run: run.phase.startswith("trial") and run.t_s > 12.0, True),
-        ("live-trip", "low_limit", lambda run: bool(run.outcome), False),
+    cases: tuple[tuple[str, str, str, Callable[[WatchedRun], bool], bool], ...] = (
+        ("live-view", "knee_chirp_short", "knee", lambda run: run.t_s > 16.0, True),
+        ("live-trip", "identification_short", "bench", lambda run: bool(run.outcome), False),
     )
-    for name, rig, due, marks in cases:
+    for name, experiment, rig, due, marks in cases:
         with tempfile.TemporaryDirectory() as folder:
             log = Path(folder) / "run.mcap"
             command = [sys.executable, "-m", "epa_rt", "run"]
-            command += [str(ROOT / "config/experiments/identification_short.yaml")]
+            command += [str(ROOT / f"config/experiments/{experiment}.yaml")]
             command += ["--rig", str(_rig(rig, Path(folder))), "--quiet", "-o", str(log)]
             run = subprocess.Popen(
                 [*command, "--speed", str(SPEED)], cwd=ROOT, stdout=subprocess.DEVNULL
@@ -90,11 +90,11 @@ def main() -> None:
 
 
 def _rig(name: str, folder: Path) -> Path:
-    """The bench, or one whose force limit is low enough to be reached."""
-    text = (ROOT / "config/rigs/bench.yaml").read_text(encoding="utf-8")
-    if name == "low_limit":
+    """A delivered rig; the bench with a limit of force that is low enough to be reached."""
+    text = (ROOT / f"config/rigs/{name}.yaml").read_text(encoding="utf-8")
+    if name == "bench":
         text = text.replace("limits: [-40 N, 350 N]", "limits: [-40 N, 120 N]")
-    path = folder / "bench.yaml"
+    path = folder / f"{name}.yaml"
     path.write_text(text.replace("plant: ../", f"plant: {ROOT}/config/"), encoding="utf-8")
     return path
 
