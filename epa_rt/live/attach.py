@@ -150,7 +150,7 @@ class Attached:
                 self._socket.sendall(packed({"on_screen": True}) + b"\n")
             while self._facts is None:
                 if not self._read():
-                    raise NotOn(f"{path}: the run ended")
+                    raise NotOn("the run has ended, or has as many viewers as it takes")
                 self._take_hello()
         except OSError as error:
             self._socket.close()

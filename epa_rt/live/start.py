@@ -20,8 +20,8 @@ from epa_rt.realtime.screen import Notice
 READY_S = 30.0  # for a view to be there: loading one takes some seconds on a busy machine
 GOES_S = 3.0  # for a viewer to go by itself after the run's end, beyond what it shows
 DEFAULT_PORT = 8765
-_LEAVE_SCREEN = "\x1b[?1049l\x1b[?25h\x1b[?2004l\x1b[?1004l\x1b[0m"
-"""Leaves the second screen, shows the cursor: for a view that was killed."""
+_LEAVE_SCREEN = "\x1b[<u\x1b[?1049l\x1b[?7h\x1b[?25h\x1b[?2004l\x1b[?1004l\x1b[0m"
+"""Leaves the second screen, wraps lines and shows the cursor: for a view that was killed."""
 
 
 class NoView(Exception):

@@ -134,11 +134,11 @@ def test_the_view_fits_80_by_24_grows_and_its_keys_ask_the_run(run, tmp_path, mo
     recorder.event(0, 0, "trip", TRIP)
     groups = [dict.fromkeys(names, 1.0) for names in _groups(assembly.layout)]
     raw = (bytes(assembly.layout.inputs_bytes), bytes(assembly.layout.outputs_bytes))
-    for cycle in range(3000):
-        recorder.sample(cycle, cycle * 1_000_000, 1, 2, 1, 0, 0, 0, 0, *raw, *groups)
 
     async def drive() -> None:
         with Attached(find(log)) as attached:
+            for cycle in range(3000):
+                recorder.sample(cycle, cycle * 1_000_000, 1, 2, 1, 0, 0, 0, 0, *raw, *groups)
             view = LiveView(attached)
             async with view.run_test(size=SIZE) as pilot:
                 await _until(pilot, lambda: view.run_seen.cycles > 0)
@@ -157,9 +157,11 @@ def test_the_view_fits_80_by_24_grows_and_its_keys_ask_the_run(run, tmp_path, mo
                 assert view.query_one("#events").size.height > 6
                 await pilot.press("q")
 
-    with viewers.taken():
-        asyncio.run(drive())
-    recorder.close("stopped", "")
+    try:
+        with viewers.taken():
+            asyncio.run(drive())
+    finally:
+        recorder.close("stopped", "")
     said = [(kind, text) for kind, text, _ in requests.log]
     assert said == [
         ("mark", "mark 1"),
