@@ -1,13 +1,13 @@
-"""Look at a run that is on: state, pressures, force, motion, valves, lateness, what happened.
+"""Look at a run that is on: state, pressures, force, motion, valves, lateness.
 
-LOG is the log that the run writes, or the folder of it; left out, the only run that is on. The view
-is a terminal's; with --foxglove it is Foxglove's, over a WebSocket. Keys: s stop, S stop at once, m
-mark, n note, q close the view. Closing it does not stop the run.
+LOG is the log that the run writes, or the folder of it; left out, the only run
+that is on. The view is a terminal's; with --foxglove it is Foxglove's, over a
+WebSocket. Keys: s stop, S stop at once, m mark, n note, q close the view.
+Closing it does not stop the run.
 
   epa live
   epa live out
   epa live out/knee_chirp-knee-001.mcap --foxglove
-  epa run config/experiments/knee_chirp.yaml --rig config/rigs/knee.yaml --speed 1 --live
 """
 
 import argparse

@@ -11,7 +11,7 @@ then throws it. The last lines say how the rig was left, as measured.
 
   epa run config/experiments/identification.yaml --rig config/rigs/bench.yaml -o out
   epa run config/experiments/knee_chirp.yaml --rig config/rigs/knee.yaml --speed 1 -o out
-  epa run config/experiments/knee_chirp.yaml --rig config/rigs/knee.yaml --speed 1 --live
+  epa run config/experiments/step.yaml --rig config/rigs/bench.yaml --speed 1 --live
   epa run config/experiments/knee_chirp.yaml --rig config/rigs/knee.yaml --dry       moves nothing
 """
 
