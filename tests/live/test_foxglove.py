@@ -6,6 +6,7 @@ import signal
 import socket
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -117,9 +118,7 @@ def test_clients_that_hang_die_or_flood_leave_the_run_alone_and_it_is_on_loopbac
     for _ in range(300):
         flooding.socket.send(json.dumps({"op": "subscribe", "subscriptions": "no list"}))
         flooding.socket.send(bytes([2]) + b"\xff" * 40)
-    for address in _other_addresses():
-        with pytest.raises(OSError), socket.create_connection((address, port), timeout=5.0):
-            pass
+    assert _listening_on(port) == ["0100007F"]  # 127.0.0.1, as the kernel writes it
     flooding.close()
     code, said = served.end()
     hanging.kill()
@@ -132,10 +131,15 @@ def test_clients_that_hang_die_or_flood_leave_the_run_alone_and_it_is_on_loopbac
         assert log.ending is not None and not log.ending.lost_samples and not log.missing
 
 
-def _other_addresses() -> list[str]:
-    """Addresses of this machine beside loopback; there may be none."""
-    found = subprocess.run(["hostname", "-I"], capture_output=True, text=True)
-    return [word for word in found.stdout.split() if "." in word and not word.startswith("127.")]
+def _listening_on(port: int) -> list[str]:
+    """The addresses on which this machine listens at a port, of both families, in hexadecimal."""
+    found = []
+    for table in ("/proc/net/tcp", "/proc/net/tcp6"):
+        for line in Path(table).read_text().splitlines()[1:]:
+            address, state = line.split()[1], line.split()[3]
+            if state == "0A" and int(address.rsplit(":", 1)[1], 16) == port:
+                found.append(address.rsplit(":", 1)[0])
+    return found
 
 
 def test_a_port_that_is_taken_is_said_before_anything_moves(tmp_path):
