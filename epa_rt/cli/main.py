@@ -31,6 +31,7 @@ VERBS = (
     "check",
     "run",
     "queue",
+    "live",
     "home",
     "jog",
     "calibrate",

@@ -11,6 +11,7 @@ then throws it. The last lines say how the rig was left, as measured.
 
   epa run config/experiments/identification.yaml --rig config/rigs/bench.yaml -o out
   epa run config/experiments/knee_chirp.yaml --rig config/rigs/knee.yaml --speed 1 -o out
+  epa run config/experiments/step.yaml --rig config/rigs/bench.yaml --speed 1 --live
   epa run config/experiments/knee_chirp.yaml --rig config/rigs/knee.yaml --dry       moves nothing
   epa run config/experiments/identification.yaml --rig config/rigs/bench.yaml --resume LOG -o out
                                      LOG was broken off: only the trials that it lacks
@@ -24,6 +25,7 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, FAILED, OF_OUTCOME, VerbError, code_of_run
 from epa_rt.cli.inputs import Inputs, add_backend_arguments, add_input_arguments, load_inputs
+from epa_rt.cli.live import add_view_arguments, opened, views_wanted
 from epa_rt.cli.log_name import take_log_path
 from epa_rt.cli.run_end import end_facts, json_text
 from epa_rt.cli.run_record import add_record_arguments, record_attachment
@@ -33,6 +35,7 @@ from epa_rt.cli.zero import is_emulated
 if TYPE_CHECKING:
     from epa_rt.backend import Backend
     from epa_rt.config.rig import Rig
+    from epa_rt.live.start import Views
     from epa_rt.logs.recorder import LogSummary, Recorder
     from epa_rt.loop.assembly import Assembly
     from epa_rt.loop.requests import OperatorRequests
@@ -97,6 +100,7 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
         action="store_true",
         help="the end as JSON on standard output, the words on standard error (docs/runs.md)",
     )
+    add_view_arguments(verb)
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -122,21 +126,31 @@ def main(arguments: argparse.Namespace) -> int:
         return _dry(inputs, arguments.out)
     record = record_attachment(inputs.rig, arguments.rig, arguments.operator, arguments.note)
     inputs = replace(inputs, attachments=inputs.attachments | record)
-    if is_sim:
-        summary, result = run_simulated(
-            inputs, arguments.out, arguments.seed, arguments.speed, progress=not arguments.quiet
-        )
-    else:
-        summary, result = run_on_bus(
-            inputs,
-            arguments.out,
-            arguments.interface,
-            arguments.lock_step,
-            progress=not arguments.quiet,
-            rig_path=arguments.rig,
-            take_over=arguments.take_over,
-            supply_stayed_on=arguments.supply_stayed_on,
-        )
+    from epa_rt.live.start import Views
+
+    with Views(views_wanted(arguments, arguments.live)) as views:
+        opened(views, inputs.rig.realtime.core)
+        if is_sim:
+            summary, result = run_simulated(
+                inputs,
+                arguments.out,
+                arguments.seed,
+                arguments.speed,
+                progress=not arguments.quiet,
+                views=views,
+            )
+        else:
+            summary, result = run_on_bus(
+                inputs,
+                arguments.out,
+                arguments.interface,
+                arguments.lock_step,
+                progress=not arguments.quiet,
+                rig_path=arguments.rig,
+                take_over=arguments.take_over,
+                supply_stayed_on=arguments.supply_stayed_on,
+                views=views,
+            )
     code = exit_code(summary, result)
     ends = sys.stderr if arguments.json else sys.stdout
     print(filled(closing_text(summary, result, inputs.rig), ends), file=ends)
@@ -173,7 +187,12 @@ def _assembled(inputs: Inputs) -> "Assembly":
 
 
 def run_simulated(
-    inputs: Inputs, out: Path, seed: int, speed: float | None, progress: bool
+    inputs: Inputs,
+    out: Path,
+    seed: int,
+    speed: float | None,
+    progress: bool,
+    views: "Views | None" = None,
 ) -> "tuple[LogSummary, RunResult]":
     """One run on the simulated rig, recorded into ``out``. Raises VerbError where the log cannot be
     opened.
@@ -188,7 +207,9 @@ def run_simulated(
         "speed": "unpaced" if speed is None else f"{speed:g}",
         "period_s": f"{inputs.rig.period_s:g}",
     }
-    return run_recorded(inputs, backend, out, run_facts, paced=speed is not None, progress=progress)
+    return run_recorded(
+        inputs, backend, out, run_facts, speed is not None, progress=progress, views=views
+    )
 
 
 def run_on_bus(
@@ -200,6 +221,7 @@ def run_on_bus(
     rig_path: Path,
     take_over: bool = False,
     supply_stayed_on: bool = False,
+    views: "Views | None" = None,
 ) -> "tuple[LogSummary, RunResult]":
     """One run on an EtherCAT bus, recorded into ``out``. Raises VerbError where the log or the
     interface cannot be had, or a wired drive has no zero file.
@@ -227,7 +249,7 @@ def run_on_bus(
     }
     assembly = _assembled(inputs)
     summary, result = run_recorded(
-        inputs, backend, out, run_facts, not lock_step, progress, assembly=assembly
+        inputs, backend, out, run_facts, not lock_step, progress, assembly=assembly, views=views
     )
     found_zero = assembly.supervisor.found_zero
     keep_end(inputs.rig, rig_path, assembly.decoder, result, found_zero, emulated)
@@ -257,9 +279,11 @@ def run_recorded(
     progress: bool,
     assembly: "Assembly | None" = None,
     requests: "OperatorRequests | None" = None,
+    views: "Views | None" = None,
 ) -> "tuple[LogSummary, RunResult]":
     """A run on any backend with its recorder; ``out`` as in take_log_path. Real-time rights are
     asked for where the run is paced. ``assembly``: where it is not that of the experiment.
+    ``views``: of the run, which begin here.
     """
     from epa_rt.cli.calibration_age import facts as calibration_facts
     from epa_rt.cli.calibration_age import old_words
@@ -267,6 +291,7 @@ def run_recorded(
     from epa_rt.logs.progress import ProgressSpec
     from epa_rt.logs.recorder import Recorder, RecorderError
     from epa_rt.loop.requests import OperatorRequests
+    from epa_rt.loop.viewers import ViewerRequests
 
     assembly = assembly or _assembled(inputs)
     for sentence in old_words(inputs.rig):
@@ -276,6 +301,9 @@ def run_recorded(
     assembly.supervisor.events[:0] = [("zero", words, {})]
     cycles = round(inputs.experiment.duration_s / inputs.rig.period_s)
     log = take_log_path(out, inputs)
+    requests = requests or OperatorRequests(inputs.rig.period_s)
+    requests.log = assembly.supervisor.events
+    viewers = ViewerRequests(requests)
     recorder = Recorder(
         log,
         assembly.layout,
@@ -288,16 +316,20 @@ def run_recorded(
         },
         lossless=not paced,
         progress=ProgressSpec(cycles, inputs.rig.period_s, progress),
+        asks_fd=viewers.recorders_fd,
     )
     try:
         recorder.open()
     except RecorderError as error:
+        viewers.close()
         if not log.stat().st_size:
             log.unlink()  # taken, and nothing came of it
         raise VerbError(str(error), FAILED) from None
     assembly.supervisor.events[:0] = [("unprotected", text, {}) for text in inputs.unprotected]
-    with (requests or OperatorRequests(inputs.rig.period_s)).listening() as listening:
-        return _run(assembly, backend, recorder, listening, paced)
+    with viewers.taken(), requests.listening(views.notice() if views else None):
+        if views is not None:  # here, for a Ctrl-C meanwhile is the run's already
+            views.begin(log)
+        return _run(assembly, backend, recorder, requests, paced)
 
 
 def _unprotected_facts(inputs: Inputs) -> dict[str, dict[str, str]]:

@@ -71,7 +71,8 @@ class Recorder:
 
     `attachments` are files by name, `metadata` are string tables by name (`layout` and `outcome`
     are taken). With `lossless` the recorder waits when the ring is full, as a simulation may;
-    without, it drops the sample, counts it, and reports a `failure`. Raises ValueError for a
+    without, it drops the sample, counts it, and reports a `failure`. `asks_fd`: a socket on which
+    the recorder passes on what viewers of the run ask for. Raises ValueError for a
     metadata name that is taken.
     """
 
@@ -85,6 +86,7 @@ class Recorder:
         progress: ProgressSpec | None = None,
         *,
         slots: int = DEFAULT_SLOTS,
+        asks_fd: int | None = None,
     ) -> None:
         for name in RESERVED_METADATA:
             if name in metadata:
@@ -103,6 +105,7 @@ class Recorder:
             "lossless": lossless,
             "metadata": {name: dict(values) for name, values in metadata.items()},
             "progress": asdict(progress) if progress else None,
+            "asks_fd": asks_fd,
         }
         packing = struct.Struct(sample_format(layout))
         self._pack = packing.pack_into

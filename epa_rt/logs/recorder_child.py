@@ -35,6 +35,7 @@ class RecorderChild:
             "pid": os.getpid(),
             "attachments": [(name, len(data)) for name, data in attachments.items()],
         }
+        asks_fd = job.get("asks_fd")
         # The child finds this package as the parent did, installed or not.
         path = os.pathsep.join(
             filter(None, [str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH")])
@@ -46,7 +47,7 @@ class RecorderChild:
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             bufsize=0,
-            pass_fds=[ring.fd],
+            pass_fds=[ring.fd, asks_fd] if isinstance(asks_fd, int) else [ring.fd],
             start_new_session=True,
             env=os.environ | {"PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"},
         )

@@ -328,7 +328,7 @@ def _judge(
         flags |= FLAG_STOP_REQUESTED
     if request >= STOP_AT_ONCE:
         flags |= FLAG_STOP_AT_ONCE
-        envelope.trip("operator", "", "the operator asked twice to stop", cycle)
+        envelope.trip("operator", "", "the operator asked to stop at once", cycle)
     failure = recording.failure
     if failure:
         flags |= FLAG_RECORDER_FAILED
