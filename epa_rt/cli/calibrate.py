@@ -58,7 +58,6 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("--record", metavar="TIME", default="2 s", help="of each point")
     verb.add_argument("--settle", metavar="TIME", default="1 s", help="before each record")
     add_uncertainty_arguments(verb)
-    verb.add_argument("--operator", help="who calibrates (default: the user's name)")
     verb.add_argument("--serial", default="", help="the sensor's serial number")
     verb.add_argument("--new-sensor", action="store_true", help="do not compare with the rig file")
     verb.add_argument("--file", type=Path, metavar="YAML", help="the calibration file")
