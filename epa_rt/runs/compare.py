@@ -318,19 +318,24 @@ def _drifts(
     a: Run, b: Run, pairs: list[Pair], name: str, allowance: Repeatability
 ) -> list[Difference]:
     """Where a pressure moves away from the other run's although the valves of its muscle are shut
-    in both: what was different at the begin falls out, so a slow leak shows.
+    in both: what was different when they shut falls out, so a slow leak shows. Phases that follow
+    each other with shut valves go on from the first one's begin.
     """
     n = block_samples(a.period_s)
     found = []
+    shut_to = (-1, -1)  # where the gas that is trapped now has been followed to
+    start_a = start_b = np.nan
     for pair in pairs:
         if not allowance.is_shut(name, pair.in_a, pair.in_b):
             continue
         x, y = a.signals[name][pair.in_a], b.signals[name][pair.in_b]
         blocks = blocks_of(x, y, n)
-        if len(blocks.a) <= _START_BLOCKS:
-            continue
-        start_a, start_b = (np.mean(m[:_START_BLOCKS]) for m in (blocks.a, blocks.b))
-        if not start_a > 0.0:  # no reading, or none of a gas
+        if shut_to != (pair.in_a.start, pair.in_b.start):
+            start_a = start_b = np.nan
+        shut_to = (pair.in_a.stop, pair.in_b.stop)
+        if not start_a > 0.0 and len(blocks.a) > _START_BLOCKS:
+            start_a, start_b = (np.mean(m[:_START_BLOCKS]) for m in (blocks.a, blocks.b))
+        if not start_a > 0.0 or len(blocks.a) < _IN_A_ROW:  # no reading, none of a gas, too short
             continue
         expected = (start_b - start_a) * blocks.a / start_a  # trapped gas: in proportion
         moved = blocks.difference - expected
