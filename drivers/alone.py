@@ -13,19 +13,20 @@ _RAMP, _HOLD = 1, 2  # 0x80n0:05; 0 goes to the default output at once
 _RAMP_DIGITS_MS = (
     32_767 // 100
 )  # from 10 V to 0 V in a tenth of a second, as long as the watchdog itself takes
-_CHANNELS = 4
 
 
 def check_alone(mailbox: Mailbox, slave: Slave) -> list[str]:
-    """Raises BackendError where an EL4034 would hold its voltage, or go elsewhere than to zero,
-    without its master; gives sentences on what it does not tell.
+    """Raises BackendError where an analog output would hold its voltage, or go elsewhere than to
+    zero, without its master; gives sentences on what it does not tell.
     """
-    if slave.device != "EL4034":
+    alone = slave.description.alone
+    if alone is None:
         return []
     notes = []
-    for n in range(_CHANNELS):
+    for n in range(slave.description.channels):
         index = 0x8000 + 0x10 * n
-        does, goes_to = mailbox.number_if_there(index, 0x05), mailbox.number_if_there(index, 0x13)
+        does = mailbox.number_if_there(index, alone.reaction)
+        goes_to = mailbox.number_if_there(index, alone.default)
         if does is not None and does >= _HOLD:
             raise BackendError(
                 f"found 0x{index:04X}:05 = {does} in {mailbox.label}, channel {n + 1} holds its"
@@ -43,7 +44,7 @@ def check_alone(mailbox: Mailbox, slave: Slave) -> list[str]:
                 f"{mailbox.label} does not tell what channel {n + 1} does without its master"
                 f" (0x{index:04X}:05, :13): pull its cable with the air off, and see"
             )
-        elif does == _RAMP and (ramp := mailbox.number(index, 0x14)) < _RAMP_DIGITS_MS:
+        elif does == _RAMP and (ramp := mailbox.number(index, alone.ramp)) < _RAMP_DIGITS_MS:
             raise BackendError(
                 f"found 0x{index:04X}:14 = {ramp} digits/ms in {mailbox.label}, the ramp to no"
                 f" voltage when its master is gone, expected {_RAMP_DIGITS_MS} at least (0.1 s from"

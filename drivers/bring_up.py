@@ -30,11 +30,10 @@ from drivers.registers import (
 from drivers.wire import WireImage
 from drivers.words import ERROR, PREOP, SAFEOP, abort_words, error_class_words, state_words
 from epa_rt.backend import BackendError
-from epa_rt.config.rig import Rig, Slave
+from epa_rt.config.rig import Rig, Slave, StartupSdo
 from epa_rt.config.rig_checks import entries_of
 from epa_rt.control.drive_errors import drive_error_words
 
-WITH_OBJECTS = ("EL3004", "EL4034", "EPOS4")
 _STATE_S = 5.0
 
 
@@ -68,6 +67,23 @@ def reached(states: list[State], wanted: int, labels: tuple[str, ...]) -> None:
             raise BackendError(f"{name} {verb} {state_words(wanted)}: it is in {state.words()}")
 
 
+def objects_at_start(slave: Slave) -> list[tuple[tuple[int, int], bytes]]:
+    """Place and value of what is written before anything else: what its kind of terminal needs,
+    then what the rig file says.
+    """
+    given = {sdo.place for sdo in slave.startup}
+    own = [
+        StartupSdo(
+            object=f"0x{startup.index:04X}:{startup.subindex:02X}",
+            type=startup.type,
+            value=startup.value,
+        )
+        for startup in slave.description.startup
+        if (startup.index, startup.subindex) not in given
+    ]
+    return [(sdo.place, sdo.data) for sdo in (*own, *slave.startup)]
+
+
 def set_up_slave(bus: Bus, rig: Rig, index: int, mailbox: Mailbox | None) -> list[str]:
     """All that a slave loses with its power: start-up objects, mapping, watchdog. In PREOP; gives
     notes.
@@ -75,8 +91,8 @@ def set_up_slave(bus: Bus, rig: Rig, index: int, mailbox: Mailbox | None) -> lis
     slave = rig.slaves[index]
     notes: list[str] = []
     if mailbox is not None:
-        for sdo in slave.startup:
-            mailbox.set(*sdo.place, sdo.data)
+        for place, data in objects_at_start(slave):
+            mailbox.set(*place, data)
         set_up_mapping(mailbox, slave)
         check_channels(mailbox, slave, rig)
         notes = [*set_filter(mailbox, slave), *check_alone(mailbox, slave)]
@@ -101,7 +117,9 @@ def set_up_again(
     steps: list[Callable[[], object]] = []
     if mailbox is not None:
         steps += [
-            step for sdo in slave.startup for step in mailbox.steps_to_set(*sdo.place, sdo.data)
+            step
+            for place, data in objects_at_start(slave)
+            for step in mailbox.steps_to_set(*place, data)
         ]
         steps += assignment_steps(mailbox, slave)
         steps += filter_steps(mailbox, slave)
@@ -129,7 +147,7 @@ def configure(
             drive_error_words if slave.device == "EPOS4" else error_class_words,
         )
         for i, slave in enumerate(rig.slaves)
-        if slave.device in WITH_OBJECTS
+        if slave.description.serves_objects
     }
     notes = [
         note for i in range(len(rig.slaves)) for note in set_up_slave(bus, rig, i, mailboxes.get(i))
@@ -175,7 +193,7 @@ def _arm_watchdogs(bus: Bus, rig: Rig, wire: WireImage) -> None:
             arm_watchdog(
                 bus.slaves[i],
                 wire.labels[i],
-                OUTPUTS if slave.device in WITH_OBJECTS else OUTPUTS_BARE,
+                OUTPUTS if slave.description.serves_objects else OUTPUTS_BARE,
             )
 
 

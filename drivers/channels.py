@@ -10,9 +10,6 @@ from drivers.words import startup_line
 from epa_rt.backend import BackendError
 from epa_rt.config.rig import Rig, Slave
 
-_BOTH = ((0x01, "user scale"), (0x02, "presentation"))
-_SETTINGS = {"EL3004": (*_BOTH, (0x05, "Siemens bits")), "EL4034": _BOTH}
-
 
 def channels_of(rig: Rig, slave: Slave) -> list[int]:
     """The channels, from 1, that rows of the rig file stand for."""
@@ -30,11 +27,12 @@ def check_channels(mailbox: Mailbox, slave: Slave, rig: Rig) -> None:
     """Raises BackendError where a count would not be what the table takes it for; what a revision
     does not have is passed over.
     """
-    if slave.device not in _SETTINGS:
+    neutral = slave.description.neutral
+    if not neutral:
         return
     for channel in channels_of(rig, slave):
         index = 0x8000 + 0x10 * (channel - 1)
-        for subindex, name in _SETTINGS[slave.device]:
+        for subindex, name in neutral:
             if found := mailbox.number_if_there(index, subindex):
                 place = f"0x{index:04X}:{subindex:02X}"
                 raise BackendError(

@@ -50,7 +50,7 @@ class Cycle:
         edge_ns, lateness_ns = self.edges.wait() if self._paced else (0, 0)
         now_ns = time.monotonic_ns()
         if live and self._paced and now_ns - self.heard_ns > self._watchdog_ns:
-            raise BackendError(self._silence(now_ns - self.heard_ns))
+            raise BackendError(self._silence(now_ns - self.heard_ns, lateness_ns))
         counter, self.seen = bus.swap(outputs_raw)
         ok = counter == self._wire.working_counter
         self.lost = self.lost + 1 if counter == LOST else 0
@@ -74,8 +74,10 @@ class Cycle:
             f" cable, its link, or the supply of {self._first}"
         )
 
-    def _silence(self, silent_ns: int) -> str:
+    def _silence(self, silent_ns: int, lateness_ns: int) -> str:
         why = f"; {self.no_frame()}" if self.lost else ""
+        if 2 * lateness_ns > silent_ns:  # most of it
+            why += f"; this machine let the loop stand still for {lateness_ns / 1e6:.1f} ms of it"
         return (
             f"no process data reached the slaves for {silent_ns / 1e6:.1f} ms, longer than their"
             f" watchdog of {self._watchdog_ns / 1e6:g} ms: they have dropped their outputs{why}"

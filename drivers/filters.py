@@ -1,4 +1,4 @@
-"""The digital filter of an EL3004: set as the rig file says, off by default, and how much its
+"""The digital filter of an analog input: set as the rig file says, off by default, and how much its
 values lag then.
 
 Source: Beckhoff EL30xx and EL31xx documentation, filter operation (0x8000:06 enables, 0x8000:15
@@ -11,7 +11,6 @@ import math
 from collections.abc import Callable
 
 from drivers.mailbox import Mailbox, u8, u16
-from epa_rt.config.devices import CONVERSION_S
 from epa_rt.config.rig import Slave
 
 SETTINGS, ENABLE, CHOICE = 0x8000, 0x06, 0x15
@@ -31,7 +30,7 @@ def lag_s(choice: int | None) -> float:
 
 def filter_writes(slave: Slave) -> list[tuple[int, bytes]]:
     """Subindex and value of what is written into 0x8000; empty where ``startup`` sets it itself."""
-    if slave.device != "EL3004" or _is_given(slave):
+    if not _has_filter(slave) or _is_given(slave):
         return []
     if slave.filter == "off":
         return [(ENABLE, u8(0))]
@@ -42,14 +41,15 @@ def set_filter(mailbox: Mailbox, slave: Slave) -> list[str]:
     """Writes the filter and reads it back, in PREOP. Gives one note: which filter works, and how
     late the terminal's values are. Raises BackendError where a value is not kept.
     """
-    if slave.device != "EL3004":
+    sampling = slave.description.sampling
+    if sampling is None or not sampling.has_filter:
         return []
     for subindex, data in filter_writes(slave):
         if not mailbox.set_if_there(SETTINGS, subindex, data):
             return [f"{mailbox.label} does not tell its filter (0x8000:{subindex:02X})"]
     is_on = mailbox.number_if_there(SETTINGS, ENABLE)
     choice = mailbox.number_if_there(SETTINGS, CHOICE) if is_on else None
-    late_ms = 1e3 * CONVERSION_S
+    late_ms = 1e3 * sampling.conversion_s
     if is_on is None:
         return [f"{mailbox.label} does not tell its filter (0x8000:06)"]
     if not is_on:
@@ -69,6 +69,11 @@ def filter_steps(mailbox: Mailbox, slave: Slave) -> list[Callable[[], object]]:
         for subindex, data in filter_writes(slave)
         for step in mailbox.steps_to_set(SETTINGS, subindex, data)
     ]
+
+
+def _has_filter(slave: Slave) -> bool:
+    sampling = slave.description.sampling
+    return sampling is not None and sampling.has_filter
 
 
 def _is_given(slave: Slave) -> bool:

@@ -20,13 +20,33 @@ class Found(NamedTuple):
     name: str = ""
 
 
-def device_of(found: Found) -> str:
-    """The device's name in our table, or what the slave says of itself."""
-    for device in DEVICES.values():
-        if device.vendor == found.vendor and found.product in device.products:
-            return device.name
+def device_of(found: Found, expected: Sequence[Slave] = ()) -> str:
+    """The device's name in our table, what a rig file describes itself, or what the slave says."""
+    if known := _known(found.vendor, found.product):
+        return known
+    for slave in expected:
+        described = slave.description
+        identity = (described.vendor, *described.products)
+        if described.is_generic and identity == (found.vendor, found.product):
+            return _kind(slave)
     own = f" '{found.name}'" if found.name and found.name.isprintable() else ""
     return f"an unknown device{own} (vendor 0x{found.vendor:08X}, product 0x{found.product:08X})"
+
+
+def _known(vendor: int, product: int) -> str | None:
+    """The name in our table."""
+    return next(
+        (d.name for d in DEVICES.values() if d.vendor == vendor and product in d.products), None
+    )
+
+
+def _kind(slave: Slave) -> str:
+    """What stands on the wire where a slave is as the rig file says."""
+    described = slave.description
+    if not described.is_generic:
+        return slave.device
+    product = described.products[0]
+    return _known(described.vendor, product) or f"a generic terminal (product 0x{product:08X})"
 
 
 def label(position: int, slave: Slave) -> str:
@@ -40,7 +60,8 @@ def differences(expected: Sequence[Slave], found: Sequence[Found]) -> list[str]:
     """
     if not found:
         return [f"found no slave at all, expected {len(expected)} from {label(1, expected[0])} on"]
-    wanted, present = [slave.device for slave in expected], [device_of(f) for f in found]
+    wanted = [_kind(slave) for slave in expected]
+    present = [device_of(f, expected) for f in found]
     if wanted == present:
         return [
             text
@@ -51,7 +72,7 @@ def differences(expected: Sequence[Slave], found: Sequence[Found]) -> list[str]:
         return [
             f"found {device} as slave {i}, expected {label(i, slave)}: slaves are swapped"
             for i, (slave, device) in enumerate(zip(expected, present, strict=True), 1)
-            if slave.device != device
+            if _kind(slave) != device
         ]
     sentences: list[str] = []
     for kind, i0, i1, j0, j1 in SequenceMatcher(
@@ -75,7 +96,7 @@ def _of_part(
     for i in wanted[len(there) :]:
         before = f" behind {expected[i - 1].name}" if i else ""
         yield (
-            f"found no {expected[i].device}{before}, expected {label(i + 1, expected[i])}: it is"
+            f"found no {_kind(expected[i])}{before}, expected {label(i + 1, expected[i])}: it is"
             " missing"
         )
     for j in there[len(wanted) :]:
@@ -84,7 +105,7 @@ def _of_part(
 
 def _of_kind(position: int, slave: Slave, found: Found) -> Iterable[str]:
     """A slave of the right device whose product or revision the rig file does not allow."""
-    low, high = DEVICES[slave.device].revisions
+    low, high = slave.description.revisions
     if slave.product is not None and found.product != slave.product:
         yield (
             f"found product 0x{found.product:08X}, expected 0x{slave.product:08X} at"

@@ -2,6 +2,7 @@
 this network namespace.
 """
 
+import ctypes
 import fcntl
 import socket
 import struct
@@ -17,6 +18,7 @@ _SIOCGIFFLAGS, _SIOCGIFHWADDR, _SIOCGIWNAME = (
 )  # linux/sockios.h, linux/wireless.h
 _UP, _LOOPBACK, _RUNNING = 0x1, 0x8, 0x40  # IFF_*, linux/if.h
 _ETHERNET = 1  # ARPHRD_ETHER, linux/if_arp.h
+_SIOCETHTOOL, _ETHTOOL_GDRVINFO, _DRVINFO_BYTES = 0x8946, 3, 196  # linux/ethtool.h
 _NET = Path("/sys/class/net")
 
 RIGHTS_COMMAND = (
@@ -122,6 +124,31 @@ def reaches_a_card(name: str, net: Path = _NET) -> bool:
         reaches_a_card(lower.name.removeprefix("lower_"), net)
         for lower in (net / name).glob("lower_*")
     )
+
+
+def is_emulated_bus(wanted: str | None) -> bool:
+    """Whether this interface, or the only candidate, is an end of a pair of virtual ones, which has
+    emulated slaves behind it; False where there is none to ask.
+    """
+    possible = candidates(interfaces())
+    name = wanted or (possible[0].name if len(possible) == 1 else "")
+    return _driver(name) == "veth"
+
+
+def _driver(name: str) -> str:
+    """What drives an interface, as the kernel says in any network namespace; '' where it does
+    not.
+    """
+    answer = bytearray(_DRVINFO_BYTES)
+    struct.pack_into("I", answer, 0, _ETHTOOL_GDRVINFO)
+    held = (ctypes.c_char * len(answer)).from_buffer(answer)
+    request = struct.pack("16sP16x", name.encode(), ctypes.addressof(held))
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asking:
+        try:
+            fcntl.ioctl(asking, _SIOCETHTOOL, request)
+        except OSError:
+            return ""
+    return answer[4:36].split(b"\0", 1)[0].decode("ascii", "replace")
 
 
 def check_rights() -> None:

@@ -9,11 +9,13 @@ from collections.abc import Callable, Sequence
 
 from drivers.mailbox import Mailbox, u8, u16, u32
 from epa_rt.backend import BackendError
-from epa_rt.config.devices import DEVICES, Entry
+from epa_rt.config.devices import Entry
 from epa_rt.config.rig import Slave
 from epa_rt.config.rig_checks import entries_of
+from epa_rt.config.terminal import GAP, Mapped, Pdo
 
 OUTPUT_ASSIGNMENT, INPUT_ASSIGNMENT = 0x1C12, 0x1C13
+_DIRECTIONS = ((OUTPUT_ASSIGNMENT, True), (INPUT_ASSIGNMENT, False))
 _TOGGLE_BIT = 15  # where the decoder reads an EL3004's toggle
 _ANALOG_OUT_SUBINDEXES = (0x11, 0x01)  # :01 in one revision
 
@@ -36,10 +38,17 @@ def set_up_mapping(mailbox: Mailbox, slave: Slave) -> None:
                 pdo,
                 [mapped_object(entry) for entry in entries_of(slave, outputs)],
             )
-    elif slave.device == "EL3004":
-        _assign_analog_in(mailbox, slave)
-    elif slave.device == "EL4034":
+    elif slave.description.alone is not None:
         _check_analog_out(mailbox, slave)
+    elif _is_analog_in(slave):
+        _assign_analog_in(mailbox, slave)
+    else:
+        _assign_described(mailbox, slave)
+
+
+def _is_analog_in(slave: Slave) -> bool:
+    """Channels that travel with their status or without (families: analog_inputs)."""
+    return bool(slave.description.neutral) and slave.description.chooses
 
 
 def _write(mailbox: Mailbox, assignment: int, pdo: int, objects: Sequence[int]) -> None:
@@ -75,16 +84,122 @@ def _assign(mailbox: Mailbox, assignment: int, pdos: Sequence[int]) -> None:
 
 
 def assignment_steps(mailbox: Mailbox, slave: Slave) -> list[Callable[[], object]]:
-    """The assignment of an EL3004 written anew, in short steps; an EL4034's is fixed."""
-    if slave.device != "EL3004":
+    """The assignment of a terminal that chooses its PDOs written anew, in short steps; others have
+    a fixed one.
+    """
+    if slave.description.is_drive or not slave.description.chooses:
         return []
-    pdos = analog_in_pdos(slave)
-    writes = [(0, u8(0)), *((i, u16(pdo)) for i, pdo in enumerate(pdos, 1)), (0, u8(len(pdos)))]
-    return [
-        step
-        for subindex, data in writes
-        for step in mailbox.steps_to_set(INPUT_ASSIGNMENT, subindex, data)
-    ]
+    if _is_analog_in(slave):
+        wanted = {INPUT_ASSIGNMENT: analog_in_pdos(slave)}
+    else:
+        wanted = {
+            assignment: [pdo.index for pdo in described_pdos(slave, outputs)]
+            for assignment, outputs in _DIRECTIONS
+            if entries_of(slave, outputs)
+        }
+    steps: list[Callable[[], object]] = []
+    for assignment, pdos in wanted.items():
+        writes = [(0, u8(0)), *((i, u16(pdo)) for i, pdo in enumerate(pdos, 1)), (0, u8(len(pdos)))]
+        for subindex, data in writes:
+            steps += mailbox.steps_to_set(assignment, subindex, data)
+    return steps
+
+
+def described_pdos(slave: Slave, outputs: bool) -> list[Pdo]:
+    """The PDOs that give the rig's entries of one direction, in order, out of those that the
+    terminal's description lists. Raises BackendError where none of them give just these.
+    """
+    wanted = [(entry.index, entry.subindex, entry.bits) for entry in entries_of(slave, outputs)]
+    chosen: list[Pdo] = []
+    choices = [pdo for pdo in slave.description.pdos if pdo.is_output == outputs]
+    while wanted:
+        pdo = next((pdo for pdo in choices if pdo not in chosen and _begins(pdo, wanted)), None)
+        if pdo is None:
+            break
+        chosen.append(pdo)
+        wanted = wanted[_taken(pdo, wanted) :]
+    if wanted:
+        kind = "outputs" if outputs else "inputs"
+        raise BackendError(
+            f"found {kind} of {slave.name} that no process data of {slave.device} carry, expected"
+            " all of them, in their order"
+        )
+    return chosen
+
+
+def _taken(pdo: Pdo, wanted: Sequence[tuple[int, int, int]]) -> int:
+    """How many of the wanted entries a PDO carries, from the first on; 0 where they do not fit.
+    A word may be made of single bits.
+    """
+    starts: dict[int, Mapped] = {}
+    bit = 0
+    for mapped in pdo.entries:
+        starts[bit] = mapped
+        bit += mapped.bits
+    end, taken, at = bit, 0, 0
+    for index, subindex, bits in wanted:
+        if at == end:
+            break
+        if at + bits > end or index and not _carries(starts.get(at), index, subindex, bits):
+            return 0
+        at, taken = at + bits, taken + 1
+    return taken if at == end else 0
+
+
+def _carries(mapped: Mapped | None, index: int, subindex: int, bits: int) -> bool:
+    if mapped is None or (mapped.index, mapped.subindex) != (index, subindex):
+        return False
+    return mapped.bits == bits or mapped.bits < 8
+
+
+def _begins(pdo: Pdo, wanted: Sequence[tuple[int, int, int]]) -> bool:
+    return _taken(pdo, wanted) > 0
+
+
+def _assign_described(mailbox: Mailbox, slave: Slave) -> None:
+    """Assigns the PDOs of a terminal that is described object by object, and holds its own mapping
+    against the description. Raises BackendError.
+    """
+    for assignment, outputs in _DIRECTIONS:
+        pdos = described_pdos(slave, outputs)
+        if not pdos:
+            continue
+        _assign(mailbox, assignment, [pdo.index for pdo in pdos])
+        for pdo in pdos:
+            _check_described(mailbox, pdo, entries_of(slave, outputs))
+
+
+def _check_described(mailbox: Mailbox, pdo: Pdo, entries: Sequence[Entry]) -> None:
+    """Every object that the image has must stand at its bit, in its size; what a status word is
+    made of is not asked.
+    """
+    words = {(entry.index, entry.subindex): entry for entry in entries if entry.code != GAP}
+    found: dict[int, int] = {}
+    bit = 0
+    for i in range(1, mailbox.number(pdo.index) + 1):
+        found[bit] = mailbox.number(pdo.index, i)
+        bit += found[bit] & 0xFF
+    bits = sum(mapped.bits for mapped in pdo.entries)
+    if bit != bits:
+        raise BackendError(
+            f"found {bit} bits in 0x{pdo.index:04X} of {mailbox.label}, expected {bits}"
+        )
+    at = 0
+    for mapped in pdo.entries:
+        entry = words.get((mapped.index, mapped.subindex))
+        if entry is not None and (wrong := _misplaced(found.get(at, 0), entry, mapped.bits)):
+            raise BackendError(
+                f"found {wrong} at bit {at} of 0x{pdo.index:04X} of {mailbox.label}, expected"
+                f" '{entry.name}' there, object 0x{entry.index:04X}:{entry.subindex:02X}"
+            )
+        at += mapped.bits
+
+
+def _misplaced(found: int, entry: Entry, bits: int) -> str:
+    """What stands where an entry should; '' where it is right."""
+    is_there = found >> 8 == entry.index << 8 | entry.subindex
+    is_whole = entry.faults or entry.bits != bits or found & 0xFF == bits
+    return "" if is_there and is_whole else f"0x{found:08X}"
 
 
 def _assigned(mailbox: Mailbox, assignment: int) -> list[int]:
@@ -96,8 +211,8 @@ def _words(pdos: Sequence[int]) -> str:
 
 
 def analog_in_pdos(slave: Slave) -> list[int]:
-    """PDOs of an EL3004 that give the rig's inputs: 0x1A00 + 2n with status, 0x1A01 + 2n without.
-    Raises BackendError.
+    """PDOs of an analog input that give the rig's inputs: 0x1A00 + 2n with status, 0x1A01 + 2n
+    without. Raises BackendError.
     """
     names = [entry.name for entry in entries_of(slave, outputs=False)]
     pdos, i = [], 0
@@ -147,15 +262,17 @@ def _assign_analog_in(mailbox: Mailbox, slave: Slave) -> None:
 
 
 def _check_analog_out(mailbox: Mailbox, slave: Slave) -> None:
-    """An EL4034's process data are fixed: four values, whose subindex differs between revisions."""
-    wanted = DEVICES["EL4034"].outputs
+    """An analog output's process data are fixed: its values, whose subindex differs between
+    revisions.
+    """
+    wanted = slave.description.outputs
     if entries_of(slave, outputs=True) != wanted:
         raise BackendError(
-            f"found 'outputs' at {slave.name}, expected none: the process data of an EL4034 are its"
-            " four channels"
+            f"found 'outputs' at {slave.name}, expected none: the process data of an"
+            f" {slave.device} are its {len(wanted)} channels"
         )
-    _assign(mailbox, OUTPUT_ASSIGNMENT, [0x1600 + channel for channel in range(4)])
-    for channel in range(4):
+    _assign(mailbox, OUTPUT_ASSIGNMENT, [0x1600 + channel for channel in range(len(wanted))])
+    for channel in range(len(wanted)):
         pdo, index = 0x1600 + channel, wanted[channel].index
         found = mailbox.number(pdo, 1)
         if mailbox.number(pdo) != 1 or found not in [

@@ -1,8 +1,9 @@
 """Is somebody else driving this bus, from another machine or with other software? Asked by reading
 alone, before any slave is addressed or told a state.
 
-One frame of our own (ETG.1000.4: BRD and APRD of AL status 0x0130 and code 0x0134, watchdog status
-0x0440). Its index lies above those that SOEM takes for an answer of its own.
+Frames of our own (ETG.1000.4: BRD and APRD of AL status 0x0130 and code 0x0134, watchdog time
+0x0420 and status 0x0440, sync managers 0x0800). Their index lies above those that SOEM takes for an
+answer of its own.
 """
 
 import select
@@ -11,33 +12,34 @@ import struct
 import time
 from typing import NamedTuple
 
-from drivers.words import ERROR, OP, SAFEOP, state_words
+from drivers.words import OP, SAFEOP, state_words
 from epa_rt.backend import BackendError
 
 _ETHERTYPE, _BRD, _APRD = 0x88A4, 7, 1
-_AL_STATUS, _WATCHDOG_STATUS = 0x0130, 0x0440
+_AL_STATUS, _WATCHDOG_TIME, _WATCHDOG_STATUS = 0x0130, 0x0420, 0x0440
+_SYNC_MANAGERS, _CONTROL, _ACTIVATE, _EACH, _COUNT = 0x0800, 4, 6, 8, 4
+_TRIGGERS_WATCHDOG, _ENABLED = 0x40, 0x01
 _INDEX = 0xEA
 _HEADER = b"\xff" * 6 + b"\x01" * 6 + struct.pack(">H", _ETHERTYPE)
-_WATCHDOG_EXPIRED = 0x001B  # AL status code
 _ANSWER_S, _TRIES = 0.05, 3
 _EVERY_S = 0.02
 _LONGER_S = 0.1  # than the watchdog: slaves take their time to fall
 
 
 class Seen(NamedTuple):
-    """One slave: AL state, AL status code, whether its process data watchdog is running."""
+    """One slave: its AL state; whether its process data watchdog is fed, None where it has none in
+    use, as a terminal of inputs alone.
+    """
 
     state: int
-    code: int
-    is_fed: bool
+    is_fed: bool | None
 
 
 def expect_no_master(interface: str, watchdog_s: float, take_over: bool) -> None:
     """Raises BackendError where slaves are in OP or SAFEOP, which is another master's work.
 
-    A master that died leaves slaves in SAFEOP with a watchdog error, or none whose watchdog is
-    running: that bus is free, and waited for as long as the watchdog takes. ``take_over``: nothing
-    is asked.
+    A master that died leaves no slave whose watchdog is fed: that bus is free, and waited for as
+    long as the watchdog takes. ``take_over``: nothing is asked.
     """
     if take_over:
         return
@@ -59,9 +61,11 @@ def expect_no_master(interface: str, watchdog_s: float, take_over: bool) -> None
 
 
 def is_abandoned(slaves: list[Seen]) -> bool:
-    """Whether the watchdogs say that no process data come any more."""
-    fell = any(s.state & ERROR and s.code == _WATCHDOG_EXPIRED for s in slaves)
-    return fell or not any(s.is_fed for s in slaves)
+    """Whether the watchdogs say that no process data come any more: there is one, and none is fed.
+    One slave that fell while others are fed has trouble of its own under a living master.
+    """
+    watchdogs = [s.is_fed for s in slaves if s.is_fed is not None]
+    return bool(watchdogs) and not any(watchdogs)
 
 
 class _Asking:
@@ -85,11 +89,23 @@ class _Asking:
         seen = []
         for i in range(count):
             status, there = self._read(_APRD, -i & 0xFFFF, _AL_STATUS, 6)
-            watchdog, _ = self._read(_APRD, -i & 0xFFFF, _WATCHDOG_STATUS, 2)
             if there:
-                state, code = status[0] & 0x1F, int.from_bytes(status[4:6], "little")
-                seen.append(Seen(state, code, bool(watchdog[0] & 1)))
+                seen.append(Seen(status[0] & 0x1F, self._is_fed(i)))
         return seen
+
+    def _is_fed(self, slave: int) -> bool | None:
+        """The watchdog of a slave by its place; the status of one that is not in use reads fed."""
+        place = -slave & 0xFFFF
+        time_set, _ = self._read(_APRD, place, _WATCHDOG_TIME, 2)
+        managers, _ = self._read(_APRD, place, _SYNC_MANAGERS, _EACH * _COUNT)
+        status, there = self._read(_APRD, place, _WATCHDOG_STATUS, 2)
+        triggers = any(
+            managers[at + _CONTROL] & _TRIGGERS_WATCHDOG and managers[at + _ACTIVATE] & _ENABLED
+            for at in range(0, len(managers), _EACH)
+        )
+        if not there or not triggers or not any(time_set):
+            return None
+        return bool(status[0] & 1)
 
     def _read(self, command: int, address: int, register: int, size: int) -> tuple[bytes, int]:
         """Data and working counter; zeros where nothing comes back."""

@@ -12,6 +12,7 @@ from drivers.mailbox import Mailbox
 from drivers.other_master import expect_no_master
 from drivers.words import INIT, PREOP
 from epa_rt.backend import BackendError
+from epa_rt.config.devices import DEVICES
 
 _PREOP_S = 3.0
 _WATCHDOG_S = 0.1  # of slaves as they leave the maker
@@ -52,7 +53,8 @@ def _slaves(chosen: str) -> list[Seen]:
         for position, (slave, state) in enumerate(zip(bus.slaves, states, strict=True), 1):
             found = Found(slave.man, slave.id, slave.rev, slave.name)
             device = device_of(found)
-            has_objects = state.state == PREOP and device not in ("EK1100", "EL2124")
+            known = DEVICES.get(device)
+            has_objects = state.state == PREOP and (known is None or known.serves_objects)
             seen.append(
                 Seen(
                     found, device, state.words(), _firmware(slave, position) if has_objects else ""

@@ -1,13 +1,14 @@
 """Damaged files and logs put to the verbs that read them: each must be answered, in time, in one
 sentence, in bounded memory.
 
-A variant of a rig, experiment, plant or mapping file, of a CSV, MAT or MCAP recording, or of a log
-of ours is made from the seed and its number, and read by a forked process. Counted are answers by
-exit code; a traceback, no answer in time, or more memory than the limit is a finding, and its file
-is kept.
+A variant of a rig, experiment, plant or mapping file, of a recording of others, or of a log of ours
+is made from the seed and its number, and read by a process forked from one that has imported
+everything. Counted are answers by exit code; a traceback, no answer in time, or more memory than
+the limit is a finding, and its file is kept. With --lines every answer is a line of JSON, and a
+later run with the same file leaves out what is there.
 
-    python scripts/fuzz_files.py --files 30000 --logs 5000          hours on one core
-    python scripts/fuzz_files.py --files 100 --logs 20 --seed 3     a minute
+    python scripts/fuzz_files.py --files 30000 --logs 5000 --lines PATH   an hour on one core
+    python scripts/fuzz_files.py --files 100 --logs 20 --seed 3           a few seconds
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ import resource
 import select
 import signal
 import struct
+import subprocess
 import sys
 import tempfile
 import time
@@ -31,21 +33,25 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests/logs/importers")]
 
 import foreign_files
+import same_motion
 import zstandard
 
 from epa_rt.cli.main import main as epa
 from epa_rt.logs.chunk_store import ChunkStore
+from epa_rt.logs.importers import mat_child
 
 LONGEST_S = 60.0
 MOST_MB = 500
 _ADDRESS_SPACE = 4 << 30
 _TRACEBACK = 99
+_TELL_S = 10.0  # between two lines of progress
 _NUMBER = re.compile(rb"-?\d+(?:\.\d+)?(?:e-?\d+)?")
 _NUMBERS = (b"0", b"-1", b"1e308", b"1e400", b"-1e-320", b"nan", b".inf", b"9" * 400, b"1e9", b"[]")
 _VALUES = (
@@ -220,6 +226,9 @@ def file_kinds(folder: Path) -> list[Kind]:
     def check(path: Path) -> list[str]:
         return ["check", "--rig", str(rig), str(path)]
 
+    def guess(path: Path) -> list[str]:
+        return ["import", "--guess", str(path)]
+
     def dry(path: Path) -> list[str]:
         return ["run", str(path), "--rig", str(rig), "--dry", "-o", str(folder / "dry")]
 
@@ -235,7 +244,7 @@ def file_kinds(folder: Path) -> list[Kind]:
         Kind(f"plant {name}", config(f"plants/{name}.yaml"), ".yaml", (check,))
         for name in ("bench", "knee")
     ]
-    recordings = {
+    recordings = foreign_kinds(folder) | {
         "csv": (foreign_files.CSV, foreign_files.csv_text().encode()),
         "mat": (foreign_files.MAT, foreign_files.mat_bytes()),
         "mcap": (foreign_files.MCAP, _foreign_mcap(folder)),
@@ -257,10 +266,34 @@ def file_kinds(folder: Path) -> list[Kind]:
                 sound,
                 f".{name}",
                 (lambda path, m=mapping: ["import", str(m), str(path), "--dry"],),
-                name == "csv",
+                name in ("csv", "jsonl"),
             ),
         ]
+        if name not in ("mat", "mcap"):
+            kinds.append(
+                Kind(f"guess {name}", sound, f".{name}", (guess,), name in ("csv", "jsonl"))
+            )
     return kinds
+
+
+def foreign_kinds(folder: Path) -> dict[str, tuple[str, bytes]]:
+    """Mapping and recording of the formats of robot labs, by the ending of their names."""
+    made = folder / "motion"
+    made.mkdir()
+    bags = {kind: same_motion.write_bag(made / f"bag_{kind}", kind) for kind in ("mcap", "db3")}
+    return {
+        "parquet": (
+            same_motion.mapping_of("parquet"),
+            same_motion.write_parquet(made / "m.parquet").read_bytes(),
+        ),
+        "npz": (same_motion.mapping_of("npz"), same_motion.write_npz(made / "m.npz").read_bytes()),
+        "jsonl": (
+            same_motion.mapping_of("jsonl"),
+            same_motion.write_jsonl(made / "m.jsonl").read_bytes(),
+        ),
+        "db3": (same_motion.BAG, next(bags["db3"].glob("*.db3")).read_bytes()),
+        "bag.mcap": (same_motion.BAG, next(bags["mcap"].glob("*.mcap")).read_bytes()),
+    }
 
 
 def _foreign_mcap(folder: Path) -> bytes:
@@ -270,7 +303,9 @@ def _foreign_mcap(folder: Path) -> bytes:
 
 
 def log_kind(folder: Path) -> Kind:
-    """A short log of ours: a run on the simulated bench that trips after half a second."""
+    """A short log of ours: a run on the simulated bench that trips soon. A process of its own makes
+    it, so that the memory of compiling the plant is not that of every variant.
+    """
     text = (ROOT / "config/rigs/bench.yaml").read_text(encoding="utf-8")
     text = text.replace("limits: [-40 N, 350 N]", "limits: [-40 N, 30 N]")
     text = text.replace("../plants", str(ROOT / "config/plants"))
@@ -278,8 +313,13 @@ def log_kind(folder: Path) -> Kind:
     log = folder / "run.mcap"
     experiment = ROOT / "config/experiments/identification_short.yaml"
     words = ["run", str(experiment), "--rig", str(folder / "weak.yaml"), "-o", str(log), "--quiet"]
-    with contextlib.redirect_stdout(sys.stderr):
-        epa(words)
+    path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
+    subprocess.run(
+        [sys.executable, "-m", "epa_rt", *words],
+        env=os.environ | {"PYTHONPATH": path},
+        stdout=sys.stderr,
+        check=False,  # it trips
+    )
     page = str(folder / "page.html")
     return Kind(
         "log",
@@ -292,15 +332,32 @@ def log_kind(folder: Path) -> Kind:
             lambda path: ["replay", str(path)],
             lambda path: ["report", str(path), "-o", page],
             lambda path: ["plot", str(path), "-o", page],
+            lambda path: ["ls", "--long", str(path)],
+            lambda path: ["compare", str(log), str(path), "--html", page],
+            lambda path: ["export", str(path), "-o", f"{page}.parquet", "--force"],
+            lambda path: ["export", str(path), "-o", f"{page}.mat", "--force"],
         ),
         is_text=False,
     )
 
 
-def answer(words: list[str], said: Path) -> tuple[str, float]:
-    """What a verb does with a file: 'exit N', or what is wrong with the answer; and its memory in
-    MB, with that of the processes it starts.
+@dataclass(frozen=True)
+class Answer:
+    """'exit N' or what is wrong with the answer; most memory in MB and processor time in s, both
+    with those of the processes that the verb started.
     """
+
+    outcome: str
+    megabytes: float
+    cpu_s: float
+
+    @property
+    def is_sound(self) -> bool:
+        return re.fullmatch(r"exit \d+", self.outcome) is not None
+
+
+def answer(words: list[str], said: Path) -> Answer:
+    """What a verb does with a file, in a process forked for it."""
     child = os.fork()
     if child == 0:
         _be_the_verb(words, said)
@@ -308,26 +365,30 @@ def answer(words: list[str], said: Path) -> tuple[str, float]:
     in_time = bool(select.select([descriptor], [], [], LONGEST_S)[0])
     os.close(descriptor)
     if not in_time:
-        os.kill(child, signal.SIGKILL)
+        os.killpg(child, signal.SIGKILL)
     _, status, used = os.wait4(child, 0)
     megabytes = used.ru_maxrss / 1024
-    if not in_time:
-        return f"no answer within {LONGEST_S:g} s", megabytes
+    outcome = _outcome(status, said, megabytes) if in_time else f"no answer in {LONGEST_S:g} s"
+    return Answer(outcome, megabytes, used.ru_utime + used.ru_stime)
+
+
+def _outcome(status: int, said: Path, megabytes: float) -> str:
     if os.WIFSIGNALED(status):
-        return f"signal {os.WTERMSIG(status)}", megabytes
+        return f"signal {os.WTERMSIG(status)}"
     code, text = os.WEXITSTATUS(status), said.read_text(encoding="utf-8", errors="replace")
     if code == _TRACEBACK or "Traceback" in text:
-        return "traceback", megabytes
+        return "traceback"
     if megabytes > MOST_MB:
-        return f"more than {MOST_MB} MB", megabytes
+        return f"more than {MOST_MB} MB"
     if code not in (0, 1, 2, 3, 4) or (code == 2 and not text.startswith("epa ")):
-        return f"exit {code} without a sentence", megabytes
-    return f"exit {code}", megabytes
+        return f"exit {code} without a sentence"
+    return f"exit {code}"
 
 
 def _be_the_verb(words: list[str], said: Path) -> None:
     os.setsid()
     resource.setrlimit(resource.RLIMIT_AS, (_ADDRESS_SPACE, _ADDRESS_SPACE))
+    resource.setrlimit(resource.RLIMIT_CPU, (int(LONGEST_S), int(LONGEST_S)))
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     os.dup2(os.open(said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), 2)
     code = _TRACEBACK
@@ -343,6 +404,29 @@ def _be_the_verb(words: list[str], said: Path) -> None:
         os._exit(code)
 
 
+def _forked_reader(words: list[str], **options: object) -> subprocess.CompletedProcess[bytes]:
+    """The reader of MAT files in a process forked from this one, which has scipy, and not in one
+    that imports it for every variant.
+    """
+    out, into = os.pipe()
+    child = os.fork()
+    if child == 0:
+        os.dup2(into, 1)
+        sys.argv = words[2:]
+        try:
+            sys.stdout = os.fdopen(1, "w", closefd=False)
+            mat_child.main()
+            sys.stdout.flush()
+            os._exit(0)
+        finally:
+            os._exit(1)
+    os.close(into)
+    with os.fdopen(out, "rb") as pipe:
+        said = pipe.read()
+    _, status = os.waitpid(child, 0)
+    return subprocess.CompletedProcess(words, os.waitstatus_to_exitcode(status), said, b"")
+
+
 def _load_modules(kinds: list[Kind], folder: Path) -> None:
     """Read every sound file once here, so that a forked process has all that it imports."""
     for kind in kinds:
@@ -353,24 +437,96 @@ def _load_modules(kinds: list[Kind], folder: Path) -> None:
                 code = epa(verb(path))
             if code > 1 and not kind.name.startswith("rig"):  # a rig's plant is not beside it
                 raise SystemExit(f"fuzz_files: {kind.name}: exit {code} on the sound file")
+    import scipy.io  # noqa: F401
+
+    mat_child.subprocess = SimpleNamespace(  # type: ignore[assignment]
+        run=_forked_reader, TimeoutExpired=subprocess.TimeoutExpired
+    )
+
+
+class Tally:
+    """Answers so far, those of an earlier run with the same seed included."""
+
+    def __init__(self, what: str, count: int, seed: int, lines: Path | None):
+        self.what, self.count, self.seed, self._lines = what, count, seed, lines
+        self.answers: Counter[str] = Counter()
+        self.findings: list[dict[str, object]] = []
+        self.most_mb, self.slowest = 0.0, ("", 0.0)
+        self.done: set[tuple[int, str]] = set()
+        if lines is not None and lines.exists():
+            for text in lines.read_text(encoding="utf-8").splitlines():
+                row = json.loads(text)
+                if (row["what"], row["seed"]) == (what, seed) and row["number"] < count:
+                    self._count(row)
+
+    def add(self, number: int, kind: Kind, verb: str, found: Answer, last: str) -> None:
+        row = {
+            "what": self.what,
+            "seed": self.seed,
+            "number": number,
+            "kind": kind.name,
+            "verb": verb,
+            "outcome": found.outcome,
+            "mb": round(found.megabytes),
+            "cpu_s": round(found.cpu_s, 3),
+        }
+        if not found.is_sound:
+            row["said"] = last
+        self._count(row)
+        if self._lines is not None:
+            with self._lines.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(row) + "\n")
+
+    def _count(self, row: dict[str, object]) -> None:
+        self.done.add((row["number"], row["kind"]))
+        self.answers[row["outcome"]] += 1
+        self.most_mb = max(self.most_mb, row["mb"])
+        name = f"{row['kind']} {row['number']}, {row['verb']}"
+        self.slowest = max(self.slowest, (name, row["cpu_s"]), key=lambda one: one[1])
+        if "said" in row:
+            self.findings.append(row)
+
+    def said(self) -> dict[str, object]:
+        return {
+            "variants": self.answers.total(),
+            "answers": dict(self.answers),
+            "most_mb": self.most_mb,
+            "slowest": {"variant": self.slowest[0], "cpu_s": self.slowest[1]},
+            "findings": self.findings,
+        }
+
+    def progress(self, began_s: float, before: int) -> None:
+        """One line on standard error every few seconds."""
+        made = self.answers.total() - before
+        rate = made / max(time.monotonic() - began_s, 1e-9)
+        print(
+            f"{self.what}: {self.answers.total()} of {self.count}, {rate:.1f} a second,"
+            f" {len(self.findings)} findings",
+            file=sys.stderr,
+            flush=True,
+        )
 
 
 def fuzz(
-    kinds: list[Kind], count: int, seed: int, folder: Path, kept: Path, minutes: float
+    kinds: list[Kind], seed: int, folder: Path, kept: Path, minutes: float, tally: Tally
 ) -> dict[str, object]:
-    """Put `count` variants, of each kind in turn, to their verbs, or as many as the minutes allow;
-    gives counts and findings.
+    """Put the variants of a tally, of each kind in turn, to their verbs, or as many as the minutes
+    allow; gives counts and findings.
     """
-    end_s = time.monotonic() + 60.0 * minutes
     _load_modules(kinds, folder)
-    answers: Counter[str] = Counter()
-    findings: list[dict[str, str]] = []
-    most_mb = 0.0
-    for number in range(count):
-        if time.monotonic() > end_s:
-            break
-        chance = random.Random(f"{seed} {number}")
+    began_s, before = time.monotonic(), tally.answers.total()
+    told_s = began_s
+    for number in range(tally.count):
         kind = kinds[number % len(kinds)]
+        if (number, kind.name) in tally.done:
+            continue
+        now_s = time.monotonic()
+        if now_s > began_s + 60.0 * minutes:
+            break
+        if now_s > told_s + _TELL_S:
+            told_s = now_s
+            tally.progress(began_s, before)
+        chance = random.Random(f"{seed} {number}")
         if kind.name == "log" and chance.random() < 0.4:
             data = sealed_damage(kind.sound, chance, folder)
         else:
@@ -378,26 +534,16 @@ def fuzz(
         path = folder / f"variant{kind.ending}"
         path.write_bytes(data)
         words = chance.choice(kind.verbs)(path)
-        outcome, megabytes = answer(words, folder / "said")
-        most_mb = max(most_mb, megabytes)
-        answers[outcome] += 1
-        if not re.fullmatch(r"exit \d+", outcome):
+        found = answer(words, folder / "said")
+        last = (folder / "said").read_text(encoding="utf-8", errors="replace").strip()
+        last = last.splitlines()[-1][:300] if last else ""
+        tally.add(number, kind, words[0], found, last)
+        if not found.is_sound:
             kept.mkdir(parents=True, exist_ok=True)
             name = f"{kind.name.replace(' ', '_')}-{seed}-{number}{kind.ending}"
             (kept / name).write_bytes(data)
-            last = (folder / "said").read_text(encoding="utf-8", errors="replace").strip()
-            finding = {
-                "file": name,
-                "verb": words[0],
-                "outcome": outcome,
-                "said": last.splitlines()[-1][:300] if last else "",
-                "mb": f"{megabytes:.0f}",
-            }
-            findings.append(finding)
-            print(json.dumps(finding), file=sys.stderr, flush=True)
-    return {"variants": answers.total(), "answers": dict(answers), "most_mb": round(most_mb)} | {
-        "findings": findings
-    }
+            print(f"{name}: {words[0]}: {found.outcome}: {last}", file=sys.stderr, flush=True)
+    return tally.said()
 
 
 def main() -> int:
@@ -409,17 +555,20 @@ def main() -> int:
         "--minutes", type=float, default=600.0, help="at most, for files and for logs each"
     )
     parser.add_argument("--keep", type=Path, default=ROOT / "out/fuzz_files", help="findings")
+    parser.add_argument("--lines", type=Path, help="a line of JSON a variant; go on from there")
     given = parser.parse_args()
+
+    def put(kinds: list[Kind], what: str, count: int, folder: Path) -> dict[str, object]:
+        tally = Tally(what, count, given.seed, given.lines)
+        return fuzz(kinds, given.seed, folder, given.keep, given.minutes, tally)
+
+    found = {}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        found = {}
         if given.files:
-            kinds = file_kinds(folder)
-            found["files"] = fuzz(kinds, given.files, given.seed, folder, given.keep, given.minutes)
+            found["files"] = put(file_kinds(folder), "files", given.files, folder)
         if given.logs:
-            found["logs"] = fuzz(
-                [log_kind(folder)], given.logs, given.seed, folder, given.keep, given.minutes
-            )
+            found["logs"] = put([log_kind(folder)], "logs", given.logs, folder)
     print(json.dumps({"seed": given.seed, **found}, indent=1))
     return 1 if any(part["findings"] for part in found.values()) else 0
 

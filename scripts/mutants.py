@@ -3,7 +3,6 @@ line number.
 """
 
 import ast
-import copy
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -35,34 +34,97 @@ _ARITHMETIC = {
 
 @dataclass(frozen=True)
 class Mutant:
-    """A changed file: its path, what was changed, the whole new text."""
+    """A changed file: its path and what was changed.
+
+    ``function`` is the function whose body has the change, as in ``Class.name``; empty where it is
+    elsewhere. ``lines`` are the first and last line of the changed statement, of a compound one
+    those of its head. ``part`` is the text of the changed function or top-level statement.
+    """
 
     path: str
     key: str
-    text: str
+    function: str
+    lines: tuple[int, int]
+    part: str
+    tree: ast.Module
+    steps: tuple
+    replacement: ast.AST
+
+    @property
+    def text(self) -> str:
+        """The whole new text of the file."""
+        return _with(self.tree, self.steps, self.replacement, self.tree)
 
 
 def mutants_of(path: str, source: str) -> list[Mutant]:
     """Every mutant of a file, in the order of the file, each with a key of its own."""
     tree = ast.parse(source)
-    whole, count, found, texts = ast.unparse(tree), Counter(), [], set()
+    count, found = Counter(), []
+    wholes: dict[tuple, str] = {}
+    texts = set()
     for name, steps, replacement in list(_changes(tree)):
-        mutated = copy.deepcopy(tree)
-        parent, field = _walk(mutated, steps)
-        before = parent[field] if isinstance(parent, list) else getattr(parent, field)
+        unit_steps, unit, function = _unit(tree, steps)
+        if unit_steps not in wholes:
+            wholes[unit_steps] = ast.unparse(unit)
+        parent, last = _walk(tree, steps)
+        before = parent[last] if isinstance(parent, list) else getattr(parent, last)
         said = f"{_short(before)} -> {_short(replacement)}"
-        if isinstance(parent, list):
-            parent[field] = replacement
+        if unit_steps == steps:
+            text = ast.unparse(replacement)
         else:
-            setattr(parent, field, replacement)
-        text = ast.unparse(ast.fix_missing_locations(mutated))
-        if text == whole or text in texts:
+            text = _with(tree, steps, replacement, unit)
+        if text == wholes[unit_steps] or (unit_steps, text) in texts:
             continue
-        texts.add(text)
+        texts.add((unit_steps, text))
         key = f"{path}: {name}: {said}"
         count[key] += 1
-        found.append(Mutant(path, key if count[key] == 1 else f"{key} ({count[key]})", text))
+        key = key if count[key] == 1 else f"{key} ({count[key]})"
+        lines = _lines(tree, steps)
+        found.append(Mutant(path, key, function, lines, text, tree, steps, replacement))
     return found
+
+
+def _with(tree: ast.Module, steps: tuple, replacement: ast.AST, shown: ast.AST) -> str:
+    """The text of a part of the tree while something else stands at one place."""
+    parent, last = _walk(tree, steps)
+    if isinstance(parent, list):
+        before, parent[last] = parent[last], replacement
+        text = ast.unparse(shown)
+        parent[last] = before
+        return text
+    before = getattr(parent, last)
+    setattr(parent, last, replacement)
+    text = ast.unparse(shown)
+    setattr(parent, last, before)
+    return text
+
+
+def _unit(tree: ast.Module, steps: tuple) -> tuple[tuple, ast.AST, str]:
+    """The statement of the module, or of a class of it, that holds a place: steps to it, itself,
+    and its name where the place is in a function's body.
+    """
+    unit, taken, names = tree.body[steps[1]], 2, []
+    while isinstance(unit, ast.ClassDef) and len(steps) > taken + 1 and steps[taken] == "body":
+        names.append(unit.name)
+        unit = unit.body[steps[taken + 1]]
+        taken += 2
+    inside = isinstance(unit, ast.FunctionDef) and steps[taken : taken + 1] == ("body",)
+    return steps[:taken], unit, ".".join([*names, unit.name]) if inside else ""
+
+
+def _lines(tree: ast.Module, steps: tuple) -> tuple[int, int]:
+    node: object = tree
+    statement: ast.stmt | None = None
+    for step in steps:
+        node = node[step] if isinstance(step, int) else getattr(node, step)
+        if isinstance(node, ast.stmt):
+            statement = node
+    if statement is None:
+        return 0, 0
+    body = getattr(statement, "body", None)
+    is_head = isinstance(body, list) and not isinstance(statement, ast.Try)
+    last = max(body[0].lineno - 1, statement.lineno) if is_head else statement.end_lineno
+    return statement.lineno, last
 
 
 def _walk(node: object, steps: tuple) -> tuple[object, str | int]:

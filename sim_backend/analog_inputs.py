@@ -1,15 +1,15 @@
-"""EL3004's channels, compiled: input filter, conversions of twelve bits, status and toggle.
+"""The channels of input terminals, compiled: input filter, conversion, limits, status and toggle.
 
-Source: Beckhoff documentation of EL30xx; the filter's constants: input_filter.py.
+What a terminal's are: epa_rt/config/terminals/; the filter's constants: input_filter.py.
 """
 
 import math
 
 import numpy as np
 
-from sim_backend.bytes_of_image import put, put_word
+from sim_backend.bytes_of_image import put_counts, put_word
 from sim_backend.compiled import compiled
-from sim_backend.input_filter import ADC_STEP_COUNTS, FILTER_RING
+from sim_backend.input_filter import FILTER_RING
 
 
 @compiled
@@ -29,13 +29,17 @@ def sample_channels(inputs, analog, ports, t_ns: int) -> None:
 
 @compiled
 def _convert(inputs, channel, counts: float, toggle: int) -> None:
-    counts = math.floor(counts / ADC_STEP_COUNTS + 0.5) * ADC_STEP_COUNTS
+    counts = math.floor(counts / channel.step + 0.5) * channel.step
     status = toggle << 15
-    if counts > 32767.0:
+    if counts > channel.over_error:
         status |= 0x42
-    elif counts < -32768.0:
+    elif counts > channel.over:
+        status |= 0x02
+    elif counts < channel.under:
         status |= 0x41
-    put(inputs, channel.value_byte, 2, counts)
+        counts = channel.floor
+    counts = min(max(counts, channel.low), channel.high)
+    put_counts(inputs, channel.value_byte, channel.value_size, counts)
     put_word(inputs, channel.status_byte, status)
 
 

@@ -31,6 +31,14 @@ def put(image: np.ndarray, byte: int, size: int, value: float) -> None:
 
 
 @compiled
+def put_counts(image: np.ndarray, byte: int, size: int, counts: float) -> None:
+    """A number of ``size`` bytes that is known to fit, with its sign or without."""
+    whole = np.int64(counts)
+    for i in range(size):
+        image[byte + i] = (whole >> (8 * i)) & 0xFF
+
+
+@compiled
 def put_word(image: np.ndarray, byte: int, word: int) -> None:
     """An unsigned number of two bytes; not where it is not mapped."""
     if byte >= 0:

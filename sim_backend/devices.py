@@ -1,6 +1,6 @@
 """The devices in front of the plant, compiled: terminals' bits and steps, the drive's entries.
 
-Sources: EL3004/EL4034 12-bit conversion and status bits, EPOS4 objects (drive_machine.py,
+Sources: conversion and status bits of epa_rt/config/terminals/, EPOS4 objects (drive_machine.py,
 drive_motion.py).
 """
 
@@ -38,7 +38,6 @@ from sim_backend.drive_motion import (
     position_counts,
     status_word,
 )
-from sim_backend.input_filter import ADC_STEP_COUNTS
 
 __all__ = [
     "ENABLED",
@@ -110,7 +109,7 @@ def _latch_analog(outputs, drive, machine, command) -> None:
     elif machine.state != FAULT:
         machine.state = ENABLED if enable else SWITCH_ON_DISABLED
     counts = get(outputs, drive.analog_byte, 2)
-    converted = math.floor(counts / ADC_STEP_COUNTS) * ADC_STEP_COUNTS
+    converted = math.floor(counts / drive.analog_step) * drive.analog_step
     command.enabled = 1.0 if machine.state == ENABLED else 0.0
     command.mode = SPEED_MODE
     command.target_speed_rad_s = converted * drive.analog_rad_s_per_count

@@ -10,6 +10,7 @@ import numpy as np
 from epa_rt.config.devices import STATUS_ERROR, STATUS_OVER_RANGE, STATUS_UNDER_RANGE
 from epa_rt.config.ports import VALVE_PORTS
 from epa_rt.config.rig import Rig
+from epa_rt.config.terminal import Sampling
 from epa_rt.signals.image import image_of
 from sim_backend.devices import SWITCH_ON_DISABLED
 
@@ -50,7 +51,11 @@ class _Sensor(Effect):
         places = image_of(self.rig, outputs=False).places
         self.place = places[row.entry]
         self.status = places.get(f"{row.entry}_status")
-        self.is_volts = self.place.entry.unit == "V"
+        name = self.place.slave
+        slave = next(slave for slave in self.rig.slaves if slave.name == name)
+        self.sampling = None if slave.description.is_drive else slave.description.sampling
+        if self.status is not None and not self.status.entry.faults:
+            self.status = None
         self.generator = np.random.default_rng(self.seed)
         self.held: int | None = None
 
@@ -59,37 +64,49 @@ class _Sensor(Effect):
 
     def put(self, inputs: bytearray, counts: float) -> None:
         low, high = self.place.entry.counts
+        sampling = self.sampling or Sampling()
+        under = low if sampling.under is None else sampling.under
+        floor = low if sampling.floor is None else sampling.floor
+        worst = high if sampling.over_error is None else sampling.over_error
         pack_into(
             "<" + self.place.entry.code,
             inputs,
             self.place.byte,
-            int(min(max(round(counts), low), high)),
+            floor if counts <= under else int(min(max(round(counts), low), high)),
         )
-        if self.status is not None and self.is_volts:
-            out = (
-                STATUS_UNDER_RANGE | STATUS_ERROR
-                if counts <= low
-                else STATUS_OVER_RANGE | STATUS_ERROR
-                if counts > high
-                else 0
-            )
+        if self.status is not None and self.sampling is not None:
+            out = STATUS_UNDER_RANGE | STATUS_ERROR if counts <= under else 0
+            out |= STATUS_OVER_RANGE if counts > high else 0
+            out |= STATUS_ERROR if counts > worst else 0
             word = unpack_from("<H", inputs, self.status.byte)[0] & ~(
                 STATUS_UNDER_RANGE | STATUS_OVER_RANGE | STATUS_ERROR
             )
-            pack_into("<H", inputs, self.status.byte, word | out)
+            pack_into("<H", inputs, self.status.byte, word | out & self.status.entry.faults)
 
 
 class WireBroken(_Sensor):
     def prepare(self) -> None:
         super().prepare()
-        if not self.is_volts:
+        if self.sampling is None:
             raise ValueError(
                 f"found {self.where!r}, expected a row on an analog input: only those have a wire"
                 " that breaks here"
             )
 
     def change(self, inputs: bytearray) -> None:
-        self.put(inputs, self.value / self.place.entry.per_count)
+        entry = self.place.entry
+        native = self.value if self.value is not None else self.sampling.broken_wire
+        if native is None and entry.unit not in ("count", "1"):
+            native = 0.0
+        if native is not None:
+            self.put(inputs, entry.to_counts(native))
+            return
+        if self.held is None:  # a counter stands, and says that its line is open
+            self.held = self.counts(inputs)
+        pack_into("<" + entry.code, inputs, self.place.byte, self.held)
+        if self.status is not None:
+            word = unpack_from("<H", inputs, self.status.byte)[0]
+            pack_into("<H", inputs, self.status.byte, word | STATUS_ERROR)
 
 
 class SensorStuck(_Sensor):
@@ -101,7 +118,7 @@ class SensorStuck(_Sensor):
 
 class SensorNoisy(_Sensor):
     def change(self, inputs: bytearray) -> None:
-        rms = self.value / self.place.entry.per_count if self.is_volts else self.value
+        rms = self.value if self.sampling is None else self.value / self.place.entry.per_count
         self.put(inputs, self.counts(inputs) + rms * self.generator.standard_normal())
 
 
@@ -109,9 +126,11 @@ class ToggleFrozen(Effect):
     def prepare(self) -> None:
         image = image_of(self.rig, outputs=False)
         if not any(
-            slave.name == self.where and slave.device == "EL3004" for slave in self.rig.slaves
+            slave.name == self.where and slave.description.sampling for slave in self.rig.slaves
         ):
-            raise ValueError(f"found the slave {self.where!r}, expected an EL3004 of the rig")
+            raise ValueError(
+                f"found the slave {self.where!r}, expected an analog input (as EL3004) of the rig"
+            )
         self.start, self.size = image.slices[self.where]
         self.held: bytes | None = None
 

@@ -37,7 +37,11 @@ class FaultKind:
 
 PLANT_FAULTS: dict[str, FaultKind] = {
     "wire_broken": FaultKind(
-        "a sensor's wire breaks: its terminal reads this voltage", "input row", -10.0, "V"
+        "a sensor's wire breaks: its terminal reads this (by default what that terminal reads then:"
+        " EL3004 -10 V, EL3064 0 V, EL3154 0 mA)",
+        "input row",
+        None,
+        "V or mA",
     ),
     "sensor_stuck": FaultKind(
         "a sensor's value stays where it is, while the terminal goes on converting", "input row"
@@ -46,7 +50,7 @@ PLANT_FAULTS: dict[str, FaultKind] = {
         "noise of this RMS is added to a sensor", "input row", 0.5, "V or counts"
     ),
     "toggle_frozen": FaultKind(
-        "an EL3004 stops converting: values, status and toggle stay", "slave"
+        "an analog input stops converting: values, status and toggle stay", "slave"
     ),
     "valve_stuck_open": FaultKind("a valve stays open", "valve row or port"),
     "valve_stuck_closed": FaultKind("a valve stays shut", "valve row or port"),

@@ -22,7 +22,9 @@ def _line(sensor: _Sensor) -> tuple[float, float]:
         raise ValueError(f"found {sensor.where!r}, expected a row with a calibration")
     slope, intercept = calibration_line(row, sensor.place.entry)
     counts_per_si = 1.0 / (slope * sensor.place.entry.per_count)
-    return counts_per_si, -intercept * counts_per_si
+    zero = -intercept * counts_per_si
+    entry = sensor.place.entry
+    return counts_per_si, zero - entry.offset / entry.per_count if entry.offset else zero
 
 
 class SensorGain(_Sensor):

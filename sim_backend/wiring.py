@@ -4,11 +4,12 @@ devices.
 
 import numpy as np
 
-from epa_rt.config.devices import ANALOG_V_PER_COUNT
+from epa_rt.config.devices import Entry
 from epa_rt.config.ports import DRIVE_ENABLE_PORT, DRIVE_SPEED_PORT, VALVE_PORTS
-from epa_rt.config.rig import Rig
+from epa_rt.config.rig import Rig, Slave
 from epa_rt.config.rig_checks import calibration_line
 from epa_rt.config.source import ConfigError
+from epa_rt.config.terminal import Sampling
 from epa_rt.models.ports import SENSORS
 from epa_rt.signals.drive_options import drive_options
 from epa_rt.signals.image import image_of
@@ -42,6 +43,7 @@ DRIVE = np.dtype(
         ("enable_byte", "i8"),
         ("enable_bit", "i8"),
         ("analog_byte", "i8"),
+        ("analog_step", "f8"),  # counts of the terminal's converter
         ("rad_per_count", "f8"),
         ("rated_torque_nm", "f8"),
         ("analog_rad_s_per_count", "f8"),
@@ -66,15 +68,16 @@ _PORTS = {name: i for i, name in enumerate(SENSORS.names)}
 
 
 def wire_analog_inputs(rig: Rig) -> np.ndarray:
-    """One row per analog input channel; channels without a port stay at 0 V. A channel may come
-    without its status. The filter is the one of the rig file's ``startup``.
+    """One row per value that a terminal samples; values without a port stay at 0 counts. A value
+    may come without its status. The filter is the one of the rig file's ``startup``.
     """
     image = image_of(rig, outputs=False)
     by_entry = {row.entry: row for row in rig.inputs}
     numbers = {slave.name: number for number, slave in enumerate(rig.slaves)}
     rows = []
     for key, place in image.places.items():
-        if place.entry.unit != "V":
+        slave = rig.slaves[numbers[place.slave]]
+        if slave.description.is_drive or place.entry.code == "?" or place.entry.faults:
             continue
         row, status = by_entry.get(key), image.places.get(f"{key}_status")
         port, counts_per_si, offset = -1, 0.0, 0.0
@@ -85,14 +88,30 @@ def wire_analog_inputs(rig: Rig) -> np.ndarray:
             port = _PORTS[row.port]
             counts_per_si = 1.0 / (slope * place.entry.per_count)
             offset = -intercept * counts_per_si
+            if place.entry.offset:
+                offset -= place.entry.offset / place.entry.per_count
         row_of = np.zeros(1, ANALOG_IN)
         row_of["slave"] = numbers[place.slave]
         row_of["status_byte"], row_of["value_byte"] = status.byte if status else -1, place.byte
+        _write_conversion(slave, place.entry, rig.period_s, row_of)
         row_of["port"], row_of["counts_per_si"] = port, counts_per_si
         row_of["offset_counts"] = offset
-        set_filter(row_of, filter_of(rig.slaves[numbers[place.slave]]), rig.period_s)
+        set_filter(row_of, filter_of(slave), rig.period_s)
         rows.append(row_of)
     return np.concatenate(rows) if rows else np.zeros(0, ANALOG_IN)
+
+
+def _write_conversion(slave: Slave, entry: Entry, period_s: float, channel: np.ndarray) -> None:
+    """How a terminal turns what it measures into counts and a status word."""
+    sampling = slave.description.sampling or Sampling()
+    low, high = entry.counts
+    channel["value_size"], channel["step"] = entry.bits // 8, sampling.step
+    channel["low"], channel["high"] = low, high
+    channel["under"] = low if sampling.under is None else sampling.under
+    channel["floor"] = low if sampling.floor is None else sampling.floor
+    channel["over"] = high if sampling.over is None else sampling.over
+    channel["over_error"] = channel["over"] if sampling.over_error is None else sampling.over_error
+    channel["plain_conversion_ns"] = round((sampling.conversion_s or period_s) * 1e9)
 
 
 def wire_valves(rig: Rig) -> np.ndarray:
@@ -144,8 +163,13 @@ def wire_drive(rig: Rig) -> np.ndarray:
             drive["enable_byte"], drive["enable_bit"] = place.byte, place.bit
         elif row.port == DRIVE_SPEED_PORT:
             drive["analog_byte"] = place.byte
-    if slave.analog_command is not None:
-        drive["analog_rad_s_per_count"] = slave.analog_command.speed_per_volt * ANALOG_V_PER_COUNT
+            output = next(s for s in rig.slaves if s.name == place.slave)
+            drive["analog_step"] = output.description.output_step
+            if slave.analog_command is not None:
+                volt_per_count = place.entry.per_count
+                drive["analog_rad_s_per_count"] = (
+                    slave.analog_command.speed_per_volt * volt_per_count
+                )
     return wired
 
 

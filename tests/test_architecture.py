@@ -13,7 +13,7 @@ CODE = ("epa_rt", "sim_backend", "drivers")
 
 # who stands above whom; rooms of one line may see each other
 LEVELS = (
-    ("cli",),
+    ("cli", "api"),
     ("drivers", "sim_backend"),
     ("gap", "study", "identify", "report", "runs", "live", "calibrate", "tune"),
     ("loop", "logs"),

@@ -36,6 +36,8 @@ def run(words: list[str], folder: Path) -> str:
         "bench_plant bench --seconds 0.5 --repeats 1 --no-scipy",
         "bench_log --samples 4096 --repeats 2",  # twice: it met its own file of the repeat before
         "bench_identify 1",
+        "bench_calibrate --tries 1 --pressure-tries 1 --spoilt 1",
+        "bench_compare --seeds 1 --rigs bench --leaks 1e-3",
         # a diagnosis with the whole catalogue, a minute on a busy machine
         pytest.param("bench_gap --logs 1 --seconds 10", marks=pytest.mark.slow),
     ],

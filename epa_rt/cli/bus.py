@@ -1,13 +1,19 @@
 """Stand in for a rig: an emulated EtherCAT bus with the simulated plant behind it, and faults on
 demand.
 
-  epa bus run --rig config/rigs/bench.yaml -- python master.py        in a network of its own,
-  without any right epa bus serve --rig config/rigs/bench.yaml --interface eth1         on a real
-  interface (needs CAP_NET_RAW) epa bus status --control SOCKET epa bus fault frames_lost --cycles 3
-  --control SOCKET               'epa bus fault --help' lists all kinds
+A command under 'run' finds its interface in EPA_BUS_INTERFACE, which the verbs of epa take by
+themselves, the control channel in EPA_BUS_CONTROL, and in EPA_BUS_LOCK_STEP whether the bus goes in
+lock step.
 
-A command under 'run' finds its interface in EPA_BUS_INTERFACE and the control channel in
-EPA_BUS_CONTROL.
+  epa bus run --rig config/rigs/bench.yaml -- epa scan --rig config/rigs/bench.yaml
+                                          in a network of its own, without any right
+  epa bus run --rig config/rigs/bench.yaml --lock-step -- epa run \\
+      config/experiments/step.yaml --rig config/rigs/bench.yaml --backend ethercat -o out
+  epa bus serve --rig config/rigs/bench.yaml --interface eth1
+                                          on a real interface (needs CAP_NET_RAW)
+  epa bus status --control SOCKET
+  epa bus fault frames_lost --cycles 3 --control SOCKET
+                                          'epa bus fault --help' lists all kinds
 """
 
 import argparse
@@ -26,7 +32,7 @@ _FAULTS = """kinds, with what --where names, the usual --value, and how long by 
   slave_falls SLAVE (26)            to SAFEOP with this AL status code, once
   sdo_refused SLAVE, sdo_forgotten SLAVE (0x1C12: the object's index)   until cleared
   clock_drift [SLAVE] (50 ppm)      until cleared
-  wire_broken ROW (-10 V), sensor_stuck ROW, sensor_noisy ROW (0.5 V), toggle_frozen SLAVE
+  wire_broken ROW (V or mA), sensor_stuck ROW, sensor_noisy ROW (0.5 V), toggle_frozen SLAVE
   sensor_gain ROW (0.8), sensor_offset ROW (SI), pressures_exchanged, hoses_exchanged: until cleared
   valve_stuck_open VALVE, valve_stuck_closed VALVE, leak [MUSCLE] (5 /s), burst [MUSCLE] (50 /s), supply_lost (0 Pa)
   drive_fault (8976), following_error: once; sto, encoder_jump (2000 counts): until cleared

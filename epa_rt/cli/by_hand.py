@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from epa_rt.cli.calibration_age import refuse_simulated
 from epa_rt.cli.exits import FAILED, VerbError
 from epa_rt.cli.inputs import (
     PLANT,
@@ -17,9 +18,10 @@ from epa_rt.cli.inputs import (
     code_version,
     load_plant_of,
 )
-from epa_rt.cli.run import run_recorded
+from epa_rt.cli.run import positive_factor, run_recorded
+from epa_rt.cli.run_record import add_record_arguments, record_attachment
 from epa_rt.cli.sound_rig import sound_rig
-from epa_rt.cli.zero import load_rig_source
+from epa_rt.cli.zero import is_emulated, load_rig_source
 
 if TYPE_CHECKING:
     from epa_rt.backend import Backend
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     from epa_rt.loop.assembly import Assembly
     from epa_rt.loop.requests import OperatorRequests
     from epa_rt.loop.run import RunResult
+    from sim_backend.reference_standard import ReferenceStandard
     from sim_backend.rig_model import RigModel
 
 
@@ -44,7 +47,9 @@ def add_rig_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--seed", type=int, default=1, help="seed of the simulated sensors' noise (default: 1)"
     )
-    verb.add_argument("--speed", type=float, help="pace of the simulated rig; 1 is real time")
+    verb.add_argument(
+        "--speed", type=positive_factor, help="pace of the simulated rig; 1 is real time"
+    )
     verb.add_argument(
         "--start-travel",
         metavar="LENGTH",
@@ -54,15 +59,29 @@ def add_rig_arguments(verb: argparse.ArgumentParser) -> None:
         "--unreferenced", action="store_true", help="the simulated drive has lost its zero"
     )
     verb.add_argument("--quiet", action="store_true", help="no progress line")
+    add_record_arguments(verb)
 
 
 class RigByHand:
     """One rig and its backend, over several runs. Raises ConfigError and VerbError."""
 
-    def __init__(self, arguments: argparse.Namespace, with_zero: bool):
+    def __init__(
+        self,
+        arguments: argparse.Namespace,
+        with_zero: bool,
+        standard: "ReferenceStandard | None" = None,
+    ):
         self.is_sim = arguments.backend == "sim"
+        self.standard = standard  # of a simulated rig: what is applied to a sensor
+        self._physics = {} if standard is None else {"physics": standard}
         self.arguments = arguments
-        source, self.rig = load_rig_source(arguments.rig, with_zero and not self.is_sim)
+        self._refuse_of_simulation_only()
+        self.is_emulated = is_emulated(arguments)
+        source, self.rig = load_rig_source(
+            arguments.rig, with_zero and not self.is_sim, self.is_emulated
+        )
+        if not self.is_sim:
+            refuse_simulated(self.rig)
         self._unprotected = sound_rig(source).unprotected
         for sentence in self._unprotected:
             print(f"UNPROTECTED: {sentence}", file=sys.stderr)
@@ -80,31 +99,47 @@ class RigByHand:
                 plant.params["load"]["start_travel_m"] = _start(arguments.start_travel)
             self._plant = plant
 
+    def _refuse_of_simulation_only(self) -> None:
+        """Raises VerbError for what only a simulated rig can be told to be."""
+        for option in ("unreferenced", "start_travel"):
+            if not self.is_sim and getattr(self.arguments, option):
+                raise VerbError(
+                    f"found --{option.replace('_', '-')} beside --backend ethercat, expected it of"
+                    " the simulated rig only (an emulated bus is told so by epa bus run)"
+                )
+
     def run(
         self, assembly: "Assembly", requests: "OperatorRequests | None" = None, line: bool = True
     ) -> "tuple[LogSummary, RunResult]":
         """One recorded run, on the rig as the last one left it."""
         arguments = self.arguments
-        inputs = Inputs(
-            self.rig, assembly.experiment, self._plant, self.attachments, self._unprotected
-        )
+        record = record_attachment(self.rig, arguments.rig, arguments.operator, arguments.note)
+        attachments = self.attachments | record
+        inputs = Inputs(self.rig, assembly.experiment, self._plant, attachments, self._unprotected)
         paced = arguments.speed is not None if self.is_sim else not arguments.lock_step
+        facts = self.facts(assembly.experiment.name, paced)
+        progress = line and not arguments.quiet
+        backend = self.backend()
+        return run_recorded(
+            inputs, backend, arguments.out, facts, paced, progress, assembly, requests
+        )
+
+    def facts(self, name: str, paced: bool) -> dict[str, str]:
+        """What the log's metadata say of the run."""
+        arguments = self.arguments
         facts = {
             "rig": self.rig.name,
-            "experiment": assembly.experiment.name,
+            "experiment": name,
             "backend": arguments.backend,
             "speed": f"{arguments.speed or 1:g}" if paced else "unpaced",
             "period_s": f"{self.rig.period_s:g}",
         }
         if self.is_sim and arguments.start_travel is not None:
             facts["start_travel"] = arguments.start_travel
-        progress = line and not arguments.quiet
-        backend = self._backend()
-        return run_recorded(
-            inputs, backend, arguments.out, facts, paced, progress, assembly, requests
-        )
+        return facts
 
-    def _backend(self) -> "Backend":
+    def backend(self) -> "Backend":
+        """The rig's backend, not yet open; a simulated rig is as the last run left it."""
         if not self.is_sim:
             from drivers.backend_factory import open_ethercat
             from epa_rt.backend import BackendError
@@ -123,6 +158,7 @@ class RigByHand:
             self.arguments.speed,
             referenced=not self.arguments.unreferenced,
             model=self._model,
+            **self._physics,
         )
         if self._model is None:
             self._model = backend.model

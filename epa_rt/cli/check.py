@@ -1,4 +1,4 @@
-"""Check rig, experiment and plant files without starting anything.
+"""Check rig, experiment, plant and queue files without starting anything.
 
 Each file is read as a run would read it. Everything in a rig file that does not protect is named,
 one sentence each, with file, line, what was found and what was expected; a sound one shows what
@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import BAD_INPUT, COMPLETED
+from epa_rt.cli.screen_text import filled
 
 if TYPE_CHECKING:
     from epa_rt.config.rig import Rig
@@ -30,11 +31,13 @@ class Answer:
     line: str
     protected: tuple[str, ...] = ()
     unprotected: tuple[str, ...] = ()
+    calibrated: tuple[str, ...] = ()  # which readings go by a calibration file, and how old it is
+    old: tuple[str, ...] = ()
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
-        "files", nargs="+", type=Path, metavar="FILE", help="rig, experiment or plant files"
+        "files", nargs="+", type=Path, metavar="FILE", help="rig, experiment, plant or queue files"
     )
     verb.add_argument("--rig", type=Path, help="the rig that experiment files are meant for")
     verb.add_argument("--json", action="store_true", help="the answers as JSON, one list")
@@ -58,13 +61,18 @@ def main(arguments: argparse.Namespace) -> int:
             answers.append(_as_data(path, answer, errors))
         elif answer is None:
             for one in errors:
-                print(f"epa check: {one}", file=sys.stderr)
+                print(filled(f"epa check: {one}", sys.stderr), file=sys.stderr)
         else:
-            print(f"{path}: {answer.line}")
+            print(filled(f"{path}: {answer.line}"))
+            for text in answer.calibrated:
+                said = f"    {text}" if text.startswith(" ") else f"  calibrated: {text}"
+                print(filled(said))
+            for text in answer.old:
+                print(filled(f"  OLD: {text}"))
             for text in answer.protected:
-                print(f"  {text}")
+                print(filled(f"  {text}"))
             for text in answer.unprotected:
-                print(f"  UNPROTECTED: {text}")
+                print(filled(f"  UNPROTECTED: {text}"))
     if arguments.json:
         print(json.dumps(answers, indent=2))
     return BAD_INPUT if broken else COMPLETED
@@ -88,6 +96,8 @@ def _as_data(
         "is": answer.line,
         "protected": answer.protected,
         "unprotected": answer.unprotected,
+        "calibrated": answer.calibrated,
+        "old": answer.old,
     }
 
 
@@ -101,6 +111,15 @@ def describe(path: Path, rig: "Rig | None") -> Answer:
         from epa_rt.config.zero_file import ZeroFile
 
         return Answer(validate(source, ZeroFile).facts)
+    if "calibration_of" in source.data:
+        from epa_rt.config.calibration_file import CalibrationFile
+        from epa_rt.config.source import validate
+
+        file = validate(source, CalibrationFile)
+        found = tuple(one.facts for one in file.signals)
+        return Answer(f"{len(found)} calibrations of {file.calibration_of}", calibrated=found)
+    if path.name == "operator.yaml":
+        return _describe_operator(source, rig)
     if "rig" in source.data:
         return _describe_rig(path, source)
     if "experiment" in source.data:
@@ -110,12 +129,28 @@ def describe(path: Path, rig: "Rig | None") -> Answer:
 
         plant = read_plant(source)
         return Answer(f"plant {plant.name}, {plant.substeps} sub-steps")
+    if "queue" in source.data:
+        return _describe_queue(path)
     raise source.error(
-        (), "none of the keys rig, experiment, plant", "a rig, experiment or plant file"
+        (),
+        "none of the keys rig, experiment, plant, calibration_of, queue",
+        "a rig, experiment, plant, calibration or queue file",
     )
 
 
+def _describe_queue(path: Path) -> Answer:
+    from epa_rt.cli.inputs import load_inputs
+    from epa_rt.runs.queue import load_queue
+
+    queue, duration_s = load_queue(path), 0.0
+    for item in queue.items:
+        inputs = load_inputs(item.experiment, item.rig, item.plant, with_plant=True)
+        duration_s += inputs.experiment.duration_s
+    return Answer(f"queue {queue.name}, {len(queue.items)} runs, about {duration_s:.0f} s")
+
+
 def _describe_rig(path: Path, source: "Located") -> Answer:
+    from epa_rt.cli.calibration_age import old_words, used_words
     from epa_rt.cli.inputs import load_plant_of
     from epa_rt.cli.sound_rig import sound_rig
     from epa_rt.config.rig_protected import protections
@@ -128,6 +163,19 @@ def _describe_rig(path: Path, source: "Located") -> Answer:
         f" and {len(rig.outputs)} commands every {rig.period_s * 1e3:g} ms",
         protections(rig),
         sound.unprotected,
+        used_words(rig),
+        old_words(rig),
+    )
+
+
+def _describe_operator(source: "Located", rig: "Rig | None") -> Answer:
+    from epa_rt.config.operator_file import operator_from
+
+    muscles = {rig.name: tuple(muscle.name for muscle in rig.muscles)} if rig else {}
+    found = operator_from(source, muscles)
+    return Answer(
+        f"operator {found.operator or 'not named'}, {len(found.rigs)} rigs described"
+        f"{': ' if found.rigs else ''}{', '.join(found.rigs)}"
     )
 
 

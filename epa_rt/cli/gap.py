@@ -1,11 +1,14 @@
 """Diagnose the gap between a rig's logs and its simulated plant: where, which effect, how far it
 shrinks.
 
-epa gap diagnose --rig config/rigs/bench.yaml out/*.mcap --holdout out/other.mcap --json gap.json
---html gap.html epa gap localise --rig config/rigs/bench.yaml out/*.mcap        where only epa gap
-patch gap.json --rig config/rigs/bench.yaml -o config/plants/bench_patched.yaml epa gap plan
-gap.json --rig config/rigs/bench.yaml out/*.mcap -o next.yaml       the experiment that would tell
-epa gap catalogue                                               what can be found at all
+  epa gap localise --rig config/rigs/bench.yaml out/*.mcap          where only
+  epa gap diagnose --rig config/rigs/bench.yaml out/a.mcap out/b.mcap --json gap.json
+                                                                    which effect
+  epa gap patch gap.json --rig config/rigs/bench.yaml -o bench_patched.yaml
+                                                                    the plant file that has it
+  epa gap plan gap.json --rig config/rigs/bench.yaml out/a.mcap out/b.mcap -o next.yaml
+                                                                    the experiment that would tell
+  epa gap catalogue                                                 what can be found at all
 """
 
 import argparse

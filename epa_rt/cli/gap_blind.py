@@ -1,19 +1,24 @@
 """Judge the diagnosis on cases whose truth is sealed: make them, score them, cross every effect out
 in turn.
 
-epa gap blind make --seed 7 --cases 120 -o out/blind        logs there, truth sealed in
-out/blind.sealed epa gap blind make --seed 7 --each 20 -o out/each           every hidden effect
-alone, strong: a set to develop on epa gap blind score out/blind --json blind.json
-diagnoses every case, then opens the truth epa gap blind score out/blind --json blind.json --next
-where effects cannot be told apart, runs the proposed experiment too epa gap blind oracle out/blind
---json oracle.json           what the data allow: told the laws, it only fits them (run it last)
-                                                            (--answers blind.answers --missed: of
-                                                            what was missed; --next: of the proposed
-                                                            experiments)
-epa gap blind matrix --seed 7 -o out/matrix                 each effect hidden and left out: what is
-said instead epa gap blind pool blind.json other.json                    shares over the cases of
-several sets epa gap blind rivals out/blind --json rivals.json --beside blind.json   the same cases
-by CMA-ES, least squares, sparse regression, RMSE
+  epa gap blind make --seed 7 --cases 120 -o out/blind
+                        logs there, truth sealed in out/blind.sealed
+  epa gap blind make --seed 7 --each 20 -o out/each
+                        every hidden effect alone, strong: a set to develop on
+  epa gap blind score out/blind --json blind.json
+                        diagnoses every case, then opens the truth
+  epa gap blind score out/blind --json blind.json --next
+                        where effects cannot be told apart, runs the proposed experiment too
+  epa gap blind oracle out/blind --json oracle.json
+                        what the data allow: told the laws, it only fits them (run it last);
+                        --answers blind.answers --missed: of what was missed;
+                        --next: of the proposed experiments
+  epa gap blind matrix --seed 7 -o out/matrix
+                        each effect hidden and left out: what is said instead
+  epa gap blind pool blind.json other.json
+                        shares over the cases of several sets
+  epa gap blind rivals out/blind --json rivals.json --beside blind.json
+                        the same cases by CMA-ES, least squares, sparse regression, RMSE
 """
 
 import argparse
@@ -134,7 +139,14 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
         required=True,
         help="figures of every rival; its answers are kept beside",
     )
-    rivals.add_argument("--only", nargs="+", default=list(RIVALS), choices=RIVALS)
+    rivals.add_argument(
+        "--only",
+        metavar="RIVAL",
+        nargs="+",
+        default=list(RIVALS),
+        choices=RIVALS,
+        help=f"of {', '.join(RIVALS)} (default: all)",
+    )
     rivals.add_argument(
         "--first",
         type=_count,

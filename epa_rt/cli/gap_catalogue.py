@@ -1,9 +1,9 @@
 """List the effects that a diagnosis can name: parameters, bounds, typical strength, equation,
 source.
 
-epa gap catalogue
-epa gap catalogue --json
-epa gap catalogue --kind servo      of a rig that is not ours (docs/foreign-effects.md)
+  epa gap catalogue
+  epa gap catalogue --json
+  epa gap catalogue --kind servo      of a rig of others (docs/foreign-effects.md)
 """
 
 import argparse

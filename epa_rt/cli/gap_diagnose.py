@@ -5,8 +5,8 @@ What is wrong with the logs is said first. With --holdout the shrinkage is measu
 else on trials that are set aside. The gate runs the patched plant file on the same experiment in
 the simulated rig and measures the gap again.
 
-  epa gap diagnose --rig config/rigs/bench.yaml out/a.mcap out/b.mcap --holdout out/c.mcap --json
-  gap.json --html gap.html
+  epa gap diagnose --rig config/rigs/bench.yaml out/a.mcap out/b.mcap --holdout out/c.mcap \\
+      --json gap.json --html gap.html
 """
 
 import argparse
@@ -139,6 +139,25 @@ def run(arguments: argparse.Namespace) -> int:
             )
             out.print(str(path) if path in written else f"{path}: not written, {why}")
     return code
+
+
+def answered(arguments: argparse.Namespace, progress: Progress) -> "tuple[Opened, Diagnosis]":
+    """What was read, and the diagnosis of it with the gate's report: as ``run``, but nothing is
+    shown or written. Raises VerbError, ConfigError.
+    """
+    given = opened(arguments, arguments.holdout)
+    _known(arguments.leave_out, given)
+    diagnosis = _diagnosed(given, arguments, progress)
+    gate = _confirmed(given, diagnosis, arguments, progress)
+    return given, replace(diagnosis, gate=gate and gate.report)
+
+
+def page_of(given: Opened, diagnosis: "Diagnosis") -> str:
+    """The page of a diagnosis."""
+    from epa_rt.gap.report.page import gap_page
+    from epa_rt.gap.report.traces import traces
+
+    return gap_page(diagnosis, _curves(given, diagnosis, traces) if diagnosis.effects else ())
 
 
 def _known(names: tuple[str, ...], given: Opened) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import EPILOGUE, VerbError
+from epa_rt.cli.parser import summary
 
 if TYPE_CHECKING:
     from epa_rt.config.rig import Rig
@@ -35,7 +36,7 @@ def task_parser(
     """A parser of one task, described by its module."""
     return tasks.add_parser(
         name,
-        help=doc.strip().splitlines()[0],
+        help=summary(doc),
         description=doc,
         epilog=EPILOGUE,
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -190,10 +191,13 @@ def _with_rig(recording: "Recording", rig: Path) -> "Recording":
 def read(logs: Sequence[Path], rig: "Rig | None") -> "tuple[Recording, ...]":
     """Logs as recordings. Raises VerbError."""
     from epa_rt.gap.read import read_recording, read_recordings
+    from epa_rt.gap.series import as_one_series
     from epa_rt.logs.reader import LogError
 
     try:
-        return tuple(map(read_recording, logs)) if rig is None else read_recordings(logs, rig)
+        return as_one_series(
+            tuple(map(read_recording, logs)) if rig is None else read_recordings(logs, rig)
+        )
     except LogError as error:
         raise VerbError(str(error)) from None
     except OSError as error:

@@ -1,8 +1,8 @@
 """Say where a gap lies, block by block, and where it may come from, without asking for its cause:
 quicker than a diagnosis.
 
-epa gap localise --rig config/rigs/bench.yaml out/*.mcap
-epa gap localise --rig config/rigs/bench.yaml out/*.mcap --json where.json --html where.html
+  epa gap localise --rig config/rigs/bench.yaml out/*.mcap
+  epa gap localise --rig config/rigs/bench.yaml out/*.mcap --json where.json --html where.html
 """
 
 import argparse

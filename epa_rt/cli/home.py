@@ -3,10 +3,11 @@
 The motor moves slowly (methods stop and taut_strap), is left standing at the place of zero, and the
 drive sets its own count there. What was set is written into the zero file beside the rig file; a
 run on the real rig reads it, and is refused where travel has no zero. On the simulated rig nothing
-is written beside the rig file: the zero file goes into the folder of the logs.
+is written beside the rig file: the zero file goes into the folder of the logs. An emulated bus has
+a file of its own, RIG.emulated.zero.yaml.
 
   epa home --rig config/rigs/bench.yaml -o out
-  epa home --rig config/rigs/bench.yaml --unreferenced -o out
+  epa home --rig config/rigs/bench.yaml --unreferenced --yes -o out
   epa home --rig config/rigs/bench.yaml --backend ethercat --interface eth1 -o out
 """
 
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.by_hand import RigByHand, add_rig_arguments
 from epa_rt.cli.exits import COMPLETED, STOPPED, VerbError
+from epa_rt.cli.screen_text import filled
 from epa_rt.cli.zero import UNFINISHED, now, raw_count, who
 
 if TYPE_CHECKING:
@@ -69,7 +71,7 @@ def _home(by_hand: RigByHand, zero: "Zero") -> int:
         if wired or zero.method != "here":
             assembly, homing = assemble_homing(rig, zero)
             summary, result = by_hand.run(assembly)
-            print(closing_text(summary, result, rig))
+            print(filled(closing_text(summary, result, rig)))
             code, place = exit_code(summary, result), homing.place
             if code != COMPLETED or place is None:
                 print("no zero was set")
@@ -86,7 +88,7 @@ def _home(by_hand: RigByHand, zero: "Zero") -> int:
             # until it is read back the drive's own bit may be wrong
             _write(by_hand, _file(by_hand, zero, UNFINISHED, None, {}))
             summary, result = by_hand.run(assembly)
-            print(closing_text(summary, result, rig))
+            print(filled(closing_text(summary, result, rig)))
             code = exit_code(summary, result)
             if code != COMPLETED:
                 print("the zero was NOT set, or could not be read back: home again")
@@ -130,13 +132,14 @@ def _drive(by_hand: RigByHand) -> str:
     if by_hand.is_sim:
         return "simulated"
     slave = next((s for s in by_hand.rig.slaves if s.device == "EPOS4"), None)
-    return "" if slave is None else f"{slave.device} '{slave.name}'"
+    name = "" if slave is None else f"{slave.device} '{slave.name}'"
+    return f"emulated {name}".rstrip() if by_hand.is_emulated else name
 
 
 def _write(by_hand: RigByHand, file: "ZeroFile") -> "Path":
     from epa_rt.config.zero_file import write_zero, zero_path
 
-    path = zero_path(by_hand.arguments.rig)
+    path = zero_path(by_hand.arguments.rig, by_hand.is_emulated)
     if by_hand.is_sim:
         path = by_hand.arguments.out / path.name
     write_zero(path, file)

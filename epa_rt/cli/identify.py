@@ -3,10 +3,10 @@ terms; a plant file.
 
 Only phases marked 'trial: true' are read. What is known beforehand (no-load length, normalisation,
 geometry) comes from the plant file. -o writes a plant file with the identified muscle, which 'epa
-run --plant' runs.
+run --plant' runs. The logs of a run that was broken off and resumed go together.
 
-  epa identify out/*.mcap --rig config/rigs/bench.yaml -o muscle.yaml --json muscle.json --html
-  muscle.html
+  epa identify out/*.mcap --rig config/rigs/bench.yaml -o muscle.yaml --html muscle.html
+  epa identify out/a.mcap out/b.mcap --no-physical --json muscle.json
 """
 
 import argparse
@@ -17,8 +17,13 @@ from typing import TYPE_CHECKING
 from epa_rt.cli.exits import COMPLETED, VerbError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from epa_rt.config.rig import Rig
     from epa_rt.gap.recording import Recording
+    from epa_rt.identify.answer import Answer
+    from epa_rt.identify.data import Trial
+    from epa_rt.identify.linear import Scaled
     from epa_rt.models.plant_file import PlantFile
 
 HOLDOUTS = ("both", "trial", "pressure", "none")
@@ -64,8 +69,6 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
 def main(arguments: argparse.Namespace) -> int:
     from epa_rt.cli.progress import progress_shown
     from epa_rt.cli.write import check_writable, write_whole
-    from epa_rt.identify.data import IdentifyError
-    from epa_rt.identify.identify import Asked, identify
     from epa_rt.identify.report.terminal import console, show
 
     for path, endings in (
@@ -77,35 +80,7 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.model == "physical" and arguments.no_physical:
         raise VerbError("found --model physical beside --no-physical, expected one of them")
     with progress_shown(arguments.quiet) as progress:
-        progress("reading", 0.0)
-        recordings, rig, plant, plant_path = _opened(arguments)
-        if arguments.output and plant_path and arguments.output.resolve() == plant_path.resolve():
-            raise VerbError(
-                f"{arguments.output}: found the plant file that was read, expected another name"
-            )
-        try:
-            found, trials, data = identify(
-                recordings,
-                rig,
-                plant.params,
-                Asked(arguments.holdout, not arguments.no_physical, not arguments.no_terms),
-                progress,
-            )
-        except IdentifyError as error:
-            raise VerbError(str(error)) from None
-    found = replace(
-        found,
-        remarks=(
-            *(f"{r.name}: {sentence}" for r in recordings for sentence in r.found),
-            *found.remarks,
-        ),
-        inputs={
-            "logs": [str(path) for path in arguments.logs],
-            "rig": str(arguments.rig or "in the log"),
-            "plant": str(plant_path or "in the log"),
-            "holdout": arguments.holdout,
-        },
-    )
+        found, trials, data, plant = identified(arguments, progress)
     out = console()
     show(found, out)
     if arguments.output:
@@ -119,6 +94,45 @@ def main(arguments: argparse.Namespace) -> int:
     for path in filter(None, (arguments.output, arguments.json, arguments.html)):
         out.print(str(path))
     return COMPLETED
+
+
+def identified(
+    arguments: argparse.Namespace, progress: "Callable[[str, float], None]"
+) -> "tuple[Answer, list[Trial], list[Scaled], PlantFile]":
+    """The answer, the trials that it was found from, these normalised, and the plant as believed.
+    Raises VerbError, ConfigError.
+    """
+    from epa_rt.identify.data import IdentifyError
+    from epa_rt.identify.identify import Asked, identify
+
+    progress("reading", 0.0)
+    recordings, rig, plant, plant_path = _opened(arguments)
+    if arguments.output and plant_path and arguments.output.resolve() == plant_path.resolve():
+        raise VerbError(
+            f"{arguments.output}: found the plant file that was read, expected another name"
+        )
+    try:
+        found, trials, data = identify(
+            recordings,
+            rig,
+            plant.params,
+            Asked(arguments.holdout, not arguments.no_physical, not arguments.no_terms),
+            progress,
+        )
+    except IdentifyError as error:
+        raise VerbError(str(error)) from None
+    remarks = (f"{r.name}: {sentence}" for r in recordings for sentence in r.found)
+    found = replace(
+        found,
+        remarks=(*remarks, *found.remarks),
+        inputs={
+            "logs": [str(path) for path in arguments.logs],
+            "rig": str(arguments.rig or "in the log"),
+            "plant": str(plant_path or "in the log"),
+            "holdout": arguments.holdout,
+        },
+    )
+    return found, trials, data, plant
 
 
 def _opened(

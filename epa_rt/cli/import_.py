@@ -1,9 +1,11 @@
-"""Turn a recording of somebody else (CSV, MAT, MCAP) into a log, by a mapping file.
+"""Turn a recording of somebody else into a log, by a mapping file; --guess drafts it.
 
-The mapping file says which column is which signal, in which unit, and when each row was. Whatever
-does not fit is refused with file, line and column, and nothing is written. Resampling and lost rows
-are counted and said.
+Read are CSV, MAT, MCAP, ROS 2 bags, Parquet, JSON lines and NPZ. The mapping says
+which column is which signal, in which unit, and when each row was. Whatever does
+not fit is refused with file, line and column, and nothing is written. Resampling
+and lost rows are counted and said.
 
+  epa import --guess run.csv -o mapping.yaml                       a draft to read and correct
   epa import config/imports/emps.yaml DATA_EMPS.mat --dry          what would be read
   epa import config/imports/emps.yaml DATA_EMPS.mat -o out/emps.mcap
 """
@@ -25,17 +27,26 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
         "mapping",
         type=Path,
         metavar="MAPPING",
-        help="mapping file (config/imports/*.yaml; docs/import.md)",
+        help="mapping file (config/imports/*.yaml; docs/import.md); left out with --guess",
     )
     verb.add_argument(
         "files",
-        nargs="+",
+        nargs="*",
         type=Path,
         metavar="FILE",
-        help="what was recorded: one file, or those of one recording",
+        help="what was recorded: one file or a bag's folder, or the files of one recording",
     )
     verb.add_argument(
-        "-o", "--out", type=Path, metavar="LOG.mcap", help="log to write (a name that is free)"
+        "-o",
+        "--out",
+        type=Path,
+        metavar="LOG.mcap",
+        help="log to write (a name that is free); with --guess the mapping, NAME.yaml",
+    )
+    verb.add_argument(
+        "--guess",
+        action="store_true",
+        help="draft the mapping of FILE, and say what is unsure (without -o: on the screen)",
     )
     verb.add_argument(
         "--dry",
@@ -45,12 +56,25 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
 
 
 def main(arguments: argparse.Namespace) -> int:
+    if arguments.guess:
+        from epa_rt.cli.import_guess import draft
+
+        return draft([arguments.mapping, *arguments.files], arguments.out)
+    return _import(arguments)
+
+
+def _import(arguments: argparse.Namespace) -> int:
     from epa_rt.logs.importers.gather import gather
     from epa_rt.logs.importers.mapping import load_mapping
     from epa_rt.logs.importers.table import ImportRefused
     from epa_rt.logs.importers.write import attachments_of, write_log
 
     out = arguments.out
+    if not arguments.files:
+        raise VerbError(
+            f"found {arguments.mapping} alone, expected a mapping and what was recorded (a mapping"
+            " is drafted by: epa import --guess FILE -o MAPPING.yaml)"
+        )
     if not arguments.dry and (out is None or out.suffix != ".mcap"):
         raise VerbError(
             f"found {'no log to write' if out is None else out}, expected -o with a name that ends"

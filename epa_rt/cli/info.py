@@ -1,9 +1,9 @@
 """Say in a few lines what a log holds: outcome, cause, duration, topics, attachments, and what is
 missing.
 
-epa info out/*.mcap
-epa info out/knee_chirp-knee-001.mcap --events     every event
-epa info out/knee_chirp-knee-001.mcap --check      compare every checksum, exit 1 on damage
+  epa info out/*.mcap
+  epa info out/knee_chirp-knee-001.mcap --events     every event
+  epa info out/knee_chirp-knee-001.mcap --check      compare every checksum, exit 1 on damage
 """
 
 import argparse
@@ -13,7 +13,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from epa_rt.cli.damage import NOT_WHOLE
 from epa_rt.cli.exits import BAD_INPUT, COMPLETED, DIFFERENT
+from epa_rt.cli.screen_text import filled
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
@@ -43,7 +45,8 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps(found, indent=2))
     else:
-        print("\n\n".join(text_of(facts) for facts in found), end="\n" if found else "")
+        text = "\n\n".join(text_of(facts) for facts in found)
+        print(filled(text), end="\n" if found else "")
     if broken:
         return BAD_INPUT
     return DIFFERENT if arguments.check and any(facts["missing"] for facts in found) else COMPLETED
@@ -82,11 +85,14 @@ def facts_of(path: Path, with_events: bool = False, check: bool = False) -> dict
                 key: run.get(key)
                 for key in ("experiment", "rig", "plant", "backend", "seed", "speed", "period_s")
             },
+            "queue": log.metadata.get("queue"),
+            "goes_on_from": _earlier(log.attachments),
             "overruns": summary.get("overruns", late),
             "trips": [event.text for event in trips],
             "topics": topics,
             "whole": not missing,
             "checked": check,
+            "record": _record(log.attachments),
             "attachments": {name: len(data) for name, data in log.attachments.items()},
             "missing": missing,
         }
@@ -97,6 +103,26 @@ def facts_of(path: Path, with_events: bool = False, check: bool = False) -> dict
                 for event in events
             ]
         return facts
+
+
+def _earlier(attachments: dict[str, bytes]) -> list[str]:
+    """Names of the broken-off logs that this one goes on from."""
+    from epa_rt.runs.resume import ATTACHMENT, earlier_logs
+
+    if ATTACHMENT not in attachments:
+        return []
+    try:
+        return [one.name for one in earlier_logs(attachments[ATTACHMENT])]
+    except ValueError as error:
+        return [str(error)]
+
+
+def _record(attachments: dict[str, bytes]) -> dict[str, Any] | None:
+    """Who ran what, when, with which code; None where the log does not say it."""
+    from epa_rt.logs.run_record import record_of
+
+    record = record_of(attachments)
+    return record and {**vars(record), "muscles": dict(record.muscles), "notes": list(record.notes)}
 
 
 def text_of(facts: dict[str, Any]) -> str:
@@ -112,6 +138,11 @@ def text_of(facts: dict[str, Any]) -> str:
         ("backend", _backend(facts)),
         ("duration", lasted),
     ]
+    pairs += [("goes on", f"from {name}") for name in facts["goes_on_from"]]
+    if queue := facts["queue"]:
+        notes = f" ({queue['notes']})" if queue.get("notes") else ""
+        pairs.append(("queue", f"{queue.get('id', 'without id')}{notes}"))
+    pairs += _who(facts["record"]) if facts["record"] else []
     pairs += [("trip", text) for text in facts["trips"] if text not in outcome]
     pairs.append(
         ("topics", ", ".join(f"{name} {count}" for name, count in facts["topics"].items()))
@@ -128,7 +159,8 @@ def text_of(facts: dict[str, Any]) -> str:
         if facts["checked"]
         else "nothing (the file ends as it should; --check compares checksums)"
     )
-    pairs += [("missing", sentence) for sentence in facts["missing"] or [sound]]
+    lacks = [f"{NOT_WHOLE}: {sentence}" for sentence in facts["missing"]]
+    pairs += [("missing", sentence) for sentence in lacks or [sound]]
     lines = [
         f"{facts['log']} ({facts['size_bytes'] / 1e6:.1f} MB)",
         *(f"  {name:<11}{value}" for name, value in pairs),
@@ -138,6 +170,18 @@ def text_of(facts: dict[str, Any]) -> str:
         for e in facts.get("events", ())
     ]
     return "\n".join(line.translate(_CONTROL) for line in lines)
+
+
+def _who(record: dict[str, Any]) -> list[tuple[str, str]]:
+    changed = " with changes" if record["changed"] else ""
+    pairs = [
+        ("run by", " ".join(filter(None, (record["operator"], record["started"])))),
+        ("serial", record["rig_serial"]),
+        *(("muscle", f"{name}: {words}") for name, words in record["muscles"].items()),
+        *(("note", note) for note in record["notes"]),
+        ("code", f"{record['commit'][:12]}{changed}" if record["commit"] else ""),
+    ]
+    return [(name, text) for name, text in pairs if text]
 
 
 _CONTROL = dict.fromkeys(

@@ -4,10 +4,12 @@ is refused.
 
 import argparse
 import json
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from epa_rt.cli.emulated import LockStep, interface_here
 from epa_rt.cli.exits import VerbError
 
 if TYPE_CHECKING:
@@ -34,6 +36,7 @@ class Inputs:
     plant: "PlantFile | None"
     attachments: dict[str, bytes]
     unprotected: tuple[str, ...] = ()  # what the rig does without, by reason; a sentence each
+    metadata: Mapping[str, Mapping[str, str]] = field(default_factory=dict)  # more for the log
 
 
 def add_input_arguments(verb: argparse.ArgumentParser) -> None:
@@ -60,12 +63,15 @@ def add_backend_arguments(verb: argparse.ArgumentParser) -> None:
         help="what is behind the bytes (default: %(default)s)",
     )
     verb.add_argument(
-        "--interface", help="network interface of the bus (default: the only candidate)"
+        "--interface",
+        default=interface_here(),
+        help="network interface of the bus (default: $EPA_BUS_INTERFACE, else the only candidate)",
     )
     verb.add_argument(
         "--lock-step",
-        action="store_true",
-        help="one bus cycle after the other without pace (emulated bus only; refused on a card)",
+        action=LockStep,
+        help="one bus cycle after the other without pace (emulated bus only; refused on a card;"
+        " default: as epa bus run has it)",
     )
 
 
@@ -76,6 +82,7 @@ def load_inputs(
     with_plant: bool,
     with_zero: bool = False,
     protected: bool = True,
+    emulated: bool = False,
 ) -> Inputs:
     """Reads the files of a run, ``with_zero`` the zero file beside the rig's. Raises ConfigError
     with file and line, also for a rig file that does not protect, which only a simulation of an
@@ -85,7 +92,7 @@ def load_inputs(
     from epa_rt.cli.zero import load_rig_source
     from epa_rt.config.source import load_yaml
 
-    rig_source, typed = load_rig_source(rig, with_zero)
+    rig_source, typed = load_rig_source(rig, with_zero, emulated)
     sound = sound_rig(rig_source) if protected else SoundRig(typed, ())
     found = load_plant_of(rig, sound.rig, plant) if with_plant else None
     inputs = _typed(rig_source, sound.rig, load_yaml(experiment), found)

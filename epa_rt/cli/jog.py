@@ -1,9 +1,10 @@
 """Move a rig by hand, slowly: inside its limits, and from outside of them back.
 
-Hold an arrow key and the motor moves; let go and it stops within 0.6 s. Up and down fill and vent a
-muscle in small steps. It starts where a run refuses to: beyond a limit of travel, force or
-pressure, or without a zero of travel. What is outside may only come back. q ends it as a run ends:
-the motor stops, the muscles vent, power goes off.
+Hold an arrow key and the motor moves; let go and it stops within 0.6 s. Up and down fill and vent
+a muscle in small steps. After three minutes without a key it ends by itself. It starts where a run
+refuses to: beyond a limit of travel, force or pressure, or without a zero of travel. What is
+outside may only come back. q ends it as a run ends: the motor stops, the muscles vent, power goes
+off.
 
 Without a terminal the same moves are given as options, carried out in their order, or as the lines
 of a file (--script): 'move -5 mm at 3 mm/s', 'fill muscle 200 kPa', 'vent', 'wait 1 s'.
@@ -24,6 +25,7 @@ from typing import TYPE_CHECKING, Any
 
 from epa_rt.cli.by_hand import RigByHand, add_rig_arguments
 from epa_rt.cli.exits import VerbError
+from epa_rt.cli.screen_text import filled
 from epa_rt.cli.zero import is_unfinished, keep_end
 
 if TYPE_CHECKING:
@@ -80,7 +82,7 @@ def main(arguments: argparse.Namespace) -> int:
         raise VerbError("found no terminal to read keys from, expected --move, --vent or --script")
     keys = Keys()
     try:
-        assembly, jog = assemble_jog(rig, Script(orders) if orders else keys, _known(by_hand))
+        assembly, jog = assemble_jog(rig, Script(orders) if orders else keys, known_zero(by_hand))
     except WiringError as error:
         raise VerbError(str(error)) from None
     if orders:
@@ -93,13 +95,15 @@ def main(arguments: argparse.Namespace) -> int:
         requests = KeyRequests(rig, keys, jog, assembly.decoder.measured)
         with raw_keys():
             summary, result = by_hand.run(assembly, requests, line=False)
-    print(closing_text(summary, result, rig))
+    if keys.idle:
+        print(keys.idle)
+    print(filled(closing_text(summary, result, rig)))
     if not by_hand.is_sim:
-        keep_end(rig, arguments.rig, assembly.decoder, result, jog.found_zero)
+        keep_end(rig, arguments.rig, assembly.decoder, result, jog.found_zero, by_hand.is_emulated)
     return exit_code(summary, result)
 
 
-def _known(by_hand: RigByHand) -> bool:
+def known_zero(by_hand: RigByHand) -> bool:
     """A wired drive's travel is unknown where no file says where it is zero; any drive's, where
     its zero was not set to the end.
     """

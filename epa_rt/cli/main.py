@@ -7,7 +7,7 @@ first hour:
                                                         what would move, and how far?
   epa run config/experiments/identification_short.yaml --rig config/rigs/bench.yaml -o out
                                                         run it on the simulated rig
-  epa report out/*.mcap                                 one page to read
+  epa report out/identification_short-bench-001.mcap    one page to read
   epa replay out/*.mcap                                 same inputs, same bytes?
   epa gap diagnose --rig config/rigs/bench.yaml out/*.mcap
                                                         why do rig and simulation disagree?
@@ -15,7 +15,6 @@ first hour:
                                                         which force law, with which numbers?
 """
 
-import argparse
 import errno
 import importlib
 import io
@@ -24,15 +23,25 @@ import sys
 from collections.abc import Sequence
 
 from epa_rt.cli.exits import BAD_INPUT, EPILOGUE, FAILED, STOPPED, VerbError
+from epa_rt.cli.parser import EpaParser, summary
+from epa_rt.cli.screen_text import filled
+from epa_rt.cli.version import ShowVersion
 
 VERBS = (
     "check",
     "run",
+    "queue",
+    "live",
     "home",
     "jog",
+    "calibrate",
+    "tune",
     "bus",
     "replay",
     "info",
+    "ls",
+    "compare",
+    "export",
     "plot",
     "report",
     "gap",
@@ -42,6 +51,8 @@ VERBS = (
     "schema",
     "scan",
     "doctor",
+    "completion",
+    "init",
 )
 _REFUSED = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # by what the output goes to
 # links and logs go side by side; threads inside their small products would spin on the same
@@ -50,22 +61,15 @@ _ONE_THREAD = "OPENBLAS_NUM_THREADS"
 _FILES = {"import": "import_"}  # verbs that Python has another use for
 
 
-def parser() -> argparse.ArgumentParser:
+def parser() -> EpaParser:
     """The whole command line. Verb modules only import heavy libraries once they run."""
-    formatter = argparse.RawDescriptionHelpFormatter
-    top = argparse.ArgumentParser(
-        prog="epa", description=__doc__, epilog=EPILOGUE, formatter_class=formatter
-    )
+    top = EpaParser(prog="epa", description=__doc__, epilog=EPILOGUE)
+    top.add_argument("--version", action=ShowVersion, help="version and state of the code")
     verbs = top.add_subparsers(dest="verb", metavar="VERB", required=True)
     for name in VERBS:
         module = importlib.import_module(f"epa_rt.cli.{_FILES.get(name, name)}")
-        first_line = module.__doc__.strip().splitlines()[0]
         verb = verbs.add_parser(
-            name,
-            help=first_line,
-            description=module.__doc__,
-            epilog=EPILOGUE,
-            formatter_class=formatter,
+            name, help=summary(module.__doc__), description=module.__doc__, epilog=EPILOGUE
         )
         module.add_arguments(verb)
         verb.set_defaults(main=module.main)
@@ -84,17 +88,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
             stream.reconfigure(
                 errors="replace"
             )  # a terminal without the character must not end a run's report
-    chosen = parser().parse_args(arguments)
+    everything = parser()
+    if "_ARGCOMPLETE" in os.environ:  # a shell asks what may follow
+        import argcomplete
+
+        argcomplete.autocomplete(everything)
+    chosen = everything.parse_args(arguments)
     try:
         code = chosen.main(chosen)
         sys.stdout.flush()  # what a full disk refuses shows here and not as the interpreter ends
         return code
     except VerbError as error:
-        print(f"epa {chosen.verb}: {error}", file=sys.stderr)
+        _say(f"epa {chosen.verb}: {error}")
         return error.code
     except ConfigError as error:
         for one in error.errors:
-            print(f"epa {chosen.verb}: {one}", file=sys.stderr)
+            _say(f"epa {chosen.verb}: {one}")
         return BAD_INPUT
     except KeyboardInterrupt:
         print(f"epa {chosen.verb}: interrupted", file=sys.stderr)
@@ -119,6 +128,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             f"epa {chosen.verb}: what it says cannot be written ({error.strerror})", file=sys.stderr
         )
         return FAILED
+
+
+def _say(sentence: str) -> None:
+    print(filled(sentence, sys.stderr), file=sys.stderr)
 
 
 def _discard_the_rest() -> None:

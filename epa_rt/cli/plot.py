@@ -12,7 +12,8 @@ a network.
 import argparse
 from pathlib import Path
 
-from epa_rt.cli.exits import COMPLETED, VerbError
+from epa_rt.cli.damage import say_damage
+from epa_rt.cli.exits import VerbError
 from epa_rt.cli.write import write_whole
 
 
@@ -67,7 +68,6 @@ def main(arguments: argparse.Namespace) -> int:
     except NotShown as error:
         raise VerbError(f"{log}: {error}") from None
     write_whole(out, text)
-    for sentence in run.missing:
-        print(f"the log is not whole: {sentence}")
+    code = say_damage(arguments.log, run.missing)
     print(f"{out} ({out.stat().st_size / 1e6:.1f} MB)")
-    return COMPLETED
+    return code

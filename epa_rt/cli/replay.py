@@ -2,7 +2,8 @@
 byte.
 
 The log alone is enough: rig and experiment are in it. A log of an older version of the code shows
-what that code did otherwise; a log that was cut is compared up to its last whole chunk.
+what that code did otherwise; a log that was cut is compared up to its last whole chunk, and ends
+with exit code 1.
 
   epa replay out/*.mcap
 """
@@ -12,8 +13,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from epa_rt.cli.damage import say_damage
 from epa_rt.cli.exits import BAD_INPUT, COMPLETED, DIFFERENT, VerbError
 from epa_rt.cli.inputs import inputs_of_log
+from epa_rt.cli.screen_text import filled
 
 if TYPE_CHECKING:
     from epa_rt.logs.replay import Comparison
@@ -80,12 +83,10 @@ def replay_log(path: Path) -> int:
             comparison,
             RecordedRequests(cycles),
         )
-    for missing in reader.missing:
-        print(f"{path}: {missing}")
-    print(f"{path}: {verdict(comparison, len(cycles), assembly)}")
-    return (
-        COMPLETED if comparison.first is None and comparison.compared == len(cycles) else DIFFERENT
-    )
+    code = say_damage(path, reader.missing)
+    print(filled(f"{path}: {verdict(comparison, len(cycles), assembly)}"))
+    same = comparison.first is None and comparison.compared == len(cycles)
+    return code if same else DIFFERENT
 
 
 def verdict(comparison: "Comparison", recorded: int, assembly: "Assembly") -> str:

@@ -12,7 +12,8 @@ the cause first.
 import argparse
 from pathlib import Path
 
-from epa_rt.cli.exits import COMPLETED, VerbError
+from epa_rt.cli.damage import say_damage
+from epa_rt.cli.exits import VerbError
 from epa_rt.cli.write import write_whole
 
 
@@ -40,10 +41,9 @@ def main(arguments: argparse.Namespace) -> int:
     except LogError as error:
         raise VerbError(str(error)) from None
     write_whole(out, run_page(run, winding_ohm(run.attachments)))
-    for sentence in run.missing:
-        print(f"the log is not whole: {sentence}")
+    code = say_damage(arguments.log, run.missing)
     print(f"{out} ({out.stat().st_size / 1e6:.1f} MB)")
-    return COMPLETED
+    return code
 
 
 def winding_ohm(attachments: dict[str, bytes]) -> float | None:

@@ -11,28 +11,39 @@ then throws it. The last lines say how the rig was left, as measured.
 
   epa run config/experiments/identification.yaml --rig config/rigs/bench.yaml -o out
   epa run config/experiments/knee_chirp.yaml --rig config/rigs/knee.yaml --speed 1 -o out
+  epa run config/experiments/step.yaml --rig config/rigs/bench.yaml --speed 1 --live
   epa run config/experiments/knee_chirp.yaml --rig config/rigs/knee.yaml --dry       moves nothing
+  epa run config/experiments/identification.yaml --rig config/rigs/bench.yaml --resume LOG -o out
+                                     LOG was broken off: only the trials that it lacks
 """
 
 import argparse
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, FAILED, OF_OUTCOME, VerbError, code_of_run
 from epa_rt.cli.inputs import Inputs, add_backend_arguments, add_input_arguments, load_inputs
+from epa_rt.cli.live import add_view_arguments, opened, views_wanted
 from epa_rt.cli.log_name import take_log_path
+from epa_rt.cli.run_end import end_facts, json_text
+from epa_rt.cli.run_record import add_record_arguments, record_attachment
+from epa_rt.cli.screen_text import filled
+from epa_rt.cli.zero import is_emulated
 
 if TYPE_CHECKING:
     from epa_rt.backend import Backend
     from epa_rt.config.rig import Rig
+    from epa_rt.live.start import Views
     from epa_rt.logs.recorder import LogSummary, Recorder
     from epa_rt.loop.assembly import Assembly
     from epa_rt.loop.requests import OperatorRequests
     from epa_rt.loop.run import RunResult
 
 
-def _positive(text: str) -> float:
+def positive_factor(text: str) -> float:
+    """A pace from the command line. Raises ArgumentTypeError, ValueError."""
     value = float(text)
     if not 0.0 < value < 1e6:
         raise argparse.ArgumentTypeError(f"found {text}, expected a factor above zero")
@@ -46,6 +57,12 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
         "--take-over",
         action="store_true",
         help="even if another master seems to drive the bus (--backend ethercat)",
+    )
+    verb.add_argument(
+        "--supply-stayed-on",
+        action="store_true",
+        help="a wired drive has had its supply since the last run, which nothing else tells where"
+        " that run ended near count 0 (--backend ethercat)",
     )
     verb.add_argument(
         "-o",
@@ -62,8 +79,14 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     )
     verb.add_argument(
         "--speed",
-        type=_positive,
+        type=positive_factor,
         help="pace of the simulated rig; 1 is real time (default: as fast as it goes)",
+    )
+    verb.add_argument(
+        "--resume",
+        type=Path,
+        metavar="LOG",
+        help="go on with the first repetition that LOG, broken off, does not hold whole",
     )
     verb.add_argument(
         "--dry",
@@ -71,6 +94,13 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
         help="plot and check the profiles against the limits; nothing moves",
     )
     verb.add_argument("--quiet", action="store_true", help="no progress line")
+    add_record_arguments(verb)
+    verb.add_argument(
+        "--json",
+        action="store_true",
+        help="the end as JSON on standard output, the words on standard error (docs/runs.md)",
+    )
+    add_view_arguments(verb)
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -81,27 +111,52 @@ def main(arguments: argparse.Namespace) -> int:
         arguments.plant,
         with_plant=is_sim and not arguments.dry,
         with_zero=not is_sim and not arguments.dry,
+        emulated=is_emulated(arguments),
     )
     for sentence in inputs.unprotected:
         print(f"UNPROTECTED: {sentence}", file=sys.stderr)
+    if arguments.resume is not None:
+        from epa_rt.cli.resume import resumed_inputs
+
+        found = resumed_inputs(inputs, arguments.resume, arguments.backend)
+        if found is None:
+            return COMPLETED
+        inputs = found
     if arguments.dry:
         return _dry(inputs, arguments.out)
-    if is_sim:
-        summary, result = run_simulated(
-            inputs, arguments.out, arguments.seed, arguments.speed, progress=not arguments.quiet
-        )
-    else:
-        summary, result = run_on_bus(
-            inputs,
-            arguments.out,
-            arguments.interface,
-            arguments.lock_step,
-            progress=not arguments.quiet,
-            rig_path=arguments.rig,
-            take_over=arguments.take_over,
-        )
-    print(closing_text(summary, result, inputs.rig))
-    return exit_code(summary, result)
+    record = record_attachment(inputs.rig, arguments.rig, arguments.operator, arguments.note)
+    inputs = replace(inputs, attachments=inputs.attachments | record)
+    from epa_rt.live.start import Views
+
+    with Views(views_wanted(arguments, arguments.live)) as views:
+        opened(views, inputs.rig.realtime.core)
+        if is_sim:
+            summary, result = run_simulated(
+                inputs,
+                arguments.out,
+                arguments.seed,
+                arguments.speed,
+                progress=not arguments.quiet,
+                views=views,
+            )
+        else:
+            summary, result = run_on_bus(
+                inputs,
+                arguments.out,
+                arguments.interface,
+                arguments.lock_step,
+                progress=not arguments.quiet,
+                rig_path=arguments.rig,
+                take_over=arguments.take_over,
+                supply_stayed_on=arguments.supply_stayed_on,
+                views=views,
+            )
+    code = exit_code(summary, result)
+    ends = sys.stderr if arguments.json else sys.stdout
+    print(filled(closing_text(summary, result, inputs.rig), ends), file=ends)
+    if arguments.json:
+        print(json_text(end_facts(summary, result, inputs.rig, code)))
+    return code
 
 
 def exit_code(summary: "LogSummary", result: "RunResult") -> int:
@@ -132,7 +187,12 @@ def _assembled(inputs: Inputs) -> "Assembly":
 
 
 def run_simulated(
-    inputs: Inputs, out: Path, seed: int, speed: float | None, progress: bool
+    inputs: Inputs,
+    out: Path,
+    seed: int,
+    speed: float | None,
+    progress: bool,
+    views: "Views | None" = None,
 ) -> "tuple[LogSummary, RunResult]":
     """One run on the simulated rig, recorded into ``out``. Raises VerbError where the log cannot be
     opened.
@@ -147,7 +207,9 @@ def run_simulated(
         "speed": "unpaced" if speed is None else f"{speed:g}",
         "period_s": f"{inputs.rig.period_s:g}",
     }
-    return run_recorded(inputs, backend, out, run_facts, paced=speed is not None, progress=progress)
+    return run_recorded(
+        inputs, backend, out, run_facts, speed is not None, progress=progress, views=views
+    )
 
 
 def run_on_bus(
@@ -158,17 +220,22 @@ def run_on_bus(
     progress: bool,
     rig_path: Path,
     take_over: bool = False,
+    supply_stayed_on: bool = False,
+    views: "Views | None" = None,
 ) -> "tuple[LogSummary, RunResult]":
     """One run on an EtherCAT bus, recorded into ``out``. Raises VerbError where the log or the
     interface cannot be had, or a wired drive has no zero file.
     """
     from drivers.backend_factory import open_ethercat
+    from drivers.interface import is_emulated_bus
     from epa_rt.backend import BackendError
-    from epa_rt.cli.zero import blind_words, keep_end, need_zero_file
+    from epa_rt.cli.calibration_age import refuse_simulated
+    from epa_rt.cli.zero import keep_end, need_known_count, need_zero_file
 
-    need_zero_file(inputs.rig, rig_path)
-    if words := blind_words(inputs.rig):
-        print(f"UNPROTECTED{words}", file=sys.stderr)
+    refuse_simulated(inputs.rig)
+    emulated = is_emulated_bus(interface)
+    need_zero_file(inputs.rig, rig_path, emulated)
+    need_known_count(inputs.rig, rig_path, supply_stayed_on or emulated)
     try:
         backend = open_ethercat(inputs.rig, interface, lock_step, take_over)
     except BackendError as error:
@@ -182,10 +249,10 @@ def run_on_bus(
     }
     assembly = _assembled(inputs)
     summary, result = run_recorded(
-        inputs, backend, out, run_facts, not lock_step, progress, assembly=assembly
+        inputs, backend, out, run_facts, not lock_step, progress, assembly=assembly, views=views
     )
     found_zero = assembly.supervisor.found_zero
-    keep_end(inputs.rig, rig_path, assembly.decoder, result, found_zero)
+    keep_end(inputs.rig, rig_path, assembly.decoder, result, found_zero, emulated)
     return summary, result
 
 
@@ -212,38 +279,57 @@ def run_recorded(
     progress: bool,
     assembly: "Assembly | None" = None,
     requests: "OperatorRequests | None" = None,
+    views: "Views | None" = None,
 ) -> "tuple[LogSummary, RunResult]":
     """A run on any backend with its recorder; ``out`` as in take_log_path. Real-time rights are
     asked for where the run is paced. ``assembly``: where it is not that of the experiment.
+    ``views``: of the run, which begin here.
     """
+    from epa_rt.cli.calibration_age import facts as calibration_facts
+    from epa_rt.cli.calibration_age import old_words
     from epa_rt.cli.zero import zero_words
     from epa_rt.logs.progress import ProgressSpec
     from epa_rt.logs.recorder import Recorder, RecorderError
     from epa_rt.loop.requests import OperatorRequests
+    from epa_rt.loop.viewers import ViewerRequests
 
     assembly = assembly or _assembled(inputs)
+    for sentence in old_words(inputs.rig):
+        print(f"OLD CALIBRATION: {sentence}", file=sys.stderr)
     words = zero_words(inputs.rig, run_facts["backend"])
     run_facts = run_facts | {"zero": words}
     assembly.supervisor.events[:0] = [("zero", words, {})]
     cycles = round(inputs.experiment.duration_s / inputs.rig.period_s)
     log = take_log_path(out, inputs)
+    requests = requests or OperatorRequests(inputs.rig.period_s)
+    requests.log = assembly.supervisor.events
+    viewers = ViewerRequests(requests)
     recorder = Recorder(
         log,
         assembly.layout,
         inputs.attachments,
-        {"run": run_facts, **_unprotected_facts(inputs)},
+        {
+            "run": run_facts,
+            **_unprotected_facts(inputs),
+            **calibration_facts(inputs.rig),
+            **inputs.metadata,
+        },
         lossless=not paced,
         progress=ProgressSpec(cycles, inputs.rig.period_s, progress),
+        asks_fd=viewers.recorders_fd,
     )
     try:
         recorder.open()
     except RecorderError as error:
+        viewers.close()
         if not log.stat().st_size:
             log.unlink()  # taken, and nothing came of it
         raise VerbError(str(error), FAILED) from None
     assembly.supervisor.events[:0] = [("unprotected", text, {}) for text in inputs.unprotected]
-    with (requests or OperatorRequests(inputs.rig.period_s)).listening() as listening:
-        return _run(assembly, backend, recorder, listening, paced)
+    with viewers.taken(), requests.listening(views.notice() if views else None):
+        if views is not None:  # here, for a Ctrl-C meanwhile is the run's already
+            views.begin(log)
+        return _run(assembly, backend, recorder, requests, paced)
 
 
 def _unprotected_facts(inputs: Inputs) -> dict[str, dict[str, str]]:

@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from epa_rt.cli.emulated import interface_here
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, VerbError
 
 if TYPE_CHECKING:
@@ -23,7 +24,9 @@ if TYPE_CHECKING:
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
-        "--interface", help="network interface of the bus (default: the only wired one)"
+        "--interface",
+        default=interface_here(),
+        help="network interface of the bus (default: $EPA_BUS_INTERFACE, else the only wired one)",
     )
     verb.add_argument(
         "--take-over", action="store_true", help="even if another master seems to drive the bus"
@@ -63,7 +66,7 @@ def _table(seen: "Sequence[Seen]") -> list[str]:
         rows.append(
             (
                 str(position),
-                slave.device,
+                slave.device.split(" (vendor")[0],  # the columns beside have it
                 f"0x{f.vendor:08X}",
                 f"0x{f.product:08X}",
                 f"0x{f.revision:08X}",

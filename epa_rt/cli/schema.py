@@ -1,5 +1,5 @@
-"""Write the JSON schemas of rig, plant and experiment files, so that an editor completes and checks
-them.
+"""Write the JSON schemas of rig, plant, experiment and queue files, so that an editor completes and
+checks them.
 
   epa schema -o config/schema
 Then, in the first line of a rig file:  # yaml-language-server: $schema=../schema/rig.json
@@ -21,6 +21,7 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
 def schemas() -> dict[str, dict]:
     """JSON schema by file kind."""
     from epa_rt.config.experiment import ExperimentFile
+    from epa_rt.config.queue import QueueFile
     from epa_rt.config.rig import Rig
     from epa_rt.models.catalogue_page import plant_schema
 
@@ -28,6 +29,7 @@ def schemas() -> dict[str, dict]:
         "rig": Rig.model_json_schema(),
         "plant": plant_schema(),
         "experiment": ExperimentFile.model_json_schema(by_alias=True),
+        "queue": QueueFile.model_json_schema(),
     }
 
 

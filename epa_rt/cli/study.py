@@ -1,9 +1,12 @@
 """The paper's studies on a plant: serial actuator, knee, arrangements; grids that go on after an
 interruption.
 
-epa study serial config/studies/serial.yaml --html serial.html --json serial.json --rule rule.yaml
-epa study rule rule.yaml --frequency '20 rad/s' -o best.yaml     an experiment for epa run at the
-best pressure epa study serial config/studies/serial.yaml --cluster tcp://HOST:8786
+  epa study serial config/studies/serial.yaml --html serial.html --json serial.json
+  epa study serial config/studies/serial_mass_rig.yaml --rule rule.yaml
+  epa study rule rule.yaml --frequency '20 rad/s' -o best.yaml
+                                 an experiment for epa run at the best pressure
+  epa study serial config/studies/serial.yaml --cluster tcp://HOST:8786
+  epa study arrangements config/studies/arrangements.yaml
 """
 
 import argparse

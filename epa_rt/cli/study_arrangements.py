@@ -1,13 +1,14 @@
 """One motor and its muscles in four wirings: serial, parallel, both, antagonistic; what the motor
 has to do in each.
 
-epa study arrangements config/studies/arrangements.yaml --html arrangements.html
+  epa study arrangements config/studies/arrangements.yaml --html arrangements.html
 """
 
 import argparse
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED
+from epa_rt.cli.parser import summary
 from epa_rt.cli.study_grid import (
     add_grid_arguments,
     check_grid_arguments,
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 def add_parser(tasks: argparse._SubParsersAction) -> None:
     parser = tasks.add_parser(
         "arrangements",
-        help=__doc__.splitlines()[0],
+        help=summary(__doc__),
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

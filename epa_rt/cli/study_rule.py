@@ -1,20 +1,21 @@
 """An experiment at the pressure that a rule says is best for a frequency; epa run takes it on a rig
 like config/rigs/mass.yaml.
 
-epa study rule rule.yaml --frequency '20 rad/s' -o best.yaml
-epa run best.yaml --rig config/rigs/mass.yaml
+  epa study rule rule.yaml --frequency '20 rad/s' -o best.yaml
+  epa run best.yaml --rig config/rigs/mass.yaml
 """
 
 import argparse
 from pathlib import Path
 
 from epa_rt.cli.exits import COMPLETED, VerbError
+from epa_rt.cli.parser import summary
 
 
 def add_parser(tasks: argparse._SubParsersAction) -> None:
     parser = tasks.add_parser(
         "rule",
-        help=__doc__.splitlines()[0],
+        help=summary(__doc__),
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, VerbError
+from epa_rt.cli.parser import summary
 from epa_rt.cli.study_grid import (
     add_grid_arguments,
     check_grid_arguments,
@@ -30,7 +31,7 @@ GOALS = ("stroke", "power", "energy")
 def add_parser(tasks: argparse._SubParsersAction) -> None:
     parser = tasks.add_parser(
         "serial",
-        help=__doc__.splitlines()[0],
+        help=summary(__doc__),
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

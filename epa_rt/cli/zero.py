@@ -1,5 +1,6 @@
 """The zero of a rig on the command line: its file read before a run, its end written after."""
 
+import argparse
 import getpass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -25,22 +26,34 @@ LOST_POSITION = (
 )
 
 
-def load_rig_source(path: Path, with_zero: bool) -> "tuple[Located, Rig]":
-    """The rig file, with what its zero file says where there is one. Raises ConfigError."""
+def load_rig_source(path: Path, with_zero: bool, emulated: bool = False) -> "tuple[Located, Rig]":
+    """The rig file with what its calibration files say, and its zero file where there is one.
+    Raises ConfigError.
+    """
+    from epa_rt.config.calibration_file import self_contained
     from epa_rt.config.rig import rig_from
     from epa_rt.config.source import load_yaml
     from epa_rt.config.zero_file import read_zero, zero_path
     from epa_rt.config.zero_file import with_zero as joined
 
-    source = load_yaml(path)
+    source = self_contained(load_yaml(path))
     rig = rig_from(source)
     if not with_zero:
         return source, rig
-    zero = read_zero(zero_path(path), rig.name)
+    zero = read_zero(zero_path(path, emulated), rig.name)
     if zero is None:
         return source, rig
     source = joined(source, zero)
     return source, rig_from(source)
+
+
+def is_emulated(arguments: argparse.Namespace) -> bool:
+    """Whether the bus that is asked for is an emulated one, which has a zero file of its own."""
+    if arguments.backend == "sim":
+        return False
+    from drivers.interface import is_emulated_bus
+
+    return is_emulated_bus(arguments.interface)
 
 
 def is_unfinished(rig: "Rig") -> bool:
@@ -48,15 +61,16 @@ def is_unfinished(rig: "Rig") -> bool:
     return rig.applied_zero is not None and rig.applied_zero.method == UNFINISHED
 
 
-def need_zero_file(rig: "Rig", path: Path) -> None:
+def need_zero_file(rig: "Rig", path: Path, emulated: bool = False) -> None:
     """A wired drive keeps no zero: without its file nothing is known. A drive on the bus whose
     homing was broken off may say that it is referenced, to another place. Raises VerbError.
     """
     from epa_rt.config.zero_file import zero_path
 
+    file = zero_path(path, emulated)
     if is_unfinished(rig):
         raise VerbError(
-            f"{zero_path(path)}: found a zero that was being set and was not read back, so the"
+            f"{file}: found a zero that was being set and was not read back, so the"
             f" drive may call itself referenced elsewhere, expected a whole one: epa home --rig"
             f" {path}",
             TRIPPED,
@@ -65,14 +79,32 @@ def need_zero_file(rig: "Rig", path: Path) -> None:
         return
     if rig.applied_zero is None or rig.applied_zero.end is None:
         raise VerbError(
-            f"{zero_path(path)}: found no file that says where travel is zero and where the last"
+            f"{file}: found no file that says where travel is zero and where the last"
             f" run ended, expected one (a wired drive keeps neither): epa home --rig {path}",
             TRIPPED,
         )
 
 
+def need_known_count(rig: "Rig", path: Path, stayed_on: bool) -> None:
+    """Where a wired drive's count cannot tell that its supply was off, the operator must: by
+    ``stayed_on``, which an emulated drive needs not. Raises VerbError.
+    """
+    if stayed_on or not (words := blind_words(rig)):
+        return
+    raise VerbError(
+        f"{path}: found a wired drive whose count tells nothing{words}; expected epa home --rig"
+        f" {path}, or --supply-stayed-on where it was on all the time",
+        TRIPPED,
+    )
+
+
 def keep_end(
-    rig: "Rig", path: Path, decoder: "Decoder", result: "RunResult", found_zero: bool | None
+    rig: "Rig",
+    path: Path,
+    decoder: "Decoder",
+    result: "RunResult",
+    found_zero: bool | None,
+    emulated: bool = False,
 ) -> None:
     """Writes the count where a wired drive's run ended, for the next start to compare with.
 
@@ -84,15 +116,19 @@ def keep_end(
     if rig.drive.interface != "analog" or rig.applied_zero is None or found_zero is None:
         return
     end = raw_count(rig, decoder) if found_zero and not _lost_position(rig, result) else None
-    zero = read_zero(zero_path(path), rig.name)
+    file = zero_path(path, emulated)
+    zero = read_zero(file, rig.name)
     if zero is not None:
-        write_zero(zero_path(path), zero.model_copy(update={"end": end}))
+        write_zero(file, zero.model_copy(update={"end": end}))
 
 
 def _lost_position(rig: "Rig", result: "RunResult") -> bool:
-    """Whether the motor's count was found wrong in the run: it may have lost its place."""
+    """Whether the motor's count was found wrong in the run, first or on the way to its end: it may
+    have lost its place.
+    """
     trip = result.trip
-    return trip is not None and trip.signal == rig.motor.position and trip.cause in LOST_POSITION
+    by_trip = trip is not None and trip.signal == rig.motor.position
+    return result.position_lost or (by_trip and trip.cause in LOST_POSITION)
 
 
 def raw_count(rig: "Rig", decoder: "Decoder") -> int | None:
@@ -128,7 +164,7 @@ def blind_words(rig: "Rig") -> str:
         return ""
     return (
         f"; its last run ended at count {applied.end}, near 0, where a drive begins to count: if"
-        " its supply was off since then, home it first, for nothing else tells"
+        " its supply was off since then, travel has no zero, and nothing else tells"
     )
 
 

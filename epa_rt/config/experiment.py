@@ -248,7 +248,7 @@ class PhaseFile(Frozen):
 
 class ExperimentFile(Frozen):
     """A whole experiment. ``phases`` run once per repeated value (or ``times`` over); before and
-    after run once.
+    after run once. ``first_repetition``: those before it, counted from 0, are left out of the run.
     """
 
     experiment: Name
@@ -260,6 +260,7 @@ class ExperimentFile(Frozen):
         Annotated[tuple[Written, ...], Field(min_length=1, max_length=1000)],
     ] = {}
     times: Annotated[int, Field(ge=1, le=100_000)] | None = None
+    first_repetition: Annotated[int, Field(ge=0, lt=100_000)] = 0
     before: tuple[PhaseFile, ...] = ()
     phases: Annotated[tuple[PhaseFile, ...], Field(min_length=1)]
     after: tuple[PhaseFile, ...] = ()

@@ -7,8 +7,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator
 
+from epa_rt.config.calibration_file import SignalCalibration
+from epa_rt.config.devices import DEVICES
 from epa_rt.config.fields import (
     Frozen,
     FrozenChoice,
@@ -21,12 +23,15 @@ from epa_rt.config.fields import (
     quantity,
     written,
 )
+from epa_rt.config.generic_terminal import GENERIC, GenericTerminal
 from epa_rt.config.rig_rows import SignalRow, si_unit_of
 from epa_rt.config.rig_sensors import MuscleLaw, Sensors
+from epa_rt.config.terminal import Device
 from epa_rt.config.units import UnitError, parse_quantity
 
 RowName = Name
 JOG_SHARE = 0.1  # of speed_max: slow enough to let go of the key in time
+YEAR_S = 365 * 86400.0  # laboratories recalibrate load cells and gauges once a year
 NO_LOAD = "no_load"  # the place where a muscle has its no-load length
 OnAxis = Annotated[float, written("m or rad, as the position's")]
 
@@ -80,13 +85,34 @@ def _filter_word(value: Any) -> Any:
     return "off" if value is False else value
 
 
+def _device_names() -> list[str]:
+    return sorted([*DEVICES, END_CAP, GENERIC])
+
+
+def _known_device(name: str) -> str:
+    if name not in _device_names():
+        names = ", ".join(f"'{known}'" for known in _device_names())
+        raise UnitError(f"found {name!r}, expected one of {names}")
+    return name
+
+
+def _device_schema(schema: dict[str, Any]) -> None:
+    schema["enum"] = _device_names()
+
+
+END_CAP = "EL9011"
+DeviceName = Annotated[str, AfterValidator(_known_device), Field(json_schema_extra=_device_schema)]
+
+
 class Slave(Frozen):
     """One slave on the wire, in bus order. EL9011 is an end cap: it may be listed, but it is not a
-    slave. ``filter``: the digital filter of an EL3004, for all its channels.
+    slave. ``terminal``: what a generic one is. ``filter``: the digital filter of an analog input,
+    for all its channels.
     """
 
     name: Name
-    device: Literal["EK1100", "EL2124", "EL3004", "EL4034", "EL9011", "EPOS4"]
+    device: DeviceName
+    terminal: Annotated[GenericTerminal | None, Field(validate_default=True)] = None
     revision: Annotated[int, Field(ge=0, le=0xFFFFFFFF)] | None = None
     product: Annotated[int, Field(ge=0, le=0xFFFFFFFF)] | None = None
     outputs: tuple[str, ...] | None = None
@@ -101,9 +127,32 @@ class Slave(Frozen):
     @classmethod
     def _only_analog_in(cls, value: str, info: ValidationInfo) -> str:
         device = info.data.get("device")
-        if device not in (None, "EL3004"):
-            raise UnitError(f"found a filter at an {device}, expected it at an EL3004")
+        if device is not None and not _has_filter(device):
+            names = " or ".join(name for name in DEVICES if _has_filter(name))
+            raise UnitError(f"found a filter at an {device}, expected it at an {names}")
         return value
+
+    @field_validator("terminal")
+    @classmethod
+    def _only_generic(
+        cls, value: GenericTerminal | None, info: ValidationInfo
+    ) -> GenericTerminal | None:
+        device = info.data.get("device")
+        if device == GENERIC and value is None:
+            raise UnitError("found nothing, expected the key 'terminal', what a generic one is")
+        if device not in (None, GENERIC) and value is not None:
+            raise UnitError(f"found a description at an {device}, expected it at 'generic'")
+        return value
+
+    @property
+    def description(self) -> Device:
+        """What kind of slave it is. Raises KeyError for an end cap."""
+        return DEVICES[self.device] if self.terminal is None else self.terminal.device
+
+
+def _has_filter(device: str) -> bool:
+    sampling = DEVICES[device].sampling if device in DEVICES else None
+    return sampling is not None and sampling.has_filter
 
 
 class Cia402Drive(FrozenChoice):
@@ -435,6 +484,8 @@ Reason = Annotated[str, BeforeValidator(_reason), Field(max_length=200)]
 class Rig(Frozen):
     """A whole rig. ``row(name)`` finds a signal; ``inputs`` and ``outputs`` are its rows in table
     order. ``unprotected``: a rule of protection, or a row, to the reason why it is left without.
+    ``calibrations``: files beside it whose lines hold in place of the rows' own; a run says which
+    is older than ``calibration_valid_for``. ``applied_...``: what a run took, in the log's copy.
     """
 
     rig: Name
@@ -453,7 +504,10 @@ class Rig(Frozen):
     realtime: Realtime = Realtime()
     master: Master = Master()
     unprotected: dict[Name, Reason] = {}
+    calibrations: Annotated[tuple[str, ...], Field(max_length=16)] = ()
+    calibration_valid_for: quantity("s", 3600.0, 1e9) = YEAR_S
     applied_zero: AppliedZero | None = None
+    applied_calibrations: Annotated[tuple[SignalCalibration, ...], Field(max_length=63)] = ()
 
     @property
     def name(self) -> str:
@@ -469,7 +523,7 @@ class Rig(Frozen):
 
     @cached_property
     def slaves(self) -> tuple[Slave, ...]:
-        return tuple(slave for slave in self.bus if slave.device != "EL9011")
+        return tuple(slave for slave in self.bus if slave.device != END_CAP)
 
     @cached_property
     def inputs(self) -> tuple[SignalRow, ...]:
@@ -498,11 +552,17 @@ def load_rig(path: Path | str) -> Rig:
 
 
 def rig_from(located: Any) -> Rig:
-    """The rig of a YAML text already read (a file, or a log's attachment). Raises ConfigError."""
+    """The rig of a YAML text already read (a file, or a log's attachment), with the calibration
+    files that it names. Raises ConfigError.
+    """
+    from epa_rt.config.calibration_file import self_contained
+    from epa_rt.config.kinds import expect_kind
     from epa_rt.config.rig_checks import check_rig
     from epa_rt.config.source import validate
     from epa_rt.config.units import parse_pressure
 
+    expect_kind(located, "rig")
+    located = self_contained(located)
     context = {}
     try:
         context["atmosphere_pa"] = parse_pressure(located.data.get("atmosphere"), 0.0)

@@ -4,12 +4,14 @@ means de-energised.
 
 from typing import TYPE_CHECKING
 
-from epa_rt.config.devices import DEVICES, Entry
+from epa_rt.config.devices import Entry
+from epa_rt.config.rig_calibrations import check_calibrations
 from epa_rt.config.rig_let_down import check_let_down
 from epa_rt.config.rig_roles import check_roles
 from epa_rt.config.rig_row_checks import calibration_line, check_row
 from epa_rt.config.rig_zero import check_zero
 from epa_rt.config.source import Located
+from epa_rt.config.terminal import GAP
 
 if TYPE_CHECKING:
     from epa_rt.config.rig import Rig, Slave
@@ -21,7 +23,7 @@ def entries_of(slave: "Slave", outputs: bool) -> tuple[Entry, ...]:
     """The entries that a slave carries in one direction, in order (all of the device's, or the
     listed ones).
     """
-    device = DEVICES[slave.device]
+    device = slave.description
     available = device.outputs if outputs else device.inputs
     chosen = slave.outputs if outputs else slave.inputs
     if chosen is None:
@@ -30,10 +32,22 @@ def entries_of(slave: "Slave", outputs: bool) -> tuple[Entry, ...]:
     return tuple(by_name[name] for name in chosen)
 
 
+def conversion_of(slave: "Slave", entry_name: str) -> float | None:
+    """Seconds between two samples of an input that tells by a toggle bit when it has a new one (0:
+    one in each cycle); None where it does not tell.
+    """
+    names = {entry.name for entry in entries_of(slave, outputs=False) if entry.faults}
+    if f"{entry_name}_status" not in names:
+        return None
+    sampling = slave.description.sampling
+    return 0.0 if sampling is None else sampling.conversion_s
+
+
 def check_rig(rig: "Rig", located: Located) -> None:
     """Raises ConfigError for the first thing that does not fit together."""
     _check_bus(rig, located)
     _check_rows(rig, located)
+    check_calibrations(rig, located)
     check_roles(rig, located)
     _check_muscles(rig, located)
     _check_drive(rig, located)
@@ -60,12 +74,12 @@ def _check_bus(rig: "Rig", located: Located) -> None:
                 )
             continue
         _check_startup(slave, where, located)
-        device = DEVICES[slave.device]
+        device = slave.description
         for key, chosen, available in (
             ("outputs", slave.outputs, device.outputs),
             ("inputs", slave.inputs, device.inputs),
         ):
-            names = [entry.name for entry in available]
+            names = [entry.name for entry in available if entry.code != GAP]
             for j, name in enumerate(chosen or ()):
                 if name not in names:
                     raise located.error(
@@ -77,14 +91,36 @@ def _check_bus(rig: "Rig", located: Located) -> None:
                     raise located.error(
                         (*where, key, j), f"the entry '{name}' twice", "each entry once"
                     )
+            _check_choice(slave, key, chosen, tuple(names), where, located)
     if not rig.slaves:
         raise located.error(("bus",), "no slave", "at least one slave")
+
+
+def _check_choice(
+    slave: "Slave",
+    key: str,
+    chosen: tuple[str, ...] | None,
+    names: tuple[str, ...],
+    where: tuple,
+    located: Located,
+) -> None:
+    """Only a drive and an analog input leave out what is not listed; the bits of others would stand
+    for their neighbours.
+    """
+    described = slave.description
+    may_choose = described.is_drive or described.chooses and described.neutral
+    if chosen is not None and chosen != names and not may_choose:
+        raise located.error(
+            (*where, key),
+            f"a part of the process data of {slave.device}, which are fixed",
+            f"no '{key}'",
+        )
 
 
 def _check_startup(slave: "Slave", where: tuple, located: Located) -> None:
     """Objects are written to slaves that have any, and never behind the driver's own back."""
     for i, sdo in enumerate(slave.startup):
-        if slave.device in ("EK1100", "EL2124"):
+        if not slave.description.serves_objects:
             raise located.error(
                 (*where, "startup"),
                 f"'startup' on an {slave.device}, which has no objects",
@@ -129,7 +165,9 @@ def _check_rows(rig: "Rig", located: Located) -> None:
             raise located.error(
                 (*where, "entry"), f"the slave '{slave_name}'", f"one of {', '.join(slaves)}"
             )
-        available = {e.name: e for e in entries_of(slaves[slave_name], row.is_output)}
+        available = {
+            e.name: e for e in entries_of(slaves[slave_name], row.is_output) if e.code != GAP
+        }
         if entry_name not in available:
             kind = "outputs" if row.is_output else "inputs"
             raise located.error(
@@ -146,7 +184,12 @@ def _check_rows(rig: "Rig", located: Located) -> None:
                 )
             ports.add(row.port)
         check_row(
-            row, available[entry_name], f"{entry_name}_status" in available, rig, where, located
+            row,
+            available[entry_name],
+            conversion_of(slaves[slave_name], entry_name),
+            rig,
+            where,
+            located,
         )
 
 

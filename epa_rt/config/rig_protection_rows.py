@@ -5,6 +5,7 @@ what is measured.
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from epa_rt.config.devices import Entry
 from epa_rt.config.rig_protection_rule import (
     Breach,
     Rule,
@@ -18,6 +19,7 @@ from epa_rt.config.rig_protection_rule import (
     shown,
 )
 from epa_rt.config.rig_rows import SignalRow, native_pair
+from epa_rt.config.units import unit
 
 if TYPE_CHECKING:
     from epa_rt.config.rig import Rig
@@ -38,6 +40,10 @@ BEYOND_SPEEDS = 4.0
 # at five times the continuous current the winding's heat passes its limit in 1/25 of its time
 # constant: the limit of the row has to come first
 BEYOND_CURRENTS = 5.0
+# NAMUR NE 43: below and above a 4-20 mA sensor says that it has failed
+FAILED_A = (3.6e-3, 21e-3)
+_EXACT_A = 1e-9
+_CURRENT, _COUNT = unit("A")[1], unit("count")[1]
 
 
 def _watched(rig: "Rig") -> Iterator[SignalRow]:
@@ -94,6 +100,8 @@ def _valid(rig: "Rig") -> Iterator[Breach]:
         if not has_toggle(rig, row) or row.name.endswith("_raw"):
             continue
         entry = entry_of(rig, row)
+        if unit(entry.unit)[1] == _COUNT:
+            continue  # a counter has no voltage to judge: its terminal tells of open circuits
         if row.valid is None:
             yield of_row(
                 rig,
@@ -103,8 +111,10 @@ def _valid(rig: "Rig") -> Iterator[Breach]:
                 "valid: [low, high] of the sensor's own signal, so that a broken wire trips",
             )
             continue
-        valid = native_pair(row.valid, entry.unit)
-        ends = entry.counts[0] * entry.per_count, entry.counts[1] * entry.per_count
+        valid, ends = native_pair(row.valid, entry.unit), entry.native_ends
+        if unit(entry.unit)[1] == _CURRENT:
+            yield from _live_zero(rig, row, entry, valid)
+            continue
         if valid[0] <= ends[0] or valid[1] >= ends[1]:
             yield of_row(
                 rig,
@@ -124,6 +134,35 @@ def _valid(rig: "Rig") -> Iterator[Breach]:
                     f" {shown(min(points), entry.unit)}",
                     "a lower end above 0 V, which a broken wire reads",
                 )
+
+
+def _live_zero(
+    rig: "Rig", row: SignalRow, entry: Entry, valid: tuple[float, float]
+) -> Iterator[Breach]:
+    """4 to 20 mA: a sound sensor gives 3.8 to 20.5 mA and says outside of 3.6 to 21 mA that it has
+    failed; a broken wire carries none (NAMUR NE 43).
+    """
+    ampere = unit(entry.unit)[0]
+    low, high = (end * ampere for end in valid)
+    if low < FAILED_A[0] - _EXACT_A or high > FAILED_A[1] + _EXACT_A:
+        yield of_row(
+            rig,
+            row,
+            "valid",
+            f"{range_shown(valid, entry.unit)}",
+            "a range within 3.6 to 21 mA, outside of which a sensor or its wire has failed",
+        )
+    if row.calibration is not None:
+        points = native_pair(row.calibration.native, entry.unit)
+        if min(points) < valid[0] or max(points) > valid[1]:
+            yield of_row(
+                rig,
+                row,
+                "valid",
+                f"{range_shown(valid, entry.unit)} on a sensor of"
+                f" {range_shown((min(points), max(points)), entry.unit)}",
+                "a range that holds all of its signal: 'valid: [3.6 mA, 21 mA]' for 4 to 20 mA",
+            )
 
 
 def _stale_after(rig: "Rig") -> Iterator[Breach]:
@@ -299,7 +338,8 @@ ROW_RULES = (
     Rule(
         "valid",
         _valid,
-        "an analog input has `valid`, narrower than its terminal, above 0 V for a 1-5 V sensor",
+        "an analog input has `valid`, narrower than its terminal, above 0 V for a 1-5 V sensor,"
+        " within 3.6 to 21 mA for a 4-20 mA sensor",
     ),
     Rule(
         "stale_after", _stale_after, "an analog input has `stale_after`, within the watchdog's time"

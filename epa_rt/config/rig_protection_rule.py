@@ -4,7 +4,8 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, NamedTuple
 
 from epa_rt.config.devices import Entry
-from epa_rt.config.rig_checks import calibration_line, entries_of
+from epa_rt.config.rig_checks import conversion_of, entries_of
+from epa_rt.config.rig_row_checks import reading_line
 from epa_rt.config.rig_rows import SignalRow, native_pair
 from epa_rt.config.source import Location
 
@@ -55,22 +56,23 @@ def entry_of(rig: "Rig", row: SignalRow) -> Entry:
 
 def has_toggle(rig: "Rig", row: SignalRow) -> bool:
     """Whether the row's terminal tells with a toggle bit that a value is new: an analog input."""
-    names = {entry.name for entry in entries_of(slave_of(rig, row), row.is_output)}
-    return f"{row.entry.split('.')[1]}_status" in names
+    if row.is_output:
+        return False
+    return conversion_of(slave_of(rig, row), row.entry.split(".")[1]) is not None
 
 
 def line_of(rig: "Rig", row: SignalRow) -> tuple[float, float]:
     """Slope and intercept from the native unit to SI; absolute pressure where the row reads
     gauge.
     """
-    slope, intercept = calibration_line(row, entry_of(rig, row))
+    slope, intercept = reading_line(row, entry_of(rig, row), rig)
     return slope, intercept + (rig.atmosphere_pa if row.reads == "gauge" else 0.0)
 
 
 def native_range(rig: "Rig", row: SignalRow) -> tuple[float, float]:
     """What the entry can show and ``valid`` lets pass, in the native unit."""
     entry = entry_of(rig, row)
-    low, high = (count * entry.per_count for count in entry.counts)
+    low, high = entry.native_ends
     if row.valid is not None:
         valid = native_pair(row.valid, entry.unit)
         low, high = max(low, valid[0]), min(high, valid[1])

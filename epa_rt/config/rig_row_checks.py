@@ -5,11 +5,12 @@ safe.
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from epa_rt.config.devices import CONVERSION_S, Entry
+from epa_rt.config.calibration_file import calibration_of
+from epa_rt.config.devices import DEVICES, Entry
 from epa_rt.config.ports import DRIVE_ENABLE_PORT, DRIVE_SPEED_PORT, MEASURED_PORTS, VALVE_PORTS
 from epa_rt.config.rig_rows import SignalRow, native_pair, si_unit_of
 from epa_rt.config.source import Located
-from epa_rt.config.units import UnitError, parse_quantity
+from epa_rt.config.units import UnitError, parse_quantity, split_quantity, unit
 
 if TYPE_CHECKING:
     from epa_rt.config.rig import Rig
@@ -34,10 +35,23 @@ def calibration_line(row: SignalRow, entry: Entry) -> tuple[float, float]:
     return slope, y0 - slope * x0
 
 
+def reading_line(row: SignalRow, entry: Entry, rig: "Rig") -> tuple[float, float]:
+    """As calibration_line; a line that was calibrated holds in place of the row's own."""
+    found = calibration_of(rig, row.name)
+    return calibration_line(row, entry) if found is None else (found.gain, found.offset)
+
+
 def check_row(
-    row: SignalRow, entry: Entry, has_toggle: bool, rig: "Rig", where: tuple, located: Located
+    row: SignalRow,
+    entry: Entry,
+    conversion_s: float | None,
+    rig: "Rig",
+    where: tuple,
+    located: Located,
 ) -> None:
-    """Raises ConfigError for the first thing about a row that does not fit its entry."""
+    """Raises ConfigError for the first thing about a row that does not fit its entry.
+    ``conversion_s``: how often its toggle bit flips (0: in each cycle); None where it has none.
+    """
     _check_kind(row, entry, where, located)
     line = _of_row(calibration_line, "calibration", row, entry, where, located)
     if row.valid is not None:
@@ -52,7 +66,7 @@ def check_row(
     if row.is_output:
         _check_output(row, entry, line, rig, where, located)
     else:
-        _check_input(row, has_toggle, rig, where, located)
+        _check_input(row, conversion_s, rig, where, located)
 
 
 def _of_row(
@@ -62,11 +76,27 @@ def _of_row(
         return read(row, entry)
     except UnitError as error:
         found, expected = str(error).removeprefix("found ").split(", expected ", 1)
-        raise located.error((*where, key), found, expected) from None
+        raise located.error((*where, key), found, expected + _who_reads(found)) from None
+
+
+def _who_reads(found: str) -> str:
+    """The terminals whose own unit a quantity has that does not fit here: ' (mA is for EL3154)'."""
+    try:
+        text = split_quantity(found.strip("'"))[1]
+        dimension = unit(text)[1]
+    except UnitError:
+        return ""
+    names = [
+        device.name
+        for device in DEVICES.values()
+        if not device.is_drive
+        and any(entry.unit != "1" and unit(entry.unit)[1] == dimension for entry in device.inputs)
+    ]
+    return f" ({text} is for {', '.join(names)})" if names else ""
 
 
 def _valid_counts(row: SignalRow, entry: Entry) -> tuple[float, float]:
-    low, high = (native / entry.per_count for native in native_pair(row.valid, entry.unit))
+    low, high = map(entry.to_counts, native_pair(row.valid, entry.unit))
     if not low < high:
         raise UnitError("found a valid range upside down, expected the lower end first")
     lowest, highest = entry.counts
@@ -128,14 +158,14 @@ def _check_port(row: SignalRow, where: tuple, located: Located) -> None:
 
 
 def _check_input(
-    row: SignalRow, has_toggle: bool, rig: "Rig", where: tuple, located: Located
+    row: SignalRow, conversion_s: float | None, rig: "Rig", where: tuple, located: Located
 ) -> None:
     for key in ("slew", "safe"):
         if key in row.model_fields_set:
             raise located.error((*where, key), f"'{key}' on a measured row", "it on commands only")
     if row.stale_after is None:
         return
-    if not has_toggle:
+    if conversion_s is None:
         raise located.error(
             (*where, "stale_after"),
             f"'stale_after' at {row.entry}, which has no toggle bit",
@@ -143,7 +173,7 @@ def _check_input(
         )
     # the toggle flips with each conversion: seen once per period, it rests where nearly two (four,
     # ...) fall into one
-    flips = rig.period_s / CONVERSION_S
+    flips = rig.period_s / conversion_s if conversion_s else 1.0
     seen = abs(flips - 2.0 * round(flips / 2.0))
     if seen * row.stale_after < 1.0 - 1e-9:
         text = f"'stale_after: {row.stale_after}' at a period of {rig.period_s * 1e3:g} ms"
@@ -151,7 +181,7 @@ def _check_input(
             (*where, "stale_after"),
             text,
             "another period, more cycles or no 'stale_after': the terminal converts every "
-            f"{CONVERSION_S * 1e3:g} ms, so that its toggle can look at rest for that long",
+            f"{conversion_s * 1e3:g} ms, so that its toggle can look at rest for that long",
         )
 
 
@@ -188,7 +218,7 @@ def _check_output(
         )
     slope, intercept = (
         line[0] * entry.per_count,
-        line[1] + (rig.atmosphere_pa if row.reads == "gauge" else 0.0),
+        line[1] + line[0] * entry.offset + (rig.atmosphere_pa if row.reads == "gauge" else 0.0),
     )
     counts = sorted((limit - intercept) / slope for limit in row.limits)
     if counts[0] < entry.counts[0] - 1 or counts[1] > entry.counts[1] + 1:

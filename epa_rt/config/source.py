@@ -9,6 +9,9 @@ from typing import Any, TypeVar
 
 import yaml
 
+from epa_rt.config.kinds import MAGIC_BYTES, named_by_magic
+from epa_rt.config.near_names import did_you_mean
+
 Location = tuple[str | int, ...]
 
 _LARGEST = 1 << 20  # bytes of a file
@@ -100,7 +103,8 @@ def load_yaml(path: Path | str) -> Located:
         with path.open("rb") as file:
             content = file.read(_LARGEST + 1)
     except FileNotFoundError:
-        raise ConfigError(path, 1, "", "no such file", "a YAML file") from None
+        near = did_you_mean(path)
+        raise ConfigError(path, 1, "", "no such file", f"a YAML file{near}") from None
     except IsADirectoryError:
         raise ConfigError(path, 1, "", "a folder", "a YAML file") from None
     except PermissionError:
@@ -113,6 +117,8 @@ def load_yaml(path: Path | str) -> Located:
         ) from None
     except ValueError:  # a zero byte in the path, which another file may have named
         raise ConfigError(path, 1, "", "a path that cannot be one", "a YAML file") from None
+    if known := named_by_magic(content[:MAGIC_BYTES]):
+        raise ConfigError(path, 1, "", known, "a YAML file")
     if len(content) > _LARGEST:
         raise ConfigError(path, 1, "", f"more than {_LARGEST >> 20} MB", "a YAML file")
     try:

@@ -35,6 +35,7 @@ _UNITS: dict[str, tuple[float, Dimension]] = {
     "count": (1.0, _dim(count=1)),
     "min": (60.0, _dim(s=1)),
     "h": (3600.0, _dim(s=1)),
+    "day": (86400.0, _dim(s=1)),
     "deg": (math.pi / 180, _dim(rad=1)),
     "rev": (2 * math.pi, _dim(rad=1)),
     "rpm": (2 * math.pi / 60, _dim(rad=1, s=-1)),
@@ -92,6 +93,7 @@ _NUMBER = re.compile(r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?
 _TOKEN = re.compile(
     "\\s*([A-Za-z%\N{MICRO SIGN}\N{GREEK SMALL LETTER MU}]+|\\^-?[1-9](?![0-9])|1(?![0-9])|[*/()])"
 )
+_LARGEST = 1e30  # in SI; nothing of a rig is near it, and what is made of such numbers stays finite
 _LONGEST = 80  # characters of a quantity; also bounds brackets in brackets
 
 
@@ -210,8 +212,8 @@ def parse_quantity(text: object, si_unit: str) -> float:
             f"found '{text}', expected a quantity in {si_unit if wanted != NONE else 'no unit'}"
         )
     value = number * factor
-    if not math.isfinite(value):
-        raise UnitError(f"found '{text}', expected a finite number")
+    if not abs(value) <= _LARGEST:
+        raise UnitError(f"found '{text}', expected {with_unit(f'at most {_LARGEST:g}', si_unit)}")
     return value
 
 

@@ -1,7 +1,7 @@
 """The zero file beside a rig file: what set the zero of travel, when, by whom, and where it ended.
 
 ``config/rigs/bench.yaml`` has ``config/rigs/bench.zero.yaml``. ``epa home`` writes it, a run on the
-real rig reads it. It is written whole or not at all.
+real rig reads it. It is written whole or not at all. An emulated bus has a file of its own.
 """
 
 import os
@@ -51,9 +51,11 @@ class ZeroFile(Frozen):
         return f"zero by {self.method} at {1e3 * self.at:g} mm, set {self.when}{by}"
 
 
-def zero_path(rig_path: Path) -> Path:
-    """``bench.zero.yaml`` beside ``bench.yaml``."""
-    return rig_path.with_name(f"{rig_path.stem}.zero.yaml")
+def zero_path(rig_path: Path, emulated: bool = False) -> Path:
+    """``bench.zero.yaml`` beside ``bench.yaml``; of an emulated bus ``bench.emulated.zero.yaml``:
+    what is tried there says nothing of the rig.
+    """
+    return rig_path.with_name(f"{rig_path.stem}{'.emulated' if emulated else ''}.zero.yaml")
 
 
 def read_zero(path: Path, rig_name: str) -> ZeroFile | None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from epa_rt.config.kinds import expect_kind
 from epa_rt.config.source import Located, load_yaml, parse_yaml
 from epa_rt.experiments.coordinate import Coordinate
 from epa_rt.experiments.motions import Motion
@@ -120,6 +121,7 @@ def experiment_from(located: Located, rig: "Rig") -> Experiment:
     from epa_rt.config.source import validate
     from epa_rt.experiments.resolve import Resolver
 
+    expect_kind(located, "experiment")
     file = validate(located, ExperimentFile)
     phases = Resolver(located, rig, file).phases()
     return Experiment(

@@ -17,6 +17,7 @@ from epa_rt.safety.recovery import RecoveryGuard
 SOFT_SHARE = 0.01  # of the span of travel: where the motor is stopped before the limit trips
 PULSE_PA = 20e3  # what one key fills or vents: a step that is felt and stays far from any limit
 DEAD_MAN_S = 0.6  # longer than the delay before a held key repeats, shorter than a fright
+IDLE_S = 180.0  # without a key: nobody stands by, and the rig is powered and may be filled
 HOLD_RATIO = 2.0  # of the jog speed: what the loop may ask for to hold its place
 
 END_KEYS = ("q", "escape")
@@ -118,7 +119,16 @@ class Jogging(SpeedPlan):
         """Whether travel had a zero at the start; None where nothing was measured."""
         return self._guard.has_zero
 
+    @property
+    def measured(self) -> Mapping[str, float]:
+        """What this cycle brought, SI."""
+        return self._measured
+
     # What a source may ask for
+
+    def hold(self) -> None:
+        """Keeps all valves shut but those that vent."""
+        self._crew.stop()
 
     def move(self, speed: float) -> None:
         """Goes on at this speed (m/s or rad/s, signed), until told otherwise."""
@@ -218,6 +228,7 @@ class Keys:
 
     A motion key holds for DEAD_MAN_S after it was last seen: its repetition keeps it alive. What
     was pressed before the first cycle of the jog was let go long ago; only the end counts then.
+    After IDLE_S without a key the jog ends as by q, and ``idle`` says so.
     """
 
     HELP = "left/right: hold to move | up/down: fill/vent a step | m: muscle | v: vent | q: quit"
@@ -227,11 +238,14 @@ class Keys:
         self._direction, self._until = 0.0, -1
         self._waiting: deque[str] = deque(maxlen=8)  # more than that was never meant one by one
         self._cycles = 0
+        self._idle_at = 0
+        self.idle = ""
 
     def press(self, key: str, cycle: int) -> None:
         """One key: 'left', 'right', 'up', 'down', or a letter."""
         if self._cycles == 0 and key not in END_KEYS:
             return
+        self._idle_at = 0  # set anew by the next step
         if key in ("left", "right"):
             self._direction = 1.0 if key == "right" else -1.0
             self._until = cycle + self._cycles
@@ -242,6 +256,12 @@ class Keys:
     def step(self, jog: Jogging, cycle: int) -> None:
         if self._cycles == 0:
             self._cycles = round(DEAD_MAN_S / jog.period_s)
+        if self._idle_at == 0:
+            self._idle_at = cycle + round(IDLE_S / jog.period_s)
+        elif cycle >= self._idle_at and not self.idle:
+            self.idle = f"no key for {IDLE_S / 60.0:g} min: the jog ended by itself"
+            jog.events.append(("jog", self.idle, {"cycle": cycle}))
+            jog.quit(cycle)
         jog.move(self._direction * jog.speed_max if cycle < self._until else 0.0)
         while self._waiting:
             self._obey(jog, self._waiting.popleft(), cycle)

@@ -29,11 +29,17 @@ class Resolver:
         self._duration_s = 0.0
 
     def phases(self) -> tuple[Phase, ...]:
-        """All phases of the run. Raises ConfigError."""
+        """All phases of the run. Raises ConfigError.
+
+        All repetitions are planned, then those before the first are left out: what is left is
+        named, numbered and drawn at random as in the run of all.
+        """
         self._check_names()
         self._check_repeat()
         self._check_size()
-        return tuple(self._phase(*item) for item in self._walk())
+        first = self.file.first_repetition
+        planned = tuple(self._phase(*item) for item in self._walk())
+        return tuple(p for p in planned if p.repetition is None or p.repetition >= first)
 
     def _walk(self) -> Iterator[tuple[PhaseFile, Location, int | None, Mapping[str, str]]]:
         for i, phase in enumerate(self.file.before):
@@ -79,6 +85,13 @@ class Resolver:
         file = self.file
         repetitions = len(next(iter(file.repeat.values()), ())) or file.times or 1
         phases = len(file.before) + repetitions * len(file.phases) + len(file.after)
+        first = self.file.first_repetition
+        if first and first >= repetitions:
+            raise self.located.error(
+                ("first_repetition",),
+                f"{first} of {repetitions} repetition{'s' * (repetitions != 1)}",
+                f"at most {repetitions - 1}, for they count from 0",
+            )
         if phases > MOST_PHASES:
             raise self.located.error(
                 ("times",) if file.times is not None else ("repeat",),

@@ -117,7 +117,8 @@ def _off_its_ends(values: np.ndarray) -> np.ndarray:
 def is_analog(rig: Rig, name: str) -> bool:
     """Whether a row comes from an analog terminal."""
     slave = rig.row(name).entry.split(".")[0]
-    return next(s.device for s in rig.slaves if s.name == slave) == "EL3004"
+    device = next(s.description for s in rig.slaves if s.name == slave)
+    return not device.is_drive and device.sampling is not None
 
 
 def smallest_step(known: np.ndarray) -> float:

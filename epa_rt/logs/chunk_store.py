@@ -6,10 +6,13 @@ import mmap
 import os
 import stat
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 from mcap.writer import MCAP0_MAGIC
 
+from epa_rt.config.kinds import named
+from epa_rt.config.near_names import did_you_mean
 from epa_rt.logs.file_end import data_section_damage, end_damage
 from epa_rt.logs.layout import SampleLayout
 from epa_rt.logs.messages import MessageError, messages_of
@@ -220,10 +223,12 @@ def _map(path: str) -> mmap.mmap:
             if found == MCAP0_MAGIC:
                 return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
     except OSError as error:
+        near = did_you_mean(Path(path)) if isinstance(error, FileNotFoundError) else ""
         raise LogError(
-            f"{path}: found {(error.strerror or str(error)).lower()}, expected a log"
+            f"{path}: found {(error.strerror or str(error)).lower()}, expected a log{near}"
         ) from None
-    what = f"a file that begins with {found!r}" if found else "an empty file"
+    known = named(Path(path)) or f"a file that begins with {found!r}"
+    what = known if found else "an empty file"
     raise LogError(f"{path}: found {what}, expected an MCAP log (it begins with {MCAP0_MAGIC!r})")
 
 

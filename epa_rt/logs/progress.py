@@ -24,6 +24,9 @@ class ProgressSpec:
     enabled: bool = True
 
 
+_COLUMNS = 79  # a line that wraps cannot be overwritten
+
+
 class ProgressLine:
     """Writes state, phase, time, share, estimated end and ring fill; overwrites itself on a
     terminal.
@@ -76,6 +79,7 @@ class ProgressLine:
 
     def _print(self, text: str) -> None:
         if self._terminal:
+            text = text[:_COLUMNS]
             self._write("\r" + text.ljust(self._width))
             self._width = len(text)
         else:

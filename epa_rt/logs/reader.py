@@ -154,6 +154,11 @@ class LogReader:
         return self._store.scan.has_footer
 
     @property
+    def torn_at(self) -> int | None:
+        """The byte from which on there is no whole record; None where the last one is whole."""
+        return self._store.scan.torn_at
+
+    @property
     def missing(self) -> list[str]:
         """What a whole log would hold and this one does not, a sentence each; empty for a whole
         log.
@@ -173,9 +178,9 @@ class LogReader:
 
     def _lost(self) -> list[str]:
         """What the file says of its own ending: what the recorder lost."""
-        if not self.has_end:
-            return []  # that it was cut is said already
         ending = self.ending
+        if ending is None and not self.has_end:
+            return []  # that it was cut is said already
         if ending is None:
             known = OUTCOME_METADATA in self.metadata
             return [

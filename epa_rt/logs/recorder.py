@@ -10,6 +10,7 @@ import struct
 import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
 
 from epa_rt.logs.layout import SampleLayout
 from epa_rt.logs.progress import ProgressSpec
@@ -31,6 +32,9 @@ from epa_rt.logs.ring import (
     Ring,
     sample_format,
 )
+
+if TYPE_CHECKING:
+    from epa_rt.logs.dead_recorder import Left
 
 DEFAULT_SLOTS = 16384
 RESERVED_METADATA = ("layout", "outcome")
@@ -67,7 +71,8 @@ class Recorder:
 
     `attachments` are files by name, `metadata` are string tables by name (`layout` and `outcome`
     are taken). With `lossless` the recorder waits when the ring is full, as a simulation may;
-    without, it drops the sample, counts it, and reports a `failure`. Raises ValueError for a
+    without, it drops the sample, counts it, and reports a `failure`. `asks_fd`: a socket on which
+    the recorder passes on what viewers of the run ask for. Raises ValueError for a
     metadata name that is taken.
     """
 
@@ -81,6 +86,7 @@ class Recorder:
         progress: ProgressSpec | None = None,
         *,
         slots: int = DEFAULT_SLOTS,
+        asks_fd: int | None = None,
     ) -> None:
         for name in RESERVED_METADATA:
             if name in metadata:
@@ -99,6 +105,7 @@ class Recorder:
             "lossless": lossless,
             "metadata": {name: dict(values) for name, values in metadata.items()},
             "progress": asdict(progress) if progress else None,
+            "asks_fd": asks_fd,
         }
         packing = struct.Struct(sample_format(layout))
         self._pack = packing.pack_into
@@ -107,6 +114,7 @@ class Recorder:
         self._slot_bytes = -(-packing.size // _CACHE_LINE_BYTES) * _CACHE_LINE_BYTES
         self._head = self._limit = 0
         self._lost_samples = self._lost_events = 0
+        self._events = self._event_slots = 0
         self._stuck = False
         self._failure: str | None = None
         self._countdown = _LIVENESS_EVERY
@@ -225,6 +233,10 @@ class Recorder:
             lost["lost_events"] += self._words[LOST_EVENTS]
             failure = trouble or self._lost_text() or self._failure
             samples, events, size_bytes = (self._words[word] for word in (SAMPLES, EVENTS, BYTES))
+            if self._child.died:
+                left = self._tell_ending(outcome, cause, failure or "", end)
+                ending, samples, events, size_bytes = left
+                lost = {"lost_samples": ending.lost_samples, "lost_events": ending.lost_events}
             self._summary = LogSummary(
                 path=self._path,
                 outcome=outcome,
@@ -236,6 +248,17 @@ class Recorder:
                 failure=failure,
             )
         return self._summary
+
+    def _tell_ending(self, outcome: str, cause: str, failure: str, end: str) -> Left:
+        """The recorder died and left a cut log: this process says in it how the run ended, and
+        what is lost.
+        """
+        from epa_rt.logs.dead_recorder import tell_ending
+        from epa_rt.logs.recording import Ending
+
+        ending = Ending(outcome, cause, failure=failure, end=end)
+        samples = self._head - self._event_slots + self._lost_samples
+        return tell_ending(self._path, ending, samples, self._events + self._lost_events)
 
     def _has_room(self, slots: int, wait: bool) -> bool:
         """Whether that many slots are free. With `wait` the answer is no only where the recorder is
@@ -277,6 +300,8 @@ class Recorder:
             EVENT_HEAD.pack_into(self._memory, begin, kind_of_slot, len(part))
             self._memory[begin + EVENT_HEAD.size : begin + EVENT_HEAD.size + len(part)] = part
             self._head = self._words[HEAD] = self._head + 1
+            self._event_slots += 1
+        self._events += 1
 
     def _lost_text(self) -> str | None:
         if not self._lost_samples and not self._lost_events:

@@ -35,6 +35,7 @@ class RecorderChild:
             "pid": os.getpid(),
             "attachments": [(name, len(data)) for name, data in attachments.items()],
         }
+        asks_fd = job.get("asks_fd")
         # The child finds this package as the parent did, installed or not.
         path = os.pathsep.join(
             filter(None, [str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH")])
@@ -46,7 +47,7 @@ class RecorderChild:
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             bufsize=0,
-            pass_fds=[ring.fd],
+            pass_fds=[ring.fd, asks_fd] if isinstance(asks_fd, int) else [ring.fd],
             start_new_session=True,
             env=os.environ | {"PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"},
         )
@@ -79,6 +80,12 @@ class RecorderChild:
         if self._ring.failure or not code:
             return self._ring.failure
         return f"recorder died ({f'signal {-code}' if code < 0 else f'exit code {code}'})"
+
+    @property
+    def died(self) -> bool:
+        """Whether it ended by a signal, and so without a word."""
+        code = self._process.poll()
+        return code is not None and code < 0
 
     def finish(self) -> str | None:
         """Tell it that all has been said, and wait until it has written that; gives what went

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import select
+import socket
 import sys
 import time
 from typing import Any
 
+from epa_rt.logs.feed.feed import Feed
 from epa_rt.logs.layout import SampleLayout
 from epa_rt.logs.mcap_file import McapFile
 from epa_rt.logs.progress import ProgressLine, ProgressSpec
@@ -39,7 +42,7 @@ class RecorderLoop:
     """One run of the recorder: `job` as `Recorder` wrote it, the ring already mapped."""
 
     def __init__(self, job: dict[str, Any], ring: Ring, parent_pid: int) -> None:
-        self._ring, self._parent_pid = ring, parent_pid
+        self._job, self._ring, self._parent_pid = job, ring, parent_pid
         self._lossless: bool = job["lossless"]
         self._path: str = job["path"]
         self._layout = SampleLayout.from_json(job["layout"])
@@ -55,12 +58,15 @@ class RecorderLoop:
 
     def run(self, attachments: dict[str, bytes], metadata: dict[str, dict[str, str]]) -> int:
         """Record until the end; gives the exit code."""
+        self._feed = self._feed_of(attachments, metadata)
         try:
             self._file = McapFile(self._path, sync=not self._lossless)
-            self._recording = Recording(self._file, self._layout)
+            self._recording = Recording(self._file, self._layout, self._feed)
             Recording.begin(self._file, self._layout, attachments, metadata)
         except OSError as error:
             return self._fail(error, f"cannot write {self._path}")
+        with contextlib.suppress(OSError):  # without a place for it the run goes on unseen
+            self._feed.open()
         self._ring.words[STATUS] = STATUS_OPEN
         try:
             self._record()
@@ -76,8 +82,32 @@ class RecorderLoop:
             self._file.close()
             if self._progress:
                 self._progress.finish()
+            self._feed.close()
         self._ring.words[STATUS] = STATUS_CLOSED
         return 0
+
+    def _feed_of(self, attachments: dict[str, bytes], metadata: dict[str, dict[str, str]]) -> Feed:
+        """The feed, with what a viewer has to know of the run."""
+        progress, asks = self._job["progress"], self._job.get("asks_fd")
+        hello = {
+            "log": self._path,
+            "layout": self._job["layout"],
+            "slot_bytes": self._ring.slot_bytes,
+            "loop_pid": self._parent_pid,
+            "total_cycles": progress["total_cycles_estimate"] if progress else 0,
+            "run": metadata.get("run", {}),
+            "rig": attachments.get("rig.yaml", b"").decode("utf-8", "replace"),
+        }
+        return Feed(self._path, hello, None if asks is None else socket.socket(fileno=asks))
+
+    def _status(self) -> dict[str, object]:
+        """What a viewer is told of the recording now and then."""
+        words = self._ring.words
+        return {
+            "ring_ratio": (words[HEAD] - words[TAIL]) / self._ring.slots,
+            "log_bytes": self._file.size,
+            "failure": self._ring.failure or "",
+        }
 
     def _record(self) -> None:
         while True:
@@ -90,6 +120,7 @@ class RecorderLoop:
                 self._wait()
             self._flush_if_old()
             self._publish()
+            self._feed.tick(self._status)
         if self._recording.ending is None or not self._ring.words[CLOSING]:
             self._note_death()
 
@@ -126,7 +157,7 @@ class RecorderLoop:
         if self._ring.failure:
             words[LOST_SAMPLES] = self._recording.samples_unsaved
             words[LOST_EVENTS] = self._recording.events_unsaved
-        if self._progress and counts.last_state >= 0:
+        if self._progress and counts.last_state >= 0 and not self._feed.has_screen:
             fill_ratio = (words[HEAD] - words[TAIL]) / self._ring.slots
             cycles = counts.last_cycle + 1
             self._progress.update(
@@ -136,12 +167,17 @@ class RecorderLoop:
     def _producer_alive(self) -> bool:
         # The pipe alone is not enough: a child that the loop's process forked may hold its other
         # end open.
-        if self._pipe_open and select.select([_STDIN], [], [], 0)[0]:
+        readers = [_STDIN, *self._feed.readers] if self._pipe_open else self._feed.readers
+        readable, writable, _ = select.select(readers, self._feed.writers, [], 0)
+        if _STDIN in readable:
             self._pipe_open = bool(os.read(_STDIN, 1))
+        if readable or writable:
+            self._feed.serve(readable, writable)
         return self._pipe_open and os.getppid() == self._parent_pid
 
     def _wait(self) -> None:
-        select.select([_STDIN] if self._pipe_open else [], [], [], POLL_S)
+        readers = [_STDIN, *self._feed.readers] if self._pipe_open else self._feed.readers
+        select.select(readers, self._feed.writers, [], POLL_S)
 
     def _note_death(self) -> None:
         counts = self._recording.counts
@@ -175,6 +211,7 @@ class RecorderLoop:
         self._recording.discard(self._slots[:0])  # nothing more goes out before the end
         while True:
             alive = self._producer_alive()
+            self._feed.tick(self._status)
             tail = words[TAIL]
             begin = tail % slots
             count = min(words[HEAD] - tail, slots - begin)

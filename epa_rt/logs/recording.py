@@ -7,7 +7,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -69,6 +69,12 @@ def ending_from(values: Mapping[str, str]) -> Ending:
     )
 
 
+def ending_values(ending: Ending, samples: int, events: int) -> dict[str, str]:
+    """The `outcome` metadata of a log that holds so many samples and events."""
+    values = {key: str(value) for key, value in vars(ending).items()}
+    return values | {"samples": str(samples), "events": str(events)}
+
+
 @dataclass
 class Counts:
     """What the file holds so far."""
@@ -82,6 +88,14 @@ class Counts:
     pending: int = 0
 
 
+class Tap(Protocol):
+    """Who is given what a recording takes, in its order; a live view."""
+
+    def rows(self, slots: np.ndarray) -> None: ...
+
+    def event(self, cycle: int, t_ns: int, kind: str, text: str, data: dict[str, Any]) -> None: ...
+
+
 class Recording:
     """Takes slots in order and writes them to `file` in chunks of a fixed number of samples.
 
@@ -90,7 +104,7 @@ class Recording:
     disk does not take the bytes.
     """
 
-    def __init__(self, file: McapFile, layout: SampleLayout) -> None:
+    def __init__(self, file: McapFile, layout: SampleLayout, tap: Tap | None = None) -> None:
         self._file = file
         self._block = RowBlock(layout, SAMPLES_PER_CHUNK)
         self._event_class = message_class(event_topic())
@@ -103,6 +117,7 @@ class Recording:
         self.slots_taken = 0
         self._samples_taken = self._events_taken = 0
         self._is_discarding = False
+        self._tap = tap
 
     @staticmethod
     def begin(
@@ -136,7 +151,10 @@ class Recording:
         `write_ending_after`.
         """
         kinds = slots["kind"]
-        self._samples_taken += int(np.count_nonzero(kinds == KIND_SAMPLE))
+        is_sample = kinds == KIND_SAMPLE
+        self._samples_taken += int(np.count_nonzero(is_sample))
+        if self._tap is not None:  # the rig is still to be seen
+            self._tap.rows(slots[is_sample])
         self._is_discarding = True
         for other in np.flatnonzero(kinds != KIND_SAMPLE).tolist():
             self._event_slot(slots[other : other + 1])
@@ -159,6 +177,8 @@ class Recording:
         encoded = json.dumps(data)
         # A lone surrogate has no place in a protobuf string.
         kind, text = (value.encode(errors="replace").decode() for value in (kind, text))
+        if self._tap is not None:
+            self._tap.event(cycle, t_ns, kind, text, data)
         message = self._event_class(cycle=cycle, kind=kind, text=text, data=encoded)
         message_bytes = message.SerializeToString(deterministic=True)
         self._loose.append((CHANNEL_IDS[EVENT], cycle & 0xFFFFFFFF, t_ns, message_bytes))
@@ -238,8 +258,7 @@ class Recording:
         """The outcome, the summary and the footer alone."""
         self._file.use_reserve()
         if self.ending is not None:
-            values = {key: str(value) for key, value in vars(self.ending).items()}
-            values |= {"samples": str(self.counts.samples), "events": str(self.counts.events)}
+            values = ending_values(self.ending, self.counts.samples, self.counts.events)
             self._file.metadata(OUTCOME_METADATA, values)
         self._file.finish()
 
@@ -248,6 +267,8 @@ class Recording:
             last, counts = slots[-1], self.counts
             counts.last_cycle, counts.last_t_ns = int(last["cycle"]), int(last["t_ns"])
             counts.last_state, counts.last_phase = int(last["state"]), int(last["phase"])
+            if self._tap is not None:
+                self._tap.rows(slots)
         while len(slots):
             taken = self._block.take(slots)
             slots = slots[taken:]

@@ -71,6 +71,7 @@ class RunResult:
     end: EndState | None = None
     category: str = ""
     hints: tuple[str, ...] = ()  # what to calibrate
+    position_lost: bool = False  # the motor's count was found wrong, at the trip or after it
 
 
 @dataclass
@@ -327,7 +328,7 @@ def _judge(
         flags |= FLAG_STOP_REQUESTED
     if request >= STOP_AT_ONCE:
         flags |= FLAG_STOP_AT_ONCE
-        envelope.trip("operator", "", "the operator asked twice to stop", cycle)
+        envelope.trip("operator", "", "the operator asked to stop at once", cycle)
     failure = recording.failure
     if failure:
         flags |= FLAG_RECORDER_FAILED
@@ -405,6 +406,7 @@ def _result(
         end,
         supervisor.category,
         supervisor.hints,
+        envelope.position_lost,
     )
 
 

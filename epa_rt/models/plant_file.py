@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import yaml
 
+from epa_rt.config.kinds import expect_kind
 from epa_rt.config.source import Located, Location, load_yaml
 from epa_rt.config.units import UnitError, parse_quantity, with_unit
 from epa_rt.models.parameters import BLOCKS, TWICE, Parameter, Table, effects, neutral_params
@@ -42,6 +43,7 @@ def load_plant(path: Path | str) -> PlantFile:
 
 def read_plant(source: Located) -> PlantFile:
     """As load_plant, from YAML already read."""
+    expect_kind(source, "plant")
     data = _mapping(source, (), source.data)
     known = {
         "plant",

@@ -14,7 +14,17 @@ from epa_rt.experiments.experiment import Experiment, Phase, experiment_from
 from epa_rt.logs.reader import Event, LogReader
 from epa_rt.report.shown import Shown, shown_for
 
-_CYCLE = ("t_ns", "flags", "state", "phase", "lateness_ns", "busy_ns", "invalid_mask", "stale_mask")
+_CYCLE = (
+    "cycle",
+    "t_ns",
+    "flags",
+    "state",
+    "phase",
+    "lateness_ns",
+    "busy_ns",
+    "invalid_mask",
+    "stale_mask",
+)
 _RUN = (  # the supervisor's state in which phases go on; when it stops it brakes, which is no phase
     "run"
 )

@@ -15,6 +15,8 @@ class BusBudget:
     In a row: ``safety.lost_cycles``. Over time: a bad cycle adds the time that it took, a sound one
     takes off as much as lets ``safety.lost_share`` of the time be bad for ever; what may gather is
     ``safety.lost_time``, by default 0.6 of the reaction time, and never less than a row may take.
+    A bad cycle takes no longer than a frame is waited for, and one period until the next begins:
+    beyond that this machine stood still, which is the overruns' matter and is said.
     ``clear``: nothing is missing, so that a sound cycle need not be told. ``allowed_s``: what may
     gather over time.
     """
@@ -31,28 +33,40 @@ class BusBudget:
         self._share = safety.lost_share
         self._leak = safety.lost_share / (1.0 - safety.lost_share)
         self._level_s, self._dt_s, self._since_ns = 0.0, rig.period_s, 0
+        waited_s = frame_s or safety.reaction / (safety.lost_cycles + 1)
+        self._longest_s = max(rig.period_s, waited_s) + rig.period_s
+        self._stalled_s = 0.0
 
     def step(self, bus_ok: bool, now_ns: int) -> str:
         """Takes one cycle that began at ``now_ns`` (0: by a backend without a clock). How long a
         bad one took shows when the next one begins.
         """
         if self._row:
-            self._level_s += max(0.0, 1e-9 * (now_ns - self._since_ns) - self._dt_s)
+            took_s = 1e-9 * (now_ns - self._since_ns)
+            self._level_s += max(0.0, min(took_s, self._longest_s) - self._dt_s)
+            self._stalled_s += max(0.0, took_s - self._longest_s)
         self._since_ns = now_ns
         if bus_ok:
             self._row = 0
             self._level_s -= self._leak * self._dt_s
             if self._level_s < 1e-9:
-                self._level_s, self.clear = 0.0, True
+                self._level_s, self._stalled_s, self.clear = 0.0, 0.0, True
         else:
             self.clear = False
             self._row += 1
             self._level_s += self._dt_s
         if self._row >= self._row_allowed:
-            return f"the working counter was wrong in {self._row} cycles in a row"
+            return f"the working counter was wrong in {self._row} cycles in a row{self._stall()}"
         if self._level_s > self.allowed_s:
             return (
                 f"the working counter was wrong for {1e3 * self._level_s:.3g} ms more than"
-                f" {100.0 * self._share:g} % of the time, of {1e3 * self.allowed_s:g} ms allowed"
+                f" {100.0 * self._share:g} % of the time, of {1e3 * self.allowed_s:g} ms"
+                f" allowed{self._stall()}"
             )
         return ""
+
+    def _stall(self) -> str:
+        """What this machine added to it, as a clause; nothing where it did not stand still."""
+        if not self._stalled_s:
+            return ""
+        return f", while this machine let the loop stand still for {1e3 * self._stalled_s:.3g} ms"

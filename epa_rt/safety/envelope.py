@@ -15,6 +15,8 @@ from epa_rt.safety.in_motion import InMotion
 from epa_rt.safety.stopping import Stopping
 from epa_rt.safety.thermal import ThermalLimit
 from epa_rt.safety.trip import OVER_RANGE_CAUSE, Trip
+from epa_rt.signals.image import image_of
+from epa_rt.signals.scaling import scaling_of
 
 INFINITE = float("inf")
 LET_DOWN = "let-down"  # the cause of a trip by a load that does not go down as it should
@@ -28,7 +30,8 @@ class Envelope:
 
     ``tripped`` is None or the first Trip; ``gate`` counts what was clamped; ``stopping`` says what
     leaves after a trip. ``reason`` tells in words why a measured row is invalid (the decoder's).
-    ``homing`` as CommandGate takes it.
+    ``homing`` as CommandGate takes it. ``position_lost``: the motor's count was found wrong, at the
+    trip or after it; what it counts from then on is no travel.
     """
 
     def __init__(self, rig: Rig, reason: Callable[[int], str], homing: bool = False):
@@ -36,14 +39,20 @@ class Envelope:
         self.gate = CommandGate(rig, homing)
         self.stopping = Stopping(rig)
         self._reason, self._motion = reason, MotionCheck(rig)
-        self._has_begun = False
+        self._has_begun = self.position_lost = False
+        self._position = 1 << [row.name for row in rig.inputs].index(rig.motor.position)
         self._in_motion = InMotion(rig)
         self._safe = {row.name: row.safe for row in rig.outputs}
         self._budget = BusBudget(rig)
         self._names = tuple(row.name for row in rig.inputs)
         watched = [row for row in rig.inputs if not row.name.endswith("_raw")]
-        self._watched = [(row.name, *(row.limits or (-INFINITE, INFINITE))) for row in watched]
-        self._unit = {row.name: row.si_unit for row in watched}
+        beyond = {rig.motor.position: half_count(rig)}
+        self._watched = [
+            (row.name, low - beyond.get(row.name, 0.0), high + beyond.get(row.name, 0.0))
+            for row in watched
+            for low, high in (row.limits or (-INFINITE, INFINITE),)
+        ]
+        self._rows = {row.name: row for row in watched}
         i2t = rig.safety.i2t
         self._current = i2t.current if i2t else ""
         self._thermal = (
@@ -95,6 +104,8 @@ class Envelope:
                 if refusal is None:
                     return self.gate.outputs
                 self.trip(*refusal, cycle)
+        if apart is not None or (invalid | stale) & self._position:
+            self.position_lost = True
         if not self._has_begun:
             self._has_begun = True
             self.stopping.begin(self.gate, powered)
@@ -129,14 +140,14 @@ class Envelope:
             return
         for name, low, high in self._watched:
             if not low <= measured[name] <= high:  # catches NaN as well
-                self._out_of_limits(cycle, name, measured[name], low, high)
+                self._out_of_limits(cycle, name, measured[name])
                 return
         if self._thermal is not None and self._thermal.step(measured[self._current]):
             text = f"i²t of {self._current} passed its limit (heat {self._thermal.heat_ratio:.2f})"
             self.trip("motor overload", self._current, text, cycle)
 
-    def _out_of_limits(self, cycle: int, name: str, value: float, low: float, high: float) -> None:
-        si_unit = self._unit[name]
+    def _out_of_limits(self, cycle: int, name: str, value: float) -> None:
+        si_unit, (low, high) = self._rows[name].si_unit, self._rows[name].limits or (0.0, 0.0)
         if value != value:
             self.trip("NaN", name, f"{name} is not a number", cycle)
             return
@@ -145,3 +156,12 @@ class Envelope:
         self.trip(
             cause, name, f"{name} = {value:.6g}{unit_text}, outside [{low:.6g}, {high:.6g}]", cycle
         )
+
+
+def half_count(rig: Rig) -> float:
+    """Half a count of the motor's travel, in its SI unit: a drive that is sent to a limit which is
+    no whole count stands at the nearest one, which is not beyond it.
+    """
+    row = rig.row(rig.motor.position)
+    entry = image_of(rig, outputs=False).places[row.entry].entry
+    return 0.5 * abs(scaling_of(row, entry, rig).slope)

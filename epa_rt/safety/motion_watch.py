@@ -2,7 +2,6 @@
 
 import math
 
-from epa_rt.config.devices import DEVICES
 from epa_rt.config.rig import Cia402Drive, Joint, Muscle, Rig
 from epa_rt.safety.gas_watch import CAUSE, Refusal
 from epa_rt.safety.muscle_law import MuscleGeometry
@@ -201,7 +200,7 @@ def travel_per_turn(rig: Rig) -> float:
     row = rig.row(rig.motor.position)
     place = image_of(rig, outputs=False).places[row.entry]
     slave = next((s for s in rig.slaves if s.name == row.entry.split(".")[0]), None)
-    if slave is None or "position" not in {e.name for e in DEVICES[slave.device].inputs}:
+    if slave is None or "position" not in {e.name for e in slave.description.inputs}:
         return 0.0
     slope = abs(scaling_of(row, place.entry, rig).slope)
     return slope * slave.counts_per_turn / (2.0 * math.pi)

@@ -11,11 +11,10 @@ from epa_rt.config.devices import (
     STATUS_UNDER_RANGE,
 )
 from epa_rt.config.rig import Rig
-from epa_rt.signals.image import image_of, struct_format
+from epa_rt.signals.image import Image, image_of, struct_format
 from epa_rt.signals.scaling import scaling_of
 
 NAN = math.nan
-_BAD_STATUS = STATUS_UNDER_RANGE | STATUS_OVER_RANGE | STATUS_ERROR | STATUS_INVALID
 
 
 class Decoder:
@@ -42,8 +41,9 @@ class Decoder:
         self._bits: list[tuple[str, int, int, bool]] = []
         # bit of the row, name, field, slope, intercept, valid counts
         self._checked: list[tuple[int, str, int, float, float, int, int]] = []
-        # bit of the row, and its status word: field, bit of the toggle in the image
-        self._status: list[tuple[int, int, int]] = []
+        # bit of the row, and its status word: field, bit of the toggle in the image, bits that say
+        # that the value is bad
+        self._status: list[tuple[int, int, int, int]] = []
         self._stale_after: list[float] = []  # in cycles, of each status word
         self._any_bad = self._all_toggles = 0  # these bits of every status word in the image
         self._toggles: int | None = None  # in the image before; None: the first sample is a new one
@@ -51,7 +51,7 @@ class Decoder:
         for i, row in enumerate(rig.inputs):
             place = image.places[row.entry]
             scaling = scaling_of(row, place.entry, rig)
-            status = fields.get(row.entry + "_status")
+            status = _status_field(row.entry, image, fields)
             if place.entry.code == "?":
                 self._bits.append((row.name, digital[place.byte], place.bit, row.inverted))
             elif row.name.endswith("_raw"):
@@ -71,10 +71,11 @@ class Decoder:
                     )
                 )
                 if status is not None:
-                    shift = 8 * image.places[row.entry + "_status"].byte
-                    self._status.append((1 << i, status, STATUS_TOGGLE << shift))
+                    word = image.places[row.entry + "_status"]
+                    shift, bad = 8 * word.byte, word.entry.faults
+                    self._status.append((1 << i, status, STATUS_TOGGLE << shift, bad))
                     self._stale_after.append(row.stale_after or math.inf)
-                    self._any_bad |= _BAD_STATUS << shift
+                    self._any_bad |= bad << shift
                     self._all_toggles |= STATUS_TOGGLE << shift
         self._renewed = [0] * len(self._status)  # the cycle in which some toggled and some did not
         self._soonest_stale = min(self._stale_after, default=math.inf)
@@ -121,8 +122,8 @@ class Decoder:
     def _said_to_be_bad(self) -> int:
         """The rows whose status words say so, as bits."""
         invalid = 0
-        for row, field, _toggle in self._status:
-            if self._fields[field] & _BAD_STATUS:
+        for row, field, _toggle, bad in self._status:
+            if self._fields[field] & bad:
                 invalid |= row
         return invalid
 
@@ -132,14 +133,14 @@ class Decoder:
         if before is None or toggles ^ before == self._all_toggles:
             self._all_renewed = self._cycle
             return
-        for k, (_row, _field, toggle) in enumerate(self._status):
+        for k, (_row, _field, toggle, _bad) in enumerate(self._status):
             if (toggles ^ before) & toggle:
                 self._renewed[k] = self._cycle
 
     def _not_renewed(self) -> int:
         """The rows that are stale, as bits."""
         stale = 0
-        for k, (row, _field, _toggle) in enumerate(self._status):
+        for k, (row, _field, _toggle, _bad) in enumerate(self._status):
             renewed = max(self._all_renewed, self._renewed[k])
             if self._cycle - renewed >= self._stale_after[k]:
                 stale |= row
@@ -149,12 +150,15 @@ class Decoder:
         """Why the i-th measured row of the last image is not believed, in words with the counts
         that were read.
         """
-        fields_of_status = {row: field for row, field, _toggle in self._status}
+        status_words = {row: (field, bad) for row, field, _toggle, bad in self._status}
         for row, _name, field, _slope, _intercept, low, high in self._checked:
             if row != 1 << i or not self._fields:
                 continue
             counts = self._fields[field]
-            status = self._fields[fields_of_status[row]] if row in fields_of_status else 0
+            status = 0
+            if row in status_words:
+                word, bad = status_words[row]
+                status = self._fields[word] & bad
             for bit, words in (
                 (STATUS_INVALID, "terminal says the value is invalid"),
                 (STATUS_ERROR, "terminal reports an error"),
@@ -162,12 +166,21 @@ class Decoder:
                 (STATUS_OVER_RANGE, "terminal over-range"),
             ):
                 if status & bit:
-                    return f"{words} (status 0x{status:04X}, {counts} counts)"
+                    told = self._fields[word]
+                    return f"{words} (status 0x{told:04X}, {counts} counts)"
             if counts < low:
                 return f"below the sensor's range, broken wire ({counts} counts, valid from {low})"
             if counts > high:
                 return f"above the sensor's range ({counts} counts, valid to {high})"
         return "no longer invalid"
+
+
+def _status_field(entry: str, image: Image, fields: dict[str, int]) -> int | None:
+    """Field of the status word that tells whether an entry's value is to be believed; None where
+    it has none.
+    """
+    place = image.places.get(entry + "_status")
+    return None if place is None or not place.entry.faults else fields[entry + "_status"]
 
 
 class Encoder:

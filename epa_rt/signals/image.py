@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from epa_rt.config.devices import Entry
 from epa_rt.config.rig import Rig
 from epa_rt.config.rig_checks import entries_of
+from epa_rt.config.terminal import GAP
 
 
 @dataclass(frozen=True)
@@ -41,9 +42,10 @@ def image_of(rig: Rig, outputs: bool) -> Image:
     for slave in rig.slaves:
         bits = 0
         for entry in entries_of(slave, outputs):
-            places[f"{slave.name}.{entry.name}"] = Place(
-                slave.name, entry, position + bits // 8, bits % 8
-            )
+            if entry.code != GAP:
+                places[f"{slave.name}.{entry.name}"] = Place(
+                    slave.name, entry, position + bits // 8, bits % 8
+                )
             bits += entry.bits
         size = (bits + 7) // 8
         slices[slave.name] = (position, size)

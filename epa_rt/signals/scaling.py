@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from epa_rt.config.devices import Entry
 from epa_rt.config.rig import Rig
-from epa_rt.config.rig_checks import calibration_line
+from epa_rt.config.rig_row_checks import reading_line
 from epa_rt.config.rig_rows import SignalRow, native_pair
 
 
@@ -30,17 +30,19 @@ class Scaling:
 
 
 def scaling_of(row: SignalRow, entry: Entry, rig: Rig) -> Scaling:
-    """The row's scaling. Pressures that are read as gauge come out absolute (the rig's atmosphere
-    is added).
+    """The row's scaling, by its calibration file where it has one. Pressures that are read as
+    gauge come out absolute (the rig's atmosphere is added).
     """
-    slope, intercept = calibration_line(row, entry)
+    slope, intercept = reading_line(row, entry, rig)
     if row.reads == "gauge":
         intercept += rig.atmosphere_pa
     low, high = entry.counts
     if row.valid is not None:
         native_low, native_high = native_pair(row.valid, entry.unit)
-        low = max(low, round(native_low / entry.per_count))
-        high = min(high, round(native_high / entry.per_count))
+        low = max(low, round(entry.to_counts(native_low)))
+        high = min(high, round(entry.to_counts(native_high)))
     if rig.applied_zero is not None and row.name == rig.motor.position:
         intercept += slope * entry.per_count * rig.applied_zero.offset
+    if entry.offset:
+        intercept += slope * entry.offset
     return Scaling(slope * entry.per_count, intercept, low, high)

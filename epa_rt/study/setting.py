@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from epa_rt.config.kinds import expect_kind
 from epa_rt.config.source import Located, Location, load_yaml
 from epa_rt.config.units import UnitError, parse_pressure, parse_quantity, with_unit
 from epa_rt.models.plant_file import PlantFile, load_plant
@@ -21,6 +22,7 @@ class Setting:
 
     def __init__(self, source: Located, kind: str, keys: tuple[str, ...]):
         self.source = source
+        expect_kind(source, "study")
         for key in source.data:
             if key not in ("study", *keys):
                 raise source.error((key,), f"'{key}'", "one of " + ", ".join(("study", *keys)))

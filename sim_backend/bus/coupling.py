@@ -8,6 +8,7 @@ as well.
 from epa_rt.config.devices import Entry
 from epa_rt.config.rig import Rig
 from epa_rt.config.rig_checks import entries_of
+from epa_rt.config.terminal import GAP
 from epa_rt.signals.image import Image, Place, image_of
 from sim_backend.bus.logical import BitCopy, ByteCopy
 from sim_backend.bus.registers import DIGITAL_OUTPUTS, MEMORY_SIZE
@@ -15,11 +16,6 @@ from sim_backend.bus.sii import INPUTS, OUTPUTS
 from sim_backend.bus.slave import Slave
 
 Copy = ByteCopy | BitCopy
-
-
-def _key(entry: Entry) -> tuple[int, int]:
-    # EL4034 carries its value at subindex 0x11 or 0x01, by revision
-    return entry.index, 0x11 if entry.index >> 8 == 0x70 and entry.bits == 16 else entry.subindex
 
 
 def copies_of(
@@ -42,18 +38,17 @@ def copies_of(
             [],
         )  # not configured for this mapping: the slave's processor leaves its memory alone
     start = 8 * first
-    known = {_key(entry): entry for entry in entries}
+    known = {
+        slave.key(entry.index, entry.subindex, entry.bits): entry
+        for entry in entries
+        if entry.code != GAP
+    }
     runs: list[list[int]] = []  # place, at, bits
     missing = []
     position = covered = 0
     for pdo in slave.assigned(outputs):
         for mapped in pdo.entries:
-            entry = known.get(
-                (
-                    mapped.index,
-                    0x11 if mapped.index >> 8 == 0x70 and mapped.bits == 16 else mapped.subindex,
-                )
-            )
+            entry = known.get(slave.key(mapped.index, mapped.subindex, mapped.bits))
             if entry is not None:
                 place = image.places[f"{slave.name}.{entry.name}"]
                 at = 8 * place.byte + place.bit

@@ -22,16 +22,8 @@ from sim_backend.bus.logical import Plan
 from sim_backend.bus.mailbox import RESPONSE_NS
 from sim_backend.bus.segment import Segment
 from sim_backend.bus.slave import Settings, Slave
-from sim_backend.bus.terminals import AnalogInputs, AnalogOutputs, Coupler, DigitalOutputs
+from sim_backend.bus.terminals import Terminal
 from sim_backend.bus.topology import wire
-
-KINDS: dict[str, type[Slave]] = {
-    "EK1100": Coupler,
-    "EL2124": DigitalOutputs,
-    "EL3004": AnalogInputs,
-    "EL4034": AnalogOutputs,
-    "EPOS4": Epos4,
-}
 
 _NEAR = 8  # a step nearer to a frame than this part of a period would hold its answer up
 _STAYS_CYCLES = 500
@@ -81,8 +73,10 @@ class EmulatedBus:
         self.faults = BusFaults(self, seed)
         settings = Settings(delays_ns, response_ns, drift_ppm or {}, offset_ns or {})
         self.slaves: dict[str, Slave] = {
-            slave.name: KINDS[slave.device](
-                slave.name, self.agenda, settings, slave.product, slave.revision
+            slave.name: (
+                Epos4(slave.name, self.agenda, settings, slave.product, slave.revision)
+                if slave.description.is_drive
+                else Terminal(slave, self.agenda, settings)
             )
             for slave in rig.slaves
         }
@@ -137,14 +131,14 @@ class EmulatedBus:
             self.plant.bind(self.drive, self.coupling)
             self.plant.hear_master(self.drive.drives_outputs)
         for number, slave in enumerate(self.slaves.values()):
-            if isinstance(slave, AnalogInputs):
+            if isinstance(slave, Terminal) and slave.has_filter:
                 self._set_filter(number, slave)
         self._give()
         self._start_periods: int | None = None
         self._to_whole_periods()
         self._reported = 0
 
-    def _set_filter(self, number: int, slave: AnalogInputs) -> None:
+    def _set_filter(self, number: int, slave: Terminal) -> None:
         """Gives the plant's terminal the filter of its objects, now and when they are written."""
         set_now = lambda: self.plant.filter_terminal(number, slave.filter_selection)  # noqa: E731
         slave.on_filter = set_now

@@ -3,12 +3,13 @@ interface needed.
 
     run_beside(["python", "master.py"], rig="config/rigs/bench.yaml")
 
-The command finds its interface in the environment variable EPA_BUS_INTERFACE and the emulator's
-control channel in EPA_BUS_CONTROL. Nothing is left behind: the network goes with the last process
-in it.
+The command finds its interface in the environment variable EPA_BUS_INTERFACE, the emulator's
+control channel in EPA_BUS_CONTROL, its pace in EPA_BUS_LOCK_STEP (0 or 1). Nothing is left behind:
+the network goes with the last process in it.
 """
 
 import ctypes
+import functools
 import os
 import shutil
 import signal
@@ -21,8 +22,9 @@ from pathlib import Path
 from sim_backend.bus.veth import make_pair
 
 MASTER_END, SLAVE_END = "ecat_master", "ecat_slaves"
-INTERFACE, CONTROL = "EPA_BUS_INTERFACE", "EPA_BUS_CONTROL"
-_UNSHARE = ("unshare", "--user", "--map-root-user", "--net")
+INTERFACE, CONTROL, LOCK_STEP = "EPA_BUS_INTERFACE", "EPA_BUS_CONTROL", "EPA_BUS_LOCK_STEP"
+_PLAIN = ("unshare", "--net")  # by root: real-time priority, where root has it, is kept
+_AS_USER = ("unshare", "--user", "--map-root-user", "--net")  # nobody's right to it reaches in here
 _ROOT = Path(__file__).parents[2]
 _PR_SET_PDEATHSIG = 1
 _READY = "ready"
@@ -32,8 +34,19 @@ def refusal() -> str | None:
     """Why no network of one's own can be made here; None where it can."""
     if shutil.which("unshare") is None:
         return "there is no unshare command"
-    tried = subprocess.run([*_UNSHARE, "true"], capture_output=True, text=True)
-    return None if tried.returncode == 0 else f"unshare is refused: {tried.stderr.strip()}"
+    why = _refused(_AS_USER)
+    return None if why is None or _network() == _PLAIN else f"unshare is refused: {why}"
+
+
+def _refused(line: tuple[str, ...]) -> str | None:
+    tried = subprocess.run([*line, "true"], capture_output=True, text=True)
+    return None if tried.returncode == 0 else tried.stderr.strip()
+
+
+@functools.cache
+def _network() -> tuple[str, ...]:
+    """What makes a network of one's own here."""
+    return _PLAIN if os.geteuid() == 0 and _refused(_PLAIN) is None else _AS_USER
 
 
 def run_beside(
@@ -78,7 +91,7 @@ def command_beside(
 ) -> list[str]:
     """The whole command line of ``run_beside``, for who wants to start it otherwise."""
     return [
-        *_UNSHARE,
+        *_network(),
         sys.executable,
         "-c",
         (
@@ -105,6 +118,7 @@ def inside(arguments: Sequence[str]) -> int:
             options += ["--control", str(Path(folder, "control"))]
         control = options[options.index("--control") + 1]
         environment = {**os.environ, INTERFACE: MASTER_END, CONTROL: control}
+        environment[LOCK_STEP] = str(int("--lock-step" in options))
         environment["PYTHONPATH"] = os.pathsep.join(
             filter(None, (str(_ROOT), os.environ.get("PYTHONPATH")))
         )

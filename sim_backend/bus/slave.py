@@ -131,6 +131,10 @@ class Slave:
             if pdo.sync_manager != 0xFF and (pdo.index < 0x1A00) == outputs
         ]
 
+    def key(self, index: int, subindex: int, bits: int) -> tuple[int, int]:
+        """How an object of the process data is known in the rig's image."""
+        return index, subindex
+
     def process_bytes(self, outputs: bool) -> int:
         """Length of the process data in one direction."""
         return (sum(pdo.bits for pdo in self.assigned(outputs)) + 7) // 8

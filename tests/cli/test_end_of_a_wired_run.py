@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from epa_rt.cli.zero import blind_words, keep_end, load_rig_source, raw_count
+from epa_rt.cli.exits import VerbError
+from epa_rt.cli.zero import blind_words, keep_end, load_rig_source, need_known_count, raw_count
 from epa_rt.config.zero_file import ZeroFile, read_zero, write_zero, zero_path
 from epa_rt.loop.referenced import Referenced, position_scaling
 from epa_rt.signals.image import image_of
@@ -33,6 +34,13 @@ def ended(folder, end, hurt=None, requests=None):
     return made.result, read_zero(zero_path(path), "bench_analog").end, raw_count(rig, decoder)
 
 
+def _jumped(exchange, at):
+    raw = bytearray(exchange.inputs_raw)
+    count = int.from_bytes(raw[at : at + 4], "little", signed=True) + LOST_COUNTS
+    raw[at : at + 4] = count.to_bytes(4, "little", signed=True)
+    return exchange._replace(inputs_raw=bytes(raw))
+
+
 def test_a_sound_run_keeps_where_it_ended(tmp_path):
     result, end, last = ended(tmp_path, 0)
     assert result.outcome == "completed" and end == last != 0
@@ -56,19 +64,34 @@ def test_a_run_that_lost_its_count_keeps_no_end(tmp_path, requests):
     at = image_of(rig, outputs=False).places["drive.position"].byte
 
     def hurt(exchange, _model):
-        if exchange.cycle < AT_CYCLE:
-            return exchange
-        raw = bytearray(exchange.inputs_raw)
-        count = int.from_bytes(raw[at : at + 4], "little", signed=True) + LOST_COUNTS
-        raw[at : at + 4] = count.to_bytes(4, "little", signed=True)
-        return exchange._replace(inputs_raw=bytes(raw))
+        return _jumped(exchange, at) if exchange.cycle >= AT_CYCLE else exchange
 
     result, end, _ = ended(tmp_path, 0, hurt, requests)
     assert result.trip.cause == "position jump" and end is None
 
 
+@pytest.mark.parametrize("lost_after", [5, 1 << 60])
+def test_a_count_lost_after_another_trip_keeps_no_end_either(tmp_path, lost_after):
+    """The first trip is the load cell's; the count is lost while the motor comes to rest."""
+    rig = load_rig_source(ROOT / "config/rigs/bench_analog.yaml", False)[1]
+    places = image_of(rig, outputs=False).places
+    force, at = places[rig.row("muscle_force_n").entry].byte, places["drive.position"].byte
+
+    def hurt(exchange, model):
+        if exchange.cycle < AT_CYCLE:
+            return exchange
+        raw = bytearray(exchange.inputs_raw)
+        raw[force : force + 2] = (0x7FFF).to_bytes(2, "little")
+        broken = exchange._replace(inputs_raw=bytes(raw))
+        return _jumped(broken, at) if exchange.cycle >= AT_CYCLE + lost_after else broken
+
+    result, end, last = ended(tmp_path, 0, hurt)
+    assert result.trip.signal == "muscle_force_n" and result.position_lost is (lost_after == 5)
+    assert end == (None if lost_after == 5 else last)
+
+
 @pytest.mark.parametrize(("end", "is_blind"), [(-11, True), (0, True), (ELSEWHERE, False)])
-def test_an_end_at_which_a_drive_begins_to_count_is_said(tmp_path, end, is_blind):
+def test_an_end_at_which_a_drive_begins_to_count_needs_the_operators_word(tmp_path, end, is_blind):
     """There a drive whose supply was off is taken for one that never lost its count."""
     path = tmp_path / "bench_analog.yaml"
     text = (ROOT / "config/rigs/bench_analog.yaml").read_text()
@@ -80,3 +103,9 @@ def test_an_end_at_which_a_drive_begins_to_count_is_said(tmp_path, end, is_blind
     rig = load_rig_source(path, True)[1]
     begins = {rig.motor.position: position_scaling(rig).to_si(0)}
     assert (Referenced(rig).refusal(begins) is None) == is_blind == bool(blind_words(rig))
+    need_known_count(rig, path, stayed_on=True)
+    if is_blind:
+        with pytest.raises(VerbError, match="near 0.*epa home --rig .*--supply-stayed-on"):
+            need_known_count(rig, path, stayed_on=False)
+    else:
+        need_known_count(rig, path, stayed_on=False)

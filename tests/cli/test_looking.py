@@ -8,6 +8,7 @@ import sys
 
 import pytest
 
+from epa_rt.cli.damage import NOT_WHOLE
 from epa_rt.cli.info import text_of
 from epa_rt.cli.main import main
 from tests.cli.shell import EXPERIMENTS, RIGS, ROOT, epa
@@ -157,9 +158,17 @@ def test_report_writes_its_page_beside_the_log(log, tmp_path, capsys):
     assert "copy.html" in capsys.readouterr().out
 
 
-def test_report_of_a_cut_log_says_so_and_succeeds(cut, capsys):
-    assert main(["report", str(cut)]) == 0
-    assert "the log is not whole" in capsys.readouterr().out
+def test_all_that_read_a_damaged_log_say_the_same_of_it_and_end_alike(cut, log, capsys):
+    verbs = (("info", "--check"), ("replay",), ("report",), ("plot",))
+    sentences = set()
+    for words in verbs:
+        assert main([*words, str(cut)]) == 1, words
+        said = capsys.readouterr().out
+        sentences.add(next(s for s in said.splitlines() if NOT_WHOLE in s).partition(NOT_WHOLE)[2])
+    assert len(sentences) == 1
+    for words in verbs:
+        assert main([*words, str(log)]) == 0, words
+        assert NOT_WHOLE not in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("verb", ["report", "plot"])

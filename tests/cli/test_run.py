@@ -196,7 +196,11 @@ def test_a_recorder_that_is_killed_ends_the_run_safe(tmp_path):
     assert process.returncode == 3, (out, err)
     assert "recorder" in out and "drive off" in out
     with LogReader(only_log(tmp_path)) as reader:
-        assert reader.missing and reader.columns("/cycle")["cycle"].size > 0
+        there = reader.columns("/cycle")["cycle"].size
+        assert there > 0 and reader.outcome == "tripped"
+        lost = f"LOST: {reader.ending.lost_samples} samples are not in the log"
+        assert lost in out and reader.ending.lost_samples > 0
+        assert f"({there} cycles" not in out and "no footer" in reader.missing[-2]
 
 
 def test_a_full_disk_ends_the_run_safe_and_leaves_what_was_written(tmp_path):

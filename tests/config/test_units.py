@@ -76,6 +76,13 @@ def test_another_dimension_is_refused(symbol, other, number):
         parse_quantity(f"{number!r} {symbol}", other)
 
 
+@pytest.mark.parametrize("text", ["1e31 m", "-1e300 mm", "1.1e30 m"])
+def test_a_size_whose_products_would_overflow_is_refused(text):
+    with pytest.raises(UnitError, match="expected at most 1e\\+30 m"):
+        parse_quantity(text, "m")
+    assert parse_quantity("1e30 m", "m") == 1e30
+
+
 @settings(max_examples=400)
 @given(
     st.one_of(

@@ -18,14 +18,17 @@ from epa_rt.logs.replay import RecordedCycles, ReplayBackend
 from epa_rt.models.plant_file import load_plant
 from epa_rt.signals.codec import Decoder, Encoder
 from sim_backend.backend import SimBackend
+from tests.other_terminals import EDITS, rig_of
 
 ROOT = Path(__file__).resolve().parents[2]
-RIGS = ("bench", "bench_analog", "knee", "mass")
+RIGS = ("bench", "bench_analog", "knee", "mass", *EDITS)  # with every terminal that is known
 CYCLES = 200  # of every scenario
 
 
 @cache
 def rig(name: str) -> Rig:
+    if name in EDITS:
+        return rig_of(name)
     return load_rig(ROOT / "config" / "rigs" / f"{name}.yaml")
 
 

@@ -8,6 +8,7 @@ from rich.console import Console
 
 from epa_rt.identify.identify import Asked, identify_trials
 from epa_rt.identify.report.curves import cloud, forces, stretches
+from epa_rt.identify.report.identified import best, residual_figures
 from epa_rt.identify.report.page import identify_page
 from epa_rt.identify.report.terminal import show
 from epa_rt.identify.report.words import coefficients, condition, number
@@ -39,7 +40,7 @@ def test_the_page_shows_every_model_and_every_picture(found):
     body = page.split("<main>")[1]
     for score in found[0].scores:
         assert f"<td>{score.name}</td>" in body and f'<td class="n">{number(score.r2)}</td>' in body
-    assert body.count('"type":"scatter3d"') == 2 and len(re.findall(r"<figure>", body)) == 7
+    assert body.count('"type":"scatter3d"') == 2 and len(re.findall(r"<figure>", body)) == 10
 
 
 def test_a_trial_alone_has_a_page_too(found):
@@ -76,3 +77,17 @@ def test_figures_have_the_digits_that_their_intervals_are_worth(found):
     )
     assert rows["viscous"][3] == "N s/m" and len(rows["viscous"][1]) <= 5
     assert (condition(1.0), condition(23.4), condition(1.2e6)) == ("–", "23", "1e6")
+
+
+def test_the_page_leads_with_what_is_identified_and_what_it_leaves(found):
+    answer, trials, data = found
+    body = identify_page(*found).split("<main>")[1]
+    chosen = best(answer)
+    assert body.index("What is identified") < body.index("What it leaves") < body.index("Models")
+    lead = body[: body.index("What it leaves")]
+    for shown in (chosen.name, *(row[0] for row in coefficients(chosen))):
+        assert shown in lead
+    few = cloud(answer, trials, data, chosen.name, 1000)
+    for figure in residual_figures(few, chosen.name):
+        low, high = figure.layout["yaxis"]["range"]
+        assert low < (few.force_n - few.model_n).min() < (few.force_n - few.model_n).max() < high

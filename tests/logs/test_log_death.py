@@ -65,7 +65,12 @@ def test_the_loop_hears_at_once_of_a_recorder_that_was_killed(open_recorder, tmp
     summary = recorder.close("tripped", "recorder died")
     assert summary.failure == "recorder died (signal 9)"
     with LogReader(tmp_path / "log.mcap") as log:
-        assert "no footer" in log.missing[-1]
+        there = len(log.columns("/cycle")["cycle"])
+        assert log.outcome == "tripped" and log.ending.failure == summary.failure
+        assert log.ending.lost_samples == summary.lost_samples == 5000 - there > 0
+        assert summary.samples == there
+        assert "no footer" in log.missing[-2]
+        assert log.missing[-1].startswith(f"{5000 - there} samples and 1 events were lost while")
 
 
 def test_neither_interrupt_nor_terminate_stops_the_recorder(open_recorder):

@@ -91,3 +91,11 @@ def test_air_comes_and_goes_in_steps(tmp_path):
     pressure = one.measured("muscle_pressure_pa")
     assert result.outcome == "completed"
     assert [round(pressure[n] / 20e3) for n in (1900, 4400, 6400, 8900)] == [6, 7, 6, 5]
+
+
+def test_a_jog_that_nobody_keys_ends_by_itself(tmp_path, monkeypatch):
+    monkeypatch.setattr("epa_rt.experiments.jogging.IDLE_S", 2.0)
+    one = OneRig(tmp_path)
+    result, _ = one.keys({200: "up", 1500: "x"})
+    assert result.outcome == "completed" and result.end.is_quiet
+    assert 3500 <= result.cycles < 8000

@@ -161,7 +161,7 @@ def test_a_motor_that_runs_away_from_its_targets_ends_in_category_0(strict, spee
 def test_the_second_ctrl_c_is_at_once_also_on_the_way_down(strict):
     out = stopped(strict, at_once_after=50)
     assert out.memory.states[-3:] == [LET_DOWN, SAFE, DONE]
-    assert "the operator asked twice" in out.result.category
+    assert "the operator asked to stop at once" in out.result.category
     assert sum(s[2] == LET_DOWN for s in out.memory.samples) < 60
 
 

@@ -57,6 +57,19 @@ def test_losses_below_the_share_go_on_for_ever(period_ms, together, more):
     assert ended_after_s(BusBudget(at_period(period_ms)), again(pattern), 2.0) is None
 
 
+@given(st.floats(6.1e-3, 0.5))
+def test_what_the_machine_stood_still_is_not_the_bus(stall_s):
+    """One lost frame, and the loop that does not run for long: nothing to trip for; a second and
+    third one in a row are, and the stall is said.
+    """
+    budget = BusBudget(rig("bench"))
+    assert ended_after_s(budget, again([(False, stall_s)] + [(True, 1e-3)] * 200), 1.0) is None
+    budget, at = BusBudget(rig("bench")), 10_000_000_000
+    assert not budget.step(False, at) and not budget.step(False, at + round(1e9 * stall_s))
+    said = budget.step(False, at + round(2e9 * stall_s))
+    assert said.endswith(f"stand still for {2e3 * (stall_s - 6e-3):.3g} ms")
+
+
 def test_a_row_is_judged_by_its_length_alone():
     for frame_timeout, takes_s in (("", 1e-3), ("master: {frame_timeout: 90 ms}\n", 90e-3)):
         on = edited("bench", ("safety:\n", f"{frame_timeout}safety:\n"))

@@ -114,21 +114,6 @@ def test_a_channel_that_must_flicker_and_stands_is_refused():
     assert worse.refusal[1] == "muscle_pressure_pa"
 
 
-def test_a_supply_that_is_not_what_is_said_is_refused():
-    row = (
-        "  - {name: supply_pressure_pa, entry: analog_in.ch3, port: supply_gauge_pa, reads: gauge,"
-        " calibration: {native: [1 V, 5 V], value: [0 kPa, 1000 kPa]}}\n"
-    )
-    on = edited(
-        "bench",
-        ("  # encoder 1024 lines", row + "  # encoder 1024 lines"),
-        ("sensors: {", "sensors: {supply: supply_pressure_pa, "),
-    )
-    supply_pa = on.muscles[0].valves.supply
-    assert asked(on, {"supply_pressure_pa": supply_pa}).refusal is None
-    assert "regulator" in asked(on, {"supply_pressure_pa": 0.7 * supply_pa}).refusal[2]
-
-
 def test_a_rig_that_says_little_is_asked_little():
     on = edited(
         "bench",
@@ -139,3 +124,145 @@ def test_a_rig_that_says_little_is_asked_little():
     )
     assert asked(on, {"muscle_force_n": 100.0, "motor_current_a": 3.0}).refusal is None
     assert asked(on, {"muscle_pressure_pa": 1e4}).refusal is not None
+
+
+SUPPLY = (
+    "  - {name: supply_pressure_pa, entry: analog_in.ch3, port: supply_gauge_pa, reads: gauge,"
+    " calibration: {native: [1 V, 5 V], value: [0 kPa, 1000 kPa]}}\n"
+)
+
+
+def with_supply():
+    """The bench with a sensor at the supply, which the rig file says is 951.325 kPa absolute."""
+    return edited(
+        "bench",
+        ("  # encoder 1024 lines", SUPPLY + "  # encoder 1024 lines"),
+        ("sensors: {", "sensors: {supply: supply_pressure_pa, "),
+    )
+
+
+def test_each_refusal_in_full():
+    """Signal, figures with their units, and what to look at."""
+    supply_pa = 951_325.0
+    of = {
+        "pressure": (rig("bench"), {"muscle_pressure_pa": -40e3}),
+        "force": (rig("bench"), {"muscle_force_n": 100.0}),
+        "locked": (rig("mass"), {"motor_travel_m": 0.010}),
+        "current": (rig("bench"), {"motor_current_a": -0.5}),
+        "joint": (rig("knee"), {"knee_angle_rad": 0.14}),
+        "supply": (with_supply(), {"supply_pressure_pa": 0.7 * supply_pa}),
+    }
+    said = {name: asked(*what).refusal[2] for name, what in of.items()}
+    assert said == {
+        "pressure": "muscle_pressure_pa reads -40.0 kPa gauge with muscle vented, more than 8 kPa"
+        " off; check the sensor (zero, calibration, wire), cmd_muscle_exhaust_open (does it open?),"
+        " cmd_muscle_inlet_open (does it leak?)",
+        "force": "muscle_force_n reads +100.0 N with the muscles vented, more than 14 N from what"
+        " an unloaded cell may; check its zero, its wire, what pulls at it",
+        "locked": "muscle_force_n reads +0.0 N with the muscles vented, more than 14 N from what an"
+        " unloaded cell may; check its zero, its wire, what pulls at it, the zero of motor_travel_m"
+        " (home again)",
+        "current": "motor_current_a reads -0.500 A without power, more than 0.1 A; check its wire,"
+        " its calibration, the drive's monitor",
+        "joint": "knee_angle_rad reads -0.1393 rad with the muscles vented, where the joint lies at"
+        " -0.2793; check its calibration, its wire, what holds the joint",
+        "supply": "supply_pressure_pa reads 666 kPa, where the rig file says 951 kPa; check the"
+        " regulator, the sensor",
+    }
+
+
+def _slack():
+    """The bench with a strap so long that no rubber pulls at rest."""
+    return edited("bench", ("rest_length: 120 mm", "rest_length: 110 mm"))
+
+
+@pytest.mark.parametrize(
+    ("on", "row", "hint", "band", "words"),
+    [
+        (rig("bench"), "muscle_pressure_pa", 3e3, 8e3, "+3 kPa"),
+        (rig("bench"), "motor_current_a", 0.03, 0.10, "+0.03 A"),
+        (_slack(), "muscle_force_n", 3.5, 14.0, "+3.5 N"),
+        (rig("mass"), "mass_position_m", 1.5e-3, 3e-3, "+0.0015 m"),
+        (with_supply(), "supply_pressure_pa", 47566.25, 95132.5, "+47.6 kPa"),
+    ],
+)
+def test_each_band_ends_where_it_says_and_its_hint_begins_there(on, row, hint, band, words):
+    sound = 951_325.0 if row == "supply_pressure_pa" else 0.0
+
+    def of(wrong: float) -> AtRest:
+        others = {"supply_pressure_pa": 951_325.0} if on.safety.sensors.supply else {}
+        return asked(on, others | {row: sound + wrong})
+
+    assert of(0.999 * hint).hints == [] and of(0.999 * hint).refusal is None
+    (kind, text, data), *more = of(1.001 * hint).hints
+    assert (kind, text) == ("hint", f"{row} is {words} off at rest: calibrate it") and not more
+    assert data == {"signal": row, "error": pytest.approx(1.001 * hint, rel=1e-6)}
+    for sign in (-1.0, 1.0):
+        assert of(0.999 * sign * band).refusal is None
+        assert of(1.001 * sign * band).refusal[:2] == (CAUSE, row)
+
+
+def test_a_pressure_just_at_its_band_passes_and_just_at_its_hint_is_not_named():
+    assert asked(rig("bench"), {"muscle_pressure_pa": 8e3}).refusal is None
+    assert asked(rig("bench"), {"muscle_pressure_pa": 3e3}).hints == []
+
+
+def test_a_pressure_stands_where_it_changes_by_1_kpa_from_one_average_to_the_next():
+    def falls(step_pa: float):
+        return {"muscle_pressure_pa": lambda cycle: 6e3 - step_pa * (cycle // 50)}
+
+    assert asked(rig("bench"), falls(1000.0), cycles=100).done
+    assert not asked(rig("bench"), falls(1001.0), cycles=100).done
+    assert asked(rig("bench"), falls(-1000.0), cycles=100).done
+
+
+def test_two_averages_are_the_shortest_wait():
+    on = edited("bench", ("sensors: {", "sensors: {wait: 10 ms, "))
+    rises = {"muscle_pressure_pa": lambda cycle: 1e3 * cycle}
+    assert not asked(on, rises, cycles=99).done
+    assert asked(on, rises, cycles=100).done
+
+
+def test_once_it_is_done_nothing_is_judged_again():
+    check = asked(rig("bench"), {"muscle_pressure_pa": 5e3})
+    assert check.done and len(check.hints) == 1
+    bad = at_rest(rig("bench")) | {"muscle_pressure_pa": 5e5}
+    for _ in range(300):
+        check.step(bad, True)
+    assert check.refusal is None and len(check.hints) == 1
+
+
+@pytest.mark.parametrize("name", ["bench", "mass"])
+@given(st.floats(-0.02, 0.03), st.floats(-0.035, 0.035), st.floats(-60.0, 200.0))
+def test_an_unloaded_cell_reads_zero_or_what_a_vented_muscle_pulls(name, travel, joint, read):
+    """By the law anew: rubber above the no-load length, 20 N/mm where the braid is locked."""
+    on = rig(name)
+    law = on.muscles[0].law
+    length = law.rest_length + travel + (joint if name == "mass" else 0.0)
+    no_load = law.braid_length / math.sqrt(3.0)
+    high = law.rubber * max(length + law.length_band - no_load, 0.0)
+    if law.lock_length and length > law.lock_length - law.length_band:
+        high = math.inf
+    braid, low = length - law.strap * max(read, 0.0), 0.0
+    if law.locked_length and braid > law.locked_length + law.length_band:
+        low = 2e4 * (braid - law.locked_length - law.length_band)
+    beyond = max(low - read, read - high, 0.0)
+    allowed = 0.04 * 350.0
+    if abs(beyond - allowed) < 1e-6:
+        return
+    measured = {"motor_travel_m": travel, "muscle_force_n": read}
+    if name == "mass":
+        measured["mass_position_m"] = joint - on.safety.sensors.joint_rest.at
+    refusal = asked(on, measured).refusal
+    named = refusal is not None and refusal[1] == "muscle_force_n"
+    assert named == (beyond > allowed)
+
+
+def test_a_joint_that_may_lie_anywhere_is_not_asked():
+    sensors = rig("knee").safety.sensors.model_copy(update={"joint_rest": None})
+    safety = rig("knee").safety.model_copy(update={"sensors": sensors})
+    on = rig("knee").model_copy(update={"safety": safety})
+    check = AtRest(on)
+    for _ in range(100):
+        check.step(at_rest(rig("knee")) | {"knee_angle_rad": 0.4}, True)
+    assert check.done and check.refusal is None

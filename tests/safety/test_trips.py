@@ -5,6 +5,7 @@ import math
 import pytest
 from safety_bench import NAMES, Bench, edited, rig
 
+from epa_rt.loop.referenced import position_scaling
 from epa_rt.safety.trip import Trip
 
 CAUSES = {
@@ -27,6 +28,10 @@ def cause_of(name: str) -> str:
 @pytest.mark.parametrize(("name", "row_name"), WATCHED)
 def test_each_limit_trips_on_either_side_and_not_at_its_end(name, row_name):
     low, high = rig(name).row(row_name).limits
+    if row_name == rig(name).motor.position:  # a whole count, the nearest to the limit
+        half = 0.5 * abs(position_scaling(rig(name)).slope)
+        assert 0.0 < half < 5e-6
+        low, high = low - half, high + half
     for value, trips in (
         (low, False),
         (high, False),
@@ -164,3 +169,23 @@ def test_status_words_have_no_limits():
     bench = Bench()
     bench.check({"drive_status_raw": 0xFFFF, "drive_error_raw": 0x8611})
     assert bench.trip is None
+
+
+def test_a_motor_that_jumps_or_cannot_be_believed_has_lost_its_place():
+    position = 1 << [row.name for row in rig("bench").inputs].index("motor_travel_m")
+    for case, is_lost in (
+        ({"measured": {"motor_travel_m": 0.02}}, True),
+        ({"invalid": position}, True),
+        ({"stale": position}, True),
+        ({"measured": {"muscle_force_n": 400.0}}, False),
+        ({"invalid": 2 if position != 2 else 1}, False),
+    ):
+        bench = Bench()
+        bench.check()
+        assert not bench.envelope.position_lost
+        bench.check(**case)
+        assert bench.trip is not None and bench.envelope.position_lost is is_lost
+    bench.check({"motor_travel_m": 0.02})  # at rest after another trip
+    assert bench.envelope.position_lost
+    bench.check()
+    assert bench.envelope.position_lost

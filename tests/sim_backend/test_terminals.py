@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from sim_rigs import NAMES, Driven, edited, rig
 
-from epa_rt.config.devices import CONVERSION_S
+from epa_rt.config.devices import DEVICES
 from epa_rt.config.ports import MEASURED_PORTS, VALVE_PORTS
 from epa_rt.models.ports import SENSORS
 from sim_backend.devices import MACHINE, sample_inputs
@@ -109,7 +109,7 @@ def test_a_plant_that_is_no_number_is_never_turned_into_bytes(bad, port):
 
 
 def test_the_toggle_flips_once_per_conversion():
-    conversion_ns = round(CONVERSION_S * 1e9)
+    conversion_ns = round(DEVICES["EL3004"].sampling.conversion_s * 1e9)
     assert conversion_ns == 625_000
     for n in range(6):
         for t_ns in (n * conversion_ns, (n + 1) * conversion_ns - 1):

@@ -1,6 +1,7 @@
 """Four wirings of one plant: lengths, who carries the load, and what a wiring cannot do."""
 
 import dataclasses
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from epa_rt.models.plant_file import load_plant
 from epa_rt.study import grid
 from epa_rt.study.arrangements import NAMES_OF, at_setting, compare, load_arrangements, wired
+from epa_rt.study.report.sketch import WIDTH, wirings
 from tests.study.made import ATMOSPHERE_PA, ROOT, SERIAL
 
 
@@ -54,3 +56,17 @@ def test_the_comparison_covers_all(tmp_path):
     }
     value, p0, p1 = found.least("serial", "stroke_m")[0]
     assert value > 0.0 and p0 in (300e3, 800e3) and np.isnan(p1)
+
+
+def test_the_sketch_has_the_four_wirings_inside_its_frame():
+    drawing = wirings()
+    svg = ElementTree.fromstring(drawing[drawing.index("<svg") : drawing.index("</svg>") + 6])
+    places = [one for one in svg if one.tag == "g"]
+    assert [place[0].text for place in places] == list(NAMES_OF)
+    for place in places:
+        words = [one.text for one in place.iter("text")]
+        assert "load" in words and "frame" in words
+        assert ("strap" in words) == (place[0].text == "parallel")
+        for one in place.iter("circle"):
+            x, r = float(one.get("cx")), float(one.get("r"))
+            assert x - r > 0 and x + r < WIDTH

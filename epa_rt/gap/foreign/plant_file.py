@@ -8,6 +8,7 @@ from typing import Any
 
 import yaml
 
+from epa_rt.config.kinds import expect_kind
 from epa_rt.config.source import Located, Location, load_yaml
 from epa_rt.gap.foreign.component import Component, Parameter, scaled
 from epa_rt.gap.foreign.rig_file import ForeignRig, bounded
@@ -65,6 +66,7 @@ def read_plant(source: Located, rig: ForeignRig) -> ForeignPlant:
     """As load_plant, from YAML already read. A named effect starts neutral but for what the file
     says.
     """
+    expect_kind(source, "foreign plant")
     component, data = rig.component, source.data
     parameters = [sized(parameter, rig.settings) for parameter in component.parameters]
     nominal = [p for p in parameters if p.effect is None]

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from epa_rt.config.fields import Frozen, Name, quantity
+from epa_rt.config.kinds import expect_kind
 from epa_rt.config.source import Located, Location, load_yaml, validate
 from epa_rt.config.units import UnitError, parse_quantity, with_unit
 from epa_rt.gap.foreign.component import Component
@@ -62,6 +63,7 @@ def load_rig(path: Path) -> ForeignRig:
     from epa_rt.gap.foreign.kinds import KINDS
 
     source = load_yaml(path)
+    expect_kind(source, "foreign rig")
     text = validate(source, RigText)
     if text.kind not in KINDS:
         raise source.error(("kind",), f"'{text.kind}'", "one of " + ", ".join(sorted(KINDS)))

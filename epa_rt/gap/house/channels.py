@@ -7,14 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from epa_rt.config.devices import ANALOG_V_PER_COUNT
-from epa_rt.config.rig import Rig
+from epa_rt.config.ports import DRIVE_SPEED_PORT
+from epa_rt.config.rig import Rig, Slave
 from epa_rt.config.rig_checks import entries_of
+from epa_rt.config.rig_protection_rule import entry_of
 from epa_rt.signals.scaling import scaling_of
 
-CONVERTER_COUNTS = (
-    16  # EL3004 and EL4034 convert 12 bits, presented left-aligned in 16 (their manuals)
-)
 _DRIVE_ENTRIES = {
     "position": "motor_angle_rad",
     "speed": "motor_speed_rad_s",
@@ -75,15 +73,23 @@ def channels_of(rig: Rig) -> dict[str, Channel]:
             offset = -line.intercept * scale
             step, floors = unit_per_count, entry.name == "position"
         elif row.port is not None:
-            port, scale, step, floors = row.port, 1.0, abs(line.slope) * CONVERTER_COUNTS, False
+            port, scale, step, floors = row.port, 1.0, abs(line.slope) * _step(slave), False
             offset = -rig.atmosphere_pa if row.reads in ("gauge", "absolute") else 0.0
         else:
             continue
+        if port in found and not slave.description.is_drive:
+            continue  # a second sensor of what the drive measures too
         ends = sorted(scale * line.to_si(count) + offset for count in entry.counts)
         found[port] = Channel(
             port, row.name, scale, offset, step, floors, scale * line.to_si(0) + offset, *ends
         )
     return found
+
+
+def _step(slave: Slave) -> int:
+    """Counts of a terminal's converter."""
+    sampling = slave.description.sampling
+    return 1 if sampling is None else sampling.step
 
 
 def _drive_port(name: str, slave) -> tuple[str | None, float]:
@@ -101,7 +107,9 @@ def analog_speed_step(rig: Rig) -> float:
     """rad/s of the motor per presented count of the voltage that commands its speed; 0 where the
     bus commands it.
     """
+    row = next((row for row in rig.outputs if row.port == DRIVE_SPEED_PORT), None)
     for slave in rig.slaves:
-        if slave.device == "EPOS4" and slave.analog_command is not None:
-            return slave.analog_command.speed_per_volt * ANALOG_V_PER_COUNT
+        if slave.device == "EPOS4" and slave.analog_command is not None and row is not None:
+            volt_per_count = entry_of(rig, row).per_count
+            return slave.analog_command.speed_per_volt * volt_per_count
     return 0.0

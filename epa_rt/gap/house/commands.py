@@ -8,7 +8,7 @@ from epa_rt.config.devices import EPOS4_OUTPUTS
 from epa_rt.config.ports import DRIVE_SPEED_PORT, VALVE_PORTS
 from epa_rt.config.rig import Rig
 from epa_rt.config.rig_checks import entries_of
-from epa_rt.gap.house.channels import CONVERTER_COUNTS, analog_speed_step
+from epa_rt.gap.house.channels import analog_speed_step
 from epa_rt.gap.house.smooth import bridged
 from epa_rt.logs.layout import ANSWERED_AFTER
 from epa_rt.models.blocks.bus import POSITION_MODE
@@ -170,9 +170,8 @@ def _write_targets(rig: Rig, columns, commands: np.ndarray) -> None:
         elif row.port == DRIVE_SPEED_PORT:
             line = scaling_of(row, entry, rig)
             counts = np.rint((values - line.intercept) / line.slope)
-            commands["target_speed_rad_s"] = (
-                np.floor(counts / CONVERTER_COUNTS) * CONVERTER_COUNTS * analog_speed_step(rig)
-            )
+            step = slave.description.output_step
+            commands["target_speed_rad_s"] = np.floor(counts / step) * step * analog_speed_step(rig)
     if position is None:
         commands["target_angle_rad"] = 0.0
 

@@ -7,6 +7,7 @@ from epa_rt.identify.answer import PAPER_R2, Answer
 from epa_rt.identify.data import Trial
 from epa_rt.identify.linear import Scaled
 from epa_rt.identify.report.curves import cloud, drawn, stretches
+from epa_rt.identify.report.identified import best, identified, residuals
 from epa_rt.identify.report.pictures import loops, over_time, projections, space, terms
 from epa_rt.identify.report.words import coefficients, condition, number, percent, yes
 from epa_rt.identify.scores import DAMPING_N_S_M, HYSTERESIS_SHARE
@@ -21,6 +22,8 @@ SPACE_POINTS, PLANE_POINTS = 7000, 2100
 def identify_page(found: Answer, trials: Sequence[Trial], data: Sequence[Scaled]) -> str:
     """The page of an identification; ``trials`` and ``data`` as they were fitted."""
     sections = [
+        Section("identified", "What is identified", identified(found)),
+        Section("residuals", "What it leaves unexplained", residuals(found, trials, data)),
         Section("models", "Models", _models(found)),
         Section("muscle", "The muscle", _muscle(found, trials, data)),
         Section("beside", "Models beside the measurement", _beside(found, trials, data)),
@@ -32,12 +35,14 @@ def identify_page(found: Answer, trials: Sequence[Trial], data: Sequence[Scaled]
 
 
 def _header(found: Answer) -> Html:
-    best = min(found.scores, key=lambda score: score.rms_n)
+    chosen = best(found)
     kpa = [t["p0_pa"] / 1e3 for t in found.trials]
     return join(
         [
             tag("p", ", ".join(found.inputs.get("logs", [])), class_="kicker"),
-            tag("h1", f"Identified muscle: {best.name}, R² {best.r2:.3f}, {best.rms_n:.2f} N"),
+            tag(
+                "h1", f"Identified muscle: {chosen.name}, R² {chosen.r2:.3f}, {chosen.rms_n:.2f} N"
+            ),
             *(warning(sentence) for sentence in found.remarks),
             facts(
                 [

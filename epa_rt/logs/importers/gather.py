@@ -7,12 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from epa_rt.config.source import Located
-from epa_rt.logs.importers.csv_table import read_csv
 from epa_rt.logs.importers.grid import Grid, beside, grid_of, put, stamps_s
 from epa_rt.logs.importers.line import line_of
-from epa_rt.logs.importers.mapping import Mapping, Signal, TrialColumn
-from epa_rt.logs.importers.mat_table import read_mat
-from epa_rt.logs.importers.mcap_table import read_mcap
+from epa_rt.logs.importers.mapping import TOPIC_KINDS, Mapping, Signal, TrialColumn
+from epa_rt.logs.importers.read import read_table
 from epa_rt.logs.importers.table import ImportRefused, Key, Table
 from epa_rt.logs.layout import ANSWERED_AFTER
 
@@ -61,13 +59,14 @@ def gather(mapping: Mapping, located: Located, files: Sequence[Path]) -> Gathere
             f"{mapping_name(located)}: found no signal from {unused[0]}, expected every file to be"
             " used (give 'file:' in the mapping)"
         )
-    tables, constants = _tables(mapping, list(keys.values()))
+    tables, constants = _tables(mapping, located, keys)
     first = next(iter(keys.values()))
     main = tables[first.path, first.topic]
     grid = grid_of(main, mapping.clock)
     raw = stamps_s(main, mapping.clock)
     places = {which: beside(grid, table, mapping.clock, raw) for which, table in tables.items()}
-    found, says = {}, [sentence for place in places.values() for sentence in place.says]
+    found, says = {}, [sentence for table in tables.values() for sentence in table.says]
+    says += [sentence for place in places.values() for sentence in place.says]
     for name, signal in mapping.signals.items():
         table, line = (
             tables[keys[name].path, keys[name].topic],
@@ -152,35 +151,83 @@ def _key(
             f" whose name holds '{signal.file}'" if signal.file else ""
         )
         raise located.error(where, found, "one, to be told by 'file:'")
-    if mapping.format.kind == "mcap" and signal.topic is None:
-        raise located.error(where, "no topic", "the topic of an MCAP file, under 'topic:'")
-    return Key(str(chosen[0]), signal.topic, signal.column)
+    topic, column = signal.topic, signal.column
+    if mapping.format.kind in TOPIC_KINDS and topic is None:
+        topic, column = _topic_of(column)
+        if topic is None:
+            raise located.error(
+                where,
+                "no topic",
+                "the topic of an MCAP file or a bag, under 'topic:' or as '/topic.field'",
+            )
+    return Key(str(chosen[0]), topic, column)
+
+
+def _topic_of(column: str | int) -> tuple[str | None, str | int]:
+    """('/joint_states', 'position[knee]') of '/joint_states.position[knee]'."""
+    if isinstance(column, str) and column.startswith("/"):
+        topic, dot, field = column.partition(".")
+        if dot and field:
+            return topic, field
+    return None, column
 
 
 def _tables(
-    mapping: Mapping, keys: Sequence[Key]
+    mapping: Mapping, located: Located, keys: dict[str, Key]
 ) -> tuple[dict[tuple[str, str | None], Table], dict[str, dict[str, float]]]:
     """One table for each file and topic, with its clock's column; and the constants of each
     file.
     """
     wanted: dict[tuple[str, str | None], dict[str | int, None]] = {}
-    for key in keys:
+    for key in keys.values():
         wanted.setdefault((key.path, key.topic), {})[key.column] = None
     names = list(
         dict.fromkeys(s.scale_variable for s in mapping.signals.values() if s.scale_variable)
     )
+    stamps = _stamps(mapping, located, keys)
     tables, constants = {}, {}
     for (path, topic), columns in wanted.items():
-        if mapping.clock.column is not None:
-            columns[mapping.clock.column] = None
-        if mapping.format.kind == "csv":
-            table = read_csv(Path(path), mapping.format, list(columns))
-        elif mapping.format.kind == "mat":
-            table, constants[path] = read_mat(Path(path), list(columns), names)
-        else:
-            table = read_mcap(Path(path), topic, list(columns))
+        stamp = stamps.get((path, topic), mapping.clock.column)
+        if stamp is not None:
+            columns[stamp] = None
+        table, found = read_table(Path(path), topic, mapping.format, list(columns), names)
+        if found:
+            constants[path] = found
         tables[path, topic] = table
+        if stamp is not None and stamp != mapping.clock.column:
+            table.columns[mapping.clock.column] = table.columns[stamp]
+    if mapping.clock.column is not None:
+        _from_first(list(tables.values()), mapping.clock.column)
     return tables, constants
+
+
+def _stamps(
+    mapping: Mapping, located: Located, keys: dict[str, Key]
+) -> dict[tuple[str, str | None], str]:
+    """The field with the stamps of each topic that has one of its own."""
+    found: dict[tuple[str, str | None], str] = {}
+    for name, signal in mapping.signals.items():
+        if signal.stamp is None:
+            continue
+        if mapping.clock.column is None:
+            section = "measured" if name in mapping.measured else "commands"
+            raise located.error(
+                (section, name, "stamp"), "stamps beside a rate", "'column:' under clock"
+            )
+        found[keys[name].path, keys[name].topic] = signal.stamp
+    return found
+
+
+def _from_first(tables: Sequence[Table], column: str | int) -> None:
+    """Takes the first stamp off all of them while they are whole numbers.
+
+    A double holds stamps in ns of today to 256 ns only.
+    """
+    stamps = [table.columns[column] for table in tables]
+    if all(values.dtype == np.int64 for values in stamps):
+        origin = min(int(values[0]) for values in stamps)
+        for table, values in zip(tables, stamps, strict=True):
+            table.columns[column] = (values - origin).astype(np.float64)
 
 
 def _is_discrete(name: str) -> bool:

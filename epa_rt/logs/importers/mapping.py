@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field, StringConstraints, field_validator, model_validator
 
 from epa_rt.config.fields import Frozen, Name, Seconds, pressure, quantity
+from epa_rt.config.kinds import expect_kind
 from epa_rt.config.source import Located, load_yaml, validate
 from epa_rt.config.units import UnitError, unit
 from epa_rt.logs.importers.line import line_of
@@ -36,14 +37,18 @@ Factor = Annotated[Any, BeforeValidator(_factor)]
 Text = Annotated[str, StringConstraints(min_length=1, max_length=200)]
 
 
+TOPIC_KINDS = ("mcap", "rosbag")
+
+
 class Format(Frozen):
     """How the files are written. Of CSV: ``delimiter``, ``decimal``, ``thousands`` (where it is the
     decimal sign too, the last one is the decimal), ``header``, ``skip_lines`` before it,
-    ``skip_below_header`` (lines of units), ``missing`` (texts that mean no value). ``final_newline:
+    ``skip_below_header`` (lines of units), ``missing`` (texts that mean no value; in other files
+    'nan' and 'null'). ``final_newline:
     false``: the last line may end without a line end, so that a file cut there cannot be told.
     """
 
-    kind: Literal["csv", "mat", "mcap"]
+    kind: Literal["csv", "mat", "mcap", "rosbag", "parquet", "jsonl", "npz"]
     delimiter: Annotated[str, StringConstraints(min_length=1, max_length=1)] = ","
     decimal: Literal[".", ","] = "."
     thousands: Literal[".", ",", " ", "'"] | None = None
@@ -122,10 +127,11 @@ class Signal(Frozen):
     """Where a signal comes from: SI value = column in ``unit`` x ``scale`` x ``scale_variable`` +
     ``offset``.
 
-    ``scale_variable``: a scalar of the MAT file; its unit is that of ``scale`` ('1 N/V').
+    ``scale_variable``: a scalar of the MAT or NPZ file; its unit is that of ``scale`` ('1 N/V').
 
     A pressure's unit ends in gauge, abs or difference. ``file``: which of several files (a part of
-    its name); ``topic``: of MCAP.
+    its name); ``topic``: of MCAP and ROS bags; ``stamp``: the field with the stamps of this topic
+    where it is not the clock's column.
     """
 
     column: Column
@@ -135,6 +141,7 @@ class Signal(Frozen):
     offset: Factor | None = None
     file: Text | None = None
     topic: Text | None = None
+    stamp: Text | None = None
 
 
 class Stretch(Frozen):
@@ -196,6 +203,7 @@ def load_mapping(path: Path | str) -> tuple[Mapping, Located]:
     expected.
     """
     located = load_yaml(path)
+    expect_kind(located, "mapping")
     mapping = validate(located, Mapping)
     mapping = mapping.model_copy(update={"atmosphere": atmosphere_of(mapping, located)})
     seen: set[str] = set()
@@ -225,18 +233,19 @@ def load_mapping(path: Path | str) -> tuple[Mapping, Located]:
 def _check_signal(
     located: Located, where: tuple, name: str, signal: Signal, mapping: Mapping
 ) -> None:
-    if signal.scale_variable is not None and mapping.format.kind != "mat":
+    if signal.scale_variable is not None and mapping.format.kind not in ("mat", "npz"):
         raise located.error(
             (*where, "scale_variable"),
             "a variable",
             f"none: a {mapping.format.kind.upper()} file has no variables",
         )
-    if signal.topic is not None and mapping.format.kind != "mcap":
-        raise located.error(
-            (*where, "topic"),
-            "a topic",
-            f"none: a {mapping.format.kind.upper()} file has no topics",
-        )
+    for key in ("topic", "stamp"):
+        if getattr(signal, key) is not None and mapping.format.kind not in TOPIC_KINDS:
+            raise located.error(
+                (*where, key),
+                f"a {key}",
+                f"none: a {mapping.format.kind.upper()} file has no topics",
+            )
     try:
         line_of(name, signal.unit, signal.scale, signal.offset, mapping.atmosphere)
     except UnitError as error:

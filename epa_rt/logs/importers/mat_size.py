@@ -7,18 +7,14 @@ import struct
 import zlib
 from typing import BinaryIO
 
+from epa_rt.logs.importers.unpacked import check_unpacked
+
 _HEADER_BYTES, _TAG_BYTES = 128, 8
 _COMPRESSED = 15  # miCOMPRESSED of MAT version 5 to 7
 _PIECE = 1 << 20
-LARGEST_UNPACKED = 512 << 20
-"""Bytes; seven hours of ten columns at 250 Hz."""
 _ALWAYS_TAKEN = 32 << 20
 _LARGEST_RATIO = 100.0
 """Unpacked to packed. Recorded numbers pack to a half or a tenth, zeros alone to a thousandth."""
-
-
-class TooLarge(Exception):
-    """The file holds more than any recording of its size; the words follow 'found'."""
 
 
 def unpacked_bytes(file: BinaryIO) -> int:
@@ -56,16 +52,6 @@ def _inflated(file: BinaryIO, length: int, before: int, size: int) -> int:
                 total += len(unpacker.decompress(piece, _PIECE))
             except zlib.error:
                 return total
-            _check(before + total, size)
+            check_unpacked(before + total, size, _ALWAYS_TAKEN, _LARGEST_RATIO)
             piece = unpacker.unconsumed_tail
     return total
-
-
-def _check(unpacked: int, size: int) -> None:
-    if unpacked > LARGEST_UNPACKED:
-        raise TooLarge(f"more than {LARGEST_UNPACKED >> 20} MB of variables")
-    if unpacked > _ALWAYS_TAKEN and unpacked > _LARGEST_RATIO * size:
-        raise TooLarge(
-            f"{size / 1e6:.1f} MB that unpack to over {_LARGEST_RATIO:.0f} times as much, as no"
-            " recording does"
-        )

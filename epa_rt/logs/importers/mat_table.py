@@ -10,23 +10,27 @@ from typing import Any
 import numpy as np
 
 from epa_rt.logs.importers.mat_child import MatError, load_apart
-from epa_rt.logs.importers.mat_size import TooLarge, unpacked_bytes
-from epa_rt.logs.importers.table import ImportRefused, Table, element_of, shown, why
+from epa_rt.logs.importers.mat_size import unpacked_bytes
+from epa_rt.logs.importers.table import ImportRefused, Table, element_of, may_be_missing, shown, why
+from epa_rt.logs.importers.unpacked import TooLarge
 
 _LARGEST = 1 << 31
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 
 
 def read_mat(
-    path: Path, wanted: Sequence[str | int], constants: Sequence[str] = ()
+    path: Path,
+    wanted: Sequence[str | int],
+    constants: Sequence[str] = (),
+    missing: Sequence[str] = (),
 ) -> tuple[Table, dict[str, float]]:
     """The wanted variables as columns: 'qm', 'data.q' (a field), 'q[2]' (column 2 of a matrix, from
     0); and scalars.
 
     Raises ImportRefused for the first thing that does not fit, with file, variable and index.
     """
-    content = _load(path)
-    columns = {column: _column(path, content, column) for column in wanted}
+    content = load_mat(path)
+    columns = {column: _column(path, content, column, missing) for column in wanted}
     lengths = {len(values) for values in columns.values()}
     if len(lengths) > 1:
         said = ", ".join(f"{name} {len(values)}" for name, values in columns.items())
@@ -37,7 +41,8 @@ def read_mat(
     return Table(str(path), columns, lambda row: f"{path}, index {row}"), found
 
 
-def _load(path: Path) -> dict[str, Any]:
+def load_mat(path: Path) -> dict[str, Any]:
+    """All variables of a file by name, structures as dicts. Raises ImportRefused."""
     try:
         with path.open("rb") as file:
             head = file.read(600)
@@ -80,7 +85,9 @@ def _variable(path: Path, content: dict[str, Any], name: str) -> Any:
     return value
 
 
-def _column(path: Path, content: dict[str, Any], column: str | int) -> np.ndarray:
+def _column(
+    path: Path, content: dict[str, Any], column: str | int, missing: Sequence[str]
+) -> np.ndarray:
     if isinstance(column, int):
         raise ImportRefused(
             f"{path}: found column {column} by its number, expected the name of a variable"
@@ -112,7 +119,8 @@ def _column(path: Path, content: dict[str, Any], column: str | int) -> np.ndarra
             f" is '{name}[0]')"
         )
     values = values.astype(np.float64)
-    bad = np.flatnonzero(~np.isfinite(values))
+    is_missing = np.isnan(values) & may_be_missing("nan", missing)
+    bad = np.flatnonzero(~np.isfinite(values) & ~is_missing)
     if len(bad):
         raise ImportRefused(
             f"{path}: variable {shown(name)}, index {bad[0]}: found {values[bad[0]]}, expected a"

@@ -1,32 +1,37 @@
 """MCAP files of others: messages in JSON or protobuf, one table for each topic."""
 
 import json
-import math
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
 
-import numpy as np
-
+from epa_rt.logs.importers.columns import FieldColumns
 from epa_rt.logs.importers.mcap_bounds import oversized_chunk
-from epa_rt.logs.importers.table import ImportRefused, Table, element_of, shown, why
+from epa_rt.logs.importers.table import ImportRefused, Table, shown, why
 
 STAMPS = ("log_time", "publish_time")
-_ENCODINGS = ("json", "protobuf")
+_ENCODINGS = ("json", "protobuf", "cdr")
 
 
-def read_mcap(path: Path, topic: str, wanted: Sequence[str | int]) -> Table:
+def read_mcap(
+    path: Path, topic: str, wanted: Sequence[str | int], missing: Sequence[str] = ()
+) -> Table | None:
     """The wanted fields of a topic's messages: 'force', 'header.seq', 'position[2]'; log_time and
-    publish_time in ns.
+    publish_time in ns. None where they are in ROS 2's CDR, which another reader takes.
 
     Raises ImportRefused for the first thing that does not fit, with file, message number (from 0)
     and field.
     """
-    values: dict[str | int, list[float]] = {column: [] for column in wanted}
+    try:
+        columns = FieldColumns(wanted, missing)
+    except ImportRefused as error:
+        raise ImportRefused(f"{path}: {error}") from None
     decoders: dict[int, Callable[[bytes], Any]] = {}
     number = 0
     for schema, channel, message in _messages(path, topic):
+        if channel.message_encoding == "cdr":
+            return None
         if channel.id not in decoders:
             decoders[channel.id] = _decoder(path, schema, channel)
         place = f"{path}: {topic}, message {number}"
@@ -37,29 +42,63 @@ def read_mcap(path: Path, topic: str, wanted: Sequence[str | int]) -> Table:
                 f"{place}: found a message that cannot be decoded ({type(error).__name__}),"
                 f" expected {channel.message_encoding}"
             ) from None
-        for column, into in values.items():
-            into.append(
-                float(getattr(message, column))
-                if column in STAMPS
-                else _field(place, content, column)
-            )
+        given = {name: getattr(message, name) for name in STAMPS}
+        columns.add(lambda place=place: place, content, given)
         number += 1
     if not number:
         raise ImportRefused(
             f"{path}: found no message on {shown(topic)}, expected some (topics: {_topics(path)})"
         )
-    columns = {column: np.array(found) for column, found in values.items()}
-    return Table(str(path), columns, lambda row: f"{path}: {topic}, message {row}")
+    return Table(str(path), columns.arrays(), lambda row: f"{path}: {topic}, message {row}")
 
 
-def _messages(path: Path, topic: str):
+def first_messages(path: Path) -> dict[str, Any]:
+    """The first message of each topic in JSON or protobuf, as JSON has it. Raises ImportRefused."""
+    check_mcap(path)
+    found: dict[str, Any] = {}
+    for schema, channel, message in _messages(path, None):
+        if channel.message_encoding not in ("json", "protobuf"):
+            return {}
+        if channel.topic in found:
+            continue
+        try:
+            content = _decoder(path, schema, channel)(message.data)
+        except ImportRefused:
+            raise
+        except Exception as error:  # a message that is none: whatever json or protobuf raise
+            raise ImportRefused(
+                f"{path}: {channel.topic}: found a message that cannot be decoded"
+                f" ({type(error).__name__}), expected {channel.message_encoding}"
+            ) from None
+        if channel.message_encoding == "protobuf":
+            from google.protobuf.json_format import MessageToDict
+
+            content = MessageToDict(
+                content, preserving_proto_field_name=True, always_print_fields_with_no_presence=True
+            )
+        found[channel.topic] = content
+    return found
+
+
+def check_mcap(path: Path) -> None:
+    """Raises ImportRefused for what is no whole MCAP file, or has a chunk that is too large."""
+    try:
+        with path.open("rb") as file:
+            _check_ends(path, file)
+    except OSError as error:
+        raise ImportRefused(f"{path}: found {why(error)}, expected an MCAP file") from None
+
+
+def _messages(path: Path, topic: str | None):
     from mcap.exceptions import McapError
     from mcap.reader import make_reader
 
     try:
         with path.open("rb") as file:
             _check_ends(path, file)
-            yield from make_reader(file, validate_crcs=True).iter_messages(topics=[topic])
+            yield from make_reader(file, validate_crcs=True).iter_messages(
+                topics=None if topic is None else [topic]
+            )
     except ImportRefused:
         raise
     except OSError as error:
@@ -117,7 +156,7 @@ def _decoder(path: Path, schema: Any, channel: Any) -> Callable[[bytes], Any]:
     if channel.message_encoding != "protobuf" or schema is None:
         raise ImportRefused(
             f"{path}: {channel.topic}: found messages in {shown(channel.message_encoding)},"
-            f" expected {' or '.join(_ENCODINGS)}"
+            f" expected {', '.join(_ENCODINGS[:-1])} or {_ENCODINGS[-1]}"
         )
     from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 
@@ -132,31 +171,3 @@ def _decoder(path: Path, schema: Any, channel: Any) -> Callable[[bytes], Any]:
             f"{path}: {channel.topic}: found a schema that is no protobuf one"
             f" ({type(error).__name__}), expected a FileDescriptorSet"
         ) from None
-
-
-def _field(place: str, content: Any, column: str | int) -> float:
-    if isinstance(column, int):
-        raise ImportRefused(
-            f"{place}: found column {column} by its number, expected the name of a field"
-        )
-    value = content
-    for part in column.split("."):
-        name, element = element_of(part)
-        value = value.get(name) if isinstance(value, dict) else getattr(value, name, None)
-        if element is not None:
-            try:
-                value = value[element]
-            except (TypeError, IndexError, KeyError):
-                raise ImportRefused(
-                    f"{place}: field {shown(column)}: found no element {element}, expected a list"
-                    " with one, counted from 0"
-                ) from None
-    if isinstance(value, (bool, int, float)):
-        try:
-            number = float(value)
-        except OverflowError:
-            number = math.inf
-        if math.isfinite(number):
-            return number
-    found = "nothing" if value is None else shown(str(value))
-    raise ImportRefused(f"{place}: field {shown(column)}: found {found}, expected a number")

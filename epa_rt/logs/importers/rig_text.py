@@ -4,6 +4,7 @@ and the atmosphere that it says.
 
 from typing import TYPE_CHECKING
 
+from epa_rt.config.calibration_file import self_contained
 from epa_rt.config.fields import STANDARD_ATMOSPHERE_PA
 from epa_rt.config.rig import rig_from
 from epa_rt.config.source import Located, load_yaml
@@ -43,7 +44,7 @@ def rig_text(mapping: "Mapping", located: Located) -> str:
             "none: their commands and readings are compared row by row, and a shift of the rows is"
             " fitted",
         )
-    return rig.text
+    return self_contained(rig).text if _is_ours(rig) else rig.text
 
 
 def atmosphere_of(mapping: "Mapping", located: Located) -> float:

@@ -2,7 +2,7 @@
 stands.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -25,15 +25,17 @@ class Key(NamedTuple):
 
 @dataclass(frozen=True)
 class Table:
-    """The columns wanted of one file or topic, (N,) float64 each; NaN only where the mapping allows
-    it.
+    """The columns wanted of one file or topic, (N,) float64 each, or int64 where all are whole;
+    NaN only where the mapping allows it.
 
-    ``place(row)`` says where a row stands: 'a.csv:12', or 'a.mat, index 11'.
+    ``says``: what a reader has to tell of it, in words. ``place(row)`` says where a row stands:
+    'a.csv:12', or 'a.mat, index 11'.
     """
 
     source: str
     columns: dict[str | int, np.ndarray]
     place: Callable[[int], str]
+    says: tuple[str, ...] = ()
 
     @property
     def rows(self) -> int:
@@ -59,3 +61,38 @@ def why(error: Exception) -> str:
     if isinstance(error, IsADirectoryError):
         return "a folder"
     return (getattr(error, "strerror", None) or str(error)).lower()
+
+
+def may_be_missing(word: str, missing: Sequence[str]) -> bool:
+    """Whether a mapping's ``missing`` names 'nan' or 'null', in whatever letters."""
+    return word in {text.lower() for text in missing}
+
+
+def missing_hint(word: str) -> str:
+    """How a mapping says that 'nan' or 'null' means no value; nothing for other words."""
+    return (
+        f'; where that means no value, name it in the mapping: format: {{missing: ["{word}"]}}'
+        if word
+        else ""
+    )
+
+
+def numbers(values: np.ndarray, place: Callable[[int], str], missing: Sequence[str]) -> np.ndarray:
+    """Numbers of a binary file, integers as int64 and all else as float64.
+
+    Raises ImportRefused for one that is infinite, or no number where ``missing`` does not allow it.
+    """
+    if values.dtype.kind == "i" or values.dtype.kind == "u" and values.dtype.itemsize < 8:
+        return values.astype(np.int64)
+    values = values.astype(np.float64)
+    bad = ~np.isfinite(values)
+    if may_be_missing("nan", missing):
+        bad &= ~np.isnan(values)
+    if bad.any():
+        row = int(bad.argmax())
+        word = "nan" if np.isnan(values[row]) else ""
+        raise ImportRefused(
+            f"{place(row)}: found {values[row]}, expected a number"
+            f" ({int(bad.sum())} of {len(values)} are none){missing_hint(word)}"
+        )
+    return values

@@ -28,14 +28,7 @@ def attachments_of(mapping: Mapping, located: Located, files: Sequence[Path]) ->
     """Mapping, rig file where the mapping names one, and the files' digests. Raises ConfigError
     where they do not fit.
     """
-    sources = [
-        {
-            "name": path.name,
-            "bytes": path.stat().st_size,
-            "sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
-        }
-        for path in files
-    ]
+    sources = [_source(name, path) for given in files for name, path in _parts(given)]
     found = {
         "mapping.yaml": located.text.encode(),
         "sources.json": json.dumps(sources, indent=1).encode(),
@@ -43,6 +36,26 @@ def attachments_of(mapping: Mapping, located: Located, files: Sequence[Path]) ->
     if mapping.rig_file is not None:
         found["rig.yaml"] = rig_text(mapping, located).encode()
     return found
+
+
+def _parts(path: Path) -> list[tuple[str, Path]]:
+    """A file under its name, or the files of a bag's folder under the folder's."""
+    if not path.is_dir():
+        return [(path.name, path)]
+    return [
+        (f"{path.absolute().name}/{one.name}", one)
+        for one in sorted(path.iterdir())
+        if one.is_file()
+    ]
+
+
+def _source(name: str, path: Path) -> dict[str, str | int]:
+    try:
+        with path.open("rb") as file:
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
+        return {"name": name, "bytes": path.stat().st_size, "sha256": digest}
+    except OSError as error:
+        raise ImportRefused(f"{path}: cannot be read ({error.strerror})") from None
 
 
 def write_log(
@@ -130,7 +143,9 @@ def _write(
     slots = _slots(layout, gathered, t_ns)
     for begin in range(0, len(slots), _ROWS_AT_ONCE):
         recording.feed(slots[begin : begin + _ROWS_AT_ONCE])
-    recording.ending = Ending(IMPORTED, "from " + ", ".join(path.name for path in sources))
+    recording.ending = Ending(
+        IMPORTED, "from " + ", ".join(path.absolute().name for path in sources)
+    )
     recording.finish()
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from epa_rt.logs.reader import Event
+from epa_rt.logs.run_record import record_of
 from epa_rt.report import charts
 from epa_rt.report.charts import Panel
 from epa_rt.report.markup import Html, facts, join, paragraph, tag, warning
@@ -91,8 +92,23 @@ def _facts(run: Run) -> list[tuple[str, str]]:
         ("Cycles recorded", f"{len(run.t_s):,} of {run.period_s * 1e3:g} ms"),
         ("Rig", f"{told.get('rig', '–')} ({backend}{speed})"),
         ("Plant", f"{told.get('plant', '–')}, seed {told.get('seed', '–')}"),
+        *_who(run),
         ("End state", _end(summary, ends.get(confirmed, "not recorded"))),
     ]
+
+
+def _who(run: Run) -> list[tuple[str, str]]:
+    """Who ran it, when, with which specimens; nothing where the log does not say it."""
+    record = record_of(run.attachments)
+    if record is None:
+        return []
+    built = [record.rig_serial, *(f"{name}: {text}" for name, text in record.muscles.items())]
+    pairs = [
+        ("Run by", ", ".join(filter(None, (record.operator, record.started)))),
+        ("Built in", "; ".join(filter(None, built))),
+        ("Notes", " ".join(record.notes)),
+    ]
+    return [(name, text) for name, text in pairs if text]
 
 
 def _end(summary: dict, otherwise: str) -> str:

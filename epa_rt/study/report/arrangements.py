@@ -6,6 +6,7 @@ from epa_rt.report.charts import SERIES, Figure, Line, Panel, stack
 from epa_rt.report.sections.section import Section
 from epa_rt.study.arrangements import GOALS, NAMES_OF, Compared
 from epa_rt.study.report.page import list_table, study_page
+from epa_rt.study.report.sketch import wirings
 
 UNITS = {"stroke_m": (100.0, "cm"), "peak_power_w": (1.0, "W"), "mean_i2_a2": (1.0, "A²")}
 
@@ -94,5 +95,10 @@ def arrangements_page(found: Compared, figures: dict[str, Figure]) -> str:
             )
         )
     return study_page(
-        "Arrangements", lead, {"The least that each takes": figures["arrangements"]}, [], more
+        "Arrangements",
+        lead,
+        {"The least that each takes": figures["arrangements"]},
+        [],
+        more,
+        drawing=wirings(),
     )

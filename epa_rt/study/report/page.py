@@ -27,11 +27,12 @@ def study_page(
     figures: Mapping[str, Figure],
     claims: Sequence[Claim],
     more: Sequence[Section] = (),
+    drawing: Html | None = None,
 ) -> str:
-    """A self-contained page: lead, one section per figure (its key is its title), further sections,
-    claims.
+    """A self-contained page: lead, ``drawing``, one section per figure (its key is its title),
+    further sections, claims.
     """
-    head = join([tag("h1", title), *(paragraph(one) for one in lead)])
+    head = join([tag("h1", title), *(paragraph(one) for one in lead), drawing or Html("")])
     sections = [
         Section(f"picture{i}", name, embed(figure))
         for i, (name, figure) in enumerate(figures.items())

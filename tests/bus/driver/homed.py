@@ -55,7 +55,7 @@ def _verbs(remote: Remote, rig: Path, folder: Path) -> dict:
     run = ("run", folder / "hold.yaml", "--rig", rig, "-o", folder)
     return {
         "without": _epa(*run),
-        "file": write_zero(zero_path(rig), ZeroFile(**AT_ZERO, rig=rig.stem)),
+        "file": write_zero(zero_path(rig, emulated=True), ZeroFile(**AT_ZERO, rig=rig.stem)),
         "first": _epa(*run),
         "supply": remote.do(_supply_lost),
         "refused": _epa(*run),
@@ -64,7 +64,8 @@ def _verbs(remote: Remote, rig: Path, folder: Path) -> dict:
         "home": _epa("home", "--rig", rig, "--yes", "-o", folder),
         "again": _epa(*run),
         "travel_m": remote.do(_travel_m),
-        "zero": (folder / f"{rig.stem}.zero.yaml").read_text(encoding="utf-8"),
+        "of_the_rig": zero_path(rig).exists(),
+        "zero": (folder / f"{rig.stem}.emulated.zero.yaml").read_text(encoding="utf-8"),
     }
 
 

@@ -57,6 +57,15 @@ def test_after_a_pause_no_live_frame_goes_out_but_a_safe_one_does():
     assert cycle.turn(cycle.safe)[0] and bus.sent[-1] == cycle.safe
 
 
+def test_a_pause_that_the_machine_made_is_named():
+    cycle = cycle_on(Answers(8))
+    assert cycle.turn(b"live", live=True)[0]
+    cycle.edges.wait = lambda: (0, 6_500_000_000)
+    pass_silently(cycle)
+    with pytest.raises(BackendError, match="let the loop stand still for 6500.0 ms of it$"):
+        cycle.turn(b"live", live=True)
+
+
 def test_a_pause_shorter_than_the_watchdog_is_none():
     cycle = cycle_on(Answers(8))
     pass_silently(cycle, 0.1)

@@ -23,4 +23,5 @@ def test_a_drive_that_lost_its_supply_is_refused_and_homed(rig):
     assert said["home"][0] == 0 and "scatter" in said["home"][1], said["home"]
     assert said["again"][0] == 0, said["again"]
     assert abs(said["travel_m"] - 0.012) < 0.0003  # the plant's own travel, where 12 mm were asked
+    assert said["of_the_rig"] is False  # nothing tried here says anything of the rig
     assert "method: taut_strap" in said["zero"] and ("offset:" in said["zero"]) is wired

@@ -30,12 +30,12 @@ def test_an_interface_has_one_holder_at_a_time_who_is_named():
 @pytest.mark.parametrize(
     ("slaves", "abandoned"),
     [
-        ([Seen(OP, 0, False), Seen(OP, 0, True)], False),
-        ([Seen(OP, 0, True), Seen(FELL, 0x001B, False)], True),
-        ([Seen(OP, 0, False), Seen(OP, 0, False)], True),
-        ([Seen(OP, 0, True), Seen(FELL, 0x001A, False)], False),
-        ([Seen(SAFEOP, 0, True)], False),
-        ([Seen(SAFEOP, 0x001B, True)], False),
+        ([Seen(OP, False), Seen(OP, True)], False),
+        ([Seen(OP, None), Seen(FELL, False)], True),
+        ([Seen(OP, False), Seen(OP, False)], True),
+        ([Seen(OP, True), Seen(FELL, False), Seen(OP, None)], False),  # one of theirs fell
+        ([Seen(SAFEOP, True)], False),
+        ([Seen(SAFEOP, None)], False),  # nobody can tell: only --take-over
     ],
 )
 def test_watchdogs_tell_a_dead_master_from_a_live_one(slaves, abandoned):

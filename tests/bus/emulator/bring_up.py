@@ -2,21 +2,20 @@
 
 import struct
 
+from drivers.mapping import described_pdos
 from epa_rt.config.rig_checks import entries_of
+from epa_rt.config.terminal import OUTPUTS
 from epa_rt.signals.drive_options import drive_options
 from tests.bus.emulator.small_master import LRW, OP, PREOP, SAFEOP, SmallMaster
 
 LOGICAL = 0x10000
-MAILBOXES = {
-    "EL3004": (128, 0x1000, 0x1080),
-    "EL4034": (128, 0x1000, 0x1080),
-    "EPOS4": (48, 0x1000, 0x1030),
-}
+DRIVE_MAILBOX, TERMINAL_MAILBOX = (48, 0x1000, 0x1030), (128, 0x1000, 0x1080)
 
 
 def settings_of(rig, slave):
     """Objects that the simulated backend takes as written: (index, subindex, bytes)."""
-    if slave.device == "EL3004":
+    sampling = slave.description.sampling
+    if sampling is not None and sampling.has_filter:
         return [(0x8000, 0x06, b"\0")]
     if slave.device != "EPOS4" or slave.analog_command is not None:
         return []
@@ -57,8 +56,9 @@ class Wire:
                 assert (status, code) == (state, 0), (slave.name, hex(status), hex(code))
 
     def request_preop(self, slave):
-        if slave.device in MAILBOXES:
-            self.master.mailbox(self.at[slave.name], *MAILBOXES[slave.device])
+        if slave.description.serves_objects:
+            mailbox = DRIVE_MAILBOX if slave.description.is_drive else TERMINAL_MAILBOX
+            self.master.mailbox(self.at[slave.name], *mailbox)
 
     def configure(self):
         outputs, inputs = [], []
@@ -70,16 +70,24 @@ class Wire:
                 self.master.download(at, index, subindex, data)
             out_bits = sum(entry.bits for entry in entries_of(slave, True))
             in_bits = sum(entry.bits for entry in entries_of(slave, False))
-            if slave.device == "EL2124":
-                self.master.sync_manager(at, 0, 0x0F00, 1, 0x44, 9)
-                outputs.append((slave, at, out_bits, 0x0F00))
-            elif slave.device == "EL3004":
-                self.master.sync_manager(at, 3, 0x1180, in_bits // 8, 0x20)
-                inputs.append((slave, at, in_bits, 0x1180))
-            elif slave.device == "EL4034":
-                self.master.sync_manager(at, 2, 0x1100, out_bits // 8, 0x64)
-                outputs.append((slave, at, out_bits, 0x1100))
-            elif slave.device == "EPOS4":
+            if not slave.description.serves_objects:
+                for number, manager in enumerate(slave.description.sync_managers):
+                    is_out = manager.use == OUTPUTS
+                    rows, bits = (outputs, out_bits) if is_out else (inputs, in_bits)
+                    size = (bits + 7) // 8
+                    self.master.sync_manager(
+                        at, number, manager.start, size, manager.control, manager.enable
+                    )
+                    rows.append((slave, at, bits, manager.start))
+            elif not slave.description.is_drive:
+                self.assign(slave)
+                if in_bits:
+                    self.master.sync_manager(at, 3, 0x1180, (in_bits + 7) // 8, 0x20)
+                    inputs.append((slave, at, in_bits, 0x1180))
+                if out_bits:
+                    self.master.sync_manager(at, 2, 0x1100, (out_bits + 7) // 8, 0x64)
+                    outputs.append((slave, at, out_bits, 0x1100))
+            else:
                 for bits, number, start, control, rows in (
                     (out_bits, 2, 0x1060, 0x64, outputs),
                     (in_bits, 3, 0x10F0, 0x20, inputs),
@@ -111,6 +119,19 @@ class Wire:
             )
             size += count
         return size
+
+    def assign(self, slave):
+        """The PDOs of a terminal whose description lists more of them than travel by default."""
+        described = slave.description
+        if not described.chooses or described.neutral:
+            return
+        for index, outputs in ((0x1C12, True), (0x1C13, False)):
+            pdos = [pdo.index for pdo in described_pdos(slave, outputs)]
+            if pdos:
+                self.master.download(self.at[slave.name], index, 0, b"\0")
+                for n, pdo in enumerate(pdos, 1):
+                    self.master.download(self.at[slave.name], index, n, struct.pack("<H", pdo))
+                self.master.download(self.at[slave.name], index, 0, bytes([len(pdos)]))
 
     def map_drive(self, slave):
         at, master = self.at[slave.name], self.master

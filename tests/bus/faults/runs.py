@@ -119,7 +119,7 @@ def rig_file(scenario: Scenario, folder: Path) -> Path:
     path = folder / f"{scenario.rig}.yaml"
     path.write_text(text, encoding="utf-8")
     if scenario.rig == "bench_analog":  # a wired drive: the file says where its zero is
-        write_zero(zero_path(path), ZeroFile(**AT_ZERO, rig=scenario.rig))
+        write_zero(zero_path(path, emulated=True), ZeroFile(**AT_ZERO, rig=scenario.rig))
     return path
 
 

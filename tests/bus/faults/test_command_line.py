@@ -64,7 +64,7 @@ def test_in_lock_step_every_rig_completes_and_its_log_replays_to_the_byte(
     rig_path = ROOT / f"config/rigs/{rig}.yaml"
     if rig == "bench_analog":  # with an offset that the log must carry
         rig_path = rig_file(Scenario((), "", "", 0, rig=rig), tmp_path)
-        write_zero(zero_path(rig_path), ZeroFile(**AT_ZERO, rig=rig, offset=1000))
+        write_zero(zero_path(rig_path, emulated=True), ZeroFile(**AT_ZERO, rig=rig, offset=1000))
     files = (
         rig_path,
         (

@@ -1,0 +1,46 @@
+"""Compare two runs by phase: what differs by more than noise, and since when.
+
+Noise is estimated from the two logs; what the valves leave open by their
+tolerance is allowed as well (docs/runs.md). Exit code 0: nothing differs,
+1: something does.
+
+  epa compare before.mcap after.mcap
+  epa compare before.mcap after.mcap --html compare.html --json compare.json
+"""
+
+import argparse
+from pathlib import Path
+
+from epa_rt.cli.exits import COMPLETED, DIFFERENT, VerbError
+from epa_rt.cli.write import check_writable, write_whole
+
+
+def add_arguments(verb: argparse.ArgumentParser) -> None:
+    verb.add_argument("a", type=Path, metavar="A", help="log of the run to compare with")
+    verb.add_argument("b", type=Path, metavar="B", help="log of the other run")
+    verb.add_argument("--html", type=Path, metavar="PAGE.html", help="write it as a page")
+    verb.add_argument("--json", type=Path, metavar="JSON", help="write it for machines")
+
+
+def main(arguments: argparse.Namespace) -> int:
+    from epa_rt.cli.run_end import json_text
+    from epa_rt.logs.reader import LogError
+    from epa_rt.report.run import load_run
+    from epa_rt.runs.compare import NothingInCommon, compare
+    from epa_rt.runs.compare_page import compare_page
+    from epa_rt.runs.compare_words import as_text
+
+    check_writable(arguments.html, (".html", ".htm"))
+    check_writable(arguments.json, (".json",))
+    try:
+        found = compare(load_run(arguments.a), load_run(arguments.b))
+    except (LogError, NothingInCommon) as error:
+        raise VerbError(str(error)) from None
+    print(as_text(found))
+    if arguments.json:
+        write_whole(arguments.json, json_text(found.as_json()) + "\n")
+    if arguments.html:
+        write_whole(arguments.html, compare_page(found))
+    for path in filter(None, (arguments.json, arguments.html)):
+        print(path)
+    return DIFFERENT if found.is_different else COMPLETED

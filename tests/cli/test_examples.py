@@ -1,0 +1,105 @@
+"""Every example of every help can be pasted, and works a second time beside its own outputs."""
+
+import glob
+import shlex
+import shutil
+
+import pytest
+
+from epa_rt.cli.main import main, parser
+from epa_rt.cli.parser import examples
+from tests.cli.test_manners import parsers
+
+# what no test has: a card, a bus, a recording of others, a name that the reader puts in
+NOT_HERE = ("eth1", "ethercat", " LOG", "SOCKET", "DATA_EMPS", "HOST", "epa scan", "epa bus", "| ")
+# minutes each; other tests run them on data of their own
+LONG = (
+    "gap blind",
+    "gap diagnose",
+    "gap localise",
+    "gap patch",
+    "gap plan",
+    "study ",
+    "best.yaml",
+    "next.yaml",
+)
+LONG_RUNS = ("identification.yaml", "knee_chirp.yaml", "rehearsal.yaml --restart")
+SLOW = (
+    "epa replay",
+    "epa home",
+    "epa queue",
+    "epa run",
+    "epa identify",
+    "--fill",
+    "--start-travel",
+)
+KEYS = "epa jog --rig config/rigs/bench.yaml --speed 1"  # a hand holds it
+
+
+def every_example() -> list[str]:
+    found = [one for p in parsers(parser()) for one in examples(p.description or "")]
+    return [one for one in dict.fromkeys(found) if one.startswith("epa ")]
+
+
+def run_here(command: str) -> str | None:
+    """The command as a test runs it; None where it is only parsed."""
+    if any(words in command for words in (*NOT_HERE, *LONG)) or command == KEYS:
+        return None
+    if "epa identify" in command and "--no-physical" not in command:
+        return None
+    moves = command.startswith(("epa run ", "epa queue "))
+    is_long = moves and any(words in command for words in LONG_RUNS)
+    return f"{command} --dry" if is_long and "--dry" not in command else command
+
+
+def words_of(command: str) -> list[str]:
+    """Its words after epa, patterns filled in as a shell does."""
+    words = []
+    for word in shlex.split(command)[1:]:
+        there = sorted(glob.glob(word)) if "*" in word and "_" not in word else []
+        words += there or [word]
+    return words
+
+
+@pytest.fixture(scope="module")
+def workspace(tmp_path_factory):
+    """What epa init writes, and logs of the names that the examples use."""
+    folder = tmp_path_factory.mktemp("workspace")
+    runs = (
+        ("identification_short", "bench", "a"),
+        ("knee_chirp_short", "knee", "knee_chirp-knee-001"),
+    )
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        assert main(["init", "."]) == 0
+        for seed, (experiment, rig, name) in enumerate(runs):
+            words = ["run", f"config/experiments/{experiment}.yaml", "--seed", str(seed)]
+            words += ["--rig", f"config/rigs/{rig}.yaml", "-o", f"out/{name}.mcap", "--quiet"]
+            assert main(words) == 0
+        for name in ("b", "identification_short-bench-001"):
+            shutil.copy("out/a.mcap", f"out/{name}.mcap")
+    return folder
+
+
+def test_there_are_examples_in_every_verb_and_all_are_understood(workspace, monkeypatch):
+    monkeypatch.chdir(workspace)
+    every = every_example()
+    for verb in (p for p in parsers(parser()) if len(p.prog.split()) == 2):
+        assert any(one.startswith(verb.prog) for one in every), verb.prog
+    for command in every:
+        if "LOG|" not in command:
+            parser().parse_args(words_of(command.partition(" | ")[0]))
+
+
+def _param(command: str) -> object:
+    """Those that take over a second each of their two times are for -m slow."""
+    is_slow = any(words in command for words in SLOW) and "--dry" not in command
+    return pytest.param(command, marks=[pytest.mark.slow] if is_slow else [])
+
+
+@pytest.mark.parametrize("command", [_param(c) for one in every_example() if (c := run_here(one))])
+def test_an_example_works_twice(command, workspace, monkeypatch, capsys):
+    monkeypatch.chdir(workspace)
+    allowed = (0, 1) if command.startswith("epa doctor") else (0,)
+    for _ in range(2):
+        assert main(words_of(command)) in allowed, capsys.readouterr().err

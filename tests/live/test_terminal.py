@@ -1,0 +1,231 @@
+"""The terminal view: driven through Textual at 80 x 24, and once in a real terminal by tmux."""
+
+import asyncio
+import shutil
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from epa_rt.cli.inputs import load_inputs
+from epa_rt.live.attach import Attached, Happened, Over, Rows, RunFacts, Status, find
+from epa_rt.live.panels import events, head, health, muscles, plot, verdict
+from epa_rt.live.plot import drawn, spark
+from epa_rt.live.terminal import LiveView
+from epa_rt.live.watched import WatchedRun
+from epa_rt.logs.reader import LogReader
+from epa_rt.logs.recorder import Recorder
+from epa_rt.logs.ring import slot_dtype
+from epa_rt.loop.assembly import assemble
+from epa_rt.loop.requests import STOP, OperatorRequests
+from epa_rt.loop.viewers import ViewerRequests
+from tests.cli.shell import EXPERIMENTS, RIGS, ROOT
+
+SIZE = (80, 24)
+TRIP = "muscle_pressure_pa: 905 kPa abs is above its limit of 901 kPa abs, seen for 20 ms, so " * 3
+
+
+@pytest.fixture(scope="module")
+def run():
+    """Facts of a bench run, without a process behind them."""
+    inputs = load_inputs(
+        EXPERIMENTS / "identification_short.yaml", RIGS / "bench.yaml", None, with_plant=False
+    )
+    assembly = assemble(inputs.rig, inputs.experiment)
+    return inputs, assembly
+
+
+def watched(run, seconds: float = 3.0) -> WatchedRun:
+    inputs, assembly = run
+    layout = assembly.layout
+    seen = WatchedRun(
+        RunFacts(
+            log="bench.mcap",
+            layout=layout,
+            slot_bytes=0,
+            loop_pid=0,
+            total_cycles=30_000,
+            run={"rig": "bench", "experiment": "identification_short", "period_s": "0.001"},
+            rig=inputs.attachments["rig.yaml"].decode(),
+            takes_requests=True,
+        )
+    )
+    slots = np.zeros(round(1000 * seconds), slot_dtype(layout))
+    slots["cycle"] = np.arange(len(slots))
+    slots["t_ns"] = slots["cycle"] * 1_000_000
+    slots["state"], slots["phase"], slots["flags"] = 2, 1, 1
+    slots["lateness_ns"] = 10_000
+    slots["lateness_ns"][-1] = 700_000
+    slots["values"] = 101_325.0 + 1e5
+    slots["values"][:, seen.places["ref_muscle_pressure_pa"]] = np.nan
+    seen.take(Rows(slots))
+    return seen
+
+
+def test_all_that_an_operator_needs_stands_there_with_its_unit(run):
+    seen = watched(run)
+    text = "\n".join(part.plain for part in (head(seen, 80), muscles(seen, 80), health(seen, 80)))
+    for words in ("run", "phase 2/14 fill", "00:03 of 00:30", "100.0", "kPa gauge", "in shut"):
+        assert words in text, words
+    for words in ("current", " A", "mNm", "p99.9", "worst 700 us", "working counter ok, 0 bad"):
+        assert words in text, words
+    assert "motor travel" in plot(seen, "motor_travel_m", "ref_motor_travel_m", 60, 6).plain
+
+
+def test_a_trip_and_the_end_are_said_in_full(run):
+    seen = watched(run)
+    seen.take(Happened(1, 10, 10, "trip", TRIP))
+    seen.take(Happened(2, 10, 10, "category", "stop category 1: the drive brakes"))
+    seen.take(Happened(3, 10, 10, "end", TRIP, {"outcome": "tripped", "end": "end: NOT vented"}))
+    said = verdict(seen).plain
+    assert TRIP in said and "category 1" in said and "tripped" in said and "NOT vented" in said
+    other = watched(run)
+    other.take(Over(False))
+    assert "went away" in verdict(other).plain
+
+
+def test_a_gap_in_the_events_is_noticed(run):
+    seen = watched(run)
+    seen.take(Happened(3, 1, 1, "phase", "two are missing"))
+    assert seen.missed_events == 2 and "2 events not shown" in _with_status(seen)
+
+
+def _with_status(seen: WatchedRun) -> str:
+    seen.take(Status(0.0, 1000, "", 1, 0))
+    return health(seen, 200).plain
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    width=st.integers(1, 200),
+    height=st.integers(1, 60),
+    values=st.lists(st.floats(allow_nan=True, allow_infinity=True, width=32), max_size=300),
+    text=st.text(max_size=300),
+)
+def test_nothing_is_wider_than_the_screen_or_steers_it(run, width, height, values, text):
+    line = np.array(values, float)
+    with np.errstate(all="ignore"):
+        signs = drawn(line, width, height, -1.0, 1.0, 300)
+        assert [len(row) for row in signs] == [width] * height
+        assert len(spark(line, width, -1.0, 1.0)) == width
+    seen = watched(run, 0.05)
+    seen.take(Happened(1, 1, 1, "event", text))
+    for part in (head(seen, max(width, 40)), muscles(seen, width), events(seen, width, height)):
+        for row in part.plain.split("\n"):
+            assert len(row) <= max(width, 40) or not row.isascii()
+            assert row.isprintable() or not row
+
+
+def test_the_view_fits_80_by_24_grows_and_its_keys_ask_the_run(run, tmp_path, monkeypatch):
+    inputs, assembly = run
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    requests = OperatorRequests()
+    viewers = ViewerRequests(requests)
+    log = tmp_path / "log.mcap"
+    facts = {"run": {"rig": "bench", "period_s": "0.001"}}
+    recorder = Recorder(
+        log, assembly.layout, inputs.attachments, facts, True, asks_fd=viewers.recorders_fd
+    )
+    recorder.open()
+    recorder.event(0, 0, "trip", TRIP)
+    groups = [dict.fromkeys(names, 1.0) for names in _groups(assembly.layout)]
+    raw = (bytes(assembly.layout.inputs_bytes), bytes(assembly.layout.outputs_bytes))
+
+    async def drive() -> None:
+        with Attached(find(log)) as attached:
+            for cycle in range(3000):
+                recorder.sample(cycle, cycle * 1_000_000, 1, 2, 1, 0, 0, 0, 0, *raw, *groups)
+            view = LiveView(attached)
+            async with view.run_test(size=SIZE) as pilot:
+                await _until(pilot, lambda: view.run_seen.cycles > 0)
+                await pilot.pause(0.5)
+                assert _bottom(view, SIZE), "something lies below the screen"
+                assert TRIP.split()[-1] in verdict(view.run_seen).plain
+                await pilot.press("m")
+                await _until(pilot, lambda: requests.poll(1) or requests.log)
+                await pilot.press("n", *"bang", "enter")
+                await _until(pilot, lambda: requests.poll(1) or len(requests.log) > 1)
+                await pilot.press("s")
+                await _until(pilot, lambda: requests.poll(2) == STOP)
+                await pilot.resize_terminal(160, 50)
+                await pilot.pause(0.5)
+                assert _bottom(view, (160, 50))
+                assert view.query_one("#events").size.height > 6
+                await pilot.press("q")
+
+    try:
+        with viewers.taken():
+            asyncio.run(drive())
+    finally:
+        recorder.close("stopped", "")
+    said = [(kind, text) for kind, text, _ in requests.log]
+    assert said == [
+        ("mark", "mark 1"),
+        ("mark", "bang"),
+        ("request", "stop, asked by the terminal view"),
+    ]
+
+
+def _groups(layout) -> list[tuple[str, ...]]:
+    return [layout.measured, layout.reference, layout.command, layout.estimate]
+
+
+async def _until(pilot, holds) -> None:
+    end_s = time.monotonic() + 60.0
+    while not holds():
+        assert time.monotonic() < end_s, "waited in vain"
+        await pilot.pause(0.02)
+
+
+def _bottom(view: LiveView, size: tuple[int, int]) -> bool:
+    shown = [widget for widget in view.screen.children if widget.display]
+    return all(w.region.bottom <= size[1] and w.region.right <= size[0] for w in shown)
+
+
+class Tmux:
+    """A server of its own with one terminal of 80 x 24 that runs a command of epa."""
+
+    def __init__(self, folder, *arguments):
+        self.socket = str(folder / "tmux")
+        command = " ".join(map(str, (sys.executable, "-m", "epa_rt", *arguments)))
+        size = ("-x", str(SIZE[0]), "-y", str(SIZE[1]))
+        self("new-session", "-d", *size, f"{command}; echo exit $?; sleep 600")
+
+    def __call__(self, *words: str) -> str:
+        done = subprocess.run(
+            ["tmux", "-S", self.socket, *words], cwd=ROOT, capture_output=True, text=True
+        )
+        return done.stdout
+
+    def wait_for(self, words: str) -> str:
+        end_s = time.monotonic() + 240.0
+        while words not in (screen := self("capture-pane", "-p")):
+            assert time.monotonic() < end_s, f"waited in vain for {words!r}:\n{screen}"
+            time.sleep(0.2)
+        return screen
+
+
+@pytest.mark.skipif(shutil.which("tmux") is None, reason="needs tmux: apt-get install tmux")
+def test_in_a_real_terminal_keys_close_the_view_and_ctrl_c_stops_the_run(tmp_path):
+    out = tmp_path / "out"
+    words = ("run", EXPERIMENTS / "identification_short.yaml", "--rig", RIGS / "bench.yaml")
+    tmux = Tmux(tmp_path, *words, "--speed", 1, "-o", out, "--live")
+    try:
+        screen = tmux.wait_for("close view")
+        assert "kPa gauge" in screen and all(len(row) <= SIZE[0] for row in screen.split("\n"))
+        tmux("send-keys", "m")
+        tmux.wait_for("mark 1")
+        tmux("send-keys", "q")
+        tmux.wait_for("the run goes on")
+        tmux("send-keys", "C-c")
+        said = tmux.wait_for("exit 130")
+        assert "stopped: the operator asked to stop" in said and "log:" in said
+    finally:
+        tmux("kill-server")
+    (log,) = out.glob("*.mcap")
+    with LogReader(log) as found:
+        assert "mark" in [event.kind for event in found.events()] and not found.missing

@@ -1,0 +1,128 @@
+"""epa tune as an operator meets it: an excitation of its own, its answer, and logs that say
+nothing.
+"""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from epa_rt.cli.main import main
+from epa_rt.config.rig import load_rig
+from epa_rt.gap.read import read_recording
+from epa_rt.tune.controller import TuneError, loop_of
+from epa_rt.tune.evidence import evidence_of
+
+RIG, EXPERIMENT = "config/rigs/bench.yaml", "config/experiments/identification_short.yaml"
+
+
+def epa(*words: object) -> int:
+    return main([str(word) for word in words])
+
+
+@pytest.fixture(scope="module")
+def excited(tmp_path_factory):
+    """A log of the motor's excitation, and the folder with the answer that came of it."""
+    folder = tmp_path_factory.mktemp("tune")
+    words = ("tune", "motor", "--rig", RIG, "--experiment", EXPERIMENT, "-o", folder, "--quiet")
+    code = epa(*words, "--json", folder / "a.json", "--html", folder / "a.html",
+               "--write", folder / "new.yaml")  # fmt: skip
+    assert code == 0
+    (log,) = folder.glob("*.mcap")
+    return log
+
+
+@pytest.fixture(scope="module")
+def recording(excited):
+    return read_recording(excited)
+
+
+def test_the_answer_holds_its_bounds_and_is_written(excited):
+    answer = json.loads((excited.parent / "a.json").read_text())
+    assert answer["decision"] == "change"
+    assert answer["proposed"]["margins"]["worst_peak"] <= 1.6
+    assert answer["proposed"]["trial_rms"] < answer["present"]["trial_rms"]
+    assert min(answer["response"]["coherence"]) >= 0.0
+    new = (excited.parent / "new.yaml").read_text()
+    assert f"position_gain: {answer['proposed']['gains']['position_gain']}\n" in new
+    page = (excited.parent / "a.html").read_text()
+    assert "Nyquist" in page and "coherence" in page
+
+
+def test_the_log_replays_and_gives_the_same_answer_in_80_columns(excited, capsys):
+    assert epa("replay", excited) == 0
+    capsys.readouterr()
+    assert epa("tune", "motor", excited, "--experiment", EXPERIMENT, "--quiet") == 0
+    text = capsys.readouterr().out
+    assert max(map(len, text.splitlines())) <= 80
+    answer = json.loads((excited.parent / "a.json").read_text())
+    assert answer["proposed"]["gains"]["position_gain"] in text
+
+
+def test_nothing_is_written_over(excited, capsys):
+    assert epa("tune", "motor", excited, "--write", RIG, "--quiet") == 2
+    assert "expected a name that is free" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        (("joint", "--rig", RIG), "without a joint"),
+        (("motor",), "neither a log nor --rig"),
+        (("motor", "--rig", RIG), "no pressure for muscle"),
+        (("motor", "--rig", RIG, "--fill", "muscle", "3 bar"), "expected a pressure that says"),
+        (("motor", "--rig", RIG, "--fill", "mussel", "3 bar gauge"), "has not"),
+        (("motor", "--rig", RIG, "--fill", "muscle", "3 bar gauge", "--at", "1 m"), "limits"),
+        (("motor", "--rig", RIG, "--experiment", "config/experiments/step.yaml"), "loop"),
+        (("motor", "--rig", RIG, "--experiment", RIG), "unknown key 'rig'"),
+        (("motor", "README.md"), "expected an MCAP log"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else None,
+)
+def test_what_cannot_be_tuned_is_refused_in_one_sentence(words, said, capsys):
+    assert epa("tune", *words, "--dry" if "--rig" in words else "--quiet") == 2
+    error = capsys.readouterr().err
+    assert said in error and "Traceback" not in error
+
+
+def refusal(recording) -> str:
+    rig = load_rig(RIG)
+    with pytest.raises(TuneError) as refused:
+        evidence_of([recording], rig, loop_of(rig, "motor"))
+    return str(refused.value)
+
+
+def test_logs_that_say_nothing_are_named_for_what_they_are(recording):
+    spans = tuple(replace(span, trial=False) for span in recording.spans)
+    assert "no trial in the loop motor_speed" in refusal(replace(recording, spans=spans))
+    trip = (*recording.found, "trip at 3.000 s: limit: motor_travel_m")
+    assert "found a trip at 3.000 s" in refusal(replace(recording, found=trip))
+    assert "of the rig 'knee'" in refusal(replace(recording, rig="knee"))
+    assert "a period of 2 ms" in refusal(replace(recording, period_s=2e-3))
+    short = tuple(replace(span, stop=min(span.stop, span.start + 900)) for span in recording.spans)
+    assert "trials of at most 0.9 s" in refusal(replace(recording, spans=short))
+
+
+def test_a_command_at_its_limit_and_a_dead_sensor_are_refused(recording):
+    columns = dict(recording.columns)
+    columns["cmd_motor_speed_m_s"] = np.full(recording.samples, 0.08)
+    assert "at its limit in 100 %" in refusal(replace(recording, columns=columns))
+    columns = dict(recording.columns)
+    columns["motor_travel_m"] = np.zeros(recording.samples)
+    assert "that never moves" in refusal(replace(recording, columns=columns))
+    del columns["motor_travel_m"]
+    assert "found no motor_travel_m" in refusal(replace(recording, columns=columns))
+
+
+def test_readings_that_are_missing_only_cut_the_trial(recording):
+    rig = load_rig(RIG)
+    whole = evidence_of([recording], rig, loop_of(rig, "motor"))
+    columns = dict(recording.columns)
+    travel = columns["motor_travel_m"].copy()
+    first = next(span for span in recording.spans if span.trial)
+    travel[first.start + 5000] = np.nan
+    columns["motor_travel_m"] = travel
+    cut = evidence_of([replace(recording, columns=columns)], rig, loop_of(rig, "motor"))
+    assert len(cut.trials) == len(whole.trials) + 1
+    assert cut.seconds >= whole.seconds - 0.01
