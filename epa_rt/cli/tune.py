@@ -7,8 +7,8 @@ without logs): multisines on the loop's reference, within half of the rig's limi
 The proposal keeps the sensitivity peak Ms at 1.6 or less over the response's uncertainty. Nothing
 is changed: --write gives a copy of the rig file with the new gains.
 
-  epa tune joint --rig config/rigs/knee.yaml --experiment config/experiments/knee_chirp_short.yaml \\
-      -o out/tune --html out/tune/knee.html
+  epa tune joint --rig config/rigs/knee.yaml -o out/tune --html out/tune/knee.html \\
+      --experiment config/experiments/knee_chirp_short.yaml
   epa tune joint out/tune/*.mcap --experiment config/experiments/knee_chirp_short.yaml
   epa tune motor --rig config/rigs/bench.yaml \\
       --experiment config/experiments/identification_short.yaml -o out/tune --write out/bench.yaml
