@@ -21,6 +21,8 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, VerbError
 from epa_rt.cli.inputs import add_backend_arguments
+from epa_rt.cli.run import positive_factor
+from epa_rt.cli.run_record import add_record_arguments
 from epa_rt.cli.screen_text import filled
 
 if TYPE_CHECKING:
@@ -37,7 +39,11 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--rig", type=Path, help="rig file (default, with logs: the one in the first log)"
     )
-    verb.add_argument("--plant", type=Path, help="plant file of the simulated rig")
+    verb.add_argument(
+        "--plant",
+        type=Path,
+        help="plant file of the simulated rig (default: the one the rig names)",
+    )
     verb.add_argument(
         "--experiment",
         type=Path,
@@ -56,10 +62,23 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     )
     add_backend_arguments(verb)
     verb.add_argument(
-        "-o", "--out", type=Path, default=Path("out"), help="folder for the excitation's log"
+        "-o",
+        "--out",
+        type=Path,
+        default=Path("out"),
+        help="folder for the excitation's log (default: %(default)s)",
     )
-    verb.add_argument("--seed", type=int, default=1, help="seed of the simulated sensors' noise")
-    verb.add_argument("--speed", type=float, help="pace of the simulated rig; 1 is real time")
+    verb.add_argument(
+        "--seed",
+        type=int,
+        default=1,
+        help="seed of the simulated sensors' noise (default: %(default)s)",
+    )
+    verb.add_argument(
+        "--speed",
+        type=positive_factor,
+        help="pace of the simulated rig; 1 is real time (default: as fast as it goes)",
+    )
     verb.add_argument("--dry", action="store_true", help="show the excitation; nothing moves")
     verb.add_argument("--json", type=Path, metavar="JSON", help="write the answer for machines")
     verb.add_argument("--html", type=Path, metavar="PAGE.html", help="write the answer as a page")
@@ -70,6 +89,7 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
         "--write", type=Path, metavar="RIG.yaml", help="write a copy of the rig file with the gains"
     )
     verb.add_argument("--quiet", action="store_true", help="no progress")
+    add_record_arguments(verb)
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -130,7 +150,7 @@ def _excite(arguments: argparse.Namespace) -> int:
     asked = Asked(arguments.at, _height(arguments, loop.si_unit), dict(arguments.fill or ()))
     text = excitation_text(rig, loop, base, asked)
     inputs = _inputs(arguments, text)
-    record = record_attachment(inputs.rig, arguments.rig, None, [])
+    record = record_attachment(inputs.rig, arguments.rig, arguments.operator, arguments.note)
     inputs = replace(inputs, attachments=inputs.attachments | record)
     if arguments.dry:
         from epa_rt.cli.dry import show_dry_run
@@ -148,6 +168,7 @@ def _excite(arguments: argparse.Namespace) -> int:
             arguments.lock_step,
             progress=not arguments.quiet,
             rig_path=arguments.rig,
+            take_over=arguments.take_over,
         )
     print(filled(closing_text(summary, result, inputs.rig)))
     code = exit_code(summary, result)

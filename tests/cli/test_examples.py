@@ -123,6 +123,6 @@ def test_an_example_works_twice(command, workspace, monkeypatch, capsys):
     assert main(words_of(command)) in allowed, capsys.readouterr().err
     second, said = main(words_of(command)), capsys.readouterr().err
     if any(words in command for words in ONCE) and "--force" not in command:
-        assert second == 2 and "expected a name that is free" in said, said
+        assert second == 2 and "found a file, expected" in said, said
     else:
         assert second in allowed, said
