@@ -137,27 +137,28 @@ def diagnose(
     holdout: Sequence[Place] = (),
     leave_out: Sequence[str] = (),
     gate: bool = True,
+    posterior: bool = False,
     progress: Progress = _silent,
 ) -> Diagnosed:
     """Why rig and simulation disagree; as ``epa gap diagnose``, about a minute for three logs.
 
-    ``gate``: run the patched plant on the log's own experiment and measure again.
+    ``gate``: run the patched plant on the log's own experiment and measure again. ``posterior``:
+    also the probability of every set of effects, which takes as long again.
     ``progress(stage, share)`` is called as it goes on.
     """
     from epa_rt.cli.gap_diagnose import answered
 
-    arguments = argparse.Namespace(
-        logs=[Path(log) for log in logs],
-        rig=Path(rig),
-        plant=None if plant is None else Path(plant),
-        holdout=[Path(log) for log in holdout],
-        leave_out=tuple(leave_out),
-        no_gate=not gate,
-        patch=None,
-        quiet=True,
-    )
     with _refusals():
-        given, answer = answered(arguments, progress)
+        given, answer = answered(
+            Path(rig),
+            None if plant is None else Path(plant),
+            [Path(log) for log in logs],
+            [Path(log) for log in holdout],
+            tuple(leave_out),
+            gate,
+            posterior,
+            progress,
+        )
     return Diagnosed(answer, given)
 
 

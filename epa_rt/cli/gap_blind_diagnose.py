@@ -11,33 +11,23 @@ if TYPE_CHECKING:
 def diagnose_files(
     rig: Path, plant: Path, logs: Sequence[Path], holdout: Sequence[Path], leave_out: Sequence[str]
 ) -> "Diagnosis":
-    """Diagnoses the logs of a rig against a plant file, with effects left out of the catalogue
-    (those it has for this rig).
+    """Diagnoses the logs of a rig against a plant file as the command line does, checks included,
+    with effects left out of the catalogue (those it has for this rig).
 
     Where effects cannot be told apart it looks for the next experiment; where any is named, for
-    what the gate says.
+    what the gate says. Raises VerbError where the logs are refused.
     """
     from dataclasses import replace
 
-    from epa_rt.cli.gap_diagnose import gated
-    from epa_rt.cli.gap_inputs import Opened
+    from epa_rt.cli.gap_diagnose import diagnose_logs, gated
     from epa_rt.cli.gap_plan import planned
-    from epa_rt.config.rig import load_rig
-    from epa_rt.gap.diagnose import diagnose
-    from epa_rt.gap.read import read_recordings
     from epa_rt.gap.subjects import open_subject
 
-    typed, subject = load_rig(rig), open_subject(rig, plant)
-    recordings, other = read_recordings(list(logs), typed), read_recordings(list(holdout), typed)
-    found = tuple(f"{r.name}: {sentence}" for r in (*recordings, *other) for sentence in r.found)
-    known = {effect.name for effect in subject.catalogue}
-    answer = diagnose(
-        subject, recordings, other, without=[name for name in leave_out if name in known]
-    )
-    answer = replace(answer, found_first=found)
+    known = {effect.name for effect in open_subject(rig, plant).catalogue}
+    without = [name for name in leave_out if name in known]
+    given, answer = diagnose_logs(rig, plant, logs, holdout, without)
     if not answer.effects:
         return answer
-    given = Opened(subject, typed, plant, recordings, other, found)
     try:
         if answer.verdict == "not_separable":
             answer = replace(

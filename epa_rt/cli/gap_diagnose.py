@@ -12,6 +12,7 @@ the simulated rig and measures the gap again.
 import argparse
 import sys
 import tempfile
+from collections.abc import Sequence
 from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -61,6 +62,11 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
         metavar="EFFECT",
         help="effects to leave out of the catalogue",
     )
+    parser.add_argument(
+        "--posterior",
+        action="store_true",
+        help="also what else it could be: the probability of every set of effects (twice the time)",
+    )
     parser.add_argument("--json", type=Path, metavar="JSON", help="write the answer for machines")
     parser.add_argument("--html", type=Path, metavar="PAGE.html", help="write the answer as a page")
     parser.add_argument(
@@ -97,7 +103,9 @@ def run(arguments: argparse.Namespace) -> int:
     _known(arguments.leave_out, given)
     show_found(given.found, out)
     with progress_shown(arguments.quiet) as progress:
-        diagnosis = _diagnosed(given, arguments, progress)
+        diagnosis = _diagnosed(
+            given, arguments.rig, arguments.leave_out, arguments.posterior, progress
+        )
     gate, code = None, COMPLETED
     try:
         write_answer(diagnosis, arguments)
@@ -107,7 +115,8 @@ def run(arguments: argparse.Namespace) -> int:
             if not arguments.no_plan:
                 diagnosis = replace(diagnosis, next_experiment=planned(given, diagnosis, progress))
                 write_answer(diagnosis, arguments)
-            gate = _confirmed(given, diagnosis, arguments, progress)
+            if not arguments.no_gate:
+                gate = _confirmed(given, diagnosis, arguments.patch, progress)
             diagnosis = replace(diagnosis, gate=gate and gate.report)
     except KeyboardInterrupt:
         print("epa gap: interrupted; what was found until then stands", file=sys.stderr)
@@ -136,15 +145,37 @@ def run(arguments: argparse.Namespace) -> int:
     return code
 
 
-def answered(arguments: argparse.Namespace, progress: Progress) -> "tuple[Opened, Diagnosis]":
-    """What was read, and the diagnosis of it with the gate's report: as ``run``, but nothing is
-    shown or written. Raises VerbError, ConfigError.
+def diagnose_logs(
+    rig: Path,
+    plant: Path | None,
+    logs: Sequence[Path],
+    holdout: Sequence[Path] = (),
+    leave_out: Sequence[str] = (),
+    posterior: bool = False,
+    progress: Progress = lambda stage, share: None,
+) -> "tuple[Opened, Diagnosis]":
+    """What was read of the logs, checked and cleaned, and the diagnosis of it: the one path of
+    command line, Python and benchmark. Nothing is shown or written. Raises VerbError, ConfigError.
     """
-    given = opened(arguments, arguments.holdout)
-    _known(arguments.leave_out, given)
-    diagnosis = _diagnosed(given, arguments, progress)
-    gate = _confirmed(given, diagnosis, arguments, progress)
-    return given, replace(diagnosis, gate=gate and gate.report)
+    given = opened(argparse.Namespace(rig=rig, plant=plant, logs=list(logs)), holdout)
+    _known(tuple(leave_out), given)
+    return given, _diagnosed(given, rig, leave_out, posterior, progress)
+
+
+def answered(
+    rig: Path,
+    plant: Path | None,
+    logs: Sequence[Path],
+    holdout: Sequence[Path],
+    leave_out: Sequence[str],
+    gate: bool,
+    posterior: bool,
+    progress: Progress,
+) -> "tuple[Opened, Diagnosis]":
+    """As ``diagnose_logs``, with the gate's report where that is asked for."""
+    given, diagnosis = diagnose_logs(rig, plant, logs, holdout, leave_out, posterior, progress)
+    found = _confirmed(given, diagnosis, None, progress) if gate else None
+    return given, replace(diagnosis, gate=found and found.report)
 
 
 def page_of(given: Opened, diagnosis: "Diagnosis") -> str:
@@ -155,7 +186,7 @@ def page_of(given: Opened, diagnosis: "Diagnosis") -> str:
     return gap_page(diagnosis, _curves(given, diagnosis, traces) if diagnosis.effects else ())
 
 
-def _known(names: tuple[str, ...], given: Opened) -> None:
+def _known(names: Sequence[str], given: Opened) -> None:
     known = [effect.name for effect in given.subject.catalogue]
     for name in names:
         if name not in known:
@@ -166,7 +197,9 @@ def _known(names: tuple[str, ...], given: Opened) -> None:
             )
 
 
-def _diagnosed(given: Opened, arguments: argparse.Namespace, progress: Progress) -> "Diagnosis":
+def _diagnosed(
+    given: Opened, rig: Path, leave_out: Sequence[str], posterior: bool, progress: Progress
+) -> "Diagnosis":
     from epa_rt.gap.aside import split
     from epa_rt.gap.diagnose import diagnose
     from epa_rt.gap.patch import PLANT_DIGEST, digest_of
@@ -175,18 +208,19 @@ def _diagnosed(given: Opened, arguments: argparse.Namespace, progress: Progress)
         given.subject,
         given.recordings,
         given.holdout,
-        without=arguments.leave_out,
+        without=leave_out,
+        posterior=posterior,
         progress=progress,
     )
     check_judged(found.location, given.subject)
     set_aside = bool(given.holdout) or split(given.subject, given.recordings) is not None
     inputs = {
-        "rig": str(arguments.rig),
+        "rig": str(rig),
         "plant": str(given.plant or ""),
         PLANT_DIGEST: digest_of(given.subject),
         "logs": [str(r.path) for r in given.recordings],
         "holdout": [str(r.path) for r in given.holdout],
-        "left_out": list(arguments.leave_out),
+        "left_out": list(leave_out),
         "set_aside": set_aside,
     }
     named = {effect.name for effect in found.effects}
@@ -199,19 +233,15 @@ def _diagnosed(given: Opened, arguments: argparse.Namespace, progress: Progress)
 
 
 def _confirmed(
-    given: Opened, diagnosis: "Diagnosis", arguments: argparse.Namespace, progress: Progress
+    given: Opened, diagnosis: "Diagnosis", patch: Path | None, progress: Progress
 ) -> "Gate | None":
     """The gate, where effects are named and the rig can be simulated on the log's own
     experiment.
     """
     if not diagnosis.effects:
         return None
-    if (
-        given.rig is not None
-        and not arguments.no_gate
-        and EXPERIMENT in _shortest(given).attachments
-    ):
-        return gated(given, diagnosis, arguments.patch, progress)
+    if given.rig is not None and EXPERIMENT in _shortest(given).attachments:
+        return gated(given, diagnosis, patch, progress)
     return None
 
 

@@ -4,13 +4,14 @@ told apart.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from epa_rt.gap.astray import astray
 from epa_rt.gap.coverage import above_noise
 from epa_rt.gap.floor import floors as floors_of
-from epa_rt.gap.ground import ground_of
+from epa_rt.gap.ground import Ground, ground_of
 from epa_rt.gap.heard import Heard
 from epa_rt.gap.in_free_run import heard as heard_in_free_run
 from epa_rt.gap.point import Point
@@ -26,6 +27,17 @@ from epa_rt.gap.there import without as without_effects
 from epa_rt.gap.yardstick import Left, left_at, on_noise
 
 Progress = Callable[[str, float], None]
+
+
+class Start(NamedTuple):
+    """What every search begins from: the problem in the scale of what is left without effects, the
+    nominal parameters refitted, what is left at any point, and the rig as one block.
+    """
+
+    problem: Problem
+    base: Point
+    left: "LeftOf"
+    ground: Ground | None
 
 
 @dataclass(frozen=True)
@@ -45,6 +57,7 @@ class Attribution:
     become: tuple[frozenset[str], ...]
     heard: Heard | None
     off: np.ndarray | None = None
+    start: Start | None = None
 
     @property
     def refitted(self) -> dict[str, float]:
@@ -153,7 +166,15 @@ def attributed(
 
     sets = tuple(set_of(role, same) for role, same in zip(selection.roles, become, strict=True))
     return Attribution(
-        selection.problem, selection, left(selection.base), after, sets, become, said_there, off
+        selection.problem,
+        selection,
+        left(selection.base),
+        after,
+        sets,
+        become,
+        said_there,
+        off,
+        Start(scaled, base, left, ground),
     )
 
 

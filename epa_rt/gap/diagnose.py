@@ -12,6 +12,7 @@ from epa_rt.gap.attribution import Attribution, Progress, attributed
 from epa_rt.gap.diagnosis import Diagnosis, Shrinkage
 from epa_rt.gap.floor import floors as floors_of
 from epa_rt.gap.own_loop import WITHOUT_LINK, apart, joined
+from epa_rt.gap.posterior.answer import posterior_of
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.shrink import shrinkage
 from epa_rt.gap.subject import Subject
@@ -26,6 +27,7 @@ def diagnose(
     seed: int = 0,
     floors=floors_of,
     how_far: bool = True,
+    posterior: bool = False,
     progress: Progress = lambda stage, share: None,
     stop: Callable[[], bool] | None = None,
 ) -> Diagnosis:
@@ -33,11 +35,12 @@ def diagnose(
 
     ``holdout``: recordings for the shrinkage; without any, the last trial of every log is set
     aside. ``without``: effects left out of the catalogue. ``repeats``: as ``floor.floors`` takes
-    them. ``progress(stage, share)`` is called from this thread. Raises Stopped when ``stop()`` says
+    them. ``posterior``: whether the probability of every set of effects is asked for as well.
+    ``progress(stage, share)`` is called from this thread. Raises Stopped when ``stop()`` says
     so, KeyError where a recording lacks a column or ``repeats`` name one that is not there.
     """
     begun = time.monotonic()
-    given = (recordings, holdout, tuple(without), repeats, seed, floors, how_far)
+    given = (recordings, holdout, tuple(without), repeats, seed, floors, how_far, posterior)
     found, answer = _diagnosed(subject, *given, progress, stop)
     rest, inputs = apart(subject, found, answer), {}
     if rest is not None:
@@ -66,6 +69,7 @@ def _diagnosed(
     seed: int,
     floors,
     how_far: bool,
+    posterior: bool,
     progress: Progress,
     stop: Callable[[], bool] | None,
 ) -> tuple[Attribution, Diagnosis]:
@@ -98,6 +102,11 @@ def _diagnosed(
                 judged, logs, found, base, base, floors, seed, lambda stage, share: None
             ),
         )
+    if posterior and found.start is not None:
+        progress("what it could be", 0.97)
+        apart_logs = logs if holdout or halves else ()
+        could = posterior_of(found.start, apart_logs, judged if halves else None)
+        answer = replace(answer, posterior=could)
     return found, answer
 
 

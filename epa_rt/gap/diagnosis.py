@@ -200,6 +200,30 @@ class FreeRun:
 
 
 @dataclass(frozen=True)
+class Could:
+    """A set of effects that the rig may have and the plant file lacks; empty: none of the
+    catalogue. ``left_share``: of the gap, as ``Posterior.judged_by`` shows it, that it leaves; None
+    where there is no gap.
+    """
+
+    effects: tuple[str, ...]
+    probability: float
+    left_share: float | None
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """What it could be. ``models``: the most probable first, until they hold 0.99 together.
+    ``families``: probability that the rig has an effect of each, the most probable first, from 0.01
+    on. ``judged_by``: the view that shows most of the gap ("blocks", "free_run").
+    """
+
+    models: tuple[Could, ...]
+    families: dict[str, float]
+    judged_by: str
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """The whole answer."""
 
@@ -224,6 +248,7 @@ class Diagnosis:
     doubts: tuple[
         str, ...
     ] = ()  # what takes from the confidence of all named effects, in sentences
+    posterior: Posterior | None = None  # None where it was not asked for
     gate: dict | None = None
     refitted: dict[str, float] = field(
         default_factory=dict

@@ -19,12 +19,9 @@ from epa_rt.models.effect import Effect
 QUARTERS = (0.0, 0.5 * np.pi)
 APART_RAD = 1.5  # of phase at the far end of the range by which neighbours in the grid differ
 FINEST = 0.01  # periods to a turn between neighbours at least: a grid of a hundred
-SLOW, FAST = (
-    1.2,
-    24,
-    # periods to a turn up to which any number is tried, and up to which whole ones are: poles and
-    # slots come in whole numbers
-)
+# periods to a turn up to which any number is tried, and up to which whole ones are: poles and slots
+# come in whole numbers (14 poles and 12 slots cog 84 times, 20 and 18 180 times)
+SLOW, FAST = 1.2, 200
 
 
 def look(problem: Problem, point: Point, effects: Collection[str] | None = None) -> None:

@@ -162,7 +162,7 @@ _OWN = (
         "1",
         "cogging",
         1.0,
-        24.0,
+        200.0,
         0.01,
         neutral=1.0,
         low_scale="pitch/stroke",

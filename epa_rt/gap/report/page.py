@@ -5,6 +5,7 @@ what next.
 from collections.abc import Sequence
 
 from epa_rt.gap.diagnosis import Diagnosis
+from epa_rt.gap.report.could import posterior_section
 from epa_rt.gap.report.curves import figure
 from epa_rt.gap.report.effects import catalogue_note, effects, not_tested
 from epa_rt.gap.report.far import how_far
@@ -26,6 +27,7 @@ def gap_page(diagnosis: Diagnosis, curves: Sequence[Trace] = ()) -> str:
         ("where", "Where the gap lies", join([gap_map(diagnosis), origins(diagnosis)])),
         ("seen", "Before and after", join(map(figure, curves))),
         ("which", "Which effect causes it", join([effects(diagnosis), catalogue_note(diagnosis)])),
+        ("could", "What it could be", posterior_section(diagnosis)),
         ("far", "How far it shrinks", how_far(diagnosis)),
         (
             "gate",

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from epa_rt.gap.diagnosis import Diagnosis, Place
+from epa_rt.gap.report.could import show_posterior
 from epa_rt.gap.report.gate import gate_line
 from epa_rt.gap.report.left_words import ends_words, goes_with
 from epa_rt.gap.report.origin import origin_words
@@ -56,6 +57,8 @@ def show(diagnosis: Diagnosis, out: Console) -> None:
         _effects(diagnosis, out)
     if words := free_run_words(diagnosis):
         out.print(words)
+    if diagnosis.posterior:
+        show_posterior(diagnosis.posterior, out)
     show_location(diagnosis.location, out)
     if words := origin_words(diagnosis.origins):
         out.print(words)

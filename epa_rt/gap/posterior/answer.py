@@ -1,0 +1,66 @@
+"""The posterior as an answer: which sets of effects it could be, and how probable each is."""
+
+from collections.abc import Sequence
+
+from epa_rt.gap.attribution import Start
+from epa_rt.gap.diagnosis import Could, Posterior
+from epa_rt.gap.posterior.evidence import START, Formula, Numbers, inclusion, posterior
+from epa_rt.gap.posterior.search import Model, Table, table_of
+from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN, HeldOut
+from epa_rt.gap.recording import Recording
+from epa_rt.gap.subject import Subject
+
+TOGETHER, SHOWN = 0.99, 0.01  # probability that the models shown hold, and from which families are
+
+
+def posterior_of(
+    start: Start,
+    aside: Sequence[Recording] = (),
+    judge: Subject | None = None,
+    numbers: Numbers = START,
+) -> Posterior:
+    """What a rig could have. ``aside``: logs or trials that no fit has seen, judged by ``judge``
+    (None: the subject of the fits). Raises Stopped.
+    """
+    table = table_for(start, aside, judge, numbers)
+    found = posterior(table, numbers)
+    none = table.models[0]
+    by = max(
+        (name for name in none.views if name in (BLOCKS, FREE_RUN)),
+        key=lambda name: (left_in(none, name), name),
+    )
+    models, held = [], 0.0
+    for model, probability in found:
+        models.append(Could(model.effects, probability, _share(model, none, by)))
+        held += probability
+        if held > TOGETHER:
+            break
+    families = {
+        family: share for family, share in inclusion(found, table).items() if share >= SHOWN
+    }
+    return Posterior(tuple(models), families, by)
+
+
+def table_for(
+    start: Start, aside: Sequence[Recording], judge: Subject | None, numbers: Numbers
+) -> Table:
+    """All models that are worth their fit, with what each leaves in every view. Raises Stopped."""
+    effects = start.problem.effects
+    catalogue = Table(
+        (),
+        {name: effect.family for name, effect in effects.items()},
+        {name: effect.block for name, effect in effects.items()},
+        {},
+    )
+    held_out = HeldOut(start.problem, start.ground, aside, judge) if aside else None
+    return table_of(*start, held_out, Formula(catalogue, numbers))
+
+
+def left_in(model: Model, view: str) -> float:
+    """Chi-square above noise that a model leaves in a view."""
+    return sum(seen.excess for seen in model.views[view].links.values())
+
+
+def _share(model: Model, none: Model, view: str) -> float | None:
+    gap = left_in(none, view)
+    return left_in(model, view) / gap if gap > 0.0 else None

@@ -1,0 +1,289 @@
+"""The search for models: sets of effects, each fitted block by block and in free run.
+
+Screening proposes, refits decide. A model that comes near block by block is fitted in free run, one
+that free run proposes is fitted block by block, and beside the best singles a second effect is
+looked for. Nothing is believed or refused here: the table goes to the posterior.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from epa_rt.gap.as_one import fitted
+from epa_rt.gap.ground import Ground
+from epa_rt.gap.origin import ROUNDS as PLACE_ROUNDS
+from epa_rt.gap.point import Point, linearised
+from epa_rt.gap.posterior.views import (
+    BLOCKS,
+    FREE_RUN,
+    HELD_OUT,
+    HELD_OUT_FREE_RUN,
+    HeldOut,
+    Lowest,
+    View,
+    blocks,
+    free_run,
+    on_ground,
+)
+from epa_rt.gap.problem import Problem
+from epa_rt.gap.promising import promising
+from epa_rt.gap.refit import refit, settled
+from epa_rt.gap.role import played
+from epa_rt.gap.screen import Screening
+from epa_rt.gap.select import rescaled
+from epa_rt.gap.subject import Values
+from epa_rt.gap.waves import look
+from epa_rt.gap.yardstick import Left
+
+SINGLES = 5  # families that are fitted in free run
+BEAM = 2  # best models of a size beside which one effect more is looked for
+FURTHER = 3  # of these that are fitted in free run
+MOST_EFFECTS = 4
+FAMILIES = 3  # that free run proposes beside a single
+
+HOPELESS = np.log(1e-3)  # log odds to the best model below which another is not gone on with
+
+
+class Scores(Protocol):
+    """The posterior's formula, as far as the search asks for it."""
+
+    def evidence(self, model: "Model") -> float:
+        """Log evidence of a model over the views that it has."""
+
+    def at_best(self, model: "Model", more: int) -> float:
+        """Log evidence that the model would have if ``more`` effects beside it left nothing of any
+        view.
+        """
+
+
+@dataclass(frozen=True)
+class Model:
+    """A set of effects and what it leaves in each view. ``place``: instead of effects, a place of
+    the rig with an error of its own that no law makes. ``values``: as fitted block by block.
+    """
+
+    effects: tuple[str, ...]
+    views: Mapping[str, View]
+    values: Values
+    place: str | None = None
+    block: str | None = None
+
+
+@dataclass(frozen=True)
+class Table:
+    """All models that were fitted; the first has no effect. ``families``, ``blocks``: of each
+    effect of the catalogue. ``typical``: by effect, expected chi-square of its typical strength.
+    """
+
+    models: tuple[Model, ...]
+    families: Mapping[str, str]
+    blocks: Mapping[str, str]
+    typical: Mapping[str, float]
+
+
+class Search:
+    """Fits models and keeps each once, whatever proposed it."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        base: Point,
+        left: Callable[[Point], Left],
+        ground: Ground | None,
+        held_out: HeldOut | None,
+        scores: Scores,
+    ) -> None:
+        self._problem, self._base, self._left = problem, base, left
+        self._ground, self._held_out, self._scores = ground, held_out, scores
+        self._found: dict[frozenset[str], Model] = {}
+        self._points: dict[frozenset[str], Point] = {}
+        self._lowest: Lowest = {}
+        self.none = self._model((), base.values, ground.none if ground else None)
+
+    def singles(self) -> Screening | None:
+        """Every candidate alone; the best of several families in free run too."""
+        look(self._problem, self._base)
+        role = played(self._problem, self._base, pairs=True)
+        for fit in role.fits if role else ():
+            self._model((fit.effect,), fit.values, None)
+        if self._ground is not None:
+            for effects in self._best(SINGLES, 1):
+                self._in_free_run(effects)
+            for point in self._ground.one_by_one:
+                self._model(point.effects, None, point)
+        return role.screening if role else None
+
+    def further(self) -> None:
+        """One effect more beside the best models of each size, while that may count."""
+        for size in range(1, MOST_EFFECTS):
+            for effects in self._best(BEAM, size):
+                if self._hopeful(self._scores.at_best(self._of(effects), 1)):
+                    self._one_more(effects)
+        best = max(self._complete(), key=self._evidence).effects
+        for i in range(
+            len(best) if len(best) > 1 else 0
+        ):  # one of them may be enough without another
+            rest = best[:i] + best[i + 1 :]
+            if frozenset(rest) not in self._found:
+                self._model(
+                    rest,
+                    settled(
+                        self._problem, rest, self._problem.kept(self._of(best).values, rest)
+                    ).values,
+                    None,
+                )
+            self._in_free_run(rest)
+
+    def _one_more(self, effects: tuple[str, ...]) -> None:
+        point = settled(self._problem, effects, self._of(effects).values)
+        problem, point = rescaled(self._problem, point, self._left(point))
+        look(problem, point)
+        role = played(problem, point)
+        found = [(*effects, fit.effect) for fit in (role.fits if role else ())]
+        for more, fit in zip(found, role.fits if role else (), strict=True):
+            self._model(more, fit.values, None)
+        found += self._proposed_by_free_run(effects)
+        order = sorted(dict.fromkeys(found), key=lambda one: -self._evidence(self._of(one)))
+        for more in order[:FURTHER]:
+            self._in_free_run(more)
+
+    def places(self) -> list[Model]:
+        """Every place of the rig with an error of its own; none where the rig knows no places."""
+        doubted = getattr(self._problem.subject, "doubted", None)
+        if doubted is None:
+            return []
+        bare = self._problem.rescaled(dict.fromkeys(self._problem.links, 1.0))
+        asked = bare.asking(doubted(self._problem.prepared))
+        point = linearised(asked, (), dict(self._base.values))
+        names = list(asked.effects.values())
+        fits = asked.each(
+            lambda place: refit(
+                asked, point, place.name, dict.fromkeys(place.knobs, 0.0), PLACE_ROUNDS
+            ),
+            names,
+        )
+        others = {name: view for name, view in self.none.views.items() if name not in (BLOCKS,)}
+        return [
+            Model(
+                (),
+                {BLOCKS: blocks(asked, (place.name,), fit.values), **others},
+                fit.values,
+                place.name,
+                place.block,
+            )
+            for place, fit in zip(names, fits, strict=True)
+        ]
+
+    @property
+    def models(self) -> list[Model]:
+        """None first, then the others in the order in which they were found."""
+        return [
+            replace(one, views=on_ground(one.views, self._lowest)) for one in self._found.values()
+        ]
+
+    def _of(self, effects: Sequence[str]) -> Model:
+        return self._found[frozenset(effects)]
+
+    def _model(self, effects: tuple[str, ...], values: Values | None, point: Point | None) -> Model:
+        """Keeps a model: fitted block by block at ``values`` (None: to be fitted from those of free
+        run), in free run at ``point`` (None: not yet).
+        """
+        key, problem = frozenset(effects), self._problem
+        known = self._found.get(key)
+        if values is None:
+            values = (
+                known.values
+                if known
+                else settled(problem, effects, point.values if point else {}).values
+            )
+        views = dict(known.views) if known else {}
+        if not known:
+            views[BLOCKS] = blocks(problem, effects, values)
+            if self._held_out is not None:
+                views[HELD_OUT] = self._held_out.blocks(values)
+        before = self._points.get(key)
+        better = before is None or (point is not None and point.normal.chi < before.normal.chi)
+        if point is not None and self._ground is not None and better:
+            self._points[key] = point
+            views[FREE_RUN] = free_run(self._ground, point.normal)
+            run = self._held_out.free_run(point.values) if self._held_out else None
+            if run is not None:
+                views[HELD_OUT_FREE_RUN] = run
+        self._found[key] = Model(effects, views, values)
+        for name, view in views.items():
+            for link, seen in view.links.items():
+                least = self._lowest.get((name, link), seen.chi)
+                self._lowest[name, link] = min(least, seen.chi)
+        return self._found[key]
+
+    def _evidence(self, model: Model) -> float:
+        """Log evidence over the views that a model has, on what the others leave so far."""
+        return self._scores.evidence(replace(model, views=on_ground(model.views, self._lowest)))
+
+    def _in_free_run(self, effects: tuple[str, ...]) -> None:
+        known, ground = self._of(effects), self._ground
+        if (
+            frozenset(effects) not in self._points
+            and ground is not None
+            and self._hopeful(self._evidence(known))
+        ):
+            point = fitted(ground.whole, effects, dict(known.values))
+            self._model(effects, known.values, point)
+
+    def _hopeful(self, evidence: float) -> bool:
+        """Whether a model of this log evidence, which more views can only lower, may count beside
+        the best one that was fitted in all views.
+        """
+        return evidence - max(map(self._evidence, self._complete())) > HOPELESS
+
+    def _proposed_by_free_run(self, effects: tuple[str, ...]) -> list[tuple[str, ...]]:
+        """One effect more that the whole plant asks for beside these."""
+        point = self._points.get(frozenset(effects))
+        if point is None or self._ground is None:
+            return []
+        found = []
+        for one in promising(self._ground.whole, point, FAMILIES)[:FAMILIES]:
+            found.append((*effects, one.effect))
+            self._model(
+                found[-1], None, one.point or fitted(self._ground.whole, found[-1], one.values)
+            )
+        return found
+
+    def _complete(self) -> list[Model]:
+        """Models that were fitted in every view."""
+        return [one for one in self._found.values() if set(one.views) >= set(self.none.views)]
+
+    def _best(self, count: int, size: int) -> list[tuple[str, ...]]:
+        """Models of a size by log evidence, the best of each set of families."""
+        order = sorted(
+            (model for key, model in self._found.items() if len(key) == size),
+            key=lambda model: -self._evidence(model),
+        )
+        families: dict[frozenset[str], tuple[str, ...]] = {}
+        for model in order:
+            kinds = frozenset(self._problem.effects[name].family for name in model.effects)
+            families.setdefault(kinds, model.effects)
+        return list(families.values())[:count]
+
+
+def table_of(
+    problem: Problem,
+    base: Point,
+    left: Callable[[Point], Left],
+    ground: Ground | None,
+    held_out: HeldOut | None,
+    scores: Scores,
+) -> Table:
+    """All models of a rig that are worth their fit."""
+    search = Search(problem, base, left, ground, held_out, scores)
+    screening = search.singles()
+    search.further()
+    effects = problem.effects
+    return Table(
+        (*search.models, *search.places()),
+        {name: effect.family for name, effect in effects.items()},
+        {name: effect.block for name, effect in effects.items()},
+        screening.typical() if screening else {},
+    )

@@ -1,0 +1,140 @@
+"""What a fitted model leaves of the data, by view: block by block, in free run, on held-out logs.
+
+A view is one way to hold a plant against recordings. Each has one or more links; a link has a
+number of readings that count as independent, and the chi-square that a model leaves of them.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from epa_rt.gap.as_one import LINK, AsOne, apart
+from epa_rt.gap.ground import Ground
+from epa_rt.gap.point import Normal, linearised
+from epa_rt.gap.problem import Problem
+from epa_rt.gap.recording import Recording
+from epa_rt.gap.subject import Subject, Values
+
+BLOCKS, FREE_RUN = "blocks", "free_run"
+HELD_OUT, HELD_OUT_FREE_RUN = "held_out", "held_out_free_run"
+
+
+@dataclass(frozen=True)
+class Seen:
+    """One link under one model. ``noise``: chi-square that noise alone leaves on average;
+    ``chi``: what the model leaves. ``matrix`` (k, k): information on the view's keys per squared
+    spread; None of a link that nothing was fitted to.
+    """
+
+    noise: float
+    chi: float
+    matrix: np.ndarray | None = None
+
+    @property
+    def excess(self) -> float:
+        """Chi-square above that of noise; 0 where it is below."""
+        return max(self.chi - self.noise, 0.0)
+
+
+@dataclass(frozen=True)
+class View:
+    """``links``: link name to what is seen of it. ``keys``: of the fit's numbers; ``z`` (k,): their
+    distance from the plant file, in spreads; ``nominal`` (k,): which are nominal parameters.
+    """
+
+    links: Mapping[str, Seen]
+    keys: tuple[str, ...] = ()
+    z: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    nominal: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
+
+
+Lowest = dict[tuple[str, str], float]  # view and link to the least that any model leaves
+
+
+def on_ground(views: Mapping[str, View], lowest: Lowest) -> dict[str, View]:
+    """Views whose noise is what some model leaves where that is less: how much noise there is
+    nobody knows better than by a few percent, and models are compared by what they differ in.
+    """
+    return {
+        name: replace(
+            view,
+            links={
+                link: replace(seen, noise=min(seen.noise, lowest.get((name, link), seen.noise)))
+                for link, seen in view.links.items()
+            },
+        )
+        for name, view in views.items()
+    }
+
+
+def blocks(problem: Problem, effects: tuple[str, ...], values: Values) -> View:
+    """Block by block at these values, in units of the floors alone."""
+    bare = problem.rescaled(dict.fromkeys(problem.links, 1.0))
+    normal = linearised(bare, effects, dict(values)).normal
+    return View(
+        {
+            link: Seen(float(bare.samples(link)), float(square.sum()), matrix.sum(axis=0))
+            for link, square, matrix in zip(bare.links, normal.square, normal.matrix, strict=True)
+        },
+        *_numbers(normal),
+    )
+
+
+def free_run(ground: Ground, normal: Normal) -> View:
+    """The whole plant at a point fitted to it."""
+    seen = Seen(ground.noise, float(normal.square.sum()), normal.matrix.sum(axis=(0, 1)))
+    return View({LINK: seen}, *_numbers(normal))
+
+
+def _numbers(normal: Normal) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
+    return normal.keys, normal.z, normal.prior > 0.0
+
+
+class HeldOut:
+    """Logs or trials that no model was fitted to, ready to be held against any: block by block, and
+    in free run where the rig has a model of the whole. ``subject``: the one that judges them.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        ground: Ground | None,
+        recordings: Sequence[Recording],
+        subject: Subject | None = None,
+    ) -> None:
+        self._problem = problem.rescaled(dict.fromkeys(problem.links, 1.0)).on(recordings, subject)
+        self._whole = ground.whole.subject if ground else None
+        self._ready: list[tuple[object, float]] = []
+        if isinstance(self._whole, AsOne) and ground is not None:
+            self._ready = [self._noise(one, ground.none.values) for one in recordings]
+
+    def _noise(self, recording: Recording, values: Values) -> tuple[object, float]:
+        """What is prepared of a recording, and chi-square that noise alone leaves of it."""
+        whole = self._whole
+        assert isinstance(whole, AsOne)
+        clean, noisy = (whole.free_run(recording, values, seed) for seed in (None, 1))
+        assert clean is not None and noisy is not None
+        found = apart(whole.prepare(noisy), clean, whole.meters)
+        return whole.prepare(recording), float(np.nansum(found**2))
+
+    def blocks(self, values: Values) -> View:
+        """Block by block at values that were fitted elsewhere."""
+        problem = self._problem
+        return View(
+            {
+                link: Seen(float(problem.samples(link)), float(residual @ residual))
+                for link in problem.links
+                for residual in [problem.residual(values, link)]
+            }
+        )
+
+    def free_run(self, values: Values) -> View | None:
+        """In free run at values that were fitted elsewhere; None without a model of the whole."""
+        if not self._ready or self._whole is None:
+            return None
+        chi = sum(
+            float(np.nansum(self._whole.residual(ready, values, LINK) ** 2))
+            for ready, _ in self._ready
+        )
+        return View({LINK: Seen(sum(noise for _, noise in self._ready), chi)})

@@ -1,0 +1,113 @@
+"""The posterior over sets of effects: on a made-up rig whose truth is known, and its formula."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from epa_rt.gap.attribution import Start, at_base
+from epa_rt.gap.posterior.answer import posterior_of, table_for
+from epa_rt.gap.posterior.evidence import START, inclusion, log_likelihood, posterior, strain
+from epa_rt.gap.posterior.search import Model, Table
+from epa_rt.gap.posterior.views import BLOCKS, Seen, View
+from tests.gap import toy
+
+OFF = {"drive.gain_a": 1.02, "spring.stiffness_n_m": 915.0, "gas.flow_pa_s": 4.1e5}
+
+
+def found(values=None, extra=None, without=(), count=2):
+    logs = [
+        toy.recording(f"log{i}", 10 + i, OFF | (values or {}), extra=extra, seconds=20.0)
+        for i in range(count)
+    ]
+    aside = [toy.recording("aside", 40, OFF | (values or {}), extra=extra, seconds=20.0)]
+    problem, base, left = at_base(toy.Toy(), logs, without, floors=toy.floors)
+    table = table_for(Start(problem, base, left, None), aside, None, START)
+    return table, posterior(table, START)
+
+
+def test_a_rig_without_a_gap_has_most_probably_none():
+    _, models = found()
+    assert models[0][0].effects == () and models[0][1] > 0.5
+
+
+@pytest.mark.parametrize(
+    ("values", "effects"),
+    [
+        ({"spring.cubic_n_m3": -2e5}, {"hardening"}),
+        ({"drive.coulomb_a": 0.05, "gas.delay_s": 0.01}, {"motor_friction", "valve_delay"}),
+    ],
+)
+def test_what_a_rig_has_is_most_probable(values, effects):
+    _, models = found(values)
+    assert set(models[0][0].effects) == effects and models[0][1] > 0.9
+    assert sum(share for _, share in models) == pytest.approx(1.0)
+
+
+def test_a_law_in_other_words_is_its_family():
+    table, models = found(extra=lambda c: {"spring": np.sign(c["speed_m_s"])})
+    assert inclusion(models, table)["friction"] > 0.9
+
+
+def test_what_the_catalogue_lacks_names_nothing_with_confidence():
+    table, models = found(
+        {"spring.dahl_n": 1.0, "spring.dahl_m": 3e-3}, without=("dahl", "coulomb")
+    )
+    assert max(inclusion(models, table).values(), default=0.0) < 0.8
+
+
+def test_the_answer_is_shown_until_it_holds_nearly_all():
+    logs = [toy.recording("log", 10, OFF | {"drive.coulomb_a": 0.05}, seconds=20.0)]
+    problem, base, left = at_base(toy.Toy(), logs, floors=toy.floors)
+    answer = posterior_of(Start(problem, base, left, None))
+    assert answer.models[0].effects == ("motor_friction",)
+    assert answer.models[0].left_share is not None and answer.models[0].left_share < 0.1
+    assert sum(one.probability for one in answer.models) > 0.99
+    assert answer.judged_by == BLOCKS and answer.families["motor friction"] > 0.9
+
+
+EXCESS = st.floats(0.0, 1e7)
+
+
+@given(EXCESS, EXCESS, st.floats(1.0, 30.0))
+def test_less_left_is_never_less_likely(one, other, freedom):
+    def of(excess):
+        return log_likelihood(View({"a": Seen(100.0, 100.0 + excess)}), freedom)
+
+    assert (of(one) >= of(other)) == (one <= other) or abs(one - other) < 1e-6 * max(1.0, abs(one))
+
+
+@given(st.floats(1e3, 1e7), st.floats(1e-4, 0.5), st.floats(1.0, 30.0))
+def test_a_part_that_is_left_counts_alike_on_a_large_gap_and_on_a_larger_one(gap, part, freedom):
+    """Where what is left is well above the noise."""
+
+    def ahead(total):
+        return log_likelihood(View({"a": Seen(0.0, part * total)}), freedom) - log_likelihood(
+            View({"a": Seen(0.0, total)}), freedom
+        )
+
+    if part * gap > 1e3 * freedom:
+        assert ahead(10.0 * gap) == pytest.approx(ahead(gap), rel=1e-2)
+
+
+@given(st.floats(0.0, 100.0), st.floats(0.0, 100.0))
+def test_a_nominal_parameter_that_is_further_off_costs_more_and_is_not_forbidden(one, other):
+    def cost(z):
+        return -strain(View({}, ("a",), np.array([z]), np.array([True])), START.strain_freedom)
+
+    assert (cost(one) <= cost(other)) == (one <= other) or one == pytest.approx(other)
+    assert cost(100.0) < 25.0
+
+
+@given(st.permutations(range(4)))
+def test_the_order_of_models_changes_nothing(order):
+    models = [
+        Model((), {BLOCKS: View({"a": Seen(10.0, 400.0)})}, {}),
+        *(
+            Model((name,), {BLOCKS: View({"a": Seen(10.0, chi)})}, {})
+            for name, chi in (("x", 20.0), ("y", 50.0), ("z", 300.0))
+        ),
+    ]
+    families = {name: name for name in "xyz"}
+    table = Table((models[0], *(models[i] for i in order if i)), families, families, {})
+    assert [one.effects for one, _ in posterior(table, START)][0] == ("x",)
