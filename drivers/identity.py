@@ -10,6 +10,8 @@ from typing import NamedTuple
 from epa_rt.config.devices import DEVICES
 from epa_rt.config.rig import Slave
 
+UNKNOWN = "an unknown device"
+
 
 class Found(NamedTuple):
     """One slave as its SII describes it, in the order of the wire."""
@@ -30,7 +32,7 @@ def device_of(found: Found, expected: Sequence[Slave] = ()) -> str:
         if described.is_generic and identity == (found.vendor, found.product):
             return _kind(slave)
     own = f" '{found.name}'" if found.name and found.name.isprintable() else ""
-    return f"an unknown device{own} (vendor 0x{found.vendor:08X}, product 0x{found.product:08X})"
+    return f"{UNKNOWN}{own} (vendor 0x{found.vendor:08X}, product 0x{found.product:08X})"
 
 
 def _known(vendor: int, product: int) -> str | None:

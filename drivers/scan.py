@@ -2,6 +2,7 @@
 then back to INIT.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from drivers.bus import Bus
@@ -13,6 +14,7 @@ from drivers.other_master import expect_no_master
 from drivers.words import INIT, PREOP
 from epa_rt.backend import BackendError
 from epa_rt.config.devices import DEVICES
+from epa_rt.config.rig import Slave
 
 _PREOP_S = 3.0
 _WATCHDOG_S = 0.1  # of slaves as they leave the maker
@@ -30,20 +32,23 @@ class Seen(NamedTuple):
     firmware: str
 
 
-def scan(interface: str | None, take_over: bool = False) -> tuple[str, list[Seen]]:
-    """The interface that was used and every slave on it, in order. Raises BackendError where it
-    cannot be looked at, or where a master drives it (unless ``take_over``).
+def scan(
+    interface: str | None, take_over: bool = False, expected: Sequence[Slave] = ()
+) -> tuple[str, list[Seen]]:
+    """The interface that was used and every slave on it, in order. ``expected``: of a rig file,
+    whose generic terminals are known then. Raises BackendError where the bus cannot be looked at,
+    or where a master drives it (unless ``take_over``).
     """
     chosen = choose(interface)
     claim = Claim(chosen)
     try:
         expect_no_master(chosen, _WATCHDOG_S, take_over)
-        return chosen, _slaves(chosen)
+        return chosen, _slaves(chosen, expected)
     finally:
         claim.release()
 
 
-def _slaves(chosen: str) -> list[Seen]:
+def _slaves(chosen: str, expected: Sequence[Slave]) -> list[Seen]:
     bus = Bus(chosen, 0.01)
     try:
         if bus.find() == 0:
@@ -52,7 +57,7 @@ def _slaves(chosen: str) -> list[Seen]:
         seen = []
         for position, (slave, state) in enumerate(zip(bus.slaves, states, strict=True), 1):
             found = Found(slave.man, slave.id, slave.rev, slave.name)
-            device = device_of(found)
+            device = device_of(found, expected)
             known = DEVICES.get(device)
             has_objects = state.state == PREOP and (known is None or known.serves_objects)
             seen.append(

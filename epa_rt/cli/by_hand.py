@@ -45,10 +45,15 @@ def add_rig_arguments(verb: argparse.ArgumentParser) -> None:
         "-o", "--out", type=Path, default=Path("out"), help="folder for logs (default: %(default)s)"
     )
     verb.add_argument(
-        "--seed", type=int, default=1, help="seed of the simulated sensors' noise (default: 1)"
+        "--seed",
+        type=int,
+        default=1,
+        help="seed of the simulated sensors' noise (default: %(default)s)",
     )
     verb.add_argument(
-        "--speed", type=positive_factor, help="pace of the simulated rig; 1 is real time"
+        "--speed",
+        type=positive_factor,
+        help="pace of the simulated rig; 1 is real time (default: as fast as it goes)",
     )
     verb.add_argument(
         "--start-travel",
@@ -145,7 +150,8 @@ class RigByHand:
             from epa_rt.backend import BackendError
 
             try:
-                return open_ethercat(self.rig, self.arguments.interface, self.arguments.lock_step)
+                given = self.arguments
+                return open_ethercat(self.rig, given.interface, given.lock_step, given.take_over)
             except BackendError as error:
                 raise VerbError(str(error), FAILED) from None
         from sim_backend.backend import SimBackend

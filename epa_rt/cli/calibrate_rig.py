@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from epa_rt.cli.by_hand import RigByHand
 from epa_rt.cli.exits import COMPLETED, FAILED, STOPPED, VerbError
+from epa_rt.cli.screen_text import filled
 
 if TYPE_CHECKING:
     import numpy as np
@@ -206,8 +207,8 @@ def _watch(
     finally:
         summary = recorder.close(outcome, cause, "the drive was never on, no valve was switched")
     if cause:
-        print(f"{outcome}: {cause}")
-    print(f"log: {summary.path}")
+        print(filled(f"{outcome}: {cause}"))
+    print(filled(f"log: {summary.path}"))
     return {"completed": COMPLETED, "stopped": STOPPED}.get(outcome, FAILED)
 
 
@@ -255,7 +256,7 @@ def _active(
         print("the motor is held under power and a muscle is filled: keep clear")
     with raw_keys() if is_typed else nullcontext():
         summary, result = by_hand.run(assembly, requests, line=False)
-    print(closing_text(summary, result, rig))
+    print(filled(closing_text(summary, result, rig)))
     if not by_hand.is_sim:
         keep_end(rig, arguments.rig, assembly.decoder, result, jog.found_zero, by_hand.is_emulated)
     return points_of(taking.taken), exit_code(summary, result)

@@ -4,8 +4,8 @@ Noise is estimated from the two logs; what the valves leave open by their
 tolerance is allowed as well (docs/runs.md). Exit code 0: nothing differs,
 1: something does.
 
-  epa compare before.mcap after.mcap
-  epa compare before.mcap after.mcap --html compare.html --json compare.json
+  epa compare out/a.mcap out/b.mcap
+  epa compare out/a.mcap out/b.mcap --html compare.html --json compare.json
 """
 
 import argparse

@@ -13,12 +13,15 @@ Exit code 0: a bus can be driven, 1: something is in the way, 2: bad input.
 import argparse
 from pathlib import Path
 
+from epa_rt.cli.emulated import interface_here
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, VerbError
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
-        "--interface", help="network interface of the bus (default: the only wired one)"
+        "--interface",
+        default=interface_here(),
+        help="network interface of the bus (default: $EPA_BUS_INTERFACE, else the only wired one)",
     )
     verb.add_argument(
         "--rig", type=Path, help="rig file whose priority and core are wanted (config/rigs/*.yaml)"

@@ -6,9 +6,10 @@ Numbers keep their last bit. Parquet and MAT carry units, trials, events and
 who ran; beside a CSV file these lie in NAME.about.json. No file is written
 over without --force.
 
-  epa export RUN.mcap -o run.parquet
-  epa export RUN.mcap -o trial.csv --trial 2 --signals 'muscle_*'
-  epa export RUN.mcap -o run.mat
+  epa export out/knee_chirp-knee-001.mcap -o run.parquet
+  epa export out/identification_short-bench-001.mcap -o trial.csv --trial 2 \\
+      --signals 'muscle_*'
+  epa export out/knee_chirp-knee-001.mcap -o run.mat --force
 """
 
 import argparse

@@ -76,7 +76,7 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
         "--sealed", type=Path, help="folder of the sealed truth (default: OUT.sealed)"
     )
     score = parts.add_parser("score", help="diagnose every case, then open the truth")
-    score.add_argument("cases", type=Path, metavar="DIR")
+    score.add_argument("cases", type=Path, metavar="DIR", help="what epa gap blind make wrote")
     score.add_argument(
         "--json", type=Path, required=True, help="all figures and what was said of every case"
     )
@@ -93,7 +93,7 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
             " tell the truth"
         ),
     )
-    oracle.add_argument("cases", type=Path, metavar="DIR")
+    oracle.add_argument("cases", type=Path, metavar="DIR", help="what epa gap blind make wrote")
     oracle.add_argument(
         "--json", type=Path, required=True, help="figures and every law's chi-square"
     )
@@ -120,8 +120,10 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     matrix = parts.add_parser(
         "matrix", help="each effect hidden and left out of the catalogue: what is said instead"
     )
-    matrix.add_argument("--seed", type=int, required=True)
-    matrix.add_argument("-o", "--out", type=Path, required=True)
+    matrix.add_argument("--seed", type=int, required=True, help="another seed gives other cases")
+    matrix.add_argument(
+        "-o", "--out", type=Path, required=True, help="folder of the cases; must be new"
+    )
     matrix.add_argument(
         "--of",
         choices=("stand_in", "catalogue"),
@@ -132,7 +134,7 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
         ),
     )
     rivals = parts.add_parser("rivals", help="the same cases by what libraries offer")
-    rivals.add_argument("cases", type=Path, metavar="DIR")
+    rivals.add_argument("cases", type=Path, metavar="DIR", help="what epa gap blind make wrote")
     rivals.add_argument(
         "--json",
         type=Path,

@@ -119,7 +119,7 @@ def run(arguments: argparse.Namespace) -> int:
                 gate = _confirmed(given, diagnosis, arguments.patch, progress)
             diagnosis = replace(diagnosis, gate=gate and gate.report)
     except KeyboardInterrupt:
-        print("epa gap: interrupted; what was found until then stands", file=sys.stderr)
+        print("epa gap diagnose: interrupted; what was found until then stands", file=sys.stderr)
         code = STOPPED
     except (VerbError, ConfigError):
         show(

@@ -46,7 +46,7 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     )
     verb.add_argument(
         "-o",
-        "--output",
+        "--out",
         type=Path,
         metavar="PLANT.yaml",
         help="write a plant file with the identified muscle",
@@ -74,7 +74,7 @@ def main(arguments: argparse.Namespace) -> int:
     for path, endings in (
         (arguments.json, (".json",)),
         (arguments.html, (".html", ".htm")),
-        (arguments.output, (".yaml", ".yml")),
+        (arguments.out, (".yaml", ".yml")),
     ):
         check_writable(path, endings)
     if arguments.model == "physical" and arguments.no_physical:
@@ -83,15 +83,15 @@ def main(arguments: argparse.Namespace) -> int:
         found, trials, data, plant = identified(arguments, progress)
     out = console()
     show(found, out)
-    if arguments.output:
-        write_whole(arguments.output, _plant_file(arguments, plant, found, trials, out))
+    if arguments.out:
+        write_whole(arguments.out, _plant_file(arguments, plant, found, trials, out))
     if arguments.json:
         write_whole(arguments.json, _json_text(found))
     if arguments.html:
         from epa_rt.identify.report.page import identify_page
 
         write_whole(arguments.html, identify_page(found, trials, data))
-    for path in filter(None, (arguments.output, arguments.json, arguments.html)):
+    for path in filter(None, (arguments.out, arguments.json, arguments.html)):
         out.print(str(path))
     return COMPLETED
 
@@ -107,9 +107,9 @@ def identified(
 
     progress("reading", 0.0)
     recordings, rig, plant, plant_path = _opened(arguments)
-    if arguments.output and plant_path and arguments.output.resolve() == plant_path.resolve():
+    if arguments.out and plant_path and arguments.out.resolve() == plant_path.resolve():
         raise VerbError(
-            f"{arguments.output}: found the plant file that was read, expected another name"
+            f"{arguments.out}: found the plant file that was read, expected another name"
         )
     try:
         found, trials, data = identify(

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, VerbError
+from epa_rt.cli.screen_text import filled
 
 if TYPE_CHECKING:
     from epa_rt.config.source import Located
@@ -89,9 +90,9 @@ def _import(arguments: argparse.Namespace) -> int:
             write_log(
                 out, mapping, gathered, attachments, arguments.files
             )  # before a word is printed: whoever reads it may hang up
-        print(table_text(mapping, gathered))
+        print(filled(table_text(mapping, gathered)))
         if not arguments.dry:
-            print(f"log: {out} ({out.stat().st_size / 1e6:.1f} MB)")
+            print(filled(f"log: {out} ({out.stat().st_size / 1e6:.1f} MB)"))
     except ImportRefused as error:
         raise VerbError(str(error)) from None
     return COMPLETED

@@ -6,6 +6,7 @@ import textwrap
 from pathlib import Path
 
 from epa_rt.cli.exits import COMPLETED, VerbError
+from epa_rt.cli.screen_text import filled
 
 _WIDTH = 79
 _MOST_SAID = 40
@@ -31,11 +32,11 @@ def draft(files: list[Path], out: Path | None) -> int:
         return COMPLETED
     _write(out, text)
     signals = f"{len(found.rows)} signal{'s' * (len(found.rows) != 1)}"
-    print(f"mapping: {out} ({found.survey.kind}, {signals}, {len(found.unsure)} unsure)")
+    print(filled(f"mapping: {out} ({found.survey.kind}, {signals}, {len(found.unsure)} unsure)"))
     print(_wrapped([f"unsure: {doubt}" for doubt in found.unsure] + list(found.says)))
-    print(f"tried: {_tried(out, files)}")
+    print(filled(f"tried: {_tried(out, files)}"))
     names = " ".join(str(path) for path in files)
-    print(f"next: correct it, then epa import {out} {names} --dry")
+    print(filled(f"next: correct it, then epa import {out} {names} --dry"))
     return COMPLETED
 
 

@@ -41,7 +41,7 @@ def main(arguments: argparse.Namespace) -> int:
             found.append(facts_of(path, arguments.events, arguments.check))
         except LogError as error:
             broken += 1
-            print(f"epa info: {error}", file=sys.stderr)
+            print(filled(f"epa info: {error}", sys.stderr), file=sys.stderr)
     if arguments.json:
         print(json.dumps(found, indent=2))
     else:

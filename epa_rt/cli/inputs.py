@@ -73,6 +73,11 @@ def add_backend_arguments(verb: argparse.ArgumentParser) -> None:
         help="one bus cycle after the other without pace (emulated bus only; refused on a card;"
         " default: as epa bus run has it)",
     )
+    verb.add_argument(
+        "--take-over",
+        action="store_true",
+        help="even if another master seems to drive the bus (--backend ethercat)",
+    )
 
 
 def load_inputs(

@@ -64,8 +64,10 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--fill", action=_Append, nargs=2, metavar=("MUSCLE", "PRESSURE"), help="gauge pressure"
     )
-    verb.add_argument("--vent", action=_Append, nargs="?", const="", metavar="MUSCLE")
-    verb.add_argument("--wait", action=_Append, metavar="TIME")
+    verb.add_argument(
+        "--vent", action=_Append, nargs="?", const="", metavar="MUSCLE", help="without name: all"
+    )
+    verb.add_argument("--wait", action=_Append, metavar="TIME", help="before the next order")
     verb.add_argument("--script", type=Path, metavar="FILE", help="one order on each line")
 
 

@@ -99,14 +99,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()  # what a full disk refuses shows here and not as the interpreter ends
         return code
     except VerbError as error:
-        _say(f"epa {chosen.verb}: {error}")
+        _say(f"{chosen.program}: {error}")
         return error.code
     except ConfigError as error:
         for one in error.errors:
-            _say(f"epa {chosen.verb}: {one}")
+            _say(f"{chosen.program}: {one}")
         return BAD_INPUT
     except KeyboardInterrupt:
-        print(f"epa {chosen.verb}: interrupted", file=sys.stderr)
+        print(f"{chosen.program}: interrupted", file=sys.stderr)
         return STOPPED
     except BrokenPipeError:
         _discard_the_rest()
@@ -116,8 +116,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             error.filename is not None
         ):  # a folder that may not be entered, a name too long: whichever question met it first
             print(
-                f"epa {chosen.verb}: {error.filename}: cannot be read or written"
-                f" ({error.strerror})",
+                f"{chosen.program}: {error.filename}: cannot be read or written ({error.strerror})",
                 file=sys.stderr,
             )
             return BAD_INPUT
@@ -125,7 +124,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise
         _discard_the_rest()
         print(
-            f"epa {chosen.verb}: what it says cannot be written ({error.strerror})", file=sys.stderr
+            f"{chosen.program}: what it says cannot be written ({error.strerror})", file=sys.stderr
         )
         return FAILED
 

@@ -23,6 +23,7 @@ class EpaParser(argparse.ArgumentParser):
     def __init__(self, *args: Any, **options: Any) -> None:
         options["formatter_class"] = NarrowHelp
         super().__init__(*args, **options)
+        self.set_defaults(program=self.prog)  # who speaks: the verb, or its task
 
     def parse_known_args(  # type: ignore[override]
         self, args: Sequence[str] | None = None, namespace: Any = None

@@ -39,11 +39,6 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("--rig", type=Path, help="rig of the runs that name none")
     add_backend_arguments(verb)
     verb.add_argument(
-        "--take-over",
-        action="store_true",
-        help="even if another master seems to drive the bus (--backend ethercat)",
-    )
-    verb.add_argument(
         "-o", "--out", type=Path, help="folder for the logs (default: the file's, else out)"
     )
     verb.add_argument(

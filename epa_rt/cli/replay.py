@@ -38,10 +38,10 @@ def main(arguments: argparse.Namespace) -> int:
         try:
             worst = max(worst, replay_log(path))
         except (VerbError, ConfigError) as error:
-            print(f"epa replay: {error}", file=sys.stderr)
+            print(filled(f"epa replay: {error}", sys.stderr), file=sys.stderr)
             worst = BAD_INPUT
         except WiringError as error:
-            print(f"epa replay: {path}: {error}", file=sys.stderr)
+            print(filled(f"epa replay: {path}: {error}", sys.stderr), file=sys.stderr)
             worst = BAD_INPUT
     return worst
 

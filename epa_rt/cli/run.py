@@ -54,11 +54,6 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     add_input_arguments(verb)
     add_backend_arguments(verb)
     verb.add_argument(
-        "--take-over",
-        action="store_true",
-        help="even if another master seems to drive the bus (--backend ethercat)",
-    )
-    verb.add_argument(
         "--supply-stayed-on",
         action="store_true",
         help="a wired drive has had its supply since the last run, which nothing else tells where"

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.emulated import interface_here
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, VerbError
+from epa_rt.cli.screen_text import filled
 
 if TYPE_CHECKING:
     from drivers.scan import Seen
@@ -43,30 +44,36 @@ def main(arguments: argparse.Namespace) -> int:
     from drivers.scan import scan
 
     try:
-        interface, seen = scan(arguments.interface, arguments.take_over)
+        interface, seen = scan(arguments.interface, arguments.take_over, rig.slaves if rig else ())
     except BackendError as error:
         raise VerbError(str(error)) from None
     print(f"{interface}: {len(seen)} slave{'' if len(seen) == 1 else 's'}")
-    for line in _table(seen):
-        print(line)
+    for line in table(seen):
+        print(filled(line))
     if rig is None:
         return COMPLETED if seen else DIFFERENT
     sentences = differences(rig.slaves, [s.found for s in seen])
     for sentence in sentences:
-        print(f"differs: {sentence}")
+        print(filled(f"differs: {sentence}"))
     if not sentences:
         print(f"the bus is as the rig {rig.name} says")
     return DIFFERENT if sentences else COMPLETED
 
 
-def _table(seen: "Sequence[Seen]") -> list[str]:
+def table(seen: "Sequence[Seen]") -> list[str]:
+    """A row for each slave, then a line on each that is not known here."""
+    from drivers.identity import UNKNOWN
+
     rows = [("", "device", "vendor", "product", "revision", "state", "firmware")] if seen else []
+    lines = []
     for position, slave in enumerate(seen, 1):
         f = slave.found
+        is_unknown = slave.device.startswith(UNKNOWN)
+        device = slave.device.partition(" (")[0]  # the columns beside have what follows
         rows.append(
             (
                 str(position),
-                slave.device.split(" (vendor")[0],  # the columns beside have it
+                "unknown" if is_unknown else device,
                 f"0x{f.vendor:08X}",
                 f"0x{f.product:08X}",
                 f"0x{f.revision:08X}",
@@ -74,9 +81,11 @@ def _table(seen: "Sequence[Seen]") -> list[str]:
                 slave.firmware,
             )
         )
+        if is_unknown:
+            lines.append(f"  {position} is {device}: see docs/terminals.md, or give --rig")
     widths = [max(len(row[i]) for row in rows) for i in range(7)] if rows else []
     return [
         "  "
         + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
         for row in rows
-    ]
+    ] + lines

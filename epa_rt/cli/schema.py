@@ -21,15 +21,16 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
 def schemas() -> dict[str, dict]:
     """JSON schema by file kind."""
     from epa_rt.config.experiment import ExperimentFile
+    from epa_rt.config.meanings import with_meanings
     from epa_rt.config.queue import QueueFile
     from epa_rt.config.rig import Rig
     from epa_rt.models.catalogue_page import plant_schema
 
     return {
-        "rig": Rig.model_json_schema(),
+        "rig": with_meanings(Rig.model_json_schema()),
         "plant": plant_schema(),
-        "experiment": ExperimentFile.model_json_schema(by_alias=True),
-        "queue": QueueFile.model_json_schema(),
+        "experiment": with_meanings(ExperimentFile.model_json_schema(by_alias=True)),
+        "queue": with_meanings(QueueFile.model_json_schema()),
     }
 
 

@@ -28,7 +28,7 @@ def add_parser(tasks: argparse._SubParsersAction) -> None:
     )
     parser.add_argument(
         "-o",
-        "--output",
+        "--out",
         type=Path,
         required=True,
         metavar="EXPERIMENT.yaml",
@@ -42,7 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
     from epa_rt.study.rule import experiment_text, load_rule
     from epa_rt.study.setting import angular
 
-    check_writable(arguments.output, (".yaml", ".yml"))
+    check_writable(arguments.out, (".yaml", ".yml"))
     if not 1.0 <= arguments.seconds <= 3600.0:
         raise VerbError(f"--seconds: found {arguments.seconds:g}, expected 1 to 3600")
     rule = load_rule(arguments.rule)
@@ -51,10 +51,10 @@ def run(arguments: argparse.Namespace) -> int:
         text = experiment_text(rule, frequency, arguments.seconds)
     except (UnitError, ValueError) as error:
         raise VerbError(f"--frequency: {error}") from None
-    write_whole(arguments.output, text)
+    write_whole(arguments.out, text)
     print(
         f"{frequency:.4g} rad/s: {rule.at(frequency) / 1e3:.1f} kPa (absolute, at no-load length)"
         f" takes the least {rule.goal}"
     )
-    print(arguments.output)
+    print(arguments.out)
     return COMPLETED

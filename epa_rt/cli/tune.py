@@ -7,11 +7,11 @@ without logs): multisines on the loop's reference, within half of the rig's limi
 The proposal keeps the sensitivity peak Ms at 1.6 or less over the response's uncertainty. Nothing
 is changed: --write gives a copy of the rig file with the new gains.
 
-  epa tune joint --rig config/rigs/knee.yaml --experiment config/experiments/knee_chirp_short.yaml
-    -o out/tune --html out/tune/knee.html
+  epa tune joint --rig config/rigs/knee.yaml -o out/tune --html out/tune/knee.html \\
+      --experiment config/experiments/knee_chirp_short.yaml
   epa tune joint out/tune/*.mcap --experiment config/experiments/knee_chirp_short.yaml
-  epa tune motor --rig config/rigs/bench.yaml
-    --experiment config/experiments/identification_short.yaml -o out/tune --write out/bench.yaml
+  epa tune motor --rig config/rigs/bench.yaml \\
+      --experiment config/experiments/identification_short.yaml -o out/tune --write out/bench.yaml
   epa tune motor --rig config/rigs/bench.yaml --fill muscle "460 kPa gauge" --at "13 mm" -o out/tune
 """
 
@@ -21,6 +21,9 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, VerbError
 from epa_rt.cli.inputs import add_backend_arguments
+from epa_rt.cli.run import positive_factor
+from epa_rt.cli.run_record import add_record_arguments
+from epa_rt.cli.screen_text import filled
 
 if TYPE_CHECKING:
     from epa_rt.cli.inputs import Inputs
@@ -36,7 +39,11 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--rig", type=Path, help="rig file (default, with logs: the one in the first log)"
     )
-    verb.add_argument("--plant", type=Path, help="plant file of the simulated rig")
+    verb.add_argument(
+        "--plant",
+        type=Path,
+        help="plant file of the simulated rig (default: the one the rig names)",
+    )
     verb.add_argument(
         "--experiment",
         type=Path,
@@ -55,10 +62,23 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     )
     add_backend_arguments(verb)
     verb.add_argument(
-        "-o", "--out", type=Path, default=Path("out"), help="folder for the excitation's log"
+        "-o",
+        "--out",
+        type=Path,
+        default=Path("out"),
+        help="folder for the excitation's log (default: %(default)s)",
     )
-    verb.add_argument("--seed", type=int, default=1, help="seed of the simulated sensors' noise")
-    verb.add_argument("--speed", type=float, help="pace of the simulated rig; 1 is real time")
+    verb.add_argument(
+        "--seed",
+        type=int,
+        default=1,
+        help="seed of the simulated sensors' noise (default: %(default)s)",
+    )
+    verb.add_argument(
+        "--speed",
+        type=positive_factor,
+        help="pace of the simulated rig; 1 is real time (default: as fast as it goes)",
+    )
     verb.add_argument("--dry", action="store_true", help="show the excitation; nothing moves")
     verb.add_argument("--json", type=Path, metavar="JSON", help="write the answer for machines")
     verb.add_argument("--html", type=Path, metavar="PAGE.html", help="write the answer as a page")
@@ -69,6 +89,7 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
         "--write", type=Path, metavar="RIG.yaml", help="write a copy of the rig file with the gains"
     )
     verb.add_argument("--quiet", action="store_true", help="no progress")
+    add_record_arguments(verb)
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -129,7 +150,7 @@ def _excite(arguments: argparse.Namespace) -> int:
     asked = Asked(arguments.at, _height(arguments, loop.si_unit), dict(arguments.fill or ()))
     text = excitation_text(rig, loop, base, asked)
     inputs = _inputs(arguments, text)
-    record = record_attachment(inputs.rig, arguments.rig, None, [])
+    record = record_attachment(inputs.rig, arguments.rig, arguments.operator, arguments.note)
     inputs = replace(inputs, attachments=inputs.attachments | record)
     if arguments.dry:
         from epa_rt.cli.dry import show_dry_run
@@ -147,8 +168,9 @@ def _excite(arguments: argparse.Namespace) -> int:
             arguments.lock_step,
             progress=not arguments.quiet,
             rig_path=arguments.rig,
+            take_over=arguments.take_over,
         )
-    print(closing_text(summary, result, inputs.rig))
+    print(filled(closing_text(summary, result, inputs.rig)))
     code = exit_code(summary, result)
     if result.outcome != "completed":
         return code
@@ -309,4 +331,5 @@ def _write_rig(
     write_whole(out, text)
     print(out)
     if not (out.parent / rig.plant).exists():
-        print(f"note: it names the plant file {rig.plant}, which is not there from its folder")
+        said = f"note: it names the plant file {rig.plant}, which is not there from its folder"
+        print(filled(said))

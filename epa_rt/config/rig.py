@@ -31,6 +31,7 @@ from epa_rt.config.units import UnitError, parse_quantity
 
 RowName = Name
 JOG_SHARE = 0.1  # of speed_max: slow enough to let go of the key in time
+SLOWEST_GAIN = 0.1  # 1/s: a loop of 10 s, as long as a run waits for rest; at 0 nothing moves
 YEAR_S = 365 * 86400.0  # laboratories recalibrate load cells and gauges once a year
 NO_LOAD = "no_load"  # the place where a muscle has its no-load length
 OnAxis = Annotated[float, written("m or rad, as the position's")]
@@ -285,7 +286,7 @@ class Motor(Axis):
     position_target: RowName | None = None
     speed_target: RowName | None = None
     torque_target: RowName | None = None
-    position_gain: quantity("1/s", 0.0, 1000.0) = 10.0
+    position_gain: quantity("1/s", SLOWEST_GAIN, 1000.0) = 10.0
     stop_deceleration: OnAxis | None = None
     jog_speed: OnAxis | None = None
     zero: Zero = Zero(method="here")

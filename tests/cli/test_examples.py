@@ -10,8 +10,19 @@ from epa_rt.cli.main import main, parser
 from epa_rt.cli.parser import examples
 from tests.cli.test_manners import parsers
 
-# what no test has: a card, a bus, a recording of others, a name that the reader puts in
-NOT_HERE = ("eth1", "ethercat", " LOG", "SOCKET", "DATA_EMPS", "HOST", "epa scan", "epa bus", "| ")
+# what no test has: a card, a bus, a run that is on, a recording of others, a name to be put in
+NOT_HERE = (
+    "eth1",
+    "ethercat",
+    " LOG",
+    "SOCKET",
+    "DATA_EMPS",
+    "HOST",
+    "epa scan",
+    "epa bus",
+    "epa live",
+    "| ",
+)
 # minutes each; other tests run them on data of their own
 LONG = (
     "gap blind",
@@ -30,10 +41,17 @@ SLOW = (
     "epa queue",
     "epa run",
     "epa identify",
+    "epa calibrate",
+    "epa tune",
     "--fill",
     "--start-travel",
 )
-KEYS = "epa jog --rig config/rigs/bench.yaml --speed 1"  # a hand holds it
+KEYS = (  # a hand holds it, or types
+    "epa jog --rig config/rigs/bench.yaml --speed 1",
+    "epa calibrate force --rig config/rigs/bench.yaml -o out --speed 1",
+)
+# what writes over nothing: the second time it says so
+ONCE = ("epa export", "epa import", "--write")
 
 
 def every_example() -> list[str]:
@@ -43,7 +61,7 @@ def every_example() -> list[str]:
 
 def run_here(command: str) -> str | None:
     """The command as a test runs it; None where it is only parsed."""
-    if any(words in command for words in (*NOT_HERE, *LONG)) or command == KEYS:
+    if any(words in command for words in (*NOT_HERE, *LONG)) or command in KEYS:
         return None
     if "epa identify" in command and "--no-physical" not in command:
         return None
@@ -78,6 +96,7 @@ def workspace(tmp_path_factory):
             assert main(words) == 0
         for name in ("b", "identification_short-bench-001"):
             shutil.copy("out/a.mcap", f"out/{name}.mcap")
+        assert main(["export", "out/a.mcap", "-o", "run.csv"]) == 0
     return folder
 
 
@@ -101,5 +120,9 @@ def _param(command: str) -> object:
 def test_an_example_works_twice(command, workspace, monkeypatch, capsys):
     monkeypatch.chdir(workspace)
     allowed = (0, 1) if command.startswith("epa doctor") else (0,)
-    for _ in range(2):
-        assert main(words_of(command)) in allowed, capsys.readouterr().err
+    assert main(words_of(command)) in allowed, capsys.readouterr().err
+    second, said = main(words_of(command)), capsys.readouterr().err
+    if any(words in command for words in ONCE) and "--force" not in command:
+        assert second == 2 and "found a file, expected" in said, said
+    else:
+        assert second in allowed, said

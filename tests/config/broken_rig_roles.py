@@ -177,6 +177,14 @@ ROLES = (
             "above zero",
         ),
         (
+            "a position loop that does nothing",
+            "position_gain: 10 1/s",
+            "position_gain: 0 1/s",
+            "position_gain: 0",
+            "'0 1/s'",
+            "0.1 1/s to 1000 1/s",
+        ),
+        (
             "i2t of a speed",
             "i2t: {current: motor_current_a",
             "i2t: {current: motor_speed_m_s",
