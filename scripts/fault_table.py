@@ -12,39 +12,57 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
+
+from scripts.short_cells import left_out, short
+
+PREFIXES = ("failed: ", "tripped: ")  # the exit code says which
 PAGE = ROOT / "docs/bus-faults.md"
 
 HEAD = """# Faults on the bus
 
-Written by `python scripts/fault_table.py`: each fault is put, mid-motion, into a run of `epa run --backend ethercat` through
-pysoem on the emulated bus, one plant period per frame unless it says *real time*. Every figure is the plant's own. Cycles are
-of 1 ms and count from the first bad cycle that a master can see. Where the plant has to move before anybody can see it,
-*noticed* says how long that took, and the rest counts from there; a dash: at once. The rig files ask for 20 ms; where no
-frame gets through, drive and valves act by their watchdogs in 100 ms.
-On a real bus a cycle whose frame is lost lasts `frame_timeout`, by default 5 ms: three of them and the safe frame behind
-them are 16 ms. A fall to SAFEOP is seen at the next look at the states, 10 cycles later at most.
+To look up how each fault on the bus is found, how soon the rig stops, and where its motor goes
+meanwhile. Written by `python scripts/fault_table.py`. Each fault is put, mid-motion, into a run of
+`epa run --backend ethercat` through pysoem on the emulated bus. One plant period passes per frame
+unless it says *real time*. Every figure is the plant's own.
 
-*Stop*: **brakes and holds** (category 1): the drive brakes and holds, the muscles vent, then power goes. **Power off**
-(category 0): drive, bus or position are lost, the muscle may throw the motor. **Brakes and holds by itself**: nobody is left
-to take the power away. *Air* and *stop* are the cycles until inlets are shut and exhausts open, and until the drive brakes or
-is off. *Travel* is where the motor went from the fault on.
+Cycles are of 1 ms and count from the first bad cycle that a master can see. Where the plant has to
+move before anybody can see it, *noticed* says how long that took, and the rest counts from there. A
+dash: at once. The rig files ask for 20 ms. Where no frame gets through, drive and valves act by
+their watchdogs in 100 ms.
 
-Exit codes: 3 tripped, 4 bus lost, 0 the run goes on; 10, 20 and 40 are added where drive off, vented and at rest were not
-measured.
+On a real bus a cycle whose frame is lost lasts `frame_timeout`, by default 5 ms. Three of them and
+the safe frame behind them are 16 ms. A fall to SAFEOP is seen at the next look at the states, 10
+cycles later at most.
+
+| Column | Meaning |
+|---|---|
+| stop: brakes and holds | category 1: the drive brakes and holds, muscles vent, then power goes |
+| stop: power off | category 0: drive, bus or position are lost, the muscle may throw the motor |
+| stop: brakes and holds by itself | nobody is left to take the power away |
+| air | cycles until inlets are shut and exhausts open |
+| stop (figure) | cycles until the drive brakes or is off |
+| travel | where the motor went from the fault on |
+| exit | 3 tripped, 4 bus lost, 0 the run goes on |
+| exit, added | 10, 20, 40: drive off, vented, at rest were not measured |
 
 ## The run ends
 
 | Fault | Noticed by | Stop | Noticed after | Air | Stop | Travel | Fastest | Exit | Sentence |
 |---|---|---|---|---|---|---|---|---|---|
-"""  # noqa: E501
+"""
+SENTENCES = """
+Sentences of which a part stands above, in full:
+
+"""
 GOES_ON = """
 ## The run goes on
 
-`Departs` is how far the motor's travel departs from that of the undisturbed run within half a second.
+`Departs` is how far the motor's travel departs from that of the undisturbed run within half a
+second.
 
 | Fault | Noticed by | What happens | Bad cycles counted | Departs |
 |---|---|---|---|---|
-"""  # noqa: E501
+"""
 GAPS = """
 ## Not noticed
 
@@ -56,19 +74,23 @@ What should be noticed, and is not; these stand in the tests as expected failure
 FOOT = """
 ## Where a fault cannot be seen
 
-- A **lost supply** and an **inlet stuck closed** show only while a muscle is filled; an **exhaust stuck closed** only while
-  one is vented. During a trial no valve switches, so they wait until its end.
-- A **stuck pressure sensor** looks, while a muscle is filled, like an inlet that does not open, and while it is vented like
-  an exhaust that does not: the sentence names both, the operator looks at both.
+- A **lost supply** and an **inlet stuck closed** show only while a muscle is filled, an **exhaust
+  stuck closed** only while one is vented. During a trial no valve switches, so they wait until its
+  end.
+- A **stuck pressure sensor** looks, while a muscle is filled, like an inlet that does not open.
+  While it is vented it looks like an exhaust that does not. The sentence names both, the operator
+  looks at both.
 - A valve that is **stuck** cannot be brought into its safe state. Its opposite, and the drive, are.
-- An **inlet stuck open** keeps its muscle full: the drive holds for `rest_timeout`, then power goes, and the muscle throws
-  the motor. Only a holding brake (`motor.brake`), or a shut supply, prevents that.
-- A **drive on wires** (bench_analog) reports its status and its error on the bus, but nobody judges them before the end: a fault in it shows in the travel alone.
-- **Sensors that lie** (`sensor_gain`, `sensor_offset`, `pressures_exchanged`, `hoses_exchanged`) and a `burst` muscle have a
-  table of their own: `python scripts/sensor_table.py`; what asks for them is on [sensors.md](sensors.md).
-- A frame whose **data** are damaged never gets here: the slaves' and the card's check sequence throw it away. Damage to
-  headers that SOEM does not look at (length, frame type) has no effect.
-"""  # noqa: E501
+- An **inlet stuck open** keeps its muscle full. The drive holds for `rest_timeout`, then power
+  goes, and the muscle throws the motor. Only a holding brake (`motor.brake`), or a shut supply,
+  prevents that.
+- A **drive on wires** (bench_analog) reports its status and its error on the bus, but nobody judges
+  them before the end. A fault in it shows in the travel alone.
+- **Sensors that lie** (`sensor_gain`, `sensor_offset`, `pressures_exchanged`, `hoses_exchanged`)
+  and a `burst` muscle have a table of their own, with what asks for them: [sensors](sensors.md).
+- A frame whose **data** are damaged never gets here: the slaves' and the card's check sequence
+  throw it away. Damage to headers that SOEM does not look at (length, frame type) has no effect.
+"""
 
 
 def row_of(cells: list[object]) -> str:
@@ -97,7 +119,8 @@ def ended(name: str, scenario: object, facts: dict) -> str:
             f"{1e3 * facts['fastest_m_s']:.0f} mm/s",
         ]
     return row_of(
-        [name + paced, scenario.seen_by, words, *figures, facts["code"], facts["sentence"]]
+        [name + paced, scenario.seen_by, words, *figures, facts["code"]]
+        + [short(facts["sentence"], PREFIXES)]
     )
 
 
@@ -112,7 +135,8 @@ def unseen(name: str, scenario: object, facts: dict) -> str:
     low, high = (1e3 * x for x in facts["travel_range_m"])
     left = facts["gauge_at_power_off_pa"]
     power = "–" if left is None else f"{1e-3 * left:.0f} kPa gauge"
-    return row_of([name, scenario.gap, facts["sentence"], f"{low:.1f} mm to {high:.1f} mm", power])
+    sentence = short(facts["sentence"], PREFIXES)
+    return row_of([name, scenario.gap, sentence, f"{low:.1f} mm to {high:.1f} mm", power])
 
 
 def page() -> str:
@@ -132,17 +156,22 @@ def page() -> str:
             longest_s,
         )
     rows: dict[str, list[str]] = {"ended": [], "went_on": [], "unseen": []}
+    said = []
     for name, scenario in scenarios.items():
         if scenario.gap and (scenario.goes_on or found[name]["code"] != scenario.code):
             rows["unseen"].append(unseen(name, scenario, found[name]))
         elif scenario.goes_on:
             rows["went_on"].append(went_on(name, scenario, found[name]))
         else:
+            said.append(found[name]["sentence"])
             rows["ended"].append(ended(name, scenario, found[name]))
     gaps = GAPS + "\n".join(rows["unseen"]) + "\n" if rows["unseen"] else ""
     return (
         HEAD
         + "\n".join(rows["ended"])
+        + "\n"
+        + SENTENCES
+        + "\n".join(left_out(said, PREFIXES))
         + "\n"
         + GOES_ON
         + "\n".join(rows["went_on"])

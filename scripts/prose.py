@@ -19,6 +19,11 @@ ROOT = Path(__file__).resolve().parents[1]
 MOST_WORDS, MEDIAN_WORDS, MOST_CELL = 40, 18, 100
 # pages on the diagnosis, which are written anew with it
 WITH_THE_DIAGNOSIS = (
+    "0011-diagnosis.md",
+    "0012-places.md",
+    "0013-rougher-runs-for-derivatives.md",
+    "0014-rigs-of-others.md",
+    "0015-side-by-side.md",
     "blind-benchmark.md",
     "effects.md",
     "foreign-effects.md",

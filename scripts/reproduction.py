@@ -24,6 +24,7 @@ sys.path.insert(0, str(ROOT))
 from epa_rt.study.claims import Claim
 from epa_rt.study.grid import LOOP_ROOMS, code_digest
 from epa_rt.study.serial import load_serial, solve
+from scripts.short_cells import Notes
 
 PAPER = (
     "The paper: M. A. Sharbafi, H. Shin, G. Zhao, K. Hosoda, A. Seyfarth: *Electric-Pneumatic"
@@ -50,11 +51,11 @@ LEADS = {
     "Knee with a slower gear (3.3)": (
         (
             "The same nine conditions on a knee drawn by `python scripts/knee_crossing.py` from"
-            " engineering ranges because its pressures cross: gear 32 on a spool of 23 mm, a thin"
-            " parallel"
+            " engineering ranges. It was drawn because its pressures cross: gear 32 on a spool of"
+            " 23 mm, a thin parallel"
         ),
         (
-            "muscle with some friction. They do at equal motion; through the loop the rig's PID"
+            "muscle with some friction. They do at equal motion. Through the loop the rig's PID"
             " lets the swing fall as the pressure rises, and less motion hides the crossing."
         ),
         "",
@@ -201,8 +202,7 @@ def identification_claims(found: dict) -> list[Claim]:
             rows.append(
                 Claim(
                     "2.2",
-                    "Elimination of the smallest of 64 coefficients ends at eq. (8)"
-                    f" ({way['name']})",
+                    f"Elimination from 64 products ends at eq. (8) ({way['name']})",
                     f"{len(terms)} terms, R² {way['chosen']['r2']:.3f}, condition"
                     f" {way['chosen']['condition']:.0e}",
                     set(terms) == set(EQ_8),
@@ -231,14 +231,14 @@ def consistency(serial: dict) -> list[Claim]:
     return [
         Claim(
             "3.2",
-            "Figs 6, 7 and 8 describe one and the same actuator (a linear spring with k"
-            " proportional to P wants 1250 kPa at 100 rad/s where it wants 800 at 80)",
+            "Figs 6, 7 and 8 describe one and the same actuator",
             f"{at80:.0f} kPa at 80, {at100:.0f} kPa at 100 rad/s",
             all(one["holds"] for one in serial["claims"] if one["claim"].startswith(ONE_ACTUATOR)),
-            "Judged by Figs 6, 7 and 8 holding on one plant. It takes a spring that is not linear:"
-            " below the valley the mass pulls the braid into its lock and up its own curved force,"
-            f" which the motor has to make good. Without the lock: {free80:.0f} and {free100:.0f}"
-            " kPa.",
+            "Judged by Figs 6, 7 and 8 holding on one plant. A linear spring with k proportional to"
+            " P wants 1250 kPa at 100 rad/s where it wants 800 at 80. So it takes a spring that is"
+            " not linear. Below the valley the mass pulls the braid into its lock and up its own"
+            " curved force, which the motor has to make good. Without the lock:"
+            f" {free80:.0f} and {free100:.0f} kPa.",
         ),
         Claim(
             "2.2, 3.2",
@@ -262,8 +262,14 @@ def without_lock() -> np.ndarray:
     return solve(asked).best_pressure_pa("stroke_m") / 1e3
 
 
-def row(claim: Claim) -> str:
-    cells = (claim.where, claim.claim, claim.ours, f"**{claim.verdict}**", claim.why)
+def row(claim: Claim, notes: Notes) -> str:
+    cells = (
+        claim.where,
+        notes.cell(claim.claim),
+        notes.cell(claim.ours),
+        f"**{claim.verdict}**",
+        notes.cell(claim.why),
+    )
     return "| " + " | ".join(text.replace("|", "\\|") for text in cells) + " |"
 
 
@@ -275,6 +281,8 @@ def page(parts: dict[str, list[Claim]], compared: dict) -> str:
     }
     lines = [
         "# What of the paper holds",
+        "",
+        ("For whoever has read the paper: each of its claims, what we find, and whether it holds."),
         "",
         PAPER,
         "",
@@ -296,13 +304,16 @@ def page(parts: dict[str, list[Claim]], compared: dict) -> str:
         "",
     ]
     for title, part in parts.items():
+        notes = Notes()
         lines += [
             f"## {title}",
             "",
             *LEADS.get(title, ()),
             "| Where | Claim | Found here | Verdict | Why |",
             "|---|---|---|---|---|",
-            *map(row, part),
+            *(row(claim, notes) for claim in part),
+            "",
+            *notes.lines(),
             "",
         ]
     lines += [

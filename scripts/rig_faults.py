@@ -28,10 +28,11 @@ CALM_M_S = 0.005  # slower than this when power goes is at rest
 
 HEAD = """# Faults
 
-Written by `python scripts/rig_faults.py`. Each fault comes at one of four moments of a run: at
-rest under pressure, at speed, at full stretch, while a muscle is filled. Plant faults run on the
-simulated rig, faults of the bus (in *italics*) through pysoem on the emulated one, in lock step.
-The figures are the plant's own, from the fault until eight seconds after the run.
+To look up what each fault does to the rig itself: how fast and how far it goes, when it is at
+rest and vented. Written by `python scripts/rig_faults.py`. Each fault comes at one of four moments
+of a run: at rest under pressure, at speed, at full stretch, while a muscle is filled. Plant faults
+run on the simulated rig, faults of the bus (in *italics*) through pysoem on the emulated one, in
+lock step. The figures are the plant's own, from the fault until eight seconds after the run.
 
 Category 1: drive, bus and position are sound; the drive brakes, holds while the muscles vent, and
 power goes at rest. Category 0: one of them is lost; power off and air out at once. A bold figure

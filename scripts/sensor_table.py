@@ -15,6 +15,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
+from scripts.short_cells import advices, short
+
 PAGE = ROOT / "docs/sensors.md"
 BEGIN = "<!-- by scripts/sensor_table.py --write -->"
 END = "<!-- end of scripts/sensor_table.py -->"
@@ -30,8 +32,13 @@ def row_of(facts: dict) -> str:
         f"| {facts['fault']} | {facts['rig']} | {facts['moment']} |"
         f" {'not found' if after is None else f'{after:.3f} s'} | {facts['check'] or '–'} |"
         f" {facts['worst']} {facts['largest_share']:.2f} |"
-        f" {facts['sentence'] or facts['outcome']} |"
+        f" {said(facts)} |"
     )
+
+
+def said(facts: dict) -> str:
+    """The trip's sentence without its check, which has a column, and without its advice."""
+    return short(facts["sentence"] or facts["outcome"], (f"{facts['check']}: ",))
 
 
 def of_rig(rig: str, fault: str) -> list[dict]:
@@ -93,6 +100,8 @@ def table_of(found: list[dict]) -> str:
         f" {facts['largest_share']:.2f}"
         for facts in missed
     ]
+    lines += ["", "A sentence ends with what to check, which the table leaves out:", ""]
+    lines += advices(facts["sentence"] or "" for facts in found)
     return "\n".join(lines)
 
 

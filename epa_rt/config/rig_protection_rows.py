@@ -338,8 +338,7 @@ ROW_RULES = (
     Rule(
         "valid",
         _valid,
-        "an analog input has `valid`, narrower than its terminal, above 0 V for a 1-5 V sensor,"
-        " within 3.6 to 21 mA for a 4-20 mA sensor",
+        "an analog input has `valid`, narrower than its terminal and fit for its sensor",
     ),
     Rule(
         "stale_after", _stale_after, "an analog input has `stale_after`, within the watchdog's time"
@@ -350,12 +349,7 @@ ROW_RULES = (
         _command_in_measured,
         "what may be asked for lies within the limits of what measures it",
     ),
-    Rule(
-        "reach",
-        _reach,
-        "travel limits end one range outside of what may be asked for,"
-        " speed at 4 times, current at 5 times the continuous one",
-    ),
+    Rule("reach", _reach, "limits of travel, speed and current lie near what may be asked for"),
     Rule("motor_measured", _watched_speed, "the motor names its `speed` and `current`"),
     Rule("pressure_rises", _pressure_rises, "a pressure rises with its signal"),
 )

@@ -183,8 +183,7 @@ STOP_RULES = (
     Rule(
         "pressures",
         _pressures,
-        "`supply` is above `pressure_max`, that above the atmosphere;"
-        " `tolerance` and `drift` at most a tenth of it",
+        "`supply` is above `pressure_max`, that above the atmosphere; narrow `tolerance`, `drift`",
     ),
     Rule("atmosphere", _atmosphere, "50 to 110 kPa abs"),
     Rule("startup", _startup, "no start-up object switches a protection of drive or terminal off"),

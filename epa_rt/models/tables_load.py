@@ -78,8 +78,8 @@ LOAD: Table = (
         0.0,
         0.0,
         1.0,
-        "0: the sticking knee bends evenly until it slides; 1: less the nearer it is to sliding, as"
-        " bristles do",
+        "0: the sticking knee bends evenly until it slides; 1: less the nearer to sliding, as"
+        " bristles",
         "P. R. Dahl, A solid friction model, 1968",
     ),
     P(

@@ -347,8 +347,7 @@ TRANSMISSION: Table = (
         0.0,
         0.0,
         50.0,
-        "motor speed at which the gear's friction is built up (half of it at sharpness 1); at 0 it"
-        " is there at once",
+        "motor speed at which the gear's friction is built up (half at sharpness 1); 0: at once",
         REGULAR,
     ),
     P(
@@ -386,8 +385,7 @@ TRANSMISSION: Table = (
         0.0,
         0.0,
         0.4,
-        "a play at the gear's output that is wider in some places of the spool's turn, half way"
-        " between its widest and its narrowest",
+        "mean of a play at the gear's output that is wider in some places of the spool's turn",
         OFF_CENTRE,
         "uneven_backlash",
     ),

@@ -146,10 +146,9 @@ GAS: Table = (
         0.0,
         0.0,
         0.5,
-        "0: that rate however warm the gas is, 1/4 to 1/3: as of air that only its warmth stirs;"
-        " counted from a tenth above the temperature around it",
-        "natural convection: Nusselt's number over the fourth (laminar) or third (turbulent) root"
-        " of Rayleigh's",
+        "how the rate grows with warmth above a tenth of ambient: 0 not, 1/4 to 1/3 as in still"
+        " air",
+        "natural convection: Nusselt over the 4th (laminar) or 3rd (turbulent) root of Rayleigh",
     ),
     P(
         "wall_exchange_stir_s",
@@ -157,10 +156,9 @@ GAS: Table = (
         0.0,
         0.0,
         20.0,
-        "time that scales how flow stirs the gas: wall exchange times (1 + this x flow in and out"
-        " per gas mass)^0.67, 1000 per second at most; 0: not stirred",
-        "exponent of forced convection while a vessel is filled (Woodfield et al., as HydDown takes"
-        " it, doi:10.21105/joss.03695); its form and its use for gas that leaves: engineering"
+        "stirring by flow: wall exchange times (1 + this x flow in and out per gas mass)^0.67; 0:"
+        " none",
+        "Woodfield et al. (by HydDown, doi:10.21105/joss.03695); form, and gas that leaves:"
         " estimate",
     ),
     P(
@@ -180,8 +178,7 @@ GAS: Table = (
         0.0,
         0.0,
         4.0,
-        "second time constant of the regulator over its first, which makes it ring from 0.25 on;"
-        " below 1 ms it is none",
+        "regulator's second time constant over its first: it rings from 0.25 on; below 1 ms none",
         FACTS,
     ),
     P(

@@ -142,8 +142,7 @@ SCENARIOS: dict[str, Scenario] = {
     ),
     "count_offset, moving": Scenario(
         one("count_offset", value=-3000.0),
-        "a count that goes wrong in a run is a jump; one that is wrong from the start shows in no"
-        " row",
+        "a count that goes wrong in a run is a jump; one wrong from the start shows in no row",
         _MOTION,
         3,
         "position jump: motor_travel_m",
@@ -284,8 +283,7 @@ SCENARIOS: dict[str, Scenario] = {
     ),
     "analog: drive_fault": Scenario(
         one("drive_fault", cycles=100_000),
-        "a drive on wires says nothing; the muscle pulls the motor back, away from what is"
-        " asked for",
+        "a drive on wires says nothing; the muscle pulls the motor away from its target",
         _FOLLOWING,
         3,
         "following error: motor_travel_m",
