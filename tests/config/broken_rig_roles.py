@@ -182,7 +182,7 @@ ROLES = (
             "position_gain: 0 1/s",
             "position_gain: 0",
             "'0 1/s'",
-            "0.1 1/s to 1000 1/s",
+            "0.1 to 1000 1/s",
         ),
         (
             "i2t of a speed",
