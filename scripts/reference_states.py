@@ -23,6 +23,7 @@ ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = ("epa_rt", "drivers", "sim_backend")
 HEAD = """# States, trips, events
 
+To look up which state a run is in, what tripped it, and what an event of its log means.
 {written}
 What to do about each: [operator.md](operator.md). Why stops have categories:
 [decision 16](decisions/0016-stops-by-category.md).
