@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 import termios
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -112,10 +113,13 @@ class Views:
         """Start the terminal view, and wait until it is to be seen: the operator watches from the
         first motion on.
         """
+        from epa_rt.live.terminal_process import WORDS
+
         seen, shown = os.pipe()
         try:
-            words = ("terminal_process", str(log.absolute()), str(shown), *self.words[:1])
-            self._terminal = self._process(*words, pass_fds=(shown,))
+            words = ("terminal_process", str(log.absolute()), str(shown))
+            told = {WORDS: self.words[0]} if self.words else {}
+            self._terminal = self._process(*words, pass_fds=(shown,), told=told)
         finally:
             os.close(shown)
         select.select([seen], [], [], READY_S)
@@ -159,12 +163,18 @@ class Views:
         self.words.append(f"Foxglove: {where}, token for its services stop and mark: {token}")
 
     def _process(
-        self, name: str, *arguments: str, piped: bool = False, pass_fds: tuple[int, ...] = ()
+        self,
+        name: str,
+        *arguments: str,
+        piped: bool = False,
+        pass_fds: tuple[int, ...] = (),
+        told: Mapping[str, str] | None = None,
     ) -> subprocess.Popen[bytes]:
+        """``told``: what goes by the environment, which no other user sees."""
         root = str(Path(__file__).parents[2])
         path = os.pathsep.join(filter(None, [root, os.environ.get("PYTHONPATH")]))
         words = [sys.executable, "-m", f"epa_rt.live.{name}", *arguments]
-        environment = os.environ | {"PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"}
+        environment = os.environ | {"PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"} | (told or {})
         if piped:
             # A session of its own: Ctrl-C in the terminal is meant for the loop.
             return subprocess.Popen(
