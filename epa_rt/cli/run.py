@@ -193,6 +193,7 @@ def run_simulated(
     speed: float | None,
     progress: bool,
     views: "Views | None" = None,
+    requests: "OperatorRequests | None" = None,
 ) -> "tuple[LogSummary, RunResult]":
     """One run on the simulated rig, recorded into ``out``. Raises VerbError where the log cannot be
     opened.
@@ -208,7 +209,14 @@ def run_simulated(
         "period_s": f"{inputs.rig.period_s:g}",
     }
     return run_recorded(
-        inputs, backend, out, run_facts, speed is not None, progress=progress, views=views
+        inputs,
+        backend,
+        out,
+        run_facts,
+        speed is not None,
+        progress=progress,
+        requests=requests,
+        views=views,
     )
 
 
@@ -222,6 +230,7 @@ def run_on_bus(
     take_over: bool = False,
     supply_stayed_on: bool = False,
     views: "Views | None" = None,
+    requests: "OperatorRequests | None" = None,
 ) -> "tuple[LogSummary, RunResult]":
     """One run on an EtherCAT bus, recorded into ``out``. Raises VerbError where the log or the
     interface cannot be had, or a wired drive has no zero file.
@@ -249,7 +258,7 @@ def run_on_bus(
     }
     assembly = _assembled(inputs)
     summary, result = run_recorded(
-        inputs, backend, out, run_facts, not lock_step, progress, assembly=assembly, views=views
+        inputs, backend, out, run_facts, not lock_step, progress, assembly, requests, views
     )
     found_zero = assembly.supervisor.found_zero
     keep_end(inputs.rig, rig_path, assembly.decoder, result, found_zero, emulated)
