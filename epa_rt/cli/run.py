@@ -41,6 +41,8 @@ if TYPE_CHECKING:
     from epa_rt.loop.requests import OperatorRequests
     from epa_rt.loop.run import RunResult
 
+EMULATED = {"bus": "emulated"}  # of a log's facts: no rig was there
+
 
 def positive_factor(text: str) -> float:
     """A pace from the command line. Raises ArgumentTypeError, ValueError."""
@@ -241,8 +243,9 @@ def run_on_bus(
     from epa_rt.cli.calibration_age import refuse_simulated
     from epa_rt.cli.zero import keep_end, need_known_count, need_zero_file
 
-    refuse_simulated(inputs.rig)
     emulated = is_emulated_bus(interface)
+    if not emulated:
+        refuse_simulated(inputs.rig)
     need_zero_file(inputs.rig, rig_path, emulated)
     need_known_count(inputs.rig, rig_path, supply_stayed_on or emulated)
     try:
@@ -255,7 +258,7 @@ def run_on_bus(
         "backend": "ethercat",
         "speed": "lock step" if lock_step else "1",
         "period_s": f"{inputs.rig.period_s:g}",
-    }
+    } | (EMULATED if emulated else {})
     assembly = _assembled(inputs)
     summary, result = run_recorded(
         inputs, backend, out, run_facts, not lock_step, progress, assembly, requests, views
@@ -319,7 +322,7 @@ def run_recorded(
         inputs.attachments,
         {
             "run": run_facts,
-            **_unprotected_facts(inputs),
+            **unprotected_facts(inputs),
             **calibration_facts(inputs.rig),
             **inputs.metadata,
         },
@@ -341,7 +344,7 @@ def run_recorded(
         return _run(assembly, backend, recorder, requests, paced)
 
 
-def _unprotected_facts(inputs: Inputs) -> dict[str, dict[str, str]]:
+def unprotected_facts(inputs: Inputs) -> dict[str, dict[str, str]]:
     """What the rig does without, for the log's metadata; nothing where it is protected."""
     if not inputs.unprotected:
         return {}
