@@ -16,11 +16,15 @@ is changed: --write gives a copy of the rig file with the new gains.
 """
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, VerbError
 from epa_rt.cli.inputs import add_backend_arguments
+from epa_rt.cli.run import positive_factor
+from epa_rt.cli.run_record import add_record_arguments
+from epa_rt.cli.screen_text import filled
 
 if TYPE_CHECKING:
     from epa_rt.cli.inputs import Inputs
@@ -58,7 +62,9 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
         "-o", "--out", type=Path, default=Path("out"), help="folder for the excitation's log"
     )
     verb.add_argument("--seed", type=int, default=1, help="seed of the simulated sensors' noise")
-    verb.add_argument("--speed", type=float, help="pace of the simulated rig; 1 is real time")
+    verb.add_argument(
+        "--speed", type=positive_factor, help="pace of the simulated rig; 1 is real time"
+    )
     verb.add_argument("--dry", action="store_true", help="show the excitation; nothing moves")
     verb.add_argument("--json", type=Path, metavar="JSON", help="write the answer for machines")
     verb.add_argument("--html", type=Path, metavar="PAGE.html", help="write the answer as a page")
@@ -69,6 +75,7 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
         "--write", type=Path, metavar="RIG.yaml", help="write a copy of the rig file with the gains"
     )
     verb.add_argument("--quiet", action="store_true", help="no progress")
+    add_record_arguments(verb)
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -116,7 +123,7 @@ def _excite(arguments: argparse.Namespace) -> int:
     from epa_rt.tune.controller import loop_of
     from epa_rt.tune.excitation import Asked, excitation_text
 
-    _, rig = _rig_file(arguments.rig, arguments.backend != "sim")
+    rig = _rig_file(arguments.rig)[1]
     loop = loop_of(rig, arguments.loop)
     base = None
     if arguments.experiment is not None:
@@ -129,7 +136,9 @@ def _excite(arguments: argparse.Namespace) -> int:
     asked = Asked(arguments.at, _height(arguments, loop.si_unit), dict(arguments.fill or ()))
     text = excitation_text(rig, loop, base, asked)
     inputs = _inputs(arguments, text)
-    record = record_attachment(inputs.rig, arguments.rig, None, [])
+    for sentence in inputs.unprotected:
+        print(f"UNPROTECTED: {sentence}", file=sys.stderr)
+    record = record_attachment(inputs.rig, arguments.rig, arguments.operator, arguments.note)
     inputs = replace(inputs, attachments=inputs.attachments | record)
     if arguments.dry:
         from epa_rt.cli.dry import show_dry_run
@@ -148,11 +157,11 @@ def _excite(arguments: argparse.Namespace) -> int:
             progress=not arguments.quiet,
             rig_path=arguments.rig,
         )
-    print(closing_text(summary, result, inputs.rig))
+    print(filled(closing_text(summary, result, inputs.rig)))
     code = exit_code(summary, result)
-    if result.outcome != "completed":
+    if code != COMPLETED:  # how the rig was left must stand last
         return code
-    return _answer(arguments, [Path(summary.path)]) or code
+    return _answer(arguments, [Path(summary.path)])
 
 
 def _height(arguments: argparse.Namespace, si_unit: str) -> float | None:
@@ -169,10 +178,10 @@ def _height(arguments: argparse.Namespace, si_unit: str) -> float | None:
     return value
 
 
-def _rig_file(path: Path, with_zero: bool) -> "tuple[Located, Rig]":
+def _rig_file(path: Path) -> "tuple[Located, Rig]":
     from epa_rt.cli.zero import load_rig_source
 
-    return load_rig_source(path, with_zero)
+    return load_rig_source(path, with_zero=False)
 
 
 def _inputs(arguments: argparse.Namespace, text: str) -> "Inputs":
@@ -213,7 +222,7 @@ def _answer(arguments: argparse.Namespace, logs: list[Path]) -> int:
 
     with progress_shown(arguments.quiet) as progress:
         progress("reading", 0.0)
-        rig_source = _rig_file(arguments.rig, False)[0] if arguments.rig is not None else None
+        rig_source = _rig_file(arguments.rig)[0] if arguments.rig is not None else None
         recordings = read(logs, None)
         rig = _rig_of(rig_source, recordings)
         motion = _motion(arguments.experiment, rig, arguments.loop)
