@@ -11,7 +11,7 @@ import signal
 import subprocess
 import sys
 import termios
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -90,9 +90,18 @@ class Views:
             return 0
 
     def finish(self) -> None:
-        """Wait for the views to go, then make them; the terminal is as it was."""
+        """Wait for the views to go, then make them; the terminal is as it was. Ctrl-C shortens the
+        wait. A later one does nothing: how the run ended is still to be said.
+        """
         if self._terminal is not None:
             self._wait_for_screen(self._terminal)
+        with _without_interrupts():
+            self._see_all_off()
+
+    def _see_all_off(self) -> None:
+        if self._terminal is not None:
+            if self._terminal.poll() is None:
+                _see_off(self._terminal, 0.5)
             self._give_back_terminal(self._terminal)
             self._terminal = None
         if self._foxglove is not None:
@@ -128,10 +137,8 @@ class Views:
     def _wait_for_screen(self, process: subprocess.Popen[bytes]) -> None:
         from epa_rt.live.terminal_process import STAYS_S
 
-        try:
+        with contextlib.suppress(subprocess.TimeoutExpired, KeyboardInterrupt):
             process.wait(STAYS_S + GOES_S)
-        except (subprocess.TimeoutExpired, KeyboardInterrupt):
-            _see_off(process, 0.5)
 
     def _give_back_terminal(self, process: subprocess.Popen[bytes]) -> None:
         if process.returncode != 0:
@@ -197,6 +204,15 @@ class _NoticeBeside(Notice):
     def say(self, sentence: str) -> None:
         if not self._views.has_terminal:
             super().say(sentence)
+
+
+@contextlib.contextmanager
+def _without_interrupts() -> Iterator[None]:
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _has_answer(process: subprocess.Popen[bytes]) -> bool:

@@ -2,10 +2,13 @@
 
 import asyncio
 import contextlib
+import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -18,6 +21,7 @@ from epa_rt.cli.inputs import load_inputs
 from epa_rt.live.attach import Attached, Happened, Over, Rows, RunFacts, Status, find
 from epa_rt.live.panels import events, head, health, muscles, plot, verdict
 from epa_rt.live.plot import drawn, spark
+from epa_rt.live.start import Views, Wanted
 from epa_rt.live.terminal import LiveView
 from epa_rt.live.watched import WatchedRun
 from epa_rt.logs.reader import LogReader
@@ -171,6 +175,21 @@ def test_the_view_fits_80_by_24_grows_and_its_keys_ask_the_run(run, tmp_path, mo
         ("mark", "bang"),
         ("request", "stop, asked by the terminal view"),
     ]
+
+
+def test_ctrl_c_again_and_again_keeps_the_words_of_the_runs_end():
+    views = Views(Wanted())
+    deaf = (
+        "import signal, time; [signal.signal(n, signal.SIG_IGN) for n in (2, 15)]; time.sleep(60)"
+    )
+    views._terminal = view = subprocess.Popen([sys.executable, "-c", deaf])
+    presses = [threading.Timer(at_s, os.kill, (os.getpid(), signal.SIGINT)) for at_s in (1, 1.3, 1.6)]
+    for press in presses:
+        press.start()
+    views.finish()  # raises no KeyboardInterrupt
+    for press in presses:
+        press.join()
+    assert view.returncode == -signal.SIGKILL and not views.has_terminal
 
 
 def _groups(layout) -> list[tuple[str, ...]]:
