@@ -183,7 +183,8 @@ def test_ctrl_c_again_and_again_keeps_the_words_of_the_runs_end():
         "import signal, time; [signal.signal(n, signal.SIG_IGN) for n in (2, 15)]; time.sleep(60)"
     )
     views._terminal = view = subprocess.Popen([sys.executable, "-c", deaf])
-    presses = [threading.Timer(at_s, os.kill, (os.getpid(), signal.SIGINT)) for at_s in (1, 1.3, 1.6)]
+    own = (os.getpid(), signal.SIGINT)
+    presses = [threading.Timer(at_s, os.kill, own) for at_s in (1.0, 1.3, 1.6)]
     for press in presses:
         press.start()
     views.finish()  # raises no KeyboardInterrupt
