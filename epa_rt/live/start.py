@@ -11,7 +11,7 @@ import signal
 import subprocess
 import sys
 import termios
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -175,7 +175,7 @@ class Views:
         *arguments: str,
         piped: bool = False,
         pass_fds: tuple[int, ...] = (),
-        told: Mapping[str, str] | None = None,
+        told: dict[str, str] | None = None,
     ) -> subprocess.Popen[bytes]:
         """``told``: what goes by the environment, which no other user sees."""
         root = str(Path(__file__).parents[2])
