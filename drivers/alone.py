@@ -21,6 +21,11 @@ def check_alone(mailbox: Mailbox, slave: Slave) -> list[str]:
     """
     alone = slave.description.alone
     if alone is None:
+        if slave.description.is_generic and slave.description.outputs:
+            return [
+                f"{mailbox.label} is described by its rig file alone, which does not tell what its"
+                " outputs do without their master: pull its cable with the air off, and see"
+            ]
         return []
     notes = []
     for n in range(slave.description.channels):

@@ -223,6 +223,13 @@ class Stepping:
     def _begin(self, jog: Jogging, cycle: int) -> bool:
         """The next step that does not lead beyond what the muscle may have; False: none."""
         while (step := self._taking.next()) is not None:
+            if not jog.found_zero and any(isinstance(order, GoTo) for order in step.orders):
+                self._fail(
+                    jog,
+                    "found no zero of travel, expected one to go to travels by: epa home",
+                    cycle,
+                )
+                return True  # the failure ends the jog
             most = max((o.target_pa for o in step.orders if isinstance(o, Fill)), default=0.0)
             gauge_pa = max(self._ratio, 1.0) * (most - self._atmosphere_pa)
             if self._muscle is None or gauge_pa <= self._muscle.pressure_max - self._atmosphere_pa:

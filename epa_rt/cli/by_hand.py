@@ -18,7 +18,7 @@ from epa_rt.cli.inputs import (
     code_version,
     load_plant_of,
 )
-from epa_rt.cli.run import positive_factor, run_recorded
+from epa_rt.cli.run import EMULATED, positive_factor, run_recorded
 from epa_rt.cli.run_record import add_record_arguments, record_attachment
 from epa_rt.cli.sound_rig import sound_rig
 from epa_rt.cli.zero import is_emulated, load_rig_source
@@ -85,10 +85,10 @@ class RigByHand:
         source, self.rig = load_rig_source(
             arguments.rig, with_zero and not self.is_sim, self.is_emulated
         )
-        if not self.is_sim:
+        if self.is_real:
             refuse_simulated(self.rig)
-        self._unprotected = sound_rig(source).unprotected
-        for sentence in self._unprotected:
+        self.unprotected = sound_rig(source).unprotected
+        for sentence in self.unprotected:
             print(f"UNPROTECTED: {sentence}", file=sys.stderr)
         self.attachments = {
             RIG: source.text.encode(),
@@ -104,6 +104,16 @@ class RigByHand:
                 plant.params["load"]["start_travel_m"] = _start(arguments.start_travel)
             self._plant = plant
 
+    @property
+    def is_real(self) -> bool:
+        """Whether it is neither simulated nor emulated: what is found holds for the rig itself."""
+        return not (self.is_sim or self.is_emulated)
+
+    def attached(self) -> dict[str, bytes]:
+        """The attachments of a log that starts now."""
+        said = self.arguments
+        return self.attachments | record_attachment(self.rig, said.rig, said.operator, said.note)
+
     def _refuse_of_simulation_only(self) -> None:
         """Raises VerbError for what only a simulated rig can be told to be."""
         for option in ("unreferenced", "start_travel"):
@@ -118,11 +128,10 @@ class RigByHand:
     ) -> "tuple[LogSummary, RunResult]":
         """One recorded run, on the rig as the last one left it."""
         arguments = self.arguments
-        record = record_attachment(self.rig, arguments.rig, arguments.operator, arguments.note)
-        attachments = self.attachments | record
-        inputs = Inputs(self.rig, assembly.experiment, self._plant, attachments, self._unprotected)
+        experiment = assembly.experiment
+        inputs = Inputs(self.rig, experiment, self._plant, self.attached(), self.unprotected)
         paced = arguments.speed is not None if self.is_sim else not arguments.lock_step
-        facts = self.facts(assembly.experiment.name, paced)
+        facts = self.facts(experiment.name, paced)
         progress = line and not arguments.quiet
         backend = self.backend()
         return run_recorded(
@@ -141,6 +150,8 @@ class RigByHand:
         }
         if self.is_sim and arguments.start_travel is not None:
             facts["start_travel"] = arguments.start_travel
+        if self.is_emulated:
+            facts |= EMULATED
         return facts
 
     def backend(self) -> "Backend":

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.by_hand import RigByHand, add_rig_arguments
 from epa_rt.cli.exits import COMPLETED, FAILED, VerbError
+from epa_rt.cli.run import EMULATED
 from epa_rt.cli.screen_text import filled
 
 if TYPE_CHECKING:
@@ -53,6 +54,11 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("--by", choices=("hand", "motor"), default="hand", help="how force is made")
     verb.add_argument("--travels", metavar="LIST", help="--by motor: '0 mm, 5 mm, 10 mm'")
     verb.add_argument("--pressure", metavar="PRESSURE", help="--by motor: in the muscle, gauge")
+    verb.add_argument(
+        "--supply-stayed-on",
+        action="store_true",
+        help="--by motor: a wired drive has had its supply since the last run (epa run --help)",
+    )
     verb.add_argument("--steps", metavar="LIST", help="pressures: '0 kPa, 200 kPa, 400 kPa'")
     verb.add_argument("--ascending", action="store_true", help="points from low to high")
     verb.add_argument("--descending", action="store_true", help="from high to low; both: up, down")
@@ -208,7 +214,7 @@ class Session:
         from epa_rt.cli.calibrate_rig import take_points
 
         points, code = take_points(self, self.by_hand)
-        return points, "simulation" if self.by_hand.is_sim else "rig", code
+        return points, "rig" if self.by_hand.is_real else "simulation", code
 
     def _taken(self) -> "list[Point]":
         from epa_rt.calibrate.points_file import read_taken
@@ -230,7 +236,8 @@ class Session:
         try:
             with LogReader(path) as log:
                 text = log.attachments.get("rig.yaml", b"").decode("utf-8", "replace")
-                if log.metadata.get("run", {}).get("backend") == "sim":
+                run = log.metadata.get("run", {})
+                if run.get("backend") == "sim" or EMULATED.items() <= run.items():
                     self._source = "simulation"
             rig = rig_from(parse_yaml(text, f"{path}[rig.yaml]"))
             if rig.name != self.rig.name or self.row.name not in {r.name for r in rig.inputs}:
@@ -311,7 +318,7 @@ def _place(
     from epa_rt.config.calibration_file import calibration_path, read_calibrations
 
     beside = calibration_path(arguments.rig)
-    on_rig = session.by_hand is not None and not session.by_hand.is_sim
+    on_rig = session.by_hand is not None and session.by_hand.is_real
     path = arguments.file or (beside if on_rig else arguments.out / beside.name)
     check_writable(path, (".yaml", ".yml"))
     if not path.exists():

@@ -165,8 +165,10 @@ def _watch(
     """One recorded watch of the unpowered rig; its exit code. Raises VerbError."""
     from epa_rt.calibrate.taking import PHASES
     from epa_rt.cli.calibration_age import facts as calibration_facts
+    from epa_rt.cli.calibration_age import old_words
     from epa_rt.cli.inputs import Inputs
     from epa_rt.cli.log_name import take_log_path
+    from epa_rt.cli.run import unprotected_facts
     from epa_rt.experiments.experiment import Experiment
     from epa_rt.logs.recorder import Recorder, RecorderError
     from epa_rt.loop.requests import OperatorRequests
@@ -176,7 +178,9 @@ def _watch(
 
     rig, arguments = session.rig, session.arguments
     experiment = Experiment(_log_name(session), "", 0, rig.period_s, (), Path("calibrate"))
-    inputs = Inputs(rig, experiment, None, by_hand.attachments)
+    inputs = Inputs(rig, experiment, None, by_hand.attached(), by_hand.unprotected)
+    for sentence in old_words(rig):
+        print(f"OLD CALIBRATION: {sentence}", file=sys.stderr)
     paced = arguments.speed is not None if by_hand.is_sim else not arguments.lock_step
     facts = by_hand.facts(experiment.name, paced)
     decoder = Decoder(rig)
@@ -186,8 +190,8 @@ def _watch(
     recorder = Recorder(
         log,
         layout,
-        by_hand.attachments,
-        {"run": facts, **calibration_facts(rig)},
+        inputs.attachments,
+        {"run": facts, **unprotected_facts(inputs), **calibration_facts(rig)},
         lossless=not paced,
     )
     try:
@@ -225,12 +229,14 @@ def _active(
     from epa_rt.cli.keys import raw_keys
     from epa_rt.cli.references import GaugeAnswers
     from epa_rt.cli.run import closing_text, exit_code
-    from epa_rt.cli.zero import keep_end
+    from epa_rt.cli.zero import keep_end, need_known_count
     from epa_rt.loop.assembly import WiringError
     from epa_rt.loop.by_hand import assemble_jog
 
     arguments, rig = session.arguments, session.rig
     steps = _pressure_steps(session) if arguments.kind == "pressure" else _travel_steps(session)
+    if arguments.by == "motor" and by_hand.is_real:  # it goes to travels, as a run does
+        need_known_count(rig, arguments.rig, arguments.supply_stayed_on)
     answers: Answers
     requests = None
     if is_typed:
@@ -256,9 +262,9 @@ def _active(
         print("the motor is held under power and a muscle is filled: keep clear")
     with raw_keys() if is_typed else nullcontext():
         summary, result = by_hand.run(assembly, requests, line=False)
-    print(filled(closing_text(summary, result, rig)))
-    if not by_hand.is_sim:
+    if not by_hand.is_sim:  # first, for the words may go to a pipe that is closed
         keep_end(rig, arguments.rig, assembly.decoder, result, jog.found_zero, by_hand.is_emulated)
+    print(filled(closing_text(summary, result, rig)))
     return points_of(taking.taken), exit_code(summary, result)
 
 

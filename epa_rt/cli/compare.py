@@ -24,6 +24,7 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
 
 def main(arguments: argparse.Namespace) -> int:
     from epa_rt.cli.run_end import json_text
+    from epa_rt.logs.plain_text import plain
     from epa_rt.logs.reader import LogError
     from epa_rt.report.run import load_run
     from epa_rt.runs.compare import NothingInCommon, compare
@@ -36,7 +37,7 @@ def main(arguments: argparse.Namespace) -> int:
         found = compare(load_run(arguments.a), load_run(arguments.b))
     except (LogError, NothingInCommon) as error:
         raise VerbError(str(error)) from None
-    print(as_text(found))
+    print(plain(as_text(found)))
     if arguments.json:
         write_whole(arguments.json, json_text(found.as_json()) + "\n")
     if arguments.html:

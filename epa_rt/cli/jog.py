@@ -97,11 +97,11 @@ def main(arguments: argparse.Namespace) -> int:
         requests = KeyRequests(rig, keys, jog, assembly.decoder.measured)
         with raw_keys():
             summary, result = by_hand.run(assembly, requests, line=False)
+    if not by_hand.is_sim:  # first, for the words may go to a pipe that is closed
+        keep_end(rig, arguments.rig, assembly.decoder, result, jog.found_zero, by_hand.is_emulated)
     if keys.idle:
         print(keys.idle)
     print(filled(closing_text(summary, result, rig)))
-    if not by_hand.is_sim:
-        keep_end(rig, arguments.rig, assembly.decoder, result, jog.found_zero, by_hand.is_emulated)
     return exit_code(summary, result)
 
 

@@ -23,12 +23,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from epa_rt.cli.exits import COMPLETED, DIFFERENT, FAILED, TRIPPED, VerbError
+from epa_rt.cli.exits import COMPLETED, DIFFERENT, FAILED, STOPPED, TRIPPED, VerbError
 from epa_rt.cli.inputs import Inputs, add_backend_arguments, load_inputs
+from epa_rt.cli.run_record import add_record_arguments
 from epa_rt.cli.screen_text import filled
 
 if TYPE_CHECKING:
     from epa_rt.logs.recorder import LogSummary
+    from epa_rt.loop.requests import OperatorRequests
     from epa_rt.loop.run import RunResult
     from epa_rt.runs.queue import Item, Queue
     from epa_rt.runs.queue_state import RunState
@@ -51,6 +53,7 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     after.add_argument("--skip", action="store_true", help="after a trip: go on with the next run")
     after.add_argument("--restart", action="store_true", help="begin anew; logs are kept")
     verb.add_argument("--quiet", action="store_true", help="no progress line")
+    add_record_arguments(verb)
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -122,6 +125,7 @@ class _Carrier:
         from epa_rt.runs.queue_state import OVER
 
         for item in self.queue.items:
+            self._take_up(item)
             run = self._of(item)
             if run.status in OVER or not run.is_blocked:
                 continue
@@ -135,6 +139,17 @@ class _Carrier:
                     TRIPPED,
                 )
         return [item for item in self.queue.items if self._of(item).status not in OVER]
+
+    def _take_up(self, item: "Item") -> None:
+        """The end of a run that was on when epa queue was broken off, as its log has it."""
+        from epa_rt.runs.queue_ending import ending_unseen
+
+        run = self._of(item)
+        if run.status != "running" or not run.logs:
+            return
+        said = ending_unseen(Path(run.logs[-1]))
+        if said is not None:
+            self._set(item, run.model_copy(update=said))
 
     def _inputs(self, item: "Item") -> Inputs:
         """The files of one run, checked as far as can be without the rig. Raises VerbError,
@@ -195,6 +210,8 @@ class _Carrier:
 
     def _run(self, item: "Item", checked: Inputs) -> int:
         """One run from its state to its next; its exit code."""
+        from epa_rt.loop.requests import OperatorRequests
+
         before = self._of(item)
         inputs = self._unchanged(item, checked)
         resumed = self._resumed(item, inputs, before)
@@ -206,12 +223,19 @@ class _Carrier:
         logs = (*before.logs, str(log.absolute()))
         going = {"status": "running", "logs": logs, "quiet": None, "cause": ""}
         self._set(item, before.model_copy(update=going))
+        requests = OperatorRequests(resumed.rig.period_s)
         try:
-            summary, result = self._driven(item, self._named(item, resumed), log)
+            summary, result = self._driven(item, self._named(item, resumed), log, requests)
         except (VerbError, KeyboardInterrupt):
-            self._set(item, before)  # nothing was recorded, so nothing moved
+            if not log.exists() or not log.stat().st_size:
+                self._set(item, before)  # nothing was recorded, so nothing moved
             raise
-        return self._judged(item, summary, result, resumed)
+        code = self._judged(item, summary, result, resumed)
+        if code == COMPLETED and requests.is_stopping:  # too late for the run, not for the queue
+            print(f"QUEUE STOPPED after run {item.number}: the operator asked to stop")
+            print("the same command goes on with the next run")
+            return STOPPED
+        return code
 
     def _unchanged(self, item: "Item", checked: Inputs) -> Inputs:
         """The files read again, for a zero that the last run wrote. Raises VerbError where they say
@@ -266,19 +290,22 @@ class _Carrier:
             "repetition": str(item.repetition),
             "notes": item.notes,
         }
-        notes = [item.notes] if item.notes else []
+        notes = [*filter(None, [item.notes]), *self.arguments.note]
+        record = record_attachment(inputs.rig, item.rig, self.arguments.operator, notes)
         return dataclasses.replace(
             inputs,
-            attachments=inputs.attachments | record_attachment(inputs.rig, item.rig, None, notes),
+            attachments=inputs.attachments | record,
             metadata={**inputs.metadata, "queue": facts},
         )
 
-    def _driven(self, item: "Item", inputs: Inputs, log: Path) -> "tuple[LogSummary, RunResult]":
+    def _driven(
+        self, item: "Item", inputs: Inputs, log: Path, requests: "OperatorRequests"
+    ) -> "tuple[LogSummary, RunResult]":
         from epa_rt.cli.run import run_on_bus, run_simulated
 
         arguments, progress = self.arguments, not self.arguments.quiet
         if self.is_sim:
-            return run_simulated(inputs, log, item.seed, item.speed, progress)
+            return run_simulated(inputs, log, item.seed, item.speed, progress, requests=requests)
         return run_on_bus(
             inputs,
             log,
@@ -287,6 +314,7 @@ class _Carrier:
             progress,
             item.rig,
             arguments.take_over,
+            requests=requests,
         )
 
     def _judged(

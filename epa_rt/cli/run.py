@@ -41,6 +41,8 @@ if TYPE_CHECKING:
     from epa_rt.loop.requests import OperatorRequests
     from epa_rt.loop.run import RunResult
 
+EMULATED = {"bus": "emulated"}  # of a log's facts: no rig was there
+
 
 def positive_factor(text: str) -> float:
     """A pace from the command line. Raises ArgumentTypeError, ValueError."""
@@ -188,6 +190,7 @@ def run_simulated(
     speed: float | None,
     progress: bool,
     views: "Views | None" = None,
+    requests: "OperatorRequests | None" = None,
 ) -> "tuple[LogSummary, RunResult]":
     """One run on the simulated rig, recorded into ``out``. Raises VerbError where the log cannot be
     opened.
@@ -203,7 +206,14 @@ def run_simulated(
         "period_s": f"{inputs.rig.period_s:g}",
     }
     return run_recorded(
-        inputs, backend, out, run_facts, speed is not None, progress=progress, views=views
+        inputs,
+        backend,
+        out,
+        run_facts,
+        speed is not None,
+        progress=progress,
+        requests=requests,
+        views=views,
     )
 
 
@@ -217,6 +227,7 @@ def run_on_bus(
     take_over: bool = False,
     supply_stayed_on: bool = False,
     views: "Views | None" = None,
+    requests: "OperatorRequests | None" = None,
 ) -> "tuple[LogSummary, RunResult]":
     """One run on an EtherCAT bus, recorded into ``out``. Raises VerbError where the log or the
     interface cannot be had, or a wired drive has no zero file.
@@ -227,8 +238,9 @@ def run_on_bus(
     from epa_rt.cli.calibration_age import refuse_simulated
     from epa_rt.cli.zero import keep_end, need_known_count, need_zero_file
 
-    refuse_simulated(inputs.rig)
     emulated = is_emulated_bus(interface)
+    if not emulated:
+        refuse_simulated(inputs.rig)
     need_zero_file(inputs.rig, rig_path, emulated)
     need_known_count(inputs.rig, rig_path, supply_stayed_on or emulated)
     try:
@@ -241,10 +253,10 @@ def run_on_bus(
         "backend": "ethercat",
         "speed": "lock step" if lock_step else "1",
         "period_s": f"{inputs.rig.period_s:g}",
-    }
+    } | (EMULATED if emulated else {})
     assembly = _assembled(inputs)
     summary, result = run_recorded(
-        inputs, backend, out, run_facts, not lock_step, progress, assembly=assembly, views=views
+        inputs, backend, out, run_facts, not lock_step, progress, assembly, requests, views
     )
     found_zero = assembly.supervisor.found_zero
     keep_end(inputs.rig, rig_path, assembly.decoder, result, found_zero, emulated)
@@ -305,7 +317,7 @@ def run_recorded(
         inputs.attachments,
         {
             "run": run_facts,
-            **_unprotected_facts(inputs),
+            **unprotected_facts(inputs),
             **calibration_facts(inputs.rig),
             **inputs.metadata,
         },
@@ -327,7 +339,7 @@ def run_recorded(
         return _run(assembly, backend, recorder, requests, paced)
 
 
-def _unprotected_facts(inputs: Inputs) -> dict[str, dict[str, str]]:
+def unprotected_facts(inputs: Inputs) -> dict[str, dict[str, str]]:
     """What the rig does without, for the log's metadata; nothing where it is protected."""
     if not inputs.unprotected:
         return {}

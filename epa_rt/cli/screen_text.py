@@ -5,13 +5,17 @@ import sys
 import textwrap
 from typing import TextIO
 
+from epa_rt.logs.plain_text import plain
+
 NARROWEST = 40  # columns; below, lines are left to the terminal
 
 
 def filled(text: str, stream: TextIO | None = None) -> str:
     """The text with each line broken between words for the terminal that ``stream`` (default:
-    stdout) is; as it is where that is none. Paths and numbers stay whole.
+    stdout) is; as it is where that is none. Paths and numbers stay whole. Nothing of it steers the
+    terminal (plain_text.py).
     """
+    text = plain(text)
     out = sys.stdout if stream is None else stream
     width = shutil.get_terminal_size().columns
     if not out.isatty() or width < NARROWEST:

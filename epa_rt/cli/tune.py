@@ -16,6 +16,7 @@ is changed: --write gives a copy of the rig file with the new gains.
 """
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -137,7 +138,7 @@ def _excite(arguments: argparse.Namespace) -> int:
     from epa_rt.tune.controller import loop_of
     from epa_rt.tune.excitation import Asked, excitation_text
 
-    _, rig = _rig_file(arguments.rig, arguments.backend != "sim")
+    rig = _rig_file(arguments.rig)[1]
     loop = loop_of(rig, arguments.loop)
     base = None
     if arguments.experiment is not None:
@@ -150,6 +151,8 @@ def _excite(arguments: argparse.Namespace) -> int:
     asked = Asked(arguments.at, _height(arguments, loop.si_unit), dict(arguments.fill or ()))
     text = excitation_text(rig, loop, base, asked)
     inputs = _inputs(arguments, text)
+    for sentence in inputs.unprotected:
+        print(f"UNPROTECTED: {sentence}", file=sys.stderr)
     record = record_attachment(inputs.rig, arguments.rig, arguments.operator, arguments.note)
     inputs = replace(inputs, attachments=inputs.attachments | record)
     if arguments.dry:
@@ -172,9 +175,9 @@ def _excite(arguments: argparse.Namespace) -> int:
         )
     print(filled(closing_text(summary, result, inputs.rig)))
     code = exit_code(summary, result)
-    if result.outcome != "completed":
+    if code != COMPLETED:  # how the rig was left must stand last
         return code
-    return _answer(arguments, [Path(summary.path)]) or code
+    return _answer(arguments, [Path(summary.path)])
 
 
 def _height(arguments: argparse.Namespace, si_unit: str) -> float | None:
@@ -191,10 +194,10 @@ def _height(arguments: argparse.Namespace, si_unit: str) -> float | None:
     return value
 
 
-def _rig_file(path: Path, with_zero: bool) -> "tuple[Located, Rig]":
+def _rig_file(path: Path) -> "tuple[Located, Rig]":
     from epa_rt.cli.zero import load_rig_source
 
-    return load_rig_source(path, with_zero)
+    return load_rig_source(path, with_zero=False)
 
 
 def _inputs(arguments: argparse.Namespace, text: str) -> "Inputs":
@@ -235,7 +238,7 @@ def _answer(arguments: argparse.Namespace, logs: list[Path]) -> int:
 
     with progress_shown(arguments.quiet) as progress:
         progress("reading", 0.0)
-        rig_source = _rig_file(arguments.rig, False)[0] if arguments.rig is not None else None
+        rig_source = _rig_file(arguments.rig)[0] if arguments.rig is not None else None
         recordings = read(logs, None)
         rig = _rig_of(rig_source, recordings)
         motion = _motion(arguments.experiment, rig, arguments.loop)

@@ -34,6 +34,7 @@ def check_calibration(rig: "Rig", one: SignalCalibration) -> None:
     """
     from epa_rt.config.rig_protection_rule import entry_of
     from epa_rt.config.rig_row_checks import calibration_line
+    from epa_rt.config.rig_rows import native_pair
 
     rows = {row.name: row for row in rig.inputs}
     row = rows.get(one.signal)
@@ -58,9 +59,19 @@ def check_calibration(rig: "Rig", one: SignalCalibration) -> None:
             f"found {row.name} calibrated per {one.native}, expected per {entry.unit},"
             f" the entry's own unit"
         )
-    slope, _ = calibration_line(row, entry)
+    slope, intercept = calibration_line(row, entry)
     if not 1.0 / LARGEST_CHANGE < one.gain / slope < LARGEST_CHANGE:
         raise UnitError(
             f"found a gain of {one.gain:.6g} {row.si_unit}/{one.native} for {row.name}, expected it"
             f" within a factor of {LARGEST_CHANGE:g} of the row's own, {slope:.6g}"
+        )
+    # a line that is shifted hides as much as one that is turned: the row's own middle tells
+    ends = native_pair(row.calibration.native, entry.unit)
+    middle, span = 0.5 * (ends[0] + ends[1]), abs(slope * (ends[1] - ends[0]))
+    shift = (one.gain - slope) * middle + one.offset - intercept
+    if not abs(shift) < 0.5 * (LARGEST_CHANGE - 1.0) * span:
+        raise UnitError(
+            f"found a calibration of {row.name} that shifts its reading by {shift:.6g}"
+            f" {row.si_unit} in the middle of the row's own, expected less than"
+            f" {0.5 * (LARGEST_CHANGE - 1.0) * span:.6g} {row.si_unit}"
         )

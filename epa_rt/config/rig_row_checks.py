@@ -227,9 +227,11 @@ def _check_output(
             f"limits that take {counts[0]:.6g} to {counts[1]:.6g} counts",
             f"limits within the entry's {entry.counts[0]} to {entry.counts[1]} counts",
         )
-    if entry.unit == "V" and abs((row.safe - intercept) / slope) > 1e-3:
+    slave = next(s for s in rig.slaves if s.name == row.entry.split(".")[0])
+    if not slave.description.is_drive and abs((row.safe - intercept) / slope) > 1e-3:
         raise located.error(
             (*where, "safe"),
             f"{row.safe:g}",
-            "the value at 0 V, to which the terminal's watchdog drops too",
+            f"the value at {'0 V' if entry.unit == 'V' else 'count 0'}, to which the terminal's"
+            " watchdog drops too",
         )

@@ -59,6 +59,7 @@ class RunServer(ServerListener):
         self._channels: RunChannels | None = None
         self._answers: list[Answer] = []
         self._asking = threading.Lock()  # services run in threads of the server's
+        self._slowing = threading.Lock()  # held while a wrong token waits for its answer
         self._due: list[Callable[[], None]] = []
         self.refused = 0
         self._server = start_server(
@@ -152,13 +153,19 @@ class RunServer(ServerListener):
         return self._ask(MARK, str(given.get("text") or ""))
 
     def _check_token(self, given: dict[str, Any]) -> None:
-        """Raises Refused. Compared in constant time, and slowly where it is wrong."""
+        """Raises Refused. Compared in constant time, and slowly where it is wrong: one at a time,
+        for a flood of them must not keep all threads from whoever has the token.
+        """
         token, known = given.get("token"), self._spec.token
         told = token if isinstance(token, str) else ""
         same = hmac.compare_digest(told.encode("utf-8", "replace"), known.encode())
         if not (known and same):
             self.refused += 1
-            time.sleep(_WRONG_TOKEN_S)
+            if self._slowing.acquire(blocking=False):
+                try:
+                    time.sleep(_WRONG_TOKEN_S)
+                finally:
+                    self._slowing.release()
             raise Refused("found no valid token, expected the one that epa printed")
 
     def _ask(self, ask: str, text: str) -> str:

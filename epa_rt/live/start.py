@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 import termios
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -89,9 +90,18 @@ class Views:
             return 0
 
     def finish(self) -> None:
-        """Wait for the views to go, then make them; the terminal is as it was."""
+        """Wait for the views to go, then make them; the terminal is as it was. Ctrl-C shortens the
+        wait. A later one does nothing: how the run ended is still to be said.
+        """
         if self._terminal is not None:
             self._wait_for_screen(self._terminal)
+        with _without_interrupts():
+            self._see_all_off()
+
+    def _see_all_off(self) -> None:
+        if self._terminal is not None:
+            if self._terminal.poll() is None:
+                _see_off(self._terminal, 0.5)
             self._give_back_terminal(self._terminal)
             self._terminal = None
         if self._foxglove is not None:
@@ -112,10 +122,13 @@ class Views:
         """Start the terminal view, and wait until it is to be seen: the operator watches from the
         first motion on.
         """
+        from epa_rt.live.terminal_process import WORDS
+
         seen, shown = os.pipe()
         try:
-            words = ("terminal_process", str(log.absolute()), str(shown), *self.words[:1])
-            self._terminal = self._process(*words, pass_fds=(shown,))
+            words = ("terminal_process", str(log.absolute()), str(shown))
+            told = {WORDS: self.words[0]} if self.words else {}
+            self._terminal = self._process(*words, pass_fds=(shown,), told=told)
         finally:
             os.close(shown)
         select.select([seen], [], [], READY_S)
@@ -124,10 +137,8 @@ class Views:
     def _wait_for_screen(self, process: subprocess.Popen[bytes]) -> None:
         from epa_rt.live.terminal_process import STAYS_S
 
-        try:
+        with contextlib.suppress(subprocess.TimeoutExpired, KeyboardInterrupt):
             process.wait(STAYS_S + GOES_S)
-        except (subprocess.TimeoutExpired, KeyboardInterrupt):
-            _see_off(process, 0.5)
 
     def _give_back_terminal(self, process: subprocess.Popen[bytes]) -> None:
         if process.returncode != 0:
@@ -159,12 +170,18 @@ class Views:
         self.words.append(f"Foxglove: {where}, token for its services stop and mark: {token}")
 
     def _process(
-        self, name: str, *arguments: str, piped: bool = False, pass_fds: tuple[int, ...] = ()
+        self,
+        name: str,
+        *arguments: str,
+        piped: bool = False,
+        pass_fds: tuple[int, ...] = (),
+        told: dict[str, str] | None = None,
     ) -> subprocess.Popen[bytes]:
+        """``told``: what goes by the environment, which no other user sees."""
         root = str(Path(__file__).parents[2])
         path = os.pathsep.join(filter(None, [root, os.environ.get("PYTHONPATH")]))
         words = [sys.executable, "-m", f"epa_rt.live.{name}", *arguments]
-        environment = os.environ | {"PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"}
+        environment = os.environ | {"PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"} | (told or {})
         if piped:
             # A session of its own: Ctrl-C in the terminal is meant for the loop.
             return subprocess.Popen(
@@ -187,6 +204,15 @@ class _NoticeBeside(Notice):
     def say(self, sentence: str) -> None:
         if not self._views.has_terminal:
             super().say(sentence)
+
+
+@contextlib.contextmanager
+def _without_interrupts() -> Iterator[None]:
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _has_answer(process: subprocess.Popen[bytes]) -> bool:

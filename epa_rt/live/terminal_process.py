@@ -1,7 +1,8 @@
 """The process of the terminal view of `epa run --live`, with the run's own terminal.
 
-Arguments: the log, a descriptor on which to say that the view is to be seen, and words to show at
-first. It ends with the run or when its user closes it.
+Arguments: the log, and a descriptor on which to say that the view is to be seen. WORDS in the
+environment are shown at first: they hold a token, and arguments are for every user to see. It ends
+with the run or when its user closes it.
 """
 
 from __future__ import annotations
@@ -13,13 +14,17 @@ from pathlib import Path
 from epa_rt.live.attach import NotOn, attach_soon
 from epa_rt.live.step_aside import step_aside
 
+WORDS = "EPA_VIEW_WORDS"
 WAIT_S = 10.0
 STAYS_S = 5.0
 """A view that belongs to a run closes so long after its end, so that the run's own words follow."""
 
 
 def main() -> int:
-    log, seen, words = Path(sys.argv[1]), int(sys.argv[2]), " ".join(sys.argv[3:])
+    log, seen, words = Path(sys.argv[1]), int(sys.argv[2]), os.environ.pop(WORDS, "")
+    # Read by Textual as it is loaded. Its other way to read keys takes Ctrl-C, Ctrl-\\ and Ctrl-Z
+    # from the terminal, and the run would never hear of them.
+    os.environ["TEXTUAL_DISABLE_KITTY_KEY"] = "1"
     try:
         attached = attach_soon(log, on_screen=True, wait_s=WAIT_S)
     except NotOn as error:

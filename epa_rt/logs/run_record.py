@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from typing import Any
 
 RECORD = "record.json"
@@ -49,10 +49,14 @@ class RunRecord:
 
 
 def parse_time(text: str) -> datetime | None:
-    """An ISO 8601 time, taken as UTC where it has no zone; None where it is none."""
+    """An ISO 8601 time, taken as UTC where it has no zone; None where it is none, or so far off
+    that no zone has it.
+    """
     try:
         found = datetime.fromisoformat(text)
-    except ValueError:
+        for most in (-1, 1):  # days: a time zone is less
+            found + timedelta(days=most)
+    except (ValueError, OverflowError):
         return None
     return found if found.tzinfo else found.replace(tzinfo=UTC)
 

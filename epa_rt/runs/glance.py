@@ -158,7 +158,11 @@ def _duration_s(cycles: int, period: str) -> float | None:
 
 
 def _changed(status: os.stat_result) -> datetime:
-    return datetime.fromtimestamp(status.st_mtime, UTC)
+    """Its time of change; 1970 where a file system holds one beyond all calendars."""
+    try:
+        return datetime.fromtimestamp(status.st_mtime, UTC)
+    except (ValueError, OverflowError, OSError):
+        return datetime.fromtimestamp(0, UTC)
 
 
 _Found = tuple[dict[str, dict[str, str]], dict[str, bytes], int]

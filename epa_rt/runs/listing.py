@@ -9,13 +9,13 @@ from datetime import UTC, datetime, timedelta
 from fnmatch import fnmatchcase
 from pathlib import Path
 
+from epa_rt.logs.plain_text import plain
 from epa_rt.runs.glance import Glance, glance, muscles_text
 
 _UNITS_S = {"min": 60, "h": 3600, "d": 86400, "w": 604800}
 _AGO = re.compile(r"(\d{1,6})\s*(min|h|d|w)")
 _WHO, _OUTCOME, _LASTED, _WHEN = 8, 9, 7, 17  # characters of a column
 _NAME_LEAST = 16
-_CONTROL = dict.fromkeys((*range(0x20), *range(0x7F, 0xA0)), "?")  # must not steer the terminal
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ def _row(when: str, lasted: str, outcome: str, who: str, name: str, width: int |
     who = _cut(who, _WHO)
     head = f"{when:<{_WHEN}}  {lasted:>{_LASTED}}  {outcome:<{_OUTCOME}}  {who:<{_WHO}}  "
     room = None if width is None else width - len(head)
-    name = name.translate(_CONTROL)
+    name = _one_line(name)
     if room is not None and len(name) > room:  # the end tells logs of one experiment apart
         name = f"…{name[-(room - 1) :]}"
     return head + name
@@ -157,5 +157,9 @@ def _name(path: Path, root: Path | None) -> str:
 
 
 def _cut(text: str, width: int | None) -> str:
-    text = text.translate(_CONTROL)
+    text = _one_line(text)
     return text if width is None or len(text) <= width else f"{text[: width - 1]}…"
+
+
+def _one_line(text: str) -> str:
+    return plain(text).replace("\n", " ")

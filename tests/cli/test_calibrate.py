@@ -13,6 +13,7 @@ import sys
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 
+import numpy as np
 import pytest
 import yaml
 
@@ -75,6 +76,10 @@ def test_a_wrong_gain_is_found_written_and_used(folder):
     assert told["offset"] == pytest.approx(-2.0 / 1.04, abs=0.1)
     assert not (folder / "bench.calibration.yaml").exists()
     made = folder / "out/bench.calibration.yaml"
+    from epa_rt.logs.reader import LogReader
+
+    with LogReader(next((folder / "out").glob("*.mcap"))) as log:
+        assert json.loads(log.attachments["record.json"])["operator"] == "J. D."
     (folder / "bench.calibration.yaml").write_text(made.read_text())
     rig = folder / "bench.yaml"
     named = rig.read_text().replace(
@@ -145,6 +150,34 @@ def test_force_by_the_motor_against_a_reference_cell(folder):
     assert done.returncode == 0, done.stdout + done.stderr
     told = json.loads(done.stdout[done.stdout.index("{") :])
     assert told["gain"] == pytest.approx(50.0 / 1.04, rel=3e-3)
+
+
+def test_the_motor_goes_to_no_travel_where_travel_has_no_zero(folder):
+    done = epa(
+        "calibrate", "force", "--rig", folder / "bench.yaml", "-o", folder / "out", *QUICK,
+        "--by", "motor", "--pressure", "300 kPa", "--travels", "5 mm, 12 mm", "--unreferenced",
+    )  # fmt: skip
+    assert done.returncode == 3 and "found no zero of travel" in done.stdout, done.stdout
+    from epa_rt.logs.reader import LogReader
+
+    with LogReader(next((folder / "out").glob("*.mcap"))) as log:
+        rows = log.columns("/measured", ["motor_travel_m", "muscle_pressure_pa"])
+    assert np.ptp(rows["motor_travel_m"]) < 1e-4 and np.ptp(rows["muscle_pressure_pa"]) < 5e3
+
+
+def test_an_emulated_bus_calibrates_no_rig(folder, monkeypatch):
+    from epa_rt.cli.calibrate import Session, _place
+    from epa_rt.cli.main import parser
+
+    words = ["calibrate", "force", "--rig", folder / "bench.yaml", "-o", folder / "out"]
+    arguments = parser().parse_args([*map(str, words), "--backend", "ethercat"])
+    for emulated, place in ((True, folder / "out"), (False, folder)):
+        monkeypatch.setattr(
+            "drivers.interface.is_emulated_bus", lambda _, emulated=emulated: emulated
+        )
+        session = Session(arguments)
+        assert session.by_hand.is_real is not emulated
+        assert _place(arguments, session)[0] == place / "bench.calibration.yaml"
 
 
 def test_a_joint_by_a_jig(tmp_path):

@@ -230,8 +230,8 @@ ROWS = table(
     (
         "calibration nearly upright",
         PRESSURE,
-        PRESSURE.replace("1 V, 5 V", "1 V, 1e-38 kV").replace("1000 kPa", "1e32 kPa"),
-        "1e-38",
+        PRESSURE.replace("1 V, 5 V", "1 V, 1.0000001 V").replace("1000 kPa", "1e26 kPa"),
+        "1.0000001",
         "a calibration of",
         "neither flat nor upright",
     ),

@@ -111,6 +111,7 @@ def change(rig, **changes):
         ({"native": "mA"}, "found"),
         ({"gain": "150 N/V"}, "within a factor of 2"),
         ({"gain": "-48 N/V"}, "within a factor of 2"),
+        ({"offset": "-300 N"}, "shifts its reading by"),
         ({"gain": "48 N"}, "gain: found '48 N'"),
         ({"gain": "0 N/V"}, "neither flat nor upright"),
         ({"gain": ".nan"}, "gain: found"),

@@ -14,6 +14,7 @@ from epa_rt.config.terminal import BITS, Entry
 from epa_rt.config.terminals import TERMINALS, register
 from epa_rt.signals.image import image_of, struct_format
 from epa_rt.signals.scaling import scaling_of
+from tests.cli.shell import RIGS
 from tests.other_terminals import EDITS, GENERIC, rig_of, text_of
 
 
@@ -194,3 +195,20 @@ def test_a_quantity_of_another_unit_says_which_terminal_has_it():
     assert "found '4 mA', expected a quantity in V, the entry's own unit (mA is for EL3154)" in said
     said = broken("device: EL3064", "device: EL3154", "others")
     assert "found '1 V', expected a quantity in mA" in said and "(V is for EL3004, EL3064)" in said
+
+
+@pytest.mark.parametrize("unit", ["", ", native: [-10 V, 10 V], counts: [0, 65535]"])
+def test_an_output_whose_safe_value_is_not_count_zero_is_refused(unit):
+    """A terminal whose master is gone drops to count 0: here that is full speed backwards."""
+    text = (RIGS / "bench_analog.yaml").read_text()
+    entry = f'{{object: "0x7000:01", name: ch1, type: u16{unit}}}'
+    text = text.replace(
+        "  - {name: analog_out, device: EL4034}",
+        "  - name: analog_out\n    device: generic\n    terminal:\n      product: 1\n"
+        "      revisions: [1, 2]\n"
+        f"      outputs: [{{pdo: 0x1600, entries: [{entry}]}}]",
+    )
+    if not unit:
+        text = text.replace("[0 V, 4.56 V]", "[32768 count, 47700 count]")
+    with pytest.raises(ConfigError, match=r"safe: found 0, expected the value at (0 V|count 0)"):
+        rig_from(parse_yaml(text, RIGS / "bench_analog.yaml"))

@@ -1,10 +1,16 @@
 """The terminal view: driven through Textual at 80 x 24, and once in a real terminal by tmux."""
 
 import asyncio
+import contextlib
+import os
+import re
 import shutil
+import signal
 import subprocess
 import sys
+import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +21,7 @@ from epa_rt.cli.inputs import load_inputs
 from epa_rt.live.attach import Attached, Happened, Over, Rows, RunFacts, Status, find
 from epa_rt.live.panels import events, head, health, muscles, plot, verdict
 from epa_rt.live.plot import drawn, spark
+from epa_rt.live.start import Views, Wanted
 from epa_rt.live.terminal import LiveView
 from epa_rt.live.watched import WatchedRun
 from epa_rt.logs.reader import LogReader
@@ -170,6 +177,22 @@ def test_the_view_fits_80_by_24_grows_and_its_keys_ask_the_run(run, tmp_path, mo
     ]
 
 
+def test_ctrl_c_again_and_again_keeps_the_words_of_the_runs_end():
+    views = Views(Wanted())
+    deaf = (
+        "import signal, time; [signal.signal(n, signal.SIG_IGN) for n in (2, 15)]; time.sleep(60)"
+    )
+    views._terminal = view = subprocess.Popen([sys.executable, "-c", deaf])
+    own = (os.getpid(), signal.SIGINT)
+    presses = [threading.Timer(at_s, os.kill, own) for at_s in (1.0, 1.3, 1.6)]
+    for press in presses:
+        press.start()
+    views.finish()  # raises no KeyboardInterrupt
+    for press in presses:
+        press.join()
+    assert view.returncode == -signal.SIGKILL and not views.has_terminal
+
+
 def _groups(layout) -> list[tuple[str, ...]]:
     return [layout.measured, layout.reference, layout.command, layout.estimate]
 
@@ -193,7 +216,9 @@ class Tmux:
         self.socket = str(folder / "tmux")
         command = " ".join(map(str, (sys.executable, "-m", "epa_rt", *arguments)))
         size = ("-x", str(SIZE[0]), "-y", str(SIZE[1]))
-        self("new-session", "-d", *size, f"{command}; echo exit $?; sleep 600")
+        self.sent = folder / "sent"  # bytes that the terminal was given
+        self("new-session", "-d", *size, f"sleep 0.5; {command}; echo exit $?; sleep 600")
+        self("pipe-pane", f"cat > {self.sent}")
 
     def __call__(self, *words: str) -> str:
         done = subprocess.run(
@@ -209,13 +234,27 @@ class Tmux:
         return screen
 
 
+def _command_lines() -> list[bytes]:
+    """Of every process, as every user sees them."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/cmdline"):
+        with contextlib.suppress(OSError):
+            found.append(path.read_bytes())
+    return found
+
+
 @pytest.mark.skipif(shutil.which("tmux") is None, reason="needs tmux: apt-get install tmux")
 def test_in_a_real_terminal_keys_close_the_view_and_ctrl_c_stops_the_run(tmp_path):
     out = tmp_path / "out"
     words = ("run", EXPERIMENTS / "identification_short.yaml", "--rig", RIGS / "bench.yaml")
-    tmux = Tmux(tmp_path, *words, "--speed", 1, "-o", out, "--live")
+    tmux = Tmux(tmp_path, *words, "--speed", 1, "-o", out, "--live", "--foxglove", 0)
     try:
         screen = tmux.wait_for("close view")
+        sent = tmux.sent.read_bytes()
+        # a terminal that is asked to send keys as sequences makes no signal of Ctrl-C
+        assert not re.search(rb"\x1b\[[>=]\d+u", sent)
+        token = re.search(rb"token for .*: ([\w-]{16,})", sent)[1]
+        assert not any(token in words for words in _command_lines())
         assert "kPa gauge" in screen and all(len(row) <= SIZE[0] for row in screen.split("\n"))
         tmux("send-keys", "m")
         tmux.wait_for("mark 1")

@@ -12,7 +12,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from epa_rt.cli.main import main
+from epa_rt.logs.plain_text import plain
 from epa_rt.logs.reader import LogReader
+from epa_rt.logs.run_record import parse_time
 from epa_rt.runs.glance import Glance, glance
 from epa_rt.runs.listing import Filter, as_text, listed, moment
 from tests.logs.log_samples import record
@@ -104,6 +106,17 @@ def test_filters_take_what_is_asked_for(archive):
     assert names(until=moment("2021-01-01", NOW)) == {"old.mcap"}
     assert "old.mcap" not in names(since=moment("1 d", datetime.now(UTC)))
     assert listed([archive], Filter(outcome="[!n]*"))[0].path.name == "old.mcap"  # the oldest first
+
+
+@pytest.mark.parametrize("year", ["0001-01-01T00:00:00+14:00", "9999-12-31T23:59:59-12:00"])
+def test_a_start_that_no_calendar_has_is_none(year):
+    assert parse_time(year) is None and parse_time("2026-01-31T12:00:00Z") is not None
+
+
+@given(st.text())
+def test_plain_text_steers_no_terminal(text):
+    assert all(c.isprintable() or c == "\n" for c in plain(text))
+    assert plain(f"a é\n{text}").startswith("a é\n")
 
 
 def test_a_list_fits_eighty_columns_and_steers_no_terminal(archive):

@@ -93,6 +93,42 @@ def test_a_trip_ends_the_queue_and_somebody_has_to_look(queue, capsys):
     assert [run["status"] for run in state(path)] == ["completed", "skipped", "completed"]
 
 
+def test_a_trip_that_nobody_wrote_down_is_found_in_its_log(queue, capsys):
+    path = queue(TRIPS, MOVE)
+    assert main(["queue", str(path), "--quiet", "--operator", "ada", "--note", "by night"]) == 3
+    file = state_path(path, "sim")
+    killed = json.loads(file.read_text())
+    killed["runs"][0] |= {"status": "running", "quiet": None, "cause": "", "end": ""}
+    whole = path.parent / "logs/week-001-e0-bench.mcap"
+    with LogReader(whole) as reader:
+        record = json.loads(reader.attachments["record.json"])
+        assert (record["operator"], record["notes"]) == ("ada", ["by night"])
+    capsys.readouterr()
+    for size in (None, whole.stat().st_size - 100):  # whole, and cut as by a kill
+        file.write_text(json.dumps(killed))
+        if size is not None:
+            os.truncate(whole, size)
+        assert main(["queue", str(path), "--quiet"]) == 3
+        assert "expected somebody to look at the rig" in capsys.readouterr().err
+        assert [run["status"] for run in state(path)] == ["tripped", "waiting"]
+
+
+def test_a_stop_that_comes_too_late_for_its_run_still_ends_the_queue(queue, capsys, monkeypatch):
+    from epa_rt.logs.recorder import Recorder
+
+    close = Recorder.close
+
+    def close_slowly(self, *words):
+        os.kill(os.getpid(), signal.SIGINT)  # while the log is being closed
+        return close(self, *words)
+
+    monkeypatch.setattr(Recorder, "close", close_slowly)
+    path = queue(MOVE, MOVE)
+    assert main(["queue", str(path), "--quiet"]) == 130
+    assert "QUEUE STOPPED after run 1" in capsys.readouterr().out
+    assert [run["status"] for run in state(path)] == ["completed", "waiting"]
+
+
 def test_one_bad_experiment_in_the_series_and_nothing_moves(queue, capsys):
     path = queue(MOVE, MOVE.replace("motor_speed", "joint_angle"))
     assert main(["queue", str(path), "--quiet"]) == 2

@@ -4,13 +4,18 @@ nothing.
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from epa_rt.cli.inputs import load_inputs
 from epa_rt.cli.main import main
 from epa_rt.config.rig import load_rig
 from epa_rt.gap.read import read_recording
+from epa_rt.logs.reader import LogReader
+from epa_rt.loop.end_state import EndState
+from epa_rt.loop.run import RunResult
 from epa_rt.tune.controller import TuneError, loop_of
 from epa_rt.tune.evidence import evidence_of
 
@@ -27,8 +32,11 @@ def excited(tmp_path_factory):
     folder = tmp_path_factory.mktemp("tune")
     words = ("tune", "motor", "--rig", RIG, "--experiment", EXPERIMENT, "-o", folder, "--quiet")
     code = epa(*words, "--json", folder / "a.json", "--html", folder / "a.html",
-               "--write", folder / "new.yaml")  # fmt: skip
+               "--write", folder / "new.yaml", "--operator", "ada", "--note", "stiff")  # fmt: skip
     assert code == 0
+    with LogReader(next(folder.glob("*.mcap"))) as reader:
+        record = json.loads(reader.attachments["record.json"])
+        assert (record["operator"], record["notes"]) == ("ada", ["stiff"])
     (log,) = folder.glob("*.mcap")
     return log
 
@@ -84,6 +92,23 @@ def test_what_cannot_be_tuned_is_refused_in_one_sentence(words, said, capsys):
     assert epa("tune", *words, "--dry" if "--rig" in words else "--quiet") == 2
     error = capsys.readouterr().err
     assert said in error and "Traceback" not in error
+
+
+def test_an_excitation_that_leaves_air_says_so_last_and_gives_no_answer(tmp_path, capsys):
+    words = ("tune", "motor", "--rig", RIG, "--experiment", EXPERIMENT, "-o", tmp_path, "--quiet")
+    log = SimpleNamespace(path="absent.mcap", samples=1, events=0, failure=None, size_bytes=1)
+    left = EndState({}, {"muscle_pressure_pa": 5e5}, None, True, False, True, "current", True, {})
+    ran = RunResult("completed", "", 1, True, 0, 0, end=left)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("epa_rt.cli.run.run_simulated", lambda *_, **__: (log, ran))
+        patch.setattr("epa_rt.cli.inputs.load_inputs", _unprotected(load_inputs))
+        assert epa(*words) == 20
+    said = capsys.readouterr()
+    assert "NOT vented" in said.out and "UNPROTECTED: no force" in said.err
+
+
+def _unprotected(load):
+    return lambda *given, **named: replace(load(*given, **named), unprotected=("no force",))
 
 
 def refusal(recording) -> str:
