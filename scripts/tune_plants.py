@@ -73,6 +73,8 @@ def one_plant(name: str, seed: int) -> dict[str, Any]:
     truth, before = _true_margins(case, inputs, shipped, (gains, loop.gains), seed)
     row |= {
         "decision": decision_word(answer.proposal),
+        "warned": answer.warning is not None,
+        "warning": answer.warning,
         "gains": written(gains, case.kind),
         "outcomes": {"shipped": own, "proposed": new, "doubled": doubled},
         "tracking_shipped": errors[0],
@@ -80,7 +82,7 @@ def one_plant(name: str, seed: int) -> dict[str, Any]:
         "tracking_doubled": errors[2],
         "ratio": errors[1] / errors[0],
         "expected_ratio": answer.after.trial.rms_error / answer.present.trial.rms_error,
-        "stated_peak": answer.after.margins.worst_peak,
+        "stated_peak": _known(answer.after.margins.worst_peak),
         "true_peak": truth.peak,
         "true_peak_shipped": before.peak,
         "true_gain_margin": _known(truth.gain),
@@ -97,13 +99,16 @@ def _known(value: float) -> float | None:
 
 
 def _holds(row: dict[str, Any]) -> bool:
-    """Whether Ms on the plant keeps its bound and the doubled loop neither trips nor rings. Kept
-    gains promise nothing.
+    """Whether Ms on the plant keeps its bound and the doubled loop neither trips nor rings. Of kept
+    gains only the first is asked; they hold too where the operator was warned, and where the answer
+    is that nothing is known.
     """
     from epa_rt.tune.design import MS_LIMIT
 
-    if row["decision"] != "change":
+    if row["decision"] == "unknown" or row["warned"]:
         return True
+    if row["decision"] == "keep":
+        return bool(row["stable"] and row["true_peak"] <= MS_LIMIT)
     calm = row["tracking_doubled"] <= OUT_OF_HAND * row["tracking_shipped"]
     stands = row["outcomes"]["doubled"] == "completed" and calm
     return bool(row["stable"] and row["true_peak"] <= MS_LIMIT and stands)
@@ -359,6 +364,7 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
         figures[name] = {
             "plants": len(own),
             "changed": sum(row["decision"] == "change" for row in good),
+            "kept_and_warned": sum(row["warned"] for row in good),
             "tracking_no_worse": sum(row["tracks"] for row in good),
             "margins_hold": sum(row["holds"] for row in good),
             "ratio_median": float(np.median(ratios)) if ratios else None,

@@ -218,7 +218,7 @@ def proposed(problem: Problem) -> Proposal:
         return Proposal(
             present,
             True,
-            f"no gains of this form keep Ms at {MS_LIMIT:g} on this response"
+            f"no gains that track as well keep Ms at {MS_LIMIT:g} on this response"
             if not is_sound
             else "none better was found within the bounds",
         )
@@ -233,6 +233,22 @@ def proposed(problem: Problem) -> Proposal:
     if not is_sound:
         return Proposal(found, False, "the present gains break a bound")
     return Proposal(found, False, "better within the same bounds")
+
+
+CALMER = tuple(round(1.0 - 0.05 * i, 2) for i in range(1, 20))  # shares of the feedback's gains
+
+
+def calmer(problem: Problem) -> tuple[float, Gains] | None:
+    """The largest share of the present kp, ki and kd that keeps every bound, and those gains; None
+    where none of CALMER does.
+    """
+    present = problem.loop.gains
+    for share in CALMER:
+        feedback = {name: share * getattr(present, name) for name in ("kp", "ki", "kd")}
+        gains = rounded(problem.with_feedforward(replace(present, **feedback)))
+        if problem.holds(gains):
+            return share, gains
+    return None
 
 
 def _searched(problem: Problem, is_sound: bool) -> Gains | None:

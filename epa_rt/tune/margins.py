@@ -91,6 +91,17 @@ def margins_of(plant: Interpolated, feedback: np.ndarray) -> Margins:
     )
 
 
+def shortfall(margins: Margins, limit: float) -> str | None:
+    """What these margins fall short of Ms <= ``limit`` over the uncertainty; None: nothing."""
+    if not margins.stable:
+        return "the measured response calls the loop unstable"
+    if not np.isfinite(margins.worst_peak):
+        return "the response's uncertainty does not exclude that the loop swings up"
+    if margins.worst_peak > limit:
+        return f"Ms reaches {margins.worst_peak:.3g} over the response's uncertainty"
+    return None
+
+
 def is_stable(loop: np.ndarray) -> bool:
     """Nyquist's criterion for a plant that is stable but for integrators, from 1 + L along rising
     frequency: its angle makes no whole turn about -1.

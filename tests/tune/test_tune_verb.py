@@ -11,10 +11,15 @@ import pytest
 from epa_rt.cli.main import main
 from epa_rt.config.rig import load_rig
 from epa_rt.gap.read import read_recording
-from epa_rt.tune.controller import TuneError, loop_of
+from epa_rt.tune.answer import tuned
+from epa_rt.tune.controller import TuneError, loop_of, written_gains
+from epa_rt.tune.design import calmer
 from epa_rt.tune.evidence import evidence_of
+from epa_rt.tune.report.terminal import text_of
 
 RIG, EXPERIMENT = "config/rigs/bench.yaml", "config/experiments/identification_short.yaml"
+
+LOUD = 150.0  # 1/s: beyond what this drive's delay stands
 
 
 def epa(*words: object) -> int:
@@ -84,6 +89,19 @@ def test_what_cannot_be_tuned_is_refused_in_one_sentence(words, said, capsys):
     assert epa("tune", *words, "--dry" if "--rig" in words else "--quiet") == 2
     error = capsys.readouterr().err
     assert said in error and "Traceback" not in error
+
+
+def test_kept_gains_that_break_the_bound_are_warned_of(recording):
+    rig = load_rig(RIG)
+    loop = loop_of(rig, "motor")
+    loud = written_gains(rig, loop, replace(loop.gains, kp=LOUD))
+    answer = tuned([recording], loud, "motor", None)
+    assert answer.present.margins.worst_peak > 1.6
+    assert (answer.warning is not None) == answer.proposal.keep
+    share, gains = calmer(answer.problem)
+    assert 0.0 < share < 1.0 and answer.problem.margins(gains).worst_peak <= 1.6
+    if answer.proposal.keep:
+        assert f"warning: {answer.warning}" in " ".join(text_of(answer).split())
 
 
 def refusal(recording) -> str:
