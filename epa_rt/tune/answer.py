@@ -153,10 +153,12 @@ def _warning(problem: Problem, present: Judged, proposal: Proposal) -> str | Non
     short = shortfall(present.margins, MS_LIMIT)
     if not (proposal.keep and proposal.known) or short is None:
         return None
-    said = f"the present gains do not keep Ms at {MS_LIMIT:g}: {short}"
+    is_shown = not present.margins.stable or present.margins.peak > MS_LIMIT
+    fails = "do not keep" if is_shown else "are not shown to keep"
+    said = f"the present gains {fails} Ms at {MS_LIMIT:g}: {short}"
     found = calmer(problem)
     if found is None:
-        return f"{said}; no share of the feedback does, so the response must be known better"
+        return f"{said}; no share of the feedback does: excite the loop longer or further"
     share, gains = found
     worse = problem.merit(gains).tracking / present.merit.tracking
     names = "kp, ki and kd" if problem.loop.kind == JOINT else "the gain"
