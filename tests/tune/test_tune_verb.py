@@ -98,6 +98,8 @@ def test_kept_gains_that_break_the_bound_are_warned_of(recording):
     answer = tuned([recording], loud, "motor", None)
     assert answer.present.margins.worst_peak > 1.6
     assert (answer.warning is not None) == answer.proposal.keep
+    for merit in ("tracking", "load"):  # what is proposed instead does neither worse
+        assert getattr(answer.after.merit, merit) <= getattr(answer.present.merit, merit)
     share, gains = calmer(answer.problem)
     assert 0.0 < share < 1.0 and answer.problem.margins(gains).worst_peak <= 1.6
     if answer.proposal.keep:
