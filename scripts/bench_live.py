@@ -27,6 +27,7 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -44,17 +45,29 @@ SKIPPED_S = 1.0
 _ENV = os.environ | {"PYTHONPATH": str(ROOT), "TERM": "xterm-256color"}
 
 READER = """
-import json, sys
+import json, signal, struct, sys
 from websockets.sync.client import connect
+topics, seen, stated = {}, {}, {}
+def end(*_):
+    print(json.dumps({"stated_hz": stated, "seen": seen}), flush=True)
+    raise SystemExit
 with connect(sys.argv[1], subprotocols=["foxglove.sdk.v1"], max_size=None) as socket:
-    count = 0
+    signal.signal(signal.SIGTERM, end)
     while True:
         message = socket.recv()
         if isinstance(message, str):
             said = json.loads(message)
             if said["op"] == "advertise":
+                topics |= {c["id"]: c["topic"] for c in said["channels"]}
                 asked = [{"id": c["id"], "channelId": c["id"]} for c in said["channels"]]
                 socket.send(json.dumps({"op": "subscribe", "subscriptions": asked}))
+        elif message[0] == 1:
+            number, t_ns = struct.unpack_from("<IQ", message, 1)
+            topic = topics[number]
+            if topic == "/about":
+                stated = json.loads(message[13:])["rates_hz"]
+            count, first_ns, _ = seen.get(topic, (0, t_ns, t_ns))
+            seen[topic] = (count + 1, first_ns, t_ns)
 """
 
 
@@ -66,12 +79,14 @@ class Stretches:
     def __init__(self, log: Path, pairs: int, stretch_s: float, attack: bool):
         self._log, self._pairs, self._stretch_s, self._attack = log, pairs, stretch_s, attack
         self.found: list[tuple[bool, float, float]] = []
+        self.received: list[dict[str, Any]] = []  # what the Foxglove client had of each stretch
 
     def run(self) -> None:
         offset_s = _run_clock(self._log)
         for number in range(2 * self._pairs):
             watched = number % 2 == 1
-            with viewers(self._log, self._attack) if watched else contextlib.nullcontext():
+            own = viewers(self._log, self._attack, self.received)
+            with own if watched else contextlib.nullcontext():
                 at_s = time.monotonic()
                 time.sleep(self._stretch_s)
                 self.found.append((watched, at_s + offset_s, time.monotonic() + offset_s))
@@ -87,8 +102,10 @@ def _run_clock(log: Path) -> float:
 
 
 @contextlib.contextmanager
-def viewers(log: Path, attack: bool) -> Iterator[None]:
-    """A terminal view on a terminal of its own, and Foxglove's server with a client."""
+def viewers(log: Path, attack: bool, received: list[dict[str, Any]]) -> Iterator[None]:
+    """A terminal view on a terminal of its own, and Foxglove's server with a client; what that
+    client had is added to ``received``.
+    """
     screen, terminal = pty.openpty()
     command = [sys.executable, "-m", "epa_rt", "live", str(log)]
     view = subprocess.Popen(
@@ -99,7 +116,9 @@ def viewers(log: Path, attack: bool) -> Iterator[None]:
     )
     assert server.stderr is not None
     url = server.stderr.readline().split()[1].rstrip(",")
-    client = subprocess.Popen([sys.executable, "-c", READER, url], env=_ENV)
+    client = subprocess.Popen(
+        [sys.executable, "-c", READER, url], env=_ENV, stdout=subprocess.PIPE, text=True
+    )
     threading.Thread(target=_read_away, args=(screen,), daemon=True).start()
     hostile = list(_attackers(log)) if attack else []
     try:
@@ -107,6 +126,9 @@ def viewers(log: Path, attack: bool) -> Iterator[None]:
     finally:
         for one in hostile:
             one.close()
+        client.terminate()
+        with contextlib.suppress(subprocess.TimeoutExpired, json.JSONDecodeError):
+            received.append(json.loads(client.communicate(timeout=10.0)[0]))
         server.send_signal(signal.SIGINT)
         for process in (client, view):
             process.kill()
@@ -205,10 +227,29 @@ def report(
         "median_us_watched": round(float(np.median(beside)), 1),
         "ratio_p99_9": round(float(np.percentile(beside, 99.9) / np.percentile(alone, 99.9)), 3),
         "ratio_of_neighbours": round(statistics.median(ratios), 3) if ratios else None,
+        "ratios_of_neighbours": [round(ratio, 3) for ratio in ratios],
+        "foxglove": rates(stretches.received),
         "missing_from_the_log": missing,
         "marks_of_a_flood": marks,
         "said": said.strip().splitlines()[0] if said.strip() else "",
     }
+
+
+def rates(received: list[dict[str, Any]]) -> dict[str, dict[str, object]]:
+    """Of each topic: the stated rate, and what came of it in each stretch, by the log's stamps."""
+    found: dict[str, dict[str, object]] = {}
+    for topic in sorted({t for one in received for t in one["seen"]}):
+        stated = next((o["stated_hz"][topic] for o in received if topic in o["stated_hz"]), None)
+        if stated is None:
+            continue  # /about and events come when there is something to say
+        own = [one["seen"][topic] for one in received if topic in one["seen"]]
+        hertz = [1e9 * (n - 1) / (last - first) for n, first, last in own if last > first]
+        found[topic] = {
+            "stated_hz": stated,
+            "received_hz": [round(value, 2) for value in hertz],
+            "messages": sum(count for count, *_ in own),
+        }
+    return found
 
 
 def main() -> None:

@@ -9,11 +9,20 @@ import numpy as np
 from epa_rt.config.rig import Rig
 from epa_rt.gap.recording import Recording
 from epa_rt.tune.controller import JOINT, MOTOR, Gains, Loop, TuneError, loop_of
-from epa_rt.tune.design import MS_LIMIT, Merit, Problem, Proposal, Wanted, problem_of, proposed
+from epa_rt.tune.design import (
+    MS_LIMIT,
+    Merit,
+    Problem,
+    Proposal,
+    Wanted,
+    calmer,
+    problem_of,
+    proposed,
+)
 from epa_rt.tune.evidence import HIGHEST_HZ_SHARE, Evidence, evidence_of, usual_wanted, wanted_of
 from epa_rt.tune.fit import Model, fitted
 from epa_rt.tune.in_time import Situation, Trace, simulated
-from epa_rt.tune.margins import Interpolated, Margins, interpolated
+from epa_rt.tune.margins import Interpolated, Margins, interpolated, shortfall
 from epa_rt.tune.response import LEAST_COHERENCE, Response, response_of, widened
 from epa_rt.tune.rig_text import written
 
@@ -42,7 +51,8 @@ class Judged:
 @dataclass(frozen=True)
 class Answer:
     """Everything that text, JSON and page are drawn from. ``whole``: the response as measured,
-    ``response``: what of it carries a statement, ``grid``: that between its points.
+    ``response``: what of it carries a statement, ``grid``: that between its points, ``warning``:
+    what a reader has to know of present gains that stay.
     """
 
     rig: str
@@ -61,6 +71,7 @@ class Answer:
     proposal: Proposal
     after: Judged
     remarks: tuple[str, ...]
+    warning: str | None
 
 
 def tuned(
@@ -120,6 +131,7 @@ def tuned(
         proposal,
         sets[1],
         tuple(_remarks(recordings, whole, response, problem)),
+        _warning(problem, sets[0], proposal),
     )
 
 
@@ -132,6 +144,28 @@ def _confirmed(proposal: Proposal, sets: Sequence[Judged]) -> tuple[Proposal, Ju
         return proposal, after
     why = "what the response promises, limits and steps of the loop take away again"
     return Proposal(before.gains, True, why), before
+
+
+def _warning(problem: Problem, present: Judged, proposal: Proposal) -> str | None:
+    """What is said of present gains that stay although they break the bound, and with which share
+    of the feedback it would hold.
+    """
+    short = shortfall(present.margins, MS_LIMIT)
+    if not (proposal.keep and proposal.known) or short is None:
+        return None
+    is_shown = not present.margins.stable or present.margins.peak > MS_LIMIT
+    fails = "do not keep" if is_shown else "are not shown to keep"
+    said = f"the present gains {fails} Ms at {MS_LIMIT:g}: {short}"
+    found = calmer(problem)
+    if found is None:
+        return f"{said}; no share of the feedback does: excite the loop longer or further"
+    share, gains = found
+    worse = problem.merit(gains).tracking / present.merit.tracking
+    names = "kp, ki and kd" if problem.loop.kind == JOINT else "the gain"
+    return (
+        f"{said}; with {share:g} of {names} it is kept, the tracking error then {worse:.2g}"
+        " times the present one"
+    )
 
 
 def _wanted(loop: Loop, evidence: Evidence, motion: Motion | None) -> tuple[Wanted, str]:
@@ -228,6 +262,7 @@ def as_json(answer: Answer) -> dict[str, Any]:
         "target": {"ms": MS_LIMIT, "confidence": 0.95},
         "decision": decision_word(answer.proposal),
         "why": answer.proposal.why,
+        "warning": answer.warning,
         "remarks": list(answer.remarks),
         "wanted": {
             "from": answer.wanted_from,

@@ -78,8 +78,19 @@ def _poles(s: np.ndarray, plain: np.ndarray, weight: np.ndarray, order: int) -> 
         moved = _zeros_of(poles, solved[len(poles) :])
         moved = np.where(moved.real > 0.0, -moved.conj(), moved)
         moved = np.where(moved.real > -0.01 * low, -0.01 * low + 1j * moved.imag, moved)
-        poles = _paired(moved)
+        poles = _paired(_wide(moved, s.imag))
     return poles
+
+
+def _wide(poles: np.ndarray, omega: np.ndarray) -> np.ndarray:
+    """Poles (n,) with at least half the distance of the points (m,) in rad/s about them as their
+    half-width: a narrower resonance would lie between two points, of which neither shows it.
+    """
+    at = np.clip(np.searchsorted(omega, np.abs(poles.imag)), 1, len(omega) - 1)
+    least = 0.5 * (omega[at] - omega[at - 1])
+    is_narrow = (np.abs(poles.imag) > 0.0) & (-poles.real < least)
+    wide: np.ndarray = np.where(is_narrow, -least + 1j * poles.imag, poles)
+    return wide
 
 
 def _residues(

@@ -13,6 +13,7 @@ import numpy as np
 GRID = 1200  # frequencies, spread evenly over the octaves, on which margins are read
 LEAST_RADIUS = 0.05  # of the plant: friction makes stiffness differ by as much with amplitude
 QUIET = 0.5  # a loop gain that is below this at the highest frequency known may stay unmeasured
+HOPELESS = 10.0  # Ms: a gain margin of 1.1 is none
 BANDWIDTH = float(np.sqrt(0.5))  # of |S|: errors are halved in power
 
 
@@ -89,6 +90,17 @@ def margins_of(plant: Interpolated, feedback: np.ndarray) -> Margins:
         _bandwidth(frequency, distance),
         float(np.abs(loop[-1])),
     )
+
+
+def shortfall(margins: Margins, limit: float) -> str | None:
+    """What these margins fall short of Ms <= ``limit`` over the uncertainty; None: nothing."""
+    if not margins.stable:
+        return "the measured response calls the loop unstable"
+    if not margins.worst_peak < HOPELESS:
+        return "the response's uncertainty does not exclude that the loop swings up"
+    if margins.worst_peak > limit:
+        return f"Ms reaches {margins.worst_peak:.3g} over the response's uncertainty"
+    return None
 
 
 def is_stable(loop: np.ndarray) -> bool:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from epa_rt.tune.fit import fitted
+from epa_rt.tune.margins import interpolated
 
 
 def response(hertz: np.ndarray) -> np.ndarray:
@@ -30,6 +31,19 @@ def test_an_integrator_stays_one():
     assert found.integrators == 1 and found.misfit < 0.05
     assert np.all(found.poles.real < 0.0)
     assert abs(found.at(np.array([1e-4]))[0]) * 2.0 * np.pi * 1e-4 == pytest.approx(1.0, rel=0.02)
+
+
+@pytest.mark.parametrize("at", range(16, 29, 3))
+def test_a_point_that_differs_makes_no_resonance_beside_it(at):
+    """As a plant that rubs does, where two sizes of excitation meet."""
+    hertz = np.geomspace(0.2, 15.0, 30)
+    measured = response(hertz)
+    measured[at] *= 0.5
+    found = fitted(hertz, measured, 0.01 * np.abs(measured), 0)
+    none = np.zeros(len(hertz))
+    grid = interpolated(hertz, measured, none, found.at)
+    plain = interpolated(hertz, measured, none, lambda f: np.ones(len(f), complex))
+    assert np.max(np.abs(np.log(np.abs(grid.plant / plain.plant)))) < np.log(1.5)
 
 
 def test_the_sampled_model_answers_a_sine_as_the_response_says():

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from epa_rt.tune.margins import Interpolated, interpolated, margins_of
+from epa_rt.tune.margins import Interpolated, interpolated, margins_of, shortfall
 
 HERTZ = np.geomspace(0.01, 200.0, 1200)
 
@@ -48,6 +48,16 @@ def test_uncertainty_that_reaches_minus_one_bounds_nothing():
     plant = 1.0 / s
     assert margins_of(grid(plant, 0.0), np.full(len(s), 5.0)).worst_peak < 1.1
     assert margins_of(grid(plant, 0.3), np.full(len(s), 5.0)).worst_peak == float("inf")
+
+
+def test_what_falls_short_of_the_bound_is_said():
+    plant = np.exp(-2j * np.pi * HERTZ * 0.01) / (2j * np.pi * HERTZ)
+    said = [
+        shortfall(margins_of(grid(plant, radius), np.full(len(HERTZ), gain)), 1.6)
+        for gain, radius in ((10.0, 0.0), (70.0, 0.0), (10.0, 0.2), (200.0, 0.0))
+    ]
+    assert said[0] is None
+    assert "Ms reaches" in said[1] and "does not exclude" in said[2] and "unstable" in said[3]
 
 
 def test_a_resonance_between_two_points_keeps_its_peak():

@@ -16,10 +16,15 @@ from epa_rt.gap.read import read_recording
 from epa_rt.logs.reader import LogReader
 from epa_rt.loop.end_state import EndState
 from epa_rt.loop.run import RunResult
-from epa_rt.tune.controller import TuneError, loop_of
+from epa_rt.tune.answer import tuned
+from epa_rt.tune.controller import TuneError, loop_of, written_gains
+from epa_rt.tune.design import calmer
 from epa_rt.tune.evidence import evidence_of
+from epa_rt.tune.report.terminal import text_of
 
 RIG, EXPERIMENT = "config/rigs/bench.yaml", "config/experiments/identification_short.yaml"
+
+LOUD = 150.0  # 1/s: beyond what this drive's delay stands
 
 
 def epa(*words: object) -> int:
@@ -109,6 +114,21 @@ def test_an_excitation_that_leaves_air_says_so_last_and_gives_no_answer(tmp_path
 
 def _unprotected(load):
     return lambda *given, **named: replace(load(*given, **named), unprotected=("no force",))
+
+
+def test_kept_gains_that_break_the_bound_are_warned_of(recording):
+    rig = load_rig(RIG)
+    loop = loop_of(rig, "motor")
+    loud = written_gains(rig, loop, replace(loop.gains, kp=LOUD))
+    answer = tuned([recording], loud, "motor", None)
+    assert answer.present.margins.worst_peak > 1.6
+    assert (answer.warning is not None) == answer.proposal.keep
+    for merit in ("tracking", "load"):  # what is proposed instead does neither worse
+        assert getattr(answer.after.merit, merit) <= getattr(answer.present.merit, merit)
+    share, gains = calmer(answer.problem)
+    assert 0.0 < share < 1.0 and answer.problem.margins(gains).worst_peak <= 1.6
+    if answer.proposal.keep:
+        assert f"warning: {answer.warning}" in " ".join(text_of(answer).split())
 
 
 def refusal(recording) -> str:

@@ -38,7 +38,7 @@ def _header(answer: Answer) -> Html:
             tag("p", ", ".join(answer.logs), class_="kicker"),
             tag("h1", f"{answer.rig}, {SPOKEN[answer.loop.name]} loop"),
             paragraph(tag("strong", decision(answer)[0].upper() + decision(answer)[1:] + ".")),
-            *(warning(sentence) for sentence in answer.remarks),
+            *(warning(s) for s in (answer.warning, *answer.remarks) if s),
             facts(
                 [
                     ("Trials", f"{answer.seconds:.0f} s"),

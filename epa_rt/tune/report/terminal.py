@@ -27,6 +27,7 @@ def text_of(answer: Answer) -> str:
         *_table("margin", margin_rows(answer)),
         "",
         *_wrapped(decision(answer)),
+        *(_wrapped(f"warning: {answer.warning}") if answer.warning else ()),
     ]
     return "\n".join(lines)
 
