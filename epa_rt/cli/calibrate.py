@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.by_hand import RigByHand, add_rig_arguments
 from epa_rt.cli.exits import COMPLETED, FAILED, VerbError
+from epa_rt.cli.screen_text import filled
 
 if TYPE_CHECKING:
     from epa_rt.calibrate.calibration import Calibration, Common
@@ -338,8 +339,10 @@ def _print(
     for line in lines(found, one):
         print(line)
     print(f"calibration file: {path}")
-    if path.name not in {Path(name).name for name in rig.calibrations}:
-        print(f"the rig file does not name it yet: calibrations: [{path.name}] in {rig_path}")
+    if path.resolve().parent != rig_path.resolve().parent:  # a simulated rig's, or --file
+        print(filled(f"{rig_path} does not read it there, only a file beside itself"))
+    elif path.name not in {Path(name).name for name in rig.calibrations}:
+        print(filled(f"{rig_path} does not name it yet: calibrations: [{path.name}]"))
 
 
 def _write_pages(

@@ -224,6 +224,7 @@ def _active(
     from epa_rt.cli.keys import raw_keys
     from epa_rt.cli.references import GaugeAnswers
     from epa_rt.cli.run import closing_text, exit_code
+    from epa_rt.cli.screen_text import filled
     from epa_rt.cli.zero import keep_end
     from epa_rt.loop.assembly import WiringError
     from epa_rt.loop.by_hand import assemble_jog
@@ -255,7 +256,7 @@ def _active(
         print("the motor is held under power and a muscle is filled: keep clear")
     with raw_keys() if is_typed else nullcontext():
         summary, result = by_hand.run(assembly, requests, line=False)
-    print(closing_text(summary, result, rig))
+    print(filled(closing_text(summary, result, rig)))
     if not by_hand.is_sim:
         keep_end(rig, arguments.rig, assembly.decoder, result, jog.found_zero, by_hand.is_emulated)
     return points_of(taking.taken), exit_code(summary, result)
