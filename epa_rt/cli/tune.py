@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, VerbError
 from epa_rt.cli.inputs import add_backend_arguments
+from epa_rt.cli.screen_text import filled
 
 if TYPE_CHECKING:
     from epa_rt.cli.inputs import Inputs
@@ -148,7 +149,7 @@ def _excite(arguments: argparse.Namespace) -> int:
             progress=not arguments.quiet,
             rig_path=arguments.rig,
         )
-    print(closing_text(summary, result, inputs.rig))
+    print(filled(closing_text(summary, result, inputs.rig)))
     code = exit_code(summary, result)
     if result.outcome != "completed":
         return code
