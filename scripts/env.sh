@@ -9,7 +9,8 @@ find_python() {
     for candidate in ${EPA_PYTHON:-} python3 python3.13 python3.12 python3.11; do
         if command -v "$candidate" >/dev/null 2>&1 &&
             "$candidate" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null; then
-            command -v "$candidate"
+            # of an environment its base: the environment may be made anew here
+            "$candidate" -c 'import sys; print(getattr(sys, "_base_executable", sys.executable))'
             return 0
         fi
     done
@@ -25,8 +26,8 @@ make_environment() {
     if [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$wanted" ]; then
         return 0
     fi
-    if [ -n "$(ls -A "$venv" 2>/dev/null)" ] && [ ! -f "$venv/pyvenv.cfg" ]; then
-        echo "found $venv with other files, expected an environment or a free name: EPA_VENV" >&2
+    if [ -n "$(ls -A "$venv" 2>/dev/null)" ] && [ ! -f "$stamp" ]; then
+        echo "found $venv, which this script did not make, expected a free name (EPA_VENV=NAME), or delete it" >&2
         return 1
     fi
     echo "making $venv with pinned packages (once, a minute or two) ..." >&2
@@ -36,6 +37,7 @@ make_environment() {
         echo "found a Python without venv, expected one that can make environments: sudo apt install python3-venv" >&2
         return 1
     fi
+    echo unfinished >"$stamp"
     "$venv/bin/python" -m pip install --quiet --disable-pip-version-check -r "$root/requirements.txt" &&
         "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e "$root" &&
         echo "$wanted" >"$stamp" || return 1

@@ -18,6 +18,7 @@ from epa_rt.cli.inputs import (
     code_version,
     load_plant_of,
 )
+from epa_rt.cli.progress import said_when_slow
 from epa_rt.cli.run import EMULATED, positive_factor, run_recorded
 from epa_rt.cli.run_record import add_record_arguments, record_attachment
 from epa_rt.cli.sound_rig import sound_rig
@@ -179,7 +180,8 @@ class RigByHand:
         )
         if self._model is None:
             self._model = backend.model
-            self._model.warm_up()
+            with said_when_slow("compiling the plant: a minute or two, once; it is kept ..."):
+                self._model.warm_up()
         return backend
 
 

@@ -346,10 +346,10 @@ def _print(
     for line in lines(found, one):
         print(line)
     print(filled(f"calibration file: {path}"))
-    if path.name not in {Path(name).name for name in rig.calibrations}:
-        print(
-            filled(f"the rig file does not name it yet: calibrations: [{path.name}] in {rig_path}")
-        )
+    if path.resolve().parent != rig_path.resolve().parent:  # a simulated rig's, or --file
+        print(filled(f"{rig_path} does not read it there, only a file beside itself"))
+    elif path.name not in {Path(name).name for name in rig.calibrations}:
+        print(filled(f"{rig_path} does not name it yet: calibrations: [{path.name}]"))
 
 
 def _write_pages(

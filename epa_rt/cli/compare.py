@@ -9,10 +9,15 @@ tolerance is allowed as well (docs/runs.md). Exit code 0: nothing differs,
 """
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, VerbError
 from epa_rt.cli.write import check_writable, write_whole
+
+if TYPE_CHECKING:
+    from epa_rt.report.run import Run
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
@@ -34,7 +39,7 @@ def main(arguments: argparse.Namespace) -> int:
     check_writable(arguments.html, (".html", ".htm"))
     check_writable(arguments.json, (".json",))
     try:
-        found = compare(load_run(arguments.a), load_run(arguments.b))
+        found = compare(*_named_apart(load_run(arguments.a), load_run(arguments.b), arguments))
     except (LogError, NothingInCommon) as error:
         raise VerbError(str(error)) from None
     print(plain(as_text(found)))
@@ -45,3 +50,12 @@ def main(arguments: argparse.Namespace) -> int:
     for path in filter(None, (arguments.json, arguments.html)):
         print(path)
     return DIFFERENT if found.is_different else COMPLETED
+
+
+def _named_apart(a: "Run", b: "Run", arguments: argparse.Namespace) -> "tuple[Run, Run]":
+    """Logs of one file name are told apart by their folders."""
+    if a.name != b.name:
+        return a, b
+    paths = (arguments.a.resolve(), arguments.b.resolve())
+    names = [f"{path.parent.name}/{path.name}" for path in paths]
+    return replace(a, name=names[0]), replace(b, name=names[1])

@@ -15,6 +15,7 @@ from pathlib import Path
 
 from epa_rt.cli.emulated import interface_here
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, VerbError
+from epa_rt.cli.screen_text import filled
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
@@ -45,9 +46,9 @@ def main(arguments: argparse.Namespace) -> int:
     name_width = max(len(f.name) for f in findings)
     status_width = max(len(f.status) for f in findings)
     for f in findings:
-        print(f"{f.name:{name_width}}  {f.status:{status_width}}  {f.found}")
+        print(filled(f"{f.name:{name_width}}  {f.status:{status_width}}  {f.found}"))
         if f.status != OK:
             for lead, text in (("why", f.why), ("do", f.command)):
                 if text:
-                    print(f"{'':{name_width}}  {lead}: {text}")
+                    print(filled(f"    {lead}: {text}"))
     return DIFFERENT if any(f.status == BAD for f in findings) else COMPLETED

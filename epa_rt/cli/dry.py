@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from epa_rt.cli.screen_text import filled
 from epa_rt.cli.write import write_whole
 
 if TYPE_CHECKING:
@@ -28,17 +29,17 @@ def show_dry_run(experiment: "Experiment", rig: "Rig", out: Path) -> Sequence[st
 
     dry = dry_run(experiment, rig)
     head, rows = dry_rows(dry, rig)
-    print(f"{experiment.name} on {rig.name}: {experiment.description}")
+    print(filled(f"{experiment.name} on {rig.name}: {experiment.description}"))
     _print_table(head, rows)
     repeated = repeat_words(experiment_file(experiment.text))
     if repeated:
-        print(f"repeated {repeated}")
+        print(filled(f"repeated {repeated}"))
     print(
         f"about {seconds(dry.duration_s)} in {len(dry.phases)} phases, {len(experiment.trials)} of"
         " them trials; nothing has moved"
     )
     for finding in dry.findings:
-        print(f"FINDING: {finding}")
+        print(filled(f"FINDING: {finding}"))
     print("the rig cannot follow this" if dry.findings else "within every limit of the rig")
     page = page_path(out, dry, rig)
     write_whole(page, dry_page(dry, rig))
@@ -53,7 +54,7 @@ def page_path(out: Path, dry: "DryRun", rig: "Rig") -> Path:
 
 
 def _print_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Columns that do not wrap: a terminal too narrow cuts the last one, a file gets all of it."""
+    """Columns that do not wrap: a terminal too narrow for them gets two lines a phase."""
     from rich import box
     from rich.console import Console
     from rich.table import Table
@@ -64,4 +65,23 @@ def _print_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
     console = Console(highlight=False, markup=False)
     if not console.is_terminal:
         console = Console(highlight=False, markup=False, width=220)
-    console.print(table)
+    unbounded = console.options.update(max_width=1000)
+    if console.measure(table, options=unbounded).maximum > console.width:
+        print(filled(narrow_table(head, rows)))
+    else:
+        console.print(table)
+
+
+def narrow_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """The rows of `epa_rt.report.dry.dry_rows` as two lines each: figures in columns, then how
+    often, motion and valves in words.
+    """
+    figures = [[row[i] for i in (0, 2, 4, 5, 6)] for row in (head, *rows)]
+    widths = [max(len(cell) for cell in column) for column in zip(*figures, strict=True)]
+    lines = [
+        "  ".join(cell.ljust(width) for cell, width in zip(cells, widths, strict=True)).rstrip()
+        for cells in figures
+    ]
+    for i, row in enumerate(rows, start=1):
+        lines[i] += f"\n    {row[1]} x {row[3]}; valves: {row[7]}"
+    return "\n".join(lines)

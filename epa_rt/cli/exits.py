@@ -13,8 +13,8 @@ NOT_OFF, NOT_VENTED, NOT_AT_REST = 10, 20, 40
 OF_OUTCOME = {"completed": COMPLETED, "stopped": STOPPED, "tripped": TRIPPED, "failed": FAILED}
 
 EPILOGUE = """exit codes: 0 completed, 1 a comparison differs, a check found something, or a log is
-damaged and usable (replay, compare, info --check, report, plot, run --dry, scan,
-doctor), 2 bad input (one sentence says what), 3 tripped, 4 bus lost, or no whole log
+damaged and usable (replay, compare, info --check, report, plot, run --dry, tune,
+scan, doctor), 2 bad input (one sentence says what), 3 tripped, 4 bus lost, or no whole log
 (a recorder lost in mid-run trips: 3), 130 stopped by the operator. epa run adds,
 where the rig was not measured to be so (false, or not known): 10 the drive is off,
 20 the muscles are vented, 40 the rig is at rest (tripped, and still under pressure:

@@ -7,6 +7,7 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from typing import Any, NoReturn
 
+from epa_rt.cli.screen_text import filled
 from epa_rt.config.near_names import nearest
 
 _CHOICE = re.compile(r"argument ([^:]*): invalid choice: '([^']*)' \(choose from (.*)\)")
@@ -40,7 +41,8 @@ class EpaParser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """One sentence, with the name that was probably meant."""
-        self.exit(2, f"{self.prog}: {self._sentence(message)} ({self.prog} --help)\n")
+        sentence = f"{self.prog}: {self._sentence(message)} ({self.prog} --help)"
+        self.exit(2, f"{filled(sentence, sys.stderr)}\n")
 
     def _sentence(self, message: str) -> str:
         if message.startswith(_UNKNOWN):

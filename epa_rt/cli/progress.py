@@ -1,6 +1,7 @@
-"""Progress of a diagnosis: one bar on a terminal, a line per stage in a file."""
+"""Progress of long work: one bar on a terminal, a line per stage in a file."""
 
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
@@ -42,3 +43,16 @@ def _lines() -> Callable[[str, float], None]:
         last[0] = stage
 
     return say
+
+
+@contextmanager
+def said_when_slow(sentence: str, after_s: float = 2.0) -> Iterator[None]:
+    """Says ``sentence`` on standard error once what is done here has taken ``after_s`` seconds."""
+    timer = threading.Timer(after_s, lambda: print(sentence, file=sys.stderr, flush=True))
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+        timer.join()

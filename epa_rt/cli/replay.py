@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.damage import say_damage
 from epa_rt.cli.exits import BAD_INPUT, COMPLETED, DIFFERENT, VerbError
-from epa_rt.cli.inputs import inputs_of_log
+from epa_rt.cli.inputs import EXPERIMENT, inputs_of_log
 from epa_rt.cli.screen_text import filled
 
 if TYPE_CHECKING:
@@ -68,6 +68,11 @@ def replay_log(path: Path) -> int:
         why = "".join(f" ({sentence})" for sentence in reader.missing[:1])
         raise VerbError(
             f"{path}: found cycles missing in the middle{why}, expected every cycle from 0 on"
+        )
+    if EXPERIMENT not in reader.attachments:
+        raise VerbError(
+            f"{path}: found no {EXPERIMENT} in it, expected a log of epa run; what was moved by"
+            " hand (jog, home, calibrate) or imported cannot be run again"
         )
     inputs = inputs_of_log(path, reader.attachments)
     assembly = assemble(inputs.rig, inputs.experiment)

@@ -264,16 +264,13 @@ def run_on_bus(
 
 
 def _simulated_backend(inputs: Inputs, seed: int, speed: float | None) -> "Backend":
-    import time
+    from epa_rt.cli.progress import said_when_slow
 
-    began_s = time.perf_counter()
-    from sim_backend.backend import SimBackend
+    with said_when_slow("compiling the plant: a minute or two, once; it is kept ..."):
+        from sim_backend.backend import SimBackend
 
-    backend = SimBackend(inputs.rig, inputs.plant, seed, speed)
-    backend.model.warm_up()
-    seconds = time.perf_counter() - began_s
-    if seconds > 5.0:
-        print(f"the plant was compiled ({seconds:.0f} s, once; it is kept)", file=sys.stderr)
+        backend = SimBackend(inputs.rig, inputs.plant, seed, speed)
+        backend.model.warm_up()
     return backend
 
 

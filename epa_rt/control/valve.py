@@ -201,7 +201,7 @@ class SetAndHold:
             if self.state not in (ValveState.FAILED, *_OPENS_EXHAUST):
                 self._fail(
                     ValveCause.OVER_PRESSURE,
-                    f"{pressure_pa / 1e3:.1f} kPa is above {self._over_pa / 1e3:.1f} kPa",
+                    f"{pressure_pa / 1e3:.1f} kPa abs is above {self._over_pa / 1e3:.1f} kPa abs",
                 )
         elif self.state not in (ValveState.FAILED, ValveState.CLOSED, ValveState.VENTED):
             self._fail(ValveCause.BAD_PRESSURE, f"the pressure reads {pressure_pa}")
@@ -218,7 +218,7 @@ class SetAndHold:
         elif watch.step(pressure_pa) > 0:
             self._fail(
                 ValveCause.INLET_STUCK_OPEN,
-                f"rose to {watch.slow_pa / 1e3:.1f} kPa with both valves closed",
+                f"rose to {watch.slow_pa / 1e3:.1f} kPa abs with both valves closed",
             )
 
     def _begin(self, pressure_pa: float) -> None:
@@ -262,7 +262,7 @@ class SetAndHold:
             stuck = ValveCause.INLET_STUCK_CLOSED if sign > 0 else ValveCause.EXHAUST_STUCK_CLOSED
             self._fail(
                 stuck,
-                f"open for {self._timer_s:.2f} s, the pressure stays at {level / 1e3:.1f} kPa",
+                f"open for {self._timer_s:.2f} s, the pressure stays at {level / 1e3:.1f} kPa abs",
             )
             return
         # It moved and stopped short. With both closed the pressure tells an open opposite valve
@@ -336,7 +336,8 @@ class SetAndHold:
         if self._suspect is not ValveCause.NONE and abs(error) > self.settings.tolerance_pa:
             self._fail(
                 self._suspect,
-                f"the pressure stopped at {mean_pa / 1e3:.1f} kPa, {error / 1e3:+.1f} kPa to go",
+                f"the pressure stopped at {mean_pa / 1e3:.1f} kPa abs,"
+                f" {error / 1e3:+.1f} kPa to go",
             )
             return
         step = trim.decide(mean_pa, self.target_pa, self._dt_s)
@@ -396,14 +397,14 @@ class SetAndHold:
         )
         self._fail(
             cause,
-            f"went to {slow / 1e3:.1f} kPa from {self.target_pa / 1e3:.1f} kPa with both valves"
-            " closed",
+            f"went to {slow / 1e3:.1f} kPa abs from {self.target_pa / 1e3:.1f} kPa abs with both"
+            " valves closed",
         )
 
     def _drift(self, error_pa: float) -> None:
         if not self.drifting:
             self.drifting = True
-            text = f"drifted by {error_pa / 1e3:+.1f} kPa from {self.target_pa / 1e3:.1f} kPa"
+            text = f"drifted by {error_pa / 1e3:+.1f} kPa from {self.target_pa / 1e3:.1f} kPa abs"
             self.events.append(("drift", text, {"error_pa": error_pa}))
         slow = self._watch.slow_pa
         if slow >= 0.97 * self.settings.supply_pa and slow >= 1.1 * self.target_pa:
@@ -472,7 +473,7 @@ class SetAndHold:
 
     def _enter(self, state: ValveState) -> None:
         if state is not self.state:
-            text = f"{self.state.value} -> {state.value} at {self.estimate_pa / 1e3:.1f} kPa"
+            text = f"{self.state.value} -> {state.value} at {self.estimate_pa / 1e3:.1f} kPa abs"
             data: dict[str, object] = {
                 "state": state.value,
                 "pressure_pa": self.estimate_pa,

@@ -94,7 +94,7 @@ class Trim:
             self.cause = (
                 ValveCause.INLET_STUCK_CLOSED if sign > 0 else ValveCause.EXHAUST_STUCK_CLOSED
             )
-            self.text = f"{self._dead} long pulses without an effect at {mean_pa / 1e3:.1f} kPa"
+            self.text = f"{self._dead} long pulses without an effect at {mean_pa / 1e3:.1f} kPa abs"
             return TrimStep.FAIL
         self.direction = sign
         self.pulses += 1

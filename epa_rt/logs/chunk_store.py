@@ -224,9 +224,9 @@ def _map(path: str) -> mmap.mmap:
                 return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
     except OSError as error:
         near = did_you_mean(Path(path)) if isinstance(error, FileNotFoundError) else ""
-        raise LogError(
-            f"{path}: found {(error.strerror or str(error)).lower()}, expected a log{near}"
-        ) from None
+        is_folder = isinstance(error, IsADirectoryError)
+        found_there = "a folder" if is_folder else (error.strerror or str(error)).lower()
+        raise LogError(f"{path}: found {found_there}, expected a log{near}") from None
     known = named(Path(path)) or f"a file that begins with {found!r}"
     what = known if found else "an empty file"
     raise LogError(f"{path}: found {what}, expected an MCAP log (it begins with {MCAP0_MAGIC!r})")

@@ -17,7 +17,7 @@ PLAIN_INTERVAL_S = 10.0
 
 @dataclass(frozen=True)
 class ProgressSpec:
-    """How long the run is expected to be: cycles, and seconds per cycle."""
+    """How long the run is expected to be: cycles (1 at most: not known), and seconds per cycle."""
 
     total_cycles_estimate: int
     period_s: float
@@ -58,15 +58,18 @@ class ProgressLine:
 
     def text(self, now_s: float, cycles: int, state: int, phase: int, fill_ratio: float) -> str:
         """The line itself, without an end."""
-        total = max(self._spec.total_cycles_estimate, cycles, 1)
+        begin = f"{_name(self._states, state)} | {_name(self._phases, phase)} |"
+        ring = f"ring {100 * fill_ratio:.0f} %"
+        period_s = self._spec.period_s
+        if self._spec.total_cycles_estimate <= 1:  # moved by hand or homed: nobody knows how long
+            return f"{begin} {_clock(cycles * period_s)} | {ring}"
+        total = max(self._spec.total_cycles_estimate, cycles)
         begin_s, begin_cycles = self._begin or (now_s, cycles)
         done, elapsed_s = cycles - begin_cycles, now_s - begin_s
         left = _clock(elapsed_s / done * (total - cycles)) if done > 0 else "--:--"
-        period_s = self._spec.period_s
         return (
-            f"{_name(self._states, state)} | {_name(self._phases, phase)} |"
-            f" {_clock(cycles * period_s)} of {_clock(total * period_s)} |"
-            f" {100 * cycles // total:3d} % | {left} left | ring {100 * fill_ratio:.0f} %"
+            f"{begin} {_clock(cycles * period_s)} of {_clock(total * period_s)} |"
+            f" {100 * cycles // total:3d} % | {left} left | {ring}"
         )
 
     def finish(self) -> None:

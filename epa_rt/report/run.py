@@ -128,6 +128,8 @@ class Run:
 
     def require_experiment(self) -> None:
         """Raises NotShown where the log has no experiment that can be read."""
+        if "experiment.yaml" not in self.attachments:
+            raise NotShown("the log carries no experiment.yaml: moved by hand, or imported")
         if isinstance(self._experiment, str):
             raise NotShown(f"the experiment file in the log cannot be read ({self._experiment})")
 

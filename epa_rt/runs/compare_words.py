@@ -13,6 +13,7 @@ from epa_rt.runs.noise import BLOCK_S, LATE_CYCLES, SIGMAS
 _WIDTH = 79
 _IMPORTED = "imported"  # the outcome of a log that epa import wrote; its cause is the file's name
 _MOST = 12  # differences that a terminal lists
+_STAYS = "\N{NO-BREAK SPACE}"  # keeps a figure beside its unit
 _CONTROL = dict.fromkeys((*range(0x20), *range(0x7F, 0xA0)), "?")
 
 METHOD = (
@@ -95,7 +96,7 @@ def _ended(run: Run) -> str:
 def run_words(run: Run) -> str:
     """'b1.mcap: identification_short on bench, completed, 29.267 s'."""
     told = run.facts
-    lasted = seconds(len(run.t_s) * run.period_s)
+    lasted = seconds(len(run.t_s) * run.period_s).replace(" ", _STAYS)
     return (
         f"{run.name}: {told.get('experiment', 'experiment not recorded')} on"
         f" {told.get('rig', 'rig not recorded')}, {run.outcome}, {lasted}"
@@ -125,7 +126,8 @@ def as_text(found: Comparison) -> str:
 
 def _wrapped(text: str) -> list[str]:
     clean = text.translate(_CONTROL)
-    return textwrap.wrap(clean, _WIDTH, subsequent_indent="   ", break_on_hyphens=False) or [""]
+    lines = textwrap.wrap(clean, _WIDTH, subsequent_indent="   ", break_on_hyphens=False) or [""]
+    return [line.replace(_STAYS, " ") for line in lines]
 
 
 def _difference_row(run: Run, one: Difference) -> str:

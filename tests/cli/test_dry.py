@@ -2,7 +2,12 @@
 
 import pytest
 
+from epa_rt.cli.dry import narrow_table
 from epa_rt.cli.main import main
+from epa_rt.config.rig import load_rig
+from epa_rt.experiments.dry import dry_run
+from epa_rt.experiments.experiment import load_experiment
+from epa_rt.report.dry import dry_rows
 from tests.cli.shell import EXPERIMENTS, RIGS
 from tests.report.reading import Page
 
@@ -48,6 +53,15 @@ def test_the_table_says_range_speed_and_valves(tmp_path, capsys):
     ):
         assert words in row
     assert "p0 = 460 kPa gauge, 640 kPa gauge" in text
+
+
+def test_a_narrow_terminal_gets_every_word_of_the_table_whole():
+    experiment, rig = EXPERIMENTS / "identification.yaml", load_rig(RIGS / "bench.yaml")
+    head, rows = dry_rows(dry_run(load_experiment(experiment, rig), rig), rig)
+    text = narrow_table(head, rows)
+    assert all(cell in text for row in rows for cell in row)
+    figures = [line for line in text.splitlines() if not line.startswith("    ")]
+    assert len(figures) == len(rows) + 1 and max(map(len, figures)) <= 80
 
 
 def test_the_page_is_whole_and_names_the_limits(tmp_path):

@@ -35,6 +35,16 @@ def test_the_terminal_shows_every_model_and_every_way(found):
         assert name in text.getvalue()
 
 
+def test_a_terminal_of_80_columns_cuts_no_figure(found):
+    text = io.StringIO()
+    show(found[0], Console(file=text, width=80))
+    assert "…" not in text.getvalue()
+    assert all(len(line) <= 80 for line in text.getvalue().splitlines())
+    for score in found[0].scores:
+        row = next(x for x in text.getvalue().splitlines() if x.strip().startswith(score.name))
+        assert f"{score.r2:.3f}" in row
+
+
 def test_the_page_shows_every_model_and_every_picture(found):
     page = identify_page(*found)
     body = page.split("<main>")[1]

@@ -186,7 +186,7 @@ def test_a_log_that_is_not_there_is_refused(tmp_path):
         LogError, match="none.mcap: found no such file or directory, expected a log"
     ):
         LogReader(tmp_path / "none.mcap")
-    with pytest.raises(LogError, match="found is a directory, expected a log"):
+    with pytest.raises(LogError, match="found a folder, expected a log"):
         LogReader(tmp_path)
 
 

@@ -56,6 +56,11 @@ def test_more_cycles_than_estimated_are_all_of_them():
     assert "04:10 of 04:10 | 100 % |" in line.text(1.0, 250_000, 1, 0, 0.0)
 
 
+def test_where_nobody_knows_how_long_no_share_is_told():
+    line = ProgressLine(ProgressSpec(0, 0.001), STATES, PHASES, io.StringIO())
+    assert line.text(1.0, 65_000, 1, 0, 0.0) == "running | no_load | 01:05 | ring 0 %"
+
+
 def test_hours_are_told():
     assert "1:00:00 of 1:00:00" in line_on(io.StringIO()).text(0.0, 3_600_000, 1, 0, 0.0)
 

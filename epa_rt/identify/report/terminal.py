@@ -2,6 +2,8 @@
 terms.
 """
 
+from collections.abc import Sequence
+
 from rich import box
 from rich.console import Console
 from rich.table import Table
@@ -9,6 +11,7 @@ from rich.table import Table
 from epa_rt.gap.report.terminal import console
 from epa_rt.identify.answer import PAPER_R2, Answer
 from epa_rt.identify.report.words import coefficients, condition, number, percent, yes
+from epa_rt.identify.scores import Score
 
 __all__ = ["console", "show"]
 
@@ -18,6 +21,43 @@ def _table(*heads: str, words: int = 1) -> Table:
     for i, head in enumerate(heads):
         table.add_column(head, justify="left" if i < words else "right", no_wrap=i == 0)
     return table
+
+
+def _filled(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
+    table = _table(*heads)
+    for row in rows:
+        table.add_row(*row)
+    for i, column in enumerate(table.columns):  # figures stay on one line, heads break at words
+        words = (*heads[i].split(), *(row[i] for row in rows))
+        column.min_width = max(map(len, words))
+    return table
+
+
+def _fit(table: Table, out: Console) -> bool:
+    """Whether the terminal is wide enough to break no cell; heads may break."""
+    least = out.measure(table, options=out.options.update(max_width=1000)).minimum
+    return least <= out.width
+
+
+def _fits(score: Score) -> tuple[str, ...]:
+    return (
+        number(score.r2),
+        number(PAPER_R2[score.name]) if score.name in PAPER_R2 else "",
+        number(score.rms_n, 2),
+        number(score.r2_trial),
+        number(score.r2_pressure),
+        number(score.rms_trial_n, 2),
+    )
+
+
+def _loops(score: Score) -> tuple[str, ...]:
+    return (
+        percent(score.hysteresis),
+        percent(score.loop_error),
+        yes(score.has_hysteresis),
+        f"{score.damping_n_s_m:.1f} {yes(score.has_damping)}",
+        condition(score.condition),
+    )
 
 
 def show(found: Answer, out: Console) -> None:
@@ -36,37 +76,25 @@ def show(found: Answer, out: Console) -> None:
     out.print(f"{found.seconds:.1f} s", style="dim")
 
 
+_FITS = (
+    "R2",
+    "paper",
+    "RMS, N",
+    "R2 trial left out",
+    "R2 pressure left out",
+    "RMS trial left out, N",
+)
+_LOOPS = ("loop work", "loop error", "hysteresis", "damping, N s/m", "condition")
+
+
 def _models(found: Answer, out: Console) -> None:
-    table = _table(
-        "Model",
-        "R2",
-        "paper",
-        "RMS, N",
-        "R2 trial left out",
-        "R2 pressure left out",
-        "RMS trial left out, N",
-        "loop work",
-        "loop error",
-        "hysteresis",
-        "damping, N s/m",
-        "condition",
-    )
-    for score in found.scores:
-        table.add_row(
-            score.name,
-            number(score.r2),
-            number(PAPER_R2[score.name]) if score.name in PAPER_R2 else "",
-            number(score.rms_n, 2),
-            number(score.r2_trial),
-            number(score.r2_pressure),
-            number(score.rms_trial_n, 2),
-            percent(score.hysteresis),
-            percent(score.loop_error),
-            yes(score.has_hysteresis),
-            f"{score.damping_n_s_m:.1f} {yes(score.has_damping)}",
-            condition(score.condition),
-        )
-    out.print(table)
+    rows = [(score.name, _fits(score), _loops(score)) for score in found.scores]
+    whole = _filled(("Model", *_FITS, *_LOOPS), [(name, *a, *b) for name, a, b in rows])
+    if _fit(whole, out):
+        out.print(whole)
+    else:  # two narrow ones
+        out.print(_filled(("Model", *_FITS), [(name, *a) for name, a, _ in rows]))
+        out.print(_filled(("Model", *_LOOPS), [(name, *b) for name, _, b in rows]))
     b, n = found.geometry
     out.print(f"static, b and n fitted: b = {b * 1e3:.2f} mm, n = {n:.3f}")
     if found.gas:
@@ -90,26 +118,25 @@ def _coefficients(found: Answer, out: Console) -> None:
 def _terms(found: Answer, out: Console) -> None:
     if not found.selected:
         return
-    table = _table("Choice of terms", "Terms", "R2", "condition", "R2 at five", "Which", words=1)
-    table.columns[-1].justify = "left"
+    heads = ("Choice of terms", "Terms", "R2", "condition", "R2 at five")
+    rows, terms = [], []
     for way in found.selected:
         five = next((step for step in way.path if len(step.terms) == 5), None)
         which = (
             ", ".join(way.chosen.terms)
             if len(way.chosen.terms) <= 12
-            else "; at five: " + ", ".join(five.terms)
+            else "at five: " + ", ".join(five.terms)
             if five
             else ""
         )
-        table.add_row(
-            way.name,
-            str(len(way.chosen.terms)),
-            number(way.chosen.r2),
-            condition(way.chosen.condition),
-            number(five.r2) if five else "",
-            which.removeprefix("; "),
+        figures = (number(way.chosen.r2), condition(way.chosen.condition))
+        rows.append(
+            (way.name, str(len(way.chosen.terms)), *figures, number(five.r2) if five else "")
         )
-    out.print(table)
+        terms.append(which)
+    out.print(_filled(heads, rows))
+    for way, which in zip(found.selected, terms, strict=True):
+        out.print(f"{way.name}: {which or 'more than 12'}")
     out.print(
         "condition: of the chosen terms; "
         + "; ".join(f"{way.name}: {way.why}" for way in found.selected)
