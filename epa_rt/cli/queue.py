@@ -4,7 +4,8 @@ FILE is a queue file (config/queues/*.yaml), or an experiment file such as epa g
 runs are checked before anything moves. The queue ends at the first run that trips, fails, is
 stopped, or leaves the rig other than measured at rest, vented and without power.
 
-How far it has come stands beside FILE (FILE.sim.state.json, FILE.ethercat.state.json). After an
+How far it has come stands beside FILE (FILE.sim.state.json, FILE.ethercat.state.json, on an
+emulated bus FILE.emulated.state.json). After an
 interruption or a power loss the same command goes on: a run that was broken off in an experiment
 that repeats goes on with the first repetition that its log lacks, any other runs again. After a
 trip somebody looks at the rig first, then says --retry or --skip. Ctrl-C as in epa run.
@@ -27,6 +28,7 @@ from epa_rt.cli.exits import COMPLETED, DIFFERENT, FAILED, STOPPED, TRIPPED, Ver
 from epa_rt.cli.inputs import Inputs, add_backend_arguments, load_inputs
 from epa_rt.cli.run_record import add_record_arguments
 from epa_rt.cli.screen_text import filled
+from epa_rt.cli.zero import kind_of_rig
 
 if TYPE_CHECKING:
     from epa_rt.logs.recorder import LogSummary
@@ -86,7 +88,7 @@ class _Carrier:
         self.queue, self.arguments = queue, arguments
         self.is_sim = arguments.backend == "sim"
         self.out: Path = arguments.out or queue.out or Path("out")
-        self.path = state_path(queue.path, arguments.backend)
+        self.path = state_path(queue.path, kind_of_rig(arguments))
         try:
             self.state = load_state(self.path, queue)
         except StateError as error:
@@ -262,7 +264,7 @@ class _Carrier:
             if not Path(log).exists() or not Path(log).stat().st_size:
                 continue
             try:
-                return resumed_inputs(inputs, Path(log), self.arguments.backend)
+                return resumed_inputs(inputs, Path(log), kind_of_rig(self.arguments))
             except VerbError as error:
                 print(f"run {item.number} runs from its beginning: {error}")
                 return inputs

@@ -30,7 +30,7 @@ from epa_rt.cli.log_name import take_log_path
 from epa_rt.cli.run_end import end_facts, json_text
 from epa_rt.cli.run_record import add_record_arguments, record_attachment
 from epa_rt.cli.screen_text import filled
-from epa_rt.cli.zero import is_emulated
+from epa_rt.cli.zero import is_emulated, kind_of_rig
 
 if TYPE_CHECKING:
     from epa_rt.backend import Backend
@@ -115,7 +115,8 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.resume is not None:
         from epa_rt.cli.resume import resumed_inputs
 
-        found = resumed_inputs(inputs, arguments.resume, arguments.backend)
+        says_to = sys.stderr if arguments.json else None  # JSON stands alone
+        found = resumed_inputs(inputs, arguments.resume, kind_of_rig(arguments), says_to)
         if found is None:
             return COMPLETED
         inputs = found

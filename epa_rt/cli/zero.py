@@ -56,6 +56,11 @@ def is_emulated(arguments: argparse.Namespace) -> bool:
     return is_emulated_bus(arguments.interface)
 
 
+def kind_of_rig(arguments: argparse.Namespace) -> str:
+    """'sim', 'emulated' or 'ethercat': what runs on one of them counts on no other."""
+    return "emulated" if is_emulated(arguments) else str(arguments.backend)
+
+
 def is_unfinished(rig: "Rig") -> bool:
     """Whether the drive was told to set its zero and that did not come to a good end."""
     return rig.applied_zero is not None and rig.applied_zero.method == UNFINISHED

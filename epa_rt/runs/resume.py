@@ -56,17 +56,19 @@ def resumed(
 ) -> Resumed:
     """The run of ``experiment`` from the first repetition that ``log`` lacks.
 
-    ``files``: experiment, rig and plant as the new run would carry them. Raises ResumeError where
-    the log is of other files, ConfigError, LogError, OSError.
+    ``backend``: 'sim', 'ethercat', or 'emulated' for an emulated bus. ``files``: experiment, rig
+    and plant as the new run would carry them. Raises ResumeError where the log is of other files,
+    ConfigError, LogError, OSError.
     """
     located = parse_yaml(files[_FILES[0]].decode("utf-8"), experiment.path)
     _check_repeats(experiment, log)
     with LogReader(log) as reader:
         attached, facts = dict(reader.attachments), reader.metadata.get("run", {})
         _check_files(log, attached, files)
-        if facts.get("backend", backend) != backend:
+        then = "emulated" if facts.get("bus") == "emulated" else facts.get("backend", backend)
+        if then != backend:
             raise ResumeError(
-                f"{log}: found a log of the backend '{facts['backend']}', expected '{backend}':"
+                f"{log}: found a log of the backend '{then}', expected '{backend}':"
                 " one data set comes from one rig"
             )
         whole = _whole_phases(reader)

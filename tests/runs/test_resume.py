@@ -1,6 +1,7 @@
 """A run that was broken off goes on where it stopped, and both logs are one data set."""
 
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -108,6 +109,8 @@ def test_nothing_is_left_of_a_whole_log(whole, capsys):
     path, log = whole
     assert resumed_inputs(inputs_of(path), log, "sim") is None
     assert "all 3 trials are whole" in capsys.readouterr().out
+    assert resumed_inputs(inputs_of(path), log, "sim", sys.stderr) is None
+    assert not capsys.readouterr().out, "JSON stands alone there"
 
 
 def test_other_files_or_another_backend_are_refused_and_comments_are_not(whole, tmp_path):
@@ -127,6 +130,18 @@ def test_other_files_or_another_backend_are_refused_and_comments_are_not(whole, 
         resumed_inputs(inputs_of(path, other), first, "sim")
     with pytest.raises(VerbError, match="log of the backend 'sim', expected 'ethercat'"):
         resumed_inputs(inputs_of(path), first, "ethercat")
+
+    class Emulated(LogReader):
+        """The log as an emulated bus would have left it."""
+
+        def __init__(self, path):
+            super().__init__(path)
+            self.metadata["run"] |= {"backend": "ethercat", "bus": "emulated"}
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("epa_rt.runs.resume.LogReader", Emulated)
+        with pytest.raises(VerbError, match="log of the backend 'emulated', expected 'ethercat'"):
+            resumed_inputs(inputs_of(path), first, "ethercat")
     with pytest.raises(VerbError, match="does not repeat"):
         once = SHORT.replace("repeat:\n  p0: [460 kPa gauge, 550 kPa gauge, 640 kPa gauge]\n", "")
         resumed_inputs(
