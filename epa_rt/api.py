@@ -59,10 +59,17 @@ def open(path: Place) -> Log:
 
 
 def ls(*places: Place) -> list[Glance]:
-    """The logs in folders, the oldest first; as ``epa ls``."""
+    """The logs in folders, the oldest first; as ``epa ls``.
+
+    Raises EpaError where a folder is not there.
+    """
     from epa_rt.runs.listing import Filter, listed
 
-    return listed([Path(place) for place in places], Filter())
+    found = [Path(place) for place in places or ("out",)]
+    for place in found:
+        if not os.path.lexists(place):
+            raise EpaError(f"{place}: found nothing there, expected a folder with logs")
+    return listed(found, Filter())
 
 
 def compare(a: Place | Log, b: Place | Log) -> Comparison:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -102,7 +103,8 @@ def as_text(found: Sequence[Glance], root: Path | None, width: int | None, long:
                 width,
             )
         )
-        lines += [_cut(f"    {text}", width) for text in _below(one, long)]
+        for text in _below(one, long):
+            lines += _whole(text, width) if long else [_cut(f"    {text}", width)]
     if any(one.when_is_of_file for one in found):
         lines.append(_cut("~ the log does not say when it began: the file's own time", width))
     return "\n".join(lines)
@@ -124,6 +126,7 @@ def _below(one: Glance, long: bool) -> list[str]:
         record = one.record
         changed = " with changes" if record.changed else ""
         pairs = (
+            ("log", str(one.path)),
             ("experiment", one.experiment),
             ("rig", " ".join(filter(None, (one.rig, record.rig_serial)))),
             ("backend", one.backend),
@@ -154,6 +157,15 @@ def _name(path: Path, root: Path | None) -> str:
     inside = root is not None and path.is_relative_to(root)
     shown = path.relative_to(root) if inside and root is not None else path
     return str(shown.with_suffix("")) if shown.suffix == ".mcap" else str(shown)
+
+
+def _whole(text: str, width: int | None) -> list[str]:
+    """Nothing is cut: over several lines between words, where it is too long for one."""
+    text = text.translate(_CONTROL)
+    if width is None:
+        return [f"    {text}"]
+    lines = textwrap.wrap(text, width - 6, break_on_hyphens=False)
+    return [f"{'      ' if i else '    '}{line}" for i, line in enumerate(lines)]
 
 
 def _cut(text: str, width: int | None) -> str:

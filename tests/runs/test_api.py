@@ -62,6 +62,8 @@ def test_a_cut_log_gives_what_is_left_of_it(logs, tmp_path):
     assert log.missing and 0 < len(log.t_s) < 11_000
     assert len(log.to_pandas()) == len(log.t_s)
     assert epa.ls(tmp_path)[0].outcome == "damaged"
+    with pytest.raises(epa.EpaError, match="found nothing there"):
+        epa.ls(tmp_path / "nowhere")
 
 
 def test_what_cannot_be_used_is_a_sentence(logs, tmp_path):
