@@ -102,8 +102,10 @@ class RunServer(ServerListener):
             for act in due:
                 act()
             now_s = time.monotonic()
-            if now_s >= state_due_s or due:
-                state_due_s = now_s + 1.0 / STATE_HZ
+            is_time = now_s >= state_due_s
+            if is_time:  # from when it was due: a late one does not put off the next
+                state_due_s = max(state_due_s + 1.0 / STATE_HZ, now_s)
+            if is_time or due:
                 channels.state()
         channels.state()
         time.sleep(LAST_S)
