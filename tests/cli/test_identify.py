@@ -89,7 +89,7 @@ def test_it_says_what_it_found(identified):
 
 def test_the_page_needs_no_network_and_draws_every_picture(identified, folder):
     text = (folder / "a.html").read_text(encoding="utf-8")
-    assert text.count('class="chart"') == 7 and "scatter3d" in text
+    assert text.count('class="chart"') == 10 and "scatter3d" in text
     assert "http://" not in text.split("<main>")[1].split("</main>")[0] and "<link" not in text
 
 
