@@ -50,8 +50,8 @@ def main(arguments: argparse.Namespace) -> int:
     from epa_rt.report.run import NotShown, load_run
 
     log = arguments.log
-    out = arguments.out or log.with_name(f"{log.stem}-plot.html")
-    if out.suffix.lower() not in (".html", ".htm"):
+    out = arguments.out
+    if out is not None and out.suffix.lower() not in (".html", ".htm"):
         raise VerbError(
             f"{out}: found the ending '{out.suffix}', expected .html (a picture file would need a"
             " browser that epa does not bring; print the page from yours)"
@@ -67,6 +67,7 @@ def main(arguments: argparse.Namespace) -> int:
         raise VerbError(str(error)) from None
     except NotShown as error:
         raise VerbError(f"{log}: {error}") from None
+    out = out or log.with_name(f"{log.stem}-plot.html")
     write_whole(out, text)
     code = say_damage(arguments.log, run.missing)
     print(f"{out} ({out.stat().st_size / 1e6:.1f} MB)")

@@ -33,13 +33,14 @@ def main(arguments: argparse.Namespace) -> int:
     from epa_rt.report.page import run_page
     from epa_rt.report.run import load_run
 
-    out = arguments.out or arguments.log.with_suffix(".html")
-    if out.suffix.lower() not in (".html", ".htm"):
+    out = arguments.out
+    if out is not None and out.suffix.lower() not in (".html", ".htm"):
         raise VerbError(f"{out}: found the ending '{out.suffix}', expected .html")
     try:
         run = load_run(arguments.log)
     except LogError as error:
         raise VerbError(str(error)) from None
+    out = out or arguments.log.with_suffix(".html")
     write_whole(out, run_page(run, winding_ohm(run.attachments)))
     code = say_damage(arguments.log, run.missing)
     print(f"{out} ({out.stat().st_size / 1e6:.1f} MB)")

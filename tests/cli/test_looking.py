@@ -134,7 +134,11 @@ def test_info_text_of_a_log_does_not_steer_the_terminal(log):
 @pytest.mark.parametrize("verb", ["report", "plot"])
 @pytest.mark.parametrize(
     "name, words",
-    [("notes.txt", "expected an MCAP log"), ("nothing.mcap", "no such file"), (".", "directory")],
+    [
+        ("notes.txt", "expected an MCAP log"),
+        ("nothing.mcap", "no such file"),
+        (".", "found a folder"),
+    ],
 )
 def test_a_page_of_what_is_no_log_is_refused_in_one_sentence(
     verb, name, words, not_a_log, tmp_path, capsys
