@@ -161,7 +161,7 @@ def _name(path: Path, root: Path | None) -> str:
 
 def _whole(text: str, width: int | None) -> list[str]:
     """Nothing is cut: over several lines between words, where it is too long for one."""
-    text = plain(text)
+    text = _one_line(text)
     if width is None:
         return [f"    {text}"]
     lines = textwrap.wrap(text, width - 6, break_on_hyphens=False)
