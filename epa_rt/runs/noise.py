@@ -115,8 +115,9 @@ def rounding(step: float, noise: float) -> float:
     """
     if step <= 0.0:
         return 0.0
-    before = max(noise**2 - step**2 / 12.0, 0.0)
-    return step * float(np.exp(-2.0 * np.pi**2 * before / step**2))
+    counts = min(noise / step, 100.0)  # beyond which nothing of the ripple is left
+    before = max(counts**2 - 1.0 / 12.0, 0.0)
+    return step * float(np.exp(-2.0 * np.pi**2 * before))
 
 
 def block_noise(phases: list[np.ndarray]) -> list[float]:

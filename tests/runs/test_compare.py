@@ -202,3 +202,10 @@ def test_the_step_of_a_converter_is_found():
     counts = np.random.default_rng(1).integers(-50, 50, 500)
     assert step_of(0.1 + 0.007 * counts) == pytest.approx(0.007, rel=1e-6)
     assert step_of(np.full(10, 3.0)) == 0.0 and step_of(np.full(3, np.nan)) == 0.0
+
+
+@pytest.mark.parametrize("step", [1e-300, 1e-3, 1.0, 1e200, 1e300])
+def test_rounding_of_any_size_is_at_most_one_count(step):
+    for noise in (0.0, 0.1 * step, step, 1e3 * step):
+        assert 0.0 <= rounding(step, noise) <= step
+    assert rounding(step, 0.0) == step and rounding(step, 3.0 * step) < 1e-6 * step
