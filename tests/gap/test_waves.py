@@ -11,7 +11,7 @@ from epa_rt.gap.recording import Recording, Span
 from epa_rt.gap.refit import refit, settled
 from epa_rt.gap.screen import starts
 from epa_rt.gap.subject import Link
-from epa_rt.gap.waves import APART_RAD, FAST, grid, look
+from epa_rt.gap.waves import APART_RAD, FAST, FINEST, SLOW, grid, look
 from epa_rt.models.effect import Effect, Knob
 
 RATE_HZ, NOISE_NM = 100.0, 0.01
@@ -154,7 +154,7 @@ def test_an_angle_that_nothing_shows_gives_no_start(problem):
 @given(st.floats(1e-3, 1e5))
 def test_grid_goes_from_half_a_period_to_poles_and_slots_and_stays_small(range_rad):
     tried = grid(range_rad)
-    assert np.all(np.diff(tried) > 0.0) and len(tried) <= 150
+    assert np.all(np.diff(tried) > 0.0) and len(tried) <= SLOW / FINEST + FAST
     assert np.all(tried * range_rad >= np.pi - 1e-9) and (
         range_rad < np.pi / FAST or tried[-1] == FAST
     )
