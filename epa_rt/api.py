@@ -11,9 +11,7 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from epa_rt.cli.exits import VerbError
@@ -221,14 +219,3 @@ def identify(
     )
     with _refusals():
         return Identified(*identified(arguments, progress))
-
-
-class _CallableRoom(ModuleType):
-    """``epa_rt.identify`` is a room of the package and a verb: called, it is the verb."""
-
-    def __call__(self, *logs: Place, **options: Any) -> Identified:
-        return identify(*logs, **options)
-
-
-# importing the room sets the attribute epa_rt.identify to the module, over any function of the name
-import_module("epa_rt.identify").__class__ = _CallableRoom
