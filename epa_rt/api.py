@@ -213,7 +213,7 @@ def identify(
         rig=None if rig is None else Path(rig),
         plant=None if plant is None else Path(plant),
         holdout=holdout,
-        output=None,
+        out=None,
         no_physical=not physical,
         no_terms=not terms,
     )

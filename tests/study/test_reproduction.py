@@ -63,5 +63,5 @@ def test_another_table_does_not_hold(script):
 
 
 def test_a_claim_is_one_row(script):
-    row = script.row(Claim("3.2", "peak of |F v|", "1", False, ""))
+    row = script.row(Claim("3.2", "peak of |F v|", "1", False, ""), script.Notes())
     assert row.count("\n") == 0 and "**does not hold**" in row and "\\|F v\\|" in row
