@@ -246,7 +246,7 @@ def _command_lines() -> list[bytes]:
 @pytest.mark.skipif(shutil.which("tmux") is None, reason="needs tmux: apt-get install tmux")
 def test_in_a_real_terminal_keys_close_the_view_and_ctrl_c_stops_the_run(tmp_path):
     out = tmp_path / "out"
-    words = ("run", EXPERIMENTS / "identification.yaml", "--rig", RIGS / "bench.yaml")
+    words = ("run", EXPERIMENTS / "identification_short.yaml", "--rig", RIGS / "bench.yaml")
     tmux = Tmux(tmp_path, *words, "--speed", 1, "-o", out, "--live", "--foxglove", 0)
     try:
         screen = tmux.wait_for("close view")
