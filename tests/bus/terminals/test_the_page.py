@@ -20,7 +20,7 @@ from tests.bus.emulator.bring_up import Wire
 from tests.other_terminals import BENCH, ROOT, text_of
 
 PAGE = (ROOT / "docs/terminals.md").read_text(encoding="utf-8")
-FILE = re.search(r"write it as `(epa_rt/config/terminals/\w+\.py)`", PAGE)[1]
+FILE = re.search(r"write it\s+as\s+`(epa_rt/config/terminals/\w+\.py)`", PAGE)[1]
 ANALOG_IN = "  - {name: analog_in, device: EL3004}\n"
 MOST_LINES = 100
 
