@@ -56,8 +56,8 @@ class Attribution:
     sets: tuple[tuple[Fit, ...], ...]
     become: tuple[frozenset[str], ...]
     heard: Heard | None
-    off: np.ndarray | None = None
-    start: Start | None = None
+    off: np.ndarray | None
+    start: Start
 
     @property
     def refitted(self) -> dict[str, float]:

@@ -102,7 +102,7 @@ def _diagnosed(
                 judged, logs, found, base, base, floors, seed, lambda stage, share: None
             ),
         )
-    if posterior and found.start is not None:
+    if posterior:
         progress("what it could be", 0.97)
         apart_logs = logs if holdout or halves else ()
         could = posterior_of(found.start, apart_logs, judged if halves else None)

@@ -45,15 +45,9 @@ def table_for(
     start: Start, aside: Sequence[Recording], judge: Subject | None, numbers: Numbers
 ) -> Table:
     """All models that are worth their fit, with what each leaves in every view. Raises Stopped."""
-    effects = start.problem.effects
-    catalogue = Table(
-        (),
-        {name: effect.family for name, effect in effects.items()},
-        {name: effect.block for name, effect in effects.items()},
-        {},
-    )
+    families = {name: effect.family for name, effect in start.problem.effects.items()}
     held_out = HeldOut(start.problem, start.ground, aside, judge) if aside else None
-    return table_of(*start, held_out, Formula(catalogue, numbers))
+    return table_of(*start, held_out, Formula(families, numbers))
 
 
 def left_in(model: Model, view: str) -> float:

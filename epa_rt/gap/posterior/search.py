@@ -13,8 +13,7 @@ import numpy as np
 
 from epa_rt.gap.as_one import fitted
 from epa_rt.gap.ground import Ground
-from epa_rt.gap.origin import ROUNDS as PLACE_ROUNDS
-from epa_rt.gap.point import Point, linearised
+from epa_rt.gap.point import Point
 from epa_rt.gap.posterior.views import (
     BLOCKS,
     FREE_RUN,
@@ -29,19 +28,19 @@ from epa_rt.gap.posterior.views import (
 )
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.promising import promising
-from epa_rt.gap.refit import refit, settled
+from epa_rt.gap.refit import settled, settled_with
 from epa_rt.gap.role import played
-from epa_rt.gap.screen import Screening
 from epa_rt.gap.select import rescaled
 from epa_rt.gap.subject import Values
 from epa_rt.gap.waves import look
 from epa_rt.gap.yardstick import Left
 
-SINGLES = 5  # families that are fitted in free run
+# How wide is searched: more of each takes time and finds models that these may miss.
+SINGLES = 5  # families that are fitted alone in free run
 BEAM = 2  # best models of a size beside which one effect more is looked for
-FURTHER = 3  # of these that are fitted in free run
-MOST_EFFECTS = 4
-FAMILIES = 3  # that free run proposes beside a single
+FURTHER = 3  # models with one more that are fitted in free run
+MOST_EFFECTS = 4  # in a model
+FAMILIES = 3  # that free run proposes beside a model
 
 HOPELESS = np.log(1e-3)  # log odds to the best model below which another is not gone on with
 
@@ -52,35 +51,27 @@ class Scores(Protocol):
     def evidence(self, model: "Model") -> float:
         """Log evidence of a model over the views that it has."""
 
-    def at_best(self, model: "Model", more: int) -> float:
-        """Log evidence that the model would have if ``more`` effects beside it left nothing of any
-        view.
-        """
+    def with_one_more(self, model: "Model") -> float:
+        """Log evidence that the model would have if one effect more left nothing of any view."""
 
 
 @dataclass(frozen=True)
 class Model:
-    """A set of effects and what it leaves in each view. ``place``: instead of effects, a place of
-    the rig with an error of its own that no law makes. ``values``: as fitted block by block.
-    """
+    """A set of effects and what it leaves in each view. ``values``: as fitted block by block."""
 
     effects: tuple[str, ...]
     views: Mapping[str, View]
     values: Values
-    place: str | None = None
-    block: str | None = None
 
 
 @dataclass(frozen=True)
 class Table:
-    """All models that were fitted; the first has no effect. ``families``, ``blocks``: of each
-    effect of the catalogue. ``typical``: by effect, expected chi-square of its typical strength.
+    """All models that were fitted; the first has no effect. ``families``: of each effect of the
+    catalogue.
     """
 
     models: tuple[Model, ...]
     families: Mapping[str, str]
-    blocks: Mapping[str, str]
-    typical: Mapping[str, float]
 
 
 class Search:
@@ -102,7 +93,7 @@ class Search:
         self._lowest: Lowest = {}
         self.none = self._model((), base.values, ground.none if ground else None)
 
-    def singles(self) -> Screening | None:
+    def singles(self) -> None:
         """Every candidate alone; the best of several families in free run too."""
         look(self._problem, self._base)
         role = played(self._problem, self._base, pairs=True)
@@ -113,68 +104,37 @@ class Search:
                 self._in_free_run(effects)
             for point in self._ground.one_by_one:
                 self._model(point.effects, None, point)
-        return role.screening if role else None
 
     def further(self) -> None:
         """One effect more beside the best models of each size, while that may count."""
         for size in range(1, MOST_EFFECTS):
             for effects in self._best(BEAM, size):
-                if self._hopeful(self._scores.at_best(self._of(effects), 1)):
+                if self._hopeful(self._scores.with_one_more(self._of(effects))):
                     self._one_more(effects)
-        best = max(self._complete(), key=self._evidence).effects
-        for i in range(
-            len(best) if len(best) > 1 else 0
-        ):  # one of them may be enough without another
-            rest = best[:i] + best[i + 1 :]
-            if frozenset(rest) not in self._found:
-                self._model(
-                    rest,
-                    settled(
-                        self._problem, rest, self._problem.kept(self._of(best).values, rest)
-                    ).values,
-                    None,
-                )
-            self._in_free_run(rest)
+        best = max(self._complete(), key=self._evidence)
+        if len(best.effects) > 1:
+            for name in best.effects:  # the others may be enough without it
+                self._without(best, name)
+
+    def _without(self, model: Model, name: str) -> None:
+        rest = tuple(other for other in model.effects if other != name)
+        if frozenset(rest) not in self._found:
+            self._model(rest, settled_with(self._problem, rest, model.values).values, None)
+        self._in_free_run(rest)
 
     def _one_more(self, effects: tuple[str, ...]) -> None:
         point = settled(self._problem, effects, self._of(effects).values)
         problem, point = rescaled(self._problem, point, self._left(point))
         look(problem, point)
         role = played(problem, point)
-        found = [(*effects, fit.effect) for fit in (role.fits if role else ())]
-        for more, fit in zip(found, role.fits if role else (), strict=True):
-            self._model(more, fit.values, None)
+        found = []
+        for fit in role.fits if role else ():
+            found.append((*effects, fit.effect))
+            self._model(found[-1], fit.values, None)
         found += self._proposed_by_free_run(effects)
         order = sorted(dict.fromkeys(found), key=lambda one: -self._evidence(self._of(one)))
         for more in order[:FURTHER]:
             self._in_free_run(more)
-
-    def places(self) -> list[Model]:
-        """Every place of the rig with an error of its own; none where the rig knows no places."""
-        doubted = getattr(self._problem.subject, "doubted", None)
-        if doubted is None:
-            return []
-        bare = self._problem.rescaled(dict.fromkeys(self._problem.links, 1.0))
-        asked = bare.asking(doubted(self._problem.prepared))
-        point = linearised(asked, (), dict(self._base.values))
-        names = list(asked.effects.values())
-        fits = asked.each(
-            lambda place: refit(
-                asked, point, place.name, dict.fromkeys(place.knobs, 0.0), PLACE_ROUNDS
-            ),
-            names,
-        )
-        others = {name: view for name, view in self.none.views.items() if name not in (BLOCKS,)}
-        return [
-            Model(
-                (),
-                {BLOCKS: blocks(asked, (place.name,), fit.values), **others},
-                fit.values,
-                place.name,
-                place.block,
-            )
-            for place, fit in zip(names, fits, strict=True)
-        ]
 
     @property
     def models(self) -> list[Model]:
@@ -278,12 +238,7 @@ def table_of(
 ) -> Table:
     """All models of a rig that are worth their fit."""
     search = Search(problem, base, left, ground, held_out, scores)
-    screening = search.singles()
+    search.singles()
     search.further()
-    effects = problem.effects
-    return Table(
-        (*search.models, *search.places()),
-        {name: effect.family for name, effect in effects.items()},
-        {name: effect.block for name, effect in effects.items()},
-        screening.typical() if screening else {},
-    )
+    families = {name: effect.family for name, effect in problem.effects.items()}
+    return Table(tuple(search.models), families)

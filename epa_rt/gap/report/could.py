@@ -10,6 +10,9 @@ from epa_rt.report.markup import Html, join, note, paragraph, table, tag
 
 SHOWN = 6  # sets of effects on a terminal and a page
 WIDTH = 20  # characters of a full bar
+UNCALIBRATED = (
+    "The numbers behind these probabilities are guessed, not calibrated: read them as an order."
+)
 VIEWS = {"free_run": "in free run", "blocks": "block by block"}
 
 
@@ -35,6 +38,7 @@ def show_posterior(posterior: Posterior, out: Console) -> None:
             "Probability that it has one of a family: "
             + ", ".join(f"{plain(name)} {share:.2f}" for name, share in shown)
         )
+    out.print(UNCALIBRATED, style="dim")
 
 
 def posterior_section(diagnosis: Diagnosis) -> Html:
@@ -59,7 +63,9 @@ def posterior_section(diagnosis: Diagnosis) -> Html:
             note(
                 "Each set is fitted block by block and in free run, and judged on logs that no fit"
                 " has seen. No law of the catalogue is a rig's own law: what a set leaves counts"
-                " by its logarithm. A set of little probability may still explain part of the gap."
+                " by its logarithm. A set of little probability may still explain part of the"
+                " gap. ",
+                UNCALIBRATED,
             ),
         ]
     )

@@ -109,5 +109,5 @@ def test_the_order_of_models_changes_nothing(order):
         ),
     ]
     families = {name: name for name in "xyz"}
-    table = Table((models[0], *(models[i] for i in order if i)), families, families, {})
+    table = Table((models[0], *(models[i] for i in order if i)), families)
     assert [one.effects for one, _ in posterior(table, START)][0] == ("x",)
