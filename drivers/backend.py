@@ -16,7 +16,7 @@ from drivers.words import INIT, OP, SAFEOP
 from epa_rt.backend import BackendError, Exchange
 from epa_rt.config.rig import Rig
 from epa_rt.control.cia402 import OFF, decode
-from epa_rt.safety.bus_budget import BusBudget
+from epa_rt.safety.bus_budget import BusBudget, frame_timeout_s
 from epa_rt.signals.image import image_of
 
 _CLOSING_CYCLES = 50  # with safe outputs, at most, until the drive says that it is off
@@ -228,15 +228,6 @@ class EthercatBackend:
                     break
             self.events += [("emergency", text, data) for text, data in mailbox.emergencies]
             mailbox.emergencies.clear()
-
-
-def frame_timeout_s(rig: Rig) -> float:
-    """When a frame counts as lost: as the rig file says, or so that the allowed number of them fits
-    into the reaction time.
-    """
-    if rig.master.frame_timeout is not None:
-        return float(rig.master.frame_timeout)
-    return float(max(rig.period_s, rig.safety.reaction / (rig.safety.lost_cycles + 1)))
 
 
 def answer_s(rig: Rig) -> float:

@@ -23,10 +23,10 @@ sys.path.insert(0, str(ROOT))
 
 def driver_part(frames: int, seed: int) -> dict:
     """In a process of its own, so that a crash of C code is counted and not suffered."""
-    from tests.bus.own_network import UNSHARE
+    from sim_backend.bus.namespace import AS_USER
 
     done = subprocess.run(
-        [*UNSHARE, sys.executable, "-m", "tests.bus.faults.fuzzed", str(frames), str(seed)],
+        [*AS_USER, sys.executable, "-m", "tests.bus.faults.fuzzed", str(frames), str(seed)],
         cwd=ROOT,
         capture_output=True,
         text=True,

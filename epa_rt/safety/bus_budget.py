@@ -9,6 +9,15 @@ from epa_rt.config.rig import Rig
 LOST_TIME_SHARE = 0.6  # of the reaction time: two of three cycles lost pass it within that time
 
 
+def frame_timeout_s(rig: Rig) -> float:
+    """When a frame counts as lost: as the rig file says, or so that the allowed number of them fits
+    into the reaction time.
+    """
+    if rig.master.frame_timeout is not None:
+        return float(rig.master.frame_timeout)
+    return float(max(rig.period_s, rig.safety.reaction / (rig.safety.lost_cycles + 1)))
+
+
 class BusBudget:
     """``step`` once per cycle; a sentence once too much is missing, else an empty one.
 
@@ -33,8 +42,7 @@ class BusBudget:
         self._share = safety.lost_share
         self._leak = safety.lost_share / (1.0 - safety.lost_share)
         self._level_s, self._dt_s, self._since_ns = 0.0, rig.period_s, 0
-        waited_s = frame_s or safety.reaction / (safety.lost_cycles + 1)
-        self._longest_s = max(rig.period_s, waited_s) + rig.period_s
+        self._longest_s = max(rig.period_s, frame_timeout_s(rig)) + rig.period_s
         self._stalled_s = 0.0
 
     def step(self, bus_ok: bool, now_ns: int) -> str:

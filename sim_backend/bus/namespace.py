@@ -24,7 +24,7 @@ from sim_backend.bus.veth import make_pair
 MASTER_END, SLAVE_END = "ecat_master", "ecat_slaves"
 INTERFACE, CONTROL, LOCK_STEP = "EPA_BUS_INTERFACE", "EPA_BUS_CONTROL", "EPA_BUS_LOCK_STEP"
 _PLAIN = ("unshare", "--net")  # by root: real-time priority, where root has it, is kept
-_AS_USER = ("unshare", "--user", "--map-root-user", "--net")  # nobody's right to it reaches in here
+AS_USER = ("unshare", "--user", "--map-root-user", "--net")  # nobody's right to it reaches in here
 _ROOT = Path(__file__).parents[2]
 _PR_SET_PDEATHSIG = 1
 _READY = "ready"
@@ -32,21 +32,21 @@ _READY = "ready"
 
 def refusal() -> str | None:
     """Why no network of one's own can be made here; None where it can."""
+    return refused(network())
+
+
+def refused(line: tuple[str, ...]) -> str | None:
+    """Why a network cannot be made in this way; None where it can."""
     if shutil.which("unshare") is None:
         return "there is no unshare command"
-    why = _refused(_AS_USER)
-    return None if why is None or _network() == _PLAIN else f"unshare is refused: {why}"
-
-
-def _refused(line: tuple[str, ...]) -> str | None:
     tried = subprocess.run([*line, "true"], capture_output=True, text=True)
-    return None if tried.returncode == 0 else tried.stderr.strip()
+    return None if tried.returncode == 0 else f"unshare is refused: {tried.stderr.strip()}"
 
 
 @functools.cache
-def _network() -> tuple[str, ...]:
+def network() -> tuple[str, ...]:
     """What makes a network of one's own here."""
-    return _PLAIN if os.geteuid() == 0 and _refused(_PLAIN) is None else _AS_USER
+    return _PLAIN if os.geteuid() == 0 and refused(_PLAIN) is None else AS_USER
 
 
 def run_beside(
@@ -91,7 +91,7 @@ def command_beside(
 ) -> list[str]:
     """The whole command line of ``run_beside``, for who wants to start it otherwise."""
     return [
-        *_network(),
+        *network(),
         sys.executable,
         "-c",
         (

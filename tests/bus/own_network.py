@@ -25,11 +25,10 @@ from typing import Any
 
 import pytest
 
-from sim_backend.bus.namespace import die_with_parent, refusal
+from sim_backend.bus.namespace import AS_USER, die_with_parent, refused
 from tests.bus.watchmen import Watchmen
 
 ROOT = Path(__file__).resolve().parents[2]
-UNSHARE = ("unshare", "--user", "--map-root-user", "--net")
 # longer than any ordinary process waits for its turn on two busy cores: what runs by the clock
 # cannot bear it
 STALL_S = 0.05
@@ -49,7 +48,7 @@ class CallFailed(AssertionError):
 @functools.cache
 def why_not() -> str | None:
     """Why no network of one's own can be had here; None where it can."""
-    return refusal()
+    return refused(AS_USER)
 
 
 def call(where: str, **arguments: object) -> object:
@@ -87,7 +86,7 @@ class Hall:
 
     def __init__(self):
         self._process = subprocess.Popen(
-            [*UNSHARE, sys.executable, "-W", "error", "-m", "tests.bus.own_network"],
+            [*AS_USER, sys.executable, "-W", "error", "-m", "tests.bus.own_network"],
             cwd=ROOT,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,

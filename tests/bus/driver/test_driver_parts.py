@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from drivers import nic
-from drivers.backend import EthercatBackend, frame_timeout_s, slow_to_notice
+from drivers.backend import EthercatBackend, slow_to_notice
 from drivers.epos4 import interpolation_time
 from drivers.host import cores_of, host_findings
 from drivers.interface import Interface, candidates
@@ -16,6 +16,7 @@ from drivers.words import abort_words, al_status_words, state_words
 from epa_rt.backend import BackendError
 from epa_rt.config.devices import EPOS4_INPUTS, EPOS4_OUTPUTS
 from epa_rt.config.rig import Slave, load_rig
+from epa_rt.safety.bus_budget import frame_timeout_s
 
 RIGS = ("bench", "bench_analog", "mass", "knee")
 
