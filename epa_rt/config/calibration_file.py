@@ -5,8 +5,6 @@ as ``applied_calibrations``, so that it decodes and replays by itself.
 """
 
 import math
-import os
-import tempfile
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -18,6 +16,7 @@ from epa_rt.config.fields import Frozen, Name, written
 from epa_rt.config.rig_rows import si_unit_of
 from epa_rt.config.source import Located, load_yaml, parse_yaml, validate
 from epa_rt.config.units import UnitError, parse_quantity, unit, with_unit
+from epa_rt.config.whole_file import write_synced
 
 if TYPE_CHECKING:
     from epa_rt.config.rig import Rig
@@ -302,23 +301,13 @@ def written_calibration(one: SignalCalibration, with_points: bool) -> dict[str, 
 
 
 def write_calibrations(path: Path, file: CalibrationFile) -> None:
-    """Writes the whole file under another name, then renames it. Raises OSError."""
+    """Writes the file whole. Raises OSError."""
     data = {
         "calibration_of": file.calibration_of,
         "signals": [written_calibration(one, with_points=True) for one in file.signals],
     }
-    path.parent.mkdir(parents=True, exist_ok=True)
-    descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    try:
-        with os.fdopen(descriptor, "w", encoding="utf-8") as out:
-            out.write(_HEAD + yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=1000))
-            out.flush()
-            os.fsync(out.fileno())
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+    text = yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=1000)
+    write_synced(path, _HEAD + text)
 
 
 def self_contained(rig: Located) -> Located:

@@ -4,8 +4,6 @@
 real rig reads it. It is written whole or not at all. An emulated bus has a file of its own.
 """
 
-import os
-import tempfile
 from datetime import datetime
 from pathlib import Path
 from typing import Annotated
@@ -16,6 +14,7 @@ from pydantic import Field, field_validator
 from epa_rt.config.fields import Frozen, Name, quantity
 from epa_rt.config.source import Located, load_yaml, parse_yaml, validate
 from epa_rt.config.units import UnitError
+from epa_rt.config.whole_file import write_synced
 
 Count = Annotated[int, Field(ge=-(1 << 31), lt=1 << 31)]
 _APPLIED = ("method", "when", "who", "drive", "offset", "end")
@@ -85,18 +84,7 @@ def write_zero(path: Path, zero: ZeroFile) -> None:
         values["scatter"] = f"{1e3 * zero.scatter:.6g} mm"
     if zero.end is not None:
         values |= {"offset": zero.offset, "end": zero.end}
-    path.parent.mkdir(parents=True, exist_ok=True)
-    descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    try:
-        with os.fdopen(descriptor, "w", encoding="utf-8") as file:
-            file.write(_HEAD + yaml.safe_dump(values, sort_keys=False, allow_unicode=True))
-            file.flush()
-            os.fsync(file.fileno())
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+    write_synced(path, _HEAD + yaml.safe_dump(values, sort_keys=False, allow_unicode=True))
 
 
 def with_zero(rig: Located, zero: ZeroFile) -> Located:

@@ -1,8 +1,6 @@
 """How far a queue has come, in a file beside it that survives a power loss."""
 
 import json
-import os
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
@@ -10,6 +8,7 @@ from typing import Literal
 from pydantic import ValidationError
 
 from epa_rt.config.fields import Frozen
+from epa_rt.config.whole_file import write_synced
 from epa_rt.runs.queue import Queue
 
 Status = Literal["waiting", "running", "completed", "stopped", "tripped", "failed", "skipped"]
@@ -86,22 +85,7 @@ def load_state(path: Path, queue: Queue) -> QueueState:
 
 def save_state(path: Path, state: QueueState) -> None:
     """Writes the whole file and has it on the disk before it returns. Raises OSError."""
-    descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    try:
-        with os.fdopen(descriptor, "w", encoding="utf-8") as file:
-            file.write(json.dumps(state.model_dump(), indent=1) + "\n")
-            file.flush()
-            os.fsync(file.fileno())
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
-    folder = os.open(path.parent, os.O_RDONLY)
-    try:
-        os.fsync(folder)  # the new name itself must outlive the power
-    finally:
-        os.close(folder)
+    write_synced(path, json.dumps(state.model_dump(), indent=1) + "\n")
 
 
 def _fitted(path: Path, found: QueueState, queue: Queue) -> QueueState:
