@@ -15,11 +15,12 @@ from epa_rt.cli.inputs import (
     VERSION,
     Inputs,
     add_backend_arguments,
+    add_simulation_arguments,
     code_version,
     load_plant_of,
 )
 from epa_rt.cli.progress import said_when_slow
-from epa_rt.cli.run import EMULATED, positive_factor, run_recorded
+from epa_rt.cli.run import EMULATED, run_recorded
 from epa_rt.cli.run_record import add_record_arguments, record_attachment
 from epa_rt.cli.sound_rig import sound_rig
 from epa_rt.cli.zero import is_emulated, load_rig_source
@@ -45,17 +46,7 @@ def add_rig_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "-o", "--out", type=Path, default=Path("out"), help="folder for logs (default: %(default)s)"
     )
-    verb.add_argument(
-        "--seed",
-        type=int,
-        default=1,
-        help="seed of the simulated sensors' noise (default: %(default)s)",
-    )
-    verb.add_argument(
-        "--speed",
-        type=positive_factor,
-        help="pace of the simulated rig; 1 is real time (default: as fast as it goes)",
-    )
+    add_simulation_arguments(verb)
     verb.add_argument(
         "--start-travel",
         metavar="LENGTH",

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.by_hand import RigByHand, add_rig_arguments
 from epa_rt.cli.exits import COMPLETED, FAILED, VerbError
+from epa_rt.cli.inputs import add_supply_argument
 from epa_rt.cli.run import EMULATED
 from epa_rt.cli.screen_text import filled
 
@@ -54,11 +55,7 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("--by", choices=("hand", "motor"), default="hand", help="how force is made")
     verb.add_argument("--travels", metavar="LIST", help="--by motor: '0 mm, 5 mm, 10 mm'")
     verb.add_argument("--pressure", metavar="PRESSURE", help="--by motor: in the muscle, gauge")
-    verb.add_argument(
-        "--supply-stayed-on",
-        action="store_true",
-        help="--by motor: a wired drive has had its supply since the last run (epa run --help)",
-    )
+    add_supply_argument(verb)
     verb.add_argument("--steps", metavar="LIST", help="pressures: '0 kPa, 200 kPa, 400 kPa'")
     verb.add_argument("--ascending", action="store_true", help="points from low to high")
     verb.add_argument("--descending", action="store_true", help="from high to low; both: up, down")

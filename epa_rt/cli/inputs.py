@@ -80,6 +80,39 @@ def add_backend_arguments(verb: argparse.ArgumentParser) -> None:
     )
 
 
+def positive_factor(text: str) -> float:
+    """A pace from the command line. Raises ArgumentTypeError, ValueError."""
+    value = float(text)
+    if not 0.0 < value < 1e6:
+        raise argparse.ArgumentTypeError(f"found {text}, expected a factor above zero")
+    return value
+
+
+def add_simulation_arguments(verb: argparse.ArgumentParser) -> None:
+    """The simulated rig's noise and pace."""
+    verb.add_argument(
+        "--seed",
+        type=int,
+        default=1,
+        help="seed of the simulated sensors' noise (default: %(default)s)",
+    )
+    verb.add_argument(
+        "--speed",
+        type=positive_factor,
+        help="pace of the simulated rig; 1 is real time (default: as fast as it goes)",
+    )
+
+
+def add_supply_argument(verb: argparse.ArgumentParser) -> None:
+    """The operator's word on what nothing else tells of a wired drive."""
+    verb.add_argument(
+        "--supply-stayed-on",
+        action="store_true",
+        help="a wired drive has had its supply since the last run, which nothing else tells where"
+        " that run ended near count 0 (--backend ethercat)",
+    )
+
+
 def load_inputs(
     experiment: Path,
     rig: Path,

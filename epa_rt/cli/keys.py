@@ -1,18 +1,17 @@
 """The operator's keys and the line of figures of epa jog, read and written without ever waiting."""
 
-import os
 import sys
 import termios
 import tty
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 
+from epa_rt.cli.typed import Typed
 from epa_rt.config.rig import Rig
 from epa_rt.experiments.jogging import Jogging, Keys
 from epa_rt.loop.requests import OperatorRequests
 from epa_rt.realtime.screen import DroppingStream
 
-READ_S = 0.02  # a key waits for this long at most
 SHOW_S = 0.2
 WIDTH = 79
 _NAMES = {
@@ -51,28 +50,16 @@ class KeyRequests(OperatorRequests):
     def __init__(self, rig: Rig, keys: Keys, jog: Jogging, measured: Mapping[str, float]):
         super().__init__(rig.period_s)
         self._keys, self._jog, self._measured = keys, jog, measured
-        self._read_every = max(1, round(READ_S / rig.period_s))
+        self._typed = Typed(rig.period_s, self.ask)
         self._show_every = max(1, round(SHOW_S / rig.period_s))
         self._line, self._out = FigureLine(rig), DroppingStream.of(sys.stderr)
-        self._from, self._is_gone = sys.stdin.fileno(), False
 
     def poll(self, cycle: int) -> int:
-        if cycle % self._read_every == 0:
-            for key in keys_in(self._read()):
-                self._keys.press(key, cycle)
+        for key in keys_in(self._typed.read(cycle)):
+            self._keys.press(key, cycle)
         if cycle % self._show_every == 0:
             self._out.write("\r" + self._line.text(self._measured, self._jog, self._keys.selected))
         return super().poll(cycle)
-
-    def _read(self) -> bytes:
-        """What was typed. A terminal that cannot be read any more ends the jog: nobody holds it."""
-        try:
-            return os.read(self._from, 64)
-        except OSError:
-            if not self._is_gone:  # once: it must not count as the operator's second stop
-                self.ask("the terminal is gone")
-            self._is_gone = True
-            return b""
 
 
 class FigureLine:

@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, FAILED, STOPPED, TRIPPED, VerbError
-from epa_rt.cli.inputs import Inputs, add_backend_arguments, load_inputs
+from epa_rt.cli.inputs import Inputs, add_backend_arguments, add_supply_argument, load_inputs
 from epa_rt.cli.run_record import add_record_arguments
 from epa_rt.cli.screen_text import filled
 from epa_rt.cli.zero import kind_of_rig
@@ -42,6 +42,7 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("file", type=Path, metavar="FILE", help="queue file, or an experiment file")
     verb.add_argument("--rig", type=Path, help="rig of the runs that name none")
     add_backend_arguments(verb)
+    add_supply_argument(verb)
     verb.add_argument(
         "-o", "--out", type=Path, help="folder for the logs (default: the file's, else out)"
     )
@@ -303,21 +304,10 @@ class _Carrier:
     def _driven(
         self, item: "Item", inputs: Inputs, log: Path, requests: "OperatorRequests"
     ) -> "tuple[LogSummary, RunResult]":
-        from epa_rt.cli.run import run_on_bus, run_simulated
+        from epa_rt.cli.run import driven
 
-        arguments, progress = self.arguments, not self.arguments.quiet
-        if self.is_sim:
-            return run_simulated(inputs, log, item.seed, item.speed, progress, requests=requests)
-        return run_on_bus(
-            inputs,
-            log,
-            arguments.interface,
-            arguments.lock_step,
-            progress,
-            item.rig,
-            arguments.take_over,
-            requests=requests,
-        )
+        rig, seed, speed = item.rig, item.seed, item.speed
+        return driven(self.arguments, inputs, log, rig, seed, speed, requests=requests)
 
     def _judged(
         self, item: "Item", summary: "LogSummary", result: "RunResult", inputs: Inputs

@@ -1,6 +1,5 @@
 """Where the references of a calibration come from: a file, a simulated gauge, or the operator."""
 
-import os
 import sys
 import textwrap
 from collections import deque
@@ -14,6 +13,7 @@ from epa_rt.calibrate.points_file import Asked
 from epa_rt.calibrate.reference import Reader
 from epa_rt.calibrate.refusals import Scale, check_reading, check_rest, doubt_of
 from epa_rt.calibrate.taking import Reference, Step, Taking
+from epa_rt.cli.typed import Typed
 from epa_rt.config.units import UnitError
 from epa_rt.loop.requests import OperatorRequests
 from epa_rt.realtime.screen import DroppingStream
@@ -21,7 +21,6 @@ from epa_rt.realtime.screen import DroppingStream
 if TYPE_CHECKING:
     import numpy as np
 
-READ_S = 0.02  # a key waits for this long at most
 END = ("done", "end", "q")
 
 
@@ -97,14 +96,13 @@ class TypedLines(OperatorRequests):
 
     def __init__(self, period_s: float):
         super().__init__(period_s)
-        self._read_every = max(1, round(READ_S / period_s))
+        self._terminal = Typed(period_s, self.ask)
         self._typed, self._lines = "", deque[str](maxlen=8)
         self._out = DroppingStream.of(sys.stderr)
-        self._from, self._is_gone, self._is_asking = sys.stdin.fileno(), False, False
+        self._is_asking = False
 
     def poll(self, cycle: int) -> int:
-        if cycle % self._read_every == 0:
-            self._take_in(self._read())
+        self._take_in(self._terminal.read(cycle))
         return super().poll(cycle)
 
     def prompt(self) -> None:
@@ -122,16 +120,6 @@ class TypedLines(OperatorRequests):
     def say(self, text: str) -> None:
         """One line for the operator; dropped where the screen takes none."""
         self._write(text + "\n")
-
-    def _read(self) -> bytes:
-        """What was typed. A terminal that cannot be read any more ends the calibration."""
-        try:
-            return os.read(self._from, 256)
-        except OSError:
-            if not self._is_gone:  # once: it must not count as the operator's second stop
-                self.ask("the terminal is gone")
-            self._is_gone = True
-            return b""
 
     def _take_in(self, data: bytes) -> None:
         """Keys as lines: Enter ends one, backspace and Ctrl-U mend it."""

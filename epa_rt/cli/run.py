@@ -24,7 +24,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, FAILED, OF_OUTCOME, VerbError, code_of_run
-from epa_rt.cli.inputs import Inputs, add_backend_arguments, add_input_arguments, load_inputs
+from epa_rt.cli.inputs import (
+    Inputs,
+    add_backend_arguments,
+    add_input_arguments,
+    add_simulation_arguments,
+    add_supply_argument,
+    load_inputs,
+)
 from epa_rt.cli.live import add_view_arguments, opened, views_wanted
 from epa_rt.cli.log_name import take_log_path
 from epa_rt.cli.run_end import end_facts, json_text
@@ -44,23 +51,10 @@ if TYPE_CHECKING:
 EMULATED = {"bus": "emulated"}  # of a log's facts: no rig was there
 
 
-def positive_factor(text: str) -> float:
-    """A pace from the command line. Raises ArgumentTypeError, ValueError."""
-    value = float(text)
-    if not 0.0 < value < 1e6:
-        raise argparse.ArgumentTypeError(f"found {text}, expected a factor above zero")
-    return value
-
-
 def add_arguments(verb: argparse.ArgumentParser) -> None:
     add_input_arguments(verb)
     add_backend_arguments(verb)
-    verb.add_argument(
-        "--supply-stayed-on",
-        action="store_true",
-        help="a wired drive has had its supply since the last run, which nothing else tells where"
-        " that run ended near count 0 (--backend ethercat)",
-    )
+    add_supply_argument(verb)
     verb.add_argument(
         "-o",
         "--out",
@@ -68,17 +62,7 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
         default=Path("out"),
         help="folder for the log, or a name that ends in .mcap",
     )
-    verb.add_argument(
-        "--seed",
-        type=int,
-        default=1,
-        help="seed of the simulated sensors' noise (default: %(default)s)",
-    )
-    verb.add_argument(
-        "--speed",
-        type=positive_factor,
-        help="pace of the simulated rig; 1 is real time (default: as fast as it goes)",
-    )
+    add_simulation_arguments(verb)
     verb.add_argument(
         "--resume",
         type=Path,
@@ -128,27 +112,10 @@ def main(arguments: argparse.Namespace) -> int:
 
     with Views(views_wanted(arguments, arguments.live)) as views:
         opened(views, inputs.rig.realtime.core)
-        if is_sim:
-            summary, result = run_simulated(
-                inputs,
-                arguments.out,
-                arguments.seed,
-                arguments.speed,
-                progress=not arguments.quiet,
-                views=views,
-            )
-        else:
-            summary, result = run_on_bus(
-                inputs,
-                arguments.out,
-                arguments.interface,
-                arguments.lock_step,
-                progress=not arguments.quiet,
-                rig_path=arguments.rig,
-                take_over=arguments.take_over,
-                supply_stayed_on=arguments.supply_stayed_on,
-                views=views,
-            )
+        rig, out = arguments.rig, arguments.out
+        summary, result = driven(
+            arguments, inputs, out, rig, arguments.seed, arguments.speed, views=views
+        )
     code = exit_code(summary, result)
     ends = sys.stderr if arguments.json else sys.stdout
     print(filled(closing_text(summary, result, inputs.rig), ends), file=ends)
@@ -182,6 +149,36 @@ def _assembled(inputs: Inputs) -> "Assembly":
         return assemble(inputs.rig, inputs.experiment)
     except WiringError as error:
         raise VerbError(str(error)) from None
+
+
+def driven(
+    arguments: argparse.Namespace,
+    inputs: Inputs,
+    out: Path,
+    rig_path: Path,
+    seed: int,
+    speed: float | None,
+    views: "Views | None" = None,
+    requests: "OperatorRequests | None" = None,
+) -> "tuple[LogSummary, RunResult]":
+    """One run, recorded into ``out``, on the rig that the backend's arguments say. ``seed``,
+    ``speed``: of a simulated one. Raises VerbError.
+    """
+    progress = not arguments.quiet
+    if arguments.backend == "sim":
+        return run_simulated(inputs, out, seed, speed, progress, views=views, requests=requests)
+    return run_on_bus(
+        inputs,
+        out,
+        arguments.interface,
+        arguments.lock_step,
+        progress,
+        rig_path,
+        arguments.take_over,
+        arguments.supply_stayed_on,
+        views=views,
+        requests=requests,
+    )
 
 
 def run_simulated(

@@ -21,8 +21,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, VerbError
-from epa_rt.cli.inputs import add_backend_arguments
-from epa_rt.cli.run import positive_factor
+from epa_rt.cli.inputs import add_backend_arguments, add_simulation_arguments, add_supply_argument
 from epa_rt.cli.run_record import add_record_arguments
 from epa_rt.cli.screen_text import filled
 
@@ -62,6 +61,7 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
         "--peak-to-peak", metavar="SIZE", help="of the excitation, at most: '2 deg', '1 mm'"
     )
     add_backend_arguments(verb)
+    add_supply_argument(verb)
     verb.add_argument(
         "-o",
         "--out",
@@ -69,17 +69,7 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
         default=Path("out"),
         help="folder for the excitation's log (default: %(default)s)",
     )
-    verb.add_argument(
-        "--seed",
-        type=int,
-        default=1,
-        help="seed of the simulated sensors' noise (default: %(default)s)",
-    )
-    verb.add_argument(
-        "--speed",
-        type=positive_factor,
-        help="pace of the simulated rig; 1 is real time (default: as fast as it goes)",
-    )
+    add_simulation_arguments(verb)
     verb.add_argument("--dry", action="store_true", help="show the excitation; nothing moves")
     verb.add_argument("--json", type=Path, metavar="JSON", help="write the answer for machines")
     verb.add_argument("--html", type=Path, metavar="PAGE.html", help="write the answer as a page")
@@ -132,7 +122,7 @@ def _excite(arguments: argparse.Namespace) -> int:
     """Runs the excitation, then answers from its log; a run that did not complete ends here."""
     from dataclasses import replace
 
-    from epa_rt.cli.run import closing_text, exit_code, run_on_bus, run_simulated
+    from epa_rt.cli.run import closing_text, driven, exit_code
     from epa_rt.cli.run_record import record_attachment
     from epa_rt.config.source import load_yaml
     from epa_rt.tune.controller import loop_of
@@ -159,20 +149,9 @@ def _excite(arguments: argparse.Namespace) -> int:
         from epa_rt.cli.dry import show_dry_run
 
         return DIFFERENT if show_dry_run(inputs.experiment, rig, arguments.out) else COMPLETED
-    if arguments.backend == "sim":
-        summary, result = run_simulated(
-            inputs, arguments.out, arguments.seed, arguments.speed, progress=not arguments.quiet
-        )
-    else:
-        summary, result = run_on_bus(
-            inputs,
-            arguments.out,
-            arguments.interface,
-            arguments.lock_step,
-            progress=not arguments.quiet,
-            rig_path=arguments.rig,
-            take_over=arguments.take_over,
-        )
+    summary, result = driven(
+        arguments, inputs, arguments.out, arguments.rig, arguments.seed, arguments.speed
+    )
     print(filled(closing_text(summary, result, inputs.rig)))
     code = exit_code(summary, result)
     if code != COMPLETED:  # how the rig was left must stand last

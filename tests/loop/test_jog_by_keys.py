@@ -62,7 +62,7 @@ def test_a_terminal_that_is_gone_stops_once(tmp_path, monkeypatch, period_s):
         keys = Keys()
         assembly, jog = assemble_jog(one.rig, keys)
         requests = KeyRequests(rig, keys, jog, assembly.decoder.measured)
-        monkeypatch.setattr(requests, "_from", writing)  # which cannot be read
+        os.dup2(writing, reading)  # which cannot be read
         assert [requests.poll(cycle) for cycle in range(1000)] == [STOP] * 1000
         requests.ask("operator")
         assert requests.poll(1001) == STOP_AT_ONCE
