@@ -27,7 +27,8 @@ make_environment() {
         return 0
     fi
     if [ -n "$(ls -A "$venv" 2>/dev/null)" ] && [ ! -f "$stamp" ]; then
-        echo "found $venv, which this script did not make, expected a free name (EPA_VENV=NAME), or delete it" >&2
+        echo "found $venv, which this script did not make," \
+            "expected a free name (EPA_VENV=NAME), or delete it" >&2
         return 1
     fi
     echo "making $venv with pinned packages (once, a minute or two) ..." >&2

@@ -249,8 +249,8 @@ class GenericTerminal(Frozen):
         if self.objects:
             return (
                 *MAILBOX,
-                SyncManager(0x1100, outputs, 0x24 if outputs else 0, bool(outputs), OUTPUTS),
-                SyncManager(0x1180, inputs, 0x20 if inputs else 0, bool(inputs), INPUTS),
+                SyncManager(0x1100, outputs, 0x24 if outputs else 0, int(outputs > 0), OUTPUTS),
+                SyncManager(0x1180, inputs, 0x20 if inputs else 0, int(inputs > 0), INPUTS),
             )
         managers = []
         if outputs:

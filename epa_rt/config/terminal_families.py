@@ -45,18 +45,14 @@ def digital_outputs(
     """A terminal of bits that go out; no processor, so that its outputs are off after the watchdog
     until data come again.
     """
+    entries, pdos = _bits(channels, 0x7000, 0x1600, "Output")
     return Device(
         name,
         BECKHOFF,
         (product,),
         revisions,
-        outputs=tuple(
-            Entry(f"ch{n + 1}", "?", index=0x7000 + 0x10 * n, subindex=1) for n in range(channels)
-        ),
-        pdos=tuple(
-            Pdo(0x1600 + n, f"Channel {n + 1}", (Mapped(0x7000 + 0x10 * n, 1, "?", "Output"),), 0)
-            for n in range(channels)
-        ),
+        outputs=entries,
+        pdos=pdos,
         sync_managers=(SyncManager(DIGITAL_OUTPUTS, 0, 0x44, 0x09, OUTPUTS),),
         channels=channels,
         ebus_ma=ebus_ma,
@@ -67,21 +63,31 @@ def digital_inputs(
     name: str, product: int, revisions: tuple[int, int], channels: int, ebus_ma: int
 ) -> Device:
     """A terminal of bits that come in; no processor."""
+    entries, pdos = _bits(channels, 0x6000, 0x1A00, "Input")
     return Device(
         name,
         BECKHOFF,
         (product,),
         revisions,
-        inputs=tuple(
-            Entry(f"ch{n + 1}", "?", index=0x6000 + 0x10 * n, subindex=1) for n in range(channels)
-        ),
-        pdos=tuple(
-            Pdo(0x1A00 + n, f"Channel {n + 1}", (Mapped(0x6000 + 0x10 * n, 1, "?", "Input"),), 0)
-            for n in range(channels)
-        ),
+        inputs=entries,
+        pdos=pdos,
         sync_managers=(SyncManager(DIGITAL_INPUTS, 1, 0x00, 0x01, INPUTS),),
         channels=channels,
         ebus_ma=ebus_ma,
+    )
+
+
+def _bits(
+    channels: int, first_object: int, first_pdo: int, says: str
+) -> tuple[tuple[Entry, ...], tuple[Pdo, ...]]:
+    """An entry and a PDO of one bit for each channel."""
+    objects = [first_object + 0x10 * n for n in range(channels)]
+    return (
+        tuple(Entry(f"ch{n + 1}", "?", index=at, subindex=1) for n, at in enumerate(objects)),
+        tuple(
+            Pdo(first_pdo + n, f"Channel {n + 1}", (Mapped(at, 1, "?", says),), 0)
+            for n, at in enumerate(objects)
+        ),
     )
 
 

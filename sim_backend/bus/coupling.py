@@ -8,11 +8,10 @@ as well.
 from epa_rt.config.devices import Entry
 from epa_rt.config.rig import Rig
 from epa_rt.config.rig_checks import entries_of
-from epa_rt.config.terminal import GAP
+from epa_rt.config.terminal import GAP, INPUTS, OUTPUTS
 from epa_rt.signals.image import Image, Place, image_of
 from sim_backend.bus.logical import BitCopy, ByteCopy
 from sim_backend.bus.registers import DIGITAL_OUTPUTS, MEMORY_SIZE
-from sim_backend.bus.sii import INPUTS, OUTPUTS
 from sim_backend.bus.slave import Slave
 
 Copy = ByteCopy | BitCopy

@@ -6,6 +6,7 @@ machine itself is sim_backend/devices.py.
 """
 
 from epa_rt.config.devices import DEVICES
+from epa_rt.config.terminal import INPUTS, MAILBOX_IN, MAILBOX_OUT, OUTPUTS, SyncManager
 from epa_rt.signals.image import Place
 from sim_backend.bus import dictionary as od
 from sim_backend.bus import registers as reg
@@ -14,7 +15,7 @@ from sim_backend.bus.agenda import Agenda
 from sim_backend.bus.coe import emergency
 from sim_backend.bus.epos4_objects import DEFAULT_MAPPING, add_axis_objects
 from sim_backend.bus.pdo_objects import add_assignment, add_identity, add_sync_objects
-from sim_backend.bus.sii import Pdo, PdoEntry, SyncManagerSetting
+from sim_backend.bus.sii import Pdo, PdoEntry
 from sim_backend.bus.slave import Controller, Settings, Slave
 
 _CONTROLLER = Controller(0x11, 8, 8, 0x00F0, is_copper=True, has_clock=True)
@@ -58,10 +59,10 @@ class Epos4(Slave):
             fmmu_uses=(1, 2, 3),
             dc_modes=(sii.DcMode("FreeRun", 0x0000), sii.DcMode("DC sync", 0x0300)),
             sync_managers=(
-                SyncManagerSetting(0x1000, 48, 0x26, 0x01, sii.MAILBOX_OUT),
-                SyncManagerSetting(0x1030, 48, 0x22, 0x01, sii.MAILBOX_IN),
-                SyncManagerSetting(0x1060, 6, 0x64, 0x01, sii.OUTPUTS),
-                SyncManagerSetting(0x10F0, 6, 0x20, 0x01, sii.INPUTS),
+                SyncManager(0x1000, 48, 0x26, 0x01, MAILBOX_OUT),
+                SyncManager(0x1030, 48, 0x22, 0x01, MAILBOX_IN),
+                SyncManager(0x1060, 6, 0x64, 0x01, OUTPUTS),
+                SyncManager(0x10F0, 6, 0x20, 0x01, INPUTS),
             ),
         )
         super().__init__(name, _CONTROLLER, content, agenda, settings)

@@ -6,24 +6,13 @@ Sources: ETG.1000.6 (SII area), ETG.2010 (categories and their layouts).
 from dataclasses import dataclass, field
 from struct import pack
 
+from epa_rt.config.terminal import SyncManager
 from sim_backend.bus.eeprom import checksum
 
 STRINGS, GENERAL, FMMU, SYNC_MANAGERS, TX_PDO, RX_PDO, DC, END = 10, 30, 40, 41, 50, 51, 60, 0xFFFF
 COE_PROTOCOL = 0x0004
 SDO, SDO_INFO, PDO_ASSIGN, PDO_CONFIG = 0x01, 0x02, 0x04, 0x08  # CoE details
-MAILBOX_OUT, MAILBOX_IN, OUTPUTS, INPUTS = 1, 2, 3, 4  # types of sync manager
 _SIZE_BYTES = 2048
-
-
-@dataclass(frozen=True)
-class SyncManagerSetting:
-    """Default of one sync manager: start, length, control byte, enable byte, what it is for."""
-
-    start: int
-    length: int
-    control: int
-    enable: int
-    use: int
 
 
 @dataclass(frozen=True)
@@ -73,7 +62,7 @@ class SiiContent:
     mailbox: tuple[int, int, int, int] = (0, 0, 0, 0)  # receive start and size, send start and size
     protocols: int = 0
     coe_details: int = 0
-    sync_managers: tuple[SyncManagerSetting, ...] = ()
+    sync_managers: tuple[SyncManager, ...] = ()
     fmmu_uses: tuple[int, ...] = ()  # 1 outputs, 2 inputs, 3 mailbox state
     pdos: tuple[Pdo, ...] = ()
     dc_modes: tuple[DcMode, ...] = ()

@@ -7,6 +7,7 @@ What a kind of slave adds (dictionary, checks, safe outputs) stands in terminals
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from epa_rt.config.terminal import INPUTS, MAILBOX_IN, MAILBOX_OUT, OUTPUTS
 from epa_rt.signals.image import Place
 from sim_backend.bus import registers as reg
 from sim_backend.bus.agenda import Agenda
@@ -17,7 +18,7 @@ from sim_backend.bus.dictionary import Dictionary
 from sim_backend.bus.eeprom import Eeprom
 from sim_backend.bus.esc import Esc
 from sim_backend.bus.mailbox import Mailbox
-from sim_backend.bus.sii import INPUTS, MAILBOX_IN, MAILBOX_OUT, OUTPUTS, Pdo, SiiContent, sii_image
+from sim_backend.bus.sii import Pdo, SiiContent, sii_image
 from sim_backend.bus.watchdog import Watchdog
 
 
@@ -116,7 +117,7 @@ class Slave:
         return self.esc.memory[0x10] | self.esc.memory[0x11] << 8
 
     def sync_manager_for(self, use: int) -> int | None:
-        """Number of the sync manager for a use (sii.MAILBOX_OUT ...); None where this kind has
+        """Number of the sync manager for a use (MAILBOX_OUT ...); None where this kind has
         none.
         """
         return next(

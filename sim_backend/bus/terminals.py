@@ -9,13 +9,23 @@ from dataclasses import replace
 from struct import pack
 
 from epa_rt.config.rig import Slave as RigSlave
-from epa_rt.config.terminal import UNASSIGNED, Alone, Device, Mapped, Setting
+from epa_rt.config.terminal import (
+    INPUTS,
+    MAILBOX_IN,
+    MAILBOX_OUT,
+    OUTPUTS,
+    UNASSIGNED,
+    Alone,
+    Device,
+    Mapped,
+    Setting,
+)
 from epa_rt.signals.image import Place
 from sim_backend.bus import dictionary as od
 from sim_backend.bus import sii
 from sim_backend.bus.agenda import Agenda
 from sim_backend.bus.pdo_objects import add_assignment, add_identity, add_mapping, add_sync_objects
-from sim_backend.bus.sii import Pdo, PdoEntry, SyncManagerSetting
+from sim_backend.bus.sii import Pdo, PdoEntry
 from sim_backend.bus.slave import Controller, Settings, Slave
 from sim_backend.input_filter import ENABLE_OBJECT, NO_FILTER, SELECT_OBJECT
 
@@ -202,7 +212,7 @@ class Terminal(Slave):
         bits = od.BITS[data_type]
         size = (bits + 7) // 8
         outputs = index >> 12 == 7
-        number = self.sync_manager_for(sii.OUTPUTS if outputs else sii.INPUTS)
+        number = self.sync_manager_for(OUTPUTS if outputs else INPUTS)
         if number is None:
             return bytes(size)
         position = 8 * self.esc.sync_managers.settings(number)[0]
@@ -227,9 +237,9 @@ def _content(described: Device, product: int | None, revision: int) -> sii.SiiCo
     managers = {manager.use: manager for manager in described.sync_managers}
     details = mailbox = 0
     sizes = (0, 0, 0, 0)
-    uses = tuple(use - 2 for use in sorted(managers) if use in (sii.OUTPUTS, sii.INPUTS))
+    uses = tuple(use - 2 for use in sorted(managers) if use in (OUTPUTS, INPUTS))
     if described.serves_objects:
-        out, back = managers[sii.MAILBOX_OUT], managers[sii.MAILBOX_IN]
+        out, back = managers[MAILBOX_OUT], managers[MAILBOX_IN]
         sizes = (out.start, out.length, back.start, back.length)
         details = sii.SDO | sii.SDO_INFO | (sii.PDO_ASSIGN if described.chooses else 0)
         mailbox, uses = sii.COE_PROTOCOL, (1, 2, 3)
@@ -250,10 +260,7 @@ def _content(described: Device, product: int | None, revision: int) -> sii.SiiCo
         mailbox=sizes,
         protocols=mailbox,
         coe_details=details,
-        sync_managers=tuple(
-            SyncManagerSetting(m.start, m.length, m.control, int(m.enable), m.use)
-            for m in described.sync_managers
-        ),
+        sync_managers=described.sync_managers,
         fmmu_uses=uses,
         pdos=pdos,
         ebus_ma=described.ebus_ma,

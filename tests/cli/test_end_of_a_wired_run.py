@@ -15,10 +15,8 @@ LOST_COUNTS, AT_CYCLE = 20000, 4000
 ELSEWHERE = 40000  # counts, 32 mm from where the simulated motor stands
 
 
-def ended(folder, end, hurt=None, requests=None):
-    """A run whose last one ended at a count; the count that its own end leaves, and the one read
-    last.
-    """
+def wired_rig(folder, end):
+    """The wired bench whose last run ended at a count, and its file."""
     path = folder / "bench_analog.yaml"
     text = (ROOT / "config/rigs/bench_analog.yaml").read_text()
     path.write_text(text.replace("../plants", str(ROOT / "config/plants")))
@@ -27,6 +25,14 @@ def ended(folder, end, hurt=None, requests=None):
     )
     write_zero(zero_path(path), zero)
     rig = load_rig_source(path, True)[1]
+    return rig, path
+
+
+def ended(folder, end, hurt=None, requests=None):
+    """A run whose last one ended at a count; the count that its own end leaves, and the one read
+    last.
+    """
+    rig, path = wired_rig(folder, end)
     inputs = replace(tiny_inputs(folder, "bench_analog"), rig=rig)
     made = run_in_memory(inputs, hurt, requests)
     decoder = made.assembly.decoder
@@ -93,14 +99,7 @@ def test_a_count_lost_after_another_trip_keeps_no_end_either(tmp_path, lost_afte
 @pytest.mark.parametrize(("end", "is_blind"), [(-11, True), (0, True), (ELSEWHERE, False)])
 def test_an_end_at_which_a_drive_begins_to_count_needs_the_operators_word(tmp_path, end, is_blind):
     """There a drive whose supply was off is taken for one that never lost its count."""
-    path = tmp_path / "bench_analog.yaml"
-    text = (ROOT / "config/rigs/bench_analog.yaml").read_text()
-    path.write_text(text.replace("../plants", str(ROOT / "config/plants")))
-    zero = ZeroFile(
-        rig="bench_analog", method="here", at="0 mm", when="2026-01-31T12:00:00Z", end=end
-    )
-    write_zero(zero_path(path), zero)
-    rig = load_rig_source(path, True)[1]
+    rig, path = wired_rig(tmp_path, end)
     begins = {rig.motor.position: position_scaling(rig).to_si(0)}
     assert (Referenced(rig).refusal(begins) is None) == is_blind == bool(blind_words(rig))
     need_known_count(rig, path, stayed_on=True)

@@ -11,7 +11,15 @@ import numpy as np
 
 from epa_rt.logs.importers.mat_child import MatError, load_apart
 from epa_rt.logs.importers.mat_size import unpacked_bytes
-from epa_rt.logs.importers.table import ImportRefused, Table, element_of, may_be_missing, shown, why
+from epa_rt.logs.importers.table import (
+    ImportRefused,
+    Table,
+    element_of,
+    matrix_column,
+    may_be_missing,
+    shown,
+    why,
+)
 from epa_rt.logs.importers.unpacked import TooLarge
 
 _LARGEST = 1 << 31
@@ -100,12 +108,7 @@ def _column(
             f"{path}: variable {shown(name)}: found {_kind(value)}, expected numbers"
         )
     if element is not None:
-        if values.ndim != 2 or element >= values.shape[1]:
-            raise ImportRefused(
-                f"{path}: variable {shown(name)}: found the shape {values.shape}, expected a matrix"
-                f" with a column {element}, counted from 0"
-            )
-        values = values[:, element]
+        values = matrix_column(values, element, f"{path}: variable {shown(name)}")
     elif values.ndim != 1 or not len(values):
         found = (
             "a single number"

@@ -8,7 +8,15 @@ from typing import IO
 
 import numpy as np
 
-from epa_rt.logs.importers.table import ImportRefused, Table, element_of, numbers, shown, why
+from epa_rt.logs.importers.table import (
+    ImportRefused,
+    Table,
+    element_of,
+    matrix_column,
+    numbers,
+    shown,
+    why,
+)
 from epa_rt.logs.importers.unpacked import TooLarge, check_unpacked
 
 _LARGEST = 1 << 31
@@ -166,12 +174,7 @@ def _column(path: Path, file: NpzFile, column: str | int, missing: Sequence[str]
             f"{path}: array {shown(name)}: found {values.dtype.name[:40]}, expected numbers"
         )
     if element is not None:
-        if values.ndim != 2 or element >= values.shape[1]:
-            raise ImportRefused(
-                f"{path}: array {shown(name)}: found the shape {values.shape}, expected a matrix"
-                f" with a column {element}, counted from 0"
-            )
-        values = values[:, element]
+        values = matrix_column(values, element, f"{path}: array {shown(name)}")
     elif values.ndim == 2 and values.shape[1] == 1:
         values = values[:, 0]
     if values.ndim != 1 or not len(values):

@@ -50,6 +50,19 @@ def element_of(column: str) -> tuple[str, int | None]:
     return column, None
 
 
+def matrix_column(values: np.ndarray, element: int, where: str) -> np.ndarray:
+    """Column ``element`` of a matrix (N, M): (N,). Raises ImportRefused, beginning with ``where``,
+    where it is none or has no such column.
+    """
+    if values.ndim != 2 or element >= values.shape[1]:
+        raise ImportRefused(
+            f"{where}: found the shape {values.shape}, expected a matrix with a column {element},"
+            " counted from 0"
+        )
+    column: np.ndarray = values[:, element]
+    return column
+
+
 def shown(text: str, longest: int = 40) -> str:
     """Text of a file as part of a sentence: one line, cut where long."""
     text = "".join(c if c.isprintable() else " " for c in text[: longest + 1])
