@@ -146,10 +146,10 @@ class EthercatBackend:
             raise BackendError(cycle.no_frame())
         cycle.edges.mark()
         if self._lock_step:
-            return Exchange(
-                self._number, (self._number + 1) * self._period_ns, cycle.inputs, ok, 0, 0
-            )
-        return Exchange(self._number, edge_ns, cycle.inputs, ok, lateness_ns, busy_ns)
+            t_ns = (self._number + 1) * self._period_ns
+            return Exchange(self._number, t_ns, cycle.inputs, ok, 0, 0, t_ns)
+        read_ns = edge_ns + lateness_ns
+        return Exchange(self._number, edge_ns, cycle.inputs, ok, lateness_ns, busy_ns, read_ns)
 
     def _diagnose(self, watch: StateWatch) -> None:
         """One question beside the process data; none while something is wrong, for an answer that

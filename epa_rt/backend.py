@@ -10,7 +10,8 @@ class Exchange(NamedTuple):
 
     ``t_ns``: the cycle edge on the backend's clock. ``lateness_ns``: how long after the edge the
     exchange began. ``busy_ns``: how long everything above the backend took in the cycle before (0
-    where nobody measures it).
+    where nobody measures it). ``read_ns``: when the inputs were true, on the same clock; a rig
+    moves on while the loop is late, a simulated one moves by cycles alone.
     """
 
     cycle: int
@@ -19,6 +20,7 @@ class Exchange(NamedTuple):
     working_counter_ok: bool
     lateness_ns: int
     busy_ns: int
+    read_ns: int
 
 
 class BackendError(Exception):

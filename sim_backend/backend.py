@@ -62,7 +62,8 @@ class SimBackend:
         inputs_raw = self._model.cycle(outputs_raw)
         if self._pace is not None:
             self._pace.mark()
-        return Exchange(self._cycle, self._model.t_ns, inputs_raw, True, lateness_ns, busy_ns)
+        t_ns = self._model.t_ns
+        return Exchange(self._cycle, t_ns, inputs_raw, True, lateness_ns, busy_ns, t_ns)
 
     def close(self) -> None:
         was_open, self._is_open = self._is_open, False

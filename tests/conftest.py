@@ -3,6 +3,7 @@ the clock.
 """
 
 import os
+import signal
 
 os.environ.setdefault(
     "OPENBLAS_NUM_THREADS",
@@ -10,6 +11,11 @@ os.environ.setdefault(
     # before numpy, as `epa` has it: threads of a small product spin on the processors that the
     # tests run on
 )
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    # started in the background of a shell: what the tests start would inherit it, and never hear
+    # the Ctrl-C that they send
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 STALLED = "the machine stood still"  # tests/bus/own_network.py
 

@@ -77,10 +77,11 @@ def replay_log(path: Path) -> int:
     inputs = inputs_of_log(path, reader.attachments)
     assembly = assemble(inputs.rig, inputs.experiment)
     comparison = Comparison(cycles)
+    simulated = reader.metadata.get("run", {}).get("backend") == "sim"
     with undisturbed(None):
         run(
             assembly.rig,
-            ReplayBackend(cycles, assembly.rig.period_s),
+            ReplayBackend(cycles, assembly.rig.period_s, simulated),
             assembly.supervisor,
             assembly.envelope,
             assembly.decoder,

@@ -61,14 +61,16 @@ def recorded_cycles(reader: LogReader) -> RecordedCycles:
 class ReplayBackend:
     """A Backend that reads its stamps and inputs from a log; what is sent to it goes nowhere.
 
-    Raises BackendError from ``exchange`` once the log is at its end.
+    Raises BackendError from ``exchange`` once the log is at its end. ``simulated``: whether it is
+    of a rig that moved by cycles alone.
     """
 
-    def __init__(self, cycles: RecordedCycles, period_s: float):
+    def __init__(self, cycles: RecordedCycles, period_s: float, simulated: bool):
         self.period_s = period_s
         self.events: list[Event] = []
         self.drive_off: bool | None = None
         self._cycles, self._next, self._is_open = cycles, 0, False
+        self._simulated = simulated
 
     def open(self) -> None:
         self._is_open = True
@@ -84,13 +86,15 @@ class ReplayBackend:
         if i >= len(cycles.cycle):
             raise BackendError(f"the log ends after {i} cycles")
         self._next = i + 1
+        t_ns, lateness_ns = cycles.t_ns[i], cycles.lateness_ns[i]
         return Exchange(
             cycles.cycle[i],
-            cycles.t_ns[i],
+            t_ns,
             cycles.inputs_raw(i),
             bool(cycles.flags[i] & FLAG_WORKING_COUNTER_OK),
-            cycles.lateness_ns[i],
+            lateness_ns,
             cycles.busy_ns[i],
+            t_ns if self._simulated else t_ns + lateness_ns,
         )
 
     def close(self) -> None:

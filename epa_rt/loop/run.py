@@ -159,7 +159,7 @@ def _exchange_until_done(
     try:
         while supervisor.state != DONE:
             exchange = backend.exchange(outputs_raw)
-            cycle, t_ns, inputs_raw, bus_ok, lateness_ns, busy_ns = exchange
+            cycle, t_ns, inputs_raw, bus_ok, lateness_ns, busy_ns, read_ns = exchange
             measured = decoder.decode(inputs_raw)
             request = requests.poll(cycle)
             flags = FLAG_WORKING_COUNTER_OK if bus_ok else 0
@@ -176,7 +176,7 @@ def _exchange_until_done(
                 decoder.invalid,
                 decoder.stale,
                 command,
-                t_ns + lateness_ns,
+                read_ns,
                 supervisor.fault,
             )
             trip = envelope.tripped
@@ -231,7 +231,7 @@ def _stop_alone(
             decoder.invalid,
             decoder.stale,
             {},
-            exchange.t_ns + exchange.lateness_ns,
+            exchange.read_ns,
         )
         now.outputs_raw = encoder.encode(outputs)
         if envelope.stopping.category != BRAKING:

@@ -105,7 +105,7 @@ def recorded(on: Rig, scenario: str) -> ReplayBackend:
         operator.decoder.size,
         operator.encoder.size,
     )
-    return ReplayBackend(cycles, on.period_s)
+    return ReplayBackend(cycles, on.period_s, simulated=True)
 
 
 FACTORIES: dict[str, Callable[[Rig, str], Backend]] = {

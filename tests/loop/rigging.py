@@ -139,13 +139,14 @@ def tiny_inputs(
 
 
 def run_in_memory(
-    inputs: Inputs, hurt=None, requests=None, memory: Memory | None = None, prepare=None
+    inputs: Inputs, hurt=None, requests=None, memory: Memory | None = None, prepare=None, pace=None
 ) -> Outcome:
     """One run on the simulated rig; ``prepare(assembly, model)`` may change things before it
-    starts.
+    starts. ``pace``: what it waits for, as ``realtime.pace.Pace``; None runs as fast as it goes.
     """
     assembly = assemble(inputs.rig, inputs.experiment)
     backend = Between(SimBackend(inputs.rig, inputs.plant, 1), hurt)
+    backend.inner._pace = pace
     memory = memory or Memory()
     if prepare:
         prepare(assembly, backend.inner.model)

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from epa_rt.config.rig import Overrun
 from epa_rt.loop.overruns import Overruns
+from tests.loop.rigging import run_in_memory, tiny_inputs
 
 PERIOD_S = 1e-3
 LATE_NS = 300_000
@@ -66,3 +67,22 @@ def test_a_stall_counts_for_as_long_as_it_took_and_is_paid_back():
         assert counted.level_s > 0.0 and counted.step(0) == ""
     assert counted.level_s == pytest.approx(0.0, abs=1e-9)
     assert counted.step(150_000_000) == "stop"
+
+
+def test_a_machine_that_stands_still_moves_no_simulated_rig(tmp_path):
+    """A paced simulation moves by cycles: a stall of 14 ms is no contradiction of its sensors."""
+
+    class Stalling:
+        cycle = 0
+
+        def start(self) -> None: ...
+
+        def wait(self) -> tuple[int, int]:
+            self.cycle += 1
+            return (0 if self.cycle % 50 else 14_000_000), 0
+
+        def mark(self) -> None: ...
+
+    outcome = run_in_memory(tiny_inputs(tmp_path), pace=Stalling())
+    assert outcome.result.outcome == "completed", outcome.result.cause
+    assert outcome.result.worst_lateness_ns == 14_000_000
