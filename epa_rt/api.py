@@ -22,7 +22,7 @@ from epa_rt.runs.compare import Comparison, NothingInCommon
 from epa_rt.runs.log import EpaError, Log
 
 if TYPE_CHECKING:
-    from epa_rt.cli.gap_inputs import Opened
+    from epa_rt.cli.gap.inputs import Opened
     from epa_rt.gap.diagnosis import Diagnosis
     from epa_rt.identify.answer import Answer
     from epa_rt.identify.data import Trial
@@ -122,7 +122,7 @@ class Diagnosed:
 
     def page(self) -> str:
         """The page of ``epa gap diagnose --html``, self-contained HTML."""
-        from epa_rt.cli.gap_diagnose import page_of
+        from epa_rt.cli.gap.diagnose import page_of
 
         return page_of(self.given, self.answer)
 
@@ -151,7 +151,7 @@ def diagnose(
     also the probability of every set of effects, which takes as long again.
     ``progress(stage, share)`` is called as it goes on.
     """
-    from epa_rt.cli.gap_diagnose import answered
+    from epa_rt.cli.gap.diagnose import answered
 
     with _refusals():
         given, answer = answered(

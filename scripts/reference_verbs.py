@@ -154,12 +154,16 @@ def _modules(words: list[str]) -> list[Path]:
     """The modules of a verb: that of its own words, and where it has no tasks those named
     after it.
     """
-    folder = ROOT / "epa_rt/cli"
-    stem = "_".join(words)
-    stem = "gap_blind_" + words[2] if words[:2] == ["gap", "blind"] and len(words) > 2 else stem
+    folder = (ROOT / "epa_rt/cli").joinpath(*words[:-1])
+    stem = words[-1]
     own = [folder / f"{name}.py" for name in (stem, f"{stem}_", f"{stem}_rig")]
-    found = [path for path in own if path.exists()]
-    return found or [folder / f"{words[0]}.py"]
+    joined = ROOT / "epa_rt/cli" / f"{'_'.join(words)}.py"
+    found = [path for path in (*own, joined) if path.exists()]
+    return found or [
+        path
+        for path in (folder / stem / "__init__.py", ROOT / f"epa_rt/cli/{words[0]}.py")
+        if path.exists()
+    ]
 
 
 def _names(path: Path) -> set[str]:

@@ -15,6 +15,7 @@ CODE = ("epa_rt", "sim_backend", "drivers")
 LEVELS = (
     ("cli", "api"),
     ("drivers", "sim_backend"),
+    ("benchmark",),
     ("gap", "study", "identify", "report", "runs", "live", "calibrate", "tune"),
     ("loop", "logs"),
     ("control", "experiments", "models", "safety"),

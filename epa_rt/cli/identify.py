@@ -139,7 +139,7 @@ def _opened(
     arguments: argparse.Namespace,
 ) -> "tuple[tuple[Recording, ...], Rig, PlantFile, Path | None]":
     """Logs of one rig, that rig, and its plant. Raises VerbError, ConfigError."""
-    from epa_rt.cli.gap_inputs import read
+    from epa_rt.cli.gap.inputs import read
     from epa_rt.config.rig import load_rig
     from epa_rt.models.plant_file import load_plant
 

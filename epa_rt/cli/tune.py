@@ -209,7 +209,7 @@ def _inputs(arguments: argparse.Namespace, text: str) -> "Inputs":
 
 
 def _answer(arguments: argparse.Namespace, logs: list[Path]) -> int:
-    from epa_rt.cli.gap_inputs import read
+    from epa_rt.cli.gap.inputs import read
     from epa_rt.cli.progress import progress_shown
     from epa_rt.cli.write import write_whole
     from epa_rt.tune.answer import tuned

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from epa_rt.gap.blind.oracle import LIMIT, Bench, distance, explained
+from epa_rt.benchmark.oracle import LIMIT, Bench, distance, explained
 from sim_backend.stand_in.effects import BY_NAME, Hidden
 from sim_backend.stand_in.fitted import Fitting, Law, law_of
 from sim_backend.stand_in.truth import TruePlant, readings

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from epa_rt.gap.blind.plans import NARROW, RICH, STILL
+from epa_rt.benchmark.plans import NARROW, RICH, STILL
 from epa_rt.models.catalogue import BY_NAME as CATALOGUE
 from sim_backend.stand_in.effects import BY_NAME, EFFECTS, IN_PLACE, Hidden
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from epa_rt.gap.blind.oracle import INDEPENDENT_HZ, Bench
+from epa_rt.benchmark.oracle import INDEPENDENT_HZ, Bench
 from epa_rt.models.catalogue import BY_NAME as CATALOGUE
 from epa_rt.models.catalogue import read_knob, write_knob
 from epa_rt.models.knobs import row_of

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from epa_rt.benchmark.oracle import LIMIT
+from epa_rt.benchmark.plans import Plan, plan_of
 from epa_rt.config.rig import Rig, load_rig
-from epa_rt.gap.blind.oracle import LIMIT
-from epa_rt.gap.blind.plans import Plan, plan_of
 from epa_rt.models.catalogue import CATALOGUE
 from epa_rt.models.knobs import read_knob
 from epa_rt.models.plant_file import PlantFile, load_plant

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from epa_rt.gap.blind.oracle import LIMIT, Bench, distance, left, strength_for
+from epa_rt.benchmark.oracle import LIMIT, Bench, distance, left, strength_for
 from epa_rt.models.catalogue import BY_NAME as CATALOGUE
 from epa_rt.models.effect import Effect
 from sim_backend.stand_in.distances import Apart

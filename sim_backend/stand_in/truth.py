@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from epa_rt.gap.blind.oracle import Bench, averaged, clear_of_stops, noise_of
+from epa_rt.benchmark.oracle import Bench, averaged, clear_of_stops, noise_of
 from epa_rt.models import plant as catalogue_physics
 from epa_rt.models.catalogue import BY_NAME as CATALOGUE
 from epa_rt.models.catalogue import NOMINAL, read_knob, write_knob

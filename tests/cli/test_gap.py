@@ -236,7 +236,7 @@ def test_plan_has_nothing_to_tell_apart_without_rivals(diagnosed, folder, log, c
 def test_plan_prints_the_file_alone_and_what_it_says_of_it_beside(
     diagnosed, folder, log, capsys, monkeypatch
 ):
-    from epa_rt.cli import gap_plan
+    from epa_rt.cli.gap import plan
     from epa_rt.experiments.experiment import load_experiment
     from epa_rt.gap.diagnosis import NextExperiment
 
@@ -248,7 +248,7 @@ def test_plan_prints_the_file_alone_and_what_it_says_of_it_beside(
     )
     both.write_text(json.dumps(answer), encoding="utf-8")
     monkeypatch.setattr(
-        gap_plan,
+        plan,
         "planned",
         lambda *_, **__: NextExperiment(
             "short", {}, ("leak",), 30.0, file, "five apart, which decides"
@@ -365,7 +365,7 @@ def test_a_log_is_never_written_over_and_that_is_said_before_any_work(
     def opened(*_):
         pytest.fail("the logs were read first")
 
-    monkeypatch.setattr(f"epa_rt.cli.gap_{task}.opened", opened)
+    monkeypatch.setattr(f"epa_rt.cli.gap.{task}.opened", opened)
     before = log.read_bytes()
     renamed = log.with_suffix(".json")
     renamed.write_bytes(before)
@@ -376,15 +376,15 @@ def test_a_log_is_never_written_over_and_that_is_said_before_any_work(
 def test_an_interruption_after_the_diagnosis_keeps_what_was_written(
     diagnosed, folder, log, monkeypatch, capsys
 ):
-    from epa_rt.cli import gap_diagnose
+    from epa_rt.cli.gap import diagnose
 
     answer = dataclasses.replace(_answer(folder), gate=None)
-    monkeypatch.setattr(gap_diagnose, "_diagnosed", lambda *_: answer)
+    monkeypatch.setattr(diagnose, "_diagnosed", lambda *_: answer)
 
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(gap_diagnose, "gated", interrupted)
+    monkeypatch.setattr(diagnose, "gated", interrupted)
     out = folder / "interrupted.json"
     assert (
         main(
@@ -411,15 +411,15 @@ def test_an_interruption_after_the_diagnosis_keeps_what_was_written(
 def test_what_is_wrong_with_the_logs_is_said_before_any_effect(
     diagnosed, folder, log, monkeypatch, capsys
 ):
-    from epa_rt.cli import gap_diagnose
+    from epa_rt.cli.gap import diagnose
 
-    given = gap_diagnose.opened
+    given = diagnose.opened
     monkeypatch.setattr(
-        gap_diagnose,
+        diagnose,
         "opened",
         lambda *a: dataclasses.replace(given(*a), found=("run: 12 of 29000 cycles are missing",)),
     )
-    monkeypatch.setattr(gap_diagnose, "_diagnosed", lambda *_: _answer(folder))
+    monkeypatch.setattr(diagnose, "_diagnosed", lambda *_: _answer(folder))
     assert (
         main(["gap", "diagnose", "--rig", str(RIG), str(log), "--no-plan", "--no-gate", "--quiet"])
         == 0
@@ -430,11 +430,11 @@ def test_what_is_wrong_with_the_logs_is_said_before_any_effect(
 
 def test_a_cut_log_is_said_to_be_cut_before_any_effect(diagnosed, folder, log, monkeypatch, capsys):
     """The log is truly cut and read as it is; only the long work after it is not done again."""
-    from epa_rt.cli import gap_diagnose
+    from epa_rt.cli.gap import diagnose
 
     cut = folder / "cut.mcap"
     cut.write_bytes(log.read_bytes()[: int(0.9 * log.stat().st_size)])
-    monkeypatch.setattr(gap_diagnose, "_diagnosed", lambda *_: _answer(folder))
+    monkeypatch.setattr(diagnose, "_diagnosed", lambda *_: _answer(folder))
     assert (
         main(["gap", "diagnose", "--rig", str(RIG), str(cut), "--no-plan", "--no-gate", "--quiet"])
         == 0

@@ -8,7 +8,7 @@ import shutil
 import numpy as np
 import pytest
 
-from epa_rt.cli.gap_inputs import opened
+from epa_rt.cli.gap.inputs import opened
 from epa_rt.cli.main import main
 from epa_rt.gap.diagnosis import Diagnosis
 from tests.cli.shell import RIGS, ROOT
@@ -28,10 +28,10 @@ def log():
 @pytest.fixture
 def answered(monkeypatch):
     """A diagnosis that is there at once."""
-    from epa_rt.cli import gap_diagnose
+    from epa_rt.cli.gap import diagnose
 
     answer = Diagnosis("no_gap", "Nothing is left beyond the noise floor.")
-    monkeypatch.setattr(gap_diagnose, "_diagnosed", lambda *_: answer)
+    monkeypatch.setattr(diagnose, "_diagnosed", lambda *_: answer)
 
 
 def refused(capsys, *arguments):
@@ -167,8 +167,8 @@ def test_a_log_at_a_rate_that_is_no_multiple_of_the_rigs(rate, tmp_path, capsys)
 def test_what_is_wrong_with_a_column_that_the_rig_does_not_use_is_a_note(severity):
     from types import SimpleNamespace
 
-    from epa_rt.cli.gap_inputs import _of_used
-    from epa_rt.gap.hygiene_finding import Finding
+    from epa_rt.cli.gap.inputs import _of_used
+    from epa_rt.gap.hygiene.finding import Finding
 
     subject = SimpleNamespace(rig=SimpleNamespace(channels={"position": "x_m"}))
     found = [
@@ -236,7 +236,7 @@ def test_the_plant_file_that_a_rig_names_is_not_written_over_where_another_one_i
 def test_the_gate_runs_a_log_of_which_something_was_set_aside(trials, chosen):
     from types import SimpleNamespace
 
-    from epa_rt.cli.gap_diagnose import _shortest
+    from epa_rt.cli.gap.diagnose import _shortest
     from epa_rt.gap.recording import Recording, Span
 
     logs = [
@@ -260,7 +260,7 @@ def test_the_gate_runs_a_log_of_which_something_was_set_aside(trials, chosen):
 def test_the_gate_judges_those_trials_alone_that_were_set_aside():
     from types import SimpleNamespace
 
-    from epa_rt.cli.gap_diagnose import _aside
+    from epa_rt.cli.gap.diagnose import _aside
     from tests.gap.damper import Damper, recorded
 
     log, other = recorded({}, "a"), recorded({}, "b")
@@ -328,7 +328,7 @@ def test_a_column_that_its_kind_can_do_without_may_lack():
     """The servo's kind has channels that no log of the SO-101 has."""
     from types import SimpleNamespace
 
-    from epa_rt.cli.gap_fits import check_columns
+    from epa_rt.cli.gap.fits import check_columns
     from epa_rt.gap.subjects import open_subject
 
     subject = open_subject(ROOT / "config/rigs_foreign/so101_elbow.yaml")
@@ -381,13 +381,13 @@ def test_no_input_is_written_over(which, log, tmp_path, capsys):
 def test_an_answer_is_shown_although_its_file_cannot_be_written(
     log, tmp_path, capsys, monkeypatch, answered
 ):
-    from epa_rt.cli import gap_diagnose
     from epa_rt.cli.exits import VerbError
+    from epa_rt.cli.gap import diagnose
 
     def full(*_):
         raise VerbError("gap.json: cannot be written (No space left on device)", 4)
 
-    monkeypatch.setattr(gap_diagnose, "write_answer", full)
+    monkeypatch.setattr(diagnose, "write_answer", full)
     assert (
         main(
             [

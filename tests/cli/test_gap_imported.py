@@ -12,8 +12,8 @@ import pytest
 import yaml
 
 from epa_rt.cli.exits import VerbError
-from epa_rt.cli.gap_diagnose import _confirmed
-from epa_rt.cli.gap_inputs import _with_rig, opened
+from epa_rt.cli.gap.diagnose import _confirmed
+from epa_rt.cli.gap.inputs import _with_rig, opened
 from epa_rt.cli.inputs import RIG
 from epa_rt.config.source import ConfigError
 from epa_rt.gap.read import read_recording

@@ -212,11 +212,11 @@ def test_no_log_is_one_sentence(tmp_path, capsys):
 
 
 def test_logs_of_two_rigs_are_refused(log, monkeypatch, capsys, tmp_path):
-    import epa_rt.cli.gap_inputs
+    import epa_rt.cli.gap.inputs
 
-    real = epa_rt.cli.gap_inputs.read([log], None)[0]
+    real = epa_rt.cli.gap.inputs.read([log], None)[0]
     monkeypatch.setattr(
-        epa_rt.cli.gap_inputs,
+        epa_rt.cli.gap.inputs,
         "read",
         lambda logs, rig: (real, dataclasses.replace(real, rig="knee")),
     )

@@ -115,7 +115,7 @@ def test_a_rig_that_does_not_measure_its_load_has_the_load_of_the_plant_it_names
 
 
 def test_a_plant_is_read_once(monkeypatch):
-    from epa_rt.cli.gap_inputs import open_rig
+    from epa_rt.cli.gap.inputs import open_rig
     from epa_rt.models import plant_file
 
     read, seen = plant_file.read_plant, []

@@ -111,7 +111,7 @@ def test_identify_is_a_verb_although_a_room_has_its_name(logs):
 
 def test_a_diagnosis_is_the_answer_behind_its_page(logs):
     """With two effects left in the catalogue, so that it is short."""
-    from epa_rt.cli.gap_inputs import open_rig
+    from epa_rt.cli.gap.inputs import open_rig
 
     bench = RIGS / "bench.yaml"
     effects = [effect.name for effect in open_rig(bench, None)[0].catalogue]

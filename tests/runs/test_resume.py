@@ -9,13 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from epa_rt.cli.exits import VerbError
-from epa_rt.cli.gap_inputs import read
+from epa_rt.cli.gap.inputs import read
 from epa_rt.cli.replay import replay_log
 from epa_rt.cli.resume import resumed_inputs
 from epa_rt.config.rig import load_rig
 from epa_rt.config.source import ConfigError
 from epa_rt.experiments.experiment import experiment_from_text, load_experiment
-from epa_rt.gap.hygiene import check
+from epa_rt.gap.hygiene.check import check
 from epa_rt.identify.data import normalisation, pressures, trials
 from epa_rt.identify.linear import scaled, sums
 from epa_rt.identify.models import BY_NAME, POLYNOMIAL

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from epa_rt.gap.foreign.rig_file import ForeignRig
-from epa_rt.gap.hygiene_finding import Finding, judged_rows, measured_names
-from epa_rt.gap.hygiene_values import invalid
+from epa_rt.gap.hygiene.finding import Finding, judged_rows, measured_names
+from epa_rt.gap.hygiene.values import invalid
 from epa_rt.gap.recording import Recording
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from epa_rt.gap.foreign.component import Numbers
 from epa_rt.gap.foreign.signals import Signals, lowpass
-from epa_rt.gap.hygiene_values import noise_of, smallest_step
+from epa_rt.gap.hygiene.values import noise_of, smallest_step
 
 WIDER = (4.0, 2.0, 1.0)  # times the residual's cut-off; the widest that the noise allows
 QUIET = 3e-3  # of the typical speed, to which the noise of the speed must stay

@@ -16,7 +16,7 @@ import numpy as np
 from epa_rt.gap.foreign.component import Component, Numbers
 from epa_rt.gap.foreign.readings import LEAST_DITHER
 from epa_rt.gap.foreign.signals import Signals
-from epa_rt.gap.hygiene_values import noise_of, smallest_step
+from epa_rt.gap.hygiene.values import noise_of, smallest_step
 
 SEGMENT, LEAST = 1024, 64  # rows of a windowed spectrum, and at least
 SPECTRA = 8  # that are averaged, where a record is long enough

@@ -10,7 +10,7 @@ import numpy as np
 from epa_rt.gap.foreign.component import Numbers
 from epa_rt.gap.foreign.moved import cut_off
 from epa_rt.gap.foreign.signals import Signals
-from epa_rt.gap.hygiene_finding import Finding, stretches
+from epa_rt.gap.hygiene.finding import Finding, stretches
 from epa_rt.gap.recording import Recording
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from epa_rt.gap.colour import LOWPASS_ORDER
-from epa_rt.gap.hygiene_finding import stretches
+from epa_rt.gap.hygiene.finding import stretches
 from epa_rt.gap.recording import Recording, Span
 
 

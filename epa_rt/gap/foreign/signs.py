@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from epa_rt.gap.foreign.subject import ForeignSubject
-from epa_rt.gap.hygiene_finding import Finding, correlation
+from epa_rt.gap.hygiene.finding import Finding, correlation
 from epa_rt.gap.recording import Recording
 
 # correlation of measured and foreseen; EMPS has 0.985 without friction or offset, the SO-101 0.989

@@ -8,7 +8,7 @@ import numpy as np
 
 from epa_rt.gap.foreign.component import scaled
 from epa_rt.gap.foreign.rig_file import ForeignRig
-from epa_rt.gap.hygiene_finding import Finding, judged_rows
+from epa_rt.gap.hygiene.finding import Finding, judged_rows
 from epa_rt.gap.recording import Recording
 
 LARGEST, SMALLEST = (

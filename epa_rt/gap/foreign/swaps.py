@@ -10,7 +10,7 @@ import numpy as np
 
 from epa_rt.gap.floor import Floor
 from epa_rt.gap.foreign.subject import ForeignSubject
-from epa_rt.gap.hygiene_finding import Finding
+from epa_rt.gap.hygiene.finding import Finding
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.refit import settled

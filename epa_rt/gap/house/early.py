@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from epa_rt.gap.house.counter import LINK, left
-from epa_rt.gap.hygiene_finding import Finding
+from epa_rt.gap.hygiene.finding import Finding
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.side_by_side import each
 from epa_rt.logs.layout import ANSWERED_AFTER

@@ -5,7 +5,7 @@ ends, and not taken for a calm one.
 import numpy as np
 import pytest
 
-from epa_rt.gap.hygiene_values import check_values
+from epa_rt.gap.hygiene.values import check_values
 from epa_rt.gap.recording import Recording
 from tests.gap.foreign.made import one_trial
 

@@ -13,7 +13,7 @@ from epa_rt.gap.ground import judged
 from epa_rt.gap.house import smooth
 from epa_rt.gap.house.commands import commands_of, lost_rows
 from epa_rt.gap.house.prepared import unsteady
-from epa_rt.gap.hygiene import check, clean
+from epa_rt.gap.hygiene.check import check, clean
 from tests.gap.house.runs import recorded, rms, subject
 from tests.gap.recorded import rows_left
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from epa_rt.gap.hygiene import check
+from epa_rt.gap.hygiene.check import check
 from epa_rt.gap.read import read_recording
 
 ROOT = Path(__file__).resolve().parents[3]

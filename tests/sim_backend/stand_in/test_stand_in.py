@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import epa_rt.models.plant as nominal_physics
-from epa_rt.cli.gap_blind_make import _record
+from epa_rt.cli.gap.blind.make import _record
 from epa_rt.config.rig import load_rig
 from epa_rt.models.catalogue import BY_NAME as CATALOGUE
 from epa_rt.models.catalogue import write_knob

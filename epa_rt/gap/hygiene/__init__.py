@@ -1,0 +1,1 @@
+"""What is wrong with logs, found before anything is fitted to them."""
