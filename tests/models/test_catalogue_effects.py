@@ -182,6 +182,8 @@ def _in_use(key: str, used: set[str], rig: str, slips: bool, friction: bool) -> 
         and "load.coulomb_n" in used
         or name in ("knee_stiffness_nm_rad", "knee_bend_ratio")
         and "load.knee_coulomb_nm" in used
+        or name == "backlash_roundness_ratio"
+        and "transmission.uneven_backlash_rad" in used
         or name == "gauge_warm_up_s"
         and any("gauge_drift" in k for k in used)
     )
