@@ -226,10 +226,14 @@ class Tmux:
         )
         return done.stdout
 
-    def wait_for(self, words: str) -> str:
-        end_s = time.monotonic() + 240.0
+    def wait_for(self, words: str, key: str = "") -> str:
+        """The screen, once the words are on it; until then ``key`` is pressed every 3 s."""
+        end_s, pressed_s = time.monotonic() + 240.0, 0.0
         while words not in (screen := self("capture-pane", "-p")):
             assert time.monotonic() < end_s, f"waited in vain for {words!r}:\n{screen}"
+            if key and time.monotonic() - pressed_s > 3.0:
+                self("send-keys", key)
+                pressed_s = time.monotonic()
             time.sleep(0.2)
         return screen
 
@@ -247,7 +251,7 @@ def _command_lines() -> list[bytes]:
 def test_in_a_real_terminal_keys_close_the_view_and_ctrl_c_stops_the_run(tmp_path):
     out = tmp_path / "out"
     words = ("run", EXPERIMENTS / "identification_short.yaml", "--rig", RIGS / "bench.yaml")
-    tmux = Tmux(tmp_path, *words, "--speed", 1, "-o", out, "--live", "--foxglove", 0)
+    tmux = Tmux(tmp_path, *words, "--speed", 0.3, "-o", out, "--live", "--foxglove", 0)
     try:
         screen = tmux.wait_for("close view")
         sent = tmux.sent.read_bytes()
@@ -256,10 +260,8 @@ def test_in_a_real_terminal_keys_close_the_view_and_ctrl_c_stops_the_run(tmp_pat
         token = re.search(rb"token for .*: ([\w-]{16,})", sent)[1]
         assert not any(token in words for words in _command_lines())
         assert "kPa gauge" in screen and all(len(row) <= SIZE[0] for row in screen.split("\n"))
-        tmux("send-keys", "m")
-        tmux.wait_for("mark 1")
-        tmux("send-keys", "q")
-        tmux.wait_for("the run goes on")
+        tmux.wait_for("mark 1", key="m")
+        tmux.wait_for("the run goes on", key="q")
         tmux("send-keys", "C-c")
         said = tmux.wait_for("exit 130")
         assert "stopped: the operator asked to stop" in said and "log:" in said
