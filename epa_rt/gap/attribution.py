@@ -116,6 +116,14 @@ def at_base(
     return *rescaled(problem, base, left(base)), left
 
 
+def start_of(
+    subject: Subject, recordings: Sequence[Recording], without: Sequence[str] = ()
+) -> Start:
+    """What every search begins from."""
+    problem, base, left = at_base(subject, recordings, without)
+    return Start(problem, base, left, ground_of(problem, base.values))
+
+
 def attributed(
     subject: Subject,
     recordings: Sequence[Recording],

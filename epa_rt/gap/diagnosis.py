@@ -213,13 +213,15 @@ class Could:
 
 @dataclass(frozen=True)
 class Posterior:
-    """What it could be. ``models``: the most probable first, until they hold 0.99 together.
-    ``families``: probability that the rig has an effect of each, the most probable first, from 0.01
-    on. ``judged_by``: the view that shows most of the gap ("blocks", "free_run").
+    """What it could be. ``models``: the most probable first, until they hold 0.99 together with
+    ``unknown``: the probability of something that the catalogue lacks. ``families``: probability
+    that the rig has an effect of each, the most probable first, from 0.01 on. ``judged_by``: the
+    view that shows most of the gap ("blocks", "free_run").
     """
 
     models: tuple[Could, ...]
     families: dict[str, float]
+    unknown: float
     judged_by: str
 
 

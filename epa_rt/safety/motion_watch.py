@@ -209,8 +209,9 @@ def travel_per_turn(rig: Rig) -> float:
 class JointWatch:
     """The joint's first answer to a motor that leaves standstill, by the sign of its lever.
 
-    Asked only while valves are shut: gas moves a joint by itself. Beyond the first way nothing is
-    asked, for near its resonance a joint may well go against its motor.
+    Asked only while valves are shut: gas moves a joint by itself. Beyond the first way, and once
+    the motor has turned back, nothing is asked: near its resonance a joint may well go against its
+    motor.
     """
 
     def __init__(self, rig: Rig, joint: Joint, dt_s: float):
@@ -220,6 +221,7 @@ class JointWatch:
         self._way_m, self._dt_s = sensors.joint_follows, dt_s
         self._still_s, self._asked = 0.0, False
         self._travel_m = self._joint_m = math.inf
+        self._furthest_m = 0.0
 
     def step(self, measured: dict[str, float], outputs: dict[str, float]) -> Refusal | None:
         """Takes one sample."""
@@ -233,11 +235,16 @@ class JointWatch:
         if not self._asked:
             if abs(moved) <= STILL_M and abs(followed) <= STILL_M:
                 self._still_s += self._dt_s
-                self._asked = self._still_s >= STILL_S
+                self._asked, self._furthest_m = self._still_s >= STILL_S, 0.0
             else:
                 self._still_s, self._travel_m, self._joint_m = 0.0, travel, joint
             return None
         if abs(moved) < self._way_m:
+            if abs(moved) > self._furthest_m:
+                self._furthest_m = abs(moved)
+            elif abs(moved) < self._furthest_m - STILL_M:  # back again: no first way any more
+                self._asked, self._still_s = False, 0.0
+                self._travel_m, self._joint_m = travel, joint
             return None
         answer = followed * moved / (moved * moved)
         if abs(answer) < ANSWERS and abs(moved) < PATIENCE * self._way_m:

@@ -4,9 +4,12 @@ import json
 import struct
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from epa_rt.benchmark.plans import plan_of
 from epa_rt.cli.gap.blind.make import _one, _record
+from epa_rt.cli.inputs import load_inputs
 from epa_rt.gap.read import read_recording
 from epa_rt.logs.reader import LogReader
 from epa_rt.models.catalogue import BY_NAME as CATALOGUE
@@ -15,6 +18,7 @@ from epa_rt.models.plant_file import load_plant
 from sim_backend.stand_in import draw, effects, strengths
 from sim_backend.stand_in.make import make_case
 from sim_backend.stand_in.records import HIDDEN_FIELDS
+from tests.loop.rigging import run_in_memory
 
 CONFIG = Path(__file__).resolve().parents[2] / "config"
 NEWEST = max(effects.IN_PLACE)
@@ -84,6 +88,17 @@ def test_neither_logs_nor_files_give_the_truth_away(made):
                 assert log.metadata["run"]["seed"] == "0"
         for text in texts:
             assert not [word for word in words if word in text], path
+
+
+@pytest.mark.parametrize("rig", ["bench", "knee"])
+def test_every_experiment_of_a_case_completes_on_the_rig_as_its_files_have_it(rig, tmp_path):
+    """The knee's third log moves it near its resonance: no check may take that for a fault."""
+    plan = plan_of(rig, "rich", np.random.default_rng(3))
+    for name, text in zip("bcd", (*plan.logs[1:], *plan.holdout), strict=True):
+        (tmp_path / f"{name}.yaml").write_text(text)
+        inputs = load_inputs(tmp_path / f"{name}.yaml", CONFIG / f"rigs/{rig}.yaml", None, True)
+        outcome = run_in_memory(inputs)
+        assert outcome.result.outcome == "completed", outcome.result.cause
 
 
 def test_a_benchmark_has_every_kind_and_decoys():

@@ -314,6 +314,16 @@ def test_a_joint_that_goes_against_its_lever():
     assert signal == "knee_angle_rad" and "other way" in sentence
 
 
+def test_a_joint_beyond_its_resonance_is_passed():
+    """A motor that swings ever further: its joint goes against it, and the lever says nothing."""
+    knee = both_shut()
+    lever, watch = knee.rig.joint.lever_arm, JointWatch(knee.rig, knee.rig.joint, 0.001)
+    for c in range(5000):
+        travel = 1e-6 * max(c - 300, 0) * math.sin(2.0 * math.pi * 3.5e-3 * c)
+        knee.measured |= {"motor_travel_m": travel, "knee_angle_rad": -0.8 * travel / lever}
+        assert watch.step(knee.measured, knee.outputs) is None
+
+
 @pytest.mark.parametrize("share", [0.5, 0.0])
 def test_a_joint_that_follows_or_does_not_answer_is_passed(share):
     knee = both_shut()

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 
     from epa_rt.gap.diagnosis import Diagnosis
     from epa_rt.gap.gate import Gate
+    from epa_rt.gap.posterior.search import Table
     from epa_rt.gap.recording import Recording
 
 Progress = "Callable[[str, float], None]"
@@ -160,6 +161,30 @@ def diagnose_logs(
     given = opened(argparse.Namespace(rig=rig, plant=plant, logs=list(logs)), holdout)
     _known(tuple(leave_out), given)
     return given, _diagnosed(given, rig, leave_out, posterior, progress)
+
+
+def table_of_logs(
+    rig: Path,
+    plant: Path | None,
+    logs: Sequence[Path],
+    holdout: Sequence[Path] = (),
+    leave_out: Sequence[str] = (),
+) -> "Table":
+    """All models of the logs with what each leaves, as calibration wants them: read and checked as
+    for a diagnosis. Raises VerbError, ConfigError.
+    """
+    from epa_rt.gap.aside import split
+    from epa_rt.gap.attribution import start_of
+    from epa_rt.gap.posterior.answer import table_for
+    from epa_rt.gap.posterior.evidence import START
+
+    given = opened(argparse.Namespace(rig=rig, plant=plant, logs=list(logs)), holdout)
+    known = {effect.name for effect in given.subject.catalogue}
+    halves = None if given.holdout else split(given.subject, given.recordings)
+    fitted, judged = halves or (given.subject, given.subject)
+    start = start_of(fitted, given.recordings, tuple(n for n in leave_out if n in known))
+    aside = given.holdout or (judged.only(given.recordings) if halves else ())
+    return table_for(start, aside, judged if halves else None, START)
 
 
 def answered(

@@ -29,8 +29,8 @@ def posterior_of(
         (name for name in none.views if name in (BLOCKS, FREE_RUN)),
         key=lambda name: (left_in(none, name), name),
     )
-    models, held = [], 0.0
-    for model, probability in found:
+    models, held = [], found.unknown
+    for model, probability in found.models:
         models.append(Could(model.effects, probability, _share(model, none, by)))
         held += probability
         if held > TOGETHER:
@@ -38,7 +38,7 @@ def posterior_of(
     families = {
         family: share for family, share in inclusion(found, table).items() if share >= SHOWN
     }
-    return Posterior(tuple(models), families, by)
+    return Posterior(tuple(models), families, found.unknown, by)
 
 
 def table_for(

@@ -1,10 +1,13 @@
 """Log evidence of a model, and the posterior over all of them.
 
-Noise is Gaussian with the size and colour that the floors measured. No law of a catalogue is a
-rig's own law, so each link has a discrepancy besides, of a size that nobody knows: integrated over
-that size, a link's chi-square above noise counts by its logarithm (a Student's t with few degrees
-of freedom). A law that leaves 1 of 1000 is then ahead of one that leaves 20 by the same amount on a
-large gap and on a small one.
+Noise is Gaussian with the size and colour that the floors measured, and nobody knows a floor to
+the last percent. No law of a catalogue is a rig's own law, so each link has a discrepancy besides,
+of a size that nobody knows: integrated over that size, a link's chi-square above noise counts by
+its logarithm (a Student's t with few degrees of freedom). A law that leaves 1 of 1000 is then ahead
+of one that leaves 20 by the same amount on a large gap and on a small one.
+
+"Nothing of the catalogue" is an entry of the same table: an error of any form, which explains
+nothing in particular and so pays with fewer degrees of freedom.
 
 Sources: Kennedy and O'Hagan (2001) on discrepancy; MacKay, Bayesian interpolation (1992) on the
 evidence and its Occam factor; Student's t as a Gaussian of unknown variance (Gelman et al.).
@@ -17,37 +20,53 @@ from math import comb
 import numpy as np
 
 from epa_rt.gap.posterior.search import Model, Table
-from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN, HELD_OUT, HELD_OUT_FREE_RUN, View
+from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN, HELD_OUT, HELD_OUT_FREE_RUN, Seen, View
 
 
 @dataclass(frozen=True)
 class Numbers:
     """What calibration sets. ``freedom``: by view, degrees of freedom of a link's discrepancy.
-    ``effect_odds``: log prior odds of one effect against none; ``further_odds``: of one more
-    against no more. ``strain_freedom``: degrees of freedom of the prior of a nominal parameter, in
-    its spread.
+    ``floor_share``: part of a link's noise that its floor may be wrong by. ``effect_odds``: log
+    prior odds of one effect against none; ``further_odds``: of one more against no more;
+    ``unknown_odds``: of something that the catalogue lacks against none. ``unknown_share``: part of
+    the degrees of freedom that such a thing has. ``strain_freedom``: degrees of freedom of the
+    prior of a nominal parameter, in its spread.
     """
 
     freedom: Mapping[str, float]
+    floor_share: float
     effect_odds: float
     further_odds: float
+    unknown_odds: float
+    unknown_share: float
     strain_freedom: float
 
 
 # Guessed, not calibrated: the answer says so.
 START = Numbers(
     freedom={BLOCKS: 6.0, FREE_RUN: 12.0, HELD_OUT: 3.0, HELD_OUT_FREE_RUN: 6.0},
+    floor_share=0.02,
     effect_odds=1.0,
     further_odds=-1.0,
+    unknown_odds=-1.0,
+    unknown_share=0.4,
     strain_freedom=4.0,
 )
 
 
-def log_likelihood(view: View, freedom: float) -> float:
+def log_likelihood(view: View, freedom: float, floor_share: float) -> float:
     """Of all links of a view, up to what is the same for all models; 0 of one that leaves noise."""
     return -0.5 * sum(
-        freedom * float(np.log1p(seen.excess / freedom)) for seen in view.links.values()
+        freedom * float(np.log1p(seen.excess / _scale(seen, freedom, floor_share)))
+        for seen in view.links.values()
     )
+
+
+def _scale(seen: Seen, freedom: float, floor_share: float) -> float:
+    """Chi-square above noise from which on a link's discrepancy is larger than what is known of its
+    noise.
+    """
+    return freedom + floor_share * seen.noise
 
 
 def strain(view: View, freedom: float) -> float:
@@ -58,7 +77,7 @@ def strain(view: View, freedom: float) -> float:
     return -0.5 * (freedom + 1.0) * float(np.log1p(z**2 / freedom).sum())
 
 
-def occam(model: Model, freedom: Mapping[str, float]) -> float:
+def occam(model: Model, freedom: Mapping[str, float], floor_share: float) -> float:
     """Log of the part of its prior volume that the data leave an effect's numbers, nominal
     parameters allowed to make up for it.
     """
@@ -71,7 +90,8 @@ def occam(model: Model, freedom: Mapping[str, float]) -> float:
         own[at[view.nominal]] = False
         for seen in view.links.values():
             if seen.matrix is not None:
-                matrix[np.ix_(at, at)] += seen.matrix / (1.0 + seen.excess / freedom[name])
+                worth = freedom[name] / (_scale(seen, freedom[name], floor_share) + seen.excess)
+                matrix[np.ix_(at, at)] += seen.matrix * worth
     if not own.any():
         return 0.0
     matrix += np.eye(len(keys))
@@ -104,12 +124,27 @@ def log_evidence(model: Model, families: Mapping[str, str], numbers: Numbers) ->
     """Log of the joint probability of data and model, up to what is the same for all models, over
     the views that the model has.
     """
-    total = log_prior(model.effects, families, numbers) + occam(model, numbers.freedom)
+    total = log_prior(model.effects, families, numbers)
+    total += occam(model, numbers.freedom, numbers.floor_share)
     fits = [view for view in model.views.values() if view.keys]
     total += sum(strain(view, numbers.strain_freedom) for view in fits) / max(len(fits), 1)
-    for name, view in model.views.items():
-        total += log_likelihood(view, numbers.freedom[name])
-    return total
+    return total + sum(_of_views(model, tuple(model.views), numbers).values())
+
+
+def _of_views(model: Model, views: Sequence[str], numbers: Numbers) -> dict[str, float]:
+    return {
+        name: log_likelihood(model.views[name], numbers.freedom[name], numbers.floor_share)
+        for name in views
+        if name in model.views
+    }
+
+
+def log_evidence_unknown(none: Model, numbers: Numbers) -> float:
+    """The same of something that the catalogue lacks. ``none``: the model without an effect."""
+    return numbers.unknown_odds + sum(
+        log_likelihood(view, numbers.unknown_share * numbers.freedom[name], numbers.floor_share)
+        for name, view in none.views.items()
+    )
 
 
 @dataclass(frozen=True)
@@ -123,32 +158,46 @@ class Formula:
         """As ``log_evidence``."""
         return log_evidence(model, self.families, self.numbers)
 
-    def with_one_more(self, model: Model) -> float:
-        """Log evidence if an effect more, of a family with one law, left nothing of any view."""
+    def with_one_more(self, model: Model, views: Sequence[str]) -> float:
+        """Log evidence if an effect more, of a family with one law, left nothing of these views."""
         effects, kinds = model.effects, len(set(self.families.values()))
         more = _odds(len(effects) + 1, kinds, self.numbers) - _odds(
             len(effects), kinds, self.numbers
         )
-        return log_prior(effects, self.families, self.numbers) + more
+        missing = sum(_of_views(model, views, self.numbers).values())
+        return self.evidence(model) + (more if effects else _odds(1, kinds, self.numbers)) - missing
 
 
-def posterior(table: Table, numbers: Numbers) -> list[tuple[Model, float]]:
-    """Models with their probabilities, most probable first. Those that were not fitted in every
-    view that the first one was are left out: they were not worth it.
+@dataclass(frozen=True)
+class Found:
+    """The posterior. ``models``: with their probabilities, most probable first. ``unknown``: the
+    probability of something that the catalogue lacks, with no name beside it.
     """
-    views = set(table.models[0].views)
-    models = [model for model in table.models if set(model.views) >= views]
-    logs = np.array([log_evidence(model, table.families, numbers) for model in models])
+
+    models: tuple[tuple[Model, float], ...]
+    unknown: float
+
+
+def posterior(table: Table, numbers: Numbers) -> Found:
+    """All models that were fitted in every view that the first one was; others were not worth
+    it.
+    """
+    none = table.models[0]
+    models = [model for model in table.models if set(model.views) >= set(none.views)]
+    logs = np.array(
+        [log_evidence(model, table.families, numbers) for model in models]
+        + [log_evidence_unknown(none, numbers)]
+    )
     weights = np.exp(logs - logs.max())
     weights /= weights.sum()
-    order = np.argsort(-weights, kind="stable")
-    return [(models[i], float(weights[i])) for i in order]
+    order = np.argsort(-weights[:-1], kind="stable")
+    return Found(tuple((models[i], float(weights[i])) for i in order), float(weights[-1]))
 
 
-def inclusion(found: Sequence[tuple[Model, float]], table: Table) -> dict[str, float]:
+def inclusion(found: Found, table: Table) -> dict[str, float]:
     """Family to the probability that the rig has one of its effects, most probable first."""
     total: dict[str, float] = {}
-    for model, probability in found:
+    for model, probability in found.models:
         for family in {table.families[name] for name in model.effects}:
             total[family] = total.get(family, 0.0) + probability
     return dict(sorted(total.items(), key=lambda item: -item[1]))

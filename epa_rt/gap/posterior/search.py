@@ -42,7 +42,12 @@ FURTHER = 3  # models with one more that are fitted in free run
 MOST_EFFECTS = 4  # in a model
 FAMILIES = 3  # that free run proposes beside a model
 
-HOPELESS = np.log(1e-3)  # log odds to the best model below which another is not gone on with
+# Log odds to the best model below which another is not gone on with: it has no place in a set that
+# holds 95 %.
+HOPELESS = np.log(0.05)
+
+ONE_STEP = (BLOCKS, HELD_OUT)  # views that ask for effects block by block
+WHOLE = (FREE_RUN, HELD_OUT_FREE_RUN)  # and as a whole
 
 
 class Scores(Protocol):
@@ -51,8 +56,8 @@ class Scores(Protocol):
     def evidence(self, model: "Model") -> float:
         """Log evidence of a model over the views that it has."""
 
-    def with_one_more(self, model: "Model") -> float:
-        """Log evidence that the model would have if one effect more left nothing of any view."""
+    def with_one_more(self, model: "Model", views: Sequence[str]) -> float:
+        """Log evidence that it would have if one effect more left nothing of these views."""
 
 
 @dataclass(frozen=True)
@@ -94,14 +99,19 @@ class Search:
         self.none = self._model((), base.values, ground.none if ground else None)
 
     def singles(self) -> None:
-        """Every candidate alone; the best of several families in free run too."""
+        """Every candidate alone; the best of several families in free run too, and those that free
+        run asks for where none of them explains it.
+        """
         look(self._problem, self._base)
         role = played(self._problem, self._base, pairs=True)
         for fit in role.fits if role else ():
             self._model((fit.effect,), fit.values, None)
-        if self._ground is not None:
-            for effects in self._best(SINGLES, 1):
-                self._in_free_run(effects)
+        if self._ground is None:
+            return
+        for effects in self._best(SINGLES, 1):
+            self._in_free_run(effects)
+        best = max(self._complete(), key=self._evidence)
+        if self._asks_for_more(best, WHOLE):
             for point in self._ground.one_by_one:
                 self._model(point.effects, None, point)
 
@@ -109,8 +119,7 @@ class Search:
         """One effect more beside the best models of each size, while that may count."""
         for size in range(1, MOST_EFFECTS):
             for effects in self._best(BEAM, size):
-                if self._hopeful(self._scores.with_one_more(self._of(effects))):
-                    self._one_more(effects)
+                self._one_more(effects)
         best = max(self._complete(), key=self._evidence)
         if len(best.effects) > 1:
             for name in best.effects:  # the others may be enough without it
@@ -123,6 +132,23 @@ class Search:
         self._in_free_run(rest)
 
     def _one_more(self, effects: tuple[str, ...]) -> None:
+        """Beside a model: what its blocks ask for, and what the whole plant asks for."""
+        found: list[tuple[str, ...]] = []
+        if self._asks_for_more(self._of(effects), ONE_STEP):
+            found += self._proposed_by_blocks(effects)
+        if self._asks_for_more(self._of(effects), WHOLE):
+            found += self._proposed_by_free_run(effects)
+        order = sorted(dict.fromkeys(found), key=lambda one: -self._evidence(self._of(one)))
+        for more in order[:FURTHER]:
+            self._in_free_run(more)
+
+    def _asks_for_more(self, model: Model, views: Sequence[str]) -> bool:
+        """Whether what a model leaves in these views may be worth an effect more."""
+        seen = replace(model, views=on_ground(model.views, self._lowest))
+        return self._hopeful(self._scores.with_one_more(seen, views))
+
+    def _proposed_by_blocks(self, effects: tuple[str, ...]) -> list[tuple[str, ...]]:
+        """One effect more that the blocks ask for beside these."""
         point = settled(self._problem, effects, self._of(effects).values)
         problem, point = rescaled(self._problem, point, self._left(point))
         look(problem, point)
@@ -131,10 +157,7 @@ class Search:
         for fit in role.fits if role else ():
             found.append((*effects, fit.effect))
             self._model(found[-1], fit.values, None)
-        found += self._proposed_by_free_run(effects)
-        order = sorted(dict.fromkeys(found), key=lambda one: -self._evidence(self._of(one)))
-        for more in order[:FURTHER]:
-            self._in_free_run(more)
+        return found
 
     @property
     def models(self) -> list[Model]:

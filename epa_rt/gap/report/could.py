@@ -13,13 +13,14 @@ WIDTH = 20  # characters of a full bar
 UNCALIBRATED = (
     "The numbers behind these probabilities are guessed, not calibrated: read them as an order."
 )
+UNKNOWN = "something that the catalogue lacks"
 VIEWS = {"free_run": "in free run", "blocks": "block by block"}
 
 
 def could_words(could: Could) -> str:
     """'gravity and delay'; what an empty set stands for."""
     if not could.effects:
-        return "nothing of the catalogue"
+        return "no effect: the plant file as refitted"
     names = [plain(name) for name in could.effects]
     return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
@@ -28,9 +29,9 @@ def show_posterior(posterior: Posterior, out: Console) -> None:
     """Sets of effects with their probability as a bar, and what each leaves of the gap."""
     left = f"Leaves of the gap {VIEWS[posterior.judged_by]}"
     rows = Table("What it could be", "Probability", "", left, box=box.SIMPLE_HEAD, pad_edge=False)
-    for one in posterior.models[:SHOWN]:
-        bar = "█" * round(WIDTH * one.probability)
-        rows.add_row(could_words(one), f"{one.probability:.2f}", bar, _left(one))
+    for words, probability, left_share in _rows(posterior):
+        bar = "█" * round(WIDTH * probability)
+        rows.add_row(words, f"{probability:.2f}", bar, left_share)
     out.print(rows)
     if posterior.families:
         shown = list(posterior.families.items())[:SHOWN]
@@ -47,8 +48,8 @@ def posterior_section(diagnosis: Diagnosis) -> Html:
     if posterior is None:
         return Html("")
     rows = [
-        [could_words(one), _bar(one.probability), f"{one.probability:.2f}", _left(one)]
-        for one in posterior.models[:SHOWN]
+        [words, _bar(probability), f"{probability:.2f}", left_share]
+        for words, probability, left_share in _rows(posterior)
     ]
     families = [
         [plain(name), _bar(share), f"{share:.2f}"]
@@ -69,6 +70,12 @@ def posterior_section(diagnosis: Diagnosis) -> Html:
             ),
         ]
     )
+
+
+def _rows(posterior: Posterior) -> list[tuple[str, float, str]]:
+    """What it could be, its probability and what it leaves, the most probable first."""
+    rows = [(could_words(one), one.probability, _left(one)) for one in posterior.models[:SHOWN]]
+    return sorted([*rows, (UNKNOWN, posterior.unknown, "-")], key=lambda row: -row[1])
 
 
 def _bar(share: float) -> Html:

@@ -1,0 +1,165 @@
+"""Calibrate the numbers of the diagnosis' posterior on sealed cases, and write them down.
+
+Every case is searched for models once, by processes that do not see the truth; what they find is
+kept in OUT, so that an interrupted run goes on. Then the truth is opened, and the numbers are those
+that give it the highest log score. Prints JSON: scores before and after, scores of cases that the
+numbers were not calibrated on, and how often a name of a given probability is right.
+
+  epa gap blind make --seed 7 --cases 40 -o out/cases
+  python scripts/calibrate_posterior.py out/cases -o out/tables            what it would give
+  python scripts/calibrate_posterior.py out/cases -o out/tables --write    and takes it
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import pickle
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(ROOT)]
+MODULE = ROOT / "epa_rt/gap/posterior/calibrated.py"
+
+
+def main() -> int:
+    arguments = _arguments()
+    if arguments.one:
+        return _search(*arguments.cases, arguments.out)
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    for cases in arguments.cases:
+        _search_all(cases, arguments.out / cases.name, arguments.jobs)
+    answer, numbers = _calibrate(arguments.cases, arguments.out)
+    if arguments.write:
+        MODULE.write_text(_module(numbers, answer, arguments.cases), encoding="utf-8")
+        subprocess.run([sys.executable, "-m", "ruff", "format", "-q", str(MODULE)], check=True)
+    print(json.dumps(answer, indent=1))
+    return 0
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("cases", nargs="+", type=Path, help="folders of sealed cases")
+    parser.add_argument("-o", "--out", type=Path, required=True, help="folder of what is found")
+    parser.add_argument("--jobs", type=int, default=2, help="processes at once (default: 2)")
+    parser.add_argument("--write", action="store_true", help=f"write {MODULE.name}")
+    parser.add_argument("--one", action="store_true", help=argparse.SUPPRESS)
+    return parser.parse_args()
+
+
+def _search_all(cases: Path, out: Path, jobs: int) -> None:
+    out.mkdir(exist_ok=True)
+    waiting = [
+        case
+        for case in sorted(cases.glob("case_*"))
+        if not any((out / f"{case.name}{end}").exists() for end in (".pickle", ".error"))
+    ]
+    running: list[subprocess.Popen[bytes]] = []
+    done, of, began_s = 0, len(waiting), time.monotonic()
+    while waiting or running:
+        while waiting and len(running) < jobs:
+            words = [sys.executable, __file__, str(waiting.pop(0)), "-o", str(out), "--one"]
+            running.append(subprocess.Popen(words, stdout=subprocess.DEVNULL))
+        time.sleep(0.5)
+        still = [process for process in running if process.poll() is None]
+        if len(still) < len(running):
+            done += len(running) - len(still)
+            print(f"{done} of {of}, {time.monotonic() - began_s:.0f} s", file=sys.stderr)
+        running = still
+
+
+def _search(case: Path, out: Path) -> int:
+    """All models of one case, kept; the reason where its logs are refused."""
+    from epa_rt.cli.exits import VerbError
+    from epa_rt.cli.gap.diagnose import table_of_logs
+
+    told = json.loads((case / "case.json").read_text(encoding="utf-8"))
+    logs, holdout = ([case / name for name in told[kind]] for kind in ("logs", "holdout"))
+    try:
+        began_s = time.process_time()
+        table = table_of_logs(
+            case / told["rig"], case / told["plant"], logs, holdout, told["leave_out"]
+        )
+        found = {"table": table, "cpu_s": time.process_time() - began_s}
+    except VerbError as error:
+        (out / f"{case.name}.error").write_text(str(error), encoding="utf-8")
+        return 0
+    (out / f"{case.name}.part").write_bytes(pickle.dumps(found))
+    (out / f"{case.name}.part").rename(out / f"{case.name}.pickle")
+    return 0
+
+
+def _calibrate(folders: list[Path], out: Path) -> tuple[dict[str, object], object]:
+    import numpy as np
+
+    from epa_rt.benchmark.calibrate import (
+        Example,
+        calibrated,
+        left_out,
+        log_score,
+        probabilities,
+        reliability,
+    )
+    from epa_rt.benchmark.seal import opened
+    from epa_rt.gap.posterior.evidence import START
+
+    examples, seconds = [], []
+    for cases in folders:
+        sealed = opened(cases.with_name(f"{cases.name}.sealed"), cases)
+        truth = {one["case"]: one for one in sealed["cases"]}
+        for path in sorted((out / cases.name).glob("*.pickle")):
+            found = pickle.loads(path.read_bytes())
+            examples.append(Example(f"{cases.name}/{path.stem}", found["table"], truth[path.stem]))
+            seconds.append(found["cpu_s"])
+    numbers = calibrated(examples, START)
+    others = left_out(examples, START)
+    before, after = probabilities(examples, START), probabilities(examples, numbers)
+    answer = {
+        "cases": len(examples),
+        "cpu_s_median": round(float(np.median(seconds)), 1),
+        "log_score": {
+            "start": log_score(examples, START),
+            "calibrated": log_score(examples, numbers),
+            "on_cases_left_out": float(np.mean(np.log(np.maximum(others, 1e-3)))),
+        },
+        "reliability": reliability(examples, numbers),
+        "numbers": {"freedom": dict(numbers.freedom)}
+        | {name: value for name, value in vars(numbers).items() if name != "freedom"},
+        "by_case": {
+            one.name: {
+                "kind": one.truth["kind"],
+                "start": round(a, 3),
+                "calibrated": round(b, 3),
+                "left_out": round(c, 3),
+            }
+            for one, a, b, c in zip(examples, before, after, others, strict=True)
+        },
+    }
+    return answer, numbers
+
+
+def _module(numbers: object, answer: dict[str, object], folders: list[Path]) -> str:
+    values = vars(numbers)
+    freedom = "".join(f"{name!r}: {value:.3g}, " for name, value in values["freedom"].items())
+    rest = "".join(
+        f"    {name}={value:.3g},\n" for name, value in values.items() if name != "freedom"
+    )
+    names = " ".join(folder.name for folder in folders)
+    score = answer["log_score"]
+    return (
+        '"""The posterior\'s numbers, written by scripts/calibrate_posterior.py: not to be edited.'
+        f"\n\nFrom {answer['cases']} sealed cases ({names}): mean log probability of the truth"
+        f"\n{score['calibrated']:.3f}, on cases that they were not calibrated on"
+        f" {score['on_cases_left_out']:.3f}.\n"
+        '"""\n\nfrom epa_rt.gap.posterior.evidence import Numbers\n\n'
+        f"CALIBRATED = Numbers(freedom={{{freedom}}},\n{rest})\n"
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())
