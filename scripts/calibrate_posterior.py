@@ -128,8 +128,7 @@ def _calibrate(folders: list[Path], out: Path) -> tuple[dict[str, object], objec
             "on_cases_left_out": float(np.mean(np.log(np.maximum(others, 1e-3)))),
         },
         "reliability": reliability(examples, numbers),
-        "numbers": {"freedom": dict(numbers.freedom)}
-        | {name: value for name, value in vars(numbers).items() if name != "freedom"},
+        "numbers": vars(numbers),
         "by_case": {
             one.name: {
                 "kind": one.truth["kind"],
@@ -144,11 +143,7 @@ def _calibrate(folders: list[Path], out: Path) -> tuple[dict[str, object], objec
 
 
 def _module(numbers: object, answer: dict[str, object], folders: list[Path]) -> str:
-    values = vars(numbers)
-    freedom = "".join(f"{name!r}: {value:.3g}, " for name, value in values["freedom"].items())
-    rest = "".join(
-        f"    {name}={value:.3g},\n" for name, value in values.items() if name != "freedom"
-    )
+    values = "".join(f"    {name}={value:.3g},\n" for name, value in vars(numbers).items())
     names = " ".join(folder.name for folder in folders)
     score = answer["log_score"]
     return (
@@ -157,7 +152,7 @@ def _module(numbers: object, answer: dict[str, object], folders: list[Path]) -> 
         f"\n{score['calibrated']:.3f}, on cases that they were not calibrated on"
         f" {score['on_cases_left_out']:.3f}.\n"
         '"""\n\nfrom epa_rt.gap.posterior.evidence import Numbers\n\n'
-        f"CALIBRATED = Numbers(freedom={{{freedom}}},\n{rest})\n"
+        f"CALIBRATED = Numbers(\n{values})\n"
     )
 
 

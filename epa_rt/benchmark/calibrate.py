@@ -5,14 +5,15 @@ what the rig really has. The prior of each number is wide, around where it began
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 
 import numpy as np
 from scipy.optimize import minimize
 
 from epa_rt.benchmark.figures import strong
-from epa_rt.gap.posterior.evidence import Found, Numbers, posterior
+from epa_rt.gap.posterior.evidence import Numbers
 from epa_rt.gap.posterior.search import Table
+from epa_rt.gap.posterior.unknown import Found, posterior
 
 LEAST = 1e-3  # no probability counts for less: one case must not decide alone
 SPREAD = 1.0  # of a number around its start: of its logarithm, of log odds in nats
@@ -69,7 +70,7 @@ def calibrated(examples: Sequence[Example], start: Numbers, rounds: int = 3) -> 
     begun = best.copy()
 
     def loss(at: np.ndarray) -> float:
-        score = len(examples) * log_score(examples, _numbers(at, start))
+        score = len(examples) * log_score(examples, _numbers(at))
         return -score + 0.5 * float(np.sum(((at - begun) / SPREAD) ** 2))
 
     for _ in range(rounds):  # a simplex that has shrunk too early begins anew
@@ -82,7 +83,7 @@ def calibrated(examples: Sequence[Example], start: Numbers, rounds: int = 3) -> 
             options={"initial_simplex": simplex, "maxfev": 400, "xatol": 0.02, "fatol": 0.02},
         )
         best = found.x
-    return _numbers(best, start)
+    return _numbers(best)
 
 
 def left_out(examples: Sequence[Example], start: Numbers, parts: int = 4) -> list[float]:
@@ -132,20 +133,19 @@ _LOGS = ("effect_odds", "further_odds", "unknown_odds")  # the others are positi
 
 
 def _flat(numbers: Numbers) -> np.ndarray:
-    singles = [
-        getattr(numbers, one.name) if one.name in _LOGS else np.log(getattr(numbers, one.name))
-        for one in fields(numbers)
-        if one.name != "freedom"
-    ]
-    return np.array([*np.log(list(numbers.freedom.values())), *singles])
+    return np.array(
+        [
+            getattr(numbers, one.name) if one.name in _LOGS else np.log(getattr(numbers, one.name))
+            for one in fields(numbers)
+        ]
+    )
 
 
-def _numbers(flat: np.ndarray, like: Numbers) -> Numbers:
-    views = list(like.freedom)
-    names = [one.name for one in fields(like) if one.name != "freedom"]
-    singles = {
-        name: float(value) if name in _LOGS else float(np.exp(value))
-        for name, value in zip(names, flat[len(views) :], strict=True)
-    }
-    freedom = {view: float(np.exp(value)) for view, value in zip(views, flat, strict=False)}
-    return replace(like, freedom=freedom, **singles)
+def _numbers(flat: np.ndarray) -> Numbers:
+    names = [one.name for one in fields(Numbers)]
+    return Numbers(
+        **{
+            name: float(value) if name in _LOGS else float(np.exp(value))
+            for name, value in zip(names, flat, strict=True)
+        }
+    )

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 
 from epa_rt.gap.attribution import Start
 from epa_rt.gap.diagnosis import Could, Posterior
-from epa_rt.gap.posterior.evidence import START, Formula, Numbers, inclusion, posterior
+from epa_rt.gap.posterior.evidence import START, Formula, Numbers
 from epa_rt.gap.posterior.search import Model, Table, table_of
+from epa_rt.gap.posterior.unknown import inclusion, posterior
 from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN, HeldOut
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import Subject

@@ -1,0 +1,117 @@
+"""The answer that a posterior calls for: of all answers the one with the least expected loss."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from epa_rt.gap.posterior.evidence import Numbers
+from epa_rt.gap.posterior.unknown import Found, still_missing
+
+Kind = Literal["no_gap", "explained", "partly_explained", "not_separable", "not_in_catalogue"]
+
+# What an answer costs that is not the truth; 1 is a wrong name, on which somebody repairs the wrong
+# part.
+WRONG_NAME = 1.0
+MISSED = 0.5  # an effect that is there and has a name, and is not named
+CALM = 0.5  # "no gap" where there is one
+ALARM = 0.5  # "something is missing" where nothing is
+FURTHER_NAME = 0.1  # each name more in a set that leaves the choice to the next experiment
+HOLDS = 0.95  # probability that a set of alternatives holds
+
+
+@dataclass(frozen=True)
+class Decision:
+    """``effects``: the names, none with no_gap and not_in_catalogue; ``probability``: of the
+    family of each to be there. ``instead``: sets of effects that are probable as well, most
+    probable first; with not_separable these and ``effects`` hold ``HOLDS``. ``loss``: expected, of
+    this answer.
+    """
+
+    kind: Kind
+    effects: tuple[str, ...]
+    probability: tuple[float, ...]
+    instead: tuple[tuple[str, ...], ...]
+    loss: float
+
+
+def decided(found: Found, families: Mapping[str, str], numbers: Numbers) -> Decision:
+    """The answer with the least expected loss. ``families``: of each effect of the catalogue."""
+    sets = _sets(found, families)
+    none = sets.pop(frozenset(), (0.0, ()))[0]
+    answers = [
+        Decision("no_gap", (), (), (), CALM * (1.0 - none)),
+        Decision("not_in_catalogue", (), (), (), _unknown_costs(none, found.unknown)),
+    ]
+    ranked = sorted(sets.items(), key=lambda item: -item[1][0])
+    for kinds, (_, effects) in ranked[:3]:
+        answers.append(_names(found, families, kinds, effects, none, numbers))
+    if len(ranked) > 1:
+        answers.append(_alternatives(ranked, families, found))
+    return min(answers, key=lambda one: one.loss)
+
+
+Sets = dict[frozenset[str], tuple[float, tuple[str, ...]]]
+
+
+def _sets(found: Found, families: Mapping[str, str]) -> Sets:
+    """Set of families to its probability and its most probable effects."""
+    sets: Sets = {}
+    for model, probability in found.models:
+        kinds = frozenset(families[name] for name in model.effects)
+        before, effects = sets.get(kinds, (0.0, model.effects))
+        sets[kinds] = (before + probability, effects)
+    return sets
+
+
+def _unknown_costs(none: float, unknown: float) -> float:
+    return ALARM * none + MISSED * (1.0 - none - unknown)
+
+
+def _names(
+    found: Found,
+    families: Mapping[str, str],
+    kinds: frozenset[str],
+    effects: tuple[str, ...],
+    none: float,
+    numbers: Numbers,
+) -> Decision:
+    """One set of names: what is not there costs as wrong, what is there besides as missed."""
+    loss = WRONG_NAME * (found.unknown + none)
+    for model, probability in found.models:
+        if model.effects:
+            there = {families[name] for name in model.effects}
+            wrong = len(kinds - there) / len(kinds)
+            missed = len(there - kinds) / len(there)
+            loss += probability * max(WRONG_NAME * wrong, MISSED * missed)
+    best = next(model for model, _ in found.models if model.effects == effects)
+    kind: Kind = "partly_explained" if still_missing(best, numbers) > 0.0 else "explained"
+    return Decision(kind, effects, _shares(effects, families, found), (), loss)
+
+
+def _alternatives(
+    ranked: Sequence[tuple[frozenset[str], tuple[float, tuple[str, ...]]]],
+    families: Mapping[str, str],
+    found: Found,
+) -> Decision:
+    """The fewest sets of names that hold ``HOLDS`` of what names can explain."""
+    total, held, taken = sum(share for _, (share, _) in ranked), 0.0, []
+    for _, (share, effects) in ranked:
+        taken.append(effects)
+        held += share
+        if held >= HOLDS * total:
+            break
+    loss = WRONG_NAME * (1.0 - held) + FURTHER_NAME * (len(taken) - 1)
+    shares = _shares(taken[0], families, found)
+    return Decision("not_separable", taken[0], shares, tuple(taken[1:]), loss)
+
+
+def _shares(effects: Sequence[str], families: Mapping[str, str], found: Found) -> tuple[float, ...]:
+    """Of each effect the probability that the rig has one of its family."""
+    return tuple(
+        sum(
+            probability
+            for model, probability in found.models
+            if families[name] in {families[other] for other in model.effects}
+        )
+        for name in effects
+    )

@@ -1,0 +1,106 @@
+"""The posterior: what each model is worth, and what something that no law describes is.
+
+Names compete with each other by their evidence. Whether the best of them is right at all is another
+question: what the right law leaves of a gap and what the best of the wrong ones leaves differ, and
+both are known from calibration. Their ratio has heavy tails, so that a real rig, which always has
+more than its named effects, keeps its names.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from epa_rt.gap.posterior.evidence import Numbers, log_evidence, scale
+from epa_rt.gap.posterior.search import Model, Table
+
+TAILS = 4.0  # degrees of freedom of what is left: the larger, the lighter its tails
+# Of a gap of any cause, in logarithms of what a floor may be wrong by: from that to 400 times it.
+SHOWN, SHOWN_SPREAD = 3.0, 3.0
+
+
+@dataclass(frozen=True)
+class Found:
+    """The posterior. ``models``: with their probabilities, most probable first. ``unknown``: the
+    probability of something that the catalogue lacks, with no name beside it.
+    """
+
+    models: tuple[tuple[Model, float], ...]
+    unknown: float
+
+
+def posterior(table: Table, numbers: Numbers) -> Found:
+    """Over all models that were fitted in every view that the first one was; others were not worth
+    it.
+    """
+    none = table.models[0]
+    models = [model for model in table.models if set(model.views) >= set(none.views)]
+    logs = [log_evidence(model, table.families, numbers) for model in models]
+    named = [log for model, log in zip(models, logs, strict=True) if model.effects]
+    unknown = [logs[models.index(none)] + nothing_wrong(none, numbers)]
+    if named:
+        best = max((m for m in models if m.effects), key=lambda m: logs[models.index(m)])
+        unknown.append(float(np.logaddexp.reduce(named)) + names_wrong(best, none, numbers))
+    logs.append(numbers.unknown_odds + float(np.logaddexp.reduce(unknown)))
+    weights = np.exp(np.array(logs) - max(logs))
+    weights /= weights.sum()
+    order = np.argsort(-weights[:-1], kind="stable")
+    return Found(tuple((models[i], float(weights[i])) for i in order), float(weights[-1]))
+
+
+def names_wrong(model: Model, none: Model, numbers: Numbers) -> float:
+    """Log of the ratio of what the best wrong law would leave so, and what the right one would;
+    the mean over the views.
+    """
+    ratios = []
+    for name in none.views:
+        gap, floor = shown(none, name, numbers)
+        left = np.log1p(shown(model, name, numbers)[0] / floor)
+        right, wrong = (
+            np.log1p(part * gap / floor) for part in (numbers.right_left, numbers.wrong_left)
+        )
+        spread = numbers.left_spread
+        ratios.append(_log_t((left - wrong) / spread) - _log_t((left - right) / spread))
+    return float(np.mean(ratios))
+
+
+def nothing_wrong(none: Model, numbers: Numbers) -> float:
+    """Log of the ratio of what a gap of any cause would show so, and what none would; the mean over
+    the views.
+    """
+    ratios = []
+    for name in none.views:
+        gap, floor = shown(none, name, numbers)
+        at, spread = np.log1p(gap / floor), numbers.left_spread
+        something = _log_t((at - SHOWN) / SHOWN_SPREAD) - np.log(SHOWN_SPREAD)
+        ratios.append(something - _log_t(at / spread) + np.log(spread))
+    return float(np.mean(ratios))
+
+
+def shown(model: Model, view: str, numbers: Numbers) -> tuple[float, float]:
+    """Chi-square above noise that a model leaves in a view, and what of it the floors may be wrong
+    by.
+    """
+    links = model.views[view].links.values()
+    freedom = numbers.freedom(view)
+    return (
+        sum(seen.excess for seen in links),
+        sum(scale(seen, freedom, numbers.floor_share) for seen in links),
+    )
+
+
+def _log_t(z: float) -> float:
+    return -0.5 * (TAILS + 1.0) * float(np.log1p(z**2 / TAILS))
+
+
+def inclusion(found: Found, table: Table) -> dict[str, float]:
+    """Family to the probability that the rig has one of its effects, most probable first."""
+    total: dict[str, float] = {}
+    for model, probability in found.models:
+        for family in {table.families[name] for name in model.effects}:
+            total[family] = total.get(family, 0.0) + probability
+    return dict(sorted(total.items(), key=lambda item: -item[1]))
+
+
+def still_missing(model: Model, numbers: Numbers) -> float:
+    """Log odds that something is missing beside a model's effects."""
+    return numbers.unknown_odds + nothing_wrong(model, numbers)

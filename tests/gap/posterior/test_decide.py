@@ -1,0 +1,65 @@
+"""What is answered on a posterior: the answer that costs least, whatever the posterior says."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from epa_rt.gap.posterior.decide import HOLDS, decided
+from epa_rt.gap.posterior.evidence import START
+from epa_rt.gap.posterior.search import Model
+from epa_rt.gap.posterior.unknown import Found
+from epa_rt.gap.posterior.views import BLOCKS, Seen, View
+
+FAMILIES = {"leak": "leak", "coulomb": "friction", "dahl": "friction", "play": "play"}
+SETS = ((), ("leak",), ("coulomb",), ("dahl",), ("play",), ("leak", "play"))
+
+
+def answer(shares, unknown=0.0, left=0.0):
+    """``shares``: of SETS; ``left``: chi-square above noise that every model leaves."""
+    view = {BLOCKS: View({"a": Seen(100.0, 100.0 + left)})}
+    models = [(Model(one, view, {}), share) for one, share in zip(SETS, shares, strict=False)]
+    found = Found(tuple(sorted(models, key=lambda one: -one[1])), unknown)
+    return decided(found, FAMILIES, START)
+
+
+def test_a_probable_name_is_given_with_its_probability():
+    found = answer((0.02, 0.93), unknown=0.05)
+    assert (found.kind, found.effects) == ("explained", ("leak",))
+    assert found.probability == (0.93,)
+
+
+def test_laws_of_one_family_stand_for_it_together():
+    found = answer((0.0, 0.04, 0.5, 0.46))
+    assert (found.kind, found.effects) == ("explained", ("coulomb",))
+    assert abs(found.probability[0] - 0.96) < 1e-9
+
+
+def test_two_that_are_as_probable_are_a_set():
+    found = answer((0.0, 0.5, 0.0, 0.0, 0.5))
+    assert found.kind == "not_separable"
+    assert {found.effects, *found.instead} == {("leak",), ("play",)}
+
+
+def test_nothing_and_unknown():
+    assert answer((0.9, 0.1)).kind == "no_gap"
+    assert answer((0.0, 0.2), unknown=0.8).kind == "not_in_catalogue"
+
+
+def test_what_is_left_beside_a_name_is_said():
+    assert answer((0.0, 1.0), left=1e6).kind == "partly_explained"
+    assert answer((0.0, 1.0), left=10.0).kind == "explained"
+
+
+@given(st.lists(st.floats(0.001, 1.0), min_size=7, max_size=7))
+def test_whatever_the_posterior_a_sure_name_is_never_improbable(weights):
+    total = sum(weights)
+    *shares, unknown = (weight / total for weight in weights)
+    found = answer(shares, unknown)
+    assert found.loss <= 0.5
+    if found.kind in ("explained", "partly_explained"):
+        assert max(found.probability) > 0.5
+    if found.kind == "not_separable":
+        held = [found.effects, *found.instead]
+        named = {frozenset(FAMILIES[name] for name in one) for one in SETS if one}
+        kinds = {frozenset(FAMILIES[name] for name in one) for one in held}
+        assert len(kinds) == len(held) and kinds <= named
+    assert HOLDS < 1.0
