@@ -11,7 +11,7 @@ build=${MCAP_JS_BUILD:-${XDG_CACHE_HOME:-$HOME/.cache}/epa_rt/mcap_js}
 mkdir -p "$build"
 if ! cmp -s "$here/package-lock.json" "$build/installed.json"; then
     cp "$here/package.json" "$here/package-lock.json" "$build"
-    npm ci --prefix "$build" --ignore-scripts --no-audit --no-fund --loglevel=error >&2
+    npm ci --fetch-timeout=60000 --fetch-retries=1 --prefix "$build" --ignore-scripts --no-audit --no-fund --loglevel=error >&2
     cp "$here/package-lock.json" "$build/installed.json"
 fi
 cp "$here/check.mjs" "$build"

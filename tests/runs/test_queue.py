@@ -173,7 +173,7 @@ def test_a_queue_killed_with_its_recorder_goes_on_with_what_its_log_lacks(tmp_pa
     path = tmp_path / "night.yaml"
     path.write_text(
         f"queue: night\nrig: {RIG}\nout: logs\nruns:\n"
-        "  - {experiment: three.yaml, options: {speed: 20}}\n"
+        "  - {experiment: three.yaml, options: {speed: 4}}\n"
     )
     command = [sys.executable, "-m", "epa_rt", "queue", str(path), "--quiet"]
     process = subprocess.Popen(command, cwd=ROOT, start_new_session=True, stdout=subprocess.DEVNULL)
