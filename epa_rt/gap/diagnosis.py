@@ -211,18 +211,29 @@ class Could:
     left_share: float | None
 
 
+PosteriorVerdict = Literal[
+    "no_gap", "explained", "partly_explained", "not_separable", "not_in_catalogue"
+]
+
+
 @dataclass(frozen=True)
 class Posterior:
     """What it could be. ``models``: the most probable first, until they hold 0.99 together with
     ``unknown``: the probability of something that the catalogue lacks. ``families``: probability
     that the rig has an effect of each, the most probable first, from 0.01 on. ``judged_by``: the
     view that shows most of the gap ("blocks", "free_run").
+
+    ``verdict``: the answer that costs least on these probabilities; ``names``: what it names, with
+    the probability of each name's family; ``instead``: sets that are probable as well.
     """
 
     models: tuple[Could, ...]
     families: dict[str, float]
     unknown: float
     judged_by: str
+    verdict: PosteriorVerdict
+    names: dict[str, float]
+    instead: tuple[tuple[str, ...], ...]
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from epa_rt.gap.attribution import Start
 from epa_rt.gap.diagnosis import Could, Posterior
+from epa_rt.gap.posterior.decide import decided
 from epa_rt.gap.posterior.evidence import START, Formula, Numbers
 from epa_rt.gap.posterior.search import Model, Table, table_of
 from epa_rt.gap.posterior.unknown import inclusion, posterior
@@ -39,7 +40,9 @@ def posterior_of(
     families = {
         family: share for family, share in inclusion(found, table).items() if share >= SHOWN
     }
-    return Posterior(tuple(models), families, found.unknown, by)
+    answer = decided(found, table.families, numbers)
+    names = dict(zip(answer.effects, answer.probability, strict=True))
+    return Posterior(tuple(models), families, found.unknown, by, answer.kind, names, answer.instead)
 
 
 def table_for(

@@ -2,12 +2,10 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
+from epa_rt.gap.diagnosis import PosteriorVerdict
 from epa_rt.gap.posterior.evidence import Numbers
 from epa_rt.gap.posterior.unknown import Found, still_missing
-
-Kind = Literal["no_gap", "explained", "partly_explained", "not_separable", "not_in_catalogue"]
 
 # What an answer costs that is not the truth; 1 is a wrong name, on which somebody repairs the wrong
 # part.
@@ -27,7 +25,7 @@ class Decision:
     this answer.
     """
 
-    kind: Kind
+    kind: PosteriorVerdict
     effects: tuple[str, ...]
     probability: tuple[float, ...]
     instead: tuple[tuple[str, ...], ...]
@@ -84,7 +82,9 @@ def _names(
             missed = len(there - kinds) / len(there)
             loss += probability * max(WRONG_NAME * wrong, MISSED * missed)
     best = next(model for model, _ in found.models if model.effects == effects)
-    kind: Kind = "partly_explained" if still_missing(best, numbers) > 0.0 else "explained"
+    kind: PosteriorVerdict = (
+        "partly_explained" if still_missing(best, numbers) > 0.0 else "explained"
+    )
     return Decision(kind, effects, _shares(effects, families, found), (), loss)
 
 

@@ -25,6 +25,23 @@ def could_words(could: Could) -> str:
     return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
+def answer_words(posterior: Posterior) -> str:
+    """The answer of least expected loss, in one sentence."""
+    names = " and ".join(f"{plain(name)} ({share:.2f})" for name, share in posterior.names.items())
+    others = "; or ".join(could_words(Could(one, 0.0, None)) for one in posterior.instead)
+    match posterior.verdict:
+        case "no_gap":
+            return "the logs show nothing that the plant file, refitted, lacks."
+        case "not_in_catalogue":
+            return "something is missing that no law of the catalogue describes."
+        case "not_separable":
+            return f"these logs do not tell which: {names}; or {others}."
+        case "partly_explained":
+            return f"{names} is missing, and something besides."
+        case _:
+            return f"{names} is missing."
+
+
 def show_posterior(posterior: Posterior, out: Console) -> None:
     """Sets of effects with their probability as a bar, and what each leaves of the gap."""
     left = f"Leaves of the gap {VIEWS[posterior.judged_by]}"
@@ -39,6 +56,7 @@ def show_posterior(posterior: Posterior, out: Console) -> None:
             "Probability that it has one of a family: "
             + ", ".join(f"{plain(name)} {share:.2f}" for name, share in shown)
         )
+    out.print(f"On these probabilities: {answer_words(posterior)}")
     out.print(UNCALIBRATED, style="dim")
 
 
@@ -61,6 +79,7 @@ def posterior_section(diagnosis: Diagnosis) -> Html:
             table(["Set of effects", "", "Probability", left], rows, (0, 1), "words"),
             paragraph("Probability that the rig has an effect of a family, whatever else it has:"),
             table(["Family", "", "Probability"], families, (0, 1), "words"),
+            paragraph(f"On these probabilities: {answer_words(posterior)}"),
             note(
                 "Each set is fitted block by block and in free run, and judged on logs that no fit"
                 " has seen. No law of the catalogue is a rig's own law: what a set leaves counts"
