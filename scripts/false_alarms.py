@@ -1,5 +1,6 @@
 """Counts false alarms of the checks of sensors: simulated runs without a fault, over rigs,
-experiments and plants drawn within engineering ranges.
+experiments and plants drawn within engineering ranges. The experiments are those of config/ and,
+drawn anew for each plant, those that the diagnosis' benchmark records its cases with.
 
 python scripts/false_alarms.py --hours 1 --plants 40 --jobs 2 [--lines PATH] [--first N]
 """
@@ -13,11 +14,13 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from math import gcd
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 OWN = ("implausible sensor", "sensor at rest")
 RIGS = ("bench", "bench_analog", "knee", "knee_geared", "mass")
+OF_BENCHMARK = "benchmark"  # "benchmark rich a": the first log of a rich case
 
 
 def one_run(rig: str, experiment: str, seed: int) -> dict:
@@ -29,12 +32,9 @@ def one_run(rig: str, experiment: str, seed: int) -> dict:
     from sim_backend.plant_draw import drawn_plant
     from tests.loop.rigging import Quiet
 
-    inputs = load_inputs(
-        ROOT / f"config/experiments/{experiment}.yaml",
-        ROOT / f"config/rigs/{rig}.yaml",
-        None,
-        with_plant=True,
-    )
+    with TemporaryDirectory() as folder:
+        path = experiment_file(rig, experiment, seed, Path(folder))
+        inputs = load_inputs(path, ROOT / f"config/rigs/{rig}.yaml", None, with_plant=True)
     inputs = replace(inputs, plant=drawn_plant(inputs.plant, seed))
     assembly, events = assemble(inputs.rig, inputs.experiment), Events()
     backend = SimBackend(inputs.rig, inputs.plant, seed + 1)
@@ -58,6 +58,21 @@ def one_run(rig: str, experiment: str, seed: int) -> dict:
         "cause": result.cause,
         "hints": events.hints,
     }
+
+
+def experiment_file(rig: str, experiment: str, seed: int, folder: Path) -> Path:
+    """The file of an experiment; one of the benchmark's is written into ``folder``."""
+    if not experiment.startswith(OF_BENCHMARK):
+        return ROOT / f"config/experiments/{experiment}.yaml"
+    from numpy.random import default_rng
+
+    from epa_rt.benchmark.plans import plan_of
+
+    _, kind, letter = experiment.split()
+    plan = plan_of(rig, kind, default_rng(seed))
+    path = folder / f"log_{letter}.yaml"
+    path.write_text((*plan.logs, *plan.holdout)["abcd".index(letter)], encoding="utf-8")
+    return path
 
 
 class Events:
@@ -90,7 +105,13 @@ def fitting() -> list[tuple[str, str]]:
             except (ConfigError, WiringError):
                 continue
             found.append((inputs.experiment.duration_s, rig, path.stem))
-    return [(rig, name) for _, rig, name in sorted(found)]
+    benchmark = [
+        (rig, f"{OF_BENCHMARK} {kind} {letter}")
+        for rig in ("bench", "knee")
+        for kind, letters in (("rich", "abcd"), ("narrow", "a"), ("still", "a"))
+        for letter in letters
+    ]
+    return [(rig, name) for _, rig, name in sorted(found)] + benchmark
 
 
 def main() -> int:
@@ -103,13 +124,15 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=0, help="seed of the first plant")
     parser.add_argument("--longest", type=float, default=1e9, help="no experiment longer, in s")
     parser.add_argument("--shortest", type=float, default=0.0, help="and none shorter, in s")
+    parser.add_argument("--only", default="", help="experiments whose name begins so")
     parser.add_argument("--lines", type=Path, help="a line of JSON a run; what is there counts too")
     arguments = parser.parse_args()
     found: list[dict] = []
     if arguments.lines is not None and arguments.lines.exists():
         found = [json.loads(line) for line in arguments.lines.read_text("utf-8").splitlines()]
     done = {(row["rig"], row["experiment"], row["seed"]) for row in found}
-    pairs = [p for p in fitting() if arguments.shortest <= _duration(*p) <= arguments.longest]
+    pairs = [p for p in fitting() if p[1].startswith(arguments.only)]
+    pairs = [p for p in pairs if arguments.shortest <= _duration(*p) <= arguments.longest]
     with ProcessPoolExecutor(arguments.jobs) as pool:
         for jobs in rounds(pairs, arguments.first, arguments.plants):
             if hours_of(found) >= arguments.hours:
@@ -155,12 +178,10 @@ def summary(found: list[dict]) -> str:
 def _duration(rig: str, experiment: str) -> float:
     from epa_rt.cli.inputs import load_inputs
 
-    return load_inputs(
-        ROOT / f"config/experiments/{experiment}.yaml",
-        ROOT / f"config/rigs/{rig}.yaml",
-        None,
-        False,
-    ).experiment.duration_s
+    with TemporaryDirectory() as folder:
+        path = experiment_file(rig, experiment, 0, Path(folder))
+        rig_file = ROOT / f"config/rigs/{rig}.yaml"
+        return load_inputs(path, rig_file, None, False).experiment.duration_s
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ evidence and its Occam factor; Student's t as a Gaussian of unknown variance (Ge
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import comb
 
 import numpy as np
@@ -162,11 +162,22 @@ class Formula:
         """As ``log_evidence``."""
         return log_evidence(model, self.families, self.numbers)
 
-    def with_one_more(self, model: Model, views: Sequence[str]) -> float:
-        """Log evidence if an effect more, of a family with one law, left nothing of these views."""
+    def with_one_more(self, model: Model, views: Sequence[str], links: Sequence[str] = ()) -> float:
+        """Log evidence if an effect more, of a family with one law, left nothing of these views, or
+        of these links of them.
+        """
         effects, kinds = model.effects, len(set(self.families.values()))
         more = _odds(len(effects) + 1, kinds, self.numbers) - _odds(
             len(effects), kinds, self.numbers
         )
-        missing = sum(_of_views(model, views, self.numbers).values())
+        seen = model
+        if links:
+            seen = replace(
+                model,
+                views={
+                    name: replace(view, links={k: v for k, v in view.links.items() if k in links})
+                    for name, view in model.views.items()
+                },
+            )
+        missing = sum(_of_views(seen, views, self.numbers).values())
         return self.evidence(model) + (more if effects else _odds(1, kinds, self.numbers)) - missing

@@ -13,7 +13,7 @@ import numpy as np
 
 from epa_rt.gap.as_one import fitted
 from epa_rt.gap.ground import Ground
-from epa_rt.gap.point import Point
+from epa_rt.gap.point import Normal, Point
 from epa_rt.gap.posterior.views import (
     BLOCKS,
     FREE_RUN,
@@ -56,8 +56,12 @@ class Scores(Protocol):
     def evidence(self, model: "Model") -> float:
         """Log evidence of a model over the views that it has."""
 
-    def with_one_more(self, model: "Model", views: Sequence[str]) -> float:
-        """Log evidence that it would have if one effect more left nothing of these views."""
+    def with_one_more(
+        self, model: "Model", views: Sequence[str], links: Sequence[str] = ()
+    ) -> float:
+        """Log evidence that it would have if one effect more left nothing of these views, or of
+        these links of them.
+        """
 
 
 @dataclass(frozen=True)
@@ -97,6 +101,14 @@ class Search:
         self._points: dict[frozenset[str], Point] = {}
         self._lowest: Lowest = {}
         self.none = self._model((), base.values, ground.none if ground else None)
+        self._waves = tuple(
+            dict.fromkeys(
+                link
+                for effect in problem.effects.values()
+                if effect.swings_over
+                for link in problem.touched(effect.knobs)
+            )
+        )  # links in which a period over an angle would show
 
     def singles(self) -> None:
         """Every candidate alone; the best of several families in free run too, and those that free
@@ -105,7 +117,7 @@ class Search:
         look(self._problem, self._base)
         role = played(self._problem, self._base, pairs=True)
         for fit in role.fits if role else ():
-            self._model((fit.effect,), fit.values, None)
+            self._model((fit.effect,), fit.values, None, (self._problem, fit.normal))
         if self._ground is None:
             return
         for effects in self._best(SINGLES, 1):
@@ -142,21 +154,24 @@ class Search:
         for more in order[:FURTHER]:
             self._in_free_run(more)
 
-    def _asks_for_more(self, model: Model, views: Sequence[str]) -> bool:
-        """Whether what a model leaves in these views may be worth an effect more."""
+    def _asks_for_more(self, model: Model, views: Sequence[str], links: Sequence[str] = ()) -> bool:
+        """Whether what a model leaves in these views may be worth an effect more. ``links``: those
+        alone that it would show in; all where there are none.
+        """
         seen = replace(model, views=on_ground(model.views, self._lowest))
-        return self._hopeful(self._scores.with_one_more(seen, views))
+        return self._hopeful(self._scores.with_one_more(seen, views, links))
 
     def _proposed_by_blocks(self, effects: tuple[str, ...]) -> list[tuple[str, ...]]:
         """One effect more that the blocks ask for beside these."""
         point = settled(self._problem, effects, self._of(effects).values)
         problem, point = rescaled(self._problem, point, self._left(point))
-        look(problem, point)
+        if self._asks_for_more(self._of(effects), (BLOCKS,), self._waves):
+            look(problem, point)
         role = played(problem, point)
         found = []
         for fit in role.fits if role else ():
             found.append((*effects, fit.effect))
-            self._model(found[-1], fit.values, None)
+            self._model(found[-1], fit.values, None, (problem, fit.normal))
         return found
 
     @property
@@ -169,9 +184,16 @@ class Search:
     def _of(self, effects: Sequence[str]) -> Model:
         return self._found[frozenset(effects)]
 
-    def _model(self, effects: tuple[str, ...], values: Values | None, point: Point | None) -> Model:
+    def _model(
+        self,
+        effects: tuple[str, ...],
+        values: Values | None,
+        point: Point | None,
+        fit: tuple[Problem, Normal] | None = None,
+    ) -> Model:
         """Keeps a model: fitted block by block at ``values`` (None: to be fitted from those of free
-        run), in free run at ``point`` (None: not yet).
+        run), in free run at ``point`` (None: not yet). ``fit``: a problem with its normal equations
+        at these values, where there are any.
         """
         key, problem = frozenset(effects), self._problem
         known = self._found.get(key)
@@ -183,7 +205,7 @@ class Search:
             )
         views = dict(known.views) if known else {}
         if not known:
-            views[BLOCKS] = blocks(problem, effects, values)
+            views[BLOCKS] = blocks(fit[0] if fit else problem, effects, values, fit and fit[1])
             if self._held_out is not None:
                 views[HELD_OUT] = self._held_out.blocks(values)
         before = self._points.get(key)

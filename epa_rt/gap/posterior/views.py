@@ -68,14 +68,22 @@ def on_ground(views: Mapping[str, View], lowest: Lowest) -> dict[str, View]:
     }
 
 
-def blocks(problem: Problem, effects: tuple[str, ...], values: Values) -> View:
-    """Block by block at these values, in units of the floors alone."""
+def blocks(
+    problem: Problem, effects: tuple[str, ...], values: Values, normal: Normal | None = None
+) -> View:
+    """Block by block at these values, in units of the floors alone. ``normal``: the normal equations
+    there, where a fit has left them.
+    """
     bare = problem.rescaled(dict.fromkeys(problem.links, 1.0))
-    normal = linearised(bare, effects, dict(values)).normal
+    if normal is None:
+        normal = linearised(bare, effects, dict(values)).normal
+    else:
+        normal = normal.weighted(np.array([problem.scale[link] ** 2 for link in problem.links]))
+    residuals = problem.each(lambda link: bare.residual(values, link), bare.links)
     return View(
         {
-            link: Seen(float(bare.samples(link)), float(square.sum()), matrix.sum(axis=0))
-            for link, square, matrix in zip(bare.links, normal.square, normal.matrix, strict=True)
+            link: Seen(float(bare.samples(link)), float(residual @ residual), matrix.sum(axis=0))
+            for link, residual, matrix in zip(bare.links, residuals, normal.matrix, strict=True)
         },
         *_numbers(normal),
     )
