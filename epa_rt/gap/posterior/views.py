@@ -71,7 +71,7 @@ def on_ground(views: Mapping[str, View], lowest: Lowest) -> dict[str, View]:
 def blocks(
     problem: Problem, effects: tuple[str, ...], values: Values, normal: Normal | None = None
 ) -> View:
-    """Block by block at these values, in units of the floors alone. ``normal``: the normal equations
+    """Block by block at these values, in units of the floors alone. ``normal``: normal equations
     there, where a fit has left them.
     """
     bare = problem.rescaled(dict.fromkeys(problem.links, 1.0))
