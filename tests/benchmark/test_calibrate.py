@@ -1,0 +1,68 @@
+"""Calibration of the posterior's numbers on made-up tables whose truth is known."""
+
+import numpy as np
+import pytest
+
+from epa_rt.benchmark.calibrate import (
+    Example,
+    calibrated,
+    left_out,
+    log_score,
+    of_truth,
+    probabilities,
+    reliability,
+)
+from epa_rt.gap.posterior.evidence import START
+from epa_rt.gap.posterior.search import Model, Table
+from epa_rt.gap.posterior.unknown import posterior
+from epa_rt.gap.posterior.views import BLOCKS, Seen, View
+
+FAMILIES = {name: name for name in ("leak", "play", "drag", "heat")}
+NOISE = 4000.0
+
+
+def model(effects, left):
+    z, nominal = np.zeros(len(effects)), np.zeros(len(effects), bool)
+    matrix = 100.0 * np.eye(len(effects))
+    seen = Seen(NOISE, NOISE + left, matrix)
+    return Model(effects, {BLOCKS: View({"a": seen}, effects, z, nominal)}, {})
+
+
+def example(kind, gap, right_left, wrong_left, rng):
+    """A case with a gap, of which the right law leaves a part and wrong ones another."""
+    there = str(rng.choice(list(FAMILIES)))
+    parts = dict.fromkeys(FAMILIES, 1.0)
+    for name in parts:
+        part = right_left if kind == "single" and name == there else wrong_left
+        parts[name] = min(1.0, part * np.exp(0.3 * rng.standard_normal()))
+    models = [model((), gap), *(model((name,), part * gap) for name, part in parts.items())]
+    effects = [] if kind == "none" else [{"families": [there], "multiple": 10.0}]
+    return Example(kind, Table(tuple(models), FAMILIES), {"kind": kind, "effects": effects})
+
+
+@pytest.fixture(scope="module")
+def examples():
+    rng = np.random.default_rng(1)
+    kinds = ["single"] * 6 + ["withheld"] * 3 + ["none"] * 3
+    gaps = {"single": 3e4, "withheld": 3e4, "none": 20.0}
+    return [example(kind, gaps[kind], 0.02, 0.6, rng) for kind in kinds]
+
+
+def test_calibration_gives_the_truth_more_and_holds_on_cases_left_out(examples):
+    numbers = calibrated(examples, START)
+    assert log_score(examples, numbers) > log_score(examples, START)
+    assert np.mean(np.log(left_out(examples, START))) > log_score(examples, START) - 0.05
+    assert min(probabilities(examples, numbers)) > 0.3
+
+
+def test_a_name_too_many_counts_half():
+    table = Table((model((), 1e5), model(("leak", "play"), 0.0)), FAMILIES)
+    truth = {"kind": "single", "effects": [{"families": ["leak"], "multiple": 9.0}]}
+    found = posterior(table, START)
+    assert of_truth(found, FAMILIES, truth) == pytest.approx(0.5 * found.models[0][1])
+
+
+def test_reliability_counts_every_first_name_once(examples):
+    rows = reliability(examples, START)
+    assert sum(row["names"] for row in rows) == len(examples)
+    assert all(row["from"] <= row["said"] <= row["to"] for row in rows)
