@@ -7,6 +7,7 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from typing import Any, NoReturn
 
+from epa_rt.cli.outputs import JsonOption, json_spelt_out
 from epa_rt.cli.screen_text import filled
 from epa_rt.config.near_names import nearest
 
@@ -34,6 +35,8 @@ class EpaParser(argparse.ArgumentParser):
         if not given and self._choices():
             self.print_help()
             self.exit(0)
+        if any(isinstance(action, JsonOption) for action in self._actions):
+            given = json_spelt_out(given)
         found, rest = super().parse_known_args(given, namespace)
         if rest:
             self.error(_UNKNOWN + " ".join(rest))

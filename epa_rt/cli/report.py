@@ -6,7 +6,7 @@ somebody. A log that was cut, or whose run tripped, gives a page too; it says wh
 the cause first.
 
   epa report out/knee_chirp-knee-001.mcap
-  epa report out/knee_chirp-knee-001.mcap -o page.html
+  epa report out/knee_chirp-knee-001.mcap --html page.html
 """
 
 import argparse
@@ -14,18 +14,14 @@ from pathlib import Path
 
 from epa_rt.cli.damage import say_damage
 from epa_rt.cli.exits import VerbError
+from epa_rt.cli.outputs import add_html_argument, add_old_spelling
 from epa_rt.cli.write import write_whole
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("log", type=Path, metavar="LOG", help="log of a run (*.mcap)")
-    verb.add_argument(
-        "-o",
-        "--out",
-        type=Path,
-        metavar="PAGE.html",
-        help="page to write (default: beside the log, as .html)",
-    )
+    add_html_argument(verb, "page to write (default: beside the log, as .html)")
+    add_old_spelling(verb, "-o", "--out", now="--html", dest="html")
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -33,7 +29,7 @@ def main(arguments: argparse.Namespace) -> int:
     from epa_rt.report.page import run_page
     from epa_rt.report.run import load_run
 
-    out = arguments.out
+    out = arguments.html
     if out is not None and out.suffix.lower() not in (".html", ".htm"):
         raise VerbError(f"{out}: found the ending '{out.suffix}', expected .html")
     try:
