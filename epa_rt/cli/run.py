@@ -262,7 +262,7 @@ def run_on_bus(
 def _simulated_backend(inputs: Inputs, seed: int, speed: float | None) -> "Backend":
     from epa_rt.cli.progress import said_when_slow
 
-    with said_when_slow("compiling the plant: a minute or two, once; it is kept ..."):
+    with said_when_slow("loading the plant; compiled the first time, a minute or two ..."):
         from sim_backend.backend import SimBackend
 
         backend = SimBackend(inputs.rig, inputs.plant, seed, speed)
