@@ -354,7 +354,8 @@ def _print(
         print(line)
     print(filled(f"calibration file: {path}"))
     if path.resolve().parent != rig_path.resolve().parent:  # a simulated rig's, or --write
-        print(filled(f"{rig_path} does not read it there, only a file beside itself"))
+        named = f"calibrations: [{path.name}]"
+        print(filled(f"{rig_path} reads only files beside itself: copy it there, with {named}"))
     elif path.name not in {Path(name).name for name in rig.calibrations}:
         print(filled(f"{rig_path} does not name it yet: calibrations: [{path.name}]"))
 

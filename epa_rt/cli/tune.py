@@ -314,5 +314,8 @@ def _write_rig(
     write_whole(out, text)
     print(out)
     if not (out.parent / rig.plant).exists():
-        said = f"note: it names the plant file {rig.plant}, which is not there from its folder"
+        said = (
+            f"note: it names the plant file {rig.plant}, which is not there from its folder: run it"
+            " with --plant, or move it beside the rig file"
+        )
         print(filled(said))
