@@ -185,6 +185,12 @@ def test_no_page_is_written_over_a_log(verb, log, tmp_path, capsys):
     assert "no log is overwritten" in capsys.readouterr().err
 
 
+def test_one_name_is_no_page_of_two_logs(log, tmp_path, capsys):
+    page = tmp_path / "page.html"
+    assert main(["report", str(log), str(log), "--html", str(page)]) == 2
+    assert "beside 2 logs" in capsys.readouterr().err and not page.exists()
+
+
 def test_a_page_that_cannot_be_written_is_said_so(log, not_a_log, capsys):
     assert main(["report", str(log), "--html", str(not_a_log / "page.html")]) == 4
     assert "cannot be written" in capsys.readouterr().err
