@@ -20,7 +20,7 @@ for job in "identification$short bench" "identification$short bench_analog" "kne
     echo "== $experiment on the simulated $rig =="
     epa run "config/experiments/$experiment.yaml" --rig "config/rigs/$rig.yaml" --backend sim -o "$out"
     log=$(ls "$out/$experiment-$rig-"*.mcap | tail -n 1)
-    epa report "$log" -o "${log%.mcap}.html"
+    epa report "$log" --html "${log%.mcap}.html"
 done
 echo
 echo "== the same controllers over the recorded inputs: is every byte the same? =="

@@ -15,7 +15,7 @@ python scripts/demo_gap_rig.py "$out"
 echo
 echo "== where is the gap, what causes it, how far does it shrink on an unseen log? =="
 epa gap diagnose --rig config/rigs/bench.yaml "$out/real_1.mcap" "$out/real_2.mcap" --holdout "$out/held_out.mcap" --no-plan \
-    --json "$out/gap.json" --html "$out/gap.html" --patch "$out/bench_patched.yaml" --picture "$out/gap.svg"
+    --json "$out/gap.json" --html "$out/gap.html" -o "$out/bench_patched.yaml" --picture "$out/gap.svg"
 echo
 echo "== and what had been hidden: =="
 cat "$out/hidden.txt"

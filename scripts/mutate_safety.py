@@ -296,6 +296,8 @@ def page(found: Mapping[str, tuple[int, list[str]] | None], reasons: Mapping[str
     lines = [
         "# Mutants of the safety envelope and the codec that no test notices",
         "",
+        "For whoever asks how far the tests of the safety envelope can be trusted. A mutant is",
+        "its code with one small mistake put in; a test must fail on it.",
         (
             "Written by `python scripts/mutate_safety.py` from `scripts/safety_mutants.yaml`;"
             " change it there."

@@ -18,10 +18,7 @@ HELD = [page for page in PAGES if page.name not in prose.WITH_THE_DIAGNOSIS]
 PRIVATE = re.compile(r"(?<![\w.])/(?:work|root|home|Users|mnt)/")
 BY_READER = ("epa_rt/config/terminals/el3104.py",)  # the file that terminals.md has one write
 # what a command writes, and what one after it may therefore read
-WRITES = (
-    *("-o", "--out", "--json", "--html", "--write", "--patch", "--rule", "--store"),
-    *("--pictures", "--control", "--file"),
-)
+WRITES = (*("-o", "--out", "--json", "--html", "--write", "--store"), *("--pictures", "--control"))
 
 
 def name_of(page: Path) -> str:
@@ -126,6 +123,7 @@ def test_commands_parse_and_name_files_that_are_there(page, capsys):
         except SystemExit as end:
             said = capsys.readouterr().err.strip()
             assert end.code == 0, f"epa {shlex.join(words)}: {said}"
+        assert capsys.readouterr().err == "", f"epa {shlex.join(words)}: an old name"
         made += [words[k + 1] for k, word in enumerate(words[:-1]) if word in WRITES]
         for word in words:
             # examples of the verbs are run, one after the other, by tests/cli/test_examples.py

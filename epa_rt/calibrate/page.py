@@ -123,9 +123,9 @@ def _point_u(found: Calibration, i: int) -> float:
 def _findings(found: Calibration) -> Html:
     f, shown, span = found.findings, found.scale.shown, found.findings.span
 
-    def row(name: str, value: float | None, words: str) -> list[str]:
+    def row(name: str, value: float | None, words: str, takes: str = "") -> list[str]:
         if value is None:
-            return [name, "not known", "", words]
+            return [name, "not known", "", takes or words]
         return [name, shown(abs(value), 2), f"{100.0 * abs(value) / span:.2g} %", words]
 
     def chance(p: float | None, real: bool) -> str:
@@ -134,10 +134,25 @@ def _findings(found: Calibration) -> Html:
     rows = [
         row("Scatter", f.scatter, "standard deviation about the line"),
         row("Linearity", f.deviation, "largest distance of a point from the line"),
-        row("Bend", f.bend, chance(f.bend_p, f.is_bent)),
-        row("Hysteresis", f.hysteresis, chance(f.hysteresis_p, f.has_hysteresis)),
-        row("Repeatability", f.repeatability, "standard deviation at one reference"),
-        row("Zero, last less first", f.zero_drift, "of the lowest reference"),
+        row("Bend", f.bend, chance(f.bend_p, f.is_bent), "takes four places or more"),
+        row(
+            "Hysteresis",
+            f.hysteresis,
+            chance(f.hysteresis_p, f.has_hysteresis),
+            "takes points up and down",
+        ),
+        row(
+            "Repeatability",
+            f.repeatability,
+            "standard deviation at one reference",
+            "takes a reference twice",
+        ),
+        row(
+            "Zero, last less first",
+            f.zero_drift,
+            "of the lowest reference",
+            "takes the lowest reference at begin and end",
+        ),
     ]
     return table(("", "Value", "of span", "Meaning"), rows, (0, 3))
 

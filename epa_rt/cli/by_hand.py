@@ -171,7 +171,7 @@ class RigByHand:
         )
         if self._model is None:
             self._model = backend.model
-            with said_when_slow("compiling the plant: a minute or two, once; it is kept ..."):
+            with said_when_slow("loading the plant; compiled the first time, a minute or two ..."):
                 self._model.warm_up()
         return backend
 

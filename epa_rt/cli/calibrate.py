@@ -18,13 +18,13 @@ On the simulated rig it goes into the folder of the logs, never beside the rig f
 
 import argparse
 import json
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.by_hand import RigByHand, add_rig_arguments
 from epa_rt.cli.exits import COMPLETED, FAILED, VerbError
 from epa_rt.cli.inputs import add_supply_argument
+from epa_rt.cli.outputs import add_html_argument, add_json_argument, add_old_spelling, is_screen
 from epa_rt.cli.run import EMULATED
 from epa_rt.cli.screen_text import filled
 
@@ -64,10 +64,19 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     add_uncertainty_arguments(verb)
     verb.add_argument("--serial", default="", help="the sensor's serial number")
     verb.add_argument("--new-sensor", action="store_true", help="do not compare with the rig file")
-    verb.add_argument("--file", type=Path, metavar="YAML", help="the calibration file")
-    verb.add_argument("--html", type=Path, metavar="PAGE", help="a page with pictures")
-    verb.add_argument("--picture", type=Path, metavar="SVG", help="points and residuals alone")
-    verb.add_argument("--json", action="store_true", help="the result as JSON")
+    verb.add_argument(
+        "--write",
+        dest="file",
+        type=Path,
+        metavar="CALIBRATION.yaml",
+        help="calibration file to write (default: beside the rig file; simulated: with the logs)",
+    )
+    add_old_spelling(verb, "--file", now="--write", dest="file")
+    add_html_argument(verb, "write the result as a page with pictures")
+    verb.add_argument(
+        "--picture", type=Path, metavar="PICTURE.svg", help="write points and residuals alone"
+    )
+    add_json_argument(verb, "the result for machines")
 
 
 def add_uncertainty_arguments(verb: argparse.ArgumentParser) -> None:
@@ -89,7 +98,7 @@ def main(arguments: argparse.Namespace) -> int:
     from epa_rt.calibrate.calibration import as_file, calibrate
     from epa_rt.calibrate.point import CalibrationError
     from epa_rt.cli.calibration_told import told
-    from epa_rt.cli.write import check_writable
+    from epa_rt.cli.write import check_writable, write_whole
     from epa_rt.cli.zero import now, who
 
     for name in ("operator", "serial"):
@@ -100,6 +109,7 @@ def main(arguments: argparse.Namespace) -> int:
             )
     check_writable(arguments.html, (".html", ".htm"))
     check_writable(arguments.picture, (".svg",))
+    check_writable(arguments.json, (".json",))
     check_writable(arguments.file, (".yaml", ".yml"))
     session = Session(arguments)
     path, others = _place(arguments, session)  # before a point is taken in vain
@@ -125,8 +135,8 @@ def main(arguments: argparse.Namespace) -> int:
     )
     _write(path, session, (*others, one))
     if arguments.json:
-        print(json.dumps(told(found, one, path), indent=2))
-    else:
+        write_whole(arguments.json, json.dumps(told(found, one, path), indent=2) + "\n")
+    if not is_screen(arguments.json):
         _print(found, one, session.rig, arguments.rig, path)
     _write_pages(arguments, found, one)
     return COMPLETED
@@ -343,8 +353,9 @@ def _print(
     for line in lines(found, one):
         print(line)
     print(filled(f"calibration file: {path}"))
-    if path.resolve().parent != rig_path.resolve().parent:  # a simulated rig's, or --file
-        print(filled(f"{rig_path} does not read it there, only a file beside itself"))
+    if path.resolve().parent != rig_path.resolve().parent:  # a simulated rig's, or --write
+        named = f"calibrations: [{path.name}]"
+        print(filled(f"{rig_path} reads only files beside itself: copy it there, with {named}"))
     elif path.name not in {Path(name).name for name in rig.calibrations}:
         print(filled(f"{rig_path} does not name it yet: calibrations: [{path.name}]"))
 
@@ -358,9 +369,9 @@ def _write_pages(
         from epa_rt.calibrate.page import calibration_page
 
         write_whole(arguments.html, calibration_page(found, one))
-        print(str(arguments.html), file=sys.stderr if arguments.json else sys.stdout)
+        print(str(arguments.html))
     if arguments.picture is not None:
         from epa_rt.calibrate.picture import calibration_picture
 
         write_whole(arguments.picture, calibration_picture(found, one))
-        print(str(arguments.picture), file=sys.stderr if arguments.json else sys.stdout)
+        print(str(arguments.picture))

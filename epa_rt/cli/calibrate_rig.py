@@ -302,6 +302,7 @@ def _pressure_steps(session: "Session") -> "list[Step]":
     elif not (arguments.ascending or arguments.descending):
         targets = targets + targets[-2::-1]
     targets = _ordered(targets, targets, arguments)
+    session.method = "the muscle filled in steps, the motor held, a gauge read at each"
     least = 1e3  # gauge: below, the exhaust is opened
     return [
         Step(

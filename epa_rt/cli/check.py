@@ -17,7 +17,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import BAD_INPUT, COMPLETED
+from epa_rt.cli.outputs import add_json_argument, is_screen
 from epa_rt.cli.screen_text import filled
+from epa_rt.cli.write import check_writable, write_whole
 
 if TYPE_CHECKING:
     from epa_rt.config.rig import Rig
@@ -40,13 +42,14 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
         "files", nargs="+", type=Path, metavar="FILE", help="rig, experiment, plant or queue files"
     )
     verb.add_argument("--rig", type=Path, help="the rig that experiment files are meant for")
-    verb.add_argument("--json", action="store_true", help="the answers as JSON, one list")
+    add_json_argument(verb, "the answers as one list")
 
 
 def main(arguments: argparse.Namespace) -> int:
     from epa_rt.cli.sound_rig import sound_rig
     from epa_rt.config.source import ConfigError, load_yaml
 
+    check_writable(arguments.json, (".json",))
     rig = sound_rig(load_yaml(arguments.rig)).rig if arguments.rig else None
     answers, broken = [], 0
     no_errors: tuple[ConfigError, ...] = ()
@@ -57,25 +60,29 @@ def main(arguments: argparse.Namespace) -> int:
         except ConfigError as error:
             answer, errors = None, error.errors
         broken += answer is None
-        if arguments.json:
-            answers.append(_as_data(path, answer, errors))
-        elif answer is None:
-            for one in errors:
-                print(filled(f"epa check: {one}", sys.stderr), file=sys.stderr)
-        else:
-            print(filled(f"{path}: {answer.line}"))
-            for text in answer.calibrated:
-                said = f"    {text}" if text.startswith(" ") else f"  calibrated: {text}"
-                print(filled(said))
-            for text in answer.old:
-                print(filled(f"  OLD: {text}"))
-            for text in answer.protected:
-                print(filled(f"  {text}"))
-            for text in answer.unprotected:
-                print(filled(f"  UNPROTECTED: {text}"))
+        answers.append(_as_data(path, answer, errors))
+        if not is_screen(arguments.json):
+            _say(path, answer, errors)
     if arguments.json:
-        print(json.dumps(answers, indent=2))
+        write_whole(arguments.json, json.dumps(answers, indent=2) + "\n")
     return BAD_INPUT if broken else COMPLETED
+
+
+def _say(path: Path, answer: Answer | None, errors: "tuple[ConfigError, ...]") -> None:
+    if answer is None:
+        for one in errors:
+            print(filled(f"epa check: {one}", sys.stderr), file=sys.stderr)
+        return
+    print(filled(f"{path}: {answer.line}"))
+    for text in answer.calibrated:
+        said = f"    {text}" if text.startswith(" ") else f"  calibrated: {text}"
+        print(filled(said))
+    for text in answer.old:
+        print(filled(f"  OLD: {text}"))
+    for text in answer.protected:
+        print(filled(f"  {text}"))
+    for text in answer.unprotected:
+        print(filled(f"  UNPROTECTED: {text}"))
 
 
 def _as_data(

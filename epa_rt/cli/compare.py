@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, VerbError
+from epa_rt.cli.outputs import add_html_argument, add_json_argument
 from epa_rt.cli.write import check_writable, write_whole
 
 if TYPE_CHECKING:
@@ -23,8 +24,8 @@ if TYPE_CHECKING:
 def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("a", type=Path, metavar="A", help="log of the run to compare with")
     verb.add_argument("b", type=Path, metavar="B", help="log of the other run")
-    verb.add_argument("--html", type=Path, metavar="PAGE.html", help="write it as a page")
-    verb.add_argument("--json", type=Path, metavar="JSON", help="write it for machines")
+    add_html_argument(verb)
+    add_json_argument(verb)
 
 
 def main(arguments: argparse.Namespace) -> int:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, VerbError
+from epa_rt.cli.outputs import add_html_argument, add_json_argument
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -57,10 +58,8 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
         default="best",
         help="which model it gets (default: the best on trials left out)",
     )
-    verb.add_argument("--json", type=Path, metavar="JSON", help="write the answer for machines")
-    verb.add_argument(
-        "--html", type=Path, metavar="PAGE.html", help="write the answer as a page with pictures"
-    )
+    add_html_argument(verb, "write the answer as a page with pictures")
+    add_json_argument(verb)
     verb.add_argument("--no-physical", action="store_true", help="leave out the physical models")
     verb.add_argument("--no-terms", action="store_true", help="leave out the choice of terms")
     verb.add_argument("--quiet", action="store_true", help="no progress")

@@ -27,7 +27,9 @@ def draft(files: list[Path], out: Path | None) -> int:
     text = found.text.encode("utf-8", "replace").decode()
     if out is None:
         print(text, end="")
+        names = " ".join(str(path) for path in files)
         said = [f"unsure: {doubt}" for doubt in found.unsure] + list(found.says)
+        said.append(f"next: epa import --guess {names} -o MAPPING.yaml keeps the draft in a file")
         print(_wrapped(said), file=sys.stderr)
         return COMPLETED
     _write(out, text)

@@ -15,7 +15,9 @@ from typing import Any
 
 from epa_rt.cli.damage import NOT_WHOLE
 from epa_rt.cli.exits import BAD_INPUT, COMPLETED, DIFFERENT
+from epa_rt.cli.outputs import add_json_argument, is_screen
 from epa_rt.cli.screen_text import filled
+from epa_rt.cli.write import check_writable, write_whole
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
@@ -27,14 +29,13 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
         help="compare every checksum, and exit 1 where the log is not whole (takes as long as"
         " reading the file)",
     )
-    verb.add_argument(
-        "--json", action="store_true", help="for machines: a list with one object for each log"
-    )
+    add_json_argument(verb, "for machines, a list with one object for each log")
 
 
 def main(arguments: argparse.Namespace) -> int:
     from epa_rt.logs.reader import LogError
 
+    check_writable(arguments.json, (".json",))
     found, broken = [], 0
     for path in arguments.logs:
         try:
@@ -43,8 +44,8 @@ def main(arguments: argparse.Namespace) -> int:
             broken += 1
             print(filled(f"epa info: {error}", sys.stderr), file=sys.stderr)
     if arguments.json:
-        print(json.dumps(found, indent=2))
-    else:
+        write_whole(arguments.json, json.dumps(found, indent=2) + "\n")
+    if not is_screen(arguments.json):
         text = "\n\n".join(text_of(facts) for facts in found)
         print(filled(text), end="\n" if found else "")
     if broken:

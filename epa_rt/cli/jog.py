@@ -125,7 +125,7 @@ def _orders(arguments: argparse.Namespace, rig: "Rig") -> "list[Order]":
     from epa_rt.config.units import UnitError
     from epa_rt.experiments.jogging import parse_order
 
-    lines = [("", text) for text in arguments.orders or ()]
+    lines = [("--", text) for text in arguments.orders or ()]
     if arguments.script is not None:
         try:
             text = arguments.script.read_text(encoding="utf-8")

@@ -18,6 +18,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from epa_rt.cli.exits import COMPLETED, VerbError
+from epa_rt.cli.outputs import add_json_argument, is_screen
+from epa_rt.cli.write import check_writable, write_whole
 
 SCHEMA = "epa_rt.ls/1"
 
@@ -43,15 +45,14 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     )
     verb.add_argument("--until", metavar="TIME", help="begun before, a date included")
     verb.add_argument("--long", action="store_true", help="also rig, muscles, notes and code")
-    verb.add_argument(
-        "--json", action="store_true", help="one object with a list of logs (docs/runs.md)"
-    )
+    add_json_argument(verb, "one object with a list of logs (docs/runs.md)")
 
 
 def main(arguments: argparse.Namespace) -> int:
     from epa_rt.cli.run_end import json_text
     from epa_rt.runs.listing import Filter, as_text, listed
 
+    check_writable(arguments.json, (".json",))
     places = arguments.places or [Path("out")]
     for place in places:
         if not os.path.lexists(place):
@@ -66,7 +67,9 @@ def main(arguments: argparse.Namespace) -> int:
     )
     found = listed(places, asked)
     if arguments.json:
-        print(json_text({"schema": SCHEMA, "logs": [one.as_json() for one in found]}))
+        answer = {"schema": SCHEMA, "logs": [one.as_json() for one in found]}
+        write_whole(arguments.json, json_text(answer) + "\n")
+    if is_screen(arguments.json):
         return COMPLETED
     if not found:
         print("no log", file=sys.stderr)

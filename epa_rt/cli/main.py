@@ -23,6 +23,7 @@ import sys
 from collections.abc import Sequence
 
 from epa_rt.cli.exits import BAD_INPUT, EPILOGUE, FAILED, STOPPED, VerbError
+from epa_rt.cli.outputs import answer_alone
 from epa_rt.cli.parser import EpaParser, summary
 from epa_rt.cli.screen_text import filled
 from epa_rt.cli.version import ShowVersion
@@ -95,7 +96,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         argcomplete.autocomplete(everything)
     chosen = everything.parse_args(arguments)
     try:
-        code = chosen.main(chosen)
+        with answer_alone(vars(chosen).get("json")):
+            code = chosen.main(chosen)
         sys.stdout.flush()  # what a full disk refuses shows here and not as the interpreter ends
         return code
     except VerbError as error:

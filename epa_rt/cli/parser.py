@@ -7,11 +7,15 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from typing import Any, NoReturn
 
+from epa_rt.cli.outputs import JsonOption, json_spelt_out
 from epa_rt.cli.screen_text import filled
 from epa_rt.config.near_names import nearest
 
 _CHOICE = re.compile(r"argument ([^:]*): invalid choice: '([^']*)' \(choose from (.*)\)")
 _UNKNOWN = "unrecognized arguments: "
+_MISSING = "the following arguments are required: "
+_ALONE = re.compile(r"argument (-[^:]*): expected .* arguments?")
+_NO_NUMBER = re.compile(r"argument ([^:]*): invalid (\w+) value: (.*)")
 _WITH_COMMENT = re.compile(r"\s{2,}(?:#\s*)?")
 _PROGRAM = re.compile(r"\s+(?:epa|source|eval) ")
 
@@ -34,6 +38,8 @@ class EpaParser(argparse.ArgumentParser):
         if not given and self._choices():
             self.print_help()
             self.exit(0)
+        if any(isinstance(action, JsonOption) for action in self._actions):
+            given = json_spelt_out(given)
         found, rest = super().parse_known_args(given, namespace)
         if rest:
             self.error(_UNKNOWN + " ".join(rest))
@@ -47,9 +53,17 @@ class EpaParser(argparse.ArgumentParser):
     def _sentence(self, message: str) -> str:
         if message.startswith(_UNKNOWN):
             return self._unknown(message.removeprefix(_UNKNOWN))
+        if message.startswith(_MISSING):
+            return self._missing(message.removeprefix(_MISSING))
+        if alone := _ALONE.fullmatch(message):
+            found = "nothing" if "one argument" in message else "too little"
+            return f"{alone[1]}: found {found} behind it, expected {self._takes(alone[1])}"
+        if no_number := _NO_NUMBER.fullmatch(message):
+            whole = "a whole number" if no_number[2] == "int" else "a number"
+            return f"{no_number[1]}: found {no_number[3]}, expected {whole}"
         wrong = _CHOICE.fullmatch(message)
         if wrong is None:
-            return message
+            return message.removeprefix("argument ")
         where, found, choices = wrong.groups()
         known = [choice.strip("' ") for choice in choices.split(",")]
         meant = nearest(found, known)
@@ -63,6 +77,26 @@ class EpaParser(argparse.ArgumentParser):
         meant = nearest(first, self._option_string_actions)
         guess = f"; did you mean {meant}?" if meant else ""
         return f"found the option '{first}', expected one that it knows{guess}"
+
+    def _missing(self, names: str) -> str:
+        """``names``: as argparse lists what was left out."""
+        missing = names.split(", ")
+        expected = [
+            f"{name.split('/')[0]} {self._takes(name)}" if name.startswith("-") else self._is(name)
+            for name in missing
+        ]
+        return f"found no {' and no '.join(missing)}, expected {' and '.join(expected)}"
+
+    def _is(self, name: str) -> str:
+        """What stands in a place of the command line, by its help."""
+        words = [a.help for a in self._actions if name in (a.metavar, a.dest) and a.help]
+        return words[0] % {"default": ""} if words else name
+
+    def _takes(self, name: str) -> str:
+        """What stands behind an option, as its help writes it."""
+        action = self._option_string_actions[name.split("/")[0]]
+        shown = action.metavar or action.dest.upper()
+        return shown if isinstance(shown, str) else " ".join(shown)
 
     def _choices(self) -> list[str]:
         """Verbs or tasks that may follow."""

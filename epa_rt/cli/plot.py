@@ -6,7 +6,7 @@ a network.
 
   epa plot out/knee_chirp-knee-001.mcap
   epa plot out/knee_chirp-knee-001.mcap knee_angle_rad ref_knee_angle_rad --from 10 --to 20
-  epa plot out/knee_chirp-knee-001.mcap '*_pressure_pa' 'cmd_*_open' -o valves.html
+  epa plot out/knee_chirp-knee-001.mcap '*_pressure_pa' 'cmd_*_open' --html valves.html
 """
 
 import argparse
@@ -14,6 +14,7 @@ from pathlib import Path
 
 from epa_rt.cli.damage import say_damage
 from epa_rt.cli.exits import VerbError
+from epa_rt.cli.outputs import add_html_argument, add_old_spelling
 from epa_rt.cli.write import write_whole
 
 
@@ -35,13 +36,8 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument(
         "--to", dest="end_s", type=float, metavar="S", help="end of the stretch, in s of the run"
     )
-    verb.add_argument(
-        "-o",
-        "--out",
-        type=Path,
-        metavar="FILE.html",
-        help="page to write (default: beside the log, as -plot.html)",
-    )
+    add_html_argument(verb, "page to write (default: beside the log, as -plot.html)")
+    add_old_spelling(verb, "-o", "--out", now="--html", dest="html")
 
 
 def main(arguments: argparse.Namespace) -> int:
@@ -50,7 +46,7 @@ def main(arguments: argparse.Namespace) -> int:
     from epa_rt.report.run import NotShown, load_run
 
     log = arguments.log
-    out = arguments.out
+    out = arguments.html
     if out is not None and out.suffix.lower() not in (".html", ".htm"):
         raise VerbError(
             f"{out}: found the ending '{out.suffix}', expected .html (a picture file would need a"

@@ -1,4 +1,4 @@
-"""Write one HTML page about a run: what was asked, what happened, tracking, pressures, energy,
+"""Write one HTML page about each run: what was asked, what happened, tracking, pressures, energy,
 timing, events.
 
 The page carries everything that it needs, so it opens without a network and can be sent to
@@ -6,7 +6,8 @@ somebody. A log that was cut, or whose run tripped, gives a page too; it says wh
 the cause first.
 
   epa report out/knee_chirp-knee-001.mcap
-  epa report out/knee_chirp-knee-001.mcap -o page.html
+  epa report out/*.mcap                      one page beside each log
+  epa report out/knee_chirp-knee-001.mcap --html page.html
 """
 
 import argparse
@@ -14,35 +15,40 @@ from pathlib import Path
 
 from epa_rt.cli.damage import say_damage
 from epa_rt.cli.exits import VerbError
+from epa_rt.cli.outputs import add_html_argument, add_old_spelling
 from epa_rt.cli.write import write_whole
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
-    verb.add_argument("log", type=Path, metavar="LOG", help="log of a run (*.mcap)")
-    verb.add_argument(
-        "-o",
-        "--out",
-        type=Path,
-        metavar="PAGE.html",
-        help="page to write (default: beside the log, as .html)",
-    )
+    verb.add_argument("logs", nargs="+", type=Path, metavar="LOG", help="logs of runs (*.mcap)")
+    add_html_argument(verb, "page to write, of one log (default: beside each log, as .html)")
+    add_old_spelling(verb, "-o", "--out", now="--html", dest="html")
 
 
 def main(arguments: argparse.Namespace) -> int:
+    out = arguments.html
+    if out is not None and out.suffix.lower() not in (".html", ".htm"):
+        raise VerbError(f"{out}: found the ending '{out.suffix}', expected .html")
+    if out is not None and len(arguments.logs) > 1:
+        raise VerbError(
+            f"found --html beside {len(arguments.logs)} logs, expected it with one: without it each"
+            " page goes beside its log"
+        )
+    return max(_written(log, out or log.with_suffix(".html")) for log in arguments.logs)
+
+
+def _written(log: Path, out: Path) -> int:
+    """Writes the page of one log, and says what it lacks. Raises VerbError."""
     from epa_rt.logs.reader import LogError
     from epa_rt.report.page import run_page
     from epa_rt.report.run import load_run
 
-    out = arguments.out
-    if out is not None and out.suffix.lower() not in (".html", ".htm"):
-        raise VerbError(f"{out}: found the ending '{out.suffix}', expected .html")
     try:
-        run = load_run(arguments.log)
+        run = load_run(log)
     except LogError as error:
         raise VerbError(str(error)) from None
-    out = out or arguments.log.with_suffix(".html")
     write_whole(out, run_page(run, winding_ohm(run.attachments)))
-    code = say_damage(arguments.log, run.missing)
+    code = say_damage(log, run.missing)
     print(f"{out} ({out.stat().st_size / 1e6:.1f} MB)")
     return code
 

@@ -34,9 +34,11 @@ from epa_rt.cli.inputs import (
 )
 from epa_rt.cli.live import add_view_arguments, opened, views_wanted
 from epa_rt.cli.log_name import take_log_path
+from epa_rt.cli.outputs import add_json_argument
 from epa_rt.cli.run_end import end_facts, json_text
 from epa_rt.cli.run_record import add_record_arguments, record_attachment
 from epa_rt.cli.screen_text import filled
+from epa_rt.cli.write import check_writable, write_whole
 from epa_rt.cli.zero import is_emulated, kind_of_rig
 
 if TYPE_CHECKING:
@@ -76,15 +78,12 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     )
     verb.add_argument("--quiet", action="store_true", help="no progress line")
     add_record_arguments(verb)
-    verb.add_argument(
-        "--json",
-        action="store_true",
-        help="the end as JSON on standard output, the words on standard error (docs/runs.md)",
-    )
+    add_json_argument(verb, "the end of the run for machines (docs/runs.md)")
     add_view_arguments(verb)
 
 
 def main(arguments: argparse.Namespace) -> int:
+    check_writable(arguments.json, (".json",))
     is_sim = arguments.backend == "sim"
     inputs = load_inputs(
         arguments.experiment,
@@ -99,8 +98,7 @@ def main(arguments: argparse.Namespace) -> int:
     if arguments.resume is not None:
         from epa_rt.cli.resume import resumed_inputs
 
-        says_to = sys.stderr if arguments.json else None  # JSON stands alone
-        found = resumed_inputs(inputs, arguments.resume, kind_of_rig(arguments), says_to)
+        found = resumed_inputs(inputs, arguments.resume, kind_of_rig(arguments))
         if found is None:
             return COMPLETED
         inputs = found
@@ -117,10 +115,10 @@ def main(arguments: argparse.Namespace) -> int:
             arguments, inputs, out, rig, arguments.seed, arguments.speed, views=views
         )
     code = exit_code(summary, result)
-    ends = sys.stderr if arguments.json else sys.stdout
-    print(filled(closing_text(summary, result, inputs.rig), ends), file=ends)
+    print(filled(closing_text(summary, result, inputs.rig)))
     if arguments.json:
-        print(json_text(end_facts(summary, result, inputs.rig, code)))
+        facts = end_facts(summary, result, inputs.rig, code)
+        write_whole(arguments.json, json_text(facts) + "\n")
     return code
 
 
@@ -264,7 +262,7 @@ def run_on_bus(
 def _simulated_backend(inputs: Inputs, seed: int, speed: float | None) -> "Backend":
     from epa_rt.cli.progress import said_when_slow
 
-    with said_when_slow("compiling the plant: a minute or two, once; it is kept ..."):
+    with said_when_slow("loading the plant; compiled the first time, a minute or two ..."):
         from sim_backend.backend import SimBackend
 
         backend = SimBackend(inputs.rig, inputs.plant, seed, speed)

@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, VerbError
 from epa_rt.cli.inputs import add_backend_arguments, add_simulation_arguments, add_supply_argument
+from epa_rt.cli.outputs import add_html_argument, add_json_argument
 from epa_rt.cli.run_record import add_record_arguments
 from epa_rt.cli.screen_text import filled
 
@@ -71,8 +72,8 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     )
     add_simulation_arguments(verb)
     verb.add_argument("--dry", action="store_true", help="show the excitation; nothing moves")
-    verb.add_argument("--json", type=Path, metavar="JSON", help="write the answer for machines")
-    verb.add_argument("--html", type=Path, metavar="PAGE.html", help="write the answer as a page")
+    add_html_argument(verb)
+    add_json_argument(verb)
     verb.add_argument(
         "--pictures", type=Path, metavar="FOLDER", help="write the pictures as PNG (a browser)"
     )
@@ -313,5 +314,8 @@ def _write_rig(
     write_whole(out, text)
     print(out)
     if not (out.parent / rig.plant).exists():
-        said = f"note: it names the plant file {rig.plant}, which is not there from its folder"
+        said = (
+            f"note: it names the plant file {rig.plant}, which is not there from its folder: run it"
+            " with --plant, or move it beside the rig file"
+        )
         print(filled(said))

@@ -7,6 +7,7 @@ import tempfile
 from pathlib import Path
 
 from epa_rt.cli.exits import FAILED, VerbError
+from epa_rt.cli.outputs import is_screen, keep_answer
 
 MAGIC = b"\x89MCAP0\r\n"
 
@@ -14,8 +15,10 @@ MAGIC = b"\x89MCAP0\r\n"
 def write_whole(path: Path, text: str) -> None:
     """Writes a file in one step, making its folder; a name of a file that is no UTF-8 stands in it
     with its bytes spelt out. Raises VerbError where it cannot, or where it would write over a
-    log.
+    log. An answer for the screen is kept until the verb has ended.
     """
+    if is_screen(path) and keep_answer(text):
+        return
     try:
         _refuse_log(path)
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -49,7 +52,7 @@ def _refuse_log(path: Path) -> None:
 
 def check_writable(path: Path | None, endings: tuple[str, ...]) -> None:
     """Raises VerbError before any work where a file could not be written in the end."""
-    if path is None:
+    if path is None or is_screen(path):
         return
     if path.suffix.lower() not in endings:
         raise VerbError(

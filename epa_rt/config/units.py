@@ -93,6 +93,13 @@ _NUMBER = re.compile(r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?
 _TOKEN = re.compile(
     "\\s*([A-Za-z%\N{MICRO SIGN}\N{GREEK SMALL LETTER MU}]+|\\^-?[1-9](?![0-9])|1(?![0-9])|[*/()])"
 )
+_USUAL = {
+    "m": "mm",
+    "m/s": "mm/s",
+    "Pa": "kPa",
+    "rad": "deg",
+    "rad/s": "deg/s",
+}  # what people write
 _LARGEST = 1e30  # in SI; nothing of a rig is near it, and what is made of such numbers stays finite
 _LONGEST = 80  # characters of a quantity; also bounds brackets in brackets
 
@@ -204,7 +211,8 @@ def parse_quantity(text: object, si_unit: str) -> float:
     wanted = unit(si_unit)[1]
     if not unit_text and wanted != NONE:
         raise UnitError(
-            f"found '{text}' without a unit, expected a number with a unit like {si_unit}"
+            f"found '{text}' without a unit, expected a number with a unit like"
+            f" {_USUAL.get(si_unit, si_unit)}"
         )
     factor, dimension = unit(unit_text)
     if dimension != wanted:

@@ -62,7 +62,11 @@ def head(run: WatchedRun, width: int) -> Text:
     phase = run.phase
     if phase in phases:
         phase = f"{phases.index(phase) + 1}/{len(phases)} {phase}"
-    second = Text.assemble((f" {state} ", style), "  phase ", (phase, "bold"), no_wrap=True)
+    second = Text.assemble((f" {state} ", style), no_wrap=True)
+    if run.latest is None:
+        second = Text(" starts", no_wrap=True)
+    elif phase != "-":
+        second.append("  phase ").append(phase, "bold")
     second.truncate(width - 26, overflow="ellipsis")
     second.append(_time(run).rjust(width - second.cell_len))
     return Text("\n", no_wrap=True).join([text, second])
@@ -96,7 +100,7 @@ def plot(run: WatchedRun, name: str, reference: str | None, width: int, height: 
     low, high = bounds([line, ref], _LEAST.get(unit, 0.0))
     title = Text(f"{spoken(name)} ", no_wrap=True)
     title.append(quantity(run, run.value(name), unit), f"bold {_MEASURED}")
-    if reference:
+    if reference and math.isfinite(run.value(reference)):  # none is asked for outside of a trial
         title.append(", ref ")
         title.append(quantity(run, run.value(reference), unit), _REFERENCE)
     rows, of = max(height - 2, 1), round(KEPT_S * 1e9 / STEP_NS)
@@ -128,7 +132,10 @@ def muscles(run: WatchedRun, width: int) -> Text:
         line = Text(f"{muscle.name:<10.10} ", no_wrap=True)
         value, asked = (run.value(name) for name in (muscle.pressure, reference))
         line.append(quantity(run, value, "Pa", 6).removesuffix(_GAUGE), f"bold {_MEASURED}")
-        line.append(f" of {quantity(run, asked, 'Pa', 6)}", _REFERENCE)
+        if math.isfinite(asked):
+            line.append(f" of {quantity(run, asked, 'Pa', 6)}", _REFERENCE)
+        else:
+            line.append(_GAUGE.ljust(len(" of ") + 6 + len(_GAUGE)), _MEASURED)
         for noun, row in (("in", muscle.inlet), ("out", muscle.exhaust)):
             line.append_text(_valve(noun, sent.get(row)))
         low, high = bounds([run.recent(muscle.pressure)], _LEAST["Pa"])
@@ -170,6 +177,10 @@ def health(run: WatchedRun, width: int) -> Text:
     """Lateness, working counter, recorder, what this view was not given."""
     late, status = run.lateness(), run.status
     first = Text("lateness ", no_wrap=True)
+    if run.latest is None:
+        first = Text("waiting for the first cycle", _DIM, no_wrap=True)
+        first.truncate(width)
+        return first
     first.append(f"p99.9 {late.p999_us:.0f} us, worst {run.worst_ns / 1e3:.0f} us", "bold")
     first.append(f", {run.late_cycles} late ", _WARN if run.late_cycles else "")
     first.append("| working counter ")

@@ -191,7 +191,8 @@ class Views:
                 start_new_session=True,
                 env=environment,
             )
-        return subprocess.Popen(words, env=environment, pass_fds=pass_fds)
+        with _interrupts_held_back():  # the view takes this over: Ctrl-C is meant for the loop
+            return subprocess.Popen(words, env=environment, pass_fds=pass_fds)
 
 
 class _NoticeBeside(Notice):
@@ -204,6 +205,16 @@ class _NoticeBeside(Notice):
     def say(self, sentence: str) -> None:
         if not self._views.has_terminal:
             super().say(sentence)
+
+
+@contextlib.contextmanager
+def _interrupts_held_back() -> Iterator[None]:
+    """A Ctrl-C meanwhile comes afterwards; a process that begins here never hears one."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextlib.contextmanager

@@ -10,7 +10,8 @@ from epa_rt.models.plant_file import MOST_SUBSTEPS, stem_of
 
 _HEAD = """# Catalogue of effects
 
-What a rig may have that its nominal plant leaves out: {count} effects, {more} of them beside the gain and offset of a channel.
+To look up what a diagnosis can name as the cause of a gap, or what a simulated rig can be given: {count} effects that a nominal
+plant leaves out, {more} of them beside the gain and offset of a channel.
 A *family* holds the laws for one and the same thing. *Knobs* are the numbers that a fit may move, *starts* where fits begin, a
 typical strength first. Equations, units, bounds and neutral values: docs/plant.md, the section of the same name. Code:
 `epa_rt/models/catalogue.py`; `knob`, `read_knob` and `write_knob` there handle a plant's numbers by key. This page is written

@@ -5,6 +5,7 @@ from fnmatch import fnmatchcase
 
 import numpy as np
 
+from epa_rt.config.near_names import nearest
 from epa_rt.report import charts
 from epa_rt.report.charts import Panel, timed
 from epa_rt.report.markup import Html, join, note, tag
@@ -29,7 +30,11 @@ def chosen_signals(run: Run, patterns: Sequence[str]) -> list[str]:
     for pattern in patterns:
         fits = [name for name in names if fnmatchcase(name, pattern)]
         if not fits:
-            raise NotShown(f"found no signal '{pattern}', expected one of {', '.join(names)}")
+            meant = nearest(pattern, names)
+            guess = f"; did you mean {meant}?" if meant else ""
+            raise NotShown(
+                f"found no signal '{pattern}', expected one of {', '.join(names)}{guess}"
+            )
         chosen.update(dict.fromkeys(fits))
     return list(chosen)
 

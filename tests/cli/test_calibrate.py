@@ -95,7 +95,7 @@ def test_a_wrong_gain_is_found_written_and_used(folder):
 
 
 def test_a_log_says_what_it_was_calibrated_by_and_replays(folder):
-    assert force(folder, "--file", folder / "c.yaml").returncode == 0
+    assert force(folder, "--write", folder / "c.yaml").returncode == 0
     rig = folder / "bench.yaml"
     rig.write_text(
         rig.read_text().replace("rig: bench\n", "rig: bench\ncalibrations: [c.yaml]\n", 1)
@@ -229,7 +229,7 @@ def test_spoilt_tables_leave_the_former_file_alone(folder):
     kept = folder / "c.yaml"
     table = folder / "t.csv"
     sound = "reference [N],reading [V]\n" + "".join(f"{50 * i}.0,{i}.0\n" for i in range(6))
-    words = ("calibrate", "force", "--rig", folder / "bench.yaml", "--from", table, "--file", kept)
+    words = ("calibrate", "force", "--rig", folder / "bench.yaml", "--from", table, "--write", kept)
     table.write_text(sound)
     assert epa(*words).returncode == 0
     before = kept.read_text()
@@ -245,7 +245,7 @@ def test_spoilt_tables_leave_the_former_file_alone(folder):
 
 
 def test_age_is_told_from_the_day(folder):
-    assert force(folder, "--file", folder / "c.yaml").returncode == 0
+    assert force(folder, "--write", folder / "c.yaml").returncode == 0
     rig = folder / "bench.yaml"
     rig.write_text(
         rig.read_text().replace(

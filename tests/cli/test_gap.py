@@ -66,7 +66,7 @@ def diagnosed(folder, logs):
         folder / "gap.json",
         "--html",
         folder / "gap.html",
-        "--patch",
+        "-o",
         folder / "patched.yaml",
         "--picture",
         folder / "gap.svg",

@@ -193,7 +193,7 @@ def test_the_believed_plant_file_of_a_rig_of_others_is_not_written_over(tmp_path
     log = imported_carriage(tmp_path, "1")
     capsys.readouterr()
     assert "found a file that is read here" in refused(
-        capsys, "diagnose", "--rig", rig, log, "--patch", plant
+        capsys, "diagnose", "--rig", rig, log, "-o", plant
     )
     (tmp_path / "gap.json").write_text("{}")
     assert (
@@ -218,10 +218,7 @@ def test_the_plant_file_that_a_rig_names_is_not_written_over_where_another_one_i
     )
     before = own.read_bytes()
     (tmp_path / "gap.json").write_text("{}")
-    for arguments in (
-        ("diagnose", log, "--patch", own),
-        ("patch", tmp_path / "gap.json", "-o", own),
-    ):
+    for arguments in (("diagnose", log, "-o", own), ("patch", tmp_path / "gap.json", "-o", own)):
         assert main(["gap", *map(str, arguments), "--rig", str(rig), "--plant", str(other)]) == 2
         assert (
             "found a file that is read here" in capsys.readouterr().err
@@ -369,7 +366,7 @@ def test_no_input_is_written_over(which, log, tmp_path, capsys):
         "--plant",
         tmp_path / "plant.yaml",
         log,
-        "--patch",
+        "-o",
         tmp_path / f"{which}.yaml",
     )
     assert (
@@ -417,7 +414,7 @@ def test_a_patch_of_before_is_not_said_to_be_written(log, tmp_path, capsys, answ
                 "--rig",
                 str(RIG),
                 str(log),
-                "--patch",
+                "-o",
                 str(tmp_path / "old.yaml"),
                 "--quiet",
             ]

@@ -143,7 +143,7 @@ def test_info_text_of_a_log_does_not_steer_the_terminal(log):
 def test_a_page_of_what_is_no_log_is_refused_in_one_sentence(
     verb, name, words, not_a_log, tmp_path, capsys
 ):
-    assert main([verb, str(tmp_path / name), "-o", str(tmp_path / "page.html")]) == 2
+    assert main([verb, str(tmp_path / name), "--html", str(tmp_path / "page.html")]) == 2
     error = capsys.readouterr().err
     assert (
         error.startswith(f"epa {verb}: ")
@@ -179,14 +179,20 @@ def test_all_that_read_a_damaged_log_say_the_same_of_it_and_end_alike(cut, log, 
 def test_no_page_is_written_over_a_log(verb, log, tmp_path, capsys):
     disguised = tmp_path / "log.html"
     shutil.copy(log, disguised)
-    assert main([verb, str(log), "-o", str(disguised)]) == 2
+    assert main([verb, str(log), "--html", str(disguised)]) == 2
     assert disguised.read_bytes() == log.read_bytes()
-    assert main([verb, str(log), "-o", str(log)]) == 2
+    assert main([verb, str(log), "--html", str(log)]) == 2
     assert "no log is overwritten" in capsys.readouterr().err
 
 
+def test_one_name_is_no_page_of_two_logs(log, tmp_path, capsys):
+    page = tmp_path / "page.html"
+    assert main(["report", str(log), str(log), "--html", str(page)]) == 2
+    assert "beside 2 logs" in capsys.readouterr().err and not page.exists()
+
+
 def test_a_page_that_cannot_be_written_is_said_so(log, not_a_log, capsys):
-    assert main(["report", str(log), "-o", str(not_a_log / "page.html")]) == 4
+    assert main(["report", str(log), "--html", str(not_a_log / "page.html")]) == 4
     assert "cannot be written" in capsys.readouterr().err
 
 
@@ -203,7 +209,7 @@ def test_plot_draws_the_signals_that_fit(log, tmp_path, capsys):
                 "2",
                 "--to",
                 "8",
-                "-o",
+                "--html",
                 str(page),
             ]
         )
@@ -216,7 +222,7 @@ def test_plot_draws_the_signals_that_fit(log, tmp_path, capsys):
 
 def test_plot_without_names_draws_the_most_telling_ones(log, tmp_path):
     page = tmp_path / "page.html"
-    assert main(["plot", str(log), "-o", str(page)]) == 0
+    assert main(["plot", str(log), "--html", str(page)]) == 0
     text = page.read_text()
     assert all(
         words in text
@@ -230,7 +236,7 @@ def test_plot_without_names_draws_the_most_telling_ones(log, tmp_path):
         (["no_such_*"], "found no signal 'no_such_*', expected one of muscle_pressure_pa"),
         (["--from", "100"], "found no two samples between 100 s and the end"),
         (["--from", "5", "--to", "4"], "found no two samples between 5 s and 4 s"),
-        (["-o", "picture.png"], "expected .html"),
+        (["--html", "picture.png"], "expected .html"),
     ],
 )
 def test_plot_refuses_what_it_cannot_draw_in_one_sentence(arguments, words, log, capsys):

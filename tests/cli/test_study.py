@@ -42,7 +42,7 @@ def study(folder):
                 str(folder / "a.json"),
                 "--html",
                 str(folder / "a.html"),
-                "--rule",
+                "-o",
                 str(folder / "rule.yaml"),
                 "--quiet",
             ]
@@ -143,7 +143,7 @@ def test_a_frequency_that_no_rule_covers(study, folder, capsys, frequency, said)
     assert said in told and told.count("\n") == 1
 
 
-@pytest.mark.parametrize("bad", [["--json", "a.txt"], ["--html", "a.json"], ["--rule", "a.json"]])
+@pytest.mark.parametrize("bad", [["--json", "a.txt"], ["--html", "a.json"], ["-o", "a.json"]])
 def test_a_wrong_ending_is_refused_before_any_work(study, bad, capsys):
     assert main(["study", "serial", str(study), *bad]) == 2
     assert "expected" in capsys.readouterr().err

@@ -83,6 +83,16 @@ def test_all_that_an_operator_needs_stands_there_with_its_unit(run):
     assert "motor travel" in plot(seen, "motor_travel_m", "ref_motor_travel_m", 60, 6).plain
 
 
+def test_what_is_not_there_is_not_shown(run):
+    seen = watched(run, 0.001)
+    shown = muscles(seen, 80).plain
+    assert "100.0 kPa gauge" in shown and "–" not in shown.splitlines()[0]
+    seen.latest = None
+    text = "\n".join(part.plain for part in (head(seen, 80), health(seen, 80)))
+    assert "starts" in text and "waiting for the first cycle" in text
+    assert "NOT ok" not in text and "phase" not in text
+
+
 def test_a_trip_and_the_end_are_said_in_full(run):
     seen = watched(run)
     seen.take(Happened(1, 10, 10, "trip", TRIP))

@@ -11,11 +11,13 @@ import json
 
 from epa_rt.cli.exits import COMPLETED, VerbError
 from epa_rt.cli.gap.inputs import task_parser
+from epa_rt.cli.outputs import add_json_argument, is_screen
+from epa_rt.cli.write import check_writable, write_whole
 
 
 def add_parser(tasks: "argparse._SubParsersAction") -> None:
     parser = task_parser(tasks, "catalogue", __doc__)
-    parser.add_argument("--json", action="store_true", help="as JSON")
+    add_json_argument(parser, "the list for machines")
     parser.add_argument(
         "--kind",
         help="of a kind of rig that is not ours: carriage, shaft, piston, chamber or servo",
@@ -23,10 +25,12 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
+    check_writable(arguments.json, (".json",))
     rows, equations = _foreign(arguments.kind) if arguments.kind else (catalogue_rows(), ())
     if arguments.json:
-        print(json.dumps(rows, indent=2, ensure_ascii=False, allow_nan=False))
-    else:
+        text = json.dumps(rows, indent=2, ensure_ascii=False, allow_nan=False)
+        write_whole(arguments.json, text + "\n")
+    if not is_screen(arguments.json):
         _show(rows, equations)
     return COMPLETED
 

@@ -30,6 +30,7 @@ from epa_rt.cli.gap.inputs import (
 )
 from epa_rt.cli.gap.plan import planned
 from epa_rt.cli.inputs import EXPERIMENT
+from epa_rt.cli.outputs import add_html_argument, add_json_argument, add_old_spelling
 from epa_rt.cli.progress import progress_shown
 from epa_rt.cli.write import check_writable, write_whole
 
@@ -68,11 +69,17 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
         action="store_true",
         help="also what else it could be: the probability of every set of effects (twice the time)",
     )
-    parser.add_argument("--json", type=Path, metavar="JSON", help="write the answer for machines")
-    parser.add_argument("--html", type=Path, metavar="PAGE.html", help="write the answer as a page")
     parser.add_argument(
-        "--patch", type=Path, metavar="PLANT.yaml", help="write the patched plant file"
+        "-o",
+        "--out",
+        dest="patch",
+        type=Path,
+        metavar="PLANT.yaml",
+        help="write the patched plant file",
     )
+    add_old_spelling(parser, "--patch", now="-o", dest="patch")
+    add_html_argument(parser)
+    add_json_argument(parser)
     parser.add_argument(
         "--picture",
         type=Path,

@@ -9,12 +9,12 @@ import argparse
 import json
 from dataclasses import asdict
 from os.path import normpath
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED
 from epa_rt.cli.gap.fits import check_judged
 from epa_rt.cli.gap.inputs import Opened, add_log_arguments, add_rig_arguments, opened, task_parser
+from epa_rt.cli.outputs import add_html_argument, add_json_argument
 from epa_rt.cli.progress import progress_shown
 from epa_rt.cli.write import check_writable, write_whole
 
@@ -31,10 +31,8 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     parser = task_parser(tasks, "localise", __doc__)
     add_rig_arguments(parser)
     add_log_arguments(parser)
-    parser.add_argument(
-        "--json", type=Path, metavar="JSON", help="write what was found for machines"
-    )
-    parser.add_argument("--html", type=Path, metavar="PAGE.html", help="write the map as a page")
+    add_html_argument(parser, "write the map as a page")
+    add_json_argument(parser, "what was found for machines")
     parser.add_argument(
         "--as-is",
         action="store_true",

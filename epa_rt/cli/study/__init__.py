@@ -2,7 +2,7 @@
 interruption.
 
   epa study serial config/studies/serial.yaml --html serial.html --json serial.json
-  epa study serial config/studies/serial_mass_rig.yaml --rule rule.yaml
+  epa study serial config/studies/serial_mass_rig.yaml -o rule.yaml
   epa study rule rule.yaml --frequency '20 rad/s' -o best.yaml
                                  an experiment for epa run at the best pressure
   epa study serial config/studies/serial.yaml --cluster tcp://HOST:8786

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from epa_rt.cli.exits import FAILED, VerbError
+from epa_rt.cli.outputs import add_html_argument, add_json_argument
 
 if TYPE_CHECKING:
     from epa_rt.report.charts import Figure
@@ -45,8 +46,8 @@ def add_grid_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="tcp://HOST:PORT",
         help="run on the Dask cluster whose scheduler is there",
     )
-    parser.add_argument("--json", type=Path, metavar="JSON", help="write all figures for machines")
-    parser.add_argument("--html", type=Path, metavar="PAGE.html", help="write a page with pictures")
+    add_html_argument(parser, "write a page with pictures")
+    add_json_argument(parser, "all figures for machines")
     parser.add_argument(
         "--pictures",
         type=Path,

@@ -20,7 +20,7 @@ def add_parser(tasks: argparse._SubParsersAction) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument(
-        "rule", type=Path, metavar="RULE.yaml", help="rule file that epa study serial --rule wrote"
+        "rule", type=Path, metavar="RULE.yaml", help="rule file that epa study serial -o wrote"
     )
     parser.add_argument("--frequency", required=True, help="of the wanted sine, in Hz or rad/s")
     parser.add_argument(

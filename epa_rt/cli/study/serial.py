@@ -4,7 +4,7 @@ pressure is best.
 Results are kept per point in --store: a run that was interrupted goes on where it was.
 
   epa study serial config/studies/serial.yaml --html serial.html --pictures pictures
-  epa study serial config/studies/serial_mass_rig.yaml --rule rule.yaml --goal power
+  epa study serial config/studies/serial_mass_rig.yaml -o rule.yaml --goal power
 """
 
 import argparse
@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, VerbError
+from epa_rt.cli.outputs import add_old_spelling
 from epa_rt.cli.parser import summary
 from epa_rt.cli.study.grid import (
     add_grid_arguments,
@@ -37,11 +38,14 @@ def add_parser(tasks: argparse._SubParsersAction) -> None:
     )
     add_grid_arguments(parser)
     parser.add_argument(
-        "--rule",
+        "-o",
+        "--out",
+        dest="rule",
         type=Path,
         metavar="RULE.yaml",
         help="write the best pressure over frequency, for epa study rule",
     )
+    add_old_spelling(parser, "--rule", now="-o", dest="rule")
     parser.add_argument(
         "--goal",
         choices=GOALS,

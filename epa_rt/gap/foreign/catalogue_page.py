@@ -8,7 +8,7 @@ from epa_rt.models.effect import Effect
 
 _HEAD = """# Effects of rigs that are not ours
 
-Kind by kind: the model with every number that it has, so that another person could write it again, what is known of a rig (settings), what no plant file knows exactly (nominal), and the effects that can be named. A law's
+To look up what a diagnosis can name on a rig of others (carriage, shaft, piston, chamber, servo). Kind by kind: the model with every number that it has, so that another person could write it again, what is known of a rig (settings), what no plant file knows exactly (nominal), and the effects that can be named. A law's
 numbers stand in the order in which its equation has them; bounds, neutral value and typical strength are in units of what stands behind the *x*, settings of the rig file. With its neutral value an effect is exactly absent. Files, units of
 columns, what to record: [foreign-rigs.md](foreign-rigs.md). This page is written by `epa_rt.gap.foreign.catalogue_page.page()`, and a test holds it to the code.
 """  # noqa: E501

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from epa_rt.cli.main import main
 from epa_rt.config.units import unit
+from epa_rt.logs.importers.guess.draft import guess
 from epa_rt.logs.importers.guess.units import unit_of
 from epa_rt.logs.importers.guess.words import words_of
 from epa_rt.logs.importers.mapping import load_mapping
@@ -123,3 +124,11 @@ def test_any_name_is_read_and_gives_a_unit_of_the_mapping_or_none(name):
     words = words_of(name)
     found = words.unit or unit_of(name)
     assert found is None or unit(found.text)[0] > 0
+
+
+def test_a_name_that_says_open_is_not_said_twice(tmp_path):
+    rows = [f"{0.01 * i:g},{i % 2},{1.0 + i}" for i in range(300)]
+    path = tmp_path / "v.csv"
+    path.write_text("\n".join(["t_s,cmd_muscle_inlet_open,force_n", *rows]) + "\n")
+    text = guess([path]).text
+    assert "cmd_muscle_inlet_open:" in text and "open_open" not in text

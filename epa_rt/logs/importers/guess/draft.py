@@ -168,6 +168,7 @@ def _name(seen: Seen, reading: Reading, names: set[str]) -> str:
         words = topic + words
     stem = "_".join(word for word in words if word.isascii() and word not in _LEFT_OUT)
     stem = re.sub(r"[^a-z0-9_]", "", stem) or f"column_{len(names) + 1}"
+    stem = stem.removesuffix(suffix) or stem  # one that says it already
     if not stem[0].isalpha():
         stem = f"x{stem}"
     if prefix == "" and stem.startswith(("cmd_", "ref_", "est_")):
