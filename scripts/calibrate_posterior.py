@@ -34,7 +34,7 @@ def main() -> int:
         _search_all(cases, arguments.out / cases.name, arguments.jobs)
     answer, numbers = _calibrate(arguments.cases, arguments.out)
     if arguments.write:
-        MODULE.write_text(_module(numbers, answer, arguments.cases), encoding="utf-8")
+        MODULE.write_text(_module(numbers, answer), encoding="utf-8")
         subprocess.run([sys.executable, "-m", "ruff", "format", "-q", str(MODULE)], check=True)
     print(json.dumps(answer, indent=1))
     return 0
@@ -108,10 +108,11 @@ def _calibrate(folders: list[Path], out: Path) -> tuple[dict[str, object], objec
     from epa_rt.benchmark.seal import opened
     from epa_rt.gap.posterior.evidence import START
 
-    examples, seconds = [], []
+    examples, seconds, seeds = [], [], []
     for cases in folders:
         sealed = opened(cases.with_name(f"{cases.name}.sealed"), cases)
         truth = {one["case"]: one for one in sealed["cases"]}
+        seeds.append(sealed["seed"])
         for path in sorted((out / cases.name).glob("*.pickle")):
             found = pickle.loads(path.read_bytes())
             examples.append(Example(f"{cases.name}/{path.stem}", found["table"], truth[path.stem]))
@@ -121,6 +122,7 @@ def _calibrate(folders: list[Path], out: Path) -> tuple[dict[str, object], objec
     before, after = probabilities(examples, START), probabilities(examples, numbers)
     answer = {
         "cases": len(examples),
+        "seeds": seeds,
         "cpu_s_median": round(float(np.median(seconds)), 1),
         "log_score": {
             "start": log_score(examples, START),
@@ -142,16 +144,17 @@ def _calibrate(folders: list[Path], out: Path) -> tuple[dict[str, object], objec
     return answer, numbers
 
 
-def _module(numbers: object, answer: dict[str, object], folders: list[Path]) -> str:
+def _module(numbers: object, answer: dict[str, object]) -> str:
     values = "".join(f"    {name}={value:.3g},\n" for name, value in vars(numbers).items())
-    names = " ".join(folder.name for folder in folders)
+    seeds = ", ".join(map(str, answer["seeds"]))
     score = answer["log_score"]
     return (
         '"""The posterior\'s numbers, written by scripts/calibrate_posterior.py: not to be edited.'
-        f"\n\nFrom {answer['cases']} sealed cases ({names}): mean log probability of the truth"
-        f"\n{score['calibrated']:.3f}, on cases that they were not calibrated on"
-        f" {score['on_cases_left_out']:.3f}.\n"
+        f"\n\nFrom {answer['cases']} sealed cases of `epa gap blind make` (seeds {seeds}). Mean log"
+        f"\nprobability of the truth {score['calibrated']:.3f}, on cases that they were not"
+        f" calibrated on {score['on_cases_left_out']:.3f}.\n"
         '"""\n\nfrom epa_rt.gap.posterior.evidence import Numbers\n\n'
+        f"CASES = {answer['cases']}\n"
         f"CALIBRATED = Numbers(\n{values})\n"
     )
 

@@ -225,6 +225,7 @@ class Posterior:
 
     ``verdict``: the answer that costs least on these probabilities; ``names``: what it names, with
     the probability of each name's family; ``instead``: sets that are probable as well.
+    ``calibrated_on``: sealed cases of simulated rigs that the numbers behind it were fitted to.
     """
 
     models: tuple[Could, ...]
@@ -234,6 +235,7 @@ class Posterior:
     verdict: PosteriorVerdict
     names: dict[str, float]
     instead: tuple[tuple[str, ...], ...]
+    calibrated_on: int
 
 
 @dataclass(frozen=True)

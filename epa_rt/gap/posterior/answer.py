@@ -4,8 +4,9 @@ from collections.abc import Sequence
 
 from epa_rt.gap.attribution import Start
 from epa_rt.gap.diagnosis import Could, Posterior
+from epa_rt.gap.posterior.calibrated import CALIBRATED, CASES
 from epa_rt.gap.posterior.decide import decided
-from epa_rt.gap.posterior.evidence import START, Formula, Numbers
+from epa_rt.gap.posterior.evidence import Formula, Numbers
 from epa_rt.gap.posterior.search import Model, Table, table_of
 from epa_rt.gap.posterior.unknown import inclusion, posterior
 from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN, HeldOut
@@ -19,7 +20,7 @@ def posterior_of(
     start: Start,
     aside: Sequence[Recording] = (),
     judge: Subject | None = None,
-    numbers: Numbers = START,
+    numbers: Numbers = CALIBRATED,
 ) -> Posterior:
     """What a rig could have. ``aside``: logs or trials that no fit has seen, judged by ``judge``
     (None: the subject of the fits). Raises Stopped.
@@ -42,7 +43,9 @@ def posterior_of(
     }
     answer = decided(found, table.families, numbers)
     names = dict(zip(answer.effects, answer.probability, strict=True))
-    return Posterior(tuple(models), families, found.unknown, by, answer.kind, names, answer.instead)
+    return Posterior(
+        tuple(models), families, found.unknown, by, answer.kind, names, answer.instead, CASES
+    )
 
 
 def table_for(

@@ -50,7 +50,7 @@ class Numbers:
         return 0.5 * whole if view in (HELD_OUT, HELD_OUT_FREE_RUN) else whole
 
 
-# Guessed, not calibrated: the answer says so.
+# Where calibration begins (scripts/calibrate_posterior.py); what it found is in calibrated.py.
 START = Numbers(
     step_freedom=6.0,
     run_freedom=12.0,

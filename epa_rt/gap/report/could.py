@@ -10,9 +10,6 @@ from epa_rt.report.markup import Html, join, note, paragraph, table, tag
 
 SHOWN = 6  # sets of effects on a terminal and a page
 WIDTH = 20  # characters of a full bar
-UNCALIBRATED = (
-    "The numbers behind these probabilities are guessed, not calibrated: read them as an order."
-)
 UNKNOWN = "something that the catalogue lacks"
 VIEWS = {"free_run": "in free run", "blocks": "block by block"}
 
@@ -23,6 +20,14 @@ def could_words(could: Could) -> str:
         return "no effect: the plant file as refitted"
     names = [plain(name) for name in could.effects]
     return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+
+
+def provenance(posterior: Posterior) -> str:
+    """Where the numbers behind the probabilities come from."""
+    return (
+        f"The numbers behind these probabilities were calibrated on {posterior.calibrated_on}"
+        " sealed cases of a simulated rig: on a real one read them as an order."
+    )
 
 
 def answer_words(posterior: Posterior) -> str:
@@ -57,7 +62,7 @@ def show_posterior(posterior: Posterior, out: Console) -> None:
             + ", ".join(f"{plain(name)} {share:.2f}" for name, share in shown)
         )
     out.print(f"On these probabilities: {answer_words(posterior)}")
-    out.print(UNCALIBRATED, style="dim")
+    out.print(provenance(posterior), style="dim")
 
 
 def posterior_section(diagnosis: Diagnosis) -> Html:
@@ -85,7 +90,7 @@ def posterior_section(diagnosis: Diagnosis) -> Html:
                 " has seen. No law of the catalogue is a rig's own law: what a set leaves counts"
                 " by its logarithm. A set of little probability may still explain part of the"
                 " gap. ",
-                UNCALIBRATED,
+                provenance(posterior),
             ),
         ]
     )

@@ -63,7 +63,7 @@ def test_what_the_catalogue_lacks_names_nothing_with_confidence():
 
 
 def test_the_answer_is_shown_until_it_holds_nearly_all():
-    logs = [toy.recording("log", 10, OFF | {"drive.coulomb_a": 0.05}, seconds=20.0)]
+    logs = [toy.recording("log", 10, OFF | {"drive.coulomb_a": 0.2}, seconds=20.0)]
     problem, base, left = at_base(toy.Toy(), logs, floors=toy.floors)
     answer = posterior_of(Start(problem, base, left, None))
     assert answer.models[0].effects == ("motor_friction",)
