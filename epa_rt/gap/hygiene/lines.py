@@ -328,7 +328,7 @@ def _line(seen: Sequence[_Seen], name: str) -> str:
     except UnitError:
         unit = ""
     digits = max(int(np.floor(np.log10(seconds))), 0)
-    decimals = max(int(np.ceil(-np.log10(deviation))), 0)
+    decimals = max(int(np.ceil(-np.log10(deviation))) + 1, 0)  # two digits of the deviation
     low = 0.5 / period_s <= 2.0 * max(_MAINS_HZ)
     why = _mains(hertz, 1.0 / period_s, low)
     return (
