@@ -27,6 +27,7 @@ _ALL_ALONG = 0.75  # share of the log in which a line has one size and runs on: 
 _WINDOW_ROWS = (128, 2048)
 _WINDOWS, _OF_SHORTEST = 4, 6  # of a log at least; of the shortest one, where windows can be long
 _BLOCK = 16  # windows over which a phase must run on: mains and fans wander over longer ones
+_LONGEST = 1.25  # cycles to a row: with a fifth of them lost a log is refused
 _BRIDGED = 0.05  # of a window's rows at most
 _MAINS_HZ, _MAINS_OFF, _HARMONICS = (50.0, 60.0), 0.01, 6  # EN 50160: 1 %; rectifiers make the 6th
 _SENSORS = ("_pa", "_n")  # pressures and load cells share cables and terminals
@@ -108,13 +109,21 @@ def check_lines(recordings: Sequence[Recording]) -> list[Finding]:
 
 
 def _logs(recordings: Sequence[Recording]) -> list[_Log]:
-    """Those that are long enough for four windows, all cut alike."""
+    """Those that are long enough for four windows and not torn, all cut alike."""
     low, high = _WINDOW_ROWS
-    long = [one for one in recordings if one.samples >= _WINDOWS * low]
+    long = [one for one in recordings if one.samples >= _WINDOWS * low and not _torn(one)]
     if not long:
         return []
     rows = int(np.clip(min(one.samples for one in long) // _OF_SHORTEST, low, high))
     return [_Log(one, rows) for one in long]
+
+
+def _torn(recording: Recording) -> bool:
+    """Whether cycles go back, or more are lost than a diagnosis takes."""
+    cycle = recording.cycle
+    return bool(np.any(np.diff(cycle) < 0)) or bool(
+        cycle[-1] - cycle[0] + 1 > _LONGEST * recording.samples
+    )
 
 
 def _tested(recording: Recording) -> list[str]:
@@ -132,10 +141,10 @@ def _lines(logs: Sequence[_Log], name: str, channels: int) -> Iterator[list[_See
     able = [log for log in able if int(log.known(name).sum()) >= _WINDOWS]
     if not able:
         return
-    candidates = _candidates(np.concatenate([log.cut(name)[log.known(name)] for log in able]))
-    frequencies, tests = candidates
-    enough = np.log(max(len(frequencies), 1) * len(able) / FALSE_ALARM)
-    for frequency, chance in frequencies:
+    windows = np.concatenate([log.cut(name)[log.known(name)] for log in able])
+    peaks, tests = _candidates(windows)
+    enough = np.log(max(len(peaks), 1) * len(able) / FALSE_ALARM)
+    for frequency, chance in peaks:
         if chance < np.log(tests * channels / FALSE_ALARM):
             continue
         seen = [one for log in able if (one := _seen(log, name, frequency)).counts]
@@ -190,7 +199,7 @@ def _seen(log: _Log, name: str, frequency: float) -> _Seen:
         along.append((turned * np.conj(mean) / max(abs(mean), 1e-300)).real)
         floors.append(exact.floor)
         sinusoids.append(
-            Sinusoid(int(start), int(stop), rough, float(mean.real), float(-mean.imag))
+            Sinusoid(int(start), int(stop), float(rough), float(mean.real), float(-mean.imag))
         )
     scatter = np.concatenate([one - one.mean() for one in along])
     noise, count = float(np.median(np.concatenate(floors))), len(kept)
@@ -223,9 +232,14 @@ def _grid_rows(log: _Log) -> int:
 
 def _moved(seen: Sequence[_Seen], name: str) -> bool:
     """Whether a command, a reference or a reading of motion carries the line too, in step with
-    it.
+    it; for a reading of motion, whether any other column does.
     """
-    others = {other for one in seen for other in one.log.recording.columns if _moves(other)}
+    others = {
+        other
+        for one in seen
+        for other in one.log.recording.columns
+        if _moves(other) or (_moves(name) and other in measured_names(one.log.recording))
+    }
     enough = np.log(max(len(others), 1) / FALSE_ALARM)
     return any(_in_step(seen, name, other) > enough for other in others - {name})
 
@@ -240,8 +254,10 @@ def _moves(name: str) -> bool:
 
 
 def _in_step(seen: Sequence[_Seen], name: str, other: str) -> float:
-    """-ln of the chance that another column goes along with a line as much by chance alone."""
-    chances = []
+    """-ln of the chance that another column has that line as well, and in step: the larger one.
+    What a far larger motion leaves at a frequency may be in step and is no line.
+    """
+    lines, steps = [np.zeros(0)], []
     for one in seen:
         if other not in one.log.recording.columns:
             continue
@@ -249,9 +265,12 @@ def _in_step(seen: Sequence[_Seen], name: str, other: str) -> float:
         for frequency, part in one.blocks():
             both = part[known[part]]
             if len(both) > 1:
-                a, b = (tones(values[both], frequency).phasors for values in (own, its))
-                chances.append(chance_of_going_along(a, b))
-    return float(together(np.array(chances))) if chances else 0.0
+                a, b = (tones(values[both], frequency) for values in (own, its))
+                steps.append(chance_of_going_along(a.phasors, b.phasors))
+                lines.append(b.chances)
+    if not steps:
+        return 0.0
+    return min(float(together(np.concatenate(lines))), float(together(np.array(steps))))
 
 
 def _is_harmonic(seen: _Seen, name: str) -> bool:
@@ -298,7 +317,7 @@ def _findings(
     )
     short = [one.name for one in recordings if one.name not in {log.recording.name for log in logs}]
     if short:
-        says += f" ({', '.join(short)}: too short to tell)"
+        says += f" ({', '.join(short)}: too short or too torn to tell)"
     return [
         Finding(
             "note" if turns else "exclude",
@@ -370,8 +389,12 @@ def _turns(seen: Sequence[_Seen]) -> str:
 
 
 def _speeds(log: _Log, name: str) -> np.ndarray:
-    """Of each window: the mean of a speed, the way of a position."""
+    """Of each window: the mean of a speed, the way of a position; 0 where it goes to and fro."""
     if name not in log.recording.columns:
         return np.zeros(len(log.starts))
     windows = log.cut(name)
-    return windows.mean(axis=1) if name.endswith(_SLOPES) else windows[:, -1] - windows[:, 0]
+    if name.endswith(_SLOPES):
+        speeds, spread = windows.mean(axis=1), windows.std(axis=1)
+    else:
+        speeds, spread = windows[:, -1] - windows[:, 0], 0.5 * np.ptp(windows, axis=1)
+    return np.where(np.abs(speeds) > spread, speeds, 0.0)

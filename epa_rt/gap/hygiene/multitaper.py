@@ -18,10 +18,12 @@ _PADDED = 4  # times a window's length at least, so that no line falls between t
 class Tones:
     """``phasors`` (M,): amplitude and phase at each window's first row, in the channel's unit.
     ``floor`` (M,): deviation of white noise as large as the channel's at that frequency.
+    ``chances`` (M,): as of ``line_chances``.
     """
 
     phasors: np.ndarray
     floor: np.ndarray
+    chances: np.ndarray
 
 
 def half_bandwidth(rows: int) -> float:
@@ -44,7 +46,7 @@ def line_chances(windows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     for i, window in enumerate(windows):
         spectra = np.fft.rfft(np.diff(window) * tapers, size)[:, kept]
         line, rest = _line_and_rest(spectra, own, squares)
-        chances[i] = (_TAPERS - 1) * np.log1p(line / np.maximum(rest, np.finfo(float).tiny))
+        chances[i] = _chance(line, rest)
     return frequencies[kept], chances
 
 
@@ -55,10 +57,11 @@ def tones(windows: np.ndarray, frequency: float) -> Tones:
     turns = np.exp(-2j * np.pi * frequency * np.arange(n))
     spectra = np.einsum("mn,kn->mk", np.diff(windows), tapers * turns).T[..., None]
     gain = np.exp(2j * np.pi * frequency) - 1.0  # of a step from row to row
-    _, rest = _line_and_rest(spectra, own, squares)
+    line, rest = _line_and_rest(spectra, own, squares)
     return Tones(
         2.0 * np.einsum("k,km->m", own, spectra[..., 0]) / squares / gain,
         np.sqrt(rest[:, 0] / (_TAPERS - 1)) / abs(gain),
+        _chance(line, rest)[:, 0],
     )
 
 
@@ -130,3 +133,8 @@ def _line_and_rest(
     line = np.einsum("k,k...->...", own, spectra) / squares
     left = spectra - own.reshape(-1, *[1] * (spectra.ndim - 1)) * line
     return np.abs(line) ** 2 * squares, np.sum(np.abs(left) ** 2, axis=0)
+
+
+def _chance(line: np.ndarray, rest: np.ndarray) -> np.ndarray:
+    """-ln of the chance of the F-test, with 2 and 2 (K - 1) degrees of freedom."""
+    return (_TAPERS - 1) * np.log1p(line / np.maximum(rest, np.finfo(float).tiny))
