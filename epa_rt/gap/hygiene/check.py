@@ -10,6 +10,7 @@ import numpy as np
 from epa_rt.config.rig import Rig
 from epa_rt.gap.hygiene.ends import check_ends
 from epa_rt.gap.hygiene.finding import Finding, measured_names
+from epa_rt.gap.hygiene.lines import check_lines
 from epa_rt.gap.hygiene.pairs import check_pairs
 from epa_rt.gap.hygiene.scale import check_scale
 from epa_rt.gap.hygiene.skew import check_skew
@@ -50,10 +51,10 @@ def check(recordings: Sequence[Recording], rig: Rig | None) -> tuple[Finding, ..
     """All findings, the worst first. ``rig`` None: a rig of others, of which only the columns are
     known.
 
-    Where one says ``refuse`` a diagnosis would mean nothing; the stretches of ``exclude`` are taken
-    out by ``clean``.
+    Where one says ``refuse`` a diagnosis would mean nothing; the stretches and the lines of
+    ``exclude`` are taken out by ``clean``.
     """
-    found = _mixed(recordings) + check_twice(recordings)
+    found = _mixed(recordings) + check_twice(recordings) + check_lines(recordings)
     for recording in recordings:
         found += _said_by_log(recording, rig)
         for checks in _WITHOUT_RIG if rig is None else _HOUSE:
@@ -69,14 +70,16 @@ def clean(recordings: Sequence[Recording], findings: Sequence[Finding]) -> tuple
     """The recordings on a grid without holes, NaN where samples were lost or a finding excludes
     them, ``found`` filled in.
 
-    Commands and references of lost cycles are held (a terminal holds its outputs); measured values
-    are never made up.
+    A line is subtracted from its channel as it was fitted. Commands and references of lost cycles
+    are held (a terminal holds its outputs); measured values are never made up.
     """
     cleaned = []
     for recording in recordings:
         own = [finding for finding in findings if finding.log == recording.name]
         columns = {name: values.copy() for name, values in recording.columns.items()}
         for finding in own:
+            for sinusoid in finding.sinusoids:
+                columns[finding.channel] -= sinusoid.at(recording.cycle - recording.cycle[0])
             for start, stop in finding.rows if finding.severity == "exclude" else ():
                 for name in [finding.channel] if finding.channel else measured_names(recording):
                     columns[name][start:stop] = np.nan

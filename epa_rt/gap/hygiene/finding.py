@@ -14,9 +14,28 @@ _MOVES = 1e-3  # of a target, in its SI unit: less is no motion that is asked fo
 
 
 @dataclass(frozen=True)
+class Sinusoid:
+    """``cosine`` cos(2 pi f k) + ``sine`` sin(2 pi f k) at bus cycle k of a log, from ``start`` to
+    ``stop``, both counted from its first; f: ``frequency`` in cycles a row. In the channel's unit.
+    """
+
+    start: int
+    stop: int
+    frequency: float
+    cosine: float
+    sine: float
+
+    def at(self, cycles: np.ndarray) -> np.ndarray:
+        """(N,) at cycles (N,) counted from the log's first; 0 outside."""
+        turns = 2.0 * np.pi * self.frequency * cycles
+        inside = (self.start <= cycles) & (cycles < self.stop)
+        return np.where(inside, self.cosine * np.cos(turns) + self.sine * np.sin(turns), 0.0)
+
+
+@dataclass(frozen=True)
 class Finding:
-    """One thing that is wrong: ``refuse`` the diagnosis, ``exclude`` the ``rows`` (start, stop), or
-    a ``note``.
+    """One thing that is wrong: ``refuse`` the diagnosis, ``exclude`` the ``rows`` (start, stop) or
+    the ``sinusoids`` of a channel, or a ``note``.
 
     ``kind``: 'lost cycles', 'units', ... ``channel`` '' where it is about the log as a whole.
     ``says``: the sentence.
@@ -28,6 +47,7 @@ class Finding:
     channel: str
     says: str
     rows: tuple[tuple[int, int], ...] = ()
+    sinusoids: tuple[Sinusoid, ...] = ()
 
 
 def measured_names(recording: Recording) -> list[str]:
