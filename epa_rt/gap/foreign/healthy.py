@@ -99,6 +99,9 @@ class Healthy:
                     f"{one.name}: found a log of the experiment '{one.experiment}', expected that"
                     f" of the baseline, '{', '.join(sorted(self.experiments))}'"
                 )
+            prepared = self.subject.prepare(one)
+            for link, own in self.links.items():
+                _same_terms(one.name, mapped(self.subject, prepared, link), len(own.weights))
             for (link, name), ends in _states(self.subject, [one]).items():
                 _alike(one.name, name, ends, self.states[link, name])
 
@@ -126,7 +129,7 @@ def healthy_from(subject: ForeignSubject, runs: Sequence[Recording]) -> Healthy:
     links = {
         link.name: found
         for link in own.links
-        if (found := _of_link(own, made, link.name)) is not None
+        if (found := _of_link(own, made, [one.name for one in runs], link.name)) is not None
     }
     if not links:
         raise NotHealthy(
@@ -212,12 +215,25 @@ class _Run:
         return np.linalg.lstsq(self.shapes, self.left - self.table @ weights, rcond=None)[0]
 
 
-def _of_link(subject: ForeignSubject, made: Sequence[object], link: str) -> LinkHealth | None:
+def _same_terms(run: str, table: np.ndarray, width: int) -> None:
+    """Raises NotHealthy where a run's map has other terms: one of its states does not move."""
+    if table.shape[1] != width:
+        raise NotHealthy(
+            f"{run}: found a measured state that stands still, or moves where it did not in the"
+            " baseline, expected runs of one experiment"
+        )
+
+
+def _of_link(
+    subject: ForeignSubject, made: Sequence[object], names: Sequence[str], link: str
+) -> LinkHealth | None:
     levels = _levels(subject, link)
     parts = []
     for one in made:
         left, table = subject.residual(one, {}, link), mapped(subject, one, link)
         rows = np.isfinite(left) & np.isfinite(table).all(axis=1)
+        if parts:
+            _same_terms(names[len(parts)], table, parts[0][2].shape[1])
         parts.append((left, shapes_of(subject, one, link, levels), table, rows))
     if min(rows.sum() for *_, rows in parts) < 4 * len(levels):
         return None
