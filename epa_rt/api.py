@@ -143,12 +143,14 @@ def diagnose(
     leave_out: Sequence[str] = (),
     gate: bool = True,
     posterior: bool = False,
+    baseline: Sequence[Place] = (),
     progress: Progress = _silent,
 ) -> Diagnosed:
     """Why rig and simulation disagree; as ``epa gap diagnose``, about a minute for three logs.
 
     ``gate``: run the patched plant on the log's own experiment and measure again. ``posterior``:
-    also the probability of every set of effects, which takes as long again.
+    also the probability of every set of effects, which takes as long again. ``baseline``: healthy
+    runs of the same rig and experiment; the question is then what changed since.
     ``progress(stage, share)`` is called as it goes on.
     """
     from epa_rt.cli.gap.diagnose import answered
@@ -163,6 +165,7 @@ def diagnose(
             gate,
             posterior,
             progress,
+            [Path(log) for log in baseline],
         )
     return Diagnosed(answer, given)
 

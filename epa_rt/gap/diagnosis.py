@@ -239,6 +239,20 @@ class Posterior:
 
 
 @dataclass(frozen=True)
+class Change:
+    """A number of the plant now and in the runs of a baseline. ``spread``: deviation of the mean of
+    as many more healthy runs; ``spreads``: by how many of it the number has moved.
+    """
+
+    name: str
+    unit: str
+    before: float
+    spread: float
+    now: float
+    spreads: float
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """The whole answer."""
 
@@ -248,6 +262,7 @@ class Diagnosis:
     location: tuple[Place, ...] = ()
     effects: tuple[Named, ...] = ()
     nominal_moved: tuple[Number, ...] = ()
+    changes: tuple[Change, ...] = ()  # since the baseline, the furthest first; only with one
     not_tested: tuple[str, ...] = ()  # effects that these logs could not have shown
     shrinkage: tuple[Shrinkage, ...] = ()
     remainder: tuple[Remainder, ...] = ()

@@ -12,6 +12,7 @@ from epa_rt.gap.problem import Problem
 from epa_rt.gap.profile import profiled
 from epa_rt.gap.role import z_of_sum
 from epa_rt.gap.separate import intervals, shares
+from epa_rt.gap.subject import OF_RUN
 from epa_rt.gap.whose import who_has
 
 MOVED = 3.0  # spreads beyond which a nominal parameter is reported
@@ -123,5 +124,5 @@ def moved(problem: Problem, normal: Normal, off: np.ndarray | None) -> tuple[Num
     return tuple(
         _number(problem, key, problem.knobs[key].value + z * problem.spread(key), width[key])
         for key, z in zip(normal.keys, normal.z, strict=True)
-        if problem.knobs[key].effect is None and abs(z) > MOVED
+        if problem.knobs[key].effect is None and abs(z) > MOVED and not key.startswith(OF_RUN)
     )

@@ -14,6 +14,7 @@ import numpy as np
 from epa_rt.gap.recording import Recording
 from epa_rt.models.effect import Effect, Knob
 
+OF_RUN = "run."  # how the key of a run's own level begins: a nuisance, of no plant file
 Values = Mapping[str, float]  # knob key to value; keys left out stay as the plant file says
 
 

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, STOPPED, VerbError
+from epa_rt.cli.gap.baseline import check_rig, since, with_changes
 from epa_rt.cli.gap.fits import check_judged, check_spares
 from epa_rt.cli.gap.inputs import (
     Opened,
@@ -65,6 +66,14 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
         help="effects to leave out of the catalogue",
     )
     parser.add_argument(
+        "--baseline",
+        nargs="+",
+        type=Path,
+        default=(),
+        metavar="LOG",
+        help="healthy runs of the same rig and experiment: what changed since (rigs of others)",
+    )
+    parser.add_argument(
         "--posterior",
         action="store_true",
         help="also what else it could be: the probability of every set of effects (twice the time)",
@@ -106,7 +115,10 @@ def run(arguments: argparse.Namespace) -> int:
         (arguments.picture, (".svg",)),
     ):
         check_writable(path, endings)
+    check_rig(arguments.rig, arguments.baseline)
     given, out = opened(arguments, arguments.holdout), console()
+    if arguments.baseline:
+        given = since(given, arguments.rig, arguments.plant, arguments.baseline)
     check_spares(arguments.patch, (arguments.rig, given.plant, named_plant(arguments.rig)))
     _known(arguments.leave_out, given)
     show_found(given.found, out)
@@ -114,6 +126,8 @@ def run(arguments: argparse.Namespace) -> int:
         diagnosis = _diagnosed(
             given, arguments.rig, arguments.leave_out, arguments.posterior, progress
         )
+    if arguments.baseline:
+        given, diagnosis = with_changes(given, diagnosis, arguments.baseline)
     gate, code = None, COMPLETED
     try:
         write_answer(diagnosis, arguments)
@@ -161,13 +175,19 @@ def diagnose_logs(
     leave_out: Sequence[str] = (),
     posterior: bool = False,
     progress: Progress = lambda stage, share: None,
+    baseline: Sequence[Path] = (),
 ) -> "tuple[Opened, Diagnosis]":
     """What was read of the logs, checked and cleaned, and the diagnosis of it: the one path of
-    command line, Python and benchmark. Nothing is shown or written. Raises VerbError, ConfigError.
+    command line, Python and benchmark. ``baseline``: healthy runs. Nothing is shown or written.
+    Raises VerbError, ConfigError.
     """
+    check_rig(rig, baseline)
     given = opened(argparse.Namespace(rig=rig, plant=plant, logs=list(logs)), holdout)
+    if baseline:
+        given = since(given, rig, plant, baseline)
     _known(tuple(leave_out), given)
-    return given, _diagnosed(given, rig, leave_out, posterior, progress)
+    found = _diagnosed(given, rig, leave_out, posterior, progress)
+    return with_changes(given, found, baseline) if baseline else (given, found)
 
 
 def table_of_logs(
@@ -203,9 +223,12 @@ def answered(
     gate: bool,
     posterior: bool,
     progress: Progress,
+    baseline: Sequence[Path] = (),
 ) -> "tuple[Opened, Diagnosis]":
     """As ``diagnose_logs``, with the gate's report where that is asked for."""
-    given, diagnosis = diagnose_logs(rig, plant, logs, holdout, leave_out, posterior, progress)
+    given, diagnosis = diagnose_logs(
+        rig, plant, logs, holdout, leave_out, posterior, progress, baseline
+    )
     found = _confirmed(given, diagnosis, None, progress) if gate else None
     return given, replace(diagnosis, gate=found and found.report)
 

@@ -1,6 +1,7 @@
 """Columns of a recording on a full grid, and the zero-phase filter that every residual passes."""
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -120,8 +121,15 @@ def lowpass(values: np.ndarray, rate_hz: float, lowpass_hz: float) -> np.ndarray
         return np.array(values, dtype=float)
     from scipy import signal
 
-    sections = signal.butter(LOWPASS_ORDER, lowpass_hz / (0.5 * rate_hz), output="sos")
-    return signal.sosfiltfilt(sections, values)
+    return signal.sosfiltfilt(_sections(lowpass_hz / (0.5 * rate_hz)), values)
+
+
+@cache
+def _sections(share: float) -> np.ndarray:
+    """Second-order sections of the filter whose cut-off is that share of half the rate."""
+    from scipy import signal
+
+    return signal.butter(LOWPASS_ORDER, share, output="sos")
 
 
 def shifted(values: np.ndarray, samples: float) -> np.ndarray:

@@ -1,6 +1,7 @@
 """Which effects, with their parameters and intervals; what else moved; what was not tested."""
 
-from epa_rt.gap.diagnosis import Diagnosis, Named, Near, Number
+from epa_rt.config.units import with_unit
+from epa_rt.gap.diagnosis import Change, Diagnosis, Named, Near, Number
 from epa_rt.gap.report.words import (
     CONFIDENCE,
     free_run_words,
@@ -33,7 +34,26 @@ def effects(diagnosis: Diagnosis) -> Html:
                 " the logs insist."
             ),
         ]
+    if diagnosis.changes:
+        parts += [tag("h3", "What moved since the baseline"), _changes(diagnosis.changes)]
     return join(parts)
+
+
+def _changes(changes: tuple[Change, ...]) -> Html:
+    rows = [
+        (
+            one.name,
+            *(with_unit(f"{x:.4g}", one.unit) for x in (one.before, one.now, one.spread)),
+            f"{one.spreads:+.1f}",
+        )
+        for one in changes
+    ]
+    return join(
+        [
+            table(("number", "was", "is", "spread", "spreads"), rows),
+            note("Spread: by how much one healthy run differs from the next, as a deviation."),
+        ]
+    )
 
 
 def not_tested(diagnosis: Diagnosis) -> Html:

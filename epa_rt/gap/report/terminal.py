@@ -9,6 +9,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from epa_rt.config.units import with_unit
 from epa_rt.gap.diagnosis import Diagnosis, Place
 from epa_rt.gap.report.could import show_posterior
 from epa_rt.gap.report.gate import gate_line
@@ -62,6 +63,7 @@ def show(diagnosis: Diagnosis, out: Console) -> None:
     show_location(diagnosis.location, out)
     if words := origin_words(diagnosis.origins):
         out.print(words)
+    _changes(diagnosis, out)
     _far(diagnosis, out)
     for left in diagnosis.remainder[:3]:
         on = ", ".join(
@@ -187,6 +189,18 @@ def _effects(diagnosis: Diagnosis, out: Console) -> None:
     for one in diagnosis.nominal_moved:
         value, interval, neutral, unit = parameter_words(one)
         out.print(f"moved with it: {one.name} from {neutral} to {value} {unit} ({interval})")
+
+
+def _changes(diagnosis: Diagnosis, out: Console) -> None:
+    """What moved since the baseline, the furthest first."""
+    if not diagnosis.changes:
+        return
+    out.print("Since the baseline, in spreads from one healthy run to the next:")
+    table = Table("Number", "Was", "Is", "Spread", "Spreads", box=box.SIMPLE_HEAD, pad_edge=False)
+    for one in diagnosis.changes:
+        row = (with_unit(f"{x:.4g}", one.unit) for x in (one.before, one.now, one.spread))
+        table.add_row(one.name, *row, f"{one.spreads:+.1f}")
+    out.print(table)
 
 
 def _far(diagnosis: Diagnosis, out: Console) -> None:

@@ -1,0 +1,405 @@
+"""What healthy runs of a rig say: its own numbers, what its plant leaves of them, and by how much
+one run differs from the next.
+
+The plant file's numbers are refitted to the runs. What it then leaves is split in three. A fixed
+part returns in every run: levels, and a map over the measured states. Some directions wander from
+run to run, such as a level of friction or a zero: principal components of the runs' levels. The
+rest is noise.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from epa_rt.gap.floor import floors
+from epa_rt.gap.foreign.repeats import colourless
+from epa_rt.gap.foreign.subject import ForeignSubject
+from epa_rt.gap.generic import CLIP, RIDGES
+from epa_rt.gap.problem import Problem
+from epa_rt.gap.recording import PLACES, Recording
+from epa_rt.gap.refit import settled
+from epa_rt.gap.regressors import SPEEDS, terms
+
+FEWEST = 3  # runs from which a spread is known at all
+MOST_FITTED = 6  # runs that the plant's numbers are fitted to, evenly chosen: more say the same
+LEVELS = ("coulomb", "offset")  # effects that any sliding part has some of
+WARMTH = ("warming",)  # its first number is a drag; the second only shapes it
+STEP = 0.1  # of a knob's spread, over which a level's shape is taken
+FLAT = 1e-4  # of the mean variance, below which directions of the levels are one
+# times the chance of noise, from which a direction's spread is the rig's and not the fit's
+WANDERS = 4.0
+RARE = 1e-3  # share of healthy runs that lie further off in one direction
+BOUND = 4.0  # spreads at which that share is reached; the unit of a wander's spread
+LIKE = 0.3  # part by which a run's places and speeds may differ from the others'
+TOLD_APART = 50.0  # variance inflation up to which a quantity's change is its own
+
+
+class NotHealthy(Exception):
+    """Why runs are no baseline, as one sentence."""
+
+
+@dataclass(frozen=True)
+class LinkHealth:
+    """Of one link. ``levels``: knobs whose shapes span ``basis`` (m, j), which makes columns of
+    unit rms of them. ``mean`` (j,): on those, of all runs; ``apart`` (runs, j): of each less that.
+    ``wander`` (j, k): directions of unit rms; ``spread`` (k,): in the link's unit. ``weights``,
+    ``centre``, ``scale`` (p,): of the map's terms. ``noise`` (n,): what is left of the runs, NaN
+    between.
+    """
+
+    levels: tuple[str, ...]
+    basis: np.ndarray
+    mean: np.ndarray
+    apart: np.ndarray
+    wander: np.ndarray
+    spread: np.ndarray
+    weights: np.ndarray
+    centre: np.ndarray
+    scale: np.ndarray
+    noise: np.ndarray
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number of the plant as each healthy run has it: ``values`` (runs,)."""
+
+    key: str
+    unit: str
+    link: str
+    values: np.ndarray
+
+
+@dataclass(frozen=True)
+class Healthy:
+    """``subject``: the rig with its numbers refitted to ``runs`` (their names). ``states``: by link
+    and state the least and the largest of what the runs have of it: lower quantile, upper one.
+    """
+
+    subject: ForeignSubject
+    runs: tuple[str, ...]
+    links: Mapping[str, LinkHealth]
+    quantities: tuple[Quantity, ...]
+    states: Mapping[tuple[str, str], tuple[np.ndarray, np.ndarray]]
+    experiments: frozenset[str]
+
+    def known(self, prepared: object, link: str) -> tuple[np.ndarray, np.ndarray]:
+        """(n,) what every run has of a link, and (n, k) the shapes by which runs differ."""
+        own = self.links[link]
+        shapes = shapes_of(self.subject, prepared, link, own.levels) @ own.basis
+        table = mapped(self.subject, prepared, link)
+        table = np.clip((table - own.centre) / own.scale, -CLIP, CLIP)
+        return shapes @ own.mean + table @ own.weights, shapes @ own.wander
+
+    def check(self, recordings: Sequence[Recording]) -> None:
+        """Raises NotHealthy where a recording is of another experiment than the runs."""
+        for one in recordings:
+            if one.experiment and self.experiments and one.experiment not in self.experiments:
+                raise NotHealthy(
+                    f"{one.name}: found a log of the experiment '{one.experiment}', expected that"
+                    f" of the baseline, '{', '.join(sorted(self.experiments))}'"
+                )
+            prepared = self.subject.prepare(one)
+            for link, own in self.links.items():
+                _same_terms(one.name, mapped(self.subject, prepared, link), len(own.weights))
+            for (link, name), ends in _states(self.subject, [one]).items():
+                _alike(one.name, name, ends, self.states[link, name])
+
+
+def healthy_from(subject: ForeignSubject, runs: Sequence[Recording]) -> Healthy:
+    """What ``runs`` of one rig and experiment say. Raises NotHealthy where they are too few or
+    differ in their motion.
+    """
+    if len(runs) < FEWEST:
+        raise NotHealthy(
+            f"found {len(runs)} healthy run{'' if len(runs) == 1 else 's'} as a baseline, expected"
+            f" {FEWEST} or more: how much runs differ is not known from less (ten are better)"
+        )
+    states = _states(subject, runs)
+    experiments = {one.experiment for one in runs if one.experiment}
+    if len(experiments) > 1:
+        raise NotHealthy(
+            f"found healthy runs of the experiments {', '.join(sorted(experiments))}, expected one"
+        )
+    for (_, name), ends in states.items():
+        for i, one in enumerate(runs):
+            _alike(one.name, name, tuple(end[i : i + 1] for end in ends), ends, "the other runs")
+    own = _refitted(subject, runs)
+    made = [own.prepare(run) for run in runs]
+    links = {
+        link.name: found
+        for link in own.links
+        if (found := _of_link(own, made, [one.name for one in runs], link.name)) is not None
+    }
+    if not links:
+        raise NotHealthy(
+            "found nothing that can be judged in the healthy runs, expected longer ones"
+        )
+    return Healthy(
+        own,
+        tuple(one.name for one in runs),
+        links,
+        tuple(q for name in links for q in _quantities(own, made, name, links[name])),
+        states,
+        frozenset(experiments),
+    )
+
+
+def shapes_of(
+    subject: ForeignSubject, prepared: object, link: str, levels: Sequence[str]
+) -> np.ndarray:
+    """(n, m) change of a link's residual per spread of each knob, taken off what is measured; 0
+    where it is not judged.
+    """
+    bare = subject.residual(prepared, {}, link)
+    columns = []
+    for key in levels:
+        knob = subject.knobs[key]
+        size = STEP * (knob.spread or 1.0)
+        step = size if knob.value + size <= knob.high else -size
+        there = subject.residual(prepared, {key: knob.value + step}, link)
+        columns.append(np.nan_to_num((there - bare) * (knob.spread or 1.0) / step))
+    return np.column_stack(columns)
+
+
+def mapped(subject: ForeignSubject, prepared: object, link: str) -> np.ndarray:
+    """(n, p) terms of the map: what a link's residual may depend on, of measured states."""
+    groups = terms(subject.features(prepared, link), subject.rate_hz)
+    return np.column_stack([groups[name] for name in sorted(groups)])
+
+
+def _refitted(subject: ForeignSubject, runs: Sequence[Recording]) -> ForeignSubject:
+    """The rig with nominal parameters, the plant file's effects and levels fitted to the runs."""
+    chosen = [runs[i] for i in np.unique(np.linspace(0, len(runs) - 1, MOST_FITTED).astype(int))]
+    there = {effect.name for effect in subject.catalogue}
+    effects = tuple(
+        dict.fromkeys(name for name in (*subject.plant.effects, *LEVELS) if name in there)
+    )
+    problem = Problem(subject, chosen, floors(subject, chosen[:1], {}))
+    values = settled(problem, effects).values
+    plant = replace(
+        subject.plant, numbers={**subject.plant.numbers, **values}, effects=tuple(effects)
+    )
+    return ForeignSubject(subject.rig, plant, subject.leave_out)
+
+
+def _levels(subject: ForeignSubject, link: str) -> tuple[str, ...]:
+    """What may differ from run to run: nominal parameters, effects of one number, and warmth."""
+    keys = [knob.key for knob in subject.nominal]
+    keys += [
+        effect.knobs[0]
+        for effect in subject.catalogue
+        if len(effect.knobs) == 1 or effect.name in WARMTH
+    ]
+    return tuple(key for key in keys if link in subject.touched(key))
+
+
+@dataclass
+class _Run:
+    """Judged rows of one run: ``left`` (n,), ``shapes`` (n, j), ``table`` (n, p); ``rows``: where
+    they stand in the residual.
+    """
+
+    left: np.ndarray
+    shapes: np.ndarray
+    table: np.ndarray
+    rows: np.ndarray
+
+    def without_shapes(self) -> tuple[np.ndarray, np.ndarray]:
+        """The residual and the terms less what the run's own levels explain of them."""
+        q, _ = np.linalg.qr(self.shapes)
+        return self.left - q @ (q.T @ self.left), self.table - q @ (q.T @ self.table)
+
+    def levels(self, weights: np.ndarray) -> np.ndarray:
+        """(j,) the run's levels beside the map."""
+        return np.linalg.lstsq(self.shapes, self.left - self.table @ weights, rcond=None)[0]
+
+
+def _same_terms(run: str, table: np.ndarray, width: int) -> None:
+    """Raises NotHealthy where a run's map has other terms: one of its states does not move."""
+    if table.shape[1] != width:
+        raise NotHealthy(
+            f"{run}: found a measured state that stands still, or moves where it did not in the"
+            " baseline, expected runs of one experiment"
+        )
+
+
+def _of_link(
+    subject: ForeignSubject, made: Sequence[object], names: Sequence[str], link: str
+) -> LinkHealth | None:
+    levels = _levels(subject, link)
+    parts = []
+    for one in made:
+        left, table = subject.residual(one, {}, link), mapped(subject, one, link)
+        rows = np.isfinite(left) & np.isfinite(table).all(axis=1)
+        if parts:
+            _same_terms(names[len(parts)], table, parts[0][2].shape[1])
+        parts.append((left, shapes_of(subject, one, link, levels), table, rows))
+    if min(rows.sum() for *_, rows in parts) < 4 * len(levels):
+        return None
+    basis = _unit(np.concatenate([shapes[rows] for _, shapes, _, rows in parts]))
+    whole = np.concatenate([table[rows] for _, _, table, rows in parts])
+    centre, scale = whole.mean(axis=0), whole.std(axis=0)
+    scale[~(scale > 0.0)] = 1.0
+    runs = [
+        _Run(
+            left[rows],
+            shapes[rows] @ basis,
+            np.clip((table[rows] - centre) / scale, -CLIP, CLIP),
+            rows,
+        )
+        for left, shapes, table, rows in parts
+    ]
+    weights, rest = _map(runs)
+    own = np.array([one.levels(weights) for one in runs])
+    noise = []
+    for one, left in zip(runs, rest, strict=True):
+        whole_run = np.full(len(one.rows), np.nan)
+        whole_run[one.rows] = left
+        noise += [whole_run, [np.nan]]
+    noise = np.concatenate(noise)
+    wander, spread = _wander(own, float(np.nanvar(noise)), float(np.mean([len(r) for r in rest])))
+    return LinkHealth(
+        levels,
+        basis,
+        own.mean(axis=0),
+        own - own.mean(axis=0),
+        wander,
+        spread,
+        weights,
+        centre,
+        scale,
+        colourless(noise) if subject.rig.component.flat else noise,
+    )
+
+
+def _unit(shapes: np.ndarray) -> np.ndarray:
+    """(m, j) combinations of columns that are orthonormal in the mean over rows; those that are
+    nearly another's are left out.
+    """
+    size = np.sqrt(np.mean(shapes**2, axis=0))
+    size[~(size > 0.0)] = np.inf
+    gram = (shapes / size).T @ (shapes / size) / len(shapes)
+    variance, vectors = np.linalg.eigh(gram)
+    kept = variance > FLAT * np.mean(variance)
+    return (vectors[:, kept] / np.sqrt(variance[kept])) / size[:, None]
+
+
+def _map(runs: Sequence[_Run]) -> tuple[np.ndarray, list[np.ndarray]]:
+    """(p,) weights of the map, by the ridge that serves runs left out best, and what is left of
+    each run by the map of the others.
+    """
+    clean = [one.without_shapes() for one in runs]
+    grams = [table.T @ table for _, table in clean]
+    rights = [table.T @ left for left, table in clean]
+    samples, size = sum(len(left) for left, _ in clean), len(rights[0])
+    gram, right = sum(grams), sum(rights)
+
+    def solved(matrix: np.ndarray, vector: np.ndarray, ridge: float) -> np.ndarray:
+        return np.linalg.solve(matrix + ridge * samples * np.eye(size), vector)
+
+    def left_out(ridge: float) -> list[np.ndarray]:
+        return [
+            left - table @ solved(gram - own, right - b, ridge)
+            for (left, table), own, b in zip(clean, grams, rights, strict=True)
+        ]
+
+    found = [(left_out(ridge), ridge) for ridge in RIDGES]
+    rest, ridge = min(found, key=lambda one: sum(float(x @ x) for x in one[0]))
+    nothing = sum(float(left @ left) for left, _ in clean)
+    if sum(float(x @ x) for x in rest) > nothing:
+        return np.zeros(size), [left for left, _ in clean]
+    return solved(gram, right, ridge), rest
+
+
+def _wander(own: np.ndarray, noise: float, samples: float) -> tuple[np.ndarray, np.ndarray]:
+    """(j, k) directions in which the runs' levels (runs, j) differ by more than noise makes of
+    them, and (k,) the spread of one more run, a ``BOUND``-th of what ``RARE`` runs go beyond.
+    """
+    from scipy.stats import t
+
+    count = len(own)
+    _, sizes, vectors = np.linalg.svd(own - own.mean(axis=0), full_matrices=False)
+    deviation = sizes / np.sqrt(count - 1)
+    kept = deviation**2 > WANDERS * noise / samples
+    beyond = t.ppf(1.0 - 0.5 * RARE, count - 1) * np.sqrt(1.0 + 1.0 / count) / BOUND
+    return vectors[kept].T, deviation[kept] * beyond
+
+
+def quantity_keys(subject: ForeignSubject) -> tuple[str, ...]:
+    """What is said of a run: its nominal parameters, and its levels of friction and offset."""
+    own = [knob.key for knob in subject.nominal if not knob.key.startswith("clock.")]
+    levels = [e.knobs[0] for e in subject.catalogue if e.name in LEVELS and len(e.knobs) == 1]
+    return (*own, *levels)
+
+
+def measured(
+    subject: ForeignSubject, prepared: object, own: LinkHealth, link: str, keys: Sequence[str]
+) -> np.ndarray:
+    """(keys,) numbers of the plant that suit a run best beside the map; NaN where its motion cannot
+    tell one from the others.
+    """
+    left = subject.residual(prepared, {}, link)
+    table = np.clip((mapped(subject, prepared, link) - own.centre) / own.scale, -CLIP, CLIP)
+    rows = np.isfinite(left) & np.isfinite(table).all(axis=1)
+    shapes = shapes_of(subject, prepared, link, keys)[rows]
+    target = left[rows] - table[rows] @ own.weights
+    size = np.sqrt(np.mean(shapes**2, axis=0))
+    size[~(size > 0.0)] = np.inf
+    gram = (shapes / size).T @ (shapes / size) / max(len(shapes), 1) + 1e-9 * np.eye(len(keys))
+    inflated = np.diag(np.linalg.inv(gram)) * np.diag(gram)
+    found = np.linalg.solve(gram, (shapes / size).T @ target / max(len(shapes), 1)) / size
+    spread = np.array([subject.knobs[key].spread or 1.0 for key in keys])
+    at = np.array([subject.knobs[key].value for key in keys])
+    return np.where(inflated < TOLD_APART, at - found * spread, np.nan)
+
+
+def _quantities(
+    subject: ForeignSubject, made: Sequence[object], link: str, own: LinkHealth
+) -> list[Quantity]:
+    keys = [key for key in quantity_keys(subject) if link in subject.touched(key)]
+    found = np.array([measured(subject, one, own, link, keys) for one in made])
+    return [
+        Quantity(key, subject.knobs[key].unit, link, found[:, i])
+        for i, key in enumerate(keys)
+        if np.isfinite(found[:, i]).all()
+    ]
+
+
+def _states(
+    subject: ForeignSubject, runs: Sequence[Recording]
+) -> dict[tuple[str, str], tuple[np.ndarray, np.ndarray]]:
+    """By link and place or speed: (runs,) of the lower and of the upper end, of a speed's size."""
+    found: dict[tuple[str, str], list[np.ndarray]] = {}
+    for run in runs:
+        prepared = subject.prepare(run)
+        for link in subject.links:
+            for name, values in subject.features(prepared, link.name).items():
+                if name.endswith(SPEEDS):
+                    ends = np.nanpercentile(np.abs(values), (30.0, 95.0))
+                elif name.endswith(PLACES) and not name.endswith("_turn_rad"):
+                    ends = np.nanpercentile(values, (2.0, 98.0))
+                else:
+                    continue
+                found.setdefault((link.name, name), []).append(ends)
+    return {key: tuple(np.array(ends).T) for key, ends in found.items()}
+
+
+def _alike(
+    run: str,
+    state: str,
+    ends: tuple[np.ndarray, np.ndarray],
+    others: tuple[np.ndarray, np.ndarray],
+    whose: str = "the baseline",
+) -> None:
+    """Raises NotHealthy where a run's ends of a state are off the middle of the others' by more
+    than LIKE of their range.
+    """
+    low, high = (float(np.median(end)) for end in others)
+    room = LIKE * (high if state.endswith(SPEEDS) else high - low)
+    own_low, own_high = float(ends[0][0]), float(ends[1][0])
+    if abs(own_low - low) > room or abs(own_high - high) > room:
+        raise NotHealthy(
+            f"{run}: found {state} from {own_low:.3g} to {own_high:.3g}, expected about"
+            f" {low:.3g} to {high:.3g}, as in {whose}: runs of one experiment are compared"
+        )

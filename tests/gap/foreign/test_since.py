@@ -1,0 +1,106 @@
+"""What changed since healthy runs: wander is not named, a fault is, and runs that are no baseline
+are refused.
+"""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from epa_rt.gap.diagnose import diagnose
+from epa_rt.gap.foreign import open_foreign
+from epa_rt.gap.foreign.healthy import Healthy, NotHealthy, healthy_from
+from epa_rt.gap.foreign.since import SinceBaseline
+from epa_rt.gap.recording import Recording
+from epa_rt.gap.subject import OF_RUN
+from tests.gap.foreign.made import RIGS, one_trial
+
+PERIOD_S, MIDDLE_M = 5e-3, 0.123
+MASS_KG, DRAG, COULOMB_N, OFFSET_N = 95.0, 205.0, 20.0, -3.0
+LEVEL, NOISE_N = 0.03, 0.15  # of the friction from run to run; of the force
+
+
+def run(seed: int, friction: float = 1.0, pace: float = 1.0, zero_n: float = 0.0) -> Recording:
+    """A carriage that repeats its strokes, with friction and offset of its own day."""
+    random, t = np.random.default_rng(seed), np.arange(0.0, 8.0, PERIOD_S)
+    size, start = 1.0 + 0.02 * random.standard_normal(), random.uniform(0.0, 6.0)
+    w = 2.0 * np.pi * np.array([0.3, 0.9]) * pace
+    wave = np.outer(w, t) + np.array([start, 2.0 * start])[:, None]
+    reach = size * np.array([0.08, 0.02])[:, None]
+    place = (reach * np.sin(wave)).sum(axis=0)
+    speed = (reach * w[:, None] * np.cos(wave)).sum(axis=0)
+    pull = -(reach * w[:, None] ** 2 * np.sin(wave)).sum(axis=0)
+    level = friction * COULOMB_N * (1.0 + LEVEL * random.standard_normal())
+    force = MASS_KG * pull + DRAG * speed + level * np.tanh(speed / 1e-3)
+    force += OFFSET_N + zero_n + 0.3 * random.standard_normal()
+    columns = {
+        "carriage_position_m": MIDDLE_M + place,
+        "motor_force_n": force + NOISE_N * random.standard_normal(len(t)),
+    }
+    return one_trial(f"run{seed}", "emps", PERIOD_S, columns)
+
+
+@cache
+def healthy() -> Healthy:
+    return healthy_from(open_foreign(RIGS / "emps.yaml"), [run(seed) for seed in range(1, 11)])
+
+
+def since(*logs: Recording):
+    subject = SinceBaseline(healthy(), [log.name for log in logs])
+    return diagnose(subject, list(logs), how_far=False), subject
+
+
+def test_the_plant_becomes_that_of_the_healthy_runs():
+    values = {q.key: q.values for q in healthy().quantities}
+    level = values["friction.coulomb_n"]
+    assert level.mean() == pytest.approx(COULOMB_N, rel=0.05)
+    assert np.std(level, ddof=1) == pytest.approx(LEVEL * COULOMB_N, rel=0.7)
+    assert values["carriage.inertia_kg"].mean() == pytest.approx(MASS_KG, rel=0.03)
+    noise = np.nanstd(healthy().links["force"].noise)
+    assert 0.3 * NOISE_N < noise < 3.0 * NOISE_N  # behind a low-pass of half the rate
+
+
+def test_a_run_that_differs_as_healthy_ones_do_has_no_gap():
+    log = run(50, friction=1.0 + 2.0 * LEVEL)
+    found, subject = since(log)
+    assert found.verdict == "no_gap" and not found.effects, found.says
+    assert all(abs(one.spreads) < 5.0 for one in subject.changes([log]))
+    assert not any(one.name.startswith(OF_RUN) for one in found.nominal_moved)
+
+
+def test_friction_that_has_grown_is_named_with_its_size():
+    log = run(60, friction=1.4)
+    found, subject = since(log)
+    assert found.effects and found.effects[0].family == "friction", found.says
+    level = next(one for one in subject.changes([log]) if one.name == "friction.coulomb_n")
+    assert level.spreads > 5.0 and level.now == pytest.approx(1.4 * COULOMB_N, rel=0.12)
+
+
+def test_of_a_log_that_no_fit_sees_the_level_is_taken_off_within_bounds():
+    subject = SinceBaseline(healthy())
+    usual, faulty = (
+        float(np.nanstd(subject.residual(subject.prepare(one), {}, "force")))
+        for one in (run(70), run(71, friction=1.6))
+    )
+    noise = float(np.nanstd(healthy().links["force"].noise))
+    assert usual < 2.0 * noise and faulty > 5.0 * noise
+
+
+def test_too_few_runs_and_other_motions_are_refused_in_a_sentence():
+    subject = open_foreign(RIGS / "emps.yaml")
+    with pytest.raises(NotHealthy, match="found 1 healthy run as a baseline, expected 3 or more"):
+        healthy_from(subject, [run(1)])
+    with pytest.raises(NotHealthy, match="run9: found speed_m_s .* as in the other runs"):
+        healthy_from(subject, [run(1), run(2), run(3), run(9, pace=2.0)])
+    with pytest.raises(NotHealthy, match="expected about .* as in the baseline"):
+        healthy().check([run(9, pace=2.0)])
+
+
+def test_a_patched_plant_is_one_without_the_levels_of_runs(tmp_path):
+    log = run(60, friction=1.4)
+    subject = SinceBaseline(healthy(), [log.name])
+    values = {knob.key: 0.1 for knob in subject.nominal} | {"friction.coulomb_n": 28.0}
+    text = subject.patched(values, ["coulomb", "viscous_changed"])
+    (tmp_path / "plant.yaml").write_text(text, encoding="utf-8")
+    plant = open_foreign(RIGS / "emps.yaml", tmp_path / "plant.yaml").plant
+    assert plant.numbers["friction.coulomb_n"] == 28.0 and OF_RUN not in text
