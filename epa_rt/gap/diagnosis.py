@@ -262,7 +262,6 @@ class Diagnosis:
     location: tuple[Place, ...] = ()
     effects: tuple[Named, ...] = ()
     nominal_moved: tuple[Number, ...] = ()
-    changes: tuple[Change, ...] = ()  # since the baseline, the furthest first; only with one
     not_tested: tuple[str, ...] = ()  # effects that these logs could not have shown
     shrinkage: tuple[Shrinkage, ...] = ()
     remainder: tuple[Remainder, ...] = ()
@@ -290,6 +289,7 @@ class Diagnosis:
     inputs: dict = field(
         default_factory=dict
     )  # rig, plant, logs, held-out logs, catalogue left out
+    changes: tuple[Change, ...] = ()  # since the baseline, the furthest first; only with one
 
     def as_json(self) -> dict:
         return asdict(self)

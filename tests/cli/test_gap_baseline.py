@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from epa_rt.cli.exits import VerbError
-from epa_rt.cli.gap.baseline import FAR, change_words, said_of
+from epa_rt.cli.gap.baseline import FAR, as_a_set, change_words, said_of
 from epa_rt.cli.gap.diagnose import diagnose_logs
-from epa_rt.gap.diagnosis import Change
+from epa_rt.gap.diagnosis import Change, Diagnosis, Named
 from tests.cli.shell import RIGS, ROOT
 
 FRICTION = Change("friction.coulomb_n", "N", 24.8, 0.65, 30.9, 9.4)
@@ -33,3 +33,12 @@ def test_what_moved_is_said_with_its_size_in_spreads():
     assert f"nothing moved by {FAR:g} spreads" in still and change_words(WHOLE) in still
     assert "2.1 N rms (+1.5 spreads)" in still
     assert "nothing moved" not in said_of([WHOLE], 20, True)
+
+
+def test_what_the_motion_cannot_tell_apart_is_a_set():
+    named = Named("viscous_changed", "viscous", "friction", (), 0.98, 900.0)
+    found = as_a_set(Diagnosis("explained", "It is it.", effects=(named,)), ("coulomb", named.name))
+    assert found.verdict == "not_separable" and "cannot tell coulomb from" in found.says
+    assert found.effects[0].not_separable_from == ("coulomb",)
+    other = Diagnosis("explained", "It is it.", effects=(named,))
+    assert as_a_set(other, ("coulomb", "offset")) is other

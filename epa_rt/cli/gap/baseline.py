@@ -100,6 +100,7 @@ def with_changes(
 
     subject = given.subject
     assert isinstance(subject, SinceBaseline)
+    diagnosis = as_a_set(diagnosis, subject.not_told_apart())
     changes = subject.changes(given.recordings)
     moved = said_of(changes, len(subject.healthy.runs), bool(diagnosis.effects))
     kept = {
@@ -112,6 +113,35 @@ def with_changes(
         says=f"{diagnosis.says} {moved}",
         inputs=diagnosis.inputs | {BASELINE: [str(path) for path in baseline]},
         **kept,
+    )
+
+
+def as_a_set(diagnosis: "Diagnosis", alike: Sequence[str]) -> "Diagnosis":
+    """The diagnosis in which an effect of ``alike`` stands for all of them: the motion cannot tell
+    them from each other, whichever fits best.
+    """
+    sets = {
+        one.name: tuple(dict.fromkeys((*one.not_separable_from, *alike)))
+        for one in diagnosis.effects
+        if one.name in alike and len(alike) > 1
+    }
+    if not sets:
+        return diagnosis
+    effects = tuple(
+        replace(
+            one,
+            not_separable_from=tuple(
+                name for name in sets.get(one.name, one.not_separable_from) if name != one.name
+            ),
+        )
+        for one in diagnosis.effects
+    )
+    named = ("explained", "partly_explained")
+    return replace(
+        diagnosis,
+        verdict="not_separable" if diagnosis.verdict in named else diagnosis.verdict,
+        says=f"{diagnosis.says} This motion cannot tell {' from '.join(alike)}.",
+        effects=effects,
     )
 
 

@@ -12,7 +12,14 @@ import numpy as np
 
 from epa_rt.gap.diagnosis import Change
 from epa_rt.gap.foreign.component import Experiment
-from epa_rt.gap.foreign.healthy import BOUND, Healthy, LinkHealth, measured, shapes_of
+from epa_rt.gap.foreign.healthy import (
+    BOUND,
+    Healthy,
+    LinkHealth,
+    measured,
+    quantity_keys,
+    shapes_of,
+)
 from epa_rt.gap.foreign.plant_file import suffix_of
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import OF_RUN, Values
@@ -155,6 +162,15 @@ class SinceBaseline:
                 if np.isfinite(now).all():
                     found.append(_change(q.key, q.unit, q.values, now))
         return tuple(sorted(found, key=lambda one: -abs(one.spreads)))
+
+    def not_told_apart(self) -> tuple[str, ...]:
+        """Effects of the plant's numbers that the motion of the healthy runs cannot tell from each
+        other: at one speed dry friction and drag.
+        """
+        told = {q.key for q in self.healthy.quantities}
+        keys = [key for key in quantity_keys(self.own) if key not in told]
+        names = [self.knobs[key].effect for key in keys if key in self.knobs]
+        return tuple(name for name in names if name is not None)
 
     def _levels(self, prepared: object, link: str) -> np.ndarray:
         """(j,) a run's levels less the mean of the healthy runs'."""
