@@ -67,6 +67,12 @@ def _check_index(rig: "Rig", located: Located) -> None:
         raise located.error(
             (*_WHERE, "method"), "'index' on a motor without a speed row", "motor.speed"
         )
+    if zero.force is None and any(row.si_unit == "N" for row in rig.inputs):
+        raise located.error(
+            _WHERE,
+            "method index without 'force' on a rig that measures one",
+            "direction, speed, current, force",
+        )
     way = index_way(rig)
     if not way.speed > 0.0:
         raise located.error((*_WHERE, "speed"), f"{zero.speed:g}", "at least one rpm of the motor")

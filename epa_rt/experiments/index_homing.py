@@ -32,6 +32,7 @@ class SeekingIndex(SpeedPlan):
         assert rig.drive.interface == "cia402"
         self.go = self.interrupted = self.was_referenced = False
         self.before = self.after = float("nan")
+        self._sign = -1.0 if rig.motor.zero.direction == "decreasing" else 1.0
         self._guard, self._way, self._status = guard, way, rig.drive.status_word
         self._stand_cycles = round(STAND_S / rig.period_s)
         self._longest_cycles = round(way.longest_s / rig.period_s)
@@ -70,6 +71,11 @@ class SeekingIndex(SpeedPlan):
     def _seek(self, status: int, cycle: int) -> None:
         """Nothing found yet: how far, and how long?"""
         moved, way = self._guard.moved, self._way
+        if self._sign * moved < -way.landing:
+            self._fail(
+                f"the drive moves by {1e3 * moved:.4g} mm, against motor.zero.direction", cycle
+            )
+            return
         if abs(moved) > way.most and not self._guard.is_set:
             self._fail(
                 f"no index pulse within {1e3 * way.most:.4g} mm (one motor turn is"

@@ -66,6 +66,7 @@ class IndexGuard(RecoveryGuard):
         self._hold_s = rig.safety.position_hold
         self._row: dict[str, float] = {}
         self._last = float("nan")
+        self._elsewhere: Refusal | None = None
         self._elapsed_s = self._since_s = 0.0
         zero, share = rig.motor.zero, rig.period_s / (FELT_S + rig.period_s)
         self._rises: list[Rise] = []
@@ -103,10 +104,17 @@ class IndexGuard(RecoveryGuard):
             return
         if abs(position - self._way.home) <= self._way.landing:
             self.is_set, self.shift = True, jump
+        elif abs(jump) > self._way.landing:
+            self._elsewhere = (
+                "position jump",
+                self._position,
+                f"{self._position} jumped by {jump:.4g} to {position:.4g} while the drive homed,"
+                f" expected {self._way.home:.4g} (0x30B0), its home",
+            )
 
     def step(self, measured: Mapping[str, float]) -> Refusal | None:
         """Takes one sound cycle, as ``seen`` gave it."""
-        refusal = super().step(measured)
+        refusal = self._elsewhere or super().step(measured)
         self.moved = measured[self._position] - self._start
         if refusal is None and self.is_set:
             refusal = self._beyond_home(measured)

@@ -102,9 +102,7 @@ class OneRig:
         return self._run(assembly, requests), plan
 
     def _run(self, assembly: Assembly, requests: object = None) -> RunResult:
-        backend = SimBackend(
-            self.rig, self.inputs.plant, model=self.model, homing=assembly.homing
-        )
+        backend = SimBackend(self.rig, self.inputs.plant, model=self.model, homing=assembly.homing)
         self.memory = Memory()
         return run(
             self.rig,
