@@ -17,6 +17,7 @@ from sim_backend.backend import SimBackend
 from sim_backend.drive_machine import ATTAINED, HOMING_MODE, RETURNING, SEEKING
 from sim_backend.drive_motion import INDEX_PHASE_TURNS
 from tests.faults.moments import row_of
+from tests.faults.trial import STANDS_M_S
 from tests.loop.one_rig import OneRig
 from tests.loop.rigging import Between, Memory, Quiet
 
@@ -224,7 +225,8 @@ def test_a_strap_that_takes_up_its_load_is_found_by_the_force(tmp_path):
     assert result.trip.cause == "over-force" and "more than 20 N" in result.cause, result.cause
     assert max(one.measured("muscle_force_n")) < 25.0 and one.furthest_m < 2.7e-3
     assert one.fastest_m_s < 0.05 and min(one.travels) > -1e-3
-    assert one.ended_at_rest(result)
+    assert result.end.at_rest and result.end.off and not one.powered[-1]
+    assert one.machine["mode"] == SPEED_MODE and abs(one.speeds[-1]) < STANDS_M_S
 
 
 def test_a_drive_that_homes_too_fast_is_stopped(tmp_path):
