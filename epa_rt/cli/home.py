@@ -108,14 +108,15 @@ def _set_by_drive(by_hand: RigByHand, zero: "Zero", place: float | None) -> tupl
     """
     from epa_rt.cli.run import closing_text, exit_code
     from epa_rt.config.rig_homing import travel_per_motor_turn
+    from epa_rt.experiments.homing import SettingZero
     from epa_rt.experiments.index_homing import SeekingIndex
     from epa_rt.loop.by_hand import assemble_index, assemble_setting
 
-    assembly, plan = (
-        assemble_index(by_hand.rig)
-        if zero.method == "index"
-        else assemble_setting(by_hand.rig, zero, place)
-    )
+    plan: SeekingIndex | SettingZero
+    if zero.method == "index":
+        assembly, plan = assemble_index(by_hand.rig)
+    else:
+        assembly, plan = assemble_setting(by_hand.rig, zero, place)
     # until it is read back the drive's own bit may be wrong
     _write(by_hand, _file(by_hand, zero, UNFINISHED, None, {}))
     summary, result = by_hand.run(assembly)
