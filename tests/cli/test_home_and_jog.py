@@ -55,7 +55,7 @@ def test_home_by_index_says_what_moved_and_where_the_zero_was(tmp_path):
     rig.write_text(re.sub(r"zero: \{.*?\}", index, text, flags=re.DOTALL))
     done = epa("home", "--rig", str(rig), "-o", str(tmp_path), "--quiet")
     assert done.returncode == 0, done.stderr
-    assert "became 10.27" in done.stdout and "+3.8" in done.stdout  # turns: it had a zero
+    assert "became 10.2" in done.stdout and "by +3.81 motor turns" in done.stdout
     assert "method: index" in (tmp_path / "bench.zero.yaml").read_text()
     bus = ("--backend", "ethercat", "--interface", "none0")
     done = epa("home", "--rig", str(rig), "-o", str(tmp_path), *bus)
