@@ -126,7 +126,7 @@ def homes() -> dict:
 
 
 def homes_with(
-    kind: str = "", where: str = "", value: float | None = None, stop_at: int = 1 << 60
+    kind: str = "", place: str = "", value: float | None = None, stop_at: int = 1 << 60
 ) -> dict:
     """Homed with a fault at MOVING, or stopped by the operator; and homed again afterwards."""
     rig = index_rig()
@@ -134,7 +134,7 @@ def homes_with(
         if kind == "index":
             bus.do(_lose_index)
         elif kind:
-            bus.do(_add_fault, kind, where, value, MOVING)
+            bus.do(_add_fault, kind, place, value, MOVING)
         run_facts = _home(rig, Quiet(stop_at))
         bus.do(_time_goes_on)
         facts = run_facts | bus.do(_facts, 0) | _way(rig)

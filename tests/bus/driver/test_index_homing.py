@@ -83,7 +83,7 @@ def test_the_cable_is_pulled_under_way():
 
 
 def test_the_drive_falls_out_of_operation_under_way():
-    facts = run_with(kind="slave_falls", where="drive", value=0x2C)
+    facts = run_with(kind="slave_falls", place="drive", value=0x2C)
     assert facts["outcome"] in ("tripped", "failed")
     assert was_moving(facts) and after_the_fault_m(facts) < STOPPING_M
     assert is_at_rest(facts) and facts["again"] == "completed"
@@ -100,7 +100,7 @@ def test_the_operator_stops_it_under_way():
     ("value", "said"), [(30.0, "more than 20 N: something is in the way"), (400.0, "over-force")]
 )
 def test_the_force_reaches_its_limit_under_way(value, said):
-    facts = run_with(kind="sensor_offset", where="muscle_force_n", value=value)
+    facts = run_with(kind="sensor_offset", place="muscle_force_n", value=value)
     assert facts["outcome"] == "tripped" and said in facts["cause"]
     assert facts["category"].startswith("stop category 1")
     assert was_moving(facts) and after_the_fault_m(facts) < 2.0 * STOPPING_M
