@@ -149,8 +149,8 @@ def set_homing(mailbox: Mailbox, rig: Rig, homing: HomingOptions | None = None) 
     """
     options = homing or homing_here(rig)
     objects = [
-        (HOME_POSITION, 0, options.home_counts.to_bytes(4, "little", signed=True)),
         (HOMING_METHOD, 0, options.method.to_bytes(1, "little", signed=True)),
+        (HOME_POSITION, 0, options.home_counts.to_bytes(4, "little", signed=True)),
     ]
     if options.moves:
         speed = options.speed_rpm.to_bytes(4, "little")

@@ -101,7 +101,8 @@ def _acceleration_max(rig: "Rig") -> float:
 
 def _home_counts(rig: "Rig") -> int:
     slope, intercept = _counting(rig)
-    return round((rig.motor.zero.at - intercept) / slope)
+    counts: int = round((rig.motor.zero.at - intercept) / slope)
+    return counts
 
 
 def _counting(rig: "Rig") -> tuple[float, float]:
