@@ -60,7 +60,8 @@ def _agreed(by_hand: RigByHand, zero: "Zero") -> bool:
         way = index_way(by_hand.rig)
         most = f"{1e3 * (way.most + way.landing):.3g} mm"
         moves = f"the drive itself moves the motor, {zero.direction}, {most} at most: "
-    print(f"{by_hand.rig.name}: {zero.method}, zero at {1e3 * zero.at:g} mm: {moves}go on? [y/N] ")
+    where = f"{by_hand.rig.name}: {zero.method}, zero at {1e3 * zero.at:g} mm"
+    print(filled(f"{where}: {moves}go on? [y/N] "))
     return sys.stdin.readline().strip().lower() in ("y", "yes")
 
 
@@ -98,7 +99,7 @@ def _home(by_hand: RigByHand, zero: "Zero") -> int:
         raise VerbError(str(error)) from None
     file = _file(by_hand, zero, zero.method, scatter, entry)
     path = _write(by_hand, file)
-    print("\n".join((file.facts, *says, f"zero file: {path}")))
+    print("\n".join((file.facts, *map(filled, says), f"zero file: {path}")))
     return COMPLETED
 
 
