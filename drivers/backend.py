@@ -15,6 +15,7 @@ from drivers.wire import WireImage
 from drivers.words import INIT, OP, SAFEOP
 from epa_rt.backend import BackendError, Exchange
 from epa_rt.config.rig import Rig
+from epa_rt.config.rig_homing import HomingOptions
 from epa_rt.control.cia402 import OFF, decode
 from epa_rt.safety.bus_budget import BusBudget, frame_timeout_s
 from epa_rt.signals.image import image_of
@@ -30,7 +31,8 @@ class EthercatBackend:
     ``lock_step``: no pace, no clocks; exchanges as fast as the bus answers, stamps and times as the
     simulation gives them, for a bus whose plant moves once per frame. ``events`` are (kind, text,
     data) for the log; ``drive_off`` is what the drive said of itself at the end (None: nobody heard
-    it). ``take_over``: opens a bus that another master seems to drive.
+    it). ``take_over``: opens a bus that another master seems to drive. ``homing``: what the drive's
+    own homing is set to; None: to one that moves nothing.
     """
 
     def __init__(
@@ -39,13 +41,14 @@ class EthercatBackend:
         interface: str | None = None,
         lock_step: bool = False,
         take_over: bool = False,
+        homing: HomingOptions | None = None,
     ):
         self.period_s = rig.period_s
         self.events: Events = []
         self.drive_off: bool | None = None
         self.cycle: Cycle | None = None
         self._rig, self._wanted, self._lock_step = rig, interface, lock_step
-        self._take_over = take_over
+        self._take_over, self._homing = take_over, homing
         self._claim: Claim | None = None
         self._period_ns = round(rig.period_s * 1e9)
         self._wire = WireImage(rig)
@@ -111,7 +114,9 @@ class EthercatBackend:
         """To SAFEOP. Gives whether there is a reference clock, and notes for the log."""
         identify(bus, self._rig)
         synchronise = not self._lock_step and self._rig.master.clock == "distributed"
-        self._mailboxes, has_clock, notes = configure(bus, self._rig, self._wire, synchronise)
+        self._mailboxes, has_clock, notes = configure(
+            bus, self._rig, self._wire, synchronise, self._homing
+        )
         return has_clock, notes
 
     def _configure_insisting(self, bus: Bus) -> tuple[bool, list[str]]:

@@ -32,6 +32,7 @@ from drivers.words import ERROR, PREOP, SAFEOP, abort_words, error_class_words, 
 from epa_rt.backend import BackendError
 from epa_rt.config.rig import Rig, Slave, StartupSdo
 from epa_rt.config.rig_checks import entries_of
+from epa_rt.config.rig_homing import HomingOptions
 from epa_rt.control.drive_errors import drive_error_words
 
 _STATE_S = 5.0
@@ -84,9 +85,11 @@ def objects_at_start(slave: Slave) -> list[tuple[tuple[int, int], bytes]]:
     return [(sdo.place, sdo.data) for sdo in (*own, *slave.startup)]
 
 
-def set_up_slave(bus: Bus, rig: Rig, index: int, mailbox: Mailbox | None) -> list[str]:
+def set_up_slave(
+    bus: Bus, rig: Rig, index: int, mailbox: Mailbox | None, homing: HomingOptions | None = None
+) -> list[str]:
     """All that a slave loses with its power: start-up objects, mapping, watchdog. In PREOP; gives
-    notes.
+    notes. ``homing`` of the drive; None: one that moves nothing.
     """
     slave = rig.slaves[index]
     notes: list[str] = []
@@ -101,7 +104,7 @@ def set_up_slave(bus: Bus, rig: Rig, index: int, mailbox: Mailbox | None) -> lis
             if entries_of(slave, outputs=True):
                 notes += set_reactions(mailbox, slave, rig)
                 notes += set_window(mailbox, slave, rig)
-                notes += set_homing(mailbox, rig)
+                notes += set_homing(mailbox, rig, homing)
     if entries_of(slave, outputs=True):
         set_watchdog(bus.slaves[index], label(index + 1, slave), rig.safety.watchdog)
     return notes
@@ -133,7 +136,7 @@ def set_up_again(
 
 
 def configure(
-    bus: Bus, rig: Rig, wire: WireImage, synchronise: bool
+    bus: Bus, rig: Rig, wire: WireImage, synchronise: bool, homing: HomingOptions | None = None
 ) -> tuple[dict[int, Mailbox], bool, list[str]]:
     """Sets every slave up and takes the bus to SAFEOP. Gives mailboxes, whether there is a
     reference clock, and notes.
@@ -150,7 +153,9 @@ def configure(
         if slave.description.serves_objects
     }
     notes = [
-        note for i in range(len(rig.slaves)) for note in set_up_slave(bus, rig, i, mailboxes.get(i))
+        note
+        for i in range(len(rig.slaves))
+        for note in set_up_slave(bus, rig, i, mailboxes.get(i), homing)
     ]
     _map(bus, wire)
     _arm_watchdogs(bus, rig, wire)

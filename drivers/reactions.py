@@ -1,8 +1,8 @@
 """What the drive does by itself when it has to stop, its homing objects and its following-error
 window: written at bring-up from the rig file, and read back.
 
-Sources: CiA 402 (0x6007, 0x605A to 0x605E, 0x6065, 0x6084, 0x6085, 0x6098), maxon EPOS4 firmware
-specification (0x30B0).
+Sources: CiA 402 (0x6007, 0x605A to 0x605E, 0x6065, 0x6084, 0x6085, 0x6098, 0x6099, 0x609A), maxon
+EPOS4 firmware specification (0x30B0, 0x30B1).
 """
 
 from collections.abc import Callable
@@ -12,6 +12,7 @@ from drivers.mailbox import Mailbox
 from drivers.words import startup_line
 from epa_rt.backend import BackendError
 from epa_rt.config.rig import Rig, Slave
+from epa_rt.config.rig_homing import HomingOptions, homing_here
 from epa_rt.signals.drive_options import drive_options
 from epa_rt.signals.image import image_of
 from epa_rt.signals.scaling import Scaling, scaling_of
@@ -19,8 +20,8 @@ from epa_rt.signals.scaling import Scaling, scaling_of
 ABORT_CONNECTION, QUICK_STOP, SHUTDOWN, DISABLE, FAULT = 0x6007, 0x605A, 0x605B, 0x605C, 0x605E
 DECELERATION, QUICK_STOP_DECELERATION = 0x6084, 0x6085
 FOLLOWING_ERROR_WINDOW = 0x6065
-HOMING_METHOD, HOME_POSITION = 0x6098, 0x30B0
-ACTUAL_POSITION_IS_HOME = 37  # 0x6098: nothing moves, 0x6064 becomes the home position
+HOMING_METHOD, HOME_POSITION, HOME_OFFSET_MOVE = 0x6098, 0x30B0, 0x30B1
+HOMING_SPEEDS, HOMING_ACCELERATION = 0x6099, 0x609A
 WINDOW_SHARE = 2.0  # of motor.following_error: ours trips first, the drive's own is behind it
 _HOLDS = range(5, 9)  # 0x605A: from here on the drive keeps its power once it has stopped
 _LETS_GO = (1, 2)  # 0x6007: fault or voltage off, a choice of the rig file that is said at start
@@ -139,19 +140,42 @@ def set_window(mailbox: Mailbox, slave: Slave, rig: Rig) -> list[str]:
     return [f"{mailbox.label} does not tell its following-error window (0x6065)"]
 
 
-def set_homing(mailbox: Mailbox, rig: Rig) -> list[str]:
-    """Homing method 37 and the home position in counts: the drive's own homing mode then sets the
-    position without moving.
+def set_homing(mailbox: Mailbox, rig: Rig, homing: HomingOptions | None = None) -> list[str]:
+    """Homing method and home position in counts. By default method 37: the drive's own homing mode
+    then sets the position without moving.
+
+    A method that moves gets its speeds and its acceleration first, and no move behind the pulse.
+    Raises BackendError where the drive lacks an object of those.
     """
-    home = round(_scaling(rig).to_counts(rig.motor.zero.at))
+    options = homing or homing_here(rig)
+    objects = [
+        (HOMING_METHOD, 0, options.method.to_bytes(1, "little", signed=True)),
+        (HOME_POSITION, 0, options.home_counts.to_bytes(4, "little", signed=True)),
+    ]
+    if options.moves:
+        speed = options.speed_rpm.to_bytes(4, "little")
+        objects = [
+            (HOMING_SPEEDS, 1, speed),
+            (HOMING_SPEEDS, 2, speed),
+            (HOMING_ACCELERATION, 0, options.acceleration_rpm_s.to_bytes(4, "little")),
+            (HOME_OFFSET_MOVE, 0, bytes(4)),
+            *objects,
+        ]
     absent = [
         f"0x{index:04X}"
-        for index, data in (
-            (HOMING_METHOD, ACTUAL_POSITION_IS_HOME.to_bytes(1, "little", signed=True)),
-            (HOME_POSITION, home.to_bytes(4, "little", signed=True)),
-        )
-        if not mailbox.set_if_there(index, 0, data)
+        for index, subindex, data in objects
+        if not mailbox.set_if_there(index, subindex, data)
     ]
+    if absent and options.moves:
+        raise BackendError(
+            f"{mailbox.label} has no {', '.join(absent)}, which homing by index needs, expected"
+            " another method in motor.zero of the rig file"
+        )
+    if options.moves:
+        return [
+            f"{mailbox.label} homes by method {options.method} at {options.speed_rpm} rpm and"
+            f" {options.acceleration_rpm_s} rpm/s, read back"
+        ]
     if absent:
         return [
             f"{mailbox.label} cannot be told its zero: it has no {', '.join(absent)}, which"

@@ -46,6 +46,7 @@ SAFETY = (
     "contradiction",
     "envelope",
     "recovery",
+    "index_guard",
     "stopping",
     "let_down",
     "in_motion",

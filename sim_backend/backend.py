@@ -2,6 +2,7 @@
 
 from epa_rt.backend import BackendError, Event, Exchange
 from epa_rt.config.rig import Rig
+from epa_rt.config.rig_homing import HomingOptions
 from epa_rt.models import plant as nominal_physics
 from epa_rt.models.plant_file import PlantFile
 from epa_rt.realtime.pace import Pace
@@ -15,7 +16,8 @@ class SimBackend:
     Without pace the clock is the simulated one (from zero) and lateness and busy time are zero, so
     that the same seed gives the same bytes. With pace, both are measured. ``physics``,
     ``referenced`` and ``count_offset`` as RigModel takes them. ``model``: a rig that an earlier run
-    has left, to go on with. It has no bus that would tell ``events``.
+    has left, to go on with. ``homing``: what the drive's own homing is set to, as the driver would
+    write it. It has no bus that would tell ``events``.
     """
 
     def __init__(
@@ -28,11 +30,13 @@ class SimBackend:
         referenced: bool = True,
         count_offset: int = 0,
         model: RigModel | None = None,
+        homing: HomingOptions | None = None,
     ):
         self.period_s = rig.period_s
         self.events: list[Event] = []
         self.drive_off: bool | None = None
         self._model = model or RigModel(rig, plant, seed, physics, referenced, count_offset)
+        self._model.set_homing(homing)
         self._pace = None if speed is None else Pace(rig.period_s / speed)
         self._cycle = -1
         self._size = len(self._model._outputs)

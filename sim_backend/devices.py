@@ -86,10 +86,12 @@ def latch_outputs(outputs, valves, drives, machines, commands) -> None:
 def _latch_bus(outputs, drive, machine, command) -> None:
     control, before = get(outputs, drive.control_byte, 2) & 0xFFFF, machine.control
     step(drive, machine, control)
-    if not machine.is_alone:
+    if machine.is_alone:  # what it was told last goes on
+        control = machine.control
+    else:
         choose_mode(machine, get(outputs, drive.mode_byte, 1))
-        if machine.mode == HOMING_MODE:
-            home(drive, machine, control, before)
+    if machine.mode == HOMING_MODE:
+        home(drive, machine, control, before)
     command.mode = machine.mode
     command.target_angle_rad = (
         get(outputs, drive.position_out_byte, 4) - machine.offset_counts

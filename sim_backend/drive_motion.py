@@ -16,6 +16,7 @@ from sim_backend.drive_machine import (
     NOT_HOMED,
     POSITION_MODE,
     QUICK_STOP,
+    RETURNING,
     SEEKING,
     SPEED_MODE,
     TORQUE_MODE,
@@ -25,9 +26,11 @@ from sim_backend.drive_machine import (
 STATUS_WORDS = np.array([0x0200, 0x0250, 0x0231, 0x0233, 0x0237, 0x0217, 0x021F, 0x0218], np.int64)
 REFERENCED = 0x8000  # bit 15: position referenced to home
 # of homing mode, by what homing has come to: bit 10 target reached, 12 attained, 13 error
-HOMING_BITS = np.array([0x0400, 0x0000, 0x1400, 0x2400], np.int64)
+HOMING_BITS = np.array([0x0400, 0x0000, 0x1400, 0x2400, 0x0000], np.int64)
 INDEX_AT_NEGATIVE, INDEX_AT_POSITIVE, HERE = 33, 34, 37  # 0x6098
 INDEX_PHASE_TURNS = 0.3  # where in the motor's turn the encoder's index pulse is
+RETURN_GAIN = 20.0  # 1/s: back to the pulse, slow beside the speed loop
+RETURNED_RAD, RETURNED_RAD_S = 0.005, 0.2  # three counts of 4096, and hardly moving
 _START, _HALT = 0x10, 0x100  # bits of the control word
 
 
@@ -62,16 +65,18 @@ def choose_mode(machine, wanted: int) -> None:
 def home(drive, machine, control: int, before: int) -> None:
     """Homing mode for one cycle: ``before`` is the control word of the last one."""
     if machine.state != ENABLED:
-        if machine.homing == SEEKING:
+        if machine.homing in (SEEKING, RETURNING):
             machine.homing = NOT_HOMED
         if machine.state != QUICK_STOP:
             machine.hold_angle_rad = machine.angle_rad
         return
-    if machine.homing == SEEKING:
+    if machine.homing in (SEEKING, RETURNING):
         if control & _HALT or not control & _START:  # interrupted
             machine.homing, machine.hold_angle_rad = NOT_HOMED, machine.angle_rad
-        else:
+        elif machine.homing == SEEKING:
             _seek(drive, machine)
+        else:
+            _return(drive, machine)
     elif control & _START and not before & _START and not control & _HALT:
         if drive.homing_method == HERE:
             _set_home(drive, machine, machine.angle_rad)
@@ -92,22 +97,43 @@ def _seek(drive, machine) -> None:
     """Moves at the homing speed until the index pulse has passed; home is there."""
     turn = _index_turn(machine.angle_rad)
     if turn != machine.index_turn:
-        passed = max(turn, machine.index_turn)
-        _set_home(drive, machine, (passed + INDEX_PHASE_TURNS) * 2.0 * math.pi)
-        return
-    step = drive.homing_rad_s2 * drive.period_s
+        if drive.has_index:
+            passed = max(turn, machine.index_turn)
+            _set_count(drive, machine, (passed + INDEX_PHASE_TURNS) * 2.0 * math.pi)
+            machine.homing = RETURNING
+            return
+        machine.index_turn = turn
     speed = drive.homing_speed_rad_s
-    if drive.homing_method == INDEX_AT_NEGATIVE:
-        speed = -speed
-    machine.ramp_rad_s += min(max(speed - machine.ramp_rad_s, -step), step)
+    _ramp_to(drive, machine, -speed if drive.homing_method == INDEX_AT_NEGATIVE else speed)
+
+
+@compiled
+def _return(drive, machine) -> None:
+    """Brakes behind the index pulse and goes back to it; homing is attained there."""
+    left, most = machine.hold_angle_rad - machine.angle_rad, drive.homing_speed_rad_s
+    _ramp_to(drive, machine, min(max(RETURN_GAIN * left, -most), most))
+    if abs(left) <= RETURNED_RAD and abs(machine.ramp_rad_s) <= RETURNED_RAD_S:
+        machine.homing, machine.is_referenced = ATTAINED, 1
+
+
+@compiled
+def _ramp_to(drive, machine, speed_rad_s: float) -> None:
+    step = drive.homing_rad_s2 * drive.period_s
+    machine.ramp_rad_s += min(max(speed_rad_s - machine.ramp_rad_s, -step), step)
 
 
 @compiled
 def _set_home(drive, machine, angle_rad: float) -> None:
-    """The count at an angle becomes the home position, and the shaft is held there."""
+    """Home is here, without a motion."""
+    _set_count(drive, machine, angle_rad)
+    machine.homing, machine.is_referenced = ATTAINED, 1
+
+
+@compiled
+def _set_count(drive, machine, angle_rad: float) -> None:
+    """The count at an angle becomes the home position; the shaft will be held there."""
     counts = np.int64(math.floor(angle_rad / drive.rad_per_count))
     machine.offset_counts = drive.home_counts - counts
-    machine.homing, machine.is_referenced = ATTAINED, 1
     machine.hold_angle_rad = angle_rad
 
 
@@ -115,7 +141,8 @@ def _set_home(drive, machine, angle_rad: float) -> None:
 def overrule(machine, command) -> None:
     """Power as the drive's state has it; in the place of targets what the drive does of itself."""
     command.enabled = 1.0 if is_powered(machine) else 0.0
-    if machine.is_braking or (machine.mode == HOMING_MODE and machine.homing == SEEKING):
+    is_homing = machine.mode == HOMING_MODE and machine.homing in (SEEKING, RETURNING)
+    if machine.is_braking or is_homing:
         command.mode, command.target_speed_rad_s = SPEED_MODE, machine.ramp_rad_s
     elif machine.state == QUICK_STOP or machine.mode == HOMING_MODE:
         command.mode, command.target_angle_rad = POSITION_MODE, machine.hold_angle_rad

@@ -6,6 +6,7 @@ import numpy as np
 
 from epa_rt.backend import BackendError
 from epa_rt.config.rig import Rig
+from epa_rt.config.rig_homing import HomingOptions
 from epa_rt.models import plant as nominal_physics
 from epa_rt.models.plant_file import PlantFile
 from epa_rt.models.ports import COMMAND, SENSORS
@@ -19,7 +20,7 @@ from sim_backend.devices import (
     new_machine,
     sample_inputs,
 )
-from sim_backend.wiring import wire_analog_inputs, wire_drive, wire_valves
+from sim_backend.wiring import HOMING_HERE, RPM, wire_analog_inputs, wire_drive, wire_valves
 
 
 class RigModel:
@@ -113,6 +114,16 @@ class RigModel:
         self._outputs[:] = outputs_raw
         latch_outputs(self._outputs_array, self._valves, self._drive, self.machine, self.command)
         return bytes(self._inputs)
+
+    def set_homing(self, options: HomingOptions | None) -> None:
+        """The drive's homing objects, as the driver writes them; None: nothing moves."""
+        drive = self._drive
+        if options is None:
+            drive["homing_method"] = HOMING_HERE
+            return
+        drive["homing_method"], drive["home_counts"] = options.method, options.home_counts
+        drive["homing_speed_rad_s"] = options.speed_rpm * RPM
+        drive["homing_rad_s2"] = options.acceleration_rpm_s * RPM
 
     def fail_drive(self, code: int) -> None:
         """The drive falls into its fault state with an error code (0x603F), as 0x605E says."""

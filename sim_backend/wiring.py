@@ -60,6 +60,7 @@ DRIVE = np.dtype(
         ("home_counts", "i8"),  # 0x30B0
         ("homing_speed_rad_s", "f8"),  # 0x6099:02
         ("homing_rad_s2", "f8"),  # 0x609A
+        ("has_index", "i8"),  # does the encoder give a pulse once per turn?
     ],
     align=True,
 )
@@ -187,6 +188,7 @@ def _write_options(rig: Rig, drive: np.void) -> None:
     drive["home_counts"] = home_counts(rig)
     drive["homing_speed_rad_s"] = HOMING_SPEED_RPM * RPM
     drive["homing_rad_s2"] = HOMING_RPM_S * RPM
+    drive["has_index"] = 1
 
 
 def home_counts(rig: Rig) -> int:

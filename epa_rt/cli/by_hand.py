@@ -27,6 +27,7 @@ from epa_rt.cli.zero import is_emulated, load_rig_source
 
 if TYPE_CHECKING:
     from epa_rt.backend import Backend
+    from epa_rt.config.rig_homing import HomingOptions
     from epa_rt.logs.recorder import LogSummary
     from epa_rt.loop.assembly import Assembly
     from epa_rt.loop.requests import OperatorRequests
@@ -125,7 +126,7 @@ class RigByHand:
         paced = arguments.speed is not None if self.is_sim else not arguments.lock_step
         facts = self.facts(experiment.name, paced)
         progress = line and not arguments.quiet
-        backend = self.backend()
+        backend = self.backend(assembly.homing)
         return run_recorded(
             inputs, backend, arguments.out, facts, paced, progress, assembly, requests
         )
@@ -146,15 +147,19 @@ class RigByHand:
             facts |= EMULATED
         return facts
 
-    def backend(self) -> "Backend":
-        """The rig's backend, not yet open; a simulated rig is as the last run left it."""
+    def backend(self, homing: "HomingOptions | None" = None) -> "Backend":
+        """The rig's backend, not yet open; a simulated rig is as the last run left it. ``homing``:
+        what the drive's own homing is set to; None: to one that moves nothing.
+        """
         if not self.is_sim:
             from drivers.backend_factory import open_ethercat
             from epa_rt.backend import BackendError
 
             try:
                 given = self.arguments
-                return open_ethercat(self.rig, given.interface, given.lock_step, given.take_over)
+                return open_ethercat(
+                    self.rig, given.interface, given.lock_step, given.take_over, homing
+                )
             except BackendError as error:
                 raise VerbError(str(error), FAILED) from None
         from sim_backend.backend import SimBackend
@@ -167,6 +172,7 @@ class RigByHand:
             self.arguments.speed,
             referenced=not self.arguments.unreferenced,
             model=self._model,
+            homing=homing,
             **self._physics,
         )
         if self._model is None:

@@ -226,13 +226,15 @@ class Axis(Frozen):
 class Zero(Frozen):
     """How the motor's travel gets its zero. ``at``: the travel where it is set, in m.
 
-    ``here``: where the rig stands. ``index``: at the encoder's index pulse. ``stop``: against an
-    end stop, found by ``current``. ``taut_strap``: where the muscle, held at ``pressure``, begins
-    to pull with ``force``. The last three move at ``speed`` in ``direction`` by ``distance_max``
-    at most, and ``approaches`` times. ``tolerance``: how far the approaches may scatter, the motor
-    may creep before the zero is set, and the position may be off when read back. ``end_band``, for
-    a drive that keeps no zero: how far the count may be from where the last run left it, which is
-    also the error that passes unseen.
+    ``here``: where the rig stands. ``index``: at the encoder's index pulse, to which the drive
+    itself moves; ``current`` and ``force`` may not change by more on the way, and it ends after one
+    motor turn at most. ``stop``: against an end stop, found by ``current``. ``taut_strap``: where
+    the muscle, held at ``pressure``, begins to pull with ``force``. The last three move at
+    ``speed`` in ``direction`` by ``distance_max`` at most, the last two ``approaches`` times.
+    ``tolerance``: how far the approaches may scatter, the motor may creep before the zero is set,
+    and the position may be off when read back. ``end_band``, for a drive that keeps no zero: how
+    far the count may be from where the last run left it, which is also the error that passes
+    unseen.
     """
 
     method: Literal["here", "index", "stop", "taut_strap"]

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+from epa_rt.config.rig_homing import index_way
 from epa_rt.config.source import Located
 
 if TYPE_CHECKING:
@@ -9,7 +10,7 @@ if TYPE_CHECKING:
 
 NEEDS = {
     "here": (),
-    "index": (),
+    "index": ("direction", "speed", "current"),
     "stop": ("direction", "speed", "distance_max", "current"),
     "taut_strap": ("direction", "speed", "distance_max", "pressure", "force"),
 }
@@ -33,12 +34,62 @@ def check_zero(rig: "Rig", located: Located) -> None:
         raise located.error(
             (*_WHERE, "speed"), f"{zero.speed:g}", f"above 0 and at most {rig.motor.speed_max:g}"
         )
-    if zero.method == "stop" and rig.motor.current is None:
+    if zero.method in ("stop", "index") and rig.motor.current is None:
         raise located.error(
-            (*_WHERE, "method"), "'stop' on a motor without a current row", "motor.current"
+            (*_WHERE, "method"),
+            f"'{zero.method}' on a motor without a current row",
+            "motor.current",
         )
+    if zero.method == "index":
+        _check_index(rig, located)
     if zero.method == "taut_strap":
         _check_strap(rig, located)
+
+
+def _check_index(rig: "Rig", located: Located) -> None:
+    """A drive that can home by itself, a speed to watch it by, and a way that the rig has room
+    for.
+    """
+    zero, motor = rig.motor.zero, rig.motor
+    if rig.drive.interface != "cia402":
+        raise located.error(
+            (*_WHERE, "method"), "'index' on a wired drive", "here, stop or taut_strap"
+        )
+    entry = rig.row(motor.position).entry
+    drive = next((s.device for s in rig.slaves if s.name == entry.partition(".")[0]), "")
+    if drive != "EPOS4":
+        raise located.error(
+            (*_WHERE, "method"),
+            f"'index' where {motor.position} is {entry}",
+            "a position that the drive itself counts",
+        )
+    if motor.speed is None:
+        raise located.error(
+            (*_WHERE, "method"), "'index' on a motor without a speed row", "motor.speed"
+        )
+    if zero.force is None and any(row.si_unit == "N" for row in rig.inputs):
+        raise located.error(
+            _WHERE,
+            "method index without 'force' on a rig that measures one",
+            "direction, speed, current, force",
+        )
+    way = index_way(rig)
+    if not way.speed > 0.0:
+        raise located.error((*_WHERE, "speed"), f"{zero.speed:g}", "at least one rpm of the motor")
+    if way.landing > 0.5 * way.turn:
+        raise located.error(
+            (*_WHERE, "speed"),
+            f"{zero.speed:g}, at which the drive needs {way.landing:.3g} to stop",
+            f"one at which it stops within half a motor turn, {0.5 * way.turn:.3g}",
+        )
+    low, high = rig.row(motor.position).limits or (-float("inf"), float("inf"))
+    if way.most > high - low:
+        raise located.error(
+            (*_WHERE, "method"),
+            f"'index' that may move by {way.most:.3g}",
+            f"room for it within the limits of {motor.position} ({high - low:.3g}), or a"
+            " distance_max",
+        )
 
 
 def _check_strap(rig: "Rig", located: Located) -> None:

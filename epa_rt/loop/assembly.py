@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from epa_rt.config.rig import Muscle, Rig
+from epa_rt.config.rig_homing import HomingOptions
 from epa_rt.config.rig_rows import SignalRow
 from epa_rt.control.motion import JointAngle, MotorPosition, MotorSpeed, MotorTorque
 from epa_rt.control.pid import PidGains
@@ -48,7 +49,9 @@ class WiringError(Exception):
 
 @dataclass(frozen=True)
 class Assembly:
-    """Everything of a run that is not backend or recording."""
+    """Everything of a run that is not backend or recording. ``homing``: what the backend is to set
+    the drive's own homing to; None: to nothing that moves.
+    """
 
     rig: Rig
     experiment: Experiment
@@ -57,6 +60,7 @@ class Assembly:
     decoder: Decoder
     encoder: Encoder
     layout: SampleLayout
+    homing: HomingOptions | None = None
 
 
 def assemble(rig: Rig, experiment: Experiment) -> Assembly:

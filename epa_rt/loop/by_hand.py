@@ -1,14 +1,17 @@
 """From rig and plan to the objects of a run that homes or jogs, on an experiment's own loop."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from epa_rt.config.rig import Rig, Zero
+from epa_rt.config.rig_homing import homing_by_index, index_way
 from epa_rt.control.motion import MotorSpeed
 from epa_rt.control.valve import SetAndHold
 from epa_rt.experiments.coordinate import coordinate_of
 from epa_rt.experiments.experiment import Experiment
 from epa_rt.experiments.homing import Homing, SettingZero, homing_speed
+from epa_rt.experiments.index_homing import SeekingIndex
 from epa_rt.experiments.jogging import HOLD_RATIO, Jogging, Source, distance_max
 from epa_rt.experiments.speed_plan import SpeedPlan
 from epa_rt.logs.layout import SampleLayout
@@ -18,6 +21,7 @@ from epa_rt.loop.homing_drive import HomingDrive
 from epa_rt.loop.referenced import Referenced
 from epa_rt.loop.rest import RestWatch
 from epa_rt.loop.supervisor import STATES, Supervisor
+from epa_rt.safety.index_guard import IndexGuard
 from epa_rt.safety.recovery import RecoveryEnvelope, RecoveryGuard
 from epa_rt.signals.codec import Decoder, Encoder
 
@@ -62,6 +66,20 @@ def assemble_setting(rig: Rig, zero: Zero, place: float | None) -> tuple[Assembl
     drive = HomingDrive(rig.drive, rig.period_s, lambda: plan.go)
     speed = homing_speed(rig)
     return _assembly(rig, "set_zero", plan, valves, guard, drive, speed, setting=True), plan
+
+
+def assemble_index(rig: Rig) -> tuple[Assembly, SeekingIndex]:
+    """A run in which a bus drive seeks its index pulse and sets its count there. Raises
+    WiringError.
+    """
+    if rig.drive.interface != "cia402":
+        raise WiringError(f"the drive of {rig.name} is wired and has no homing of its own")
+    way, valves = index_way(rig), _valves(rig)
+    guard = IndexGuard(rig, way)
+    plan = SeekingIndex(rig, valves, guard, way)
+    drive = HomingDrive(rig.drive, rig.period_s, lambda: plan.go, lambda: plan.interrupted)
+    assembly = _assembly(rig, "seek_index", plan, valves, guard, drive, way.speed, setting=True)
+    return replace(assembly, homing=homing_by_index(rig)), plan
 
 
 def _no_zero(measured: Mapping[str, float]) -> bool:

@@ -7,10 +7,10 @@ limits mean nothing, and the distance moved since the start is bounded. All else
 
 from collections.abc import Callable, Mapping
 
-from epa_rt.config.rig import Rig
+from epa_rt.config.rig import Cia402Drive, Rig
 from epa_rt.config.rig_rows import SignalRow
 from epa_rt.safety.envelope import Envelope
-from epa_rt.safety.let_down import LetDown
+from epa_rt.safety.let_down import SPEED_MODE, LetDown
 from epa_rt.safety.trip import OVER_RANGE_CAUSE
 
 BACK_SHARE = 0.05  # of a row's span: noise and a step of valve or motor, far from what breaks
@@ -67,7 +67,10 @@ class RecoveryGuard:
 
     ``referenced`` says from the first measured row whether travel has a zero; without it travel may
     go ``distance_max`` from where it started. ``speed_max``: largest speed asked for.
+    ``follows_count``: ``seen`` knows a count that the drive sets, so that nothing jumps.
     """
+
+    follows_count = False
 
     def __init__(
         self,
@@ -83,6 +86,12 @@ class RecoveryGuard:
         self._referenced, self._distance_max = referenced, distance_max
         self._position, self._start = motor.position, 0.0
         self._speed, self._speed_max = motor.speed, SPEED_RATIO * speed_max
+
+    def seen(
+        self, measured: dict[str, float], bus_ok: bool, outputs: Mapping[str, float]
+    ) -> dict[str, float]:
+        """The row that the envelope is to judge: the measured one."""
+        return measured
 
     def step(self, measured: Mapping[str, float]) -> Refusal | None:
         """Takes one cycle."""
@@ -126,7 +135,8 @@ class RecoveryEnvelope(Envelope):
     def __init__(
         self, rig: Rig, reason: Callable[[int], str], guard: RecoveryGuard, homing: bool = False
     ):
-        super().__init__(unlimited(rig, homing), reason, homing)
+        free = unlimited(rig, homing and not guard.follows_count)
+        super().__init__(leaving_homing(free) if homing else free, reason, homing)
         self.guard = guard
         self.stopping.has_zero = False
         self.stopping.let_down = LetDown(rig)  # which watches the force by the rig's own limits
@@ -145,12 +155,26 @@ class RecoveryEnvelope(Envelope):
         """As the envelope's. A dead sensor is the cause and not what it leads to, so it goes
         first.
         """
+        measured = self.guard.seen(measured, bus_ok, self.gate.outputs)
         if self.tripped is None and bus_ok and not invalid:
             refusal = self.guard.step(measured)
             self.stopping.has_zero = bool(self.guard.has_zero)
             if refusal is not None:
                 self.trip(*refusal, cycle)
         return super().check(cycle, bus_ok, measured, invalid, stale, command, now_ns, fault)
+
+
+def leaving_homing(rig: Rig) -> Rig:
+    """The rig with outputs that are safe and take the drive out of its homing mode: a mode of 0 it
+    may take for none, and keep the old one.
+    """
+    mode = rig.drive.mode if isinstance(rig.drive, Cia402Drive) else ""
+    rows = tuple(
+        row.model_copy(update={"safe": int(SPEED_MODE)}) if row.name == mode else row
+        for row in rig.signals
+    )
+    sections = {name: getattr(rig, name) for name in Rig.model_fields}
+    return Rig.model_construct(**sections | {"signals": rows})
 
 
 def unlimited(rig: Rig, jumps: bool = False) -> Rig:

@@ -37,7 +37,7 @@ def test_home_refuses_what_it_cannot_do(tmp_path):
     rig = tmp_path / "bench.yaml"
     rig.write_text(text.replace("method: taut_strap", "method: index"))
     done = epa("home", "--rig", str(rig), "-o", str(tmp_path))
-    assert done.returncode == 2 and "found the method index" in done.stderr
+    assert done.returncode == 2 and "method index without 'current'" in done.stderr
     rig.write_text(
         "\n".join(x for x in text.splitlines() if "zero: {" not in x and "300 kPa g" not in x)
     )
@@ -45,6 +45,21 @@ def test_home_refuses_what_it_cannot_do(tmp_path):
     assert done.returncode == 2 and "found no motor.zero" in done.stderr
     done = epa("home", "--rig", BENCH, "--backend", "ethercat", "--interface", "none0")
     assert done.returncode == 2 and "expected --yes" in done.stderr
+
+
+def test_home_by_index_says_what_moved_and_where_the_zero_was(tmp_path):
+    text = (ROOT / BENCH).read_text().replace("../plants/", f"{ROOT}/config/plants/")
+    rig = tmp_path / "bench.yaml"
+    index = "zero: {method: index, at: 10.27 mm, direction: decreasing, speed: 4 mm/s,"
+    index += " current: 1 A, force: 20 N}"
+    rig.write_text(re.sub(r"zero: \{.*?\}", index, text, flags=re.DOTALL))
+    done = epa("home", "--rig", str(rig), "-o", str(tmp_path), "--quiet")
+    assert done.returncode == 0, done.stderr
+    assert "became 10.2" in done.stdout and "by +3.81 motor turns" in done.stdout
+    assert "method: index" in (tmp_path / "bench.zero.yaml").read_text()
+    bus = ("--backend", "ethercat", "--interface", "none0")
+    done = epa("home", "--rig", str(rig), "-o", str(tmp_path), *bus)
+    assert done.returncode == 2 and "expected --yes" in done.stderr  # nothing moves unasked
 
 
 def test_a_zero_that_was_not_read_back_lets_no_run_start(tmp_path):

@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 import pytest
+import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -114,6 +115,7 @@ def test_a_bus_drive_says_it_by_bit_15():
         ("at: 10.27 mm", "at: 40 mm", "motor.zero.at: found 0.04, expected a place within"),
         ("speed: 4 mm/s, dist", "speed: 90 mm/s, dist", "motor.zero.speed: found 0.09"),
         ("pressure: 300 kPa", "pressure: 790 kPa", "motor.zero.pressure: found"),
+        ("method: taut_strap", "method: index", "motor.zero: found method index without 'current'"),
         ("method: taut_strap", "method: stop", "method stop without 'current'"),
         ("method: taut_strap", "method: hope", "motor.zero.method"),
     ],
@@ -124,3 +126,38 @@ def test_a_zero_section_that_cannot_work_is_refused(old, new, found):
     with pytest.raises(ConfigError) as error:
         rig_from(parse_yaml(text.replace(old, new, 1), BUS))
     assert found in str(error.value), str(error.value)
+
+
+INDEX = {
+    "method": "index",
+    "at": "10 mm",
+    "direction": "increasing",
+    "speed": "4 mm/s",
+    "current": "1 A",
+    "force": "20 N",
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "said"),
+    [
+        ("bench", {}, ""),
+        ("bench", {"distance_max": "2 mm"}, ""),
+        ("bench", {"direction": None}, "method index without 'direction'"),
+        ("bench", {"speed": None}, "method index without 'speed'"),
+        ("bench", {"force": None}, "method index without 'force' on a rig that measures one"),
+        ("bench", {"speed": "0.01 mm/s"}, "expected at least one rpm of the motor"),
+        ("bench", {"speed": "40 mm/s"}, "expected one at which it stops within half a motor turn"),
+        ("bench_analog", {}, "'index' on a wired drive"),
+    ],
+)
+def test_homing_by_index_needs_what_watches_it(name, changes, said):
+    data = yaml.safe_load((ROOT / f"config/rigs/{name}.yaml").read_text(encoding="utf-8"))
+    zero = {key: value for key, value in (INDEX | changes).items() if value is not None}
+    data["motor"]["zero"] = zero
+    source = parse_yaml(yaml.safe_dump(data), ROOT / f"config/rigs/{name}.yaml")
+    if not said:
+        assert rig_from(source).motor.zero.method == "index"
+        return
+    with pytest.raises(ConfigError, match=said):
+        rig_from(source)

@@ -6,9 +6,10 @@ from pathlib import Path
 
 from epa_rt.cli.inputs import Inputs
 from epa_rt.experiments.homing import Homing, SettingZero
+from epa_rt.experiments.index_homing import SeekingIndex
 from epa_rt.experiments.jogging import Jogging, Keys, Script, parse_order
 from epa_rt.loop.assembly import Assembly, assemble
-from epa_rt.loop.by_hand import assemble_homing, assemble_jog, assemble_setting
+from epa_rt.loop.by_hand import assemble_homing, assemble_index, assemble_jog, assemble_setting
 from epa_rt.loop.run import RunResult, run
 from epa_rt.models import plant as nominal_physics
 from epa_rt.signals.codec import Encoder
@@ -94,8 +95,14 @@ class OneRig:
         assembly, plan = assemble_setting(self.rig, self.rig.motor.zero, place)
         return self._run(assembly), plan
 
+    def seek_index(self, requests: object = None) -> tuple[RunResult, SeekingIndex]:
+        """The drive's own homing on its index pulse, as the rig's zero section says."""
+        assembly, plan = assemble_index(self.rig)
+        self.assembly = assembly
+        return self._run(assembly, requests), plan
+
     def _run(self, assembly: Assembly, requests: object = None) -> RunResult:
-        backend = SimBackend(self.rig, self.inputs.plant, model=self.model)
+        backend = SimBackend(self.rig, self.inputs.plant, model=self.model, homing=assembly.homing)
         self.memory = Memory()
         return run(
             self.rig,

@@ -8,6 +8,7 @@ from drivers.filters import lag_s, set_filter
 from drivers.reactions import set_homing, set_reactions, set_window
 from epa_rt.backend import BackendError
 from epa_rt.config.rig import Rig, Slave, StartupSdo, Zero, load_rig
+from epa_rt.config.rig_homing import HomingOptions
 from epa_rt.config.source import ConfigError, parse_yaml, validate
 from epa_rt.signals.drive_options import drive_options
 from tests.bus.driver.test_driver_bus import bus_case
@@ -108,6 +109,22 @@ def test_a_start_up_object_that_brakes_is_left_as_it_is(index, kind, value):
     drive.numbers[index, 0] = value  # written before, with the other start-up objects
     set_reactions(drive, given(DRIVE, f"0x{index:04X}:00", kind, value), RIG)
     assert drive.numbers[index, 0] == value
+
+
+HOMING = ((0x6098, 0), (0x6099, 1), (0x6099, 2), (0x609A, 0), (0x30B0, 0), (0x30B1, 0))
+MOVING = HomingOptions(method=34, home_counts=12720, speed_rpm=72, acceleration_rpm_s=720)
+
+
+def test_a_homing_that_moves_is_set_with_its_speeds_or_refused():
+    drive = Stored(*HOMING)
+    drive.numbers[0x30B1, 0] = 5000  # a move behind the pulse, of somebody else
+    notes = set_homing(drive, RIG, MOVING)
+    assert drive.numbers == dict(zip(HOMING, (34, 72, 72, 720, 12720, 0), strict=True))
+    assert "method 34 at 72 rpm and 720 rpm/s" in notes[0]
+    for missing in HOMING:
+        drive = Stored(*(place for place in HOMING if place != missing))
+        with pytest.raises(BackendError, match=f"has no 0x{missing[0]:04X}"):
+            set_homing(drive, RIG, MOVING)
 
 
 def test_the_drives_window_is_twice_the_rigs_following_error():
