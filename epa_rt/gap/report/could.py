@@ -40,11 +40,24 @@ def answer_words(posterior: Posterior) -> str:
         case "not_in_catalogue":
             return "something is missing that no law of the catalogue describes."
         case "not_separable":
+            sure = [
+                name for name in posterior.names if all(name in one for one in posterior.instead)
+            ]
+            if sure:
+                said = " and ".join(f"{plain(name)} ({posterior.names[name]:.2f})" for name in sure)
+                return f"{said} is missing; whether {_beside(posterior, sure)} is too is not told."
             return f"these logs do not tell which: {names}; or {others}."
         case "partly_explained":
             return f"{names} is missing, and something besides."
         case _:
             return f"{names} is missing."
+
+
+def _beside(posterior: Posterior, sure: list[str]) -> str:
+    """What some of the probable sets have beside what all have."""
+    sets = (tuple(posterior.names), *posterior.instead)
+    more = dict.fromkeys(name for one in sets for name in one if name not in sure)
+    return " or ".join(plain(name) for name in more)
 
 
 def show_posterior(posterior: Posterior, out: Console) -> None:
