@@ -166,7 +166,7 @@ def _table(found: Calibration) -> Html:
             way,
             f"{factor * p.reference:.5g}",
             f"{factor * p.reference_u:.2g}",
-            f"{p.reading:.6g}",
+            _to_its_uncertainty(p.reading, p.reading_u),
             f"{p.scatter:.2g}",
             f"{p.reading_u:.2g}",
             f"{factor * r:.2g}",
@@ -184,6 +184,13 @@ def _table(found: Calibration) -> Html:
         f"Residual, {unit}",
     )
     return table(head, rows, (0, 1))
+
+
+def _to_its_uncertainty(value: float, uncertainty: float) -> str:
+    """A number with two digits of its uncertainty."""
+    if not uncertainty > 0.0:
+        return f"{value:.6g}"
+    return f"{value:.{max(0, 1 - int(np.floor(np.log10(uncertainty))))}f}"
 
 
 def _how(found: Calibration, one: SignalCalibration) -> Html:
