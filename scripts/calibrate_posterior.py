@@ -53,18 +53,25 @@ def _arguments() -> argparse.Namespace:
 
 
 def _search_all(cases: Path, out: Path, jobs: int) -> None:
+    from epa_rt.benchmark.kept import telling
+    from epa_rt.benchmark.seal import NOT_HIDDEN, can_hide, hidden_command
+
     out.mkdir(exist_ok=True)
     waiting = [
         case
         for case in sorted(cases.glob("case_*"))
         if not any((out / f"{case.name}{end}").exists() for end in (".pickle", ".error"))
     ]
+    hidden = telling(cases.with_name(f"{cases.name}.sealed"), out) if can_hide() else []
+    if not hidden:
+        print(NOT_HIDDEN, file=sys.stderr)
     running: list[subprocess.Popen[bytes]] = []
     done, of, began_s = 0, len(waiting), time.monotonic()
     while waiting or running:
         while waiting and len(running) < jobs:
             words = [sys.executable, __file__, str(waiting.pop(0)), "-o", str(out), "--one"]
-            running.append(subprocess.Popen(words, stdout=subprocess.DEVNULL))
+            command = hidden_command(hidden, words) if hidden else words
+            running.append(subprocess.Popen(command, stdout=subprocess.DEVNULL))
         time.sleep(0.5)
         still = [process for process in running if process.poll() is None]
         if len(still) < len(running):

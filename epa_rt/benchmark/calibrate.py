@@ -13,7 +13,7 @@ from scipy.optimize import minimize
 from epa_rt.benchmark.figures import strong
 from epa_rt.gap.posterior.evidence import Numbers, log_evidence
 from epa_rt.gap.posterior.search import Table
-from epa_rt.gap.posterior.unknown import Found, posterior
+from epa_rt.gap.posterior.unknown import Found, inclusion, posterior
 
 LEAST = 1e-3  # no probability counts for less: one case must not decide alone
 SPREAD = 1.0  # of a number around its start: of its logarithm, of log odds in nats
@@ -128,13 +128,8 @@ def reliability(examples: Sequence[Example], numbers: Numbers) -> list[dict[str,
     for one in examples:
         found = posterior(one.table, numbers)
         wanted = {family for effect in one.truth["effects"] for family in effect["families"]}
-        shares: dict[str, float] = {}
-        for model, probability in found.models:
-            for family in {one.table.families[name] for name in model.effects}:
-                shares[family] = shares.get(family, 0.0) + probability
-        if shares:
-            first = max(shares, key=lambda family: shares[family])
-            said.append((min(shares[first], 1.0), first in wanted))
+        for family, share in list(inclusion(found, one.table.families).items())[:1]:
+            said.append((min(share, 1.0), family in wanted))
     rows = []
     for low, high in zip(BINS[:-1], BINS[1:], strict=True):
         inside = [one for one in said if low <= one[0] < high or one[0] == high == 1.0]

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -107,3 +108,24 @@ def split(subject: Subject, recordings: Sequence[Recording]) -> tuple[Part, Part
         name = recordings[-1].name
         aside[name] = fit.pop(name)
     return (Part(subject, fit), Part(subject, aside)) if aside else None
+
+
+class Unseen(NamedTuple):
+    """``fitted``: the subject of the fits; ``judged``: that of ``logs``, which no fit has seen;
+    None where it is the same. ``logs`` is empty where nothing could be set aside.
+    """
+
+    fitted: Subject
+    judged: Subject | None
+    logs: Sequence[Recording]
+
+
+def unseen(
+    subject: Subject, recordings: Sequence[Recording], holdout: Sequence[Recording]
+) -> Unseen:
+    """What is fitted and what judges it: the logs held out, else trials set aside."""
+    halves = None if holdout else split(subject, recordings)
+    if halves is None:
+        return Unseen(subject, None, holdout)
+    fitted, judged = halves
+    return Unseen(fitted, judged, judged.only(recordings))

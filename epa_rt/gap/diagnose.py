@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from epa_rt.gap.answer import composed
-from epa_rt.gap.aside import split
+from epa_rt.gap.aside import unseen
 from epa_rt.gap.attribution import Attribution, Progress, attributed
 from epa_rt.gap.diagnosis import Diagnosis, Shrinkage
 from epa_rt.gap.floor import floors as floors_of
@@ -73,12 +73,12 @@ def _diagnosed(
     progress: Progress,
     stop: Callable[[], bool] | None,
 ) -> tuple[Attribution, Diagnosis]:
-    halves = None if holdout else split(subject, recordings)
-    fitted, judged = halves or (subject, subject)
+    fitted, aside, apart_logs = unseen(subject, recordings, holdout)
+    judged = aside or subject
     found = attributed(fitted, recordings, without, repeats, seed, floors, progress, stop)
     progress("how far", 0.8)
     rows: tuple[Shrinkage, ...] = ()
-    logs = holdout or (judged.only(recordings) if halves else recordings)
+    logs = apart_logs or recordings
     if how_far:
         rows = _how_far(
             judged,
@@ -91,7 +91,7 @@ def _diagnosed(
             lambda stage, share: progress(stage, 0.8 + 0.15 * share),
         )
     progress("what is left", 0.95)
-    answer = composed(fitted, recordings, found, rows, bool(holdout or halves), progress)
+    answer = composed(fitted, recordings, found, rows, bool(apart_logs), progress)
     if (
         how_far and found.selection.roles and not answer.effects
     ):  # what was found and not named closes nothing
@@ -104,8 +104,7 @@ def _diagnosed(
         )
     if posterior:
         progress("what it could be", 0.97)
-        apart_logs = logs if holdout or halves else ()
-        could = posterior_of(found.start, apart_logs, judged if halves else None)
+        could = posterior_of(found.start, apart_logs, aside)
         answer = replace(answer, posterior=could)
     return found, answer
 

@@ -200,18 +200,16 @@ def table_of_logs(
     """All models of the logs with what each leaves, as calibration wants them: read and checked as
     for a diagnosis. Raises VerbError, ConfigError.
     """
-    from epa_rt.gap.aside import split
+    from epa_rt.gap.aside import unseen
     from epa_rt.gap.attribution import start_of
     from epa_rt.gap.posterior.answer import table_for
     from epa_rt.gap.posterior.evidence import START
 
     given = opened(argparse.Namespace(rig=rig, plant=plant, logs=list(logs)), holdout)
     known = {effect.name for effect in given.subject.catalogue}
-    halves = None if given.holdout else split(given.subject, given.recordings)
-    fitted, judged = halves or (given.subject, given.subject)
+    fitted, judged, logs_apart = unseen(given.subject, given.recordings, given.holdout)
     start = start_of(fitted, given.recordings, tuple(n for n in leave_out if n in known))
-    aside = given.holdout or (judged.only(given.recordings) if halves else ())
-    return table_for(start, aside, judged if halves else None, START)
+    return table_for(start, logs_apart, judged, START)
 
 
 def answered(

@@ -87,8 +87,7 @@ class Healthy:
         """(n,) what every run has of a link, and (n, k) the shapes by which runs differ."""
         own = self.links[link]
         shapes = shapes_of(self.subject, prepared, link, own.levels) @ own.basis
-        table = mapped(self.subject, prepared, link)
-        table = np.clip((table - own.centre) / own.scale, -CLIP, CLIP)
+        table = standard(mapped(self.subject, prepared, link), own.centre, own.scale)
         return shapes @ own.mean + table @ own.weights, shapes @ own.wander
 
     def check(self, recordings: Sequence[Recording]) -> None:
@@ -168,6 +167,11 @@ def mapped(subject: ForeignSubject, prepared: object, link: str) -> np.ndarray:
     return np.column_stack([groups[name] for name in sorted(groups)])
 
 
+def standard(table: np.ndarray, centre: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """(n, p) terms of the map in deviations of the healthy runs, none beyond ``CLIP``."""
+    return np.clip((table - centre) / scale, -CLIP, CLIP)
+
+
 def _refitted(subject: ForeignSubject, runs: Sequence[Recording]) -> ForeignSubject:
     """The rig with nominal parameters, the plant file's effects and levels fitted to the runs."""
     chosen = [runs[i] for i in np.unique(np.linspace(0, len(runs) - 1, MOST_FITTED).astype(int))]
@@ -242,12 +246,7 @@ def _of_link(
     centre, scale = whole.mean(axis=0), whole.std(axis=0)
     scale[~(scale > 0.0)] = 1.0
     runs = [
-        _Run(
-            left[rows],
-            shapes[rows] @ basis,
-            np.clip((table[rows] - centre) / scale, -CLIP, CLIP),
-            rows,
-        )
+        _Run(left[rows], shapes[rows] @ basis, standard(table[rows], centre, scale), rows)
         for left, shapes, table, rows in parts
     ]
     weights, rest = _map(runs)
@@ -340,7 +339,7 @@ def measured(
     tell one from the others.
     """
     left = subject.residual(prepared, {}, link)
-    table = np.clip((mapped(subject, prepared, link) - own.centre) / own.scale, -CLIP, CLIP)
+    table = standard(mapped(subject, prepared, link), own.centre, own.scale)
     rows = np.isfinite(left) & np.isfinite(table).all(axis=1)
     shapes = shapes_of(subject, prepared, link, keys)[rows]
     target = left[rows] - table[rows] @ own.weights

@@ -157,7 +157,7 @@ class SinceBaseline:
             found.append(_as_a_whole(health, link, unit, apart, len(made)))
             rows = [q for q in self.healthy.quantities if q.link == link]
             keys = [q.key for q in rows]
-            each = [measured(self.own, one, self.healthy.links[link], link, keys) for one in made]
+            each = [measured(self.own, one, health, link, keys) for one in made]
             for q, now in zip(rows, np.array(each).T, strict=True):
                 if np.isfinite(now).all():
                     found.append(_change(q.key, q.unit, q.values, now))

@@ -39,7 +39,9 @@ def posterior_of(
         if held > TOGETHER:
             break
     families = {
-        family: share for family, share in inclusion(found, table).items() if share >= SHOWN
+        family: share
+        for family, share in inclusion(found, table.families).items()
+        if share >= SHOWN
     }
     answer = decided(found, table.families, numbers)
     names = dict(zip(answer.effects, answer.probability, strict=True))

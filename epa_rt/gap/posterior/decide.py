@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from epa_rt.gap.diagnosis import PosteriorVerdict
 from epa_rt.gap.posterior.evidence import Numbers
-from epa_rt.gap.posterior.unknown import Found, still_missing
+from epa_rt.gap.posterior.unknown import Found, inclusion, still_missing
 
 # What an answer costs that is not the truth; 1 is a wrong name, on which somebody repairs the wrong
 # part.
@@ -107,11 +107,5 @@ def _alternatives(
 
 def _shares(effects: Sequence[str], families: Mapping[str, str], found: Found) -> tuple[float, ...]:
     """Of each effect the probability that the rig has one of its family."""
-    return tuple(
-        sum(
-            probability
-            for model, probability in found.models
-            if families[name] in {families[other] for other in model.effects}
-        )
-        for name in effects
-    )
+    shares = inclusion(found, families)
+    return tuple(shares[families[name]] for name in effects)

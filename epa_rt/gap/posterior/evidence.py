@@ -119,8 +119,6 @@ def log_prior(effects: Sequence[str], families: Mapping[str, str], numbers: Numb
     """Of a set of effects. Sets of families share the odds of their size, laws of a family theirs.
     ``families``: of each effect of the catalogue.
     """
-    if not effects:
-        return 0.0
     of_all = list(families.values())
     laws = sum(float(np.log(of_all.count(families[name]))) for name in effects)
     return _odds(len(effects), len(set(of_all)), numbers) - laws
@@ -128,6 +126,8 @@ def log_prior(effects: Sequence[str], families: Mapping[str, str], numbers: Numb
 
 def _odds(count: int, kinds: int, numbers: Numbers) -> float:
     """Log prior odds of one set of ``count`` of ``kinds`` families against none."""
+    if not count:
+        return 0.0
     odds = numbers.effect_odds + (count - 1) * numbers.further_odds
     return odds - float(np.log(comb(kinds, count)))
 
@@ -140,15 +140,14 @@ def log_evidence(model: Model, families: Mapping[str, str], numbers: Numbers) ->
     total += occam(model, numbers)
     fits = [view for view in model.views.values() if view.keys]
     total += sum(strain(view, numbers.strain_freedom) for view in fits) / max(len(fits), 1)
-    return total + sum(_of_views(model, tuple(model.views), numbers).values())
+    return total + _of_views(model.views, numbers)
 
 
-def _of_views(model: Model, views: Sequence[str], numbers: Numbers) -> dict[str, float]:
-    return {
-        name: log_likelihood(model.views[name], numbers.freedom(name), numbers.floor_share)
-        for name in views
-        if name in model.views
-    }
+def _of_views(views: Mapping[str, View], numbers: Numbers) -> float:
+    return sum(
+        log_likelihood(view, numbers.freedom(name), numbers.floor_share)
+        for name, view in views.items()
+    )
 
 
 @dataclass(frozen=True)
@@ -166,18 +165,12 @@ class Formula:
         """Log evidence if an effect more, of a family with one law, left nothing of these views, or
         of these links of them.
         """
-        effects, kinds = model.effects, len(set(self.families.values()))
-        more = _odds(len(effects) + 1, kinds, self.numbers) - _odds(
-            len(effects), kinds, self.numbers
-        )
-        seen = model
+        size, kinds = len(model.effects), len(set(self.families.values()))
+        more = _odds(size + 1, kinds, self.numbers) - _odds(size, kinds, self.numbers)
+        seen = {name: view for name, view in model.views.items() if name in views}
         if links:
-            seen = replace(
-                model,
-                views={
-                    name: replace(view, links={k: v for k, v in view.links.items() if k in links})
-                    for name, view in model.views.items()
-                },
-            )
-        missing = sum(_of_views(seen, views, self.numbers).values())
-        return self.evidence(model) + (more if effects else _odds(1, kinds, self.numbers)) - missing
+            seen = {
+                name: replace(view, links={k: v for k, v in view.links.items() if k in links})
+                for name, view in seen.items()
+            }
+        return self.evidence(model) + more - _of_views(seen, self.numbers)

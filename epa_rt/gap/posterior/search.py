@@ -158,8 +158,7 @@ class Search:
         """Whether what a model leaves in these views may be worth an effect more. ``links``: those
         alone that it would show in; all where there are none.
         """
-        seen = replace(model, views=on_ground(model.views, self._lowest))
-        return self._hopeful(self._scores.with_one_more(seen, views, links))
+        return self._hopeful(self._scores.with_one_more(self._on_ground(model), views, links))
 
     def _proposed_by_blocks(self, effects: tuple[str, ...]) -> list[tuple[str, ...]]:
         """One effect more that the blocks ask for beside these."""
@@ -177,9 +176,7 @@ class Search:
     @property
     def models(self) -> list[Model]:
         """None first, then the others in the order in which they were found."""
-        return [
-            replace(one, views=on_ground(one.views, self._lowest)) for one in self._found.values()
-        ]
+        return [self._on_ground(one) for one in self._found.values()]
 
     def _of(self, effects: Sequence[str]) -> Model:
         return self._found[frozenset(effects)]
@@ -225,7 +222,10 @@ class Search:
 
     def _evidence(self, model: Model) -> float:
         """Log evidence over the views that a model has, on what the others leave so far."""
-        return self._scores.evidence(replace(model, views=on_ground(model.views, self._lowest)))
+        return self._scores.evidence(self._on_ground(model))
+
+    def _on_ground(self, model: Model) -> Model:
+        return replace(model, views=on_ground(model.views, self._lowest))
 
     def _in_free_run(self, effects: tuple[str, ...]) -> None:
         known, ground = self._of(effects), self._ground

@@ -6,6 +6,7 @@ both are known from calibration. Their ratio has heavy tails, so that a real rig
 more than its named effects, keeps its names.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -92,11 +93,13 @@ def _log_t(z: float) -> float:
     return -0.5 * (TAILS + 1.0) * float(np.log1p(z**2 / TAILS))
 
 
-def inclusion(found: Found, table: Table) -> dict[str, float]:
-    """Family to the probability that the rig has one of its effects, most probable first."""
+def inclusion(found: Found, families: Mapping[str, str]) -> dict[str, float]:
+    """Family to the probability that the rig has one of its effects, most probable first.
+    ``families``: of each effect of the catalogue.
+    """
     total: dict[str, float] = {}
     for model, probability in found.models:
-        for family in {table.families[name] for name in model.effects}:
+        for family in {families[name] for name in model.effects}:
             total[family] = total.get(family, 0.0) + probability
     return dict(sorted(total.items(), key=lambda item: -item[1]))
 

@@ -1,5 +1,7 @@
 """What it could be, for people: the posterior over sets of effects as bars."""
 
+from collections.abc import Sequence
+
 from rich import box
 from rich.console import Console
 from rich.table import Table
@@ -14,11 +16,11 @@ UNKNOWN = "something that the catalogue lacks"
 VIEWS = {"free_run": "in free run", "blocks": "block by block"}
 
 
-def could_words(could: Could) -> str:
+def set_words(effects: Sequence[str]) -> str:
     """'gravity and delay'; what an empty set stands for."""
-    if not could.effects:
+    if not effects:
         return "no effect: the plant file as refitted"
-    names = [plain(name) for name in could.effects]
+    names = [plain(name) for name in effects]
     return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
@@ -33,7 +35,7 @@ def provenance(posterior: Posterior) -> str:
 def answer_words(posterior: Posterior) -> str:
     """The answer of least expected loss, in one sentence."""
     names = " and ".join(f"{plain(name)} ({share:.2f})" for name, share in posterior.names.items())
-    others = "; or ".join(could_words(Could(one, 0.0, None)) for one in posterior.instead)
+    others = "; or ".join(set_words(one) for one in posterior.instead)
     match posterior.verdict:
         case "no_gap":
             return "the logs show nothing that the plant file, refitted, lacks."
@@ -111,7 +113,9 @@ def posterior_section(diagnosis: Diagnosis) -> Html:
 
 def _rows(posterior: Posterior) -> list[tuple[str, float, str]]:
     """What it could be, its probability and what it leaves, the most probable first."""
-    rows = [(could_words(one), one.probability, _left(one)) for one in posterior.models[:SHOWN]]
+    rows = [
+        (set_words(one.effects), one.probability, _left(one)) for one in posterior.models[:SHOWN]
+    ]
     return sorted([*rows, (UNKNOWN, posterior.unknown, "-")], key=lambda row: -row[1])
 
 

@@ -49,7 +49,7 @@ def test_what_a_rig_has_is_most_probable(values, effects):
 
 def test_a_law_in_other_words_is_its_family():
     table, answer = found(extra=lambda c: {"spring": np.sign(c["speed_m_s"])})
-    shares = inclusion(answer, table)
+    shares = inclusion(answer, table.families)
     assert max(shares, key=shares.get) == "friction"
     assert shares["friction"] > 0.9 * (1.0 - answer.unknown)
 
@@ -58,7 +58,7 @@ def test_what_the_catalogue_lacks_names_nothing_with_confidence():
     table, answer = found(
         {"spring.dahl_n": 1.0, "spring.dahl_m": 3e-3}, without=("dahl", "coulomb")
     )
-    assert max(inclusion(answer, table).values(), default=0.0) < 0.8
+    assert max(inclusion(answer, table.families).values(), default=0.0) < 0.8
     assert answer.unknown > 0.2
 
 
