@@ -149,8 +149,8 @@ def diagnose(
     """Why rig and simulation disagree; as ``epa gap diagnose``, about a minute for three logs.
 
     ``gate``: run the patched plant on the log's own experiment and measure again. ``posterior``:
-    also the probability of every set of effects, which takes as long again. ``baseline``: healthy
-    runs of the same rig and experiment; the question is then what changed since.
+    decide by the probability of every set of effects, not by rules. ``baseline``: healthy runs of
+    the same rig and experiment; the question is then what changed since.
     ``progress(stage, share)`` is called as it goes on.
     """
     from epa_rt.cli.gap.diagnose import answered

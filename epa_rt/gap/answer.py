@@ -8,7 +8,7 @@ from dataclasses import replace
 from epa_rt.gap.attribution import Attribution, Progress
 from epa_rt.gap.blocks_alone import doubted_by, nothing_shows, without_names
 from epa_rt.gap.coverage import above_noise, unforeseen
-from epa_rt.gap.diagnosis import Diagnosis, FreeRun, Named, Origin, Shrinkage, Verdict
+from epa_rt.gap.diagnosis import SILENT, Diagnosis, FreeRun, Named, Origin, Shrinkage, Verdict
 from epa_rt.gap.held_out import (
     not_carried_over,
     not_closed,
@@ -30,7 +30,6 @@ from epa_rt.gap.unshown import could_sit, with_unshown
 from epa_rt.gap.weigh import Weighed, weighed
 from epa_rt.gap.wording import said_of_moved
 
-SILENT = ("no_gap", "not_excited")  # verdicts that say of no place that anything is wrong
 NAMELESS = (*SILENT, "not_in_catalogue")  # verdicts beside which no name stands
 
 

@@ -117,10 +117,20 @@ def at_base(
 
 
 def start_of(
-    subject: Subject, recordings: Sequence[Recording], without: Sequence[str] = ()
+    subject: Subject,
+    recordings: Sequence[Recording],
+    without: Sequence[str] = (),
+    repeats=None,
+    seed: int = 0,
+    floors=floors_of,
+    progress: Progress = lambda stage, share: None,
+    stop: Callable[[], bool] | None = None,
 ) -> Start:
-    """What every search begins from."""
-    problem, base, left = at_base(subject, recordings, without)
+    """What every search begins from. Raises Stopped."""
+    problem, base, left = at_base(
+        subject, recordings, without, repeats, seed, floors, progress, stop
+    )
+    progress("free run", 0.12)
     return Start(problem, base, left, ground_of(problem, base.values))
 
 

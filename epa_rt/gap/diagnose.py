@@ -9,10 +9,10 @@ from dataclasses import replace
 from epa_rt.gap.answer import composed
 from epa_rt.gap.aside import unseen
 from epa_rt.gap.attribution import Attribution, Progress, attributed
+from epa_rt.gap.by_posterior import by_posterior
 from epa_rt.gap.diagnosis import Diagnosis, Shrinkage
 from epa_rt.gap.floor import floors as floors_of
 from epa_rt.gap.own_loop import WITHOUT_LINK, apart, joined
-from epa_rt.gap.posterior.answer import posterior_of
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.shrink import shrinkage
 from epa_rt.gap.subject import Subject
@@ -35,28 +35,33 @@ def diagnose(
 
     ``holdout``: recordings for the shrinkage; without any, the last trial of every log is set
     aside. ``without``: effects left out of the catalogue. ``repeats``: as ``floor.floors`` takes
-    them. ``posterior``: whether the probability of every set of effects is asked for as well.
-    ``progress(stage, share)`` is called from this thread. Raises Stopped when ``stop()`` says
-    so, KeyError where a recording lacks a column or ``repeats`` name one that is not there.
+    them. ``posterior``: whether the posterior decides, and not the rules. ``progress(stage,
+    share)`` is called from this thread. Raises Stopped when ``stop()`` says so, KeyError where a
+    recording lacks a column or ``repeats`` name one that is not there.
     """
     begun = time.monotonic()
-    given = (recordings, holdout, tuple(without), repeats, seed, floors, how_far, posterior)
+    given = (recordings, holdout, tuple(without), repeats, seed, floors, how_far)
+    inputs = {
+        "subject": subject.name,
+        "logs": [r.name for r in recordings],
+        "holdout": [r.name for r in holdout],
+        "without": list(without),
+    }
+    if posterior:
+        answer = by_posterior(subject, *given, progress, stop)
+        progress("done", 1.0)
+        return replace(answer, seconds=time.monotonic() - begun, inputs=inputs)
     found, answer = _diagnosed(subject, *given, progress, stop)
-    rest, inputs = apart(subject, found, answer), {}
+    rest = apart(subject, found, answer)
     if rest is not None:
         progress("the rest, without the drive's own loop", 0.0)
         unasked = tuple(effect.name for effect in subject.catalogue if effect not in rest.catalogue)
         both = joined(
             answer, _diagnosed(rest, *given, progress, stop)[1], subject.own_loop[0], unasked
         )
-        answer, inputs = both, {WITHOUT_LINK: subject.own_loop[0]} if both is not answer else {}
+        if both is not answer:
+            answer, inputs = both, {WITHOUT_LINK: subject.own_loop[0], **inputs}
     progress("done", 1.0)
-    inputs |= {
-        "subject": subject.name,
-        "logs": [r.name for r in recordings],
-        "holdout": [r.name for r in holdout],
-        "without": list(without),
-    }
     return replace(answer, seconds=time.monotonic() - begun, inputs=inputs)
 
 
@@ -69,7 +74,6 @@ def _diagnosed(
     seed: int,
     floors,
     how_far: bool,
-    posterior: bool,
     progress: Progress,
     stop: Callable[[], bool] | None,
 ) -> tuple[Attribution, Diagnosis]:
@@ -102,10 +106,6 @@ def _diagnosed(
                 judged, logs, found, base, base, floors, seed, lambda stage, share: None
             ),
         )
-    if posterior:
-        progress("what it could be", 0.97)
-        could = posterior_of(found.start, apart_logs, aside)
-        answer = replace(answer, posterior=could)
     return found, answer
 
 

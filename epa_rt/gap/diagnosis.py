@@ -10,6 +10,7 @@ Verdict = Literal[
 Mode = Literal["teacher_forced", "free_run"]
 Baseline = Literal["refitted", "plant_file"]
 Who = Literal["rig", "plant_file", "both"]
+SILENT = ("no_gap", "not_excited")  # verdicts that say of no place that anything is wrong
 
 # chi-square between two answers that settles the matter: five standard deviations of the noise
 DECIDES = 25.0
@@ -277,7 +278,8 @@ class Diagnosis:
     doubts: tuple[
         str, ...
     ] = ()  # what takes from the confidence of all named effects, in sentences
-    posterior: Posterior | None = None  # None where it was not asked for
+    posterior: Posterior | None = None  # None where the rules decided
+    decided_by: Literal["rules", "posterior"] = "rules"
     gate: dict | None = None
     refitted: dict[str, float] = field(
         default_factory=dict

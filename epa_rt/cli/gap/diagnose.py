@@ -76,7 +76,7 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     parser.add_argument(
         "--posterior",
         action="store_true",
-        help="also what else it could be: the probability of every set of effects (twice the time)",
+        help="decide by the probability of every set of effects, not by rules",
     )
     parser.add_argument(
         "-o",

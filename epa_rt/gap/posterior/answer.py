@@ -1,14 +1,14 @@
 """The posterior as an answer: which sets of effects it could be, and how probable each is."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from epa_rt.gap.attribution import Start
 from epa_rt.gap.diagnosis import Could, Posterior
-from epa_rt.gap.posterior.calibrated import CALIBRATED, CASES
-from epa_rt.gap.posterior.decide import decided
+from epa_rt.gap.posterior.calibrated import CASES
+from epa_rt.gap.posterior.decide import Decision
 from epa_rt.gap.posterior.evidence import Formula, Numbers
 from epa_rt.gap.posterior.search import Model, Table, table_of
-from epa_rt.gap.posterior.unknown import inclusion, posterior
+from epa_rt.gap.posterior.unknown import Found, inclusion
 from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN, HeldOut
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import Subject
@@ -16,17 +16,8 @@ from epa_rt.gap.subject import Subject
 TOGETHER, SHOWN = 0.99, 0.01  # probability that the models shown hold, and from which families are
 
 
-def posterior_of(
-    start: Start,
-    aside: Sequence[Recording] = (),
-    judge: Subject | None = None,
-    numbers: Numbers = CALIBRATED,
-) -> Posterior:
-    """What a rig could have. ``aside``: logs or trials that no fit has seen, judged by ``judge``
-    (None: the subject of the fits). Raises Stopped.
-    """
-    table = table_for(start, aside, judge, numbers)
-    found = posterior(table, numbers)
+def as_told(found: Found, table: Table, answer: Decision) -> Posterior:
+    """What a rig could have, as a diagnosis says it. ``answer``: what is decided on it."""
     none = table.models[0]
     by = max(
         (name for name in none.views if name in (BLOCKS, FREE_RUN)),
@@ -43,7 +34,6 @@ def posterior_of(
         for family, share in inclusion(found, table.families).items()
         if share >= SHOWN
     }
-    answer = decided(found, table.families, numbers)
     names = dict(zip(answer.effects, answer.probability, strict=True))
     return Posterior(
         tuple(models), families, found.unknown, by, answer.kind, names, answer.instead, CASES
@@ -51,12 +41,20 @@ def posterior_of(
 
 
 def table_for(
-    start: Start, aside: Sequence[Recording], judge: Subject | None, numbers: Numbers
+    start: Start,
+    aside: Sequence[Recording],
+    judge: Subject | None,
+    numbers: Numbers,
+    progress: Callable[[str, float], None] = lambda stage, share: None,
 ) -> Table:
-    """All models that are worth their fit, with what each leaves in every view. Raises Stopped."""
+    """All models that are worth their fit, with what each leaves in every view. Raises Stopped.
+
+    ``aside``: logs or trials that no fit has seen, judged by ``judge`` (None: the subject of the
+    fits).
+    """
     families = {name: effect.family for name, effect in start.problem.effects.items()}
     held_out = HeldOut(start.problem, start.ground, aside, judge) if aside else None
-    return table_of(*start, held_out, Formula(families, numbers))
+    return table_of(*start, held_out, Formula(families, numbers), progress)
 
 
 def left_in(model: Model, view: str) -> float:

@@ -66,11 +66,14 @@ class Scores(Protocol):
 
 @dataclass(frozen=True)
 class Model:
-    """A set of effects and what it leaves in each view. ``values``: as fitted block by block."""
+    """A set of effects and what it leaves in each view. ``values``: as fitted block by block;
+    ``whole``: in free run, None where it was not.
+    """
 
     effects: tuple[str, ...]
     views: Mapping[str, View]
     values: Values
+    whole: Values | None = None
 
 
 @dataclass(frozen=True)
@@ -127,9 +130,10 @@ class Search:
             for point in self._ground.one_by_one:
                 self._model(point.effects, None, point)
 
-    def further(self) -> None:
+    def further(self, progress: Callable[[str, float], None]) -> None:
         """One effect more beside the best models of each size, while that may count."""
         for size in range(1, MOST_EFFECTS):
+            progress(f"sets of {size + 1} effects", 0.2 + 0.6 * size / MOST_EFFECTS)
             for effects in self._best(BEAM, size):
                 self._one_more(effects)
         best = max(self._complete(), key=self._evidence)
@@ -213,7 +217,8 @@ class Search:
             run = self._held_out.free_run(point.values) if self._held_out else None
             if run is not None:
                 views[HELD_OUT_FREE_RUN] = run
-        self._found[key] = Model(effects, views, values)
+        run_at = self._points.get(key)
+        self._found[key] = Model(effects, views, values, run_at.values if run_at else None)
         for name, view in views.items():
             for link, seen in view.links.items():
                 least = self._lowest.get((name, link), seen.chi)
@@ -280,10 +285,12 @@ def table_of(
     ground: Ground | None,
     held_out: HeldOut | None,
     scores: Scores,
+    progress: Callable[[str, float], None] = lambda stage, share: None,
 ) -> Table:
-    """All models of a rig that are worth their fit."""
+    """All models of a rig that are worth their fit. Raises Stopped."""
+    progress("each effect alone", 0.0)
     search = Search(problem, base, left, ground, held_out, scores)
     search.singles()
-    search.further()
+    search.further(progress)
     families = {name: effect.family for name, effect in problem.effects.items()}
     return Table(tuple(search.models), families)

@@ -7,7 +7,8 @@ from rich.console import Console
 from rich.table import Table
 
 from epa_rt.gap.diagnosis import Could, Diagnosis, Posterior
-from epa_rt.gap.report.words import percent, plain
+from epa_rt.gap.posterior.words import plain, set_words
+from epa_rt.gap.report.words import percent
 from epa_rt.report.markup import Html, join, note, paragraph, table, tag
 
 SHOWN = 6  # sets of effects on a terminal and a page
@@ -16,50 +17,12 @@ UNKNOWN = "something that the catalogue lacks"
 VIEWS = {"free_run": "in free run", "blocks": "block by block"}
 
 
-def set_words(effects: Sequence[str]) -> str:
-    """'gravity and delay'; what an empty set stands for."""
-    if not effects:
-        return "no effect: the plant file as refitted"
-    names = [plain(name) for name in effects]
-    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
-
-
 def provenance(posterior: Posterior) -> str:
     """Where the numbers behind the probabilities come from."""
     return (
         f"The numbers behind these probabilities were calibrated on {posterior.calibrated_on}"
         " sealed cases of a simulated rig: on a real one read them as an order."
     )
-
-
-def answer_words(posterior: Posterior) -> str:
-    """The answer of least expected loss, in one sentence."""
-    names = " and ".join(f"{plain(name)} ({share:.2f})" for name, share in posterior.names.items())
-    others = "; or ".join(set_words(one) for one in posterior.instead)
-    match posterior.verdict:
-        case "no_gap":
-            return "the logs show nothing that the plant file, refitted, lacks."
-        case "not_in_catalogue":
-            return "something is missing that no law of the catalogue describes."
-        case "not_separable":
-            sure = [
-                name for name in posterior.names if all(name in one for one in posterior.instead)
-            ]
-            if sure:
-                said = " and ".join(f"{plain(name)} ({posterior.names[name]:.2f})" for name in sure)
-                return f"{said} is missing; whether {_beside(posterior, sure)} is too is not told."
-            return f"these logs do not tell which: {names}; or {others}."
-        case "partly_explained":
-            return f"{names} is missing, and something besides."
-        case _:
-            return f"{names} is missing."
-
-
-def _beside(posterior: Posterior, sure: list[str]) -> str:
-    """What some of the probable sets have beside what all have."""
-    sets = (tuple(posterior.names), *posterior.instead)
-    more = dict.fromkeys(name for one in sets for name in one if name not in sure)
-    return " or ".join(plain(name) for name in more)
 
 
 def show_posterior(posterior: Posterior, out: Console) -> None:
@@ -76,7 +39,6 @@ def show_posterior(posterior: Posterior, out: Console) -> None:
             "Probability that it has one of a family: "
             + ", ".join(f"{plain(name)} {share:.2f}" for name, share in shown)
         )
-    out.print(f"On these probabilities: {answer_words(posterior)}")
     out.print(provenance(posterior), style="dim")
 
 
@@ -99,7 +61,6 @@ def posterior_section(diagnosis: Diagnosis) -> Html:
             table(["Set of effects", "", "Probability", left], rows, (0, 1), "words"),
             paragraph("Probability that the rig has an effect of a family, whatever else it has:"),
             table(["Family", "", "Probability"], families, (0, 1), "words"),
-            paragraph(f"On these probabilities: {answer_words(posterior)}"),
             note(
                 "Each set is fitted block by block and in free run, and judged on logs that no fit"
                 " has seen. No law of the catalogue is a rig's own law: what a set leaves counts"

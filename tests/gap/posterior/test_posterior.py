@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from epa_rt.gap.attribution import Start, at_base
-from epa_rt.gap.posterior.answer import posterior_of, table_for
+from epa_rt.gap.diagnose import diagnose
+from epa_rt.gap.posterior.answer import table_for
 from epa_rt.gap.posterior.evidence import START, log_likelihood, strain
 from epa_rt.gap.posterior.search import Model, Table
 from epa_rt.gap.posterior.unknown import inclusion, posterior
@@ -62,14 +63,31 @@ def test_what_the_catalogue_lacks_names_nothing_with_confidence():
     assert answer.unknown > 0.2
 
 
-def test_the_answer_is_shown_until_it_holds_nearly_all():
-    logs = [toy.recording("log", 10, OFF | {"drive.coulomb_a": 0.2}, seconds=20.0)]
-    problem, base, left = at_base(toy.Toy(), logs, floors=toy.floors)
-    answer = posterior_of(Start(problem, base, left, None))
-    assert answer.models[0].effects == ("motor_friction",)
-    assert answer.models[0].left_share is not None and answer.models[0].left_share < 0.1
-    assert sum(one.probability for one in answer.models) + answer.unknown > 0.99
-    assert answer.judged_by == BLOCKS and answer.families["motor friction"] > 0.9
+def diagnosed(values=None, **how):
+    logs = [toy.recording(f"log{i}", 10 + i, OFF | (values or {}), seconds=20.0) for i in range(2)]
+    aside = [toy.recording("aside", 40, OFF | (values or {}), seconds=20.0)]
+    return diagnose(toy.Toy(), logs, aside, floors=toy.floors, posterior=True, **how)
+
+
+def test_the_whole_answer_is_the_posterior_s():
+    answer = diagnosed({"drive.coulomb_a": 0.2})
+    assert answer.decided_by == "posterior" and answer.verdict == "explained"
+    (effect,) = answer.effects
+    assert effect.name == "motor_friction" and effect.confidence > 0.9
+    assert effect.confidence == pytest.approx(answer.posterior.families["motor friction"])
+    assert effect.parameters[0].low <= 0.2 <= effect.parameters[0].high
+    assert answer.says.startswith("Motor friction (") and "of the gap block by block" in answer.says
+    row = next(r for r in answer.shrinkage if r.log == "all" and r.channel == "all channels")
+    assert row.closed_share > 0.95
+    could = answer.posterior
+    assert could.models[0].left_share < 0.1 and could.judged_by == BLOCKS
+    assert sum(one.probability for one in could.models) + could.unknown > 0.99
+
+
+def test_no_gap_is_said_with_what_the_logs_could_have_shown():
+    answer = diagnosed()
+    assert answer.verdict == "no_gap" and not answer.effects
+    assert "would have shown at a typical strength" in answer.says
 
 
 EXCESS = st.floats(0.0, 1e7)

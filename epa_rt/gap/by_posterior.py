@@ -1,0 +1,321 @@
+"""The diagnosis that the posterior gives: names with their numbers, places, how far, in words.
+
+Nothing here decides what is named: that is read off the probabilities (posterior/decide.py).
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+from epa_rt.gap.aside import unseen
+from epa_rt.gap.astray import astray
+from epa_rt.gap.attribution import Progress, Start, start_of
+from epa_rt.gap.diagnosis import (
+    SILENT,
+    Diagnosis,
+    FreeRun,
+    Named,
+    Origin,
+    Place,
+    Posterior,
+    Shrinkage,
+    Verdict,
+    likely,
+)
+from epa_rt.gap.floor import floors as floors_of
+from epa_rt.gap.localise import localise
+from epa_rt.gap.named import moved, numbers
+from epa_rt.gap.origin import SURE, origin_first, origins
+from epa_rt.gap.point import Point, linearised
+from epa_rt.gap.posterior.answer import as_told, table_for
+from epa_rt.gap.posterior.calibrated import CALIBRATED
+from epa_rt.gap.posterior.decide import HOLDS, Decision, decided
+from epa_rt.gap.posterior.search import Model, Table
+from epa_rt.gap.posterior.unknown import Found, posterior
+from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN
+from epa_rt.gap.posterior.words import all_of, set_words, told_of_names, told_of_sets
+from epa_rt.gap.problem import Problem
+from epa_rt.gap.recording import Recording
+from epa_rt.gap.refit import settled
+from epa_rt.gap.remainder import remainders
+from epa_rt.gap.run_freely import localise_freely
+from epa_rt.gap.screen import screen
+from epa_rt.gap.select import rescaled
+from epa_rt.gap.shrink import shrinkage
+from epa_rt.gap.subject import Subject, Values
+from epa_rt.gap.together import ROUNDS, Together
+from epa_rt.gap.whose import who_has
+from epa_rt.gap.wording import said_of_moved
+
+# Of an effect at its typical strength: chi-square that it must add, nominal parameters projected
+# out, for its logs to be said to show it: five standard deviations of the noise.
+SHOWS = 25.0
+MOSTLY = 0.5  # of the catalogue that the logs must be able to show for "no gap" to say anything
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """The plant without and with what is named, fitted to the same: ``before``, ``after``. ``none``
+    and ``final``: as points of ``problem``, block by block.
+    """
+
+    problem: Problem
+    none: Point
+    final: Point
+    before: Values
+    after: Values
+
+
+def by_posterior(
+    subject: Subject,
+    recordings: Sequence[Recording],
+    holdout: Sequence[Recording] = (),
+    without: Iterable[str] = (),
+    repeats=None,
+    seed: int = 0,
+    floors=floors_of,
+    how_far: bool = True,
+    progress: Progress = lambda stage, share: None,
+    stop: Callable[[], bool] | None = None,
+) -> Diagnosis:
+    """As ``diagnose.diagnose``, decided by the posterior. Raises Stopped, KeyError."""
+    fitted, aside, apart_logs = unseen(subject, recordings, holdout)
+    start = start_of(fitted, recordings, tuple(without), repeats, seed, floors, progress, stop)
+    table = table_for(
+        start,
+        apart_logs,
+        aside,
+        CALIBRATED,
+        lambda stage, share: progress(stage, 0.15 + 0.55 * share),
+    )
+    found = posterior(table, CALIBRATED)
+    answer = decided(found, table.families, CALIBRATED)
+    progress("its numbers", 0.7)
+    model = _model_of(table, answer.effects)
+    fit = fitted_for(start, model, table.models[0])
+    off = astray(fit.problem, fit.final, seed) if model.effects else None
+    progress("how far", 0.75)
+    rows: tuple[Shrinkage, ...] = ()
+    if how_far:
+        judge, logs = aside or subject, apart_logs or recordings
+        level = start.problem.floors
+        if aside is None or any(floor.bias for floor in level.values()):
+            level = floors(judge, logs, fit.before, repeats=None, seed=seed)
+        rows = shrinkage(
+            judge,
+            logs,
+            fit.before,
+            fit.after,
+            level,
+            progress=lambda stage, share: progress(stage, 0.75 + 0.15 * share),
+        )
+    progress("what is left", 0.9)
+    silent = not_shown(start)
+    verdict: Verdict = answer.kind
+    if verdict == "no_gap" and len(silent) > MOSTLY * len(start.problem.effects):
+        verdict = "not_excited"
+    places = _places(fitted, start, fit, verdict)
+    whence: tuple[Origin, ...] = ()
+    if verdict == "not_in_catalogue":
+        progress("where it comes from", 0.95)
+        whence = origins(start.problem, start.base.values)
+    went = moved(fit.problem, fit.final.normal, off)
+    could = as_told(found, table, answer)
+    return Diagnosis(
+        verdict=verdict,
+        says=_says(verdict, could, model, whence, silent, start, went),
+        found_first=tuple(f"{r.name}: {what}" for r in recordings for what in r.found),
+        location=origin_first(places, whence),
+        origins=whence,
+        effects=tuple(
+            _named(fit, name, share, found, table, answer, off)
+            for name, share in zip(answer.effects, answer.probability, strict=True)
+        ),
+        free_run=_in_free_run(table, model),
+        free_run_location=(
+            localise_freely(fitted, recordings, start.ground.none.values, start.problem.prepared)
+            if start.ground
+            else ()
+        ),
+        nominal_moved=went,
+        not_tested=silent,
+        shrinkage=rows,
+        fitted=dict(fit.after),
+        refitted=dict(fit.before),
+        remainder=remainders(
+            fitted,
+            start.problem.prepared,
+            start.base.values,
+            fit.final.values,
+            start.problem.floors,
+            start.problem.designs,
+        ),
+        posterior=could,
+        decided_by="posterior",
+    )
+
+
+def fitted_for(start: Start, model: Model, none: Model) -> Fitted:
+    """The numbers that a plant file with these effects gets, and those without any: fitted to
+    blocks and free run at once, where the rig has a model of the whole.
+    """
+    problem, base = start.problem, start.base
+    point = settled(problem, model.effects, model.values) if model.effects else base
+    problem, point = (
+        rescaled(problem, point, start.left(point)) if model.effects else (problem, point)
+    )
+    if start.ground is None or model.whole is None or none.whole is None:
+        return Fitted(problem, base, point, base.values, point.values)
+    both = Together(problem, start.ground.whole)
+    own = {
+        key: point.values[key]
+        for name in model.effects
+        for key in problem.effects[name].knobs
+        if key in point.values
+    }
+    starts = (dict(model.whole), {**model.whole, **own}, dict(point.values))
+    begun = min(starts, key=lambda values: _costs(both, model.effects, values))
+    before = settled(both, (), dict(none.whole), rounds=ROUNDS).values
+    after = settled(both, model.effects, begun, rounds=ROUNDS).values if model.effects else before
+    return Fitted(problem, base, linearised(problem, model.effects, dict(after)), before, after)
+
+
+def _costs(both: Together, effects: tuple[str, ...], values: dict[str, float]) -> float:
+    return linearised(both, effects, values).normal.chi
+
+
+def not_shown(start: Start) -> tuple[str, ...]:
+    """Effects that these logs would not show at a typical strength, whatever they say now."""
+    typical = screen(start.problem, start.base).typical()
+    return tuple(name for name in start.problem.effects if typical.get(name, 0.0) < SHOWS)
+
+
+def _model_of(table: Table, effects: tuple[str, ...]) -> Model:
+    return next(model for model in table.models if model.effects == effects)
+
+
+def _named(
+    fit: Fitted, name: str, share: float, found: Found, table: Table, answer: Decision, off
+) -> Named:
+    """One name. What it is not told from: what stands for it in the other sets, and laws of its
+    family that are probable as well.
+    """
+    effect = fit.problem.effects[name]
+    own = numbers(fit.problem, fit.final, name, off, searched=True)
+    none, model = table.models[0], _model_of(table, answer.effects)
+    return Named(
+        name,
+        effect.family,
+        effect.block,
+        own,
+        share,
+        sum(
+            none.views[BLOCKS].links[link].chi - seen.chi
+            for link, seen in model.views[BLOCKS].links.items()
+        ),
+        tuple(dict.fromkeys((*_instead(name, answer), *_same_family(name, found, table, answer)))),
+        who_has(fit.problem, name, own),
+    )
+
+
+def _instead(name: str, answer: Decision) -> tuple[str, ...]:
+    """What other probable sets have where this one has a name that they do not all have."""
+    if all(name in one for one in answer.instead):
+        return ()
+    return tuple(
+        other
+        for one in answer.instead
+        if name not in one
+        for other in one
+        if other not in answer.effects
+    )
+
+
+def _same_family(name: str, found: Found, table: Table, answer: Decision) -> tuple[str, ...]:
+    """Laws of a name's family that hold, beside it, ``HOLDS`` of what the set has that is named."""
+    rest = set(answer.effects) - {name}
+    shares: dict[str, float] = {}
+    for model, share in found.models:
+        others = set(model.effects) - rest
+        kinds = {table.families[one] for one in others}
+        if rest <= set(model.effects) and len(others) == 1 and kinds == {table.families[name]}:
+            shares[others.pop()] = share
+    total, held, taken = sum(shares.values()), 0.0, []
+    for law, share in sorted(shares.items(), key=lambda item: -item[1]):
+        if held >= HOLDS * total:
+            break
+        taken.append(law)
+        held += share
+    return tuple(law for law in taken if law != name)
+
+
+def _in_free_run(table: Table, model: Model) -> FreeRun | None:
+    none = table.models[0]
+    if FREE_RUN not in none.views:
+        return None
+    gap, left = (
+        sum(seen.excess for seen in one.views[FREE_RUN].links.values()) for one in (none, model)
+    )
+    shown = gap > SHOWS
+    return FreeRun(gap, left, 1.0 - left / gap if shown else None, model.effects, ())
+
+
+def _places(fitted: Subject, start: Start, fit: Fitted, verdict: Verdict) -> tuple[Place, ...]:
+    """Where the gap shows with the nominal parameters refitted; as the plant file stands, where
+    their refit hides a gap that there is.
+    """
+    problem = start.problem
+    places = localise(fitted, problem.prepared, fit.none.values, problem.floors)
+    if verdict not in SILENT and not any(one.significance > SURE for one in places):
+        return localise(fitted, problem.prepared, {}, problem.floors)
+    return places
+
+
+def _says(
+    verdict: Verdict,
+    could: Posterior,
+    model: Model,
+    whence: Sequence[Origin],
+    silent: Sequence[str],
+    start: Start,
+    went,
+) -> str:
+    """The answer in one or two sentences."""
+    of = len(start.problem.effects)
+    none = next((one.probability for one in could.models if not one.effects), 0.0)
+    if verdict == "no_gap":
+        said = (
+            f"The plant file, refitted, describes these logs to their noise ({none:.2f});"
+            f" {of - len(silent)} of {of} effects would have shown at a typical strength."
+        )
+        return f"{said} {said_of_moved(went)}" if went else said
+    if verdict == "not_excited":
+        return (
+            f"No gap shows, but these logs could not have shown {len(silent)} of {of} effects at a"
+            " typical strength."
+        )
+    if verdict == "not_in_catalogue":
+        from_where = likely(whence)
+        where = (
+            f" It comes from {all_of([one.says for one in from_where], 'or')}." if whence else ""
+        )
+        return (
+            f"Something is missing that no law of the catalogue describes ({could.unknown:.2f})."
+            + (where if from_where else "")
+        )
+    if verdict == "not_separable":
+        told = told_of_sets((tuple(could.names), *could.instead), could.names)
+    else:
+        told = told_of_names(could.names, verdict == "partly_explained")
+    return f"{told[:1].upper()}{told[1:]}.{_left(could, model)}"
+
+
+def _left(could: Posterior, model: Model) -> str:
+    """What the named effects leave of the gap; nothing where there is none to be seen."""
+    left = next((one.left_share for one in could.models if one.effects == model.effects), None)
+    if left is None:
+        return ""
+    view = "in free run" if could.judged_by == FREE_RUN else "block by block"
+    who = "It leaves"
+    if len(could.names) > 1:
+        who = f"{set_words(tuple(could.names)).capitalize()} leave"
+    return f" {who} {100.0 * left:.2g} % of the gap {view}."

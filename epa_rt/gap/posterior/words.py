@@ -1,0 +1,53 @@
+"""A posterior's answer in words: one sentence that a person can act on."""
+
+from collections.abc import Mapping, Sequence
+
+Sets = Sequence[Sequence[str]]
+
+
+def plain(name: str) -> str:
+    """'braid friction' of 'braid_friction'."""
+    return name.replace("_", " ")
+
+
+def all_of(words: Sequence[str], last: str = "and") -> str:
+    """'a, b and c'."""
+    return f" {last} ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
+def set_words(effects: Sequence[str]) -> str:
+    """'gravity and delay'; what an empty set stands for."""
+    if not effects:
+        return "no effect: the plant file as refitted"
+    return all_of([plain(name) for name in effects])
+
+
+def sure_of(sets: Sets) -> tuple[str, ...]:
+    """Names that every one of several sets has."""
+    return tuple(name for name in sets[0] if all(name in one for one in sets))
+
+
+def told_of_sets(sets: Sets, probability: Mapping[str, float]) -> str:
+    """What is said of several sets, each of which may be the right one. ``probability``: of the
+    names of the first.
+    """
+    sure = sure_of(sets)
+    if not sure:
+        first = all_of([f"{plain(name)} ({probability[name]:.2f})" for name in sets[0]])
+        return f"these logs do not tell which: {first}; or {'; or '.join(map(set_words, sets[1:]))}"
+    more = dict.fromkeys(plain(name) for one in sets for name in one if name not in sure)
+    named = all_of([f"{plain(name)} ({probability[name]:.2f})" for name in sure])
+    return (
+        f"{named} {_is(sure)} missing; whether {all_of(list(more), 'or')} is too, these logs do not"
+        " tell"
+    )
+
+
+def told_of_names(probability: Mapping[str, float], more: bool) -> str:
+    """What is said of the names that are missing from the plant file, and whether ``more`` is."""
+    named = all_of([f"{plain(name)} ({share:.2f})" for name, share in probability.items()])
+    return f"{named} {_is(tuple(probability))} missing{', and something besides' if more else ''}"
+
+
+def _is(names: Sequence[str]) -> str:
+    return "are" if len(names) > 1 else "is"

@@ -1,0 +1,40 @@
+"""The posterior's answer in words."""
+
+import pytest
+
+from epa_rt.gap.posterior.words import set_words, told_of_names, told_of_sets
+
+
+@pytest.mark.parametrize(
+    ("names", "more", "words"),
+    [
+        ({"creep": 0.97}, False, "creep (0.97) is missing"),
+        ({"creep": 0.97}, True, "creep (0.97) is missing, and something besides"),
+        ({"creep": 0.97, "gauge_lag": 0.9}, False, "creep (0.97) and gauge lag (0.90) are missing"),
+    ],
+)
+def test_names_are_said_with_their_probability(names, more, words):
+    assert told_of_names(names, more) == words
+
+
+@pytest.mark.parametrize(
+    ("sets", "names", "words"),
+    [
+        (
+            (("creep",), ("strap_compliance",)),
+            {"creep": 0.5},
+            "these logs do not tell which: creep (0.50); or strap compliance",
+        ),
+        (
+            (("creep", "threshold_pressure"), ("creep",)),
+            {"creep": 1.0, "threshold_pressure": 0.6},
+            "creep (1.00) is missing; whether threshold pressure is too, these logs do not tell",
+        ),
+    ],
+)
+def test_what_all_probable_sets_have_is_said_as_sure(sets, names, words):
+    assert told_of_sets(sets, names) == words
+
+
+def test_three_names_are_a_list():
+    assert set_words(("a_b", "c", "d")) == "a b, c and d"
