@@ -1,6 +1,5 @@
 """What it could be, for people: the posterior over sets of effects as bars."""
 
-from collections.abc import Sequence
 
 from rich import box
 from rich.console import Console

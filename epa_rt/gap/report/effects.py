@@ -3,7 +3,7 @@
 from epa_rt.config.units import with_unit
 from epa_rt.gap.diagnosis import Change, Diagnosis, Named, Near, Number
 from epa_rt.gap.report.words import (
-    CONFIDENCE,
+    confidence_words,
     free_run_words,
     gone_words,
     more_numbers_words,
@@ -19,7 +19,12 @@ def effects(diagnosis: Diagnosis) -> Html:
     """The named effects, best first, each with its numbers; then the nominal parameters that
     moved.
     """
-    parts = [join(_effect(i, effect) for i, effect in enumerate(diagnosis.effects, 1))]
+    parts = [
+        join(
+            _effect(i, effect, confidence_words(diagnosis))
+            for i, effect in enumerate(diagnosis.effects, 1)
+        )
+    ]
     if not diagnosis.effects:
         parts = [paragraph("No effect is named.")]
     parts += [tag("p", words, class_="warning") for words in diagnosis.doubts]
@@ -74,7 +79,7 @@ def not_tested(diagnosis: Diagnosis) -> Html:
     )
 
 
-def _effect(rank: int, effect: Named) -> Html:
+def _effect(rank: int, effect: Named, sure_is: str) -> Html:
     family = f", family {effect.family}" if effect.family != effect.name else ""
     head = tag(
         "h3",
@@ -92,7 +97,7 @@ def _effect(rank: int, effect: Named) -> Html:
         ),
     )
     sure = paragraph(
-        f"Confidence {percent(effect.confidence)}: {CONFIDENCE}. On trials that it was not fitted"
+        f"Confidence {percent(effect.confidence)}: {sure_is}. On trials that it was not fitted"
         " to, it lowers the sum of squared errors, each divided by the rms of the noise, by"
         f" {effect.gain:,.0f}; one that has no part in the gap lowers it by about 0."
     )

@@ -17,11 +17,11 @@ from epa_rt.gap.report.left_words import ends_words, goes_with
 from epa_rt.gap.report.origin import origin_words
 from epa_rt.gap.report.words import (
     BASELINES,
-    CONFIDENCE,
     MODES,
     VERDICTS,
     WHO,
     channel_words,
+    confidence_words,
     free_run_words,
     gone_words,
     judged_on,
@@ -173,7 +173,7 @@ def _effects(diagnosis: Diagnosis, out: Console) -> None:
         if not effect.parameters:
             table.add_row(*head, "", "", "", "", others)
     out.print(table)
-    out.print(f"Confidence in an effect: {CONFIDENCE}.", style="dim")
+    out.print(f"Confidence in an effect: {confidence_words(diagnosis)}.", style="dim")
     for effect in (one for one in diagnosis.effects if one.in_more_numbers):
         out.print(f"{plain(effect.name)}: {more_numbers_words(effect)}")
     for words in diagnosis.doubts:

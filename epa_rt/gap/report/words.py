@@ -46,6 +46,10 @@ CONFIDENCE = (
     " explanation when stretches of the logs are drawn anew at random, lowered by the part of the"
     " gap that it leaves, block by block and in free run"
 )
+PROBABILITY = (
+    "probability that the rig has an effect of its family and the plant file does not, on these"
+    " logs and on logs that no fit has seen"
+)
 WHO = {"plant_file": "in the plant file, not in the rig", "both": "in both, at other strengths"}
 BEYOND = 99.0  # standard deviations
 # share closed below which the figure says less than how many times the floor it was and is: of a
@@ -58,6 +62,11 @@ _SMALL = {
 }  # below: in this smaller unit
 _SHOWN = Shown()
 _NAME = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)+")
+
+
+def confidence_words(diagnosis: Diagnosis) -> str:
+    """What the confidence in a name is."""
+    return PROBABILITY if diagnosis.decided_by == "posterior" else CONFIDENCE
 
 
 def size(value: float | None, unit: str, digits: int = 3) -> str:
