@@ -109,8 +109,8 @@ def _calibrate(folders: list[Path], out: Path) -> tuple[dict[str, object], objec
         calibrated,
         left_out,
         log_score,
+        of_names,
         probabilities,
-        reliability,
     )
     from epa_rt.benchmark.seal import opened
     from epa_rt.gap.posterior.evidence import START
@@ -136,7 +136,7 @@ def _calibrate(folders: list[Path], out: Path) -> tuple[dict[str, object], objec
             "calibrated": log_score(examples, numbers),
             "on_cases_left_out": float(np.mean(np.log(np.maximum(others, 1e-3)))),
         },
-        "reliability": reliability(examples, numbers),
+        "reliability": of_names(examples, numbers),
         "numbers": vars(numbers),
         "by_case": {
             one.name: {

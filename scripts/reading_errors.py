@@ -34,7 +34,7 @@ from epa_rt.gap.stop_operator import stop_over_log
 from epa_rt.gap.subject import Subject
 
 RIG = ROOT / "config/rigs/bench.yaml"
-EXPERIMENTS = ("identification_short", "multisine", "step")
+EXPERIMENTS = ("identification_short", "step")
 FORCE, PRESSURE, CURRENT = "muscle_force_n", "muscle_pressure_pa", "motor_current_a"
 WANDERS = 0.7  # of its spread: deviation of a nominal parameter of the rig from the plant file
 

@@ -10,17 +10,14 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from scipy.optimize import minimize
 
-from epa_rt.benchmark.figures import strong
+from epa_rt.benchmark.compare import LEAST, Shares, reliability, share_of
 from epa_rt.gap.posterior.evidence import Numbers, log_evidence
 from epa_rt.gap.posterior.search import Table
 from epa_rt.gap.posterior.unknown import Found, inclusion, posterior
 
-LEAST = 1e-3  # no probability counts for less: one case must not decide alone
 SPREAD = 1.0  # of a number around its start: of its logarithm, of log odds in nats
-TOO_MANY = 0.5  # of a set that names the truth and something else
 WITHIN = 15.0  # nats behind the best model, where no numbers near the start make up for it
 EVALUATIONS = 150  # of the score, in each round
-BINS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 
 
 @dataclass(frozen=True)
@@ -33,27 +30,16 @@ class Example:
 
 
 def of_truth(found: Found, families: Mapping[str, str], truth: dict) -> float:
-    """Probability that the posterior gives to the truth: to nothing, to something that the
-    catalogue lacks, to sets that hold a family of each effect; one with a name too many counts
-    half. An effect that is not twice its detection limit may as well be none.
+    """Probability that the posterior gives to the truth. ``families``: of each effect of the
+    catalogue.
     """
-    if truth["kind"] == "none":
-        return _none(found)
-    if truth["kind"] == "withheld":
-        share = found.unknown
-    else:
-        wanted = [set(effect["families"]) for effect in truth["effects"]]
-        share = sum(
-            probability * (1.0 if len(kinds) == len(wanted) else TOO_MANY)
-            for model, probability in found.models
-            for kinds in [{families[name] for name in model.effects}]
-            if all(one & kinds for one in wanted)
-        )
-    return share if strong(truth) and truth["kind"] != "not_excited" else share + _none(found)
-
-
-def _none(found: Found) -> float:
-    return sum(share for model, share in found.models if not model.effects)
+    none = sum(share for model, share in found.models if not model.effects)
+    sets = [
+        ({families[name] for name in model.effects}, share)
+        for model, share in found.models
+        if model.effects
+    ]
+    return share_of(truth, Shares(none, found.unknown, sets))
 
 
 def log_score(examples: Sequence[Example], numbers: Numbers) -> float:
@@ -120,30 +106,15 @@ def left_out(examples: Sequence[Example], start: Numbers, parts: int = 4) -> lis
     return found
 
 
-def reliability(examples: Sequence[Example], numbers: Numbers) -> list[dict[str, float]]:
-    """By bins of the first name's probability: how many names, the mean probability, and how many
-    are right.
-    """
+def of_names(examples: Sequence[Example], numbers: Numbers) -> list[dict[str, float]]:
+    """How far the probability of first names holds, by bins."""
     said: list[tuple[float, bool]] = []
     for one in examples:
         found = posterior(one.table, numbers)
         wanted = {family for effect in one.truth["effects"] for family in effect["families"]}
         for family, share in list(inclusion(found, one.table.families).items())[:1]:
             said.append((min(share, 1.0), family in wanted))
-    rows = []
-    for low, high in zip(BINS[:-1], BINS[1:], strict=True):
-        inside = [one for one in said if low <= one[0] < high or one[0] == high == 1.0]
-        if inside:
-            rows.append(
-                {
-                    "from": low,
-                    "to": high,
-                    "names": len(inside),
-                    "said": float(np.mean([share for share, _ in inside])),
-                    "right": float(np.mean([is_right for _, is_right in inside])),
-                }
-            )
-    return rows
+    return reliability(said)
 
 
 _LOGS = ("effect_odds", "further_odds", "unknown_odds")  # the others are positive

@@ -42,7 +42,7 @@ from epa_rt.gap.screen import screen
 from epa_rt.gap.select import rescaled
 from epa_rt.gap.shrink import shrinkage
 from epa_rt.gap.subject import Subject, Values
-from epa_rt.gap.together import ROUNDS, Together
+from epa_rt.gap.together import ROUNDS, Together, costs
 from epa_rt.gap.whose import who_has
 from epa_rt.gap.wording import said_of_moved
 
@@ -173,14 +173,10 @@ def fitted_for(start: Start, model: Model, none: Model) -> Fitted:
         if key in point.values
     }
     starts = (dict(model.whole), {**model.whole, **own}, dict(point.values))
-    begun = min(starts, key=lambda values: _costs(both, model.effects, values))
+    begun = min(starts, key=lambda values: costs(both, point.normal.keys, values))
     before = settled(both, (), dict(none.whole), rounds=ROUNDS).values
     after = settled(both, model.effects, begun, rounds=ROUNDS).values if model.effects else before
     return Fitted(problem, base, linearised(problem, model.effects, dict(after)), before, after)
-
-
-def _costs(both: Together, effects: tuple[str, ...], values: dict[str, float]) -> float:
-    return linearised(both, effects, values).normal.chi
 
 
 def not_shown(start: Start) -> tuple[str, ...]:

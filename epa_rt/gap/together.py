@@ -75,14 +75,14 @@ def serving_both(
         if key in blocks.values
     }
     start = min(
-        (dict(best), {**best, **own}), key=lambda values: _costs(both, blocks.normal.keys, values)
+        (dict(best), {**best, **own}), key=lambda values: costs(both, blocks.normal.keys, values)
     )
     before = settled(both, (), dict(none), rounds=ROUNDS).values
     after = settled(both, blocks.effects, start, rounds=ROUNDS).values
     return replace(selection, final=linearised(problem, blocks.effects, after)), before
 
 
-def _costs(both: Together, keys: tuple[str, ...], values: Values) -> float:
+def costs(both: Together, keys: tuple[str, ...], values: Values) -> float:
     """Chi-square of blocks and free run, with priors."""
     return sum(float(r @ r) for r in (both.residual(values, link) for link in both.links)) + float(
         prior_of(both, keys) @ z_of(both, keys, values) ** 2

@@ -8,9 +8,9 @@ from epa_rt.benchmark.calibrate import (
     calibrated,
     left_out,
     log_score,
+    of_names,
     of_truth,
     probabilities,
-    reliability,
 )
 from epa_rt.gap.posterior.evidence import START
 from epa_rt.gap.posterior.search import Model, Table
@@ -63,6 +63,6 @@ def test_a_name_too_many_counts_half():
 
 
 def test_reliability_counts_every_first_name_once(examples):
-    rows = reliability(examples, START)
+    rows = of_names(examples, START)
     assert sum(row["names"] for row in rows) == len(examples)
     assert all(row["from"] <= row["said"] <= row["to"] for row in rows)

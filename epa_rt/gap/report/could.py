@@ -1,6 +1,5 @@
 """What it could be, for people: the posterior over sets of effects as bars."""
 
-
 from rich import box
 from rich.console import Console
 from rich.table import Table

@@ -17,6 +17,8 @@ in turn.
                         each effect hidden and left out: what is said instead
   epa gap blind pool blind.json other.json
                         shares over the cases of several sets
+  epa gap blind compare posterior.json rules.json
+                        two diagnosers on one set: log and Brier score, sign test, reliability
   epa gap blind rivals out/blind --json rivals.json --beside blind.json
                         the same cases by CMA-ES, least squares, sparse regression, RMSE
 """
@@ -34,6 +36,7 @@ from epa_rt.cli.write import check_writable
 
 CASES = 120
 DIAGNOSER = "epa_rt.cli.gap.blind.diagnose:diagnose_files"
+BY_POSTERIOR = "epa_rt.cli.gap.blind.diagnose:by_posterior"
 
 
 def add_parser(tasks: "argparse._SubParsersAction") -> None:
@@ -165,8 +168,19 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     pool.add_argument(
         "sets", type=Path, nargs="+", metavar="JSON", help="what score wrote for each set"
     )
+    pair = parts.add_parser("compare", help="two diagnosers on the same set, side by side")
+    pair.add_argument(
+        "sets", type=Path, nargs=2, metavar="JSON", help="what score wrote for the same cases"
+    )
     for part in (score, matrix):
         part.add_argument("--diagnoser", default=DIAGNOSER, help=argparse.SUPPRESS)
+        part.add_argument(
+            "--posterior",
+            dest="diagnoser",
+            action="store_const",
+            const=BY_POSTERIOR,
+            help="decided by the posterior, not by the rules",
+        )
     for part in (score, rivals, oracle):
         part.add_argument(
             "--sealed", type=Path, help="folder of the sealed truth (default: DIR.sealed)"
@@ -217,6 +231,11 @@ def run(arguments: argparse.Namespace) -> int:
         from epa_rt.cli.gap.blind.pool import pool
 
         print(pool(arguments.sets))
+        return COMPLETED
+    if arguments.part == "compare":
+        from epa_rt.cli.gap.blind.compare import compare
+
+        print(compare(arguments.sets))
         return COMPLETED
     if arguments.part == "oracle":
         check_answers(

@@ -8,8 +8,20 @@ if TYPE_CHECKING:
     from epa_rt.gap.diagnosis import Diagnosis
 
 
-def diagnose_files(
+def by_posterior(
     rig: Path, plant: Path, logs: Sequence[Path], holdout: Sequence[Path], leave_out: Sequence[str]
+) -> "Diagnosis":
+    """As ``diagnose_files``, decided by the posterior."""
+    return diagnose_files(rig, plant, logs, holdout, leave_out, posterior=True)
+
+
+def diagnose_files(
+    rig: Path,
+    plant: Path,
+    logs: Sequence[Path],
+    holdout: Sequence[Path],
+    leave_out: Sequence[str],
+    posterior: bool = False,
 ) -> "Diagnosis":
     """Diagnoses the logs of a rig against a plant file as the command line does, checks included,
     with effects left out of the catalogue (those it has for this rig).
@@ -25,7 +37,7 @@ def diagnose_files(
 
     known = {effect.name for effect in open_subject(rig, plant).catalogue}
     without = [name for name in leave_out if name in known]
-    given, answer = diagnose_logs(rig, plant, logs, holdout, without)
+    given, answer = diagnose_logs(rig, plant, logs, holdout, without, posterior)
     if not answer.effects:
         return answer
     try:
