@@ -53,6 +53,7 @@ def table_for(
     fits).
     """
     families = {name: effect.family for name, effect in start.problem.effects.items()}
+    numbers = numbers if start.ground else numbers.of_links_alone()
     held_out = HeldOut(start.problem, start.ground, aside, judge) if aside else None
     return table_of(*start, held_out, Formula(families, numbers), progress)
 

@@ -44,6 +44,12 @@ class Numbers:
     wrong_left: float
     left_spread: float
 
+    def of_links_alone(self) -> "Numbers":
+        """The same for a rig that has no model of the whole: its links are the one way to hold it
+        against the data, so that a law's error has there all the freedom that it has.
+        """
+        return replace(self, step_freedom=self.step_freedom + self.run_freedom)
+
     def freedom(self, view: str) -> float:
         """Degrees of freedom of a link's discrepancy in a view."""
         whole = self.run_freedom if view in (FREE_RUN, HELD_OUT_FREE_RUN) else self.step_freedom

@@ -13,6 +13,7 @@ import numpy as np
 
 from epa_rt.gap.posterior.evidence import Numbers, log_evidence, scale
 from epa_rt.gap.posterior.search import Model, Table
+from epa_rt.gap.posterior.views import FREE_RUN
 
 TAILS = 4.0  # degrees of freedom of what is left: the larger, the lighter its tails
 # Of a gap of any cause, in logarithms of what a floor may be wrong by: from that to 400 times it.
@@ -34,6 +35,7 @@ def posterior(table: Table, numbers: Numbers) -> Found:
     it.
     """
     none = table.models[0]
+    numbers = numbers_for(none, numbers)
     models = [model for model in table.models if set(model.views) >= set(none.views)]
     logs = [log_evidence(model, table.families, numbers) for model in models]
     named = [log for model, log in zip(models, logs, strict=True) if model.effects]
@@ -106,4 +108,9 @@ def inclusion(found: Found, families: Mapping[str, str]) -> dict[str, float]:
 
 def still_missing(model: Model, numbers: Numbers) -> float:
     """Log odds that something is missing beside a model's effects."""
-    return numbers.unknown_odds + nothing_wrong(model, numbers)
+    return numbers.unknown_odds + nothing_wrong(model, numbers_for(model, numbers))
+
+
+def numbers_for(model: Model, numbers: Numbers) -> Numbers:
+    """The numbers for a rig that this model was fitted to in all views that it has."""
+    return numbers if FREE_RUN in model.views else numbers.of_links_alone()
