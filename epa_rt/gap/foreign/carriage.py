@@ -325,6 +325,7 @@ COMPONENT = Component(
     features=features,
     settled=5.0,
     undetermined=undetermined,
+    effort="force",
     needs={"force": ("position",)},
     flat=True,
     output_is_foreseen=True,

@@ -122,6 +122,8 @@ class Component:
     undetermined: Callable[[object, Numbers], np.ndarray] | None = (
         None  # of what was prepared: (N,) rows in which no law foresees the outputs
     )
+    # role of the drive's effort where nothing but friction holds against it at rest
+    effort: str | None = None
     # from the other channels, by a residual that is measured less foreseen: a turned sign then runs
     # against it
     output_is_foreseen: bool = False

@@ -14,7 +14,7 @@ from epa_rt.gap.hygiene.finding import Finding, stretches
 from epa_rt.gap.recording import Recording
 
 if TYPE_CHECKING:
-    from epa_rt.gap.foreign.subject import ForeignSubject
+    from epa_rt.gap.foreign.subject import ForeignSubject, Ready
 
 NOISE_ONLY = 4.0  # deviations of a speed's noise below which its sign is chance
 STILL = 3e-3  # of the typical speed: the filter's tails of the motion before
@@ -53,14 +53,41 @@ def check_rests(recordings: Sequence[Recording], subject: "ForeignSubject") -> l
 
 
 def _said(recording: Recording, subject: "ForeignSubject") -> Finding | None:
-    share = float(np.mean(subject.prepare(recording).undetermined))
+    ready = subject.prepare(recording)
+    share = float(np.mean(ready.undetermined))
     if share < WORTH_SAYING:
         return None
+    held, unit = _held(ready, subject)
+    bound = (
+        f"; there it varied by {2.0 * held:.3g} {unit} and moved nothing, so that dry friction is"
+        f" {held:.3g} {unit} at least"
+        if held > 0.0
+        else ""
+    )
     return Finding(
         "note",
         "rest",
         recording.name,
         "",
         f"{recording.name}: found nothing moving in {share:.0%} of the rows; what a drive gives"
-        " there is taken by friction whatever its law, and these rows are not judged",
+        f" there is taken by friction whatever its law, and these rows are not judged{bound}",
     )
+
+
+def _held(ready: "Ready", subject: "ForeignSubject") -> tuple[float, str]:
+    """Half of what the drive's effort varied by in one rest, the most of all rests, and its unit:
+    a constant load may be in it, and dry friction held the rest of it both ways. 0 where none of
+    it was measured, or more than friction holds against it.
+    """
+    role = subject.rig.component.effort
+    if role is None or role not in ready.signals.columns:
+        return 0.0, ""
+    effort = ready.signals.columns[role][:: ready.signals.stride]
+    around = int(np.ceil(SPREAD * subject.rate_hz / ready.signals.lowpass_hz))
+    varied = [
+        float(np.ptp(effort[start + around : stop - around]))
+        for start, stop in stretches(ready.undetermined[: len(effort)])
+        if stop - start > 2 * around + 1
+    ]
+    unit = next(link.unit for link in subject.links)
+    return 0.5 * max(varied, default=0.0), unit

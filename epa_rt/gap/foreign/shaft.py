@@ -194,6 +194,7 @@ COMPONENT = replace(
     residual=residual,
     features=features,
     undetermined=undetermined,
+    effort="torque",
     needs={LINK: ("angle",)},
     equations=(
         "the carriage's, with an angle for x, an inertia for M, a torque for F, and turn for pitch",

@@ -43,8 +43,8 @@ def decided(found: Found, families: Mapping[str, str], numbers: Numbers) -> Deci
     ranked = sorted(sets.items(), key=lambda item: -item[1][0])
     for kinds, (_, effects) in ranked[:3]:
         answers.append(_names(found, families, kinds, effects, none, numbers))
-    if len(ranked) > 1:
-        answers.append(_alternatives(ranked, families, found))
+    if len(several := _alternatives(ranked)) > 1:
+        answers.append(_not_told(several, ranked, families, found))
     return min(answers, key=lambda one: one.loss)
 
 
@@ -88,21 +88,28 @@ def _names(
     return Decision(kind, effects, _shares(effects, families, found), (), loss)
 
 
-def _alternatives(
-    ranked: Sequence[tuple[frozenset[str], tuple[float, tuple[str, ...]]]],
-    families: Mapping[str, str],
-    found: Found,
-) -> Decision:
+Ranked = Sequence[tuple[frozenset[str], tuple[float, tuple[str, ...]]]]
+
+
+def _alternatives(ranked: Ranked) -> list[tuple[str, ...]]:
     """The fewest sets of names that hold ``HOLDS`` of what names can explain."""
     total, held, taken = sum(share for _, (share, _) in ranked), 0.0, []
     for _, (share, effects) in ranked:
-        taken.append(effects)
-        held += share
         if held >= HOLDS * total:
             break
-    loss = WRONG_NAME * (1.0 - held) + FURTHER_NAME * (len(taken) - 1)
-    shares = _shares(taken[0], families, found)
-    return Decision("not_separable", taken[0], shares, tuple(taken[1:]), loss)
+        taken.append(effects)
+        held += share
+    return taken
+
+
+def _not_told(
+    several: Sequence[tuple[str, ...]], ranked: Ranked, families: Mapping[str, str], found: Found
+) -> Decision:
+    """Several sets, of which the next experiment is to tell the right one."""
+    held = sum(share for _, (share, effects) in ranked if effects in several)
+    loss = WRONG_NAME * (1.0 - held) + FURTHER_NAME * (len(several) - 1)
+    shares = _shares(several[0], families, found)
+    return Decision("not_separable", several[0], shares, tuple(several[1:]), loss)
 
 
 def _shares(effects: Sequence[str], families: Mapping[str, str], found: Found) -> tuple[float, ...]:

@@ -55,7 +55,7 @@ def names_wrong(model: Model, none: Model, numbers: Numbers) -> float:
     the mean over the views.
     """
     ratios = []
-    for name in none.views:
+    for name in _with_links(none):
         gap, floor = shown(none, name, numbers)
         left = np.log1p(shown(model, name, numbers)[0] / floor)
         right, wrong = (
@@ -63,7 +63,7 @@ def names_wrong(model: Model, none: Model, numbers: Numbers) -> float:
         )
         spread = numbers.left_spread
         ratios.append(_log_t((left - wrong) / spread) - _log_t((left - right) / spread))
-    return float(np.mean(ratios))
+    return float(np.mean(ratios or [0.0]))
 
 
 def nothing_wrong(none: Model, numbers: Numbers) -> float:
@@ -71,12 +71,17 @@ def nothing_wrong(none: Model, numbers: Numbers) -> float:
     the views.
     """
     ratios = []
-    for name in none.views:
+    for name in _with_links(none):
         gap, floor = shown(none, name, numbers)
         at, spread = np.log1p(gap / floor), numbers.left_spread
         something = _log_t((at - SHOWN) / SHOWN_SPREAD) - np.log(SHOWN_SPREAD)
         ratios.append(something - _log_t(at / spread) + np.log(spread))
-    return float(np.mean(ratios))
+    return float(np.mean(ratios or [0.0]))
+
+
+def _with_links(model: Model) -> list[str]:
+    """Views in which anything is judged."""
+    return [name for name, view in model.views.items() if view.links]
 
 
 def shown(model: Model, view: str, numbers: Numbers) -> tuple[float, float]:

@@ -2,6 +2,7 @@
 nothing of the plant. And a hand on it is a gap that nothing foresees.
 """
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -76,6 +77,17 @@ def test_rows_in_which_nothing_moves_are_not_judged_and_that_is_said(cart):
     (finding,) = check_rests([log], cart)
     assert finding.severity == "note" and "not judged" in finding.says
     assert not check_rests([run(1, strokes=False)], cart)  # reversals are no rests
+
+
+def test_a_joint_that_never_moves_tells_a_bound_of_its_friction(cart):
+    """The drive swings by 5 N to either side of a constant load, and nothing moves."""
+    log = run(1)
+    t = np.arange(log.samples) * PERIOD_S
+    held = {"place_m": np.full(len(t), 0.1), "force_n": 2.0 + 5.0 * np.sin(np.pi * t)}
+    (finding,) = check_rests([replace(log, columns={**log.columns, **held})], cart)
+    bound = re.search(r"dry friction is ([\d.]+) N at least", finding.says)
+    assert bound and 4.9 <= float(bound.group(1)) <= 5.001
+    assert "100% of the rows" in finding.says
 
 
 @pytest.mark.parametrize(("stick_s", "rests"), [(0.0, False), (0.012, True)])
