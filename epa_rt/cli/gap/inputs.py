@@ -89,6 +89,7 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
     """
     from epa_rt.cli.gap.fits import check_columns
     from epa_rt.gap.foreign.dead import check_dead
+    from epa_rt.gap.foreign.pasted import as_runs
     from epa_rt.gap.foreign.rests import check_rests
     from epa_rt.gap.foreign.signs import check_signs
     from epa_rt.gap.foreign.sizes import check_sizes
@@ -98,10 +99,12 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
     from epa_rt.gap.hygiene.check import check, clean
 
     subject, rig, plant = open_rig(arguments.rig, arguments.plant)
-    recordings = read(arguments.logs, rig) + read(holdout, rig)
-    _unique(recordings)
+    fitted, held = read(arguments.logs, rig), read(holdout, rig)
+    _unique(fitted + held)
     if rig is None:
-        check_columns(subject, arguments.rig, recordings)
+        check_columns(subject, arguments.rig, fitted + held)
+        fitted, held = as_runs(fitted, subject), as_runs(held, subject)
+    recordings, n = fitted + held, len(fitted)
     findings = (
         *check(recordings, rig),
         *(
@@ -112,7 +115,7 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
     )
     findings = findings if rig is not None else _of_used(findings, subject)
     _refused(findings)
-    cleaned, n = clean(recordings, findings), len(arguments.logs)
+    cleaned = clean(recordings, findings)
     if rig is None:
         _refused(check_swaps(cleaned, subject))
         findings = (*findings, *check_signs(cleaned, subject), *check_rests(cleaned, subject))

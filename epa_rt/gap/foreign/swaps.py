@@ -15,8 +15,8 @@ from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.refit import settled
 
-# of what the plant leaves as they stand is what it leaves of two that were exchanged (0.01 and
-# 0.02; of sound logs, with gaps, 6.8 times as much and more)
+# of what the plant leaves as they stand, and of all that the output varies by, is what it leaves of
+# two that were exchanged (0.01 and 0.02; of sound logs, with gaps, 6.8 times as much and more)
 SWAPPED = 0.2
 SCALES = (
     1.0,
@@ -53,7 +53,7 @@ def _checked(recording: Recording, subject: ForeignSubject) -> list[Finding]:
     for one, other in combinations(names, 2):
         for scale in SCALES[: 1 if unit_of[one] == unit_of[other] else None]:
             turned, judged = _left(_exchanged(recording, one, other, scale), subject)
-            if turned < SWAPPED * as_is and judged > JUDGED * rows:
+            if turned < SWAPPED * min(as_is, 1.0) and judged > JUDGED * rows:
                 return [
                     Finding(
                         "refuse",
