@@ -1,0 +1,94 @@
+"""Recordings and replays of others whose answer was wrong once: the posterior names what is known
+of them, and nothing else with confidence. Through the import and the checks of the command line.
+"""
+
+from pathlib import Path
+
+import pytest
+
+from epa_rt.cli.exits import VerbError
+from epa_rt.cli.gap.diagnose import diagnose_logs
+from epa_rt.logs.importers.gather import gather
+from epa_rt.logs.importers.mapping import load_mapping
+from epa_rt.logs.importers.write import attachments_of, write_log
+
+CASES = Path(__file__).resolve().parents[4] / "shared/cases"
+
+
+def imported(folder: Path, mapping: Path, files: list[Path]) -> list[Path]:
+    typed, located = load_mapping(mapping)
+    logs = []
+    for file in files:
+        log = folder / f"{file.stem}.mcap"
+        attached = attachments_of(typed, located, [file])
+        write_log(log, typed, gather(typed, located, [file]), attached, [file])
+        logs.append(log)
+    return logs
+
+
+def answer(tmp_path: Path, rig: Path, mapping: Path, fit: list[Path], hold: list[Path]):
+    if not CASES.exists():
+        pytest.skip("the cases are not beside the checkout (../shared/cases)")
+    logs, held = (imported(tmp_path, mapping, files) for files in (fit, hold))
+    return diagnose_logs(rig, None, logs, held, posterior=True)[1]
+
+
+def replayed(tmp_path: Path, name: str):
+    at = CASES / "replays"
+    several = name == "pace13"
+    return answer(
+        tmp_path,
+        at / f"{name}.rig.yaml",
+        at / f"{name}.map.yaml",
+        [at / (f"{name}_fit.csv" if several else f"{name}.csv")],
+        [at / f"{name}_hold.csv"] if several else [],
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "families", "numbers"),
+    [
+        ("cog84", {"friction", "cogging"}, {"drive.cogging_periods": 84.0}),
+        ("mjx1344", {"load", "friction"}, {"friction.coulomb_nm": 3.0e-3}),
+        (
+            "pace13",
+            {"load", "limit", "delay", "deadband"},
+            {"drive.deadband_rad": 0.010, "load.gravity_sine_rad_s": 1.2},
+        ),
+        ("soarm134", {"friction", "backlash"}, {}),
+    ],
+)
+def test_a_replay_is_named_by_what_was_put_into_it(tmp_path, name, families, numbers):
+    said = replayed(tmp_path, name)
+    assert {one.family for one in said.effects if one.confidence > 0.8} == families
+    found = {one.name: one.value for effect in said.effects for one in effect.parameters}
+    for key, value in numbers.items():
+        assert found[key] == pytest.approx(value, rel=0.05)
+
+
+def test_a_joint_that_never_moves_tells_what_its_friction_is_at_least(tmp_path):
+    at = CASES / "replays"
+    if not at.exists():
+        pytest.skip("the cases are not beside the checkout (../shared/cases)")
+    from epa_rt.gap.foreign import open_foreign
+    from epa_rt.gap.foreign.rests import check_rests
+    from epa_rt.gap.read import read_recording
+
+    logs = imported(tmp_path, at / "franka249.map.yaml", [at / "franka249.csv"])
+    rig = at / "franka249.rig.yaml"
+    (finding,) = check_rests([read_recording(logs[0])], open_foreign(rig))
+    assert "dry friction is 0.8 N*m at least" in finding.says
+    with pytest.raises(VerbError, match="found no stretch of these logs"):
+        diagnose_logs(rig, None, logs, posterior=True)
+
+
+def test_a_pendulum_against_a_guessed_plant_has_gravity(tmp_path):
+    at = CASES / "real/xl330"
+    said = answer(tmp_path, at / "rig.yaml", at / "map.yaml", sorted(at.glob("k*.csv")), [])
+    assert said.effects[0].family == "load" and said.effects[0].confidence > 0.9
+
+
+def test_a_servo_s_trials_in_one_file_show_its_speed_limit(tmp_path):
+    at = CASES / "real/mauicv_servo"
+    said = answer(tmp_path, at / "rig.yaml", at / "map.yaml", [at / "fit.csv"], [at / "hold.csv"])
+    assert said.effects[0].family == "limit" and said.effects[0].confidence > 0.8
