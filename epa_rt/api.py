@@ -142,15 +142,15 @@ def diagnose(
     holdout: Sequence[Place] = (),
     leave_out: Sequence[str] = (),
     gate: bool = True,
-    posterior: bool = False,
+    rules: bool = False,
     baseline: Sequence[Place] = (),
     progress: Progress = _silent,
 ) -> Diagnosed:
     """Why rig and simulation disagree; as ``epa gap diagnose``, about a minute for three logs.
 
-    ``gate``: run the patched plant on the log's own experiment and measure again. ``posterior``:
-    decide by the probability of every set of effects, not by rules. ``baseline``: healthy runs of
-    the same rig and experiment; the question is then what changed since.
+    ``gate``: run the patched plant on the log's own experiment and measure again. ``rules``: decide
+    by the rules of before, not by probability. ``baseline``: healthy runs of the same rig and
+    experiment; the question is then what changed since (by rules).
     ``progress(stage, share)`` is called as it goes on.
     """
     from epa_rt.cli.gap.diagnose import answered
@@ -163,7 +163,7 @@ def diagnose(
             [Path(log) for log in holdout],
             tuple(leave_out),
             gate,
-            posterior,
+            rules,
             progress,
             [Path(log) for log in baseline],
         )

@@ -109,6 +109,7 @@ def _calibrate(folders: list[Path], out: Path) -> tuple[dict[str, object], objec
         calibrated,
         left_out,
         log_score,
+        of_links_alone,
         of_names,
         probabilities,
     )
@@ -135,6 +136,7 @@ def _calibrate(folders: list[Path], out: Path) -> tuple[dict[str, object], objec
             "start": log_score(examples, START),
             "calibrated": log_score(examples, numbers),
             "on_cases_left_out": float(np.mean(np.log(np.maximum(others, 1e-3)))),
+            "of_links_alone": log_score([of_links_alone(one) for one in examples], numbers),
         },
         "reliability": of_names(examples, numbers),
         "numbers": vars(numbers),

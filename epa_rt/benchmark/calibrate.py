@@ -12,7 +12,7 @@ from scipy.optimize import minimize
 
 from epa_rt.benchmark.compare import LEAST, Shares, reliability, share_of
 from epa_rt.gap.posterior.evidence import Numbers, log_evidence
-from epa_rt.gap.posterior.search import Table
+from epa_rt.gap.posterior.search import WHOLE, Table
 from epa_rt.gap.posterior.unknown import Found, inclusion, posterior
 
 SPREAD = 1.0  # of a number around its start: of its logarithm, of log odds in nats
@@ -54,6 +54,19 @@ def probabilities(examples: Sequence[Example], numbers: Numbers) -> list[float]:
     ]
 
 
+def of_links_alone(example: Example) -> Example:
+    """The same as of a rig that has no model of the whole: with what its links show and nothing
+    else.
+    """
+    models = tuple(
+        replace(
+            model, views={name: view for name, view in model.views.items() if name not in WHOLE}
+        )
+        for model in example.table.models
+    )
+    return replace(example, table=replace(example.table, models=models))
+
+
 def that_count(example: Example, numbers: Numbers) -> Example:
     """The same with those models alone that may count, the one without an effect first."""
     table = example.table
@@ -67,8 +80,10 @@ def that_count(example: Example, numbers: Numbers) -> Example:
 
 
 def calibrated(examples: Sequence[Example], start: Numbers, rounds: int = 2) -> Numbers:
-    """The numbers that give the truth the highest log score, the prior of the numbers included."""
-    examples = [that_count(one, start) for one in examples]
+    """The numbers that give the truth the highest log score, the prior of the numbers included; of
+    every rig as it is, and as one that has no model of the whole.
+    """
+    examples = [that_count(one, start) for one in _both(examples)]
     best = _flat(start)
     begun = best.copy()
 
@@ -92,6 +107,11 @@ def calibrated(examples: Sequence[Example], start: Numbers, rounds: int = 2) -> 
         )
         best = found.x
     return _numbers(best)
+
+
+def _both(examples: Sequence[Example]) -> list[Example]:
+    """Every rig as it is, and as one that has no model of the whole."""
+    return [*examples, *map(of_links_alone, examples)]
 
 
 def left_out(examples: Sequence[Example], start: Numbers, parts: int = 4) -> list[float]:

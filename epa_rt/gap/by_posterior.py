@@ -26,7 +26,7 @@ from epa_rt.gap.localise import localise
 from epa_rt.gap.named import moved, numbers
 from epa_rt.gap.origin import SURE, origin_first, origins
 from epa_rt.gap.point import Point, linearised
-from epa_rt.gap.posterior.answer import as_told, table_for
+from epa_rt.gap.posterior.answer import as_told, left_in, table_for
 from epa_rt.gap.posterior.calibrated import CALIBRATED
 from epa_rt.gap.posterior.decide import HOLDS, Decision, decided
 from epa_rt.gap.posterior.search import Model, Table
@@ -210,6 +210,7 @@ def _named(
         ),
         tuple(dict.fromkeys((*_instead(name, answer), *_same_family(name, found, table, answer)))),
         who_has(fit.problem, name, own),
+        in_more_numbers=_in_more_numbers(fit.problem, name, table, model),
     )
 
 
@@ -242,6 +243,22 @@ def _same_family(name: str, found: Found, table: Table, answer: Decision) -> tup
         taken.append(law)
         held += share
     return tuple(law for law in taken if law != name)
+
+
+def _in_more_numbers(problem: Problem, name: str, table: Table, model: Model) -> tuple[str, ...]:
+    """Laws of a name's family that say the same block by block, with more numbers."""
+    rest = set(model.effects) - {name}
+    found = []
+    for other in table.models:
+        law = set(other.effects) - rest
+        if not rest <= set(other.effects) or len(law) != 1 or law == {name}:
+            continue
+        (instead,) = law
+        kin = table.families[instead] == table.families[name]
+        more = len(problem.effects[instead].knobs) > len(problem.effects[name].knobs)
+        if kin and more and left_in(other, BLOCKS) < left_in(model, BLOCKS) + SHOWS:
+            found.append(instead)
+    return tuple(sorted(found))
 
 
 def _in_free_run(table: Table, model: Model) -> FreeRun | None:

@@ -50,7 +50,9 @@ def check_names(diagnosis: Diagnosis, subject: Subject, listed_by: str) -> None:
     the command that lists those that it can.
     """
     known = {effect.name for effect in subject.catalogue}
-    for name in (name for one in diagnosis.effects for name in (one.name, *one.not_separable_from)):
+    named = [name for one in diagnosis.effects for name in (one.name, *one.not_separable_from)]
+    instead = diagnosis.posterior.instead if diagnosis.posterior else ()
+    for name in (*named, *(name for one in instead for name in one)):
         if name not in known:
             raise PatchError(
                 f"found the effect {name}, expected one of the catalogue of {subject.name}"

@@ -45,8 +45,11 @@ def sets_apart(
     stand in all.
 
     One rival of each family, since laws of one family are one answer; ``within_family``: the laws
-    of the first family where no other family competes.
+    of the first family where no other family competes. Of a posterior's answer: its sets.
     """
+    could = diagnosis.posterior
+    if could is not None and could.instead:
+        return (tuple(could.names), *could.instead)[:MOST_RIVALS]
     family = {effect.name: effect.family for effect in subject.catalogue}
     for role, effect in enumerate(diagnosis.effects):
         others = tuple(one.name for i, one in enumerate(diagnosis.effects) if i != role)

@@ -90,7 +90,7 @@ def test_the_diagnosis_names_the_place_and_the_kind_of_effect(diagnosed):
     assert (
         answer["verdict"].upper().replace("_", " ") in done.stdout and "all channels" in done.stdout
     )
-    assert "effect 1" in done.stderr, "progress is shown"
+    assert "each effect alone" in done.stderr, "progress is shown"
 
 
 def test_what_it_wrote_fits_the_schema_and_says_what_it_read(diagnosed, log, logs):

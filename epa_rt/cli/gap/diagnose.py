@@ -74,9 +74,9 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
         help="healthy runs of the same rig and experiment: what changed since (rigs of others)",
     )
     parser.add_argument(
-        "--posterior",
+        "--rules",
         action="store_true",
-        help="decide by the probability of every set of effects, not by rules",
+        help="decide by the rules of before, not by probability (with --baseline always)",
     )
     parser.add_argument(
         "-o",
@@ -124,7 +124,11 @@ def run(arguments: argparse.Namespace) -> int:
     show_found(given.found, out)
     with progress_shown(arguments.quiet) as progress:
         diagnosis = _diagnosed(
-            given, arguments.rig, arguments.leave_out, arguments.posterior, progress
+            given,
+            arguments.rig,
+            arguments.leave_out,
+            arguments.rules or bool(arguments.baseline),
+            progress,
         )
     if arguments.baseline:
         given, diagnosis = with_changes(given, diagnosis, arguments.baseline)
@@ -173,7 +177,7 @@ def diagnose_logs(
     logs: Sequence[Path],
     holdout: Sequence[Path] = (),
     leave_out: Sequence[str] = (),
-    posterior: bool = False,
+    rules: bool = False,
     progress: Progress = lambda stage, share: None,
     baseline: Sequence[Path] = (),
 ) -> "tuple[Opened, Diagnosis]":
@@ -186,7 +190,7 @@ def diagnose_logs(
     if baseline:
         given = since(given, rig, plant, baseline)
     _known(tuple(leave_out), given)
-    found = _diagnosed(given, rig, leave_out, posterior, progress)
+    found = _diagnosed(given, rig, leave_out, rules or bool(baseline), progress)
     return with_changes(given, found, baseline) if baseline else (given, found)
 
 
@@ -219,13 +223,13 @@ def answered(
     holdout: Sequence[Path],
     leave_out: Sequence[str],
     gate: bool,
-    posterior: bool,
+    rules: bool,
     progress: Progress,
     baseline: Sequence[Path] = (),
 ) -> "tuple[Opened, Diagnosis]":
     """As ``diagnose_logs``, with the gate's report where that is asked for."""
     given, diagnosis = diagnose_logs(
-        rig, plant, logs, holdout, leave_out, posterior, progress, baseline
+        rig, plant, logs, holdout, leave_out, rules, progress, baseline
     )
     found = _confirmed(given, diagnosis, None, progress) if gate else None
     return given, replace(diagnosis, gate=found and found.report)
@@ -251,7 +255,7 @@ def _known(names: Sequence[str], given: Opened) -> None:
 
 
 def _diagnosed(
-    given: Opened, rig: Path, leave_out: Sequence[str], posterior: bool, progress: Progress
+    given: Opened, rig: Path, leave_out: Sequence[str], rules: bool, progress: Progress
 ) -> "Diagnosis":
     from epa_rt.gap.aside import split
     from epa_rt.gap.diagnose import diagnose
@@ -262,7 +266,7 @@ def _diagnosed(
         given.recordings,
         given.holdout,
         without=leave_out,
-        posterior=posterior,
+        posterior=not rules,
         progress=progress,
     )
     check_judged(found.location, given.subject)

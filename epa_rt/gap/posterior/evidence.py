@@ -19,26 +19,28 @@ import numpy as np
 from epa_rt.gap.posterior.search import Model
 from epa_rt.gap.posterior.views import FREE_RUN, HELD_OUT, HELD_OUT_FREE_RUN, Seen, View
 
+TAILS = 4.0  # degrees of freedom of a Student's t: heavy tails, with a variance
+
 
 @dataclass(frozen=True)
 class Numbers:
     """What calibration sets.
 
     ``step_freedom``, ``run_freedom``: degrees of freedom of a link's discrepancy, block by block
-    and in free run; on held-out logs half of that. ``floor_share``: part of a link's noise that its
-    floor may be wrong by. ``effect_odds``: log prior odds of one effect against none;
-    ``further_odds``: of one more against no more. ``strain_freedom``: degrees of freedom of the
-    prior of a nominal parameter, in its spread. ``unknown_odds``: log prior odds of something that
-    the catalogue lacks. ``right_left``, ``wrong_left``: part of a gap that the right law leaves,
-    and the best of the wrong ones; ``left_spread``: spread of the logarithm of either.
+    and in free run; on held-out logs half of that. ``alone_freedom``: block by block where the rig
+    has no model of the whole. ``floor_share``: part of a link's noise that its floor may be wrong
+    by. ``effect_odds``: log prior odds of one effect against none; ``further_odds``: of one more
+    against no more. ``unknown_odds``: log prior odds of something that the catalogue lacks.
+    ``right_left``, ``wrong_left``: part of a gap that the right law leaves, and the best of the
+    wrong ones; ``left_spread``: spread of the logarithm of either.
     """
 
     step_freedom: float
+    alone_freedom: float
     run_freedom: float
     floor_share: float
     effect_odds: float
     further_odds: float
-    strain_freedom: float
     unknown_odds: float
     right_left: float
     wrong_left: float
@@ -46,9 +48,9 @@ class Numbers:
 
     def of_links_alone(self) -> "Numbers":
         """The same for a rig that has no model of the whole: its links are the one way to hold it
-        against the data, so that a law's error has there all the freedom that it has.
+        against the data, and count for more.
         """
-        return replace(self, step_freedom=self.step_freedom + self.run_freedom)
+        return replace(self, step_freedom=self.alone_freedom)
 
     def freedom(self, view: str) -> float:
         """Degrees of freedom of a link's discrepancy in a view."""
@@ -59,11 +61,11 @@ class Numbers:
 # Where calibration begins (scripts/calibrate_posterior.py); what it found is in calibrated.py.
 START = Numbers(
     step_freedom=6.0,
+    alone_freedom=6.0,
     run_freedom=12.0,
     floor_share=0.02,
     effect_odds=1.0,
     further_odds=-1.0,
-    strain_freedom=4.0,
     unknown_odds=-1.0,
     right_left=0.01,
     wrong_left=0.3,
@@ -86,12 +88,12 @@ def scale(seen: Seen, freedom: float, floor_share: float) -> float:
     return freedom + floor_share * seen.noise
 
 
-def strain(view: View, freedom: float) -> float:
+def strain(view: View) -> float:
     """Log prior density of the nominal parameters at the fit, up to a constant: heavy-tailed, so
     that one that is far off costs and forbids nothing.
     """
     z = view.z[view.nominal]
-    return -0.5 * (freedom + 1.0) * float(np.log1p(z**2 / freedom).sum())
+    return -0.5 * (TAILS + 1.0) * float(np.log1p(z**2 / TAILS).sum())
 
 
 def occam(model: Model, numbers: Numbers) -> float:
@@ -134,6 +136,8 @@ def _odds(count: int, kinds: int, numbers: Numbers) -> float:
     """Log prior odds of one set of ``count`` of ``kinds`` families against none."""
     if not count:
         return 0.0
+    if count > kinds:
+        return -np.inf
     odds = numbers.effect_odds + (count - 1) * numbers.further_odds
     return odds - float(np.log(comb(kinds, count)))
 
@@ -145,7 +149,7 @@ def log_evidence(model: Model, families: Mapping[str, str], numbers: Numbers) ->
     total = log_prior(model.effects, families, numbers)
     total += occam(model, numbers)
     fits = [view for view in model.views.values() if view.keys]
-    total += sum(strain(view, numbers.strain_freedom) for view in fits) / max(len(fits), 1)
+    total += sum(strain(view) for view in fits) / max(len(fits), 1)
     return total + _of_views(model.views, numbers)
 
 
@@ -172,6 +176,8 @@ class Formula:
         of these links of them.
         """
         size, kinds = len(model.effects), len(set(self.families.values()))
+        if size >= kinds:
+            return -np.inf
         more = _odds(size + 1, kinds, self.numbers) - _odds(size, kinds, self.numbers)
         seen = {name: view for name, view in model.views.items() if name in views}
         if links:

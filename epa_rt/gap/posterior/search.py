@@ -41,6 +41,7 @@ BEAM = 2  # best models of a size beside which one effect more is looked for
 FURTHER = 3  # models with one more that are fitted in free run
 MOST_EFFECTS = 4  # in a model
 FAMILIES = 3  # that free run proposes beside a model
+AGAIN = 3  # rounds of a fit that is made anew
 
 # Log odds to the best model below which another is not gone on with: it has no place in a set that
 # holds 95 %.
@@ -140,6 +141,10 @@ class Search:
         if len(best.effects) > 1:
             for name in best.effects:  # the others may be enough without it
                 self._without(best, name)
+        best = max(self._complete(), key=self._evidence)
+        for model in list(self._found.values()):
+            if self._kinds(model) == self._kinds(best):  # the same in other words
+                self._in_free_run(model.effects)
 
     def _without(self, model: Model, name: str) -> None:
         rest = tuple(other for other in model.effects if other != name)
@@ -174,8 +179,16 @@ class Search:
         found = []
         for fit in role.fits if role else ():
             found.append((*effects, fit.effect))
-            self._model(found[-1], fit.values, None, (problem, fit.normal))
+            more = self._model(found[-1], fit.values, None, (problem, fit.normal))
+            if _left(more) > _left(self._of(effects)):  # a refit that took flat directions too far
+                own = {key: fit.values[key] for key in problem.effects[fit.effect].knobs}
+                again = settled(problem, found[-1], {**point.values, **own}, rounds=AGAIN)
+                self._fitted_again(found[-1], again.values)
         return found
+
+    def _fitted_again(self, effects: tuple[str, ...], values: Values) -> None:
+        del self._found[frozenset(effects)]
+        self._model(effects, values, None)
 
     @property
     def models(self) -> list[Model]:
@@ -265,6 +278,9 @@ class Search:
         """Models that were fitted in every view."""
         return [one for one in self._found.values() if set(one.views) >= set(self.none.views)]
 
+    def _kinds(self, model: Model) -> frozenset[str]:
+        return frozenset(self._problem.effects[name].family for name in model.effects)
+
     def _best(self, count: int, size: int) -> list[tuple[str, ...]]:
         """Models of a size by log evidence, the best of each set of families."""
         order = sorted(
@@ -273,9 +289,13 @@ class Search:
         )
         families: dict[frozenset[str], tuple[str, ...]] = {}
         for model in order:
-            kinds = frozenset(self._problem.effects[name].family for name in model.effects)
-            families.setdefault(kinds, model.effects)
+            families.setdefault(self._kinds(model), model.effects)
         return list(families.values())[:count]
+
+
+def _left(model: Model) -> float:
+    """Chi-square that a model leaves block by block."""
+    return sum(seen.chi for seen in model.views[BLOCKS].links.values())
 
 
 def table_of(

@@ -11,11 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from epa_rt.gap.posterior.evidence import Numbers, log_evidence, scale
+from epa_rt.gap.posterior.evidence import TAILS, Numbers, log_evidence, scale
 from epa_rt.gap.posterior.search import Model, Table
 from epa_rt.gap.posterior.views import FREE_RUN
 
-TAILS = 4.0  # degrees of freedom of what is left: the larger, the lighter its tails
 # Of a gap of any cause, in logarithms of what a floor may be wrong by: from that to 400 times it.
 SHOWN, SHOWN_SPREAD = 3.0, 3.0
 

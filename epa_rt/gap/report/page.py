@@ -24,10 +24,10 @@ from epa_rt.report.markup import Html, facts, join, tag
 def gap_page(diagnosis: Diagnosis, curves: Sequence[Trace] = ()) -> str:
     """The report of a diagnosis. Nothing in it is fetched, and it runs no script."""
     sections = [
+        ("could", "What it could be", posterior_section(diagnosis)),
         ("where", "Where the gap lies", join([gap_map(diagnosis), origins(diagnosis)])),
         ("seen", "Before and after", join(map(figure, curves))),
         ("which", "Which effect causes it", join([effects(diagnosis), catalogue_note(diagnosis)])),
-        ("could", "What it could be", posterior_section(diagnosis)),
         ("far", "How far it shrinks", how_far(diagnosis)),
         (
             "gate",

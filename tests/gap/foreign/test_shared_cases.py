@@ -30,7 +30,7 @@ def answer(tmp_path: Path, rig: Path, mapping: Path, fit: list[Path], hold: list
     if not CASES.exists():
         pytest.skip("the cases are not beside the checkout (../shared/cases)")
     logs, held = (imported(tmp_path, mapping, files) for files in (fit, hold))
-    return diagnose_logs(rig, None, logs, held, posterior=True)[1]
+    return diagnose_logs(rig, None, logs, held)[1]
 
 
 def replayed(tmp_path: Path, name: str):
@@ -79,7 +79,7 @@ def test_a_joint_that_never_moves_tells_what_its_friction_is_at_least(tmp_path):
     (finding,) = check_rests([read_recording(logs[0])], open_foreign(rig))
     assert "dry friction is 0.8 N*m at least" in finding.says
     with pytest.raises(VerbError, match="found no stretch of these logs"):
-        diagnose_logs(rig, None, logs, posterior=True)
+        diagnose_logs(rig, None, logs)
 
 
 def test_a_pendulum_against_a_guessed_plant_has_gravity(tmp_path):

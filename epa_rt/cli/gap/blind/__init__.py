@@ -36,7 +36,7 @@ from epa_rt.cli.write import check_writable
 
 CASES = 120
 DIAGNOSER = "epa_rt.cli.gap.blind.diagnose:diagnose_files"
-BY_POSTERIOR = "epa_rt.cli.gap.blind.diagnose:by_posterior"
+BY_RULES = "epa_rt.cli.gap.blind.diagnose:by_rules"
 
 
 def add_parser(tasks: "argparse._SubParsersAction") -> None:
@@ -175,11 +175,11 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     for part in (score, matrix):
         part.add_argument("--diagnoser", default=DIAGNOSER, help=argparse.SUPPRESS)
         part.add_argument(
-            "--posterior",
+            "--rules",
             dest="diagnoser",
             action="store_const",
-            const=BY_POSTERIOR,
-            help="decided by the posterior, not by the rules",
+            const=BY_RULES,
+            help="decided by the rules of before, not by probability",
         )
     for part in (score, rivals, oracle):
         part.add_argument(

@@ -8,11 +8,11 @@ if TYPE_CHECKING:
     from epa_rt.gap.diagnosis import Diagnosis
 
 
-def by_posterior(
+def by_rules(
     rig: Path, plant: Path, logs: Sequence[Path], holdout: Sequence[Path], leave_out: Sequence[str]
 ) -> "Diagnosis":
-    """As ``diagnose_files``, decided by the posterior."""
-    return diagnose_files(rig, plant, logs, holdout, leave_out, posterior=True)
+    """As ``diagnose_files``, decided by the rules."""
+    return diagnose_files(rig, plant, logs, holdout, leave_out, rules=True)
 
 
 def diagnose_files(
@@ -21,7 +21,7 @@ def diagnose_files(
     logs: Sequence[Path],
     holdout: Sequence[Path],
     leave_out: Sequence[str],
-    posterior: bool = False,
+    rules: bool = False,
 ) -> "Diagnosis":
     """Diagnoses the logs of a rig against a plant file as the command line does, checks included,
     with effects left out of the catalogue (those it has for this rig).
@@ -37,7 +37,7 @@ def diagnose_files(
 
     known = {effect.name for effect in open_subject(rig, plant).catalogue}
     without = [name for name in leave_out if name in known]
-    given, answer = diagnose_logs(rig, plant, logs, holdout, without, posterior)
+    given, answer = diagnose_logs(rig, plant, logs, holdout, without, rules)
     if not answer.effects:
         return answer
     try:
