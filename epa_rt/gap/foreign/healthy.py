@@ -247,7 +247,12 @@ def _of_link(
         return None
     even = [np.ones(len(part.left)) for part in parts]
     regions = region_noise(_split(parts, even).noise, [part.features for part in parts])
-    own = _split(parts, [regions.weights(part.features) for part in parts])
+    weighed = [regions.weights(part.features) for part in parts]
+    parts = [
+        part._replace(rows=part.rows & np.isfinite(by))
+        for part, by in zip(parts, weighed, strict=True)
+    ]
+    own = _split(parts, weighed)
     noise = np.concatenate([x for left in own.noise for x in (left, [np.nan])])
     samples = float(np.mean([part.rows.sum() for part in parts]))
     wander, spread = _wander(own.levels, float(np.nanvar(noise)), samples)
@@ -393,8 +398,9 @@ def measured(
     """
     left = subject.residual(prepared, {}, link)
     table = standard(mapped(subject, prepared, link), own.centre, own.scale)
-    rows = np.isfinite(left) & np.isfinite(table).all(axis=1)
-    weights = own.regions.weights(subject.features(prepared, link))[rows]
+    by = own.regions.weights(subject.features(prepared, link))
+    rows = np.isfinite(left) & np.isfinite(table).all(axis=1) & np.isfinite(by)
+    weights = by[rows]
     shapes = weights[:, None] * shapes_of(subject, prepared, link, keys)[rows]
     target = weights * (left[rows] - table[rows] @ own.weights)
     size = np.sqrt(np.mean(shapes**2, axis=0))

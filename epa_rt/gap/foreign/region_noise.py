@@ -10,29 +10,36 @@ from dataclasses import dataclass
 import numpy as np
 
 from epa_rt.gap.recording import PLACES
+from epa_rt.gap.regressors import SPEEDS
 
-KNOWN_TO = 0.05  # of itself, to which a region's deviation is known at the least: 200 samples
+KNOWN_TO = 0.1  # of itself, to which a region's deviation is known at the least: 50 samples
+FEWEST = 0.5 / KNOWN_TO**2
 ROUNDS = 20  # over the states, which are hardly dependent
 
 
 @dataclass(frozen=True)
 class RegionNoise:
     """``edges`` (b - 1,) of a state's regions and ``variances`` (b,) in them, by its name: factors
-    without unit. ``rms``: of the noise as a whole, in the link's unit.
+    without unit. ``rms``: of the noise as a whole, in the link's unit. ``slowest``: by a speed's
+    name, below which too few rows of the runs are for a region.
     """
 
     edges: Mapping[str, np.ndarray]
     variances: Mapping[str, np.ndarray]
     rms: float
+    slowest: Mapping[str, float]
 
     def weights(self, features: Mapping[str, np.ndarray]) -> np.ndarray:
-        """(n,) by which a residual is multiplied for noise of one size, ``rms``; 1 by a state
-        without a value.
+        """(n,) by which a residual is multiplied for noise of one size, ``rms``. NaN where the rig
+        is slower than the runs say anything of: friction jumps there, so that no region beside it
+        tells how much is left.
         """
         variance = np.ones(len(next(iter(features.values()))))
         for name, edges in self.edges.items():
             variance *= self.variances[name][np.digitize(_size(name, features[name]), edges)]
-        return 1.0 / np.sqrt(variance)
+        for name, least in self.slowest.items():
+            variance[np.abs(features[name]) < least] = np.nan
+        return np.asarray(1.0 / np.sqrt(variance))
 
 
 def region_noise(
@@ -43,12 +50,14 @@ def region_noise(
     judged = np.isfinite(squares)
     mean = float(np.mean(squares[judged]))
     squares = np.maximum(squares[judged] / max(mean, np.finfo(float).tiny), np.finfo(float).eps)
-    edges, places = {}, {}
+    edges, places, slowest = {}, {}, {}
     for name in features[0]:
         values = _size(name, np.concatenate([one[name] for one in features])[judged])
         if np.isfinite(values).all() and np.ptp(values) > 0.0:
             edges[name] = _edges(values)
             places[name] = np.digitize(values, edges[name])
+            if name.endswith(SPEEDS):
+                slowest[name] = float(np.quantile(values, min(FEWEST / len(values), 0.5)))
     factors = {name: np.ones(len(one) + 1) for name, one in edges.items()}
     for _ in range(ROUNDS):
         for name, at in places.items():
@@ -60,7 +69,7 @@ def region_noise(
                 np.bincount(at, minlength=len(factors[name])), 1
             )
             factors[name][~(factors[name] > 0.0)] = 1.0
-    return RegionNoise(edges, factors, float(np.sqrt(mean)))
+    return RegionNoise(edges, factors, float(np.sqrt(mean)), slowest)
 
 
 def _size(name: str, values: np.ndarray) -> np.ndarray:
@@ -70,8 +79,7 @@ def _size(name: str, values: np.ndarray) -> np.ndarray:
 
 def _edges(values: np.ndarray) -> np.ndarray:
     """Quantiles, each outer region half of the next one in, while ``KNOWN_TO`` allows."""
-    fewest = 0.5 / KNOWN_TO**2
-    halvings = max(int(np.log2(len(values) / fewest)), 1)
+    halvings = max(int(np.log2(len(values) / FEWEST)), 1)
     shares = 0.5 ** np.arange(1, halvings + 1)
     found: np.ndarray = np.unique(np.quantile(values, [*shares[::-1], *(1.0 - shares[1:])]))
     return found
