@@ -26,7 +26,8 @@ from epa_rt.gap.hygiene.values import smallest_step
 from epa_rt.gap.recording import PLACES, Recording
 
 FALSE_ALARM = 1e-3  # of any line on all channels of all logs together, where there is noise alone
-_ALL_ALONG = 0.75  # share of the log in which a line has one size and runs on: one trial is less
+# share of the log in which a line has one size and runs on: one trial is less
+_ALL_ALONG = 0.75  # by scripts/line_thresholds.py
 _WINDOW_ROWS = (128, 2048)
 _WINDOWS, _OF_SHORTEST = 4, 6  # of a log at least; of the shortest one, where windows can be long
 _BLOCK = 16  # windows over which a phase must run on: mains and fans wander over longer ones
@@ -36,7 +37,8 @@ _MAINS_HZ, _MAINS_OFF, _HARMONICS = (50.0, 60.0), 0.01, 6  # EN 50160: 1 %; rect
 _SENSORS = ("_pa", "_n")  # pressures and load cells share cables and terminals
 _SLOPES = ("_m_s", "_rad_s")
 _DRIVEN = 0.05  # of what a command moves, from which a frequency counts as one of its own
-_STANDS_OUT = 3.0  # times the harmonics beside it, which fall with their number
+# times the harmonics beside it, which fall with their number; by scripts/line_thresholds.py
+_STANDS_OUT = 3.0
 _STEADY = 0.1  # of its mean, by which a speed may change where all is at one speed
 
 
@@ -300,17 +302,24 @@ def _is_harmonic(seen: _Seen, name: str) -> bool:
     """Whether a line does not stand out from those that lie beside it by a frequency of a command:
     the answer of what is not linear.
     """
-    recording, grid = seen.log.recording, _grid_rows(seen.log)
-    own = np.diff(seen.log.beside(name, seen.frequency)) * np.hanning(grid - 1)
+    return stands_out(seen.log, name, seen.frequency) < _STANDS_OUT
+
+
+def stands_out(log: _Log, name: str, frequency: float) -> float:
+    """A line's amplitude over that of the largest beside it; infinite where no command has a
+    frequency.
+    """
+    recording, grid = log.recording, _grid_rows(log)
+    own = np.diff(log.beside(name, frequency)) * np.hanning(grid - 1)
     beside = {
-        seen.frequency + times * asked
+        frequency + times * asked
         for other in recording.columns
         if other.startswith(("cmd_", "ref_")) and not other.endswith("_raw")
         for asked in _asked(regular(recording, other))
         for times in (-2, -1, 1, 2)
     }
     largest = max((_size(own, f) for f in beside if 0.0 < f < 0.5), default=0.0)
-    return _size(own, seen.frequency) < _STANDS_OUT * largest
+    return _size(own, frequency) / largest if largest > 0.0 else float("inf")
 
 
 def _asked(values: np.ndarray) -> np.ndarray:
