@@ -37,6 +37,9 @@ LIKE = 0.3  # part by which a run's places and speeds may differ from the others
 TOLD_APART = 50.0  # variance inflation up to which a quantity's change is its own
 
 
+States = dict[tuple[str, str], tuple[np.ndarray, np.ndarray]]  # by link and state: its two ends
+
+
 class NotHealthy(Exception):
     """Why runs are no baseline, as one sentence."""
 
@@ -107,7 +110,7 @@ class Healthy:
             prepared = self.subject.prepare(one)
             for link, own in self.links.items():
                 _same_terms(one.name, mapped(self.subject, prepared, link), len(own.weights))
-            for (link, name), ends in _states(self.subject, [one]).items():
+            for (link, name), ends in states_of(self.subject, [one]).items():
                 _alike(one.name, name, ends, self.states[link, name])
 
 
@@ -120,7 +123,7 @@ def healthy_from(subject: ForeignSubject, runs: Sequence[Recording]) -> Healthy:
             f"found {len(runs)} healthy run{'' if len(runs) == 1 else 's'} as a baseline, expected"
             f" {FEWEST} or more: how much runs differ is not known from less (ten are better)"
         )
-    states = _states(subject, runs)
+    states = states_of(subject, runs)
     experiments = {one.experiment for one in runs if one.experiment}
     if len(experiments) > 1:
         raise NotHealthy(
@@ -129,7 +132,7 @@ def healthy_from(subject: ForeignSubject, runs: Sequence[Recording]) -> Healthy:
     for (_, name), ends in states.items():
         for i, one in enumerate(runs):
             _alike(one.name, name, tuple(end[i : i + 1] for end in ends), ends, "the other runs")
-    own = _refitted(subject, runs)
+    own = refitted(subject, runs)
     made = [own.prepare(run) for run in runs]
     links = {
         link.name: found
@@ -178,9 +181,13 @@ def standard(table: np.ndarray, centre: np.ndarray, scale: np.ndarray) -> np.nda
     return np.clip((table - centre) / scale, -CLIP, CLIP)
 
 
-def _refitted(subject: ForeignSubject, runs: Sequence[Recording]) -> ForeignSubject:
-    """The rig with nominal parameters, the plant file's effects and levels fitted to the runs."""
-    chosen = [runs[i] for i in np.unique(np.linspace(0, len(runs) - 1, MOST_FITTED).astype(int))]
+def refitted(
+    subject: ForeignSubject, runs: Sequence[Recording], most: int = MOST_FITTED
+) -> ForeignSubject:
+    """The rig with nominal parameters, the plant file's effects and levels fitted to ``most`` of
+    the runs.
+    """
+    chosen = [runs[i] for i in np.unique(np.linspace(0, len(runs) - 1, most).astype(int))]
     there = {effect.name for effect in subject.catalogue}
     effects = tuple(
         dict.fromkeys(name for name in (*subject.plant.effects, *LEVELS) if name in there)
@@ -406,11 +413,17 @@ def measured(
     size = np.sqrt(np.mean(shapes**2, axis=0))
     size[~(size > 0.0)] = np.inf
     gram = (shapes / size).T @ (shapes / size) / max(len(shapes), 1) + 1e-9 * np.eye(len(keys))
-    inflated = np.diag(np.linalg.inv(gram)) * np.diag(gram)
+    inflated = inflation(gram)
     found = np.linalg.solve(gram, (shapes / size).T @ target / max(len(shapes), 1)) / size
     spread = np.array([subject.knobs[key].spread or 1.0 for key in keys])
     at = np.array([subject.knobs[key].value for key in keys])
     return np.where(inflated < TOLD_APART, at - found * spread, np.nan)
+
+
+def inflation(gram: np.ndarray) -> np.ndarray:
+    """(k,) by how much the variance of each number grows as the others are fitted beside it."""
+    found: np.ndarray = np.diag(np.linalg.inv(gram)) * np.diag(gram)
+    return found
 
 
 def _quantities(
@@ -427,9 +440,7 @@ def _quantities(
     ]
 
 
-def _states(
-    subject: ForeignSubject, runs: Sequence[Recording]
-) -> dict[tuple[str, str], tuple[np.ndarray, np.ndarray]]:
+def states_of(subject: ForeignSubject, runs: Sequence[Recording]) -> States:
     """By link and place or speed: (runs,) of the lower and of the upper end, of a speed's size."""
     found: dict[tuple[str, str], list[np.ndarray]] = {}
     for run in runs:
