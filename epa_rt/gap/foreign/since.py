@@ -162,9 +162,11 @@ class SinceBaseline:
             apart = np.mean([self._levels(one, link) for one in made], axis=0)
             found.append(_as_a_whole(health, link, unit, apart, len(made)))
             rows = [q for q in self.healthy.quantities if q.link == link]
-            keys = [q.key for q in rows]
-            each = [measured(self.own, one, health, link, keys) for one in made] if keys else []
-            for q, now in zip(rows, np.array(each).T, strict=True):
+            # fitted beside the same others as those of the healthy runs were
+            keys = [key for key in quantity_keys(self.own) if link in self.own.touched(key)]
+            each = [measured(self.own, one, health, link, keys) for one in made] if rows else []
+            for q in rows:
+                now = np.array([values[keys.index(q.key)] for values in each])
                 if np.isfinite(now).all():
                     found.append(_change(q.key, q.unit, q.values, now))
         return tuple(sorted(found, key=lambda one: -abs(one.spreads)))
