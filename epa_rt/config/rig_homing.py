@@ -79,7 +79,8 @@ def index_way(rig: "Rig") -> IndexWay:
     per_rpm = turn / 60.0
     speed, acceleration = per_rpm * options.speed_rpm, per_rpm * options.acceleration_rpm_s
     landing = BRAKE_FACTOR * 0.5 * speed * speed / acceleration + speed * LATE_S + zero.tolerance
-    most = min(turn + landing, zero.distance_max or math.inf)
+    given = zero.distance_max
+    most = min(turn + landing, math.inf if given is None else given)
     settle_s = 2.0 * speed / acceleration + RETURN_S
     # twice the time of the way: a motor that takes longer does not move as it was told
     longest_s = 2.0 * most / speed + settle_s if speed > 0.0 else 0.0

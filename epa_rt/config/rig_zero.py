@@ -34,6 +34,8 @@ def check_zero(rig: "Rig", located: Located) -> None:
         raise located.error(
             (*_WHERE, "speed"), f"{zero.speed:g}", f"above 0 and at most {rig.motor.speed_max:g}"
         )
+    if zero.distance_max is not None and not zero.distance_max > 0.0:
+        raise located.error((*_WHERE, "distance_max"), f"{zero.distance_max:g}", "above 0")
     if zero.method in ("stop", "index") and rig.motor.current is None:
         raise located.error(
             (*_WHERE, "method"),

@@ -34,11 +34,12 @@ class SeekingIndex(SpeedPlan):
         self.before = self.after = float("nan")
         self._sign = -1.0 if rig.motor.zero.direction == "decreasing" else 1.0
         self._guard, self._way, self._status = guard, way, rig.drive.status_word
+        self._tolerance = rig.motor.zero.tolerance
         self._stand_cycles = round(STAND_S / rig.period_s)
         self._longest_cycles = round(way.longest_s / rig.period_s)
         self._follow_cycles = round(FOLLOW_S / rig.period_s)
         self._age = self._attained = 0
-        self._was_clear = False  # bit 12 was seen at 0: once it is set, it is by this homing
+        self._was_clear = False  # bit 12 was 0 since the start: once set, it is by this homing
 
     def begin(self, measured: Mapping[str, float]) -> None:
         super().begin(measured)
@@ -53,7 +54,7 @@ class SeekingIndex(SpeedPlan):
         self._age += 1
         travel, status = measured[self._position], int(measured[self._status])
         self._rest_at(travel)
-        self._was_clear = self._was_clear or not status & ATTAINED
+        self._was_clear = self.go and (self._was_clear or not status & ATTAINED)
         if status & HOMING_ERROR:
             self._fail("the drive reports a homing error (status word bit 13)", cycle)
         elif self.phase_index == VENT:
@@ -91,12 +92,14 @@ class SeekingIndex(SpeedPlan):
 
     def _check(self, travel: float, cycle: int) -> None:
         self._attained += 1
-        if abs(travel - self._way.home) <= self._way.landing:
+        if abs(travel - self._way.home) <= self._tolerance:
             self.before, self.after = travel - self._guard.shift, travel
             self._finish("the drive's zero is set at its index pulse", cycle)
         elif self._attained > self._follow_cycles:
             self._fail(
                 f"travel reads {1e3 * travel:.4f} mm after homing, expected"
-                f" {1e3 * self._way.home:.4f} mm (0x30B0 is not what the rig file says?)",
+                f" {1e3 * self._way.home:.4f} mm to {1e3 * self._tolerance:.4g} mm (the drive did"
+                " not go back to its pulse, its count jumped again, or 0x30B0 is not what the rig"
+                " file says)",
                 cycle,
             )

@@ -51,6 +51,8 @@ class IndexGuard(RecoveryGuard):
     ``shift``: by how much. One jump is taken for that, once homing has started: to within
     ``way.landing`` of the home that the rig file names. From then on the motor stays within that
     distance, and the drive must call itself referenced within ``way.confirm_s``.
+    The way by the motor's speed is bounded as well: a position that stands says nothing of a motion
+    too slow for ``MotionCheck``.
     """
 
     follows_count = True
@@ -67,7 +69,9 @@ class IndexGuard(RecoveryGuard):
         self._row: dict[str, float] = {}
         self._last = float("nan")
         self._elsewhere: Refusal | None = None
-        self._elapsed_s = self._since_s = 0.0
+        self._elapsed_s = self._since_s = self._by_speed = 0.0
+        # one landing more than by position: what the speed's own error may add up to
+        self._furthest = way.most + 2.0 * way.landing
         zero, share = rig.motor.zero, rig.period_s / (FELT_S + rig.period_s)
         self._rises: list[Rise] = []
         if rig.motor.current and zero.current is not None:
@@ -99,6 +103,8 @@ class IndexGuard(RecoveryGuard):
         position, elapsed_s = measured[self._position], self._elapsed_s
         expected = measured[self._speed_row] * elapsed_s
         jump, self._last = position - self._last - expected, position
+        if self.has_started:
+            self._by_speed += expected
         most = SPEED_RATIO * self._way.speed * (elapsed_s + self._hold_s)
         if self.is_set or not self.has_started or not abs(jump) > most:
             return
@@ -114,13 +120,23 @@ class IndexGuard(RecoveryGuard):
 
     def step(self, measured: Mapping[str, float]) -> Refusal | None:
         """Takes one sound cycle, as ``seen`` gave it."""
-        refusal = self._elsewhere or super().step(measured)
+        refusal = self._elsewhere or super().step(measured) or self._beyond_by_speed()
         self.moved = measured[self._position] - self._start
         if refusal is None and self.is_set:
             refusal = self._beyond_home(measured)
         for rise in self._rises:
             refusal = refusal or rise.step(measured[rise.name], self.has_started)
         return refusal
+
+    def _beyond_by_speed(self) -> Refusal | None:
+        if abs(self._by_speed) <= self._furthest:
+            return None
+        return (
+            "over-travel",
+            self._speed_row,
+            f"by {self._speed_row} the motor went {self._by_speed:.4g} since the start, more than"
+            f" {self._furthest:.4g}, and by {self._position} {self.moved:.4g}",
+        )
 
     def _beyond_home(self, measured: Mapping[str, float]) -> Refusal | None:
         away = measured[self._position] + self.shift - self._way.home

@@ -323,6 +323,52 @@ def test_an_encoder_that_jumps_under_way_gives_no_zero(tmp_path, counts, cause):
     assert one.furthest_m < one.way.most and one.ended_at_rest(result)
 
 
+@pytest.mark.parametrize(
+    ("kind", "value", "cycle"), [("sensor_stuck", None, MOVING), ("sensor_gain", 0.3, 0)]
+)
+def test_a_position_that_stands_or_lags_does_not_hide_the_way(tmp_path, kind, value, cycle):
+    one = IndexRig(tmp_path)
+    one.model._drive["has_index"] = 0
+    one.break_it(kind, "motor_travel_m", cycle, value=value)
+    result, _ = one.seek_index()
+    assert result.trip.cause == "over-travel" and "by motor_speed_m_s" in result.cause
+    assert one.furthest_m < one.way.most + 2.0 * one.way.landing + STOPPING_M
+    assert one.ended_at_rest(result)
+
+
+def test_bits_of_a_homing_before_are_none_of_this_one(tmp_path):
+    """They were off for a while before the start; the drive does nothing, and stands at home."""
+    one = IndexRig(tmp_path, at=0.0)
+    place = status_place(one)
+
+    def otherwise(inputs: bytearray, cycle: int) -> None:
+        inputs[place] = inputs[place] | 0x94 if cycle > 150 else inputs[place] & ~0x10
+
+    one.answer(otherwise)
+    one.model._drive["has_index"] = 0
+    result, found = one.seek_index()
+    assert result.outcome == "tripped" and math.isnan(found.after)
+    assert START_HOMING in words(one) and one.ended_at_rest(result)
+
+
+def test_a_count_that_jumps_again_behind_its_pulse_is_no_zero(tmp_path):
+    """By less than the watch of motion finds, and more than the zero's tolerance."""
+    one = IndexRig(tmp_path)
+    inner, returning = one.model.cycle, [0]
+
+    def cycle(outputs_raw: bytes) -> bytes:
+        returning[0] += one.machine["homing"] == RETURNING
+        if returning[0] == 4:
+            returning[0] += 1
+            one.machine["offset_counts"] += 300
+        return inner(outputs_raw)
+
+    one.model.cycle = cycle
+    result, found = one.seek_index()
+    assert result.outcome == "tripped" and math.isnan(found.after)
+    assert "expected 10.2700 mm to 0.2 mm" in result.cause and one.ended_at_rest(result)
+
+
 def test_methods_follow_the_encoder_and_speeds_the_rig(tmp_path):
     one = IndexRig(tmp_path)
     options = homing_by_index(one.rig)

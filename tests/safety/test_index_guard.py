@@ -84,6 +84,22 @@ def test_from_its_start_the_motor_moves_by_a_turn_and_what_it_needs_to_stop(way)
     assert most < abs(reached) < most + 2e-5
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_position_that_stands_does_not_hide_the_way(way):
+    bench = Seeking()
+    most, speed = bench.way.most + 2.0 * bench.way.landing, way * bench.way.speed
+    cycles = next(k for k in range(1, 4000) if bench.at(0.0, **{SPEED: speed}) is not None)
+    assert bench.trip.cause == "over-travel" and bench.trip.signal == SPEED
+    assert most < cycles * abs(speed) * DT_S < most + 1e-5
+    assert "since the start, more than 0.005336, and by motor_travel_m 0" in bench.trip.text
+
+
+def test_before_homing_has_started_a_speed_is_no_way():
+    bench = Seeking(started=False)
+    for _ in range(3000):
+        assert bench.at(0.0, **{SPEED: bench.way.speed}) is None
+
+
 def test_the_count_that_is_set_is_travelled_over():
     bench = Seeking()
     moved_to(bench, 2e-3)

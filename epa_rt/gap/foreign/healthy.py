@@ -9,30 +9,35 @@ rest is noise.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from epa_rt.gap.floor import floors
+from epa_rt.gap.foreign.region_noise import RegionNoise, region_noise
 from epa_rt.gap.foreign.repeats import colourless
 from epa_rt.gap.foreign.subject import ForeignSubject
 from epa_rt.gap.generic import CLIP, RIDGES
-from epa_rt.gap.problem import Problem
+from epa_rt.gap.problem import FINITE_STEP, Problem
 from epa_rt.gap.recording import PLACES, Recording
 from epa_rt.gap.refit import settled
 from epa_rt.gap.regressors import SPEEDS, terms
 
-FEWEST = 3  # runs from which a spread is known at all
-MOST_FITTED = 6  # runs that the plant's numbers are fitted to, evenly chosen: more say the same
+FEWEST = 3  # runs from which Student's t of the next one has a mean size: from two it has none
+# runs that the plant's numbers are fitted to, evenly chosen; the levels come from all of them
+MOST_FITTED = 6  # by scripts/baseline_numbers.py
 LEVELS = ("coulomb", "offset")  # effects that any sliding part has some of
 WARMTH = ("warming",)  # its first number is a drag; the second only shapes it
-STEP = 0.1  # of a knob's spread, over which a level's shape is taken
-FLAT = 1e-4  # of the mean variance, below which directions of the levels are one
-# times the chance of noise, from which a direction's spread is the rig's and not the fit's
-WANDERS = 4.0
+# of the mean variance, below which a direction of the levels is the differences' own error
+FLAT = FINITE_STEP**2
 RARE = 1e-3  # share of healthy runs that lie further off in one direction
 BOUND = 4.0  # spreads at which that share is reached; the unit of a wander's spread
+# both by scripts/baseline_numbers.py, between what has to pass and what has to fail
 LIKE = 0.3  # part by which a run's places and speeds may differ from the others'
 TOLD_APART = 50.0  # variance inflation up to which a quantity's change is its own
+
+
+States = dict[tuple[str, str], tuple[np.ndarray, np.ndarray]]  # by link and state: its two ends
 
 
 class NotHealthy(Exception):
@@ -45,7 +50,7 @@ class LinkHealth:
     unit rms of them. ``mean`` (j,): on those, of all runs; ``apart`` (runs, j): of each less that.
     ``wander`` (j, k): directions of unit rms; ``spread`` (k,): in the link's unit. ``weights``,
     ``centre``, ``scale`` (p,): of the map's terms. ``noise`` (n,): what is left of the runs, NaN
-    between.
+    between. All of it is of residuals weighed by ``regions``, so that their noise has one size.
     """
 
     levels: tuple[str, ...]
@@ -58,6 +63,7 @@ class LinkHealth:
     centre: np.ndarray
     scale: np.ndarray
     noise: np.ndarray
+    regions: RegionNoise
 
 
 @dataclass(frozen=True)
@@ -83,12 +89,15 @@ class Healthy:
     states: Mapping[tuple[str, str], tuple[np.ndarray, np.ndarray]]
     experiments: frozenset[str]
 
-    def known(self, prepared: object, link: str) -> tuple[np.ndarray, np.ndarray]:
-        """(n,) what every run has of a link, and (n, k) the shapes by which runs differ."""
+    def known(self, prepared: object, link: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(n,) what every run has of a link, (n, k) the shapes by which runs differ, and (n,) by
+        what the residual is weighed; the first two are not weighed.
+        """
         own = self.links[link]
         shapes = shapes_of(self.subject, prepared, link, own.levels) @ own.basis
         table = standard(mapped(self.subject, prepared, link), own.centre, own.scale)
-        return shapes @ own.mean + table @ own.weights, shapes @ own.wander
+        weights = own.regions.weights(self.subject.features(prepared, link))
+        return shapes @ own.mean + table @ own.weights, shapes @ own.wander, weights
 
     def check(self, recordings: Sequence[Recording]) -> None:
         """Raises NotHealthy where a recording is of another experiment than the runs."""
@@ -101,7 +110,7 @@ class Healthy:
             prepared = self.subject.prepare(one)
             for link, own in self.links.items():
                 _same_terms(one.name, mapped(self.subject, prepared, link), len(own.weights))
-            for (link, name), ends in _states(self.subject, [one]).items():
+            for (link, name), ends in states_of(self.subject, [one]).items():
                 _alike(one.name, name, ends, self.states[link, name])
 
 
@@ -114,7 +123,7 @@ def healthy_from(subject: ForeignSubject, runs: Sequence[Recording]) -> Healthy:
             f"found {len(runs)} healthy run{'' if len(runs) == 1 else 's'} as a baseline, expected"
             f" {FEWEST} or more: how much runs differ is not known from less (ten are better)"
         )
-    states = _states(subject, runs)
+    states = states_of(subject, runs)
     experiments = {one.experiment for one in runs if one.experiment}
     if len(experiments) > 1:
         raise NotHealthy(
@@ -123,7 +132,7 @@ def healthy_from(subject: ForeignSubject, runs: Sequence[Recording]) -> Healthy:
     for (_, name), ends in states.items():
         for i, one in enumerate(runs):
             _alike(one.name, name, tuple(end[i : i + 1] for end in ends), ends, "the other runs")
-    own = _refitted(subject, runs)
+    own = refitted(subject, runs)
     made = [own.prepare(run) for run in runs]
     links = {
         link.name: found
@@ -154,7 +163,7 @@ def shapes_of(
     columns = []
     for key in levels:
         knob = subject.knobs[key]
-        size = STEP * (knob.spread or 1.0)
+        size = FINITE_STEP * (knob.spread or 1.0)
         step = size if knob.value + size <= knob.high else -size
         there = subject.residual(prepared, {key: knob.value + step}, link)
         columns.append(np.nan_to_num((there - bare) * (knob.spread or 1.0) / step))
@@ -172,9 +181,13 @@ def standard(table: np.ndarray, centre: np.ndarray, scale: np.ndarray) -> np.nda
     return np.clip((table - centre) / scale, -CLIP, CLIP)
 
 
-def _refitted(subject: ForeignSubject, runs: Sequence[Recording]) -> ForeignSubject:
-    """The rig with nominal parameters, the plant file's effects and levels fitted to the runs."""
-    chosen = [runs[i] for i in np.unique(np.linspace(0, len(runs) - 1, MOST_FITTED).astype(int))]
+def refitted(
+    subject: ForeignSubject, runs: Sequence[Recording], most: int = MOST_FITTED
+) -> ForeignSubject:
+    """The rig with nominal parameters, the plant file's effects and levels fitted to ``most`` of
+    the runs.
+    """
+    chosen = [runs[i] for i in np.unique(np.linspace(0, len(runs) - 1, most).astype(int))]
     there = {effect.name for effect in subject.catalogue}
     effects = tuple(
         dict.fromkeys(name for name in (*subject.plant.effects, *LEVELS) if name in there)
@@ -200,14 +213,11 @@ def _levels(subject: ForeignSubject, link: str) -> tuple[str, ...]:
 
 @dataclass
 class _Run:
-    """Judged rows of one run: ``left`` (n,), ``shapes`` (n, j), ``table`` (n, p); ``rows``: where
-    they stand in the residual.
-    """
+    """Judged rows of one run, weighed: ``left`` (n,), ``shapes`` (n, j), ``table`` (n, p)."""
 
     left: np.ndarray
     shapes: np.ndarray
     table: np.ndarray
-    rows: np.ndarray
 
     def without_shapes(self) -> tuple[np.ndarray, np.ndarray]:
         """The residual and the terms less what the run's own levels explain of them."""
@@ -232,44 +242,89 @@ def _of_link(
     subject: ForeignSubject, made: Sequence[object], names: Sequence[str], link: str
 ) -> LinkHealth | None:
     levels = _levels(subject, link)
-    parts = []
+    parts: list[_Part] = []
     for one in made:
         left, table = subject.residual(one, {}, link), mapped(subject, one, link)
         rows = np.isfinite(left) & np.isfinite(table).all(axis=1)
         if parts:
-            _same_terms(names[len(parts)], table, parts[0][2].shape[1])
-        parts.append((left, shapes_of(subject, one, link, levels), table, rows))
-    if min(rows.sum() for *_, rows in parts) < 4 * len(levels):
+            _same_terms(names[len(parts)], table, parts[0].table.shape[1])
+        shapes, features = shapes_of(subject, one, link, levels), subject.features(one, link)
+        parts.append(_Part(left, shapes, table, rows, features))
+    if min(part.rows.sum() for part in parts) < 4 * len(levels):
         return None
-    basis = _unit(np.concatenate([shapes[rows] for _, shapes, _, rows in parts]))
-    whole = np.concatenate([table[rows] for _, _, table, rows in parts])
-    centre, scale = whole.mean(axis=0), whole.std(axis=0)
-    scale[~(scale > 0.0)] = 1.0
-    runs = [
-        _Run(left[rows], shapes[rows] @ basis, standard(table[rows], centre, scale), rows)
-        for left, shapes, table, rows in parts
+    even = [np.ones(len(part.left)) for part in parts]
+    regions = region_noise(_split(parts, even).noise, [part.features for part in parts])
+    weighed = [regions.weights(part.features) for part in parts]
+    parts = [
+        part._replace(rows=part.rows & np.isfinite(by))
+        for part, by in zip(parts, weighed, strict=True)
     ]
-    weights, rest = _map(runs)
-    own = np.array([one.levels(weights) for one in runs])
-    noise = []
-    for one, left in zip(runs, rest, strict=True):
-        whole_run = np.full(len(one.rows), np.nan)
-        whole_run[one.rows] = left
-        noise += [whole_run, [np.nan]]
-    noise = np.concatenate(noise)
-    wander, spread = _wander(own, float(np.nanvar(noise)), float(np.mean([len(r) for r in rest])))
+    own = _split(parts, weighed)
+    noise = np.concatenate([x for left in own.noise for x in (left, [np.nan])])
+    samples = float(np.mean([part.rows.sum() for part in parts]))
+    wander, spread = _wander(own.levels, float(np.nanvar(noise)), samples)
     return LinkHealth(
         levels,
-        basis,
-        own.mean(axis=0),
-        own - own.mean(axis=0),
+        own.basis,
+        own.levels.mean(axis=0),
+        own.levels - own.levels.mean(axis=0),
         wander,
         spread,
-        weights,
-        centre,
-        scale,
+        own.weights,
+        own.centre,
+        own.scale,
         colourless(noise) if subject.rig.component.flat else noise,
+        regions,
     )
+
+
+class _Part(NamedTuple):
+    """A run: ``left`` (n,), ``shapes`` (n, m), ``table`` (n, p), which ``rows`` (n,) are judged,
+    and its features.
+    """
+
+    left: np.ndarray
+    shapes: np.ndarray
+    table: np.ndarray
+    rows: np.ndarray
+    features: Mapping[str, np.ndarray]
+
+
+class _Split(NamedTuple):
+    """Runs parted in what LinkHealth has. ``levels`` (runs, j); ``noise``: by run (n,), NaN where
+    it is not judged.
+    """
+
+    basis: np.ndarray
+    levels: np.ndarray
+    weights: np.ndarray
+    centre: np.ndarray
+    scale: np.ndarray
+    noise: list[np.ndarray]
+
+
+def _split(parts: Sequence[_Part], weighed: Sequence[np.ndarray]) -> _Split:
+    """Levels, map and noise of runs whose residuals are ``weighed`` by (n,) each."""
+    basis = _unit(
+        np.concatenate(
+            [(w[:, None] * p.shapes)[p.rows] for p, w in zip(parts, weighed, strict=True)]
+        )
+    )
+    whole = np.concatenate([part.table[part.rows] for part in parts])
+    centre, scale = whole.mean(axis=0), whole.std(axis=0)
+    scale[~(scale > 0.0)] = 1.0
+    runs = []
+    for part, by in zip(parts, weighed, strict=True):
+        rows, w = part.rows, by[part.rows, None]
+        table = standard(part.table[rows], centre, scale)
+        runs.append(_Run(w[:, 0] * part.left[rows], w * part.shapes[rows] @ basis, w * table))
+    weights, rest = _map(runs)
+    noise = []
+    for part, left in zip(parts, rest, strict=True):
+        noise.append(np.full(len(part.rows), np.nan))
+        noise[-1][part.rows] = left
+    levels = np.array([one.levels(weights) for one in runs])
+    return _Split(basis, levels, weights, centre, scale, noise)
 
 
 def _unit(shapes: np.ndarray) -> np.ndarray:
@@ -314,15 +369,25 @@ def _map(runs: Sequence[_Run]) -> tuple[np.ndarray, list[np.ndarray]]:
 def _wander(own: np.ndarray, noise: float, samples: float) -> tuple[np.ndarray, np.ndarray]:
     """(j, k) directions in which the runs' levels (runs, j) differ by more than noise makes of
     them, and (k,) the spread of one more run, a ``BOUND``-th of what ``RARE`` runs go beyond.
+
+    Of noise alone no direction has more than Marchenko and Pastur's edge.
+    """
+    count, width = own.shape
+    _, sizes, vectors = np.linalg.svd(own - own.mean(axis=0), full_matrices=False)
+    deviation = sizes / np.sqrt(count - 1)
+    edge = (1.0 + np.sqrt(width / (count - 1.0))) ** 2
+    kept = deviation**2 > edge * noise / samples
+    beyond = of_few(count) * np.sqrt(1.0 + 1.0 / count)
+    return vectors[kept].T, deviation[kept] * beyond
+
+
+def of_few(runs: int) -> float:
+    """By what a deviation of so many runs is multiplied, so that ``RARE`` of the next ones lie
+    beyond ``BOUND`` of it: Student's t.
     """
     from scipy.stats import t
 
-    count = len(own)
-    _, sizes, vectors = np.linalg.svd(own - own.mean(axis=0), full_matrices=False)
-    deviation = sizes / np.sqrt(count - 1)
-    kept = deviation**2 > WANDERS * noise / samples
-    beyond = t.ppf(1.0 - 0.5 * RARE, count - 1) * np.sqrt(1.0 + 1.0 / count) / BOUND
-    return vectors[kept].T, deviation[kept] * beyond
+    return float(t.ppf(1.0 - 0.5 * RARE, runs - 1)) / BOUND
 
 
 def quantity_keys(subject: ForeignSubject) -> tuple[str, ...]:
@@ -340,23 +405,33 @@ def measured(
     """
     left = subject.residual(prepared, {}, link)
     table = standard(mapped(subject, prepared, link), own.centre, own.scale)
-    rows = np.isfinite(left) & np.isfinite(table).all(axis=1)
-    shapes = shapes_of(subject, prepared, link, keys)[rows]
-    target = left[rows] - table[rows] @ own.weights
+    by = own.regions.weights(subject.features(prepared, link))
+    rows = np.isfinite(left) & np.isfinite(table).all(axis=1) & np.isfinite(by)
+    weights = by[rows]
+    shapes = weights[:, None] * shapes_of(subject, prepared, link, keys)[rows]
+    target = weights * (left[rows] - table[rows] @ own.weights)
     size = np.sqrt(np.mean(shapes**2, axis=0))
     size[~(size > 0.0)] = np.inf
     gram = (shapes / size).T @ (shapes / size) / max(len(shapes), 1) + 1e-9 * np.eye(len(keys))
-    inflated = np.diag(np.linalg.inv(gram)) * np.diag(gram)
+    inflated = inflation(gram)
     found = np.linalg.solve(gram, (shapes / size).T @ target / max(len(shapes), 1)) / size
     spread = np.array([subject.knobs[key].spread or 1.0 for key in keys])
     at = np.array([subject.knobs[key].value for key in keys])
     return np.where(inflated < TOLD_APART, at - found * spread, np.nan)
 
 
+def inflation(gram: np.ndarray) -> np.ndarray:
+    """(k,) by how much the variance of each number grows as the others are fitted beside it."""
+    found: np.ndarray = np.diag(np.linalg.inv(gram)) * np.diag(gram)
+    return found
+
+
 def _quantities(
     subject: ForeignSubject, made: Sequence[object], link: str, own: LinkHealth
 ) -> list[Quantity]:
     keys = [key for key in quantity_keys(subject) if link in subject.touched(key)]
+    if not keys:
+        return []
     found = np.array([measured(subject, one, own, link, keys) for one in made])
     return [
         Quantity(key, subject.knobs[key].unit, link, found[:, i])
@@ -365,9 +440,7 @@ def _quantities(
     ]
 
 
-def _states(
-    subject: ForeignSubject, runs: Sequence[Recording]
-) -> dict[tuple[str, str], tuple[np.ndarray, np.ndarray]]:
+def states_of(subject: ForeignSubject, runs: Sequence[Recording]) -> States:
     """By link and place or speed: (runs,) of the lower and of the upper end, of a speed's size."""
     found: dict[tuple[str, str], list[np.ndarray]] = {}
     for run in runs:

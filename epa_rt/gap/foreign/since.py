@@ -17,6 +17,7 @@ from epa_rt.gap.foreign.healthy import (
     Healthy,
     LinkHealth,
     measured,
+    of_few,
     quantity_keys,
     shapes_of,
 )
@@ -27,19 +28,19 @@ from epa_rt.models.effect import Effect, Knob
 
 TYPICAL = 0.1  # part of a stated number by which it changes, from which fits begin
 CLOCK = "clock."  # begins the key of how rows were logged, which no wear changes
-ROUNDS = 20  # of the bounded fit of a run's levels
 
 
 @dataclass(frozen=True)
 class Ready:
-    """A recording: the rig's own preparation, and by link what is known (n,) and what wanders
-    (n, k).
+    """A recording: the rig's own preparation, and by link what is known (n,), what wanders (n, k)
+    and by what the residual is weighed (n,).
     """
 
     own: object
     run: str
     known: Mapping[str, np.ndarray]
     wander: Mapping[str, np.ndarray]
+    weights: Mapping[str, np.ndarray]
 
 
 class SinceBaseline:
@@ -98,15 +99,20 @@ class SinceBaseline:
         return Ready(
             own,
             recording.name,
-            {name: known for name, (known, _) in found.items()},
-            {name: wander for name, (_, wander) in found.items()},
+            {name: known for name, (known, _, _) in found.items()},
+            {name: wander for name, (_, wander, _) in found.items()},
+            {name: weights for name, (_, _, weights) in found.items()},
         )
 
     def residual(self, prepared: Ready, values: Values, link: str) -> np.ndarray:
-        """As Subject.residual; NaN also where a term of the healthy runs' map has no value."""
+        """As Subject.residual, weighed so that the healthy runs' noise has one size wherever the
+        rig is; NaN also where a term of their map has no value.
+        """
         plain = {key: value for key, value in values.items() if not key.startswith(OF_RUN)}
-        left = self.own.residual(prepared.own, plain, link) - prepared.known[link]
-        shapes, spread = prepared.wander[link], self.healthy.links[link].spread
+        weights = prepared.weights[link]
+        left = weights * (self.own.residual(prepared.own, plain, link) - prepared.known[link])
+        spread = self.healthy.links[link].spread
+        shapes = weights[:, None] * prepared.wander[link]
         if not len(spread):
             return left
         if prepared.run in self._runs:
@@ -156,9 +162,11 @@ class SinceBaseline:
             apart = np.mean([self._levels(one, link) for one in made], axis=0)
             found.append(_as_a_whole(health, link, unit, apart, len(made)))
             rows = [q for q in self.healthy.quantities if q.link == link]
-            keys = [q.key for q in rows]
-            each = [measured(self.own, one, health, link, keys) for one in made]
-            for q, now in zip(rows, np.array(each).T, strict=True):
+            # fitted beside the same others as those of the healthy runs were
+            keys = [key for key in quantity_keys(self.own) if link in self.own.touched(key)]
+            each = [measured(self.own, one, health, link, keys) for one in made] if rows else []
+            for q in rows:
+                now = np.array([values[keys.index(q.key)] for values in each])
                 if np.isfinite(now).all():
                     found.append(_change(q.key, q.unit, q.values, now))
         return tuple(sorted(found, key=lambda one: -abs(one.spreads)))
@@ -174,10 +182,11 @@ class SinceBaseline:
 
     def _levels(self, prepared: object, link: str) -> np.ndarray:
         """(j,) a run's levels less the mean of the healthy runs'."""
-        known, _ = self.healthy.known(prepared, link)
+        known, _, weights = self.healthy.known(prepared, link)
         health = self.healthy.links[link]
         shapes = shapes_of(self.own, prepared, link, health.levels) @ health.basis
-        left = self.own.residual(prepared, {}, link) - known
+        shapes *= weights[:, None]
+        left = weights * (self.own.residual(prepared, {}, link) - known)
         rows = np.isfinite(left)
         return np.linalg.lstsq(shapes[rows], left[rows], rcond=None)[0]
 
@@ -187,6 +196,7 @@ def _as_a_whole(health: LinkHealth, link: str, unit: str, apart: np.ndarray, log
     usual = float(np.sqrt(np.mean(np.sum(health.apart**2, axis=1))))
     runs = len(health.apart)
     spread = usual * float(np.sqrt(runs / (runs - 1.0) * (1.0 / logs + 1.0 / runs)))
+    spread *= of_few(runs)
     off = float(np.sqrt(np.sum(apart**2)))
     return Change(f"{link} as a whole", unit, 0.0, spread, off, off / max(spread, 1e-300))
 
@@ -213,6 +223,7 @@ def _changed(knob: Knob) -> Effect:
 
 def _change(key: str, unit: str, before: np.ndarray, now: np.ndarray) -> Change:
     spread = float(np.std(before, ddof=1) * np.sqrt(1.0 / len(now) + 1.0 / len(before)))
+    spread *= of_few(len(before))
     mean, here = float(before.mean()), float(now.mean())
     return Change(key, unit, mean, spread, here, (here - mean) / max(spread, 1e-300))
 
@@ -223,16 +234,13 @@ def _within(
     """(k,) levels of one run that suit its residual best, each within BOUND spreads, its spread
     believed.
     """
+    from scipy.optimize import lsq_linear
+
     rows = np.isfinite(left) & np.isfinite(shapes).all(axis=1)
     if not rows.any():
         return np.zeros(len(spread))
     scaled = shapes[rows] * spread
     variance = max(float(np.nanvar(noise)), 1e-300)
-    matrix = scaled.T @ scaled / variance + np.eye(len(spread))
-    vector = scaled.T @ left[rows] / variance
-    z = np.clip(np.linalg.solve(matrix, vector), -BOUND, BOUND)
-    for _ in range(ROUNDS):  # coordinate by coordinate: the matrix is nearly diagonal
-        for i in range(len(z)):
-            others = vector[i] - matrix[i] @ z + matrix[i, i] * z[i]
-            z[i] = np.clip(others / matrix[i, i], -BOUND, BOUND)
-    return z * spread
+    root = np.linalg.cholesky(scaled.T @ scaled / variance + np.eye(len(spread)))
+    right = np.linalg.solve(root, scaled.T @ left[rows] / variance)
+    return np.asarray(lsq_linear(root.T, right, (-BOUND, BOUND), method="bvls").x) * spread

@@ -8,12 +8,15 @@ from functools import cached_property
 
 import numpy as np
 
+from epa_rt.gap.hygiene.answering import terms_of_motion, without_answer
 from epa_rt.gap.hygiene.finding import Finding, Sinusoid, measured_names, regular, regular_rows
 from epa_rt.gap.hygiene.multitaper import (
     chance_of_going_along,
     chance_of_running,
+    error_of_steps,
     half_bandwidth,
     line_chances,
+    noise_beside,
     noise_of_phasor,
     running,
     together,
@@ -23,7 +26,8 @@ from epa_rt.gap.hygiene.values import smallest_step
 from epa_rt.gap.recording import PLACES, Recording
 
 FALSE_ALARM = 1e-3  # of any line on all channels of all logs together, where there is noise alone
-_ALL_ALONG = 0.75  # share of the log in which a line has one size and runs on: one trial is less
+# share of the log in which a line has one size and runs on: one trial is less
+_ALL_ALONG = 0.75  # by scripts/line_thresholds.py
 _WINDOW_ROWS = (128, 2048)
 _WINDOWS, _OF_SHORTEST = 4, 6  # of a log at least; of the shortest one, where windows can be long
 _BLOCK = 16  # windows over which a phase must run on: mains and fans wander over longer ones
@@ -33,7 +37,8 @@ _MAINS_HZ, _MAINS_OFF, _HARMONICS = (50.0, 60.0), 0.01, 6  # EN 50160: 1 %; rect
 _SENSORS = ("_pa", "_n")  # pressures and load cells share cables and terminals
 _SLOPES = ("_m_s", "_rad_s")
 _DRIVEN = 0.05  # of what a command moves, from which a frequency counts as one of its own
-_STANDS_OUT = 3.0  # times the harmonics beside it, which fall with their number
+# times the harmonics beside it, which fall with their number; by scripts/line_thresholds.py
+_STANDS_OUT = 3.0
 _STEADY = 0.1  # of its mean, by which a speed may change where all is at one speed
 
 
@@ -52,6 +57,23 @@ class _Log:
     def cut(self, name: str) -> np.ndarray:
         """(M, rows) of a column."""
         return self._cut(regular(self.recording, name))
+
+    def still(self, name: str, frequency: float | None = None) -> np.ndarray:
+        """(M, rows) of a column as ``beside`` gives it."""
+        return self._cut(self.beside(name, frequency))
+
+    def beside(self, name: str, frequency: float | None = None) -> np.ndarray:
+        """(n,) of a column less what of it answers to commands and motion, but for a line of
+        ``frequency``.
+        """
+        whole = regular(self.recording, name)
+        return whole if _moves(name) else without_answer(whole, self._motion, frequency)
+
+    @cached_property
+    def _motion(self) -> np.ndarray:
+        return terms_of_motion(
+            self.recording, [name for name in sorted(self.recording.columns) if _moves(name)]
+        )
 
     def known(self, name: str) -> np.ndarray:
         """(M,) bool: windows with hardly a row without a value."""
@@ -141,7 +163,7 @@ def _lines(logs: Sequence[_Log], name: str, channels: int) -> Iterator[list[_See
     able = [log for log in able if int(log.known(name).sum()) >= _WINDOWS]
     if not able:
         return
-    windows = np.concatenate([log.cut(name)[log.known(name)] for log in able])
+    windows = np.concatenate([log.still(name)[log.known(name)] for log in able])
     peaks, tests = _candidates(windows)
     enough = np.log(max(len(peaks), 1) * len(able) / FALSE_ALARM)
     for frequency, chance in peaks:
@@ -174,8 +196,8 @@ def _candidates(windows: np.ndarray) -> tuple[list[tuple[float, float]], int]:
 def _seen(log: _Log, name: str, frequency: float) -> _Seen:
     """What a log's channel holds at a frequency, block by block."""
     kept = np.flatnonzero(log.known(name))
-    windows, reach = log.cut(name), 0.5 / log.rows
-    sinusoids, chances, runs, along, floors = [], [], [], [], []
+    windows, reach = log.still(name, frequency), 0.5 / log.rows
+    sinusoids, chances, runs, along = [], [], [], []
     power = 0.0
     parts = _blocks(kept)
     ends = [log.starts[part[0]] for part in parts[1:]]
@@ -197,22 +219,25 @@ def _seen(log: _Log, name: str, frequency: float) -> _Seen:
             chance_of_running(float(abs(mean) ** 2) * len(part) / own if own else 0.0, len(part))
         )
         along.append((turned * np.conj(mean) / max(abs(mean), 1e-300)).real)
-        floors.append(exact.floor)
         sinusoids.append(
             Sinusoid(int(start), int(stop), float(rough), float(mean.real), float(-mean.imag))
         )
     scatter = np.concatenate([one - one.mean() for one in along])
-    noise, count = float(np.median(np.concatenate(floors))), len(kept)
+    count = len(kept)
+    noise = noise_beside(windows[kept], frequency)
     deviation = max(float(np.std(scatter)), noise * noise_of_phasor(log.rows)) / np.sqrt(count)
     values = log.recording.columns[name]
+    step = smallest_step(values[np.isfinite(values)])
+    size = float(np.mean([np.hypot(one.cosine, one.sine) for one in sinusoids]))
+    apart = float(np.sqrt(max(np.mean(windows[kept].var(axis=1)) - 0.5 * size**2, 0.0)))
     return _Seen(
         log,
         kept,
         tuple(sinusoids),
-        float(deviation),
+        float(np.hypot(deviation, error_of_steps(size, step, min(noise, apart)))),
         float(sum(runs) / power) if power else 0.0,
         float(together(np.array(chances))),
-        max(noise, smallest_step(values[np.isfinite(values)])),
+        max(noise, step),
     )
 
 
@@ -277,17 +302,24 @@ def _is_harmonic(seen: _Seen, name: str) -> bool:
     """Whether a line does not stand out from those that lie beside it by a frequency of a command:
     the answer of what is not linear.
     """
-    recording, grid = seen.log.recording, _grid_rows(seen.log)
-    own = np.diff(regular(recording, name)) * np.hanning(grid - 1)
+    return stands_out(seen.log, name, seen.frequency) < _STANDS_OUT
+
+
+def stands_out(log: _Log, name: str, frequency: float) -> float:
+    """A line's amplitude over that of the largest beside it; infinite where no command has a
+    frequency.
+    """
+    recording, grid = log.recording, _grid_rows(log)
+    own = np.diff(log.beside(name, frequency)) * np.hanning(grid - 1)
     beside = {
-        seen.frequency + times * asked
+        frequency + times * asked
         for other in recording.columns
         if other.startswith(("cmd_", "ref_")) and not other.endswith("_raw")
         for asked in _asked(regular(recording, other))
         for times in (-2, -1, 1, 2)
     }
     largest = max((_size(own, f) for f in beside if 0.0 < f < 0.5), default=0.0)
-    return _size(own, seen.frequency) < _STANDS_OUT * largest
+    return _size(own, frequency) / largest if largest > 0.0 else float("inf")
 
 
 def _asked(values: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ import numpy as np
 
 _BANDWIDTH = 4.0  # of the tapers, in bins of a window: what they leave of motion far away is 1e-6
 _TAPERS = 5  # of the 2 x _BANDWIDTH that there are: the last ones let motion leak in
+_BESIDE = (-4, -3, -2, -1, 1, 2, 3, 4)  # full bandwidths off, where a line's noise is looked at
 _PADDED = 4  # times a window's length at least, so that no line falls between two bins
 
 
@@ -68,6 +69,35 @@ def tones(windows: np.ndarray, frequency: float) -> Tones:
 def noise_of_phasor(rows: int) -> float:
     """Deviation of a phasor (either part) of a window of so many rows in white noise of 1."""
     return float(np.sqrt(2.0 / _tapers(rows - 1)[2]))
+
+
+def noise_beside(windows: np.ndarray, frequency: float) -> float:
+    """Deviation of white noise as large as that of windows (M, n) about a frequency (cycles a row):
+    the median of bands beside it, so that hardly any chance of few windows is left in it.
+    """
+    apart = 2.0 * half_bandwidth(windows.shape[1])
+    bands = [frequency, *(frequency + times * apart for times in _BESIDE)]
+    powers = [
+        np.mean(tones(windows, band).floor ** 2) for band in bands if apart < band < 0.5 - apart
+    ]
+    return float(np.sqrt(np.median(powers))) if powers else 0.0
+
+
+def error_of_steps(amplitude: float, step: float, noise: float) -> float:
+    """Deviation of a line's amplitude by a converter's steps, where so little ``noise`` (deviation,
+    with the steps' own) dithers them. Where between two steps the line lies is not known.
+
+    Widrow and Kollar, Quantization Noise (2008): the steps add sines of the reading. Each has the
+    line's frequency in it by the Bessel function J1, and dies away with the noise.
+    """
+    if not (step > 0.0 and amplitude > 0.0):
+        return 0.0
+    k = np.arange(1, 20)
+    dither = max(noise**2 - step**2 / 12.0, 0.0) / step**2
+    # J1^2 is 1 / (pi x) in the mean, the cosine of an unknown place one half
+    bessel = 1.0 / (2.0 * np.pi**2 * k * amplitude / step)
+    squares = 0.5 * (2.0 * step / (np.pi * k)) ** 2 * bessel
+    return float(np.sqrt(np.sum(squares * np.exp(-((2.0 * np.pi * k) ** 2) * dither))))
 
 
 def running(phasors: np.ndarray, starts: np.ndarray, reach: float) -> tuple[float, float]:
