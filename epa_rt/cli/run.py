@@ -33,7 +33,7 @@ from epa_rt.cli.inputs import (
     load_inputs,
 )
 from epa_rt.cli.live import add_view_arguments, opened, views_wanted
-from epa_rt.cli.log_name import take_log_path
+from epa_rt.cli.log_name import check_free, take_log_path
 from epa_rt.cli.outputs import add_json_argument
 from epa_rt.cli.run_end import end_facts, json_text
 from epa_rt.cli.run_record import add_record_arguments, record_attachment
@@ -162,6 +162,7 @@ def driven(
     """One run, recorded into ``out``, on the rig that the backend's arguments say. ``seed``,
     ``speed``: of a simulated one. Raises VerbError.
     """
+    check_free(out)
     progress = not arguments.quiet
     if arguments.backend == "sim":
         return run_simulated(inputs, out, seed, speed, progress, views=views, requests=requests)
@@ -317,6 +318,7 @@ def run_recorded(
         lossless=not paced,
         progress=ProgressSpec(cycles, inputs.rig.period_s, progress),
         asks_fd=viewers.recorders_fd,
+        may_wait=run_facts["backend"] == "sim",
     )
     try:
         recorder.open()
