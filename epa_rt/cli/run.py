@@ -51,6 +51,11 @@ if TYPE_CHECKING:
     from epa_rt.loop.run import RunResult
 
 EMULATED = {"bus": "emulated"}  # of a log's facts: no rig was there
+LOST_FRAMES = "lost working counter"
+BUSY_MACHINE = (
+    "note: an emulated bus and the loop share this machine, and where it is busy frames come too"
+    " late; epa bus run --lock-step does without real time"
+)
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
@@ -257,6 +262,8 @@ def run_on_bus(
     )
     found_zero = assembly.supervisor.found_zero
     keep_end(inputs.rig, rig_path, assembly.decoder, result, found_zero, emulated)
+    if emulated and not lock_step and result.cause.startswith(LOST_FRAMES):
+        print(filled(BUSY_MACHINE, sys.stderr), file=sys.stderr)
     return summary, result
 
 
