@@ -355,7 +355,10 @@ def _print(
     print(filled(f"calibration file: {path}"))
     if path.resolve().parent != rig_path.resolve().parent:  # a simulated rig's, or --write
         named = f"calibrations: [{path.name}]"
-        print(filled(f"{rig_path} reads only files beside itself: copy it there, with {named}"))
+        said = f"{rig_path} reads only files beside itself: copy it there, with {named}"
+        if one.source == "simulation":
+            said = f"of a simulated sensor: no run on a real rig takes it. For simulated ones {said}"
+        print(filled(said))
     elif path.name not in {Path(name).name for name in rig.calibrations}:
         print(filled(f"{rig_path} does not name it yet: calibrations: [{path.name}]"))
 

@@ -411,8 +411,9 @@ def closing_text(summary: "LogSummary", result: "RunResult", rig: "Rig") -> str:
         f"{result.outcome}{': ' + result.cause if result.cause else ''}",
         *([result.category] if result.category else []),
         (
-            f"{result.cycles} cycles ({result.cycles * period_s:.1f} s), {result.overruns}"
-            f" overruns, {summary.samples} samples and {summary.events} events recorded"
+            f"{_count(result.cycles, 'cycle')} ({result.cycles * period_s:.1f} s),"
+            f" {_count(result.overruns, 'overrun')}, {_count(summary.samples, 'sample')} and"
+            f" {_count(summary.events, 'event')} recorded"
         ),
     ]
     if summary.samples != result.cycles:
@@ -420,16 +421,17 @@ def closing_text(summary: "LogSummary", result: "RunResult", rig: "Rig") -> str:
     if summary.failure:
         lines.append(f"recorder: {summary.failure}")
     if result.bad_cycles:
-        lines.append(f"{result.bad_cycles} cycles without sound process data")
+        lines.append(f"{_count(result.bad_cycles, 'cycle')} without sound process data")
     for words, counts, before in (
         ("clamped to its limits", result.clamped, result.controller_clamped),
         ("slowed to its slew limit", result.slewed, result.controller_slewed),
     ):
         lines += [
-            f"{name} was {words} by the gate in {count} cycles" for name, count in counts.items()
+            f"{name} was {words} by the gate in {_count(count, 'cycle')}"
+            for name, count in counts.items()
         ]
         lines += [
-            f"{name} was {words} by the controller {loop} in {count} cycles"
+            f"{name} was {words} by the controller {loop} in {_count(count, 'cycle')}"
             for name, loops in before.items()
             for loop, count in loops.items()
         ]
@@ -439,3 +441,7 @@ def closing_text(summary: "LogSummary", result: "RunResult", rig: "Rig") -> str:
     lines.append(end_text(result, rig))
     lines.append(f"log: {summary.path} ({summary.size_bytes / 1e6:.1f} MB)")
     return "\n".join(lines)
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'s' if number != 1 else ''}"

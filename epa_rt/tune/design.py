@@ -259,7 +259,7 @@ def _searched(problem: Problem) -> tuple[Gains | None, bool]:
         ratios = np.array([merit.tracking / before.tracking, merit.load / before.load])
         worst = float(np.max(ratios))
         if worst > 1.0:  # neither gets worse: friction, creep and drift are loads while it tracks
-            return BIG * (1.0 - 0.5 / worst)
+            return BIG * (1.0 - 0.5 / (worst * _louder(gains, present)))
         return float(np.sum(np.log(np.maximum(ratios, 1e-6))))
 
     found = differential_evolution(
@@ -269,6 +269,14 @@ def _searched(problem: Problem) -> tuple[Gains | None, bool]:
     if found.fun >= BIG or not problem.holds(gains):
         return None, False
     return gains, bool(found.fun < 0.1 * BIG)
+
+
+def _louder(gains: Gains, present: Gains) -> float:
+    """By how much kp or ki exceeds the present one, 1 at least. Gains that are to be safe at a cost
+    do not lean on one of them: the response is least certain where it turns, near the crossover.
+    """
+    pairs = ((gains.kp, present.kp), (gains.ki, present.ki))
+    return max(1.0, *(new / old for new, old in pairs if old > 0.0))
 
 
 def _space(loop: Loop) -> tuple[list[str], list[tuple[float, float]]]:
