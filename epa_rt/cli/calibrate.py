@@ -357,7 +357,7 @@ def _print(
         named = f"calibrations: [{path.name}]"
         said = f"{rig_path} reads only files beside itself: copy it there, with {named}"
         if one.source == "simulation":
-            said = f"of a simulated sensor: no run on a real rig takes it. For simulated ones {said}"
+            said = f"of a simulated sensor, which no real rig takes. For simulated ones {said}"
         print(filled(said))
     elif path.name not in {Path(name).name for name in rig.calibrations}:
         print(filled(f"{rig_path} does not name it yet: calibrations: [{path.name}]"))
