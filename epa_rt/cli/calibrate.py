@@ -357,7 +357,8 @@ def _print(
         named = f"calibrations: [{path.name}]"
         said = f"{rig_path} reads only files beside itself: copy it there, with {named}"
         if one.source == "simulation":
-            said = f"of a simulated sensor, which no real rig takes. For simulated ones {said}"
+            print(filled("it is of a simulated sensor: a run on a real rig refuses it"))
+            said = f"for simulated runs copy it beside {rig_path}, and name it there: {named}"
         print(filled(said))
     elif path.name not in {Path(name).name for name in rig.calibrations}:
         print(filled(f"{rig_path} does not name it yet: calibrations: [{path.name}]"))
