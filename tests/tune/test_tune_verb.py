@@ -140,7 +140,7 @@ def test_where_the_margin_costs_tracking_both_sets_are_shown(recording, loud):
     assert kept.proposal.keep and not held.proposal.keep
     assert kept.holding is not None and held.holding is None
     assert kept.holding.gains == held.after.gains
-    assert held.after.margins.worst_peak <= 1.6
+    assert held.after.margins.worst_peak <= 1.6 and held.after.gains.kp <= LOUD
     said, shown = kept.warning or "", " ".join(text_of(kept).split())
     cost = held.after.merit.tracking / kept.present.merit.tracking
     assert cost > 1.0 and f"costs {100 * (cost - 1):.0f} % of tracking" in said
