@@ -304,10 +304,15 @@ def _true_margins(
 
 
 def _without_loop(inputs: Any, case: Case) -> Any:
-    """The bench's travel loop with next to no gain: the speed asked for is the speed sent."""
-    from epa_rt.tune.controller import Gains
+    """The bench's travel loop with next to no gain: the speed asked for is the speed sent. No rig
+    file may hold so little.
+    """
+    from epa_rt.tune.controller import Gains, loop_of, written_gains
 
-    return _with(inputs, case, Gains(OPEN_GAIN)) if case.kind == "motor" else inputs
+    if case.kind != "motor":
+        return inputs
+    loop = loop_of(inputs.rig, case.kind)
+    return replace(inputs, rig=written_gains(inputs.rig, loop, Gains(OPEN_GAIN)))
 
 
 def _open_text(case: Case, mean_m: float) -> str:
