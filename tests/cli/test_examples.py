@@ -11,7 +11,7 @@ from epa_rt.cli.main import main, parser
 from epa_rt.cli.parser import examples
 from tests.cli.test_manners import parsers
 
-# what no test has: a card, a bus, a run that is on, a recording of others, a name to be put in
+# what no test has: a card, a bus, a screen, a run that is on, a recording of others, a name
 NOT_HERE = (
     "eth1",
     "ethercat",
@@ -22,6 +22,7 @@ NOT_HERE = (
     "epa scan",
     "epa bus",
     "epa live",
+    "--live",
     "| ",
 )
 # minutes each; other tests run them on data of their own
