@@ -32,7 +32,7 @@ def take_log_path(out: Path, inputs: Inputs) -> Path:
 
 def check_free(out: Path) -> None:
     """Raises VerbError where ``out`` names a log that is there; asked before anything slow."""
-    if out.suffix == ".mcap" and out.exists():
+    if out.suffix == ".mcap" and (out.exists() or out.is_symlink()):
         raise VerbError(_NOT_FREE.format(out))
 
 
