@@ -3,7 +3,8 @@ tracking in the full simulated rig beside the shipped gains, and margins on the 
 
 The margins are not read off the response that the tuning saw. They come from another run in open
 loop, with other lines and the plant's own angle or travel before noise and rounding. And the loop
-is run with its gain doubled, which Ms <= 1.6 says that it must stand.
+is run with its gain doubled, which Ms <= 1.6 says that it must stand. Where present gains that
+break the bound stay with a warning, the gains that it offers to hold the margin are tried too.
 
 python scripts/tune_plants.py --plants 10 [--rigs knee bench] [--first N] [--jobs 2] [--json PATH]
 """
@@ -72,7 +73,8 @@ def one_plant(name: str, seed: int) -> dict[str, Any]:
     after, new = _run(_with(inputs, case, gains), seed)
     stress, doubled = _run(_with(inputs, case, _louder(gains, case.kind)), seed)
     errors = [_tracking(one, loop) for one in (shipped, after, stress)]
-    truth, before = _true_margins(case, inputs, shipped, (gains, loop.gains), seed)
+    holding = answer.holding.gains if answer.holding else gains
+    truth, before, held = _true_margins(case, inputs, shipped, (gains, loop.gains, holding), seed)
     row |= {
         "decision": decision_word(answer.proposal),
         "warned": answer.warning is not None,
@@ -92,6 +94,16 @@ def one_plant(name: str, seed: int) -> dict[str, Any]:
         "true_delay_margin_s": _known(truth.delay_s),
         "stable": truth.stable,
     }
+    if answer.holding:
+        ran, end = _run(_with(inputs, case, holding), seed)
+        row["holding"] = {
+            "gains": written(holding, case.kind),
+            "outcome": end,
+            "ratio": _tracking(ran, loop) / errors[0],
+            "expected_ratio": answer.holding.trial.rms_error / answer.present.trial.rms_error,
+            "true_peak": held.peak,
+            "stable": held.stable,
+        }
     row["tracks"] = bool(new == "completed" and row["ratio"] <= NO_WORSE)
     return {**row, "holds": _holds(row)}
 
@@ -102,13 +114,19 @@ def _known(value: float) -> float | None:
 
 def _holds(row: dict[str, Any]) -> bool:
     """Whether Ms on the plant keeps its bound and the doubled loop neither trips nor rings. Of kept
-    gains only the first is asked; they hold too where the operator was warned, and where the answer
-    is that nothing is known.
+    gains only the first is asked; where the operator was warned of them, it is asked of the gains
+    that were offered. An answer that nothing is known promises nothing.
     """
     from epa_rt.tune.design import MS_LIMIT
 
-    if row["decision"] == "unknown" or row["warned"]:
+    if row["decision"] == "unknown":
         return True
+    if row["warned"]:
+        held = row.get("holding")
+        return bool(
+            held is None
+            or (held["outcome"] == "completed" and held["stable"] and held["true_peak"] <= MS_LIMIT)
+        )
     if row["decision"] == "keep":
         return bool(row["stable"] and row["true_peak"] <= MS_LIMIT)
     calm = row["tracking_doubled"] <= OUT_OF_HAND * row["tracking_shipped"]
@@ -286,10 +304,15 @@ def _true_margins(
 
 
 def _without_loop(inputs: Any, case: Case) -> Any:
-    """The bench's travel loop with next to no gain: the speed asked for is the speed sent."""
-    from epa_rt.tune.controller import Gains
+    """The bench's travel loop with next to no gain: the speed asked for is the speed sent. No rig
+    file may hold so little.
+    """
+    from epa_rt.tune.controller import Gains, loop_of, written_gains
 
-    return _with(inputs, case, Gains(OPEN_GAIN)) if case.kind == "motor" else inputs
+    if case.kind != "motor":
+        return inputs
+    loop = loop_of(inputs.rig, case.kind)
+    return replace(inputs, rig=written_gains(inputs.rig, loop, Gains(OPEN_GAIN)))
 
 
 def _open_text(case: Case, mean_m: float) -> str:
@@ -365,6 +388,7 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
         own = [row for row in rows if row["rig"] == name]
         good = [row for row in own if not {"failure", "unfit"} & row.keys()]
         ratios = [row["ratio"] for row in good]
+        held = [row["holding"] for row in good if "holding" in row]
         figures[name] = {
             "plants": len(own),
             "unfit": sum("unfit" in row for row in own),
@@ -375,6 +399,10 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
             "ratio_median": float(np.median(ratios)) if ratios else None,
             "ratio_worst": max(ratios, default=None),
             "true_peak_worst": max((row["true_peak"] for row in good), default=None),
+            "held_offered": len(held),
+            "held_ratio_median": float(np.median([h["ratio"] for h in held])) if held else None,
+            "held_ratio_worst": max((h["ratio"] for h in held), default=None),
+            "held_true_peak_worst": max((h["true_peak"] for h in held), default=None),
         }
     is_good = all("unfit" in row or (row.get("tracks") and row.get("holds")) for row in rows)
     return {"holds": is_good, "rigs": figures, "plants": rows}

@@ -96,7 +96,7 @@ def commands(page: Path) -> Iterator[list[str]]:
         elif fenced or line.startswith("    "):
             kept.append(line.strip())
     for line in re.sub(r" *\\\n *", " ", "\n".join(kept)).splitlines():
-        if re.match(r"epa |cd |eval ", line) and "[-h]" not in line:  # no summary of options
+        if re.match(r"epa |cd |eval |timeout ", line) and "[-h]" not in line:  # no summary
             yield from split(line)
 
 
@@ -107,6 +107,8 @@ def split(line: str) -> Iterator[list[str]]:
     while words:
         ends = [k for k, word in enumerate(words) if word in ("&&", "|", ";", "--")]
         one, words = (words[: ends[0]], words[ends[0] + 1 :]) if ends else (words, [])
+        if one and one[0] == "timeout":  # the shell's, before a verb that it ends
+            one = one[one.index("epa") :]
         if one and one[0] == "epa":
             yield one[1:]
 

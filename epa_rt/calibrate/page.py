@@ -177,10 +177,10 @@ def _table(found: Calibration) -> Html:
         "Point",
         "Way",
         f"Reference, {unit}",
-        "± standard",
+        f"± standard, {unit}",
         f"Reading, {scale.native}",
-        "Scatter",
-        "± of mean",
+        f"Scatter, {scale.native}",
+        f"± of mean, {scale.native}",
         f"Residual, {unit}",
     )
     return table(head, rows, (0, 1))

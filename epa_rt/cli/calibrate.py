@@ -355,7 +355,11 @@ def _print(
     print(filled(f"calibration file: {path}"))
     if path.resolve().parent != rig_path.resolve().parent:  # a simulated rig's, or --write
         named = f"calibrations: [{path.name}]"
-        print(filled(f"{rig_path} reads only files beside itself: copy it there, with {named}"))
+        said = f"{rig_path} reads only files beside itself: copy it there, with {named}"
+        if one.source == "simulation":
+            print(filled("it is of a simulated sensor: a run on a real rig refuses it"))
+            said = f"for simulated runs copy it beside {rig_path}, and name it there: {named}"
+        print(filled(said))
     elif path.name not in {Path(name).name for name in rig.calibrations}:
         print(filled(f"{rig_path} does not name it yet: calibrations: [{path.name}]"))
 

@@ -193,6 +193,7 @@ def _watch(
         inputs.attachments,
         {"run": facts, **unprotected_facts(inputs), **calibration_facts(rig)},
         lossless=not paced,
+        may_wait=by_hand.is_sim,
     )
     try:
         recorder.open()

@@ -5,6 +5,8 @@ from pathlib import Path
 from epa_rt.cli.exits import FAILED, VerbError
 from epa_rt.cli.inputs import Inputs
 
+_NOT_FREE = "{}: found a file, expected a name that is free (no log is overwritten)"
+
 
 def take_log_path(out: Path, inputs: Inputs) -> Path:
     """The log's path: as given where it ends in .mcap (and must be new), else a numbered name in
@@ -18,15 +20,20 @@ def take_log_path(out: Path, inputs: Inputs) -> Path:
     except OSError as error:
         raise VerbError(f"{folder}: cannot make the folder ({error.strerror})") from None
     if out.suffix == ".mcap":
+        check_free(out)
         if not _taken(out):
-            raise VerbError(
-                f"{out}: found a file, expected a name that is free (no log is overwritten)"
-            )
+            raise VerbError(_NOT_FREE.format(out))
         return out
     stem = f"{inputs.experiment.name}-{inputs.rig.name}"
     return next(
         path for n in range(1, 1_000_000) if _taken(path := folder / f"{stem}-{n:03d}.mcap")
     )
+
+
+def check_free(out: Path) -> None:
+    """Raises VerbError where ``out`` names a log that is there; asked before anything slow."""
+    if out.suffix == ".mcap" and (out.exists() or out.is_symlink()):
+        raise VerbError(_NOT_FREE.format(out))
 
 
 def _taken(path: Path) -> bool:

@@ -117,10 +117,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if (
             error.filename is not None
         ):  # a folder that may not be entered, a name too long: whichever question met it first
-            print(
-                f"{chosen.program}: {error.filename}: cannot be read or written ({error.strerror})",
-                file=sys.stderr,
-            )
+            _say(f"{chosen.program}: {error.filename}: {_trouble(error)}")
             return BAD_INPUT
         if error.errno not in _REFUSED:
             raise
@@ -129,6 +126,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
             f"{chosen.program}: what it says cannot be written ({error.strerror})", file=sys.stderr
         )
         return FAILED
+
+
+def _trouble(error: OSError) -> str:
+    """What is wrong with the file or folder of an error, in words."""
+    if error.errno == errno.ENOENT:
+        return "found no such file or folder, expected one that is there"
+    return f"cannot be read or written ({error.strerror})"
 
 
 def _say(sentence: str) -> None:

@@ -251,7 +251,7 @@ class TypedAnswers:
         present = scale.gain * point.reading + scale.offset
         say(
             f"  {point.reading:.5g} {scale.native}, scatter {point.scatter:.2g} {scale.native}:"
-            f" until now {scale.shown(present)}"
+            f" by the rig file {scale.shown(present)}"
         )
         if doubt:
             for text in textwrap.wrap(f"CHECK: {doubt} ('again' drops this point)", 76):

@@ -33,7 +33,7 @@ from epa_rt.cli.inputs import (
     load_inputs,
 )
 from epa_rt.cli.live import add_view_arguments, opened, views_wanted
-from epa_rt.cli.log_name import take_log_path
+from epa_rt.cli.log_name import check_free, take_log_path
 from epa_rt.cli.outputs import add_json_argument
 from epa_rt.cli.run_end import end_facts, json_text
 from epa_rt.cli.run_record import add_record_arguments, record_attachment
@@ -51,6 +51,11 @@ if TYPE_CHECKING:
     from epa_rt.loop.run import RunResult
 
 EMULATED = {"bus": "emulated"}  # of a log's facts: no rig was there
+LOST_FRAMES = "lost working counter"
+BUSY_MACHINE = (
+    "note: an emulated bus and the loop share this machine, and where it is busy frames come too"
+    " late; epa bus run --lock-step does without real time"
+)
 
 
 def add_arguments(verb: argparse.ArgumentParser) -> None:
@@ -162,6 +167,7 @@ def driven(
     """One run, recorded into ``out``, on the rig that the backend's arguments say. ``seed``,
     ``speed``: of a simulated one. Raises VerbError.
     """
+    check_free(out)
     progress = not arguments.quiet
     if arguments.backend == "sim":
         return run_simulated(inputs, out, seed, speed, progress, views=views, requests=requests)
@@ -256,6 +262,8 @@ def run_on_bus(
     )
     found_zero = assembly.supervisor.found_zero
     keep_end(inputs.rig, rig_path, assembly.decoder, result, found_zero, emulated)
+    if emulated and not lock_step and result.cause.startswith(LOST_FRAMES):
+        print(filled(BUSY_MACHINE, sys.stderr), file=sys.stderr)
     return summary, result
 
 
@@ -317,6 +325,7 @@ def run_recorded(
         lossless=not paced,
         progress=ProgressSpec(cycles, inputs.rig.period_s, progress),
         asks_fd=viewers.recorders_fd,
+        may_wait=run_facts["backend"] == "sim",
     )
     try:
         recorder.open()
@@ -402,8 +411,9 @@ def closing_text(summary: "LogSummary", result: "RunResult", rig: "Rig") -> str:
         f"{result.outcome}{': ' + result.cause if result.cause else ''}",
         *([result.category] if result.category else []),
         (
-            f"{result.cycles} cycles ({result.cycles * period_s:.1f} s), {result.overruns}"
-            f" overruns, {summary.samples} samples and {summary.events} events recorded"
+            f"{_count(result.cycles, 'cycle')} ({result.cycles * period_s:.1f} s),"
+            f" {_count(result.overruns, 'overrun')}, {_count(summary.samples, 'sample')} and"
+            f" {_count(summary.events, 'event')} recorded"
         ),
     ]
     if summary.samples != result.cycles:
@@ -411,16 +421,17 @@ def closing_text(summary: "LogSummary", result: "RunResult", rig: "Rig") -> str:
     if summary.failure:
         lines.append(f"recorder: {summary.failure}")
     if result.bad_cycles:
-        lines.append(f"{result.bad_cycles} cycles without sound process data")
+        lines.append(f"{_count(result.bad_cycles, 'cycle')} without sound process data")
     for words, counts, before in (
         ("clamped to its limits", result.clamped, result.controller_clamped),
         ("slowed to its slew limit", result.slewed, result.controller_slewed),
     ):
         lines += [
-            f"{name} was {words} by the gate in {count} cycles" for name, count in counts.items()
+            f"{name} was {words} by the gate in {_count(count, 'cycle')}"
+            for name, count in counts.items()
         ]
         lines += [
-            f"{name} was {words} by the controller {loop} in {count} cycles"
+            f"{name} was {words} by the controller {loop} in {_count(count, 'cycle')}"
             for name, loops in before.items()
             for loop, count in loops.items()
         ]
@@ -430,3 +441,7 @@ def closing_text(summary: "LogSummary", result: "RunResult", rig: "Rig") -> str:
     lines.append(end_text(result, rig))
     lines.append(f"log: {summary.path} ({summary.size_bytes / 1e6:.1f} MB)")
     return "\n".join(lines)
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'s' if number != 1 else ''}"

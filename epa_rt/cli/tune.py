@@ -4,8 +4,9 @@ From logs whose trials moved the loop, or from a short excitation that the verb 
 without logs): multisines on the loop's reference, within half of the rig's limits, set up as in
 --experiment. It runs as every run does, with its trips and stops, and leaves a log.
 
-The proposal keeps the sensitivity peak Ms at 1.6 or less over the response's uncertainty. Nothing
-is changed: --write gives a copy of the rig file with the new gains.
+The proposal keeps the sensitivity peak Ms at 1.6 or less over the response's uncertainty, and never
+tracks worse. Where only worse tracking keeps Ms, the present gains stay with a warning, and
+--hold-margin proposes the others. Nothing is changed: --write gives a copy of the rig file.
 
   epa tune joint --rig config/rigs/knee.yaml -o out/tune --html out/tune/knee.html \\
       --experiment config/experiments/knee_chirp_short.yaml
@@ -60,6 +61,11 @@ def add_arguments(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("--at", metavar="PLACE", help="mean of the excitation: a place or a position")
     verb.add_argument(
         "--peak-to-peak", metavar="SIZE", help="of the excitation, at most: '2 deg', '1 mm'"
+    )
+    verb.add_argument(
+        "--hold-margin",
+        action="store_true",
+        help="propose gains that keep Ms also where they track worse",
     )
     add_backend_arguments(verb)
     add_supply_argument(verb)
@@ -222,7 +228,7 @@ def _answer(arguments: argparse.Namespace, logs: list[Path]) -> int:
         recordings = read(logs, None)
         rig = _rig_of(rig_source, recordings)
         motion = _motion(arguments.experiment, rig, arguments.loop)
-        answer = tuned(recordings, rig, arguments.loop, motion, progress)
+        answer = tuned(recordings, rig, arguments.loop, motion, progress, arguments.hold_margin)
     print(text_of(answer))
     if arguments.json is not None:
         write_whole(arguments.json, _json_text(answer))
@@ -306,7 +312,7 @@ def _write_rig(
 
     out: Path = arguments.write
     if answer.proposal.keep:
-        print(f"{out}: not written, for the gains stay as they are")
+        print(filled(f"{out}: not written, for the gains stay as they are"))
         return
     text = source.text if source is not None else recordings[0].attachments["rig.yaml"].decode()
     text = text_with(text, answer.loop.kind, answer.after.gains)

@@ -17,13 +17,15 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
 def did_you_mean(path: Path) -> str:
     """'; did you mean X?' for a path that is not there; '' where nothing near it is. Never raises.
 
-    The first part that is not there is looked for among its neighbours.
+    The first part that is not there is looked for among its neighbours of a like ending.
     """
     try:
         there, rest = path.parent, [path.name]
         while not there.is_dir() and there != there.parent:
             there, rest = there.parent, [there.name, *rest]
         names = [entry.name for _, entry in zip(range(_MOST_NAMES), there.iterdir(), strict=False)]
+        if ending := Path(rest[0]).suffix:
+            names = [name for name in names if nearest(ending, [Path(name).suffix])]
         stem = nearest(Path(rest[0]).stem, {Path(name).stem for name in names})
         if stem is None:
             return ""

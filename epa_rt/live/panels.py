@@ -56,6 +56,9 @@ def head(run: WatchedRun, width: int) -> Text:
     text = Text(" · ".join(filter(None, [*what, pace])), style="bold", no_wrap=True)
     text.truncate(width, overflow="ellipsis")
     state, phases = run.state, run.facts.layout.phases
+    is_over = bool(run.outcome) and state != "done"  # rows after the newest shown were left out
+    if is_over:
+        state = "done"
     style = _STATE_STYLES.get(state, _WARN if state in _STOPPING else "bold")
     if run.trip and state != "done":
         style = _BAD
@@ -65,6 +68,8 @@ def head(run: WatchedRun, width: int) -> Text:
     second = Text.assemble((f" {state} ", style), no_wrap=True)
     if run.latest is None:
         second = Text(" starts", no_wrap=True)
+    elif is_over:
+        second.append(f"  what is shown is of {clock(run.t_s)}", "bold")
     elif phase != "-":
         second.append("  phase ").append(phase, "bold")
     second.truncate(width - 26, overflow="ellipsis")

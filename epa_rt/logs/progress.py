@@ -56,33 +56,42 @@ class ProgressLine:
         self._due_s = now_s + (TERMINAL_INTERVAL_S if self._terminal else PLAIN_INTERVAL_S)
         self._print(self.text(now_s, cycles, state, phase, fill_ratio))
 
-    def text(self, now_s: float, cycles: int, state: int, phase: int, fill_ratio: float) -> str:
-        """The line itself, without an end."""
+    def text(
+        self,
+        now_s: float,
+        cycles: int,
+        state: int,
+        phase: int,
+        fill_ratio: float,
+        over: bool = False,
+    ) -> str:
+        """The line itself, without an end. ``over``: nothing more comes, and nothing is left."""
         begin = f"{_name(self._states, state)} | {_name(self._phases, phase)} |"
         ring = f"ring {100 * fill_ratio:.0f} %"
         period_s = self._spec.period_s
         if self._spec.total_cycles_estimate <= 1:  # moved by hand or homed: nobody knows how long
             return f"{begin} {_clock(cycles * period_s)} | {ring}"
         total = max(self._spec.total_cycles_estimate, cycles)
+        times = f"{_clock(cycles * period_s)} of {_clock(total * period_s)}"
+        if over:
+            return f"{begin} {times} | {ring}"
         begin_s, begin_cycles = self._begin or (now_s, cycles)
         done, elapsed_s = cycles - begin_cycles, now_s - begin_s
         left = _clock(elapsed_s / done * (total - cycles)) if done > 0 else "--:--"
-        return (
-            f"{begin} {_clock(cycles * period_s)} of {_clock(total * period_s)} |"
-            f" {100 * cycles // total:3d} % | {left} left | {ring}"
-        )
+        return f"{begin} {times} | {100 * cycles // total:3d} % | {left} left | {ring}"
 
     def finish(self) -> None:
         """Print where it ended, and leave the terminal on a line of its own."""
         if self._last:
-            self._print(self.text(*self._last))
+            self._print(self.text(*self._last, over=True))
             self._last = None
             if self._terminal:
                 self._write("\n")
 
     def _print(self, text: str) -> None:
         if self._terminal:
-            text = text[:_COLUMNS]
+            if len(text) > _COLUMNS:  # what the phase's name leaves no room for goes whole
+                text = text.rpartition(" | ")[0][:_COLUMNS]
             self._write("\r" + text.ljust(self._width))
             self._width = len(text)
         else:

@@ -71,9 +71,10 @@ class Recorder:
 
     `attachments` are files by name, `metadata` are string tables by name (`layout` and `outcome`
     are taken). With `lossless` the recorder waits when the ring is full, as a simulation may;
-    without, it drops the sample, counts it, and reports a `failure`. `asks_fd`: a socket on which
-    the recorder passes on what viewers of the run ask for. Raises ValueError for a
-    metadata name that is taken.
+    without, it drops the sample, counts it, and reports a `failure`. `may_wait`: it waits there
+    too, for a simulation in real time, whose plant stands still meanwhile. `asks_fd`: a socket on
+    which the recorder passes on what viewers of the run ask for. Raises ValueError for a metadata
+    name that is taken.
     """
 
     def __init__(
@@ -87,6 +88,7 @@ class Recorder:
         *,
         slots: int = DEFAULT_SLOTS,
         asks_fd: int | None = None,
+        may_wait: bool = False,
     ) -> None:
         for name in RESERVED_METADATA:
             if name in metadata:
@@ -94,9 +96,9 @@ class Recorder:
                     f"recorder: found metadata {name!r}, expected another name: the log uses it"
                     " itself"
                 )
-        self._path, self._lossless, self._attachments = (
+        self._path, self._waits, self._attachments = (
             os.path.abspath(path),
-            lossless,
+            lossless or may_wait,
             dict(attachments),
         )
         self._job = {
@@ -169,7 +171,7 @@ class Recorder:
                 f"expected {self._inputs_bytes} and {self._outputs_bytes}"
             )
         head = self._head
-        if head >= self._limit and not self._has_room(1, self._lossless):
+        if head >= self._limit and not self._has_room(1, self._waits):
             self._lost_samples += 1
             self._countdown = 0  # looked at when the loop asks next
             return
@@ -202,7 +204,7 @@ class Recorder:
         `data` becomes JSON: numpy numbers and arrays as numbers and lists, what JSON has no form
         for as a string.
         """
-        self._post_event(cycle, t_ns, kind, text, data, self._lossless)
+        self._post_event(cycle, t_ns, kind, text, data, self._waits)
 
     @property
     def pid(self) -> int:

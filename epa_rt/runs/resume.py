@@ -98,7 +98,7 @@ def resumed(
         first,
         text,
         f"{done} of {len(trials)} trials are whole in {' and '.join(one.name for one in chain)};"
-        f" goes on with repetition {first}, counted from 0",
+        f" goes on with repetition {first + 1}",
     )
 
 

@@ -9,16 +9,7 @@ import numpy as np
 from epa_rt.config.rig import Rig
 from epa_rt.gap.recording import Recording
 from epa_rt.tune.controller import JOINT, MOTOR, Gains, Loop, TuneError, loop_of
-from epa_rt.tune.design import (
-    MS_LIMIT,
-    Merit,
-    Problem,
-    Proposal,
-    Wanted,
-    calmer,
-    problem_of,
-    proposed,
-)
+from epa_rt.tune.design import MS_LIMIT, Merit, Problem, Proposal, Wanted, problem_of, proposed
 from epa_rt.tune.evidence import HIGHEST_HZ_SHARE, Evidence, evidence_of, usual_wanted, wanted_of
 from epa_rt.tune.fit import Model, fitted
 from epa_rt.tune.in_time import Situation, Trace, simulated
@@ -52,7 +43,8 @@ class Judged:
 class Answer:
     """Everything that text, JSON and page are drawn from. ``whole``: the response as measured,
     ``response``: what of it carries a statement, ``grid``: that between its points, ``warning``:
-    what a reader has to know of present gains that stay.
+    what a reader has to know of present gains that stay, ``holding``: the gains to take where the
+    margin counts more than the tracking; None where the present or the proposed ones keep it.
     """
 
     rig: str
@@ -72,6 +64,7 @@ class Answer:
     after: Judged
     remarks: tuple[str, ...]
     warning: str | None
+    holding: Judged | None = None
 
 
 def tuned(
@@ -80,9 +73,11 @@ def tuned(
     kind: str,
     motion: Motion | None,
     progress: Callable[[str, float], None] = lambda stage, share: None,
+    hold_margin: bool = False,
 ) -> Answer:
     """The tuning of a loop of a rig from its logs. ``motion``: what the loop is to follow, None:
-    what the logs followed. Raises TuneError.
+    what the logs followed. ``hold_margin``: propose gains that keep Ms also where they track worse.
+    Raises TuneError.
     """
     loop = loop_of(rig, kind)
     progress("reading", 0.0)
@@ -109,11 +104,16 @@ def tuned(
     proposal = proposed(problem)
     progress("simulation", 0.8)
     situation = _still(evidence.situation, motion)
-    sets = [
-        _judged(rig, problem, model, situation, motion, gains)
-        for gains in (loop.gains, proposal.gains)
-    ]
-    proposal, sets[1] = _confirmed(proposal, sets)
+
+    def judged(gains: Gains) -> Judged:
+        return _judged(rig, problem, model, situation, motion, gains)
+
+    present, after = judged(loop.gains), judged(proposal.gains)
+    proposal, after = _confirmed(problem, proposal, present, after)
+    holding = judged(proposal.holding) if proposal.holding is not None else None
+    if hold_margin and holding is not None:
+        why = f"Ms at {MS_LIMIT:g} was asked for, and costs {_costs(problem, present, holding)}"
+        proposal, after, holding = Proposal(holding.gains, False, why), holding, None
     return Answer(
         rig.name,
         loop,
@@ -127,45 +127,62 @@ def tuned(
         wanted,
         wanted_from,
         problem,
-        sets[0],
+        present,
         proposal,
-        sets[1],
+        after,
         tuple(_remarks(recordings, whole, response, problem)),
-        _warning(problem, sets[0], proposal),
+        _warning(problem, present, proposal, holding),
+        holding,
     )
 
 
-def _confirmed(proposal: Proposal, sets: Sequence[Judged]) -> tuple[Proposal, Judged]:
+def _confirmed(
+    problem: Problem, proposal: Proposal, before: Judged, after: Judged
+) -> tuple[Proposal, Judged]:
     """A proposal that tracks worse in time, with the loop's steps and limits, is none."""
-    before, after = sets
     if proposal.keep or before.trial is None or after.trial is None:
         return proposal, after
     if after.trial.rms_error <= before.trial.rms_error:
         return proposal, after
     why = "what the response promises, limits and steps of the loop take away again"
-    return Proposal(before.gains, True, why), before
+    holding = None if problem.holds(before.gains) else after.gains
+    return Proposal(before.gains, True, why, holding=holding), before
 
 
-def _warning(problem: Problem, present: Judged, proposal: Proposal) -> str | None:
-    """What is said of present gains that stay although they break the bound, and with which share
-    of the feedback it would hold.
+def _warning(
+    problem: Problem, present: Judged, proposal: Proposal, holding: Judged | None
+) -> str | None:
+    """What is said of present gains that stay although they break the bound of Ms: by how much,
+    what keeping it costs, and with which gains.
     """
     short = shortfall(present.margins, MS_LIMIT)
     if not (proposal.keep and proposal.known) or short is None:
         return None
     is_shown = not present.margins.stable or present.margins.peak > MS_LIMIT
-    fails = "do not keep" if is_shown else "are not shown to keep"
-    said = f"the present gains {fails} Ms at {MS_LIMIT:g}: {short}"
-    found = calmer(problem)
-    if found is None:
-        return f"{said}; no share of the feedback does: excite the loop longer or further"
-    share, gains = found
-    worse = problem.merit(gains).tracking / present.merit.tracking
-    names = "kp, ki and kd" if problem.loop.kind == JOINT else "the gain"
+    fails = "does not keep" if is_shown else "is not shown to keep"
+    said = f"the present loop {fails} its margin (Ms at most {MS_LIMIT:g}): {short}"
+    if holding is None:
+        return f"{said}; no gains were found that keep it: excite the loop longer or further"
+    texts = written(holding.gains, problem.loop.kind)
+    gains = ", ".join(f"{key} {text}" for key, text in texts.items())
     return (
-        f"{said}; with {share:g} of {names} it is kept, the tracking error then {worse:.2g}"
-        " times the present one"
+        f"{said}; keeping it costs {_costs(problem, present, holding)}: {gains};"
+        " --hold-margin proposes these"
     )
+
+
+def _costs(problem: Problem, present: Judged, holding: Judged) -> str:
+    """How much worse gains track and hold a load than the present ones, in words."""
+    tracking = holding.merit.tracking / present.merit.tracking
+    if present.trial is not None and holding.trial is not None:
+        tracking = max(tracking, holding.trial.rms_error / present.trial.rms_error)
+    load = holding.merit.load / present.merit.load
+    found = [
+        f"{100.0 * (ratio - 1.0):.0f} % {what}"
+        for ratio, what in ((tracking, "of tracking"), (load, "more output after a load step"))
+        if ratio > 1.005
+    ]
+    return " and ".join(found) or "nothing that these figures show"
 
 
 def _wanted(loop: Loop, evidence: Evidence, motion: Motion | None) -> tuple[Wanted, str]:
@@ -271,6 +288,7 @@ def as_json(answer: Answer) -> dict[str, Any]:
         },
         "present": _set_as_json(answer.present, loop),
         "proposed": _set_as_json(answer.after, loop),
+        "holding": _set_as_json(answer.holding, loop) if answer.holding else None,
         "response": {
             "frequency_hz": r.frequency_hz.tolist(),
             "real": r.plant.real.tolist(),

@@ -162,13 +162,15 @@ def _lagging(gains: Gains) -> float:
 @dataclass(frozen=True)
 class Proposal:
     """What is proposed: ``gains`` equal to the present ones where ``keep``; ``why`` a sentence.
-    ``known``: whether the response says enough to judge either.
+    ``known``: whether the response says enough to judge either. ``holding``: of present gains that
+    stay although they break a bound, those that keep every bound at the least cost.
     """
 
     gains: Gains
     keep: bool
     why: str
     known: bool = True
+    holding: Gains | None = None
 
 
 WORTH = 0.10  # less gain than this is not worth a change of a rig that runs
@@ -213,15 +215,14 @@ def proposed(problem: Problem) -> Proposal:
             False,
         )
     is_sound = problem.holds(present)
-    found = _searched(problem)
-    if found is None:
-        return Proposal(
-            present,
-            True,
-            f"no gains that track and hold a load as well keep Ms at {MS_LIMIT:g} on this response"
-            if not is_sound
-            else "none better was found within the bounds",
+    found, is_better = _searched(problem)
+    if found is None or not is_better:
+        why = (
+            "none better was found within the bounds"
+            if is_sound
+            else f"no gains that track and hold a load as well keep Ms at {MS_LIMIT:g}"
         )
+        return Proposal(present, True, why, holding=None if is_sound else found)
     before, after = problem.merit(present), problem.merit(found)
     gained = 1.0 - min(
         after.tracking / before.tracking if before.tracking > 0.0 else 1.0, after.load / before.load
@@ -235,25 +236,10 @@ def proposed(problem: Problem) -> Proposal:
     return Proposal(found, False, "better within the same bounds")
 
 
-CALMER = tuple(round(1.0 - 0.05 * i, 2) for i in range(1, 20))  # shares of the feedback's gains
-
-
-def calmer(problem: Problem) -> tuple[float, Gains] | None:
-    """The largest share of the present kp, ki and kd that keeps every bound, and those gains; None
-    where none of CALMER does.
-    """
-    present = problem.loop.gains
-    for share in CALMER:
-        feedback = {name: share * getattr(present, name) for name in ("kp", "ki", "kd")}
-        gains = rounded(problem.with_feedforward(replace(present, **feedback)))
-        if problem.holds(gains):
-            return share, gains
-    return None
-
-
-def _searched(problem: Problem) -> Gains | None:
-    """The best gains by differential evolution over the logarithms of the feedback's gains; None
-    where none keeps the bounds.
+def _searched(problem: Problem) -> tuple[Gains | None, bool]:
+    """The best gains by differential evolution over the logarithms of the feedback's gains, and
+    whether they track and hold a load as well as the present ones. Where none does, those that keep
+    the bounds with the least loss of either; None where none keeps the bounds.
     """
     from scipy.optimize import differential_evolution  # type: ignore[import-untyped]
 
@@ -273,14 +259,24 @@ def _searched(problem: Problem) -> Gains | None:
         ratios = np.array([merit.tracking / before.tracking, merit.load / before.load])
         worst = float(np.max(ratios))
         if worst > 1.0:  # neither gets worse: friction, creep and drift are loads while it tracks
-            return 0.5 * BIG * min(worst, 1.9)
+            return BIG * (1.0 - 0.5 / (worst * _louder(gains, present)))
         return float(np.sum(np.log(np.maximum(ratios, 1e-6))))
 
     found = differential_evolution(
         cost, bounds, seed=1, popsize=12, maxiter=60, tol=1e-3, polish=False
     )
     gains = rounded(gains_at(found.x))
-    return gains if found.fun < 0.1 * BIG and problem.holds(gains) else None
+    if found.fun >= BIG or not problem.holds(gains):
+        return None, False
+    return gains, bool(found.fun < 0.1 * BIG)
+
+
+def _louder(gains: Gains, present: Gains) -> float:
+    """By how much kp or ki exceeds the present one, 1 at least. Gains that are to be safe at a cost
+    do not lean on one of them: the response is least certain where it turns, near the crossover.
+    """
+    pairs = ((gains.kp, present.kp), (gains.ki, present.ki))
+    return max(1.0, *(new / old for new, old in pairs if old > 0.0))
 
 
 def _space(loop: Loop) -> tuple[list[str], list[tuple[float, float]]]:

@@ -3,6 +3,7 @@
 import glob
 import shlex
 import shutil
+import sys
 
 import pytest
 
@@ -10,7 +11,7 @@ from epa_rt.cli.main import main, parser
 from epa_rt.cli.parser import examples
 from tests.cli.test_manners import parsers
 
-# what no test has: a card, a bus, a run that is on, a recording of others, a name to be put in
+# what no test has: a card, a bus, a screen, a run that is on, a recording of others, a name
 NOT_HERE = (
     "eth1",
     "ethercat",
@@ -21,6 +22,7 @@ NOT_HERE = (
     "epa scan",
     "epa bus",
     "epa live",
+    "--live",
     "| ",
 )
 # minutes each; other tests run them on data of their own
@@ -52,6 +54,23 @@ KEYS = (  # a hand holds it, or types
 )
 # what writes over nothing: the second time it says so
 ONCE = ("epa export", "epa import", "--write")
+
+
+FOR_PROGRAMS = ("--json", "epa completion", "epa schema")  # no line of it is for a reader
+
+
+def as_on_a_terminal_of_80_columns(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is printed from here on is laid out for a screen, without colours."""
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setenv("TERM", "dumb")
+    for stream in (sys.stdout, sys.stderr):
+        monkeypatch.setattr(stream, "isatty", lambda: True, raising=False)
+
+
+def is_too_wide(line: str) -> bool:
+    """Whether a line runs over; a path or another word without a blank cannot be broken."""
+    line = line.rpartition("\r")[2].rstrip()
+    return len(line) > 80 and max(map(len, line.split())) <= 78
 
 
 def every_example() -> list[str]:
@@ -121,7 +140,13 @@ def test_an_example_works_twice(command, workspace, monkeypatch, capsys):
     monkeypatch.chdir(workspace)
     allowed = (0, 1) if command.startswith("epa doctor") else (0,)
     assert main(words_of(command)) in allowed, capsys.readouterr().err
-    second, said = main(words_of(command)), capsys.readouterr().err
+    capsys.readouterr()
+    as_on_a_terminal_of_80_columns(monkeypatch)
+    second = main(words_of(command))
+    shown, said = capsys.readouterr()
+    if not any(words in command for words in FOR_PROGRAMS):
+        wide = [line for line in (shown + said).splitlines() if is_too_wide(line)]
+        assert wide == []
     if any(words in command for words in ONCE) and "--force" not in command:
         assert second == 2 and "found a file, expected" in said, said
     else:

@@ -7,7 +7,9 @@ import sys
 
 import pytest
 
+from epa_rt.cli.main import main
 from epa_rt.logs.reader import LogReader
+from epa_rt.logs.recorder import Recorder
 from epa_rt.realtime.signal_sets import IGNORED, OPERATOR_STOPS
 from tests.cli.shell import (
     EXPERIMENTS,
@@ -68,8 +70,19 @@ def test_a_log_is_never_overwritten(tmp_path):
     log.write_text("precious")
     done = epa("run", EXPERIMENTS / "step.yaml", "--rig", RIGS / "bench.yaml", "-o", log)
     assert done.returncode == 2
-    assert done.stderr.count("\n") == 1 and "kept.mcap" in done.stderr
+    assert done.stderr.count("\n") == 1 and "kept.mcap" in done.stderr  # and no word of the plant
     assert log.read_text() == "precious"
+
+
+def test_a_paced_simulation_waits_for_its_recorder(tmp_path, monkeypatch):
+    """Its plant stands still meanwhile, so a slow disk or a busy machine costs time and no row."""
+    monkeypatch.setitem(Recorder.__init__.__kwdefaults__, "slots", 16)  # full within a millisecond
+    words = ("jog", "--rig", str(RIGS / "bench.yaml"), "--wait", "1 s", "--speed", "20")
+    main([*words, "-o", str(tmp_path), "--quiet"])  # a busy machine may end it as late: exit 3
+    with LogReader(only_log(tmp_path)) as log:
+        cycles = log.columns("/cycle", ["cycle"])["cycle"].tolist()
+        assert len(cycles) > 100 and cycles == list(range(len(cycles)))
+        assert log.missing == []
 
 
 def test_two_runs_at_once_into_one_folder_are_two_logs(tmp_path):

@@ -1,6 +1,7 @@
 """The page and the terminal say what the answer holds."""
 
 import io
+import math
 import re
 
 import pytest
@@ -43,6 +44,12 @@ def test_a_terminal_of_80_columns_cuts_no_figure(found):
     for score in found[0].scores:
         row = next(x for x in text.getvalue().splitlines() if x.strip().startswith(score.name))
         assert f"{score.r2:.3f}" in row
+    rows = [x.split() for x in text.getvalue().splitlines()]
+    for score in found[0].scores:  # the last figure of the second table is whole
+        if math.isfinite(score.condition):
+            words = score.name.split()
+            last = condition(score.condition)
+            assert any(row[: len(words)] == words and row[-1] == last for row in rows)
 
 
 def test_the_page_shows_every_model_and_every_picture(found):

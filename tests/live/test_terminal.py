@@ -105,6 +105,14 @@ def test_a_trip_and_the_end_are_said_in_full(run):
     assert "went away" in verdict(other).plain
 
 
+def test_old_rows_are_not_shown_as_those_of_a_run_that_is_over(run):
+    """A busy machine's view may miss the last rows; what stands there is then of before."""
+    seen = watched(run)
+    assert " done " not in head(seen, 80).plain
+    seen.take(Happened(1, 10, 10, "end", "", {"outcome": "completed", "end": "end: vented"}))
+    assert " done   what is shown is of 00:0" in head(seen, 80).plain
+
+
 def test_a_gap_in_the_events_is_noticed(run):
     seen = watched(run)
     seen.take(Happened(3, 1, 1, "phase", "two are missing"))

@@ -40,7 +40,15 @@ def test_a_terminal_is_written_over_and_left_on_a_new_line():
     written = stream.getvalue()
     assert written.count("\r") == 6  # one in four a second, and the last
     assert written.count("\n") == 1
-    assert written.endswith("left | ring 0 %\n")
+    assert written.rstrip().endswith("\rrunning | no_load | 00:08 of 03:20 | ring 0 %")
+
+
+def test_a_long_phase_leaves_out_the_ring_and_cuts_no_figure():
+    stream, phases = Terminal(), ("phase" * 6,)
+    line = ProgressLine(ProgressSpec(200_000, 0.001), STATES, phases, stream)
+    line.update(0.0, 0, 0, 0, 0.0)
+    shown = stream.getvalue().strip()
+    assert len(shown) < 80 and shown.endswith("--:-- left")
 
 
 def test_a_file_gets_a_line_every_ten_seconds():
@@ -79,4 +87,4 @@ def test_the_recorder_prints_it(tmp_path, capfd, enabled):
     lines = capfd.readouterr().err.splitlines()
     assert bool(lines) == enabled
     if enabled:
-        assert lines[-1].startswith("bring_up | trial_1 | 00:02 of 00:02 | 100 %")
+        assert lines[-1].startswith("bring_up | trial_1 | 00:02 of 00:02 | ring")

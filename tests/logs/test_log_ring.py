@@ -31,8 +31,9 @@ def stopped():
             os.kill(pid, signal.SIGCONT)
 
 
-def test_a_small_ring_loses_nothing_where_it_may_wait(open_recorder, tmp_path):
-    recorder = open_recorder(slots=SLOTS)
+@pytest.mark.parametrize("how", [{}, {"lossless": False, "may_wait": True}], ids=str)
+def test_a_small_ring_loses_nothing_where_it_may_wait(open_recorder, tmp_path, how):
+    recorder = open_recorder(slots=SLOTS, **how)
     for cycle in range(3000):
         recorder.sample(**sample_of(cycle))
     assert recorder.failure is None

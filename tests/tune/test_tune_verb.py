@@ -18,7 +18,6 @@ from epa_rt.loop.end_state import EndState
 from epa_rt.loop.run import RunResult
 from epa_rt.tune.answer import tuned
 from epa_rt.tune.controller import TuneError, loop_of, written_gains
-from epa_rt.tune.design import calmer
 from epa_rt.tune.evidence import evidence_of
 from epa_rt.tune.report.terminal import text_of
 
@@ -116,19 +115,38 @@ def _unprotected(load):
     return lambda *given, **named: replace(load(*given, **named), unprotected=("no force",))
 
 
-def test_kept_gains_that_break_the_bound_are_warned_of(recording):
+@pytest.fixture(scope="module")
+def loud(recording):
+    """The recording's rig with a gain that breaks the bound of Ms on its response."""
     rig = load_rig(RIG)
     loop = loop_of(rig, "motor")
-    loud = written_gains(rig, loop, replace(loop.gains, kp=LOUD))
+    return written_gains(rig, loop, replace(loop.gains, kp=LOUD))
+
+
+def test_kept_gains_that_break_the_bound_are_warned_of(recording, loud):
     answer = tuned([recording], loud, "motor", None)
     assert answer.present.margins.worst_peak > 1.6
     assert (answer.warning is not None) == answer.proposal.keep
     for merit in ("tracking", "load"):  # what is proposed instead does neither worse
         assert getattr(answer.after.merit, merit) <= getattr(answer.present.merit, merit)
-    share, gains = calmer(answer.problem)
-    assert 0.0 < share < 1.0 and answer.problem.margins(gains).worst_peak <= 1.6
     if answer.proposal.keep:
         assert f"warning: {answer.warning}" in " ".join(text_of(answer).split())
+
+
+def test_where_the_margin_costs_tracking_both_sets_are_shown(recording, loud):
+    kept, held = (
+        tuned([recording], loud, "motor", None, hold_margin=asked) for asked in (False, True)
+    )
+    assert kept.proposal.keep and not held.proposal.keep
+    assert kept.holding is not None and held.holding is None
+    assert kept.holding.gains == held.after.gains
+    assert held.after.margins.worst_peak <= 1.6 and held.after.gains.kp <= LOUD
+    said, shown = kept.warning or "", " ".join(text_of(kept).split())
+    cost = held.after.merit.tracking / kept.present.merit.tracking
+    assert cost > 1.0 and f"costs {100 * (cost - 1):.0f} % of tracking" in said
+    for words in (said, "margin held", f"{held.after.gains.kp:g} 1/s", "--hold-margin"):
+        assert words in shown, words
+    assert "was asked for, and costs" in " ".join(text_of(held).split())
 
 
 def refusal(recording) -> str:

@@ -55,12 +55,10 @@ def _show(found: "Compared") -> None:
         factor, unit = UNITS[goal]
         print(f"least {words} ({unit}), at pressures of muscle 0 and 1 (kPa abs)")
         least = {name: found.least(name, goal) for name in NAMES_OF}
-        print(f" rad/s  {'':2s}" + "".join(f"{name:26s}" for name in NAMES_OF))
+        print(" rad/s  " + "".join(f"{name:18s}" for name in NAMES_OF).rstrip())
         for k, omega in enumerate(found.asked.frequency_rad_s):
-            print(
-                f"{omega:6.1f}    "
-                + "".join(f"{said(least[name][k], factor):26s}" for name in NAMES_OF)
-            )
+            row = "".join(f"{said(least[name][k], factor):18s}" for name in NAMES_OF)
+            print(f"{omega:6.1f}  {row}".rstrip())
 
 
 def _answer(found: "Compared") -> dict:

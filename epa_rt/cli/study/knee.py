@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, VerbError
 from epa_rt.cli.parser import summary
+from epa_rt.cli.screen_text import filled
 from epa_rt.cli.study.grid import (
     add_grid_arguments,
     check_grid_arguments,
@@ -92,7 +93,7 @@ def _show(found: "Conditions", claims: "list[Claim]") -> None:
             f" {swing.min():.0f} to {swing.max():.0f}"
         )
     for claim in claims:
-        print(f"{claim.verdict}: {claim.claim}: {claim.ours}")
+        print(filled(f"{claim.verdict}: {claim.claim}: {claim.ours}"))
 
 
 def _answer(found: "Conditions", catalogue: "Catalogue", claims: "list[Claim]") -> dict:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from epa_rt.cli.exits import COMPLETED, VerbError
 from epa_rt.cli.outputs import add_old_spelling
 from epa_rt.cli.parser import summary
+from epa_rt.cli.screen_text import filled
 from epa_rt.cli.study.grid import (
     add_grid_arguments,
     check_grid_arguments,
@@ -116,7 +117,7 @@ def _show(maps: "Maps", claims: "list[Claim]") -> None:
             )
         )
     for claim in claims:
-        print(f"{claim.verdict}: {claim.claim}: {claim.ours}")
+        print(filled(f"{claim.verdict}: {claim.claim}: {claim.ours}"))
 
 
 def _answer(maps: "Maps", beside: "dict[str, Maps]", claims: "list[Claim]") -> dict:

@@ -41,7 +41,8 @@ def _header(found: Answer) -> Html:
         [
             tag("p", ", ".join(found.inputs.get("logs", [])), class_="kicker"),
             tag(
-                "h1", f"Identified muscle: {chosen.name}, R² {chosen.r2:.3f}, {chosen.rms_n:.2f} N"
+                "h1",
+                f"Identified muscle: {chosen.name}, R² {chosen.r2:.3f}, RMS {chosen.rms_n:.2f} N",
             ),
             *(warning(sentence) for sentence in found.remarks),
             facts(

@@ -33,6 +33,15 @@ def _filled(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
     return table
 
 
+def _printed(table: Table, out: Console) -> None:
+    """Prints a table of `_filled`; where it is too wide, each column is as wide as its figures."""
+    most = out.measure(table, options=out.options.update(max_width=1000)).maximum
+    if most > out.width:
+        for column in table.columns:
+            column.width = column.min_width
+    out.print(table)
+
+
 def _fit(table: Table, out: Console) -> bool:
     """Whether the terminal is wide enough to break no cell; heads may break."""
     least = out.measure(table, options=out.options.update(max_width=1000)).minimum
@@ -55,7 +64,7 @@ def _loops(score: Score) -> tuple[str, ...]:
         percent(score.hysteresis),
         percent(score.loop_error),
         yes(score.has_hysteresis),
-        f"{score.damping_n_s_m:.1f} {yes(score.has_damping)}",
+        f"{yes(score.has_damping)}, {score.damping_n_s_m:.1f}",
         condition(score.condition),
     )
 
@@ -84,17 +93,17 @@ _FITS = (
     "R2 pressure left out",
     "RMS trial left out, N",
 )
-_LOOPS = ("loop work", "loop error", "hysteresis", "damping, N s/m", "condition")
+_LOOPS = ("loop work", "loop error", "has hysteresis", "has damping, N s/m", "condition")
 
 
 def _models(found: Answer, out: Console) -> None:
     rows = [(score.name, _fits(score), _loops(score)) for score in found.scores]
     whole = _filled(("Model", *_FITS, *_LOOPS), [(name, *a, *b) for name, a, b in rows])
     if _fit(whole, out):
-        out.print(whole)
+        _printed(whole, out)
     else:  # two narrow ones
-        out.print(_filled(("Model", *_FITS), [(name, *a) for name, a, _ in rows]))
-        out.print(_filled(("Model", *_LOOPS), [(name, *b) for name, _, b in rows]))
+        _printed(_filled(("Model", *_FITS), [(name, *a) for name, a, _ in rows]), out)
+        _printed(_filled(("Model", *_LOOPS), [(name, *b) for name, _, b in rows]), out)
     b, n = found.geometry
     out.print(f"static, b and n fitted: b = {b * 1e3:.2f} mm, n = {n:.3f}")
     if found.gas:
@@ -134,7 +143,7 @@ def _terms(found: Answer, out: Console) -> None:
             (way.name, str(len(way.chosen.terms)), *figures, number(five.r2) if five else "")
         )
         terms.append(which)
-    out.print(_filled(heads, rows))
+    _printed(_filled(heads, rows), out)
     for way, which in zip(found.selected, terms, strict=True):
         out.print(f"{way.name}: {which or 'more than 12'}")
     out.print(

@@ -13,7 +13,7 @@ from epa_rt.tune.report.pictures import (
     step_figure,
     trial_figure,
 )
-from epa_rt.tune.report.words import decision, gain_rows, margin_rows
+from epa_rt.tune.report.words import compared, decision, gain_rows, margin_rows
 
 SPOKEN = {"joint_angle": "joint", "motor_speed": "motor"}
 
@@ -22,7 +22,7 @@ def tune_page(answer: Answer) -> str:
     """The page: decision and gains first, then what they rest on."""
     trial = trial_figure(answer)
     sections = [
-        Section("gains", "Gains", table(("gain", "present", "proposed"), gain_rows(answer))),
+        Section("gains", "Gains", _gains(answer)),
         Section("margins", "Margins", _margins(answer)),
         Section("time", "In time", join([embed(step_figure(answer)), *_drawn(trial)])),
         Section("loop", "The loop over frequency", _loop(answer)),
@@ -51,10 +51,14 @@ def _header(answer: Answer) -> Html:
     )
 
 
+def _gains(answer: Answer) -> Html:
+    return table(("gain", "present", compared(answer)[0]), gain_rows(answer))
+
+
 def _margins(answer: Answer) -> Html:
     return join(
         [
-            table(("margin", "present", "proposed"), margin_rows(answer)),
+            table(("margin", "present", compared(answer)[0]), margin_rows(answer)),
             note(
                 f"Ms at most {MS_LIMIT:g} keeps a gain margin of {MS_LIMIT / (MS_LIMIT - 1):.2f}"
                 " and a phase margin of 36 deg at least. The response ends at"

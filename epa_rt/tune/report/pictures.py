@@ -10,9 +10,10 @@ from epa_rt.tune.answer import Answer, Judged
 from epa_rt.tune.controller import JOINT, controller_of
 from epa_rt.tune.design import MS_LIMIT
 from epa_rt.tune.in_time import Trace
+from epa_rt.tune.report.words import compared
 from epa_rt.tune.response import LEAST_COHERENCE
 
-PRESENT, PROPOSED = "present", "proposed"
+PRESENT = "present"
 NYQUIST_REACH = 2.5  # about the origin: farther out nothing tells of robustness
 
 
@@ -177,8 +178,9 @@ def trial_figure(answer: Answer) -> Figure | None:
 
 
 def _sets(answer: Answer) -> tuple[tuple[Judged, str, str, str], ...]:
-    both = ((answer.present, PRESENT, SECOND, "dash"), (answer.after, PROPOSED, ACCENT, "solid"))
-    return both[:1] if answer.proposal.keep else both
+    name, other = compared(answer)
+    both = ((answer.present, PRESENT, SECOND, "dash"), (other, name, ACCENT, "solid"))
+    return both[:1] if other is answer.present or other.gains == answer.present.gains else both
 
 
 def _loop(answer: Answer, judged: Judged) -> np.ndarray:

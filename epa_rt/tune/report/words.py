@@ -9,7 +9,14 @@ from epa_rt.tune.controller import JOINT
 from epa_rt.tune.design import MS_LIMIT
 from epa_rt.tune.rig_text import keys_of, written
 
-Row = tuple[str, str, str]  # what, present, proposed
+Row = tuple[str, str, str]  # what, present, the other set of `compared`
+
+
+def compared(answer: Answer) -> tuple[str, Judged]:
+    """What stands beside the present gains, and its name: the proposal, or those that keep the
+    margin where the present ones stay without it.
+    """
+    return ("proposed", answer.after) if answer.holding is None else ("margin held", answer.holding)
 
 
 def decision(answer: Answer) -> str:
@@ -24,7 +31,7 @@ def decision(answer: Answer) -> str:
 def gain_rows(answer: Answer) -> list[Row]:
     """Every gain with its unit."""
     kind = answer.loop.kind
-    before, after = written(answer.present.gains, kind), written(answer.after.gains, kind)
+    before, after = (written(j.gains, kind) for j in (answer.present, compared(answer)[1]))
     return [(key, before.get(key, "none"), after.get(key, "none")) for key in keys_of(kind)]
 
 
@@ -69,7 +76,7 @@ def margin_rows(answer: Answer) -> list[Row]:
         (
             "output after a load step, relative",
             "100 %",
-            f"{100.0 * answer.after.merit.load / answer.present.merit.load:.0f} %",
+            f"{100.0 * compared(answer)[1].merit.load / answer.present.merit.load:.0f} %",
         ),
         (
             "command's hum from the sensor's steps",
@@ -80,7 +87,7 @@ def margin_rows(answer: Answer) -> list[Row]:
 
 
 def _pair(answer: Answer, text: Callable[[Judged], str]) -> tuple[str, str]:
-    return text(answer.present), text(answer.after)
+    return text(answer.present), text(compared(answer)[1])
 
 
 def _plain(value: float) -> str:
