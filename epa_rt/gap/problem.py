@@ -23,6 +23,7 @@ from epa_rt.models.effect import Effect, Knob
 BLOCK_S = 1.5  # longer than what the residuals remember; the unit of every resampling
 MOST_BLOCKS = 240  # long logs get longer blocks, so that a fit's normal equations stay small
 FOLDS = 4
+ABSURD = 1e6  # deviations: further off is a plant that runs away, by whatever number
 FINITE_STEP = (
     0.01  # of a knob's spread, for derivatives; a subject may want another one (``finite_step``)
 )
@@ -181,7 +182,9 @@ class Problem:
         floor = self.floors[link]
         residual = self.subject.residual(self.prepared[recording], values, link)
         bias = floor.bias.get(recording)
-        return floor.whiten(residual if bias is None else residual - bias) / self.scale[link]
+        with np.errstate(over="ignore", invalid="ignore"):  # a plant that runs away
+            white = floor.whiten(residual if bias is None else residual - bias) / self.scale[link]
+        return np.clip(white, -ABSURD, ABSURD)
 
     def residual(self, values: Values, link: str) -> np.ndarray:
         """(samples(link),) whitened residual over all recordings. Raises Stopped when the caller

@@ -29,6 +29,7 @@ SCALES = (
 # at rest, and nothing is left of it
 JUDGED = 0.5
 ROUNDS = 3  # of the refits
+ROUNDING = 1e-9  # of a column's largest value
 
 
 def check_swaps(recordings: Sequence[Recording], subject: ForeignSubject) -> list[Finding]:
@@ -47,7 +48,7 @@ def _checked(recording: Recording, subject: ForeignSubject) -> list[Finding]:
     names = [
         name
         for name in unit_of
-        if name in recording.columns and np.nanstd(recording.columns[name]) > 0.0
+        if name in recording.columns and _varies(recording.columns[name])
     ]
     as_is, rows = _left(recording, subject) if len(names) > 1 else (0.0, 0)
     for one, other in combinations(names, 2):
@@ -67,6 +68,12 @@ def _checked(recording: Recording, subject: ForeignSubject) -> list[Finding]:
                     )
                 ]
     return []
+
+
+def _varies(values: np.ndarray) -> bool:
+    """Whether a column changes by more than rounding: a constant is nobody's output."""
+    finite = values[np.isfinite(values)]
+    return bool(finite.size) and float(np.ptp(finite)) > ROUNDING * float(np.abs(finite).max())
 
 
 def _exchanged(recording: Recording, one: str, other: str, scale: float) -> Recording:
