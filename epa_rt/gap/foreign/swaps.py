@@ -46,9 +46,7 @@ def _checked(recording: Recording, subject: ForeignSubject) -> list[Finding]:
         if channel.required
     }
     names = [
-        name
-        for name in unit_of
-        if name in recording.columns and _varies(recording.columns[name])
+        name for name in unit_of if name in recording.columns and _varies(recording.columns[name])
     ]
     as_is, rows = _left(recording, subject) if len(names) > 1 else (0.0, 0)
     for one, other in combinations(names, 2):
