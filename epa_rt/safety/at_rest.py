@@ -4,7 +4,7 @@ import math
 
 from epa_rt.config.rig import Rig
 from epa_rt.safety.gas_watch import Refusal
-from epa_rt.safety.muscle_law import geometry_of
+from epa_rt.safety.muscle_law import MuscleGeometry
 
 CAUSE = "sensor at rest"
 BLOCK_S = 0.05  # one average: fifty samples at 1 kHz leave a fifth of a converter's step
@@ -159,8 +159,8 @@ class AtRest:
         rig, sensors, mean = self._rig, self._sensors, self._mean
         allowed: dict[str, tuple[float, float]] = {}
         for muscle in rig.muscles:
-            geometry = geometry_of(muscle, rig)
-            if muscle.law is not None and geometry is not None and muscle.law.force:
+            if muscle.law is not None and muscle.law.force:
+                geometry = MuscleGeometry(muscle.law, rig)
                 name, band = muscle.law.force, muscle.law.force_band
                 low, high = geometry.pull(0.0, geometry.length(mean), mean[name])
                 allowed[name] = (max(low + band, 0.0), high - band)
