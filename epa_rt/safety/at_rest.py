@@ -25,7 +25,7 @@ class AtRest:
         self._names = tuple(row.name for row in rig.inputs if not row.name.endswith("_raw"))
         self._pressures = tuple(muscle.pressure for muscle in rig.muscles)
         self._block = max(round(BLOCK_S / rig.period_s), 1)
-        self._blocks_max = max(math.ceil(self._sensors.wait / BLOCK_S), 2)
+        self._blocks_max = math.ceil(self._sensors.wait / BLOCK_S)  # two at least are compared
         self._first: dict[str, float] = {}
         self._moved: set[str] = set()
         self._sums = dict.fromkeys(self._names, 0.0)
