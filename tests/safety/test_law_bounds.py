@@ -7,7 +7,7 @@ import pytest
 from epa_rt.safety.fill_watch import FILLED_PA, FillWatch
 from epa_rt.safety.gas_watch import CAUSE
 from epa_rt.safety.hose_watch import HoseWatch
-from epa_rt.safety.motion_watch import LawWatch
+from epa_rt.safety.motion_watch import SPEED_STEP, SPEED_STEPS, CurrentWatch, LawWatch
 from epa_rt.safety.muscle_law import geometry_of
 from tests.safety.safety_bench import rig
 
@@ -62,6 +62,19 @@ def test_a_fill_is_asked_from_just_50_kpa_on():
     assert FILLED_PA == 50e3
     assert filled(fill_watch(), 50e3, 200.0, 2) == [False, True]
     assert filled(fill_watch(), 49.9e3, 200.0, 40) == [False] * 40
+
+
+def test_a_dead_current_is_found_at_the_tenth_step_of_speed_since_it_last_flowed():
+    on = rig("bench")
+    watch = CurrentWatch(on, "motor_current_a", "motor_speed_m_s")
+    outputs = {"cmd_drive_control_raw": 15.0, "cmd_drive_mode_raw": 9.0}
+    step = 1.01 * SPEED_STEP * on.motor.speed_max
+    for current_a in (0.5, 0.04):  # flows; after that it is dead
+        row = {"motor_current_a": current_a, "motor_speed_m_s": 0.0}
+        assert watch.step(row, outputs) is None
+        for k in range(1, SPEED_STEPS + 1):
+            row = {"motor_current_a": 0.0, "motor_speed_m_s": step * (k % 2)}
+            assert (watch.step(row, outputs) is None) == (k < SPEED_STEPS), k
 
 
 @pytest.mark.parametrize("per_angle_m", [-0.05, 0.20])
