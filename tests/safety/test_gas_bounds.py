@@ -35,3 +35,39 @@ def shut_in(on: Rig, share: float) -> bool:
 def test_without_its_law_the_gas_of_a_muscle_may_be_half_as_far_off_again(share, with_law, without):
     assert shut_in(rig("bench"), share) is with_law
     assert shut_in(without_law(), share) is without
+
+
+def filling(watch: GasWatch, start_pa: float, steps: int, rate_pa_s: float) -> float:
+    """An open inlet for so many steps, which must pass; the pressure at their end."""
+    pressure_pa = start_pa
+    for _ in range(steps):
+        pressure_pa += rate_pa_s * STEP_S
+        row = {"motor_travel_m": -0.005, "muscle_pressure_pa": pressure_pa}
+        assert watch.step(row, SHUT | {INLET: 1.0}) is None
+    return pressure_pa
+
+
+def test_after_a_fill_to_the_supply_the_next_one_has_its_whole_time():
+    """Above 0.8 of the supply nothing is asked; what was counted before it is forgotten."""
+    on = rig("bench")
+    watch, supply_pa = GasWatch(on.muscles[0], on, STEP_S), on.muscles[0].valves.supply
+    pressure_pa = filling(watch, 0.75 * supply_pa, 18, 4e5)
+    assert pressure_pa > 0.8 * supply_pa
+    pressure_pa = filling(watch, pressure_pa, 20, 1e4)
+    while pressure_pa > 0.72 * supply_pa:
+        pressure_pa -= 1e6 * STEP_S
+        row = {"motor_travel_m": -0.005, "muscle_pressure_pa": pressure_pa}
+        assert watch.step(row, SHUT | {EXHAUST: 1.0}) is None
+    filling(watch, pressure_pa, 20, 0.0)  # 0.16 of the 0.2 s that a valve may take
+    row = {"motor_travel_m": -0.005, "muscle_pressure_pa": pressure_pa}
+    late = [watch.step(row, SHUT | {INLET: 1.0}) for _ in range(8)]
+    assert any(late) and "stays at 684.7" in next(text for _, _, text in filter(None, late))
+
+
+def test_a_jump_is_said_with_the_time_that_it_took():
+    on = rig("bench")
+    watch = GasWatch(on.muscles[0], on, 0.9)
+    row = {"motor_travel_m": -0.005, "muscle_pressure_pa": 101_325.0}
+    watch.step(row, SHUT)  # too slow for its other laws, which the next line does not ask
+    refusal = watch.step(row | {"muscle_pressure_pa": 101_325.0 + 2.4e6}, SHUT)
+    assert refusal[2].startswith("muscle_pressure_pa jumps by +2400.0 kPa within 900 ms; check")
