@@ -1,9 +1,12 @@
 """Where a muscle's pressure begins to contradict its valves, to the bound and to the word."""
 
+import math
+
 import pytest
 
 from epa_rt.config.rig import Rig
-from epa_rt.safety.gas_watch import GasWatch
+from epa_rt.safety.gas_watch import GasWatch, VolumeWatch
+from epa_rt.safety.muscle_law import geometry_of
 from tests.safety.safety_bench import edited, rig
 
 STEP_S, HELD_PA = 0.008, 6e5
@@ -71,3 +74,16 @@ def test_a_jump_is_said_with_the_time_that_it_took():
     watch.step(row, SHUT)  # too slow for its other laws, which the next line does not ask
     refusal = watch.step(row | {"muscle_pressure_pa": 101_325.0 + 2.4e6}, SHUT)
     assert refusal[2].startswith("muscle_pressure_pa jumps by +2400.0 kPa within 900 ms; check")
+
+
+@pytest.mark.parametrize("swing_m", [0.0, 0.012])
+def test_a_frozen_pressure_is_found_also_where_no_valve_was_ever_open(swing_m):
+    on = rig("bench")
+    muscle = on.muscles[0]
+    watch = VolumeWatch(muscle, geometry_of(muscle, on), on, 0.024)
+    found = []
+    for k in range(400):
+        travel_m = 0.013 - swing_m * math.cos(0.08 * k)
+        row = {"motor_travel_m": travel_m, "muscle_pressure_pa": HELD_PA}
+        found.append(watch.step(row, SHUT) is not None)
+    assert any(found) is (swing_m > 0.0)
