@@ -106,7 +106,7 @@ def test_a_motor_that_lags_by_just_its_following_error_follows():
 @pytest.mark.parametrize(("on", "patience"), [("bench", 500), ("bench_analog", 0)])
 def test_a_motor_that_stands_has_twice_the_time_of_its_way_and_no_cycle_more(on, patience):
     """1.4 mm at 7 mm/s, 0.2 s of ramp, ten time constants; a wired drive is enabled at once."""
-    down = Down(on, 9.0, 0.0014).begin()
+    down = Down(on, 9.0, 0.0014000004).begin()
     cycles = patience + 2 * (200 + 200 + 1000)
     assert {down.step() for _ in range(cycles)} == {""}
     assert down.step() == f"{TRAVEL} = 0.0014 is not at no_load in time"
@@ -174,3 +174,27 @@ def test_begun_again_it_begins_anew():
     down.begin()
     assert not down.down.arrived and {down.step() for _ in range(3300)} == {""}
     assert down.step().endswith("not at no_load in time")
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_it_has_settled_after_just_its_time_also_where_it_swings_out_of_the_place(side):
+    """Five time constants of 10 1/s, at a period of 1 ms."""
+    at = side * ARRIVED_S * rig("bench").motor.let_down_speed_si
+    down = Down(at=at).begin()
+    assert down.step() == ""
+    for _ in range(499):
+        assert down.step(**{TRAVEL: 1.5 * at}) == "" and not down.down.arrived
+    assert down.step(**{TRAVEL: 1.5 * at}) == "" and down.down.arrived
+
+
+def test_a_motor_that_is_there_before_its_target_waits_for_it():
+    """3.5 mm at 7 mm/s, and then the time to settle."""
+    down = Down(mode=8.0, at=0.0035).begin()
+    cycles = 0
+    while not down.down.arrived:
+        assert down.step(**{TRAVEL: 0.0}) == ""
+        cycles += 1
+        if down.down.targets[TARGET] != 0.0:
+            assert cycles < 1500 and not down.down.arrived
+            there = cycles
+    assert there > 500 and cycles == there + 501
