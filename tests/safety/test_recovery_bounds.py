@@ -5,7 +5,14 @@ import math
 import pytest
 
 from epa_rt.config.rig import Rig
-from epa_rt.safety.recovery import RecoveryEnvelope, RecoveryGuard, WayBack, unlimited
+from epa_rt.safety.recovery import (
+    BACK_SHARE,
+    SPEED_RATIO,
+    RecoveryEnvelope,
+    RecoveryGuard,
+    WayBack,
+    unlimited,
+)
 from epa_rt.safety.stopping import NO_ZERO
 from tests.safety.safety_bench import Bench, edited, rig
 
@@ -124,3 +131,19 @@ def test_a_muscles_law_is_not_asked_while_its_zero_may_be_wrong(name):
     free = unlimited(rig(name))
     assert [muscle.law for muscle in free.muscles] == [None] * len(rig(name).muscles)
     assert [muscle.pressure for muscle in free.muscles] == [m.pressure for m in rig(name).muscles]
+
+
+def test_a_joint_that_turns_is_watched_too():
+    of = guard("knee")
+    of.step(dict.fromkeys((row.name for row in rig("knee").inputs), 0.0))
+    assert "knee_angle_rad" in {way.name for way in of.ways}
+
+
+def test_without_a_word_of_homing_the_motor_takes_targets():
+    bench = Recovering(zero=True).power_on(9, 0x0237)
+    out = bench.check(command={"cmd_motor_speed_m_s": 0.001})
+    assert bench.trip is None and out["cmd_motor_speed_m_s"] == 0.001
+
+
+def test_what_the_page_says_of_a_way_back_is_so():
+    assert (BACK_SHARE, SPEED_RATIO) == (0.05, 3.0)
