@@ -198,3 +198,16 @@ def test_a_motor_that_is_there_before_its_target_waits_for_it():
             assert cycles < 1500 and not down.down.arrived
             there = cycles
     assert there > 500 and cycles == there + 501
+
+
+def test_where_nothing_is_said_to_be_wrong_every_row_is_believed():
+    """The first row is that of the force here."""
+    bench = rig("bench")
+    rows = sorted(bench.signals, key=lambda row: row.name != FORCE)
+    sections = {name: getattr(bench, name) for name in Rig.model_fields}
+    on = Rig.model_construct(**sections | {"signals": tuple(rows)})
+    assert on.inputs[0].name == FORCE
+    down = Down(on)
+    down.down.begin(down.measured, 9.0)
+    assert down.down.step(down.measured) == ""
+    assert FORCE in down.down.step(down.measured | {FORCE: 351.0})
