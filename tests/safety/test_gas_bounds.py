@@ -87,3 +87,16 @@ def test_a_frozen_pressure_is_found_also_where_no_valve_was_ever_open(swing_m):
         row = {"motor_travel_m": travel_m, "muscle_pressure_pa": HELD_PA}
         found.append(watch.step(row, SHUT) is not None)
     assert any(found) is (swing_m > 0.0)
+
+
+def test_a_stretch_in_one_step_is_not_refused_in_that_step():
+    """The muscle may be longer by a tenth at once; what follows must say so for 0.4 s."""
+    on = rig("bench")
+    muscle = on.muscles[0]
+    watch = VolumeWatch(muscle, geometry_of(muscle, on), on, 0.024)
+    for _ in range(20):
+        row = {"motor_travel_m": 0.016, "muscle_pressure_pa": HELD_PA}
+        assert watch.step(row, SHUT) is None
+    row = {"motor_travel_m": 0.028, "muscle_pressure_pa": HELD_PA}
+    found = [watch.step(row, SHUT) is not None for _ in range(20)]
+    assert found[:16] == [False] * 16 and found[16]
