@@ -4,7 +4,7 @@ import math
 
 from epa_rt.config.rig import Rig
 from epa_rt.safety.gas_watch import Refusal
-from epa_rt.safety.muscle_law import MuscleGeometry
+from epa_rt.safety.muscle_law import geometry_of
 
 CAUSE = "sensor at rest"
 BLOCK_S = 0.05  # one average: fifty samples at 1 kHz leave a fifth of a converter's step
@@ -25,7 +25,7 @@ class AtRest:
         self._names = tuple(row.name for row in rig.inputs if not row.name.endswith("_raw"))
         self._pressures = tuple(muscle.pressure for muscle in rig.muscles)
         self._block = max(round(BLOCK_S / rig.period_s), 1)
-        self._blocks_max = math.ceil(self._sensors.wait / BLOCK_S)  # two at least are compared
+        self._blocks_max = max(math.ceil(self._sensors.wait / BLOCK_S), 2)
         self._first: dict[str, float] = {}
         self._moved: set[str] = set()
         self._sums = dict.fromkeys(self._names, 0.0)
@@ -159,8 +159,8 @@ class AtRest:
         rig, sensors, mean = self._rig, self._sensors, self._mean
         allowed: dict[str, tuple[float, float]] = {}
         for muscle in rig.muscles:
-            if muscle.law is not None and muscle.law.force:
-                geometry = MuscleGeometry(muscle.law, rig)
+            geometry = geometry_of(muscle, rig)
+            if muscle.law is not None and geometry is not None and muscle.law.force:
                 name, band = muscle.law.force, muscle.law.force_band
                 low, high = geometry.pull(0.0, geometry.length(mean), mean[name])
                 allowed[name] = (max(low + band, 0.0), high - band)

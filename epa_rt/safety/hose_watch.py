@@ -22,6 +22,9 @@ class HoseWatch:
         self._valves = tuple(valve for m in muscles for valve in (m.inlet, m.exhaust))
         self._follow, self._keep = dt_s / SLOW_S, 1.0 - dt_s / FORGET_S
         self._shut_s = self._out_s = 0.0
+        self._slow = [1.0, 1.0, 1.0, 1.0]  # pressures, then what volumes make of them
+        self._squares = [0.0, 0.0, 0.0, 0.0]
+        self._own, self._other = [0.0, 0.0], [0.0, 0.0]
 
     def step(self, measured: dict[str, float], outputs: dict[str, float]) -> Refusal | None:
         """Takes one sample."""
@@ -37,11 +40,13 @@ class HoseWatch:
             if outputs[valve]:
                 self._shut_s = 0.0
         self._shut_s += self._dt_s
+        slow = self._slow
         if self._shut_s < REST_S:
-            self._slow = list(now)  # pressures, then what volumes make of them
-            self._squares, self._own, self._other = [0.0] * 4, [0.0] * 2, [0.0] * 2
+            slow[:] = now
+            for sums in (self._squares, self._own, self._other):
+                sums[:] = [0.0] * len(sums)
             return None
-        dt_s, keep, slow, squares = self._dt_s, self._keep, self._slow, self._squares
+        dt_s, keep, squares = self._dt_s, self._keep, self._squares
         for i in range(4):
             slow[i] += self._follow * (now[i] - slow[i])
         change = [now[i] / slow[i] - 1.0 for i in range(4)]

@@ -7,7 +7,7 @@ from epa_rt.safety.fill_watch import FillWatch
 from epa_rt.safety.gas_watch import ExchangeWatch, GasWatch, Refusal, VolumeWatch
 from epa_rt.safety.hose_watch import HoseWatch
 from epa_rt.safety.motion_watch import CurrentWatch, JointWatch, LawWatch, TorqueWatch
-from epa_rt.safety.muscle_law import MuscleGeometry, geometry_of
+from epa_rt.safety.muscle_law import geometry_of
 
 ROUND_S = 0.008  # in which every pressure is asked once: a tenth of the time a burst may take
 ROUNDS = 3  # in which every other law is asked once
@@ -58,9 +58,9 @@ def _slow_laws(rig: Rig, dt_s: float) -> list[Law]:
             laws.append(HoseWatch(rig.muscles, known, dt_s).step)
     pulls_spool: str | None = None
     for muscle in rig.muscles:
-        if muscle.law is None:
+        geometry = geometry_of(muscle, rig)
+        if muscle.law is None or geometry is None:
             continue
-        geometry = MuscleGeometry(muscle.law, rig)
         laws.append(VolumeWatch(muscle, geometry, rig, dt_s).step)
         if muscle.law.force:
             laws.append(LawWatch(muscle, muscle.law.force, geometry, rig, dt_s).step)

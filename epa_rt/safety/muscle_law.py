@@ -21,8 +21,11 @@ class MuscleGeometry:
 
     def __init__(self, law: MuscleLaw, rig: Rig):
         self._travel, self._joint = rig.motor.position, rig.joint.position if rig.joint else None
-        self._rest, self._per_travel = law.rest_length, law.per_travel
-        self._per_joint = law.per_joint
+        self._rest, self._per_travel, self._per_joint = (
+            law.rest_length,
+            law.per_travel,
+            law.per_joint if self._joint else 0.0,
+        )
         self._b2 = law.braid_length * law.braid_length
         self._share = 1.0 / (4.0 * math.pi * law.braid_turns * law.braid_turns)
         no_load = law.braid_length / math.sqrt(3.0)
@@ -39,7 +42,7 @@ class MuscleGeometry:
     def length(self, measured: dict[str, float]) -> float:
         """The muscle's length by travel and joint, in m."""
         length: float = self._rest + self._per_travel * measured[self._travel]
-        if self._joint is not None:
+        if self._joint is not None and self._per_joint:
             length += self._per_joint * measured[self._joint]
         return length
 

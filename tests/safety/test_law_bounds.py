@@ -95,3 +95,11 @@ def test_pressures_that_fall_with_both_volumes_are_no_exchanged_hoses(per_angle_
         found.append(watch.step(row, shut) is not None)
     # in turn stretched muscles with a wrong sign cannot be told from exchanged ones
     assert any(found) is (per_angle_m > 0.0)
+
+
+@pytest.mark.parametrize("length_m", [0.12, 0.14, 0.16])
+def test_a_pull_that_nobody_gives_stretches_no_strap(length_m):
+    on = rig("bench")
+    geometry = geometry_of(on.muscles[0], on)
+    assert geometry.pull(5e5, length_m) == geometry.pull(5e5, length_m, 0.0)
+    assert geometry.pull(5e5, 0.14, 100.0)[0] < geometry.pull(5e5, 0.14, 0.0)[0]
