@@ -97,6 +97,7 @@ class CommandGate:
         """The brake opens under power that has been on for a cycle, and closes before it goes. A
         quick stop from there keeps the power.
         """
+        brake = self._brake or ""
         held = self._holds and self.outputs[self._power_row] == QUICK_STOP
         self._holds = powered or held
         if self.outputs[brake] == 0.0 or held:

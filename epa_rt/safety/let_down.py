@@ -44,9 +44,8 @@ class LetDown:
         self._fastest, slew = motor.let_down_speed_si, INFINITE
         if motor.speed_target is not None:  # what leaves here has not passed the gate
             row = rig.row(motor.speed_target)
-            assert row.limits is not None  # as every command has them
-            self._fastest = min(self._fastest, -row.limits[0], row.limits[1])
-            slew = row.slew or INFINITE
+            low, high = row.limits or (-INFINITE, INFINITE)
+            self._fastest, slew = min(self._fastest, -low, high), row.slew or INFINITE
         self._gain = min(motor.position_gain, GAIN_MAX / dt_s)
         self._dt_s, self._faster = dt_s, min(self._fastest / RAMP_S, slew) * dt_s
         self._creep, self._arrived = CREEP * self._fastest, ARRIVED_S * self._fastest
@@ -55,15 +54,20 @@ class LetDown:
         most = min(abs(limits[0]), abs(limits[1])) if limits is not None else INFINITE
         self._too_fast = min(TOO_FAST * self._fastest, most)
         self._following = motor.following_error or INFINITE
-        self._settle_cycles = round(SETTLE / (self._gain * dt_s))  # 25 at least, by GAIN_MAX
+        self._settle_cycles = max(1, round(SETTLE / (self._gain * dt_s)))
         self._patience = round(patience_s / dt_s)
         self._rows = [
             (1 << i, row.name, *row.limits)
             for i, row in enumerate(rig.inputs)
             if row.limits is not None and row.si_unit in WATCHED
         ]
+        self._bounds: list[tuple[int, str, float, float]] = []
         self.targets: dict[str, float] = {}
         self.arrived = False
+        self._is_live = self._is_position = False
+        self._target_name = ""
+        self._target = self._rate = self._nearest = self._sign = 0.0
+        self._age = self._settled = self._longest = 0
 
     def refusal(self, mode: float) -> str:
         """Why this rig cannot let down in a drive's mode (0x6060; a wired drive's is that of
@@ -94,7 +98,7 @@ class LetDown:
         self._age = self._settled = 0
         longest_s = TIME * (abs(distance) / self._fastest + RAMP_S + 2.0 * SETTLE / self._gain)
         self._longest = self._patience + round(longest_s / self._dt_s)
-        self._bounds: list[tuple[int, str, float, float]] = []
+        self._bounds = []
         for bit, name, low, high in self._rows:
             if not not_believed & bit:
                 now, margin = measured[name], MARGIN * (high - low)

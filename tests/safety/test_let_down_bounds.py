@@ -211,3 +211,11 @@ def test_where_nothing_is_said_to_be_wrong_every_row_is_believed():
     down.down.begin(down.measured, 9.0)
     assert down.down.step(down.measured) == ""
     assert FORCE in down.down.step(down.measured | {FORCE: 351.0})
+
+
+def test_begun_again_it_has_the_bounds_of_the_new_beginning_alone():
+    down = Down().begin()
+    down.measured[FORCE] = 360.0
+    down.begin()
+    assert down.step() == "" and down.step(**{FORCE: 379.0}) == ""
+    assert down.step(**{FORCE: 380.0}).endswith("outside [-40, 379.5]")

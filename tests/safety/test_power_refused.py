@@ -3,6 +3,8 @@
 import pytest
 from safety_bench import Bench, edited
 
+from epa_rt.safety.commands import CommandGate
+
 TRAVEL, SPEED, CONTROL, MODE = (
     "cmd_motor_travel_m",
     "cmd_motor_speed_m_s",
@@ -36,3 +38,11 @@ def test_a_jump_at_enable_goes_before_the_brake_that_opens_with_it():
     bench.check()
     assert bench.check(command=ON | {SPEED: 0.001, "cmd_brake_open": 1.0}) == bench.safe
     assert bench.trip[:2] == ("jump at enable", SPEED)
+
+
+def test_a_gate_that_is_told_nothing_of_homing_lets_a_run_have_its_mode_and_no_homing():
+    for mode, refused in ((9, False), (6, True)):
+        bench = Bench()
+        gate = CommandGate(bench.rig)
+        refusal = gate.pass_through(bench.measured, bench.safe | {CONTROL: 0x0F, MODE: mode})
+        assert (refusal is not None) is refused
