@@ -37,7 +37,7 @@ from epa_rt.gap.yardstick import Left
 
 # How wide is searched: more of each takes time and finds models that these may miss.
 SINGLES = 5  # families that are fitted alone in free run
-BEAM = 2  # best models of a size beside which one effect more is looked for
+BEAM = (2, 1, 1)  # best models of one, two, three effects beside which one more is looked for
 FURTHER = 3  # models with one more that are fitted in free run
 MOST_EFFECTS = 4  # in a model
 FAMILIES = 3  # that free run proposes beside a model
@@ -135,7 +135,7 @@ class Search:
         """One effect more beside the best models of each size, while that may count."""
         for size in range(1, MOST_EFFECTS):
             progress(f"sets of {size + 1} effects", 0.2 + 0.6 * size / MOST_EFFECTS)
-            for effects in self._best(BEAM, size):
+            for effects in self._best(BEAM[size - 1], size):
                 self._one_more(effects)
         best = max(self._complete(), key=self._evidence)
         if len(best.effects) > 1:
