@@ -25,7 +25,7 @@ HEAD = """# States, trips, events
 
 To look up which state a run is in, what tripped it, and what an event of its log means.
 {written}
-What to do about each: [operator.md](operator.md). Why stops have categories:
+How a run ends, and back from it: [operator.md](operator.md). Why stops have categories:
 [decision 16](decisions/0016-stops-by-category.md).
 
 {index}"""
