@@ -184,7 +184,7 @@ class Problem:
         bias = floor.bias.get(recording)
         with np.errstate(over="ignore", invalid="ignore"):  # a plant that runs away
             white = floor.whiten(residual if bias is None else residual - bias) / self.scale[link]
-        return np.clip(white, -ABSURD, ABSURD)
+        return np.where(np.isfinite(white), np.clip(white, -ABSURD, ABSURD), white)
 
     def residual(self, values: Values, link: str) -> np.ndarray:
         """(samples(link),) whitened residual over all recordings. Raises Stopped when the caller
