@@ -10,7 +10,7 @@ import numpy as np
 from epa_rt.gap.alongside import channels, misfit, step_of, trials
 from epa_rt.gap.floor import Floor
 from epa_rt.gap.point import Point, linearised, normal_of, solve, z_of
-from epa_rt.gap.problem import Problem
+from epa_rt.gap.problem import ABSURD, Problem
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.refit import searched
 from epa_rt.gap.side_by_side import each
@@ -41,7 +41,6 @@ NEARBY, STILL_FALLS = (
     # times what its derivatives promise, and of what was left before the last step: a fit below the
     # one and above the other has come near to what it can reach
 )
-ABSURD = 1e6  # deviations that stand for a run that is no number
 KEPT = 64  # runs that changes are counted from
 # of a step: a reading that stands still says that the value lies within it, and the rest may lie on
 # its edge

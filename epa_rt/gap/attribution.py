@@ -57,7 +57,6 @@ class Attribution:
     become: tuple[frozenset[str], ...]
     heard: Heard | None
     off: np.ndarray | None
-    start: Start
 
     @property
     def refitted(self) -> dict[str, float]:
@@ -184,15 +183,7 @@ def attributed(
 
     sets = tuple(set_of(role, same) for role, same in zip(selection.roles, become, strict=True))
     return Attribution(
-        selection.problem,
-        selection,
-        left(selection.base),
-        after,
-        sets,
-        become,
-        said_there,
-        off,
-        Start(scaled, base, left, ground),
+        selection.problem, selection, left(selection.base), after, sets, become, said_there, off
     )
 
 

@@ -6,6 +6,8 @@ Nothing here decides what is named: that is read off the probabilities (posterio
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from epa_rt.gap.aside import unseen
 from epa_rt.gap.astray import astray
 from epa_rt.gap.attribution import Progress, Start, start_of
@@ -29,7 +31,7 @@ from epa_rt.gap.point import Point, linearised
 from epa_rt.gap.posterior.answer import as_told, left_in, table_for
 from epa_rt.gap.posterior.calibrated import CALIBRATED
 from epa_rt.gap.posterior.decide import HOLDS, Decision, decided
-from epa_rt.gap.posterior.search import Model, Table
+from epa_rt.gap.posterior.search import Model, Table, chi_left
 from epa_rt.gap.posterior.unknown import Found, posterior
 from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN
 from epa_rt.gap.posterior.words import all_of, set_words, told_of_names, told_of_sets
@@ -40,7 +42,7 @@ from epa_rt.gap.remainder import remainders
 from epa_rt.gap.run_freely import localise_freely
 from epa_rt.gap.screen import screen
 from epa_rt.gap.select import rescaled
-from epa_rt.gap.shrink import shrinkage
+from epa_rt.gap.shrink import how_far_of
 from epa_rt.gap.subject import Subject, Values
 from epa_rt.gap.together import ROUNDS, Together, costs
 from epa_rt.gap.whose import who_has
@@ -54,12 +56,11 @@ MOSTLY = 0.5  # of the catalogue that the logs must be able to show for "no gap"
 
 @dataclass(frozen=True)
 class Fitted:
-    """The plant without and with what is named, fitted to the same: ``before``, ``after``. ``none``
-    and ``final``: as points of ``problem``, block by block.
+    """The plant without and with what is named, fitted to the same: ``before``, ``after``.
+    ``final``: the latter as a point of ``problem``, block by block.
     """
 
     problem: Problem
-    none: Point
     final: Point
     before: Values
     after: Values
@@ -96,24 +97,22 @@ def by_posterior(
     progress("how far", 0.75)
     rows: tuple[Shrinkage, ...] = ()
     if how_far:
-        judge, logs = aside or subject, apart_logs or recordings
-        level = start.problem.floors
-        if aside is None or any(floor.bias for floor in level.values()):
-            level = floors(judge, logs, fit.before, repeats=None, seed=seed)
-        rows = shrinkage(
-            judge,
-            logs,
+        rows = how_far_of(
+            aside or subject,
+            apart_logs or recordings,
+            start.problem,
             fit.before,
             fit.after,
-            level,
-            progress=lambda stage, share: progress(stage, 0.75 + 0.15 * share),
+            floors,
+            seed,
+            lambda stage, share: progress(stage, 0.75 + 0.15 * share),
         )
     progress("what is left", 0.9)
     silent = not_shown(start)
     verdict: Verdict = answer.kind
     if verdict == "no_gap" and len(silent) > MOSTLY * len(start.problem.effects):
         verdict = "not_excited"
-    places = _places(fitted, start, fit, verdict)
+    places = _places(fitted, start, verdict)
     whence: tuple[Origin, ...] = ()
     if verdict == "not_in_catalogue":
         progress("where it comes from", 0.95)
@@ -127,7 +126,7 @@ def by_posterior(
         location=origin_first(places, whence),
         origins=whence,
         effects=tuple(
-            _named(fit, name, share, found, table, answer, off)
+            _named(fit, name, share, found, table, model, answer, off)
             for name, share in zip(answer.effects, answer.probability, strict=True)
         ),
         free_run=_in_free_run(table, model),
@@ -158,13 +157,12 @@ def fitted_for(start: Start, model: Model, none: Model) -> Fitted:
     """The numbers that a plant file with these effects gets, and those without any: fitted to
     blocks and free run at once, where the rig has a model of the whole.
     """
-    problem, base = start.problem, start.base
-    point = settled(problem, model.effects, model.values) if model.effects else base
-    problem, point = (
-        rescaled(problem, point, start.left(point)) if model.effects else (problem, point)
-    )
+    problem, point = start.problem, start.base
+    if model.effects:
+        point = settled(problem, model.effects, model.values)
+        problem, point = rescaled(problem, point, start.left(point))
     if start.ground is None or model.whole is None or none.whole is None:
-        return Fitted(problem, base, point, base.values, point.values)
+        return Fitted(problem, point, start.base.values, point.values)
     both = Together(problem, start.ground.whole)
     own = {
         key: point.values[key]
@@ -176,7 +174,7 @@ def fitted_for(start: Start, model: Model, none: Model) -> Fitted:
     begun = min(starts, key=lambda values: costs(both, point.normal.keys, values))
     before = settled(both, (), dict(none.whole), rounds=ROUNDS).values
     after = settled(both, model.effects, begun, rounds=ROUNDS).values if model.effects else before
-    return Fitted(problem, base, linearised(problem, model.effects, dict(after)), before, after)
+    return Fitted(problem, linearised(problem, model.effects, dict(after)), before, after)
 
 
 def not_shown(start: Start) -> tuple[str, ...]:
@@ -190,25 +188,28 @@ def _model_of(table: Table, effects: tuple[str, ...]) -> Model:
 
 
 def _named(
-    fit: Fitted, name: str, share: float, found: Found, table: Table, answer: Decision, off
+    fit: Fitted,
+    name: str,
+    share: float,
+    found: Found,
+    table: Table,
+    model: Model,
+    answer: Decision,
+    off: np.ndarray | None,
 ) -> Named:
-    """One name. What it is not told from: what stands for it in the other sets, and laws of its
-    family that are probable as well.
+    """One name of ``model``. What it is not told from: what stands for it in the other sets, and
+    laws of its family that are probable as well.
     """
     effect = fit.problem.effects[name]
     own = numbers(fit.problem, fit.final, name, off, searched=True)
-    none, model = table.models[0], _model_of(table, answer.effects)
     return Named(
         name,
         effect.family,
         effect.block,
         own,
         share,
-        sum(
-            none.views[BLOCKS].links[link].chi - seen.chi
-            for link, seen in model.views[BLOCKS].links.items()
-        ),
-        tuple(dict.fromkeys((*_instead(name, answer), *_same_family(name, found, table, answer)))),
+        chi_left(table.models[0]) - chi_left(model),
+        tuple(dict.fromkeys((*_instead(name, answer), *_same_family(name, found, table, model)))),
         who_has(fit.problem, name, own),
         in_more_numbers=_in_more_numbers(fit.problem, name, table, model),
     )
@@ -227,15 +228,22 @@ def _instead(name: str, answer: Decision) -> tuple[str, ...]:
     )
 
 
-def _same_family(name: str, found: Found, table: Table, answer: Decision) -> tuple[str, ...]:
+def _kin(name: str, model: Model, other: Model, table: Table) -> str | None:
+    """The law of a name's family, or the name itself, that ``other`` has where ``model`` has it and
+    all else is the same; None where it is another set.
+    """
+    rest = set(model.effects) - {name}
+    laws = set(other.effects) - rest
+    if len(laws) != 1 or not rest <= set(other.effects):
+        return None
+    (law,) = laws
+    return law if table.families[law] == table.families[name] else None
+
+
+def _same_family(name: str, found: Found, table: Table, model: Model) -> tuple[str, ...]:
     """Laws of a name's family that hold, beside it, ``HOLDS`` of what the set has that is named."""
-    rest = set(answer.effects) - {name}
-    shares: dict[str, float] = {}
-    for model, share in found.models:
-        others = set(model.effects) - rest
-        kinds = {table.families[one] for one in others}
-        if rest <= set(model.effects) and len(others) == 1 and kinds == {table.families[name]}:
-            shares[others.pop()] = share
+    laws = ((_kin(name, model, other, table), share) for other, share in found.models)
+    shares = {law: share for law, share in laws if law is not None}
     total, held, taken = sum(shares.values()), 0.0, []
     for law, share in sorted(shares.items(), key=lambda item: -item[1]):
         if held >= HOLDS * total:
@@ -247,37 +255,33 @@ def _same_family(name: str, found: Found, table: Table, answer: Decision) -> tup
 
 def _in_more_numbers(problem: Problem, name: str, table: Table, model: Model) -> tuple[str, ...]:
     """Laws of a name's family that say the same block by block, with more numbers."""
-    rest = set(model.effects) - {name}
-    found = []
-    for other in table.models:
-        law = set(other.effects) - rest
-        if not rest <= set(other.effects) or len(law) != 1 or law == {name}:
-            continue
-        (instead,) = law
-        kin = table.families[instead] == table.families[name]
-        more = len(problem.effects[instead].knobs) > len(problem.effects[name].knobs)
-        if kin and more and left_in(other, BLOCKS) < left_in(model, BLOCKS) + SHOWS:
-            found.append(instead)
-    return tuple(sorted(found))
+    numbers_of = {law: len(effect.knobs) for law, effect in problem.effects.items()}
+    most = left_in(model, BLOCKS) + SHOWS
+    return tuple(
+        sorted(
+            law
+            for other in table.models
+            if (law := _kin(name, model, other, table)) is not None
+            and numbers_of[law] > numbers_of[name]
+            and left_in(other, BLOCKS) < most
+        )
+    )
 
 
 def _in_free_run(table: Table, model: Model) -> FreeRun | None:
     none = table.models[0]
     if FREE_RUN not in none.views:
         return None
-    gap, left = (
-        sum(seen.excess for seen in one.views[FREE_RUN].links.values()) for one in (none, model)
-    )
-    shown = gap > SHOWS
-    return FreeRun(gap, left, 1.0 - left / gap if shown else None, model.effects, ())
+    gap, left = (left_in(one, FREE_RUN) for one in (none, model))
+    return FreeRun(gap, left, 1.0 - left / gap if gap > SHOWS else None, model.effects, ())
 
 
-def _places(fitted: Subject, start: Start, fit: Fitted, verdict: Verdict) -> tuple[Place, ...]:
+def _places(fitted: Subject, start: Start, verdict: Verdict) -> tuple[Place, ...]:
     """Where the gap shows with the nominal parameters refitted; as the plant file stands, where
     their refit hides a gap that there is.
     """
     problem = start.problem
-    places = localise(fitted, problem.prepared, fit.none.values, problem.floors)
+    places = localise(fitted, problem.prepared, start.base.values, problem.floors)
     if verdict not in SILENT and not any(one.significance > SURE for one in places):
         return localise(fitted, problem.prepared, {}, problem.floors)
     return places
@@ -307,14 +311,9 @@ def _says(
             " typical strength."
         )
     if verdict == "not_in_catalogue":
-        from_where = likely(whence)
-        where = (
-            f" It comes from {all_of([one.says for one in from_where], 'or')}." if whence else ""
-        )
-        return (
-            f"Something is missing that no law of the catalogue describes ({could.unknown:.2f})."
-            + (where if from_where else "")
-        )
+        said = f"Something is missing that no law of the catalogue describes ({could.unknown:.2f})."
+        places = all_of([one.says for one in likely(whence)], "or")
+        return f"{said} It comes from {places}." if places else said
     if verdict == "not_separable":
         told = told_of_sets((tuple(could.names), *could.instead), could.names)
     else:

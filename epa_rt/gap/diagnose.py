@@ -3,7 +3,7 @@ of it.
 """
 
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
 from epa_rt.gap.answer import composed
@@ -14,7 +14,7 @@ from epa_rt.gap.diagnosis import Diagnosis, Shrinkage
 from epa_rt.gap.floor import floors as floors_of
 from epa_rt.gap.own_loop import WITHOUT_LINK, apart, joined
 from epa_rt.gap.recording import Recording
-from epa_rt.gap.shrink import shrinkage
+from epa_rt.gap.shrink import how_far_of
 from epa_rt.gap.subject import Subject
 
 
@@ -84,10 +84,10 @@ def _diagnosed(
     rows: tuple[Shrinkage, ...] = ()
     logs = apart_logs or recordings
     if how_far:
-        rows = _how_far(
+        rows = how_far_of(
             judged,
             logs,
-            found,
+            found.problem,
             found.refitted,
             found.selection.final.values,
             floors,
@@ -102,29 +102,8 @@ def _diagnosed(
         base = found.selection.base.values
         answer = replace(
             answer,
-            shrinkage=_how_far(
-                judged, logs, found, base, base, floors, seed, lambda stage, share: None
+            shrinkage=how_far_of(
+                judged, logs, found.problem, base, base, floors, seed, lambda stage, share: None
             ),
         )
     return found, answer
-
-
-def _how_far(
-    subject: Subject,
-    recordings: Sequence[Recording],
-    found: Attribution,
-    before: Mapping[str, float],
-    after: Mapping[str, float],
-    floors,
-    seed: int,
-    progress: Progress,
-) -> tuple[Shrinkage, ...]:
-    """On logs or trials that no fit has seen what the method itself leaves is found anew: that of
-    the fitted ones is not known there.
-    """
-    names = {r.name for r in found.problem.recordings}
-    level = found.problem.floors
-    aside = subject is not found.problem.subject and any(floor.bias for floor in level.values())
-    if aside or not all(r.name in names for r in recordings):
-        level = floors(subject, recordings, before, repeats=None, seed=seed)
-    return shrinkage(subject, recordings, before, after, level, progress=progress)

@@ -23,7 +23,7 @@ from epa_rt.models.effect import Effect, Knob
 BLOCK_S = 1.5  # longer than what the residuals remember; the unit of every resampling
 MOST_BLOCKS = 240  # long logs get longer blocks, so that a fit's normal equations stay small
 FOLDS = 4
-ABSURD = 1e6  # deviations: further off is a plant that runs away, by whatever number
+ABSURD = 1e6  # deviations that stand for a plant that runs away, and for what is no number
 FINITE_STEP = (
     0.01  # of a knob's spread, for derivatives; a subject may want another one (``finite_step``)
 )

@@ -10,6 +10,7 @@ from epa_rt.gap.alongside import BLOCK_S, channels, figure_misfits, misfit, step
 from epa_rt.gap.diagnosis import Baseline, Mode, Shrinkage
 from epa_rt.gap.floor import Floor
 from epa_rt.gap.localise import unbiased
+from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.share import Squares, share, squares
 from epa_rt.gap.side_by_side import each
@@ -48,6 +49,28 @@ def shrinkage(
         )
     progress("how far: free run", 0.5)
     return (*found, *_free_run(subject, recordings, before_values, after_values))
+
+
+def how_far_of(
+    subject: Subject,
+    recordings: Sequence[Recording],
+    problem: Problem,
+    before: Values,
+    after: Values,
+    floors,
+    seed: int,
+    progress: Callable[[str, float], None],
+) -> tuple[Shrinkage, ...]:
+    """The shrinkage with the floors that ``problem`` was fitted with. On logs or trials that no fit
+    has seen what the method itself leaves is found anew, by ``floors``: that of the fitted ones is
+    not known there. ``subject``: the one that judges the recordings.
+    """
+    names = {r.name for r in problem.recordings}
+    level = problem.floors
+    aside = subject is not problem.subject and any(floor.bias for floor in level.values())
+    if aside or not all(r.name in names for r in recordings):
+        level = floors(subject, recordings, before, repeats=None, seed=seed)
+    return shrinkage(subject, recordings, before, after, level, progress=progress)
 
 
 def _teacher_forced(

@@ -13,7 +13,7 @@ WRONG_NAME = 1.0
 MISSED = 0.5  # an effect that is there and has a name, and is not named
 CALM = 0.5  # "no gap" where there is one
 ALARM = 0.5  # "something is missing" where nothing is
-FURTHER_NAME = 0.1  # each name more in a set that leaves the choice to the next experiment
+FURTHER_SET = 0.1  # each set more among which the next experiment is to choose
 HOLDS = 0.95  # probability that a set of alternatives holds
 
 
@@ -107,7 +107,7 @@ def _not_told(
 ) -> Decision:
     """Several sets, of which the next experiment is to tell the right one."""
     held = sum(share for _, (share, effects) in ranked if effects in several)
-    loss = WRONG_NAME * (1.0 - held) + FURTHER_NAME * (len(several) - 1)
+    loss = WRONG_NAME * (1.0 - held) + FURTHER_SET * (len(several) - 1)
     shares = _shares(several[0], families, found)
     return Decision("not_separable", several[0], shares, tuple(several[1:]), loss)
 

@@ -180,7 +180,9 @@ class Search:
         for fit in role.fits if role else ():
             found.append((*effects, fit.effect))
             more = self._model(found[-1], fit.values, None, (problem, fit.normal))
-            if _left(more) > _left(self._of(effects)):  # a refit that took flat directions too far
+            if chi_left(more) > chi_left(
+                self._of(effects)
+            ):  # a refit that took flat directions too far
                 own = {key: fit.values[key] for key in problem.effects[fit.effect].knobs}
                 again = settled(problem, found[-1], {**point.values, **own}, rounds=AGAIN)
                 self._fitted_again(found[-1], again.values)
@@ -293,7 +295,7 @@ class Search:
         return list(families.values())[:count]
 
 
-def _left(model: Model) -> float:
+def chi_left(model: Model) -> float:
     """Chi-square that a model leaves block by block."""
     return sum(seen.chi for seen in model.views[BLOCKS].links.values())
 

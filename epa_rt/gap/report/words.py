@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from epa_rt.gap.diagnosis import Diagnosis, Named, Number, Shrinkage
+from epa_rt.gap.posterior.words import all_of, plain
 from epa_rt.gap.shrink import ALL, OVERALL
 from epa_rt.report.sections.section import spoken
 from epa_rt.report.shown import Shown, number, pretty
@@ -148,11 +149,6 @@ def gone_words(one: Number) -> tuple[str, str, str, str]:
     return "gone", "–", neutral, unit
 
 
-def plain(name: str) -> str:
-    """'braid friction' of 'braid_friction'."""
-    return name.replace("_", " ")
-
-
 def region_words(region: str) -> str:
     """'muscle speed > 0' of 'muscle_speed_m_s > 0'."""
     return _NAME.sub(
@@ -264,5 +260,4 @@ def more_numbers_words(effect: Named) -> str:
 
 def join_words(names: Sequence[str]) -> str:
     """Effects' names in plain words, the last two with an "and"."""
-    words = [plain(name) for name in names]
-    return "".join(words) if len(words) < 2 else f"{', '.join(words[:-1])} and {words[-1]}"
+    return all_of([plain(name) for name in names])

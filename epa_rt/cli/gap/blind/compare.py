@@ -1,17 +1,18 @@
 """What two diagnosers said of the same sealed cases, side by side."""
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from epa_rt.benchmark.compare import Scored, compared, reliability, scored
 from epa_rt.benchmark.counted import Case
 from epa_rt.cli.exits import VerbError
+from epa_rt.cli.gap.blind.scored import read_scored
 
 
 def compare(paths: Sequence[Path]) -> str:
     """Tables of scores, of who is ahead, and of how far probabilities hold. Raises VerbError."""
-    sets = [_read(path) for path in paths]
+    sets = [read_scored(path, "cases", _cases) for path in paths]
     first, second = (scored(cases) for _, cases in sets)
     if sets[0][0] != sets[1][0] or len(sets[0][1]) != len(sets[1][1]):
         raise VerbError(
@@ -61,14 +62,5 @@ def _reliability(*of: tuple[str, Scored]) -> list[str]:
     return lines
 
 
-def _read(path: Path) -> tuple[str | None, list[Case]]:
-    """Hash of the truth, and the cases. Raises VerbError."""
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-        return found.get("truth_sha256"), [(one["truth"], one["said"]) for one in found["cases"]]
-    except OSError as error:
-        raise VerbError(f"{path}: cannot be read ({error.strerror})") from None
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
-        raise VerbError(
-            f"{path}: found no cases in it, expected what epa gap blind score --json wrote"
-        ) from None
+def _cases(found: dict[str, Any]) -> list[Case]:
+    return [(one["truth"], one["said"]) for one in found["cases"]]
