@@ -12,6 +12,7 @@ from epa_rt.gap.aside import unseen
 from epa_rt.gap.astray import astray
 from epa_rt.gap.attribution import Progress, Start, start_of
 from epa_rt.gap.diagnosis import (
+    DECIDES,
     SILENT,
     Diagnosis,
     FreeRun,
@@ -48,10 +49,7 @@ from epa_rt.gap.together import ROUNDS, Together, costs
 from epa_rt.gap.whose import who_has
 from epa_rt.gap.wording import said_of_moved
 
-# Of an effect at its typical strength: chi-square that it must add, nominal parameters projected
-# out, for its logs to be said to show it: five standard deviations of the noise.
-SHOWS = 25.0
-MOSTLY = 0.5  # of the catalogue that the logs must be able to show for "no gap" to say anything
+MOSTLY = 0.5  # of the catalogue: where the logs could not show as much, no gap says nothing
 
 
 @dataclass(frozen=True)
@@ -178,9 +176,11 @@ def fitted_for(start: Start, model: Model, none: Model) -> Fitted:
 
 
 def not_shown(start: Start) -> tuple[str, ...]:
-    """Effects that these logs would not show at a typical strength, whatever they say now."""
+    """Effects that these logs would not show at a typical strength, whatever they say now: what one
+    would add, nominal parameters projected out, does not decide.
+    """
     typical = screen(start.problem, start.base).typical()
-    return tuple(name for name in start.problem.effects if typical.get(name, 0.0) < SHOWS)
+    return tuple(name for name in start.problem.effects if typical.get(name, 0.0) < DECIDES)
 
 
 def _model_of(table: Table, effects: tuple[str, ...]) -> Model:
@@ -256,7 +256,7 @@ def _same_family(name: str, found: Found, table: Table, model: Model) -> tuple[s
 def _in_more_numbers(problem: Problem, name: str, table: Table, model: Model) -> tuple[str, ...]:
     """Laws of a name's family that say the same block by block, with more numbers."""
     numbers_of = {law: len(effect.knobs) for law, effect in problem.effects.items()}
-    most = left_in(model, BLOCKS) + SHOWS
+    most = left_in(model, BLOCKS) + DECIDES
     return tuple(
         sorted(
             law
@@ -273,7 +273,7 @@ def _in_free_run(table: Table, model: Model) -> FreeRun | None:
     if FREE_RUN not in none.views:
         return None
     gap, left = (left_in(one, FREE_RUN) for one in (none, model))
-    return FreeRun(gap, left, 1.0 - left / gap if gap > SHOWS else None, model.effects, ())
+    return FreeRun(gap, left, 1.0 - left / gap if gap > DECIDES else None, model.effects, ())
 
 
 def _places(fitted: Subject, start: Start, verdict: Verdict) -> tuple[Place, ...]:
