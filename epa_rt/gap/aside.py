@@ -81,6 +81,18 @@ class Part:
             if self._windows.get(one.name)
         )
 
+    def seen(self, recordings: Sequence[Recording]) -> Sequence[Recording]:
+        """The recordings that have a window, up to its end where a run knows nothing of what comes
+        after; all of them whole where it does.
+        """
+        if self.upto is None:
+            return recordings
+        return [
+            self.upto(one, self._windows[one.name][0][1])
+            for one in recordings
+            if one.name in self._windows
+        ]
+
     def _inside(self, name: str, span: Span) -> bool:
         return any(start <= span.start and span.stop <= stop for start, stop in self._windows[name])
 
@@ -111,11 +123,13 @@ def split(subject: Subject, recordings: Sequence[Recording]) -> tuple[Part, Part
 
 
 class Unseen(NamedTuple):
-    """``fitted``: the subject of the fits; ``judged``: that of ``logs``, which no fit has seen;
-    None where it is the same. ``logs`` is empty where nothing could be set aside.
+    """``fitted``: the subject of the fits, which see ``recordings``; ``judged``: that of ``logs``,
+    which no fit has seen; None where it is the same. ``logs`` is empty where nothing could be set
+    aside.
     """
 
     fitted: Subject
+    recordings: Sequence[Recording]
     judged: Subject | None
     logs: Sequence[Recording]
 
@@ -123,9 +137,11 @@ class Unseen(NamedTuple):
 def unseen(
     subject: Subject, recordings: Sequence[Recording], holdout: Sequence[Recording]
 ) -> Unseen:
-    """What is fitted and what judges it: the logs held out, else trials set aside."""
+    """What is fitted and what judges it: the logs held out, else trials set aside. A plant that
+    runs from rest is run as far as the fits see it, and no further.
+    """
     halves = None if holdout else split(subject, recordings)
     if halves is None:
-        return Unseen(subject, None, holdout)
+        return Unseen(subject, recordings, None, holdout)
     fitted, judged = halves
-    return Unseen(fitted, judged, judged.only(recordings))
+    return Unseen(fitted, fitted.seen(recordings), judged, judged.only(recordings))

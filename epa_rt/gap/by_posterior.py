@@ -77,8 +77,8 @@ def by_posterior(
     stop: Callable[[], bool] | None = None,
 ) -> Diagnosis:
     """As ``diagnose.diagnose``, decided by the posterior. Raises Stopped, KeyError."""
-    fitted, aside, apart_logs = unseen(subject, recordings, holdout)
-    start = start_of(fitted, recordings, tuple(without), repeats, seed, floors, progress, stop)
+    fitted, seen, aside, apart_logs = unseen(subject, recordings, holdout)
+    start = start_of(fitted, seen, tuple(without), repeats, seed, floors, progress, stop)
     table = table_for(
         start,
         apart_logs,
@@ -129,7 +129,7 @@ def by_posterior(
         ),
         free_run=_in_free_run(table, model),
         free_run_location=(
-            localise_freely(fitted, recordings, start.ground.none.values, start.problem.prepared)
+            localise_freely(fitted, seen, start.ground.none.values, start.problem.prepared)
             if start.ground
             else ()
         ),

@@ -77,7 +77,7 @@ def _diagnosed(
     progress: Progress,
     stop: Callable[[], bool] | None,
 ) -> tuple[Attribution, Diagnosis]:
-    fitted, aside, apart_logs = unseen(subject, recordings, holdout)
+    fitted, _, aside, apart_logs = unseen(subject, recordings, holdout)
     judged = aside or subject
     found = attributed(fitted, recordings, without, repeats, seed, floors, progress, stop)
     progress("how far", 0.8)

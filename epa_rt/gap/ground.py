@@ -10,7 +10,7 @@ from epa_rt.gap.alongside import trials
 from epa_rt.gap.as_one import AsOne, fitted, floor, meters_of, quiet, twins_of
 from epa_rt.gap.point import Point, linearised
 from epa_rt.gap.problem import Problem
-from epa_rt.gap.promising import most_promising
+from epa_rt.gap.promising import SHAPES, most_promising
 from epa_rt.gap.recording import Recording, Span
 from epa_rt.gap.refit import Fit, refit
 from epa_rt.gap.role import starts
@@ -55,7 +55,7 @@ class Ground:
         joint's zero first (60, the next 82) whose signature was fifth.
         """
         at = linearised(self.whole, (), {})
-        screening, rules = screen(self.whole, at), Rules()
+        screening, rules = screen(self.whole, at, shapes=SHAPES), Rules()
         worth = self.noise + max(
             ANYWHERE_NEAR * rules.noise, rules.noise + rules.part * above(self.none, self.noise)
         )  # so far from the best one it may still be one that is not told from it

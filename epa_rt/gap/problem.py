@@ -9,6 +9,7 @@ import copy
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import combinations
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +20,9 @@ from epa_rt.gap.recording import Recording
 from epa_rt.gap.side_by_side import each
 from epa_rt.gap.subject import Subject, Values
 from epa_rt.models.effect import Effect, Knob
+
+if TYPE_CHECKING:
+    from epa_rt.gap.point import Point
 
 BLOCK_S = 1.5  # longer than what the residuals remember; the unit of every resampling
 MOST_BLOCKS = 240  # long logs get longer blocks, so that a fit's normal equations stay small
@@ -74,6 +78,7 @@ class Problem:
         self._lock = threading.Lock()
         self.evaluations = 0
         self._strength: dict[str, tuple[str, ...]] = {}
+        self._first: Problem | None = None  # whose links tell strengths at less cost
         self.waves: dict[str, tuple[dict[str, float], ...]] = {}
         self.designs: dict[
             str, Design
@@ -131,15 +136,16 @@ class Problem:
             recordings,
             floors or self.floors,
             {link: scale**2 for link, scale in self.scale.items()},
+            prepared=self._prepared_of(recordings) if subject is None else None,
             stop=self._stop,
         )
-        made.effects, made.waves = self.effects, self.waves
-        made._strength = {
-            name: keys
-            for name, keys in self._strength.items()
-            if self.touched(self.effects[name].knobs)
-        }  # what no link shows was not asked
+        made.effects, made.waves, made._first = self.effects, self.waves, self
         return made
+
+    def _prepared_of(self, recordings: Sequence[Recording]) -> dict[str, object] | None:
+        """What is prepared of these, where all of them are the problem's own."""
+        own = all(any(one is known for known in self.recordings) for one in recordings)
+        return {one.name: self.prepared[one.name] for one in recordings} if own else None
 
     def asking(self, subject: Subject) -> "Problem":
         """The same rig, recordings, floors and scale, asked for another catalogue."""
@@ -149,7 +155,7 @@ class Problem:
             subject.knobs,
             {effect.name: effect for effect in subject.catalogue},
         )
-        made.waves, made._strength = {}, {}
+        made.waves, made._strength, made._first = {}, {}, None
         return made
 
     def bounded(self, bounds: Mapping[str, tuple[float, float]]) -> "Problem":
@@ -265,6 +271,15 @@ class Problem:
             / self.scale[link]
         )
 
+    def near(self, point: "Point", values: Values, link: str) -> np.ndarray:
+        """(n,) a link's residual at ``values``, from what the rougher model changes of a point's
+        where the subject has one. Raises Stopped.
+        """
+        if getattr(self.subject, "change", None) is None:
+            return self.residual(values, link)
+        here = point.residual[link]
+        return here + self.change(values, point.values, link, here, far=True)
+
     def strength(self, effect: str) -> tuple[str, ...]:
         """Knobs that switch an effect off, each on its own or, where none does, the fewest
         together; the others shape it.
@@ -273,6 +288,9 @@ class Problem:
             return self.effects[effect].knobs
         if effect not in self._strength:
             one = self.effects[effect]
+            if self._first is not None and self._first.touched(one.knobs):
+                self._strength[effect] = self._first.strength(effect)
+                return self._strength[effect]
             starts, links = (
                 [dict(zip(one.knobs, start, strict=True)) for start in one.starts],
                 self.touched(one.knobs),

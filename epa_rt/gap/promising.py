@@ -84,12 +84,12 @@ def promising(
     been twentieth.
     """
     fresh = linearised(whole, point.effects, point.values)
-    faint = screen(whole, fresh, part=FAINT)
+    faint = screen(whole, fresh, part=FAINT, shapes=SHAPES)
     by_slope, hidden = most_promising(whole, faint, point.effects), _gone_far(point)
     if hidden:
         screenings, point = dict.fromkeys(by_slope[:families], faint), fresh
     else:
-        typical = screen(whole, point)
+        typical = screen(whole, point, shapes=SHAPES)
         screenings = dict.fromkeys(by_slope[:BY_SLOPE], faint) | dict.fromkeys(
             most_promising(whole, typical, point.effects)[:families], typical
         )

@@ -2,12 +2,13 @@
 bounds.
 
 Derivatives of what was free before are kept from the point that the refit starts from; residuals
-are always exact in the links that the new knobs touch, and linear in the others. A step that
+are made anew in the links that the new knobs touch, by a rougher model where the subject has one,
+and linear in the others. A step that
 overshoots is bent along the valley it runs in: what a load weighs is a product of mass and lever,
 and a straight step along it leaves the valley at once.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 
@@ -15,6 +16,7 @@ import numpy as np
 
 from epa_rt.gap.point import Normal, Point, by_block, frozen_at, linearised, prior_of, solve, z_of
 from epa_rt.gap.problem import Problem
+from epa_rt.gap.subject import Values
 
 ROUNDS = 10
 POLISH_ROUNDS = 10
@@ -91,7 +93,14 @@ def searched(problem: Problem, point: Point, light: bool = False) -> dict[str, f
     whole = solve(*system)
     bend = cache(
         lambda: bent(
-            problem, normal.keys, point.values, point.residual, point.columns, system, whole
+            problem,
+            normal.keys,
+            point.values,
+            point.residual,
+            point.columns,
+            system,
+            whole,
+            problem.residual,
         )
     )
     steps = [
@@ -134,18 +143,20 @@ def bent(
     columns,
     system,
     step: np.ndarray,
+    evaluated: Callable[[Values, str], np.ndarray],
     damping: float = 1e-9,
 ) -> np.ndarray:
     """(k,) half the acceleration of the path whose first derivative is ``step``: what its curvature
     adds to it (geodesic acceleration, Transtrum and Sethna, arXiv:1201.5885). ``columns``: link to
-    positions in ``keys`` and derivatives, of the links that may be curved.
+    positions in ``keys`` and derivatives, of the links that may be curved. ``evaluated``:
+    what gives ``residual``.
     """
     ahead = moved(problem, keys, values, AHEAD * step)
     vector = np.zeros(len(step))
     for link, (positions, table) in columns.items():
-        curve = (
-            problem.residual(ahead, link) - residual[link] - AHEAD * (table @ step[positions])
-        ) * (2.0 / AHEAD**2)
+        curve = (evaluated(ahead, link) - residual[link] - AHEAD * (table @ step[positions])) * (
+            2.0 / AHEAD**2
+        )
         vector[positions] += table.T @ curve
     matrix, _, prior, z, free = system
     return 0.5 * solve(matrix, vector, prior, np.zeros(len(z)), free, damping)
@@ -165,7 +176,7 @@ def moved(
 
 
 class _Trial:
-    """One evaluation of a refit: exact residuals of the touched links, chi-square of everything."""
+    """One evaluation of a refit: residuals of the touched links, chi-square of everything."""
 
     def __init__(
         self,
@@ -177,7 +188,7 @@ class _Trial:
     ) -> None:
         keys = point.normal.keys
         self.values = values
-        self.residual = {link: problem.residual(values, link) for link in touched}
+        self.residual = {link: problem.near(point, values, link) for link in touched}
         self.by = z_of(problem, keys, values) - point.normal.z
         matrix, vector, square = rest
         untouched = square + 2.0 * vector @ self.by + self.by @ matrix @ self.by
@@ -263,7 +274,17 @@ def _stepped(
         step = solve(*system, damping=damping)
         after = _Trial(problem, point, tuple(tables), moved(problem, keys, at.values, step), rest)
         if after.chi >= at.chi and attempt == 0:
-            step = step + bent(problem, keys, at.values, at.residual, tables, system, step, damping)
+            step = step + bent(
+                problem,
+                keys,
+                at.values,
+                at.residual,
+                tables,
+                system,
+                step,
+                lambda values, link: problem.near(point, values, link),
+                damping,
+            )
             after = _Trial(
                 problem, point, tuple(tables), moved(problem, keys, at.values, step), rest
             )

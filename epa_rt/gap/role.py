@@ -5,7 +5,7 @@ That gives the best one, what else would do as well, and the swap of an early ch
 one shows to be wrong.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
@@ -69,17 +69,21 @@ class Role:
 
 
 def played(
-    problem: Problem, point: Point, also: Also = MappingProxyType({}), pairs: bool = False
+    problem: Problem,
+    point: Point,
+    also: Also = MappingProxyType({}),
+    pairs: bool = False,
+    worth: Callable[[float], bool] = lambda gain: True,
 ) -> Role | None:
     """Candidates of one role, refitted and ranked by what they gain on trials left out. ``also``:
     effects that are asked whatever screening says of them, and from which numbers beside their
-    starts.
+    starts. ``worth``: whether one that gains so much in screening is to be refitted at all.
 
     Where most of them gain alike although they have nothing in common, ``point`` was not at its
     optimum: it is settled again from where the best one took the nominal parameters. Families that
     are on already are not asked again.
     """
-    role = _played(problem, point, also, pairs)
+    role = _played(problem, point, also, pairs, worth)
     if role is None or not _all_alike(role):
         return role
     keys = point.normal.keys
@@ -91,7 +95,7 @@ def played(
     return (
         role
         if again.normal.chi > point.normal.chi - NOT_LITTLE
-        else _played(problem, again, also, pairs)
+        else _played(problem, again, also, pairs, worth)
     )
 
 
@@ -102,13 +106,17 @@ def _all_alike(role: Role) -> bool:
     )
 
 
-def _played(problem: Problem, point: Point, also: Also, pairs: bool) -> Role | None:
+def _played(
+    problem: Problem, point: Point, also: Also, pairs: bool, worth: Callable[[float], bool]
+) -> Role | None:
     screening = screen(problem, point)
+    promised = screening.best()
     on = {problem.effects[name].family for name in point.effects}
     names = [
         n
         for n in dict.fromkeys((*also, *candidates(problem, point, screening, pairs)))
         if problem.effects[n].family not in on
+        and (n in also or n not in promised or worth(promised[n].gain))
     ]
     if not names:
         return None

@@ -104,9 +104,9 @@ def screen(
     shapes: int | None = None,
 ) -> Screening:
     """Signatures of all effects that are not on at a point, from so many of their ``shapes`` (None:
-    all, and one weaker). ``part``: of each strength at which the difference is taken; a small one
-    gives derivatives, for where nominal parameters imitate an effect so well that its curvature
-    would hide that.
+    all, and the first one weaker). ``part``: of each strength at which the difference is taken; a
+    small one gives derivatives, for where nominal parameters imitate an effect so well that its
+    curvature would hide that.
     """
     names = [name for name in effects or problem.effects if name not in point.effects]
     jobs = [

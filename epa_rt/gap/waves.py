@@ -3,7 +3,8 @@ best.
 
 Friction that swings over a gear's turn, cogging, ripple: a fit finds strength and phase of a wave
 from anywhere, its number of periods only from close by. Two signatures a quarter of a period apart
-span every phase, so that a number of periods costs two evaluations. Numbers outside of a knob's
+span every phase, so that a number of periods costs two evaluations. All are held against the
+recording in which the angle goes furthest, the best few against all. Numbers outside of a knob's
 bounds are not tried.
 """
 
@@ -11,7 +12,7 @@ from collections.abc import Collection
 
 import numpy as np
 
-from epa_rt.gap.point import Point
+from epa_rt.gap.point import Point, linearised
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.screen import difference, projected
 from epa_rt.models.effect import Effect
@@ -22,6 +23,7 @@ FINEST = 0.01  # periods to a turn between neighbours at least: a grid of a hund
 # periods to a turn up to which any number is tried, and up to which whole ones are: poles and slots
 # come in whole numbers (14 poles and 12 slots cog 84 times, 20 and 18 180 times)
 SLOW, FAST = 1.2, 200
+BEST = 5  # numbers of periods that are held against all recordings
 
 
 def look(problem: Problem, point: Point, effects: Collection[str] | None = None) -> None:
@@ -62,16 +64,18 @@ def _best(problem: Problem, point: Point, effect: Effect) -> dict[str, float] | 
     strength, periods, phase, *_ = effect.knobs
     typical = dict(zip(effect.knobs, effect.starts[0], strict=True))
     knob, bounds = problem.knobs[strength], problem.knobs[periods]
-    tried = [float(n) for n in grid(_range(problem, effect)) if bounds.low <= n <= bounds.high]
-    found = [
-        (
-            *_gain(
-                problem, point, effect.name, [{**typical, periods: n, phase: by} for by in QUARTERS]
-            ),
-            n,
-        )
-        for n in tried
-    ]
+    at, range_rad = _furthest(problem, effect)
+    tried = [float(n) for n in grid(range_rad) if bounds.low <= n <= bounds.high]
+
+    def gained(held: Problem, here: Point, n: float) -> tuple[float, np.ndarray]:
+        pair = [{**typical, periods: n, phase: by} for by in QUARTERS]
+        return _gain(held, here, effect.name, pair)
+
+    if len(problem.recordings) > 1 and len(tried) > BEST:
+        one = problem.on([problem.recordings[at]])
+        there = linearised(one, point.effects, point.values)
+        tried = sorted(tried, key=lambda n: -gained(one, there, n)[0])[:BEST]
+    found = [(*gained(problem, point, n), n) for n in tried]
     gain, (sine, cosine), most = max(found, key=lambda one: one[0], default=(0.0, (0.0, 0.0), 0.0))
     if gain <= 0.0:
         return None
@@ -97,19 +101,25 @@ def _gain(
     return float(-right @ by), by
 
 
-def _range(problem: Problem, effect: Effect) -> float:
-    """How far the angle goes that the wave runs over, in the recording in which it goes furthest,
-    rad; 0 where no link that it touches sees it.
+def _furthest(problem: Problem, effect: Effect) -> tuple[int, float]:
+    """The recording in which the angle that the wave runs over goes furthest, and how far, rad; 0
+    where no link that it touches sees it.
     """
-    found = [
-        problem.subject.features(prepared, link).get(effect.swings_over)
-        for prepared in problem.prepared.values()
+    found = [_range(problem, recording.name, effect) for recording in problem.recordings]
+    at = int(np.argmax(found))
+    return at, found[at]
+
+
+def _range(problem: Problem, recording: str, effect: Effect) -> float:
+    """How far the angle goes in a recording, rad; 0 where no link sees it."""
+    angles = [
+        problem.subject.features(problem.prepared[recording], link).get(effect.swings_over)
         for link in problem.touched(effect.knobs)
     ]
     return max(
         (
             float(np.nanmax(angle) - np.nanmin(angle))
-            for angle in found
+            for angle in angles
             if angle is not None and np.isfinite(angle).any()
         ),
         default=0.0,

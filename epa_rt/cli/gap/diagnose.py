@@ -211,8 +211,8 @@ def table_of_logs(
 
     given = opened(argparse.Namespace(rig=rig, plant=plant, logs=list(logs)), holdout)
     known = {effect.name for effect in given.subject.catalogue}
-    fitted, judged, logs_apart = unseen(given.subject, given.recordings, given.holdout)
-    start = start_of(fitted, given.recordings, tuple(n for n in leave_out if n in known))
+    fitted, seen, judged, logs_apart = unseen(given.subject, given.recordings, given.holdout)
+    start = start_of(fitted, seen, tuple(n for n in leave_out if n in known))
     return table_for(start, logs_apart, judged, START)
 
 

@@ -1,11 +1,13 @@
-"""What a subject knows of the recordings that it has run: on which cycle their encoder renews, and
-how noisy their instruments are.
+"""What a subject knows of the recordings that it has run: on which cycle their encoder renews, what
+the plant was told, and how noisy their instruments are.
 """
 
 import threading
 import weakref
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+
+import numpy as np
 
 from epa_rt.gap.recording import Recording
 
@@ -15,13 +17,14 @@ ANOTHER = 0.5  # how far a plant is from those seen, to be another one
 
 @dataclass
 class Known:
-    """Of one ``recording``. ``phase``: the cycle of the encoder's first renewal. ``noises``:
-    plants, and by port what each leaves of the readings. Fits run one recording a thousand times,
-    from two threads: ``lock``.
+    """Of one ``recording``. ``phase``: the cycle of the encoder's first renewal. ``told`` (N,): its
+    commands on a gapless grid of cycles, to be read only. ``noises``: plants, and by port what each
+    leaves of the readings. Fits run one recording a thousand times, from two threads: ``lock``.
     """
 
     recording: "weakref.ref[Recording]"
     phase: int
+    told: np.ndarray
     noises: list[tuple[dict[str, float], dict[str, float]]] = field(default_factory=list)
     lock: threading.Lock = field(default_factory=threading.Lock)
 
@@ -52,13 +55,15 @@ class AllKnown:
         self._found: dict[int, Known] = {}
         self._lock = threading.Lock()
 
-    def of(self, recording: Recording, phase: Callable[[], int]) -> Known:
-        """What is known of this very recording; ``phase`` is asked for once."""
+    def of(
+        self, recording: Recording, phase: Callable[[], int], told: Callable[[], np.ndarray]
+    ) -> Known:
+        """What is known of this very recording; ``phase`` and ``told`` are asked for once."""
         key = id(recording)
         with self._lock:
             found = self._found.get(key)
             if found is None or found.recording() is not recording:
                 self._found[key] = found = Known(
-                    weakref.ref(recording, lambda _: self._found.pop(key, None)), phase()
+                    weakref.ref(recording, lambda _: self._found.pop(key, None)), phase(), told()
                 )
             return found

@@ -18,7 +18,7 @@ from epa_rt.gap.house.commands import commands_of, lost_rows
 from epa_rt.gap.house.doubt.subject import DoubtedSubject
 from epa_rt.gap.house.evaluate import Bench
 from epa_rt.gap.house.judged import judged
-from epa_rt.gap.house.known import AllKnown
+from epa_rt.gap.house.known import AllKnown, Known
 from epa_rt.gap.house.links import links_of
 from epa_rt.gap.house.noise import noise_of
 from epa_rt.gap.house.prepared import Prepared, followed, prepare, unsteady
@@ -140,16 +140,14 @@ class HouseSubject:
         the recording lacks a column of the rig.
         """
         known = self._all_known.of(
-            recording, lambda: phase_of(self.channels, self._hold_s(), recording)
+            recording,
+            lambda: phase_of(self.channels, self._hold_s(), recording),
+            lambda: commands_of(self.rig, on_grid(recording)[0]),
         )
         if seed is None:
-            return self._run(recording, values, None, 0, known.phase)
-        noise = known.noise(
-            values, self._apart, lambda: self._noise(recording, values, known.phase)
-        )
-        return with_gaps(
-            self.rig, recording, self._run(recording, values, noise, seed, known.phase)
-        )
+            return self._run(recording, values, None, 0, known)
+        noise = known.noise(values, self._apart, lambda: self._noise(recording, values, known))
+        return with_gaps(self.rig, recording, self._run(recording, values, noise, seed, known))
 
     def told(self, recording: Recording) -> bool:
         """Whether what was lost of a recording, or of its commands alone, if anything, can be made
@@ -204,26 +202,26 @@ class HouseSubject:
         values: Values,
         noise: dict[str, float] | None,
         seed: int,
-        phase: int,
+        known: Known,
     ) -> Recording:
         return run_whole(
-            self.rig,
             self.channels,
             self.params(values),
             self.plant.substeps,
             recording,
+            known.told,
             noise,
             seed,
-            phase,
+            known.phase,
             self.roughly,
         )
 
     def _hold_s(self) -> float:
         return float(self.plant.params["sensors"]["encoder_hold_s"][0])
 
-    def _noise(self, recording: Recording, values: Values, phase: int) -> dict[str, float]:
+    def _noise(self, recording: Recording, values: Values, known: Known) -> dict[str, float]:
         """Port to noise: what this plant leaves of the recording."""
-        made = with_gaps(self.rig, recording, self._run(recording, values, None, 0, phase))
+        made = with_gaps(self.rig, recording, self._run(recording, values, None, 0, known))
         seen, run = (read(self.channels, self._hold_s(), one) for one in (recording, made))
         return noise_of(seen, self.channels, run)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from epa_rt.config.rig import Rig
 from epa_rt.gap.house.channels import Channel
-from epa_rt.gap.house.commands import commands_of, lost_rows
+from epa_rt.gap.house.commands import lost_rows
 from epa_rt.gap.recording import Recording
 from epa_rt.models.plant import new_state, run, run_roughly
 from epa_rt.models.ports import SENSORS
@@ -25,7 +25,7 @@ def on_grid(recording: Recording) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Columns on a gapless grid of cycles (NaN where cycles were lost), and each row's place on it
     (N,).
     """
-    place = (recording.cycle - recording.cycle[0]).astype(np.int64)
+    place = place_of(recording)
     count = int(place[-1]) + 1
     if count == len(place):
         return recording.columns, place
@@ -34,6 +34,11 @@ def on_grid(recording: Recording) -> tuple[dict[str, np.ndarray], np.ndarray]:
         columns[name] = np.full(count, np.nan)
         columns[name][place] = values
     return columns, place
+
+
+def place_of(recording: Recording) -> np.ndarray:
+    """(N,) each row's place on a gapless grid of cycles."""
+    return (recording.cycle - recording.cycle[0]).astype(np.int64)
 
 
 def with_gaps(rig: Rig, recording: Recording, made: Recording) -> Recording:
@@ -54,17 +59,17 @@ def with_gaps(rig: Rig, recording: Recording, made: Recording) -> Recording:
 
 
 def run_whole(
-    rig: Rig,
     channels: dict[str, Channel],
     params: np.ndarray,
     substeps: int,
     recording: Recording,
+    commands: np.ndarray,
     noise: dict[str, float] | None,
     seed: int,
     hold_phase: int,
     roughly: bool = False,
 ) -> Recording:
-    """A recording of the plant ``params`` (1,) under the sent commands, from rest.
+    """A recording of the plant ``params`` (1,) under the sent ``commands`` (N,), from rest.
 
     ``noise``: port to standard deviation; with it readings are noisy and quantised, without it
     (None) neither. ``hold_phase``: row on which the encoder first renews. Where noise does not
@@ -72,8 +77,7 @@ def run_whole(
     of a rig whose motion differs by a fraction of a count is another one, and none of it may count
     as known. ``roughly``: by the midpoint rule.
     """
-    columns, place = on_grid(recording)
-    commands = commands_of(rig, columns)
+    place = place_of(recording)
     params = params.copy()
     for name in params["sensors"].dtype.names:
         if "_noise_" in name:

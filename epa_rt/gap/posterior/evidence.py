@@ -171,18 +171,30 @@ class Formula:
         """As ``log_evidence``."""
         return log_evidence(model, self.families, self.numbers)
 
-    def with_one_more(self, model: Model, views: Sequence[str], links: Sequence[str] = ()) -> float:
-        """Log evidence if an effect more, of a family with one law, left nothing of these views, or
-        of these links of them.
+    def with_one_more(
+        self, model: Model, views: Sequence[str], links: Sequence[str] = (), left: float = 0.0
+    ) -> float:
+        """Log evidence if an effect more, of a family with one law, left so much of the excess in
+        these views, or in these links of them.
         """
         size, kinds = len(model.effects), len(set(self.families.values()))
         if size >= kinds:
             return -np.inf
         more = _odds(size + 1, kinds, self.numbers) - _odds(size, kinds, self.numbers)
-        seen = {name: view for name, view in model.views.items() if name in views}
-        if links:
-            seen = {
-                name: replace(view, links={k: v for k, v in view.links.items() if k in links})
-                for name, view in seen.items()
-            }
-        return self.evidence(model) + more - _of_views(seen, self.numbers)
+        seen = {
+            name: [one for link, one in view.links.items() if not links or link in links]
+            for name, view in model.views.items()
+            if name in views
+        }
+        gained = sum(
+            self._likelihood(name, one, 1.0) - self._likelihood(name, one, left)
+            for name, of_view in seen.items()
+            for one in of_view
+        )
+        return self.evidence(model) + more - gained
+
+    def _likelihood(self, view: str, seen: Seen, part: float) -> float:
+        """Log likelihood of a link with a part of its excess."""
+        part_of_it = replace(seen, chi=seen.noise + part * seen.excess)
+        freedom, share = self.numbers.freedom(view), self.numbers.floor_share
+        return log_likelihood(View({"": part_of_it}), freedom, share)

@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from epa_rt.gap.as_one import fitted
+from epa_rt.gap.as_one import LINK, fitted
 from epa_rt.gap.ground import Ground
 from epa_rt.gap.point import Normal, Point
 from epa_rt.gap.posterior.views import (
@@ -41,6 +41,7 @@ BEAM = (2, 1, 1)  # best models of one, two, three effects beside which one more
 FURTHER = 3  # models with one more that are fitted in free run
 MOST_EFFECTS = 4  # in a model
 FAMILIES = 3  # that free run proposes beside a model
+BEYOND_PROMISE = 3.0  # times what its signature or first fit promises an effect may explain
 AGAIN = 3  # rounds of a fit that is made anew
 
 # Log odds to the best model below which another is not gone on with: it has no place in a set that
@@ -58,10 +59,10 @@ class Scores(Protocol):
         """Log evidence of a model over the views that it has."""
 
     def with_one_more(
-        self, model: "Model", views: Sequence[str], links: Sequence[str] = ()
+        self, model: "Model", views: Sequence[str], links: Sequence[str] = (), left: float = 0.0
     ) -> float:
-        """Log evidence that it would have if one effect more left nothing of these views, or of
-        these links of them.
+        """Log evidence that it would have if one effect more left so much of its excess in these
+        views, or in these links of them.
         """
 
 
@@ -115,8 +116,8 @@ class Search:
         )  # links in which a period over an angle would show
 
     def singles(self) -> None:
-        """Every candidate alone; the best of several families in free run too, and those that free
-        run asks for where none of them explains it.
+        """Every candidate alone; the best of several families in free run too. One that the blocks
+        do not show is looked for there, where it may count.
         """
         look(self._problem, self._base)
         role = played(self._problem, self._base, pairs=True)
@@ -124,19 +125,20 @@ class Search:
             self._model((fit.effect,), fit.values, None, (self._problem, fit.normal))
         if self._ground is None:
             return
-        for effects in self._best(SINGLES, 1):
-            self._in_free_run(effects)
-        best = max(self._complete(), key=self._evidence)
-        if self._asks_for_more(best, WHOLE):
+        self._best(SINGLES, 1)
+        if self._asks_for_more(self.none, WHOLE):
             for point in self._ground.one_by_one:
                 self._model(point.effects, None, point)
 
     def further(self, progress: Callable[[str, float], None]) -> None:
-        """One effect more beside the best models of each size, while that may count."""
+        """One effect more beside the best models of each size, while that may count. Beside the
+        best singles in any case: two effects together may be what each alone explains badly.
+        """
         for size in range(1, MOST_EFFECTS):
             progress(f"sets of {size + 1} effects", 0.2 + 0.6 * size / MOST_EFFECTS)
             for effects in self._best(BEAM[size - 1], size):
-                self._one_more(effects)
+                if size == 1 or self._hopeful(self._evidence(self._of(effects))):
+                    self._one_more(effects)
         best = max(self._complete(), key=self._evidence)
         if len(best.effects) > 1:
             for name in best.effects:  # the others may be enough without it
@@ -163,11 +165,14 @@ class Search:
         for more in order[:FURTHER]:
             self._in_free_run(more)
 
-    def _asks_for_more(self, model: Model, views: Sequence[str], links: Sequence[str] = ()) -> bool:
-        """Whether what a model leaves in these views may be worth an effect more. ``links``: those
-        alone that it would show in; all where there are none.
+    def _asks_for_more(
+        self, model: Model, views: Sequence[str], links: Sequence[str] = (), left: float = 0.0
+    ) -> bool:
+        """Whether what a model leaves in these views may be worth an effect more, that would leave
+        a part of it. ``links``: those alone that it would show in; all where there are none.
         """
-        return self._hopeful(self._scores.with_one_more(self._on_ground(model), views, links))
+        model = self._on_ground(model)
+        return self._hopeful(self._scores.with_one_more(model, views, links, left))
 
     def _proposed_by_blocks(self, effects: tuple[str, ...]) -> list[tuple[str, ...]]:
         """One effect more that the blocks ask for beside these."""
@@ -175,7 +180,13 @@ class Search:
         problem, point = rescaled(self._problem, point, self._left(point))
         if self._asks_for_more(self._of(effects), (BLOCKS,), self._waves):
             look(problem, point)
-        role = played(problem, point)
+        links = self._on_ground(self._of(effects)).views[BLOCKS].links
+        excess = sum(seen.excess / problem.scale[name] ** 2 for name, seen in links.items())
+
+        def worth(gain: float) -> bool:
+            return self._may_count(effects, ONE_STEP, gain / excess if excess > 0.0 else 1.0)
+
+        role = played(problem, point, worth=worth)
         found = []
         for fit in role.fits if role else ():
             found.append((*effects, fit.effect))
@@ -187,6 +198,13 @@ class Search:
                 again = settled(problem, found[-1], {**point.values, **own}, rounds=AGAIN)
                 self._fitted_again(found[-1], again.values)
         return found
+
+    def _may_count(self, effects: tuple[str, ...], views: Sequence[str], share: float) -> bool:
+        """Whether one effect more may count that is expected to explain a share of what a model
+        leaves in these views.
+        """
+        left = max(1.0 - BEYOND_PROMISE * share, 0.0)
+        return self._asks_for_more(self._of(effects), views, left=left)
 
     def _fitted_again(self, effects: tuple[str, ...], values: Values) -> None:
         del self._found[frozenset(effects)]
@@ -247,15 +265,18 @@ class Search:
     def _on_ground(self, model: Model) -> Model:
         return replace(model, views=on_ground(model.views, self._lowest))
 
+    def _waits(self, effects: tuple[str, ...]) -> bool:
+        """Whether a model was not fitted in free run yet, and is worth it."""
+        return (
+            self._ground is not None
+            and frozenset(effects) not in self._points
+            and self._hopeful(self._evidence(self._of(effects)))
+        )
+
     def _in_free_run(self, effects: tuple[str, ...]) -> None:
-        known, ground = self._of(effects), self._ground
-        if (
-            frozenset(effects) not in self._points
-            and ground is not None
-            and self._hopeful(self._evidence(known))
-        ):
-            point = fitted(ground.whole, effects, dict(known.values))
-            self._model(effects, known.values, point)
+        if self._waits(effects) and self._ground is not None:
+            values = self._of(effects).values
+            self._model(effects, values, fitted(self._ground.whole, effects, dict(values)))
 
     def _hopeful(self, evidence: float) -> bool:
         """Whether a model of this log evidence, which more views can only lower, may count beside
@@ -269,7 +290,11 @@ class Search:
         if point is None or self._ground is None:
             return []
         found = []
+        chi = point.normal.chi
         for one in promising(self._ground.whole, point, FAMILIES)[:FAMILIES]:
+            excess = chi - self._on_ground(self._of(effects)).views[FREE_RUN].links[LINK].noise
+            if excess > 0.0 and not self._may_count(effects, WHOLE, (chi - one.chi) / excess):
+                continue
             found.append((*effects, one.effect))
             self._model(
                 found[-1], None, one.point or fitted(self._ground.whole, found[-1], one.values)
@@ -284,7 +309,17 @@ class Search:
         return frozenset(self._problem.effects[name].family for name in model.effects)
 
     def _best(self, count: int, size: int) -> list[tuple[str, ...]]:
-        """Models of a size by log evidence, the best of each set of families."""
+        """Models of a size by log evidence, the best of each set of families. What a model is worth
+        is known once it was fitted in free run, too: before that it may only be worth less.
+        """
+        while True:
+            order = self._by_evidence(size)[:count]
+            waiting = [effects for effects in order if self._waits(effects)]
+            if not waiting:
+                return order
+            self._in_free_run(waiting[0])
+
+    def _by_evidence(self, size: int) -> list[tuple[str, ...]]:
         order = sorted(
             (model for key, model in self._found.items() if len(key) == size),
             key=lambda model: -self._evidence(model),
@@ -292,7 +327,7 @@ class Search:
         families: dict[frozenset[str], tuple[str, ...]] = {}
         for model in order:
             families.setdefault(self._kinds(model), model.effects)
-        return list(families.values())[:count]
+        return list(families.values())
 
 
 def chi_left(model: Model) -> float:
