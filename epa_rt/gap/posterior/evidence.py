@@ -193,6 +193,12 @@ class Formula:
         )
         return self.evidence(model) + more - gained
 
+    def most(self, view: str, noise: float, loss: float) -> float:
+        """Chi-square of a link of a view, of so much noise, that costs a loss of log evidence."""
+        freedom = self.numbers.freedom(view)
+        width = scale(Seen(noise, noise), freedom, self.numbers.floor_share)
+        return noise + width * float(np.expm1(2.0 * loss / freedom))
+
     def _likelihood(self, view: str, seen: Seen, part: float) -> float:
         """Log likelihood of a link with a part of its excess."""
         part_of_it = replace(seen, chi=seen.noise + part * seen.excess)

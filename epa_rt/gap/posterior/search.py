@@ -65,6 +65,9 @@ class Scores(Protocol):
         views, or in these links of them.
         """
 
+    def most(self, view: str, noise: float, loss: float) -> float:
+        """Chi-square of a link of a view, of so much noise, that costs a loss of log evidence."""
+
 
 @dataclass(frozen=True)
 class Model:
@@ -136,9 +139,9 @@ class Search:
         """
         for size in range(1, MOST_EFFECTS):
             progress(f"sets of {size + 1} effects", 0.2 + 0.6 * size / MOST_EFFECTS)
-            for effects in self._best(BEAM[size - 1], size):
+            for rank, effects in enumerate(self._best(BEAM[size - 1], size)):
                 if size == 1 or self._hopeful(self._evidence(self._of(effects))):
-                    self._one_more(effects)
+                    self._one_more(effects, WHOLE if rank == 0 else ())
         best = max(self._complete(), key=self._evidence)
         if len(best.effects) > 1:
             for name in best.effects:  # the others may be enough without it
@@ -154,12 +157,14 @@ class Search:
             self._model(rest, settled_with(self._problem, rest, model.values).values, None)
         self._in_free_run(rest)
 
-    def _one_more(self, effects: tuple[str, ...]) -> None:
-        """Beside a model: what its blocks ask for, and what the whole plant asks for."""
+    def _one_more(self, effects: tuple[str, ...], whole: Sequence[str]) -> None:
+        """Beside a model: what its blocks ask for, and what the whole plant asks for in the views
+        ``whole``, if any.
+        """
         found: list[tuple[str, ...]] = []
         if self._asks_for_more(self._of(effects), ONE_STEP):
             found += self._proposed_by_blocks(effects)
-        if self._asks_for_more(self._of(effects), WHOLE):
+        if whole and self._asks_for_more(self._of(effects), whole):
             found += self._proposed_by_free_run(effects)
         order = sorted(dict.fromkeys(found), key=lambda one: -self._evidence(self._of(one)))
         for more in order[:FURTHER]:
@@ -275,14 +280,21 @@ class Search:
 
     def _in_free_run(self, effects: tuple[str, ...]) -> None:
         if self._waits(effects) and self._ground is not None:
-            values = self._of(effects).values
-            self._model(effects, values, fitted(self._ground.whole, effects, dict(values)))
+            known = self._of(effects)
+            noise = self._on_ground(self.none).views[FREE_RUN].links[LINK].noise
+            worth = self._scores.most(FREE_RUN, noise, self._hope(self._evidence(known)))
+            point = fitted(self._ground.whole, effects, dict(known.values), worth)
+            self._model(effects, known.values, point)
 
     def _hopeful(self, evidence: float) -> bool:
         """Whether a model of this log evidence, which more views can only lower, may count beside
         the best one that was fitted in all views.
         """
-        return evidence - max(map(self._evidence, self._complete())) > HOPELESS
+        return self._hope(evidence) > 0.0
+
+    def _hope(self, evidence: float) -> float:
+        """Log evidence that a model may still lose and count."""
+        return evidence - max(map(self._evidence, self._complete())) - HOPELESS
 
     def _proposed_by_free_run(self, effects: tuple[str, ...]) -> list[tuple[str, ...]]:
         """One effect more that the whole plant asks for beside these."""
