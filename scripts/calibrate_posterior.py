@@ -5,6 +5,9 @@ kept in OUT, so that an interrupted run goes on. Then the truth is opened, and t
 that give it the highest log score. Prints JSON: scores before and after, scores of cases that the
 numbers were not calibrated on, and how often a name of a given probability is right.
 
+With --withhold each effect that a case has alone is then left out of the catalogue, and the case
+searched once more: how well wrong laws do, singly and in pairs, is known from no other.
+
   epa gap blind make --seed 7 --cases 40 -o out/cases
   python scripts/calibrate_posterior.py out/cases -o out/tables            what it would give
   python scripts/calibrate_posterior.py out/cases -o out/tables --write    and takes it
@@ -23,15 +26,19 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT)]
 MODULE = ROOT / "epa_rt/gap/posterior/calibrated.py"
+ENDS = (".pickle", ".error")  # of what is known of a case
+WITHHELD = ".withheld"  # ends the name of a case that is searched without its effect
 
 
 def main() -> int:
     arguments = _arguments()
     if arguments.one:
-        return _search(*arguments.cases, arguments.out)
+        return _search(*arguments.cases, arguments.out, arguments.leave_out)
     arguments.out.mkdir(parents=True, exist_ok=True)
     for cases in arguments.cases:
         _search_all(cases, arguments.out / cases.name, arguments.jobs)
+        if arguments.withhold:
+            _search_all(cases, arguments.out / cases.name, arguments.jobs, _withheld(cases))
     answer, numbers = _calibrate(arguments.cases, arguments.out)
     if arguments.write:
         MODULE.write_text(_module(numbers, answer), encoding="utf-8")
@@ -48,11 +55,31 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("-o", "--out", type=Path, required=True, help="folder of what is found")
     parser.add_argument("--jobs", type=int, default=2, help="processes at once (default: 2)")
     parser.add_argument("--write", action="store_true", help=f"write {MODULE.name}")
+    parser.add_argument("--withhold", action="store_true", help="each single once more without it")
+    parser.add_argument("--leave-out", nargs="*", default=None, help=argparse.SUPPRESS)
     parser.add_argument("--one", action="store_true", help=argparse.SUPPRESS)
     return parser.parse_args()
 
 
-def _search_all(cases: Path, out: Path, jobs: int) -> None:
+def _withheld(cases: Path) -> dict[str, list[str]]:
+    """Case to the families of its one effect, of those in which it shows at its limit or above."""
+    return {
+        one["case"]: one["effects"][0]["families"]
+        for one in _truth(cases)["cases"]
+        if one["kind"] in ("single", "same_law") and one["effects"][0]["multiple"] >= 1.0
+    }
+
+
+def _truth(cases: Path) -> dict:
+    from epa_rt.benchmark.seal import opened
+
+    return opened(cases.with_name(f"{cases.name}.sealed"), cases)
+
+
+def _search_all(
+    cases: Path, out: Path, jobs: int, without: dict[str, list[str]] | None = None
+) -> None:
+    """Searches what was not searched yet: all cases, or those of ``without`` without these."""
     from epa_rt.benchmark.kept import telling
     from epa_rt.benchmark.seal import NOT_HIDDEN, can_hide, hidden_command
 
@@ -60,7 +87,8 @@ def _search_all(cases: Path, out: Path, jobs: int) -> None:
     waiting = [
         case
         for case in sorted(cases.glob("case_*"))
-        if not any((out / f"{case.name}{end}").exists() for end in (".pickle", ".error"))
+        if without is None or case.name in without
+        if not any((out / f"{_named(case, without)}{end}").exists() for end in ENDS)
     ]
     hidden = telling(cases.with_name(f"{cases.name}.sealed"), out) if can_hide() else []
     if not hidden:
@@ -69,7 +97,10 @@ def _search_all(cases: Path, out: Path, jobs: int) -> None:
     done, of, began_s = 0, len(waiting), time.monotonic()
     while waiting or running:
         while waiting and len(running) < jobs:
-            words = [sys.executable, __file__, str(waiting.pop(0)), "-o", str(out), "--one"]
+            case = waiting.pop(0)
+            words = [sys.executable, __file__, str(case), "-o", str(out), "--one"]
+            if without is not None:
+                words += ["--leave-out", *without[case.name]]
             command = hidden_command(hidden, words) if hidden else words
             running.append(subprocess.Popen(command, stdout=subprocess.DEVNULL))
         time.sleep(0.5)
@@ -80,24 +111,35 @@ def _search_all(cases: Path, out: Path, jobs: int) -> None:
         running = still
 
 
-def _search(case: Path, out: Path) -> int:
-    """All models of one case, kept; the reason where its logs are refused."""
+def _named(case: Path, without: object) -> str:
+    return case.name if without is None else f"{case.name}{WITHHELD}"
+
+
+def _search(case: Path, out: Path, without: list[str] | None) -> int:
+    """All models of one case, kept; the reason where its logs are refused. ``without``: families
+    that are withheld from it.
+    """
     from epa_rt.cli.exits import VerbError
     from epa_rt.cli.gap.diagnose import table_of_logs
 
+    name = _named(case, without)
     told = json.loads((case / "case.json").read_text(encoding="utf-8"))
     logs, holdout = ([case / name for name in told[kind]] for kind in ("logs", "holdout"))
     try:
         began_s = time.process_time()
         table = table_of_logs(
-            case / told["rig"], case / told["plant"], logs, holdout, told["leave_out"]
+            case / told["rig"],
+            case / told["plant"],
+            logs,
+            holdout,
+            (*told["leave_out"], *(without or ())),
         )
         found = {"table": table, "cpu_s": time.process_time() - began_s}
     except VerbError as error:
-        (out / f"{case.name}.error").write_text(str(error), encoding="utf-8")
+        (out / f"{name}.error").write_text(str(error), encoding="utf-8")
         return 0
-    (out / f"{case.name}.part").write_bytes(pickle.dumps(found))
-    (out / f"{case.name}.part").rename(out / f"{case.name}.pickle")
+    (out / f"{name}.part").write_bytes(pickle.dumps(found))
+    (out / f"{name}.part").rename(out / f"{name}.pickle")
     return 0
 
 
@@ -113,17 +155,19 @@ def _calibrate(folders: list[Path], out: Path) -> tuple[dict[str, object], objec
         of_names,
         probabilities,
     )
-    from epa_rt.benchmark.seal import opened
     from epa_rt.gap.posterior.evidence import START
 
     examples, seconds, seeds = [], [], []
     for cases in folders:
-        sealed = opened(cases.with_name(f"{cases.name}.sealed"), cases)
+        sealed = _truth(cases)
         truth = {one["case"]: one for one in sealed["cases"]}
         seeds.append(sealed["seed"])
         for path in sorted((out / cases.name).glob("*.pickle")):
             found = pickle.loads(path.read_bytes())
-            examples.append(Example(f"{cases.name}/{path.stem}", found["table"], truth[path.stem]))
+            told = truth[path.stem.removesuffix(WITHHELD)]
+            if path.stem.endswith(WITHHELD):
+                told = {**told, "kind": "withheld"}
+            examples.append(Example(f"{cases.name}/{path.stem}", found["table"], told))
             seconds.append(found["cpu_s"])
     numbers = calibrated(examples, START)
     others = left_out(examples, START)

@@ -207,13 +207,13 @@ def table_of_logs(
     from epa_rt.gap.aside import unseen
     from epa_rt.gap.attribution import start_of
     from epa_rt.gap.posterior.answer import table_for
-    from epa_rt.gap.posterior.evidence import START
+    from epa_rt.gap.posterior.calibrated import CALIBRATED
 
     given = opened(argparse.Namespace(rig=rig, plant=plant, logs=list(logs)), holdout)
-    known = {effect.name for effect in given.subject.catalogue}
+    known = {name for one in given.subject.catalogue for name in (one.name, one.family)}
     fitted, seen, judged, logs_apart = unseen(given.subject, given.recordings, given.holdout)
     start = start_of(fitted, seen, tuple(n for n in leave_out if n in known))
-    return table_for(start, logs_apart, judged, START)
+    return table_for(start, logs_apart, judged, CALIBRATED)
 
 
 def answered(
