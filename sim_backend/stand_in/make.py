@@ -74,15 +74,8 @@ def make_case(seed: int, spec: Spec, path: Path, config: Path, record: Record) -
     kind.
     """
     rng = np.random.default_rng([seed, 1, spec.index])
-    folder = Folder(
-        path,
-        config / "rigs" / f"{spec.rig}.yaml",
-        config / "plants" / f"{spec.rig}.yaml",
-        plan_of(spec.rig, spec.plan, rng),
-    )
-    rig, believed = load_rig(folder.rig), load_plant(folder.plant)
-    plant = TruePlant(noisier(perturbed(believed.params, rng), spec.noise), same_law=spec.own_law)
-    seeds = [int(s) for s in rng.integers(1, 2**31, 16)]
+    drawn = spec.rig, spec.plan, spec.noise, spec.own_law
+    folder, rig, believed, plant, seeds = _drawn(rng, *drawn, path, config)
     commands = _reference(folder, rig, believed, plant, seeds, record)
     shop = Workshop(spec, plant, bench_of(plant, commands), commands, rng)
     effects = _recorded(folder, rig, believed, plant, shop, seeds[8:], record)
@@ -100,6 +93,54 @@ def make_case(seed: int, spec: Spec, path: Path, config: Path, record: Record) -
         "excited": all(e["multiple"] >= 1.0 for e in effects),
         "separable": all(value >= LIMIT for e in effects for value in e["rivals"].values()),
     }
+
+
+def make_again(seed: int, truth: dict[str, Any], path: Path, config: Path, record: Record) -> None:
+    """A case's folder as ``make_case`` wrote it, from its truth. Raises Unfit where a run trips
+    that has not tripped then.
+    """
+    rng = np.random.default_rng([seed, 1, truth["index"]])
+    told = truth["rig"], truth["plan"], truth["noise"], truth["same_law"]
+    folder, rig, believed, plant, seeds = _drawn(rng, *told, path, config)
+    true = plant._replace(effects=tuple((e["name"], e["fields"]) for e in truth["effects"]))
+    if not _complete(folder, rig, believed, true, seeds[8:], record):
+        raise Unfit(f"{path.name}: found a run that trips, expected all to complete as they did")
+    folder.tell(truth["leave_out"])
+
+
+def _drawn(
+    rng: np.random.Generator,
+    rig: str,
+    plan: str,
+    noise: float,
+    own_law: bool,
+    path: Path,
+    config: Path,
+) -> tuple[Folder, Rig, PlantFile, TruePlant, list[int]]:
+    """Its folder with the experiments, rig and plant as they are believed, the plant as it is but
+    for what is hidden, and the seeds of its runs.
+    """
+    files = config / "rigs" / f"{rig}.yaml", config / "plants" / f"{rig}.yaml"
+    folder = Folder(path, *files, plan_of(rig, plan, rng))
+    read, believed = load_rig(folder.rig), load_plant(folder.plant)
+    plant = TruePlant(noisier(perturbed(believed.params, rng), noise), same_law=own_law)
+    return folder, read, believed, plant, [int(s) for s in rng.integers(1, 2**31, 16)]
+
+
+def _complete(
+    folder: Folder, rig: Rig, believed: PlantFile, true: TruePlant, seeds: list[int], record: Record
+) -> bool:
+    """Records all logs; whether every run completed."""
+    places = [*((e, "logs") for e in folder.logs), *((e, "holdout") for e in folder.holdout)]
+    return all(
+        [
+            _run(
+                e, folder, rig, believed, true, seed, record, folder.path / place / f"{e.stem}.mcap"
+            )[0]
+            == "completed"
+            for (e, place), seed in zip(places, seeds, strict=False)
+        ]
+    )
 
 
 def _run(
@@ -154,17 +195,7 @@ def _recorded(
     effects = shop.effects()
     for _ in range(TRIES):
         true = plant._replace(effects=tuple((e["name"], e["fields"]) for e in effects))
-        outcomes = [
-            _run(
-                e, folder, rig, believed, true, seed, record, folder.path / place / f"{e.stem}.mcap"
-            )[0]
-            for (e, place), seed in zip(
-                [*((e, "logs") for e in folder.logs), *((e, "holdout") for e in folder.holdout)],
-                seeds,
-                strict=False,
-            )
-        ]
-        if all(outcome == "completed" for outcome in outcomes):
+        if _complete(folder, rig, believed, true, seeds, record):
             return effects
         if plant.same_law:
             raise Unfit("found a run that trips, expected one that completes")

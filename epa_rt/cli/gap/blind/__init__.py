@@ -5,6 +5,8 @@ in turn.
                         logs there, truth sealed in out/blind.sealed
   epa gap blind make --seed 7 --each 20 -o out/each
                         every hidden effect alone, strong: a set to develop on
+  epa gap blind again out/blind
+                        the logs of a sealed set that was sent without them
   epa gap blind score out/blind --json blind.json
                         diagnoses every case, then opens the truth
   epa gap blind score out/blind --json blind.json --next
@@ -78,6 +80,8 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     make.add_argument(
         "--sealed", type=Path, help="folder of the sealed truth (default: OUT.sealed)"
     )
+    again = parts.add_parser("again", help="record the logs of a sealed set that lacks them")
+    again.add_argument("cases", type=Path, metavar="DIR", help="where its truth.sha256 lies")
     score = parts.add_parser("score", help="diagnose every case, then open the truth")
     score.add_argument("cases", type=Path, metavar="DIR", help="what epa gap blind make wrote")
     score.add_argument(
@@ -181,11 +185,11 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
             const=BY_RULES,
             help="decided by the rules of before, not by probability",
         )
-    for part in (score, rivals, oracle):
+    for part in (again, score, rivals, oracle):
         part.add_argument(
             "--sealed", type=Path, help="folder of the sealed truth (default: DIR.sealed)"
         )
-    for part in (make, score, matrix, rivals, oracle):
+    for part in (make, again, score, matrix, rivals, oracle):
         part.add_argument(
             "--jobs", type=_count, default=2, help="processes at once (default: %(default)s)"
         )
@@ -222,7 +226,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     check_writable(getattr(arguments, "json", None), (".json",))  # before hours of work
     check_writable(getattr(arguments, "html", None), (".html", ".htm"))
-    if arguments.part in ("make", "matrix") and not (arguments.config / "rigs").is_dir():
+    if arguments.part in ("make", "again", "matrix") and not (arguments.config / "rigs").is_dir():
         raise VerbError(
             f"{arguments.config}: found no folder rigs in it, expected the folder with rigs and"
             " plants (--config)"
@@ -243,13 +247,15 @@ def run(arguments: argparse.Namespace) -> int:
             "--missed" if arguments.missed else "--next" if arguments.next else None,
         )
     try:
-        if arguments.part in ("score", "rivals", "oracle"):
+        if arguments.part in ("again", "score", "rivals", "oracle"):
             check_sealed(arguments.cases, sealed_of(arguments.cases, arguments.sealed))
+        if arguments.part in ("score", "rivals", "oracle"):
             check_cases(arguments.cases)
         if arguments.part == "rivals":
             check_libraries(arguments.only)
         return {
             "make": _make,
+            "again": _again,
             "score": _score,
             "matrix": _matrix,
             "rivals": _rivals,
@@ -257,6 +263,14 @@ def run(arguments: argparse.Namespace) -> int:
         }[arguments.part](arguments)
     except SealError as error:
         raise VerbError(str(error), BAD_INPUT) from None
+
+
+def _again(arguments: argparse.Namespace) -> int:
+    from epa_rt.cli.gap.blind.make import record_again
+
+    sealed = sealed_of(arguments.cases, arguments.sealed)
+    record_again(arguments.cases, sealed, arguments.config, arguments.jobs)
+    return COMPLETED
 
 
 def _make(arguments: argparse.Namespace) -> int:

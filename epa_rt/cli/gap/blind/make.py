@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from sim_backend.stand_in.draw import Spec
 
 REDRAWS = 6
+REDRAW_SEED = 1000003  # between the seeds of one draw and the next
 
 
 def make_all(
@@ -139,7 +140,7 @@ def _one(
     for turn in range(REDRAWS if spec.kind != "same_law" else 2):
         try:
             truth = {
-                **make_case(seed + 1000003 * turn, spec, path, config, _record),
+                **make_case(seed + REDRAW_SEED * turn, spec, path, config, _record),
                 "redrawn": turn,
             }
             write_whole(part, json.dumps(truth))
@@ -150,10 +151,37 @@ def _one(
             spec = (
                 spec._replace(multiple=0.5 * spec.multiple)
                 if weaker
-                else _another(spec, seed + 1000003 * (turn + 1))
+                else _another(spec, seed + REDRAW_SEED * (turn + 1))
             )
     print(f"\n{path.name}: left out ({reason})", file=sys.stderr)
     return None
+
+
+def record_again(cases: Path, sealed: Path, config: Path, jobs: int) -> None:
+    """The logs of a sealed set where they are not, as they were; ends with one line on standard
+    output. Raises VerbError, SealError.
+    """
+    from epa_rt.benchmark.seal import opened
+
+    truth = opened(sealed, cases)
+    missing = [one for one in truth["cases"] if not (cases / one["case"] / "case.json").exists()]
+    asked = [(truth["seed"], one, cases, config) for one in missing]
+    for _ in side_by_side(jobs, _again, asked, "cases recorded"):
+        pass
+    there = len(truth["cases"]) - len(missing)
+    print(f"{cases}: {len(missing)} cases recorded, {there} were there")
+
+
+def _again(seed: int, truth: dict, out: Path, config: Path) -> None:
+    from sim_backend.stand_in.make import make_again
+    from sim_backend.stand_in.strengths import Unfit
+
+    path = out / truth["case"]
+    try:
+        make_again(seed + REDRAW_SEED * truth["redrawn"], truth, path, config, _record)
+    except Unfit as error:
+        shutil.rmtree(path, ignore_errors=True)
+        raise VerbError(str(error)) from None
 
 
 def _another(spec: "Spec", seed: int) -> "Spec":
