@@ -330,4 +330,5 @@ def _left(could: Posterior, model: Model) -> str:
     who = "It leaves"
     if len(could.names) > 1:
         who = f"{set_words(tuple(could.names)).capitalize()} leave"
-    return f" {who} {100.0 * left:.2g} % of the gap {view}."
+    percent = f"{100.0 * left:.2g}" if left < 0.995 else f"{100.0 * left:.0f}"
+    return f" {who} {percent} % of the gap {view}."

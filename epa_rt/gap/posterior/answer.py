@@ -19,10 +19,8 @@ TOGETHER, SHOWN = 0.99, 0.01  # probability that the models shown hold, and from
 def as_told(found: Found, table: Table, answer: Decision) -> Posterior:
     """What a rig could have, as a diagnosis says it. ``answer``: what is decided on it."""
     none = table.models[0]
-    by = max(
-        (name for name in none.views if name in (BLOCKS, FREE_RUN)),
-        key=lambda name: (left_in(none, name), name),
-    )
+    named = next(model for model in table.models if model.effects == answer.effects)
+    by = _shown_in(none, named)
     models, held = [], found.unknown
     for model, probability in found.models:
         models.append(Could(model.effects, probability, _share(model, none, by)))
@@ -61,6 +59,18 @@ def table_for(
 def left_in(model: Model, view: str) -> float:
     """Chi-square above noise that a model leaves in a view."""
     return sum(seen.excess for seen in model.views[view].links.values())
+
+
+def _shown_in(none: Model, named: Model) -> str:
+    """The view in which what is named explains most chi-square, or in which most is left where
+    nothing is named.
+    """
+
+    def shown(view: str) -> tuple[float, str]:
+        gap = left_in(none, view)
+        return gap - left_in(named, view) if named.effects else gap, view
+
+    return max((name for name in none.views if name in (BLOCKS, FREE_RUN)), key=shown)
 
 
 def _share(model: Model, none: Model, view: str) -> float | None:
