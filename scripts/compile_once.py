@@ -57,8 +57,11 @@ def compile_all(rig: Path) -> None:
         for link in subject.links:
             subject.residual(prepared, values, link.name)
     subject.free_run(recording, {}, 1)
-    for rougher in filter(None, (subject.rougher(far) for far in (False, True))):
-        rougher.free_run(recording, {}, None)
+    # the plant is compiled once for each set of groups of effects: one alone, and all together
+    together = {key: value for values in shapes for key, value in values.items()}
+    for run in filter(None, (subject, *(subject.rougher(far) for far in (False, True)))):
+        for values in (*shapes, together):
+            run.free_run(recording, values, None)
 
 
 def main() -> None:

@@ -74,6 +74,16 @@ def exponent(p):
 
 
 @compiled
+def warms(p):
+    """Does the gas leave the temperature around it?"""
+    return (
+        (p.fill_heating_ratio != 1.0)
+        | (p.compression_heating_ratio != 0.0)
+        | (p.adiabatic_ratio != 0.0)
+    )
+
+
+@compiled
 def cooling(p, at_rest_pa, warmer, changed_per_s):
     """Rate (1/s) at which the gas returns to the temperature around it, at the pressure (Pa) that
     it would then have; ``warmer`` (1): share of its temperature above that, or below;
@@ -142,10 +152,13 @@ def rates(p, c, mass, volume, pressure_pa, supply_pa, inlet, exhaust):
     thermal = p.gas_constant_j_kg_k * p.temperature_k
     if p.leak_per_s != 0.0:
         lost += p.leak_per_s * leaked(p, pressure_pa) * volume / thermal
-    at_rest_pa = mass * thermal / volume
-    back = cooling(p, at_rest_pa, pressure_pa / at_rest_pa - 1.0, (abs(drawn) + abs(lost)) / mass)
-    if back != 0.0:
-        heat = back * (at_rest_pa - pressure_pa)
+    if warms(p):
+        at_rest_pa = mass * thermal / volume
+        back = cooling(
+            p, at_rest_pa, pressure_pa / at_rest_pa - 1.0, (abs(drawn) + abs(lost)) / mass
+        )
+        if back != 0.0:
+            heat = back * (at_rest_pa - pressure_pa)
     if drawn == 0.0 and lost == 0.0 and heat == 0.0:
         return 0.0, 0.0, 0.0
     gained, spent = drawn * p.fill_heating_ratio if drawn > 0.0 else drawn, lost
