@@ -8,7 +8,7 @@ from epa_rt.models.chain import lengths, motion, pull, pulled_in, rates, write_t
 from epa_rt.models.compiled import compiled
 from epa_rt.models.groups import COMPILED, groups_of
 from epa_rt.models.local import local_params, local_zeros
-from epa_rt.models.ports import ANGLE, CURRENT, INTEGRAL, RING, SMOOTH
+from epa_rt.models.ports import ANGLE, CURRENT, INTEGRAL, RING, SMOOTH, SUPPLY_FLOW, SUPPLY_RATE
 from epa_rt.models.rest import new_state
 
 __all__ = ["advance", "new_state", "over_log", "run", "run_roughly"]
@@ -94,7 +94,7 @@ def _integrate_roughly(p, s, h, weights, motor, valves):
 @compiled
 def _settle(p, s, valves):
     """Takes the finished sub-step into the elements with memory: backlash, slip, strap, shut
-    valves.
+    valves, a supply flow that has faded.
     """
     spool, spool_speed, q, q_speed = motion(p, s)
     travel, travel_speed = pulled_in(p.transmission, spool, spool_speed)
@@ -112,6 +112,8 @@ def _settle(p, s, valves):
             s.length_m[i] = fitted
             s.opening[i, 0] = gas.settled(s.opening[i, 0], valves[i])
             s.opening[i, 1] = gas.settled(s.opening[i, 1], valves[2 + i])
+    s.smooth[SUPPLY_FLOW] = gas.faded(s.smooth[SUPPLY_FLOW])
+    s.smooth[SUPPLY_RATE] = gas.faded(s.smooth[SUPPLY_RATE])
     s.travel_m = spool
     s.geared_m = transmission.geared_travel(p.transmission, s.smooth[ANGLE])
 

@@ -25,6 +25,9 @@ HEAT_CAPACITY = 0.4  # ratio of heat capacities of air, less 1
 # step is too long for it
 RINGS_FROM_S = 1e-3
 SHUT = 1e-6  # a valve closing below this opening is shut exactly
+# a lagged supply flow below this (kg/s, its rate in kg/s^2) is none: it moves no bit of a pressure,
+# and numbers that go on fading become too small for a processor to be fast with
+NO_FLOW = 1e-100
 
 
 @compiled
@@ -37,6 +40,14 @@ def opening_after(opening, wanted, decay):
 def settled(opening, wanted):
     """Opening at the end of a sub-step: exactly shut once it is as good as shut."""
     return 0.0 if wanted == 0.0 and opening < SHUT else opening
+
+
+@compiled
+def faded(supply_flow):
+    """Lagged supply flow, or its rate, at the end of a sub-step: exactly none once it is next to
+    none.
+    """
+    return 0.0 if abs(supply_flow) < NO_FLOW else supply_flow
 
 
 @compiled
