@@ -13,6 +13,7 @@ import numpy as np
 
 from epa_rt.gap.recording import Recording, Span
 from epa_rt.gap.subjects import open_subject
+from epa_rt.models.groups import groups_of
 from sim_backend.backend import SimBackend
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -38,7 +39,9 @@ def blank(subject) -> Recording:
 
 
 def compile_all(rig: Path) -> None:
-    """Every link and run of a rig with each effect in each of its shapes."""
+    """Every link of a rig with each effect in each of its shapes, and its run for each set of
+    groups of effects.
+    """
     subject = open_subject(rig, None)
     SimBackend(subject.rig, subject.plant, 1, None).model.warm_up()
     recording = blank(subject)
@@ -57,8 +60,11 @@ def compile_all(rig: Path) -> None:
         for link in subject.links:
             subject.residual(prepared, values, link.name)
     subject.free_run(recording, {}, 1)
-    for rougher in filter(None, (subject.rougher(far) for far in (False, True))):
-        rougher.free_run(recording, {}, None)
+    together = {key: value for values in shapes for key, value in values.items()}
+    of_groups = {groups_of(subject.params(values)): values for values in (*shapes, together)}
+    for run in filter(None, (subject, *(subject.rougher(far) for far in (False, True)))):
+        for values in of_groups.values():
+            run.free_run(recording, values, None)
 
 
 def main() -> None:

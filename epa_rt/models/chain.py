@@ -56,7 +56,7 @@ def pull(p, s, y, i, travel, travel_speed, q, q_speed):
         speed,
         s.memory[i],
         braid - s.length_m[i],
-        muscle.creep_force(y, CREEP + i, 2),
+        0.0 if m.creep_stiffness_n_m == 0.0 else muscle.creep_force(y, CREEP + i, 2),
     )
     return volume, pressure, braid, speed, force
 

@@ -6,10 +6,12 @@ from epa_rt.models.blocks import braid, bus, drive, gas, muscle, sensors, transm
 from epa_rt.models.blocks.exponential import lag_weights
 from epa_rt.models.chain import lengths, motion, pull, pulled_in, rates, write_truth
 from epa_rt.models.compiled import compiled
-from epa_rt.models.ports import ANGLE, CURRENT, INTEGRAL, RING, SMOOTH
+from epa_rt.models.groups import COMPILED, groups_of
+from epa_rt.models.local import local_params, local_zeros
+from epa_rt.models.ports import ANGLE, CURRENT, INTEGRAL, RING, SMOOTH, SUPPLY_FLOW, SUPPLY_RATE
 from epa_rt.models.rest import new_state
 
-__all__ = ["advance", "new_state", "run", "run_roughly"]
+__all__ = ["advance", "new_state", "over_log", "run", "run_roughly"]
 
 
 @compiled
@@ -31,34 +33,39 @@ def _integrate(p, s, h, weights, motor, valves):
 
     The winding current, the fastest state, takes exponential weights (blocks/exponential.py).
     """
-    y, stage, rate, total = s.smooth, s.work[0], s.work[1], s.work[2]
+    y, at, rate, total = s.smooth, local_zeros(SMOOTH), local_zeros(SMOOTH), local_zeros(SMOOTH)
     half, whole, reach, first, middle, last = weights
     i0, per_lag = y[CURRENT], 1.0 / p.drive.current_lag_s
-    rates(p, s, y, rate, motor, 0.0)
-    push1 = rate[CURRENT] + i0 * per_lag
+    push = push1 = push2 = push3 = i1 = 0.0
     for i in range(SMOOTH):
-        total[i] = rate[i]
-        stage[i] = y[i] + 0.5 * h * rate[i]
-    i1 = stage[CURRENT] = half * i0 + reach * push1
-    _open_valves(p, s, valves, 0.5 * h)
-    rates(p, s, stage, rate, motor, 0.5)
-    push2 = rate[CURRENT] + i1 * per_lag
-    for i in range(SMOOTH):
-        total[i] += 2.0 * rate[i]
-        stage[i] = y[i] + 0.5 * h * rate[i]
-    i2 = stage[CURRENT] = half * i0 + reach * push2
-    rates(p, s, stage, rate, motor, 0.5)
-    push3 = rate[CURRENT] + i2 * per_lag
-    for i in range(SMOOTH):
-        total[i] += 2.0 * rate[i]
-        stage[i] = y[i] + h * rate[i]
-    i3 = stage[CURRENT] = half * i1 + reach * (2.0 * push3 - push1)
-    _open_valves(p, s, valves, 0.5 * h)
-    rates(p, s, stage, rate, motor, 1.0)
-    push4 = rate[CURRENT] + i3 * per_lag
+        at[i] = y[i]
+    for stage in range(4):
+        rates(p, s, at, rate, motor, 0.5 * ((stage + 1) // 2))
+        push = rate[CURRENT] + at[CURRENT] * per_lag
+        if stage == 0:
+            push1, i1 = push, half * i0 + reach * push
+            current = i1
+        elif stage == 1:
+            push2, current = push, half * i0 + reach * push
+        elif stage == 2:
+            push3, current = push, half * i1 + reach * (2.0 * push - push1)
+        else:
+            break
+        if stage != 1:
+            _open_valves(p, s, valves, 0.5 * h)
+        far = h if stage == 2 else 0.5 * h
+        if stage == 0:
+            for i in range(SMOOTH):
+                total[i] = rate[i]
+        else:
+            for i in range(SMOOTH):
+                total[i] += 2.0 * rate[i]
+        for i in range(SMOOTH):
+            at[i] = y[i] + far * rate[i]
+        at[CURRENT] = current
     for i in range(SMOOTH):
         y[i] += h / 6.0 * (total[i] + rate[i])
-    y[CURRENT] = whole * i0 + first * push1 + middle * (push2 + push3) + last * push4
+    y[CURRENT] = whole * i0 + first * push1 + middle * (push2 + push3) + last * push
 
 
 @compiled
@@ -66,27 +73,28 @@ def _integrate_roughly(p, s, h, weights, motor, valves):
     """The same by the midpoint rule, with half as many rates: another run, but one that a knob
     changes alike (docs/decisions/0013).
     """
-    y, stage, rate = s.smooth, s.work[0], s.work[1]
+    y, at, rate = s.smooth, local_zeros(SMOOTH), local_zeros(SMOOTH)
     half, whole, reach, first, middle, last = weights
-    i0, per_lag = y[CURRENT], 1.0 / p.drive.current_lag_s
-    rates(p, s, y, rate, motor, 0.0)
-    push1 = rate[CURRENT] + i0 * per_lag
+    i0, per_lag, push = y[CURRENT], 1.0 / p.drive.current_lag_s, 0.0
     for i in range(SMOOTH):
-        stage[i] = y[i] + 0.5 * h * rate[i]
-    stage[CURRENT] = half * i0 + reach * push1
-    _open_valves(p, s, valves, 0.5 * h)
-    rates(p, s, stage, rate, motor, 0.5)
-    push2 = rate[CURRENT] + stage[CURRENT] * per_lag
-    _open_valves(p, s, valves, 0.5 * h)
+        at[i] = y[i]
+    for stage in range(2):
+        rates(p, s, at, rate, motor, 0.5 * stage)
+        push = rate[CURRENT] + at[CURRENT] * per_lag
+        _open_valves(p, s, valves, 0.5 * h)
+        if stage == 0:
+            for i in range(SMOOTH):
+                at[i] = y[i] + 0.5 * h * rate[i]
+            at[CURRENT] = half * i0 + reach * push
     for i in range(SMOOTH):
         y[i] += h * rate[i]
-    y[CURRENT] = whole * i0 + (first + 2.0 * middle + last) * push2
+    y[CURRENT] = whole * i0 + (first + 2.0 * middle + last) * push
 
 
 @compiled
 def _settle(p, s, valves):
     """Takes the finished sub-step into the elements with memory: backlash, slip, strap, shut
-    valves.
+    valves, a supply flow that has faded.
     """
     spool, spool_speed, q, q_speed = motion(p, s)
     travel, travel_speed = pulled_in(p.transmission, spool, spool_speed)
@@ -104,6 +112,8 @@ def _settle(p, s, valves):
             s.length_m[i] = fitted
             s.opening[i, 0] = gas.settled(s.opening[i, 0], valves[i])
             s.opening[i, 1] = gas.settled(s.opening[i, 1], valves[2 + i])
+    s.smooth[SUPPLY_FLOW] = gas.faded(s.smooth[SUPPLY_FLOW])
+    s.smooth[SUPPLY_RATE] = gas.faded(s.smooth[SUPPLY_RATE])
     s.travel_m = spool
     s.geared_m = transmission.geared_travel(p.transmission, s.smooth[ANGLE])
 
@@ -148,19 +158,41 @@ def advance(params, state, command, sensors_out, period_s, substeps):
     _advance(params[0], state[0], command[0], sensors_out[0], period_s, substeps, False)
 
 
-@compiled
+def _compiled_for(groups, roughly):
+    """A run over a log, compiled for plants that have effects of these groups alone."""
+
+    @compiled
+    def run_of_groups(params, state, commands, period_s, substeps, sensors_out):
+        p = local_params(params[0], groups)
+        for k in range(commands.shape[0]):
+            _advance(p, state[0], commands[k], sensors_out[k], period_s, substeps, roughly)
+
+    return run_of_groups
+
+
+_RUNS = {
+    (groups, roughly): _compiled_for(groups, roughly)
+    for groups in COMPILED
+    for roughly in (False, True)
+}
+
+
+def over_log(groups, roughly):
+    """What ``run`` or ``run_roughly`` calls for plants whose effects are all of these ``groups``,
+    one of ``COMPILED``. Effects of other groups are off in it, whatever the parameters say.
+    """
+    return _RUNS[groups, roughly]
+
+
 def run(params, state, commands, period_s, substeps, sensors_out):
     """As ``advance`` for every row of ``commands`` (N,), readings into ``sensors_out`` (N,), in one
-    compiled call.
+    compiled call. Groups of effects that ``params`` has none of cost nothing.
     """
-    for k in range(commands.shape[0]):
-        _advance(params[0], state[0], commands[k], sensors_out[k], period_s, substeps, False)
+    over_log(groups_of(params), False)(params, state, commands, period_s, substeps, sensors_out)
 
 
-@compiled
 def run_roughly(params, state, commands, period_s, substeps, sensors_out):
     """As ``run`` by the midpoint rule: too coarse for what sensors show, not for what a parameter
     changes of it.
     """
-    for k in range(commands.shape[0]):
-        _advance(params[0], state[0], commands[k], sensors_out[k], period_s, substeps, True)
+    over_log(groups_of(params), True)(params, state, commands, period_s, substeps, sensors_out)

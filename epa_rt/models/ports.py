@@ -69,7 +69,6 @@ STATE = np.dtype(
     [
         ("cycle", "i8"),
         ("smooth", "f8", (SMOOTH,)),
-        ("work", "f8", (3, SMOOTH)),
         ("opening", "f8", (2, 2)),  # [muscle, inlet|exhaust], 0 shut to 1 open
         ("memory", "f8", (2, MEMORY)),  # the braid's friction elements, one row per muscle
         (

@@ -12,6 +12,7 @@ from epa_rt.models.blocks import braid, gas, load, muscle
 from epa_rt.models.blocks.power import power
 from epa_rt.models.chain import lengths, muscle_rates, pull
 from epa_rt.models.compiled import compiled
+from epa_rt.models.local import local_zeros
 from epa_rt.models.ports import (
     ANGLE,
     GAS_C,
@@ -146,14 +147,15 @@ def balance(params, state, no_load_pa, place, low, high):
     """
     p, s = params[0], state[0]
     wave, control = (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0, 0.0, 1e9)
+    rate = local_zeros(SMOOTH)
     fill(params, state, no_load_pa, place, low)
-    servo_rates(p, s, s.smooth, s.work[0], 0.0, wave, control)
-    sign = 1.0 if s.work[0, LOAD_SPEED] > 0.0 else -1.0
+    servo_rates(p, s, s.smooth, rate, 0.0, wave, control)
+    sign = 1.0 if rate[LOAD_SPEED] > 0.0 else -1.0
     for _ in range(60):
         middle = 0.5 * (low + high)
         fill(params, state, no_load_pa, place, middle)
-        servo_rates(p, s, s.smooth, s.work[0], 0.0, wave, control)
-        if s.work[0, LOAD_SPEED] * sign > 0.0:
+        servo_rates(p, s, s.smooth, rate, 0.0, wave, control)
+        if rate[LOAD_SPEED] * sign > 0.0:
             low = middle
         else:
             high = middle
@@ -167,7 +169,7 @@ def simulate(params, state, wave, control, h, steps, keep_from, every, bound, ou
     which the load left its mean by ``bound`` (m), else 0.
     """
     p, s = params[0], state[0]
-    y, stage, rate, total = s.smooth, s.work[0], s.work[1], s.work[2]
+    y, stage, rate, total = s.smooth, local_zeros(SMOOTH), local_zeros(SMOOTH), local_zeros(SMOOTH)
     written = 0
     for k in range(steps):
         t = k * h

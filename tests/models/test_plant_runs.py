@@ -11,7 +11,7 @@ from plant_scenarios import SENSOR_STEP, log_commands, silent, simulate
 from epa_rt.models import plant
 from epa_rt.models.blocks import bus, drive, gas, load, muscle, sensors, transmission
 from epa_rt.models.plant_file import load_plant
-from epa_rt.models.ports import COMMAND, SENSORS, TRUTH
+from epa_rt.models.ports import COMMAND, SENSORS, SUPPLY_FLOW, TRUTH
 
 PLANTS = Path(__file__).parents[2] / "config" / "plants"
 NAMES = ["bench", "bench_physical", "knee", "mass"]
@@ -173,3 +173,16 @@ def test_valves_open_and_close_as_late_as_told(skew, opens, closes):
     inlet = bus.bus_over_log(params, commands, 1e-3)[:, 6]
     assert np.flatnonzero(inlet > 0.5)[[0, -1]].tolist() == [20 + opens, 39 + closes]
     assert set(np.round(inlet, 9)) == {0.0, 1.0}
+
+
+def test_a_supply_flow_that_has_faded_is_none():
+    """Half a minute after the last draw no state is so small that a processor is slow with it."""
+    file = load_plant(PLANTS / "knee.yaml")
+    commands = log_commands(file, 30.0)
+    state, out = plant.new_state(file.params), np.zeros(len(commands), SENSORS)
+    plant.run(file.params, state, commands[:2100], 1e-3, file.substeps, out[:2100])
+    assert state["smooth"][0, SUPPLY_FLOW] > 0.0
+    plant.run(file.params, state, commands[2100:], 1e-3, file.substeps, out[2100:])
+    assert state["smooth"][0, SUPPLY_FLOW] == 0.0
+    sizes = np.abs(state["smooth"])
+    assert np.all((sizes == 0.0) | (sizes > np.finfo(float).tiny))

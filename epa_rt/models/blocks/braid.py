@@ -126,9 +126,27 @@ def peak(s, tail, breadth):
 
 
 @compiled
+def slides_freely(p):
+    """Has the braid none of these frictions? One question instead of nine."""
+    return (
+        (p.slip_ratio == 0.0)
+        & (p.dahl_ratio == 0.0)
+        & (p.stribeck_ratio == 0.0)
+        & (p.run_in_ratio == 0.0)
+        & (p.lugre_ratio == 0.0)
+        & (p.bouc_wen_ratio == 0.0)
+        & (p.preisach_ratio == 0.0)
+        & (p.coulomb_ratio == 0.0)
+        & (p.pressure_viscous_s_m == 0.0)
+    )
+
+
+@compiled
 def friction_ratio(p, memory, moved, length, speed):
     """Friction of the braid over the static force that scales it, positive when it adds tension."""
     ratio = 0.0
+    if slides_freely(p):
+        return ratio
     if p.slip_ratio != 0.0:
         ratio += p.slip_ratio * slip_ratio(p, memory, moved)
     if p.dahl_ratio != 0.0:
@@ -161,6 +179,8 @@ def settle(p, memory, moved, speed):
     """Takes the displacement of a sub-step, at whose end the line moves with ``speed``, into all
     elements.
     """
+    if slides_freely(p):
+        return
     if p.slip_ratio != 0.0 or p.run_in_ratio != 0.0:
         slip_settle(p, memory, moved)
     if p.dahl_ratio != 0.0:

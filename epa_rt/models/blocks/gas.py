@@ -25,6 +25,9 @@ HEAT_CAPACITY = 0.4  # ratio of heat capacities of air, less 1
 # step is too long for it
 RINGS_FROM_S = 1e-3
 SHUT = 1e-6  # a valve closing below this opening is shut exactly
+# a lagged supply flow below this (kg/s, its rate in kg/s^2) is none: it moves no bit of a pressure,
+# and numbers that go on fading become too small for a processor to be fast with
+NO_FLOW = 1e-100
 
 
 @compiled
@@ -37,6 +40,14 @@ def opening_after(opening, wanted, decay):
 def settled(opening, wanted):
     """Opening at the end of a sub-step: exactly shut once it is as good as shut."""
     return 0.0 if wanted == 0.0 and opening < SHUT else opening
+
+
+@compiled
+def faded(supply_flow):
+    """Lagged supply flow, or its rate, at the end of a sub-step: exactly none once it is next to
+    none.
+    """
+    return 0.0 if abs(supply_flow) < NO_FLOW else supply_flow
 
 
 @compiled
@@ -71,6 +82,16 @@ def exponent(p):
     it.
     """
     return p.polytropic_ratio + p.compression_heating_ratio + HEAT_CAPACITY * p.adiabatic_ratio
+
+
+@compiled
+def warms(p):
+    """Does the gas leave the temperature around it?"""
+    return (
+        (p.fill_heating_ratio != 1.0)
+        | (p.compression_heating_ratio != 0.0)
+        | (p.adiabatic_ratio != 0.0)
+    )
 
 
 @compiled
@@ -142,10 +163,13 @@ def rates(p, c, mass, volume, pressure_pa, supply_pa, inlet, exhaust):
     thermal = p.gas_constant_j_kg_k * p.temperature_k
     if p.leak_per_s != 0.0:
         lost += p.leak_per_s * leaked(p, pressure_pa) * volume / thermal
-    at_rest_pa = mass * thermal / volume
-    back = cooling(p, at_rest_pa, pressure_pa / at_rest_pa - 1.0, (abs(drawn) + abs(lost)) / mass)
-    if back != 0.0:
-        heat = back * (at_rest_pa - pressure_pa)
+    if warms(p):
+        at_rest_pa = mass * thermal / volume
+        back = cooling(
+            p, at_rest_pa, pressure_pa / at_rest_pa - 1.0, (abs(drawn) + abs(lost)) / mass
+        )
+        if back != 0.0:
+            heat = back * (at_rest_pa - pressure_pa)
     if drawn == 0.0 and lost == 0.0 and heat == 0.0:
         return 0.0, 0.0, 0.0
     gained, spent = drawn * p.fill_heating_ratio if drawn > 0.0 else drawn, lost
