@@ -6,7 +6,8 @@ that give it the highest log score. Prints JSON: scores before and after, scores
 numbers were not calibrated on, and how often a name of a given probability is right.
 
 With --withhold each effect that a case has alone is then left out of the catalogue, and the case
-searched once more: how well wrong laws do, singly and in pairs, is known from no other.
+searched once more: how well wrong laws do, singly and in pairs, is known from no other. Withheld
+cases are weighed so that they have the share that a draw gives them.
 
   epa gap blind make --seed 7 --cases 40 -o out/cases
   python scripts/calibrate_posterior.py out/cases -o out/tables            what it would give
@@ -148,14 +149,17 @@ def _calibrate(folders: list[Path], out: Path) -> tuple[dict[str, object], objec
 
     from epa_rt.benchmark.calibrate import (
         Example,
+        as_drawn,
         calibrated,
         left_out,
         log_score,
+        mean_log,
         of_links_alone,
         of_names,
         probabilities,
     )
     from epa_rt.gap.posterior.evidence import START
+    from sim_backend.stand_in.draw import SHARES
 
     examples, seconds, seeds = [], [], []
     for cases in folders:
@@ -169,6 +173,7 @@ def _calibrate(folders: list[Path], out: Path) -> tuple[dict[str, object], objec
                 told = {**told, "kind": "withheld"}
             examples.append(Example(f"{cases.name}/{path.stem}", found["table"], told))
             seconds.append(found["cpu_s"])
+    examples = as_drawn(examples, "withheld", SHARES["withheld"])
     numbers = calibrated(examples, START)
     others = left_out(examples, START)
     before, after = probabilities(examples, START), probabilities(examples, numbers)
@@ -179,7 +184,7 @@ def _calibrate(folders: list[Path], out: Path) -> tuple[dict[str, object], objec
         "log_score": {
             "start": log_score(examples, START),
             "calibrated": log_score(examples, numbers),
-            "on_cases_left_out": float(np.mean(np.log(np.maximum(others, 1e-3)))),
+            "on_cases_left_out": mean_log(examples, others),
             "of_links_alone": log_score([of_links_alone(one) for one in examples], numbers),
         },
         "reliability": of_names(examples, numbers),

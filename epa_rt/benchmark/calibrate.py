@@ -22,11 +22,14 @@ EVALUATIONS = 150  # of the score, in each round
 
 @dataclass(frozen=True)
 class Example:
-    """A case whose truth is known: its models, fitted, and the sealed truth's entry."""
+    """A case whose truth is known: its models, fitted, and the sealed truth's entry. ``weight``:
+    how often it counts.
+    """
 
     name: str
     table: Table
     truth: dict
+    weight: float = 1.0
 
 
 def of_truth(found: Found, families: Mapping[str, str], truth: dict) -> float:
@@ -44,7 +47,26 @@ def of_truth(found: Found, families: Mapping[str, str], truth: dict) -> float:
 
 def log_score(examples: Sequence[Example], numbers: Numbers) -> float:
     """Mean log probability of the truth, nats."""
-    return float(np.mean([np.log(max(one, LEAST)) for one in probabilities(examples, numbers)]))
+    return mean_log(examples, probabilities(examples, numbers))
+
+
+def mean_log(examples: Sequence[Example], of_truth: Sequence[float]) -> float:
+    """Mean log probability, each example by its weight."""
+    logs = np.log(np.maximum(of_truth, LEAST))
+    return float(np.average(logs, weights=[one.weight for one in examples]))
+
+
+def as_drawn(examples: Sequence[Example], kind: str, share: float) -> list[Example]:
+    """The examples with those of a kind weighed so that they have a share of all: where more of
+    them were made than a draw would have.
+    """
+    mine = [one.truth["kind"] == kind for one in examples]
+    if not any(mine) or all(mine):
+        return list(examples)
+    weight = share / (1.0 - share) * mine.count(False) / mine.count(True)
+    return [
+        replace(one, weight=weight if own else 1.0) for one, own in zip(examples, mine, strict=True)
+    ]
 
 
 def probabilities(examples: Sequence[Example], numbers: Numbers) -> list[float]:
@@ -88,7 +110,7 @@ def calibrated(examples: Sequence[Example], start: Numbers, rounds: int = 2) -> 
     begun = best.copy()
 
     def loss(at: np.ndarray) -> float:
-        score = len(examples) * log_score(examples, _numbers(at))
+        score = sum(one.weight for one in examples) * log_score(examples, _numbers(at))
         return -score + 0.5 * float(np.sum(((at - begun) / SPREAD) ** 2))
 
     for _ in range(rounds):  # a simplex that has shrunk too early begins anew

@@ -5,9 +5,11 @@ import pytest
 
 from epa_rt.benchmark.calibrate import (
     Example,
+    as_drawn,
     calibrated,
     left_out,
     log_score,
+    mean_log,
     of_names,
     of_truth,
     probabilities,
@@ -66,3 +68,15 @@ def test_reliability_counts_every_first_name_once(examples):
     rows = of_names(examples, START)
     assert sum(row["names"] for row in rows) == len(examples)
     assert all(row["from"] <= row["said"] <= row["to"] for row in rows)
+
+
+def test_cases_of_a_kind_are_weighed_to_their_share():
+    kinds = ["withheld"] * 3 + ["single"] * 6
+    table = example({}).table if False else None
+    made = [Example(str(i), Table((), {}), {"kind": kind}) for i, kind in enumerate(kinds)]
+    weighed = as_drawn(made, "withheld", 0.25)
+    total = sum(one.weight for one in weighed)
+    assert sum(one.weight for one in weighed[:3]) == pytest.approx(0.25 * total)
+    assert all(one.weight == 1.0 for one in weighed[3:])
+    assert as_drawn(made[:3], "withheld", 0.25) == made[:3]
+    assert mean_log(weighed, [1.0] * 3 + [0.5] * 6) == pytest.approx(0.75 * np.log(0.5))
