@@ -72,7 +72,6 @@ def test_reliability_counts_every_first_name_once(examples):
 
 def test_cases_of_a_kind_are_weighed_to_their_share():
     kinds = ["withheld"] * 3 + ["single"] * 6
-    table = example({}).table if False else None
     made = [Example(str(i), Table((), {}), {"kind": kind}) for i, kind in enumerate(kinds)]
     weighed = as_drawn(made, "withheld", 0.25)
     total = sum(one.weight for one in weighed)
