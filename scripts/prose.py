@@ -24,10 +24,8 @@ WITH_THE_DIAGNOSIS = (
     "0013-rougher-runs-for-derivatives.md",
     "0014-rigs-of-others.md",
     "0015-side-by-side.md",
-    "blind-benchmark.md",
     "effects.md",
     "foreign-effects.md",
-    "foreign-rigs.md",
     "gap-history.md",
     "gap.md",
 )
