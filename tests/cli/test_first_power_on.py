@@ -25,9 +25,9 @@ PRESSURES = [  # by step: what the page has one write into a muscle
 
 
 def commands():
-    """The words of every command that stands whole on the page."""
+    """The words of every command that stands whole on the page, and not as a verb's name alone."""
     for code in re.findall(r"`((?:epa|JOG) [^`]*)`", PAGE.replace("\n", " ")):
-        if "…" not in code and code not in ("epa home", "epa jog", "epa report", JOG):
+        if "…" not in code and code != JOG and not re.fullmatch("epa [a-z ]+", code):
             yield shlex.split(re.sub(r"^JOG", JOG, code))[1:]
 
 
