@@ -17,19 +17,14 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[1]
 MOST_WORDS, MEDIAN_WORDS, MOST_CELL = 40, 18, 100
-# pages on the diagnosis, which are written anew with it
+# the record of the diagnosis and of its rules, which nobody reads to use it
 WITH_THE_DIAGNOSIS = (
     "0011-diagnosis.md",
     "0012-places.md",
     "0013-rougher-runs-for-derivatives.md",
     "0014-rigs-of-others.md",
     "0015-side-by-side.md",
-    "blind-benchmark.md",
-    "effects.md",
-    "foreign-effects.md",
-    "foreign-rigs.md",
     "gap-history.md",
-    "gap.md",
 )
 _LINK = re.compile(r"\[([^\]]*)\]\([^)]*\)")
 _END = re.compile(r"(?<=[.!?])[)\"'*`]*\s+(?=[A-Z\"'(*`\[0-9])|;\s+(?=\|)")

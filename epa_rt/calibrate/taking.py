@@ -73,7 +73,8 @@ class Taken:
 
 
 class Taking:
-    """``step`` once per sound cycle; True once all points are taken. ``taken`` in their order.
+    """``step`` once per sound cycle; True once all points are taken. ``taken`` in their order,
+    ``reading`` what the signal says now (SI).
 
     ``native``: from the measured value to the entry's native unit (slope, intercept). ``events`` as
     a plan's, to be drained.
@@ -95,6 +96,7 @@ class Taking:
         self.phase = ORDERING
         self.now: Step | None = None
         self.reference: Reference | None = None
+        self.reading = float("nan")
         self._signal, self._native, self._scale = signal, native, scale
         self._steps, self._answers = steps, answers
         self._settle = max(1, round(settle_s / period_s))
@@ -120,10 +122,12 @@ class Taking:
         """The rig has done what the step wants."""
         assert self.now is not None
         self.phase = ASKING
-        self._answers.ask(self.now, len(self.taken) + 1, measured[self._signal])
+        self.reading = measured[self._signal]
+        self._answers.ask(self.now, len(self.taken) + 1, self.reading)
 
     def proceed(self, cycle: int, measured: Mapping[str, float]) -> bool:
         """From the question to the end of the record; True where nothing more is wanted."""
+        self.reading = measured[self._signal]
         if self.phase == ASKING:
             self.reference = self._answers.answer()
             if self._answers.enough:
@@ -135,7 +139,7 @@ class Taking:
             if self._age >= self._settle:
                 self.phase, self._age, self._live = RECORDING, 0, 0.0
         elif self.phase == RECORDING:
-            self._samples[self._age] = measured[self._signal]
+            self._samples[self._age] = self.reading
             if self.reference is not None and self.reference.live is not None:
                 self._live += self.reference.live()
             self._age += 1

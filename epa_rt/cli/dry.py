@@ -33,10 +33,11 @@ def show_dry_run(experiment: "Experiment", rig: "Rig", out: Path) -> Sequence[st
     _print_table(head, rows)
     repeated = repeat_words(experiment_file(experiment.text))
     if repeated:
-        print(filled(f"repeated {repeated}"))
+        print(filled(repeated))
+    trials = len(experiment.trials)
     print(
-        f"about {seconds(dry.duration_s)} in {len(dry.phases)} phases, {len(experiment.trials)} of"
-        " them trials; nothing has moved"
+        f"about {seconds(dry.duration_s)} in {len(dry.phases)} phases, {trials} of them"
+        f" {'a trial' if trials == 1 else 'trials'}; nothing has moved"
     )
     for finding in dry.findings:
         print(filled(f"FINDING: {finding}"))

@@ -87,8 +87,14 @@ def main(arguments: argparse.Namespace) -> int:
         assembly, jog = assemble_jog(rig, Script(orders) if orders else keys, known_zero(by_hand))
     except WiringError as error:
         raise VerbError(str(error)) from None
-    if orders:
+    if orders and (arguments.quiet or not sys.stderr.isatty()):
         summary, result = by_hand.run(assembly)
+    elif orders:
+        from epa_rt.cli.keys import ShownRequests
+
+        shown = ShownRequests(rig, jog, assembly.decoder.measured)
+        summary, result = by_hand.run(assembly, shown, line=False)
+        print(file=sys.stderr)
     else:
         from epa_rt.cli.keys import KeyRequests, raw_keys
 

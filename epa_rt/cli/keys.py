@@ -44,21 +44,38 @@ def keys_in(data: bytes) -> list[str]:
     return found
 
 
-class KeyRequests(OperatorRequests):
-    """Requests of a run that also reads keys and shows a line, in the loop's own ``poll``."""
+class ShownRequests(OperatorRequests):
+    """Requests of a jog by orders that also shows a line, in the loop's own ``poll``.
 
-    def __init__(self, rig: Rig, keys: Keys, jog: Jogging, measured: Mapping[str, float]):
+    ``selected``: the number of the muscle that is marked in it; none below zero.
+    """
+
+    selected = -1
+
+    def __init__(self, rig: Rig, jog: Jogging, measured: Mapping[str, float]):
         super().__init__(rig.period_s)
-        self._keys, self._jog, self._measured = keys, jog, measured
-        self._typed = Typed(rig.period_s, self.ask)
+        self._jog, self._measured = jog, measured
         self._show_every = max(1, round(SHOW_S / rig.period_s))
         self._line, self._out = FigureLine(rig), DroppingStream.of(sys.stderr)
 
     def poll(self, cycle: int) -> int:
+        if cycle % self._show_every == 0:
+            self._out.write("\r" + self._line.text(self._measured, self._jog, self.selected))
+        return super().poll(cycle)
+
+
+class KeyRequests(ShownRequests):
+    """The same with keys that are read."""
+
+    def __init__(self, rig: Rig, keys: Keys, jog: Jogging, measured: Mapping[str, float]):
+        super().__init__(rig, jog, measured)
+        self._keys = keys
+        self._typed = Typed(rig.period_s, self.ask)
+
+    def poll(self, cycle: int) -> int:
         for key in keys_in(self._typed.read(cycle)):
             self._keys.press(key, cycle)
-        if cycle % self._show_every == 0:
-            self._out.write("\r" + self._line.text(self._measured, self._jog, self._keys.selected))
+        self.selected = self._keys.selected
         return super().poll(cycle)
 
 

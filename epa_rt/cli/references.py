@@ -3,7 +3,7 @@
 import sys
 import textwrap
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     import numpy as np
 
 END = ("done", "end", "q")
+SHOW_S = 0.2  # between two readings on the screen
+_SAVE, _BACK, _ERASE = "\x1b7", "\x1b8", "\x1b[K"  # the cursor's place; the rest of its line
 
 
 class Standard(Protocol):
@@ -91,7 +93,8 @@ class GaugeAnswers:
 
 class TypedLines(OperatorRequests):
     """Requests of a run that also reads the operator's lines, in the loop's own ``poll``, without
-    ever waiting. What is typed while nothing is asked is dropped.
+    ever waiting. What is typed while nothing is asked is dropped. ``reading``, where it is set:
+    what stands behind the line while it is typed, anew every SHOW_S.
     """
 
     def __init__(self, period_s: float):
@@ -100,15 +103,24 @@ class TypedLines(OperatorRequests):
         self._typed, self._lines = "", deque[str](maxlen=8)
         self._out = DroppingStream.of(sys.stderr)
         self._is_asking = False
+        self._show_every = max(1, round(SHOW_S / period_s))
+        self.reading: Callable[[], str] | None = None
 
     def poll(self, cycle: int) -> int:
         self._take_in(self._terminal.read(cycle))
+        if self._is_asking and not self._lines and cycle % self._show_every == 0:
+            self._show()
         return super().poll(cycle)
+
+    def _show(self) -> None:
+        if self.reading is not None:
+            self._write(f"{_SAVE}   now {self.reading()}{_ERASE}{_BACK}")
 
     def prompt(self) -> None:
         """From now on lines are taken."""
         self._typed, self._is_asking = "", True
         self._write("> ")
+        self._show()
 
     def line(self) -> str | None:
         """The line that was typed; None until there is one."""
@@ -128,7 +140,7 @@ class TypedLines(OperatorRequests):
                 continue
             if key in "\r\n":
                 self._lines.append(self._typed)
-                self._write("\n")
+                self._write(f"{_ERASE}\n" if self.reading is not None else "\n")
             elif key in "\x7f\b":
                 if self._typed:
                     self._typed = self._typed[:-1]
@@ -179,9 +191,8 @@ class TypedAnswers:
     def ask(self, step: Step, number: int, reading: float) -> None:
         self._number = number
         say, shown, talk = self._lines.say, self._scale.shown, self._talk
-        if self._reader.row.reads == "gauge":
-            reading -= self._reader.atmosphere_pa
-        say(f"\npoint {number}{': ' + step.words if step.words else ''}: reads {shown(reading)}")
+        name = step.words and f": {step.words}"
+        say(f"\npoint {number}{name}: reads {self.shown(reading)}")
         if talk.by_gauge and self._standard is not None:
             say(f"  (the simulated reference says {shown(self._standard.truth)})")
         if number == 1:
@@ -189,7 +200,16 @@ class TypedAnswers:
             say("  'again' drops the last point, 'done' ends; Ctrl-C stops")
         if self._asked:
             say(f"  Enter for {shown(self._asked[0].reference)}")
+        if (taking := self.taking) is not None:
+            self._lines.reading = lambda: self.shown(taking.reading)
         self._lines.prompt()
+
+    def shown(self, reading: float) -> str:
+        """What the signal says now (SI, pressures absolute), as the operator's gauge would."""
+        reader = self._reader
+        return self._scale.shown(
+            reading - reader.atmosphere_pa if reader.row.reads == "gauge" else reading
+        )
 
     def answer(self) -> Reference | None:
         text = self._lines.line()

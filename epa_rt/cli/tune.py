@@ -306,8 +306,10 @@ def _write_rig(
 ) -> None:
     """A copy of the rig file with the proposed gains; only where something is to be changed."""
     from epa_rt.cli.write import write_whole
+    from epa_rt.cli.zero import bring_zero
     from epa_rt.config.rig import rig_from
     from epa_rt.config.source import parse_yaml
+    from epa_rt.config.zero_file import without_zero
     from epa_rt.tune.rig_text import text_with
 
     out: Path = arguments.write
@@ -315,10 +317,12 @@ def _write_rig(
         print(filled(f"{out}: not written, for the gains stay as they are"))
         return
     text = source.text if source is not None else recordings[0].attachments["rig.yaml"].decode()
-    text = text_with(text, answer.loop.kind, answer.after.gains)
+    text = text_with(without_zero(text), answer.loop.kind, answer.after.gains)
     rig = rig_from(parse_yaml(text, out))  # what is written can be read
     write_whole(out, text)
     print(out)
+    for said in bring_zero(rig, arguments.rig, out):
+        print(filled(said))
     if not (out.parent / rig.plant).exists():
         said = (
             f"note: it names the plant file {rig.plant}, which is not there from its folder: run it"

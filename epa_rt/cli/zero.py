@@ -33,13 +33,15 @@ def load_rig_source(path: Path, with_zero: bool, emulated: bool = False) -> "tup
     from epa_rt.config.calibration_file import self_contained
     from epa_rt.config.rig import rig_from
     from epa_rt.config.source import load_yaml
-    from epa_rt.config.zero_file import read_zero, zero_path
+    from epa_rt.config.zero_file import APPLIED, read_zero, zero_path
     from epa_rt.config.zero_file import with_zero as joined
 
     source = self_contained(load_yaml(path))
     rig = rig_from(source)
     if not with_zero:
         return source, rig
+    if isinstance(source.data, dict) and APPLIED in source.data:
+        raise source.error((APPLIED,), "a section that only a log has", "a zero file: epa home")
     zero = read_zero(zero_path(path, emulated), rig.name)
     if zero is None:
         return source, rig
@@ -142,6 +144,31 @@ def raw_count(rig: "Rig", decoder: "Decoder") -> int | None:
 
     travel = decoder.measured[rig.motor.position]
     return round(position_scaling(rig).to_counts(travel)) if travel == travel else None
+
+
+def bring_zero(rig: "Rig", source: Path | None, copy: Path) -> list[str]:
+    """Puts the zero files of a rig file beside a copy of it. Gives what is to be said of each.
+
+    Not of a wired drive: where its last run ended stands in one file only, else the copy would
+    believe an older one. ``source`` None: the copy is out of a log. Raises OSError, ConfigError.
+    """
+    from epa_rt.config.zero_file import read_zero, write_zero, zero_path
+
+    if rig.drive.interface == "analog":
+        instead = "" if source is None else f", or put it in the place of {source}"
+        return [f"note: a wired drive's zero is no part of it: epa home --rig {copy}{instead}"]
+    said = []
+    for emulated in (False, True):
+        zero = None if source is None else read_zero(zero_path(source, emulated), rig.name)
+        there = zero_path(copy, emulated)
+        if zero is None:
+            continue
+        if there.exists():
+            said.append(f"note: {there} was there before and stays: epa home --rig {copy}")
+        else:
+            write_zero(there, zero)
+            said.append(str(there))
+    return said
 
 
 def zero_words(rig: "Rig", backend: str) -> str:

@@ -18,6 +18,8 @@ from epa_rt.config.whole_file import write_synced
 
 Count = Annotated[int, Field(ge=-(1 << 31), lt=1 << 31)]
 _APPLIED = ("method", "when", "who", "drive", "offset", "end")
+APPLIED = "applied_zero"  # the section of a log's own copy of the rig file
+_COMMENT = "# taken from the zero file"
 _HEAD = "# Written by epa home. Do not edit: home again instead.\n"
 
 
@@ -90,11 +92,24 @@ def write_zero(path: Path, zero: ZeroFile) -> None:
 def with_zero(rig: Located, zero: ZeroFile) -> Located:
     """The rig file's text with what the zero file says, as the log is to carry it."""
     values = {key: value for key in _APPLIED if (value := getattr(zero, key)) is not None}
-    section = yaml.safe_dump({"applied_zero": values}, sort_keys=False, allow_unicode=True)
-    if isinstance(rig.data, dict) and "applied_zero" in rig.data:
+    section = yaml.safe_dump({APPLIED: values}, sort_keys=False, allow_unicode=True)
+    if isinstance(rig.data, dict) and APPLIED in rig.data:
         raise rig.error(
-            ("applied_zero",), "a section that only a log has", "no applied_zero beside a zero file"
+            (APPLIED,), "a section that only a log has", "no applied_zero beside a zero file"
         )
     if rig.text.lstrip().startswith("{"):  # a file in one pair of braces: nothing can be appended
         return parse_yaml(yaml.safe_dump(rig.data, sort_keys=False) + section, rig.path)
-    return parse_yaml(f"{rig.text.rstrip()}\n\n# taken from the zero file\n{section}", rig.path)
+    return parse_yaml(f"{rig.text.rstrip()}\n\n{_COMMENT}\n{section}", rig.path)
+
+
+def without_zero(text: str) -> str:
+    """The text of a log's own rig file as it was before a zero file was joined to it."""
+    node = yaml.compose(text)
+    if not isinstance(node, yaml.MappingNode):
+        return text
+    for key, value in node.value:
+        if key.value == APPLIED:
+            start, stop = key.start_mark.index, value.end_mark.index
+            before = text[:start].removesuffix(f"{_COMMENT}\n").rstrip()
+            return f"{before}\n{text[stop:].lstrip()}"
+    return text

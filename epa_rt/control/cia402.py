@@ -199,9 +199,7 @@ class DriveEnabler:
         if self._resetting:
             return CONTROL_FAULT_RESET
         if not self._may_reset:
-            return self._give_up(
-                "the drive is in fault, and a reset was not asked for or has been used"
-            )
+            return self._give_up("the drive is in fault, which is reset once at most")
         self._may_reset = False
         self._resetting = True
         return CONTROL_DISABLE_VOLTAGE

@@ -48,7 +48,7 @@ def read_recording(path: str | os.PathLike) -> Recording:
             rig = _attached_rig(path, log.attachments)
             lost += _changed(path, rig, columns, cycle["inputs_raw"])
             columns |= _sent(path, rig, cycle["outputs_raw"])
-        found = [*log.missing, *_faults(events), *lost]
+        found = [*log.missing, *_faults(events, int(cycle["t_ns"][0])), *lost]
         if (
             ending is not None
             and ending.outcome not in ("completed", "imported")
@@ -221,9 +221,10 @@ def _spans(
     )
 
 
-def _faults(events: list[Event]) -> list[str]:
+def _faults(events: list[Event], begin_ns: int) -> list[str]:
+    """In words; times count from the log's first cycle, for a rig's clock counts from 1970."""
     return [
-        f"{event.kind} at {event.t_ns / 1e9:.3f} s: {event.text}"
+        f"{event.kind} at {max(0, event.t_ns - begin_ns) / 1e9:.3f} s: {event.text}"
         for event in events
         if event.kind in _FAULT_KINDS
     ]

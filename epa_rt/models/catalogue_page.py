@@ -1,5 +1,6 @@
 """The catalogue as a page for people (docs/effects.md) and a plant file's form as a JSON schema."""
 
+import re
 from collections import Counter
 
 from epa_rt.models.catalogue import CATALOGUE, NOMINAL
@@ -8,21 +9,29 @@ from epa_rt.models.knobs import row_of
 from epa_rt.models.parameters import BLOCKS, TWICE, Parameter, effects
 from epa_rt.models.plant_file import MOST_SUBSTEPS, stem_of
 
+WIDEST = 100  # characters of a cell
+MOST_STARTS = 3  # of an effect that the page shows
 _HEAD = """# Catalogue of effects
 
-To look up what a diagnosis can name as the cause of a gap, or what a simulated rig can be given: {count} effects that a nominal
-plant leaves out, {more} of them beside the gain and offset of a channel.
-A *family* holds the laws for one and the same thing. *Knobs* are the numbers that a fit may move, *starts* where fits begin, a
-typical strength first. Equations, units, bounds and neutral values: docs/plant.md, the section of the same name. Code:
-`epa_rt/models/catalogue.py`; `knob`, `read_knob` and `write_knob` there handle a plant's numbers by key. This page is written
-by `catalogue_page.page()`, and a test holds it to the code.
-"""  # noqa: E501
+To look up what a diagnosis can name as the cause of a gap, or what a simulated rig can be given.
+There are {count} effects that a nominal plant leaves out, {more} of them beside the gain and offset
+of a channel.
+
+- A *family* holds the laws for one and the same thing.
+- *Knobs* are the numbers that a fit may move. Where a cell is too short for them, the next row
+  goes on.
+- *Starts* are where fits begin, a typical strength first; of many the first {starts} are shown.
+
+Equations, units, bounds and neutral values: [plant](plant.md), the section of the same name. Code:
+`epa_rt/models/catalogue.py`; `knob`, `read_knob` and `write_knob` there handle a plant's numbers by
+key. This page is written by `catalogue_page.page()`, and a test holds it to the code.
+"""
 
 
 def page() -> str:
     """docs/effects.md as text."""
     plain = [effect for effect in CATALOGUE if not effect.name.endswith(("_gain", "_offset"))]
-    parts = [_HEAD.format(count=len(CATALOGUE), more=len(plain))]
+    parts = [_HEAD.format(count=len(CATALOGUE), more=len(plain), starts=MOST_STARTS)]
     for section in dict.fromkeys(effect.equation for effect in CATALOGUE):
         parts.append(
             f"\n## {section}\n\n| Family | Effect | Says | Knobs | Starts | Source"
@@ -44,11 +53,32 @@ def page() -> str:
 
 def _line(effect: Effect) -> str:
     knobs = ", ".join(f"`{row_of(key)[1].name}`" for key in effect.knobs)
-    starts = "; ".join(" ".join(f"{value:.4g}" for value in start) for start in effect.starts)
-    return (
-        f"| {effect.family} | `{effect.name}` | {effect.says} | {knobs} | {starts} |"
-        f" {effect.source} |\n"
-    )
+    shown, others = effect.starts[:MOST_STARTS], len(effect.starts) - MOST_STARTS
+    starts = "; ".join(" ".join(f"{value:.4g}" for value in start) for start in shown)
+    if others > 0:
+        starts += f" and {others} more"
+    return table_rows(effect.family, f"`{effect.name}`", effect.says, knobs, starts, effect.source)
+
+
+def table_rows(*cells: str) -> str:
+    """A row of a table, and as many below it as its longest list needs. A cell of more than WIDEST
+    characters is cut behind a comma or a semicolon.
+    """
+    columns = [_cut(cell) for cell in cells]
+    height = max(len(parts) for parts in columns)
+    lines = ((parts[i] if i < len(parts) else "" for parts in columns) for i in range(height))
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+def _cut(cell: str) -> list[str]:
+    parts, line = [], ""
+    for piece in re.split(r"(?<=[,;]) ", cell):
+        if line and len(line) + 1 + len(piece) > WIDEST:
+            parts.append(line)
+            line = piece
+        else:
+            line = f"{line} {piece}" if line else piece
+    return [*parts, line]
 
 
 def _quantity(row: Parameter) -> dict:

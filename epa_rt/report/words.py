@@ -61,13 +61,19 @@ def until_words(until: Until) -> str:
 
 
 def repeat_words(file: ExperimentFile) -> str:
-    """'7 times, with p0 = 460 kPa gauge, 490 kPa gauge, ...'; '' where nothing repeats."""
+    """'repeated 7 times, with p0 = 460 kPa gauge, 490 kPa gauge, ...' or 'once, with ...'; '' where
+    nothing repeats.
+    """
     first = f", from repetition {file.first_repetition} on" if file.first_repetition else ""
     if file.repeat:
         times = len(next(iter(file.repeat.values())))
         lists = "; ".join(f"{name} = {', '.join(values)}" for name, values in file.repeat.items())
-        return f"{times} times, with {lists}{first}"
-    return f"{file.times} times{first}" if file.times else ""
+        return f"{_times(times)}, with {lists}{first}"
+    return f"{_times(file.times)}{first}" if file.times else ""
+
+
+def _times(number: int) -> str:
+    return "once" if number == 1 else f"repeated {number} times"
 
 
 def _written(value: object, between: str) -> str:

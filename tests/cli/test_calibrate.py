@@ -302,6 +302,7 @@ def test_the_operator_is_asked_point_by_point(folder):
     said, code = talk([*words, "--speed", "8"], answers)
     assert code == 0, said
     assert "hang the mass" in said and "found 'five'" in said and "point 3 is dropped" in said
+    assert re.search(r"   now -?[\d.e-]+ N\x1b", said)  # what the cell says while one is asked
     assert "nothing moves" in said and "points           4, 0 N to 240 N" in said
     assert all(len(line) < 100 for line in said.splitlines() if "/" not in line)
 

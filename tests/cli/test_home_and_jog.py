@@ -148,3 +148,24 @@ def test_keys_move_the_rig_on_a_terminal_and_q_ends_it(tmp_path):
     assert code == 0 and moved and "completed" in text, text
     lines = [line for line in text.replace("\n", "\r").split("\r") if "mm/s |" in line]
     assert lines and all(len(line) < 80 for line in lines)
+
+
+def test_a_jog_by_orders_shows_the_pressure_on_a_terminal(tmp_path):
+    ours, theirs = pty.openpty()
+    words = ["jog", "--rig", BENCH, "--fill", "muscle", "50 kPa", "--vent", "-o", str(tmp_path)]
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    with subprocess.Popen(
+        [sys.executable, "-m", "epa_rt", *words], cwd=ROOT, stderr=theirs, env=environment
+    ) as child:
+        os.close(theirs)
+        said = b""
+        try:
+            while data := os.read(ours, 4096):
+                said += data
+        except OSError:  # the other end is closed
+            pass
+        finally:
+            os.close(ours)
+        assert child.wait(60) == 0
+    shown = re.findall(r"\| muscle +([\d.-]+) kPa", said.decode())
+    assert any(45.0 < float(one) < 55.0 for one in shown), said

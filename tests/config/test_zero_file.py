@@ -8,9 +8,17 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from epa_rt.cli.zero import bring_zero, load_rig_source
 from epa_rt.config.rig import load_rig, rig_from
 from epa_rt.config.source import ConfigError, load_yaml, parse_yaml
-from epa_rt.config.zero_file import ZeroFile, read_zero, with_zero, write_zero, zero_path
+from epa_rt.config.zero_file import (
+    ZeroFile,
+    read_zero,
+    with_zero,
+    without_zero,
+    write_zero,
+    zero_path,
+)
 from epa_rt.loop.referenced import Referenced
 from epa_rt.signals.codec import Decoder
 
@@ -162,3 +170,34 @@ def test_homing_by_index_needs_what_watches_it(name, changes, said):
         return
     with pytest.raises(ConfigError, match=said):
         rig_from(source)
+
+
+@pytest.mark.parametrize("after", ["", "more: 1\n"])
+def test_a_logs_own_rig_file_gives_back_what_it_was(after):
+    source = load_yaml(BUS)
+    joined = with_zero(source, zero(rig="bench")).text + after
+    assert without_zero(joined).rstrip("\n") == (source.text + after).rstrip("\n")
+    assert without_zero(source.text) == source.text
+
+
+def test_a_logs_own_rig_file_is_refused_where_a_zero_file_counts(tmp_path):
+    """Its zero is of the day of that log."""
+    path = tmp_path / "bench_analog.yaml"
+    path.write_text(with_zero(load_yaml(WIRED), zero(offset=9000, end=-9000)).text)
+    with pytest.raises(ConfigError, match="only a log has"):
+        load_rig_source(path, with_zero=True)
+    assert load_rig_source(path, with_zero=False)[1].applied_zero is not None
+
+
+def test_a_copy_of_a_rig_file_gets_its_zero_but_for_a_wired_drive(tmp_path):
+    rig, copy = tmp_path / "bench.yaml", tmp_path / "copy.yaml"
+    own = zero(rig="bench", method="taut_strap")
+    write_zero(zero_path(rig), own)
+    assert bring_zero(load_rig(BUS), rig, copy) == [str(tmp_path / "copy.zero.yaml")]
+    assert read_zero(zero_path(copy), "bench") == own
+    write_zero(zero_path(rig), own.model_copy(update={"who": "another"}))
+    (said,) = bring_zero(load_rig(BUS), rig, copy)
+    assert "was there before" in said and read_zero(zero_path(copy), "bench") == own
+    assert bring_zero(load_rig(BUS), None, copy) == []
+    (said,) = bring_zero(load_rig(WIRED), rig, tmp_path / "wired.yaml")
+    assert "epa home" in said and not (tmp_path / "wired.zero.yaml").exists()

@@ -264,10 +264,10 @@ _EFFECTS = (
 
 EQUATIONS = (
     (
-        "x: the place as read, low-passed (at 4 or 2 times the rig file's cut-off or at it, the"
-        " first behind which noise is less than 0.003 of v_typical in v and less than 0.006 of the"
-        " typical force in M a, low-passed), less A sin(2 pi x/p) + B cos(2 pi x/p); v and a:"
-        " central differences of x at the log's rate"
+        "x: the place as read, low-passed, less A sin(2 pi x/p) + B cos(2 pi x/p); v and a: central"
+        " differences of x at the log's rate; low-passed at 4 or 2 times the rig file's cut-off or"
+        " at it, the first behind which noise is little; little: below 0.003 of v_typical in v and"
+        " 0.006 of the typical force in M a, low-passed"
     ),
     (
         f"sgn(v) = v / sqrt(v^2 + (r v_typical)^2), r = {REST_RATIO:g}; place along the way X = (x"

@@ -4,14 +4,24 @@
 
 from epa_rt.gap.foreign.component import Component, Parameter
 from epa_rt.gap.foreign.kinds import KINDS
+from epa_rt.models.catalogue_page import table_rows
 from epa_rt.models.effect import Effect
 
 _HEAD = """# Effects of rigs that are not ours
 
-To look up what a diagnosis can name on a rig of others (carriage, shaft, piston, chamber, servo). Kind by kind: the model with every number that it has, so that another person could write it again, what is known of a rig (settings), what no plant file knows exactly (nominal), and the effects that can be named. A law's
-numbers stand in the order in which its equation has them; bounds, neutral value and typical strength are in units of what stands behind the *x*, settings of the rig file. With its neutral value an effect is exactly absent. Files, units of
-columns, what to record: [foreign-rigs.md](foreign-rigs.md). This page is written by `epa_rt.gap.foreign.catalogue_page.page()`, and a test holds it to the code.
-"""  # noqa: E501
+To look up what a diagnosis can name on a rig of others (carriage, shaft, piston, chamber, servo).
+Kind by kind stand:
+
+- the model with every number that it has, so that another person could write it again;
+- settings, which are known of a rig, and nominal numbers, which no plant file knows exactly;
+- the effects that can be named. Where a cell would be too long, the next row goes on.
+
+A law's numbers stand in the order in which its equation has them. Bounds, neutral value and typical
+strength are in units of what stands behind the *x*, settings of the rig file. With its neutral
+value an effect is exactly absent. Files, units of columns, what to record:
+[rigs of others](foreign-rigs.md). This page is written by
+`epa_rt.gap.foreign.catalogue_page.page()`, and a test holds it to the code.
+"""
 
 
 def rows(component: Component) -> list[dict]:
@@ -85,7 +95,7 @@ def _kind(component: Component) -> str:
     return "".join(
         [
             f"\n## {component.kind}: {component.says}\n\n",
-            *(f"- {line}\n" for line in component.equations),
+            *(_clauses(line) for line in component.equations),
             "\n| Setting | Unit | Bounds | Default | Says |\n|---|---|---|---|---|\n",
             *(
                 f"| `{s.name}` | {s.unit} | {s.low:g} to {s.high:g} |"
@@ -109,6 +119,12 @@ def _kind(component: Component) -> str:
     )
 
 
+def _clauses(line: str) -> str:
+    """An equation as an item of a list, what is said besides below it."""
+    first, *rest = line.split("; ")
+    return f"- {first}\n" + "".join(f"  - {clause}\n" for clause in rest)
+
+
 def _nominal(row: Parameter) -> str:
     spread = f"{row.spread:g} {row.unit}" if row.absolute else f"{100 * row.spread:g} %"
     return (
@@ -125,7 +141,6 @@ def _effect(effect: Effect, knobs: list[dict]) -> str:
         "; ".join(typical(one) for one in knobs),
     )
     equation = effect.equation.replace("|", "\\|")
-    return (
-        f"| {effect.family} | `{effect.name}` | {effect.says} | {equation} | {names} |"
-        f" {' | '.join(numbers)} | {effect.source} |\n"
+    return table_rows(
+        effect.family, f"`{effect.name}`", effect.says, equation, names, *numbers, effect.source
     )

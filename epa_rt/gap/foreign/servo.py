@@ -407,7 +407,7 @@ EQUATIONS = (
     ),
     (
         f"a compliance c above {model.RIGID_S2:g} s^2, {model.WOUND * model.SUBSTEPS} steps: q'' ="
-        f" bent/c + {2 * model.JOINT_DAMPING:g} / sqrt(c) (w - q'), bent = motor - q less what the"
+        f" bent/c + {2 * model.JOINT_DAMPING:g} / sqrt(c) (w - q'); bent = motor - q less what the"
         " gap takes, (1 - r) T dw/dt = push - ... - r T q'', implicit midpoint"
     ),
     (

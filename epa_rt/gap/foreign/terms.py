@@ -161,8 +161,7 @@ LAWS: tuple[Law, ...] = (
     _law(
         "coulomb_rounding",
         FRICTION,
-        "dry friction of one level that turns over gradually: a lubricated contact, or a"
-        " simulator's way to write it",
+        "dry friction of one level that turns over gradually: lubricated, or a simulator's way",
         "F = Fc tanh(v/vr) in place of Fc sgn(v)",
         "the usual smooth stand-in for Coulomb's law in simulators",
         (

@@ -59,7 +59,9 @@ def phase_table(file: ExperimentFile) -> Html:
 
 def _repeated(file: ExperimentFile) -> str:
     repeated = repeat_words(file)
-    return f"Repeated {repeated}" if repeated else "Once" if file.before or file.after else ""
+    if repeated:
+        return repeated[0].upper() + repeated[1:]
+    return "Once" if file.before or file.after else ""
 
 
 def _row(phase: PhaseFile, file: ExperimentFile) -> list[object]:
