@@ -178,7 +178,8 @@ def _calibrate(folders: list[Path], out: Path) -> tuple[dict[str, object], objec
     others = left_out(examples, START)
     before, after = probabilities(examples, START), probabilities(examples, numbers)
     answer = {
-        "cases": len(examples),
+        "cases": sum(not one.name.endswith(WITHHELD) for one in examples),
+        "withheld_again": sum(one.name.endswith(WITHHELD) for one in examples),
         "seeds": seeds,
         "cpu_s_median": round(float(np.median(seconds)), 1),
         "log_score": {
@@ -208,8 +209,9 @@ def _module(numbers: object, answer: dict[str, object]) -> str:
     score = answer["log_score"]
     return (
         '"""The posterior\'s numbers, written by scripts/calibrate_posterior.py: not to be edited.'
-        f"\n\nFrom {answer['cases']} sealed cases of `epa gap blind make` (seeds {seeds}). Mean log"
-        f"\nprobability of the truth {score['calibrated']:.3f}, on cases that they were not"
+        f"\n\nFrom {answer['cases']} sealed cases of `epa gap blind make` (seeds {seeds}),"
+        f" {answer['withheld_again']} of them\nonce more with their effect withheld. Mean log"
+        f" probability of the truth {score['calibrated']:.3f}, on\ncases that they were not"
         f" calibrated on {score['on_cases_left_out']:.3f}.\n"
         '"""\n\nfrom epa_rt.gap.posterior.evidence import Numbers\n\n'
         f"CASES = {answer['cases']}\n"
