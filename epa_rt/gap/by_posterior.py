@@ -49,6 +49,7 @@ from epa_rt.gap.together import ROUNDS, Together, costs
 from epa_rt.gap.whose import who_has
 from epa_rt.gap.wording import said_of_moved
 
+WORTH_A_WORD = 0.2  # probability from which a law that is not named is said all the same
 MOSTLY = 0.5  # of the catalogue: where the logs could not show as much, no gap says nothing
 
 
@@ -313,12 +314,23 @@ def _says(
     if verdict == "not_in_catalogue":
         said = f"Something is missing that no law of the catalogue describes ({could.unknown:.2f})."
         places = all_of([one.says for one in likely(whence)], "or")
-        return f"{said} It comes from {places}." if places else said
+        if places:
+            said = f"{said} It comes from {places}."
+        return f"{said}{_nearest(could)}"
     if verdict == "not_separable":
         told = told_of_sets((tuple(could.names), *could.instead), could.names)
     else:
         told = told_of_names(could.names, verdict == "partly_explained")
     return f"{told[:1].upper()}{told[1:]}.{_left(could, model)}"
+
+
+def _nearest(could: Posterior) -> str:
+    """The law that comes nearest where none is named, if that is worth a word."""
+    best = next((one for one in could.models if one.effects), None)
+    family, share = next(iter(could.families.items()), ("", 0.0))
+    if best is None or share < WORTH_A_WORD:
+        return ""
+    return f" If a law describes it, it is {set_words(best.effects)} ({family} {share:.2f})."
 
 
 def _left(could: Posterior, model: Model) -> str:
