@@ -255,16 +255,21 @@ def _same_family(name: str, found: Found, table: Table, model: Model) -> tuple[s
 
 
 def _in_more_numbers(problem: Problem, name: str, table: Table, model: Model) -> tuple[str, ...]:
-    """Laws of a name's family that say the same block by block, with more numbers."""
+    """Laws of a name's family that say the same block by block, with more numbers: beside what else
+    is named, or alone where the name was fitted alone.
+    """
     numbers_of = {law: len(effect.knobs) for law, effect in problem.effects.items()}
-    most = left_in(model, BLOCKS) + DECIDES
+    alone = [one for one in table.models if one.effects == (name,)]
     return tuple(
         sorted(
-            law
-            for other in table.models
-            if (law := _kin(name, model, other, table)) is not None
-            and numbers_of[law] > numbers_of[name]
-            and left_in(other, BLOCKS) < most
+            {
+                law
+                for own in (model, *alone)
+                for other in table.models
+                if (law := _kin(name, own, other, table)) is not None
+                and numbers_of[law] > numbers_of[name]
+                and left_in(other, BLOCKS) < left_in(own, BLOCKS) + DECIDES
+            }
         )
     )
 

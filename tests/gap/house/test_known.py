@@ -7,8 +7,15 @@ import threading
 import time
 from dataclasses import replace
 
+import numpy as np
+
 from epa_rt.gap.house.known import MOST_PLANTS, AllKnown
+from epa_rt.models.ports import COMMAND
 from tests.gap.house.runs import recorded, subject
+
+
+def told() -> np.ndarray:
+    return np.zeros(0, COMMAND)
 
 
 def apart(one, other) -> float:
@@ -16,7 +23,7 @@ def apart(one, other) -> float:
 
 
 def test_the_least_that_any_plant_leaves_counts_and_near_ones_are_not_looked_at():
-    known, asked = AllKnown().of(recorded("bench", 1), lambda: 3), []
+    known, asked = AllKnown().of(recorded("bench", 1), lambda: 3, told), []
 
     def noise(x: float, left: float) -> float:
         return known.noise({"x": x}, apart, lambda: asked.append(x) or {"force_n": left})["force_n"]
@@ -37,7 +44,7 @@ def test_two_threads_look_for_it_once():
     all_known, log, asked = AllKnown(), recorded("bench", 1), []
 
     def look() -> None:
-        all_known.of(log, lambda: asked.append("phase") or 0).noise(
+        all_known.of(log, lambda: asked.append("phase") or 0, told).noise(
             {"x": 0.0}, apart, lambda: time.sleep(0.05) or asked.append("noise") or {"force_n": 1.0}
         )
 
@@ -51,13 +58,13 @@ def test_two_threads_look_for_it_once():
 
 def test_recordings_that_are_gone_are_forgotten_and_no_others():
     all_known, kept = AllKnown(), replace(recorded("bench", 1))
-    all_known.of(kept, lambda: 1)
+    all_known.of(kept, lambda: 1, told)
     for phase in range(100):
         assert (
-            all_known.of(replace(kept), lambda phase=phase: phase).phase == phase
+            all_known.of(replace(kept), lambda phase=phase: phase, told).phase == phase
         )  # a copy is another recording, also at the place of one that is gone
     gc.collect()
-    assert len(all_known._found) == 1 and all_known.of(kept, lambda: 9).phase == 1
+    assert len(all_known._found) == 1 and all_known.of(kept, lambda: 9, told).phase == 1
 
 
 def test_a_run_with_noise_is_the_same_whatever_other_recordings_were_run():
