@@ -61,6 +61,19 @@ class Floor:
         return out
 
 
+def unbiased(residual: np.ndarray, floor: Floor, recording: str) -> np.ndarray:
+    """(n,) a residual without what the method itself leaves of a rig without a gap; of a recording
+    that goes further than the floor has seen of it, nothing is known there.
+    """
+    bias = floor.bias.get(recording)
+    if bias is None:
+        return residual
+    found = residual.copy()
+    count = min(len(bias), len(found))
+    found[:count] -= bias[:count]
+    return found
+
+
 def floors(
     subject: Subject,
     recordings: Sequence[Recording],

@@ -9,7 +9,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.signal import welch
 
 from epa_rt.gap.diagnosis import Place
-from epa_rt.gap.floor import Floor
+from epa_rt.gap.floor import Floor, unbiased
 from epa_rt.gap.regressors import TURN
 from epa_rt.gap.significance import significance
 from epa_rt.gap.subject import Link, Subject, Values
@@ -71,12 +71,6 @@ def _place(
         band_hz=_by_band(residuals, floor, rate),
         time_s=_by_time(residuals, floor.rms, rate),
     )
-
-
-def unbiased(residual: np.ndarray, floor: Floor, recording: str) -> np.ndarray:
-    """A residual without what the method itself leaves of a rig without a gap."""
-    bias = floor.bias.get(recording)
-    return residual if bias is None else residual - bias
 
 
 def regions(states: Mapping[str, np.ndarray], rate_hz: float) -> dict[str, np.ndarray]:

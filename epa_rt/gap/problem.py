@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from epa_rt.gap.chunks import chunks_of
-from epa_rt.gap.floor import Floor
+from epa_rt.gap.floor import Floor, unbiased
 from epa_rt.gap.generic import Design
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.side_by_side import each
@@ -187,9 +187,9 @@ class Problem:
     def _whitened(self, recording: str, link: str, values: Values) -> np.ndarray:
         floor = self.floors[link]
         residual = self.subject.residual(self.prepared[recording], values, link)
-        bias = floor.bias.get(recording)
+        residual = unbiased(residual, floor, recording)
         with np.errstate(over="ignore", invalid="ignore"):  # a plant that runs away
-            white = floor.whiten(residual if bias is None else residual - bias) / self.scale[link]
+            white = floor.whiten(residual) / self.scale[link]
         return np.where(np.isfinite(white), np.clip(white, -ABSURD, ABSURD), white)
 
     def residual(self, values: Values, link: str) -> np.ndarray:

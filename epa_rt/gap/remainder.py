@@ -7,9 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from epa_rt.gap.diagnosis import Remainder
-from epa_rt.gap.floor import Floor
+from epa_rt.gap.floor import Floor, unbiased
 from epa_rt.gap.generic import Design, GenericFit, designed, fit_generic
-from epa_rt.gap.localise import unbiased
 from epa_rt.gap.subject import Subject, Values
 
 Designs = dict[str, Design]

@@ -8,8 +8,7 @@ import numpy as np
 
 from epa_rt.gap.alongside import BLOCK_S, channels, figure_misfits, misfit, step_of, unit_of
 from epa_rt.gap.diagnosis import Baseline, Mode, Shrinkage
-from epa_rt.gap.floor import Floor
-from epa_rt.gap.localise import unbiased
+from epa_rt.gap.floor import Floor, unbiased
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.share import Squares, share, squares

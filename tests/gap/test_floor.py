@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.colour import autocovariance, levinson, white_size
-from epa_rt.gap.floor import TWINS, Floor, floors
+from epa_rt.gap.floor import TWINS, Floor, floors, unbiased
 from epa_rt.gap.foreign.signals import lowpass
 from tests.gap import toy
 from tests.gap.house.runs import plant_with, recorded, subject
@@ -174,3 +174,10 @@ def test_stretches_shorter_than_the_filters_periods_still_have_noise():
     for start in range(0, 6000, 30):
         passed[start + 24 : start + 30] = np.nan
     assert white_size([passed], 100.0, 4.0) == pytest.approx(size, rel=0.2)
+
+
+def test_of_a_recording_that_goes_further_than_its_floor_nothing_is_known_there():
+    floor = Floor("link", 1.0, np.zeros(0), 1.0, bias={"log": np.array([1.0, 2.0])})
+    assert unbiased(np.full(4, 5.0), floor, "log").tolist() == [4.0, 3.0, 5.0, 5.0]
+    assert unbiased(np.full(1, 5.0), floor, "log").tolist() == [4.0]
+    assert unbiased(np.full(2, 5.0), floor, "other").tolist() == [5.0, 5.0]
