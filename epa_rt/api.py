@@ -142,15 +142,13 @@ def diagnose(
     holdout: Sequence[Place] = (),
     leave_out: Sequence[str] = (),
     gate: bool = True,
-    rules: bool = False,
     baseline: Sequence[Place] = (),
     progress: Progress = _silent,
 ) -> Diagnosed:
     """Why rig and simulation disagree; as ``epa gap diagnose``, about a minute for three logs.
 
-    ``gate``: run the patched plant on the log's own experiment and measure again. ``rules``: decide
-    by the rules of before, not by probability. ``baseline``: healthy runs of the same rig and
-    experiment; the question is then what changed since (by rules).
+    ``gate``: run the patched plant on the log's own experiment and measure again. ``baseline``:
+    healthy runs of the same rig and experiment; the question is then what changed since.
     ``progress(stage, share)`` is called as it goes on.
     """
     from epa_rt.cli.gap.diagnose import answered
@@ -163,7 +161,6 @@ def diagnose(
             [Path(log) for log in holdout],
             tuple(leave_out),
             gate,
-            rules,
             progress,
             [Path(log) for log in baseline],
         )

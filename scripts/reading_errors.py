@@ -25,11 +25,11 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from epa_rt.cli.gap.inputs import opened
-from epa_rt.gap.attribution import at_base
-from epa_rt.gap.by_posterior import by_posterior
+from epa_rt.gap.diagnose import diagnose
 from epa_rt.gap.diagnosis import likely
 from epa_rt.gap.origin import origins
 from epa_rt.gap.recording import Recording
+from epa_rt.gap.start import at_base
 from epa_rt.gap.stop_operator import stop_over_log
 from epa_rt.gap.subject import Subject
 
@@ -155,7 +155,7 @@ def _asked(
         "right": bool(found) and found[0].place == bent.place,
     }
     if whole:
-        answer = by_posterior(subject, logs)
+        answer = diagnose(subject, logs)
         row |= {
             "verdict": answer.verdict,
             "names": {one.name: round(one.confidence, 2) for one in answer.effects},

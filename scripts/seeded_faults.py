@@ -191,18 +191,11 @@ def judged(kind: str, fault: str, answer: Diagnosis, families: dict[str, str]) -
 
 
 def asked(
-    machine: str,
-    speeds: str,
-    fault: str,
-    seed: int,
-    rig: Path,
-    log: Path,
-    healthy: Sequence[Path],
-    rules: bool,
+    machine: str, speeds: str, fault: str, seed: int, rig: Path, log: Path, healthy: Sequence[Path]
 ) -> Case:
     """One diagnosis through the one path."""
     begun = time.monotonic()
-    opened, answer = diagnose_logs(rig, None, [log], rules=rules, baseline=healthy)
+    opened, answer = diagnose_logs(rig, None, [log], baseline=healthy)
     families = {effect.name: effect.family for effect in opened.subject.catalogue}
     first = answer.effects[0] if answer.effects else None
     return Case(
@@ -246,7 +239,6 @@ def cases(
     speeds: Sequence[str],
     runs: int,
     without: bool,
-    rules: bool,
 ) -> Iterator[Case]:
     """All cells of every seed, one seed after the other."""
     for seed in seeds:
@@ -262,7 +254,7 @@ def cases(
                 for fault in faults:
                     log = log_of(place, f"judged_{fault}", MACHINES[kind], fault, pace, random)
                     for healthy in (made, []) if without else (made,):
-                        yield asked(kind, pace, fault, seed, rig, log, healthy, rules)
+                        yield asked(kind, pace, fault, seed, rig, log, healthy)
 
 
 def summed(found: Sequence[Case]) -> dict[str, dict[str, float | int]]:
@@ -308,7 +300,6 @@ def main() -> int:
     parser.add_argument("--speeds", nargs="+", default=list(SECONDS), choices=list(SECONDS))
     parser.add_argument("--runs", type=int, default=HEALTHY_RUNS, help="healthy runs of a baseline")
     parser.add_argument("--without", action="store_true", help="also without the baseline")
-    parser.add_argument("--rules", action="store_true", help="decided by the rules of before")
     parser.add_argument("--minutes", type=float, default=1e6, help="begin no case after so long")
     parser.add_argument("--json", type=Path, help="write the answer there as well, case by case")
     given = parser.parse_args()
@@ -324,7 +315,6 @@ def main() -> int:
                 given.speeds,
                 given.runs,
                 given.without,
-                given.rules,
             ):
                 found.append(case)
                 print(_line(case), file=sys.stderr, flush=True)

@@ -1,33 +1,79 @@
-"""The diagnosis from recordings to answer: what makes the gap, how far it shrinks, and what is said
-of it.
+"""The diagnosis from recordings to answer: names with their numbers, places, how far, in words.
+
+Nothing here decides what is named: that is read off the probabilities (posterior/decide.py).
 """
 
 import time
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
-from epa_rt.gap.answer import composed
+import numpy as np
+
 from epa_rt.gap.aside import unseen
-from epa_rt.gap.attribution import Attribution, Progress, attributed
-from epa_rt.gap.by_posterior import by_posterior
-from epa_rt.gap.diagnosis import Diagnosis, Shrinkage
+from epa_rt.gap.astray import astray
+from epa_rt.gap.diagnosis import (
+    DECIDES,
+    SILENT,
+    Diagnosis,
+    FreeRun,
+    Named,
+    Origin,
+    Place,
+    Posterior,
+    Shrinkage,
+    Verdict,
+    likely,
+)
 from epa_rt.gap.floor import floors as floors_of
-from epa_rt.gap.own_loop import WITHOUT_LINK, apart, joined
+from epa_rt.gap.localise import localise
+from epa_rt.gap.named import moved, numbers
+from epa_rt.gap.origin import SURE, origin_first, origins
+from epa_rt.gap.point import Point, linearised
+from epa_rt.gap.posterior.answer import as_told, left_in, table_for
+from epa_rt.gap.posterior.calibrated import CALIBRATED
+from epa_rt.gap.posterior.decide import HOLDS, Decision, decided
+from epa_rt.gap.posterior.search import Model, Table, chi_left
+from epa_rt.gap.posterior.unknown import Found, posterior
+from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN
+from epa_rt.gap.posterior.words import all_of, set_words, told_of_names, told_of_sets
+from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording
+from epa_rt.gap.refit import settled
+from epa_rt.gap.remainder import remainders
+from epa_rt.gap.run_freely import localise_freely
+from epa_rt.gap.screen import screen
 from epa_rt.gap.shrink import how_far_of
-from epa_rt.gap.subject import Subject
+from epa_rt.gap.start import Progress, Start, rescaled, start_of
+from epa_rt.gap.subject import Subject, Values
+from epa_rt.gap.together import ROUNDS, Together, costs
+from epa_rt.gap.whose import who_has
+from epa_rt.gap.wording import said_of_moved
+
+WORTH_A_WORD = 0.2  # probability from which a law that is not named is said all the same
+MOSTLY = 0.5  # of the catalogue: where the logs could not show as much, no gap says nothing
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """The plant without and with what is named, fitted to the same: ``before``, ``after``.
+    ``final``: the latter as a point of ``problem``, block by block.
+    """
+
+    problem: Problem
+    final: Point
+    before: Values
+    after: Values
 
 
 def diagnose(
     subject: Subject,
     recordings: Sequence[Recording],
     holdout: Sequence[Recording] = (),
-    without: Iterable[str] = (),
+    without: Sequence[str] = (),
     repeats=None,
     seed: int = 0,
     floors=floors_of,
     how_far: bool = True,
-    posterior: bool = False,
     progress: Progress = lambda stage, share: None,
     stop: Callable[[], bool] | None = None,
 ) -> Diagnosis:
@@ -35,75 +81,297 @@ def diagnose(
 
     ``holdout``: recordings for the shrinkage; without any, the last trial of every log is set
     aside. ``without``: effects left out of the catalogue. ``repeats``: as ``floor.floors`` takes
-    them. ``posterior``: whether the posterior decides, and not the rules. ``progress(stage,
-    share)`` is called from this thread. Raises Stopped when ``stop()`` says so, KeyError where a
-    recording lacks a column or ``repeats`` name one that is not there.
+    them. ``progress(stage, share)`` is called from this thread. Raises Stopped when ``stop()``
+    says so, KeyError where a recording lacks a column or ``repeats`` name one that is not there.
     """
     begun = time.monotonic()
-    given = (recordings, holdout, tuple(without), repeats, seed, floors, how_far)
-    inputs = {
-        "subject": subject.name,
-        "logs": [r.name for r in recordings],
-        "holdout": [r.name for r in holdout],
-        "without": list(without),
-    }
-    if posterior:
-        answer = by_posterior(subject, *given, progress, stop)
-        progress("done", 1.0)
-        return replace(answer, seconds=time.monotonic() - begun, inputs=inputs)
-    found, answer = _diagnosed(subject, *given, progress, stop)
-    rest = apart(subject, found, answer)
-    if rest is not None:
-        progress("the rest, without the drive's own loop", 0.0)
-        unasked = tuple(effect.name for effect in subject.catalogue if effect not in rest.catalogue)
-        both = joined(
-            answer, _diagnosed(rest, *given, progress, stop)[1], subject.own_loop[0], unasked
-        )
-        if both is not answer:
-            answer, inputs = both, {WITHOUT_LINK: subject.own_loop[0], **inputs}
-    progress("done", 1.0)
-    return replace(answer, seconds=time.monotonic() - begun, inputs=inputs)
-
-
-def _diagnosed(
-    subject: Subject,
-    recordings: Sequence[Recording],
-    holdout: Sequence[Recording],
-    without: tuple[str, ...],
-    repeats,
-    seed: int,
-    floors,
-    how_far: bool,
-    progress: Progress,
-    stop: Callable[[], bool] | None,
-) -> tuple[Attribution, Diagnosis]:
-    fitted, _, aside, apart_logs = unseen(subject, recordings, holdout)
-    judged = aside or subject
-    found = attributed(fitted, recordings, without, repeats, seed, floors, progress, stop)
-    progress("how far", 0.8)
+    fitted, seen, aside, apart_logs = unseen(subject, recordings, holdout)
+    start = start_of(fitted, seen, tuple(without), repeats, seed, floors, progress, stop)
+    table = table_for(
+        start,
+        apart_logs,
+        aside,
+        CALIBRATED,
+        lambda stage, share: progress(stage, 0.15 + 0.55 * share),
+    )
+    found = posterior(table, CALIBRATED)
+    answer = decided(found, table.families, CALIBRATED)
+    progress("its numbers", 0.7)
+    model = _model_of(table, answer.effects)
+    fit = fitted_for(start, model, table.models[0])
+    off = astray(fit.problem, fit.final, seed) if model.effects else None
+    progress("how far", 0.75)
     rows: tuple[Shrinkage, ...] = ()
-    logs = apart_logs or recordings
     if how_far:
         rows = how_far_of(
-            judged,
-            logs,
-            found.problem,
-            found.refitted,
-            found.selection.final.values,
+            aside or subject,
+            apart_logs or recordings,
+            start.problem,
+            fit.before,
+            fit.after,
             floors,
             seed,
-            lambda stage, share: progress(stage, 0.8 + 0.15 * share),
+            lambda stage, share: progress(stage, 0.75 + 0.15 * share),
         )
-    progress("what is left", 0.95)
-    answer = composed(fitted, recordings, found, rows, bool(apart_logs), progress)
-    if (
-        how_far and found.selection.roles and not answer.effects
-    ):  # what was found and not named closes nothing
-        base = found.selection.base.values
-        answer = replace(
-            answer,
-            shrinkage=how_far_of(
-                judged, logs, found.problem, base, base, floors, seed, lambda stage, share: None
-            ),
+    progress("what is left", 0.9)
+    silent = not_shown(start)
+    verdict: Verdict = answer.kind
+    if verdict == "no_gap" and len(silent) > MOSTLY * len(start.problem.effects):
+        verdict = "not_excited"
+    places = _places(fitted, start, verdict)
+    whence: tuple[Origin, ...] = ()
+    if verdict == "not_in_catalogue":
+        progress("where it comes from", 0.95)
+        whence = origins(start.problem, start.base.values)
+    went = moved(fit.problem, fit.final.normal, off)
+    names = tuple(
+        _named(fit, name, share, found, table, model, answer, off)
+        for name, share in zip(answer.effects, answer.probability, strict=True)
+    )
+    could = as_told(found, table, answer)
+    progress("done", 1.0)
+    return Diagnosis(
+        verdict=verdict,
+        says=_says(
+            verdict, could, names, _left(model, table.models[0]), whence, silent, start, went
+        ),
+        found_first=tuple(f"{r.name}: {what}" for r in recordings for what in r.found),
+        location=origin_first(places, whence),
+        origins=whence,
+        effects=names,
+        free_run=_in_free_run(table, model),
+        free_run_location=(
+            localise_freely(fitted, seen, start.ground.none.values, start.problem.prepared)
+            if start.ground
+            else ()
+        ),
+        nominal_moved=went,
+        not_tested=silent,
+        shrinkage=rows,
+        fitted=dict(fit.after),
+        refitted=dict(fit.before),
+        remainder=remainders(
+            fitted,
+            start.problem.prepared,
+            start.base.values,
+            fit.final.values,
+            start.problem.floors,
+            start.problem.designs,
+        ),
+        posterior=could,
+        seconds=time.monotonic() - begun,
+        inputs={
+            "subject": subject.name,
+            "logs": [one.name for one in recordings],
+            "holdout": [one.name for one in holdout],
+            "without": list(without),
+        },
+    )
+
+
+def fitted_for(start: Start, model: Model, none: Model) -> Fitted:
+    """The numbers that a plant file with these effects gets, and those without any: fitted to
+    blocks and free run at once, where the rig has a model of the whole.
+    """
+    problem, point = start.problem, start.base
+    if model.effects:
+        point = settled(problem, model.effects, model.values)
+        problem, point = rescaled(problem, point, start.left(point))
+    if start.ground is None or model.whole is None or none.whole is None:
+        return Fitted(problem, point, start.base.values, point.values)
+    both = Together(problem, start.ground.whole)
+    own = {
+        key: point.values[key]
+        for name in model.effects
+        for key in problem.effects[name].knobs
+        if key in point.values
+    }
+    starts = (dict(model.whole), {**model.whole, **own}, dict(point.values))
+    begun = min(starts, key=lambda values: costs(both, point.normal.keys, values))
+    before = settled(both, (), dict(none.whole), rounds=ROUNDS).values
+    after = settled(both, model.effects, begun, rounds=ROUNDS).values if model.effects else before
+    return Fitted(problem, linearised(problem, model.effects, dict(after)), before, after)
+
+
+def not_shown(start: Start) -> tuple[str, ...]:
+    """Effects that these logs would not show at a typical strength, whatever they say now: what one
+    would add, nominal parameters projected out, does not decide.
+    """
+    typical = screen(start.problem, start.base).typical()
+    return tuple(name for name in start.problem.effects if typical.get(name, 0.0) < DECIDES)
+
+
+def _model_of(table: Table, effects: tuple[str, ...]) -> Model:
+    return next(model for model in table.models if model.effects == effects)
+
+
+def _named(
+    fit: Fitted,
+    name: str,
+    share: float,
+    found: Found,
+    table: Table,
+    model: Model,
+    answer: Decision,
+    off: np.ndarray | None,
+) -> Named:
+    """One name of ``model``. What it is not told from: what stands for it in the other sets, and
+    laws of its family that are probable as well.
+    """
+    effect = fit.problem.effects[name]
+    own = numbers(fit.problem, fit.final, name, off, searched=True)
+    return Named(
+        name,
+        effect.family,
+        effect.block,
+        own,
+        share,
+        chi_left(table.models[0]) - chi_left(model),
+        tuple(dict.fromkeys((*_instead(name, answer), *_same_family(name, found, table, model)))),
+        who_has(fit.problem, name, own),
+        in_more_numbers=_in_more_numbers(fit.problem, name, table, model),
+    )
+
+
+def _instead(name: str, answer: Decision) -> tuple[str, ...]:
+    """What other probable sets have where this one has a name that they do not all have."""
+    if all(name in one for one in answer.instead):
+        return ()
+    return tuple(
+        other
+        for one in answer.instead
+        if name not in one
+        for other in one
+        if other not in answer.effects
+    )
+
+
+def _kin(name: str, model: Model, other: Model, table: Table) -> str | None:
+    """The law of a name's family, or the name itself, that ``other`` has where ``model`` has it and
+    all else is the same; None where it is another set.
+    """
+    rest = set(model.effects) - {name}
+    laws = set(other.effects) - rest
+    if len(laws) != 1 or not rest <= set(other.effects):
+        return None
+    (law,) = laws
+    return law if table.families[law] == table.families[name] else None
+
+
+def _same_family(name: str, found: Found, table: Table, model: Model) -> tuple[str, ...]:
+    """Laws of a name's family that hold, beside it, ``HOLDS`` of what the set has that is named."""
+    laws = ((_kin(name, model, other, table), share) for other, share in found.models)
+    shares = {law: share for law, share in laws if law is not None}
+    total, held, taken = sum(shares.values()), 0.0, []
+    for law, share in sorted(shares.items(), key=lambda item: -item[1]):
+        if held >= HOLDS * total:
+            break
+        taken.append(law)
+        held += share
+    return tuple(law for law in taken if law != name)
+
+
+def _in_more_numbers(problem: Problem, name: str, table: Table, model: Model) -> tuple[str, ...]:
+    """Laws of a name's family that say the same block by block, with more numbers: beside what else
+    is named, or alone where the name was fitted alone.
+    """
+    numbers_of = {law: len(effect.knobs) for law, effect in problem.effects.items()}
+    alone = [one for one in table.models if one.effects == (name,)]
+    return tuple(
+        sorted(
+            {
+                law
+                for own in (model, *alone)
+                for other in table.models
+                if (law := _kin(name, own, other, table)) is not None
+                and numbers_of[law] > numbers_of[name]
+                and left_in(other, BLOCKS) < left_in(own, BLOCKS) + DECIDES
+            }
         )
-    return found, answer
+    )
+
+
+def _in_free_run(table: Table, model: Model) -> FreeRun | None:
+    none = table.models[0]
+    if FREE_RUN not in none.views:
+        return None
+    gap, left = (left_in(one, FREE_RUN) for one in (none, model))
+    return FreeRun(gap, left, 1.0 - left / gap if gap > DECIDES else None, model.effects)
+
+
+def _places(fitted: Subject, start: Start, verdict: Verdict) -> tuple[Place, ...]:
+    """Where the gap shows with the nominal parameters refitted; as the plant file stands, where
+    their refit hides a gap that there is.
+    """
+    problem = start.problem
+    places = localise(fitted, problem.prepared, start.base.values, problem.floors)
+    if verdict not in SILENT and not any(one.significance > SURE for one in places):
+        return localise(fitted, problem.prepared, {}, problem.floors)
+    return places
+
+
+def _says(
+    verdict: Verdict,
+    could: Posterior,
+    names: Sequence[Named],
+    left: str,
+    whence: Sequence[Origin],
+    silent: Sequence[str],
+    start: Start,
+    went,
+) -> str:
+    """The answer in one or two sentences."""
+    of = len(start.problem.effects)
+    none = next((one.probability for one in could.models if not one.effects), 0.0)
+    if verdict == "no_gap":
+        said = (
+            f"The plant file, refitted, describes these logs to their noise ({none:.2f});"
+            f" {of - len(silent)} of {of} effects would have shown at a typical strength."
+        )
+        said = f"{said} {said_of_moved(went)}" if went else said
+        return f"{said}{_nearest(could, 'If there is a gap')}"
+    if verdict == "not_excited":
+        return (
+            f"No gap shows, but these logs could not have shown {len(silent)} of {of} effects at a"
+            " typical strength."
+        )
+    if verdict == "not_in_catalogue":
+        said = f"Something is missing that no law of the catalogue describes ({could.unknown:.2f})."
+        places = all_of([one.says for one in likely(whence)], "or")
+        if places:
+            said = f"{said} It comes from {places}."
+        return f"{said}{_nearest(could, 'If a law describes it')}"
+    if verdict == "not_separable":
+        told = told_of_sets((tuple(could.names), *could.instead), could.names)
+    else:
+        told = told_of_names(
+            could.names, {one.name: one.who for one in names}, verdict == "partly_explained"
+        )
+    return f"{told[:1].upper()}{told[1:]}.{left}"
+
+
+def _nearest(could: Posterior, begins: str) -> str:
+    """The law that comes nearest where none is named, if it is worth a word."""
+    best = next((one for one in could.models if one.effects), None)
+    family, share = next(iter(could.families.items()), ("", 0.0))
+    if best is None or share < WORTH_A_WORD:
+        return ""
+    return f" {begins}, it is {set_words(best.effects)} ({family} {share:.2f})."
+
+
+def _left(model: Model, none: Model) -> str:
+    """What a set of effects leaves of the gap, in each view that shows one."""
+    parts = []
+    for view, words in ((BLOCKS, "block by block"), (FREE_RUN, "in free run")):
+        gap = left_in(none, view) if view in none.views else 0.0
+        if gap > DECIDES:
+            percent = 100.0 * left_in(model, view) / gap
+            parts.append((f"{percent:.2g}" if percent < 99.5 else f"{percent:.0f}", words))
+    if not parts:
+        return ""
+    who = "It leaves"
+    if len(model.effects) > 1:
+        who = f"{set_words(model.effects).capitalize()} leave"
+    (first, view), *more = parts
+    rest = "".join(f", and {percent} % {words}" for percent, words in more)
+    return f" {who} {first} % of the gap {view}{rest}."

@@ -65,21 +65,6 @@ class Number:
 
 
 @dataclass(frozen=True)
-class Near:
-    """Another family's law that came near a named effect."""
-
-    name: str
-    family: str
-    explains_share: (
-        float  # of what the named one explains block by block, on trials that neither was fitted to
-    )
-    behind: float  # deviations over blocks by which it is behind there
-    behind_in_free_run: (
-        float | None
-    )  # chi-square by which it is behind there; None where it was not tried
-
-
-@dataclass(frozen=True)
 class Named:
     """An effect that the diagnosis names, best first."""
 
@@ -87,15 +72,12 @@ class Named:
     family: str
     block: str
     parameters: tuple[Number, ...]
-    # 0 to 1: share of block-bootstrap resamples in which it stays first, times 1 - 3 x the share of
-    # the gap left block by block and 1 - 10 x that in free run
-    confidence: float
-    gain: float  # fall of chi-square over its expectation by chance, in units of the noise
+    confidence: float  # 0 to 1: probability that the rig has an effect of its family
+    gain: float  # fall of chi-square with what is named, on the logs that it was fitted to
     not_separable_from: tuple[str, ...] = ()
     # has it: the rig alone, the plant file alone (it is to be taken out), or both at other
     # strengths
     who: Who = "rig"
-    came_near: tuple[Near, ...] = ()  # the nearest laws of other families, nearest first
     in_more_numbers: tuple[
         str, ...
     ] = ()  # laws of its family with more numbers that were fitted and have become it
@@ -197,7 +179,6 @@ class FreeRun:
     left: float  # with the effects that come nearest
     explained_share: float | None  # None where there is no gap in free run
     nearest: tuple[str, ...]  # those effects
-    told_apart: tuple[str, ...]  # effects that explain the links as well, but not the whole
 
 
 @dataclass(frozen=True)
@@ -275,11 +256,7 @@ class Diagnosis:
     origins: tuple[
         Origin, ...
     ] = ()  # where the gap may come from, the likeliest first; only with not_in_catalogue
-    doubts: tuple[
-        str, ...
-    ] = ()  # what takes from the confidence of all named effects, in sentences
-    posterior: Posterior | None = None  # None where the rules decided
-    decided_by: Literal["rules", "posterior"] = "rules"
+    posterior: Posterior | None = None  # None for an answer that was not decided by one
     gate: dict | None = None
     refitted: dict[str, float] = field(
         default_factory=dict

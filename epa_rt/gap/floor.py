@@ -10,7 +10,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from epa_rt.gap.bars import BARS
 from epa_rt.gap.colour import autocovariance, levinson, white_size
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.side_by_side import each
@@ -24,6 +23,7 @@ LEAST = 1e-12  # what no floor falls below, in its link's unit: data without noi
 # deviations by which what twins have in common must stand out from chance (biases of a drive: 3 to
 # 18; of none: at most 2)
 SURE = 3.0
+LOST = 6.0  # spreads from which a gap has driven a nominal parameter beyond belief
 
 
 @dataclass(frozen=True)
@@ -241,7 +241,7 @@ def _roughness(
     # acceleration brings: 0.0038 for 0.027 N m
     lost = any(
         knob.spread > 0.0
-        and abs(values.get(knob.key, knob.value) - knob.value) > BARS.belief_named * knob.spread
+        and abs(values.get(knob.key, knob.value) - knob.value) > LOST * knob.spread
         for knob in subject.nominal
     )
     at_file = [[subject.residual(subject.prepare(r), {}, link) for r in recordings]] if lost else []

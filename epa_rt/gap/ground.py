@@ -14,7 +14,6 @@ from epa_rt.gap.promising import SHAPES, most_promising
 from epa_rt.gap.recording import Recording, Span
 from epa_rt.gap.refit import Fit, refit
 from epa_rt.gap.role import starts
-from epa_rt.gap.rules import Rules, above
 from epa_rt.gap.screen import screen
 from epa_rt.gap.subject import Subject
 
@@ -25,6 +24,8 @@ FAMILIES, LIGHTLY, ROUNDS = (
     # families that are tried one by one, those that are fitted with kept derivatives to choose
     # them, and how often
 )
+QUIET = 25.0  # chi-square above noise and steps that rigs without a gap leave at most
+OF_BEST = 0.05  # of the gap, by which one that is not told from the best one may be behind
 HOPEFUL, OF_GAP = (
     10.0,
     0.2,
@@ -55,9 +56,10 @@ class Ground:
         joint's zero first (60, the next 82) whose signature was fifth.
         """
         at = linearised(self.whole, (), {})
-        screening, rules = screen(self.whole, at, shapes=SHAPES), Rules()
+        screening = screen(self.whole, at, shapes=SHAPES)
+        gap = max(self.none.normal.chi - self.noise, 0.0)
         worth = self.noise + max(
-            ANYWHERE_NEAR * rules.noise, rules.noise + rules.part * above(self.none, self.noise)
+            ANYWHERE_NEAR * QUIET, QUIET + OF_BEST * gap
         )  # so far from the best one it may still be one that is not told from it
 
         def lightly(name: str) -> Fit:
@@ -68,7 +70,7 @@ class Ground:
                 self.whole, (fit.effect,), starts(self.whole, screening, fit.effect)[0], worth
             )
 
-        hopeful = self.noise + max(HOPEFUL * rules.noise, OF_GAP * above(self.none, self.noise))
+        hopeful = self.noise + max(HOPEFUL * QUIET, OF_GAP * gap)
         tried = sorted(
             self.whole.each(lightly, most_promising(self.whole, screening)[:LIGHTLY]),
             key=lambda fit: fit.chi,

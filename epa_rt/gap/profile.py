@@ -10,10 +10,10 @@ from functools import cache
 
 import numpy as np
 
+from epa_rt.gap.intervals import TWO_SIDED_95, intervals
 from epa_rt.gap.point import Normal, Point, linearised
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import refit
-from epa_rt.gap.separate import TWO_SIDED_95, intervals
 
 # of what a number is off neutral, from which half of its straight interval is worth the search
 WIDE = 0.4

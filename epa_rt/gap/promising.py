@@ -5,12 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from epa_rt.gap.as_one import fitted
-from epa_rt.gap.bars import BARS
 from epa_rt.gap.point import Point, linearised
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import refit
 from epa_rt.gap.role import ABSORBED, starts
-from epa_rt.gap.rules import strain
 from epa_rt.gap.screen import Screening, scaled, screen
 from epa_rt.gap.screen import starts as every_start
 from epa_rt.models.effect import one_of_each_family
@@ -19,9 +17,8 @@ FAINT = 1e-3  # of a typical strength: where it is the derivative that counts
 WEAK = 0.05  # the same, to start a fit from
 BY_SLOPE = 3  # families that are tried for their derivatives besides
 THOROUGH = 2  # laws that are fitted with fresh derivatives then
-TOGETHER = (
-    0.6  # of the strain that nobody believes, from which several parameters have gone far together
-)
+# squares of spreads that nominal parameters cost, from which several have gone far together
+TOGETHER = 24.0
 SHAPES = 2  # in which they are tried, at typical strength (the last start is the first one weaker)
 
 
@@ -37,12 +34,12 @@ class Tried(NamedTuple):
     point: Point | None
 
 
-def afresh(whole: Problem, best: Point, one: Tried, worth: float = np.inf) -> Point:
+def afresh(whole: Problem, best: Point, one: Tried) -> Point:
     """Fitted with fresh derivatives. Where nominal parameters had gone far to hide the gap, also
     from the plant file's with the law at typical strength in each of its shapes, and the best one:
     back along the valley between an effect and what imitates it, many a fit gets stuck. A law that
     has a shape also from its first one: kept derivatives took a regulator's 50 ms to 0.9 s, where
-    it left 84 of 121 for 27. ``worth``: chi-square above which nobody needs to know what it leaves.
+    it left 84 of 121 for 27.
     """
     effects = (*best.effects, one.effect)
     own = {key: best.values[key] for name in best.effects for key in whole.effects[name].knobs}
@@ -50,13 +47,13 @@ def afresh(whole: Problem, best: Point, one: Tried, worth: float = np.inf) -> Po
     typical = one.starts[: None if _gone_far(best) else int(shaped)]
     begins = [one.values, *({**own, **start} for start in typical)]
     return min(
-        whole.each(lambda values: fitted(whole, effects, values, worth), begins),
+        whole.each(lambda values: fitted(whole, effects, values), begins),
         key=lambda point: point.normal.chi,
     )
 
 
-def _thorough(whole: Problem, best: Point, one: Tried, worth: float) -> Tried:
-    point = afresh(whole, best, one, worth)
+def _thorough(whole: Problem, best: Point, one: Tried) -> Tried:
+    point = afresh(whole, best, one)
     return one._replace(values=point.values, chi=point.normal.chi, point=point)
 
 
@@ -68,16 +65,13 @@ def _gone_far(point: Point) -> bool:
     """
     return (
         bool(np.max(np.abs(point.normal.z * point.normal.prior)) > ABSORBED)
-        or strain(point) > TOGETHER * BARS.strain
+        or float(point.normal.prior @ point.normal.z**2) > TOGETHER
     )
 
 
-def promising(
-    whole: Problem, point: Point, families: int, also: tuple[str, ...] = (), worth: float = np.inf
-) -> list[Tried]:
-    """One law of each of the families whose signatures promise most, the best first, and those of
-    ``also``. All recordings: in a single one nominal parameters imitate anything. ``worth``:
-    chi-square above which nobody needs to know what a law leaves.
+def promising(whole: Problem, point: Point, families: int) -> list[Tried]:
+    """One law of each of the families whose signatures promise most, the best first. All
+    recordings: in a single one nominal parameters imitate anything.
 
     What imitates an effect is told from it by its derivatives alone, and those of a fit are kept
     from a few steps before: made fresh, they put a soft regulator of a quiet knee third that had
@@ -93,7 +87,6 @@ def promising(
         screenings = dict.fromkeys(by_slope[:BY_SLOPE], faint) | dict.fromkeys(
             most_promising(whole, typical, point.effects)[:families], typical
         )
-    screenings |= {name: faint for name in also if name in faint.best() and name not in screenings}
 
     def begin(name: str) -> Tried:
         screening = screenings[name]
@@ -111,16 +104,9 @@ def promising(
     tried = whole.each(begin, list(screenings))
     if hidden:
         tried = (
-            whole.each(lambda one: _thorough(whole, point, one, worth), tried[:THOROUGH])
+            whole.each(lambda one: _thorough(whole, point, one), tried[:THOROUGH])
             + tried[THOROUGH:]
         )
-    elif also:
-        # kept derivatives left a joint's zero at 115 that comes down to 61, and a scale at 76
-        # looked better
-        tried = [
-            _thorough(whole, point, one, worth) if one.effect in also or i < THOROUGH else one
-            for i, one in enumerate(sorted(tried, key=lambda one: one.chi))
-        ]
     return sorted(tried, key=lambda one: one.chi)
 
 

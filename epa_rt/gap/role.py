@@ -5,9 +5,8 @@ That gives the best one, what else would do as well, and the swap of an early ch
 one shows to be wrong.
 """
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
-from types import MappingProxyType
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -32,58 +31,36 @@ BESIDE_A_SHAPE = 6
 TIE, TIE_SHARE = 10.0, 5e-4  # difference of gains, and share of the best, that is none
 NOT_LITTLE = 100.0  # chi-square below which that does not matter
 
-Also = Mapping[str, Mapping[str, float]]  # effect to its numbers
-
 
 @dataclass(frozen=True)
 class Role:
     """``point``: everything else on. ``fits``: the candidates, best first. ``gains`` (C, B): what
-    each one's chi-square falls in every block, on trials left out. ``screening``: of the whole
-    catalogue at ``point``. ``scale``: of the problem that it was played in.
+    each one's chi-square falls in every block, on trials left out.
     """
 
     point: Point
     fits: tuple[Fit, ...]
     gains: np.ndarray
-    screening: Screening
-    scale: Mapping[str, float]
 
     @property
     def best(self) -> Fit:
         return self.fits[0]
 
-    def at_scale_of(self, problem: Problem) -> "Role":
-        """The same role where links count as they do in ``problem``: misfits that fell since make
-        their links count for more.
-        """
-        by = np.array([(self.scale[link] / problem.scale[link]) ** 2 for link in problem.links])
-        point = replace(self.point, normal=self.point.normal.weighted(by))
-        fits = tuple(replace(fit, normal=fit.normal.weighted(by)) for fit in self.fits)
-        return Role(
-            point,
-            fits,
-            np.array([gains(problem, point, fit) for fit in fits]),
-            self.screening,
-            dict(problem.scale),
-        )
-
 
 def played(
     problem: Problem,
     point: Point,
-    also: Also = MappingProxyType({}),
     pairs: bool = False,
     worth: Callable[[float], bool] = lambda gain: True,
 ) -> Role | None:
-    """Candidates of one role, refitted and ranked by what they gain on trials left out. ``also``:
-    effects that are asked whatever screening says of them, and from which numbers beside their
-    starts. ``worth``: whether one that gains so much in screening is to be refitted at all.
+    """Candidates of one role, refitted and ranked by what they gain on trials left out. ``worth``:
+    whether one that gains so much in screening is to be refitted at all.
 
     Where most of them gain alike although they have nothing in common, ``point`` was not at its
     optimum: it is settled again from where the best one took the nominal parameters. Families that
     are on already are not asked again.
     """
-    role = _played(problem, point, also, pairs, worth)
+    role = _played(problem, point, pairs, worth)
     if role is None or not _all_alike(role):
         return role
     keys = point.normal.keys
@@ -95,7 +72,7 @@ def played(
     return (
         role
         if again.normal.chi > point.normal.chi - NOT_LITTLE
-        else _played(problem, again, also, pairs, worth)
+        else _played(problem, again, pairs, worth)
     )
 
 
@@ -107,24 +84,19 @@ def _all_alike(role: Role) -> bool:
 
 
 def _played(
-    problem: Problem, point: Point, also: Also, pairs: bool, worth: Callable[[float], bool]
+    problem: Problem, point: Point, pairs: bool, worth: Callable[[float], bool]
 ) -> Role | None:
     screening = screen(problem, point)
     promised = screening.best()
     on = {problem.effects[name].family for name in point.effects}
     names = [
         n
-        for n in dict.fromkeys((*also, *candidates(problem, point, screening, pairs)))
-        if problem.effects[n].family not in on
-        and (n in also or n not in promised or worth(promised[n].gain))
+        for n in candidates(problem, point, screening, pairs)
+        if problem.effects[n].family not in on and (n not in promised or worth(promised[n].gain))
     ]
     if not names:
         return None
-    jobs = [
-        (name, start)
-        for name in names
-        for start in (*starts(problem, screening, name), *([also[name]] if name in also else []))
-    ]
+    jobs = [(name, start) for name in names for start in starts(problem, screening, name)]
     fits: dict[str, Fit] = {}
     for (name, _), fit in zip(
         jobs, problem.each(lambda job: refit(problem, point, *job), jobs), strict=True
@@ -139,13 +111,7 @@ def _played(
         ]
         polished = {fit.effect: _polished(problem, point, fit) for fit in close}
         scored = _ranked(problem, point, [polished.get(fit.effect, fit) for _, fit in scored])
-    return Role(
-        point,
-        tuple(fit for _, fit in scored),
-        np.array([g for g, _ in scored]),
-        screening,
-        dict(problem.scale),
-    )
+    return Role(point, tuple(fit for _, fit in scored), np.array([g for g, _ in scored]))
 
 
 def _beside_a_shape(problem: Problem, point: Point) -> bool:

@@ -4,16 +4,13 @@ A block fed with measured inputs hardly feels some directions of the nominal par
 the whole plant's run goes far astray.
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
 from epa_rt.gap.as_one import LINK
-from epa_rt.gap.point import linearised, prior_of, z_of
+from epa_rt.gap.point import prior_of, z_of
 from epa_rt.gap.problem import Problem
-from epa_rt.gap.refit import settled
-from epa_rt.gap.select import Selection
 from epa_rt.gap.subject import Values
 
 ROUNDS = 2  # more change nothing: free run has been fitted before
@@ -51,35 +48,6 @@ class Together:
 
     def each(self, function: Callable, items: Sequence) -> list:
         return self._parts.each(function, items)
-
-
-def serving_both(
-    problem: Problem,
-    whole: Problem,
-    selection: Selection,
-    none: Mapping[str, float],
-    best: Mapping[str, float],
-) -> tuple[Selection, dict[str, float]]:
-    """The selection with its numbers fitted to blocks and free run, and the nominal parameters
-    without effects likewise, so that before and after are held to the same. ``none``, ``best``:
-    values in free run without and with the effects, to start from. The effects' own numbers are
-    begun where blocks have them if that is nearer: free run may say nothing of them (a frame of 35
-    Hz at 0.8 limits, of which it shows 7: its numbers there cost the blocks 385, and two rounds
-    left them so).
-    """
-    both, blocks = Together(problem, whole), selection.final
-    own = {
-        key: blocks.values[key]
-        for name in blocks.effects
-        for key in problem.effects[name].knobs
-        if key in blocks.values
-    }
-    start = min(
-        (dict(best), {**best, **own}), key=lambda values: costs(both, blocks.normal.keys, values)
-    )
-    before = settled(both, (), dict(none), rounds=ROUNDS).values
-    after = settled(both, blocks.effects, start, rounds=ROUNDS).values
-    return replace(selection, final=linearised(problem, blocks.effects, after)), before
 
 
 def costs(both: Together, keys: tuple[str, ...], values: Values) -> float:

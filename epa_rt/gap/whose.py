@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from epa_rt.gap.diagnosis import Named, Number, Who
+from epa_rt.gap.diagnosis import Number, Who
 from epa_rt.gap.problem import Problem
 
 
@@ -20,18 +20,6 @@ def who_has(problem: Problem, effect: str, numbers: Sequence[Number]) -> Who:
         one.name: absent[one.name] if _gone(one, absent[one.name]) else one.value for one in numbers
     }
     return "both" if _seen(problem, fitted, absent) else "plant_file"
-
-
-def spoken(one: Named) -> str:
-    """The name as the verdict's sentence has it: with who has it, where that is not the rig
-    alone.
-    """
-    more = {
-        "rig": "",
-        "plant_file": ", which the plant file has and the rig does not,",
-        "both": ", which the rig has at another strength than the plant file,",
-    }
-    return one.name + more[one.who]
 
 
 def _gone(one: Number, absent: float) -> bool:

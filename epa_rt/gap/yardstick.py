@@ -25,21 +25,6 @@ class Left:
         """s^2 of a link: chi-square per sample that nothing explains, at least 1."""
         return self.links[link].misfit
 
-    def amount(self, scale: Mapping[str, float]) -> float:
-        """Chi-square that could be explained, over all links; ``scale``: link to what residuals are
-        divided by.
-        """
-        return sum(
-            fit.samples * explainable(fit) / scale[name] ** 2
-            for name, fit in self.links.items()
-            if name in scale
-        )
-
-
-def explainable(fit: GenericFit) -> float:
-    """Chi-square per sample beyond noise and beyond what the generic model leaves."""
-    return max(fit.before - max(fit.after, 1.0), 0.0)
-
 
 def left_at(problem: Problem, point: Point, on_noise: Mapping[str, float]) -> Left:
     """The generic model fitted to every link's residual at a point. ``on_noise``: as ``on_noise``

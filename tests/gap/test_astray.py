@@ -10,11 +10,11 @@ import pytest
 
 from epa_rt.gap.astray import TWINS, astray
 from epa_rt.gap.diagnose import diagnose
+from epa_rt.gap.intervals import intervals
 from epa_rt.gap.point import Normal
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording, Span
 from epa_rt.gap.refit import settled
-from epa_rt.gap.separate import intervals
 from epa_rt.gap.subject import Link
 from epa_rt.models.effect import Effect, Knob
 from tests.gap import toy
@@ -197,6 +197,7 @@ class Whole(toy.Toy):
         noise = {
             channels[link]: size * rng.standard_normal(recording.samples)
             for link, size in toy.NOISE.items()
+            if seed is not None
         }
         return replace(
             recording,
@@ -216,7 +217,7 @@ def test_diagnosis_takes_twins_where_there_is_a_model_of_the_whole():
 
 def test_diagnosis_gives_numbers_as_wide_as_its_twins_say(monkeypatch):
     monkeypatch.setattr(
-        "epa_rt.gap.attribution.astray",
+        "epa_rt.gap.diagnose.astray",
         lambda problem, point, seed: np.full((TWINS, len(point.normal.keys)), 0.05),
     )
     number = (

@@ -68,10 +68,12 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say():
     assert 9 <= sum(held) <= 12
 
 
-def test_friction_by_another_formula_is_named_by_its_family():
+def test_friction_by_another_formula_comes_nearest_by_its_family():
+    """Its nearest law leaves 15 % of the gap: more than right laws do."""
     answer = told(extra=lambda c: {"spring": 1.0 * np.sign(c["speed_m_s"])})
-    assert answer.effects[0].family == "friction"
-    assert len(answer.effects) == 1
+    assert next(iter(answer.posterior.families)) == "friction"
+    assert answer.posterior.families["friction"] > 0.5
+    assert "coulomb (friction " in answer.says
 
 
 def test_effect_taken_out_of_the_catalogue_is_said_to_be_in_none():
@@ -104,13 +106,6 @@ def test_what_the_data_cannot_tell_apart_is_a_set_and_no_name():
     assert answer.verdict == "not_separable"
     first = answer.effects[0]
     assert {first.name, *first.not_separable_from} == {"pressure_offset", "force_offset"}
-    near = first.came_near[0]
-    assert (
-        near.name in first.not_separable_from
-        and 0.99 < near.explains_share < 1.01
-        and abs(near.behind) < 2.0
-        and near.behind_in_free_run is None
-    )
 
 
 def test_effect_that_a_nominal_parameter_imitates_is_left_to_it_and_reported():

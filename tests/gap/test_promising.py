@@ -107,9 +107,7 @@ def test_a_law_with_a_shape_begins_from_its_first_one_too_and_from_all_where_par
     monkeypatch.setattr(
         room,
         "fitted",
-        lambda whole, effects, values, worth: (
-            begun.append(values) or linearised(whole, effects, values)
-        ),
+        lambda whole, effects, values: begun.append(values) or linearised(whole, effects, values),
     )
     best = linearised(problem, (), {SCALE: 1.0 + 0.02 * spreads})
     starts = tuple(

@@ -1,6 +1,4 @@
-"""A role at another scale of the links, and fits that are begun again from the plant file."""
-
-from dataclasses import replace
+"""Points at another scale of the links, and fits that are begun again from the plant file."""
 
 import numpy as np
 import pytest
@@ -9,7 +7,7 @@ from epa_rt.gap.point import linearised
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording, Span
 from epa_rt.gap.refit import refit, settled
-from epa_rt.gap.role import Role, _polished, gains
+from epa_rt.gap.role import _polished
 from epa_rt.gap.subject import Link
 from epa_rt.models.effect import Effect, Knob
 from tests.gap import toy
@@ -29,51 +27,13 @@ def problem() -> Problem:
     return Problem(toy.Toy(), data, toy.floors(None, data, {}))
 
 
-@pytest.fixture(scope="module")
-def role(problem) -> Role:
-    """Played by hand while every link counted as much as its noise says."""
-    base = settled(problem)
-    starts = {
-        "dahl": {"spring.dahl_n": 2.0, "spring.dahl_m": 2e-3},
-        "pressure_offset": {"sensors.pressure_offset_pa": -1e3},
-    }
-    fits = tuple(refit(problem, base, name, start) for name, start in starts.items())
-    return Role(
-        base, fits, np.array([gains(problem, base, fit) for fit in fits]), None, dict(problem.scale)
-    )
-
-
-def test_a_role_at_another_scale_is_as_if_its_links_had_been_divided_by_it(problem, role):
-    other = problem.rescaled(MISFIT)
-    moved = role.at_scale_of(other)
-    fresh = linearised(other, role.point.effects, role.point.values).normal
+def test_a_point_at_another_scale_is_as_if_its_links_had_been_divided_by_it(problem):
+    base, other = settled(problem), problem.rescaled(MISFIT)
+    by = np.array([(problem.scale[link] / other.scale[link]) ** 2 for link in problem.links])
+    moved, fresh = base.normal.weighted(by), linearised(other, (), base.values).normal
     for name in ("matrix", "vector", "square"):
-        assert np.allclose(
-            getattr(moved.point.normal, name), getattr(fresh, name), rtol=1e-6, atol=1e-9
-        ), name
-    for before, after in zip(role.fits, moved.fits, strict=True):
-        assert after.values == before.values
-        for link in other.touched(problem.effects[after.effect].knobs):
-            exact = other.residual(after.values, link)
-            assert after.normal.square[other.links.index(link)].sum() == pytest.approx(
-                exact @ exact
-            )
-    assert np.allclose(
-        moved.gains,
-        [gains(other, replace(role.point, normal=fresh), fit) for fit in moved.fits],
-        rtol=1e-6,
-        atol=1e-6,
-    )
-    assert moved.scale == other.scale and moved.screening is role.screening
-
-
-def test_a_link_that_counts_for_less_gains_less_and_the_way_back_is_the_same_role(problem, role):
-    moved = role.at_scale_of(problem.rescaled(MISFIT))
-    assert moved.gains[0].sum() < 0.2 * role.gains[0].sum(), (
-        "dahl gains in the spring alone, which counts a ninth"
-    )
-    back = moved.at_scale_of(problem)
-    assert np.allclose(back.gains, role.gains) and back.fits[0].chi == role.fits[0].chi
+        assert np.allclose(getattr(moved, name), getattr(fresh, name), rtol=1e-6, atol=1e-9), name
+    assert np.allclose(moved.weighted(1.0 / by).square, base.normal.square)
 
 
 class Hum:

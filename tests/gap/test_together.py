@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.as_one import LINK, AsOne, floor, meters_of, twins_of
+from epa_rt.gap.point import linearised
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.refit import settled
-from epa_rt.gap.select import Selection
-from epa_rt.gap.together import Together, serving_both
-from tests.gap.test_in_free_run import OFF, Chained, logs, without_gas
-from tests.gap.test_kin import COGS
+from epa_rt.gap.together import ROUNDS, Together, costs
+from tests.gap.test_as_one import OFF, Chained, logs, without_gas
 
 OFFSET = {"sensors.force_offset_n": 2.0}
 
@@ -37,14 +36,17 @@ def test_what_no_block_feels_is_fitted_to_free_run_before_and_after(parts):
         final.values.get("gas.flow_pa_s", problem.knobs["gas.flow_pa_s"].value)
         == problem.knobs["gas.flow_pa_s"].value
     )  # no block has felt it
-    selection, before = serving_both(
-        problem, whole, Selection(problem, base, (), final, None), base.values, final.values
-    )
-    for values in (before, selection.final.values):
-        assert values["gas.flow_pa_s"] == pytest.approx(OFF["gas.flow_pa_s"], rel=0.01)
-    assert selection.final.values["sensors.force_offset_n"] == pytest.approx(2.0, abs=0.1)
-    assert "sensors.force_offset_n" not in before
-    assert selection.final.normal.chi < 1.02 * final.normal.chi  # the blocks are none the worse
+    both = Together(problem, whole)
+    before = settled(both, (), base.values, rounds=ROUNDS)
+    after = settled(both, ("force_offset",), final.values, rounds=ROUNDS)
+    for point in (before, after):
+        assert point.values["gas.flow_pa_s"] == pytest.approx(OFF["gas.flow_pa_s"], rel=0.01)
+    assert after.values["sensors.force_offset_n"] == pytest.approx(2.0, abs=0.1)
+    assert "sensors.force_offset_n" not in before.values
+    keys = after.normal.keys
+    assert costs(both, keys, after.values) < costs(both, keys, final.values)
+    on_blocks = linearised(problem, ("force_offset",), dict(after.values))
+    assert on_blocks.normal.chi < 1.02 * final.normal.chi  # the blocks are none the worse
 
 
 def test_every_link_counts_as_in_its_own_problem(parts):
@@ -55,16 +57,3 @@ def test_every_link_counts_as_in_its_own_problem(parts):
         assert both.samples(link) == own.samples(link) == both.edges[link][-1]
         np.testing.assert_array_equal(both.residual(OFF, link), own.residual(OFF, link))
         assert len(both.edges[link]) == both.blocks + 1
-
-
-def test_an_effects_own_numbers_begin_where_blocks_have_them_if_free_run_has_led_them_astray():
-    problem, whole = blocks_and_whole(COGS)
-    base, final = settled(problem), settled(problem, ("cogging",), COGS)
-    astray = final.values | {"drive.cogging_per_m": 390.0}
-    selection, _ = serving_both(
-        problem, whole, Selection(problem, base, (), final, None), base.values, astray
-    )
-    assert selection.final.values["drive.cogging_per_m"] == pytest.approx(
-        COGS["drive.cogging_per_m"], rel=0.01
-    )
-    assert selection.final.normal.chi < 1.02 * final.normal.chi

@@ -40,26 +40,26 @@ def told(plant: dict[str, float], rig: dict[str, float]):
             {"spring.dahl_n": 1.5} | SHAPE,
             {},
             "plant_file",
-            "dahl, which the plant file has and the rig does not, explains",
+            "Dahl (1.00) is in the plant file, and not in the rig.",
         ),
         (
             {"spring.dahl_n": 3.0} | SHAPE,
             {"spring.dahl_n": 1.5} | SHAPE,
             "both",
-            "dahl, which the rig has at another strength than the plant file, explains",
+            "Dahl (1.00) is in the plant file, at another strength than in the rig.",
         ),
-        ({}, {"spring.dahl_n": 1.5} | SHAPE, "rig", "dahl explains"),
+        ({}, {"spring.dahl_n": 1.5} | SHAPE, "rig", "Dahl (1.00) is missing."),
         (
             SHAPE,
             {"spring.dahl_n": 1.5} | SHAPE,
             "rig",
-            "dahl explains",
+            "Dahl (1.00) is missing.",
         ),  # a shape alone is no effect
         (
             {"sensors.pressure_offset_pa": -1500.0},
             {},
             "plant_file",
-            "pressure_offset, which the plant file has and the rig does not, explains",
+            "Pressure offset (1.00) is in the plant file, and not in the rig.",
         ),  # gone, and no bound
     ],
 )

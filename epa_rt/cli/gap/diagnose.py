@@ -74,11 +74,6 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
         help="healthy runs of the same rig and experiment: what changed since (rigs of others)",
     )
     parser.add_argument(
-        "--rules",
-        action="store_true",
-        help="decide by the rules of before, not by probability (with --baseline always)",
-    )
-    parser.add_argument(
         "-o",
         "--out",
         dest="patch",
@@ -123,13 +118,7 @@ def run(arguments: argparse.Namespace) -> int:
     _known(arguments.leave_out, given)
     show_found(given.found, out)
     with progress_shown(arguments.quiet) as progress:
-        diagnosis = _diagnosed(
-            given,
-            arguments.rig,
-            arguments.leave_out,
-            arguments.rules or bool(arguments.baseline),
-            progress,
-        )
+        diagnosis = _diagnosed(given, arguments.rig, arguments.leave_out, progress)
     if arguments.baseline:
         given, diagnosis = with_changes(given, diagnosis, arguments.baseline)
     gate, code = None, COMPLETED
@@ -177,7 +166,6 @@ def diagnose_logs(
     logs: Sequence[Path],
     holdout: Sequence[Path] = (),
     leave_out: Sequence[str] = (),
-    rules: bool = False,
     progress: Progress = lambda stage, share: None,
     baseline: Sequence[Path] = (),
 ) -> "tuple[Opened, Diagnosis]":
@@ -190,7 +178,7 @@ def diagnose_logs(
     if baseline:
         given = since(given, rig, plant, baseline)
     _known(tuple(leave_out), given)
-    found = _diagnosed(given, rig, leave_out, rules or bool(baseline), progress)
+    found = _diagnosed(given, rig, leave_out, progress)
     return with_changes(given, found, baseline) if baseline else (given, found)
 
 
@@ -205,9 +193,9 @@ def table_of_logs(
     for a diagnosis. Raises VerbError, ConfigError.
     """
     from epa_rt.gap.aside import unseen
-    from epa_rt.gap.attribution import start_of
     from epa_rt.gap.posterior.answer import table_for
     from epa_rt.gap.posterior.calibrated import CALIBRATED
+    from epa_rt.gap.start import start_of
 
     given = opened(argparse.Namespace(rig=rig, plant=plant, logs=list(logs)), holdout)
     known = {name for one in given.subject.catalogue for name in (one.name, one.family)}
@@ -223,14 +211,11 @@ def answered(
     holdout: Sequence[Path],
     leave_out: Sequence[str],
     gate: bool,
-    rules: bool,
     progress: Progress,
     baseline: Sequence[Path] = (),
 ) -> "tuple[Opened, Diagnosis]":
     """As ``diagnose_logs``, with the gate's report where that is asked for."""
-    given, diagnosis = diagnose_logs(
-        rig, plant, logs, holdout, leave_out, rules, progress, baseline
-    )
+    given, diagnosis = diagnose_logs(rig, plant, logs, holdout, leave_out, progress, baseline)
     found = _confirmed(given, diagnosis, None, progress) if gate else None
     return given, replace(diagnosis, gate=found and found.report)
 
@@ -255,19 +240,14 @@ def _known(names: Sequence[str], given: Opened) -> None:
 
 
 def _diagnosed(
-    given: Opened, rig: Path, leave_out: Sequence[str], rules: bool, progress: Progress
+    given: Opened, rig: Path, leave_out: Sequence[str], progress: Progress
 ) -> "Diagnosis":
     from epa_rt.gap.aside import split
     from epa_rt.gap.diagnose import diagnose
     from epa_rt.gap.patch import PLANT_DIGEST, digest_of
 
     found = diagnose(
-        given.subject,
-        given.recordings,
-        given.holdout,
-        without=leave_out,
-        posterior=not rules,
-        progress=progress,
+        given.subject, given.recordings, given.holdout, without=leave_out, progress=progress
     )
     check_judged(found.location, given.subject)
     set_aside = bool(given.holdout) or split(given.subject, given.recordings) is not None

@@ -67,7 +67,6 @@ def run(arguments: argparse.Namespace) -> int:
 def _located(
     given: Opened, arguments: argparse.Namespace, progress: "Callable[[str, float], None]"
 ) -> "Located":
-    from epa_rt.gap.attribution import at_base
     from epa_rt.gap.floor import floors
     from epa_rt.gap.ground import ground_of
     from epa_rt.gap.localise import localise
@@ -75,6 +74,7 @@ def _located(
     from epa_rt.gap.problem import Problem
     from epa_rt.gap.report.where_page import Located
     from epa_rt.gap.run_freely import localise_freely
+    from epa_rt.gap.start import at_base
 
     values: dict[str, float] = {}
     whence: tuple[Origin, ...] = ()

@@ -119,7 +119,6 @@ def planned(
     """
     from epa_rt.cli.gap.simulate import Simulator
     from epa_rt.gap.menu import menu
-    from epa_rt.gap.own_loop import judged_by
     from epa_rt.gap.plan import next_experiment
     from epa_rt.gap.rivals import answers, distance_between, sets_apart
 
@@ -127,7 +126,7 @@ def planned(
         given.rig is None and not given.subject.menu()
     ):
         return None
-    subject = judged_by(diagnosis, given.subject)
+    subject = given.subject
     found = answers(
         subject,
         given.recordings,

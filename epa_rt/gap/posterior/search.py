@@ -30,7 +30,7 @@ from epa_rt.gap.problem import Problem
 from epa_rt.gap.promising import promising
 from epa_rt.gap.refit import settled, settled_with
 from epa_rt.gap.role import played
-from epa_rt.gap.select import rescaled
+from epa_rt.gap.start import rescaled
 from epa_rt.gap.subject import Values
 from epa_rt.gap.waves import look
 from epa_rt.gap.yardstick import Left

@@ -69,13 +69,18 @@ def nothing_wrong(none: Model, numbers: Numbers) -> float:
     """Log of the ratio of what a gap of any cause would show so, and what none would; the mean over
     the views.
     """
+    return float(np.mean(_of_something(none, numbers) or [0.0]))
+
+
+def _of_something(model: Model, numbers: Numbers) -> list[float]:
+    """By view the log of that ratio, of what a model leaves."""
     ratios = []
-    for name in _with_links(none):
-        gap, floor = shown(none, name, numbers)
+    for name in _with_links(model):
+        gap, floor = shown(model, name, numbers)
         at, spread = np.log1p(gap / floor), numbers.left_spread
         something = _log_t((at - SHOWN) / SHOWN_SPREAD) - np.log(SHOWN_SPREAD)
         ratios.append(something - _log_t(at / spread) + np.log(spread))
-    return float(np.mean(ratios or [0.0]))
+    return ratios
 
 
 def _with_links(model: Model) -> list[str]:
@@ -111,8 +116,10 @@ def inclusion(found: Found, families: Mapping[str, str]) -> dict[str, float]:
 
 
 def still_missing(model: Model, numbers: Numbers) -> float:
-    """Log odds that something is missing beside a model's effects."""
-    return numbers.unknown_odds + nothing_wrong(model, numbers_for(model, numbers))
+    """Log odds that something is missing beside a model's effects: what one view shows is missing,
+    whatever the others do not show.
+    """
+    return numbers.unknown_odds + max(_of_something(model, numbers_for(model, numbers)), default=0)
 
 
 def numbers_for(model: Model, numbers: Numbers) -> Numbers:

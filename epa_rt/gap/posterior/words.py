@@ -2,7 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 
+from epa_rt.gap.diagnosis import Who
+
 Sets = Sequence[Sequence[str]]
+SAYS_OF: Mapping[Who, str] = {
+    "rig": "missing",
+    "plant_file": "in the plant file, and not in the rig",
+    "both": "in the plant file, at another strength than in the rig",
+}
 
 
 def plain(name: str) -> str:
@@ -43,10 +50,15 @@ def told_of_sets(sets: Sets, probability: Mapping[str, float]) -> str:
     )
 
 
-def told_of_names(probability: Mapping[str, float], more: bool) -> str:
-    """What is said of the names that are missing from the plant file, and whether ``more`` is."""
-    named = all_of([f"{plain(name)} ({share:.2f})" for name, share in probability.items()])
-    return f"{named} {_is(tuple(probability))} missing{', and something besides' if more else ''}"
+def told_of_names(probability: Mapping[str, float], who: Mapping[str, Who], more: bool) -> str:
+    """What is said of the names, by ``who`` has each, and whether ``more`` is missing."""
+    told = []
+    for has, says in SAYS_OF.items():
+        names = [name for name in probability if who[name] == has]
+        if names:
+            named = all_of([f"{plain(name)} ({probability[name]:.2f})" for name in names])
+            told.append(f"{named} {_is(names)} {says}")
+    return f"{'; '.join(told)}{', and something besides' if more else ''}"
 
 
 def _is(names: Sequence[str]) -> str:

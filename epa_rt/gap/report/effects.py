@@ -1,9 +1,9 @@
 """Which effects, with their parameters and intervals; what else moved; what was not tested."""
 
 from epa_rt.config.units import with_unit
-from epa_rt.gap.diagnosis import Change, Diagnosis, Named, Near, Number
+from epa_rt.gap.diagnosis import Change, Diagnosis, Named, Number
 from epa_rt.gap.report.words import (
-    confidence_words,
+    PROBABILITY,
     free_run_words,
     gone_words,
     more_numbers_words,
@@ -19,15 +19,9 @@ def effects(diagnosis: Diagnosis) -> Html:
     """The named effects, best first, each with its numbers; then the nominal parameters that
     moved.
     """
-    parts = [
-        join(
-            _effect(i, effect, confidence_words(diagnosis))
-            for i, effect in enumerate(diagnosis.effects, 1)
-        )
-    ]
+    parts = [join(_effect(i, effect) for i, effect in enumerate(diagnosis.effects, 1))]
     if not diagnosis.effects:
         parts = [paragraph("No effect is named.")]
-    parts += [tag("p", words, class_="warning") for words in diagnosis.doubts]
     if words := free_run_words(diagnosis):
         parts.append(paragraph(words))
     if diagnosis.nominal_moved:
@@ -79,7 +73,7 @@ def not_tested(diagnosis: Diagnosis) -> Html:
     )
 
 
-def _effect(rank: int, effect: Named, sure_is: str) -> Html:
+def _effect(rank: int, effect: Named) -> Html:
     family = f", family {effect.family}" if effect.family != effect.name else ""
     head = tag(
         "h3",
@@ -97,9 +91,9 @@ def _effect(rank: int, effect: Named, sure_is: str) -> Html:
         ),
     )
     sure = paragraph(
-        f"Confidence {percent(effect.confidence)}: {sure_is}. On trials that it was not fitted"
-        " to, it lowers the sum of squared errors, each divided by the rms of the noise, by"
-        f" {effect.gain:,.0f}; one that has no part in the gap lowers it by about 0."
+        f"Confidence {percent(effect.confidence)}: {PROBABILITY}. What is named here lowers the"
+        " sum of squared errors, each divided by the rms of the noise, by"
+        f" {effect.gain:,.0f}."
     )
     parts = [
         head,
@@ -124,28 +118,12 @@ def _effect(rank: int, effect: Named, sure_is: str) -> Html:
         )
     if same := more_numbers_words(effect):
         parts.append(note(f"{same[0].upper()}{same[1:]}."))
-    told = [one for one in effect.came_near if one.name not in effect.not_separable_from]
-    if told:
-        parts.append(note("Came near: " + "; ".join(map(_near, told)) + "."))
     return tag("div", join(parts), class_="effect")
 
 
 def _ends(effect: Named) -> str:
     ends = [one.name for one in effect.parameters if one.at_end and effect.who != "plant_file"]
     return f"; {' and '.join(ends)} at the end of the range of its law" if ends else ""
-
-
-def _near(one: Near) -> str:
-    there = (
-        ""
-        if one.behind_in_free_run is None
-        else (
-            ", and run from the commands alone it leaves squared errors that are larger by"
-            f" {one.behind_in_free_run:,.0f}, where 25 and 5 % of what is explained tell two laws"
-            " apart, or that one reaches the noise"
-        )
-    )
-    return f"{plain(one.name)} explains {100.0 * one.explains_share:.3g} % as much{there}"
 
 
 def _whose(effect: Named) -> list[Html]:

@@ -18,10 +18,10 @@ from epa_rt.gap.report.origin import origin_words
 from epa_rt.gap.report.words import (
     BASELINES,
     MODES,
+    PROBABILITY,
     VERDICTS,
     WHO,
     channel_words,
-    confidence_words,
     free_run_words,
     gone_words,
     judged_on,
@@ -173,11 +173,9 @@ def _effects(diagnosis: Diagnosis, out: Console) -> None:
         if not effect.parameters:
             table.add_row(*head, "", "", "", "", others)
     out.print(table)
-    out.print(f"Confidence in an effect: {confidence_words(diagnosis)}.", style="dim")
+    out.print(f"Confidence in an effect: {PROBABILITY}.", style="dim")
     for effect in (one for one in diagnosis.effects if one.in_more_numbers):
         out.print(f"{plain(effect.name)}: {more_numbers_words(effect)}")
-    for words in diagnosis.doubts:
-        out.print(words, style="bold")
     for effect in (one for one in diagnosis.effects if one.who in WHO):
         says = ", ".join(
             f"{one.name} {gone_words(one)[2]} {gone_words(one)[3]}".rstrip()

@@ -42,11 +42,6 @@ SOURCES = {
     "twin": "a simulated run of the plant itself, with the recording's noise",
     "sensors": "the sensors' own noise (weaker than repeats)",
 }
-CONFIDENCE = (
-    "how often it, or a law of its family that these logs cannot tell from it, stays the best"
-    " explanation when stretches of the logs are drawn anew at random, lowered by the part of the"
-    " gap that it leaves, block by block and in free run"
-)
 PROBABILITY = (
     "probability that the rig has an effect of its family and the plant file does not, on these"
     " logs and on logs that no fit has seen"
@@ -63,11 +58,6 @@ _SMALL = {
 }  # below: in this smaller unit
 _SHOWN = Shown()
 _NAME = re.compile(r"[a-z][a-z0-9]*(?:_[a-z0-9]+)+")
-
-
-def confidence_words(diagnosis: Diagnosis) -> str:
-    """What the confidence in a name is."""
-    return PROBABILITY if diagnosis.decided_by == "posterior" else CONFIDENCE
 
 
 def size(value: float | None, unit: str, digits: int = 3) -> str:
@@ -237,11 +227,6 @@ def free_run_words(diagnosis: Diagnosis) -> str:
             )
         )
     ]
-    if heard.told_apart:
-        found.append(
-            f"It tells that from {join_words(heard.told_apart)}, which explain the blocks one by"
-            " one as well."
-        )
     return " ".join(found)
 
 

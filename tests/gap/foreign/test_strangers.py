@@ -5,7 +5,6 @@ of its logs begins in the middle of a motion.
 import numpy as np
 import pytest
 
-from epa_rt.gap.believe import Rules, agreed
 from epa_rt.gap.diagnose import diagnose
 from tests.gap.foreign.carriages import Cart, opened
 
@@ -73,11 +72,3 @@ def test_a_force_that_returns_at_a_pitch_that_the_rig_file_does_not_say_is_found
     assert [one.name for one in found.effects] == ["cogging"], found.says
     assert found.fitted["drive.cogging_periods"] == pytest.approx(20.0 / 33.0, abs=0.003)
     assert abs(found.fitted["drive.cogging_n"]) == pytest.approx(4.0, rel=0.05)
-
-
-def test_one_block_counts_for_no_more_than_five_median_ones_where_they_gain_enough():
-    rules = Rules()
-    steady = np.full(31, 25.0) + np.arange(31) % 3
-    assert agreed(np.append(steady, 6700.0), rules) > 5.0
-    assert agreed(np.append(np.full(31, 0.5), 6700.0), rules) < rules.z_much
-    assert agreed(steady, rules) > 20.0

@@ -5,13 +5,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from epa_rt.gap.attribution import Start, at_base
 from epa_rt.gap.diagnose import diagnose
 from epa_rt.gap.posterior.answer import table_for
 from epa_rt.gap.posterior.evidence import START, log_likelihood, strain
 from epa_rt.gap.posterior.search import Model, Table
 from epa_rt.gap.posterior.unknown import inclusion, posterior
 from epa_rt.gap.posterior.views import BLOCKS, Seen, View
+from epa_rt.gap.start import Start, at_base
 from tests.gap import toy
 
 OFF = {"drive.gain_a": 1.02, "spring.stiffness_n_m": 915.0, "gas.flow_pa_s": 4.1e5}
@@ -66,12 +66,12 @@ def test_what_the_catalogue_lacks_names_nothing_with_confidence():
 def diagnosed(values=None, **how):
     logs = [toy.recording(f"log{i}", 10 + i, OFF | (values or {}), seconds=20.0) for i in range(2)]
     aside = [toy.recording("aside", 40, OFF | (values or {}), seconds=20.0)]
-    return diagnose(toy.Toy(), logs, aside, floors=toy.floors, posterior=True, **how)
+    return diagnose(toy.Toy(), logs, aside, floors=toy.floors, **how)
 
 
 def test_the_whole_answer_is_the_posterior_s():
     answer = diagnosed({"drive.coulomb_a": 0.2})
-    assert answer.decided_by == "posterior" and answer.verdict == "explained"
+    assert answer.verdict == "explained"
     (effect,) = answer.effects
     assert effect.name == "motor_friction" and effect.confidence > 0.9
     assert effect.confidence == pytest.approx(answer.posterior.families["motor friction"])

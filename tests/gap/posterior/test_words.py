@@ -14,7 +14,15 @@ from epa_rt.gap.posterior.words import set_words, told_of_names, told_of_sets
     ],
 )
 def test_names_are_said_with_their_probability(names, more, words):
-    assert told_of_names(names, more) == words
+    assert told_of_names(names, dict.fromkeys(names, "rig"), more) == words
+
+
+def test_who_has_an_effect_is_said():
+    who = {"creep": "plant_file", "gauge_lag": "rig", "leak": "both"}
+    assert told_of_names(dict.fromkeys(who, 0.9), who, False) == (
+        "gauge lag (0.90) is missing; creep (0.90) is in the plant file, and not in the rig;"
+        " leak (0.90) is in the plant file, at another strength than in the rig"
+    )
 
 
 @pytest.mark.parametrize(

@@ -216,7 +216,7 @@ def test_the_terminal_explains_its_figures_in_words():
     )
     assert (
         "> 99" in text
-        and "how often it, or a law of its family that these logs cannot tell from it, stays the best explanation"  # noqa: E501
+        and "probability that the rig has an effect of its family and the plant file does not"
         in " ".join(text.split())
         and "fed with the commands alone" in text
     )
@@ -282,16 +282,8 @@ def test_why_a_confidence_is_low_stands_below_the_names_and_what_the_gate_missed
             "points": -68.1,
         },
     ]
-    text = shown(
-        replace(
-            EXPLAINED,
-            doubts=("Every confidence counts 0.4 of itself: why.",),
-            gate={**GATE, "channels": rows},
-        )
-    )
-    assert text.index("Confidence in an effect") < text.index(
-        "Every confidence counts 0.4 of itself: why."
-    )
+    text = shown(replace(EXPLAINED, gate={**GATE, "channels": rows}))
+    assert "Confidence in an effect: probability that the rig has" in text
     assert (
         "by themselves otherwise than predicted: muscle pressure 32 %" in text
         and "force 98" not in text.split("by themselves")[1]

@@ -19,7 +19,7 @@ in turn.
                         each effect hidden and left out: what is said instead
   epa gap blind pool blind.json other.json
                         shares over the cases of several sets
-  epa gap blind compare posterior.json rules.json
+  epa gap blind compare one.json other.json
                         two diagnosers on one set: log and Brier score, sign test, reliability
   epa gap blind rivals out/blind --json rivals.json --beside blind.json
                         the same cases by CMA-ES, least squares, sparse regression, RMSE
@@ -38,7 +38,6 @@ from epa_rt.cli.write import check_writable
 
 CASES = 120
 DIAGNOSER = "epa_rt.cli.gap.blind.diagnose:diagnose_files"
-BY_RULES = "epa_rt.cli.gap.blind.diagnose:by_rules"
 
 
 def add_parser(tasks: "argparse._SubParsersAction") -> None:
@@ -178,13 +177,6 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     )
     for part in (score, matrix):
         part.add_argument("--diagnoser", default=DIAGNOSER, help=argparse.SUPPRESS)
-        part.add_argument(
-            "--rules",
-            dest="diagnoser",
-            action="store_const",
-            const=BY_RULES,
-            help="decided by the rules of before, not by probability",
-        )
     for part in (again, score, rivals, oracle):
         part.add_argument(
             "--sealed", type=Path, help="folder of the sealed truth (default: DIR.sealed)"

@@ -8,20 +8,8 @@ if TYPE_CHECKING:
     from epa_rt.gap.diagnosis import Diagnosis
 
 
-def by_rules(
-    rig: Path, plant: Path, logs: Sequence[Path], holdout: Sequence[Path], leave_out: Sequence[str]
-) -> "Diagnosis":
-    """As ``diagnose_files``, decided by the rules."""
-    return diagnose_files(rig, plant, logs, holdout, leave_out, rules=True)
-
-
 def diagnose_files(
-    rig: Path,
-    plant: Path,
-    logs: Sequence[Path],
-    holdout: Sequence[Path],
-    leave_out: Sequence[str],
-    rules: bool = False,
+    rig: Path, plant: Path, logs: Sequence[Path], holdout: Sequence[Path], leave_out: Sequence[str]
 ) -> "Diagnosis":
     """Diagnoses the logs of a rig against a plant file as the command line does, checks included,
     with effects left out of the catalogue (those it has for this rig).
@@ -37,7 +25,7 @@ def diagnose_files(
 
     known = {effect.name for effect in open_subject(rig, plant).catalogue}
     without = [name for name in leave_out if name in known]
-    given, answer = diagnose_logs(rig, plant, logs, holdout, without, rules)
+    given, answer = diagnose_logs(rig, plant, logs, holdout, without)
     if not answer.effects:
         return answer
     try:
