@@ -9,9 +9,13 @@ With --withhold each effect that a case has alone is then left out of the catalo
 searched once more: how well wrong laws do, singly and in pairs, is known from no other. Withheld
 cases are weighed so that they have the share that a draw gives them.
 
+With --recordings recordings of others count as well of which it is known what is missing
+(scripts/known_recordings.yaml): what right and wrong laws leave of a real gap no simulation tells.
+
   epa gap blind make --seed 7 --cases 40 -o out/cases
   python scripts/calibrate_posterior.py out/cases -o out/tables            what it would give
-  python scripts/calibrate_posterior.py out/cases -o out/tables --write    and takes it
+  python scripts/calibrate_posterior.py out/cases -o out/tables --withhold --recordings --write
+                                                                           and takes it
 """
 
 from __future__ import annotations
@@ -21,13 +25,19 @@ import json
 import pickle
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from epa_rt.benchmark.calibrate import Example
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT)]
 MODULE = ROOT / "epa_rt/gap/posterior/calibrated.py"
 ENDS = (".pickle", ".error")  # of what is known of a case
+RECORDINGS = "recordings"  # folder of what is found in recordings of others
 WITHHELD = ".withheld"  # ends the name of a case that is searched without its effect
 
 
@@ -35,12 +45,13 @@ def main() -> int:
     arguments = _arguments()
     if arguments.one:
         return _search(*arguments.cases, arguments.out, arguments.leave_out)
+    recordings = _recordings(arguments.out / RECORDINGS) if arguments.recordings else []
     arguments.out.mkdir(parents=True, exist_ok=True)
     for cases in arguments.cases:
         _search_all(cases, arguments.out / cases.name, arguments.jobs)
         if arguments.withhold:
             _search_all(cases, arguments.out / cases.name, arguments.jobs, _withheld(cases))
-    answer, numbers = _calibrate(arguments.cases, arguments.out)
+    answer, numbers = _calibrate(arguments.cases, arguments.out, recordings)
     if arguments.write:
         MODULE.write_text(_module(numbers, answer), encoding="utf-8")
         subprocess.run([sys.executable, "-m", "ruff", "format", "-q", str(MODULE)], check=True)
@@ -57,6 +68,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--jobs", type=int, default=2, help="processes at once (default: 2)")
     parser.add_argument("--write", action="store_true", help=f"write {MODULE.name}")
     parser.add_argument("--withhold", action="store_true", help="each single once more without it")
+    parser.add_argument("--recordings", action="store_true", help="and recordings of others")
     parser.add_argument("--leave-out", nargs="*", default=None, help=argparse.SUPPRESS)
     parser.add_argument("--one", action="store_true", help=argparse.SUPPRESS)
     return parser.parse_args()
@@ -144,7 +156,29 @@ def _search(case: Path, out: Path, without: list[str] | None) -> int:
     return 0
 
 
-def _calibrate(folders: list[Path], out: Path) -> tuple[dict[str, object], object]:
+def _recordings(out: Path) -> list[Example]:
+    """Recordings of others with what they have, each searched once."""
+    from epa_rt.benchmark.calibrate import Example
+    from epa_rt.cli.gap.diagnose import table_of_logs
+    from scripts.known_recordings import known, logs_of, truth_of
+
+    out.mkdir(parents=True, exist_ok=True)
+    found = []
+    for entry in known():
+        kept = out / f"{entry['name']}.pickle"
+        if not kept.exists():
+            print(entry["name"], file=sys.stderr)
+            with tempfile.TemporaryDirectory(prefix="known-") as folder:
+                rig, logs, holdout = logs_of(entry, Path(folder))
+                table = table_of_logs(rig, None, logs, holdout)
+            kept.write_bytes(pickle.dumps(table))
+        found.append(Example(entry["name"], pickle.loads(kept.read_bytes()), truth_of(entry)))
+    return found
+
+
+def _calibrate(
+    folders: list[Path], out: Path, recordings: list[Example]
+) -> tuple[dict[str, object], object]:
     import numpy as np
 
     from epa_rt.benchmark.calibrate import (
@@ -173,12 +207,13 @@ def _calibrate(folders: list[Path], out: Path) -> tuple[dict[str, object], objec
                 told = {**told, "kind": "withheld"}
             examples.append(Example(f"{cases.name}/{path.stem}", found["table"], told))
             seconds.append(found["cpu_s"])
-    examples = as_drawn(examples, "withheld", SHARES["withheld"])
+    examples = [*as_drawn(examples, "withheld", SHARES["withheld"]), *recordings]
     numbers = calibrated(examples, START)
     others = left_out(examples, START)
     before, after = probabilities(examples, START), probabilities(examples, numbers)
     answer = {
-        "cases": sum(not one.name.endswith(WITHHELD) for one in examples),
+        "cases": sum(not one.name.endswith(WITHHELD) for one in examples) - len(recordings),
+        "recordings": len(recordings),
         "withheld_again": sum(one.name.endswith(WITHHELD) for one in examples),
         "seeds": seeds,
         "cpu_s_median": round(float(np.median(seconds)), 1),
@@ -187,6 +222,10 @@ def _calibrate(folders: list[Path], out: Path) -> tuple[dict[str, object], objec
             "calibrated": log_score(examples, numbers),
             "on_cases_left_out": mean_log(examples, others),
             "of_links_alone": log_score([of_links_alone(one) for one in examples], numbers),
+            "of_recordings": log_score(recordings, numbers) if recordings else None,
+            "of_recordings_left_out": mean_log(recordings, others[-len(recordings) :])
+            if recordings
+            else None,
         },
         "reliability": of_names(examples, numbers),
         "numbers": vars(numbers),
@@ -210,11 +249,12 @@ def _module(numbers: object, answer: dict[str, object]) -> str:
     return (
         '"""The posterior\'s numbers, written by scripts/calibrate_posterior.py: not to be edited.'
         f"\n\nFrom {answer['cases']} sealed cases of `epa gap blind make` (seeds {seeds}),"
-        f" {answer['withheld_again']} of them\nonce more with their effect withheld. Mean log"
-        f" probability of the truth {score['calibrated']:.3f}, on\ncases that they were not"
-        f" calibrated on {score['on_cases_left_out']:.3f}.\n"
+        f" {answer['withheld_again']} of them\nonce more with their effect withheld, and"
+        f" {answer['recordings']} recordings of others. Mean log\nprobability of the truth"
+        f" {score['calibrated']:.3f}, on what they were not calibrated on"
+        f" {score['on_cases_left_out']:.3f}.\n"
         '"""\n\nfrom epa_rt.gap.posterior.evidence import Numbers\n\n'
-        f"CASES = {answer['cases']}\n"
+        f"CASES, RECORDINGS = {answer['cases']}, {answer['recordings']}\n"
         f"CALIBRATED = Numbers(\n{values})\n"
     )
 

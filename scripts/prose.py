@@ -17,14 +17,12 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[1]
 MOST_WORDS, MEDIAN_WORDS, MOST_CELL = 40, 18, 100
-# the record of the diagnosis and of its rules, which nobody reads to use it
+# the record of the diagnosis, which nobody reads to use it
 WITH_THE_DIAGNOSIS = (
-    "0011-diagnosis.md",
     "0012-places.md",
     "0013-rougher-runs-for-derivatives.md",
     "0014-rigs-of-others.md",
     "0015-side-by-side.md",
-    "gap-history.md",
 )
 _LINK = re.compile(r"\[([^\]]*)\]\([^)]*\)")
 _END = re.compile(r"(?<=[.!?])[)\"'*`]*\s+(?=[A-Z\"'(*`\[0-9])|;\s+(?=\|)")

@@ -14,6 +14,7 @@ from epa_rt.benchmark.compare import LEAST, Shares, reliability, share_of
 from epa_rt.gap.posterior.evidence import Numbers, log_evidence
 from epa_rt.gap.posterior.search import WHOLE, Table
 from epa_rt.gap.posterior.unknown import Found, inclusion, posterior
+from epa_rt.gap.posterior.views import FREE_RUN
 
 SPREAD = 1.0  # of a number around its start: of its logarithm, of log odds in nats
 WITHIN = 15.0  # nats behind the best model, where no numbers near the start make up for it
@@ -132,8 +133,10 @@ def calibrated(examples: Sequence[Example], start: Numbers, rounds: int = 2) -> 
 
 
 def _both(examples: Sequence[Example]) -> list[Example]:
-    """Every rig as it is, and as one that has no model of the whole."""
-    return [*examples, *map(of_links_alone, examples)]
+    """Every rig as it is, and half as often as one that has no model of the whole."""
+    whole = [one for one in examples if FREE_RUN in one.table.models[0].views]
+    alone = [replace(of_links_alone(one), weight=0.5 * one.weight) for one in whole]
+    return [*examples, *alone]
 
 
 def left_out(examples: Sequence[Example], start: Numbers, parts: int = 4) -> list[float]:

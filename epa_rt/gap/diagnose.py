@@ -125,8 +125,8 @@ def diagnose(
         whence = origins(start.problem, start.base.values)
     went = moved(fit.problem, fit.final.normal, off)
     names = tuple(
-        _named(fit, name, share, found, table, model, answer, off)
-        for name, share in zip(answer.effects, answer.probability, strict=True)
+        _named(fit, name, answer.share_of(name), found, table, model, answer, off)
+        for name in _most_first(table, answer.effects)
     )
     could = as_told(found, table, answer)
     progress("done", 1.0)
@@ -199,6 +199,12 @@ def not_shown(start: Start) -> tuple[str, ...]:
     """
     typical = screen(start.problem, start.base).typical()
     return tuple(name for name in start.problem.effects if typical.get(name, 0.0) < DECIDES)
+
+
+def _most_first(table: Table, effects: Sequence[str]) -> list[str]:
+    """Named effects, that which leaves least by itself first."""
+    alone = {one.effects[0]: chi_left(one) for one in table.models if len(one.effects) == 1}
+    return sorted(effects, key=lambda name: alone.get(name, np.inf))
 
 
 def _model_of(table: Table, effects: tuple[str, ...]) -> Model:

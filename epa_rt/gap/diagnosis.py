@@ -207,7 +207,8 @@ class Posterior:
 
     ``verdict``: the answer that costs least on these probabilities; ``names``: what it names, with
     the probability of each name's family; ``instead``: sets that are probable as well.
-    ``calibrated_on``: sealed cases of simulated rigs that the numbers behind it were fitted to.
+    ``calibrated_on``: sealed cases of simulated rigs that the numbers behind it were fitted to,
+    ``recordings``: recordings of others.
     """
 
     models: tuple[Could, ...]
@@ -218,6 +219,7 @@ class Posterior:
     names: dict[str, float]
     instead: tuple[tuple[str, ...], ...]
     calibrated_on: int
+    recordings: int = 0
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 
 from epa_rt.gap.diagnosis import Could, Posterior
-from epa_rt.gap.posterior.calibrated import CASES
+from epa_rt.gap.posterior.calibrated import CASES, RECORDINGS
 from epa_rt.gap.posterior.decide import Decision
 from epa_rt.gap.posterior.evidence import Formula, Numbers
 from epa_rt.gap.posterior.search import Model, Table, table_of
@@ -34,7 +34,15 @@ def as_told(found: Found, table: Table, answer: Decision) -> Posterior:
     }
     names = dict(zip(answer.effects, answer.probability, strict=True))
     return Posterior(
-        tuple(models), families, found.unknown, by, answer.kind, names, answer.instead, CASES
+        tuple(models),
+        families,
+        found.unknown,
+        by,
+        answer.kind,
+        names,
+        answer.instead,
+        CASES,
+        RECORDINGS,
     )
 
 
@@ -51,7 +59,6 @@ def table_for(
     fits).
     """
     families = {name: effect.family for name, effect in start.problem.effects.items()}
-    numbers = numbers if start.ground else numbers.of_links_alone()
     held_out = HeldOut(start.problem, start.ground, aside, judge) if aside else None
     return table_of(*start, held_out, Formula(families, numbers), progress)
 

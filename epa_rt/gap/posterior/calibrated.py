@@ -7,16 +7,16 @@ cases that they were not calibrated on -0.275.
 
 from epa_rt.gap.posterior.evidence import Numbers
 
-CASES = 36
+CASES, RECORDINGS = 36, 18
 CALIBRATED = Numbers(
-    step_freedom=3.36,
-    alone_freedom=5.86,
-    run_freedom=7.05,
-    floor_share=0.0179,
-    effect_odds=0.492,
-    further_odds=-1.62,
-    unknown_odds=-1.48,
-    right_left=0.0127,
-    wrong_left=0.734,
-    left_spread=0.896,
+    step_freedom=7.17,
+    run_freedom=1.69,
+    floor_share=0.0155,
+    loose_share=0.364,
+    effect_odds=-1.39,
+    further_odds=-3.59,
+    unknown_odds=-1.46,
+    right_left=0.00398,
+    wrong_left=0.411,
+    left_spread=1.01,
 )

@@ -31,6 +31,10 @@ class Decision:
     instead: tuple[tuple[str, ...], ...]
     loss: float
 
+    def share_of(self, name: str) -> float:
+        """The probability of a name's family. Raises ValueError for one that is not named."""
+        return self.probability[self.effects.index(name)]
+
 
 def decided(found: Found, families: Mapping[str, str], numbers: Numbers) -> Decision:
     """The answer with the least expected loss. ``families``: of each effect of the catalogue."""

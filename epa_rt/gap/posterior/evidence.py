@@ -27,30 +27,25 @@ class Numbers:
     """What calibration sets.
 
     ``step_freedom``, ``run_freedom``: degrees of freedom of a link's discrepancy, block by block
-    and in free run; on held-out logs half of that. ``alone_freedom``: block by block where the rig
-    has no model of the whole. ``floor_share``: part of a link's noise that its floor may be wrong
-    by. ``effect_odds``: log prior odds of one effect against none; ``further_odds``: of one more
-    against no more. ``unknown_odds``: log prior odds of something that the catalogue lacks.
-    ``right_left``, ``wrong_left``: part of a gap that the right law leaves, and the best of the
-    wrong ones; ``left_spread``: spread of the logarithm of either.
+    and in free run; on held-out logs half of that. ``floor_share``: part of a link's noise that its
+    floor may be wrong by; ``loose_share``: the same of one that is known from repeats or from the
+    sensors alone, where nothing explains what is left. ``effect_odds``: log prior odds of one
+    effect against none; ``further_odds``: of one more against no more. ``unknown_odds``: log prior
+    odds of something that the catalogue lacks. ``right_left``, ``wrong_left``: part of a gap that
+    the right laws leave, and the best of the wrong ones; ``left_spread``: spread of the logarithm
+    of either.
     """
 
     step_freedom: float
-    alone_freedom: float
     run_freedom: float
     floor_share: float
+    loose_share: float
     effect_odds: float
     further_odds: float
     unknown_odds: float
     right_left: float
     wrong_left: float
     left_spread: float
-
-    def of_links_alone(self) -> "Numbers":
-        """The same for a rig that has no model of the whole: its links are the one way to hold it
-        against the data, and count for more.
-        """
-        return replace(self, step_freedom=self.alone_freedom)
 
     def freedom(self, view: str) -> float:
         """Degrees of freedom of a link's discrepancy in a view."""
@@ -61,9 +56,9 @@ class Numbers:
 # Where calibration begins (scripts/calibrate_posterior.py); what it found is in calibrated.py.
 START = Numbers(
     step_freedom=6.0,
-    alone_freedom=6.0,
     run_freedom=12.0,
     floor_share=0.02,
+    loose_share=0.3,
     effect_odds=1.0,
     further_odds=-1.0,
     unknown_odds=-1.0,
@@ -150,10 +145,11 @@ def log_evidence(model: Model, families: Mapping[str, str], numbers: Numbers) ->
     total += occam(model, numbers)
     fits = [view for view in model.views.values() if view.keys]
     total += sum(strain(view) for view in fits) / max(len(fits), 1)
-    return total + _of_views(model.views, numbers)
+    return total + of_views(model.views, numbers)
 
 
-def _of_views(views: Mapping[str, View], numbers: Numbers) -> float:
+def of_views(views: Mapping[str, View], numbers: Numbers) -> float:
+    """Log likelihood of all views of a model."""
     return sum(
         log_likelihood(view, numbers.freedom(name), numbers.floor_share)
         for name, view in views.items()

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from epa_rt.gap.posterior.evidence import TAILS, Numbers, log_evidence, scale
+from epa_rt.gap.posterior.evidence import TAILS, Numbers, log_evidence, of_views, scale
 from epa_rt.gap.posterior.search import Model, Table
-from epa_rt.gap.posterior.views import FREE_RUN
 
 # Of a gap of any cause, in logarithms of what a floor may be wrong by: from that to 400 times it.
 SHOWN, SHOWN_SPREAD = 3.0, 3.0
@@ -32,16 +31,21 @@ class Found:
 def posterior(table: Table, numbers: Numbers) -> Found:
     """Over all models that were fitted in every view that the first one was; others were not worth
     it.
+
+    Something that the catalogue lacks makes a gap that is not there without it, and the set that
+    explains most leaves of it what wrong laws leave.
     """
     none = table.models[0]
-    numbers = numbers_for(none, numbers)
     models = [model for model in table.models if set(model.views) >= set(none.views)]
     logs = [log_evidence(model, table.families, numbers) for model in models]
-    named = [log for model, log in zip(models, logs, strict=True) if model.effects]
+    named = [model for model in models if model.effects]
     unknown = [logs[models.index(none)] + nothing_wrong(none, numbers)]
     if named:
-        best = max((m for m in models if m.effects), key=lambda m: logs[models.index(m)])
-        unknown.append(float(np.logaddexp.reduce(named)) + names_wrong(best, none, numbers))
+        best = max(named, key=lambda model: of_views(model.views, numbers))
+        right, wrong = leaves_as(best, none, numbers)
+        unknown[0] += wrong
+        all_named = [logs[models.index(model)] for model in named]
+        unknown.append(float(np.logaddexp.reduce(all_named)) + wrong - right)
     logs.append(numbers.unknown_odds + float(np.logaddexp.reduce(unknown)))
     weights = np.exp(np.array(logs) - max(logs))
     weights /= weights.sum()
@@ -49,20 +53,22 @@ def posterior(table: Table, numbers: Numbers) -> Found:
     return Found(tuple((models[i], float(weights[i])) for i in order), float(weights[-1]))
 
 
-def names_wrong(model: Model, none: Model, numbers: Numbers) -> float:
-    """Log of the ratio of what the best wrong law would leave so, and what the right one would;
-    the mean over the views.
+def leaves_as(model: Model, none: Model, numbers: Numbers) -> tuple[float, float]:
+    """Log of how probable it is that the right laws leave so much, and that the best wrong ones
+    do; the mean over the views.
     """
-    ratios = []
+    logs = []
     for name in _with_links(none):
         gap, floor = shown(none, name, numbers)
         left = np.log1p(shown(model, name, numbers)[0] / floor)
-        right, wrong = (
-            np.log1p(part * gap / floor) for part in (numbers.right_left, numbers.wrong_left)
+        logs.append(
+            [
+                _log_t((left - np.log1p(part * gap / floor)) / numbers.left_spread)
+                for part in (numbers.right_left, numbers.wrong_left)
+            ]
         )
-        spread = numbers.left_spread
-        ratios.append(_log_t((left - wrong) / spread) - _log_t((left - right) / spread))
-    return float(np.mean(ratios or [0.0]))
+    right, wrong = np.mean(logs or [[0.0, 0.0]], axis=0)
+    return float(right), float(wrong)
 
 
 def nothing_wrong(none: Model, numbers: Numbers) -> float:
@@ -76,7 +82,8 @@ def _of_something(model: Model, numbers: Numbers) -> list[float]:
     """By view the log of that ratio, of what a model leaves."""
     ratios = []
     for name in _with_links(model):
-        gap, floor = shown(model, name, numbers)
+        gap, _ = shown(model, name, numbers)
+        floor = unknown_of_floors(model, name, numbers)
         at, spread = np.log1p(gap / floor), numbers.left_spread
         something = _log_t((at - SHOWN) / SHOWN_SPREAD) - np.log(SHOWN_SPREAD)
         ratios.append(something - _log_t(at / spread) + np.log(spread))
@@ -100,6 +107,17 @@ def shown(model: Model, view: str, numbers: Numbers) -> tuple[float, float]:
     )
 
 
+def unknown_of_floors(model: Model, view: str, numbers: Numbers) -> float:
+    """Chi-square by which a view's floors may be wrong as a whole, where nothing explains any of
+    it: of those that no twin of the plant has measured more.
+    """
+    freedom = numbers.freedom(view)
+    return sum(
+        scale(seen, freedom, numbers.loose_share if seen.loose else numbers.floor_share)
+        for seen in model.views[view].links.values()
+    )
+
+
 def _log_t(z: float) -> float:
     return -0.5 * (TAILS + 1.0) * float(np.log1p(z**2 / TAILS))
 
@@ -119,9 +137,4 @@ def still_missing(model: Model, numbers: Numbers) -> float:
     """Log odds that something is missing beside a model's effects: what one view shows is missing,
     whatever the others do not show.
     """
-    return numbers.unknown_odds + max(_of_something(model, numbers_for(model, numbers)), default=0)
-
-
-def numbers_for(model: Model, numbers: Numbers) -> Numbers:
-    """The numbers for a rig that this model was fitted to in all views that it has."""
-    return numbers if FREE_RUN in model.views else numbers.of_links_alone()
+    return numbers.unknown_odds + max(_of_something(model, numbers), default=0.0)

@@ -24,12 +24,14 @@ HELD_OUT, HELD_OUT_FREE_RUN = "held_out", "held_out_free_run"
 class Seen:
     """One link under one model. ``noise``: chi-square that noise alone leaves on average;
     ``chi``: what the model leaves. ``matrix`` (k, k): information on the view's keys per squared
-    spread; None of a link that nothing was fitted to.
+    spread; None of a link that nothing was fitted to. ``loose``: whether no twin of the plant has
+    measured its floor.
     """
 
     noise: float
     chi: float
     matrix: np.ndarray | None = None
+    loose: bool = False
 
     @property
     def excess(self) -> float:
@@ -82,7 +84,12 @@ def blocks(
     residuals = problem.each(lambda link: bare.residual(values, link), bare.links)
     return View(
         {
-            link: Seen(float(bare.samples(link)), float(residual @ residual), matrix.sum(axis=0))
+            link: Seen(
+                float(bare.samples(link)),
+                float(residual @ residual),
+                matrix.sum(axis=0),
+                _loose(problem, link),
+            )
             for link, residual, matrix in zip(bare.links, residuals, normal.matrix, strict=True)
         },
         *_numbers(normal),
@@ -93,6 +100,10 @@ def free_run(ground: Ground, normal: Normal) -> View:
     """The whole plant at a point fitted to it."""
     seen = Seen(ground.noise, float(normal.square.sum()), normal.matrix.sum(axis=(0, 1)))
     return View({LINK: seen}, *_numbers(normal))
+
+
+def _loose(problem: Problem, link: str) -> bool:
+    return problem.floors[link].source != "twin"
 
 
 def _numbers(normal: Normal) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
@@ -131,7 +142,11 @@ class HeldOut:
         problem = self._problem
         return View(
             {
-                link: Seen(float(problem.samples(link)), float(residual @ residual))
+                link: Seen(
+                    float(problem.samples(link)),
+                    float(residual @ residual),
+                    loose=_loose(problem, link),
+                )
                 for link in problem.links
                 for residual in [problem.residual(values, link)]
             }

@@ -19,7 +19,8 @@ def provenance(posterior: Posterior) -> str:
     """Where the numbers behind the probabilities come from."""
     return (
         f"The numbers behind these probabilities were calibrated on {posterior.calibrated_on}"
-        " sealed cases of a simulated rig: on a real one read them as an order."
+        f" sealed cases of a simulated rig and {posterior.recordings} recordings of others: on a"
+        " rig unlike these read them as an order."
     )
 
 

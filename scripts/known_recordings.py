@@ -1,0 +1,103 @@
+"""Recordings of others of which it is known what the rig has and the plant file lacks, as the
+posterior's calibration takes them: brought in and checked as the command line does.
+
+Prints a table of what the diagnosis says of each now.
+
+  python scripts/known_recordings.py
+  python scripts/known_recordings.py emps xl330
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(ROOT)]
+LIST = Path(__file__).with_suffix(".yaml")
+SHARED = ROOT.parent / "shared"  # where the recordings themselves are
+CLEAR = 9.0  # times its detection limit: of each effect that is known to be there
+
+
+def known() -> list[dict[str, Any]]:
+    """All entries of the list whose files are there."""
+    entries: list[dict[str, Any]] = yaml.safe_load(LIST.read_text(encoding="utf-8"))
+    return [one for one in entries if all(path.exists() for path in _files(one))]
+
+
+def truth_of(entry: dict[str, Any]) -> dict[str, Any]:
+    """An entry's truth as that of a sealed case: its kind, and the families of each effect."""
+    effects = [{"families": families, "multiple": CLEAR} for families in entry["truth"]]
+    kinds = {0: "none", 1: "single"}
+    return {"kind": kinds.get(len(effects), "pair"), "effects": effects}
+
+
+def logs_of(entry: dict[str, Any], folder: Path) -> tuple[Path, list[Path], list[Path]]:
+    """The rig file of an entry, its logs and its held-out ones, imported into a folder."""
+    return (
+        _at(entry["rig"]),
+        _imported(entry["logs"], folder / "logs"),
+        _imported(entry.get("holdout", {}), folder / "holdout"),
+    )
+
+
+def _imported(by_mapping: dict[str, list[Any]], folder: Path) -> list[Path]:
+    from epa_rt.logs.importers.gather import gather
+    from epa_rt.logs.importers.mapping import load_mapping
+    from epa_rt.logs.importers.write import attachments_of, write_log
+
+    folder.mkdir(parents=True, exist_ok=True)
+    made = []
+    for mapping, logs in by_mapping.items():
+        typed, located = load_mapping(_at(mapping))
+        for one in logs:
+            files = [_at(name) for name in (one if isinstance(one, list) else [one])]
+            log = folder / f"{files[0].stem}.mcap"
+            attached = attachments_of(typed, located, files)
+            write_log(log, typed, gather(typed, located, files), attached, files)
+            made.append(log)
+    return made
+
+
+def _files(entry: dict[str, Any]) -> list[Path]:
+    logs = [log for key in ("logs", "holdout") for of in entry.get(key, {}).values() for log in of]
+    names = [name for log in logs for name in (log if isinstance(log, list) else [log])]
+    return [_at(name) for name in names]
+
+
+def _at(name: str) -> Path:
+    return (ROOT if name.startswith("config/") else SHARED) / name
+
+
+def main() -> int:
+    from epa_rt.cli.exits import VerbError
+    from epa_rt.cli.gap.diagnose import diagnose_logs
+
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("names", nargs="*", help="only these (default: all)")
+    only = parser.parse_args().names
+    for entry in known():
+        if only and entry["name"] not in only:
+            continue
+        with tempfile.TemporaryDirectory(prefix="known-") as folder:
+            rig, logs, holdout = logs_of(entry, Path(folder))
+            try:
+                answer = diagnose_logs(rig, None, logs, holdout)[1]
+            except VerbError as error:
+                print(f"{entry['name']}: {error}")
+                continue
+        names = ", ".join(f"{one.name} {one.confidence:.2f}" for one in answer.effects)
+        wanted = " and ".join("/".join(families) for families in entry["truth"]) or "nothing"
+        print(f"{entry['name']}: {wanted}; said {answer.verdict} {names}: {answer.says}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
