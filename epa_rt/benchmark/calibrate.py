@@ -18,7 +18,7 @@ from epa_rt.gap.posterior.views import FREE_RUN
 
 SPREAD = 1.0  # of a number around its start: of its logarithm, of log odds in nats
 WITHIN = 15.0  # nats behind the best model, where no numbers near the start make up for it
-EVALUATIONS = 150  # of the score, in each round
+EVALUATIONS = 500  # of the score, in each round
 
 
 @dataclass(frozen=True)
