@@ -14,7 +14,7 @@ from epa_rt.gap.problem import ABSURD, Problem
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.refit import searched
 from epa_rt.gap.side_by_side import each
-from epa_rt.gap.subject import Link, Subject, Values
+from epa_rt.gap.subject import Link, Plain, Subject, Values
 
 LINK = "whole"
 RATE_HZ = 20.0  # of what is compared, each channel averaged over that long
@@ -47,7 +47,7 @@ KEPT = 64  # runs that changes are counted from
 WITHIN = 0.55
 
 
-class AsOne:
+class AsOne(Plain):
     """A subject with one link from commands to all measured channels, in deviations of their noise,
     interleaved sample by sample. Only trials are judged.
     """
@@ -55,6 +55,7 @@ class AsOne:
     # a knee's run bends: with a hundred times that a payload and the mass that hides it look 6 %
     # unlike, and no fit finds the way
     finite_step = 1e-4
+    has_change = True
 
     def __init__(self, subject: Subject, meters: Mapping[str, "Meter"]) -> None:
         self._subject, self.meters = subject, dict(meters)
@@ -66,9 +67,8 @@ class AsOne:
             subject.patched,
             subject.without_stop,
         )
-        rougher = getattr(subject, "rougher", lambda far: None)
+        rougher = subject.rougher
         self._rough = {far: made.free_run for far in (False, True) if (made := rougher(far))}
-        self._upto = getattr(subject, "upto", None)
         self._bases: dict[tuple, np.ndarray] = {}
 
     def touched(self, key: str) -> tuple[str, ...]:
@@ -80,10 +80,8 @@ class AsOne:
         subject has ``upto``.
         """
         end = _judged_to(recording)
-        return held(
-            self._upto(recording, end) if self._upto and end < recording.samples else recording,
-            self.meters,
-        )
+        cut = self._subject.upto(recording, end) if end < recording.samples else None
+        return held(cut or recording, self.meters)
 
     def residual(self, prepared: "Held", values: Values, link: str) -> np.ndarray:
         """(n,) measured minus free run; NaN outside of trials."""

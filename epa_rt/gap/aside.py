@@ -8,10 +8,10 @@ import numpy as np
 
 from epa_rt.gap.alongside import trials
 from epa_rt.gap.recording import Recording, Span
-from epa_rt.gap.subject import Subject, Values
+from epa_rt.gap.subject import Plain, Subject, Values
 
 
-class Part:
+class Part(Plain):
     """A subject whose residuals are NaN outside ``windows``: recording name to (start, stop) pairs
     in samples.
     """
@@ -25,20 +25,15 @@ class Part:
             subject.patched,
             subject.without_stop,
         )
-        self.doubted = self._doubted if getattr(subject, "doubted", None) is not None else None
-        self.told = getattr(subject, "told", lambda recording: True)
-        self.rougher = getattr(
-            subject, "rougher", lambda far: None
-        )  # of the whole recording too: asked for runs alone
-        self.upto = getattr(subject, "upto", None)
-        self.read_again = getattr(subject, "read_again", None)
-        self.repeats = getattr(subject, "repeats", None)  # of the whole recording: its laps
-        self.lowpass_hz = getattr(subject, "lowpass_hz", subject.rate_hz)
+        self.lowpass_hz, self.told = subject.lowpass_hz, subject.told
+        # of the whole recording too: asked for runs alone, or for laps
+        self.rougher, self.upto = subject.rougher, subject.upto
+        self.read_again, self.repeats = subject.read_again, subject.repeats
 
-    def _doubted(self, prepared: Mapping[str, tuple[object, Recording]]) -> "Part":
-        return Part(
-            self._subject.doubted({name: one for name, (one, _) in prepared.items()}), self._windows
-        )
+    def doubted(self, prepared: Mapping[str, tuple[object, Recording]]) -> "Part | None":
+        """As Subject.doubted, within the windows."""
+        found = self._subject.doubted({name: one for name, (one, _) in prepared.items()})
+        return found and Part(found, self._windows)
 
     def prepare(self, recording: Recording) -> tuple[object, Recording]:
         """What the subject prepares, and the recording, whose name finds its windows."""
@@ -85,13 +80,10 @@ class Part:
         """The recordings that have a window, up to its end where a run knows nothing of what comes
         after; all of them whole where it does.
         """
-        if self.upto is None:
-            return recordings
-        return [
-            self.upto(one, self._windows[one.name][0][1])
-            for one in recordings
-            if one.name in self._windows
-        ]
+        ends = {name: windows[0][1] for name, windows in self._windows.items()}
+        found = [self.upto(one, ends[one.name]) for one in recordings if one.name in ends]
+        cut = [one for one in found if one is not None]
+        return cut if len(cut) == len(found) else recordings
 
     def _inside(self, name: str, span: Span) -> bool:
         return any(start <= span.start and span.stop <= stop for start, stop in self._windows[name])

@@ -28,12 +28,13 @@ def astray(problem: Problem, point: Point, seed: int = 0) -> np.ndarray | None:
     them. None where the rig has no model of the whole nor can read the same motion again, or where
     a link cannot be judged on its free run.
     """
-    found, again = [], getattr(problem.subject, "read_again", None)
+    found = []
     for i in range(TWINS):
         number = TWIN_SEED + TWINS * seed + i
         runs = [problem.subject.free_run(r, point.values, number) for r in problem.recordings]
         rounds = 1
-        if again and all(run is None for run in runs):
+        if all(run is None for run in runs):
+            again = problem.subject.read_again
             runs, rounds = [again(r, point.values, number) for r in problem.recordings], STEPS
         if any(run is None for run in runs):
             return None

@@ -213,11 +213,8 @@ def _of_repeats(
 def _of_laps(
     subject: Subject, recordings: Sequence[Recording], values: Values, link: str
 ) -> list[np.ndarray]:
-    """What the laps of a recording differ by, where its subject can say so (``repeats(recording,
-    values)``, optional).
-    """
-    laps = getattr(subject, "repeats", None)
-    found = [laps(recording, values) for recording in recordings] if laps else []
+    """What the laps of a recording differ by, where its subject can say so."""
+    found = [subject.repeats(recording, values) for recording in recordings]
     return [one[link] for one in found if one and np.isfinite(one[link]).sum() > 4 * ORDER]
 
 
@@ -246,7 +243,7 @@ def _roughness(
     )
     at_file = [[subject.residual(subject.prepare(r), {}, link) for r in recordings]] if lost else []
     return max(
-        white_size(residuals, subject.rate_hz, getattr(subject, "lowpass_hz", subject.rate_hz))
+        white_size(residuals, subject.rate_hz, min(subject.lowpass_hz, subject.rate_hz))
         for residuals in ([own[r.name][link] for r in recordings], *at_file)
     )
 

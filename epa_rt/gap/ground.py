@@ -101,8 +101,7 @@ def judged(subject: Subject, recordings: Sequence[Recording]) -> Sequence[Record
     but the trials set aside, since valves act before trials. None of which nobody knows what the
     rig was told.
     """
-    only, told = getattr(subject, "only", None), getattr(subject, "told", lambda recording: True)
-    kept = [one for one in (only(recordings) if only else recordings) if told(one)]
+    kept = [one for one in subject.only(recordings) if subject.told(one)]
     if not subject.without_stop:
         return kept
     whole = {r.name: r for r in recordings}

@@ -25,10 +25,10 @@ def origins(problem: Problem, values: Values) -> tuple[Origin, ...]:
     """All places, the one that explains most first; none where the subject knows of no places.
     ``values``: the nominal parameters' refitted ones.
     """
-    doubted = getattr(problem.subject, "doubted", None)
+    doubted = problem.subject.doubted(problem.prepared)
     if doubted is None:
         return ()
-    asked = problem.rescaled(dict.fromkeys(problem.links, 1.0)).asking(doubted(problem.prepared))
+    asked = problem.rescaled(dict.fromkeys(problem.links, 1.0)).asking(doubted)
     point = linearised(asked, (), dict(values))
     fits = asked.each(
         lambda effect: refit(asked, point, effect.name, dict.fromkeys(effect.knobs, 0.0), ROUNDS),

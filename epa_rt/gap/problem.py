@@ -28,9 +28,6 @@ BLOCK_S = 1.5  # longer than what the residuals remember; the unit of every resa
 MOST_BLOCKS = 240  # long logs get longer blocks, so that a fit's normal equations stay small
 FOLDS = 4
 ABSURD = 1e6  # deviations that stand for a plant that runs away, and for what is no number
-FINITE_STEP = (
-    0.01  # of a knob's spread, for derivatives; a subject may want another one (``finite_step``)
-)
 
 
 class Stopped(Exception):
@@ -233,7 +230,7 @@ class Problem:
 
     def step(self, key: str, at: float) -> float:
         """Signed step for a derivative that stays within the knob's bounds."""
-        size = getattr(self.subject, "finite_step", FINITE_STEP) * self.spread(key)
+        size = self.subject.finite_step * self.spread(key)
         return size if at + size <= self.knobs[key].high else -size
 
     def derivative(self, values: Values, key: str, link: str, here: np.ndarray) -> np.ndarray:
@@ -254,10 +251,10 @@ class Problem:
         """(n,) a link's residual at ``values`` less that at ``at``, which is ``here``. ``far``: as
         far apart as an effect of typical strength takes them. Raises Stopped.
         """
-        cheaper = getattr(self.subject, "change", None)
-        if cheaper is None:
+        if not self.subject.has_change:
             return self.residual(values, link) - here
         self._asked()
+        cheaper = self.subject.change
         made = each(lambda r: cheaper(self.prepared[r.name], values, at, far), self.recordings)
         if any(one is None for one in made):
             return self.residual(values, link) - here
@@ -275,7 +272,7 @@ class Problem:
         """(n,) a link's residual at ``values``, from what the rougher model changes of a point's
         where the subject has one. Raises Stopped.
         """
-        if getattr(self.subject, "change", None) is None:
+        if not self.subject.has_change:
             return self.residual(values, link)
         here = point.residual[link]
         return here + self.change(values, point.values, link, here, far=True)

@@ -14,6 +14,7 @@ import numpy as np
 from epa_rt.gap.recording import Recording
 from epa_rt.models.effect import Effect, Knob
 
+FINITE_STEP = 0.01  # of a knob's spread, for derivatives, where a subject wants no other
 OF_RUN = "run."  # how the key of a run's own level begins: a nuisance, of no plant file
 Values = Mapping[str, float]  # knob key to value; keys left out stay as the plant file says
 
@@ -33,22 +34,7 @@ class Link(NamedTuple):
 class Subject(Protocol):
     """A rig and its nominal plant, ready to be held against recordings.
 
-    A subject may also have what only some rigs can say: ``only(recordings)``, those trials alone
-    that it judges (aside.py); ``repeats(recording, values)``, what laps of one recording differ by
-    (floor.py); ``read_again(recording, values, seed)``, of a rig without a model of the whole a
-    twin of a recording, the same motion with another noise and an output by these values
-    (astray.py); ``doubted(prepared)``, the same rig with a catalogue of places, each with an error
-    of its own (origin.py); ``told(recording)``, whether all that the rig was told is known, so that
-    free run can follow it (ground.py); ``rougher(far)``, the same rig with a quicker free run whose
-    changes by a knob are nearly as good, with ``far`` those by an effect of typical strength
-    (as_one.py); ``upto(recording, samples)``, the beginning of a recording, which runs as the whole
-    one does up to there (as_one.py); ``own_loop``, the link that a maker's own loop makes, which
-    may be another one than the plant's, and the one that shows whether the motion it is fed with is
-    sound (own_loop.py); ``change(prepared, values, at, far)``, of its one link's residual from one
-    set of values to another where that is had quicker than both, None where it is not (problem.py);
-    ``finite_step``, the part of a knob's spread over which its derivatives are taken (problem.py);
-    ``lowpass_hz``, what its residuals have passed where that is less than half their rate
-    (floor.py).
+    What only some rigs can say has an answer for those that cannot: see ``Plain``.
     """
 
     name: str
@@ -60,6 +46,9 @@ class Subject(Protocol):
     # whether free run is as good outside of trials: no end stop is ever met, whose contact nobody
     # knows
     without_stop: bool
+    lowpass_hz: float  # what the residuals have passed where that is less than half their rate
+    finite_step: float  # part of a knob's spread over which its derivatives are taken
+    has_change: bool  # whether ``change`` says anything
 
     def touched(self, key: str) -> tuple[str, ...]:
         """Names of the links whose residual may change with a knob."""
@@ -92,3 +81,83 @@ class Subject(Protocol):
 
     def patched(self, values: Values, effects: Sequence[str]) -> str:
         """Text of a plant file with these values and effects, which loads to the same numbers."""
+
+    def only(self, recordings: Sequence[Recording]) -> Sequence[Recording]:
+        """The recordings with those trials alone that the subject judges."""
+
+    def told(self, recording: Recording) -> bool:
+        """Whether all that the rig was told is known, so that free run can follow it."""
+
+    def repeats(
+        self, recording: Recording, values: Values | None = None
+    ) -> Mapping[str, np.ndarray] | None:
+        """By link what laps of one recording differ by, (n,); None where it has none."""
+
+    def read_again(self, recording: Recording, values: Values, seed: int) -> Recording | None:
+        """A twin of a recording: the same motion with another noise, and an output by these values;
+        None where the rig has a model of the whole, or cannot.
+        """
+
+    def doubted(self, prepared: Mapping[str, object]) -> "Subject | None":
+        """The same rig with a catalogue of places, each with an error of its own; None where it has
+        none. ``prepared``: by recording name.
+        """
+
+    def rougher(self, far: bool) -> "Subject | None":
+        """The same rig with a quicker free run whose changes by a knob are nearly as good, with
+        ``far`` those by an effect of typical strength; None where it has none.
+        """
+
+    def upto(self, recording: Recording, samples: int) -> Recording | None:
+        """The beginning of a recording, which runs as the whole one does up to there; None where a
+        run is not cut.
+        """
+
+    def change(self, prepared: object, values: Values, at: Values, far: bool) -> np.ndarray | None:
+        """Of its one link's residual from one set of values to another where that is had quicker
+        than both, (n,); None where it is not.
+        """
+
+
+class Plain:
+    """What a Subject says of itself that can no more than the others must: inherit, and override
+    what the rig can say.
+    """
+
+    lowpass_hz = np.inf
+    finite_step = FINITE_STEP
+    has_change = False
+
+    def only(self, recordings: Sequence[Recording]) -> Sequence[Recording]:
+        """All of them, whole."""
+        return recordings
+
+    def told(self, recording: Recording) -> bool:
+        """Of every recording."""
+        return True
+
+    def repeats(
+        self, recording: Recording, values: Values | None = None
+    ) -> Mapping[str, np.ndarray] | None:
+        """No laps."""
+        return None
+
+    def read_again(self, recording: Recording, values: Values, seed: int) -> Recording | None:
+        """No motion is read again."""
+        return None
+
+    def doubted(self, prepared: Mapping[str, object]) -> "Subject | None":
+        """No places."""
+        return None
+
+    def rougher(self, far: bool) -> "Subject | None":
+        """No rougher run."""
+        return None
+
+    def upto(self, recording: Recording, samples: int) -> Recording | None:
+        """No run is cut."""
+        return None
+
+    def change(self, prepared: object, values: Values, at: Values, far: bool) -> np.ndarray | None:
+        """Nothing is quicker."""
+        return None

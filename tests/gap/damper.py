@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from epa_rt.gap.recording import Recording, Span
-from epa_rt.gap.subject import Link
+from epa_rt.gap.subject import Link, Plain
 from epa_rt.models.effect import Effect, Knob
 
 PERIOD_S, VISCOUS, NOISE_N = 1e-3, 5.0, 0.1
@@ -20,7 +20,7 @@ def white_floor(rms: float = NOISE_N, source: str = "twin") -> SimpleNamespace:
     return SimpleNamespace(rms=rms, bias={}, source=source)
 
 
-class Damper:
+class Damper(Plain):
     """force = viscous * speed + coulomb * sign(speed), plus noise; two trials of ``seconds``
     each.
     """

@@ -7,9 +7,10 @@ import numpy as np
 from epa_rt.gap.floor import Floor
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording, Span
+from epa_rt.gap.subject import Plain
 
 
-class OneLink:
+class OneLink(Plain):
     """A subject says the rest: name, links, nominal, catalogue, knobs, residual."""
 
     rate_hz, without_stop = 100.0, False

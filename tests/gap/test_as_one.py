@@ -25,6 +25,7 @@ from epa_rt.gap.ground import judged
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Span
 from epa_rt.gap.refit import moved, settled
+from epa_rt.gap.subject import Plain
 from tests.gap import toy
 
 CHANNEL = {"drive": "current_a", "gas": "pressure_pa", "spring": "force_n"}
@@ -156,7 +157,7 @@ def test_quiet_is_what_noise_alone_leaves():
     assert point.normal.chi < 4.0 * quiet(point, meters, twins)
 
 
-class Parted:
+class Parted(Plain):
     """A subject that has set the second trial aside."""
 
     def __init__(self, without_stop: bool) -> None:

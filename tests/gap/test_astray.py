@@ -15,7 +15,7 @@ from epa_rt.gap.point import Normal
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording, Span
 from epa_rt.gap.refit import settled
-from epa_rt.gap.subject import Link
+from epa_rt.gap.subject import Link, Plain
 from epa_rt.models.effect import Effect, Knob
 from tests.gap import toy
 
@@ -24,7 +24,7 @@ KEY = "spring.stiffness_n_m"
 Reads = Callable[[np.ndarray, np.random.Generator], np.ndarray]
 
 
-class Spring:
+class Spring(Plain):
     """A spring at a commanded position that is measured by ``reads``; its force is held against
     stiffness times what was read.
     """

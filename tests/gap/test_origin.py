@@ -167,7 +167,7 @@ def test_trials_set_aside_have_no_part_in_it():
 
 def test_a_rig_without_places_says_nothing():
     assert found(reading, toy.Toy())[1] == ()
-    assert Part(toy.Toy(), {}).doubted is None
+    assert Part(toy.Toy(), {}).doubted({}) is None
 
 
 def test_a_diagnosis_without_a_name_places_the_gap_there():

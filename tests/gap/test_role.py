@@ -8,7 +8,7 @@ from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording, Span
 from epa_rt.gap.refit import refit, settled
 from epa_rt.gap.role import _polished
-from epa_rt.gap.subject import Link
+from epa_rt.gap.subject import Link, Plain
 from epa_rt.models.effect import Effect, Knob
 from tests.gap import toy
 
@@ -36,7 +36,7 @@ def test_a_point_at_another_scale_is_as_if_its_links_had_been_divided_by_it(prob
     assert np.allclose(moved.weighted(1.0 / by).square, base.normal.square)
 
 
-class Hum:
+class Hum(Plain):
     """A tone whose pitch is nominal and cannot be found from afar, a slope and a step."""
 
     name, rate_hz = "hum", 100.0

@@ -7,6 +7,7 @@ import pytest
 
 from epa_rt.gap.localise import regions
 from epa_rt.gap.run_freely import BLOCK, localise_freely
+from epa_rt.gap.subject import Plain
 from tests.gap.house.runs import plant_with, recorded, subject
 
 
@@ -37,7 +38,7 @@ def test_a_gap_is_placed_in_reading_state_band_and_time():
 
 
 def test_a_rig_without_a_model_of_the_whole_has_none():
-    class Blocks:
+    class Blocks(Plain):
         without_stop = True
 
         def free_run(self, recording, values, seed):

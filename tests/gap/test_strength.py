@@ -7,7 +7,7 @@ import pytest
 
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording, Span
-from epa_rt.gap.subject import Link
+from epa_rt.gap.subject import Link, Plain
 from epa_rt.models.effect import Effect, Knob
 from tests.gap import toy
 
@@ -64,7 +64,7 @@ EXPECTED = {
 }
 
 
-class Switches:
+class Switches(Plain):
     """One link, noise plus every effect of LAWS; two threads may ask it."""
 
     name, rate_hz, nominal = "switches", 100.0, ()

@@ -10,7 +10,7 @@ from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording, Span
 from epa_rt.gap.refit import refit, settled
 from epa_rt.gap.screen import starts
-from epa_rt.gap.subject import Link
+from epa_rt.gap.subject import Link, Plain
 from epa_rt.gap.waves import APART_RAD, FAST, FINEST, SLOW, grid, look
 from epa_rt.models.effect import Effect, Knob
 
@@ -26,7 +26,7 @@ KNOBS = {
 }
 
 
-class Shaft:
+class Shaft(Plain):
     """A torque over a shaft's angle: viscous, and a wave."""
 
     name, rate_hz, without_stop, knobs = "shaft", RATE_HZ, True, KNOBS

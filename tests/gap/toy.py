@@ -10,7 +10,7 @@ from numba import njit
 from scipy.signal import lfilter
 
 from epa_rt.gap.recording import Recording, Span
-from epa_rt.gap.subject import Link
+from epa_rt.gap.subject import Link, Plain
 from epa_rt.models.effect import Effect, Knob
 
 RATE_HZ = 100.0
@@ -118,7 +118,7 @@ _EXTRA = {
 }
 
 
-class Toy:
+class Toy(Plain):
     """The Subject of the made-up rig."""
 
     name, rate_hz, links, nominal, knobs = "toy", RATE_HZ, LINKS, NOMINAL, KNOBS
@@ -256,7 +256,7 @@ def recording(
 class White:
     """A floor of white noise."""
 
-    source, ar, scatter = "repeats", np.zeros(0), 1.0
+    source, ar, scatter = "twin", np.zeros(0), 1.0
 
     def __init__(self, link: str, rms: float) -> None:
         self.link, self.rms, self.innovation, self.bias = link, rms, rms, {}

@@ -18,10 +18,11 @@ from epa_rt.gap.foreign.region_noise import RegionNoise, region_noise
 from epa_rt.gap.foreign.repeats import colourless
 from epa_rt.gap.foreign.subject import ForeignSubject
 from epa_rt.gap.generic import CLIP, RIDGES
-from epa_rt.gap.problem import FINITE_STEP, Problem
+from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import PLACES, Recording
 from epa_rt.gap.refit import settled
 from epa_rt.gap.regressors import SPEEDS, terms
+from epa_rt.gap.subject import FINITE_STEP
 
 FEWEST = 3  # runs from which Student's t of the next one has a mean size: from two it has none
 # runs that the plant's numbers are fitted to, evenly chosen; the levels come from all of them

@@ -23,7 +23,7 @@ from epa_rt.gap.foreign.healthy import (
 )
 from epa_rt.gap.foreign.plant_file import suffix_of
 from epa_rt.gap.recording import Recording
-from epa_rt.gap.subject import OF_RUN, Values
+from epa_rt.gap.subject import OF_RUN, Plain, Values
 from epa_rt.models.effect import Effect, Knob
 
 TYPICAL = 0.1  # part of a stated number by which it changes, from which fits begin
@@ -43,7 +43,7 @@ class Ready:
     weights: Mapping[str, np.ndarray]
 
 
-class SinceBaseline:
+class SinceBaseline(Plain):
     """See ``gap/subject.py``. ``runs``: names of the recordings whose levels are fitted; of others
     the levels that suit best are taken off, within the same bounds.
     """

@@ -15,7 +15,7 @@ from epa_rt.gap.foreign.repeats import colourless, lap_differences, lap_samples
 from epa_rt.gap.foreign.rig_file import ForeignRig
 from epa_rt.gap.foreign.signals import Signals, lowpass, on_grid
 from epa_rt.gap.recording import Recording
-from epa_rt.gap.subject import Link, Values
+from epa_rt.gap.subject import Link, Plain, Values
 from epa_rt.models.effect import Effect, Knob
 
 
@@ -34,7 +34,7 @@ class Ready:
     recording: Recording
 
 
-class ForeignSubject:
+class ForeignSubject(Plain):
     """See ``gap/subject.py``. ``settings``: numbers of the rig that are known; ``baseline``: a
     repeat that stands for the plant.
     """

@@ -28,7 +28,7 @@ from epa_rt.gap.house.residuals import RESIDUALS, at_rate
 from epa_rt.gap.house.states import features
 from epa_rt.gap.house.whole import on_grid, run_whole, with_gaps
 from epa_rt.gap.recording import Recording
-from epa_rt.gap.subject import Link, Values
+from epa_rt.gap.subject import Link, Plain, Values
 from epa_rt.models.blocks.load import FIXED
 from epa_rt.models.catalogue import CATALOGUE, NOMINAL, knob
 from epa_rt.models.effect import Effect, Knob
@@ -39,12 +39,11 @@ from epa_rt.models.plant_file import PlantFile, load_plant, save_plant
 MOST_KEPT = 16  # sets of parameters
 
 
-class HouseSubject:
+class HouseSubject(Plain):
     """A rig of this house and its nominal plant; see gap/subject.py for what each method
     promises.
     """
 
-    own_loop = ("drive", "encoder")  # how its maker closes it, nobody outside knows to the noise
     roughly = False  # how the plant is integrated
 
     def __init__(self, rig: Rig, plant: PlantFile, leave_out: frozenset[str] = frozenset()) -> None:

@@ -12,13 +12,13 @@ from epa_rt.gap.house.doubt.places import OFF, SIGN, also_moved, catalogue_of, k
 from epa_rt.gap.house.evaluate import Bench
 from epa_rt.gap.house.prepared import Prepared
 from epa_rt.gap.house.residuals import at_rate
-from epa_rt.gap.subject import Values
+from epa_rt.gap.subject import Plain, Values
 
 if TYPE_CHECKING:
     from epa_rt.gap.house.subject import HouseSubject
 
 
-class DoubtedSubject:
+class DoubtedSubject(Plain):
     """See gap/subject.py for what each method promises. ``prepared``: recording name to what
     ``subject`` has prepared.
     """
