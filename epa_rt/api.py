@@ -128,7 +128,7 @@ class Diagnosed:
 
     def patched_plant(self) -> str:
         """The plant file with what was found. Raises EpaError where no effect is named."""
-        from epa_rt.gap.patch import patched_text
+        from epa_rt.gap.answer.patch import patched_text
 
         if not self.answer.effects:
             raise EpaError("found no effect that is named, expected one to patch the plant with")

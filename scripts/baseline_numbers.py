@@ -21,10 +21,10 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from epa_rt.cli.gap.inputs import opened
-from epa_rt.gap.foreign import healthy
-from epa_rt.gap.foreign.subject import ForeignSubject
+from epa_rt.gap.likelihood.regressors import SPEEDS
 from epa_rt.gap.recording import Recording
-from epa_rt.gap.regressors import SPEEDS
+from epa_rt.gap.rig.foreign import healthy
+from epa_rt.gap.rig.foreign.subject import ForeignSubject
 from scripts.outsider_machines import MACHINES
 from scripts.seeded_faults import SECONDS, log_of, rig_folder
 

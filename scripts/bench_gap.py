@@ -34,8 +34,8 @@ SPEEDS = ("50 mm/s", "15 mm/s", "35 mm/s", "8 mm/s")
 
 def floor_s(logs: list[Path], rig: Path, plant: Path) -> float:
     """Seconds of one free run over all logs, the faster of two."""
-    from epa_rt.gap.read import read_recording
-    from epa_rt.gap.subjects import open_subject
+    from epa_rt.gap.rig.read import read_recording
+    from epa_rt.gap.rig.subjects import open_subject
 
     subject, recordings, taken = open_subject(rig, plant), [read_recording(log) for log in logs], []
     for _ in range(3):

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from epa_rt.gap.recording import Recording, Span
-from epa_rt.gap.subjects import open_subject
+from epa_rt.gap.rig.subjects import open_subject
 from epa_rt.models.groups import groups_of
 from sim_backend.backend import SimBackend
 

@@ -27,11 +27,11 @@ sys.path.insert(0, str(ROOT))
 from epa_rt.cli.gap.inputs import opened
 from epa_rt.gap.diagnose import diagnose
 from epa_rt.gap.diagnosis import likely
-from epa_rt.gap.origin import origins
+from epa_rt.gap.likelihood.start import at_base
+from epa_rt.gap.likelihood.stop_operator import stop_over_log
 from epa_rt.gap.recording import Recording
-from epa_rt.gap.start import at_base
-from epa_rt.gap.stop_operator import stop_over_log
 from epa_rt.gap.subject import Subject
+from epa_rt.gap.where.origin import origins
 
 RIG = ROOT / "config/rigs/bench.yaml"
 EXPERIMENTS = ("identification_short", "step")

@@ -18,8 +18,8 @@ import numpy as np
 
 from epa_rt.gap.diagnose import diagnose
 from epa_rt.gap.diagnosis import Diagnosis
-from epa_rt.gap.foreign import open_foreign
 from epa_rt.gap.recording import Recording, Span
+from epa_rt.gap.rig.foreign import open_foreign
 
 PERIOD_S, SUBSTEPS, SECONDS = 2e-3, 20, 32.0
 STIFFNESS_NM, DAMPING_NM_S = 25.0, 1.5  # of the controller

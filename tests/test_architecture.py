@@ -24,6 +24,26 @@ LEVELS = (
     ("config",),
 )
 ABOVE = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}
+# the rooms of gap in the order of their flow: none asks a later one
+GAP = (
+    "recording",
+    "subject",
+    "finding",
+    "diagnosis",
+    "likelihood",
+    "rig.read",
+    "rig.house",
+    "hygiene",
+    "next",
+    "rig.foreign",
+    "rig.subjects",
+    "posterior",
+    "answer",
+    "where",
+    "held_out",
+    "diagnose",
+    "report",
+)
 HEAVY = (
     "numba",
     "scipy",
@@ -102,6 +122,25 @@ def test_nothing_imports_against_an_arrow():
                 wrong.append(f"{path}:{line}: {room} or {other} has no place among the rooms")
             elif ABOVE[other] < ABOVE[room]:
                 wrong.append(f"{path}:{line}: {room} imports {other}")
+    assert not wrong, "\n".join(wrong)
+
+
+def gap_room(module: str) -> str:
+    parts = module.split(".")[2:]
+    return ".".join(parts[:2] if parts[0] == "rig" else parts[:1])
+
+
+def test_no_room_of_the_diagnosis_asks_a_later_one():
+    wrong = []
+    for path in sources():
+        module = path.removesuffix(".py").replace("/", ".")
+        if not module.startswith("epa_rt.gap.") or module.endswith("__init__"):
+            continue
+        for other, line in imports(path):
+            if other.startswith("epa_rt.gap."):
+                here, there = gap_room(module), gap_room(other)
+                if GAP.index(there) > GAP.index(here):
+                    wrong.append(f"{path}:{line}: {here} imports {there}")
     assert not wrong, "\n".join(wrong)
 
 

@@ -22,8 +22,8 @@ class Arena:
 
     def __init__(self, rig: Path, plant: Path, logs: Sequence[Path], leave_out: Sequence[str]):
         from epa_rt.config.rig import load_rig
-        from epa_rt.gap.read import read_recordings
-        from epa_rt.gap.subjects import open_subject
+        from epa_rt.gap.rig.read import read_recordings
+        from epa_rt.gap.rig.subjects import open_subject
 
         self.subject = open_subject(rig, plant)
         self.prepared = [

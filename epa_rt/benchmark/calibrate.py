@@ -16,7 +16,7 @@ from epa_rt.gap.posterior.search import WHOLE, Table
 from epa_rt.gap.posterior.unknown import Found, inclusion, posterior
 from epa_rt.gap.posterior.views import FREE_RUN
 
-SPREAD = 1.0  # of a number around its start: of its logarithm, of log odds in nats
+SPREAD = 2.0  # of a number around its start: of its logarithm, of log odds in nats
 WITHIN = 15.0  # nats behind the best model, where no numbers near the start make up for it
 EVALUATIONS = 500  # of the score, in each round
 
@@ -124,8 +124,8 @@ def calibrated(examples: Sequence[Example], start: Numbers, rounds: int = 2) -> 
             options={
                 "initial_simplex": simplex,
                 "maxfev": EVALUATIONS,
-                "xatol": 0.02,
-                "fatol": 0.02,
+                "xatol": 0.01,
+                "fatol": 0.005,
             },
         )
         best = found.x

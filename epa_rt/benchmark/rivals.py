@@ -102,7 +102,7 @@ def _explained(arena: Arena, link: str) -> np.ndarray:
     """What the sparse model makes of a link's residual, at the samples that are judged."""
     import pysindy
 
-    from epa_rt.gap.regressors import terms
+    from epa_rt.gap.likelihood.regressors import terms
 
     tables = []
     for p in arena.prepared:

@@ -165,7 +165,7 @@ def _opened(
 
 
 def _rig_of(recording: "Recording") -> "Rig":
-    from epa_rt.gap.read import rig_of
+    from epa_rt.gap.rig.read import rig_of
 
     rig = rig_of(recording)
     if rig is None:

@@ -103,7 +103,7 @@ def _check_kind(mapping: "Mapping", located: "Located") -> None:
     than the mapping says.
     """
     from epa_rt.config.source import load_yaml
-    from epa_rt.gap.foreign.kinds import KINDS
+    from epa_rt.gap.rig.foreign.kinds import KINDS
     from epa_rt.logs.importers.rig_text import SAME_ATMOSPHERE
 
     if mapping.rig_file is None or located.data.get("atmosphere") is None:

@@ -258,7 +258,7 @@ def _write_pictures(folder: Path, answer: "Answer") -> None:
 
 def _rig_of(source: "Located | None", recordings: "tuple[Recording, ...]") -> "Rig":
     from epa_rt.config.rig import rig_from
-    from epa_rt.gap.read import rig_of
+    from epa_rt.gap.rig.read import rig_of
 
     if source is not None:
         return rig_from(source)

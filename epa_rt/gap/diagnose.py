@@ -9,8 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from epa_rt.gap.aside import unseen
-from epa_rt.gap.astray import astray
+from epa_rt.gap.answer.named import moved, numbers
+from epa_rt.gap.answer.whose import who_has
+from epa_rt.gap.answer.wording import said_of_moved
 from epa_rt.gap.diagnosis import (
     DECIDES,
     SILENT,
@@ -24,11 +25,17 @@ from epa_rt.gap.diagnosis import (
     Verdict,
     likely,
 )
-from epa_rt.gap.floor import floors as floors_of
-from epa_rt.gap.localise import localise
-from epa_rt.gap.named import moved, numbers
-from epa_rt.gap.origin import SURE, origin_first, origins
-from epa_rt.gap.point import Point, linearised
+from epa_rt.gap.held_out.aside import unseen
+from epa_rt.gap.held_out.shrink import how_far_of
+from epa_rt.gap.likelihood.astray import astray
+from epa_rt.gap.likelihood.floor import floors as floors_of
+from epa_rt.gap.likelihood.point import Point, linearised
+from epa_rt.gap.likelihood.problem import Problem
+from epa_rt.gap.likelihood.refit import settled
+from epa_rt.gap.likelihood.remainder import remainders
+from epa_rt.gap.likelihood.screen import screen
+from epa_rt.gap.likelihood.start import Progress, Start, rescaled, start_of
+from epa_rt.gap.likelihood.together import ROUNDS, Together, costs
 from epa_rt.gap.posterior.answer import as_told, left_in, table_for
 from epa_rt.gap.posterior.calibrated import CALIBRATED
 from epa_rt.gap.posterior.decide import HOLDS, Decision, decided
@@ -36,18 +43,11 @@ from epa_rt.gap.posterior.search import Model, Table, chi_left
 from epa_rt.gap.posterior.unknown import Found, posterior
 from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN
 from epa_rt.gap.posterior.words import all_of, set_words, told_of_names, told_of_sets
-from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording
-from epa_rt.gap.refit import settled
-from epa_rt.gap.remainder import remainders
-from epa_rt.gap.run_freely import localise_freely
-from epa_rt.gap.screen import screen
-from epa_rt.gap.shrink import how_far_of
-from epa_rt.gap.start import Progress, Start, rescaled, start_of
 from epa_rt.gap.subject import Subject, Values
-from epa_rt.gap.together import ROUNDS, Together, costs
-from epa_rt.gap.whose import who_has
-from epa_rt.gap.wording import said_of_moved
+from epa_rt.gap.where.localise import localise
+from epa_rt.gap.where.origin import SURE, origin_first, origins
+from epa_rt.gap.where.run_freely import localise_freely
 
 WORTH_A_WORD = 0.2  # probability from which a law that is not named is said all the same
 MOSTLY = 0.5  # of the catalogue: where the logs could not show as much, no gap says nothing

@@ -25,7 +25,7 @@ ORACLE_SUBSTEPS = 4
 STOPS = {
     1.0: ("load_position_m", "low_m", "high_m", 1.5e-3),
     2.0: ("joint_angle_rad", "low_rad", "high_rad", 0.03),
-}  # margins: gap/house/judged.py
+}  # margins: gap/rig/house/judged.py
 MOVE = 0.5  # standard deviations by which the oracle moves a nominal parameter
 
 

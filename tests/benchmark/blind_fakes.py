@@ -88,7 +88,7 @@ def doubting(rig, plant, logs, holdout, leave_out):
             "location": [],
             "next_experiment": {"file": SHORT},
         }
-    from epa_rt.gap.read import read_recording
+    from epa_rt.gap.rig.read import read_recording
 
     read = read_recording(Path(logs[-1]))
     return {

@@ -10,7 +10,7 @@ import pytest
 from epa_rt.benchmark.plans import plan_of
 from epa_rt.cli.gap.blind.make import _one, _record
 from epa_rt.cli.inputs import load_inputs
-from epa_rt.gap.read import read_recording
+from epa_rt.gap.rig.read import read_recording
 from epa_rt.logs.reader import LogReader
 from epa_rt.models.catalogue import BY_NAME as CATALOGUE
 from epa_rt.models.catalogue import NOMINAL, read_knob

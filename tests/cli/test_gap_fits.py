@@ -168,7 +168,7 @@ def test_what_is_wrong_with_a_column_that_the_rig_does_not_use_is_a_note(severit
     from types import SimpleNamespace
 
     from epa_rt.cli.gap.inputs import _of_used
-    from epa_rt.gap.hygiene.finding import Finding
+    from epa_rt.gap.finding import Finding
 
     subject = SimpleNamespace(rig=SimpleNamespace(channels={"position": "x_m"}))
     found = [
@@ -326,7 +326,7 @@ def test_a_column_that_its_kind_can_do_without_may_lack():
     from types import SimpleNamespace
 
     from epa_rt.cli.gap.fits import check_columns
-    from epa_rt.gap.subjects import open_subject
+    from epa_rt.gap.rig.subjects import open_subject
 
     subject = open_subject(ROOT / "config/rigs_foreign/so101_elbow.yaml")
     needed = [
@@ -428,7 +428,7 @@ def test_a_patch_of_before_is_not_said_to_be_written(log, tmp_path, capsys, answ
 def test_logs_on_which_no_block_can_be_judged_are_not_called_free_of_a_gap(
     task, log, capsys, monkeypatch
 ):
-    from epa_rt.gap import read
+    from epa_rt.gap.rig import read
     from tests.gap.recorded import rows_left
 
     whole = read.read_recording

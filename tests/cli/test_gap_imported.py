@@ -16,7 +16,7 @@ from epa_rt.cli.gap.diagnose import _confirmed
 from epa_rt.cli.gap.inputs import _with_rig, opened
 from epa_rt.cli.inputs import RIG
 from epa_rt.config.source import ConfigError
-from epa_rt.gap.read import read_recording
+from epa_rt.gap.rig.read import read_recording
 from epa_rt.logs.importers.mapping import load_mapping
 from epa_rt.logs.importers.rig_text import rig_text
 from tests.cli.shell import RIGS, ROOT, epa

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from epa_rt.cli.main import main
-from epa_rt.gap.read import read_recording
+from epa_rt.gap.rig.read import read_recording
 from tests.cli.shell import EXPERIMENTS, RIGS, ROOT, epa
 
 RIG = RIGS / "bench.yaml"

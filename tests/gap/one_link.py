@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from epa_rt.gap.floor import Floor
-from epa_rt.gap.problem import Problem
+from epa_rt.gap.likelihood.floor import Floor
+from epa_rt.gap.likelihood.problem import Problem
 from epa_rt.gap.recording import Recording, Span
 from epa_rt.gap.subject import Plain
 

@@ -12,8 +12,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from epa_rt.config.rig import Rig, load_rig
-from epa_rt.gap.read import read_recording
 from epa_rt.gap.recording import Recording, Span
+from epa_rt.gap.rig.read import read_recording
 from tests.cli.shell import EXPERIMENTS, RIGS, ROOT, epa
 
 PLANTS = ROOT / "config/plants"

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from epa_rt.gap.as_one import (
+from epa_rt.gap.diagnose import diagnose
+from epa_rt.gap.likelihood.as_one import (
     ABSURD,
     LINK,
     NOISY,
@@ -20,11 +21,10 @@ from epa_rt.gap.as_one import (
     quiet,
     twins_of,
 )
-from epa_rt.gap.diagnose import diagnose
-from epa_rt.gap.ground import judged
-from epa_rt.gap.problem import Problem
+from epa_rt.gap.likelihood.ground import judged
+from epa_rt.gap.likelihood.problem import Problem
+from epa_rt.gap.likelihood.refit import moved, settled
 from epa_rt.gap.recording import Span
-from epa_rt.gap.refit import moved, settled
 from epa_rt.gap.subject import Plain
 from tests.gap import toy
 
@@ -232,7 +232,9 @@ def test_a_fit_that_is_of_no_use_ends_where_its_derivatives_say_so_and_any_other
             0.4 * point.normal.solved(np.ones(problem.blocks)),
         )
 
-    monkeypatch.setattr("epa_rt.gap.as_one.searched", shortened)  # as on a way that bends
+    monkeypatch.setattr(
+        "epa_rt.gap.likelihood.as_one.searched", shortened
+    )  # as on a way that bends
 
     def evaluations(name, start, **more):
         before = whole.evaluations

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from epa_rt.gap.aside import split
+from epa_rt.gap.held_out.aside import split
 from epa_rt.gap.recording import Recording, Span
 from tests.gap.foreign.made import subject_of
 

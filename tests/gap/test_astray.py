@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from epa_rt.gap.astray import TWINS, astray
 from epa_rt.gap.diagnose import diagnose
-from epa_rt.gap.intervals import intervals
-from epa_rt.gap.point import Normal
-from epa_rt.gap.problem import Problem
+from epa_rt.gap.likelihood.astray import TWINS, astray
+from epa_rt.gap.likelihood.intervals import intervals
+from epa_rt.gap.likelihood.point import Normal
+from epa_rt.gap.likelihood.problem import Problem
+from epa_rt.gap.likelihood.refit import settled
 from epa_rt.gap.recording import Recording, Span
-from epa_rt.gap.refit import settled
 from epa_rt.gap.subject import Link, Plain
 from epa_rt.models.effect import Effect, Knob
 from tests.gap import toy

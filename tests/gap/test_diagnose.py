@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.diagnose import diagnose
-from epa_rt.gap.problem import Stopped
+from epa_rt.gap.likelihood.problem import Stopped
 from tests.gap import toy
 
 OFF = {

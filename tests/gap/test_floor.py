@@ -5,9 +5,9 @@ where there is a gap.
 import numpy as np
 import pytest
 
-from epa_rt.gap.colour import autocovariance, levinson, white_size
-from epa_rt.gap.floor import TWINS, Floor, floors, unbiased
-from epa_rt.gap.foreign.signals import lowpass
+from epa_rt.gap.likelihood.colour import autocovariance, levinson, white_size
+from epa_rt.gap.likelihood.floor import TWINS, Floor, floors, unbiased
+from epa_rt.gap.rig.foreign.signals import lowpass
 from tests.gap import toy
 from tests.gap.house.runs import plant_with, recorded, subject
 
@@ -142,7 +142,7 @@ def test_the_floor_of_last_resort_knows_what_a_low_pass_has_taken(lowpass_hz):
     """Differences look at the highest frequencies, where nothing is left: a gap-free carriage
     behind 15 Hz of 25 stood at 2.5 times its floor. A jolt is no noise either.
     """
-    from epa_rt.gap.foreign.signals import lowpass
+    from epa_rt.gap.rig.foreign.signals import lowpass
 
     class Filtered(toy.Toy):
         links = toy.LINKS[:1]

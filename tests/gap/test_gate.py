@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from epa_rt.gap.alongside import trials
-from epa_rt.gap.aside import split
-from epa_rt.gap.gate import GateError, gate
-from epa_rt.gap.shrink import OVERALL, shrinkage
+from epa_rt.gap.held_out.aside import split
+from epa_rt.gap.held_out.gate import GateError, gate
+from epa_rt.gap.held_out.shrink import OVERALL, shrinkage
+from epa_rt.gap.likelihood.alongside import trials
 from tests.gap.damper import NOISE_N, Damper, noise, recorded, white_floor
 
 PLANT = Path(__file__).resolve().parents[2] / "config/plants/bench.yaml"

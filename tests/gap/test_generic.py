@@ -5,8 +5,8 @@ noise stays noise.
 import numpy as np
 import pytest
 
-from epa_rt.gap.floor import Floor
-from epa_rt.gap.generic import designed, fit_generic
+from epa_rt.gap.likelihood.floor import Floor
+from epa_rt.gap.likelihood.generic import designed, fit_generic
 
 RATE_HZ = 100.0
 

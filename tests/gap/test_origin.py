@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from epa_rt.gap.aside import Part
 from epa_rt.gap.diagnose import diagnose
 from epa_rt.gap.diagnosis import Origin, Place
-from epa_rt.gap.origin import origin_first, origins
-from epa_rt.gap.problem import Problem
-from epa_rt.gap.refit import settled
+from epa_rt.gap.held_out.aside import Part
+from epa_rt.gap.likelihood.problem import Problem
+from epa_rt.gap.likelihood.refit import settled
+from epa_rt.gap.where.origin import origin_first, origins
 from epa_rt.models.effect import Effect, Knob
 from tests.gap import toy
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from epa_rt.gap.point import HELD, Normal
+from epa_rt.gap.likelihood.point import HELD, Normal
 
 FOLDS = np.arange(4)
 

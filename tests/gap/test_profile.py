@@ -9,11 +9,11 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from epa_rt.gap.intervals import intervals
-from epa_rt.gap.point import linearised
-from epa_rt.gap.profile import NEAR, profiled, reached
+from epa_rt.gap.likelihood.intervals import intervals
+from epa_rt.gap.likelihood.point import linearised
+from epa_rt.gap.likelihood.profile import NEAR, profiled, reached
+from epa_rt.gap.likelihood.refit import settled
 from epa_rt.gap.recording import Recording
-from epa_rt.gap.refit import settled
 from epa_rt.gap.subject import Link
 from epa_rt.models.effect import Effect, Knob
 from tests.gap.one_link import OneLink, problem_of

@@ -9,11 +9,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from epa_rt.gap import promising as room
-from epa_rt.gap.as_one import LINK
-from epa_rt.gap.point import linearised, normal_of
-from epa_rt.gap.problem import Problem
-from epa_rt.gap.promising import Tried, afresh, promising
+from epa_rt.gap.likelihood import promising as room
+from epa_rt.gap.likelihood.as_one import LINK
+from epa_rt.gap.likelihood.point import linearised, normal_of
+from epa_rt.gap.likelihood.problem import Problem
+from epa_rt.gap.likelihood.promising import Tried, afresh, promising
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import Link
 from epa_rt.models.effect import Effect, Knob

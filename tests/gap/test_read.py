@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from epa_rt.gap.read import misfits, read_recording, read_recordings
+from epa_rt.gap.rig.read import misfits, read_recording, read_recordings
 from epa_rt.logs.reader import LogError, LogReader
 from epa_rt.signals.codec import Encoder
 from epa_rt.signals.sent import sent_columns
@@ -137,7 +137,7 @@ def test_what_does_not_fit_the_rig_is_said(tmp_path):
 
 
 def test_a_column_that_its_raw_bytes_do_not_say_is_found(monkeypatch):
-    import epa_rt.gap.read as read
+    import epa_rt.gap.rig.read as read
 
     def another(rig, raw):
         columns = received(rig, raw)

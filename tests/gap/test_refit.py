@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from epa_rt.gap.aside import split
-from epa_rt.gap.intervals import intervals
-from epa_rt.gap.problem import FOLDS, Problem
-from epa_rt.gap.refit import refit, settled
-from epa_rt.gap.screen import amplitudes, scaled, screen
+from epa_rt.gap.held_out.aside import split
+from epa_rt.gap.likelihood.intervals import intervals
+from epa_rt.gap.likelihood.problem import FOLDS, Problem
+from epa_rt.gap.likelihood.refit import refit, settled
+from epa_rt.gap.likelihood.screen import amplitudes, scaled, screen
 from tests.gap import toy
 
 TRUE = {"drive.gain_a": 1.03, "spring.dahl_n": 1.5, "spring.dahl_m": 4e-3}

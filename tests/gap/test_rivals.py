@@ -5,7 +5,7 @@ them apart.
 import pytest
 
 from epa_rt.gap.diagnosis import Diagnosis, Named
-from epa_rt.gap.rivals import answers, distance_between, sets_apart
+from epa_rt.gap.next.rivals import answers, distance_between, sets_apart
 from tests.gap import toy
 
 TRUTH = {"spring.dahl_n": 2.0, "spring.dahl_m": 3e-3}

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from epa_rt.gap.point import linearised
-from epa_rt.gap.problem import Problem
+from epa_rt.gap.likelihood.point import linearised
+from epa_rt.gap.likelihood.problem import Problem
+from epa_rt.gap.likelihood.refit import refit, settled
+from epa_rt.gap.likelihood.role import _polished
 from epa_rt.gap.recording import Recording, Span
-from epa_rt.gap.refit import refit, settled
-from epa_rt.gap.role import _polished
 from epa_rt.gap.subject import Link, Plain
 from epa_rt.models.effect import Effect, Knob
 from tests.gap import toy

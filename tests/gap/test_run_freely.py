@@ -5,9 +5,9 @@ and from another one.
 import numpy as np
 import pytest
 
-from epa_rt.gap.localise import regions
-from epa_rt.gap.run_freely import BLOCK, localise_freely
 from epa_rt.gap.subject import Plain
+from epa_rt.gap.where.localise import regions
+from epa_rt.gap.where.run_freely import BLOCK, localise_freely
 from tests.gap.house.runs import plant_with, recorded, subject
 
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from epa_rt.gap.share import Squares, share, squares
+from epa_rt.gap.held_out.share import Squares, share, squares
 
 MILLI = st.floats(0.1, 10.0)
 

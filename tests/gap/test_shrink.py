@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from epa_rt.gap.alongside import best_pressure, channels, paired, step_of
-from epa_rt.gap.shrink import ALL, OVERALL, shrinkage
+from epa_rt.gap.held_out.shrink import ALL, OVERALL, shrinkage
+from epa_rt.gap.likelihood.alongside import best_pressure, channels, paired, step_of
 from tests.gap.damper import NOISE_N, Damper, recorded, white_floor
 
 TRUTH = {"muscle.coulomb_n": 1.0}

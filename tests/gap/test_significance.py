@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from epa_rt.gap.significance import scatter, significance
+from epa_rt.gap.likelihood.significance import scatter, significance
 
 
 def test_noise_is_not_significant_and_ten_percent_more_is():

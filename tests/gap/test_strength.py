@@ -5,7 +5,7 @@ own where one does.
 import numpy as np
 import pytest
 
-from epa_rt.gap.problem import Problem
+from epa_rt.gap.likelihood.problem import Problem
 from epa_rt.gap.recording import Recording, Span
 from epa_rt.gap.subject import Link, Plain
 from epa_rt.models.effect import Effect, Knob

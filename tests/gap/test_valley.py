@@ -7,12 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from epa_rt.gap import refit as room
-from epa_rt.gap.point import linearised
-from epa_rt.gap.problem import Problem
+from epa_rt.gap.likelihood import refit as room
+from epa_rt.gap.likelihood.point import linearised
+from epa_rt.gap.likelihood.problem import Problem
+from epa_rt.gap.likelihood.refit import refit, searched, settled
+from epa_rt.gap.likelihood.screen import scaled, screen
 from epa_rt.gap.recording import Recording
-from epa_rt.gap.refit import refit, searched, settled
-from epa_rt.gap.screen import scaled, screen
 from epa_rt.gap.subject import Link
 from epa_rt.models.effect import Effect, Knob
 from tests.gap.one_link import OneLink, problem_of

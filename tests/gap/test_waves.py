@@ -5,13 +5,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from epa_rt.gap.floor import Floor
-from epa_rt.gap.problem import Problem
+from epa_rt.gap.likelihood.floor import Floor
+from epa_rt.gap.likelihood.problem import Problem
+from epa_rt.gap.likelihood.refit import refit, settled
+from epa_rt.gap.likelihood.screen import starts
+from epa_rt.gap.likelihood.waves import APART_RAD, FAST, FINEST, SLOW, grid, look
 from epa_rt.gap.recording import Recording, Span
-from epa_rt.gap.refit import refit, settled
-from epa_rt.gap.screen import starts
 from epa_rt.gap.subject import Link, Plain
-from epa_rt.gap.waves import APART_RAD, FAST, FINEST, SLOW, grid, look
 from epa_rt.models.effect import Effect, Knob
 
 RATE_HZ, NOISE_NM = 100.0, 0.01

@@ -2,11 +2,11 @@
 
 import pytest
 
+from epa_rt.gap.answer.whose import who_has
 from epa_rt.gap.diagnose import diagnose
 from epa_rt.gap.diagnosis import Number
-from epa_rt.gap.problem import Problem
+from epa_rt.gap.likelihood.problem import Problem
 from epa_rt.gap.report.head_words import which_words
-from epa_rt.gap.whose import who_has
 from tests.gap import toy
 
 SHAPE = {"spring.dahl_m": 3e-3}

@@ -12,7 +12,7 @@ import pytest
 from epa_rt.cli.inputs import load_inputs
 from epa_rt.cli.main import main
 from epa_rt.config.rig import load_rig
-from epa_rt.gap.read import read_recording
+from epa_rt.gap.rig.read import read_recording
 from epa_rt.logs.reader import LogReader
 from epa_rt.loop.end_state import EndState
 from epa_rt.loop.run import RunResult

@@ -12,8 +12,8 @@ from epa_rt.cli.gap.inputs import Opened, opened
 
 if TYPE_CHECKING:
     from epa_rt.gap.diagnosis import Change, Diagnosis
-    from epa_rt.gap.foreign.healthy import Healthy
     from epa_rt.gap.recording import Recording
+    from epa_rt.gap.rig.foreign.healthy import Healthy
 
 FAR = 4.0  # spreads from which a change is said to be one: of healthy runs one in a thousand
 BASELINE = "baseline"  # among the inputs of a diagnosis
@@ -21,7 +21,7 @@ BASELINE = "baseline"  # among the inputs of a diagnosis
 
 def check_rig(rig: Path, baseline: Sequence[Path]) -> None:
     """Raises VerbError where healthy runs are given of a rig of this house; ConfigError."""
-    from epa_rt.gap.foreign import is_foreign
+    from epa_rt.gap.rig.foreign import is_foreign
 
     if baseline and not is_foreign(rig):
         raise VerbError(
@@ -34,9 +34,9 @@ def since(given: Opened, rig: Path, plant: Path | None, baseline: Sequence[Path]
     """The same logs, held against healthy runs. Raises VerbError where these are none of the rig
     and experiment, or too few; ConfigError.
     """
-    from epa_rt.gap.aside import split
-    from epa_rt.gap.foreign.healthy import NotHealthy
-    from epa_rt.gap.foreign.since import SinceBaseline
+    from epa_rt.gap.held_out.aside import split
+    from epa_rt.gap.rig.foreign.healthy import NotHealthy
+    from epa_rt.gap.rig.foreign.since import SinceBaseline
 
     _apart(baseline, (*given.recordings, *given.holdout))
     try:
@@ -67,7 +67,7 @@ def _learnt(
     rig: Path, plant: Path | None, stamped: tuple[tuple[Path, int, int], ...]
 ) -> "tuple[Healthy, tuple[str, ...]]":
     """What healthy runs say, and what was noted of their logs."""
-    from epa_rt.gap.foreign.healthy import healthy_from
+    from epa_rt.gap.rig.foreign.healthy import healthy_from
 
     logs = [log for log, *_ in stamped]
     runs = opened(argparse.Namespace(rig=rig, plant=plant, logs=logs))
@@ -95,7 +95,7 @@ def with_changes(
     """The diagnosis with what moved since the baseline, without the levels of single runs, which no
     plant file has; and the rig as it is drawn and judged from here on.
     """
-    from epa_rt.gap.foreign.since import SinceBaseline
+    from epa_rt.gap.rig.foreign.since import SinceBaseline
     from epa_rt.gap.subject import OF_RUN
 
     subject = given.subject

@@ -37,8 +37,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _foreign(kind: str) -> tuple[list[dict], tuple[str, ...]]:
     """The rows of a kind of rig that is not ours, and its model."""
-    from epa_rt.gap.foreign.catalogue_page import rows
-    from epa_rt.gap.foreign.kinds import KINDS
+    from epa_rt.gap.rig.foreign.catalogue_page import rows
+    from epa_rt.gap.rig.foreign.kinds import KINDS
 
     if kind not in KINDS:
         raise VerbError(f"--kind: found '{kind}', expected one of {', '.join(sorted(KINDS))}")
@@ -86,8 +86,8 @@ def _show(rows: list[dict], equations: tuple[str, ...]) -> None:
     from rich import box
     from rich.table import Table
 
-    from epa_rt.gap.foreign.catalogue_page import bounds, neutral, typical
     from epa_rt.gap.report.terminal import console
+    from epa_rt.gap.rig.foreign.catalogue_page import bounds, neutral, typical
     from epa_rt.report.shown import pretty
 
     table = Table(

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from epa_rt.gap.diagnosis import Diagnosis
-    from epa_rt.gap.gate import Gate
+    from epa_rt.gap.held_out.gate import Gate
     from epa_rt.gap.posterior.search import Table
     from epa_rt.gap.recording import Recording
 
@@ -101,7 +101,7 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
 def run(arguments: argparse.Namespace) -> int:
     from epa_rt.config.source import ConfigError
     from epa_rt.gap.report.terminal import console, show, show_found
-    from epa_rt.gap.subjects import named_plant
+    from epa_rt.gap.rig.subjects import named_plant
 
     for path, endings in (
         (arguments.json, (".json",)),
@@ -192,10 +192,10 @@ def table_of_logs(
     """All models of the logs with what each leaves, as calibration wants them: read and checked as
     for a diagnosis. Raises VerbError, ConfigError.
     """
-    from epa_rt.gap.aside import unseen
+    from epa_rt.gap.held_out.aside import unseen
+    from epa_rt.gap.likelihood.start import start_of
     from epa_rt.gap.posterior.answer import table_for
     from epa_rt.gap.posterior.calibrated import CALIBRATED
-    from epa_rt.gap.start import start_of
 
     given = opened(argparse.Namespace(rig=rig, plant=plant, logs=list(logs)), holdout)
     known = {name for one in given.subject.catalogue for name in (one.name, one.family)}
@@ -242,9 +242,9 @@ def _known(names: Sequence[str], given: Opened) -> None:
 def _diagnosed(
     given: Opened, rig: Path, leave_out: Sequence[str], progress: Progress
 ) -> "Diagnosis":
-    from epa_rt.gap.aside import split
+    from epa_rt.gap.answer.patch import PLANT_DIGEST, digest_of
     from epa_rt.gap.diagnose import diagnose
-    from epa_rt.gap.patch import PLANT_DIGEST, digest_of
+    from epa_rt.gap.held_out.aside import split
 
     found = diagnose(
         given.subject, given.recordings, given.holdout, without=leave_out, progress=progress
@@ -283,7 +283,7 @@ def _confirmed(
 
 
 def _patched(given: Opened, diagnosis: "Diagnosis") -> str:
-    from epa_rt.gap.patch import patched_text
+    from epa_rt.gap.answer.patch import patched_text
 
     return patched_text(diagnosis, given.subject)
 
@@ -293,7 +293,7 @@ def gated(given: Opened, diagnosis: "Diagnosis", patch: Path | None, progress: P
     VerbError, ConfigError where the log's own files are broken.
     """
     from epa_rt.cli.gap.simulate import Simulator
-    from epa_rt.gap.gate import GateError, gate
+    from epa_rt.gap.held_out.gate import GateError, gate
 
     real = _shortest(given)
     with tempfile.TemporaryDirectory(prefix="epa-gap-") as folder:
@@ -354,7 +354,7 @@ def _write_pictures(
 
 
 def _curves(given: Opened, diagnosis: "Diagnosis", traces: "Callable") -> tuple:
-    from epa_rt.gap.floor import floors
+    from epa_rt.gap.likelihood.floor import floors
 
     recordings = [_shortest(given)]
     return traces(
@@ -371,7 +371,7 @@ def _shortest(given: Opened) -> "Recording":
     """Of the logs to be judged the one that is run again and drawn: without a hold-out one of those
     whose last trial was set aside, the last log where none has several.
     """
-    from epa_rt.gap.alongside import trials
+    from epa_rt.gap.likelihood.alongside import trials
 
     judged = (
         given.holdout
@@ -385,7 +385,7 @@ def _aside(given: Opened, real: "Recording") -> "Recording | None":
     """A log with those trials alone that were set aside; None where it was given with --holdout or
     nothing could be set aside: then all of it is judged.
     """
-    from epa_rt.gap.aside import split
+    from epa_rt.gap.held_out.aside import split
 
     halves = None if given.holdout else split(given.subject, given.recordings)
     return (

@@ -19,7 +19,7 @@ def check_columns(subject, rig_file: Path, recordings: "Sequence[Recording]") ->
     """Raises VerbError where a log was recorded on another component rig, at a rate that is none of
     its residuals' multiples, or lacks a column that its kind cannot do without.
     """
-    from epa_rt.gap.foreign.signals import stride
+    from epa_rt.gap.rig.foreign.signals import stride
 
     needed = {
         subject.rig.channels[channel.role]

@@ -11,7 +11,7 @@ from epa_rt.cli.parser import summary
 
 if TYPE_CHECKING:
     from epa_rt.config.rig import Rig
-    from epa_rt.gap.hygiene.finding import Finding
+    from epa_rt.gap.finding import Finding
     from epa_rt.gap.recording import Recording
     from epa_rt.gap.subject import Subject
 
@@ -72,8 +72,8 @@ def open_rig(rig: Path, plant: Path | None) -> "tuple[Subject, Rig | None, Path 
     """
     from epa_rt.cli.inputs import load_plant_of
     from epa_rt.config.rig import load_rig
-    from epa_rt.gap.foreign import is_foreign, open_foreign
-    from epa_rt.gap.house import HouseSubject
+    from epa_rt.gap.rig.foreign import is_foreign, open_foreign
+    from epa_rt.gap.rig.house import HouseSubject
 
     if is_foreign(rig):
         subject = open_foreign(rig, plant)
@@ -88,15 +88,15 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
     of them would mean nothing.
     """
     from epa_rt.cli.gap.fits import check_columns
-    from epa_rt.gap.foreign.dead import check_dead
-    from epa_rt.gap.foreign.pasted import as_runs
-    from epa_rt.gap.foreign.rests import check_rests
-    from epa_rt.gap.foreign.signs import check_signs
-    from epa_rt.gap.foreign.sizes import check_sizes
-    from epa_rt.gap.foreign.swaps import check_swaps
-    from epa_rt.gap.house.counter import as_counted
-    from epa_rt.gap.house.early import check_early
     from epa_rt.gap.hygiene.check import check, clean
+    from epa_rt.gap.rig.foreign.dead import check_dead
+    from epa_rt.gap.rig.foreign.pasted import as_runs
+    from epa_rt.gap.rig.foreign.rests import check_rests
+    from epa_rt.gap.rig.foreign.signs import check_signs
+    from epa_rt.gap.rig.foreign.sizes import check_sizes
+    from epa_rt.gap.rig.foreign.swaps import check_swaps
+    from epa_rt.gap.rig.house.counter import as_counted
+    from epa_rt.gap.rig.house.early import check_early
 
     subject, rig, plant = open_rig(arguments.rig, arguments.plant)
     fitted, held = read(arguments.logs, rig), read(holdout, rig)
@@ -159,7 +159,7 @@ def _without_experiment(recordings: "Sequence[Recording]") -> "list[Finding]":
     of.
     """
     from epa_rt.cli.inputs import EXPERIMENT
-    from epa_rt.gap.hygiene.finding import Finding
+    from epa_rt.gap.finding import Finding
 
     names = [one.name for one in recordings if EXPERIMENT not in one.attachments]
     return (
@@ -193,8 +193,8 @@ def _with_rig(recording: "Recording", rig: Path) -> "Recording":
 
 def read(logs: Sequence[Path], rig: "Rig | None") -> "tuple[Recording, ...]":
     """Logs as recordings. Raises VerbError."""
-    from epa_rt.gap.read import read_recording, read_recordings
-    from epa_rt.gap.series import as_one_series
+    from epa_rt.gap.likelihood.series import as_one_series
+    from epa_rt.gap.rig.read import read_recording, read_recordings
     from epa_rt.logs.reader import LogError
 
     try:
@@ -211,7 +211,7 @@ def _unique(recordings: "Sequence[Recording]") -> None:
     """Raises VerbError where two logs have one name, or one of several has the name that all of
     them together have in the answer.
     """
-    from epa_rt.gap.shrink import ALL
+    from epa_rt.gap.held_out.shrink import ALL
 
     seen: dict[str, str] = {}
     for recording in recordings:

@@ -67,14 +67,14 @@ def run(arguments: argparse.Namespace) -> int:
 def _located(
     given: Opened, arguments: argparse.Namespace, progress: "Callable[[str, float], None]"
 ) -> "Located":
-    from epa_rt.gap.floor import floors
-    from epa_rt.gap.ground import ground_of
-    from epa_rt.gap.localise import localise
-    from epa_rt.gap.origin import SURE, origin_first, origins
-    from epa_rt.gap.problem import Problem
+    from epa_rt.gap.likelihood.floor import floors
+    from epa_rt.gap.likelihood.ground import ground_of
+    from epa_rt.gap.likelihood.problem import Problem
+    from epa_rt.gap.likelihood.start import at_base
     from epa_rt.gap.report.where_page import Located
-    from epa_rt.gap.run_freely import localise_freely
-    from epa_rt.gap.start import at_base
+    from epa_rt.gap.where.localise import localise
+    from epa_rt.gap.where.origin import SURE, origin_first, origins
+    from epa_rt.gap.where.run_freely import localise_freely
 
     values: dict[str, float] = {}
     whence: tuple[Origin, ...] = ()

@@ -24,7 +24,7 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from epa_rt.gap.patch import (
+    from epa_rt.gap.answer.patch import (
         PatchError,
         check_names,
         check_plant,
@@ -33,7 +33,7 @@ def run(arguments: argparse.Namespace) -> int:
         patched_text,
         values_of,
     )
-    from epa_rt.gap.subjects import named_plant
+    from epa_rt.gap.rig.subjects import named_plant
 
     check_writable(arguments.out, (".yaml", ".yml"))
     subject, rig, plant = open_rig(arguments.rig, arguments.plant)

@@ -51,9 +51,9 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from epa_rt.gap.patch import PatchError, check_names, check_rig, load_diagnosis
-    from epa_rt.gap.rivals import sets_apart
-    from epa_rt.gap.subjects import named_plant
+    from epa_rt.gap.answer.patch import PatchError, check_names, check_rig, load_diagnosis
+    from epa_rt.gap.next.rivals import sets_apart
+    from epa_rt.gap.rig.subjects import named_plant
 
     check_writable(arguments.out, (".yaml", ".yml"))
     says = (
@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
     except PatchError as error:
         raise VerbError(f"{arguments.diagnosis}: {error}") from None
     if given.rig is None and not given.subject.menu():
-        from epa_rt.gap.foreign.kinds import KINDS
+        from epa_rt.gap.rig.foreign.kinds import KINDS
 
         kinds = ", ".join(kind for kind, component in KINDS.items() if component.menu)
         raise VerbError(
@@ -118,9 +118,9 @@ def planned(
     a run cannot be recorded.
     """
     from epa_rt.cli.gap.simulate import Simulator
-    from epa_rt.gap.menu import menu
-    from epa_rt.gap.plan import next_experiment
-    from epa_rt.gap.rivals import answers, distance_between, sets_apart
+    from epa_rt.gap.next.menu import menu
+    from epa_rt.gap.next.plan import next_experiment
+    from epa_rt.gap.next.rivals import answers, distance_between, sets_apart
 
     if len(sets_apart(diagnosis, given.subject, within_family)) < 2 or (
         given.rig is None and not given.subject.menu()
@@ -135,7 +135,7 @@ def planned(
         progress=lambda stage, share: progress(stage, 0.2 * share),
     )
     if given.rig is None:
-        from epa_rt.gap.foreign.next import items, simulated
+        from epa_rt.gap.rig.foreign.next import items, simulated
 
         return next_experiment(
             found.rivals,

@@ -11,7 +11,7 @@ from epa_rt.cli.inputs import EXPERIMENT, PLANT, Inputs, inputs_of_log
 from epa_rt.cli.run import run_simulated
 
 if TYPE_CHECKING:
-    from epa_rt.gap.menu import Item
+    from epa_rt.gap.next.menu import Item
     from epa_rt.gap.recording import Recording
 
 
@@ -58,7 +58,7 @@ class Simulator:
         return recording if outcome == "completed" else None
 
     def _run(self, inputs: Inputs, seed: int) -> "tuple[Recording, str]":
-        from epa_rt.gap.read import read_recording
+        from epa_rt.gap.rig.read import read_recording
 
         self._count += 1
         summary, result = run_simulated(

@@ -13,7 +13,7 @@ def run_condition(rig: Path, text: str) -> tuple[dict, float]:
     from epa_rt.cli.inputs import load_inputs
     from epa_rt.cli.run import run_simulated
     from epa_rt.config.source import ConfigError
-    from epa_rt.gap.read import read_recording
+    from epa_rt.gap.rig.read import read_recording
 
     with tempfile.TemporaryDirectory() as place:
         experiment = Path(place) / "condition.yaml"

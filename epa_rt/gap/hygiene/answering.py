@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from epa_rt.gap.hygiene.finding import regular
+from epa_rt.gap.finding import regular
 from epa_rt.gap.recording import Recording
 
 _POWERS = (1, 2, 3)

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from epa_rt.config.rig import Rig
+from epa_rt.gap.finding import Finding, measured_names
 from epa_rt.gap.hygiene.ends import check_ends
-from epa_rt.gap.hygiene.finding import Finding, measured_names
 from epa_rt.gap.hygiene.lines import check_lines
 from epa_rt.gap.hygiene.pairs import check_pairs
 from epa_rt.gap.hygiene.scale import check_scale
@@ -21,8 +21,8 @@ from epa_rt.gap.hygiene.twice import check_twice
 from epa_rt.gap.hygiene.values import check_values
 from epa_rt.gap.hygiene.valves import check_valves
 from epa_rt.gap.hygiene.words import check_words
-from epa_rt.gap.read import misfits
 from epa_rt.gap.recording import Recording, Span
+from epa_rt.gap.rig.read import misfits
 
 _REFUSED = (
     "recorded on the rig",

@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
+from epa_rt.gap.finding import Finding, Sinusoid, measured_names, regular, regular_rows
 from epa_rt.gap.hygiene.answering import terms_of_motion, without_answer
-from epa_rt.gap.hygiene.finding import Finding, Sinusoid, measured_names, regular, regular_rows
 from epa_rt.gap.hygiene.multitaper import (
     chance_of_going_along,
     chance_of_running,

@@ -6,7 +6,7 @@ import numpy as np
 
 from epa_rt.config.rig import Rig
 from epa_rt.config.rig_rows import si_unit_of
-from epa_rt.gap.hygiene.finding import (
+from epa_rt.gap.finding import (
     Finding,
     correlation,
     judged_rows,

@@ -6,7 +6,7 @@ import numpy as np
 
 from epa_rt.config.rig import Rig
 from epa_rt.config.rig_rows import SignalRow
-from epa_rt.gap.hygiene.finding import Finding, judged_rows, seconds, stretches
+from epa_rt.gap.finding import Finding, judged_rows, seconds, stretches
 from epa_rt.gap.hygiene.values import is_analog, scaling_of_row
 from epa_rt.gap.recording import Recording
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from epa_rt.config.rig import Rig
-from epa_rt.gap.hygiene.finding import (
+from epa_rt.gap.finding import (
     Finding,
     judged_rows,
     position_pairs,

@@ -5,7 +5,7 @@ while, one that catches up with where it would have come.
 import numpy as np
 
 from epa_rt.config.rig import Rig
-from epa_rt.gap.hygiene.finding import Finding, measured_names, seconds, stretches
+from epa_rt.gap.finding import Finding, measured_names, seconds, stretches
 from epa_rt.gap.hygiene.values import is_analog
 from epa_rt.gap.recording import PLACES, Recording
 

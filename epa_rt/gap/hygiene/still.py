@@ -12,7 +12,7 @@ import re
 import numpy as np
 
 from epa_rt.config.rig import Rig
-from epa_rt.gap.hygiene.finding import Finding, measured_names, seconds, stretches
+from epa_rt.gap.finding import Finding, measured_names, seconds, stretches
 from epa_rt.gap.recording import PLACES, Recording
 
 _LEAST_ROWS = 100

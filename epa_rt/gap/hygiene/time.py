@@ -5,7 +5,7 @@ period.
 import numpy as np
 
 from epa_rt.config.rig import Rig
-from epa_rt.gap.hygiene.finding import Finding, seconds
+from epa_rt.gap.finding import Finding, seconds
 from epa_rt.gap.recording import Recording
 
 _MOST_LOST = 0.2  # share of lost cycles above which the rest is no experiment any more

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from epa_rt.gap.hygiene.finding import Finding, measured_names, seconds
+from epa_rt.gap.finding import Finding, measured_names, seconds
 from epa_rt.gap.recording import Recording
 
 # over all channels, that a piece from amid a recording must have: two rests without noise are alike

@@ -7,7 +7,7 @@ import numpy as np
 from epa_rt.config.devices import Entry
 from epa_rt.config.rig import Rig
 from epa_rt.config.rig_checks import entries_of
-from epa_rt.gap.hygiene.finding import (
+from epa_rt.gap.finding import (
     Finding,
     judged_rows,
     measured_names,
@@ -163,8 +163,8 @@ def _unasked(recording: Recording, rig: Rig, rows: np.ndarray) -> list[Finding]:
     """Commands, and the drive's word on its state and mode, that are missing where they are read:
     what every channel did there was asked by nobody knows what.
     """
-    from epa_rt.gap.house.commands import read_rows, untold
-    from epa_rt.gap.house.prepared import followed
+    from epa_rt.gap.rig.house.commands import read_rows, untold
+    from epa_rt.gap.rig.house.prepared import followed
 
     columns = recording.columns
     if not {row.name for row in rig.signals} <= columns.keys():

@@ -3,7 +3,7 @@
 import numpy as np
 
 from epa_rt.config.rig import Rig
-from epa_rt.gap.hygiene.finding import Finding, regular, smooth
+from epa_rt.gap.finding import Finding, regular, smooth
 from epa_rt.gap.recording import Recording
 
 _SMOOTH_S = 0.01

@@ -5,7 +5,7 @@ moved.
 import numpy as np
 
 from epa_rt.config.rig import Rig
-from epa_rt.gap.hygiene.finding import Finding, judged_rows, seconds, target_moves
+from epa_rt.gap.finding import Finding, judged_rows, seconds, target_moves
 from epa_rt.gap.hygiene.values import entry_of
 from epa_rt.gap.recording import Recording
 
@@ -42,7 +42,7 @@ def _never_on(recording: Recording, rig: Rig) -> list[Finding]:
     """A status word that never says operation enabled while the motor's target moves: no target
     would act, and all motion be unexplained.
     """
-    from epa_rt.gap.house.commands import is_on, status_row
+    from epa_rt.gap.rig.house.commands import is_on, status_row
 
     name, rows = status_row(rig), judged_rows(recording, trials_only=True)
     if name is None or name not in recording.columns:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 
 from epa_rt.gap.diagnosis import Could, Posterior
+from epa_rt.gap.likelihood.start import Start
 from epa_rt.gap.posterior.calibrated import CASES, RECORDINGS
 from epa_rt.gap.posterior.decide import Decision
 from epa_rt.gap.posterior.evidence import Formula, Numbers
@@ -10,7 +11,6 @@ from epa_rt.gap.posterior.search import Model, Table, table_of
 from epa_rt.gap.posterior.unknown import Found, inclusion
 from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN, HeldOut
 from epa_rt.gap.recording import Recording
-from epa_rt.gap.start import Start
 from epa_rt.gap.subject import Subject
 
 TOGETHER, SHOWN = 0.99, 0.01  # probability that the models shown hold, and from which families are

@@ -11,9 +11,16 @@ from typing import Protocol
 
 import numpy as np
 
-from epa_rt.gap.as_one import LINK, fitted
-from epa_rt.gap.ground import Ground
-from epa_rt.gap.point import Normal, Point
+from epa_rt.gap.likelihood.as_one import LINK, fitted
+from epa_rt.gap.likelihood.ground import Ground
+from epa_rt.gap.likelihood.point import Normal, Point
+from epa_rt.gap.likelihood.problem import Problem
+from epa_rt.gap.likelihood.promising import promising
+from epa_rt.gap.likelihood.refit import settled, settled_with
+from epa_rt.gap.likelihood.role import played
+from epa_rt.gap.likelihood.start import rescaled
+from epa_rt.gap.likelihood.waves import look
+from epa_rt.gap.likelihood.yardstick import Left
 from epa_rt.gap.posterior.views import (
     BLOCKS,
     FREE_RUN,
@@ -26,14 +33,7 @@ from epa_rt.gap.posterior.views import (
     free_run,
     on_ground,
 )
-from epa_rt.gap.problem import Problem
-from epa_rt.gap.promising import promising
-from epa_rt.gap.refit import settled, settled_with
-from epa_rt.gap.role import played
-from epa_rt.gap.start import rescaled
 from epa_rt.gap.subject import Values
-from epa_rt.gap.waves import look
-from epa_rt.gap.yardstick import Left
 
 # How wide is searched: more of each takes time and finds models that these may miss.
 SINGLES = 5  # families that are fitted alone in free run

@@ -9,10 +9,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from epa_rt.gap.as_one import LINK, AsOne, apart
-from epa_rt.gap.ground import Ground
-from epa_rt.gap.point import Normal, linearised
-from epa_rt.gap.problem import Problem
+from epa_rt.gap.likelihood.as_one import LINK, AsOne, apart
+from epa_rt.gap.likelihood.ground import Ground
+from epa_rt.gap.likelihood.point import Normal, linearised
+from epa_rt.gap.likelihood.problem import Problem
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import Subject, Values
 

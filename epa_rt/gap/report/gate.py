@@ -2,7 +2,7 @@
 and in a line.
 """
 
-from epa_rt.gap.gate import PASSES_POINTS
+from epa_rt.gap.held_out.gate import PASSES_POINTS
 from epa_rt.gap.report.words import channel_words, percent, size
 from epa_rt.report.markup import Html, join, note, table, tag
 

@@ -11,6 +11,7 @@ from rich.table import Table
 
 from epa_rt.config.units import with_unit
 from epa_rt.gap.diagnosis import Diagnosis, Place
+from epa_rt.gap.held_out.shrink import OVERALL
 from epa_rt.gap.report.could import show_posterior
 from epa_rt.gap.report.gate import gate_line
 from epa_rt.gap.report.left_words import ends_words, goes_with
@@ -36,7 +37,6 @@ from epa_rt.gap.report.words import (
     size,
     times,
 )
-from epa_rt.gap.shrink import OVERALL
 
 MOST_PLACES, MOST_NOT_TESTED = 8, 12
 STANDS_OUT = 4.0  # times the median stretch of time

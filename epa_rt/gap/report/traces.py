@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from epa_rt.gap.alongside import channels, trials, unit_of
-from epa_rt.gap.floor import Floor, unbiased
+from epa_rt.gap.likelihood.alongside import channels, trials, unit_of
+from epa_rt.gap.likelihood.floor import FLOOR_SEEDS, Floor, unbiased
 from epa_rt.gap.recording import Recording
-from epa_rt.gap.shrink import FLOOR_SEEDS
 from epa_rt.gap.subject import Subject, Values
 
 EXCERPT_S = 6.0

@@ -5,12 +5,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from epa_rt.gap.diagnosis import Origin, Place
-from epa_rt.gap.origin import SURE
 from epa_rt.gap.report.frame import framed
 from epa_rt.gap.report.map import AT_FLOOR, gap_map
 from epa_rt.gap.report.origin import origins
 from epa_rt.gap.report.rest import found_first
 from epa_rt.gap.report.words import channel_words, times
+from epa_rt.gap.where.origin import SURE
 from epa_rt.report.markup import Html, join, paragraph, table, tag
 
 

@@ -9,8 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from epa_rt.gap.diagnosis import Diagnosis, Named, Number, Shrinkage
+from epa_rt.gap.held_out.shrink import ALL, OVERALL
 from epa_rt.gap.posterior.words import all_of, plain
-from epa_rt.gap.shrink import ALL, OVERALL
 from epa_rt.report.sections.section import spoken
 from epa_rt.report.shown import Shown, number, pretty
 

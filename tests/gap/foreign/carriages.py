@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from epa_rt.gap.foreign import open_foreign
-from epa_rt.gap.foreign.subject import ForeignSubject
 from epa_rt.gap.recording import Recording
+from epa_rt.gap.rig.foreign import open_foreign
+from epa_rt.gap.rig.foreign.subject import ForeignSubject
 from tests.gap.foreign.made import one_trial
 
 SUBSTEPS = 10

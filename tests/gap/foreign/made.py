@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from epa_rt.gap.foreign import open_foreign
 from epa_rt.gap.recording import Recording, Span
+from epa_rt.gap.rig.foreign import open_foreign
 
 RIGS = Path(__file__).resolve().parents[3] / "config/rigs_foreign"
 FILES = {

@@ -18,7 +18,7 @@ def recording(folder: Path, mapping: str, *names: str):
     """A recording of ``DATA`` by one of our mappings; skips the test where it is not beside the
     checkout.
     """
-    from epa_rt.gap.read import read_recording
+    from epa_rt.gap.rig.read import read_recording
     from epa_rt.logs.importers.gather import gather
     from epa_rt.logs.importers.mapping import load_mapping
     from epa_rt.logs.importers.write import attachments_of, write_log

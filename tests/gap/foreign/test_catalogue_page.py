@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from epa_rt.gap.foreign.catalogue_page import page, rows
-from epa_rt.gap.foreign.kinds import KINDS
+from epa_rt.gap.rig.foreign.catalogue_page import page, rows
+from epa_rt.gap.rig.foreign.kinds import KINDS
 
 ROOT = Path(__file__).parents[3]
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from epa_rt.gap.foreign.dead import check_dead
+from epa_rt.gap.rig.foreign.dead import check_dead
 from tests.gap.foreign.made import subject_of, with_output
 
 

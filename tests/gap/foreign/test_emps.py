@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.diagnose import diagnose
-from epa_rt.gap.foreign import open_foreign
-from epa_rt.gap.foreign.baseline import cut
+from epa_rt.gap.rig.foreign import open_foreign
+from epa_rt.gap.rig.foreign.baseline import cut
 from tests.gap.foreign.real import RIGS, recording
 
 pytestmark = pytest.mark.xdist_group("emps")  # its fixtures cost more than its tests
@@ -73,7 +73,7 @@ def test_what_is_left_is_far_above_the_laps_and_described(found):
 def test_laps_are_found_and_repeat(subject, emps, pulses):
     apart = subject.repeats(emps)["force"]
     assert np.sqrt(np.nanmean(apart**2)) == pytest.approx(0.26, abs=0.03)
-    from epa_rt.gap.foreign.repeats import lap_samples
+    from epa_rt.gap.rig.foreign.repeats import lap_samples
 
     assert lap_samples(subject.prepare(emps).signals.columns, 1e3) == LAP
     assert (

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from epa_rt.config.source import ConfigError, parse_yaml
-from epa_rt.gap.foreign import is_foreign, open_foreign
-from epa_rt.gap.foreign.plant_file import read_plant
-from epa_rt.gap.foreign.signals import Signals
+from epa_rt.gap.rig.foreign import is_foreign, open_foreign
+from epa_rt.gap.rig.foreign.plant_file import read_plant
+from epa_rt.gap.rig.foreign.signals import Signals
 from tests.gap.foreign.made import FILES, RIGS, subject_of
 
 RIG = (RIGS / "emps.yaml").read_text(encoding="utf-8")

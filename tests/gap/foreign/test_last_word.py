@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.diagnose import diagnose
-from epa_rt.gap.foreign.chamber import filled
 from epa_rt.gap.recording import Span
+from epa_rt.gap.rig.foreign.chamber import filled
 from tests.gap.foreign.carriages import Cart, opened
 from tests.gap.foreign.made import one_trial
 

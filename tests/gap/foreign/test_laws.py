@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from epa_rt.gap.foreign import servo_model
-from epa_rt.gap.foreign.chamber_laws import rate_pa_s
-from epa_rt.gap.foreign.operators import dahl, lugre, play
-from epa_rt.gap.foreign.repeats import lap_differences, lap_samples
-from epa_rt.gap.foreign.signals import shifted
 from epa_rt.gap.recording import Recording
+from epa_rt.gap.rig.foreign import servo_model
+from epa_rt.gap.rig.foreign.chamber_laws import rate_pa_s
+from epa_rt.gap.rig.foreign.operators import dahl, lugre, play
+from epa_rt.gap.rig.foreign.repeats import lap_differences, lap_samples
+from epa_rt.gap.rig.foreign.signals import shifted
 from tests.gap.foreign.made import subject_of
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.diagnose import diagnose
-from epa_rt.gap.foreign import moved
-from epa_rt.gap.foreign.moved import WIDER, cut_off, smoothed
-from epa_rt.gap.foreign.signals import Signals, lowpass
+from epa_rt.gap.rig.foreign import moved
+from epa_rt.gap.rig.foreign.moved import WIDER, cut_off, smoothed
+from epa_rt.gap.rig.foreign.signals import Signals, lowpass
 from tests.gap.foreign.carriages import Cart, opened
 
 PERIOD_S, COULOMB_N = 1e-3, 19.0

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from epa_rt.gap.foreign.pasted import FEWEST_ROWS, as_runs
 from epa_rt.gap.recording import Span
+from epa_rt.gap.rig.foreign.pasted import FEWEST_ROWS, as_runs
 from tests.gap.foreign.made import subject_of, with_output
 
 CUT = 2 * FEWEST_ROWS

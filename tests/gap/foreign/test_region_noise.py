@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from epa_rt.gap.foreign.region_noise import region_noise
-from epa_rt.gap.foreign.since import BOUND, _within
+from epa_rt.gap.rig.foreign.region_noise import region_noise
+from epa_rt.gap.rig.foreign.since import BOUND, _within
 
 
 def run(seed: int) -> tuple[np.ndarray, dict[str, np.ndarray]]:

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.diagnose import diagnose
-from epa_rt.gap.foreign.rests import at_rest, check_rests
 from epa_rt.gap.recording import Recording
+from epa_rt.gap.rig.foreign.rests import at_rest, check_rests
 from tests.gap.foreign.carriages import Cart, opened
 
 PERIOD_S = 2e-3

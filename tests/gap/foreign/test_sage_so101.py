@@ -6,10 +6,10 @@ import pytest
 
 from epa_rt.gap.diagnose import diagnose
 from epa_rt.gap.diagnosis import DECIDES
-from epa_rt.gap.foreign import open_foreign
-from epa_rt.gap.foreign.next import items, simulated
-from epa_rt.gap.plan import next_experiment
-from epa_rt.gap.rivals import answers, distance_between
+from epa_rt.gap.next.plan import next_experiment
+from epa_rt.gap.next.rivals import answers, distance_between
+from epa_rt.gap.rig.foreign import open_foreign
+from epa_rt.gap.rig.foreign.next import items, simulated
 from tests.gap.foreign.real import RIGS, recording
 
 

@@ -70,9 +70,9 @@ def test_a_joint_that_never_moves_tells_what_its_friction_is_at_least(tmp_path):
     at = CASES / "replays"
     if not at.exists():
         pytest.skip("the cases are not beside the checkout (../shared/cases)")
-    from epa_rt.gap.foreign import open_foreign
-    from epa_rt.gap.foreign.rests import check_rests
-    from epa_rt.gap.read import read_recording
+    from epa_rt.gap.rig.foreign import open_foreign
+    from epa_rt.gap.rig.foreign.rests import check_rests
+    from epa_rt.gap.rig.read import read_recording
 
     logs = imported(tmp_path, at / "franka249.map.yaml", [at / "franka249.csv"])
     rig = at / "franka249.rig.yaml"

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from epa_rt.gap.foreign.signs import check_signs
+from epa_rt.gap.rig.foreign.signs import check_signs
 from tests.gap.foreign.made import subject_of, with_output
 from tests.gap.foreign.real import recording
 from tests.gap.foreign.test_sizes import REAL

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.diagnose import diagnose
-from epa_rt.gap.foreign import open_foreign
-from epa_rt.gap.foreign.healthy import Healthy, NotHealthy, healthy_from
-from epa_rt.gap.foreign.since import SinceBaseline
 from epa_rt.gap.recording import Recording
+from epa_rt.gap.rig.foreign import open_foreign
+from epa_rt.gap.rig.foreign.healthy import Healthy, NotHealthy, healthy_from
+from epa_rt.gap.rig.foreign.since import SinceBaseline
 from epa_rt.gap.subject import OF_RUN
 from tests.gap.foreign.made import RIGS, one_trial
 

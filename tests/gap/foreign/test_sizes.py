@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from epa_rt.gap.foreign.sizes import check_sizes
+from epa_rt.gap.rig.foreign.sizes import check_sizes
 from tests.gap.foreign.made import subject_of, with_output
 from tests.gap.foreign.real import recording
 

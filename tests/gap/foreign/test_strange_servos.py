@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.diagnose import diagnose
-from epa_rt.gap.foreign import servo_model
 from epa_rt.gap.recording import Recording
+from epa_rt.gap.rig.foreign import servo_model
 from tests.gap.foreign.carriages import opened
 from tests.gap.foreign.made import one_trial
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.diagnose import diagnose
-from epa_rt.gap.foreign import open_foreign
+from epa_rt.gap.rig.foreign import open_foreign
 from tests.gap.foreign.real import RIGS, families, recording
 
 

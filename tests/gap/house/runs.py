@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from epa_rt.gap.house import HouseSubject, open_house
-from epa_rt.gap.read import read_recording
 from epa_rt.gap.recording import Recording
+from epa_rt.gap.rig.house import HouseSubject, open_house
+from epa_rt.gap.rig.read import read_recording
 
 ROOT = Path(__file__).resolve().parents[3]
 EXPERIMENTS = {

@@ -4,9 +4,9 @@ How a rig counts is read from its own loop.
 
 import pytest
 
-from epa_rt.gap.house.channels import channels_of
-from epa_rt.gap.house.counter import PORT, as_counted
-from epa_rt.gap.subjects import open_subject
+from epa_rt.gap.rig.house.channels import channels_of
+from epa_rt.gap.rig.house.counter import PORT, as_counted
+from epa_rt.gap.rig.subjects import open_subject
 from tests.cli.shell import RIGS
 from tests.gap.recorded import recording_of, rig_of_name, scaled
 

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from epa_rt.gap.house.decimate import BESIDE, decimated
+from epa_rt.gap.rig.house.decimate import BESIDE, decimated
 
 
 def one_by_one(values: np.ndarray, taps: np.ndarray, every: int) -> np.ndarray:

@@ -5,13 +5,13 @@ that mean the same, and tell where an effect sits.
 import numpy as np
 import pytest
 
-from epa_rt.gap.floor import floors
-from epa_rt.gap.house.doubt.bench import Doubted, doubted_residual
-from epa_rt.gap.house.doubt.places import OFF, SIGN
-from epa_rt.gap.house.residuals import at_rate
-from epa_rt.gap.origin import origins
-from epa_rt.gap.problem import Problem
-from epa_rt.gap.refit import settled
+from epa_rt.gap.likelihood.floor import floors
+from epa_rt.gap.likelihood.problem import Problem
+from epa_rt.gap.likelihood.refit import settled
+from epa_rt.gap.rig.house.doubt.bench import Doubted, doubted_residual
+from epa_rt.gap.rig.house.doubt.places import OFF, SIGN
+from epa_rt.gap.rig.house.residuals import at_rate
+from epa_rt.gap.where.origin import origins
 from tests.gap.house.runs import plant_with, recorded, subject
 
 
@@ -102,7 +102,7 @@ def test_an_error_shows_in_the_links_that_it_is_said_to_move_and_in_no_other(rig
 def test_on_a_strapped_plant_with_a_late_cell_errors_move_what_they_are_said_to_and_leave_nothing_behind(  # noqa: E501
     rig,
 ):
-    from epa_rt.gap.house import open_house
+    from epa_rt.gap.rig.house import open_house
     from tests.gap.house.runs import ROOT
 
     plant = plant_with(
@@ -207,12 +207,12 @@ def test_the_place_of_an_effect_is_told_without_its_law(rig, where, numbers):
 def test_a_rig_that_measures_less_has_fewer_places_and_none_that_cannot_be_asked(
     rig, dropped, monkeypatch
 ):
-    from epa_rt.gap.house import open_house
-    from epa_rt.gap.house.channels import channels_of
+    from epa_rt.gap.rig.house import open_house
+    from epa_rt.gap.rig.house.channels import channels_of
     from tests.gap.house.runs import ROOT, plant_of
 
     monkeypatch.setattr(
-        "epa_rt.gap.house.subject.channels_of",
+        "epa_rt.gap.rig.house.subject.channels_of",
         lambda of: {
             port: channel for port, channel in channels_of(of).items() if port not in dropped
         },

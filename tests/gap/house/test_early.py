@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from epa_rt.gap.house.early import check_early
-from epa_rt.gap.subjects import open_subject
+from epa_rt.gap.rig.house.early import check_early
+from epa_rt.gap.rig.subjects import open_subject
 from tests.cli.shell import RIGS
 from tests.gap.recorded import recording_of
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from epa_rt.gap.house.noise import noise_of
+from epa_rt.gap.rig.house.noise import noise_of
 from epa_rt.models.tables_load import split
 from tests.gap.house.runs import recorded, subject
 

@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from epa_rt.gap.aside import Part
-from epa_rt.gap.floor import floors
-from epa_rt.gap.ground import judged
-from epa_rt.gap.house import smooth
-from epa_rt.gap.house.commands import commands_of, lost_rows
-from epa_rt.gap.house.prepared import unsteady
+from epa_rt.gap.held_out.aside import Part
 from epa_rt.gap.hygiene.check import check, clean
+from epa_rt.gap.likelihood.floor import floors
+from epa_rt.gap.likelihood.ground import judged
+from epa_rt.gap.rig.house import smooth
+from epa_rt.gap.rig.house.commands import commands_of, lost_rows
+from epa_rt.gap.rig.house.prepared import unsteady
 from tests.gap.house.runs import recorded, rms, subject
 from tests.gap.recorded import rows_left
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from epa_rt.gap.house.known import MOST_PLANTS, AllKnown
+from epa_rt.gap.rig.house.known import MOST_PLANTS, AllKnown
 from epa_rt.models.ports import COMMAND
 from tests.gap.house.runs import recorded, subject
 

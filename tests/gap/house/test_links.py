@@ -5,9 +5,9 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from epa_rt.gap.house import gas_link, motor_link
-from epa_rt.gap.house.evaluate import Bench
-from epa_rt.gap.problem import Problem
+from epa_rt.gap.likelihood.problem import Problem
+from epa_rt.gap.rig.house import gas_link, motor_link
+from epa_rt.gap.rig.house.evaluate import Bench
 from tests.gap import toy
 from tests.gap.house.runs import recorded, rms, subject
 

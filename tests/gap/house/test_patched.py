@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from epa_rt.gap.house import open_house
+from epa_rt.gap.rig.house import open_house
 from epa_rt.models.plant_file import load_plant
 from tests.gap.house.runs import ROOT, plant_of, plant_with, subject
 

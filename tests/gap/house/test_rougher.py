@@ -5,9 +5,9 @@ and by the midpoint rule nearly so.
 import numpy as np
 import pytest
 
-from epa_rt.gap.as_one import LINK, AsOne, floor, meters_of, twins_of
-from epa_rt.gap.aside import Part
-from epa_rt.gap.problem import Problem
+from epa_rt.gap.held_out.aside import Part
+from epa_rt.gap.likelihood.as_one import LINK, AsOne, floor, meters_of, twins_of
+from epa_rt.gap.likelihood.problem import Problem
 from tests.gap.house.runs import recorded, subject
 
 ALIKE = {

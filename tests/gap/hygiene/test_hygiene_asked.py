@@ -7,10 +7,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from epa_rt.gap.foreign.dead import check_dead
-from epa_rt.gap.house.commands import commands_of, read_rows
-from epa_rt.gap.house.subject import open_house
 from epa_rt.gap.hygiene.check import check, clean
+from epa_rt.gap.rig.foreign.dead import check_dead
+from epa_rt.gap.rig.house.commands import commands_of, read_rows
+from epa_rt.gap.rig.house.subject import open_house
 from tests.cli.shell import RIGS
 from tests.gap.foreign.made import subject_of, with_output
 from tests.gap.recorded import PLANTS, column, recording_of, rig_of_name, written_over

@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
+from epa_rt.gap.finding import Finding
 from epa_rt.gap.hygiene.check import check, clean
-from epa_rt.gap.hygiene.finding import Finding
 from epa_rt.gap.hygiene.lines import check_lines
 from epa_rt.gap.recording import Recording
 from tests.gap.foreign.made import one_trial

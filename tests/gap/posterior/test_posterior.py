@@ -6,12 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from epa_rt.gap.diagnose import diagnose
+from epa_rt.gap.likelihood.start import Start, at_base
 from epa_rt.gap.posterior.answer import table_for
 from epa_rt.gap.posterior.evidence import START, log_likelihood, strain
 from epa_rt.gap.posterior.search import Model, Table
 from epa_rt.gap.posterior.unknown import inclusion, posterior
 from epa_rt.gap.posterior.views import BLOCKS, Seen, View
-from epa_rt.gap.start import Start, at_base
 from tests.gap import toy
 
 OFF = {"drive.gain_a": 1.02, "spring.stiffness_n_m": 915.0, "gas.flow_pa_s": 4.1e5}

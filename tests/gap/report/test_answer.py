@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from epa_rt.gap.diagnosis import Diagnosis
-from epa_rt.gap.patch import (
+from epa_rt.gap.answer.patch import (
     PLANT_DIGEST,
     PatchError,
     check_names,
@@ -19,6 +18,7 @@ from epa_rt.gap.patch import (
     load_diagnosis,
     patched_text,
 )
+from epa_rt.gap.diagnosis import Diagnosis
 from epa_rt.gap.report.as_json import json_text, schema
 from epa_rt.gap.report.gate import gate_words
 from epa_rt.gap.report.terminal import show

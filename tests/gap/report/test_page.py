@@ -273,7 +273,7 @@ def test_the_page_says_what_an_error_of_each_place_would_explain():
 
 
 def test_a_link_that_stands_for_another_block_is_shown_once_and_that_block_is_marked():
-    from epa_rt.gap.origin import origin_first
+    from epa_rt.gap.where.origin import origin_first
 
     told = ANSWERS["not_in_catalogue"]
     cell = replace(

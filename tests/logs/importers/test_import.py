@@ -21,7 +21,7 @@ from foreign_files import (
 )
 
 from epa_rt.cli.main import main
-from epa_rt.gap.read import read_recording
+from epa_rt.gap.rig.read import read_recording
 from epa_rt.logs.reader import LogReader
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.hygiene.check import check
-from epa_rt.gap.read import read_recording
+from epa_rt.gap.rig.read import read_recording
 
 ROOT = Path(__file__).resolve().parents[3]
 DATA, IMPORTS = ROOT.parent / "shared/data", ROOT / "config/imports"

@@ -9,7 +9,7 @@ import same_motion
 from mcap.reader import make_reader
 from same_motion import BAG, POSITION, ROWS, mapping_of, write_bag, write_npz, write_parquet
 
-from epa_rt.gap.read import read_recording
+from epa_rt.gap.rig.read import read_recording
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ import pytest
 from epa_rt.benchmark.oracle import LIMIT, Bench, distance
 from epa_rt.cli.gap.blind.make import _record
 from epa_rt.config.rig import load_rig
-from epa_rt.gap.house.judged import STOP_MARGIN
+from epa_rt.gap.rig.house.judged import STOP_MARGIN
 from epa_rt.models.plant_file import load_plant
 from sim_backend.backend import SimBackend
 from sim_backend.stand_in import truth

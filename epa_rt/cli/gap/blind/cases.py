@@ -41,7 +41,7 @@ def _told(path: Path) -> dict:
 
 
 def _check_case(folder: Path, told: dict) -> None:
-    from epa_rt.gap.subjects import open_subject
+    from epa_rt.gap.rig.subjects import open_subject
     from epa_rt.logs.reader import LogError, LogReader
 
     open_subject(folder / told["rig"], folder / told["plant"])

@@ -21,7 +21,7 @@ def diagnose_files(
 
     from epa_rt.cli.gap.diagnose import diagnose_logs, gated
     from epa_rt.cli.gap.plan import planned
-    from epa_rt.gap.subjects import open_subject
+    from epa_rt.gap.rig.subjects import open_subject
 
     known = {effect.name for effect in open_subject(rig, plant).catalogue}
     without = [name for name in leave_out if name in known]

@@ -68,8 +68,8 @@ def fitting_of(folder: Path, truth: dict) -> "Fitting":
 
     from epa_rt.benchmark.oracle import averaged, noise_of
     from epa_rt.config.rig import load_rig
-    from epa_rt.gap.house.channels import channels_of
-    from epa_rt.gap.read import read_recording
+    from epa_rt.gap.rig.house.channels import channels_of
+    from epa_rt.gap.rig.read import read_recording
     from epa_rt.models.plant_file import load_plant
     from sim_backend.stand_in import truth as stand_in
     from sim_backend.stand_in.fitted import Fitting

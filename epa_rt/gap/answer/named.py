@@ -1,0 +1,57 @@
+"""The numbers of a name as an answer gives them, with their intervals."""
+
+import numpy as np
+
+from epa_rt.gap.diagnosis import Number
+from epa_rt.gap.likelihood.intervals import intervals
+from epa_rt.gap.likelihood.point import Normal, Point
+from epa_rt.gap.likelihood.problem import Problem
+from epa_rt.gap.likelihood.profile import profiled
+from epa_rt.gap.subject import OF_RUN
+
+MOVED = 3.0  # spreads beyond which a nominal parameter is reported
+WHISKER = 1e-6  # of a spread: so near counts as on a bound
+
+
+def numbers(
+    problem: Problem, point: Point, effect: str, off: np.ndarray | None, searched: bool = False
+) -> tuple[Number, ...]:
+    """An effect's numbers. ``off``: how far fits of twins go astray (astray.py). ``searched``: with
+    the ends that are searched for where straight ones lie far apart.
+    """
+    width = intervals(point.normal, problem.effects[effect].knobs, off)
+    ends = profiled(problem, point, effect, width, off) if searched else {}
+    return tuple(
+        _number(problem, key, point.values.get(key, problem.knobs[key].value), by, ends.get(key))
+        for key, by in width.items()
+    )
+
+
+def _number(
+    problem: Problem, key: str, value: float, width: float, ends: tuple[float, float] | None = None
+) -> Number:
+    """``width``: half of the interval, in spreads, where no ``ends`` of it are known."""
+    knob, by = problem.knobs[key], width * problem.spread(key)
+    value = min(max(value, knob.low), knob.high)  # spreads and back leave a whisker beside a bound
+    low, high = ends or (max(value - by, knob.low), min(value + by, knob.high))
+    return Number(key, value, knob.unit, low, high, knob.value, stands_at_end(problem, key, value))
+
+
+def moved(problem: Problem, normal: Normal, off: np.ndarray | None) -> tuple[Number, ...]:
+    """Nominal parameters that went further from the plant file than anybody believed they could."""
+    width = intervals(normal, problem.nominal, off)
+    return tuple(
+        _number(problem, key, problem.knobs[key].value + z * problem.spread(key), width[key])
+        for key, z in zip(normal.keys, normal.z, strict=True)
+        if problem.knobs[key].effect is None and abs(z) > MOVED and not key.startswith(OF_RUN)
+    )
+
+
+def stands_at_end(problem: Problem, key: str, value: float) -> bool:
+    """Whether a number stands where its law ends, and not because the effect or that part of it is
+    absent there.
+    """
+    knob = problem.knobs[key]
+    return value not in (knob.value, knob.absent) and min(
+        abs(value - knob.low), abs(value - knob.high)
+    ) < WHISKER * problem.spread(key)

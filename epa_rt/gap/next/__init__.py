@@ -1,0 +1,1 @@
+"""The experiment that would tell apart what these logs cannot."""

@@ -1,0 +1,333 @@
+"""A carriage on a screw or belt behind a motor: position and what the drive was told, held together
+by a force balance.
+
+The link ``force`` compares the drive's force (its controller's output times its gain) with what the
+measured motion asks for; every term passes the same zero-phase low-pass, and a position that is
+differentiated passes it before. Below the low-pass all frequencies weigh alike, as in
+identification by inverse dynamics (IDIM-LS): a filter that whitens what laps differ by would rest
+on reversals and jolts, where errors of timing and of differentiated positions are largest.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from epa_rt.gap.rig.foreign.component import Channel, Component, Numbers, Parameter, Setting, effect
+from epa_rt.gap.rig.foreign.moved import smoothed
+from epa_rt.gap.rig.foreign.operators import play
+from epa_rt.gap.rig.foreign.rests import at_rest
+from epa_rt.gap.rig.foreign.signals import Signals, shifted
+from epa_rt.gap.rig.foreign.terms import (
+    LAWS,
+    LINK,
+    REST_RATIO,
+    Law,
+    Motion,
+    motion,
+    motion_features,
+    stray_force_n,
+)
+from epa_rt.gap.subject import Link
+
+CONTACT_POWER = 8  # how sharply a backlash's walls carry
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """``force_n``: of the drive, as measured; ``base``: the motion of the position as it was read;
+    ``turned_rad``: of the motor, by it.
+    """
+
+    signals: Signals
+    force_n: np.ndarray
+    base: Motion
+    turned_rad: np.ndarray
+
+
+def _motion(position_m: np.ndarray, rate_hz: float, n: Numbers) -> Motion:
+    return motion(position_m, rate_hz, n["typical_speed"], n["middle"], n["stroke"])
+
+
+def prepare(signals: Signals, numbers: Numbers) -> Prepared:
+    """The drive's force as measured, N, and the motion of the low-passed position, m, m/s, m/s^2,
+    (N,) each. Raises ValueError where ``lowpass`` does.
+    """
+    base = _motion(smoothed(signals, numbers), signals.rate_hz, numbers)
+    return Prepared(signals, signals.columns["force"], base, _turned_rad(base, numbers))
+
+
+def residual(
+    prepared: Prepared, numbers: Numbers, link: str, laws: Sequence[Law] = LAWS
+) -> np.ndarray:
+    """(N,) the drive's force less what ``numbers`` ask of it by EQUATIONS, N, at the log's rate,
+    unfiltered. ``laws``: of friction and stray forces.
+    """
+    return prepared.force_n - _through_drive(
+        needed_n(_true_motion(prepared, numbers), numbers, laws), prepared.signals, numbers
+    )
+
+
+def needed_n(m: Motion, n: Numbers, laws: Sequence[Law] = LAWS) -> np.ndarray:
+    """Force that a motion asks of the drive, (N,), N."""
+    inertia_n = n["carriage.inertia_kg"] * m.acceleration_m_s2
+    friction_n = n["friction.viscous_n_s_m"] * m.speed_m_s + stray_force_n(m, n, laws)
+    if n["friction.load_ratio"] != 0.0:
+        friction_n = friction_n + n["friction.load_ratio"] * np.abs(inertia_n) * m.sign
+    if n["drive.backlash_m"] != 0.0:
+        inertia_n, friction_n = _carried(m, n) * inertia_n, _carried(m, n) * friction_n
+    total = inertia_n + friction_n
+    if n["drive.cogging_n"] != 0.0:
+        total = total + n["drive.cogging_n"] * np.sin(
+            n["drive.cogging_periods"] * _turned_rad(m, n) + n["drive.cogging_phase_rad"]
+        )
+    return total
+
+
+def _turned_rad(m: Motion, n: Numbers) -> np.ndarray:
+    """Angle of the motor from the middle of the way on, (N,), rad."""
+    return 2.0 * np.pi * (m.position_m - n["middle"]) / n["pitch"]
+
+
+def _carried(m: Motion, n: Numbers) -> np.ndarray:
+    """Share of the load that the motor feels while it crosses the gap: all of it at a wall."""
+    half = 0.5 * n["drive.backlash_m"]
+    off_middle = np.abs(m.position_m - play(m.position_m, n["drive.backlash_m"])) / half
+    return 1.0 - n["drive.backlash_load_ratio"] * (
+        1.0 - np.minimum(off_middle, 1.0) ** CONTACT_POWER
+    )
+
+
+def _true_motion(prepared: Prepared, n: Numbers) -> Motion:
+    sine, cosine = n["sensor.eccentric_sine_m"], n["sensor.eccentric_cosine_m"]
+    if sine == 0.0 and cosine == 0.0:
+        return prepared.base
+    turn = 2 * np.pi * prepared.base.position_m / n["sensor.eccentric_pitch_m"]
+    return _motion(
+        prepared.base.position_m - sine * np.sin(turn) - cosine * np.cos(turn),
+        prepared.signals.rate_hz,
+        n,
+    )
+
+
+def _through_drive(force_n: np.ndarray, signals: Signals, n: Numbers) -> np.ndarray:
+    """What the drive must be told for that force, as a force at its nominal gain."""
+    if n["drive.asymmetry_ratio"] != 0.0:
+        force_n = force_n + n["drive.asymmetry_ratio"] * np.abs(force_n)
+    if n["drive.lag_s"] != 0.0:
+        force_n = force_n + n["drive.lag_s"] * signals.slope(force_n)
+    if n["drive.delay_s"] != 0.0 or n["clock.row_ratio"] != 0.0:
+        force_n = shifted(force_n, -n["drive.delay_s"] * signals.rate_hz - n["clock.row_ratio"])
+    return force_n / n["drive.gain_ratio"]
+
+
+def undetermined(prepared: Prepared, numbers: Numbers) -> np.ndarray:
+    """(N,) bool: rows in which the carriage stands still (rests.py)."""
+    return at_rest(prepared.signals, prepared.base.speed_m_s, numbers)
+
+
+def features(prepared: Prepared, link: str) -> Mapping[str, np.ndarray]:
+    """(N,) each, at the log's rate: place, speed and acceleration of the low-passed position, m,
+    m/s, m/s^2, and turn of the motor, rad.
+    """
+    return motion_features(prepared.base) | {"motor_turn_rad": prepared.turned_rad}
+
+
+def _p(
+    key: str,
+    unit: str,
+    of: str | None,
+    low: float,
+    high: float,
+    spread: float,
+    scale: str = "",
+    neutral: float | None = 0.0,
+    low_scale: str = "",
+) -> Parameter:
+    return Parameter(key, unit, neutral, low, high, spread, LINK, of, scale, low_scale=low_scale)
+
+
+_OWN = (
+    _p("carriage.inertia_kg", "kg", None, 1e-4, 1e5, 0.05, neutral=None),
+    _p("friction.viscous_n_s_m", "N*s/m", None, 0.0, 1e6, 0.3, neutral=None),
+    # What stands in one row need not be of one moment: a force that a controller holds from row to
+    # row acts half a period later, one that is logged before it is sent a whole one more.
+    Parameter("clock.row_ratio", "1", 0.0, -1.5, 1.5, 0.5, LINK, absolute=True),
+    _p("friction.load_ratio", "1", "load_friction", -0.5, 0.5, 0.05),
+    _p("drive.backlash_m", "m", "backlash", 0.0, 0.05, 2e-3, "stroke"),
+    _p("drive.backlash_load_ratio", "1", "backlash", 0.05, 1.0, 0.2, neutral=0.5),
+    _p("drive.cogging_n", "N", "cogging", -1.0, 1.0, 0.05, "typical_force"),
+    _p(
+        "drive.cogging_periods",
+        "1",
+        "cogging",
+        1.0,
+        200.0,
+        0.01,
+        neutral=1.0,
+        low_scale="pitch/stroke",
+    ),  # what does not return within the way is a spring or an offset
+    _p("drive.cogging_phase_rad", "rad", "cogging", -20.0, 20.0, 0.3),
+    _p("drive.asymmetry_ratio", "1", "drive_asymmetry", -0.5, 0.5, 0.05),
+    _p("drive.lag_s", "s", "drive_lag", 0.0, 0.05, 1e-3),
+    _p("drive.delay_s", "s", "drive_delay", -0.02, 0.02, 1e-3),
+    _p("drive.gain_ratio", "1", "drive_gain", 0.3, 3.0, 0.05, neutral=1.0),
+    _p("sensor.eccentric_sine_m", "m", "sensor_eccentricity", -0.05, 0.05, 2e-3, "pitch"),
+    _p("sensor.eccentric_cosine_m", "m", "sensor_eccentricity", -0.05, 0.05, 2e-3, "pitch"),
+    _p(
+        "sensor.eccentric_pitch_m", "m", "sensor_eccentricity", 0.5, 2.0, 0.05, "pitch", neutral=1.0
+    ),
+)
+_EFFECTS = (
+    effect(
+        "load_friction",
+        "friction",
+        "friction",
+        ("friction.load_ratio",),
+        ((0.05,), (-0.05,)),
+        "friction that grows with the load of acceleration",
+        "F = mu |M a| sgn(v)",
+        "screw and gear efficiency",
+    ),
+    effect(
+        "backlash",
+        "backlash",
+        "drive",
+        ("drive.backlash_m", "drive.backlash_load_ratio"),
+        ((2e-3, 0.5), (1e-2, 0.5)),
+        "a gap between motor and carriage: after a reversal the motor runs light",
+        "F = (1 - r) F while |x - play(x)| < b/2",
+        "lost motion of screw nuts",
+    ),
+    effect(
+        "cogging",
+        "cogging",
+        "drive",
+        ("drive.cogging_n", "drive.cogging_periods", "drive.cogging_phase_rad"),
+        ((0.05, 1.0, 0.0), (0.05, 1.0, 0.5 * np.pi), (0.05, 2.0, 0.0)),
+        "a force that returns with every turn, or some other number of times to it",
+        "F = A sin(n 2 pi (x - middle)/pitch + phase)",
+        "detent torque; belt teeth, magnets of a linear motor",
+        swings_over="motor_turn_rad",
+    ),
+    effect(
+        "drive_asymmetry",
+        "drive",
+        "drive",
+        ("drive.asymmetry_ratio",),
+        ((0.05,), (-0.05,)),
+        "an amplifier whose gain differs by sign",
+        "F -> F + d |F|",
+        "half-bridge mismatch",
+    ),
+    effect(
+        "drive_lag",
+        "delay",
+        "drive",
+        ("drive.lag_s",),
+        ((1e-3,),),
+        "a drive whose force follows late: a jerk term",
+        "T dF/dt + F = u",
+        "current loop",
+    ),
+    effect(
+        "drive_delay",
+        "delay",
+        "drive",
+        ("drive.delay_s",),
+        ((1e-3,), (-1e-3,)),
+        "dead time between output and force, or clocks that are apart",
+        "F(t) = u(t - T)",
+        "sampling",
+    ),
+    effect(
+        "drive_gain",
+        "gain",
+        "drive",
+        ("drive.gain_ratio",),
+        ((1.05,), (0.95,)),
+        "a drive gain that is not the one said",
+        "F = r u",
+        "calibration",
+    ),
+    effect(
+        "sensor_eccentricity",
+        "sensor",
+        "sensor",
+        ("sensor.eccentric_sine_m", "sensor.eccentric_cosine_m", "sensor.eccentric_pitch_m"),
+        ((2e-3, 0.0, 1.0), (0.0, 2e-3, 1.0)),
+        "an encoder disc off its centre",
+        "x = x_read - A sin(2 pi x/p) - B cos(2 pi x/p)",
+        "encoder mounting",
+    ),
+)
+
+EQUATIONS = (
+    (
+        "x: the place as read, low-passed, less A sin(2 pi x/p) + B cos(2 pi x/p); v and a: central"
+        " differences of x at the log's rate; low-passed at 4 or 2 times the rig file's cut-off or"
+        " at it, the first behind which noise is little; little: below 0.003 of v_typical in v and"
+        " 0.006 of the typical force in M a, low-passed"
+    ),
+    (
+        f"sgn(v) = v / sqrt(v^2 + (r v_typical)^2), r = {REST_RATIO:g}; place along the way X = (x"
+        " - middle) / (stroke/2); turn of the motor 2 pi (x - middle) / pitch"
+    ),
+    "F = (M a + B v + laws of friction + mu |M a| sgn(v)) * carried + A sin(n turn + phase)",
+    (
+        f"carried = 1 - r (1 - min(|x - play(x)| / (b/2), 1)^{CONTACT_POWER}) with a backlash b,"
+        " else 1; play(x) follows x within b/2 and begins in the middle"
+    ),
+    (
+        "F -> F + d |F|, F -> F + T dF/dt, F(t) -> F(t + delay + row * period) by cubic"
+        " interpolation, F -> F / gain: each where it is not neutral, in this order"
+    ),
+    "residual = force - F, low-passed and thinned out to the rig file's rate",
+)
+
+COMPONENT = Component(
+    kind="carriage",
+    says="a motor that drives a carriage: position and the force asked of the drive",
+    channels=(
+        Channel("position", "m", "measured place of the carriage", size="stroke"),
+        Channel("force", "N", "controller's output times the drive's gain", size="typical_force"),
+    ),
+    settings=(
+        Setting(
+            "typical_force",
+            "N",
+            1e-6,
+            1e9,
+            None,
+            "of the drive while it moves; sets how strong an effect may be",
+        ),
+        Setting("typical_speed", "m/s", 1e-6, 1e3, None, "of its motions"),
+        Setting("stroke", "m", 1e-6, 1e3, None, "length of its way"),
+        Setting("middle", "m", -1e3, 1e3, 0.0, "middle of its way"),
+        Setting("pitch", "m", 1e-6, 10.0, 0.005, "way per turn of the motor"),
+    ),
+    links=(
+        (
+            Link(
+                "force",
+                "carriage",
+                "drive_force_n",
+                "N",
+                "motion to the force that the drive must give",
+            ),
+            "force",
+        ),
+    ),
+    parameters=(*_OWN, *(p for law in LAWS for p in law.parameters)),
+    effects=(*(law.effect for law in LAWS), *_EFFECTS),
+    prepare=prepare,
+    residual=residual,
+    features=features,
+    settled=5.0,
+    undetermined=undetermined,
+    effort="force",
+    needs={"force": ("position",)},
+    flat=True,
+    output_is_foreseen=True,
+    equations=EQUATIONS,
+)

@@ -1,0 +1,90 @@
+"""Laws of a sealed chamber: how fast its gas leaves, what cooling takes from it, what adds to its
+reading.
+"""
+
+import numpy as np
+
+from epa_rt.gap.rig.foreign.component import Numbers
+
+CRITICAL = 0.528  # pressure ratio below which air leaves at the speed of sound
+KAPPA = 1.4
+
+
+def rate_pa_s(p: np.ndarray, n: Numbers) -> np.ndarray:
+    """dp/dt of the shut-in gas at measured pressure ``p``, (n,), by all leaks."""
+    ambient, p = n["atmosphere"], p - n["sensor.zero_pa"]
+    over = np.maximum(p - ambient, 0.0)
+    rate = -(n["chamber.stand_leak_per_s"] + n["leak.linear_per_s"]) * over
+    if n["leak.laminar_per_s"] != 0.0:
+        rate = rate - n["leak.laminar_per_s"] * np.maximum(p**2 - ambient**2, 0.0) / (2.0 * ambient)
+    if n["leak.orifice_per_s"] != 0.0:
+        rate = rate - n["leak.orifice_per_s"] * p * _outflow(ambient / np.maximum(p, ambient))
+    if n["leak.power_per_s"] != 0.0:
+        rate = (
+            rate
+            - n["leak.power_per_s"]
+            * over
+            * np.maximum(over / ambient, 1e-12) ** n["leak.power_ratio"]
+        )  # a power below 0 has no value where nothing stands over
+    if n["leak.pressure_opened_per_s"] != 0.0:
+        rate = rate - n["leak.pressure_opened_per_s"] * np.maximum(p - n["leak.opens_at_pa"], 0.0)
+    if n["leak.supply_per_s"] != 0.0:
+        rate = rate + n["leak.supply_per_s"] * np.maximum(n["supply"] - p, 0.0)
+    if n["walls.stretch_per_pa"] != 0.0:
+        rate = rate / (1.0 + n["walls.stretch_per_pa"] * np.maximum(2.0 * p - ambient, 0.0))
+    return rate
+
+
+def _outflow(ratio: np.ndarray) -> np.ndarray:
+    """Flow through an orifice over its choked value, by outlet over inlet pressure (ISO 6358
+    ellipse's isentropic original).
+    """
+    at = np.clip(ratio, CRITICAL, 1.0)
+    flow = np.sqrt(np.maximum(at ** (2 / KAPPA) - at ** ((KAPPA + 1) / KAPPA), 0.0))
+    return flow / np.sqrt(CRITICAL ** (2 / KAPPA) - CRITICAL ** ((KAPPA + 1) / KAPPA))
+
+
+def added_pa(seconds: np.ndarray, p: np.ndarray, start_pa: float, n: Numbers) -> np.ndarray:
+    """What adds to the pressure beside leaks, (n,), up to a constant."""
+    added = n["sensor.drift_pa_s"] * seconds + n["gas.ambient_drift_per_s"] * seconds * p
+    if n["gas.heat_ratio"] != 0.0:
+        added = added + n["gas.heat_ratio"] * start_pa * np.exp(-seconds / n["gas.heat_s"])
+    if n["walls.creep_ratio"] != 0.0:
+        added = added - n["walls.creep_ratio"] * start_pa * np.log1p(seconds / n["walls.creep_s"])
+    return added
+
+
+def cooled_pa(rate: np.ndarray, period_s: float, n: Numbers) -> np.ndarray:
+    """What the gas lacks because it cools as it leaks out, (n,): dh/dt = (kappa - 1) rate - h /
+    T.
+    """
+    from scipy.signal import lfilter
+
+    kept = np.exp(-period_s / n["gas.cooling_s"])
+    return lfilter([n["gas.cooling_s"] * (1.0 - kept) * (KAPPA - 1.0)], [1.0, -kept], rate)
+
+
+def run_pa(start_pa: float, seconds: np.ndarray, step: float, n: Numbers) -> np.ndarray:
+    """Pressure from a start on: gas at the walls' temperature, and what it lacks by cooling, as two
+    states.
+    """
+
+    def slope(state: np.ndarray) -> np.ndarray:
+        rate = float(rate_pa_s(state[0] + state[1], n))
+        lacking = (
+            (KAPPA - 1.0) * rate - state[1] / n["gas.cooling_s"]
+            if n["gas.cooling_s"] != 0.0
+            else 0.0
+        )
+        return np.array([rate, lacking])
+
+    states = np.empty((len(seconds), 2))
+    states[0] = start_pa, 0.0
+    for k in range(1, len(seconds)):
+        here = states[k - 1]
+        k1 = slope(here)
+        k2 = slope(here + 0.5 * step * k1)
+        k3 = slope(here + 0.5 * step * k2)
+        states[k] = here + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + slope(here + step * k3))
+    gas = states.sum(axis=1)
+    return gas + added_pa(seconds, gas, start_pa, n)

@@ -1,0 +1,56 @@
+"""The place of a sliding part, filtered no more than its noise asks for.
+
+A residual passes its low-pass once. What it is made of should pass no second one that is as narrow:
+at a reversal dry friction and acceleration jump together, and a motion that is as smooth as the
+residual puts both jumps elsewhere than the drive's force does (a carriage without a gap showed 4.2
+times its floor, behind a filter of four times its cut-off 1.4). A wider filter lets half as much
+again of the place's noise through into what the mass asks for: where that is not far below the
+forces of interest, it is not worth it.
+"""
+
+import numpy as np
+
+from epa_rt.gap.hygiene.values import noise_of, smallest_step
+from epa_rt.gap.rig.foreign.component import Numbers
+from epa_rt.gap.rig.foreign.signals import Signals, lowpass
+
+WIDER = (4.0, 2.0, 1.0)  # times the residual's cut-off; the widest that the noise allows
+QUIET = 3e-3  # of the typical speed, to which the noise of the speed must stay
+QUIET_FORCE = 6e-3  # of the typical force, to which that of the mass' own must stay in the residual
+PROBE, PERIODS = (
+    8192,
+    40,
+)  # rows of white noise that are sent through the filters at least, and periods of the cut-off
+MASS = "carriage.inertia_kg"
+
+
+def smoothed(signals: Signals, numbers: Numbers) -> np.ndarray:
+    """(N,) the place in m (or rad), low-passed."""
+    return lowpass(signals.columns["position"], signals.rate_hz, cut_off(signals, numbers)[0])
+
+
+def cut_off(signals: Signals, numbers: Numbers) -> tuple[float, float]:
+    """The cut-off in Hz, and the deviation of what the place's noise, or its step, makes of the
+    speed behind it, m/s (or rad/s).
+    """
+    position = signals.columns["position"]
+    moving = position[1:][np.diff(position) != 0.0]  # a log may begin with a long rest
+    size = max(noise_of(position), smallest_step(moving) / np.sqrt(12.0))
+    white = size * np.random.default_rng(0).standard_normal(
+        max(PROBE, int(PERIODS * signals.rate_hz / signals.lowpass_hz))
+    )
+    for times in WIDER:
+        hertz = times * signals.lowpass_hz
+        speed = signals.slope(lowpass(white, signals.rate_hz, hertz))
+        force_n = numbers.get(MASS, 0.0) * _inside(signals.lowpass(signals.slope(speed)))
+        if (
+            _inside(speed) < QUIET * numbers["typical_speed"]
+            and force_n < QUIET_FORCE * numbers["typical_force"]
+        ):
+            break
+    return hertz, _inside(speed)
+
+
+def _inside(values: np.ndarray) -> float:
+    """Deviation away from the ends, where a filter has settled."""
+    return float(np.std(values[len(values) // 4 : -len(values) // 4]))

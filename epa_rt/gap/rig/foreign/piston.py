@@ -1,0 +1,206 @@
+"""A piston pushed or held against air: pressure and motion to the force at its rod, the seal's
+friction between them.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from epa_rt.gap.rig.foreign.component import Channel, Component, Numbers, Parameter, Setting, effect
+from epa_rt.gap.rig.foreign.moved import smoothed
+from epa_rt.gap.rig.foreign.rests import at_rest
+from epa_rt.gap.rig.foreign.signals import Signals, shifted
+from epa_rt.gap.rig.foreign.terms import LAWS, LINK, Motion, motion, motion_features, stray_force_n
+from epa_rt.gap.subject import Link
+
+
+@dataclass(frozen=True)
+class Prepared:
+    signals: Signals
+    over_pa: np.ndarray  # filtered pressure over the atmosphere
+    motion: Motion
+
+
+def prepare(signals: Signals, numbers: Numbers) -> Prepared:
+    """Pressure over the atmosphere, Pa, and motion, m, m/s, m/s^2, of low-passed channels, (N,)
+    each. Raises ValueError where ``lowpass`` does.
+    """
+    moved = motion(
+        smoothed(signals, numbers),
+        signals.rate_hz,
+        numbers["typical_speed"],
+        numbers["middle"],
+        numbers["stroke"],
+    )
+    return Prepared(
+        signals, signals.lowpass(signals.columns["pressure"]) - numbers["atmosphere"], moved
+    )
+
+
+def residual(prepared: Prepared, numbers: Numbers, link: str) -> np.ndarray:
+    """(N,) measured force less ``predicted_n``, N, at the log's rate, unfiltered."""
+    return prepared.signals.columns["force"] - predicted_n(prepared, numbers)
+
+
+def predicted_n(prepared: Prepared, n: Numbers) -> np.ndarray:
+    """Force at the rod, (N,), positive where it is pushed in."""
+    m, over = prepared.motion, prepared.over_pa - n["sensor.zero_pa"]
+    if n["gas.pressure_lag_s"] != 0.0:
+        over = over + n["gas.pressure_lag_s"] * prepared.signals.slope(over)
+    area = n["piston.area_m2"] * (1.0 + n["piston.taper_ratio"] * m.place_ratio)
+    force = area * over + n["friction.viscous_n_s_m"] * m.speed_m_s + stray_force_n(m, n)
+    force = force + n["friction.seal_ratio"] * n["piston.area_m2"] * over * m.sign
+    if n["sensor.force_delay_s"] != 0.0:
+        force = shifted(force, n["sensor.force_delay_s"] * prepared.signals.rate_hz)
+    return force
+
+
+def undetermined(prepared: Prepared, numbers: Numbers) -> np.ndarray:
+    """(N,) bool: rows in which the piston stands still (rests.py)."""
+    return at_rest(prepared.signals, prepared.motion.speed_m_s, numbers)
+
+
+def features(prepared: Prepared, link: str) -> Mapping[str, np.ndarray]:
+    """(N,) each, at the log's rate: pressure over the atmosphere, Pa, place, speed and
+    acceleration, m, m/s, m/s^2.
+    """
+    return {"pressure_pa": prepared.over_pa, **motion_features(prepared.motion)}
+
+
+def _p(
+    key: str,
+    unit: str,
+    of: str | None,
+    low: float,
+    high: float,
+    spread: float,
+    neutral: float | None = 0.0,
+) -> Parameter:
+    return Parameter(key, unit, neutral, low, high, spread, LINK, of)
+
+
+_OWN = (
+    _p("piston.area_m2", "m^2", None, 1e-8, 10.0, 0.05, None),
+    _p("friction.viscous_n_s_m", "N*s/m", None, 0.0, 1e6, 0.5, None),
+    _p("friction.seal_ratio", "1", "seal_friction", 0.0, 1.0, 0.05),
+    _p("piston.taper_ratio", "1", "taper", -0.2, 0.2, 0.01),
+    _p("gas.pressure_lag_s", "s", "pressure_lag", 0.0, 1.0, 0.02),
+    _p("sensor.zero_pa", "Pa", "gauge_zero", -1.5e5, 1.5e5, 3e3),
+    _p("sensor.force_delay_s", "s", "force_delay", -0.5, 0.5, 0.02),
+)
+_EFFECTS = (
+    effect(
+        "seal_friction",
+        "friction",
+        "friction",
+        ("friction.seal_ratio",),
+        ((0.05,),),
+        "seal friction in proportion to the pressure behind it",
+        "F = mu A p sgn(v)",
+        "lip and O-ring seals",
+    ),
+    effect(
+        "taper",
+        "place",
+        "piston",
+        ("piston.taper_ratio",),
+        ((0.01,), (-0.01,)),
+        "a bore that widens along the way",
+        "A -> A (1 + a x)",
+        "print accuracy",
+    ),
+    effect(
+        "pressure_lag",
+        "delay",
+        "piston",
+        ("gas.pressure_lag_s",),
+        ((0.02,),),
+        "a pressure that is read late",
+        "p + T dp/dt",
+        "tube and sensor",
+    ),
+    effect(
+        "gauge_zero",
+        "sensor",
+        "sensor",
+        ("sensor.zero_pa",),
+        ((3e3,), (-3e3,), (-1e5,)),
+        "a pressure gauge with a wrong zero; about -1 bar: it reads gauge, not absolute",
+        "p = p_read - z",
+        "calibration",
+    ),
+    effect(
+        "force_delay",
+        "delay",
+        "piston",
+        ("sensor.force_delay_s",),
+        ((0.02,), (-0.02,)),
+        "clocks of force and motion that are apart",
+        "F(t - T)",
+        "loggers",
+    ),
+)
+
+EQUATIONS = (
+    (
+        "x and p: place and pressure as read, low-passed, x as that of a carriage; v, a, sgn(v) and"
+        " X as of a carriage; over = p - atmosphere - z, over -> over + T dover/dt"
+    ),
+    (
+        "F = A (1 + taper X) over + B v + laws of friction + mu A over sgn(v), then F(t) -> F(t -"
+        " delay) by cubic interpolation"
+    ),
+    "residual = force - F, low-passed and thinned out to the rig file's rate",
+)
+
+COMPONENT = Component(
+    kind="piston",
+    says="a piston on air: pressure and motion to force",
+    channels=(
+        Channel(
+            "position",
+            "m",
+            "measured place of the piston, growing as it is pushed in",
+            size="stroke",
+        ),
+        Channel("pressure", "Pa", "absolute pressure behind it", size="atmosphere"),
+        Channel("force", "N", "measured force at the rod, positive where it is pushed in"),
+    ),
+    settings=(
+        Setting(
+            "typical_force",
+            "N",
+            1e-6,
+            1e9,
+            None,
+            "of the seal's friction at most; sets how strong an effect may be",
+        ),
+        Setting("typical_speed", "m/s", 1e-6, 1e3, None, "of its motions"),
+        Setting("stroke", "m", 1e-6, 1e3, None, "length of its way"),
+        Setting("middle", "m", -1e3, 1e3, 0.0, "middle of its way"),
+        Setting("atmosphere", "Pa", 1e3, 1e6, 101_325.0, "absolute pressure around it"),
+    ),
+    links=(
+        (
+            Link(
+                "force",
+                "piston",
+                "piston_force_n",
+                "N",
+                "pressure and motion to the force at the rod",
+            ),
+            "force",
+        ),
+    ),
+    parameters=(*_OWN, *(p for law in LAWS for p in law.parameters)),
+    effects=(*(law.effect for law in LAWS), *_EFFECTS),
+    prepare=prepare,
+    residual=residual,
+    features=features,
+    settled=5.0,
+    undetermined=undetermined,
+    needs={"force": ("position", "pressure")},
+    output_is_foreseen=True,
+    equations=EQUATIONS,
+)

@@ -1,0 +1,158 @@
+"""Plant files of component rigs: nominal parameters, and effects with their numbers. YAML, every
+number with its unit.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from epa_rt.config.kinds import expect_kind
+from epa_rt.config.source import Located, Location, load_yaml
+from epa_rt.gap.rig.foreign.component import Component, Parameter, scaled
+from epa_rt.gap.rig.foreign.rig_file import ForeignRig, bounded
+
+
+@dataclass(frozen=True)
+class ForeignPlant:
+    """``numbers``: every parameter by key in SI, neutral where the file is silent; ``effects``:
+    those the file names.
+    """
+
+    name: str
+    kind: str
+    numbers: dict[str, float]
+    effects: tuple[str, ...]
+
+
+def sized(parameter: Parameter, settings: dict[str, float]) -> Parameter:
+    """A parameter with its bounds, spread and neutral value in SI."""
+    if parameter.neutral is None:
+        return parameter
+    size = scaled(parameter.scale, settings)
+    neutral = parameter.neutral * size
+    low = (
+        min(parameter.low * scaled(parameter.low_scale, settings), neutral)
+        if parameter.low_scale
+        else parameter.low * size
+    )
+    return parameter._replace(
+        neutral=neutral, low=low, high=parameter.high * size, spread=parameter.spread * size
+    )
+
+
+def suffix_of(unit: str) -> str:
+    """How a name ends that counts in a unit: 'N*s/m' as '_n_s_m', '1' as '_ratio'."""
+    if unit == "1":
+        return "_ratio"
+    return (
+        "_"
+        + unit.replace("N*m", "nm")
+        .replace("1/", "per_")
+        .replace("*", "_")
+        .replace("/", "_")
+        .replace("^", "")
+        .lower()
+    )
+
+
+def load_plant(path: Path, rig: ForeignRig) -> ForeignPlant:
+    """Reads a plant file for a component rig. Raises ConfigError."""
+    return read_plant(load_yaml(path), rig)
+
+
+def read_plant(source: Located, rig: ForeignRig) -> ForeignPlant:
+    """As load_plant, from YAML already read. A named effect starts neutral but for what the file
+    says.
+    """
+    expect_kind(source, "foreign plant")
+    component, data = rig.component, source.data
+    parameters = [sized(parameter, rig.settings) for parameter in component.parameters]
+    nominal = [p for p in parameters if p.effect is None]
+    blocks = list(dict.fromkeys(p.block for p in nominal))
+    for key in data:
+        if key not in ("plant", "kind", "effects", *blocks):
+            raise source.error(
+                (key,), f"'{key}'", "one of " + ", ".join(("plant", "kind", *blocks, "effects"))
+            )
+    if not isinstance(data.get("plant"), str):
+        raise source.error(("plant",), repr(data.get("plant")), "the plant's name")
+    if data.get("kind") != component.kind:
+        raise source.error(
+            ("kind",), repr(data.get("kind")), f"{component.kind}, as the rig '{rig.name}' is"
+        )
+    numbers = {p.key: p.neutral for p in parameters if p.neutral is not None}
+    for block in blocks:
+        rows = [p for p in nominal if p.block == block]
+        numbers |= _section(source, (block,), data.get(block, {}), rows)
+        for row in rows:
+            if row.key not in numbers:
+                raise source.error((block,), "nothing", f"the key '{stem(row)}', in {row.unit}")
+    return ForeignPlant(
+        data["plant"],
+        component.kind,
+        numbers | _effects(source, component, parameters),
+        tuple(data.get("effects") or ()),
+    )
+
+
+def _effects(
+    source: Located, component: Component, parameters: list[Parameter]
+) -> dict[str, float]:
+    section = source.data.get("effects") or {}
+    known = {effect.name: effect for effect in component.effects}
+    numbers = {}
+    for name, chosen in _mapping(source, ("effects",), section).items():
+        if name not in known:
+            raise source.error(("effects", name), f"'{name}'", "one of " + ", ".join(sorted(known)))
+        numbers |= _section(
+            source, ("effects", name), chosen, [p for p in parameters if p.key in known[name].knobs]
+        )
+    return numbers
+
+
+def _section(
+    source: Located, where: Location, section: Any, rows: list[Parameter]
+) -> dict[str, float]:
+    names = {p.name: p for p in rows} | {stem(p): p for p in rows}
+    numbers = {}
+    for name, text in _mapping(source, where, section).items():
+        if name not in names:
+            raise source.error(
+                (*where, name), f"'{name}'", "one of " + ", ".join(stem(p) for p in rows)
+            )
+        row = names[name]
+        numbers[row.key] = bounded(source, (*where, name), text, row.unit, row.low, row.high)
+    return numbers
+
+
+def stem(parameter: Parameter) -> str:
+    """A parameter's name without its unit."""
+    return parameter.name.removesuffix(suffix_of(parameter.unit))
+
+
+def _mapping(source: Located, where: Location, data: Any) -> dict:
+    if not isinstance(data, dict):
+        raise source.error(where, repr(data), "a mapping of keys to values")
+    return data
+
+
+def plant_text(plant: ForeignPlant, rig: ForeignRig, effects: tuple[str, ...]) -> str:
+    """A plant file that reads back to the same numbers, bit by bit; ``effects`` stand in it even
+    where neutral.
+    """
+    text: dict[str, Any] = {"plant": plant.name, "kind": plant.kind}
+    switched: dict[str, dict] = {name: {} for name in effects}
+    for raw in rig.component.parameters:
+        row = sized(raw, rig.settings)
+        value = float(plant.numbers[row.key])
+        said = f"{value!r} {row.unit}"
+        if row.effect is None:
+            if value != row.neutral:
+                text.setdefault(row.block, {})[row.name] = said
+        elif row.effect in switched or value != row.neutral:
+            switched.setdefault(row.effect, {})[row.name] = said
+    if switched:
+        text["effects"] = switched
+    return yaml.safe_dump(text, sort_keys=False, allow_unicode=True)

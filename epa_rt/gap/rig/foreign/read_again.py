@@ -1,0 +1,130 @@
+"""The same motion, read again: a twin of a recording in which given numbers hold, for rigs that
+cannot be run from their commands alone.
+
+A balance takes its motion from readings. Their noise goes into speeds, accelerations and reversals,
+is no longer noise of the output there, and shifts what is fitted in all blocks alike, which no
+scatter of blocks shows (errors in variables: with 0.05 mrad of noise at 500 Hz a pendulum's weight
+came out 0.1 % small, where the blocks' interval was 0.02 % wide). A twin whose numbers are known,
+read with the same noise and steps and fitted the same way, shows by how much (astray.py).
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from epa_rt.gap.hygiene.values import noise_of, smallest_step
+from epa_rt.gap.rig.foreign.component import Component, Numbers
+from epa_rt.gap.rig.foreign.readings import LEAST_DITHER
+from epa_rt.gap.rig.foreign.signals import Signals
+
+SEGMENT, LEAST = 1024, 64  # rows of a windowed spectrum, and at least
+SPECTRA = 8  # that are averaged, where a record is long enough
+TWICE = 2.0  # times the noise, from which something stands out of it
+OFF_GRID = 0.05  # of a step, to which readings that have one lie on its grid
+
+
+def read_again(
+    component: Component,
+    signals: Signals,
+    numbers: Numbers,
+    steps: Mapping[str, float],
+    random: np.random.Generator,
+) -> dict[str, np.ndarray]:
+    """(N,) by role: the motion without its noise and the outputs that ``numbers`` ask of it, all
+    read as the recording's were. ``steps``: of readings, where the rig file says them.
+
+    For kinds whose residual is what was measured less what the other channels foresee.
+    """
+    outputs = {role: link.name for link, role in component.links}
+    steps = {
+        role: steps.get(role) or step_of(x[signals.valid[role]])
+        for role, x in signals.columns.items()
+    }
+    clean = {
+        role: x if role in outputs else without_noise(x, steps[role])
+        for role, x in signals.columns.items()
+    }
+    work = component.prepare(replace(signals, columns=clean), numbers)
+    clean |= {
+        role: clean[role] - component.residual(work, numbers, link)
+        for role, link in outputs.items()
+    }
+    return {
+        role: _as_read(x, signals.columns[role], steps[role], random) for role, x in clean.items()
+    }
+
+
+def step_of(read: np.ndarray) -> float:
+    """The step on whose grid all values of a reading lie; 0 where there is none: two of many values
+    without steps may lie close by chance.
+    """
+    step = smallest_step(read)
+    places = (read - read[0]) / step if step > 0.0 else np.zeros(0)
+    return (
+        step if len(places) and float(np.max(np.abs(places - np.round(places)))) < OFF_GRID else 0.0
+    )
+
+
+def without_noise(x: np.ndarray, step: float = 0.0) -> np.ndarray:
+    """(N,) what stands out of the white noise (and the ``step``) of a reading, frequency by
+    frequency (Wiener's filter).
+
+    Not the low-pass of the residuals: noise that it let through would be motion to the twin. What
+    stands out is seen in windowed stretches, into which a record's ends do not leak.
+    """
+    hertz, power = _spectrum(x)
+    share = np.clip(
+        1.0 - TWICE * 2.0 * _noise(x, step, power) ** 2 / np.maximum(power, np.finfo(float).tiny),
+        0.0,
+        1.0,
+    )
+    share[:2] = (
+        1.0  # a line was taken off every stretch: its spectrum says nothing of what is slower
+    )
+    return _filtered(x, share)
+
+
+def _filtered(x: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """(N,) with ``share`` (at evenly spaced frequencies) of every frequency kept, by a filter no
+    longer than a stretch: what a record's ends do to it stays near them.
+
+    A record is continued at its ends upside down, so that they are no jump.
+    """
+    from scipy.signal import fftconvolve
+
+    taps = np.roll(np.fft.irfft(share), len(share) - 1)
+    taps = np.append(taps, taps[0]) * np.hanning(len(taps) + 1)
+    reach = min(len(share) - 1, len(x) - 1)
+    longer = np.concatenate([2.0 * x[0] - x[reach:0:-1], x, 2.0 * x[-1] - x[-2 : -reach - 2 : -1]])
+    return fftconvolve(longer, taps / taps.sum(), "same")[reach : reach + len(x)]
+
+
+def _spectrum(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies per row and power density (one-sided: white noise of deviation s has 2 s^2)."""
+    from scipy.signal import welch
+
+    return welch(x, nperseg=min(SEGMENT, max(len(x) // SPECTRA, LEAST), len(x)), detrend="linear")
+
+
+def _noise(x: np.ndarray, step: float, power: np.ndarray) -> float:
+    """Deviation of a reading's white noise, steps included: by fourth differences, or less where
+    the upper half of its spectrum has less (at 100 Hz a quick motion shows in differences).
+    """
+    return max(
+        min(noise_of(x), float(np.sqrt(0.5 * np.median(power[len(power) // 2 :])))),
+        step / np.sqrt(12.0),
+    )
+
+
+def _as_read(
+    clean: np.ndarray, like: np.ndarray, step: float, random: np.random.Generator
+) -> np.ndarray:
+    """(N,) with the white noise of a reading and its steps."""
+    noise = np.sqrt(
+        max(
+            _noise(like, step, _spectrum(like)[1]) ** 2 - step**2 / 12.0, (LEAST_DITHER * step) ** 2
+        )
+    )
+    read = clean + noise * random.standard_normal(len(clean))
+    return np.round(read / step) * step if step > 0.0 else read

@@ -1,0 +1,1 @@
+"""Where a gap shows, and where it comes from."""
