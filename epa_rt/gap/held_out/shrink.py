@@ -34,7 +34,6 @@ def shrinkage(
     before_values: Values,
     after_values: Values,
     floors: Mapping[str, Floor],
-    prepared: Mapping[str, object] | None = None,
     progress: Callable[[str, float], None] = lambda stage, share: None,
 ) -> tuple[Shrinkage, ...]:
     """Before, after and floor per channel, over all logs and per log where there are several.
@@ -44,14 +43,12 @@ def shrinkage(
     effects explain) and against the plant file as it is ("plant_file"). Teacher-forced by link,
     with the links' floors; in free run by measured channel and by what an operator asks for, with
     the floor of the plant's own twin (seeds 1 to 3 against no noise). ``all channels`` weighs each
-    channel by its floor. ``prepared``: recording name to ``Subject.prepare``, where it is at hand.
+    channel by its floor.
     """
     progress("how far: block by block", 0.0)
     found: list[Shrinkage] = []
     for baseline, values in (("refitted", before_values), ("plant_file", {})):
-        found += _teacher_forced(
-            subject, recordings, values, after_values, floors, prepared or {}, baseline
-        )
+        found += _teacher_forced(subject, recordings, values, after_values, floors, baseline)
     progress("how far: free run", 0.5)
     return (*found, *_free_run(subject, recordings, before_values, after_values))
 
@@ -84,11 +81,10 @@ def _teacher_forced(
     before: Values,
     after: Values,
     floors: Mapping[str, Floor],
-    prepared: Mapping[str, object],
     baseline: Baseline,
 ) -> list[Shrinkage]:
     found: _Misfits = {}
-    ready = [prepared.get(recording.name) or subject.prepare(recording) for recording in recordings]
+    ready = [subject.prepare(recording) for recording in recordings]
     for link in (link for link in subject.links if link.name in floors):
         floor, channel = floors[link.name], label(subject.links, link)
         for recording, one in zip(recordings, ready, strict=True):

@@ -97,18 +97,14 @@ class Screening:
 
 
 def screen(
-    problem: Problem,
-    point: Point,
-    effects: Sequence[str] | None = None,
-    part: float = 1.0,
-    shapes: int | None = None,
+    problem: Problem, point: Point, part: float = 1.0, shapes: int | None = None
 ) -> Screening:
     """Signatures of all effects that are not on at a point, from so many of their ``shapes`` (None:
     all, and the first one weaker). ``part``: of each strength at which the difference is taken; a
     small one gives derivatives, for where nominal parameters imitate an effect so well that its
     curvature would hide that.
     """
-    names = [name for name in effects or problem.effects if name not in point.effects]
+    names = [name for name in problem.effects if name not in point.effects]
     jobs = [
         (name, start)
         for name in names

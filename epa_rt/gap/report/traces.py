@@ -40,7 +40,6 @@ def traces(
     before: Values,
     after: Values,
     floors: Mapping[str, Floor],
-    prepared: Mapping[str, object] | None = None,
     channel: str | None = None,
 ) -> tuple[Trace, ...]:
     """A few seconds of one channel in free run, and what is left over the log with the largest gap
@@ -50,7 +49,7 @@ def traces(
     does most.
     """
     shown = _alongside(subject, recordings, before, after, channel)
-    found = _left(subject, recordings, before, after, floors, prepared or {})
+    found = _left(subject, recordings, before, after, floors)
     return tuple(one for one in (shown, found) if one is not None)
 
 
@@ -60,11 +59,10 @@ def _left(
     before: Values,
     after: Values,
     floors: Mapping[str, Floor],
-    prepared: Mapping[str, object],
 ) -> Trace | None:
     worst = None
     for recording in recordings:
-        one = prepared.get(recording.name) or subject.prepare(recording)
+        one = subject.prepare(recording)
         for link in (link for link in subject.links if link.name in floors):
             floor = floors[link.name]
             residual = unbiased(subject.residual(one, before, link.name), floor, recording.name)
