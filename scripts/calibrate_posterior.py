@@ -6,8 +6,8 @@ that give it the highest log score. Prints JSON: scores before and after, scores
 numbers were not calibrated on, and how often a name of a given probability is right.
 
 With --withhold each effect that a case has alone is then left out of the catalogue, and the case
-searched once more: how well wrong laws do, singly and in pairs, is known from no other. Withheld
-cases are weighed so that they have the share that a draw gives them.
+searched once more: how well wrong laws do, singly and in pairs, is known from no other. Each kind
+of case is weighed so that it has the share that a draw gives it.
 
 With --recordings recordings of others count as well of which it is known what is missing
 (scripts/known_recordings.yaml): what right and wrong laws leave of a real gap no simulation tells.
@@ -207,7 +207,7 @@ def _calibrate(
                 told = {**told, "kind": "withheld"}
             examples.append(Example(f"{cases.name}/{path.stem}", found["table"], told))
             seconds.append(found["cpu_s"])
-    examples = [*as_drawn(examples, "withheld", SHARES["withheld"]), *recordings]
+    examples = [*as_drawn(examples, SHARES), *recordings]
     numbers = calibrated(examples, START)
     others = left_out(examples, START)
     before, after = probabilities(examples, START), probabilities(examples, numbers)

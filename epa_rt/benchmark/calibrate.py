@@ -4,6 +4,7 @@ What calibration maximises is the log score: the mean log probability that the p
 what the rig really has. The prior of each number is wide, around where it began.
 """
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
@@ -57,16 +58,16 @@ def mean_log(examples: Sequence[Example], of_truth: Sequence[float]) -> float:
     return float(np.average(logs, weights=[one.weight for one in examples]))
 
 
-def as_drawn(examples: Sequence[Example], kind: str, share: float) -> list[Example]:
-    """The examples with those of a kind weighed so that they have a share of all: where more of
-    them were made than a draw would have.
+def as_drawn(examples: Sequence[Example], shares: Mapping[str, float]) -> list[Example]:
+    """The examples weighed so that each kind has the share that a draw gives it, however many of
+    them were made; all together weigh as much as before. ``shares``: of each kind.
     """
-    mine = [one.truth["kind"] == kind for one in examples]
-    if not any(mine) or all(mine):
-        return list(examples)
-    weight = share / (1.0 - share) * mine.count(False) / mine.count(True)
+    made = Counter(one.truth["kind"] for one in examples)
+    drawn = sum(shares[kind] for kind in made)
     return [
-        replace(one, weight=weight if own else 1.0) for one, own in zip(examples, mine, strict=True)
+        replace(one, weight=shares[kind] / drawn * len(examples) / made[kind])
+        for one in examples
+        for kind in [one.truth["kind"]]
     ]
 
 
