@@ -9,6 +9,7 @@ import numpy as np
 from epa_rt.gap.alongside import trials
 from epa_rt.gap.recording import Recording, Span
 from epa_rt.gap.subject import Subject, Values
+from epa_rt.gap.usual import usual_of
 
 
 class Part:
@@ -34,6 +35,7 @@ class Part:
         self.read_again = getattr(subject, "read_again", None)
         self.repeats = getattr(subject, "repeats", None)  # of the whole recording: its laps
         self.lowpass_hz = getattr(subject, "lowpass_hz", subject.rate_hz)
+        self.usual = usual_of(subject)
 
     def _doubted(self, prepared: Mapping[str, tuple[object, Recording]]) -> "Part":
         return Part(

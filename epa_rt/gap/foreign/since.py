@@ -16,6 +16,7 @@ from epa_rt.gap.foreign.healthy import (
     BOUND,
     Healthy,
     LinkHealth,
+    levels_in,
     measured,
     of_few,
     quantity_keys,
@@ -24,6 +25,7 @@ from epa_rt.gap.foreign.healthy import (
 from epa_rt.gap.foreign.plant_file import suffix_of
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import OF_RUN, Values
+from epa_rt.gap.usual import Usual
 from epa_rt.models.effect import Effect, Knob
 
 TYPICAL = 0.1  # part of a stated number by which it changes, from which fits begin
@@ -51,6 +53,10 @@ class SinceBaseline:
     def __init__(self, healthy: Healthy, runs: Sequence[str] = ()) -> None:
         own = healthy.subject
         self.healthy, self.own, self._runs = healthy, own, tuple(runs)
+        self._bound = BOUND * of_few(len(healthy.runs))
+        self.usual = Usual(
+            len(healthy.runs), {name: one.off for name, one in healthy.links.items()}
+        )
         self.name, self.rate_hz, self.lowpass_hz = own.name, own.rate_hz, own.lowpass_hz
         self.links = tuple(link for link in own.links if link.name in healthy.links)
         self.rig, self.plant, self.without_stop = own.rig, own.plant, own.without_stop
@@ -59,12 +65,11 @@ class SinceBaseline:
         self.catalogue: tuple[Effect, ...] = (*own.catalogue, *changed)
         self._link_of: dict[str, str] = {}
         wandering: dict[str, Knob] = {}
-        units = {link.name: link.unit for link in self.links}
         for name in self._runs:
             for link, one in healthy.links.items():
                 for i, spread in enumerate(one.spread):
-                    key, bound = self._key(name, link, i), BOUND * float(spread)
-                    wandering[key] = Knob(key, units[link], 0.0, -bound, bound, float(spread))
+                    key, bound = self._key(name, link, i), self._bound * float(spread)
+                    wandering[key] = Knob(key, "1", 0.0, -bound, bound, float(spread))
                     self._link_of[key] = link
         renamed = {
             knob.key: knob._replace(effect=effect.name)
@@ -119,7 +124,7 @@ class SinceBaseline:
             keys = [self._key(prepared.run, link, i) for i in range(len(spread))]
             level = np.array([values.get(key, 0.0) for key in keys])
         else:
-            level = _within(left, shapes, spread, self.healthy.links[link].noise)
+            level = _within(left, shapes, spread, self.healthy.links[link].noise, self._bound)
         return left - shapes @ level
 
     def features(self, prepared: Ready, link: str) -> Mapping[str, np.ndarray]:
@@ -187,8 +192,7 @@ class SinceBaseline:
         shapes = shapes_of(self.own, prepared, link, health.levels) @ health.basis
         shapes *= weights[:, None]
         left = weights * (self.own.residual(prepared, {}, link) - known)
-        rows = np.isfinite(left)
-        return np.linalg.lstsq(shapes[rows], left[rows], rcond=None)[0]
+        return levels_in(left, shapes, health.floor)
 
 
 def _as_a_whole(health: LinkHealth, link: str, unit: str, apart: np.ndarray, logs: int) -> Change:
@@ -229,9 +233,9 @@ def _change(key: str, unit: str, before: np.ndarray, now: np.ndarray) -> Change:
 
 
 def _within(
-    left: np.ndarray, shapes: np.ndarray, spread: np.ndarray, noise: np.ndarray
+    left: np.ndarray, shapes: np.ndarray, spread: np.ndarray, noise: np.ndarray, bound: float
 ) -> np.ndarray:
-    """(k,) levels of one run that suit its residual best, each within BOUND spreads, its spread
+    """(k,) levels of one run that suit its residual best, each within ``bound`` spreads, its spread
     believed.
     """
     from scipy.optimize import lsq_linear
@@ -243,4 +247,4 @@ def _within(
     variance = max(float(np.nanvar(noise)), 1e-300)
     root = np.linalg.cholesky(scaled.T @ scaled / variance + np.eye(len(spread)))
     right = np.linalg.solve(root, scaled.T @ left[rows] / variance)
-    return np.asarray(lsq_linear(root.T, right, (-BOUND, BOUND), method="bvls").x) * spread
+    return np.asarray(lsq_linear(root.T, right, (-bound, bound), method="bvls").x) * spread

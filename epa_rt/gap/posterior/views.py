@@ -15,6 +15,7 @@ from epa_rt.gap.point import Normal, linearised
 from epa_rt.gap.problem import Problem
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import Subject, Values
+from epa_rt.gap.usual import usual_of
 
 BLOCKS, FREE_RUN = "blocks", "free_run"
 HELD_OUT, HELD_OUT_FREE_RUN = "held_out", "held_out_free_run"
@@ -24,12 +25,14 @@ HELD_OUT, HELD_OUT_FREE_RUN = "held_out", "held_out_free_run"
 class Seen:
     """One link under one model. ``noise``: chi-square that noise alone leaves on average;
     ``chi``: what the model leaves. ``matrix`` (k, k): information on the view's keys per squared
-    spread; None of a link that nothing was fitted to.
+    spread; None of a link that nothing was fitted to. ``off``: chi-square by which healthy runs
+    differ; 0 where there are none.
     """
 
     noise: float
     chi: float
     matrix: np.ndarray | None = None
+    off: float = 0.0
 
     @property
     def excess(self) -> float:
@@ -41,12 +44,14 @@ class Seen:
 class View:
     """``links``: link name to what is seen of it. ``keys``: of the fit's numbers; ``z`` (k,): their
     distance from the plant file, in spreads; ``nominal`` (k,): which are nominal parameters.
+    ``runs``: from how many healthy runs their spreads are known; 0: the plant file says them.
     """
 
     links: Mapping[str, Seen]
     keys: tuple[str, ...] = ()
     z: np.ndarray = field(default_factory=lambda: np.zeros(0))
     nominal: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
+    runs: int = 0
 
 
 Lowest = dict[tuple[str, str], float]  # view and link to the least that any model leaves
@@ -74,7 +79,7 @@ def blocks(
     """Block by block at these values, in units of the floors alone. ``normal``: normal equations
     there, where a fit has left them.
     """
-    bare = problem.rescaled(dict.fromkeys(problem.links, 1.0))
+    bare, usual = problem.rescaled(dict.fromkeys(problem.links, 1.0)), usual_of(problem.subject)
     if normal is None:
         normal = linearised(bare, effects, dict(values)).normal
     else:
@@ -82,10 +87,16 @@ def blocks(
     residuals = problem.each(lambda link: bare.residual(values, link), bare.links)
     return View(
         {
-            link: Seen(float(bare.samples(link)), float(residual @ residual), matrix.sum(axis=0))
+            link: Seen(
+                float(bare.samples(link)),
+                float(residual @ residual),
+                matrix.sum(axis=0),
+                usual.off[link] * bare.samples(link) if usual else 0.0,
+            )
             for link, residual, matrix in zip(bare.links, residuals, normal.matrix, strict=True)
         },
         *_numbers(normal),
+        usual.runs if usual else 0,
     )
 
 
