@@ -74,9 +74,7 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
         help="healthy runs of the same rig and experiment: what changed since (rigs of others)",
     )
     parser.add_argument(
-        "--rules",
-        action="store_true",
-        help="decide by the rules of before, not by probability (with --baseline always)",
+        "--rules", action="store_true", help="decide by the rules of before, not by probability"
     )
     parser.add_argument(
         "-o",
@@ -123,13 +121,7 @@ def run(arguments: argparse.Namespace) -> int:
     _known(arguments.leave_out, given)
     show_found(given.found, out)
     with progress_shown(arguments.quiet) as progress:
-        diagnosis = _diagnosed(
-            given,
-            arguments.rig,
-            arguments.leave_out,
-            arguments.rules or bool(arguments.baseline),
-            progress,
-        )
+        diagnosis = _diagnosed(given, arguments.rig, arguments.leave_out, arguments.rules, progress)
     if arguments.baseline:
         given, diagnosis = with_changes(given, diagnosis, arguments.baseline)
     gate, code = None, COMPLETED
@@ -190,7 +182,7 @@ def diagnose_logs(
     if baseline:
         given = since(given, rig, plant, baseline)
     _known(tuple(leave_out), given)
-    found = _diagnosed(given, rig, leave_out, rules or bool(baseline), progress)
+    found = _diagnosed(given, rig, leave_out, rules, progress)
     return with_changes(given, found, baseline) if baseline else (given, found)
 
 

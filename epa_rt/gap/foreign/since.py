@@ -164,14 +164,15 @@ class SinceBaseline:
         made = [self.own.prepare(one) for one in recordings]
         for link, health in self.healthy.links.items():
             unit = next(one.unit for one in self.links if one.name == link)
-            apart = np.mean([self._levels(one, link) for one in made], axis=0)
-            found.append(_as_a_whole(health, link, unit, apart, len(made)))
+            shapes = [self._shapes(one, link) for one in made]
+            each = [self._levels(*one, link) for one in zip(made, shapes, strict=True)]
+            found.append(_as_a_whole(health, link, unit, np.mean(each, axis=0), shapes))
             rows = [q for q in self.healthy.quantities if q.link == link]
             # fitted beside the same others as those of the healthy runs were
             keys = [key for key in quantity_keys(self.own) if link in self.own.touched(key)]
-            each = [measured(self.own, one, health, link, keys) for one in made] if rows else []
+            own = [measured(self.own, one, health, link, keys) for one in made] if rows else []
             for q in rows:
-                now = np.array([values[keys.index(q.key)] for values in each])
+                now = np.array([values[keys.index(q.key)] for values in own])
                 if np.isfinite(now).all():
                     found.append(_change(q.key, q.unit, q.values, now))
         return tuple(sorted(found, key=lambda one: -abs(one.spreads)))
@@ -185,24 +186,32 @@ class SinceBaseline:
         names = [self.knobs[key].effect for key in keys if key in self.knobs]
         return tuple(name for name in names if name is not None)
 
-    def _levels(self, prepared: object, link: str) -> np.ndarray:
+    def _shapes(self, prepared: object, link: str) -> np.ndarray:
+        """(n, j) what a run's levels make of a link's residual, in its unit and weighed."""
+        health, (_, _, weights) = self.healthy.links[link], self.healthy.known(prepared, link)
+        shapes = shapes_of(self.own, prepared, link, health.levels) @ health.basis
+        return np.asarray(weights[:, None] * shapes)
+
+    def _levels(self, prepared: object, shapes: np.ndarray, link: str) -> np.ndarray:
         """(j,) a run's levels less the mean of the healthy runs'."""
         known, _, weights = self.healthy.known(prepared, link)
-        health = self.healthy.links[link]
-        shapes = shapes_of(self.own, prepared, link, health.levels) @ health.basis
-        shapes *= weights[:, None]
         left = weights * (self.own.residual(prepared, {}, link) - known)
-        return levels_in(left, shapes, health.floor)
+        return levels_in(left, shapes, self.healthy.links[link].floor)
 
 
-def _as_a_whole(health: LinkHealth, link: str, unit: str, apart: np.ndarray, logs: int) -> Change:
-    """How far levels ``apart`` (j,) are off, rms over a run, against how far a healthy run is."""
+def _as_a_whole(
+    health: LinkHealth, link: str, unit: str, apart: np.ndarray, shapes: Sequence[np.ndarray]
+) -> Change:
+    """How far levels ``apart`` (j,) are off, as noise is counted, against how far a healthy run is;
+    said as the rms over the logs that they make by their ``shapes`` (n, j).
+    """
     usual = float(np.sqrt(np.mean(np.sum(health.apart**2, axis=1))))
     runs = len(health.apart)
-    spread = usual * float(np.sqrt(runs / (runs - 1.0) * (1.0 / logs + 1.0 / runs)))
+    spread = usual * float(np.sqrt(runs / (runs - 1.0) * (1.0 / len(shapes) + 1.0 / runs)))
     spread *= of_few(runs)
-    off = float(np.sqrt(np.sum(apart**2)))
-    return Change(f"{link} as a whole", unit, 0.0, spread, off, off / max(spread, 1e-300))
+    times = float(np.sqrt(np.sum(apart**2))) / max(spread, 1e-300)
+    off = float(np.sqrt(np.nanmean((np.concatenate(shapes) @ apart) ** 2)))
+    return Change(f"{link} as a whole", unit, 0.0, off / max(times, 1e-300), off, times)
 
 
 def _changed(knob: Knob) -> Effect:
@@ -233,7 +242,7 @@ def _change(key: str, unit: str, before: np.ndarray, now: np.ndarray) -> Change:
 
 
 def _within(
-    left: np.ndarray, shapes: np.ndarray, spread: np.ndarray, noise: np.ndarray, bound: float
+    left: np.ndarray, shapes: np.ndarray, spread: np.ndarray, noise: np.ndarray, bound: float = BOUND
 ) -> np.ndarray:
     """(k,) levels of one run that suit its residual best, each within ``bound`` spreads, its spread
     believed.

@@ -93,11 +93,14 @@ def strain(view: View) -> float:
     that one that is far off costs and forbids nothing.
 
     Spreads that healthy runs have are known from these alone: one more run is then of a
-    multivariate Student's t about them (Gelman et al., Bayesian Data Analysis, 3.6).
+    multivariate Student's t about them (Gelman et al., Bayesian Data Analysis, 3.6). A change since
+    then has a size too: an effect's own numbers are heavy-tailed about none in typical strengths.
     """
     z = view.z[view.nominal]
     if view.runs:
-        return -0.5 * view.runs * float(np.log1p(z @ z / (view.runs - 1.0)))
+        usual = -0.5 * view.runs * float(np.log1p(z @ z / (view.runs - 1.0)))
+        own = view.z[view.sized]
+        return usual - 0.5 * (TAILS + 1.0) * float(np.log1p(own**2 / TAILS).sum())
     return -0.5 * (TAILS + 1.0) * float(np.log1p(z**2 / TAILS).sum())
 
 

@@ -45,6 +45,7 @@ class View:
     """``links``: link name to what is seen of it. ``keys``: of the fit's numbers; ``z`` (k,): their
     distance from the plant file, in spreads; ``nominal`` (k,): which are nominal parameters.
     ``runs``: from how many healthy runs their spreads are known; 0: the plant file says them.
+    ``sized`` (k,): numbers of effects of which a typical size is known, since healthy runs.
     """
 
     links: Mapping[str, Seen]
@@ -52,6 +53,7 @@ class View:
     z: np.ndarray = field(default_factory=lambda: np.zeros(0))
     nominal: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
     runs: int = 0
+    sized: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
 
 
 Lowest = dict[tuple[str, str], float]  # view and link to the least that any model leaves
@@ -96,7 +98,7 @@ def blocks(
             for link, residual, matrix in zip(bare.links, residuals, normal.matrix, strict=True)
         },
         *_numbers(normal),
-        usual.runs if usual else 0,
+        *((usual.runs, _sized(problem, effects, normal)) if usual else ()),
     )
 
 
@@ -104,6 +106,19 @@ def free_run(ground: Ground, normal: Normal) -> View:
     """The whole plant at a point fitted to it."""
     seen = Seen(ground.noise, float(normal.square.sum()), normal.matrix.sum(axis=(0, 1)))
     return View({LINK: seen}, *_numbers(normal))
+
+
+def _sized(problem: Problem, effects: tuple[str, ...], normal: Normal) -> np.ndarray:
+    """(k,) numbers of effects, but for periods and phases of waves over an angle: those are known
+    to nobody.
+    """
+    waves = {
+        key
+        for name in effects
+        if problem.effects[name].swings_over
+        for key in problem.effects[name].knobs[1:]
+    }
+    return np.array([key not in waves for key in normal.keys]) & (normal.prior == 0.0)
 
 
 def _numbers(normal: Normal) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
