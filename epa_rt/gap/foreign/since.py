@@ -242,7 +242,11 @@ def _change(key: str, unit: str, before: np.ndarray, now: np.ndarray) -> Change:
 
 
 def _within(
-    left: np.ndarray, shapes: np.ndarray, spread: np.ndarray, noise: np.ndarray, bound: float = BOUND
+    left: np.ndarray,
+    shapes: np.ndarray,
+    spread: np.ndarray,
+    noise: np.ndarray,
+    bound: float = BOUND,
 ) -> np.ndarray:
     """(k,) levels of one run that suit its residual best, each within ``bound`` spreads, its spread
     believed.
