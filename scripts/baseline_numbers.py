@@ -63,7 +63,8 @@ def inflations(subject: ForeignSubject, runs: Sequence[Recording]) -> dict[str, 
     for run in runs:
         made = known.subject.prepare(run)
         weights = own.regions.weights(known.subject.features(made, link))
-        shapes = weights[:, None] * healthy.shapes_of(known.subject, made, link, keys)
+        levels = [healthy.level_of(known.subject, key) for key in keys]
+        shapes = weights[:, None] * healthy.shapes_of(known.subject, made, link, levels)
         shapes = shapes[np.isfinite(shapes).all(axis=1)]
         shapes = shapes[:, np.any(shapes != 0.0, axis=0)]
         shapes /= np.sqrt(np.mean(shapes**2, axis=0))

@@ -7,6 +7,7 @@ somebody else are others (``gap/foreign``).
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -31,6 +32,17 @@ class Link(NamedTuple):
     says: str  # "pressure, length and speed to force"
 
 
+@dataclass(frozen=True)
+class Usual:
+    """What healthy runs of one rig differ by. ``runs``: how many there were; spreads of a subject's
+    nominal parameters are theirs. ``off``: by link by how much chi-square per sample differs from
+    one run to the next, a deviation.
+    """
+
+    runs: int
+    off: Mapping[str, float]
+
+
 class Subject(Protocol):
     """A rig and its nominal plant, ready to be held against recordings.
 
@@ -49,6 +61,7 @@ class Subject(Protocol):
     lowpass_hz: float  # what the residuals have passed where that is less than half their rate
     finite_step: float  # part of a knob's spread over which its derivatives are taken
     has_change: bool  # whether ``change`` says anything
+    usual: Usual | None  # what its healthy runs differ by; None where none are known
 
     def touched(self, key: str) -> tuple[str, ...]:
         """Names of the links whose residual may change with a knob."""
@@ -127,6 +140,7 @@ class Plain:
     lowpass_hz = np.inf
     finite_step = FINITE_STEP
     has_change = False
+    usual: Usual | None = None
 
     def only(self, recordings: Sequence[Recording]) -> Sequence[Recording]:
         """All of them, whole."""

@@ -29,6 +29,7 @@ class Part(Plain):
         # of the whole recording too: asked for runs alone, or for laps
         self.rougher, self.upto = subject.rougher, subject.upto
         self.read_again, self.repeats = subject.read_again, subject.repeats
+        self.usual = subject.usual
 
     def doubted(self, prepared: Mapping[str, tuple[object, Recording]]) -> "Part | None":
         """As Subject.doubted, within the windows."""

@@ -78,16 +78,24 @@ def log_likelihood(view: View, freedom: float, floor_share: float) -> float:
 
 def scale(seen: Seen, freedom: float, floor_share: float) -> float:
     """Chi-square above noise from which on a link's discrepancy is larger than what is known of its
-    noise.
+    noise: a part of it by calibration, or what healthy runs differ by where that is more.
     """
-    return freedom + floor_share * seen.noise
+    return freedom + max(floor_share * seen.noise, seen.off)
 
 
 def strain(view: View) -> float:
     """Log prior density of the nominal parameters at the fit, up to a constant: heavy-tailed, so
     that one that is far off costs and forbids nothing.
+
+    Spreads that healthy runs have are known from these alone: one more run is then of a
+    multivariate Student's t about them (Gelman et al., Bayesian Data Analysis, 3.6). A change since
+    then has a size too: an effect's own numbers are heavy-tailed about none in typical strengths.
     """
     z = view.z[view.nominal]
+    if view.runs:
+        usual = -0.5 * view.runs * float(np.log1p(z @ z / (view.runs - 1.0)))
+        own = view.z[view.sized]
+        return usual - 0.5 * (TAILS + 1.0) * float(np.log1p(own**2 / TAILS).sum())
     return -0.5 * (TAILS + 1.0) * float(np.log1p(z**2 / TAILS).sum())
 
 

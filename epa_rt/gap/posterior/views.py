@@ -24,14 +24,16 @@ HELD_OUT, HELD_OUT_FREE_RUN = "held_out", "held_out_free_run"
 class Seen:
     """One link under one model. ``noise``: chi-square that noise alone leaves on average;
     ``chi``: what the model leaves. ``matrix`` (k, k): information on the view's keys per squared
-    spread; None of a link that nothing was fitted to. ``loose``: whether no twin of the plant has
-    measured its floor.
+    spread; None of a link that nothing was fitted to. ``loose``: whether neither a twin of the
+    plant nor healthy runs have measured its floor. ``off``: chi-square by which healthy runs
+    differ; 0 where there are none.
     """
 
     noise: float
     chi: float
     matrix: np.ndarray | None = None
     loose: bool = False
+    off: float = 0.0
 
     @property
     def excess(self) -> float:
@@ -43,12 +45,16 @@ class Seen:
 class View:
     """``links``: link name to what is seen of it. ``keys``: of the fit's numbers; ``z`` (k,): their
     distance from the plant file, in spreads; ``nominal`` (k,): which are nominal parameters.
+    ``runs``: from how many healthy runs their spreads are known; 0: the plant file says them.
+    ``sized`` (k,): numbers of effects of which a typical size is known, since healthy runs.
     """
 
     links: Mapping[str, Seen]
     keys: tuple[str, ...] = ()
     z: np.ndarray = field(default_factory=lambda: np.zeros(0))
     nominal: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
+    runs: int = 0
+    sized: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
 
 
 Lowest = dict[tuple[str, str], float]  # view and link to the least that any model leaves
@@ -76,7 +82,7 @@ def blocks(
     """Block by block at these values, in units of the floors alone. ``normal``: normal equations
     there, where a fit has left them.
     """
-    bare = problem.rescaled(dict.fromkeys(problem.links, 1.0))
+    bare, usual = problem.rescaled(dict.fromkeys(problem.links, 1.0)), problem.subject.usual
     if normal is None:
         normal = linearised(bare, effects, dict(values)).normal
     else:
@@ -89,10 +95,12 @@ def blocks(
                 float(residual @ residual),
                 matrix.sum(axis=0),
                 _loose(problem, link),
+                usual.off[link] * bare.samples(link) if usual else 0.0,
             )
             for link, residual, matrix in zip(bare.links, residuals, normal.matrix, strict=True)
         },
         *_numbers(normal),
+        *((usual.runs, _sized(problem, effects, normal)) if usual else ()),
     )
 
 
@@ -103,7 +111,20 @@ def free_run(ground: Ground, normal: Normal) -> View:
 
 
 def _loose(problem: Problem, link: str) -> bool:
-    return problem.floors[link].source != "twin"
+    return problem.floors[link].source != "twin" and problem.subject.usual is None
+
+
+def _sized(problem: Problem, effects: tuple[str, ...], normal: Normal) -> np.ndarray:
+    """(k,) numbers of effects, but for periods and phases of waves over an angle: those are known
+    to nobody.
+    """
+    waves = {
+        key
+        for name in effects
+        if problem.effects[name].swings_over
+        for key in problem.effects[name].knobs[1:]
+    }
+    return np.array([key not in waves for key in normal.keys]) & (normal.prior == 0.0)
 
 
 def _numbers(normal: Normal) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:

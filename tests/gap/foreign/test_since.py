@@ -10,7 +10,15 @@ import pytest
 from epa_rt.gap.diagnose import diagnose
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.rig.foreign import open_foreign
-from epa_rt.gap.rig.foreign.healthy import Healthy, NotHealthy, healthy_from
+from epa_rt.gap.rig.foreign.healthy import (
+    BOUND,
+    Healthy,
+    NotHealthy,
+    healthy_from,
+    levels_in,
+    of_few,
+    shapes_of,
+)
 from epa_rt.gap.rig.foreign.since import SinceBaseline
 from epa_rt.gap.subject import OF_RUN
 from tests.gap.foreign.made import RIGS, one_trial
@@ -20,8 +28,12 @@ MASS_KG, DRAG, COULOMB_N, OFFSET_N = 95.0, 205.0, 20.0, -3.0
 LEVEL, NOISE_N = 0.03, 0.15  # of the friction from run to run; of the force
 
 
-def run(seed: int, friction: float = 1.0, pace: float = 1.0, zero_n: float = 0.0) -> Recording:
-    """A carriage that repeats its strokes, with friction and offset of its own day."""
+def run(
+    seed: int, friction: float = 1.0, pace: float = 1.0, zero_n: float = 0.0, rise_n: float = 0.0
+) -> Recording:
+    """A carriage that repeats its strokes, with friction and offset of its own day. ``rise_n``: of
+    its friction towards standstill.
+    """
     random, t = np.random.default_rng(seed), np.arange(0.0, 8.0, PERIOD_S)
     size, start = 1.0 + 0.02 * random.standard_normal(), random.uniform(0.0, 6.0)
     w = 2.0 * np.pi * np.array([0.3, 0.9]) * pace
@@ -32,6 +44,7 @@ def run(seed: int, friction: float = 1.0, pace: float = 1.0, zero_n: float = 0.0
     pull = -(reach * w[:, None] ** 2 * np.sin(wave)).sum(axis=0)
     level = friction * COULOMB_N * (1.0 + LEVEL * random.standard_normal())
     force = MASS_KG * pull + DRAG * speed + level * np.tanh(speed / 1e-3)
+    force += rise_n * np.exp(-((speed / 0.02) ** 2)) * np.tanh(speed / 1e-3)
     force += OFFSET_N + zero_n + 0.3 * random.standard_normal()
     columns = {
         "carriage_position_m": MIDDLE_M + place,
@@ -84,6 +97,27 @@ def test_of_a_log_that_no_fit_sees_the_level_is_taken_off_within_bounds():
     )
     noise = float(np.nanstd(healthy().links["force"].noise))
     assert usual < 2.0 * noise and faulty > 5.0 * noise
+
+
+def test_how_far_runs_differ_is_measured_and_bounds_what_one_more_may():
+    subject = SinceBaseline(healthy(), ["one"])
+    assert subject.usual.runs == 10 and 0.0 <= subject.usual.off["force"] < 0.3
+    far = subject.nominal[0].high / subject.nominal[0].spread
+    assert far == pytest.approx(BOUND * of_few(10)) and far > BOUND
+    own = healthy().links["force"]
+    shapes = shapes_of(subject.own, subject.own.prepare(run(3)), "force", own.levels) @ own.basis
+    random = np.random.default_rng(0)
+    level = random.standard_normal(shapes.shape[1])
+    noise = own.floor.rms * 1e-3 * random.standard_normal(len(shapes))
+    assert levels_in(shapes @ level + noise, shapes, own.floor) == pytest.approx(level, abs=0.1)
+
+
+def test_a_level_of_any_law_that_wanders_in_healthy_runs_is_no_gap():
+    runs = [run(seed, rise_n=3.0 * np.sin(seed)) for seed in range(1, 13)]
+    one = healthy_from(open_foreign(RIGS / "emps.yaml"), runs)
+    log = run(80, rise_n=2.5)
+    found = diagnose(SinceBaseline(one, [log.name]), [log], how_far=False)
+    assert not found.effects and found.verdict == "no_gap", found.says
 
 
 def test_too_few_runs_and_other_motions_are_refused_in_a_sentence():

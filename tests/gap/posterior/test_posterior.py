@@ -28,6 +28,17 @@ def found(values=None, extra=None, without=(), count=2):
     return table, posterior(table, START)
 
 
+def test_spreads_from_few_runs_forbid_less_than_those_from_many():
+    def costs(runs: int, z: list[float], own: float = 0.0) -> float:
+        nominal = np.array([True] * len(z) + [False])
+        return -strain(View({}, ("",) * (len(z) + 1), np.array([*z, own]), nominal, runs, ~nominal))
+
+    assert costs(3, [4.0]) < costs(20, [4.0]) < 0.5 * 4.0**2
+    assert costs(20, [4.0, 4.0]) > costs(20, [4.0]) > costs(20, [2.0]) > costs(20, [0.0]) == 0.0
+    assert costs(10**6, [2.0]) == pytest.approx(0.5 * 2.0**2, rel=1e-3)  # known: a Gaussian
+    assert costs(20, [0.0], own=12.0) > costs(20, [0.0], own=1.0) > 0.0
+
+
 def test_a_rig_without_a_gap_has_most_probably_none():
     _, answer = found()
     assert answer.models[0][0].effects == () and answer.models[0][1] > 0.5

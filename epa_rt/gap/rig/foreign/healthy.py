@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from epa_rt.gap.likelihood.floor import floors
+from epa_rt.gap.likelihood.floor import Floor, fitted, floors
 from epa_rt.gap.likelihood.generic import CLIP, RIDGES
 from epa_rt.gap.likelihood.problem import Problem
 from epa_rt.gap.likelihood.refit import settled
@@ -23,12 +23,12 @@ from epa_rt.gap.rig.foreign.region_noise import RegionNoise, region_noise
 from epa_rt.gap.rig.foreign.repeats import colourless
 from epa_rt.gap.rig.foreign.subject import ForeignSubject
 from epa_rt.gap.subject import FINITE_STEP
+from epa_rt.models.effect import Effect
 
 FEWEST = 3  # runs from which Student's t of the next one has a mean size: from two it has none
 # runs that the plant's numbers are fitted to, evenly chosen; the levels come from all of them
 MOST_FITTED = 6  # by scripts/baseline_numbers.py
 LEVELS = ("coulomb", "offset")  # effects that any sliding part has some of
-WARMTH = ("warming",)  # its first number is a drag; the second only shapes it
 # of the mean variance, below which a direction of the levels is the differences' own error
 FLAT = FINITE_STEP**2
 RARE = 1e-3  # share of healthy runs that lie further off in one direction
@@ -47,14 +47,16 @@ class NotHealthy(Exception):
 
 @dataclass(frozen=True)
 class LinkHealth:
-    """Of one link. ``levels``: knobs whose shapes span ``basis`` (m, j), which makes columns of
-    unit rms of them. ``mean`` (j,): on those, of all runs; ``apart`` (runs, j): of each less that.
-    ``wander`` (j, k): directions of unit rms; ``spread`` (k,): in the link's unit. ``weights``,
-    ``centre``, ``scale`` (p,): of the map's terms. ``noise`` (n,): what is left of the runs, NaN
-    between. All of it is of residuals weighed by ``regions``, so that their noise has one size.
+    """Of one link. ``levels``: changes whose shapes span ``basis`` (m, j), which makes columns of
+    them that, behind the floor's filter, are unit rms. ``mean`` (j,): on those, of all runs;
+    ``apart`` (runs, j): of each less that. ``wander`` (j, k): directions; ``spread`` (k,): of one
+    more run, in the link's unit. ``weights``, ``centre``, ``scale`` (p,): of the map's terms.
+    ``noise`` (n,): what is left of the runs, NaN between; ``floor``: its size and colour.
+    ``off``: by how much chi-square per sample differs from run to run, a deviation. All of it is
+    of residuals weighed by ``regions``, so that their noise has one size.
     """
 
-    levels: tuple[str, ...]
+    levels: tuple["Level", ...]
     basis: np.ndarray
     mean: np.ndarray
     apart: np.ndarray
@@ -64,7 +66,18 @@ class LinkHealth:
     centre: np.ndarray
     scale: np.ndarray
     noise: np.ndarray
+    floor: Floor
+    off: float
     regions: RegionNoise
+
+
+class Level(NamedTuple):
+    """A change of a plant's numbers, that may differ from run to run. ``values``: of those that
+    change; ``times``: of what it does, to be that of a typical one.
+    """
+
+    values: Mapping[str, float]
+    times: float
 
 
 @dataclass(frozen=True)
@@ -155,20 +168,24 @@ def healthy_from(subject: ForeignSubject, runs: Sequence[Recording]) -> Healthy:
 
 
 def shapes_of(
-    subject: ForeignSubject, prepared: object, link: str, levels: Sequence[str]
+    subject: ForeignSubject, prepared: object, link: str, levels: Sequence[Level]
 ) -> np.ndarray:
-    """(n, m) change of a link's residual per spread of each knob, taken off what is measured; 0
-    where it is not judged.
-    """
+    """(n, m) what each level changes of a link's residual; 0 where it is not judged."""
     bare = subject.residual(prepared, {}, link)
-    columns = []
-    for key in levels:
-        knob = subject.knobs[key]
-        size = FINITE_STEP * (knob.spread or 1.0)
-        step = size if knob.value + size <= knob.high else -size
-        there = subject.residual(prepared, {key: knob.value + step}, link)
-        columns.append(np.nan_to_num((there - bare) * (knob.spread or 1.0) / step))
-    return np.column_stack(columns)
+    return np.column_stack(
+        [
+            np.nan_to_num((subject.residual(prepared, one.values, link) - bare) * one.times)
+            for one in levels
+        ]
+    )
+
+
+def level_of(subject: ForeignSubject, key: str) -> Level:
+    """One number by its spread, linearised."""
+    knob = subject.knobs[key]
+    size = FINITE_STEP * (knob.spread or 1.0)
+    step = size if knob.value + size <= knob.high else -size
+    return Level({key: knob.value + step}, (knob.spread or 1.0) / step)
 
 
 def mapped(subject: ForeignSubject, prepared: object, link: str) -> np.ndarray:
@@ -201,15 +218,23 @@ def refitted(
     return ForeignSubject(subject.rig, plant, subject.leave_out)
 
 
-def _levels(subject: ForeignSubject, link: str) -> tuple[str, ...]:
-    """What may differ from run to run: nominal parameters, effects of one number, and warmth."""
+def _levels(subject: ForeignSubject, link: str) -> tuple[Level, ...]:
+    """What may differ from run to run: each nominal parameter, and each law at a typical strength,
+    but for waves over an angle, whose periods nobody knows.
+    """
     keys = [knob.key for knob in subject.nominal]
-    keys += [
-        effect.knobs[0]
+    keys += [effect.knobs[0] for effect in subject.catalogue if len(effect.knobs) == 1]
+    laws = [
+        Level(dict(zip(effect.knobs, start, strict=True)), 1.0)
         for effect in subject.catalogue
-        if len(effect.knobs) == 1 or effect.name in WARMTH
+        if len(effect.knobs) > 1 and not effect.swings_over and link in _links(subject, effect)
+        for start in effect.starts
     ]
-    return tuple(key for key in keys if link in subject.touched(key))
+    return (*(level_of(subject, key) for key in keys if link in subject.touched(key)), *laws)
+
+
+def _links(subject: ForeignSubject, effect: Effect) -> set[str]:
+    return {link for key in effect.knobs for link in subject.touched(key)}
 
 
 @dataclass
@@ -262,21 +287,63 @@ def _of_link(
     ]
     own = _split(parts, weighed)
     noise = np.concatenate([x for left in own.noise for x in (left, [np.nan])])
-    samples = float(np.mean([part.rows.sum() for part in parts]))
-    wander, spread = _wander(own.levels, float(np.nanvar(noise)), samples)
+    if subject.rig.component.flat:
+        noise = colourless(noise)
+    floor = fitted(link, [noise], "repeats")
+    white = [floor.whiten(left) for left in own.noise]
+    basis, found = _levels_of(own, parts, weighed, floor)
+    samples = float(np.mean([np.isfinite(one).sum() for one in white]))
+    wander, spread = _wander(found, samples)
     return LinkHealth(
         levels,
-        own.basis,
-        own.levels.mean(axis=0),
-        own.levels - own.levels.mean(axis=0),
+        basis,
+        found.mean(axis=0),
+        found - found.mean(axis=0),
         wander,
         spread,
         own.weights,
         own.centre,
         own.scale,
-        colourless(noise) if subject.rig.component.flat else noise,
+        noise,
+        floor,
+        _off(white, own.basis.shape[1]),
         regions,
     )
+
+
+def _off(white: Sequence[np.ndarray], levels: int) -> float:
+    """By how much chi-square per sample differs from one run to the next, beyond what it does of
+    white noise: a deviation. Each run has fitted so many levels of its own.
+    """
+    samples = np.array([np.isfinite(one).sum() for one in white]) - levels
+    each = np.array([np.nansum(one**2) for one in white]) / samples
+    return float(np.sqrt(max(np.var(each, ddof=1) - np.mean(2.0 / samples), 0.0)))
+
+
+def levels_in(left: np.ndarray, shapes: np.ndarray, floor: Floor) -> np.ndarray:
+    """(j,) levels that suit a run best, by generalised least squares: residual (n,) and shapes (n,
+    j) behind the floor's filter, so that a level is known as well as the judging knows it.
+    """
+    left, shapes = floor.whiten(left), floor.whiten(shapes)
+    rows = np.isfinite(left) & np.isfinite(shapes).all(axis=1)
+    return np.linalg.lstsq(shapes[rows], left[rows], rcond=None)[0]
+
+
+def _levels_of(
+    own: "_Split", parts: Sequence["_Part"], weighed: Sequence[np.ndarray], floor: Floor
+) -> tuple[np.ndarray, np.ndarray]:
+    """(m, j) basis, columns of unit rms behind the floor's filter, and (runs, j) levels on it."""
+    shapes, lefts, whites = [], [], []
+    for part, by in zip(parts, weighed, strict=True):
+        table = standard(part.table, own.centre, own.scale)
+        judged = np.where(part.rows, by, np.nan)
+        shapes.append(judged[:, None] * part.shapes)
+        lefts.append(judged * (part.left - table @ own.weights))
+        white = floor.whiten(shapes[-1])
+        whites.append(white[np.isfinite(white).all(axis=1)])
+    basis = _unit(np.concatenate(whites))
+    made = [levels_in(left, one @ basis, floor) for left, one in zip(lefts, shapes, strict=True)]
+    return basis, np.array(made)
 
 
 class _Part(NamedTuple):
@@ -323,7 +390,8 @@ def _split(parts: Sequence[_Part], weighed: Sequence[np.ndarray]) -> _Split:
     noise = []
     for part, left in zip(parts, rest, strict=True):
         noise.append(np.full(len(part.rows), np.nan))
-        noise[-1][part.rows] = left
+        fitted_too = len(left) / max(len(left) - basis.shape[1], 1)  # to its own levels
+        noise[-1][part.rows] = np.sqrt(fitted_too) * left
     levels = np.array([one.levels(weights) for one in runs])
     return _Split(basis, levels, weights, centre, scale, noise)
 
@@ -367,9 +435,9 @@ def _map(runs: Sequence[_Run]) -> tuple[np.ndarray, list[np.ndarray]]:
     return solved(gram, right, ridge), rest
 
 
-def _wander(own: np.ndarray, noise: float, samples: float) -> tuple[np.ndarray, np.ndarray]:
+def _wander(own: np.ndarray, samples: float) -> tuple[np.ndarray, np.ndarray]:
     """(j, k) directions in which the runs' levels (runs, j) differ by more than noise makes of
-    them, and (k,) the spread of one more run, a ``BOUND``-th of what ``RARE`` runs go beyond.
+    them, and (k,) the spread of one more run. The levels are in deviations of white noise.
 
     Of noise alone no direction has more than Marchenko and Pastur's edge.
     """
@@ -377,9 +445,8 @@ def _wander(own: np.ndarray, noise: float, samples: float) -> tuple[np.ndarray, 
     _, sizes, vectors = np.linalg.svd(own - own.mean(axis=0), full_matrices=False)
     deviation = sizes / np.sqrt(count - 1)
     edge = (1.0 + np.sqrt(width / (count - 1.0))) ** 2
-    kept = deviation**2 > edge * noise / samples
-    beyond = of_few(count) * np.sqrt(1.0 + 1.0 / count)
-    return vectors[kept].T, deviation[kept] * beyond
+    kept = deviation**2 > edge / samples
+    return vectors[kept].T, deviation[kept] * np.sqrt(1.0 + 1.0 / count)
 
 
 def of_few(runs: int) -> float:
@@ -409,7 +476,8 @@ def measured(
     by = own.regions.weights(subject.features(prepared, link))
     rows = np.isfinite(left) & np.isfinite(table).all(axis=1) & np.isfinite(by)
     weights = by[rows]
-    shapes = weights[:, None] * shapes_of(subject, prepared, link, keys)[rows]
+    levels = [level_of(subject, key) for key in keys]
+    shapes = weights[:, None] * shapes_of(subject, prepared, link, levels)[rows]
     target = weights * (left[rows] - table[rows] @ own.weights)
     size = np.sqrt(np.mean(shapes**2, axis=0))
     size[~(size > 0.0)] = np.inf

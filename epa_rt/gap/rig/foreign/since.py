@@ -17,13 +17,14 @@ from epa_rt.gap.rig.foreign.healthy import (
     BOUND,
     Healthy,
     LinkHealth,
+    levels_in,
     measured,
     of_few,
     quantity_keys,
     shapes_of,
 )
 from epa_rt.gap.rig.foreign.plant_file import suffix_of
-from epa_rt.gap.subject import OF_RUN, Plain, Values
+from epa_rt.gap.subject import OF_RUN, Plain, Usual, Values
 from epa_rt.models.effect import Effect, Knob
 
 TYPICAL = 0.1  # part of a stated number by which it changes, from which fits begin
@@ -51,6 +52,10 @@ class SinceBaseline(Plain):
     def __init__(self, healthy: Healthy, runs: Sequence[str] = ()) -> None:
         own = healthy.subject
         self.healthy, self.own, self._runs = healthy, own, tuple(runs)
+        self._bound = BOUND * of_few(len(healthy.runs))
+        self.usual = Usual(
+            len(healthy.runs), {name: one.off for name, one in healthy.links.items()}
+        )
         self.name, self.rate_hz, self.lowpass_hz = own.name, own.rate_hz, own.lowpass_hz
         self.links = tuple(link for link in own.links if link.name in healthy.links)
         self.rig, self.plant, self.without_stop = own.rig, own.plant, own.without_stop
@@ -59,12 +64,11 @@ class SinceBaseline(Plain):
         self.catalogue: tuple[Effect, ...] = (*own.catalogue, *changed)
         self._link_of: dict[str, str] = {}
         wandering: dict[str, Knob] = {}
-        units = {link.name: link.unit for link in self.links}
         for name in self._runs:
             for link, one in healthy.links.items():
                 for i, spread in enumerate(one.spread):
-                    key, bound = self._key(name, link, i), BOUND * float(spread)
-                    wandering[key] = Knob(key, units[link], 0.0, -bound, bound, float(spread))
+                    key, bound = self._key(name, link, i), self._bound * float(spread)
+                    wandering[key] = Knob(key, "1", 0.0, -bound, bound, float(spread))
                     self._link_of[key] = link
         renamed = {
             knob.key: knob._replace(effect=effect.name)
@@ -119,7 +123,7 @@ class SinceBaseline(Plain):
             keys = [self._key(prepared.run, link, i) for i in range(len(spread))]
             level = np.array([values.get(key, 0.0) for key in keys])
         else:
-            level = _within(left, shapes, spread, self.healthy.links[link].noise)
+            level = _within(left, shapes, spread, self.healthy.links[link].noise, self._bound)
         return left - shapes @ level
 
     def features(self, prepared: Ready, link: str) -> Mapping[str, np.ndarray]:
@@ -159,14 +163,15 @@ class SinceBaseline(Plain):
         made = [self.own.prepare(one) for one in recordings]
         for link, health in self.healthy.links.items():
             unit = next(one.unit for one in self.links if one.name == link)
-            apart = np.mean([self._levels(one, link) for one in made], axis=0)
-            found.append(_as_a_whole(health, link, unit, apart, len(made)))
+            shapes = [self._shapes(one, link) for one in made]
+            each = [self._levels(*one, link) for one in zip(made, shapes, strict=True)]
+            found.append(_as_a_whole(health, link, unit, np.mean(each, axis=0), shapes))
             rows = [q for q in self.healthy.quantities if q.link == link]
             # fitted beside the same others as those of the healthy runs were
             keys = [key for key in quantity_keys(self.own) if link in self.own.touched(key)]
-            each = [measured(self.own, one, health, link, keys) for one in made] if rows else []
+            own = [measured(self.own, one, health, link, keys) for one in made] if rows else []
             for q in rows:
-                now = np.array([values[keys.index(q.key)] for values in each])
+                now = np.array([values[keys.index(q.key)] for values in own])
                 if np.isfinite(now).all():
                     found.append(_change(q.key, q.unit, q.values, now))
         return tuple(sorted(found, key=lambda one: -abs(one.spreads)))
@@ -180,25 +185,32 @@ class SinceBaseline(Plain):
         names = [self.knobs[key].effect for key in keys if key in self.knobs]
         return tuple(name for name in names if name is not None)
 
-    def _levels(self, prepared: object, link: str) -> np.ndarray:
+    def _shapes(self, prepared: object, link: str) -> np.ndarray:
+        """(n, j) what a run's levels make of a link's residual, in its unit and weighed."""
+        health, (_, _, weights) = self.healthy.links[link], self.healthy.known(prepared, link)
+        shapes = shapes_of(self.own, prepared, link, health.levels) @ health.basis
+        return np.asarray(weights[:, None] * shapes)
+
+    def _levels(self, prepared: object, shapes: np.ndarray, link: str) -> np.ndarray:
         """(j,) a run's levels less the mean of the healthy runs'."""
         known, _, weights = self.healthy.known(prepared, link)
-        health = self.healthy.links[link]
-        shapes = shapes_of(self.own, prepared, link, health.levels) @ health.basis
-        shapes *= weights[:, None]
         left = weights * (self.own.residual(prepared, {}, link) - known)
-        rows = np.isfinite(left)
-        return np.linalg.lstsq(shapes[rows], left[rows], rcond=None)[0]
+        return levels_in(left, shapes, self.healthy.links[link].floor)
 
 
-def _as_a_whole(health: LinkHealth, link: str, unit: str, apart: np.ndarray, logs: int) -> Change:
-    """How far levels ``apart`` (j,) are off, rms over a run, against how far a healthy run is."""
+def _as_a_whole(
+    health: LinkHealth, link: str, unit: str, apart: np.ndarray, shapes: Sequence[np.ndarray]
+) -> Change:
+    """How far levels ``apart`` (j,) are off, as noise is counted, against how far a healthy run is;
+    said as the rms over the logs that they make by their ``shapes`` (n, j).
+    """
     usual = float(np.sqrt(np.mean(np.sum(health.apart**2, axis=1))))
     runs = len(health.apart)
-    spread = usual * float(np.sqrt(runs / (runs - 1.0) * (1.0 / logs + 1.0 / runs)))
+    spread = usual * float(np.sqrt(runs / (runs - 1.0) * (1.0 / len(shapes) + 1.0 / runs)))
     spread *= of_few(runs)
-    off = float(np.sqrt(np.sum(apart**2)))
-    return Change(f"{link} as a whole", unit, 0.0, spread, off, off / max(spread, 1e-300))
+    times = float(np.sqrt(np.sum(apart**2))) / max(spread, 1e-300)
+    off = float(np.sqrt(np.nanmean((np.concatenate(shapes) @ apart) ** 2)))
+    return Change(f"{link} as a whole", unit, 0.0, off / max(times, 1e-300), off, times)
 
 
 def _changed(knob: Knob) -> Effect:
@@ -229,9 +241,13 @@ def _change(key: str, unit: str, before: np.ndarray, now: np.ndarray) -> Change:
 
 
 def _within(
-    left: np.ndarray, shapes: np.ndarray, spread: np.ndarray, noise: np.ndarray
+    left: np.ndarray,
+    shapes: np.ndarray,
+    spread: np.ndarray,
+    noise: np.ndarray,
+    bound: float = BOUND,
 ) -> np.ndarray:
-    """(k,) levels of one run that suit its residual best, each within BOUND spreads, its spread
+    """(k,) levels of one run that suit its residual best, each within ``bound`` spreads, its spread
     believed.
     """
     from scipy.optimize import lsq_linear
@@ -243,4 +259,4 @@ def _within(
     variance = max(float(np.nanvar(noise)), 1e-300)
     root = np.linalg.cholesky(scaled.T @ scaled / variance + np.eye(len(spread)))
     right = np.linalg.solve(root, scaled.T @ left[rows] / variance)
-    return np.asarray(lsq_linear(root.T, right, (-BOUND, BOUND), method="bvls").x) * spread
+    return np.asarray(lsq_linear(root.T, right, (-bound, bound), method="bvls").x) * spread
