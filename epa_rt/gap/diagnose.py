@@ -350,9 +350,9 @@ def _says(
     if verdict == "not_separable":
         told = told_of_sets((tuple(could.names), *could.instead), could.names)
     else:
-        told = told_of_names(
-            could.names, {one.name: one.who for one in names}, verdict == "partly_explained"
-        )
+        shares = {one.name: one.confidence for one in names}
+        who = {one.name: one.who for one in names}
+        told = told_of_names(shares, who, verdict == "partly_explained")
     return f"{told[:1].upper()}{told[1:]}.{left}"
 
 

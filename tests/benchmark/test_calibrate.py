@@ -73,9 +73,9 @@ def test_reliability_counts_every_first_name_once(examples):
 def test_cases_of_a_kind_are_weighed_to_their_share():
     kinds = ["withheld"] * 3 + ["single"] * 6
     made = [Example(str(i), Table((), {}), {"kind": kind}) for i, kind in enumerate(kinds)]
-    weighed = as_drawn(made, "withheld", 0.25)
-    total = sum(one.weight for one in weighed)
-    assert sum(one.weight for one in weighed[:3]) == pytest.approx(0.25 * total)
-    assert all(one.weight == 1.0 for one in weighed[3:])
-    assert as_drawn(made[:3], "withheld", 0.25) == made[:3]
+    weighed = as_drawn(made, {"withheld": 0.25, "single": 0.75})
+    assert sum(one.weight for one in weighed) == pytest.approx(len(made))
+    assert sum(one.weight for one in weighed[:3]) == pytest.approx(0.25 * len(made))
+    alone = as_drawn(made[:3], {"withheld": 0.25, "single": 0.75})
+    assert all(one.weight == 1.0 for one in alone)
     assert mean_log(weighed, [1.0] * 3 + [0.5] * 6) == pytest.approx(0.75 * np.log(0.5))

@@ -49,7 +49,7 @@ def test_single_effect_is_named_with_its_size(values, name):
     answer = told(values)
     assert answer.verdict == "explained"
     assert [one.name for one in answer.effects] == [name]
-    assert answer.effects[0].confidence > 0.95
+    assert answer.effects[0].confidence > 0.9
     for number in answer.effects[0].parameters:
         half = 0.5 * (number.high - number.low)
         assert abs(number.value - values[number.name]) < 2.0 * half < 0.1 * values[
@@ -72,7 +72,7 @@ def test_friction_by_another_formula_comes_nearest_by_its_family():
     """Its nearest law leaves 15 % of the gap: more than right laws do."""
     answer = told(extra=lambda c: {"spring": 1.0 * np.sign(c["speed_m_s"])})
     assert next(iter(answer.posterior.families)) == "friction"
-    assert answer.posterior.families["friction"] > 0.5
+    assert answer.posterior.families["friction"] > 0.4
     assert "coulomb (friction " in answer.says
 
 

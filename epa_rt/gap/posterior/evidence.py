@@ -17,7 +17,7 @@ from math import comb
 import numpy as np
 
 from epa_rt.gap.posterior.search import Model
-from epa_rt.gap.posterior.views import FREE_RUN, HELD_OUT, HELD_OUT_FREE_RUN, Seen, View
+from epa_rt.gap.posterior.views import HELD_OUT, HELD_OUT_FREE_RUN, Seen, View
 
 TAILS = 4.0  # degrees of freedom of a Student's t: heavy tails, with a variance
 
@@ -26,8 +26,8 @@ TAILS = 4.0  # degrees of freedom of a Student's t: heavy tails, with a variance
 class Numbers:
     """What calibration sets.
 
-    ``step_freedom``, ``run_freedom``: degrees of freedom of a link's discrepancy, block by block
-    and in free run; on held-out logs half of that. ``floor_share``: part of a link's noise that its
+    ``freedom``: degrees of freedom of a link's discrepancy, block by block and in free run alike;
+    on held-out logs half of that. ``floor_share``: part of a link's noise that its
     floor may be wrong by; ``loose_share``: the same of one that is known from repeats or from the
     sensors alone, where nothing explains what is left. ``effect_odds``: log prior odds of one
     effect against none; ``further_odds``: of one more against no more. ``unknown_odds``: log prior
@@ -36,8 +36,7 @@ class Numbers:
     of either.
     """
 
-    step_freedom: float
-    run_freedom: float
+    freedom: float
     floor_share: float
     loose_share: float
     effect_odds: float
@@ -47,16 +46,14 @@ class Numbers:
     wrong_left: float
     left_spread: float
 
-    def freedom(self, view: str) -> float:
+    def freedom_of(self, view: str) -> float:
         """Degrees of freedom of a link's discrepancy in a view."""
-        whole = self.run_freedom if view in (FREE_RUN, HELD_OUT_FREE_RUN) else self.step_freedom
-        return 0.5 * whole if view in (HELD_OUT, HELD_OUT_FREE_RUN) else whole
+        return 0.5 * self.freedom if view in (HELD_OUT, HELD_OUT_FREE_RUN) else self.freedom
 
 
 # Where calibration begins (scripts/calibrate_posterior.py); what it found is in calibrated.py.
 START = Numbers(
-    step_freedom=6.0,
-    run_freedom=12.0,
+    freedom=6.0,
     floor_share=0.02,
     loose_share=0.3,
     effect_odds=1.0,
@@ -112,7 +109,7 @@ def occam(model: Model, numbers: Numbers) -> float:
         own[at[view.nominal]] = False
         for seen in view.links.values():
             if seen.matrix is not None:
-                freedom = numbers.freedom(name)
+                freedom = numbers.freedom_of(name)
                 wide = scale(seen, freedom, numbers.floor_share) + seen.excess
                 matrix[np.ix_(at, at)] += seen.matrix * freedom / wide
     if not own.any():
@@ -159,7 +156,7 @@ def log_evidence(model: Model, families: Mapping[str, str], numbers: Numbers) ->
 def of_views(views: Mapping[str, View], numbers: Numbers) -> float:
     """Log likelihood of all views of a model."""
     return sum(
-        log_likelihood(view, numbers.freedom(name), numbers.floor_share)
+        log_likelihood(view, numbers.freedom_of(name), numbers.floor_share)
         for name, view in views.items()
     )
 
@@ -199,12 +196,12 @@ class Formula:
 
     def most(self, view: str, noise: float, loss: float) -> float:
         """Chi-square of a link of a view, of so much noise, that costs a loss of log evidence."""
-        freedom = self.numbers.freedom(view)
+        freedom = self.numbers.freedom_of(view)
         width = scale(Seen(noise, noise), freedom, self.numbers.floor_share)
         return noise + width * float(np.expm1(2.0 * loss / freedom))
 
     def _likelihood(self, view: str, seen: Seen, part: float) -> float:
         """Log likelihood of a link with a part of its excess."""
         part_of_it = replace(seen, chi=seen.noise + part * seen.excess)
-        freedom, share = self.numbers.freedom(view), self.numbers.floor_share
+        freedom, share = self.numbers.freedom_of(view), self.numbers.floor_share
         return log_likelihood(View({"": part_of_it}), freedom, share)

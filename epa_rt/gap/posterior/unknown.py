@@ -100,7 +100,7 @@ def shown(model: Model, view: str, numbers: Numbers) -> tuple[float, float]:
     by.
     """
     links = model.views[view].links.values()
-    freedom = numbers.freedom(view)
+    freedom = numbers.freedom_of(view)
     return (
         sum(seen.excess for seen in links),
         sum(scale(seen, freedom, numbers.floor_share) for seen in links),
@@ -111,7 +111,7 @@ def unknown_of_floors(model: Model, view: str, numbers: Numbers) -> float:
     """Chi-square by which a view's floors may be wrong as a whole, where nothing explains any of
     it: of those that no twin of the plant has measured more.
     """
-    freedom = numbers.freedom(view)
+    freedom = numbers.freedom_of(view)
     return sum(
         scale(seen, freedom, numbers.loose_share if seen.loose else numbers.floor_share)
         for seen in model.views[view].links.values()

@@ -65,7 +65,8 @@ def test_a_chamber_may_be_filled_within_its_log(tmp_path, before_s, fill_s, leak
     fill = 101_325.0 + (hold[0] - 101_325.0) * np.arange(0.0, 1.0, PERIOD_S / fill_s)
     whole = np.concatenate([np.full(round(before_s / PERIOD_S), 101_325.0), fill, hold])
     found = diagnose(opened(tmp_path, TANK, PLANT), [tank(whole, 1), tank(whole, 2)], how_far=False)
-    assert found.verdict == verdict, found.says
+    assert found.verdict.removeprefix("partly_") == verdict, found.says
+    assert not found.effects or found.effects[0].confidence > 0.6
     for effect in found.effects:
         (number,) = effect.parameters
         assert effect.name == "leak_linear" and abs(number.value / leak_per_s - 1.0) < 0.04
@@ -91,7 +92,8 @@ def test_trials_set_aside_are_judged_block_by_block(tmp_path):
         if row.mode == "teacher_forced" and row.baseline == "refitted" and row.channel == "tank_pa"
     ]
     assert len(rows) == 1 and rows[0].after > 5.0 * rows[0].floor
-    assert found.verdict != "explained" and "On the logs set aside" in found.says
+    assert found.verdict != "explained"
+    assert not found.effects or "something besides" in found.says
 
 
 def test_dry_friction_that_a_simulator_rounds_off_is_named_as_that(tmp_path):

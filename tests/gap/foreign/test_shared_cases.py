@@ -91,7 +91,6 @@ def test_a_pendulum_against_a_guessed_plant_has_gravity(tmp_path):
 def test_a_servo_s_trials_in_one_file_show_its_speed_limit(tmp_path):
     at = CASES / "real/mauicv_servo"
     said = answer(tmp_path, at / "rig.yaml", at / "map.yaml", [at / "fit.csv"], [at / "hold.csv"])
-    (first, share), *others = said.posterior.families.items()
-    assert first == "limit" and share > 0.5
-    assert all(other < 0.5 for _, other in others)
-    assert "speed limit" in said.says
+    assert said.verdict == "partly_explained"
+    assert [one.name for one in said.effects] == ["speed_limit"]
+    assert said.effects[0].confidence > 0.8

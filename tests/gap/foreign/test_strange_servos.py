@@ -100,7 +100,8 @@ def test_a_gear_that_winds_up_with_mass_beyond_it_is_no_delay(joint):
     found = diagnose(
         joint, [run(1, beyond=0.4, rise_s2=6e-4), run(2, beyond=0.4, rise_s2=6e-4)], how_far=False
     )
-    assert [one.name for one in found.effects] == ["gear_compliance"], found.says
+    assert found.effects[0].name == "gear_compliance", found.says
+    assert "delay" not in {one.name for one in found.effects}
     assert found.fitted["gear.compliance_s2"] == pytest.approx(6e-4, rel=0.3)
 
 
@@ -130,9 +131,8 @@ def test_a_limit_is_found_wherever_the_logs_begin_to_reach_it(joint, law, limit)
         [run(1, smooth=smooth, **{law: limit}), run(2, smooth=smooth, **{law: limit})],
         how_far=False,
     )
-    assert found.verdict == "explained" and [one.name for one in found.effects] == [
-        f"{law}_limit"
-    ], found.says
+    assert found.effects[0].name == f"{law}_limit", found.says
+    assert found.posterior.models[0].left_share < 0.05, found.says
     assert found.fitted[f"drive.{law}_limit_s_rad"] == pytest.approx(1.0 / limit, rel=0.02)
 
 
