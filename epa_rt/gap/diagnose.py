@@ -42,7 +42,7 @@ from epa_rt.gap.posterior.decide import HOLDS, Decision, decided
 from epa_rt.gap.posterior.search import Model, Table, chi_left
 from epa_rt.gap.posterior.unknown import Found, posterior
 from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN
-from epa_rt.gap.posterior.words import all_of, set_words, told_of_names, told_of_sets
+from epa_rt.gap.posterior.words import all_of, plain, set_words, told_of_names, told_of_sets
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import Subject, Values
 from epa_rt.gap.where.localise import localise
@@ -353,7 +353,21 @@ def _says(
         shares = {one.name: one.confidence for one in names}
         who = {one.name: one.who for one in names}
         told = told_of_names(shares, who, verdict == "partly_explained")
-    return f"{told[:1].upper()}{told[1:]}.{left}"
+    besides = _besides(could, names, start) if verdict == "partly_explained" else ""
+    return f"{told[:1].upper()}{told[1:]}.{left}{besides}"
+
+
+def _besides(could: Posterior, names: Sequence[Named], start: Start) -> str:
+    """What may be missing beside the names, if it is worth a word."""
+    family = {name: effect.family for name, effect in start.problem.effects.items()}
+    named = {one.family for one in names}
+    further = [(share, one) for one, share in could.families.items() if one not in named]
+    share, other = max(further, default=(0.0, ""))
+    if share < WORTH_A_WORD:
+        return ""
+    sets = (one.effects for one in could.models if other in {family[e] for e in one.effects})
+    law = next(name for name in next(sets) if family[name] == other)
+    return f" Perhaps also {plain(law)} ({other} {share:.2f})."
 
 
 def _nearest(could: Posterior, begins: str) -> str:

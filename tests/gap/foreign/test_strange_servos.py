@@ -133,7 +133,7 @@ def test_a_limit_is_found_wherever_the_logs_begin_to_reach_it(joint, law, limit)
     )
     assert found.effects[0].name == f"{law}_limit", found.says
     assert found.posterior.models[0].left_share < 0.05, found.says
-    assert found.fitted[f"drive.{law}_limit_s_rad"] == pytest.approx(1.0 / limit, rel=0.02)
+    assert found.fitted[f"drive.{law}_limit_s_rad"] == pytest.approx(1.0 / limit, rel=0.03)
 
 
 @pytest.mark.parametrize("ignored", [0.028, 0.035])
