@@ -6,6 +6,9 @@ not. `ratio_p99_9` compares the 99.9th percentiles of all watched and of all unw
 `ratio_of_neighbours` is the median ratio of neighbouring stretches, which a machine that grows
 busier does not shift. The first and the last second of a stretch are left out.
 
+`silent` names the watched stretches in which the client had nothing of a topic with a stated rate,
+and the stretches that the run did not last for; the exit code is 1 where there are any.
+
 With --attack a hung viewer and one that floods are attached as well, in the watched stretches.
 `feed_us_per_batch` is what the feed adds to the recorder for a batch of rows while nobody looks.
 
@@ -45,13 +48,19 @@ SKIPPED_S = 1.0
 _ENV = os.environ | {"PYTHONPATH": str(ROOT), "TERM": "xterm-256color"}
 
 READER = """
-import json, signal, struct, sys
+import json, signal, struct, sys, time
 from websockets.sync.client import connect
 topics, seen, stated = {}, {}, {}
+def connected(url):
+    while True:  # the server listens once the run's channels are there
+        try:
+            return connect(url, subprotocols=["foxglove.sdk.v1"], max_size=None)
+        except ConnectionRefusedError:
+            time.sleep(0.01)
 def end(*_):
     print(json.dumps({"stated_hz": stated, "seen": seen}), flush=True)
     raise SystemExit
-with connect(sys.argv[1], subprotocols=["foxglove.sdk.v1"], max_size=None) as socket:
+with connected(sys.argv[1]) as socket:
     signal.signal(signal.SIGTERM, end)
     while True:
         message = socket.recv()
@@ -79,7 +88,7 @@ class Stretches:
     def __init__(self, log: Path, pairs: int, stretch_s: float, attack: bool):
         self._log, self._pairs, self._stretch_s, self._attack = log, pairs, stretch_s, attack
         self.found: list[tuple[bool, float, float]] = []
-        self.received: list[dict[str, Any]] = []  # what the Foxglove client had of each stretch
+        self.received: list[dict[str, Any]] = []  # what the Foxglove client had, watched by watched
 
     def run(self) -> None:
         offset_s = _run_clock(self._log)
@@ -104,7 +113,7 @@ def _run_clock(log: Path) -> float:
 @contextlib.contextmanager
 def viewers(log: Path, attack: bool, received: list[dict[str, Any]]) -> Iterator[None]:
     """A terminal view on a terminal of its own, and Foxglove's server with a client; what that
-    client had is added to ``received``.
+    client had is added to ``received``, nothing where it said nothing.
     """
     screen, terminal = pty.openpty()
     command = [sys.executable, "-m", "epa_rt", "live", str(log)]
@@ -127,8 +136,10 @@ def viewers(log: Path, attack: bool, received: list[dict[str, Any]]) -> Iterator
         for one in hostile:
             one.close()
         client.terminate()
+        had: dict[str, Any] = {"stated_hz": {}, "seen": {}}
         with contextlib.suppress(subprocess.TimeoutExpired, json.JSONDecodeError):
-            received.append(json.loads(client.communicate(timeout=10.0)[0]))
+            had = json.loads(client.communicate(timeout=10.0)[0])
+        received.append(had)
         server.send_signal(signal.SIGINT)
         for process in (client, view):
             process.kill()
@@ -211,11 +222,14 @@ def report(
     late_us = columns["lateness_ns"] / 1e3
     p999: dict[bool, list[float]] = {False: [], True: []}
     pooled: dict[bool, list[np.ndarray]] = {False: [], True: []}
-    for watched, begin_s, end_s in stretches.found:
+    without_cycles = []
+    for number, (watched, begin_s, end_s) in enumerate(stretches.found):
         inside = (t_s > begin_s + SKIPPED_S) & (t_s < end_s - SKIPPED_S)
         if inside.any():
             p999[watched].append(float(np.percentile(late_us[inside], 99.9)))
             pooled[watched].append(late_us[inside])
+        else:
+            without_cycles.append(number)
     alone, beside = (np.concatenate(pooled[kind] or [late_us]) for kind in (False, True))
     ratios = [a / b for a, b in zip(p999[True], p999[False], strict=False) if b > 0.0]
     return {
@@ -229,6 +243,8 @@ def report(
         "ratio_of_neighbours": round(statistics.median(ratios), 3) if ratios else None,
         "ratios_of_neighbours": [round(ratio, 3) for ratio in ratios],
         "foxglove": rates(stretches.received),
+        "silent": silent(stretches.received)
+        + [f"stretch {number}: no cycle of the run" for number in without_cycles],
         "missing_from_the_log": missing,
         "marks_of_a_flood": marks,
         "said": said.strip().splitlines()[0] if said.strip() else "",
@@ -236,23 +252,36 @@ def report(
 
 
 def rates(received: list[dict[str, Any]]) -> dict[str, dict[str, object]]:
-    """Of each topic: the stated rate, and what came of it in each stretch, by the log's stamps."""
+    """Of each topic: the stated rate, what came of it in each watched stretch by the log's stamps,
+    None where nothing did.
+    """
+    stated = {topic: hz for one in received for topic, hz in one["stated_hz"].items()}
     found: dict[str, dict[str, object]] = {}
-    for topic in sorted({t for one in received for t in one["seen"]}):
-        stated = next((o["stated_hz"][topic] for o in received if topic in o["stated_hz"]), None)
-        if stated is None:
-            continue  # /about and events come when there is something to say
-        own = [one["seen"][topic] for one in received if topic in one["seen"]]
-        hertz = [1e9 * (n - 1) / (last - first) for n, first, last in own if last > first]
+    for topic in sorted(stated):  # without /about and events: they come when there is a cause
+        own = [one["seen"].get(topic, (0, 0, 0)) for one in received]
+        hertz = [1e9 * (n - 1) / (last - first) if last > first else None for n, first, last in own]
         found[topic] = {
-            "stated_hz": stated,
-            "received_hz": [round(value, 2) for value in hertz],
+            "stated_hz": stated[topic],
+            "received_hz": [value and round(value, 2) for value in hertz],
             "messages": sum(count for count, *_ in own),
         }
     return found
 
 
-def main() -> None:
+def silent(received: list[dict[str, Any]]) -> list[str]:
+    """Of each watched stretch: which topics with a stated rate a client that asked for all of them
+    had nothing of.
+    """
+    stated = {topic for one in received for topic in one["stated_hz"]}
+    found = []
+    for number, one in enumerate(received):
+        missing = sorted(stated - one["seen"].keys()) if one["seen"] else ["everything"]
+        if missing or not stated:
+            found.append(f"watched stretch {number}: no {', '.join(missing or ['stated rate'])}")
+    return found
+
+
+def main() -> int:
     arguments = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -268,12 +297,13 @@ def main() -> None:
                 "load": os.getloadavg()[0],
                 "feed_us_per_batch": feed_us_per_batch(),
                 **found,
-                "bar": {"ratio_p99_9": 1.1},
+                "bar": {"ratio_p99_9": 1.1, "silent": []},
             },
             indent=2,
         )
     )
+    return 1 if found["silent"] else 0
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())
