@@ -24,7 +24,7 @@ def test_a_stretch_in_which_the_client_had_nothing_is_counted():
     assert silent([whole]) == []
     assert silent([whole, part, nothing]) == [
         "watched stretch 1: no /cycle",
-        "watched stretch 2: no everything",
+        "watched stretch 2: no message at all",
     ]
-    assert silent([nothing]) == ["watched stretch 0: no everything"]
+    assert silent([nothing]) == ["watched stretch 0: no message at all"]
     assert rates([whole, part])["/cycle"]["received_hz"] == [1000.0, None]
