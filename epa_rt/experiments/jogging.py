@@ -175,7 +175,7 @@ class Jogging(SpeedPlan):
 
     def settled(self) -> bool:
         """All valves have done what they were told."""
-        return all(valve.settled for valve in self._valves.values())
+        return self._crew.settled()
 
     def quit(self, cycle: int) -> None:
         """Ends the jog as a run ends: the motor stops, the muscles vent, power goes."""
