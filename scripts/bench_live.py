@@ -142,8 +142,7 @@ def viewers(log: Path, attack: bool, received: list[dict[str, Any]]) -> Iterator
         text=True,
     )
     assert client.stdout is not None
-    if select.select([client.stdout], [], [], READS_S)[0]:
-        client.stdout.readline()
+    select.select([client.stdout], [], [], READS_S)
     hostile = list(_attackers(log)) if attack else []
     try:
         yield
@@ -152,8 +151,8 @@ def viewers(log: Path, attack: bool, received: list[dict[str, Any]]) -> Iterator
             one.close()
         client.terminate()
         had: dict[str, Any] = {"stated_hz": {}, "seen": {}}
-        with contextlib.suppress(subprocess.TimeoutExpired, json.JSONDecodeError):
-            had = json.loads(client.communicate(timeout=10.0)[0])
+        with contextlib.suppress(subprocess.TimeoutExpired, json.JSONDecodeError, IndexError):
+            had = json.loads(client.communicate(timeout=10.0)[0].splitlines()[-1])
         received.append(had)
         server.send_signal(signal.SIGINT)
         for process in (client, view):
