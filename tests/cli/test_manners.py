@@ -80,6 +80,15 @@ def test_no_word_of_help_is_wider_than_the_screen(monkeypatch):
         assert not wide, (one.prog, wide)
 
 
+def test_ctrl_c_while_the_verbs_are_loaded_is_one_sentence(capsys, monkeypatch):
+    def interrupted(_name):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("epa_rt.cli.main.importlib.import_module", interrupted)
+    assert main(["check", "x"]) == 130
+    assert capsys.readouterr().err == "epa: interrupted\n"
+
+
 @pytest.mark.parametrize("words", [(), ("gap",), ("study",), ("bus",)])
 def test_without_arguments_there_is_help(words, capsys):
     code, out, err = ended(capsys, *words)
