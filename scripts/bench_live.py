@@ -6,6 +6,10 @@ not. `ratio_p99_9` compares the 99.9th percentiles of all watched and of all unw
 `ratio_of_neighbours` is the median ratio of neighbouring stretches, which a machine that grows
 busier does not shift. The first and the last second of a stretch are left out.
 
+`silent` names the watched stretches in which the client had nothing of a topic with a stated rate;
+`stretches` are those that were wanted and those that the run lasted for. The exit code is 1 where
+any is silent or missing.
+
 With --attack a hung viewer and one that floods are attached as well, in the watched stretches.
 `feed_us_per_batch` is what the feed adds to the recorder for a batch of rows while nobody looks.
 
@@ -17,6 +21,7 @@ import contextlib
 import json
 import os
 import pty
+import select
 import signal
 import socket
 import statistics
@@ -42,17 +47,24 @@ from epa_rt.logs.reader import LogReader
 from epa_rt.logs.ring import slot_dtype
 
 SKIPPED_S = 1.0
+READS_S = 30.0  # for a client to have its first message, on a machine that is busy
 _ENV = os.environ | {"PYTHONPATH": str(ROOT), "TERM": "xterm-256color"}
 
 READER = """
-import json, signal, struct, sys
+import json, os, signal, struct, sys, time
 from websockets.sync.client import connect
 topics, seen, stated = {}, {}, {}
 def end(*_):
     print(json.dumps({"stated_hz": stated, "seen": seen}), flush=True)
-    raise SystemExit
-with connect(sys.argv[1], subprotocols=["foxglove.sdk.v1"], max_size=None) as socket:
-    signal.signal(signal.SIGTERM, end)
+    os._exit(0)  # a farewell would wait for the messages that are on their way
+signal.signal(signal.SIGTERM, end)
+def connected(url):
+    while True:  # the server listens once the run's channels are there
+        try:
+            return connect(url, subprotocols=["foxglove.sdk.v1"], max_size=None)
+        except ConnectionRefusedError:
+            time.sleep(0.01)
+with connected(sys.argv[1]) as socket:
     while True:
         message = socket.recv()
         if isinstance(message, str):
@@ -66,6 +78,8 @@ with connect(sys.argv[1], subprotocols=["foxglove.sdk.v1"], max_size=None) as so
             topic = topics[number]
             if topic == "/about":
                 stated = json.loads(message[13:])["rates_hz"]
+            if not seen:
+                print("reads", flush=True)
             count, first_ns, _ = seen.get(topic, (0, t_ns, t_ns))
             seen[topic] = (count + 1, first_ns, t_ns)
 """
@@ -77,13 +91,16 @@ class Stretches:
     """
 
     def __init__(self, log: Path, pairs: int, stretch_s: float, attack: bool):
-        self._log, self._pairs, self._stretch_s, self._attack = log, pairs, stretch_s, attack
+        self._log, self._stretch_s, self._attack = log, stretch_s, attack
+        self.wanted = 2 * pairs
         self.found: list[tuple[bool, float, float]] = []
-        self.received: list[dict[str, Any]] = []  # what the Foxglove client had of each stretch
+        self.received: list[dict[str, Any]] = []  # what the Foxglove client had, watched by watched
 
     def run(self) -> None:
         offset_s = _run_clock(self._log)
-        for number in range(2 * self._pairs):
+        for number in range(self.wanted):
+            if not sockets(self._log):
+                return  # the run is over
             watched = number % 2 == 1
             own = viewers(self._log, self._attack, self.received)
             with own if watched else contextlib.nullcontext():
@@ -104,22 +121,28 @@ def _run_clock(log: Path) -> float:
 @contextlib.contextmanager
 def viewers(log: Path, attack: bool, received: list[dict[str, Any]]) -> Iterator[None]:
     """A terminal view on a terminal of its own, and Foxglove's server with a client; what that
-    client had is added to ``received``.
+    client had is added to ``received``, nothing where it said nothing.
     """
     screen, terminal = pty.openpty()
     command = [sys.executable, "-m", "epa_rt", "live", str(log)]
     view = subprocess.Popen(
         command, cwd=ROOT, env=_ENV, stdin=terminal, stdout=terminal, stderr=terminal
     )
+    threading.Thread(target=_read_away, args=(screen,), daemon=True).start()
     server = subprocess.Popen(
         [*command, "--foxglove", "0"], cwd=ROOT, env=_ENV, stderr=subprocess.PIPE, text=True
     )
     assert server.stderr is not None
-    url = server.stderr.readline().split()[1].rstrip(",")
+    words = server.stderr.readline().split()  # "Foxglove: ws://...", or what is wrong
     client = subprocess.Popen(
-        [sys.executable, "-c", READER, url], env=_ENV, stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", READER, words[1].rstrip(",")],
+        env=_ENV,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
     )
-    threading.Thread(target=_read_away, args=(screen,), daemon=True).start()
+    assert client.stdout is not None
+    select.select([client.stdout], [], [], READS_S)
     hostile = list(_attackers(log)) if attack else []
     try:
         yield
@@ -127,8 +150,10 @@ def viewers(log: Path, attack: bool, received: list[dict[str, Any]]) -> Iterator
         for one in hostile:
             one.close()
         client.terminate()
-        with contextlib.suppress(subprocess.TimeoutExpired, json.JSONDecodeError):
-            received.append(json.loads(client.communicate(timeout=10.0)[0]))
+        had: dict[str, Any] = {"stated_hz": {}, "seen": {}}
+        with contextlib.suppress(subprocess.TimeoutExpired, json.JSONDecodeError, IndexError):
+            had = json.loads(client.communicate(timeout=10.0)[0].splitlines()[-1])
+        received.append(had)
         server.send_signal(signal.SIGINT)
         for process in (client, view):
             process.kill()
@@ -173,7 +198,7 @@ def feed_us_per_batch(batches: int = 20_000, rows: int = 5) -> float:
     return round(float(np.median(taken_ns)) / 1e3, 2)
 
 
-def measure(pairs: int, stretch_s: float, attack: bool) -> dict[str, object]:
+def measure(pairs: int, stretch_s: float, attack: bool) -> dict[str, Any]:
     """One run, its stretches, and what its log says of them."""
     with tempfile.TemporaryDirectory() as folder:
         log = Path(folder) / "run.mcap"
@@ -205,17 +230,20 @@ def measure(pairs: int, stretch_s: float, attack: bool) -> dict[str, object]:
 
 def report(
     stretches: Stretches, columns: dict[str, np.ndarray], missing: list[str], marks: int, said: str
-) -> dict[str, object]:
+) -> dict[str, Any]:
     """Percentiles of each stretch, and the ratio of watched to unwatched."""
     t_s = columns["t_ns"] / 1e9
     late_us = columns["lateness_ns"] / 1e3
     p999: dict[bool, list[float]] = {False: [], True: []}
     pooled: dict[bool, list[np.ndarray]] = {False: [], True: []}
+    without_cycles = 0
     for watched, begin_s, end_s in stretches.found:
         inside = (t_s > begin_s + SKIPPED_S) & (t_s < end_s - SKIPPED_S)
         if inside.any():
             p999[watched].append(float(np.percentile(late_us[inside], 99.9)))
             pooled[watched].append(late_us[inside])
+        else:
+            without_cycles += 1
     alone, beside = (np.concatenate(pooled[kind] or [late_us]) for kind in (False, True))
     ratios = [a / b for a, b in zip(p999[True], p999[False], strict=False) if b > 0.0]
     return {
@@ -229,6 +257,8 @@ def report(
         "ratio_of_neighbours": round(statistics.median(ratios), 3) if ratios else None,
         "ratios_of_neighbours": [round(ratio, 3) for ratio in ratios],
         "foxglove": rates(stretches.received),
+        "stretches": [stretches.wanted, len(stretches.found) - without_cycles],
+        "silent": silent(stretches.received),
         "missing_from_the_log": missing,
         "marks_of_a_flood": marks,
         "said": said.strip().splitlines()[0] if said.strip() else "",
@@ -236,23 +266,37 @@ def report(
 
 
 def rates(received: list[dict[str, Any]]) -> dict[str, dict[str, object]]:
-    """Of each topic: the stated rate, and what came of it in each stretch, by the log's stamps."""
+    """Of each topic: the stated rate, what came of it in each watched stretch by the log's stamps,
+    None where nothing did.
+    """
+    stated = {topic: hz for one in received for topic, hz in one["stated_hz"].items()}
     found: dict[str, dict[str, object]] = {}
-    for topic in sorted({t for one in received for t in one["seen"]}):
-        stated = next((o["stated_hz"][topic] for o in received if topic in o["stated_hz"]), None)
-        if stated is None:
-            continue  # /about and events come when there is something to say
-        own = [one["seen"][topic] for one in received if topic in one["seen"]]
-        hertz = [1e9 * (n - 1) / (last - first) for n, first, last in own if last > first]
+    for topic in sorted(stated):  # without /about and events: they come when there is a cause
+        own = [one["seen"].get(topic, (0, 0, 0)) for one in received]
+        hertz = [1e9 * (n - 1) / (last - first) if last > first else None for n, first, last in own]
         found[topic] = {
-            "stated_hz": stated,
-            "received_hz": [round(value, 2) for value in hertz],
+            "stated_hz": stated[topic],
+            "received_hz": [value and round(value, 2) for value in hertz],
             "messages": sum(count for count, *_ in own),
         }
     return found
 
 
-def main() -> None:
+def silent(received: list[dict[str, Any]]) -> list[str]:
+    """Of each watched stretch: which topics with a stated rate a client that asked for all of them
+    had nothing of.
+    """
+    stated = {topic for one in received for topic in one["stated_hz"]}
+    found = []
+    for number, one in enumerate(received):
+        missing = sorted(stated - one["seen"].keys())
+        if missing or not one["seen"]:
+            had = ", ".join(missing) if one["seen"] else "message at all"
+            found.append(f"watched stretch {number}: no {had}")
+    return found
+
+
+def main() -> int:
     arguments = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -268,12 +312,14 @@ def main() -> None:
                 "load": os.getloadavg()[0],
                 "feed_us_per_batch": feed_us_per_batch(),
                 **found,
-                "bar": {"ratio_p99_9": 1.1},
+                "bar": {"ratio_p99_9": 1.1, "silent": []},
             },
             indent=2,
         )
     )
+    wanted, done = found["stretches"]
+    return 1 if found["silent"] or done < wanted else 0
 
 
 if __name__ == "__main__":
-    main()
+    raise SystemExit(main())

@@ -195,9 +195,7 @@ def _serve(arguments: argparse.Namespace) -> int:
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    import subprocess
-
-    from sim_backend.bus.namespace import command_beside, refusal
+    from sim_backend.bus.namespace import command_beside, refusal, run_to_its_end
 
     command = arguments.command[1:] if arguments.command[:1] == ["--"] else arguments.command
     if not command:
@@ -210,7 +208,7 @@ def _run(arguments: argparse.Namespace) -> int:
     for name in ("plant", "control", "priority", "unreferenced"):
         value = getattr(arguments, name)
         options += [f"--{name}", str(value)] if value is not None else []
-    return subprocess.run(command_beside(command, arguments.rig, options)).returncode
+    return run_to_its_end(command_beside(command, arguments.rig, options))
 
 
 def _ask(arguments: argparse.Namespace, do: str, **more: object) -> dict:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, VerbError
+from epa_rt.cli.inputs import refuse_twice
 from epa_rt.cli.outputs import add_html_argument, add_json_argument
 
 if TYPE_CHECKING:
@@ -142,10 +143,7 @@ def _opened(
     from epa_rt.config.rig import load_rig
     from epa_rt.models.plant_file import load_plant
 
-    resolved = [path.resolve() for path in arguments.logs]
-    for path in arguments.logs:
-        if resolved.count(path.resolve()) > 1:
-            raise VerbError(f"found {path} twice, expected every log once")
+    refuse_twice(arguments.logs)
     rig = load_rig(arguments.rig) if arguments.rig else None
     recordings = read(arguments.logs, rig)
     names = sorted({recording.rig for recording in recordings})

@@ -4,8 +4,9 @@ is refused.
 
 import argparse
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from os.path import realpath
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -234,6 +235,14 @@ def _typed(
         attachments[PLANT] = plant_source.text.encode()
     attachments[VERSION] = json.dumps(code_version(), sort_keys=True).encode()
     return Inputs(rig, typed_experiment, typed_plant, attachments)
+
+
+def refuse_twice(paths: Sequence[Path]) -> None:
+    """Raises VerbError where a log is named twice, by whatever path."""
+    places = [realpath(path) for path in paths]  # Path.resolve raises where links go in a circle
+    for path, place in zip(paths, places, strict=True):
+        if places.count(place) > 1:
+            raise VerbError(f"found {path} twice, expected every log once")
 
 
 def code_version() -> dict[str, str]:

@@ -84,12 +84,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     os.environ.setdefault(_ONE_THREAD, "1")  # before anything imports numpy
     from epa_rt.config.source import ConfigError
 
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(
-                errors="replace"
-            )  # a terminal without the character must not end a run's report
-    everything = parser()
+    _spare_the_terminal()
+    try:
+        everything = parser()
+    except KeyboardInterrupt:  # while the verbs are loaded
+        print("epa: interrupted", file=sys.stderr)
+        return STOPPED
     if "_ARGCOMPLETE" in os.environ:  # a shell asks what may follow
         import argcomplete
 
@@ -126,6 +126,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
             f"{chosen.program}: what it says cannot be written ({error.strerror})", file=sys.stderr
         )
         return FAILED
+
+
+def _spare_the_terminal() -> None:
+    """A terminal without a character must not end a run's report."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
 
 
 def _trouble(error: OSError) -> str:

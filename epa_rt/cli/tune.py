@@ -22,7 +22,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from epa_rt.cli.exits import COMPLETED, DIFFERENT, VerbError
-from epa_rt.cli.inputs import add_backend_arguments, add_simulation_arguments, add_supply_argument
+from epa_rt.cli.inputs import (
+    add_backend_arguments,
+    add_simulation_arguments,
+    add_supply_argument,
+    refuse_twice,
+)
 from epa_rt.cli.outputs import add_html_argument, add_json_argument
 from epa_rt.cli.run_record import add_record_arguments
 from epa_rt.cli.screen_text import filled
@@ -119,10 +124,7 @@ def _check(arguments: argparse.Namespace) -> None:
         raise VerbError(
             "found --fill, --at or --dry beside logs, expected them with an excitation only"
         )
-    resolved = [path.resolve() for path in arguments.logs]
-    for path in arguments.logs:
-        if resolved.count(path.resolve()) > 1:
-            raise VerbError(f"found {path} twice, expected every log once")
+    refuse_twice(arguments.logs)
 
 
 def _excite(arguments: argparse.Namespace) -> int:

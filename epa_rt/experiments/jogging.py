@@ -18,8 +18,11 @@ SOFT_SHARE = 0.01  # of the span of travel: where the motor is stopped before th
 PULSE_PA = 20e3  # what one key fills or vents: a step that is felt and stays far from any limit
 DEAD_MAN_S = 0.6  # longer than the delay before a held key repeats, shorter than a fright
 IDLE_S = 180.0  # without a key: nobody stands by, and the rig is powered and may be filled
+FOLLOWS_S = 0.5  # for the motor to come up with a reference that rests: five of its time constants
+FOLLOWS_SHARE = 0.25  # of the following error that trips: further off the motor has not followed
 HOLD_RATIO = 2.0  # of the jog speed: what the loop may ask for to hold its place
 
+_SHOWN = {"m": (1e3, "mm"), "rad": (math.degrees(1.0), "deg")}
 END_KEYS = ("q", "escape")
 EXAMPLE = "'move -5 mm at 3 mm/s', 'fill muscle 200 kPa', 'vent', 'vent muscle' or 'wait 1 s'"
 
@@ -82,6 +85,9 @@ class Jogging(SpeedPlan):
         self._atmosphere_pa = rig.atmosphere_pa
         self._limits = rig.row(rig.motor.position).limits or (-math.inf, math.inf)
         self._reach = distance_max(rig)
+        self._per_si, self._unit = _SHOWN[si_unit_of(rig.motor.position)]
+        trips = rig.motor.following_error
+        self._near = math.inf if trips is None else FOLLOWS_SHARE * trips
         self._measured: Mapping[str, float] = {}
         self._start, self._low, self._high = 0.0, -math.inf, math.inf
 
@@ -103,7 +109,7 @@ class Jogging(SpeedPlan):
             ahead < 0.0 and self.travel <= self._low
         ):
             self._wanted, self._goal = 0.0, None
-            self._say(f"at the end of what is allowed ({1e3 * self.travel:.2f} mm)", cycle)
+            self._say(f"at the end of what is allowed ({self._shown(self.travel)})", cycle)
 
     def _reachable(self) -> tuple[float, float]:
         """Where the reference may go: inside the limits, or from outside only back."""
@@ -124,6 +130,11 @@ class Jogging(SpeedPlan):
         """What this cycle brought, SI."""
         return self._measured
 
+    @property
+    def behind(self) -> bool:
+        """The motor stands further from the reference than one that follows does."""
+        return not abs(self.travel - self._measured[self._position]) <= self._near
+
     # What a source may ask for
 
     def hold(self) -> None:
@@ -141,8 +152,8 @@ class Jogging(SpeedPlan):
         goal = self.travel + distance
         if not min(self._low, self.travel) <= goal <= max(self._high, self.travel):
             self._fail(
-                f"a move to {1e3 * goal:.2f} mm was not made: from {1e3 * self.travel:.2f} mm the"
-                f" motor may go to {1e3 * self._low:.2f} .. {1e3 * self._high:.2f} mm",
+                f"a move to {self._shown(goal)} was not made: from {self._shown(self.travel)} the"
+                f" motor may go to {self._shown(self._low)} .. {self._shown(self._high)}",
                 cycle,
             )
             return
@@ -175,16 +186,27 @@ class Jogging(SpeedPlan):
 
     def settled(self) -> bool:
         """All valves have done what they were told."""
-        return all(valve.settled for valve in self._valves.values())
+        return self._crew.settled()
 
     def quit(self, cycle: int) -> None:
         """Ends the jog as a run ends: the motor stops, the muscles vent, power goes."""
         self._wanted, self._goal = 0.0, None
         self.brake(cycle)
 
+    def fail_to_follow(self, cycle: int) -> None:
+        """Ends the jog because the motor stands elsewhere than it was asked to."""
+        self._fail(
+            f"the motor did not follow: it stands at {self._shown(self._measured[self._position])},"
+            f" asked for were {self._shown(self.travel)} (no torque, or held?)",
+            cycle,
+        )
+
     def fail(self, sentence: str, cycle: int) -> None:
         """Ends the jog with a failure."""
         self._fail(sentence, cycle)
+
+    def _shown(self, travel: float) -> str:
+        return f"{self._per_si * travel:.2f} {self._unit}"
 
     def _say(self, note: str, cycle: int) -> None:
         if note != self.note:
@@ -196,17 +218,17 @@ class Script:
     """Orders one after the other; each waits for the one before."""
 
     def __init__(self, orders: Sequence[Order]):
-        self._orders, self._age = deque(orders), 0
+        self._orders, self._age, self._rests = deque(orders), 0, 0
         self._now: Order | None = None
 
     def step(self, jog: Jogging, cycle: int) -> None:
         self._age += 1
-        if self._now is not None and not self._done(jog, self._now):
+        if self._now is not None and not self._done(jog, self._now, cycle):
             return
         if not self._orders:
             jog.quit(cycle)
             return
-        self._now, self._age = self._orders.popleft(), 0
+        self._now, self._age, self._rests = self._orders.popleft(), 0, 0
         order = self._now
         jog.events.append(("order", str(order), {"cycle": cycle}))
         if isinstance(order, Move):
@@ -217,10 +239,21 @@ class Script:
         elif isinstance(order, Vent):
             jog.vent(order.muscles)
 
-    def _done(self, jog: Jogging, order: Order) -> bool:
+    def _done(self, jog: Jogging, order: Order, cycle: int) -> bool:
         if isinstance(order, Wait):
             return self._age * jog.period_s >= order.seconds
-        return jog.arrived if isinstance(order, Move) else self._age > 1 and jog.settled()
+        if isinstance(order, Move):
+            return jog.arrived and self._followed(jog, cycle)
+        return self._age > 1 and jog.settled()
+
+    def _followed(self, jog: Jogging, cycle: int) -> bool:
+        """Whether the motor is where the reference rests; it fails where it is not in time."""
+        if not jog.behind:
+            return True
+        self._rests += 1
+        if self._rests * jog.period_s >= FOLLOWS_S:
+            jog.fail_to_follow(cycle)
+        return False
 
 
 class Keys:

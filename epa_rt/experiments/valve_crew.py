@@ -34,6 +34,7 @@ class ValveCrew:
         self._valves, self._atmosphere_pa = valves, rig.atmosphere_pa
         self._pressures = {muscle.name: muscle.pressure for muscle in rig.muscles}
         self._venting: set[str] = set()
+        self._closed = set(valves)  # settled in their way: they hold no pressure
 
     def begin(self, measured: Mapping[str, float]) -> None:
         """Closes all valves; the targets are what is there (Pa)."""
@@ -41,6 +42,7 @@ class ValveCrew:
             valve.allow_retrim(False)
             valve.close()
         self._venting.clear()
+        self._closed = set(self._valves)
         self.targets = {f"ref_{signal}": measured[signal] for signal in self._pressures.values()}
 
     def tell(self, orders: Iterable[ValveOrder]) -> None:
@@ -51,6 +53,7 @@ class ValveCrew:
             valve, target_key = self._valves[order.muscle], f"ref_{self._pressures[order.muscle]}"
             valve.allow_retrim(order.word in ("set", "hold_and_trim"))
             self._venting.discard(order.muscle)
+            self._closed.discard(order.muscle)
             if order.word == "set":
                 valve.set(order.target_pa)
                 self.targets[target_key] = order.target_pa
@@ -60,9 +63,14 @@ class ValveCrew:
                 self._venting.add(order.muscle)
             elif order.word == "close":
                 valve.close()
+                self._closed.add(order.muscle)
             elif order.word == "hold":
                 valve.hold()
             # hold_and_trim: it holds since it was set, and only now may be trimmed
+
+    def settled(self) -> bool:
+        """All valves have done what they were told; a closed one has nothing to do."""
+        return all(valve.settled or name in self._closed for name, valve in self._valves.items())
 
     def stop(self) -> None:
         """Closes what fills. What vents goes on, and a failed valve stays as it failed: both are on

@@ -11,10 +11,16 @@ import logging
 import os
 import signal
 import sys
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from epa_rt.live.attach import NotOn, attach_soon
+from epa_rt.live.reserved_port import ReservedPort
 from epa_rt.live.step_aside import step_aside
+
+if TYPE_CHECKING:
+    from epa_rt.live.foxglove_server import ServerSpec
 
 WAIT_S = 30.0  # for the run to begin, once its log has a name
 
@@ -26,36 +32,35 @@ def main() -> int:
         return 0
     given = json.loads(line)
     step_aside(given.pop("core"))  # before the server's threads are there, which inherit it
-    from epa_rt.live.foxglove_server import RunServer, ServerSpec, is_free
-
     # What a client does wrong is no matter of the operator's, and must not fill their screen.
     logging.getLogger("foxglove").setLevel(logging.CRITICAL)
+    from epa_rt.live.foxglove_server import ServerSpec
+
     spec = ServerSpec(**given)
-    why = is_free(spec.host, spec.port)
-    if why:
-        return _say({"error": why})
     try:
-        server = RunServer(spec)
-    except (OSError, RuntimeError, ValueError) as error:
-        return _say({"error": str(error)})
-    _say({"port": server.port})
-    try:
+        reserved = ReservedPort(spec.host, spec.port)
+    except (OSError, ValueError) as error:
+        why = error.strerror if isinstance(error, OSError) else None
+        return _say({"error": why or str(error)})
+    with reserved:
+        _say({"port": reserved.port})
         log = sys.stdin.readline().strip()
         if log:
-            _follow(server, Path(json.loads(log)))
-    finally:
-        server.close()
+            _serve(replace(spec, port=reserved.port), Path(json.loads(log)))
     return 0
 
 
-def _follow(server: object, log: Path) -> None:
+def _serve(spec: ServerSpec, log: Path) -> None:
     from epa_rt.live.foxglove_server import RunServer
 
-    assert isinstance(server, RunServer)
     try:
         with attach_soon(log, on_screen=False, wait_s=WAIT_S) as attached:
-            server.follow(attached)
-    except NotOn as error:
+            server = RunServer(spec, attached)
+            try:
+                server.follow()
+            finally:
+                server.close()
+    except (NotOn, OSError, RuntimeError, ValueError) as error:
         print(f"no Foxglove view: {error}", file=sys.stderr)
 
 

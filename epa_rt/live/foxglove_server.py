@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import hmac
 import json
-import os
-import socket
 import threading
 import time
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -49,18 +48,25 @@ class ServerSpec:
 
 
 class RunServer(ServerListener):
-    """A server that listens at once, and shows a run from `attach` on. Raises OSError or
-    RuntimeError where the port cannot be had.
+    """A server of one run. Raises OSError or RuntimeError where the port cannot be had, NotOn where
+    the run's rig file cannot be read.
+
+    It listens once the channels are there. foxglove-sdk advertises a channel to the clients it has
+    before it takes subscriptions to it: who answers within that time is refused for good.
     """
 
-    def __init__(self, spec: ServerSpec) -> None:
-        self._spec, self._context = spec, Context()
-        self._attached: Attached | None = None
-        self._channels: RunChannels | None = None
+    def __init__(self, spec: ServerSpec, attached: Attached) -> None:
+        self._spec, self._attached = spec, attached
+        self._run = WatchedRun(attached.facts)
+        every = 1
+        if spec.rate_hz is not None:
+            every = max(round(1.0 / attached.facts.period_s / spec.rate_hz), 1)
+        self._context = Context()  # server and channels hold it weakly
+        self._channels = RunChannels(self._run, self._context, every)
         self._answers: list[Answer] = []
         self._asking = threading.Lock()  # services run in threads of the server's
         self._slowing = threading.Lock()  # held while a wrong token waits for its answer
-        self._due: list[Callable[[], None]] = []
+        self._due: deque[Callable[[], None]] = deque()
         self.refused = 0
         self._server = start_server(
             name="epa",
@@ -78,14 +84,9 @@ class RunServer(ServerListener):
     def port(self) -> int:
         return self._server.port
 
-    def follow(self, attached: Attached) -> None:
-        """Show a run until its end. Raises NotOn where its rig file cannot be read."""
-        run = WatchedRun(attached.facts)
-        every = 1
-        if self._spec.rate_hz is not None:
-            every = max(round(1.0 / attached.facts.period_s / self._spec.rate_hz), 1)
-        channels = RunChannels(run, self._context, every)
-        self._attached, self._channels = attached, channels
+    def follow(self) -> None:
+        """Show the run until its end."""
+        run, attached, channels = self._run, self._attached, self._channels
         channels.about()
         state_due_s = 0.0
         while not attached.is_over:
@@ -98,14 +99,14 @@ class RunServer(ServerListener):
                 elif isinstance(message, Answer):
                     self._answers.append(message)
             run.skipped_rows = attached.skipped_rows
-            due, self._due = self._due, []
-            for act in due:
-                act()
+            has_late_comer = bool(self._due)
+            while self._due:
+                self._due.popleft()()
             now_s = time.monotonic()
             is_time = now_s >= state_due_s
             if is_time:  # from when it was due: a late one does not put off the next
                 state_due_s = max(state_due_s + 1.0 / STATE_HZ, now_s)
-            if is_time or due:
+            if is_time or has_late_comer:
                 channels.state()
         channels.state()
         time.sleep(LAST_S)
@@ -118,8 +119,7 @@ class RunServer(ServerListener):
 
     def on_subscribe(self, client: Client, channel: ChannelView) -> None:
         """Give who comes late what is said only once."""
-        channels = self._channels
-        act = None if channels is None else channels.late_comer(channel.topic)
+        act = self._channels.late_comer(channel.topic)
         if act is not None:
             self._due.append(act)
 
@@ -172,7 +172,7 @@ class RunServer(ServerListener):
 
     def _ask(self, ask: str, text: str) -> str:
         """Ask the run and wait for the answer. Raises Refused."""
-        if self._attached is None or self._attached.is_over:
+        if self._attached.is_over:
             raise Refused("no run is on")
         with self._asking:
             before = len(self._answers)
@@ -195,15 +195,3 @@ def _json_schema(name: str, properties: dict[str, Any]) -> MessageSchema:
     data = json.dumps({"type": "object", "properties": properties}).encode()
     schema = Schema(name=name, encoding="jsonschema", data=data)
     return MessageSchema(encoding="json", schema=schema)
-
-
-def is_free(host: str, port: int) -> str:
-    """Why a port cannot be listened on, in words; nothing where it can."""
-    try:
-        infos = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
-        with socket.socket(infos[0][0], socket.SOCK_STREAM) as probe:
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            probe.bind(infos[0][4])
-    except OSError as error:
-        return error.strerror or os.strerror(error.errno or 0)
-    return ""

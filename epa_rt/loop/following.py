@@ -40,6 +40,7 @@ class Following:
 
     def __init__(self, rig: Rig, valves: tuple[tuple[SetAndHold, str], ...] = ()):
         self._valves = valves
+        self._units = {row.name: row.si_unit for row in rig.inputs}
         self._allowed_cycles = max(1, round(LONGEST_S / rig.period_s))
         self._pairs: dict[str, tuple[str, str, float]] = {}  # reference, measured, allowed
         for loop in possible_loops(rig):
@@ -86,8 +87,9 @@ class Following:
         self._away += 1
         if self._away < self._allowed_cycles:
             return None
+        unit = self._units[name]
         text = (
-            f"{name} stays {error:.4g} away from what is asked for, more than"
-            f" {allowed:.4g}{of_the_air(self._valves)}"
+            f"{name} stays {error:.4g} {unit} away from what is asked for, more than"
+            f" {allowed:.4g} {unit}{of_the_air(self._valves)}"
         )
         return "following error", name, text

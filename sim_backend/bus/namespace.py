@@ -139,11 +139,14 @@ def inside(arguments: Sequence[str]) -> int:
             text=True,
             env=environment,
             preexec_fn=die_with_parent,
+            start_new_session=True,  # a rig has no Ctrl-C
         )
         try:
             if not _is_ready(emulator):
                 return emulator.wait()
-            return subprocess.run(command, env=environment, preexec_fn=die_with_parent).returncode
+            return run_to_its_end(command, environment)
+        except KeyboardInterrupt:  # before the command began
+            return 128 + signal.SIGINT
         finally:
             emulator.terminate()
             try:
@@ -152,6 +155,24 @@ def inside(arguments: Sequence[str]) -> int:
                 emulator.kill()
                 emulator.wait()
             emulator.stdout.close()
+
+
+def run_to_its_end(command: Sequence[str], environment: dict[str, str] | None = None) -> int:
+    """Runs a command, and leaves Ctrl-C to it: a terminal sends it to the command as well, which
+    brings its rig to rest in its own time. Returns its exit code.
+    """
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        with subprocess.Popen(command, env=environment, preexec_fn=_heed_interrupts) as process:
+            code = process.wait()
+    finally:
+        signal.signal(signal.SIGINT, before)
+    return code if code >= 0 else 128 - code
+
+
+def _heed_interrupts() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    die_with_parent()
 
 
 def _is_ready(emulator: subprocess.Popen) -> bool:

@@ -7,12 +7,14 @@ import select
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from epa_rt.cli.keys import keys_in
+from epa_rt.logs.reader import LogReader
 from tests.cli.shell import ROOT, epa
 
-BENCH = "config/rigs/bench.yaml"
+BENCH, KNEE = "config/rigs/bench.yaml", "config/rigs/knee.yaml"
 
 
 def test_home_sets_what_the_rig_file_says_and_keeps_it_out_of_config(tmp_path):
@@ -84,6 +86,18 @@ def test_jog_brings_a_rig_back_by_options_in_their_order(tmp_path):
     assert done.returncode == 0 and "completed" in done.stdout, done.stderr
     done = epa("jog", "--rig", BENCH, "--start-travel", "40 mm", "--move", "1 mm", *out)
     assert done.returncode == 3 and "a move to 41.00 mm was not made" in done.stdout
+
+
+def test_jog_fills_one_of_two_muscles_and_goes_on(tmp_path):
+    """The other one is told nothing, and is not waited for."""
+    air = ("--fill", "spam", "50 kPa", "--wait", "0.1 s", "--vent")
+    done = epa("jog", "--rig", KNEE, *air, "-o", str(tmp_path), "--quiet")
+    assert done.returncode == 0 and "completed" in done.stdout, done.stderr
+    with LogReader(tmp_path / "jog-knee-001.mcap") as log:
+        filled = log.columns("/measured", ["spam_pressure_pa", "ppam_pressure_pa"])
+        most = {name: np.max(values) for name, values in filled.items()}
+    assert most["spam_pressure_pa"] == pytest.approx(151e3, abs=3e3)
+    assert most["ppam_pressure_pa"] < 105e3
 
 
 def test_jog_reads_a_script_and_says_what_is_wrong_with_its_line(tmp_path):

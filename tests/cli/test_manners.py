@@ -62,6 +62,15 @@ def test_a_mistake_is_one_sentence_with_what_was_meant(words, meant, capsys, mon
     assert err.count("\n") == 1 and meant in err, err
 
 
+@pytest.mark.parametrize("verb", [("identify",), ("tune", "motor"), ("info",), ("report",)])
+def test_links_in_a_circle_are_one_sentence(verb, tmp_path, capsys):
+    log = tmp_path / "log.mcap"
+    log.symlink_to("log.mcap")
+    more = ("--experiment", f"{ROOT}/{STEP}") if verb[0] == "tune" else ()
+    code, _, err = ended(capsys, *verb, str(log), *more)
+    assert code == 2 and "found too many levels of symbolic links, expected a log" in err
+
+
 def test_no_word_of_help_is_wider_than_the_screen(monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     every = parsers(parser())
@@ -69,6 +78,15 @@ def test_no_word_of_help_is_wider_than_the_screen(monkeypatch):
     for one in every:
         wide = [line for line in one.format_help().splitlines() if len(line) > 80]
         assert not wide, (one.prog, wide)
+
+
+def test_ctrl_c_while_the_verbs_are_loaded_is_one_sentence(capsys, monkeypatch):
+    def interrupted(_name):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("epa_rt.cli.main.importlib.import_module", interrupted)
+    assert main(["check", "x"]) == 130
+    assert capsys.readouterr().err == "epa: interrupted\n"
 
 
 @pytest.mark.parametrize("words", [(), ("gap",), ("study",), ("bus",)])

@@ -6,6 +6,7 @@ https://github.com/foxglove/ws-protocol/blob/main/docs/spec.md
 import json
 import struct
 import sys
+import time
 from base64 import b64decode
 from collections import defaultdict
 
@@ -18,12 +19,12 @@ _CALL = 2
 
 
 class Client:
-    """Connected; `channels` and `services` by name once they were advertised, `stamps` in ns and
-    `payloads` by topic as they come.
+    """Connected, once the server listens; `channels` and `services` by name once they were
+    advertised, `stamps` in ns and `payloads` by topic as they come.
     """
 
     def __init__(self, url: str):
-        self._connecting = connect(url, subprotocols=SUBPROTOCOLS, max_size=None)
+        self._connecting = _connected(url)
         self.socket: ClientConnection = self._connecting.__enter__()
         self.info: dict = {}
         self.channels: dict[str, dict] = {}
@@ -99,6 +100,18 @@ class Client:
         elif message[0] == CALL_ANSWER:
             _, call, length = struct.unpack_from("<III", message, 1)
             self.answers[call] = {"json": json.loads(message[13 + length :])}
+
+
+def _connected(url: str, wait_s: float = 60.0) -> ClientConnection:
+    """A server listens from its run's beginning on: a client tries again, as Foxglove does."""
+    end_s = time.monotonic() + wait_s
+    while True:
+        try:
+            return connect(url, subprotocols=SUBPROTOCOLS, max_size=None)
+        except ConnectionRefusedError:
+            if time.monotonic() > end_s:
+                raise
+        time.sleep(0.01)
 
 
 def read_all(url: str) -> None:

@@ -6,13 +6,11 @@ import signal
 import socket
 import subprocess
 import sys
-import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from epa_rt.live import foxglove_server
 from epa_rt.logs.reader import LogReader
 from tests.cli.shell import EXPERIMENTS, RIGS, ROOT, epa, start
 from tests.live.foxglove_client import Client
@@ -57,9 +55,10 @@ def served(tmp_path, request):
 
 def test_a_client_of_another_make_gets_every_signal_of_every_cycle_and_stops_by_token(served):
     client = Client(served.url)
-    client.take_until(lambda: {*PER_CYCLE, "/joint_states", "/state"} <= client.channels.keys())
-    assert client.info["name"] == "epa"
+    client.take_until(lambda: client.channels)
     topics = [*PER_CYCLE, "/event", "/state", "/about", "/joint_states"]
+    assert {*topics} <= client.channels.keys()  # at once, however early the client came
+    assert client.info["name"] == "epa"
     client.subscribe(*topics)
     client.take_until(lambda: client.payloads["/about"] and len(client.stamps["/command"]) > 2500)
 
@@ -142,35 +141,6 @@ def _listening_on(port: int) -> list[str]:
             if state == "0A" and int(address.rsplit(":", 1)[1], 16) == port:
                 found.append(address.rsplit(":", 1)[0])
     return found
-
-
-def test_a_flood_of_wrong_tokens_keeps_one_thread_at_most_from_who_has_the_token(monkeypatch):
-    go_on, waiting = threading.Event(), threading.Semaphore(0)
-
-    def sleep(_seconds: float) -> None:
-        waiting.release()
-        go_on.wait(60)
-
-    monkeypatch.setattr(foxglove_server.time, "sleep", sleep)
-    server = foxglove_server.RunServer(foxglove_server.ServerSpec(port=0, token="right"))
-
-    def guess() -> None:
-        with pytest.raises(foxglove_server.Refused):
-            server._check_token({"token": "wrong"})
-
-    guesses = [threading.Thread(target=guess) for _ in range(20)]
-    for one in guesses:
-        one.start()
-    assert waiting.acquire(timeout=60)
-    for one in guesses:
-        one.join(0.2)
-    held = [one for one in guesses if one.is_alive()]
-    server._check_token({"token": "right"})
-    go_on.set()
-    for one in held:
-        one.join()
-    server.close()
-    assert len(held) == 1 and server.refused == 20
 
 
 def test_a_port_that_is_taken_is_said_before_anything_moves(tmp_path):

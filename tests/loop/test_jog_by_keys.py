@@ -99,3 +99,19 @@ def test_a_jog_that_nobody_keys_ends_by_itself(tmp_path, monkeypatch):
     result, _ = one.keys({200: "up", 1500: "x"})
     assert result.outcome == "completed" and result.end.is_quiet
     assert 3500 <= result.cycles < 8000
+
+
+def test_a_move_that_the_motor_does_not_follow_is_not_called_done(tmp_path):
+    """By less than trips; a wired drive tells nobody that it has no torque."""
+    one = OneRig(tmp_path, "bench_analog")
+    one.break_it("sto")
+    result, jog = one.jog("move 3 mm", "move -1 mm")
+    assert result.outcome == "tripped" and one.travel_m == pytest.approx(0.0, abs=1e-4)
+    assert "the motor did not follow: it stands at " in result.cause
+    assert "asked for were 3.00 mm" in result.cause and jog.failure is not None
+
+
+def test_a_move_that_the_motor_follows_goes_on(tmp_path):
+    one = OneRig(tmp_path, "bench_analog")
+    result, _ = one.jog("move 3 mm at 1 mm/s", "move -1 mm")
+    assert result.outcome == "completed" and one.travel_m == pytest.approx(2e-3, abs=2e-4)
