@@ -17,21 +17,13 @@ from epa_rt.gap.likelihood.screen import screen
 from epa_rt.gap.recording import Recording, Span
 from epa_rt.gap.subject import Subject
 
-FAMILIES, LIGHTLY, ROUNDS = (
-    3,
-    10,
-    3,
-    # families that are tried one by one, those that are fitted with kept derivatives to choose
-    # them, and how often
-)
+FAMILIES = 3  # that are tried one by one
+LIGHTLY, ROUNDS = 10, 3  # families fitted with kept derivatives to choose these, and how often
 QUIET = 25.0  # chi-square above noise and steps that rigs without a gap leave at most
 OF_BEST = 0.05  # of the gap, by which one that is not told from the best one may be behind
-HOPEFUL, OF_GAP = (
-    10.0,
-    0.2,
-    # times what rigs without a gap leave, and part of the gap, above which no law is gone on with
-    # after these rounds
-)
+# times what rigs without a gap leave, and part of the gap, above which no law is gone on with
+# after these rounds
+HOPEFUL, OF_GAP = 10.0, 0.2
 # times what rigs without a gap leave, to which one law alone must take the whole plant: a fit that
 # cannot come so near is not gone on with
 ANYWHERE_NEAR = 4.0
@@ -52,8 +44,7 @@ class Ground:
         """Each of the most promising effects fitted alone, one of a family, from the plant file's
         nominal parameters: where a fit without it has gone far to hide it, neither its signature
         nor the way back is to be had from there. Signatures at the plant file's point say little
-        where nominal errors are many times the effect; three rounds with its derivatives put a
-        joint's zero first (60, the next 82) whose signature was fifth.
+        where nominal errors are many times the effect; a few rounds with its derivatives say more.
         """
         at = linearised(self.whole, (), {})
         screening = screen(self.whole, at, shapes=SHAPES)

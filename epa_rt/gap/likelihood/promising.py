@@ -38,8 +38,7 @@ def afresh(whole: Problem, best: Point, one: Tried) -> Point:
     """Fitted with fresh derivatives. Where nominal parameters had gone far to hide the gap, also
     from the plant file's with the law at typical strength in each of its shapes, and the best one:
     back along the valley between an effect and what imitates it, many a fit gets stuck. A law that
-    has a shape also from its first one: kept derivatives took a regulator's 50 ms to 0.9 s, where
-    it left 84 of 121 for 27.
+    has a shape also from its first one: kept derivatives may have carried it far off.
     """
     effects = (*best.effects, one.effect)
     own = {key: best.values[key] for name in best.effects for key in whole.effects[name].knobs}
@@ -59,9 +58,7 @@ def _thorough(whole: Problem, best: Point, one: Tried) -> Tried:
 
 def _gone_far(point: Point) -> bool:
     """Whether nominal parameters have gone far, one of them or several together, to hide something:
-    what that is starts from next to nothing, for they hide it in its full strength. Mass, inertia
-    and lever of a knee 3.2 to 3.8 spreads off cost 40 of the 41 that its braid's friction left;
-    from there a weight on the shin took 2 off, from the plant file's parameters 36.
+    what that is starts from next to nothing, for they hide it in its full strength.
     """
     return (
         bool(np.max(np.abs(point.normal.z * point.normal.prior)) > ABSORBED)

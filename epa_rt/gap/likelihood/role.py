@@ -118,8 +118,6 @@ def _beside_a_shape(problem: Problem, point: Point) -> bool:
     """Whether an effect that is on has a shape and all there is is one reading: the shape then
     stands for something of what is looked for, and refits keep its derivatives.
     """
-    # friction that rises towards standstill over 0.35 rad/s for 0.15 took a drag's square beside it
-    # where dry friction was, 3755 left for 2924
     return len(problem.links) == 1 and any(
         len(problem.effects[name].knobs) > len(problem.strength(name)) for name in point.effects
     )

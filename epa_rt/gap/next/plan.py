@@ -16,11 +16,8 @@ from epa_rt.gap.diagnosis import DECIDES, TELLS, NextExperiment
 from epa_rt.gap.next.menu import Item, joined
 from epa_rt.gap.recording import Recording
 
-AMPLE = (
-    16.0 * DECIDES
-    # what an experiment should promise: no rig is one of the rivals' plants. Of 37 proposals of
-    # four spent sets those below 200 decided in 6 of 13 on the hidden rig, those above in 21 of 24
-)
+# what an experiment should promise: no rig is one of the rivals' plants, and it often tells less
+AMPLE = 16.0 * DECIDES
 # of trials, to which an experiment that promises less is drawn out; what fills and moves between
 # them comes on top
 LONGEST_S = 300.0
