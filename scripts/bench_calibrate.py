@@ -107,7 +107,8 @@ class Bench:
             Fill(muscle, y + rig.atmosphere_pa) if y > 0 else Vent((muscle,)) for y in up_down
         ]
         answers = GaugeAnswers(standard, self.u, noise, 0.0)
-        taking = self._taking(iter([Step((order,), "") for order in orders]), answers)
+        steps = [Step((o,), f"{y / 1e3:g} kPa") for o, y in zip(orders, up_down, strict=True)]
+        taking = self._taking(iter(steps), answers)
         parts, _ = assemble_jog(rig, Stepping(taking, rig, self.row.name))
         result = run(
             rig, backend, parts.supervisor, parts.envelope, parts.decoder, parts.encoder,
@@ -212,7 +213,7 @@ def main() -> None:
         kind: coverage(kind, chosen.pressure_tries if kind == "pressure" else chosen.tries)
         for kind in CASES
     }
-    spoilt = {kind: refusals(kind, chosen.spoilt) for kind in ("force", "joint")}
+    spoilt = {kind: refusals(kind, chosen.spoilt) for kind in CASES}
     print(file=sys.stderr)
     print(json.dumps({"coverage": result, "refusals": spoilt}, indent=1))
 

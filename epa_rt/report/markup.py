@@ -69,13 +69,16 @@ class Marked(list):
         self.mark = mark
 
 
+LONG_FACT = 60  # characters: three lines of a column
+
+
 def facts(pairs: Iterable[tuple[object, object]]) -> Html:
-    """Names and values side by side."""
-    return tag(
-        "dl",
-        join(tag("div", join([tag("dt", name), tag("dd", value)])) for name, value in pairs),
-        class_="facts",
-    )
+    """Names and values side by side; a long value has a line of its own."""
+    parts = []
+    for name, value in pairs:
+        mark = {"class_": "long"} if len(str(value)) > LONG_FACT else {}
+        parts.append(tag("div", join([tag("dt", name), tag("dd", value)]), **mark))
+    return tag("dl", join(parts), class_="facts")
 
 
 def folded(summary: object, content: object) -> Html:

@@ -10,6 +10,7 @@ import pytest
 
 from epa_rt.logs.reader import Event, LogReader
 from epa_rt.report import charts
+from epa_rt.report.markup import facts
 from epa_rt.report.page import run_page
 from epa_rt.report.run import Run, load_run
 from tests.report.reading import Page
@@ -26,6 +27,11 @@ def bench_page(bench: Run) -> Page:
 @pytest.fixture(scope="module")
 def knee_page(knee: Run) -> Page:
     return Page(run_page(knee))
+
+
+def test_a_long_value_has_a_line_of_its_own():
+    assert 'class="long"' not in facts([("End", "at rest")])
+    assert 'class="long"' in facts([("End", "motor travel 0.0 mm, " * 4)])
 
 
 def trial_columns(log: Path, trial: int) -> dict[str, np.ndarray]:
