@@ -13,7 +13,9 @@ from collections.abc import Callable, Iterator, Sequence
 
 import pysoem
 
+from drivers.asking import insist
 from drivers.words import ERROR, INIT, OP, PREOP, SAFEOP
+from epa_rt.backend import BackendError
 
 _AL_CONTROL, _AL_STATUS, _EEPROM_CONTROL = 0x0120, 0x0130, 0x0500
 _FMMU, _SYNC_MANAGER = 0x0600, 0x0800
@@ -27,11 +29,21 @@ _PATIENCE = 50  # looks at a state that does not come before it is asked for aga
 class Shape:
     """The registers that make up a slave's process data, as they were when the bus came up."""
 
-    def __init__(self, slave: "pysoem.CdefSlave"):
-        """Raises pysoem.WkcError where the slave does not answer."""
-        counts = slave._fprd(_FMMU_COUNT, 2)
-        self._fmmus = [slave._fprd(_FMMU + 16 * n, 16) for n in range(counts[0])]
-        self._managers = [slave._fprd(_SYNC_MANAGER + 8 * n, 8) for n in range(counts[1])]
+    def __init__(self, slave: "pysoem.CdefSlave", label: str):
+        """Raises BackendError where the slave does not answer."""
+
+        def read(register: int, size: int) -> bytes:
+            try:
+                answer: bytes = insist(slave._fprd, register, size)
+            except (pysoem.WkcError, pysoem.PacketError):
+                raise BackendError(
+                    f"{label} does not answer at register 0x{register:04X}"
+                ) from None
+            return answer
+
+        counts = read(_FMMU_COUNT, 2)
+        self._fmmus = [read(_FMMU + 16 * n, 16) for n in range(counts[0])]
+        self._managers = [read(_SYNC_MANAGER + 8 * n, 8) for n in range(counts[1])]
 
     def write_mailboxes(self, slave: "pysoem.CdefSlave") -> None:
         self._write_managers(slave, range(min(_MAILBOXES, len(self._managers))))

@@ -45,7 +45,7 @@ class StateWatch:
         self._may_recover = rig.master.recovery == "continue"
         moves = _move_the_drive(rig)
         self._shapes = {
-            i: Shape(bus.slaves[i])
+            i: Shape(bus.slaves[i], wire.labels[i])
             for i, slave in enumerate(rig.slaves)
             if self._may_recover and slave.name not in moves
         }
