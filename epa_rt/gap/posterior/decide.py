@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from epa_rt.gap.diagnosis import PosteriorVerdict
 from epa_rt.gap.posterior.evidence import Numbers
 from epa_rt.gap.posterior.unknown import Found, inclusion, still_missing
@@ -85,11 +87,29 @@ def _names(
             wrong = len(kinds - there) / len(kinds)
             missed = len(there - kinds) / len(there)
             loss += probability * max(WRONG_NAME * wrong, MISSED * missed)
-    best = next(model for model, _ in found.models if model.effects == effects)
-    kind: PosteriorVerdict = (
-        "partly_explained" if still_missing(best, numbers) > 0.0 else "explained"
-    )
+    enough = _enough(found, families, kinds, effects, numbers)
+    kind: PosteriorVerdict = "explained" if enough > 0.5 else "partly_explained"
     return Decision(kind, effects, _shares(effects, families, found), (), loss)
+
+
+def _enough(
+    found: Found,
+    families: Mapping[str, str],
+    kinds: frozenset[str],
+    effects: tuple[str, ...],
+    numbers: Numbers,
+) -> float:
+    """Probability that nothing is missing beside a set of names, given that these are right: of the
+    catalogue, or of what it lacks.
+    """
+    best = next(model for model, _ in found.models if model.effects == effects)
+    bare = next((model for model, _ in found.models if not model.effects), best)
+    sets = [({families[name] for name in model.effects}, share) for model, share in found.models]
+    exactly = sum(share for one, share in sets if one == kinds)
+    with_more = sum(share for one, share in sets if one > kinds)
+    lacked = 1.0 / (1.0 + np.exp(-still_missing(best, bare, numbers)))
+    alone = exactly / (exactly + with_more) if exactly > 0.0 else 0.0
+    return float(alone * (1.0 - lacked))
 
 
 Ranked = Sequence[tuple[frozenset[str], tuple[float, tuple[str, ...]]]]

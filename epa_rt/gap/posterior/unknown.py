@@ -75,15 +75,17 @@ def nothing_wrong(none: Model, numbers: Numbers) -> float:
     """Log of the ratio of what a gap of any cause would show so, and what none would; the mean over
     the views.
     """
-    return float(np.mean(_of_something(none, numbers) or [0.0]))
+    return float(np.mean(_of_something(none, none, numbers, 0.0) or [0.0]))
 
 
-def _of_something(model: Model, numbers: Numbers) -> list[float]:
-    """By view the log of that ratio, of what a model leaves."""
+def _of_something(model: Model, none: Model, numbers: Numbers, part: float) -> list[float]:
+    """By view the log of that ratio, of what a model leaves. ``part``: of the gap, that right laws
+    leave as well.
+    """
     ratios = []
     for name in _with_links(model):
         gap, _ = shown(model, name, numbers)
-        floor = unknown_of_floors(model, name, numbers)
+        floor = unknown_of_floors(model, name, numbers) + part * shown(none, name, numbers)[0]
         at, spread = np.log1p(gap / floor), numbers.left_spread
         something = _log_t((at - SHOWN) / SHOWN_SPREAD) - np.log(SHOWN_SPREAD)
         ratios.append(something - _log_t(at / spread) + np.log(spread))
@@ -133,8 +135,10 @@ def inclusion(found: Found, families: Mapping[str, str]) -> dict[str, float]:
     return dict(sorted(total.items(), key=lambda item: -item[1]))
 
 
-def still_missing(model: Model, numbers: Numbers) -> float:
+def still_missing(model: Model, none: Model, numbers: Numbers) -> float:
     """Log odds that something is missing beside a model's effects: what one view shows is missing,
-    whatever the others do not show.
+    whatever the others do not show. No law is the rig's own: what right laws leave of the gap that
+    there is without them (``none``) shows nothing.
     """
-    return numbers.unknown_odds + max(_of_something(model, numbers), default=0.0)
+    ratios = _of_something(model, none, numbers, numbers.right_left)
+    return numbers.unknown_odds + max(ratios, default=0.0)
