@@ -10,12 +10,12 @@ own order of steps.
 
 import struct
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 
 import pysoem
 
-from drivers.asking import insist
+from drivers.registers import read_register
 from drivers.words import ERROR, INIT, OP, PREOP, SAFEOP
-from epa_rt.backend import BackendError
 
 _AL_CONTROL, _AL_STATUS, _EEPROM_CONTROL = 0x0120, 0x0130, 0x0500
 _FMMU, _SYNC_MANAGER = 0x0600, 0x0800
@@ -31,16 +31,7 @@ class Shape:
 
     def __init__(self, slave: "pysoem.CdefSlave", label: str):
         """Raises BackendError where the slave does not answer."""
-
-        def read(register: int, size: int) -> bytes:
-            try:
-                answer: bytes = insist(slave._fprd, register, size)
-            except (pysoem.WkcError, pysoem.PacketError):
-                raise BackendError(
-                    f"{label} does not answer at register 0x{register:04X}"
-                ) from None
-            return answer
-
+        read = partial(read_register, slave, label)
         counts = read(_FMMU_COUNT, 2)
         self._fmmus = [read(_FMMU + 16 * n, 16) for n in range(counts[0])]
         self._managers = [read(_SYNC_MANAGER + 8 * n, 8) for n in range(counts[1])]

@@ -51,7 +51,9 @@ def arm_watchdog(slave: "pysoem.CdefSlave", label: str, sync_manager: int) -> No
     Raises BackendError.
     """
     register = SYNC_MANAGER + 8 * sync_manager
-    control, activate = (_get(slave, label, register + at, 1)[0] for at in (_CONTROL, _ACTIVATE))
+    control, activate = (
+        read_register(slave, label, register + at, 1)[0] for at in (_CONTROL, _ACTIVATE)
+    )
     if control & _TRIGGERS_WATCHDOG:
         return
     _set(slave, label, register + _ACTIVATE, bytes([activate & ~_ENABLE]))
@@ -61,7 +63,7 @@ def arm_watchdog(slave: "pysoem.CdefSlave", label: str, sync_manager: int) -> No
         register + _CONTROL,
     )
     _set(slave, label, register + _ACTIVATE, bytes([activate]))
-    found = _get(slave, label, register + _CONTROL, 1)[0]
+    found = read_register(slave, label, register + _CONTROL, 1)[0]
     if found != control | _TRIGGERS_WATCHDOG:
         raise BackendError(
             f"found 0x{found:02X} in register 0x{register + _CONTROL:04X} of {label}, expected"
@@ -98,12 +100,13 @@ def _compare(label: str, register: int, data: bytes, found: bytes) -> None:
         )
 
 
-def _get(slave: "pysoem.CdefSlave", label: str, register: int, size: int) -> bytes:
+def read_register(slave: "pysoem.CdefSlave", label: str, register: int, size: int) -> bytes:
+    """A register's bytes, asked for again where an answer gets lost. Raises BackendError."""
     return _insist(lambda: slave._fprd(register, size, _ANSWER_US), label, register)
 
 
 def _insist(ask: Callable[[], bytes], label: str, register: int) -> bytes:
     try:
         return insist(ask)
-    except pysoem.WkcError:
+    except (pysoem.WkcError, pysoem.PacketError):
         raise BackendError(f"{label} does not answer at register 0x{register:04X}") from None

@@ -47,20 +47,14 @@ def logs_of(entry: dict[str, Any], folder: Path) -> tuple[Path, list[Path], list
 
 
 def _imported(by_mapping: dict[str, list[Any]], folder: Path) -> list[Path]:
-    from epa_rt.logs.importers.gather import gather
-    from epa_rt.logs.importers.mapping import load_mapping
-    from epa_rt.logs.importers.write import attachments_of, write_log
+    from epa_rt.logs.importers.log_of import log_of
 
     folder.mkdir(parents=True, exist_ok=True)
     made = []
     for mapping, logs in by_mapping.items():
-        typed, located = load_mapping(_at(mapping))
         for one in logs:
             files = [_at(name) for name in (one if isinstance(one, list) else [one])]
-            log = folder / f"{files[0].stem}.mcap"
-            attached = attachments_of(typed, located, files)
-            write_log(log, typed, gather(typed, located, files), attached, files)
-            made.append(log)
+            made.append(log_of(_at(mapping), files, folder / f"{files[0].stem}.mcap"))
     return made
 
 

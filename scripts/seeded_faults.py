@@ -26,9 +26,7 @@ sys.path.insert(0, str(ROOT))
 from epa_rt.cli.exits import VerbError
 from epa_rt.cli.gap.diagnose import diagnose_logs
 from epa_rt.gap.diagnosis import Diagnosis
-from epa_rt.logs.importers.gather import gather
-from epa_rt.logs.importers.mapping import load_mapping
-from epa_rt.logs.importers.write import attachments_of, write_log
+from epa_rt.logs.importers.log_of import log_of as imported
 from scripts.outsider_machines import FAULTS, HEALTHY, MACHINES, PERIOD_S, Machine, drawn, recorded
 
 HEALTHY_RUNS = 20
@@ -164,9 +162,7 @@ def log_of(
     chosen = machine.speeds[:1] if speeds == "one_speed" else machine.speeds
     source, log = folder / f"{name}.npz", folder / f"{name}.mcap"
     np.savez(source, **recorded(run, chosen, SECONDS[speeds], random))
-    mapping, located = load_mapping(folder / f"map_{speeds}.yaml")
-    gathered = gather(mapping, located, [source])
-    write_log(log, mapping, gathered, attachments_of(mapping, located, [source]), [source])
+    imported(folder / f"map_{speeds}.yaml", [source], log)
     source.unlink()
     return log
 

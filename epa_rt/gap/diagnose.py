@@ -124,13 +124,12 @@ def diagnose(
         progress("where it comes from", 0.95)
         whence = origins(start.problem, start.base.values)
     went = moved(fit.problem, fit.final.normal, off)
+    could = as_told(found, table, answer)
     names = tuple(
-        _named(fit, name, answer.share_of(name), found, table, model, answer, off)
+        _named(fit, name, could.names[name], found, table, model, answer, off)
         for name in _most_first(table, answer.effects)
     )
-    could = as_told(found, table, answer)
-    progress("done", 1.0)
-    return Diagnosis(
+    told = Diagnosis(
         verdict=verdict,
         says=_says(
             verdict, could, names, _left(model, table.models[0]), whence, silent, start, went
@@ -167,6 +166,8 @@ def diagnose(
             "without": list(without),
         },
     )
+    progress("done", 1.0)
+    return told
 
 
 def fitted_for(start: Start, model: Model, none: Model) -> Fitted:

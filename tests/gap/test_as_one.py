@@ -271,7 +271,7 @@ def test_a_recording_that_is_cut_behind_its_last_trial_keeps_all_that_is_judged(
     )
 
 
-def test_two_effects_that_no_block_shows_are_found_one_after_the_other_though_the_first_leaves_much():  # noqa: E501
+def test_two_effects_that_no_block_shows_are_found_though_the_first_leaves_much():
     def without_spring(*arguments, **more):
         return {
             name: one for name, one in toy.floors(*arguments, **more).items() if name != "spring"

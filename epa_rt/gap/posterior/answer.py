@@ -65,7 +65,7 @@ def table_for(
 
 def left_in(model: Model, view: str) -> float:
     """Chi-square above noise that a model leaves in a view."""
-    return sum(seen.excess for seen in model.views[view].links.values())
+    return model.views[view].excess
 
 
 def _shown_in(none: Model, named: Model) -> str:

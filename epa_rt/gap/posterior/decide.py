@@ -33,10 +33,6 @@ class Decision:
     instead: tuple[tuple[str, ...], ...]
     loss: float
 
-    def share_of(self, name: str) -> float:
-        """The probability of a name's family. Raises ValueError for one that is not named."""
-        return self.probability[self.effects.index(name)]
-
 
 def decided(found: Found, families: Mapping[str, str], numbers: Numbers) -> Decision:
     """The answer with the least expected loss. ``families``: of each effect of the catalogue."""
@@ -48,7 +44,7 @@ def decided(found: Found, families: Mapping[str, str], numbers: Numbers) -> Deci
     ]
     ranked = sorted(sets.items(), key=lambda item: -item[1][0])
     for kinds, (_, effects) in ranked[:3]:
-        answers.append(_names(found, families, kinds, effects, none, numbers))
+        answers.append(_names(found, families, sets, kinds, effects, none, numbers))
     if len(several := _alternatives(ranked)) > 1:
         answers.append(_not_told(several, ranked, families, found))
     return min(answers, key=lambda one: one.loss)
@@ -74,6 +70,7 @@ def _unknown_costs(none: float, unknown: float) -> float:
 def _names(
     found: Found,
     families: Mapping[str, str],
+    sets: Sets,
     kinds: frozenset[str],
     effects: tuple[str, ...],
     none: float,
@@ -87,26 +84,19 @@ def _names(
             wrong = len(kinds - there) / len(kinds)
             missed = len(there - kinds) / len(there)
             loss += probability * max(WRONG_NAME * wrong, MISSED * missed)
-    enough = _enough(found, families, kinds, effects, numbers)
+    enough = _enough(found, sets, kinds, numbers)
     kind: PosteriorVerdict = "explained" if enough > 0.5 else "partly_explained"
     return Decision(kind, effects, _shares(effects, families, found), (), loss)
 
 
-def _enough(
-    found: Found,
-    families: Mapping[str, str],
-    kinds: frozenset[str],
-    effects: tuple[str, ...],
-    numbers: Numbers,
-) -> float:
+def _enough(found: Found, sets: Sets, kinds: frozenset[str], numbers: Numbers) -> float:
     """Probability that nothing is missing beside a set of names, given that these are right: of the
     catalogue, or of what it lacks.
     """
+    exactly, effects = sets[kinds]
+    with_more = sum(share for one, (share, _) in sets.items() if one > kinds)
     best = next(model for model, _ in found.models if model.effects == effects)
     bare = next((model for model, _ in found.models if not model.effects), best)
-    sets = [({families[name] for name in model.effects}, share) for model, share in found.models]
-    exactly = sum(share for one, share in sets if one == kinds)
-    with_more = sum(share for one, share in sets if one > kinds)
     lacked = 1.0 / (1.0 + np.exp(-still_missing(best, bare, numbers)))
     alone = exactly / (exactly + with_more) if exactly > 0.0 else 0.0
     return float(alone * (1.0 - lacked))

@@ -59,8 +59,8 @@ def leaves_as(model: Model, none: Model, numbers: Numbers) -> tuple[float, float
     """
     logs = []
     for name in _with_links(none):
-        gap, floor = shown(none, name, numbers)
-        left = np.log1p(shown(model, name, numbers)[0] / floor)
+        gap, floor = none.views[name].excess, _of_floors(none, name, numbers)
+        left = np.log1p(model.views[name].excess / floor)
         logs.append(
             [
                 _log_t((left - np.log1p(part * gap / floor)) / numbers.left_spread)
@@ -84,9 +84,8 @@ def _of_something(model: Model, none: Model, numbers: Numbers, part: float) -> l
     """
     ratios = []
     for name in _with_links(model):
-        gap, _ = shown(model, name, numbers)
-        floor = unknown_of_floors(model, name, numbers) + part * shown(none, name, numbers)[0]
-        at, spread = np.log1p(gap / floor), numbers.left_spread
+        floor = _of_floors(model, name, numbers, True) + part * none.views[name].excess
+        at, spread = np.log1p(model.views[name].excess / floor), numbers.left_spread
         something = _log_t((at - SHOWN) / SHOWN_SPREAD) - np.log(SHOWN_SPREAD)
         ratios.append(something - _log_t(at / spread) + np.log(spread))
     return ratios
@@ -97,25 +96,17 @@ def _with_links(model: Model) -> list[str]:
     return [name for name, view in model.views.items() if view.links]
 
 
-def shown(model: Model, view: str, numbers: Numbers) -> tuple[float, float]:
-    """Chi-square above noise that a model leaves in a view, and what of it the floors may be wrong
-    by.
-    """
-    links = model.views[view].links.values()
-    freedom = numbers.freedom_of(view)
-    return (
-        sum(seen.excess for seen in links),
-        sum(scale(seen, freedom, numbers.floor_share) for seen in links),
-    )
-
-
-def unknown_of_floors(model: Model, view: str, numbers: Numbers) -> float:
-    """Chi-square by which a view's floors may be wrong as a whole, where nothing explains any of
-    it: of those that no twin of the plant has measured more.
+def _of_floors(model: Model, view: str, numbers: Numbers, unexplained: bool = False) -> float:
+    """Chi-square by which a view's floors may be wrong as a whole. ``unexplained``: where nothing
+    explains any of it, a floor that no twin of the plant has measured may be wrong by more.
     """
     freedom = numbers.freedom_of(view)
     return sum(
-        scale(seen, freedom, numbers.loose_share if seen.loose else numbers.floor_share)
+        scale(
+            seen,
+            freedom,
+            numbers.loose_share if unexplained and seen.loose else numbers.floor_share,
+        )
         for seen in model.views[view].links.values()
     )
 

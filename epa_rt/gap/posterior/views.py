@@ -56,6 +56,11 @@ class View:
     runs: int = 0
     sized: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
 
+    @property
+    def excess(self) -> float:
+        """Chi-square above that of noise, of all links."""
+        return sum(seen.excess for seen in self.links.values())
+
 
 Lowest = dict[tuple[str, str], float]  # view and link to the least that any model leaves
 

@@ -13,7 +13,7 @@ class Slave:
     def __init__(self, lost: int) -> None:
         self.lost = lost
 
-    def _fprd(self, register: int, size: int) -> bytes:
+    def _fprd(self, register: int, size: int, timeout_us: int = 2000) -> bytes:
         self.lost -= 1
         if self.lost >= 0:
             raise pysoem.WkcError

@@ -19,22 +19,17 @@ def recording(folder: Path, mapping: str, *names: str):
     checkout.
     """
     from epa_rt.gap.rig.read import read_recording
-    from epa_rt.logs.importers.gather import gather
-    from epa_rt.logs.importers.mapping import load_mapping
-    from epa_rt.logs.importers.write import attachments_of, write_log
+    from epa_rt.logs.importers.log_of import log_of
 
     files = [DATA / name for name in names]
     if not all(path.exists() for path in files):
         pytest.skip(f"the recording {names[0]} is not beside the checkout (../shared/data)")
-    typed, located = load_mapping(IMPORTS / f"{mapping}.yaml")
     stem = (
         files[0].stem if files[0].stem not in ("control", "state_motor") else files[0].parent.name
     )
     log = folder / f"{stem}.mcap"
     if not log.exists():
-        write_log(
-            log, typed, gather(typed, located, files), attachments_of(typed, located, files), files
-        )
+        log_of(IMPORTS / f"{mapping}.yaml", files, log)
     return read_recording(log)
 
 

@@ -8,22 +8,13 @@ import pytest
 
 from epa_rt.cli.exits import VerbError
 from epa_rt.cli.gap.diagnose import diagnose_logs
-from epa_rt.logs.importers.gather import gather
-from epa_rt.logs.importers.mapping import load_mapping
-from epa_rt.logs.importers.write import attachments_of, write_log
+from epa_rt.logs.importers.log_of import log_of
 
 CASES = Path(__file__).resolve().parents[4] / "shared/cases"
 
 
 def imported(folder: Path, mapping: Path, files: list[Path]) -> list[Path]:
-    typed, located = load_mapping(mapping)
-    logs = []
-    for file in files:
-        log = folder / f"{file.stem}.mcap"
-        attached = attachments_of(typed, located, [file])
-        write_log(log, typed, gather(typed, located, [file]), attached, [file])
-        logs.append(log)
-    return logs
+    return [log_of(mapping, [file], folder / f"{file.stem}.mcap") for file in files]
 
 
 def answer(tmp_path: Path, rig: Path, mapping: Path, fit: list[Path], hold: list[Path]):
