@@ -33,7 +33,6 @@ from epa_rt.gap.likelihood.point import Point, linearised
 from epa_rt.gap.likelihood.problem import Problem
 from epa_rt.gap.likelihood.refit import settled
 from epa_rt.gap.likelihood.remainder import remainders
-from epa_rt.gap.likelihood.screen import screen
 from epa_rt.gap.likelihood.start import Progress, Start, rescaled, start_of
 from epa_rt.gap.likelihood.together import ROUNDS, Together, costs
 from epa_rt.gap.posterior.answer import as_told, left_in, table_for
@@ -114,7 +113,7 @@ def diagnose(
             lambda stage, share: progress(stage, 0.75 + 0.15 * share),
         )
     progress("what is left", 0.9)
-    silent = not_shown(start)
+    silent = not_shown(table)
     verdict: Verdict = answer.kind
     if verdict == "no_gap" and len(silent) > MOSTLY * len(start.problem.effects):
         verdict = "not_excited"
@@ -194,12 +193,11 @@ def fitted_for(start: Start, model: Model, none: Model) -> Fitted:
     return Fitted(problem, linearised(problem, model.effects, dict(after)), before, after)
 
 
-def not_shown(start: Start) -> tuple[str, ...]:
+def not_shown(table: Table) -> tuple[str, ...]:
     """Effects that these logs would not show at a typical strength, whatever they say now: what one
     would add, nominal parameters projected out, does not decide.
     """
-    typical = screen(start.problem, start.base).typical()
-    return tuple(name for name in start.problem.effects if typical.get(name, 0.0) < DECIDES)
+    return tuple(name for name in table.families if table.typical.get(name, 0.0) < DECIDES)
 
 
 def _most_first(table: Table, effects: Sequence[str]) -> list[str]:

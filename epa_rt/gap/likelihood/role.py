@@ -52,15 +52,17 @@ def played(
     point: Point,
     pairs: bool = False,
     worth: Callable[[float], bool] = lambda gain: True,
+    screening: Screening | None = None,
 ) -> Role | None:
     """Candidates of one role, refitted and ranked by what they gain on trials left out. ``worth``:
-    whether one that gains so much in screening is to be refitted at all.
+    whether one that gains so much in screening is to be refitted at all. ``screening``: at
+    ``point``, where there is one already.
 
     Where most of them gain alike although they have nothing in common, ``point`` was not at its
     optimum: it is settled again from where the best one took the nominal parameters. Families that
     are on already are not asked again.
     """
-    role = _played(problem, point, pairs, worth)
+    role = _played(problem, point, pairs, worth, screening or screen(problem, point))
     if role is None or not _all_alike(role):
         return role
     keys = point.normal.keys
@@ -72,7 +74,7 @@ def played(
     return (
         role
         if again.normal.chi > point.normal.chi - NOT_LITTLE
-        else _played(problem, again, pairs, worth)
+        else _played(problem, again, pairs, worth, screen(problem, again))
     )
 
 
@@ -84,9 +86,12 @@ def _all_alike(role: Role) -> bool:
 
 
 def _played(
-    problem: Problem, point: Point, pairs: bool, worth: Callable[[float], bool]
+    problem: Problem,
+    point: Point,
+    pairs: bool,
+    worth: Callable[[float], bool],
+    screening: Screening,
 ) -> Role | None:
-    screening = screen(problem, point)
     promised = screening.best()
     on = {problem.effects[name].family for name in point.effects}
     names = [

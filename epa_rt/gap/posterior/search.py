@@ -6,7 +6,7 @@ looked for. Nothing is believed or refused here: the table goes to the posterior
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -18,6 +18,7 @@ from epa_rt.gap.likelihood.problem import Problem
 from epa_rt.gap.likelihood.promising import promising
 from epa_rt.gap.likelihood.refit import settled, settled_with
 from epa_rt.gap.likelihood.role import played
+from epa_rt.gap.likelihood.screen import screen
 from epa_rt.gap.likelihood.start import rescaled
 from epa_rt.gap.likelihood.waves import look
 from epa_rt.gap.likelihood.yardstick import Left
@@ -84,11 +85,12 @@ class Model:
 @dataclass(frozen=True)
 class Table:
     """All models that were fitted; the first has no effect. ``families``: of each effect of the
-    catalogue.
+    catalogue; ``typical``: chi-square that each would add at a typical strength.
     """
 
     models: tuple[Model, ...]
     families: Mapping[str, str]
+    typical: Mapping[str, float] = field(default_factory=dict)
 
 
 class Search:
@@ -108,6 +110,7 @@ class Search:
         self._found: dict[frozenset[str], Model] = {}
         self._points: dict[frozenset[str], Point] = {}
         self._lowest: Lowest = {}
+        self.typical: Mapping[str, float] = {}
         self.none = self._model((), base.values, ground.none if ground else None)
         self._waves = tuple(
             dict.fromkeys(
@@ -123,7 +126,9 @@ class Search:
         do not show is looked for there, where it may count.
         """
         look(self._problem, self._base)
-        role = played(self._problem, self._base, pairs=True)
+        screening = screen(self._problem, self._base)
+        self.typical = screening.typical()
+        role = played(self._problem, self._base, pairs=True, screening=screening)
         for fit in role.fits if role else ():
             self._model((fit.effect,), fit.values, None, (self._problem, fit.normal))
         if self._ground is None:
@@ -362,4 +367,4 @@ def table_of(
     search.singles()
     search.further(progress)
     families = {name: effect.family for name, effect in problem.effects.items()}
-    return Table(tuple(search.models), families)
+    return Table(tuple(search.models), families, search.typical)
