@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from epa_rt.gap.answer.named import moved, numbers
+from epa_rt.gap.answer.since_when import onset
 from epa_rt.gap.answer.whose import who_has
-from epa_rt.gap.answer.wording import said_of_moved
+from epa_rt.gap.answer.wording import said_of_moved, said_of_onset
 from epa_rt.gap.diagnosis import (
     DECIDES,
     SILENT,
@@ -124,15 +125,16 @@ def diagnose(
         whence = origins(start.problem, start.base.values)
     went = moved(fit.problem, fit.final.normal, off)
     could = as_told(found, table, answer)
+    begins = onset(fit.problem, fit.final, CALIBRATED)
     names = tuple(
         _named(fit, name, could.names[name], found, table, model, answer, off)
         for name in _most_first(table, answer.effects)
     )
+    left = _left(model, table.models[0])
+    says = _says(verdict, could, names, left, whence, silent, start, went)
     told = Diagnosis(
         verdict=verdict,
-        says=_says(
-            verdict, could, names, _left(model, table.models[0]), whence, silent, start, went
-        ),
+        says=f"{says} {said_of_onset(begins)}" if begins else says,
         found_first=tuple(f"{r.name}: {what}" for r in recordings for what in r.found),
         location=origin_first(places, whence),
         origins=whence,
@@ -143,6 +145,7 @@ def diagnose(
             if start.ground
             else ()
         ),
+        onset=begins,
         nominal_moved=went,
         not_tested=silent,
         shrinkage=rows,

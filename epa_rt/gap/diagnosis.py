@@ -237,6 +237,26 @@ class Change:
 
 
 @dataclass(frozen=True)
+class Onset:
+    """An effect that begins, or changes its strength, within a log. ``on``: whether it was on
+    before. ``lasts``: to the end of that log, or of all later ones.
+    """
+
+    effect: str
+    on: bool
+    log: str
+    at_s: float
+    within_s: float  # how finely it was looked for
+    lasts: Literal["log", "logs"]
+    number: str
+    unit: str
+    before: float
+    after: float
+    explained_share: float  # of what is left without it, block by block
+    probability: float
+
+
+@dataclass(frozen=True)
 class Diagnosis:
     """The whole answer."""
 
@@ -270,6 +290,7 @@ class Diagnosis:
     inputs: dict = field(
         default_factory=dict
     )  # rig, plant, logs, held-out logs, catalogue left out
+    onset: Onset | None = None  # within a log, where one is likelier than none
     changes: tuple[Change, ...] = ()  # since the baseline, the furthest first; only with one
 
     def as_json(self) -> dict:

@@ -1,8 +1,8 @@
-"""What hides in the plant file's own numbers, in a sentence."""
+"""What hides in the plant file's own numbers, and what changes within a log, in a sentence."""
 
 from collections.abc import Sequence
 
-from epa_rt.gap.diagnosis import Number
+from epa_rt.gap.diagnosis import Number, Onset
 
 
 def said_of_moved(moved: Sequence[Number]) -> str:
@@ -18,4 +18,12 @@ def went_to(moved: Number) -> str:
     return (
         f"{moved.name} to {moved.value:.3g}{'' if moved.unit == '1' else f' {moved.unit}'} (plant"
         f" file: {moved.neutral:.3g})"
+    )
+
+
+def said_of_onset(onset: Onset) -> str:
+    """When an effect begins or changes within a log."""
+    return (
+        f"Within the logs, {onset.effect.replace('_', ' ')} {'changes' if onset.on else 'begins'}"
+        f" at about {onset.at_s:.0f} s of {onset.log} ({onset.probability:.2f})."
     )

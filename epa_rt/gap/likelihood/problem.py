@@ -40,7 +40,8 @@ class Problem:
     ``links``: names of those that have a floor. ``effects``: the catalogue by name. ``misfit``:
     link to s^2 (at least 1), the chi-square per sample that even a data-driven model leaves;
     residuals are divided by its root. ``prepared``: recording name to ``Subject.prepare``.
-    ``fold_of_block``: (B,) fold of every block. ``waves``: by effect that swings over an angle
+    ``fold_of_block``: (B,) fold of every block; ``blocks_of``: recording name to its
+    blocks, each ``block_s`` long. ``waves``: by effect that swings over an angle
     where fits begin besides its own starts (waves.py).
     """
 
@@ -90,6 +91,7 @@ class Problem:
         self._keep: dict[tuple[str, str], np.ndarray] = {}
         ids: dict[str, list[np.ndarray]] = {link: [] for link in self.links}
         chunks, first = [], 0
+        self.blocks_of: dict[str, range] = {}
         for r in self.recordings:
             count = max(int(np.ceil(seconds[r.name] / self.block_s)), 1)
             for link in self.links:
@@ -103,6 +105,7 @@ class Problem:
                     )
                 )
             chunks += [(r.name, chunk) for chunk in chunks_of(r, count, self.block_s)]
+            self.blocks_of[r.name] = range(first, first + count)
             first += count
         self.blocks = first
         order = {chunk: i for i, chunk in enumerate(dict.fromkeys(chunks))}

@@ -80,20 +80,20 @@ def scale(seen: Seen, freedom: float, floor_share: float) -> float:
     return freedom + max(floor_share * seen.noise, seen.off)
 
 
-def strain(view: View) -> float:
-    """Log prior density of the nominal parameters at the fit, up to a constant: heavy-tailed, so
-    that one that is far off costs and forbids nothing.
+def strain(view: View) -> np.ndarray:
+    """Log prior density of the nominal parameters at the fit (or at as many as ``z`` (..., k) has),
+    up to a constant: heavy-tailed, so that one that is far off costs and forbids nothing.
 
     Spreads that healthy runs have are known from these alone: one more run is then of a
     multivariate Student's t about them (Gelman et al., Bayesian Data Analysis, 3.6). A change since
     then has a size too: an effect's own numbers are heavy-tailed about none in typical strengths.
     """
-    z = view.z[view.nominal]
+    z = view.z[..., view.nominal]
     if view.runs:
-        usual = -0.5 * view.runs * float(np.log1p(z @ z / (view.runs - 1.0)))
-        own = view.z[view.sized]
-        return usual - 0.5 * (TAILS + 1.0) * float(np.log1p(own**2 / TAILS).sum())
-    return -0.5 * (TAILS + 1.0) * float(np.log1p(z**2 / TAILS).sum())
+        usual = -0.5 * view.runs * np.log1p((z**2).sum(axis=-1) / (view.runs - 1.0))
+        own = view.z[..., view.sized]
+        return usual - 0.5 * (TAILS + 1.0) * np.log1p(own**2 / TAILS).sum(axis=-1)
+    return -0.5 * (TAILS + 1.0) * np.log1p(z**2 / TAILS).sum(axis=-1)
 
 
 def occam(model: Model, numbers: Numbers) -> float:
@@ -149,7 +149,7 @@ def log_evidence(model: Model, families: Mapping[str, str], numbers: Numbers) ->
     total = log_prior(model.effects, families, numbers)
     total += occam(model, numbers)
     fits = [view for view in model.views.values() if view.keys]
-    total += sum(strain(view) for view in fits) / max(len(fits), 1)
+    total += float(sum(strain(view) for view in fits)) / max(len(fits), 1)
     return total + of_views(model.views, numbers)
 
 

@@ -5,6 +5,7 @@ from epa_rt.gap.report.left_words import explained_words, goes_with
 from epa_rt.gap.report.words import (
     alike_words,
     channel_words,
+    onset_words,
     percent,
     plain,
     region_words,
@@ -15,11 +16,14 @@ from epa_rt.report.markup import Html, facts, folded, join, note, paragraph, tab
 
 
 def remainder(diagnosis: Diagnosis) -> Html:
-    """By link: how much is left, and which measured states it goes with."""
+    """By link: how much is left, and which measured states it goes with; what begins in a log."""
+    begins = paragraph(words) if (words := onset_words(diagnosis.onset)) else Html("")
     if not diagnosis.remainder:
-        return paragraph("Nothing is left that could be described: every link is at its floor.")
+        nothing = "Nothing is left that could be described: every link is at its floor."
+        return join([begins, paragraph(nothing)])
     return join(
         [
+            begins,
             note(
                 "Described by data alone, without any law: which measured states, rates and"
                 " memories the rest goes with, judged on stretches of the logs that the description"

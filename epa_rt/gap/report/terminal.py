@@ -27,6 +27,7 @@ from epa_rt.gap.report.words import (
     gone_words,
     judged_on,
     more_numbers_words,
+    onset_words,
     parameter_words,
     percent,
     plain,
@@ -62,6 +63,8 @@ def show(diagnosis: Diagnosis, out: Console) -> None:
         show_posterior(diagnosis.posterior, out)
     show_location(diagnosis.location, out)
     if words := origin_words(diagnosis.origins):
+        out.print(words)
+    if words := onset_words(diagnosis.onset):
         out.print(words)
     _changes(diagnosis, out)
     _far(diagnosis, out)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from epa_rt.gap.diagnosis import Diagnosis, Named, Number, Shrinkage
+from epa_rt.gap.diagnosis import Diagnosis, Named, Number, Onset, Shrinkage
 from epa_rt.gap.held_out.shrink import ALL, OVERALL
 from epa_rt.gap.posterior.words import all_of, plain
 from epa_rt.report.sections.section import spoken
@@ -246,3 +246,16 @@ def more_numbers_words(effect: Named) -> str:
 def join_words(names: Sequence[str]) -> str:
     """Effects' names in plain words, the last two with an "and"."""
     return all_of([plain(name) for name in names])
+
+
+def onset_words(onset: Onset | None) -> str:
+    """'From about 20 s of log_2 on ... ' with sizes; '' where nothing begins within a log."""
+    if onset is None:
+        return ""
+    last = "to its end" if onset.lasts == "log" else "and in all later logs"
+    return (
+        f"From about {onset.at_s:.0f} s of {onset.log} on, {last}: {plain(onset.effect)} is"
+        f" {size(onset.after, onset.unit)}, {size(onset.before, onset.unit)} before"
+        f" (looked for every {onset.within_s:.1f} s). It explains"
+        f" {percent(onset.explained_share)} of what is left without it."
+    )
