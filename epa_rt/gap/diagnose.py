@@ -345,9 +345,9 @@ def _says(
         )
     if verdict == "not_in_catalogue":
         said = f"Something is missing that no law of the catalogue describes ({could.unknown:.2f})."
-        places = all_of([one.says for one in likely(whence)], "or")
+        places = all_of([_explains(one) for one in likely(whence)], "or")
         if places:
-            said = f"{said} It comes from {places}."
+            said = f"{said} It may come from {places}: so much of it would an error there explain."
         return f"{said}{_nearest(could, 'If a law describes it')}"
     if verdict == "not_separable":
         told = told_of_sets((tuple(could.names), *could.instead), could.names)
@@ -357,6 +357,10 @@ def _says(
         told = told_of_names(shares, who, verdict == "partly_explained")
     besides = _besides(could, names, start) if verdict == "partly_explained" else ""
     return f"{told[:1].upper()}{told[1:]}.{left}{besides}"
+
+
+def _explains(one: Origin) -> str:
+    return f"{one.says} ({100.0 * min(one.explained_share, 1.0):.0f} %)"
 
 
 def _besides(could: Posterior, names: Sequence[Named], start: Start) -> str:

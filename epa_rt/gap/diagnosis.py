@@ -17,7 +17,6 @@ DECIDES = 25.0
 TELLS = 10.0  # by less no two answers are told apart
 
 GAIN = 100.0  # chi-square that a place must explain for a gap to come from there
-SHARE = 0.25  # of the excess, and of what nominal parameters are strained by, that it must explain
 NEAR = 0.5  # of what the first one explains, without which no place comes near
 APART = 2.0  # deviations over the blocks from which a place is behind the first
 # chi-square by which a place is not behind: on 36 rigs without a gap places explained up to 343 of
@@ -159,7 +158,7 @@ def likely(found: Sequence[Origin]) -> tuple[Origin, ...]:
     """The places that a gap comes from, as far as its links can be told from others'; none where no
     place explains it.
     """
-    if not found or found[0].gain < GAIN or found[0].explained_share < SHARE:
+    if not found or found[0].gain < GAIN:
         return ()
     return tuple(
         one

@@ -299,15 +299,13 @@ def test_a_link_that_stands_for_another_block_is_shown_once_and_that_block_is_ma
 def test_where_no_place_explains_the_gap_the_page_says_so():
     weak = replace(
         ANSWERS["not_in_catalogue"],
-        origins=tuple(
-            replace(one, explained_share=0.2) for one in ANSWERS["not_in_catalogue"].origins
-        ),
+        origins=tuple(replace(one, gain=20.0) for one in ANSWERS["not_in_catalogue"].origins),
     )
     assert "what it comes from cannot be told" in gap_page(weak)
     both = replace(
         weak,
         origins=tuple(
-            replace(one, explained_share=0.9, behind=min(one.behind, 1.0))
+            replace(one, gain=2000.0, explained_share=0.9, behind=min(one.behind, 1.0))
             for one in weak.origins[:2]
         ),
     )
