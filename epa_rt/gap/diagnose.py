@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from epa_rt.gap.answer.named import moved, numbers
+from epa_rt.gap.answer.named import by_log, moved, numbers
 from epa_rt.gap.answer.since_when import onset
 from epa_rt.gap.answer.whose import who_has
 from epa_rt.gap.answer.wording import said_of_moved, said_of_onset
@@ -238,6 +238,7 @@ def _named(
         tuple(dict.fromkeys((*_instead(name, answer), *_same_family(name, found, table, model)))),
         who_has(fit.problem, name, own),
         in_more_numbers=_in_more_numbers(fit.problem, name, table, model),
+        by_log=by_log(fit.problem, fit.final, name),
     )
 
 

@@ -80,6 +80,8 @@ class Named:
     in_more_numbers: tuple[
         str, ...
     ] = ()  # laws of its family with more numbers that were fitted and have become it
+    # its strength in each log that shows it, named by the log, all else as in all of them
+    by_log: tuple[Number, ...] = ()
 
 
 @dataclass(frozen=True)

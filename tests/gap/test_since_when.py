@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from epa_rt.gap.answer.named import by_log
 from epa_rt.gap.answer.since_when import onset
 from epa_rt.gap.diagnose import diagnose
 from epa_rt.gap.likelihood.problem import Problem
@@ -100,6 +101,27 @@ def test_a_change_in_one_log_of_many_does_not_hang_on_their_order():
     assert {(one.effect, one.log, one.at_s, one.lasts) for one in found} == {
         ("force_offset", "log_1", found[0].at_s, "log")
     }
+
+
+@pytest.mark.parametrize("newton", ((1.0, 1.0, 1.0), (1.0, 1.5, 2.0)))
+def test_the_strength_in_each_log_is_told(newton):
+    recordings = logs([lambda t, by=by: by + 0.0 * t for by in newton])
+    subject = toy.Toy()
+    problem = Problem(subject, recordings, toy.floors(subject, recordings, {}))
+    point = settled(problem, ("force_offset",), {"sensors.force_offset_n": 1.5})
+    told = by_log(problem, point, "force_offset")
+    assert [one.name for one in told] == ["log_0", "log_1", "log_2"]
+    for one, true in zip(told, newton, strict=True):
+        assert one.value == pytest.approx(true, abs=0.08)  # the pressure's area takes a part of it
+        assert one.low < one.value < one.high < one.value + 0.1
+    apart = told[0].high < told[2].low
+    assert apart == (newton[0] != newton[2])
+
+
+def test_one_log_has_no_strength_by_log():
+    subject, recordings = toy.Toy(), logs([nothing])
+    problem = Problem(subject, recordings, toy.floors(subject, recordings, {}))
+    assert by_log(problem, settled(problem, ("coulomb",)), "coulomb") == ()
 
 
 def test_the_answer_says_since_when():

@@ -1,5 +1,7 @@
 """The numbers of a name as an answer gives them, with their intervals."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from epa_rt.gap.diagnosis import Number
@@ -10,6 +12,7 @@ from epa_rt.gap.likelihood.profile import profiled
 from epa_rt.gap.subject import OF_RUN
 
 MOVED = 3.0  # spreads beyond which a nominal parameter is reported
+NINETY_FIVE = 1.96  # deviations of half of a 95 % interval
 WHISKER = 1e-6  # of a spread: so near counts as on a bound
 
 
@@ -35,6 +38,28 @@ def _number(
     value = min(max(value, knob.low), knob.high)  # spreads and back leave a whisker beside a bound
     low, high = ends or (max(value - by, knob.low), min(value + by, knob.high))
     return Number(key, value, knob.unit, low, high, knob.value, stands_at_end(problem, key, value))
+
+
+def by_log(problem: Problem, point: Point, effect: str) -> tuple[Number, ...]:
+    """An effect's strength in each of several logs, straight from ``point`` and with all else as it
+    is there; intervals by the scatter of the log's blocks, or its noise where that is more. None
+    where fewer than two logs show it.
+    """
+    number, normal = problem.strength(effect)[0], point.normal
+    if number not in normal.keys or len(problem.recordings) < 2:
+        return ()
+    at = normal.keys.index(number)
+    told = normal.matrix[:, :, at, at].sum(axis=0)
+    toward = normal.vector[:, :, at].sum(axis=0)
+    value, spread, found = point.values[number], problem.spread(number), []
+    for log, blocks in problem.blocks_of.items():
+        m, v = told[list(blocks)], toward[list(blocks)]
+        if m.sum() > 0.0:
+            by = -float(v.sum() / m.sum())
+            width = max(np.sqrt(m.sum()), float(np.sqrt(((v + m * by) ** 2).sum()))) / m.sum()
+            one = _number(problem, number, value + by * spread, NINETY_FIVE * float(width))
+            found.append(replace(one, name=log))
+    return tuple(found) if len(found) > 1 else ()
 
 
 def moved(problem: Problem, normal: Normal, off: np.ndarray | None) -> tuple[Number, ...]:

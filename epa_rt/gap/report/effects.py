@@ -4,6 +4,7 @@ from epa_rt.config.units import with_unit
 from epa_rt.gap.diagnosis import Change, Diagnosis, Named, Number
 from epa_rt.gap.report.words import (
     PROBABILITY,
+    by_log_words,
     free_run_words,
     gone_words,
     more_numbers_words,
@@ -116,6 +117,8 @@ def _effect(rank: int, effect: Named) -> Html:
                 class_="warning",
             )
         )
+    if words := by_log_words(effect):
+        parts.append(note(words))
     if same := more_numbers_words(effect):
         parts.append(note(f"{same[0].upper()}{same[1:]}."))
     return tag("div", join(parts), class_="effect")

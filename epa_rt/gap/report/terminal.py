@@ -22,6 +22,7 @@ from epa_rt.gap.report.words import (
     PROBABILITY,
     VERDICTS,
     WHO,
+    by_log_words,
     channel_words,
     free_run_words,
     gone_words,
@@ -177,6 +178,9 @@ def _effects(diagnosis: Diagnosis, out: Console) -> None:
             table.add_row(*head, "", "", "", "", others)
     out.print(table)
     out.print(f"Confidence in an effect: {PROBABILITY}.", style="dim")
+    for effect in diagnosis.effects:
+        if words := by_log_words(effect):
+            out.print(f"{plain(effect.name)}: {words}")
     for effect in (one for one in diagnosis.effects if one.in_more_numbers):
         out.print(f"{plain(effect.name)}: {more_numbers_words(effect)}")
     for effect in (one for one in diagnosis.effects if one.who in WHO):

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from epa_rt.config.units import with_unit
 from epa_rt.gap.diagnosis import Diagnosis, Named, Number, Onset, Shrinkage
 from epa_rt.gap.held_out.shrink import ALL, OVERALL
 from epa_rt.gap.posterior.words import all_of, plain
@@ -129,6 +130,17 @@ def parameter_words(one: Number) -> tuple[str, str, str, str]:
         number(x * factor, 4) for x in (one.value, one.low, one.high, one.neutral)
     )
     return value, f"{low} to {high}", neutral, pretty(unit)
+
+
+def by_log_words(effect: Named) -> str:
+    """'Strength by log: ...' with intervals; '' where there is one log, or the rig has none."""
+    if not effect.by_log or effect.who == "plant_file":
+        return ""
+    parts = []
+    for one in effect.by_log:
+        value, interval, _, unit = parameter_words(one)
+        parts.append(f"{one.name} {with_unit(value, unit)} ({interval})")
+    return f"Strength by log: {'; '.join(parts)}."
 
 
 def gone_words(one: Number) -> tuple[str, str, str, str]:
