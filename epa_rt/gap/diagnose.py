@@ -19,6 +19,7 @@ from epa_rt.gap.diagnosis import (
     Diagnosis,
     FreeRun,
     Named,
+    Onset,
     Origin,
     Place,
     Posterior,
@@ -39,6 +40,7 @@ from epa_rt.gap.likelihood.together import ROUNDS, Together, costs
 from epa_rt.gap.posterior.answer import as_told, left_in, table_for
 from epa_rt.gap.posterior.calibrated import CALIBRATED
 from epa_rt.gap.posterior.decide import HOLDS, Decision, decided
+from epa_rt.gap.posterior.evidence import of_views
 from epa_rt.gap.posterior.search import Model, Table, chi_left
 from epa_rt.gap.posterior.unknown import Found, posterior
 from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN
@@ -125,7 +127,7 @@ def diagnose(
         whence = origins(start.problem, start.base.values)
     went = moved(fit.problem, fit.final.normal, off)
     could = as_told(found, table, answer)
-    begins = onset(fit.problem, fit.final, CALIBRATED)
+    begins = _begins(fit, table, answer)
     names = tuple(
         _named(fit, name, could.names[name], found, table, model, answer, off)
         for name in _most_first(table, answer.effects)
@@ -194,6 +196,19 @@ def fitted_for(start: Start, model: Model, none: Model) -> Fitted:
     before = settled(both, (), dict(none.whole), rounds=ROUNDS).values
     after = settled(both, model.effects, begun, rounds=ROUNDS).values if model.effects else before
     return Fitted(problem, linearised(problem, model.effects, dict(after)), before, after)
+
+
+def _begins(fit: Fitted, table: Table, answer: Decision) -> Onset | None:
+    """What begins within a log beside what is named. Where nothing is, also beside the set that
+    explains most: what begins may be all that hides that this is right.
+    """
+    found = onset(fit.problem, fit.final, CALIBRATED)
+    named = [model for model in table.models if model.effects]
+    if found is not None or answer.effects or not named:
+        return found
+    best = max(named, key=lambda model: of_views(model.views, CALIBRATED))
+    point = settled(fit.problem, best.effects, best.values)
+    return onset(fit.problem, point, CALIBRATED)
 
 
 def not_shown(table: Table) -> tuple[str, ...]:

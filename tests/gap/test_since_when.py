@@ -131,3 +131,15 @@ def test_the_answer_says_since_when():
     assert told.onset.effect == "force_offset"
     assert "at about 20 s of log_1" in told.says
     assert told.as_json()["onset"]["log"] == "log_1"
+
+
+def test_what_begins_beside_a_law_is_told_though_nothing_is_named():
+    """Of friction and a zero that jumps neither explains much without the other."""
+    recordings = logs([nothing, lambda t: 3.0 * (t >= 20.0), lambda t: 3.0 + 0.0 * t])
+    for one in recordings:
+        rubs = np.tanh(one.columns["speed_m_s"] / 0.01)
+        one.columns["force_n"] = one.columns["force_n"] + 3.0 * rubs
+    told = diagnose(toy.Toy(), recordings, floors=toy.floors, how_far=False)
+    assert told.onset is not None
+    assert (told.onset.effect, told.onset.log) == ("force_offset", "log_1")
+    assert told.onset.at_s == pytest.approx(20.0, abs=told.onset.within_s)
