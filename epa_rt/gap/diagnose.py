@@ -133,10 +133,10 @@ def diagnose(
         for name in _most_first(table, answer.effects)
     )
     left = _left(model, table.models[0])
-    says = _says(verdict, could, names, left, whence, silent, start, went)
+    says = _says(verdict, could, names, left, _before(whence, begins), silent, start, went)
     told = Diagnosis(
         verdict=verdict,
-        says=f"{says} {said_of_onset(begins)}" if begins else says,
+        says=_with_onset(says, begins, bool(names)),
         found_first=tuple(f"{r.name}: {what}" for r in recordings for what in r.found),
         location=origin_first(places, whence),
         origins=whence,
@@ -373,6 +373,19 @@ def _says(
         told = told_of_names(shares, who, verdict == "partly_explained")
     besides = _besides(could, names, start) if verdict == "partly_explained" else ""
     return f"{told[:1].upper()}{told[1:]}.{left}{besides}"
+
+
+def _before(whence: tuple[Origin, ...], begins: Onset | None) -> tuple[Origin, ...]:
+    """The places, where what begins within a log does not explain more than they do."""
+    least = begins.explained_share if begins else 0.0
+    return whence if whence and whence[0].explained_share > least else ()
+
+
+def _with_onset(says: str, begins: Onset | None, named: bool) -> str:
+    """What begins within a log after the names, or first where there are none."""
+    if begins is None:
+        return says
+    return f"{says} {said_of_onset(begins)}" if named else f"{said_of_onset(begins)} {says}"
 
 
 def _explains(one: Origin) -> str:

@@ -25,5 +25,6 @@ def said_of_onset(onset: Onset) -> str:
     """When an effect begins or changes within a log."""
     return (
         f"Within the logs, {onset.effect.replace('_', ' ')} {'changes' if onset.on else 'begins'}"
-        f" at about {onset.at_s:.0f} s of {onset.log} ({onset.probability:.2f})."
+        f" at about {onset.at_s:.0f} s of {onset.log} ({onset.probability:.2f}): that explains"
+        f" {100.0 * onset.explained_share:.0f} % of what is left without it."
     )

@@ -268,6 +268,5 @@ def onset_words(onset: Onset | None) -> str:
     return (
         f"From about {onset.at_s:.0f} s of {onset.log} on, {last}: {plain(onset.effect)} is"
         f" {size(onset.after, onset.unit)}, {size(onset.before, onset.unit)} before"
-        f" (looked for every {onset.within_s:.1f} s). It explains"
-        f" {percent(onset.explained_share)} of what is left without it."
+        f" (looked for every {onset.within_s:.2g} s)."
     )
