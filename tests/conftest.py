@@ -33,11 +33,11 @@ APART = (
 # groups that take longest, first: no process ends with one of them while another has no more
 FIRST = (
     "real time",
-    "benchmark/test_sealed_cases.py",
     "gap/hygiene",
-    "benchmark",
     "gap/house",
     "models/test_plant_second_simulator.py",
+    "benchmark/test_sealed_cases.py",  # of two processes, which "real time" can do without
+    "benchmark",
     "epa gap",
     "safety/test_coverage.py",
     "gap/foreign/test_shared_cases.py",
