@@ -1,5 +1,7 @@
-"""epa as a process of its own, for tests that kill, interrupt or starve it."""
+"""epa as a process of its own, for tests that kill, interrupt or starve it, and within a test's."""
 
+import contextlib
+import io
 import os
 import signal
 import subprocess
@@ -15,6 +17,19 @@ def epa(*arguments: object, **options: object) -> subprocess.CompletedProcess:
     """Runs epa to its end; output as text."""
     command = [sys.executable, "-m", "epa_rt", *map(str, arguments)]
     return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=600, **options)
+
+
+def epa_here(*arguments: object) -> subprocess.CompletedProcess:
+    """The same in this process, without the two seconds in which Python starts and loads."""
+    from epa_rt.cli.main import main
+
+    words, out, err = [str(one) for one in arguments], io.StringIO(), io.StringIO()
+    with contextlib.chdir(ROOT), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            code = main(words)
+        except SystemExit as ended:  # what argparse refuses
+            code = ended.code
+    return subprocess.CompletedProcess(["epa", *words], code, out.getvalue(), err.getvalue())
 
 
 def start(*arguments: object) -> subprocess.Popen:
@@ -86,6 +101,7 @@ __all__ = [
     "ROOT",
     "children_of",
     "epa",
+    "epa_here",
     "gone",
     "paced_run",
     "signal",

@@ -19,7 +19,7 @@ from epa_rt.config.source import ConfigError
 from epa_rt.gap.rig.read import read_recording
 from epa_rt.logs.importers.mapping import load_mapping
 from epa_rt.logs.importers.rig_text import rig_text
-from tests.cli.shell import RIGS, ROOT, epa
+from tests.cli.shell import RIGS, ROOT, epa_here
 from tests.gap.recorded import recording_of
 
 MAPPING = ROOT / "config/imports/bench_csv.yaml"
@@ -52,7 +52,7 @@ def imported(tmp_path_factory):
     for k, span in enumerate((span for span in log.spans if span.trial), 1):
         trial[span.start : span.stop] = k
     rows = {"t": log.cycle * log.period_s, **rows, "trial": trial}
-    done = epa("import", MAPPING, written(folder / "own.csv", rows), "-o", folder / "own.mcap")
+    done = epa_here("import", MAPPING, written(folder / "own.csv", rows), "-o", folder / "own.mcap")
     assert done.returncode == 0, done.stdout + done.stderr
     return opened(
         argparse.Namespace(rig=RIGS / "bench.yaml", plant=None, logs=[folder / "own.mcap"])
@@ -117,7 +117,7 @@ def test_a_control_file_that_ends_early_is_no_gap_of_the_drive(tmp_path):
                 for name, values in {"t": log.cycle * log.period_s, **columns}.items()
             },
         )
-    done = epa(
+    done = epa_here(
         "import",
         tmp_path / "map.yaml",
         tmp_path / "measured.csv",
@@ -166,7 +166,7 @@ def test_commands_of_another_convention_are_put_where_the_house_has_them(tmp_pat
         if one["column"] not in columns
     }
     (tmp_path / "map.yaml").write_text(yaml.safe_dump(asked, sort_keys=False))
-    done = epa(
+    done = epa_here(
         "import",
         tmp_path / "map.yaml",
         written(

@@ -12,13 +12,13 @@ import pytest
 
 from epa_rt.cli.keys import keys_in
 from epa_rt.logs.reader import LogReader
-from tests.cli.shell import ROOT, epa
+from tests.cli.shell import ROOT, epa_here
 
 BENCH, KNEE = "config/rigs/bench.yaml", "config/rigs/knee.yaml"
 
 
 def test_home_sets_what_the_rig_file_says_and_keeps_it_out_of_config(tmp_path):
-    done = epa("home", "--rig", BENCH, "--unreferenced", "-o", str(tmp_path), "--quiet")
+    done = epa_here("home", "--rig", BENCH, "--unreferenced", "-o", str(tmp_path), "--quiet")
     assert done.returncode == 0, done.stderr
     assert "scatter" in done.stdout and "became 10.2" in done.stdout
     text = (tmp_path / "bench.zero.yaml").read_text()
@@ -28,9 +28,9 @@ def test_home_sets_what_the_rig_file_says_and_keeps_it_out_of_config(tmp_path):
         "home-bench-001.mcap",
         "set_zero-bench-001.mcap",
     ]
-    checked = epa("check", str(tmp_path / "bench.zero.yaml"))
+    checked = epa_here("check", str(tmp_path / "bench.zero.yaml"))
     assert checked.returncode == 0 and "zero by taut_strap at 10.27 mm, set " in checked.stdout
-    info = epa("info", str(tmp_path / "set_zero-bench-001.mcap"))
+    info = epa_here("info", str(tmp_path / "set_zero-bench-001.mcap"))
     assert info.returncode == 0, info.stderr
 
 
@@ -38,14 +38,14 @@ def test_home_refuses_what_it_cannot_do(tmp_path):
     text = (ROOT / BENCH).read_text().replace("../plants/", f"{ROOT}/config/plants/")
     rig = tmp_path / "bench.yaml"
     rig.write_text(text.replace("method: taut_strap", "method: index"))
-    done = epa("home", "--rig", str(rig), "-o", str(tmp_path))
+    done = epa_here("home", "--rig", str(rig), "-o", str(tmp_path))
     assert done.returncode == 2 and "method index without 'current'" in done.stderr
     rig.write_text(
         "\n".join(x for x in text.splitlines() if "zero: {" not in x and "300 kPa g" not in x)
     )
-    done = epa("home", "--rig", str(rig), "-o", str(tmp_path))
+    done = epa_here("home", "--rig", str(rig), "-o", str(tmp_path))
     assert done.returncode == 2 and "found no motor.zero" in done.stderr
-    done = epa("home", "--rig", BENCH, "--backend", "ethercat", "--interface", "none0")
+    done = epa_here("home", "--rig", BENCH, "--backend", "ethercat", "--interface", "none0")
     assert done.returncode == 2 and "expected --yes" in done.stderr
 
 
@@ -55,12 +55,12 @@ def test_home_by_index_says_what_moved_and_where_the_zero_was(tmp_path):
     index = "zero: {method: index, at: 10.27 mm, direction: decreasing, speed: 4 mm/s,"
     index += " current: 1 A, force: 20 N}"
     rig.write_text(re.sub(r"zero: \{.*?\}", index, text, flags=re.DOTALL))
-    done = epa("home", "--rig", str(rig), "-o", str(tmp_path), "--quiet")
+    done = epa_here("home", "--rig", str(rig), "-o", str(tmp_path), "--quiet")
     assert done.returncode == 0, done.stderr
     assert "became 10.2" in done.stdout and "by +3.81 motor turns" in done.stdout
     assert "method: index" in (tmp_path / "bench.zero.yaml").read_text()
     bus = ("--backend", "ethercat", "--interface", "none0")
-    done = epa("home", "--rig", str(rig), "-o", str(tmp_path), *bus)
+    done = epa_here("home", "--rig", str(rig), "-o", str(tmp_path), *bus)
     assert done.returncode == 2 and "expected --yes" in done.stderr  # nothing moves unasked
 
 
@@ -70,28 +70,28 @@ def test_a_zero_that_was_not_read_back_lets_no_run_start(tmp_path):
     rig = tmp_path / "bench.yaml"  # a drive that has no time to answer
     text = re.sub(r"zero: \{.*?\}", "zero: {method: here, at: 10.27 mm}", text, flags=re.DOTALL)
     rig.write_text(text.replace("transition_timeout: 0.5 s", "transition_timeout: 30 ms"))
-    done = epa("home", "--rig", str(rig), "-o", str(tmp_path), "--quiet")
+    done = epa_here("home", "--rig", str(rig), "-o", str(tmp_path), "--quiet")
     assert done.returncode == 3 and "home again" in done.stdout, done.stdout + done.stderr
     assert "method: unfinished" in (tmp_path / "bench.zero.yaml").read_text()
     experiment = "config/experiments/identification.yaml"
     bus = ("--backend", "ethercat", "--interface", "none0", "-o", str(tmp_path))
-    done = epa("run", experiment, "--rig", str(rig), *bus)
+    done = epa_here("run", experiment, "--rig", str(rig), *bus)
     assert done.returncode == 3 and "was not read back" in done.stderr
 
 
 def test_jog_brings_a_rig_back_by_options_in_their_order(tmp_path):
     out = ("-o", str(tmp_path), "--quiet")
     back = ("--start-travel", "40 mm", "--move", "-12mm", "--at", "6 mm/s", "--wait", "0.1 s")
-    done = epa("jog", "--rig", BENCH, *back, "--vent", *out)
+    done = epa_here("jog", "--rig", BENCH, *back, "--vent", *out)
     assert done.returncode == 0 and "completed" in done.stdout, done.stderr
-    done = epa("jog", "--rig", BENCH, "--start-travel", "40 mm", "--move", "1 mm", *out)
+    done = epa_here("jog", "--rig", BENCH, "--start-travel", "40 mm", "--move", "1 mm", *out)
     assert done.returncode == 3 and "a move to 41.00 mm was not made" in done.stdout
 
 
 def test_jog_fills_one_of_two_muscles_and_goes_on(tmp_path):
     """The other one is told nothing, and is not waited for."""
     air = ("--fill", "spam", "50 kPa", "--wait", "0.1 s", "--vent")
-    done = epa("jog", "--rig", KNEE, *air, "-o", str(tmp_path), "--quiet")
+    done = epa_here("jog", "--rig", KNEE, *air, "-o", str(tmp_path), "--quiet")
     assert done.returncode == 0 and "completed" in done.stdout, done.stderr
     with LogReader(tmp_path / "jog-knee-001.mcap") as log:
         filled = log.columns("/measured", ["spam_pressure_pa", "ppam_pressure_pa"])
@@ -103,13 +103,13 @@ def test_jog_fills_one_of_two_muscles_and_goes_on(tmp_path):
 def test_jog_reads_a_script_and_says_what_is_wrong_with_its_line(tmp_path):
     script = tmp_path / "back.txt"
     script.write_text("# up and down\nmove 1 mm\n\nfill muscle 30 kPa  # a little\nvent\n")
-    done = epa("jog", "--rig", BENCH, "--script", str(script), "-o", str(tmp_path), "--quiet")
+    done = epa_here("jog", "--rig", BENCH, "--script", str(script), "-o", str(tmp_path), "--quiet")
     assert done.returncode == 0, done.stderr
     script.write_text("move 1 mm\nfly 3 mm\n")
-    done = epa("jog", "--rig", BENCH, "--script", str(script))
+    done = epa_here("jog", "--rig", BENCH, "--script", str(script))
     assert done.returncode == 2 and f"{script}:2: fly 3 mm: found" in done.stderr
     script.write_text("# nothing\n")
-    done = epa("jog", "--rig", BENCH, "--script", str(script))
+    done = epa_here("jog", "--rig", BENCH, "--script", str(script))
     assert done.returncode == 2 and "found no order" in done.stderr
 
 
@@ -123,7 +123,7 @@ def test_jog_reads_a_script_and_says_what_is_wrong_with_its_line(tmp_path):
     ],
 )
 def test_jog_refuses_with_one_sentence(options, said):
-    done = epa("jog", "--rig", BENCH, *options)
+    done = epa_here("jog", "--rig", BENCH, *options)
     assert done.returncode == 2 and said in done.stderr and "Traceback" not in done.stderr
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from epa_rt.config.rig import Rig, load_rig
 from epa_rt.gap.recording import Recording, Span
 from epa_rt.gap.rig.read import read_recording
-from tests.cli.shell import EXPERIMENTS, RIGS, ROOT, epa
+from tests.cli.shell import EXPERIMENTS, RIGS, ROOT, epa_here
 
 PLANTS = ROOT / "config/plants"
 EFFECTS = """
@@ -57,7 +57,7 @@ def _log_of(rig: str, experiment: str, kind: str) -> Path:
         text = text.replace(old, new)
     file = folder() / f"{experiment}.yaml"
     file.write_text(text)
-    done = epa(
+    done = epa_here(
         "run",
         file,
         "--rig",

@@ -9,7 +9,7 @@ from epa_rt.gap.rig.read import misfits, read_recording, read_recordings
 from epa_rt.logs.reader import LogError, LogReader
 from epa_rt.signals.codec import Encoder
 from epa_rt.signals.sent import sent_columns
-from tests.cli.shell import RIGS, epa
+from tests.cli.shell import RIGS, epa_here
 from tests.gap.recorded import log_of, recording_of, rig_of_name
 from tests.report.rigs import rig_that_trips
 
@@ -90,7 +90,7 @@ def test_a_cut_log_says_what_is_missing(tmp_path):
 
 def test_a_trip_is_said(tmp_path):
     log = tmp_path / "tripped.mcap"
-    epa(
+    epa_here(
         "run",
         "config/experiments/identification_short.yaml",
         "--rig",

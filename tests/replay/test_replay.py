@@ -6,7 +6,7 @@ from epa_rt.cli.main import main
 from epa_rt.logs.reader import LogReader
 from epa_rt.logs.recorder import Recorder
 from epa_rt.logs.replay import Comparison, recorded_cycles
-from tests.cli.shell import EXPERIMENTS, RIGS, epa
+from tests.cli.shell import EXPERIMENTS, RIGS, epa_here
 
 
 @pytest.fixture(scope="module")
@@ -17,7 +17,7 @@ def logs(tmp_path_factory):
         ("identification_short", "bench_analog"),
         ("knee_chirp_short", "knee"),
     ):
-        done = epa(
+        done = epa_here(
             "run",
             EXPERIMENTS / f"{experiment}.yaml",
             "--rig",

@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 from epa_rt.report.run import Run, load_run
-from tests.cli.shell import EXPERIMENTS, RIGS, epa
+from tests.cli.shell import EXPERIMENTS, RIGS, epa_here
 from tests.report.rigs import rig_that_trips
 
 
 def record(folder: Path, experiment: str, rig: Path, exit_code: int = 0) -> Path:
     log = folder / f"{experiment}.mcap"
-    done = epa("run", EXPERIMENTS / f"{experiment}.yaml", "--rig", rig, "-o", log, "--quiet")
+    done = epa_here("run", EXPERIMENTS / f"{experiment}.yaml", "--rig", rig, "-o", log, "--quiet")
     assert done.returncode == exit_code, done.stderr
     return log
 

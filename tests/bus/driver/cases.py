@@ -134,14 +134,17 @@ def lose_frames(bus, skip: int, count: int) -> None:
     bus.receive = receive
 
 
-def lose_two_of_three(bus) -> None:
-    """From now on, of the process-data frames."""
+def lose_two_of_three(bus, count: int) -> None:
+    """From now on, of the next ``count`` process-data frames."""
     inner, seen = bus.receive, itertools.count()
 
     def receive(frame: bytearray, now_ns: int) -> bool:
         before = bus.counters.process_frames
         answered = inner(frame, now_ns)
-        return answered and (bus.counters.process_frames == before or next(seen) % 3 == 2)
+        if not answered or bus.counters.process_frames == before:
+            return answered
+        number = next(seen)
+        return number >= count or number % 3 == 2
 
     bus.receive = receive
 
@@ -546,7 +549,7 @@ class Troubling:
             elif self._trouble == "lose":
                 self._bus.do(lose_frames, 5, self._code)
             elif self._trouble == "lose_two_of_three":
-                self._bus.do(lose_two_of_three)
+                self._bus.do(lose_two_of_three, self._code)
         return exchange
 
     def close(self) -> None:

@@ -3,6 +3,7 @@ by function.
 """
 
 import multiprocessing
+import os
 import socket
 import traceback
 from collections.abc import Callable, Iterator
@@ -51,6 +52,8 @@ def emulated(rig: Rig, lock_step: bool = False, **options: object) -> Iterator[R
 @contextmanager
 def served(bus: EmulatedBus) -> Iterator[Remote]:
     """The same with any emulated bus."""
+    if bus.lock_step:
+        _on_one_core()
     make_pair(MASTER_END, SLAVE_END)
     bus.plant.warm_up()
     packets = open_interface(SLAVE_END)
@@ -69,6 +72,15 @@ def served(bus: EmulatedBus) -> Iterator[Remote]:
         child.join()
         ours.close()
         remove(MASTER_END)
+
+
+def _on_one_core() -> None:
+    """This process and what it starts: in lock step one waits for the other, and to wake another
+    core takes longer than a cycle does. Test processes are spread over the cores.
+    """
+    cores = sorted(os.sched_getaffinity(0))
+    number = os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw")
+    os.sched_setaffinity(0, {cores[int(number) % len(cores)]})
 
 
 def _is_there(_bus: EmulatedBus) -> bool:

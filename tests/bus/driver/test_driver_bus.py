@@ -371,8 +371,11 @@ def test_scan_of_a_bus_with_a_slave_missing():
     )
 
 
-def test_two_of_three_frames_lost_for_good_trip_within_the_reaction_time():
-    result = bus_case("troubled", trouble="lose_two_of_three", at=1500, lost_s=0.02)
+def test_two_of_three_frames_lost_trip_within_the_reaction_time():
+    """Until it has tripped, for each is waited for. For good, with a wrong working counter instead:
+    tests/bus/faults/test_moments.py.
+    """
+    result = bus_case("troubled", trouble="lose_two_of_three", at=1500, code=60, lost_s=0.02)
     assert result["outcome"] == "tripped" and "more than 10 % of the time" in result["cause"]
     before = [cycle for cycle in result["bad"] if cycle <= result["tripped_at"]]
     assert before[0] > 1500 and before[-1] - before[0] <= 20 and len(before) < 15

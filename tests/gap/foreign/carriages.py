@@ -2,6 +2,7 @@
 that describe such a rig.
 """
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -48,9 +49,8 @@ class Cart:
         push_n = np.zeros(count) if push_n is None else push_n
         place, force, sent = np.empty(count), np.empty(count), [0.0] * (late_rows + 1)
         q, v = float(reference_m[0]), 0.0
-        for k, (x, w) in enumerate(
-            zip(reference_m, np.gradient(reference_m, self.period_s), strict=True)
-        ):
+        speed_m_s, pushes = np.gradient(reference_m, self.period_s).tolist(), push_n.tolist()
+        for k, (x, w) in enumerate(zip(reference_m.tolist(), speed_m_s, strict=True)):
             sent.append(self.stiffness_n_m * (x - q) + self.damping_n_s_m * (w - v))
             place[k] = round((q + random.normal(0.0, self.place_noise_m)) * 1e6) * 1e-6
             force[k] = sent[-1] + random.normal(0.0, self.force_noise_n)
@@ -60,13 +60,13 @@ class Cart:
                     + step
                     * (
                         sent[-1 - late_rows]
-                        + push_n[k]
-                        - wave_n * np.sin(2.0 * np.pi * q / wave_m + 0.7)
+                        + pushes[k]
+                        - wave_n * math.sin(2.0 * np.pi * q / wave_m + 0.7)
                         - self.drag_n_s_m * v
                     )
                     / self.mass_kg
                 )
-                v = free - np.sign(free) * min(abs(free), step * coulomb_n / self.mass_kg)
+                v = free - math.copysign(min(abs(free), step * coulomb_n / self.mass_kg), free)
                 q += step * v
         return one_trial(
             name, self.rig, self.period_s, {"place_m": place, self.force_column: force}

@@ -2,6 +2,8 @@
 mass beyond it are no other law; limits are found where they bite.
 """
 
+import math
+
 import numpy as np
 import pytest
 
@@ -50,13 +52,12 @@ def run(
     command = steps + sum(0.06 * np.sin(2 * np.pi * f * t + seed) for f in (0.3, 0.9, 2.2))
     before, after, step = np.empty(len(t)), np.empty(len(t)), PERIOD_S / SUBSTEPS
     motor = joint = motor_speed = joint_speed = 0.0
-    for k, wanted in enumerate(command):
+    for k, wanted in enumerate(command.tolist()):
         before[k] = joint
         for _ in range(SUBSTEPS):
             error = wanted - joint if abs(wanted - joint) > ignored else 0.0
-            push = np.clip(
-                np.clip(GAIN_PER_S * error, -speed, speed) - motor_speed, -torque, torque
-            )
+            asked = min(max(GAIN_PER_S * error, -speed), speed)
+            push = min(max(asked - motor_speed, -torque), torque)
             if beyond > 0.0:
                 turning = (
                     (motor - joint) + 0.4 * np.sqrt(rise_s2) * (motor_speed - joint_speed)
@@ -65,7 +66,7 @@ def run(
                 push -= beyond * LAG_S * turning
             free = motor_speed + step * push / ((1.0 - beyond) * LAG_S)
             held = step * (forward if free > 0.0 else backward) / LAG_S
-            motor_speed = np.sign(free) * max(abs(free) - held, 0.0)
+            motor_speed = math.copysign(max(abs(free) - held, 0.0), free)
             motor += step * motor_speed
             joint = joint + step * joint_speed if beyond > 0.0 else motor
         after[k] = joint

@@ -2,6 +2,8 @@
 metres.
 """
 
+import math
+
 import numpy as np
 import pytest
 
@@ -41,21 +43,26 @@ def swing(
     random, t = np.random.default_rng(seed), np.arange(0.0, 16.0, PERIOD_S)
     wanted = 0.7 * np.sin(2 * np.pi * 0.31 * t) + 0.3 * np.sin(2 * np.pi * 0.83 * t + seed)
     speed, angle, torque = np.gradient(wanted, PERIOD_S), np.empty(len(t)), np.empty(len(t))
-    q, v, step, sent = wanted[0], speed[0], PERIOD_S / SUBSTEPS, [0.0] * (late_rows + 1)
-    for k in range(len(t)):
+    q, v, step, sent = (
+        float(wanted[0]),
+        float(speed[0]),
+        PERIOD_S / SUBSTEPS,
+        [0.0] * (late_rows + 1),
+    )
+    for k, (place, rate) in enumerate(zip(wanted.tolist(), speed.tolist(), strict=True)):
         angle[k] = q + random.normal(0.0, noise_rad)
-        held = 30.0 * (wanted[k] - q) + 2.0 * (speed[k] - v)
+        held = 30.0 * (place - q) + 2.0 * (rate - v)
         torque[k] = held + random.normal(0.0, 5e-3)
         sent.append(held)
         for _ in range(SUBSTEPS):
             free = (
                 v
                 + step
-                * (sent[-1 - late_rows] - DRAG * v - weight_nm * np.sin(q - hangs_rad))
+                * (sent[-1 - late_rows] - DRAG * v - weight_nm * math.sin(q - hangs_rad))
                 / INERTIA
             )
-            dry_nm = coulomb_nm + breakaway_nm * np.exp(-((v / 0.15) ** 2))
-            v = free - np.sign(free) * min(abs(free), step * dry_nm / INERTIA)
+            dry_nm = coulomb_nm + breakaway_nm * math.exp(-((v / 0.15) ** 2))
+            v = free - math.copysign(min(abs(free), step * dry_nm / INERTIA), free)
             q += step * v
     return one_trial(f"log{seed}", "arm", PERIOD_S, {"arm_rad": angle, "motor_nm": torque})
 
