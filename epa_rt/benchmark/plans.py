@@ -1,15 +1,18 @@
 """What the cases' logs are recorded with: experiment files for three logs and one that is held out.
 
-A plan excites much ("rich"), nothing ("still": air shut in, nothing moves), or one point only
-("narrow": one pressure, one small sine). Pressures, strokes and seeds differ from case to case.
+A plan excites much ("rich"; "short" is the same for half as long), nothing ("still": air shut in,
+nothing moves), or one point only ("narrow": one pressure, one small sine). Pressures, strokes and
+seeds differ from case to case.
 """
 
+import re
 from collections import Counter
 from typing import NamedTuple
 
 import numpy as np
 
-RICH, STILL, NARROW = "rich", "still", "narrow"
+RICH, SHORT, STILL, NARROW = "rich", "short", "still", "narrow"
+_TRIAL_S = re.compile(r"(?<=for: )[\d.]+(?= s\b)")
 
 
 class Plan(NamedTuple):
@@ -21,9 +24,22 @@ class Plan(NamedTuple):
 
 def plan_of(rig: str, kind: str, rng: np.random.Generator) -> Plan:
     """The experiments of one case on the rig 'bench' or 'knee'."""
+    if kind == SHORT:
+        whole = plan_of(rig, RICH, rng)
+        return Plan(*(tuple(map(_halved, texts)) for texts in whole))
     if rig == "knee":
         return _knee(kind, rng)
     return {RICH: _bench_rich, STILL: _bench_still, NARROW: _bench_narrow}[kind](rng)
+
+
+def _halved(text: str) -> str:
+    """An experiment file whose trials take half as long."""
+    return "\n".join(
+        _TRIAL_S.sub(lambda s: f"{0.5 * float(s.group()):g}", line)
+        if "trial: true" in line
+        else line
+        for line in text.split("\n")
+    )
 
 
 def _text(name: str, loop: str, seed: int, phases: list[str]) -> str:

@@ -133,10 +133,19 @@ def diagnose(
         for name in _most_first(table, answer.effects)
     )
     left = _left(model, table.models[0])
-    says = _says(verdict, could, names, left, _before(whence, begins), silent, start, went)
+    says = _says(
+        verdict,
+        could,
+        names,
+        left,
+        () if _leads(begins, names, whence) else whence,
+        silent,
+        start,
+        went,
+    )
     told = Diagnosis(
         verdict=verdict,
-        says=_with_onset(says, begins, bool(names)),
+        says=_with_onset(says, begins, names, whence),
         found_first=tuple(f"{r.name}: {what}" for r in recordings for what in r.found),
         location=origin_first(places, whence),
         origins=whence,
@@ -375,17 +384,20 @@ def _says(
     return f"{told[:1].upper()}{told[1:]}.{left}{besides}"
 
 
-def _before(whence: tuple[Origin, ...], begins: Onset | None) -> tuple[Origin, ...]:
-    """The places, where what begins within a log does not explain more than they do."""
-    least = begins.explained_share if begins else 0.0
-    return whence if whence and whence[0].explained_share > least else ()
+def _leads(begins: Onset | None, names: Sequence[Named], whence: Sequence[Origin]) -> bool:
+    """Whether nothing is named and what begins within a log explains more than any place does."""
+    most = max((one.explained_share for one in whence), default=0.0)
+    return begins is not None and not names and begins.explained_share > most
 
 
-def _with_onset(says: str, begins: Onset | None, named: bool) -> str:
-    """What begins within a log after the names, or first where there are none."""
+def _with_onset(
+    says: str, begins: Onset | None, names: Sequence[Named], whence: Sequence[Origin]
+) -> str:
+    """What begins within a log after the rest, or first where it leads."""
     if begins is None:
         return says
-    return f"{says} {said_of_onset(begins)}" if named else f"{said_of_onset(begins)} {says}"
+    told = said_of_onset(begins)
+    return f"{told} {says}" if _leads(begins, names, whence) else f"{says} {told}"
 
 
 def _explains(one: Origin) -> str:

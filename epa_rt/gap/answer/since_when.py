@@ -76,23 +76,37 @@ def onset(problem: Problem, point: Point, numbers: Numbers) -> Onset | None:
     if not places or odds + _most(problem, before, numbers) < 0.0:
         return None  # whatever a step explains
     made = problem.each(lambda name: _signature(problem, point, name), list(problem.effects))
-    signatures = [one for one in made if one is not None]
-    if not signatures:
-        return None
+    signatures = {one.effect: one for one in made if one is not None}
     always = _Place("", 0.0, 0, PARTS * problem.blocks, "logs")
-    found = [_left(problem, point, one, [*places, always], before, numbers) for one in signatures]
-    gains = np.array([left.gain for left in found])
-    logs = odds + gains[:, :-1]
-    rivals = np.append(of_one + gains[:, -1], 0.0)  # the effect all along, and none
-    change = float(np.logaddexp.reduce(logs, axis=None))
+
+    def left(one: _Signature) -> _Left:
+        return _left(problem, point, one, [*places, always], before, numbers)
+
+    found = {name: left(one) for name, one in signatures.items()}
+    best, at, straight = "", 0, set(signatures)
+    while found:
+        best = max(found, key=lambda name: float(found[name].gain[:-1].max()))
+        at = int(np.argmax(found[best].gain[:-1]))
+        if best not in straight:
+            break
+        straight.remove(best)  # a law that is not linear is asked again, as strong as it came out
+        again = _signature(problem, point, best, float(found[best].amplitude[at]))
+        if again is None:
+            del found[best]
+        else:
+            signatures[best], found[best] = again, left(again)
+    if not found:
+        return None
+    steps = odds + np.array([one.gain[:-1] for one in found.values()])
+    rivals = [0.0, *(of_one + one.gain[-1] for one in found.values())]  # none, and all along
+    change = float(np.logaddexp.reduce(steps, axis=None))
     probability = float(np.exp(change - np.logaddexp(change, np.logaddexp.reduce(rivals))))
     if not probability > LIKELY:
         return None
-    best, at = np.unravel_index(int(np.argmax(logs)), logs.shape)
-    one, left, place = signatures[best], found[best], places[at]
+    one, told, place = signatures[best], found[best], places[at]
     was = one.neutral
     if one.number in point.normal.keys:
-        was += float(left.moved[at, point.normal.keys.index(one.number)]) * one.typical
+        was += float(told.moved[at, point.normal.keys.index(one.number)]) * one.typical
     return Onset(
         effect=one.effect,
         on=one.effect in point.effects,
@@ -103,8 +117,8 @@ def onset(problem: Problem, point: Point, numbers: Numbers) -> Onset | None:
         number=one.number,
         unit=problem.knobs[one.number].unit,
         before=was,
-        after=was + float(left.amplitude[at]) * one.typical,
-        explained_share=1.0 - float(left.excess[at].sum() / before.sum()),
+        after=was + float(told.amplitude[at]) * one.typical,
+        explained_share=1.0 - float(told.excess[at].sum() / before.sum()),
         probability=probability,
     )
 
@@ -124,23 +138,33 @@ def _places(problem: Problem) -> list[_Place]:
     return places
 
 
-def _signature(problem: Problem, point: Point, name: str) -> _Signature | None:
-    """None where the effect changes nothing here."""
+def _signature(
+    problem: Problem, point: Point, name: str, amplitude: float | None = None
+) -> _Signature | None:
+    """At a typical strength, or per amplitude at this one; None where the effect changes nothing
+    here.
+    """
+    if amplitude == 0.0:
+        return None
     number = problem.strength(name)[0]
     knob, own = problem.knobs[number], {}
     if name in point.effects:
         at, typical = point.values.get(number, knob.value), problem.spread(number)
         low, high = (knob.low - at) / typical, (knob.high - at) / typical
-        key = point.normal.keys.index(number)
+        key, part = point.normal.keys.index(number), amplitude or 0.0
+        there = {**point.values, number: at + part * typical}
         for link, (positions, table) in point.columns.items():
             if key in positions:
                 own[link] = table[:, list(positions).index(key)]
+                if amplitude is not None:
+                    here = point.residual[link]
+                    own[link] = problem.change(there, point.values, link, here) / part
     else:
         start = starts(problem, name)[0]
         at, typical = knob.value, start[number] - knob.value
         low, high = amplitudes(problem, name, start)
-        own = difference(problem, point, name, start)
-    if not any(one.any() for one in own.values()):
+        own = difference(problem, point, name, start, 1.0 if amplitude is None else amplitude)
+    if not any(one.any() and np.isfinite(one).all() for one in own.values()):
         return None
     shape = (len(problem.links), PARTS * problem.blocks)
     square, onto = np.zeros(shape), np.zeros(shape)

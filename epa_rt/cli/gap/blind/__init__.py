@@ -74,6 +74,11 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
         ),
     )
     make.add_argument(
+        "--short",
+        action="store_true",
+        help="trials of half the length: to see that all of it runs, not to judge by",
+    )
+    make.add_argument(
         "-o", "--out", type=Path, required=True, help="folder of the cases; must be new"
     )
     make.add_argument(
@@ -306,6 +311,7 @@ def _make(arguments: argparse.Namespace) -> int:
         arguments.config,
         arguments.jobs,
         arguments.laws,
+        arguments.short,
     )
     return COMPLETED
 

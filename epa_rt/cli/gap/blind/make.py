@@ -33,13 +33,18 @@ def make_all(
     config: Path,
     jobs: int,
     laws: int,
+    short: bool = False,
 ) -> None:
     """Draws, records and seals; ends with one line on standard output. ``laws``: which of the
-    hidden formulas, 1 to 6.
+    hidden formulas, 1 to 6. ``short``: trials of half the length where much is excited.
     """
+    from epa_rt.benchmark.plans import RICH, SHORT
     from sim_backend.stand_in.draw import draw
 
-    record_all(seed, draw(seed, cases, kinds, laws), out, sealed, config, jobs)
+    specs = draw(seed, cases, kinds, laws)
+    if short:
+        specs = [s._replace(plan=SHORT) if s.plan == RICH else s for s in specs]
+    record_all(seed, specs, out, sealed, config, jobs)
 
 
 def make_each(
@@ -190,7 +195,8 @@ def _another(spec: "Spec", seed: int) -> "Spec":
 
     again = draw(seed, 40, (spec.kind,), spec.laws)
     fitting = [other for other in again if other.rig == spec.rig] or again
-    return fitting[0]._replace(index=spec.index, noise=spec.noise, multiple=spec.multiple)
+    same = {"index": spec.index, "noise": spec.noise, "multiple": spec.multiple, "plan": spec.plan}
+    return fitting[0]._replace(**same)
 
 
 class _Listener:
