@@ -129,6 +129,13 @@ class Component:
     output_is_foreseen: bool = False
     equations: tuple[str, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Raises ValueError where two effects, or two numbers, have one name."""
+        for names in ([one.name for one in self.effects], [one.key for one in self.parameters]):
+            twice = sorted({name for name in names if names.count(name) > 1})
+            if twice:
+                raise ValueError(f"{self.kind}: found '{twice[0]}' twice, expected once")
+
 
 def scaled(scale: str, settings: Numbers) -> float:
     """Value of a scale such as 'typical_force*typical_speed/stroke', in SI; 1 for ''. Raises
