@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from epa_rt.config.source import ConfigError
 from epa_rt.models import added
 
 ROOT = Path(__file__).parents[2]
@@ -86,7 +87,12 @@ def test_the_example_of_the_page_is_short_and_pulls_as_its_law_says(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ("ADDITION = of_muscle(", "OTHER = of_muscle(", "found no ADDITION"),
+        ("@compiled", "@compilation", ":7: found NameError"),
+        (
+            "ADDITION = of_muscle(",
+            "OTHER = of_muscle(",
+            "found no ADDITION, expected ADDITION = of_muscle(",
+        ),
         ("0.0, 1e6,", "1.0, 1e6,", "within its bounds"),
         ("starts=((2e4, 0.0)", "starts=((2e4,)", "a value for each row"),
         ('the seams over squared stretch"', 'the seams", neutral=1.0', "its strength"),
@@ -96,7 +102,7 @@ def test_a_file_that_is_wrong_is_named_with_what_is_expected(old, new, says, tmp
     assert old in example()
     (tmp_path / "wrong_seam.py").write_text(example().replace(old, new), encoding="utf-8")
     monkeypatch.setattr(added, "__path__", [str(tmp_path)])
-    with pytest.raises(ValueError, match="wrong_seam.py: .*" + re.escape(says)):
+    with pytest.raises(ConfigError, match="wrong_seam.py.*" + re.escape(says)):
         added.found()
     sys.modules.pop(f"{added.__name__}.wrong_seam", None)
 

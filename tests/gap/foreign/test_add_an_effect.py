@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from epa_rt.config.source import ConfigError
 from epa_rt.gap.rig.foreign import laws
 from epa_rt.gap.rig.foreign.terms import LAWS
 
@@ -126,11 +127,14 @@ def test_the_example_of_the_page_is_short_and_its_effect_is_named(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ("LAW = law(", "OTHER = law(", "found no LAW"),
+        ("import numpy as np", "import numpi as np", ":3: found ModuleNotFoundError"),
+        ("def force_n(", "def force_n((", ":11: found SyntaxError"),
+        ("force_n=force_n,", "force=force_n,", "found TypeError"),
+        ("LAW = law(", "OTHER = law(", "found no LAW, expected LAW = law("),
         ('name="bumper"', 'name="coulomb"', "a name that no other effect has"),
         ("bumper_begins_ratio", "coulomb_n", "a name that no other number has"),
         ("neutral=BEGINS", "neutral=3.0", "within its bounds"),
-        ('scale="typical_force")', 'scale="typical_force", neutral=1.0)', "its strength"),
+        ('scale="typical_force"', 'scale="typical_force", neutral=1.0', "its strength"),
         ("starts=((0.5, BEGINS)", "starts=((0.5,)", "a value for each number"),
     ],
 )
@@ -139,6 +143,6 @@ def test_a_file_that_is_wrong_is_named_with_what_is_expected(old, new, says, tmp
     (tmp_path / "wrong.py").write_text(example().replace(old, new), encoding="utf-8")
     monkeypatch.setattr(laws, "__path__", [str(tmp_path)])
     monkeypatch.delitem(sys.modules, f"{laws.__name__}.wrong", raising=False)
-    with pytest.raises(ValueError, match="wrong.py: .*" + re.escape(says)):
+    with pytest.raises(ConfigError, match="wrong.py.*" + re.escape(says)):
         laws.found(LAWS)
     sys.modules.pop(f"{laws.__name__}.wrong", None)
