@@ -5,8 +5,11 @@ A family holds the laws for one and the same thing. Strengths are middles of eng
 docs/effects.md lists all.
 """
 
+from pathlib import Path
+
 import numpy as np
 
+from epa_rt.config.source import ConfigError
 from epa_rt.models.beside import ADDED
 from epa_rt.models.catalogue_chain import CHAIN
 from epa_rt.models.catalogue_muscle import GAS_EFFECTS, MUSCLE_EFFECTS
@@ -41,7 +44,7 @@ BY_NAME: dict[str, Effect] = {effect.name: effect for effect in CATALOGUE}
 for _names in ([one.name for one in CATALOGUE], [f"{b}.{row.name}" for b, row in rows()]):
     if len(set(_names)) < len(_names):
         _twice = next(name for name in _names if _names.count(name) > 1)
-        raise ValueError(f"epa_rt/models/added: found '{_twice}' twice, expected once")
+        raise ConfigError(Path(__file__).parent / "added", 1, "", f"'{_twice}' twice", "it once")
 
 NOMINAL: tuple[Nominal, ...] = (
     Nominal("drive.torque_constant_nm_a", 0.02),
