@@ -114,13 +114,13 @@ def test_a_rig_that_has_it_is_found_to_have_it(tmp_path):
         shutil.copytree(ROOT / name, tmp_path / name, ignore=left_out)
     (tmp_path / "epa_rt" / "models" / "added" / "seam.py").write_text(example(), encoding="utf-8")
     plant = (tmp_path / "config" / "plants" / "bench.yaml").read_text(encoding="utf-8")
-    (tmp_path / "rig_true.yaml").write_text(
+    (tmp_path / "plant_true.yaml").write_text(
         f"{plant}\neffects:\n  seam: {{seam_n_m2: 30000 N/m^2}}\n", encoding="utf-8"
     )
     rig = ("--rig", "config/rigs/bench.yaml")
     for seed in ("1", "2"):
         words = ("run", "config/experiments/identification_short.yaml", *rig, "--seed", seed)
-        more = ("--plant", "rig_true.yaml", "-o", f"{seed}.mcap")
+        more = ("--plant", "plant_true.yaml", "-o", f"{seed}.mcap")
         run("-m", "epa_rt", *words, *more, cwd=tmp_path, root=tmp_path)
     words = ("gap", "diagnose", *rig, "1.mcap", "--holdout", "2.mcap", "--no-plan", "--no-gate")
     run("-m", "epa_rt", *words, "--json", "gap.json", cwd=tmp_path, root=tmp_path)
