@@ -25,7 +25,8 @@ HEAD = """# States, trips, events
 
 To look up which state a run is in, what tripped it, and what an event of its log means.
 {written}
-How a run ends, and back from it: [operator.md](operator.md). Why stops have categories:
+How a run ends: [operator.md](operator.md). What to do about each trip:
+[after a trip](after-a-trip.md). Why stops have categories:
 [decision 16](decisions/0016-stops-by-category.md).
 
 {index}"""

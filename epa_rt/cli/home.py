@@ -1,12 +1,12 @@
 """Set the zero of a rig's travel, as its file says under motor.zero.
 
-The motor moves slowly (methods stop and taut_strap), is left standing where it touched, and the
-drive sets its own count there to that of `at`. By the method index the drive itself moves, to its
-encoder's index pulse, by one motor turn and what it needs to stop. What was set is written into the
-zero file beside the rig file; a
-run on the real rig reads it, and is refused where travel has no zero. On the simulated rig nothing
-is written beside the rig file: the zero file goes into the folder of the logs. An emulated bus has
-a file of its own, RIG.emulated.zero.yaml.
+The motor moves slowly (methods stop and taut_strap) and is left standing at the mean of its
+touches, vented and without power. The drive sets its own count there to that of `at`. By the method
+index the drive itself moves, to its encoder's index pulse, by one motor turn and what it needs to
+stop. What was set is written into the zero file beside the rig file; a run on the real rig reads
+it, and is refused where travel has no zero. On the simulated rig nothing is written beside the rig
+file: the zero file goes into the folder of the logs. An emulated bus has a file of its own,
+RIG.emulated.zero.yaml.
 
   epa home --rig config/rigs/bench.yaml -o out
   epa home --rig config/rigs/bench.yaml --unreferenced --yes -o out

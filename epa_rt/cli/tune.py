@@ -323,7 +323,10 @@ def _write_rig(
     rig = rig_from(parse_yaml(text, out))  # what is written can be read
     write_whole(out, text)
     print(out)
-    for said in bring_zero(rig, arguments.rig, out):
+    notes = bring_zero(rig, arguments.rig, out)
+    if not notes:
+        notes = [f"note: no zero goes with it: on a real rig first epa home --rig {out}"]
+    for said in notes:
         print(filled(said))
     if not (out.parent / rig.plant).exists():
         said = (

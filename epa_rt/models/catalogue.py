@@ -5,8 +5,12 @@ A family holds the laws for one and the same thing. Strengths are middles of eng
 docs/effects.md lists all.
 """
 
+from pathlib import Path
+
 import numpy as np
 
+from epa_rt.config.source import ConfigError
+from epa_rt.models.beside import ADDED
 from epa_rt.models.catalogue_chain import CHAIN
 from epa_rt.models.catalogue_muscle import GAS_EFFECTS, MUSCLE_EFFECTS
 from epa_rt.models.catalogue_sensors import SENSOR_EFFECTS
@@ -19,6 +23,7 @@ from epa_rt.models.knobs import (
     without_muscle,
     write_knob,
 )
+from epa_rt.models.parameters import rows
 
 __all__ = [
     "BY_NAME",
@@ -31,8 +36,15 @@ __all__ = [
     "write_knob",
 ]
 
-CATALOGUE: tuple[Effect, ...] = (*CHAIN, *GAS_EFFECTS, *MUSCLE_EFFECTS, *SENSOR_EFFECTS)
+CATALOGUE: tuple[Effect, ...] = (
+    *(*CHAIN, *GAS_EFFECTS, *MUSCLE_EFFECTS, *SENSOR_EFFECTS),
+    *(one.effect for one in ADDED),
+)
 BY_NAME: dict[str, Effect] = {effect.name: effect for effect in CATALOGUE}
+for _names in ([one.name for one in CATALOGUE], [f"{b}.{row.name}" for b, row in rows()]):
+    if len(set(_names)) < len(_names):
+        _twice = next(name for name in _names if _names.count(name) > 1)
+        raise ConfigError(Path(__file__).parent / "added", 1, "", f"'{_twice}' twice", "it once")
 
 NOMINAL: tuple[Nominal, ...] = (
     Nominal("drive.torque_constant_nm_a", 0.02),

@@ -62,3 +62,5 @@ TEXT = text_of(
     _PACKAGE, (file for file in _PACKAGE.rglob("*.py") if not file.name.startswith(_NOT_COMPILED))
 )
 compiled = compiler(_PACKAGE, TEXT, inline=True)
+# for what is made of other compiled functions: it goes into its callers, which are cached
+inlined = njit(fastmath=False, error_model="numpy", nogil=True, forceinline=True)

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from epa_rt.models.beside import ADDED
 from epa_rt.models.tables import Parameter, Table, record_type
 from epa_rt.models.tables_load import LOAD, SENSORS_TABLE
 from epa_rt.models.tables_motor import BUS, DRIVE, TRANSMISSION
@@ -18,7 +19,7 @@ BLOCKS: dict[str, Table] = {
     "drive": DRIVE,
     "transmission": TRANSMISSION,
     "gas": GAS,
-    "muscle": MUSCLE,
+    "muscle": (*MUSCLE, *(row for one in ADDED for row in one.rows)),
     "load": LOAD,
     "sensors": SENSORS_TABLE,
 }

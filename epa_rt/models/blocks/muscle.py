@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from epa_rt.models.beside import tension_n
 from epa_rt.models.blocks import braid
 from epa_rt.models.blocks.laws import polynomial, tang
 from epa_rt.models.blocks.power import power
@@ -112,6 +113,7 @@ def tension(p, slope, gauge_pa, length, speed, memory, moved, creep_n):
         + creep_n
         + braid_friction(p, effective_pa, memory, moved, length, speed)
     )
+    force += tension_n(p, gauge_pa, stretch, speed)
     return max(force + holders(p, stretch, length, speed), 0.0)
 
 

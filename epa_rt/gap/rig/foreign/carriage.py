@@ -14,20 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from epa_rt.gap.rig.foreign.component import Channel, Component, Numbers, Parameter, Setting, effect
+from epa_rt.gap.rig.foreign.law import LINK, REST_RATIO, Law, Motion, motion
 from epa_rt.gap.rig.foreign.moved import smoothed
 from epa_rt.gap.rig.foreign.operators import play
 from epa_rt.gap.rig.foreign.rests import at_rest
 from epa_rt.gap.rig.foreign.signals import Signals, shifted
-from epa_rt.gap.rig.foreign.terms import (
-    LAWS,
-    LINK,
-    REST_RATIO,
-    Law,
-    Motion,
-    motion,
-    motion_features,
-    stray_force_n,
-)
+from epa_rt.gap.rig.foreign.terms import LAWS, motion_features, stray_force_n
 from epa_rt.gap.subject import Link
 
 CONTACT_POWER = 8  # how sharply a backlash's walls carry

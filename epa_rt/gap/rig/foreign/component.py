@@ -7,10 +7,12 @@ A new kind of rig is one module with a ``Component`` in it, entered in ``kinds.p
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from epa_rt.config.source import ConfigError
 from epa_rt.gap.rig.foreign.signals import Signals
 from epa_rt.gap.subject import Link
 from epa_rt.models.effect import Effect
@@ -128,6 +130,15 @@ class Component:
     # against it
     output_is_foreseen: bool = False
     equations: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Raises ConfigError where two effects, or two numbers, have one name."""
+        for names in ([one.name for one in self.effects], [one.key for one in self.parameters]):
+            twice = sorted({name for name in names if names.count(name) > 1})
+            if twice:
+                raise ConfigError(
+                    Path(__file__).parent / "laws", 1, self.kind, f"'{twice[0]}' twice", "it once"
+                )
 
 
 def scaled(scale: str, settings: Numbers) -> float:

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from epa_rt.gap.rig.foreign.component import Channel, Component, Numbers, Parameter, Setting, effect
+from epa_rt.gap.rig.foreign.law import LINK, Motion, motion
 from epa_rt.gap.rig.foreign.moved import smoothed
 from epa_rt.gap.rig.foreign.rests import at_rest
 from epa_rt.gap.rig.foreign.signals import Signals, shifted
-from epa_rt.gap.rig.foreign.terms import LAWS, LINK, Motion, motion, motion_features, stray_force_n
+from epa_rt.gap.rig.foreign.terms import LAWS, motion_features, stray_force_n
 from epa_rt.gap.subject import Link
 
 

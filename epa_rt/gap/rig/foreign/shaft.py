@@ -14,14 +14,16 @@ import numpy as np
 
 from epa_rt.gap.rig.foreign import carriage
 from epa_rt.gap.rig.foreign.component import Channel, Numbers, Parameter, Setting, effect
+from epa_rt.gap.rig.foreign.law import Law
 from epa_rt.gap.rig.foreign.plant_file import stem, suffix_of
 from epa_rt.gap.rig.foreign.signals import Signals
-from epa_rt.gap.rig.foreign.terms import LAWS, Law
+from epa_rt.gap.rig.foreign.terms import LAWS
 from epa_rt.gap.subject import Link
 from epa_rt.models.effect import Effect
 
 LINK = "torque"
 UNITS = {
+    "N/m": "N*m/rad",
     "N": "N*m",
     "m": "rad",
     "kg": "kg*m^2",

@@ -4,98 +4,18 @@ piston share them.
 Every law is an addition to the force that the drive must give, exactly zero at its neutral numbers.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from epa_rt.gap.rig.foreign.component import Numbers, Parameter, effect
-from epa_rt.models.effect import Effect
+from epa_rt.gap.rig.foreign import laws
+from epa_rt.gap.rig.foreign.component import Numbers
+from epa_rt.gap.rig.foreign.law import Law, Motion, law, number
 
 FRICTION = "friction"
-LINK = ("force",)
 PRESLIDING_LEAST = (
     2e-4  # of the stroke: friction that builds up faster is dry friction without pre-sliding
 )
-# of the typical speed: where the sign of a speed is rounded off, far below any speed of interest
-REST_RATIO = 1e-3
-
-
-@dataclass(frozen=True)
-class Motion:
-    """A sliding part's measured motion, (N,) each, already filtered; ``place_ratio``: -1 to 1 over
-    the stroke.
-    """
-
-    position_m: np.ndarray
-    speed_m_s: np.ndarray
-    acceleration_m_s2: np.ndarray
-    sign: np.ndarray
-    place_ratio: np.ndarray
-    time_s: np.ndarray
-    period_s: float
-
-
-class Law(NamedTuple):
-    """One law: its effect, its numbers, and its force (N,) from motion and numbers."""
-
-    effect: Effect
-    parameters: tuple[Parameter, ...]
-    force_n: Callable[[Motion, Numbers], np.ndarray]
-
-
-def motion(
-    position_m: np.ndarray,
-    rate_hz: float,
-    typical_speed_m_s: float,
-    middle_m: float,
-    stroke_m: float,
-) -> Motion:
-    """Speed, acceleration and direction of a filtered position."""
-    speed = np.gradient(position_m) * rate_hz
-    sign = speed / np.hypot(speed, REST_RATIO * typical_speed_m_s)
-    return Motion(
-        position_m,
-        speed,
-        np.gradient(speed) * rate_hz,
-        sign,
-        (position_m - middle_m) / (0.5 * stroke_m),
-        np.arange(len(speed)) / rate_hz,
-        1.0 / rate_hz,
-    )
-
-
-def _number(
-    name: str,
-    unit: str,
-    of: str,
-    low: float,
-    high: float,
-    spread: float,
-    scale: str,
-    neutral: float = 0.0,
-) -> Parameter:
-    return Parameter(f"friction.{name}", unit, neutral, low, high, spread, LINK, of, scale)
-
-
-def _law(
-    name: str,
-    family: str,
-    says: str,
-    equation: str,
-    source: str,
-    numbers: tuple[Parameter, ...],
-    starts: tuple[tuple[float, ...], ...],
-    force_n: Callable[[Motion, Numbers], np.ndarray],
-) -> Law:
-    return Law(
-        effect(
-            name, family, "friction", tuple(p.key for p in numbers), starts, says, equation, source
-        ),
-        numbers,
-        force_n,
-    )
 
 
 def _stribeck(m: Motion, p: Numbers) -> np.ndarray:
@@ -147,82 +67,76 @@ def _viscous_warming(m: Motion, p: Numbers) -> np.ndarray:
     )
 
 
-LAWS: tuple[Law, ...] = (
-    _law(
+_OWN: tuple[Law, ...] = (
+    law(
         "coulomb",
         FRICTION,
         "dry friction of one level",
         "F = Fc sgn(v)",
         "Coulomb; EMPS benchmark (Janot, Gautier, Brunot 2019)",
-        (_number("coulomb_n", "N", "coulomb", 0.0, 5.0, 0.3, "typical_force"),),
+        (number("coulomb_n", "N", "coulomb", 0.0, 5.0, 0.3, "typical_force"),),
         ((0.3,),),
         lambda m, p: p["friction.coulomb_n"] * m.sign,
     ),
-    _law(
+    law(
         "coulomb_rounding",
         FRICTION,
         "dry friction of one level that turns over gradually: lubricated, or a simulator's way",
         "F = Fc tanh(v/vr) in place of Fc sgn(v)",
         "the usual smooth stand-in for Coulomb's law in simulators",
-        (
-            _number(
-                "rounding_speed_m_s", "m/s", "coulomb_rounding", 0.0, 0.3, 0.01, "typical_speed"
-            ),
-        ),
+        (number("rounding_speed_m_s", "m/s", "coulomb_rounding", 0.0, 0.3, 0.01, "typical_speed"),),
         ((0.01,), (0.05,)),
         _rounding,
     ),
-    _law(
+    law(
         "stribeck",
         "stribeck",
         "friction that rises towards standstill, beside a level of its own or not",
         "F = Fs exp(-(v/vs)^2) sgn(v)",
         "Stribeck; Armstrong-Helouvry 1994",
         (
-            _number("stribeck_n", "N", "stribeck", 0.0, 5.0, 0.2, "typical_force"),
-            _number(
-                "stribeck_speed_m_s", "m/s", "stribeck", 2e-3, 0.3, 0.05, "typical_speed", 0.05
-            ),
+            number("stribeck_n", "N", "stribeck", 0.0, 5.0, 0.2, "typical_force"),
+            number("stribeck_speed_m_s", "m/s", "stribeck", 2e-3, 0.3, 0.05, "typical_speed", 0.05),
         ),
         ((0.2, 0.05), (0.2, 0.15)),
         _stribeck,
     ),
-    _law(
+    law(
         "dahl",
         FRICTION,
         "dry friction with pre-sliding",
         "dz/dx = (1 - z sgn(v)) / s, F = Fd z",
         "Dahl 1968",
         (
-            _number("dahl_n", "N", "dahl", 0.0, 5.0, 0.3, "typical_force"),
-            _number("dahl_distance_m", "m", "dahl", PRESLIDING_LEAST, 0.1, 5e-3, "stroke", 5e-3),
+            number("dahl_n", "N", "dahl", 0.0, 5.0, 0.3, "typical_force"),
+            number("dahl_distance_m", "m", "dahl", PRESLIDING_LEAST, 0.1, 5e-3, "stroke", 5e-3),
         ),
         ((0.3, 5e-3), (0.3, 1e-3)),
         _dahl,
     ),
-    _law(
+    law(
         "lugre",
         FRICTION,
         "dry friction with pre-sliding and a rise towards standstill",
         "LuGre: dz/dt = (v - |v| z/g) / s, F = Fl z, g = 1 + r exp(-(v/vs)^2)",
         "Canudas de Wit et al. 1995",
         (
-            _number("lugre_n", "N", "lugre", 0.0, 5.0, 0.3, "typical_force"),
-            _number("lugre_distance_m", "m", "lugre", PRESLIDING_LEAST, 0.1, 5e-3, "stroke", 5e-3),
-            _number("lugre_rise_ratio", "1", "lugre", 0.0, 2.0, 0.3, "", 0.0),
-            _number("lugre_speed_m_s", "m/s", "lugre", 2e-3, 0.3, 0.05, "typical_speed", 0.05),
+            number("lugre_n", "N", "lugre", 0.0, 5.0, 0.3, "typical_force"),
+            number("lugre_distance_m", "m", "lugre", PRESLIDING_LEAST, 0.1, 5e-3, "stroke", 5e-3),
+            number("lugre_rise_ratio", "1", "lugre", 0.0, 2.0, 0.3, "", 0.0),
+            number("lugre_speed_m_s", "m/s", "lugre", 2e-3, 0.3, 0.05, "typical_speed", 0.05),
         ),
         ((0.3, 5e-3, 0.3, 0.05),),
         _lugre,
     ),
-    _law(
+    law(
         "viscous_quadratic",
         "viscous",
         "drag that grows with the square of speed",
         "F = c v |v|",
         "turbulent drag, shear thinning (negative)",
         (
-            _number(
+            number(
                 "quadratic_n_s2_m2",
                 "N*s^2/m^2",
                 "viscous_quadratic",
@@ -235,49 +149,49 @@ LAWS: tuple[Law, ...] = (
         ((0.2,), (-0.2,)),
         lambda m, p: p["friction.quadratic_n_s2_m2"] * m.speed_m_s * np.abs(m.speed_m_s),
     ),
-    _law(
+    law(
         "warming",
         "viscous",
         "drag that changes as the rig warms up",
         "F = c v (1 - exp(-t/T))",
         "viscosity over temperature",
         (
-            _number(
+            number(
                 "warming_n_s_m", "N*s/m", "warming", -5.0, 5.0, 0.2, "typical_force/typical_speed"
             ),
-            _number("warming_s", "s", "warming", 1.0, 3600.0, 10.0, "", 30.0),
+            number("warming_s", "s", "warming", 1.0, 3600.0, 10.0, "", 30.0),
         ),
         ((-0.2, 10.0), (0.2, 10.0)),
         _viscous_warming,
     ),
-    _law(
+    law(
         "offset",
         "offset",
         "a constant force: tilt, or an amplifier's zero",
         "F = F0",
         "EMPS benchmark (Janot, Gautier, Brunot 2019)",
-        (_number("offset_n", "N", "offset", -5.0, 5.0, 0.1, "typical_force"),),
+        (number("offset_n", "N", "offset", -5.0, 5.0, 0.1, "typical_force"),),
         ((0.1,), (-0.1,)),
         lambda m, p: np.full_like(m.speed_m_s, p["friction.offset_n"]),
     ),
-    _law(
+    law(
         "offset_moving",
         "offset",
         "dry friction that differs by direction",
         "F = F1 sgn(v)^2",
         "asymmetric Coulomb friction",
-        (_number("offset_moving_n", "N", "offset_moving", -5.0, 5.0, 0.1, "typical_force"),),
+        (number("offset_moving_n", "N", "offset_moving", -5.0, 5.0, 0.1, "typical_force"),),
         ((0.1,), (-0.1,)),
         lambda m, p: p["friction.offset_moving_n"] * m.sign**2,
     ),
-    _law(
+    law(
         "offset_with_speed",
         "offset",
         "drag that differs by direction: an offset that grows with speed",
         "F = c |v|",
         "asymmetric viscous friction",
         (
-            _number(
+            number(
                 "asymmetric_n_s_m",
                 "N*s/m",
                 "offset_with_speed",
@@ -290,15 +204,15 @@ LAWS: tuple[Law, ...] = (
         ((0.1,), (-0.1,)),
         lambda m, p: p["friction.asymmetric_n_s_m"] * np.abs(m.speed_m_s),
     ),
-    _law(
+    law(
         "friction_over_place",
         "place",
         "dry friction that varies along the way",
         "F = (a x + b x^2) sgn(v)",
         "bent guide, worn middle",
         (
-            _number("place_linear_n", "N", "friction_over_place", -5.0, 5.0, 0.1, "typical_force"),
-            _number("place_square_n", "N", "friction_over_place", -5.0, 5.0, 0.1, "typical_force"),
+            number("place_linear_n", "N", "friction_over_place", -5.0, 5.0, 0.1, "typical_force"),
+            number("place_square_n", "N", "friction_over_place", -5.0, 5.0, 0.1, "typical_force"),
         ),
         ((0.1, 0.0), (0.0, 0.1)),
         lambda m, p: (
@@ -309,20 +223,22 @@ LAWS: tuple[Law, ...] = (
             * m.sign
         ),
     ),
-    _law(
+    law(
         "spring",
         "place",
         "a force that grows along the way: a cable chain, a bellows",
         "F = k (x - x_0)",
         "drag chain stiffness",
         (
-            _number("spring_n", "N", "spring", -5.0, 5.0, 0.1, "typical_force"),
-            _number("spring_rest_ratio", "1", "spring", -3.0, 3.0, 0.5, ""),
+            number("spring_n", "N", "spring", -5.0, 5.0, 0.1, "typical_force"),
+            number("spring_rest_ratio", "1", "spring", -3.0, 3.0, 0.5, ""),
         ),
         ((0.1, 0.0), (-0.1, 0.0)),
         lambda m, p: p["friction.spring_n"] * (m.place_ratio - p["friction.spring_rest_ratio"]),
     ),
 )
+
+LAWS: tuple[Law, ...] = (*_OWN, *laws.found(_OWN))
 
 
 def stray_force_n(m: Motion, numbers: Numbers, laws: Sequence[Law] = LAWS) -> np.ndarray:

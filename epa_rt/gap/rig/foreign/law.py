@@ -1,0 +1,100 @@
+"""What a law of friction or of a stray force is, and the motion that it is asked about.
+
+Every law is an addition to the force that the drive must give, exactly zero at its neutral numbers.
+A law of your own is one file of the room ``laws`` (docs/add-an-effect.md).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from epa_rt.gap.rig.foreign.component import Numbers, Parameter, effect
+from epa_rt.models.effect import Effect
+
+LINK = ("force",)
+# of the typical speed: where the sign of a speed is rounded off, far below any speed of interest
+REST_RATIO = 1e-3
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A sliding part's measured motion, (N,) each, already filtered; ``place_ratio``: -1 to 1 over
+    the stroke.
+    """
+
+    position_m: np.ndarray
+    speed_m_s: np.ndarray
+    acceleration_m_s2: np.ndarray
+    sign: np.ndarray
+    place_ratio: np.ndarray
+    time_s: np.ndarray
+    period_s: float
+
+
+class Law(NamedTuple):
+    """One law: its effect, its numbers, and its force (N,) from motion and numbers."""
+
+    effect: Effect
+    parameters: tuple[Parameter, ...]
+    force_n: Callable[[Motion, Numbers], np.ndarray]
+
+
+def motion(
+    position_m: np.ndarray,
+    rate_hz: float,
+    typical_speed_m_s: float,
+    middle_m: float,
+    stroke_m: float,
+) -> Motion:
+    """Speed, acceleration and direction of a filtered position."""
+    speed = np.gradient(position_m) * rate_hz
+    sign = speed / np.hypot(speed, REST_RATIO * typical_speed_m_s)
+    return Motion(
+        position_m,
+        speed,
+        np.gradient(speed) * rate_hz,
+        sign,
+        (position_m - middle_m) / (0.5 * stroke_m),
+        np.arange(len(speed)) / rate_hz,
+        1.0 / rate_hz,
+    )
+
+
+def number(
+    name: str,
+    unit: str,
+    of: str,
+    low: float,
+    high: float,
+    spread: float,
+    scale: str,
+    neutral: float = 0.0,
+) -> Parameter:
+    """One number of the law ``of``; bounds, ``spread`` and ``neutral`` in units of ``scale``, of
+    which the catalogue's page has examples ('typical_force'); '' is the SI unit itself.
+    """
+    return Parameter(f"friction.{name}", unit, neutral, low, high, spread, LINK, of, scale)
+
+
+def law(
+    name: str,
+    family: str,
+    says: str,
+    equation: str,
+    source: str,
+    numbers: tuple[Parameter, ...],
+    starts: tuple[tuple[float, ...], ...],
+    force_n: Callable[[Motion, Numbers], np.ndarray],
+) -> Law:
+    """A law; its first number is its strength. ``starts``: values of its numbers from which fits
+    begin, in units of their scales, a typical strength first.
+    """
+    return Law(
+        effect(
+            name, family, "friction", tuple(p.key for p in numbers), starts, says, equation, source
+        ),
+        numbers,
+        force_n,
+    )
