@@ -17,7 +17,6 @@ from epa_rt.gap.diagnosis import SILENT, Diagnosis
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import Subject
 from epa_rt.logs.importers.gather import Gathered, Trial
-from epa_rt.logs.importers.grid import Grid
 from epa_rt.models.effect import Knob
 
 NONE, UNKNOWN, REFUSED = "none", "not_in_catalogue", "refused"
@@ -202,12 +201,11 @@ def _part(log: Gathered, start: int, stop: int) -> Gathered:
         for one in log.trials
         if one.start < stop and one.stop > start
     )
-    return Gathered(
-        replace(grid, cycle=cycle, t_s=t_s),
-        *({name: v[rows] for name, v in group.items()} for group in _groups(log)),
-        trials,
-        log.says,
+    measured, references, commands = (
+        {name: values[rows] for name, values in group.items()} for group in _groups(log)
     )
+    cut = replace(grid, cycle=cycle, t_s=t_s)
+    return Gathered(cut, measured, references, commands, trials, log.says)
 
 
 def joined(logs: Sequence[Gathered]) -> Gathered:
@@ -229,17 +227,12 @@ def joined(logs: Sequence[Gathered]) -> Gathered:
         ]
         row += len(log.grid.cycle)
         cycle += int(log.grid.cycle[-1]) + 1
-    return Gathered(
-        Grid(
-            grid.period_s, np.concatenate(cycles), np.concatenate(stamps), grid.resampled, grid.says
-        ),
-        *(
-            {name: np.concatenate([_groups(log)[k][name] for log in logs]) for name in group}
-            for k, group in enumerate(_groups(logs[0]))
-        ),
-        tuple(trials),
-        logs[0].says,
+    whole = replace(grid, cycle=np.concatenate(cycles), t_s=np.concatenate(stamps))
+    measured, references, commands = (
+        {name: np.concatenate([_groups(log)[k][name] for log in logs]) for name in group}
+        for k, group in enumerate(_groups(logs[0]))
     )
+    return Gathered(whole, measured, references, commands, tuple(trials), logs[0].says)
 
 
 def noisy(log: Gathered, name: str, seed: int) -> Gathered:
@@ -262,7 +255,7 @@ def noise_of(values: np.ndarray) -> float:
     steps = np.unique(np.abs(np.diff(known)))
     steps = steps[steps > 1e-9 * float(np.ptp(known))]
     step = float(steps[0]) if len(steps) else 0.0
-    return max(white, step / float(np.sqrt(12.0)))
+    return float(max(white, step / np.sqrt(12.0)))
 
 
 def in_other_units(log: Gathered, names: Sequence[str]) -> tuple[str, dict[str, str]]:
