@@ -21,7 +21,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -87,8 +87,10 @@ def main() -> int:
     answers = Kept(kept, _engine())
     code = 0
     try:
-        for name, asked in _cases(arguments):
-            _ask_all(name, asked, arguments.kinds, answers)
+        cases = list(_cases(arguments))
+        for kind in arguments.kinds:  # of all recordings first: a table is worth reading early
+            for name, asked in cases:
+                _ask_all(name, asked, kind, answers)
     except KeyboardInterrupt:
         print("stability: interrupted; the same command goes on", file=sys.stderr)
         code = 130
@@ -193,25 +195,31 @@ def _gathered(by_mapping: dict[str, list[Any]]) -> tuple[Imported, ...]:
     return tuple(found)
 
 
-def _ask_all(name: str, asked: Asked, kinds: Sequence[str], answers: Kept) -> None:
-    """Asks a recording as it is, and with each change that was not asked yet."""
+def _ask_all(name: str, asked: Asked, kind: str, answers: Kept) -> None:
+    """Asks a recording as it is, and with each change of a kind that was not asked yet."""
     with tempfile.TemporaryDirectory(prefix="stability-") as scratch:
         changes = [(AS_GIVEN, AS_GIVEN, lambda folder: asked)]
-        changes += [one for one in _changes(name, asked, Path(scratch)) if one[0] in kinds]
-        for place, (kind, change, made) in enumerate(changes):
+        if kind == "guess":
+            changes += _guesses(asked, Path(scratch))
+        changes += [one for one in _changes(name, asked) if one[0] == kind]
+        for place, (of, change, made) in enumerate(changes):
             if (name, change) in answers.lines:
                 continue
-            begun = time.monotonic()
+            begun = time.process_time()
             folder = Path(scratch) / f"change_{place}"
             folder.mkdir()
             try:
                 said: dict[str, Any] = {"answer": _answered(made(folder), folder).as_json()}
             except SkippedError as reason:
                 said = {"skipped": str(reason)}
-            said["seconds"] = round(time.monotonic() - begun, 1)
-            answers.add(name, kind, change, said)
+            said["cpu_seconds"] = round(time.process_time() - begun, 1)
+            answers.add(name, of, change, said)
             first = said["answer"]["first"] if "answer" in said else f"not asked: {said['skipped']}"
-            print(f"{name}, {change}: {first} ({said['seconds']} s)", file=sys.stderr, flush=True)
+            print(
+                f"{name}, {change}: {first} ({said['cpu_seconds']} s of CPU)",
+                file=sys.stderr,
+                flush=True,
+            )
 
 
 def _answered(asked: Asked, folder: Path) -> Answer:
@@ -251,10 +259,9 @@ def _written(one: Imported, folder: Path) -> Path:
     return path
 
 
-def _changes(name: str, asked: Asked, scratch: Path) -> list[Change]:
-    """All changes of a recording; one that cannot be made says so when it is asked."""
+def _changes(name: str, asked: Asked) -> list[Change]:
+    """All changes but those of guesses; one that cannot be made says so when it is asked."""
     return [
-        *_guesses(asked, scratch),
         ("lowpass", "low-pass halved", lambda folder: _filtered(asked, folder, 0.5)),
         ("lowpass", "low-pass doubled", lambda folder: _filtered(asked, folder, 2.0)),
         ("trials", "a log split in two", lambda folder: _split(asked)),
@@ -308,11 +315,12 @@ def _filtered(asked: Asked, folder: Path, factor: float) -> Asked:
     text = _rig_text(asked)
     rate, lowpass = (parse_quantity(text[key], "Hz") for key in ("rate", "lowpass"))
     recorded = min(1.0 / one.log.grid.period_s for one in asked.fit)
-    rate = min(max(rate, 2.0 * factor * lowpass), max(recorded, rate))
+    if 2.0 * factor * lowpass > rate:  # a whole part of the logs' own rate
+        rate = max(rate, recorded / max(1, int(recorded / (2.0 * factor * lowpass) + 1e-9)))
     new = min(factor * lowpass, 0.5 * rate)
     if factor > 1.0 and new < WORTH * lowpass:
         raise SkippedError("the low-pass is at half the logs' own rate")
-    text |= {"lowpass": f"{new:g} Hz", "rate": f"{rate:g} Hz", "plant": str(asked.plant)}
+    text |= {"lowpass": f"{new:g} Hz", "rate": f"{rate!r} Hz", "plant": str(asked.plant)}
     rig = folder / "rig.yaml"
     rig.write_text(yaml.safe_dump(text, sort_keys=False), encoding="utf-8")
     return replace(asked, rig=rig)
