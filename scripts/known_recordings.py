@@ -27,7 +27,12 @@ CLEAR = 9.0  # times its detection limit: of each effect that is known to be the
 def known() -> list[dict[str, Any]]:
     """All entries of the list whose files are there."""
     entries: list[dict[str, Any]] = yaml.safe_load(LIST.read_text(encoding="utf-8"))
-    return [one for one in entries if all(path.exists() for path in _files(one))]
+    return [one for one in entries if is_there(one)]
+
+
+def is_there(entry: dict[str, Any]) -> bool:
+    """Whether all logs of an entry are there."""
+    return all(path.exists() for path in _files(entry))
 
 
 def truth_of(entry: dict[str, Any]) -> dict[str, Any]:
@@ -40,7 +45,7 @@ def truth_of(entry: dict[str, Any]) -> dict[str, Any]:
 def logs_of(entry: dict[str, Any], folder: Path) -> tuple[Path, list[Path], list[Path]]:
     """The rig file of an entry, its logs and its held-out ones, imported into a folder."""
     return (
-        _at(entry["rig"]),
+        at(entry["rig"]),
         _imported(entry["logs"], folder / "logs"),
         _imported(entry.get("holdout", {}), folder / "holdout"),
     )
@@ -53,18 +58,19 @@ def _imported(by_mapping: dict[str, list[Any]], folder: Path) -> list[Path]:
     made = []
     for mapping, logs in by_mapping.items():
         for one in logs:
-            files = [_at(name) for name in (one if isinstance(one, list) else [one])]
-            made.append(log_of(_at(mapping), files, folder / f"{files[0].stem}.mcap"))
+            files = [at(name) for name in (one if isinstance(one, list) else [one])]
+            made.append(log_of(at(mapping), files, folder / f"{files[0].stem}.mcap"))
     return made
 
 
 def _files(entry: dict[str, Any]) -> list[Path]:
     logs = [log for key in ("logs", "holdout") for of in entry.get(key, {}).values() for log in of]
     names = [name for log in logs for name in (log if isinstance(log, list) else [log])]
-    return [_at(name) for name in names]
+    return [at(name) for name in names]
 
 
-def _at(name: str) -> Path:
+def at(name: str) -> Path:
+    """Where a file of the list lies: in this repository or beside it."""
     return (ROOT if name.startswith("config/") else SHARED) / name
 
 

@@ -67,3 +67,18 @@ def test_damaged_files_and_logs_are_answered(tmp_path):
     for part in ("files", "logs"):
         assert found[part]["findings"] == [] and found[part]["most_mb"] < 500
     assert sum(found["logs"]["answers"].values()) == 12
+
+
+SHARED = ROOT.parent / "shared/data/zillen_pneumatic/chambers"
+
+
+@pytest.mark.skipif(not SHARED.is_dir(), reason="the shared recordings are not beside this one")
+def test_stability_is_counted_and_goes_on_after_an_interruption(tmp_path):
+    words = "stability -o answers --recordings chamber_010 --kinds trials seed"
+    first = json.loads(run(words.split(), tmp_path))
+    lines = (tmp_path / "answers.jsonl").read_text()
+    assert first["all"]["asked"] == 2 and set(first["by_kind"]) == {"trials", "seed"}
+    assert first["not_asked"] == {"logs as trials of one: there is one log": 1}
+    (tmp_path / "answers.jsonl").write_text(lines + '\n{"recording": "cut o')
+    assert json.loads(run(words.split(), tmp_path)) == first
+    assert (tmp_path / "answers.jsonl").read_text().startswith(lines)
