@@ -13,10 +13,10 @@ import numpy as np
 
 from epa_rt.gap.likelihood.as_one import LINK, fitted
 from epa_rt.gap.likelihood.ground import Ground
-from epa_rt.gap.likelihood.point import Normal, Point
+from epa_rt.gap.likelihood.point import Normal, Point, linearised
 from epa_rt.gap.likelihood.problem import Problem
 from epa_rt.gap.likelihood.promising import promising
-from epa_rt.gap.likelihood.refit import settled, settled_with
+from epa_rt.gap.likelihood.refit import Fit, settled, settled_with
 from epa_rt.gap.likelihood.role import played
 from epa_rt.gap.likelihood.screen import screen
 from epa_rt.gap.likelihood.start import rescaled
@@ -129,7 +129,10 @@ class Search:
         screening = screen(self._problem, self._base)
         self.typical = screening.typical()
         role = played(self._problem, self._base, pairs=True, screening=screening)
-        for fit in role.fits if role else ():
+        fits = {fit.effect: fit for fit in (role.fits if role else ())}
+        if self._ground is None:
+            fits = self._as_believed(fits)
+        for fit in fits.values():
             self._model((fit.effect,), fit.values, None, (self._problem, fit.normal))
         if self._ground is None:
             return
@@ -137,6 +140,19 @@ class Search:
         if self._asks_for_more(self.none, WHOLE):
             for point in self._ground.one_by_one:
                 self._model(point.effects, None, point)
+
+    def _as_believed(self, fits: dict[str, Fit]) -> dict[str, Fit]:
+        """The better of each fit and of one that begins with the plant file as it stands. Where the
+        refit without effects has bent its numbers to hide a gap, its derivatives lead nowhere; with
+        a model of the whole free run looks from both.
+        """
+        role = played(self._problem, linearised(self._problem, (), {}), pairs=True)
+        better = {
+            fit.effect: fit
+            for fit in (role.fits if role else ())
+            if fit.effect not in fits or fit.chi < fits[fit.effect].chi
+        }
+        return {**fits, **better}
 
     def further(self, progress: Callable[[str, float], None]) -> None:
         """One effect more beside the best models of each size, while that may count. Beside the

@@ -73,9 +73,15 @@ def test_a_joint_that_never_moves_tells_what_its_friction_is_at_least(tmp_path):
         diagnose_logs(rig, None, logs)
 
 
-def test_a_pendulum_against_a_guessed_plant_has_gravity(tmp_path):
+@pytest.mark.parametrize("gain", ("12", "16.8"))  # 1/s: as guessed, and two spreads above
+def test_a_pendulum_against_a_guessed_plant_has_gravity(tmp_path, gain):
     at = CASES / "real/xl330"
-    said = answer(tmp_path, at / "rig.yaml", at / "map.yaml", sorted(at.glob("k*.csv")), [])
+    for name in ("rig.yaml", "plant.yaml"):
+        text = (at / name).read_text(encoding="utf-8")
+        (tmp_path / name).write_text(text.replace("gain: 12 1/s", f"gain: {gain} 1/s"))
+    assert f"gain: {gain} 1/s" in (tmp_path / "plant.yaml").read_text()
+    rig, logs = tmp_path / "rig.yaml", sorted(at.glob("k*.csv"))
+    said = answer(tmp_path, rig, at / "map.yaml", logs, [])
     assert said.effects[0].family == "load" and said.effects[0].confidence > 0.9
 
 
