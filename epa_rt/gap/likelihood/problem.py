@@ -186,9 +186,9 @@ class Problem:
 
     def _whitened(self, recording: str, link: str, values: Values) -> np.ndarray:
         floor = self.floors[link]
-        residual = self.subject.residual(self.prepared[recording], values, link)
-        residual = unbiased(residual, floor, recording)
         with np.errstate(over="ignore", invalid="ignore"):  # a plant that runs away
+            residual = self.subject.residual(self.prepared[recording], values, link)
+            residual = unbiased(residual, floor, recording)
             white = floor.whiten(residual) / self.scale[link]
         return np.where(np.isfinite(white), np.clip(white, -ABSURD, ABSURD), white)
 
