@@ -14,13 +14,13 @@ import numpy as np
 from epa_rt.config.rig_rows import si_unit_of
 from epa_rt.config.units import unit
 from epa_rt.gap.diagnosis import SILENT, Diagnosis
+from epa_rt.gap.posterior.decide import HOLDS
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import Subject
 from epa_rt.logs.importers.gather import Gathered, Trial
 from epa_rt.models.effect import Knob
 
 NONE, UNKNOWN, REFUSED = "none", "not_in_catalogue", "refused"
-HOLDS = 0.95  # probability that a set of alternatives holds, as the diagnosis' own sets do
 SPREADS = 2.0  # of a nominal guess, by which it is moved
 REST_S = 0.2  # over which motion is averaged where a rest is looked for
 OTHER_UNITS = {

@@ -40,9 +40,8 @@ from epa_rt.gap.likelihood.together import ROUNDS, Together, costs
 from epa_rt.gap.posterior.answer import as_told, left_in, table_for
 from epa_rt.gap.posterior.calibrated import CALIBRATED
 from epa_rt.gap.posterior.decide import HOLDS, Decision, decided
-from epa_rt.gap.posterior.evidence import of_views
 from epa_rt.gap.posterior.search import Model, Table, chi_left
-from epa_rt.gap.posterior.unknown import Found, posterior
+from epa_rt.gap.posterior.unknown import Found, explains_most, posterior
 from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN
 from epa_rt.gap.posterior.words import all_of, plain, set_words, told_of_names, told_of_sets
 from epa_rt.gap.recording import Recording
@@ -132,20 +131,15 @@ def diagnose(
         _named(fit, name, could.names[name], found, table, model, answer, off)
         for name in _most_first(table, answer.effects)
     )
+    leads = _leads(begins, names, whence)
     left = _left(model, table.models[0])
-    says = _says(
-        verdict,
-        could,
-        names,
-        left,
-        () if _leads(begins, names, whence) else whence,
-        silent,
-        start,
-        went,
-    )
+    says = _says(verdict, could, names, left, () if leads else whence, silent, start, went)
+    if begins is not None:
+        since = said_of_onset(begins)
+        says = f"{since} {says}" if leads else f"{says} {since}"
     told = Diagnosis(
         verdict=verdict,
-        says=_with_onset(says, begins, names, whence),
+        says=says,
         found_first=tuple(f"{r.name}: {what}" for r in recordings for what in r.found),
         location=origin_first(places, whence),
         origins=whence,
@@ -215,7 +209,7 @@ def _begins(fit: Fitted, table: Table, answer: Decision) -> Onset | None:
     named = [model for model in table.models if model.effects]
     if found is not None or answer.effects or not named:
         return found
-    best = max(named, key=lambda model: of_views(model.views, CALIBRATED))
+    best = explains_most(named, CALIBRATED)
     point = settled(fit.problem, best.effects, best.values)
     return onset(fit.problem, point, CALIBRATED)
 
@@ -388,16 +382,6 @@ def _leads(begins: Onset | None, names: Sequence[Named], whence: Sequence[Origin
     """Whether nothing is named and what begins within a log explains more than any place does."""
     most = max((one.explained_share for one in whence), default=0.0)
     return begins is not None and not names and begins.explained_share > most
-
-
-def _with_onset(
-    says: str, begins: Onset | None, names: Sequence[Named], whence: Sequence[Origin]
-) -> str:
-    """What begins within a log after the rest, or first where it leads."""
-    if begins is None:
-        return says
-    told = said_of_onset(begins)
-    return f"{told} {says}" if _leads(begins, names, whence) else f"{says} {told}"
 
 
 def _explains(one: Origin) -> str:

@@ -5,14 +5,13 @@ from dataclasses import replace
 import numpy as np
 
 from epa_rt.gap.diagnosis import Number
-from epa_rt.gap.likelihood.intervals import intervals
+from epa_rt.gap.likelihood.intervals import TWO_SIDED_95, intervals
 from epa_rt.gap.likelihood.point import Normal, Point
 from epa_rt.gap.likelihood.problem import Problem
 from epa_rt.gap.likelihood.profile import profiled
 from epa_rt.gap.subject import OF_RUN
 
 MOVED = 3.0  # spreads beyond which a nominal parameter is reported
-NINETY_FIVE = 1.96  # deviations of half of a 95 % interval
 WHISKER = 1e-6  # of a spread: so near counts as on a bound
 
 
@@ -57,7 +56,7 @@ def by_log(problem: Problem, point: Point, effect: str) -> tuple[Number, ...]:
         if m.sum() > 0.0:
             by = -float(v.sum() / m.sum())
             width = max(np.sqrt(m.sum()), float(np.sqrt(((v + m * by) ** 2).sum()))) / m.sum()
-            one = _number(problem, number, value + by * spread, NINETY_FIVE * float(width))
+            one = _number(problem, number, value + by * spread, TWO_SIDED_95 * float(width))
             found.append(replace(one, name=log))
     return tuple(found) if len(found) > 1 else ()
 

@@ -1,9 +1,9 @@
 """Whether an effect begins, or changes its strength, within a log: a strap that slips at 14 s.
 
-Every effect of the catalogue is given a step at every block's start, up to the end of that log or
-of the last one; its rivals are the effects all along. For a law linear in its strength that costs
-one signature: steps are sums over blocks. What a step leaves is weighed as a set of effects is
-(posterior/evidence.py).
+Every effect of the catalogue is given a step at the start of each part of a block, up to the end of
+that log or of the last one; its rivals are the effects all along. For a law linear in its strength
+that costs one signature: steps are sums over parts. What a step leaves is weighed as a set of
+effects is (posterior/evidence.py).
 """
 
 from dataclasses import dataclass
@@ -69,20 +69,16 @@ def onset(problem: Problem, point: Point, numbers: Numbers) -> Onset | None:
     ``point``: of ``problem``, fitted to what is named. Raises Stopped.
     """
     places = _places(problem)
-    before = _excess(problem, point.normal.square.sum(axis=1))
+    always = _Place("", 0.0, 0, PARTS * problem.blocks, "logs")
+    ground = _Ground(problem, point, [*places, always], numbers)
     kinds = len({effect.family for effect in problem.effects.values()})
     of_one = (numbers.further_odds if point.effects else numbers.effect_odds) - np.log(kinds)
     odds = of_one - np.log(max(len(places), 1))
-    if not places or odds + _most(problem, before, numbers) < 0.0:
+    if not places or odds + ground.most < 0.0:
         return None  # whatever a step explains
     made = problem.each(lambda name: _signature(problem, point, name), list(problem.effects))
     signatures = {one.effect: one for one in made if one is not None}
-    always = _Place("", 0.0, 0, PARTS * problem.blocks, "logs")
-
-    def left(one: _Signature) -> _Left:
-        return _left(problem, point, one, [*places, always], before, numbers)
-
-    found = {name: left(one) for name, one in signatures.items()}
+    found = {name: ground.left(one) for name, one in signatures.items()}
     best, at, straight = "", 0, set(signatures)
     while found:
         best = max(found, key=lambda name: float(found[name].gain[:-1].max()))
@@ -94,7 +90,7 @@ def onset(problem: Problem, point: Point, numbers: Numbers) -> Onset | None:
         if again is None:
             del found[best]
         else:
-            signatures[best], found[best] = again, left(again)
+            signatures[best], found[best] = again, ground.left(again)
     if not found:
         return None
     steps = odds + np.array([one.gain[:-1] for one in found.values()])
@@ -118,7 +114,7 @@ def onset(problem: Problem, point: Point, numbers: Numbers) -> Onset | None:
         unit=problem.knobs[one.number].unit,
         before=was,
         after=was + float(told.amplitude[at]) * one.typical,
-        explained_share=1.0 - float(told.excess[at].sum() / before.sum()),
+        explained_share=1.0 - float(told.excess[at].sum() / ground.before.sum()),
         probability=probability,
     )
 
@@ -188,87 +184,72 @@ def _edges(problem: Problem, link: str) -> np.ndarray:
     return np.round(np.interp(at, np.arange(len(edges)), edges)).astype(int)
 
 
-def _left(
-    problem: Problem,
-    point: Point,
-    one: _Signature,
-    places: list[_Place],
-    before: np.ndarray,
-    numbers: Numbers,
-) -> _Left:
-    """Steps of an effect, each with the best amplitude and all that is free fitted again."""
-    normal, free = point.normal, ~point.normal.frozen
-    matrix, vector = normal.matrix.sum(axis=1), normal.vector.sum(axis=1)
-    own, onto, cross = (_over(part, places) for part in (one.own, one.onto, one.cross))
-    whole = matrix.sum(axis=0)[np.ix_(free, free)] + np.diag(normal.prior[free] + 1e-9)
-    slope = (vector.sum(axis=0) + normal.prior * normal.z)[free]
-    inverse = np.linalg.inv(whole)
-    seen = cross.sum(axis=1)[:, free]
-    curvature = own.sum(axis=1) - np.einsum("pi,ij,pj->p", seen, inverse, seen)
-    toward = onto.sum(axis=1) - seen @ inverse @ slope
-    amplitude = np.clip(-toward / (np.maximum(curvature, 0.0) + 1.0), one.low, one.high)
-    moved = np.zeros((len(places), len(free)))
-    moved[:, free] = -(slope + amplitude[:, None] * seen) @ inverse
-    square = (
-        normal.square.sum(axis=1)
-        + 2.0 * moved @ vector.T
-        + np.einsum("pi,lij,pj->pl", moved, matrix, moved, optimize=True)
-        + 2.0 * amplitude[:, None] * (onto + np.einsum("pli,pi->pl", cross, moved))
-        + amplitude[:, None] ** 2 * own
-    )
-    excess = _excess(problem, square)
-    return _Left(
-        amplitude, moved, excess, _gain(problem, point, moved, before, excess, own, numbers)
-    )
+class _Ground:
+    """What steps are held against: a point, what it leaves, and where they may be.
+
+    ``before`` (L,): chi-square above noise in floors that ``point`` leaves; ``most``: log evidence
+    that a step would gain that leaves nothing.
+    """
+
+    def __init__(
+        self, problem: Problem, point: Point, places: list[_Place], numbers: Numbers
+    ) -> None:
+        self._normal, self._places, self._free = point.normal, places, ~point.normal.frozen
+        normal, free = self._normal, self._free
+        self._matrix, self._vector = normal.matrix.sum(axis=1), normal.vector.sum(axis=1)
+        self._square = normal.square.sum(axis=1)
+        whole = self._matrix.sum(axis=0)[np.ix_(free, free)] + np.diag(normal.prior[free] + 1e-9)
+        self._inverse = np.linalg.inv(whole)
+        self._slope = (self._vector.sum(axis=0) + normal.prior * normal.z)[free]
+        self._floors = np.array([problem.scale[link] ** 2 for link in problem.links])
+        self._noise = np.array([float(problem.samples(link)) for link in problem.links])
+        self._freedom, share = numbers.freedom_of(BLOCKS), numbers.floor_share
+        self._wide = np.array([scale(Seen(n, n), self._freedom, share) for n in self._noise])
+        self.before = self._excess(self._square)
+        self.most = float(self._gained(np.zeros(len(self._noise))))
+
+    def left(self, one: _Signature) -> _Left:
+        """Steps of an effect, each with the best amplitude and all that is free fitted again."""
+        own, onto, cross = (_over(part, self._places) for part in (one.own, one.onto, one.cross))
+        seen = cross.sum(axis=1)[:, self._free]
+        imitated = np.einsum("pi,ij,pj->p", seen, self._inverse, seen)
+        toward = onto.sum(axis=1) - seen @ self._inverse @ self._slope
+        curvature = np.maximum(own.sum(axis=1) - imitated, 0.0)
+        amplitude = np.clip(-toward / (curvature + 1.0), one.low, one.high)
+        moved = np.zeros((len(self._places), len(self._free)))
+        moved[:, self._free] = -(self._slope + amplitude[:, None] * seen) @ self._inverse
+        excess = self._excess(
+            self._square
+            + 2.0 * moved @ self._vector.T
+            + np.einsum("pi,lij,pj->pl", moved, self._matrix, moved, optimize=True)
+            + 2.0 * amplitude[:, None] * (onto + np.einsum("pli,pi->pl", cross, moved))
+            + amplitude[:, None] ** 2 * own
+        )
+        told = (own * self._floors * self._freedom / (self._wide + excess)).sum(axis=1)
+        gain = self._gained(excess) + self._strained(moved) - 0.5 * np.log1p(told)
+        return _Left(amplitude, moved, excess, gain)
+
+    def _excess(self, square: np.ndarray) -> np.ndarray:
+        """(..., L) chi-square above noise in floors, of (..., L) in deviations of the problem."""
+        return np.maximum(square * self._floors - self._noise, 0.0)
+
+    def _gained(self, excess: np.ndarray) -> np.ndarray:
+        """(...) log likelihood of an excess (..., L) above that of what there is."""
+        fell = np.log1p(self.before / self._wide) - np.log1p(excess / self._wide)
+        return 0.5 * self._freedom * fell.sum(axis=-1)
+
+    def _strained(self, moved: np.ndarray) -> np.ndarray:
+        """(P,) what the prior of the nominal parameters gains by what they move."""
+        normal = self._normal
+        nominal = normal.prior > 0.0
+        there, here = (
+            strain(View({}, normal.keys, z, nominal)) for z in (normal.z + moved, normal.z)
+        )
+        return there - here
 
 
 def _over(parts: np.ndarray, places: list[_Place]) -> np.ndarray:
-    """(P, L, ...) sums over the blocks of each place of what is given by link and block."""
+    """(P, L, ...) sums over each place of what is given by link and part of a block."""
     sums = np.concatenate([np.zeros_like(parts[:, :1]), parts.cumsum(axis=1)], axis=1)
     stop, first = [place.stop for place in places], [place.first for place in places]
     return np.moveaxis(sums[:, stop] - sums[:, first], 0, 1)
-
-
-def _gain(
-    problem: Problem,
-    point: Point,
-    moved: np.ndarray,
-    before: np.ndarray,
-    excess: np.ndarray,
-    own: np.ndarray,
-    numbers: Numbers,
-) -> np.ndarray:
-    """(P,) log evidence of each step above that of none: likelihood, prior of the nominal
-    parameters, and the part of its prior volume that the data leave its size.
-    """
-    freedom, normal, wide = numbers.freedom_of(BLOCKS), point.normal, _wide(problem, numbers)
-    likelihood = -0.5 * freedom * (np.log1p(excess / wide) - np.log1p(before / wide)).sum(axis=1)
-    told = (own * _floors(problem) * freedom / (wide + excess)).sum(axis=1)
-    nominal = normal.prior > 0.0
-    there, here = (strain(View({}, normal.keys, z, nominal)) for z in (normal.z + moved, normal.z))
-    gain: np.ndarray = likelihood + there - here - 0.5 * np.log1p(told)
-    return gain
-
-
-def _wide(problem: Problem, numbers: Numbers) -> np.ndarray:
-    """(L,) chi-square above noise from which on a link's discrepancy counts (``scale``)."""
-    samples = (float(problem.samples(link)) for link in problem.links)
-    freedom, share = numbers.freedom_of(BLOCKS), numbers.floor_share
-    return np.array([scale(Seen(n, n), freedom, share) for n in samples])
-
-
-def _most(problem: Problem, before: np.ndarray, numbers: Numbers) -> float:
-    """Log evidence that a step would gain that leaves nothing."""
-    freedom = numbers.freedom_of(BLOCKS)
-    return 0.5 * freedom * float(np.log1p(before / _wide(problem, numbers)).sum())
-
-
-def _floors(problem: Problem) -> np.ndarray:
-    """(L,) chi-square in floors of one in the problem's deviations."""
-    return np.array([problem.scale[link] ** 2 for link in problem.links])
-
-
-def _excess(problem: Problem, square: np.ndarray) -> np.ndarray:
-    """(..., L) chi-square above noise in floors, of what is left in deviations of the problem."""
-    samples = np.array([problem.samples(link) for link in problem.links])
-    return np.maximum(square * _floors(problem) - samples, 0.0)

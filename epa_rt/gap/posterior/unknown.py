@@ -6,7 +6,7 @@ both are known from calibration. Their ratio has heavy tails, so that a real rig
 more than its named effects, keeps its names.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,7 +41,7 @@ def posterior(table: Table, numbers: Numbers) -> Found:
     named = [model for model in models if model.effects]
     unknown = [logs[models.index(none)] + nothing_wrong(none, numbers)]
     if named:
-        best = max(named, key=lambda model: of_views(model.views, numbers))
+        best = explains_most(named, numbers)
         right, wrong = leaves_as(best, none, numbers)
         unknown[0] += wrong
         all_named = [logs[models.index(model)] for model in named]
@@ -51,6 +51,11 @@ def posterior(table: Table, numbers: Numbers) -> Found:
     weights /= weights.sum()
     order = np.argsort(-weights[:-1], kind="stable")
     return Found(tuple((models[i], float(weights[i])) for i in order), float(weights[-1]))
+
+
+def explains_most(models: Sequence[Model], numbers: Numbers) -> Model:
+    """The one of the models under which what is left is most probable, its prior aside."""
+    return max(models, key=lambda model: of_views(model.views, numbers))
 
 
 def leaves_as(model: Model, none: Model, numbers: Numbers) -> tuple[float, float]:
