@@ -2,7 +2,8 @@
 
 From logs whose trials moved the loop, or from a short excitation that the verb runs itself (--rig
 without logs): multisines on the loop's reference, within half of the rig's limits, set up as in
---experiment. It runs as every run does, with its trips and stops, and leaves a log.
+--experiment. A joint then follows that experiment's trial once, for its feedforward. It runs as
+every run does, with its trips and stops, and leaves a log.
 
 The proposal keeps the sensitivity peak Ms at 1.6 or less over the response's uncertainty, and never
 tracks worse. Where only worse tracking keeps Ms, the present gains stay with a warning, and

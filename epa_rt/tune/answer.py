@@ -12,6 +12,7 @@ from epa_rt.tune.controller import JOINT, MOTOR, Gains, Loop, TuneError, loop_of
 from epa_rt.tune.design import MS_LIMIT, Merit, Problem, Proposal, Wanted, problem_of, proposed
 from epa_rt.tune.evidence import HIGHEST_HZ_SHARE, Evidence, evidence_of, usual_wanted, wanted_of
 from epa_rt.tune.fit import Model, fitted
+from epa_rt.tune.followed import Followed, followed_from
 from epa_rt.tune.in_time import Situation, Trace, simulated
 from epa_rt.tune.margins import Interpolated, Margins, interpolated, shortfall
 from epa_rt.tune.response import LEAST_COHERENCE, Response, response_of, widened
@@ -81,7 +82,7 @@ def tuned(
     """
     loop = loop_of(rig, kind)
     progress("reading", 0.0)
-    evidence = evidence_of(recordings, rig, loop)
+    evidence = evidence_of(recordings, rig, loop, motion[0] if motion is not None else None)
     progress("response", 0.1)
     highest_hz = HIGHEST_HZ_SHARE / loop.period_s
     whole = response_of(evidence.trials, loop.period_s, highest_hz)
@@ -99,7 +100,8 @@ def tuned(
     )
     grid = interpolated(response.frequency_hz, response.plant, response.radius, model.at)
     wanted, wanted_from = _wanted(loop, evidence, motion)
-    problem = problem_of(rig, loop, grid, wanted, evidence.situation.quantum)
+    followed = _followed(loop, evidence, grid, model)
+    problem = problem_of(rig, loop, grid, wanted, evidence.situation.quantum, followed)
     progress("search", 0.2)
     proposal = proposed(problem)
     progress("simulation", 0.8)
@@ -109,7 +111,7 @@ def tuned(
         return _judged(rig, problem, model, situation, motion, gains)
 
     present, after = judged(loop.gains), judged(proposal.gains)
-    proposal, after = _confirmed(problem, proposal, present, after)
+    proposal, after = _confirmed(rig, problem, proposal, present, after)
     holding = judged(proposal.holding) if proposal.holding is not None else None
     if hold_margin and holding is not None:
         why = f"Ms at {MS_LIMIT:g} was asked for, and costs {_costs(problem, present, holding)}"
@@ -137,16 +139,26 @@ def tuned(
 
 
 def _confirmed(
-    problem: Problem, proposal: Proposal, before: Judged, after: Judged
+    rig: Rig, problem: Problem, proposal: Proposal, before: Judged, after: Judged
 ) -> tuple[Proposal, Judged]:
     """A proposal that tracks worse in time, with the loop's steps and limits, is none."""
     if proposal.keep or before.trial is None or after.trial is None:
         return proposal, after
-    if after.trial.rms_error <= before.trial.rms_error:
+    within = problem.followed is None or _within_limits(rig, problem.loop, after.trial)
+    if within and after.trial.rms_error <= before.trial.rms_error:
         return proposal, after
     why = "what the response promises, limits and steps of the loop take away again"
     holding = None if problem.holds(before.gains) else after.gains
     return Proposal(before.gains, True, why, holding=holding), before
+
+
+def _within_limits(rig: Rig, loop: Loop, trace: Trace) -> bool:
+    """Whether no limit and no slew limit cuts the command of a trial that does not know of them."""
+    row = rig.row(loop.command)
+    low, high = row.limits or (-np.inf, np.inf)
+    steps = np.abs(np.diff(trace.command)) / loop.period_s
+    inside = low <= np.min(trace.command) and np.max(trace.command) <= high
+    return bool(inside and np.max(steps) <= (row.slew or np.inf))
 
 
 def _warning(
@@ -185,6 +197,15 @@ def _costs(problem: Problem, present: Judged, holding: Judged) -> str:
     return " and ".join(found) or "nothing that these figures show"
 
 
+def _followed(loop: Loop, evidence: Evidence, grid: Interpolated, model: Model) -> Followed | None:
+    """The recorded trial of the wanted motion, for a joint's loop: the motor's has no
+    feedforward.
+    """
+    if loop.kind != JOINT or evidence.of_motion is None:
+        return None
+    return followed_from(loop, evidence.of_motion, model.at, float(grid.frequency_hz[-1]))
+
+
 def _wanted(loop: Loop, evidence: Evidence, motion: Motion | None) -> tuple[Wanted, str]:
     if motion is not None:
         return wanted_of([motion[0]], loop.period_s), "the experiment's trial"
@@ -219,7 +240,9 @@ def _judged(
     load = size * abs(loop.command_of)  # as much command as turns the joint by that, muscles held
     run = (rig, loop, gains, model, situation)
     trial = None
-    if motion is not None:
+    if problem.followed is not None:
+        trial = problem.followed.trace(gains)
+    elif motion is not None:
         longest = round(LONGEST_TRACE_S / loop.period_s)
         trial = simulated(*run, motion[0][:longest], motion[1][:longest])
     return Judged(

@@ -12,6 +12,7 @@ import numpy as np
 
 from epa_rt.config.rig import Rig
 from epa_rt.tune.controller import JOINT, MOTOR, Controller, Gains, Loop, controller_of, rounded
+from epa_rt.tune.followed import Followed
 from epa_rt.tune.margins import QUIET, Interpolated, Margins, is_stable, margins_of
 
 MS_LIMIT = 1.6
@@ -48,7 +49,7 @@ class Problem:
     """A loop, its plant on a fine grid, what is wanted of it, and the noise that is allowed.
 
     ``kp_max``: beyond it a reading that is renewed late makes the command jump further than its
-    slew limit lets it.
+    slew limit lets it. ``followed``: a trial of the wanted motion; None where none was recorded.
     """
 
     loop: Loop
@@ -57,6 +58,7 @@ class Problem:
     quantum: float
     noise_rate_max: float
     kp_max: float = float("inf")
+    followed: Followed | None = None
 
     def margins(self, gains: Gains) -> Margins:
         """Margins with these gains."""
@@ -70,13 +72,17 @@ class Problem:
         answer = np.abs(self.plant.plant * sensitivity) ** 2 / omega**2
         load = np.sqrt(np.trapezoid(answer, frequency) * 2.0)
         return Merit(
-            float(np.sqrt(np.sum(self._errors(gains) * self.wanted.power))),
-            float(load),
-            self._noise_rate(gains, controller, sensitivity),
+            self._tracking(gains), float(load), self._noise_rate(gains, controller, sensitivity)
         )
 
     def _on_grid(self, gains: Gains) -> Controller:
         return controller_of(self.loop, gains, self.plant.frequency_hz)
+
+    def _tracking(self, gains: Gains) -> float:
+        """RMS error of the recorded trial with these gains, or by the response alone."""
+        if self.followed is not None:
+            return self.followed.tracking(gains)
+        return float(np.sqrt(np.sum(self._errors(gains) * self.wanted.power)))
 
     def _errors(self, gains: Gains) -> np.ndarray:
         """|error per reference|^2 (k,) at the wanted frequencies."""
@@ -135,15 +141,22 @@ class Problem:
         return max(excesses) if excesses[-1] == 0.0 else excesses[-1]
 
     def with_feedforward(self, gains: Gains) -> Gains:
-        """The same feedback with what the feedforward has to give back of its derivative.
+        """The same feedback with the feedforward that the recorded trial asks for.
 
-        The command that the wanted motion asks for stays the present one: the derivative brakes the
-        motion by kd s / (1 + s / (2 pi cut-off)), whose first two powers of s speed and
-        acceleration cancel. So the error is the present one times the ratio of the sensitivities,
-        whatever the plant does at the size of the wanted motion. The motor's loop has none.
+        Without a trial of the wanted motion it gives back what the derivative brakes: the command
+        that the motion asks for stays the present one. The derivative brakes by
+        kd s / (1 + s / (2 pi cut-off)), whose first two powers of s speed and acceleration cancel.
+        So the error is the present one times the ratio of the sensitivities, whatever the plant
+        does at the size of the wanted motion. The motor's loop has none.
         """
         if self.loop.kind != JOINT:
             return gains
+        given_back = self._with_derivative_given_back(gains)
+        if self.followed is None:
+            return given_back
+        return self.followed.with_feedforward(given_back)
+
+    def _with_derivative_given_back(self, gains: Gains) -> Gains:
         present = self.loop.gains
         return replace(
             gains,
@@ -177,13 +190,18 @@ WORTH = 0.10  # less gain than this is not worth a change of a rig that runs
 
 
 def problem_of(
-    rig: Rig, loop: Loop, plant: Interpolated, wanted: Wanted, quantum: float
+    rig: Rig,
+    loop: Loop,
+    plant: Interpolated,
+    wanted: Wanted,
+    quantum: float,
+    followed: Followed | None = None,
 ) -> Problem:
     """The problem with the noise that the present gains or NOISE_SHARE allow. ``quantum``: one step
-    of the measured output.
+    of the measured output, ``followed``: a trial of what is wanted.
     """
     top = rig.motor.speed_max if loop.kind == JOINT else rig.motor.acceleration_max
-    free = Problem(loop, plant, wanted, quantum, float("inf"))
+    free = Problem(loop, plant, wanted, quantum, float("inf"), followed=followed)
     present = free.merit(loop.gains).noise_rate
     return replace(
         free,
@@ -220,31 +238,33 @@ def proposed(problem: Problem) -> Proposal:
         why = (
             "none better was found within the bounds"
             if is_sound
-            else f"no gains that track and hold a load as well keep Ms at {MS_LIMIT:g}"
+            else f"no gains that track as well keep Ms at {MS_LIMIT:g}"
         )
         return Proposal(present, True, why, holding=None if is_sound else found)
+    if not is_sound:
+        return Proposal(found, False, "the present gains break a bound")
     before, after = problem.merit(present), problem.merit(found)
     gained = 1.0 - min(
         after.tracking / before.tracking if before.tracking > 0.0 else 1.0, after.load / before.load
     )
-    if is_sound and gained < WORTH:
+    if gained < WORTH:
         return Proposal(
             present, True, f"the best found gains only {100.0 * max(gained, 0.0):.0f} %"
         )
-    if not is_sound:
-        return Proposal(found, False, "the present gains break a bound")
     return Proposal(found, False, "better within the same bounds")
 
 
 def _searched(problem: Problem) -> tuple[Gains | None, bool]:
     """The best gains by differential evolution over the logarithms of the feedback's gains, and
-    whether they track and hold a load as well as the present ones. Where none does, those that keep
-    the bounds with the least loss of either; None where none keeps the bounds.
+    whether they track as well as the present ones and, where those keep the bounds, hold a load as
+    well. Where none does, those that keep the bounds with the least loss of either; None where none
+    keeps the bounds.
     """
     from scipy.optimize import differential_evolution  # type: ignore[import-untyped]
 
     present, before = problem.loop.gains, problem.merit(problem.loop.gains)
     names, bounds = _space(problem.loop)
+    is_sound = problem.holds(present)
 
     def gains_at(logs: np.ndarray) -> Gains:
         values = {name: float(10.0**v) for name, v in zip(names, logs, strict=True)}
@@ -258,7 +278,9 @@ def _searched(problem: Problem) -> tuple[Gains | None, bool]:
         merit = problem.merit(gains)
         ratios = np.array([merit.tracking / before.tracking, merit.load / before.load])
         worst = float(np.max(ratios))
-        if worst > 1.0:  # neither gets worse: friction, creep and drift are loads while it tracks
+        # friction, creep and drift are loads while it tracks; a loop that breaks a bound may hold
+        # a load better than any that keeps it
+        if (worst if is_sound else ratios[0]) > 1.0:
             return BIG * (1.0 - 0.5 / (worst * _louder(gains, present)))
         return float(np.sum(np.log(np.maximum(ratios, 1e-6))))
 

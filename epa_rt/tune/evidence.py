@@ -9,6 +9,7 @@ from epa_rt.config.rig import Rig
 from epa_rt.gap.recording import Recording
 from epa_rt.tune.controller import Loop, TuneError
 from epa_rt.tune.design import Wanted
+from epa_rt.tune.followed import trial_of
 from epa_rt.tune.in_time import Situation
 from epa_rt.tune.response import Excited
 
@@ -22,16 +23,23 @@ EXCITES = "tune_"  # how the name of an experiment begins that only excites
 
 @dataclass(frozen=True)
 class Evidence:
-    """Trials of one loop; where it worked; what the reference wanted (None: it only excited)."""
+    """Trials of one loop; where it worked; what the reference wanted (None: it only excited).
+    ``of_motion``: a trial of the motion that the loop is to follow.
+    """
 
     trials: tuple[Excited, ...]
     situation: Situation
     wanted: Wanted | None
     seconds: float
+    of_motion: Excited | None = None
 
 
-def evidence_of(recordings: Sequence[Recording], rig: Rig, loop: Loop) -> Evidence:
-    """The trials of the logs. Raises TuneError where there is nothing to go by."""
+def evidence_of(
+    recordings: Sequence[Recording], rig: Rig, loop: Loop, motion: np.ndarray | None = None
+) -> Evidence:
+    """The trials of the logs. ``motion``: reference (n,) of what the loop is to follow; None: of
+    the longest trial that is no mere excitation. Raises TuneError where there is nothing to go by.
+    """
     trials: list[Excited] = []
     for recording in recordings:
         _refuse(recording, rig)
@@ -61,8 +69,14 @@ def evidence_of(recordings: Sequence[Recording], rig: Rig, loop: Loop) -> Eviden
     wanted = None
     if not only_excites:
         wanted = wanted_of([trial.reference for trial in trials], loop.period_s)
+        if motion is None:
+            motion = max((trial.reference for trial in trials), key=len)
     return Evidence(
-        tuple(trials), situation, wanted, sum(len(t.output) for t in trials) * loop.period_s
+        tuple(trials),
+        situation,
+        wanted,
+        sum(len(t.output) for t in trials) * loop.period_s,
+        trial_of(trials, motion) if motion is not None else None,
     )
 
 

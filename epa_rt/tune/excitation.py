@@ -4,7 +4,8 @@ The reference is where it enters, so that the usual run does all the rest: the p
 before anything moves, the gate and every trip watch it, a stop brakes it, and the log replays. It
 reaches the command through the controller and its feedforward. Two draws of phases in each band,
 the second at half the height: what a plant does that is not linear differs between them and shows
-as uncertainty.
+as uncertainty. A joint then follows the trial of the experiment itself once: at that size the
+feedforward is found.
 """
 
 from collections.abc import Mapping
@@ -56,8 +57,12 @@ def excitation_text(rig: Rig, loop: Loop, base: Mapping[str, Any] | None, asked:
     """
     import yaml
 
-    data = _of_experiment(loop, base, asked) if base is not None else _of_filling(rig, loop, asked)
-    before, mean, after = data
+    data = (
+        _of_experiment(loop, base, asked)
+        if base is not None
+        else (*_of_filling(rig, loop, asked), None)
+    )
+    before, mean, after, motion = data
     coordinate = coordinate_of(rig, loop.name)
     middle = _position(mean, coordinate.places, coordinate.si_unit)
     unit = _UNITS[coordinate.si_unit]
@@ -92,6 +97,12 @@ def excitation_text(rig: Rig, loop: Loop, base: Mapping[str, Any] | None, asked:
                     "for": f"{duration_s:g} s",
                 }
             )
+    if motion is not None and loop.kind == JOINT:
+        phases += [
+            {"name": "tune_back", "loop": loop.name, "move": {"to": mean, "speed": speed}},
+            {"name": "tune_rest_again", "loop": loop.name, "for": "1 s"},
+            {**motion, "name": "tune_motion", "loop": loop.name},
+        ]
     name = base["experiment"] if base is not None else "filling"
     file = {
         "experiment": f"tune_{loop.kind}",
@@ -105,8 +116,10 @@ def excitation_text(rig: Rig, loop: Loop, base: Mapping[str, Any] | None, asked:
 
 def _of_experiment(
     loop: Loop, base: Mapping[str, Any], asked: Asked
-) -> tuple[list[dict[str, Any]], str, list[dict[str, Any]]]:
-    """Phases before the first trial, the mean of that trial, phases after the last one."""
+) -> tuple[list[dict[str, Any]], str, list[dict[str, Any]], dict[str, Any]]:
+    """Phases before the first trial, the mean of that trial, phases after the last one, and that
+    trial.
+    """
     values = {name: many[len(many) // 2] for name, many in (base.get("repeat") or {}).items()}
     inner = [_filled_in(phase, values) for phase in base["phases"]]
     trials = [i for i, phase in enumerate(inner) if phase.get("trial")]
@@ -128,7 +141,7 @@ def _of_experiment(
     named = [[{"loop": general, **phase} for phase in part] for part in (before, after)]
     for phase in named[0] + named[1]:
         phase.pop("trial", None)
-    return named[0], asked.at or _mean_of(first, base["experiment"]), named[1]
+    return named[0], asked.at or _mean_of(first, base["experiment"]), named[1], first
 
 
 def _filled_in(phase: Any, values: Mapping[str, Any]) -> Any:

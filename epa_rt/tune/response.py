@@ -16,7 +16,7 @@ BANDS_PER_OCTAVE = 16  # no more than one bin of the segments: a resonance must 
 SEGMENTS_S = (16.0, 8.0, 4.0, 2.0, 1.0)  # the longer for the lower octaves
 PERIODS_LEAST = 2.0  # of a frequency in a segment; with fewer the window hides it
 PERIODS_FULL = 8.0  # of a frequency in a segment: a band of an eighth of an octave has its own bin
-LEAST_POWER = 1e-4  # of the strongest band's command: below it only leakage is seen
+LEAST_POWER = 1e-4  # of a trial's strongest line, as speed: below it only leakage is seen
 LEAKED = 0.3  # of a neighbour's power: no more than what leaks from it
 LEAST_COHERENCE = 0.8  # below it, phase is known to no better than some 10 deg (Bendat, Piersol)
 SETTLE_S = 2.0  # after the fade, for what the plant still rings of it
@@ -87,8 +87,7 @@ def response_of(trials: Sequence[Excited], period_s: float, highest_hz: float) -
         entries = [_entries(trial, segment_s, period_s) for trial in trials]
         rows += _octave([e for e in entries if e is not None], low, min(high, highest_hz))
     columns = np.array(rows, dtype=complex).reshape(-1, 5).T
-    found = Response(columns[0].real, columns[1], *(c.real for c in columns[2:]))
-    return found.only(_excited(found))
+    return Response(columns[0].real, columns[1], *(c.real for c in columns[2:]))
 
 
 def widened(
@@ -107,15 +106,6 @@ def widened(
                 away = abs(plant - found.plant[at]) ** 2
                 variance[at] = max(variance[at], float(away / CONFIDENCE))
     return replace(found, variance=variance)
-
-
-def _excited(found: Response) -> np.ndarray:
-    """Bands that hold an excitation, and not only what leaks from another."""
-    if not len(found.frequency_hz):
-        return np.zeros(0, bool)
-    speed = found.reference_power * found.frequency_hz**2  # a position's power falls as 1/f^2
-    excited: np.ndarray = speed > LEAST_POWER * np.max(speed)
-    return excited
 
 
 @dataclass(frozen=True)
@@ -175,9 +165,19 @@ def _spectra(
         pieces = pieces - pieces.mean(axis=1, keepdims=True)
         spectra.append(np.fft.rfft(pieces * window) / window.sum() * 2.0)
     frequency = np.fft.rfftfreq(len(window), period_s)
-    own = _own_power((np.abs(spectra[0]) ** 2).sum(axis=0))
+    power = (np.abs(spectra[0]) ** 2).sum(axis=0)
+    own = _own_power(power) & _is_excited(power, frequency)
     r, u, y = (spectrum[:, own] for spectrum in spectra)
     return _Entries(frequency[own], r, u, y, independent)
+
+
+def _is_excited(power: np.ndarray, frequency_hz: np.ndarray) -> np.ndarray:
+    """Bins (n,) that the trial excited, and not only what leaks from others: its neighbour in the
+    same loop may be a hundred times as large.
+    """
+    speed = power * frequency_hz**2  # a position's power falls as 1/f^2
+    excited: np.ndarray = speed > LEAST_POWER * np.max(speed)
+    return excited
 
 
 def _own_power(power: np.ndarray) -> np.ndarray:

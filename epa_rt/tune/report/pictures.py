@@ -155,7 +155,9 @@ def step_figure(answer: Answer) -> Figure:
 
 
 def trial_figure(answer: Answer) -> Figure | None:
-    """Errors over the wanted motion, simulated; None where no motion was given."""
+    """Errors over the wanted motion: of its recorded trial, or simulated; None where no motion was
+    given.
+    """
     before = answer.present.trial
     if before is None:
         return None
@@ -174,7 +176,9 @@ def trial_figure(answer: Answer) -> Figure | None:
         ),
         Panel("tracking error", scale.unit, errors, 170),
     ]
-    return stack(panels, caption="Reference minus output over the experiment's trial, simulated.")
+    recorded = answer.problem.followed is not None
+    source = "as the recorded trial has it" if recorded else "simulated"
+    return stack(panels, caption=f"Reference minus output over the experiment's trial, {source}.")
 
 
 def _sets(answer: Answer) -> tuple[tuple[Judged, str, str, str], ...]:

@@ -56,13 +56,15 @@ def margin_rows(answer: Answer) -> list[Row]:
             ("bandwidth (|S| at -3 dB)", *_pair(answer, lambda j: _hertz(j.margins.bandwidth_hz))),
         ]
     )
+    of_trial = answer.problem.followed is not None
+    source = "of the recorded trial" if of_trial else "by the response"
     rows += [
         (
-            "tracking error, RMS, by the response",
+            f"tracking error, RMS, {source}",
             *_pair(answer, lambda j: shown.difference(j.merit.tracking, unit)),
         )
     ]
-    if answer.present.trial is not None:
+    if answer.present.trial is not None and not of_trial:
         rows.append(
             (
                 "tracking error, RMS, simulated",
