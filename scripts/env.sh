@@ -39,7 +39,9 @@ make_environment() {
         return 1
     fi
     echo unfinished >"$stamp"
-    "$venv/bin/python" -m pip install --quiet --disable-pip-version-check -r "$root/requirements.txt" &&
+    # every package is pinned, so pip has nothing to resolve; bytecode is made of what is imported
+    "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --no-deps --no-compile \
+        -r "$root/requirements.txt" &&
         "$venv/bin/python" -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e "$root" &&
         echo "$wanted" >"$stamp" || return 1
     echo "compiling the plant and what a diagnosis asks of it (once, a minute) ..." >&2
