@@ -33,7 +33,7 @@ CODES = (
     (exits.BAD_INPUT, "bad input; one sentence says what"),
     (exits.TRIPPED, "tripped"),
     (exits.FAILED, "bus lost, or no whole log"),
-    (exits.STOPPED, "stopped by the operator"),
+    (exits.STOPPED, "stopped by the operator, or because the machine was late (overruns)"),
     (exits.NOT_OFF, "added after a run: the drive was not measured to be off"),
     (exits.NOT_VENTED, "added after a run: the muscles were not measured to be vented"),
     (exits.NOT_AT_REST, "added after a run: the rig was not measured to be at rest"),

@@ -19,6 +19,7 @@ from tests.faults.moments import MOTIONS, experiment_text
 from tests.faults.trial import VENTED_PA, Figures, figures_of
 
 if TYPE_CHECKING:
+    from epa_rt.logs.recording import Ending
     from tests.bus.driver.emulated import Remote
     from tests.bus.faults.traced import TracedBus
 
@@ -97,7 +98,9 @@ def _run_and_kill(bus: "Remote", experiment: Path, rig: Path, log: Path) -> None
         master.kill()
         code = master.wait()
     if code != KILLED:
-        raise RuntimeError(f"the run ended with exit code {code} before it was at speed")
+        ending = _ending(log)
+        cause = ending.cause if ending else "no log says why"
+        raise RuntimeError(f"the run ended with exit code {code} before it was at speed: {cause}")
 
 
 def _until(condition: Callable[[], bool]) -> None:
@@ -111,7 +114,7 @@ def _until(condition: Callable[[], bool]) -> None:
 NEAR = 0.7  # of the speed that tells the moment
 
 
-def _ending(log: Path) -> "object":
+def _ending(log: Path) -> "Ending | None":
     from epa_rt.logs.reader import LogError, LogReader
 
     try:

@@ -106,11 +106,14 @@ def rig_file(scenario: Scenario, folder: Path) -> Path:
             else text + f"{section}:\n{lines}"
         )
     # a busy machine: late by whole periods one meets the same toggle bit each time, or asks for
-    # half the speed
+    # half the speed, or stops because it is late all the time
     if scenario.real_time:
-        text = text.replace("stale_after: 20", "stale_after: 500").replace(
-            "following_error: 4 mm", "following_error: 20 mm"
-        )
+        for usual, patient in (
+            ("stale_after: 20", "stale_after: 500"),
+            ("following_error: 4 mm", "following_error: 20 mm"),
+            ("overrun: {", "overrun: {late_time: 60 s, "),
+        ):
+            text = text.replace(usual, patient)
         text += f"unprotected:\n  reaction: {BUSY}\n"
         if "watchdog" not in scenario.settings.get(
             "safety", {}
