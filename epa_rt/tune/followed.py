@@ -44,17 +44,17 @@ class Followed:
         return float(np.sqrt(2.0 * power)) / len(self.trial.output)
 
     def trace(self, gains: Gains) -> Trace:
-        """The trial with these gains, as the response has it: no limit cuts the command."""
-        error, controller = self._error(gains), self._controller(gains)
-        output = self.reference - error
-        command = controller.forward * self.reference - controller.feedback * output
+        """The trial with these gains, as the response has it: no limit cuts the command, which is
+        the recorded one and what these gains change of it.
+        """
         reference, count = self.trial.reference, len(self.trial.output)
-        after = np.concatenate([[0.0], error, self.beyond])
+        after = np.concatenate([[0.0], self._error(gains), self.beyond])
+        changed = self._command(gains) - self._command(self.loop.gains)
         return Trace(
             np.arange(count) * self.loop.period_s,
             reference,
             reference - np.fft.irfft(after, count),
-            np.mean(self.trial.command) + np.fft.irfft(_padded(command, count), count),
+            self.trial.command + np.fft.irfft(_padded(changed, count), count),
         )
 
     def with_feedforward(self, gains: Gains) -> Gains:
@@ -78,6 +78,12 @@ class Followed:
 
     def _controller(self, gains: Gains) -> Controller:
         return controller_of(self.loop, gains, self.frequency_hz)
+
+    def _command(self, gains: Gains) -> np.ndarray:
+        controller = self._controller(gains)
+        forward, feedback = controller.forward, controller.feedback
+        command: np.ndarray = forward * self.reference
+        return command - feedback * (self.reference - self._error(gains))
 
     def _error(self, gains: Gains) -> np.ndarray:
         controller = self._controller(gains)

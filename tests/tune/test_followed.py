@@ -74,3 +74,10 @@ def test_only_a_trial_of_that_motion_counts():
     assert trial_of([trial], motion[:6000]) is trial
     assert trial_of([trial], 1.1 * motion) is None
     assert trial_of([replace(trial, reference=motion[:6000])], motion) is None
+
+
+def test_the_command_is_the_recorded_one_and_what_other_gains_change_of_it(followed):
+    assert np.array_equal(followed.trace(PRESENT).command, followed.trial.command)
+    softer = Gains(0.015, 0.2, feedforward=0.12)
+    changed = followed.trace(softer).command - ran(softer).command
+    assert np.std(changed) < 0.05 * np.std(followed.trial.command)
