@@ -286,7 +286,7 @@ def test_plan_says_where_no_experiment_of_the_menu_can_be_run(
     answer["effects"][0]["not_separable_from"] = ["leak"]
     other = folder / "both.json"
     other.write_text(json.dumps(answer), encoding="utf-8")
-    monkeypatch.setattr("epa_rt.gap.next.menu.bench_menu", lambda rig: [])
+    monkeypatch.setattr("epa_rt.gap.rig.menu.bench_menu", lambda rig: [])
     assert main(["gap", "plan", str(other), "--rig", str(RIG), str(log), "--quiet"]) == 2
     assert "found no experiment of the menu" in capsys.readouterr().err
 

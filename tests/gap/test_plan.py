@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from epa_rt.config.rig import load_rig
 from epa_rt.experiments.experiment import load_experiment
-from epa_rt.gap.next.menu import Item, joined, menu
-from epa_rt.gap.next.menu.text import Lines
 from epa_rt.gap.next.plan import Judged, Rival, next_experiment
+from epa_rt.gap.rig.menu import Item, joined, menu
+from epa_rt.gap.rig.menu.text import Lines
 from tests.gap import toy
 
 RIGS = Path(__file__).parents[2] / "config" / "rigs"

@@ -118,9 +118,9 @@ def planned(
     a run cannot be recorded.
     """
     from epa_rt.cli.gap.simulate import Simulator
-    from epa_rt.gap.next.menu import menu
     from epa_rt.gap.next.plan import next_experiment
     from epa_rt.gap.next.rivals import answers, distance_between, sets_apart
+    from epa_rt.gap.rig.menu import menu
 
     if len(sets_apart(diagnosis, given.subject, within_family)) < 2 or (
         given.rig is None and not given.subject.menu()

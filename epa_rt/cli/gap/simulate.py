@@ -11,8 +11,8 @@ from epa_rt.cli.inputs import EXPERIMENT, PLANT, Inputs, inputs_of_log
 from epa_rt.cli.run import run_simulated
 
 if TYPE_CHECKING:
-    from epa_rt.gap.next.menu import Item
     from epa_rt.gap.recording import Recording
+    from epa_rt.gap.rig.menu import Item
 
 
 class Simulator:

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from epa_rt.gap.diagnosis import DECIDES, TELLS, NextExperiment
-from epa_rt.gap.next.menu import Item, joined
 from epa_rt.gap.recording import Recording
+from epa_rt.gap.rig.menu import Item, joined
 
 # what an experiment should promise: no rig is one of the rivals' plants, and it often tells less
 AMPLE = 16.0 * DECIDES

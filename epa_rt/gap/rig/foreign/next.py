@@ -6,12 +6,12 @@ import numpy as np
 import yaml
 
 from epa_rt.config.source import parse_yaml
-from epa_rt.gap.next.menu import Item
 from epa_rt.gap.recording import Recording, Span
 from epa_rt.gap.rig.foreign.component import Experiment
 from epa_rt.gap.rig.foreign.plant_file import read_plant
 from epa_rt.gap.rig.foreign.readings import as_read
 from epa_rt.gap.rig.foreign.subject import ForeignSubject
+from epa_rt.gap.rig.menu import Item
 
 
 def items(subject: ForeignSubject) -> tuple[Item, ...]:

@@ -2,9 +2,9 @@
 
 from epa_rt.config.rig import Rig
 from epa_rt.config.rig_rows import si_unit_of
-from epa_rt.gap.next.menu.bench import bench_menu
-from epa_rt.gap.next.menu.knee import knee_menu
-from epa_rt.gap.next.menu.text import Item, joined
+from epa_rt.gap.rig.menu.bench import bench_menu
+from epa_rt.gap.rig.menu.knee import knee_menu
+from epa_rt.gap.rig.menu.text import Item, joined
 
 __all__ = ["Item", "joined", "menu"]
 

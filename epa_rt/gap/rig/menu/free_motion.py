@@ -1,7 +1,7 @@
 """What any rig can run next: the motor alone."""
 
 from epa_rt.config.rig import Rig
-from epa_rt.gap.next.menu.text import Item, item, move, trial
+from epa_rt.gap.rig.menu.text import Item, item, move, trial
 
 FREE_PARTS = (0.3, 0.9)  # of the motor's greatest speed and acceleration
 REST_S = 0.05  # shortest dwell, in which no stroke may cover the range

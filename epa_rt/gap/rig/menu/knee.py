@@ -3,8 +3,8 @@
 import math
 
 from epa_rt.config.rig import Rig
-from epa_rt.gap.next.menu.free_motion import free_motions
-from epa_rt.gap.next.menu.text import Item, fill, fill_each, item, line, trial
+from epa_rt.gap.rig.menu.free_motion import free_motions
+from epa_rt.gap.rig.menu.text import Item, fill, fill_each, item, line, trial
 
 PRESSURES_KPA = (150, 185)  # absolute
 # from the knee's mean: there the motor's travel mostly still reaches; an experiment that trips in

@@ -1,8 +1,8 @@
 """What a bench can run next."""
 
 from epa_rt.config.rig import Rig
-from epa_rt.gap.next.menu.free_motion import free_motions
-from epa_rt.gap.next.menu.text import Item, fill, filled, item, move, renamed, trial
+from epa_rt.gap.rig.menu.free_motion import free_motions
+from epa_rt.gap.rig.menu.text import Item, fill, filled, item, move, renamed, trial
 
 PRESSURES_KPA = (300, 550)  # gauge, at no load
 LADDER = (
