@@ -106,7 +106,7 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
         fitted, held = as_runs(fitted, subject), as_runs(held, subject)
     recordings, n = fitted + held, len(fitted)
     findings = (
-        *check(recordings, rig),
+        *check(recordings, rig, subject.rig.steps_by_column if rig is None else None),
         *(
             (*check_sizes(recordings, subject.rig), *check_dead(recordings, subject.rig))
             if rig is None

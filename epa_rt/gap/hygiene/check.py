@@ -3,7 +3,8 @@ never mended silently.
 """
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -43,21 +44,24 @@ _HOUSE = (
     check_valves,
     check_spikes,
 )
-_WITHOUT_RIG = (check_time, check_values, check_ends, check_pairs, check_spikes, check_still)
+_AFTER_VALUES = (check_ends, check_pairs, check_spikes, check_still)
 _ORDER = {"refuse": 0, "exclude": 1, "note": 2}
 
 
-def check(recordings: Sequence[Recording], rig: Rig | None) -> tuple[Finding, ...]:
+def check(
+    recordings: Sequence[Recording], rig: Rig | None, steps: Mapping[str, float] | None = None
+) -> tuple[Finding, ...]:
     """All findings, the worst first. ``rig`` None: a rig of others, of which only the columns are
-    known.
+    known, and by column the ``steps`` of readings, SI, that its file says.
 
     Where one says ``refuse`` a diagnosis would mean nothing; the stretches and the lines of
     ``exclude`` are taken out by ``clean``.
     """
+    without_rig = (check_time, partial(check_values, steps=steps), *_AFTER_VALUES)
     found = _mixed(recordings) + check_twice(recordings) + check_lines(recordings)
     for recording in recordings:
         found += _said_by_log(recording, rig)
-        for checks in _WITHOUT_RIG if rig is None else _HOUSE:
+        for checks in without_rig if rig is None else _HOUSE:
             own = [finding for finding in checks(recording, rig) if not _said(finding, found)]
             found += own
             if any(finding.severity == "refuse" for finding in own):

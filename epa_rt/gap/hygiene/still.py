@@ -3,8 +3,8 @@ it has otherwise: frozen, to the end of the log or for a while.
 
 Nothing is known of its converter. A force may move without a place, as dry friction holds it, but
 no force stays the same to the last digit where a place moves; a joint that is asked to stay does so
-while another moves. What stands still at its lowest or highest value is left alone: a drive at its
-limit is at it.
+while another moves, and one that dry friction or play holds goes on from where it rested. What
+stands still at its lowest or highest value is left alone: a drive at its limit is at it.
 """
 
 import re
@@ -13,6 +13,7 @@ import numpy as np
 
 from epa_rt.config.rig import Rig
 from epa_rt.gap.finding import Finding, measured_names, seconds, stretches
+from epa_rt.gap.hygiene.values import repeats_at_rest
 from epa_rt.gap.recording import PLACES, Recording
 
 _LEAST_ROWS = 100
@@ -55,6 +56,8 @@ def _still(recording: Recording, name: str) -> Finding | None:
     rest = _rest(changes, long)
     long = [run for run in long if not _asked_to_stay(recording, name, *run)]
     frozen = [run for run in long if _others_move(recording, name, *run)] if _lively(rest) else []
+    if repeats_at_rest(values, _LEAST_ROWS):
+        frozen = [run for run in frozen if not _eases(values, *run)]
     which = "while another channel moved"
     usual = _usual_rows(rest)
     if (
@@ -103,6 +106,19 @@ def _usual_rows(rest: np.ndarray) -> float | None:
         return None
     usual = float(np.percentile(np.diff(at), 99))
     return usual if usual <= _FLICKERS_ROWS else None
+
+
+def _eases(values: np.ndarray, start: int, stop: int) -> bool:
+    """Whether a channel goes on after a stretch without a change from where it stood: it rested,
+    held by friction or within its play. A frozen one jumps to where it has come meanwhile, further
+    than it ever goes from row to row (but for one in a hundred). At the end of a log it must have
+    come to rest slowly, by no more than its usual change.
+    """
+    changes = np.abs(np.diff(values))
+    moved = changes[changes > 0.0]
+    if stop < len(values):
+        return not changes[stop - 1] > np.percentile(moved, 99)
+    return not changes[start - 1] > np.median(moved)
 
 
 def _asked_to_stay(recording: Recording, name: str, start: int, stop: int) -> bool:

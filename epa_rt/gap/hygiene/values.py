@@ -1,6 +1,8 @@
 """Single channels: gone, constant, frozen for a while, at the end of their range, not valid."""
 
 import dataclasses
+import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -24,14 +26,20 @@ _FROZEN_S = 0.05  # of a channel with noise
 _WINDOW_S = 0.2  # of a channel without: windows in which it should move
 _STEPS_EXPECTED = 6.0  # steps of the converter that it should move by
 _NOISE_COUNTS = 1.0  # standard deviation above which a channel is never twice the same for long
+# chance of white noise of that size to stay within the step that it is in the midst of
+_MOST_REPEATS = math.erf(0.5 / _NOISE_COUNTS / math.sqrt(2.0))
 _FLICKERS = 0.4  # share of changes that go back: a last step that noise moves
 _STILL_S, _STILL_AT_END_S, _LONGER, _USUAL_RANK = 0.3, 0.1, 3.0, 4
 _AT_END_ROWS = 30
 _AT_REST_ROWS = 100
 
 
-def check_values(recording: Recording, rig: Rig | None) -> list[Finding]:
-    """Findings on each measured channel alone."""
+def check_values(
+    recording: Recording, rig: Rig | None, steps: Mapping[str, float] | None = None
+) -> list[Finding]:
+    """Findings on each measured channel alone. ``steps``: of readings in the channel's unit, by
+    name, where a rig file says them.
+    """
     found = []
     rows = judged_rows(recording)
     for name in measured_names(recording):
@@ -47,11 +55,12 @@ def check_values(recording: Recording, rig: Rig | None) -> list[Finding]:
             continue
         scaling = scaling_of_row(rig, name) if rig is not None else None
         # a converter of 12 bit in a word of 16 makes steps of many counts
-        count = max(abs(scaling.slope) if scaling is not None else 0.0, smallest_step(known))
-        if _is_noisy(
-            values if rig is not None else _off_its_ends(values),
-            count,
-            rig is not None and is_analog(rig, name),
+        said = abs(scaling.slope) if scaling is not None else (steps or {}).get(name, 0.0)
+        count, alive = max(said, smallest_step(known)), _off_its_ends(values)
+        if (
+            _is_noisy(alive, count, False) and not repeats_at_rest(alive, _least_rows(recording))
+            if rig is None
+            else _is_noisy(values, count, is_analog(rig, name))
         ):
             found += _frozen(recording, name, values)
         elif rig is not None and name not in (rig.motor.position, rig.motor.speed):
@@ -105,6 +114,29 @@ def _is_noisy(values: np.ndarray, count: float, analog: bool) -> bool:
         and noise_of(values) > _NOISE_COUNTS * count
         and (analog or noise_of(first) > _NOISE_COUNTS * count)
     )
+
+
+def repeats_at_rest(values: np.ndarray, least: int) -> bool:
+    """Whether a channel repeats its readings as one that rests, and not as one with noise.
+
+    White noise does not know that it has just repeated: of readings that are the same as the one
+    before, no more than ``_MOST_REPEATS`` are followed by the same once more, where its deviation
+    is a step or more. An encoder slows down before it rests: its readings stay the longer, the
+    longer they have stayed. Runs of ``least`` rows and more are not counted, for a frozen sensor
+    has them too.
+
+    No step is asked for, because interpolation to another rate hides it: values between two steps
+    are new ones, but a rest remains one, and noise that repeats no more than its deviation allows.
+    A channel that holds each sample for three rows or more counts as one that rests.
+    """
+    lengths = [b - a for a, b in stretches(np.diff(values) == 0.0)]  # NaN differs from itself
+    short = [length for length in lengths if length + 1 < least]
+    return sum(short) - len(short) > _MOST_REPEATS * sum(short)
+
+
+def _least_rows(recording: Recording) -> int:
+    """Rows without a change from which a channel with noise is frozen."""
+    return max(round(_FROZEN_S / recording.period_s), 20)
 
 
 def _off_its_ends(values: np.ndarray) -> np.ndarray:
@@ -210,7 +242,7 @@ def _constant(recording: Recording, rig: Rig | None, name: str, value: float) ->
 
 def _frozen(recording: Recording, name: str, values: np.ndarray) -> list[Finding]:
     """A noisy channel that stays the same: frozen, or at the end of its range."""
-    least = max(round(_FROZEN_S / recording.period_s), 20)
+    least = _least_rows(recording)
     same = np.concatenate([[False], np.diff(values) == 0.0])
     runs = [(start - 1, stop) for start, stop in stretches(same)]
     ends = (np.nanmin(values), np.nanmax(values))

@@ -168,6 +168,61 @@ def test_a_joint_that_stands_still_where_it_is_asked_to_move_is_left_out_with_it
 def test_a_joint_whose_command_nobody_recorded_is_held_against_the_others():
     columns = joints()
     del columns["cmd_elbow_position_rad"], columns["elbow_speed_rad_s"]
-    assert [one.channel for one in check_still(recording(**columns), None)] == [
-        "elbow_position_rad"
-    ]
+    columns["pitch_position_rad"] += columns["elbow_position_rad"]  # it moves all the time now
+    columns["elbow_position_rad"][4100:4600] = columns["elbow_position_rad"][4100]
+    (finding,) = check_still(recording(**columns), None)
+    assert (finding.channel, finding.rows) == ("elbow_position_rad", ((4100, 4600),))
+
+
+STEP = 1.5e-3
+
+
+def resampled(values: np.ndarray, step: float = STEP) -> np.ndarray:
+    """Readings (N,) of something at times of its own, 4 % further apart than rows are, with steps,
+    put onto the rows by straight lines.
+    """
+    read_at = np.arange(0.0, T[-1] + 2e-3, 1.04e-3)
+    return np.interp(T, read_at, np.round(np.interp(read_at, T, values) / step) * step)
+
+
+def servo() -> dict[str, np.ndarray]:
+    """A joint that stays in its dead band where it is asked to turn back."""
+    asked = 0.4 * np.sin(2.0 * np.pi * 0.7 * T) + 0.2 * np.sin(2.0 * np.pi * 1.1 * T)
+    place, held = np.empty(N), 0.0
+    for k, wanted in enumerate(asked):
+        held = min(max(held, wanted - 0.05), wanted + 0.05)
+        place[k] = held
+    return {"joint_position_rad": resampled(place), "cmd_joint_position_rad": asked}
+
+
+def test_an_encoder_that_rests_within_its_play_is_let_alone_at_another_rate():
+    rests = np.diff(servo()["joint_position_rad"]) == 0.0
+    assert rests.sum() > 1000 and not check([recording(**servo())], None)
+
+
+def test_an_encoder_that_is_frozen_in_its_motion_is_left_out_at_another_rate():
+    columns = servo()
+    columns["joint_position_rad"][2900:3300] = columns["joint_position_rad"][2900]
+    ((channel, _, rows),) = frozen(check([recording(**columns)], None))
+    assert channel == "joint_position_rad" and rows == ((2900, 3300),)
+
+
+@pytest.mark.parametrize("steps_of_noise", [0.05, 0.5])
+@pytest.mark.parametrize("moves", [0.0, 1.0])
+def test_noise_that_stops_for_a_while_is_left_out_at_another_rate(steps_of_noise, moves):
+    """Readings as fine as a twentieth of their noise, and as coarse as half of it."""
+    noise = np.random.default_rng(4).standard_normal(N)
+    force = resampled(noise + 30.0 * moves * np.sin(2.0 * np.pi * 0.7 * T), steps_of_noise)
+    force[3000:3070] = force[3000]
+    ((channel, _, rows),) = frozen(check([recording(motor_force_n=force)], None))
+    assert channel == "motor_force_n" and rows == ((3000, 3070),)
+
+
+def test_steps_that_the_rig_file_says_are_believed():
+    """A few strokes at one speed: of so few readings none slows down to tell an encoder by, and its
+    steps, between which straight lines run, pass for noise.
+    """
+    place = np.interp(T, [0.0, 1.0, 1.1, 3.0, 3.1, N * 1e-3], [0.0, 0.9, 0.9, -0.8, -0.8, 1.8])
+    columns = {"joint_position_rad": resampled(place)}
+    assert frozen(check([recording(**columns)], None))
+    assert not check([recording(**columns)], None, {"joint_position_rad": STEP})

@@ -57,6 +57,13 @@ class ForeignRig:
     slow_noise: dict[str, tuple[float, float]] = field(default_factory=dict)
     repeats_to: dict[str, float] = field(default_factory=dict)
 
+    @property
+    def steps_by_column(self) -> dict[str, float]:
+        """What a reading jumps by, SI, by the name of its column, where said."""
+        return {
+            self.channels[role]: step for role, step in self.steps.items() if role in self.channels
+        }
+
 
 def load_rig(path: Path) -> ForeignRig:
     """Reads a component rig file. Raises ConfigError."""
