@@ -82,7 +82,9 @@ def test_a_pendulum_against_a_guessed_plant_has_gravity(tmp_path, gain):
     assert f"gain: {gain} 1/s" in (tmp_path / "plant.yaml").read_text()
     rig, logs = tmp_path / "rig.yaml", sorted(at.glob("k*.csv"))
     said = answer(tmp_path, rig, at / "map.yaml", logs, [])
-    assert said.effects[0].family == "load" and said.effects[0].confidence > 0.9
+    # where it sticks under its load the catalogue has play and dry friction, and neither is enough
+    assert said.effects[0].family == "load" and said.effects[0].confidence > 0.7
+    assert [one.family for one in said.effects if one.confidence >= 0.8] in ([], ["load"])
 
 
 def test_a_servo_s_trials_in_one_file_show_its_speed_limit(tmp_path):
