@@ -171,3 +171,11 @@ def test_a_joint_whose_command_nobody_recorded_is_held_against_the_others():
     assert [one.channel for one in check_still(recording(**columns), None)] == [
         "elbow_position_rad"
     ]
+
+
+def test_a_servo_that_rests_until_its_next_step_has_no_frozen_sensor():
+    told = np.repeat([0.0, 0.3, 0.1, 0.5, 0.2, 0.4], N // 6)
+    late = np.concatenate([np.zeros(40), told[:-40]])  # rows until it answers
+    swings = np.repeat([1.5, -0.5], 60) / 60.0  # beyond where it rests: that is no end of its range
+    angle = np.round(np.convolve(late, swings)[:N] + 0.05 * (T < 0.2) * np.sin(50.0 * T), 5)
+    assert not check_still(recording(horn_angle_rad=angle, cmd_servo_rad=told), None)
