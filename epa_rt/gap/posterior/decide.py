@@ -23,8 +23,8 @@ HOLDS = 0.95  # probability that a set of alternatives holds
 class Decision:
     """``effects``: the names, none with no_gap and not_in_catalogue; ``probability``: of the
     family of each to be there. ``instead``: sets of effects that are probable as well, most
-    probable first; with not_separable these and ``effects`` hold ``HOLDS``. ``loss``: expected, of
-    this answer.
+    probable first; with not_separable they are so many, beside ``effects``, as cost least, and no
+    more than hold ``HOLDS``. ``loss``: expected, of this answer.
     """
 
     kind: PosteriorVerdict
@@ -45,8 +45,9 @@ def decided(found: Found, families: Mapping[str, str], numbers: Numbers) -> Deci
     ranked = sorted(sets.items(), key=lambda item: -item[1][0])
     for kinds, (_, effects) in ranked[:3]:
         answers.append(_names(found, families, sets, kinds, effects, none, numbers))
-    if len(several := _alternatives(ranked)) > 1:
-        answers.append(_not_told(several, ranked, families, found))
+    several = _alternatives(ranked)
+    for count in range(2, len(several) + 1):
+        answers.append(_not_told(several[:count], ranked, families, found))
     return min(answers, key=lambda one: one.loss)
 
 
