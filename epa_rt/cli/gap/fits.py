@@ -49,9 +49,11 @@ def check_columns(subject, rig_file: Path, recordings: "Sequence[Recording]") ->
 def check_judged(places: Sequence, subject) -> None:
     """Raises VerbError where not one block was judged: that would read as if there were no gap."""
     if not places:
+        from epa_rt.gap.likelihood.floor import ORDER
+
         raise VerbError(
             f"found no stretch of these logs on which a block of the rig {subject.name} can be"
-            " judged, expected longer logs, or such with fewer holes"
+            f" judged, expected more than {ORDER} rows in a row: longer motions, or fewer holes"
         )
 
 

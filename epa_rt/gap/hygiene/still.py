@@ -128,22 +128,29 @@ def _asked_to_stay(recording: Recording, name: str, start: int, stop: int) -> bo
     asked = [
         values
         for other, values in recording.columns.items()
-        if other.startswith(("cmd_", "ref_"))
-        and other.endswith(PLACES)
-        and _part(other[4:]) == _part(name)
+        if _is_asked(other) and other.endswith(PLACES) and _part(other[4:]) == _part(name)
     ]
-    early = (
-        stop - (stop - start) // 4
-    )  # it answers late, and may still stand where it is asked to go on
-    return bool(asked) and not any(_goes(values, start, early) > _ASKED for values in asked)
+    return bool(asked) and not any(
+        _goes(values, start, _answered(start, stop)) > _ASKED for values in asked
+    )
 
 
 def _others_move(recording: Recording, name: str, start: int, stop: int) -> bool:
+    """Whether another place moves meanwhile, or what is asked of one that could be this one's."""
     return any(
-        _goes(values, start, stop) > _MOVED
+        _goes(values, start, _answered(start, stop) if _is_asked(other) else stop) > _MOVED
         for other, values in recording.columns.items()
         if other != name and other.endswith(PLACES)
     )
+
+
+def _answered(start: int, stop: int) -> int:
+    """Row up to which a channel has answered: it may still stand where it is asked to go on."""
+    return stop - (stop - start) // 4
+
+
+def _is_asked(name: str) -> bool:
+    return name.startswith(("cmd_", "ref_"))
 
 
 def _part(name: str) -> str:

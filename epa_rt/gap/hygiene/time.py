@@ -103,7 +103,10 @@ def _clock(recording: Recording) -> list[Finding]:
     once = cycles > 0
     off = (np.diff(recording.t_ns) - cycles * period_ns)[once] / period_ns
     rows = np.flatnonzero(once) + 1
+    calm = np.where(np.abs(off) > _STEP, 0.0, off)
+    drift = float(calm.sum() / max(cycles.sum(), 1))  # stamps that are rounded balance in the sum
     typical = float(np.median(off / cycles[once]))
+    typical = typical if abs(typical) > _STEP else drift
     if abs(typical) > _PERIOD_OFF:
         return [
             _of(
@@ -147,8 +150,6 @@ def _clock(recording: Recording) -> list[Finding]:
                 where,
             )
         )
-    calm = np.where(np.abs(off) > _STEP, 0.0, off)
-    drift = float(calm.sum() / max(cycles.sum(), 1))
     if abs(drift) > _DRIFT:
         found.append(
             _of(

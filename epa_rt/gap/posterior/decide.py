@@ -119,9 +119,11 @@ def _alternatives(ranked: Ranked) -> list[tuple[str, ...]]:
 def _not_told(
     several: Sequence[tuple[str, ...]], ranked: Ranked, families: Mapping[str, str], found: Found
 ) -> Decision:
-    """Several sets, of which the next experiment is to tell the right one."""
-    held = sum(share for _, (share, effects) in ranked if effects in several)
-    loss = WRONG_NAME * (1.0 - held) + FURTHER_SET * (len(several) - 1)
+    """Several sets, of which the next experiment is to tell the right one. It begins with the most
+    probable: it costs no more than to ask only of so many of them as cost least.
+    """
+    held = np.cumsum([share for _, (share, _) in ranked[: len(several)]])
+    loss = float(min((WRONG_NAME * (1.0 - held) + FURTHER_SET * np.arange(len(several)))[1:]))
     shares = _shares(several[0], families, found)
     return Decision("not_separable", several[0], shares, tuple(several[1:]), loss)
 

@@ -51,12 +51,14 @@ def _place(
     residuals = {name: r for name, r in residuals.items() if np.isfinite(r).any()}
     if not residuals:
         return None
-    states = {name: subject.features(prepared[name], link.name) for name in residuals}
-    everything = np.concatenate(list(residuals.values()))
-    rms = float(np.sqrt(np.nanmean(everything**2)))
     white = np.concatenate(
         [w[np.isfinite(w)] for w in (floor.whiten(r) for r in residuals.values())]
     )
+    if not len(white):  # no stretch is longer than the floor's memory: nothing can be said of it
+        return None
+    states = {name: subject.features(prepared[name], link.name) for name in residuals}
+    everything = np.concatenate(list(residuals.values()))
+    rms = float(np.sqrt(np.nanmean(everything**2)))
     return Place(
         block=link.block,
         link=link.name,

@@ -8,10 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from epa_rt.cli.exits import VerbError
+from epa_rt.cli.gap.fits import check_judged
 from epa_rt.gap.diagnose import diagnose
+from epa_rt.gap.finding import stretches
+from epa_rt.gap.likelihood.floor import white
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.rig.foreign.rests import at_rest, check_rests
+from epa_rt.gap.where.localise import localise
 from tests.gap.foreign.carriages import Cart, opened
+from tests.gap.foreign.made import one_trial
 
 PERIOD_S = 2e-3
 CART = Cart(
@@ -103,6 +109,36 @@ def test_where_a_carriage_sticks_for_a_moment_as_it_turns_is_not_judged(cart, st
     )
     ready = cart.prepare(replace(log, columns={**log.columns, "place_m": 0.1 * way}))
     assert bool(ready.undetermined[50:-50].any()) is rests
+
+
+def slow_logger(moving_s: float) -> Recording:
+    """A carriage that goes on for a while and stands for 2 s, a row every 100 ms."""
+    t = np.arange(0.0, 120.0, 0.1)
+    goes = np.mod(t, moving_s + 2.0) < moving_s
+    place = np.cumsum(np.where(goes, 0.05, 0.0)) * 0.1
+    force = np.where(goes, 5.0 + np.sin(7.0 * t), 0.0)
+    return one_trial("log", "cart", 0.1, {"place_m": place, "force_n": force})
+
+
+@pytest.mark.parametrize(("lowpass_hz", "rows"), [(4, 2), (5, 8)])
+def test_without_a_filter_a_rest_is_not_spread_by_one(tmp_path, lowpass_hz, rows):
+    """Of the 12 rows of a motion."""
+    rig = RIG.replace("100 Hz", "10 Hz").replace("40 Hz", f"{lowpass_hz} Hz")
+    ready = opened(tmp_path, rig, PLANT).prepare(slow_logger(1.2))
+    lasting = [stop - start for start, stop in stretches(~ready.undetermined)]
+    assert abs(np.median(lasting) - rows) <= 1
+
+
+@pytest.mark.parametrize(("moving_s", "judged"), [(1.2, False), (6.0, True)])
+def test_motions_that_are_shorter_than_the_noise_s_memory_are_no_answer(tmp_path, moving_s, judged):
+    rig = RIG.replace("100 Hz", "10 Hz").replace("40 Hz", "4 Hz")
+    cart, log = opened(tmp_path, rig, PLANT), slow_logger(moving_s)
+    floor = white("force", 0.1, "sensors")
+    places = localise(cart, {"log": cart.prepare(log)}, {}, {"force": floor})
+    assert bool(places) is judged
+    if not judged:
+        with pytest.raises(VerbError, match="16 rows in a row"):
+            check_judged(places, cart)
 
 
 def test_strokes_of_a_carriage_without_a_gap_show_none(cart):

@@ -226,3 +226,11 @@ def test_steps_that_the_rig_file_says_are_believed():
     columns = {"joint_position_rad": resampled(place)}
     assert frozen(check([recording(**columns)], None))
     assert not check([recording(**columns)], None, {"joint_position_rad": STEP})
+
+
+def test_a_servo_that_rests_until_its_next_step_has_no_frozen_sensor():
+    told = np.repeat([0.0, 0.3, 0.1, 0.5, 0.2, 0.4], N // 6)
+    late = np.concatenate([np.zeros(40), told[:-40]])  # rows until it answers
+    swings = np.repeat([1.5, -0.5], 60) / 60.0  # beyond where it rests: that is no end of its range
+    angle = np.round(np.convolve(late, swings)[:N] + 0.05 * (T < 0.2) * np.sin(50.0 * T), 5)
+    assert not check_still(recording(horn_angle_rad=angle, cmd_servo_rad=told), None)

@@ -9,8 +9,26 @@ from epa_rt.gap.posterior.search import Model
 from epa_rt.gap.posterior.unknown import Found
 from epa_rt.gap.posterior.views import BLOCKS, Seen, View
 
-FAMILIES = {"leak": "leak", "coulomb": "friction", "dahl": "friction", "play": "play"}
-SETS = ((), ("leak",), ("coulomb",), ("dahl",), ("play",), ("leak", "play"))
+FAMILIES = {
+    "leak": "leak",
+    "coulomb": "friction",
+    "dahl": "friction",
+    "play": "play",
+    "spring": "spring",
+    "late": "delay",
+    "zero": "sensor",
+}
+SETS = (
+    (),
+    ("leak",),
+    ("coulomb",),
+    ("dahl",),
+    ("play",),
+    ("leak", "play"),
+    ("spring",),
+    ("late",),
+    ("zero",),
+)
 
 
 def answer(shares, unknown=0.0, left=0.0):
@@ -37,6 +55,12 @@ def test_two_that_are_as_probable_are_a_set():
     found = answer((0.0, 0.5, 0.0, 0.0, 0.5))
     assert found.kind == "not_separable"
     assert {found.effects, *found.instead} == {("leak",), ("play",)}
+
+
+def test_where_many_laws_say_the_same_they_are_said_and_not_that_none_does():
+    found = answer((0.0, 0.42, 0.09, 0.0, 0.22, 0.09, 0.08, 0.05, 0.04), unknown=0.01)
+    assert (found.kind, found.effects) == ("not_separable", ("leak",))
+    assert found.instead[0] == ("play",) and len(found.instead) == 5
 
 
 def test_nothing_and_unknown():

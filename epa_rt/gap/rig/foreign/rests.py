@@ -24,6 +24,7 @@ STILL = 3e-3  # of the typical speed: the filter's tails of the motion before
 RESTS = 1.5
 LONGEST_S = 0.1  # that a rest must last, however slowly the motion is seen
 SPREAD = 2.0  # cut-off periods over which the filter spreads what is there
+ACCELERATED_ROWS = 2  # over which two central differences spread it, where nothing is filtered
 WORTH_SAYING = 0.02  # of the rows
 
 
@@ -33,14 +34,18 @@ def at_rest(signals: Signals, speed_m_s: np.ndarray, numbers: Numbers) -> np.nda
     """
     hertz, noise = cut_off(signals, numbers)
     slow = np.abs(speed_m_s) < max(NOISE_ONLY * noise, STILL * numbers["typical_speed"])
-    found, around = (
-        np.zeros(len(slow), bool),
-        int(np.ceil(SPREAD * signals.rate_hz / signals.lowpass_hz)),
-    )
+    found, around = np.zeros(len(slow), bool), _spread_rows(signals, signals.rate_hz)
     for start, stop in stretches(slow):
         if stop - start >= min(RESTS / hertz, LONGEST_S) * signals.rate_hz:
             found[max(start - around, 0) : stop + around] = True
     return found
+
+
+def _spread_rows(signals: Signals, rate_hz: float) -> int:
+    """Rows of ``rate_hz`` around a rest in which it is seen still."""
+    if signals.lowpass_hz >= 0.5 * signals.rate_hz:
+        return int(np.ceil(ACCELERATED_ROWS * rate_hz / signals.rate_hz))
+    return int(np.ceil(SPREAD * rate_hz / signals.lowpass_hz))
 
 
 def check_rests(recordings: Sequence[Recording], subject: "ForeignSubject") -> list[Finding]:
@@ -83,7 +88,7 @@ def _held(ready: "Ready", subject: "ForeignSubject") -> tuple[float, str]:
     if role is None or role not in ready.signals.columns:
         return 0.0, ""
     effort = ready.signals.columns[role][:: ready.signals.stride]
-    around = int(np.ceil(SPREAD * subject.rate_hz / ready.signals.lowpass_hz))
+    around = _spread_rows(ready.signals, subject.rate_hz)
     varied = [
         float(np.ptp(effort[start + around : stop - around]))
         for start, stop in stretches(ready.undetermined[: len(effort)])

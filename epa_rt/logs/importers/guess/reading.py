@@ -367,7 +367,8 @@ def _by_size(values: np.ndarray, reading: Reading) -> None:
             reading.unsure.append("taken as a number without a unit")
         return
     if len(reading.words.quantities) > 1:
-        reading.unsure.append("or " + " or ".join(reading.words.quantities[1:]))
+        others = " or ".join(reading.words.quantities[1:])
+        reading.unsure.append(f"its name may say {quantity} or {others}")
     reading.unsure.append(f"{reading.unit.text} by its size alone")
 
 
