@@ -17,6 +17,7 @@ from tests.cli.shell import (
     ROOT,
     children_of,
     epa,
+    epa_here,
     gone,
     paced_run,
     signal,
@@ -42,8 +43,8 @@ def assert_safe_end(reader: LogReader) -> None:
 def test_the_same_seed_gives_the_same_rows_twice_and_another_seed_others(tmp_path):
     """All of the file but the record of who ran it: tests/runs/test_record.py."""
     rows = []
-    for name, seed in (("a", 1), ("b", 1), ("c", 2)):
-        done = epa(
+    for name, seed, of in (("a", 1, epa), ("b", 1, epa_here), ("c", 2, epa_here)):
+        done = of(
             "run",
             EXPERIMENTS / "knee_chirp_short.yaml",
             "--rig",
@@ -68,7 +69,7 @@ def test_the_same_seed_gives_the_same_rows_twice_and_another_seed_others(tmp_pat
 def test_a_log_is_never_overwritten(tmp_path):
     log = tmp_path / "kept.mcap"
     log.write_text("precious")
-    done = epa("run", EXPERIMENTS / "step.yaml", "--rig", RIGS / "bench.yaml", "-o", log)
+    done = epa_here("run", EXPERIMENTS / "step.yaml", "--rig", RIGS / "bench.yaml", "-o", log)
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1 and "kept.mcap" in done.stderr  # and no word of the plant
     assert log.read_text() == "precious"
@@ -113,7 +114,7 @@ def test_two_runs_at_once_into_one_folder_are_two_logs(tmp_path):
 def test_a_link_into_nowhere_is_a_name_that_is_taken(tmp_path):
     log = tmp_path / "link.mcap"
     log.symlink_to(tmp_path / "elsewhere.mcap")
-    done = epa("run", EXPERIMENTS / "step.yaml", "--rig", RIGS / "bench.yaml", "-o", log)
+    done = epa_here("run", EXPERIMENTS / "step.yaml", "--rig", RIGS / "bench.yaml", "-o", log)
     assert done.returncode == 2 and done.stderr.count("\n") == 1
     assert not (tmp_path / "elsewhere.mcap").exists()
 
@@ -132,7 +133,7 @@ phases:
 def test_loops_that_need_different_drive_modes_are_refused_by_every_verb(words, tmp_path):
     (tmp_path / "mixed.yaml").write_text(MIXED)
     out = () if words == ("check",) else ("-o", tmp_path / "out")
-    done = epa(*words, tmp_path / "mixed.yaml", "--rig", RIGS / "bench.yaml", *out)
+    done = epa_here(*words, tmp_path / "mixed.yaml", "--rig", RIGS / "bench.yaml", *out)
     assert done.returncode == 2 and "different drive modes" in done.stderr
     assert not list(tmp_path.rglob("*.mcap"))
 
@@ -155,7 +156,7 @@ def test_a_terminal_without_the_characters_gets_the_table_all_the_same(tmp_path)
 
 def test_schemas_that_cannot_be_written_are_said_so(tmp_path):
     (tmp_path / "file").write_text("")
-    done = epa("schema", "-o", tmp_path / "file")
+    done = epa_here("schema", "-o", tmp_path / "file")
     assert done.returncode == 4 and done.stderr.count("\n") == 1
 
 
@@ -259,7 +260,7 @@ def test_a_run_that_trips_says_the_cause_and_exits_with_three(tmp_path):
     )
     text = text.replace("../plants/bench.yaml", str(RIGS.parent / "plants/bench.yaml"))
     (tmp_path / "weak.yaml").write_text(text)
-    done = epa(
+    done = epa_here(
         "run",
         EXPERIMENTS / "identification_short.yaml",
         "--rig",
@@ -281,7 +282,7 @@ def test_a_run_that_trips_says_the_cause_and_exits_with_three(tmp_path):
 
 def test_the_log_carries_its_files_and_its_code(tmp_path):
     assert (
-        epa(
+        epa_here(
             "run",
             EXPERIMENTS / "knee_chirp_short.yaml",
             "--rig",
