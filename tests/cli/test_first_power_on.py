@@ -10,7 +10,7 @@ import pytest
 from epa_rt.cli.main import parser
 from epa_rt.cli.sound_rig import sound_rig
 from epa_rt.cli.zero import load_rig_source
-from tests.cli.shell import ROOT, epa
+from tests.cli.shell import ROOT, epa_here
 
 PAGE = (ROOT / "docs/first-power-on.md").read_text(encoding="utf-8")
 STEPS = re.split(r"^## (?=\d)", PAGE, flags=re.M)[1:]
@@ -72,5 +72,5 @@ def test_the_first_fill_goes_as_the_page_says(tmp_path):
         .replace("--backend ethercat --interface IF", "--backend sim")
         .replace("out/first", str(tmp_path))
     )
-    done = epa(*words, "--quiet")
+    done = epa_here(*words, "--quiet")
     assert done.returncode == 0 and "(at rest; vented)" in done.stdout, done.stderr

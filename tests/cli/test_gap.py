@@ -10,7 +10,7 @@ import pytest
 
 from epa_rt.cli.main import main
 from epa_rt.config.rig import load_rig
-from tests.cli.shell import EXPERIMENTS, RIGS, ROOT, epa
+from tests.cli.shell import EXPERIMENTS, RIGS, ROOT, epa_here
 
 RIG = RIGS / "bench.yaml"
 pytestmark = pytest.mark.xdist_group(
@@ -41,7 +41,9 @@ def logs(folder):
     assert one.read_text(encoding="utf-8") != short
     paths = [folder / f"run{seed}.mcap" for seed in (1, 2)]
     for seed, path in enumerate(paths, 1):
-        done = epa("run", one, "--rig", RIG, "--plant", real, "--seed", seed, "-o", path, "--quiet")
+        done = epa_here(
+            "run", one, "--rig", RIG, "--plant", real, "--seed", seed, "-o", path, "--quiet"
+        )
         assert done.returncode == 0, done.stderr
     return paths
 
@@ -54,7 +56,7 @@ def log(logs):
 @pytest.fixture(scope="module")
 def diagnosed(folder, logs):
     """The whole command once: what it printed, and what it wrote."""
-    done = epa(
+    done = epa_here(
         "gap",
         "diagnose",
         "--rig",
@@ -448,7 +450,7 @@ def test_a_repeat_against_a_repeat_is_no_gap(folder):
     runs = [folder / f"repeat{seed}.mcap" for seed in (11, 12)]
     for seed, path in zip((11, 12), runs, strict=True):
         assert (
-            epa(
+            epa_here(
                 "run",
                 EXPERIMENTS / "identification_short.yaml",
                 "--rig",
@@ -462,7 +464,7 @@ def test_a_repeat_against_a_repeat_is_no_gap(folder):
             == 0
         )
     out = folder / "repeat.json"
-    done = epa(
+    done = epa_here(
         "gap",
         "diagnose",
         "--rig",

@@ -10,7 +10,7 @@ import pytest
 
 from epa_rt.cli.main import main
 from epa_rt.gap.rig.read import read_recording
-from tests.cli.shell import EXPERIMENTS, RIGS, ROOT, epa
+from tests.cli.shell import EXPERIMENTS, RIGS, ROOT, epa_here
 
 RIG = RIGS / "bench.yaml"
 pytestmark = pytest.mark.xdist_group("epa identify")  # its fixtures cost more than its tests
@@ -31,7 +31,7 @@ def log(folder):
         " 300 N/m}\n",
         encoding="utf-8",
     )
-    done = epa(
+    done = epa_here(
         "run",
         EXPERIMENTS / "identification_short.yaml",
         "--rig",
@@ -48,7 +48,7 @@ def log(folder):
 
 @pytest.fixture(scope="module")
 def identified(folder, log):
-    done = epa(
+    done = epa_here(
         "identify",
         log,
         "--rig",
@@ -117,7 +117,7 @@ def test_the_identified_plant_runs_and_pulls_like_the_muscle(
             )
             == 0
         )
-    done = epa(
+    done = epa_here(
         "run",
         EXPERIMENTS / "identification_short.yaml",
         "--rig",

@@ -11,13 +11,13 @@ import pytest
 from epa_rt.cli.damage import NOT_WHOLE
 from epa_rt.cli.info import text_of
 from epa_rt.cli.main import main
-from tests.cli.shell import EXPERIMENTS, RIGS, ROOT, epa
+from tests.cli.shell import EXPERIMENTS, RIGS, ROOT, epa_here
 
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
     path = tmp_path_factory.mktemp("looking") / "run.mcap"
-    done = epa(
+    done = epa_here(
         "run",
         EXPERIMENTS / "identification_short.yaml",
         "--rig",
@@ -101,7 +101,7 @@ def test_a_pipe_is_no_log_and_nobody_waits_for_one(verb, tmp_path):
     pipe = tmp_path / "pipe.mcap"
     os.mkfifo(pipe)
     rig = ("--rig", RIGS / "bench.yaml") if verb[0] == "gap" else ()
-    done = epa(*verb, *rig, pipe)
+    done = epa_here(*verb, *rig, pipe)
     assert (
         done.returncode == 2
         and done.stderr.count("\n") == 1

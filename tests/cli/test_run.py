@@ -17,6 +17,7 @@ from tests.cli.shell import (
     ROOT,
     children_of,
     epa,
+    epa_here,
     gone,
     paced_run,
     signal,
@@ -39,23 +40,25 @@ def assert_safe_end(reader: LogReader) -> None:
     assert reader.layout.states[int(reader.columns("/cycle")["state"][-1])] == "done"
 
 
-def test_the_same_seed_gives_the_same_rows_twice_and_another_seed_others(tmp_path):
+def run_knee(of, log, seed):
+    """A short chirp of the simulated knee, by ``epa`` or ``epa_here``."""
+    knee = ("--rig", RIGS / "knee.yaml", "--seed", seed, "-o", log, "--quiet")
+    done = of("run", EXPERIMENTS / "knee_chirp_short.yaml", *knee)
+    assert done.returncode == 0, done.stderr
+    return log
+
+
+@pytest.fixture(scope="module")
+def knee_log(tmp_path_factory):
+    """A run with seed 1 in a process of its own."""
+    return run_knee(epa, tmp_path_factory.mktemp("knee") / "a.mcap", 1)
+
+
+def test_the_same_seed_gives_the_same_rows_twice_and_another_seed_others(knee_log, tmp_path):
     """All of the file but the record of who ran it: tests/runs/test_record.py."""
     rows = []
-    for name, seed in (("a", 1), ("b", 1), ("c", 2)):
-        done = epa(
-            "run",
-            EXPERIMENTS / "knee_chirp_short.yaml",
-            "--rig",
-            RIGS / "knee.yaml",
-            "--seed",
-            seed,
-            "-o",
-            tmp_path / f"{name}.mcap",
-            "--quiet",
-        )
-        assert done.returncode == 0, done.stderr
-        with LogReader(tmp_path / f"{name}.mcap") as log:
+    for path in (knee_log, *(run_knee(epa_here, tmp_path / f"{n}.mcap", n) for n in (1, 2))):
+        with LogReader(path) as log:
             found = {
                 **log.columns("/cycle", ["inputs_raw", "outputs_raw"]),
                 **log.columns("/measured"),
@@ -68,7 +71,7 @@ def test_the_same_seed_gives_the_same_rows_twice_and_another_seed_others(tmp_pat
 def test_a_log_is_never_overwritten(tmp_path):
     log = tmp_path / "kept.mcap"
     log.write_text("precious")
-    done = epa("run", EXPERIMENTS / "step.yaml", "--rig", RIGS / "bench.yaml", "-o", log)
+    done = epa_here("run", EXPERIMENTS / "step.yaml", "--rig", RIGS / "bench.yaml", "-o", log)
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1 and "kept.mcap" in done.stderr  # and no word of the plant
     assert log.read_text() == "precious"
@@ -85,17 +88,19 @@ def test_a_paced_simulation_waits_for_its_recorder(tmp_path, monkeypatch):
         assert log.missing == []
 
 
+SHORT = """
+experiment: short
+loop: motor_speed
+seed: 1
+phases:
+  - {name: rest, for: 2 s}
+"""
+
+
 def test_two_runs_at_once_into_one_folder_are_two_logs(tmp_path):
-    words = (
-        "run",
-        EXPERIMENTS / "knee_chirp_short.yaml",
-        "--rig",
-        RIGS / "knee.yaml",
-        "-o",
-        tmp_path,
-        "--quiet",
-        "--seed",
-    )
+    (tmp_path / "short.yaml").write_text(SHORT)
+    words = ("run", tmp_path / "short.yaml", "--rig", RIGS / "bench.yaml", "-o", tmp_path)
+    words = (*words, "--quiet", "--seed")
     runs = [start(*words, seed) for seed in (1, 2)]
     for process in runs:
         out, err = process.communicate(timeout=600)
@@ -113,7 +118,7 @@ def test_two_runs_at_once_into_one_folder_are_two_logs(tmp_path):
 def test_a_link_into_nowhere_is_a_name_that_is_taken(tmp_path):
     log = tmp_path / "link.mcap"
     log.symlink_to(tmp_path / "elsewhere.mcap")
-    done = epa("run", EXPERIMENTS / "step.yaml", "--rig", RIGS / "bench.yaml", "-o", log)
+    done = epa_here("run", EXPERIMENTS / "step.yaml", "--rig", RIGS / "bench.yaml", "-o", log)
     assert done.returncode == 2 and done.stderr.count("\n") == 1
     assert not (tmp_path / "elsewhere.mcap").exists()
 
@@ -132,7 +137,7 @@ phases:
 def test_loops_that_need_different_drive_modes_are_refused_by_every_verb(words, tmp_path):
     (tmp_path / "mixed.yaml").write_text(MIXED)
     out = () if words == ("check",) else ("-o", tmp_path / "out")
-    done = epa(*words, tmp_path / "mixed.yaml", "--rig", RIGS / "bench.yaml", *out)
+    done = epa_here(*words, tmp_path / "mixed.yaml", "--rig", RIGS / "bench.yaml", *out)
     assert done.returncode == 2 and "different drive modes" in done.stderr
     assert not list(tmp_path.rglob("*.mcap"))
 
@@ -155,7 +160,7 @@ def test_a_terminal_without_the_characters_gets_the_table_all_the_same(tmp_path)
 
 def test_schemas_that_cannot_be_written_are_said_so(tmp_path):
     (tmp_path / "file").write_text("")
-    done = epa("schema", "-o", tmp_path / "file")
+    done = epa_here("schema", "-o", tmp_path / "file")
     assert done.returncode == 4 and done.stderr.count("\n") == 1
 
 
@@ -259,7 +264,7 @@ def test_a_run_that_trips_says_the_cause_and_exits_with_three(tmp_path):
     )
     text = text.replace("../plants/bench.yaml", str(RIGS.parent / "plants/bench.yaml"))
     (tmp_path / "weak.yaml").write_text(text)
-    done = epa(
+    done = epa_here(
         "run",
         EXPERIMENTS / "identification_short.yaml",
         "--rig",
@@ -279,20 +284,8 @@ def test_a_run_that_trips_says_the_cause_and_exits_with_three(tmp_path):
         assert_safe_end(reader)
 
 
-def test_the_log_carries_its_files_and_its_code(tmp_path):
-    assert (
-        epa(
-            "run",
-            EXPERIMENTS / "knee_chirp_short.yaml",
-            "--rig",
-            RIGS / "knee.yaml",
-            "-o",
-            tmp_path,
-            "--quiet",
-        ).returncode
-        == 0
-    )
-    with LogReader(only_log(tmp_path)) as reader:
+def test_the_log_carries_its_files_and_its_code(knee_log):
+    with LogReader(knee_log) as reader:
         assert reader.attachments["rig.yaml"] == (RIGS / "knee.yaml").read_bytes()
         assert (
             reader.attachments["experiment.yaml"]

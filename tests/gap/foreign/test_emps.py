@@ -49,6 +49,7 @@ def test_coulomb_and_viscous_friction_are_the_benchmarks(found):
     assert found.fitted["carriage.inertia_kg"] == pytest.approx(95.1089, rel=0.05)
 
 
+@pytest.mark.slow  # a diagnosis of its own, of which the first test asks most
 def test_the_constant_offset_is_the_next_where_no_offset_grows_with_speed(subject, emps):
     plain = diagnose(subject, [emps], without=("offset_with_speed", "offset_moving"), how_far=False)
     assert plain.effects[0].name == "coulomb"
@@ -82,7 +83,9 @@ def test_laps_are_found_and_repeat(subject, emps, pulses):
     )  # pulses do not keep step with laps
 
 
-@pytest.mark.parametrize("lap", range(4))
+@pytest.mark.parametrize(
+    "lap", [0, 3, *(pytest.param(lap, marks=pytest.mark.slow) for lap in (1, 2))]
+)
 def test_a_lap_against_the_others_has_no_gap(subject, emps, lap):
     laps = [cut(emps, LAP * i, LAP * (i + 1), f"lap_{i + 1}") for i in range(4)]
     rest = [one for i, one in enumerate(laps) if i != lap]

@@ -54,8 +54,13 @@ def test_a_chamber_that_is_filled_again_within_its_hold_is_not_called_without_a_
     )
 
 
-@pytest.mark.parametrize("before_s", [0.0, 3.0, 30.0])
-@pytest.mark.parametrize("fill_s", [0.1, 2.0, 8.0])
+FILLS = [(0.0, 0.1), (3.0, 8.0), (30.0, 2.0)]  # each wait and each length of a fill once
+MORE = [(b, f) for b in (0.0, 3.0, 30.0) for f in (0.1, 2.0, 8.0) if (b, f) not in FILLS]
+
+
+@pytest.mark.parametrize(
+    ("before_s", "fill_s"), (*FILLS, *(pytest.param(*one, marks=pytest.mark.slow) for one in MORE))
+)
 @pytest.mark.parametrize(("leak_per_s", "verdict"), [(2.2e-5, "no_gap"), (1e-3, "explained")])
 def test_a_chamber_may_be_filled_within_its_log(tmp_path, before_s, fill_s, leak_per_s, verdict):
     """The hold begins behind the fill, wherever that is: a hold that began within it was a gap of a

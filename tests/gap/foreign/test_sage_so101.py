@@ -2,6 +2,8 @@
 what would tell them apart.
 """
 
+from functools import cache
+
 import pytest
 
 from epa_rt.gap.diagnose import diagnose
@@ -23,12 +25,25 @@ def step_response(folder):
     )
 
 
-@pytest.mark.parametrize("joint", ["wrist_roll", "wrist_pitch"])
-def test_friction_and_dead_zone_cannot_be_told_apart_in_step_response(step_response, joint):
-    rig = RIGS / f"so101_{joint}.yaml"
-    found = diagnose(open_foreign(rig), [step_response], how_far=False)
+@pytest.fixture(scope="module")
+def diagnosed(step_response):
+    """The servo of a joint, and its diagnosis; made once."""
+
+    @cache
+    def made(joint):
+        subject = open_foreign(RIGS / f"so101_{joint}.yaml")
+        return subject, diagnose(subject, [step_response], how_far=False)
+
+    return made
+
+
+@pytest.mark.parametrize(
+    "joint", ["wrist_roll", pytest.param("wrist_pitch", marks=pytest.mark.slow)]
+)
+def test_friction_and_dead_zone_cannot_be_told_apart_in_step_response(diagnosed, joint):
+    subject, found = diagnosed(joint)
     first = found.effects[0]
-    family = {effect.name: effect.family for effect in open_foreign(rig).catalogue}
+    family = {effect.name: effect.family for effect in subject.catalogue}
     assert found.verdict == "not_separable"
     assert {family[name] for name in (first.name, *first.not_separable_from)} >= {
         "friction",
@@ -36,9 +51,9 @@ def test_friction_and_dead_zone_cannot_be_told_apart_in_step_response(step_respo
     }
 
 
-def test_the_experiment_that_would_tell(step_response):
-    subject = open_foreign(RIGS / "so101_wrist_roll.yaml")
-    found = answers(subject, [step_response], diagnose(subject, [step_response], how_far=False))
+def test_the_experiment_that_would_tell(diagnosed, step_response):
+    subject, diagnosis = diagnosed("wrist_roll")
+    found = answers(subject, [step_response], diagnosis)
     few = [item for item in items(subject) if item.name in ("steps", "slow_triangle")]
     best = next_experiment(
         found.rivals,

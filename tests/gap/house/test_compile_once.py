@@ -20,4 +20,5 @@ def script():
 
 @pytest.mark.parametrize("rig", script().RIGS)
 def test_it_runs_to_its_end(rig):
-    script().compile_all(ROOT / "config" / "rigs" / rig)
+    made = script()
+    made.of_rig(rig, *made.PARTS)

@@ -163,11 +163,11 @@ def test_a_slack_muscle_has_no_force_to_be_wrong():
 
 HIDDEN = (
     ("bench", "spool", {"transmission__backlash_rad": 0.15}),
-    ("bench", "gas", {"gas__leak_per_s": 0.01}),
-    ("bench", "gauge", {"sensors__gauge_skew_s": 0.01}),
     ("knee", "load", {"load__knee_coulomb_nm": 0.15}),
 )
 MORE = (
+    ("bench", "gas", {"gas__leak_per_s": 0.01}),
+    ("bench", "gauge", {"sensors__gauge_skew_s": 0.01}),
     # by the command line: tests/cli/test_gap.py, test_localise_says_where_without_a_cause
     ("bench", "muscle", {"muscle__slip_ratio": 0.05}),
     ("bench", "force_cell", {"sensors__force_crosstalk_n_pa": 3e-5}),
