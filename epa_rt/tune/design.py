@@ -233,7 +233,7 @@ def proposed(problem: Problem) -> Proposal:
             False,
         )
     is_sound = problem.holds(present)
-    found, is_better = _searched(problem)
+    found, is_better = _searched(problem, is_sound)
     if found is None or not is_better:
         why = (
             "none better was found within the bounds"
@@ -254,27 +254,27 @@ def proposed(problem: Problem) -> Proposal:
     return Proposal(found, False, "better within the same bounds")
 
 
-def _searched(problem: Problem) -> tuple[Gains | None, bool]:
+def _searched(problem: Problem, is_sound: bool) -> tuple[Gains | None, bool]:
     """The best gains by differential evolution over the logarithms of the feedback's gains, and
-    whether they track as well as the present ones and, where those keep the bounds, hold a load as
-    well. Where none does, those that keep the bounds with the least loss of either; None where none
-    keeps the bounds.
+    whether they track as well as the present ones and, where those keep the bounds (``is_sound``),
+    hold a load as well. Where none does, those that keep the bounds with the least loss of either;
+    None where none keeps the bounds.
     """
     from scipy.optimize import differential_evolution  # type: ignore[import-untyped]
 
     present, before = problem.loop.gains, problem.merit(problem.loop.gains)
     names, bounds = _space(problem.loop)
-    is_sound = problem.holds(present)
 
-    def gains_at(logs: np.ndarray) -> Gains:
+    def feedback_at(logs: np.ndarray) -> Gains:
         values = {name: float(10.0**v) for name, v in zip(names, logs, strict=True)}
-        return problem.with_feedforward(replace(present, **values))
+        return replace(present, **values)
 
     def cost(logs: np.ndarray) -> float:
-        gains = gains_at(logs)
-        excess = problem.excess(gains, SPARE)
+        feedback = feedback_at(logs)
+        excess = problem.excess(feedback, SPARE)  # no bound asks for the feedforward
         if excess > 0.0:
             return BIG * (1.0 + min(excess, BIG))
+        gains = problem.with_feedforward(feedback)
         merit = problem.merit(gains)
         ratios = np.array([merit.tracking / before.tracking, merit.load / before.load])
         worst = float(np.max(ratios))
@@ -287,7 +287,7 @@ def _searched(problem: Problem) -> tuple[Gains | None, bool]:
     found = differential_evolution(
         cost, bounds, seed=1, popsize=12, maxiter=60, tol=1e-3, polish=False
     )
-    gains = rounded(gains_at(found.x))
+    gains = rounded(problem.with_feedforward(feedback_at(found.x)))
     if found.fun >= BIG or not problem.holds(gains):
         return None, False
     return gains, bool(found.fun < 0.1 * BIG)

@@ -14,6 +14,7 @@ import numpy as np
 
 from epa_rt.tune.controller import Controller, Gains, Loop, basis_of, controller_of
 from epa_rt.tune.in_time import Trace
+from epa_rt.tune.margins import plant_at
 from epa_rt.tune.response import Excited, response_of
 
 TERMS = ("feedforward", "feedforward_speed_s", "feedforward_acceleration_s2")
@@ -128,11 +129,7 @@ def followed_from(
         np.fft.rfft(v - np.mean(v)) for v in (trial.reference, trial.command, trial.output)
     )
     hertz = frequency[1:inside]
-    off = shown.plant / shape(shown.frequency_hz)
-    at, known = np.log(hertz), np.log(shown.frequency_hz)
-    size = np.exp(np.interp(at, known, np.log(np.abs(off))))
-    turn = np.interp(at, known, np.unwrap(np.angle(off)))
-    plant = shape(hertz) * size * np.exp(1j * turn)
+    plant = plant_at(hertz, shown.frequency_hz, shown.plant, shape)
     return Followed(
         loop,
         hertz,

@@ -59,13 +59,27 @@ def interpolated(
     frequencies in Hz), times what that is off by at both neighbours: a resonance may peak between.
     """
     grid = np.geomspace(frequency_hz[0], frequency_hz[-1], GRID)
-    at, known = np.log(grid), np.log(frequency_hz)
+    between = plant_at(grid, frequency_hz, plant, shape)
+    known = np.maximum(radius / np.abs(plant), LEAST_RADIUS)
+    relative = np.interp(np.log(grid), np.log(frequency_hz), known)
+    return Interpolated(grid, between, relative * np.abs(between))
+
+
+def plant_at(
+    wanted_hz: np.ndarray,
+    frequency_hz: np.ndarray,
+    plant: np.ndarray,
+    shape: Callable[[np.ndarray], np.ndarray],
+) -> np.ndarray:
+    """A plant known at frequencies (n,) at others (m,), all in Hz: a model's ``shape`` times what
+    it is off by at both neighbours, or at the nearest frequency known.
+    """
+    at, known = np.log(wanted_hz), np.log(frequency_hz)
     off = plant / shape(frequency_hz)
     size = np.exp(np.interp(at, known, np.log(np.abs(off))))
     turn = np.interp(at, known, np.unwrap(np.angle(off)))
-    between = shape(grid) * size * np.exp(1j * turn)
-    relative = np.interp(at, known, np.maximum(radius / np.abs(plant), LEAST_RADIUS))
-    return Interpolated(grid, between, relative * np.abs(between))
+    found: np.ndarray = shape(wanted_hz) * size * np.exp(1j * turn)
+    return found
 
 
 def margins_of(plant: Interpolated, feedback: np.ndarray) -> Margins:
