@@ -26,6 +26,7 @@ LEVELS = (
 ABOVE = {room: level for level, rooms in enumerate(LEVELS) for room in rooms}
 # the rooms of gap in the order of their flow: none asks a later one
 GAP = (
+    "side_by_side",
     "recording",
     "subject",
     "finding",

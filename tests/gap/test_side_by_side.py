@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from epa_rt.gap.likelihood import side_by_side
-from epa_rt.gap.likelihood.side_by_side import each
+from epa_rt.gap import side_by_side
+from epa_rt.gap.side_by_side import each
 
 
 def is_helped() -> bool:

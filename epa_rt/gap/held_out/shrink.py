@@ -18,8 +18,8 @@ from epa_rt.gap.likelihood.alongside import (
 )
 from epa_rt.gap.likelihood.floor import FLOOR_SEEDS, Floor, unbiased
 from epa_rt.gap.likelihood.problem import Problem
-from epa_rt.gap.likelihood.side_by_side import each
 from epa_rt.gap.recording import Recording
+from epa_rt.gap.side_by_side import each
 from epa_rt.gap.subject import Link, Subject, Values
 
 OVERALL, ALL = "all channels", "all"

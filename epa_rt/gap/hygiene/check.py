@@ -3,7 +3,7 @@ never mended silently.
 """
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -24,6 +24,9 @@ from epa_rt.gap.hygiene.valves import check_valves
 from epa_rt.gap.hygiene.words import check_words
 from epa_rt.gap.recording import Recording, Span
 from epa_rt.gap.rig.read import misfits
+from epa_rt.gap.side_by_side import each
+
+Check = Callable[[Recording, Rig | None], Sequence[Finding]]
 
 _REFUSED = (
     "recorded on the rig",
@@ -58,16 +61,25 @@ def check(
     ``exclude`` are taken out by ``clean``.
     """
     without_rig = (check_time, partial(check_values, steps=steps), *_AFTER_VALUES)
-    found = _mixed(recordings) + check_twice(recordings) + check_lines(recordings)
-    for recording in recordings:
-        found += _said_by_log(recording, rig)
-        for checks in without_rig if rig is None else _HOUSE:
-            own = [finding for finding in checks(recording, rig) if not _said(finding, found)]
-            found += own
-            if any(finding.severity == "refuse" for finding in own):
-                # a wrong unit, say, would be found again by every check that compares channels
-                break
+    of_all = _mixed(recordings) + check_twice(recordings) + check_lines(recordings)
+    checks = without_rig if rig is None else _HOUSE
+    of_each = each(lambda recording: _of_log(recording, rig, checks, of_all), recordings)
+    found = [*of_all, *(finding for own in of_each for finding in own)]
     return tuple(sorted(found, key=lambda finding: _ORDER[finding.severity]))
+
+
+def _of_log(
+    recording: Recording, rig: Rig | None, checks: Sequence[Check], known: Sequence[Finding]
+) -> list[Finding]:
+    """What the checks find in one recording, beside what is known of it."""
+    found = _said_by_log(recording, rig)
+    for check_one in checks:
+        own = [one for one in check_one(recording, rig) if not _said(one, [*known, *found])]
+        found += own
+        if any(finding.severity == "refuse" for finding in own):
+            # a wrong unit, say, would be found again by every check that compares channels
+            break
+    return found
 
 
 def clean(recordings: Sequence[Recording], findings: Sequence[Finding]) -> tuple[Recording, ...]:

@@ -4,7 +4,7 @@ log long, and on nothing that moves the rig.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -24,6 +24,7 @@ from epa_rt.gap.hygiene.multitaper import (
 )
 from epa_rt.gap.hygiene.values import smallest_step
 from epa_rt.gap.recording import PLACES, Recording
+from epa_rt.gap.side_by_side import each
 
 FALSE_ALARM = 1e-3  # of any line on all channels of all logs together, where there is noise alone
 # share of the log in which a line has one size and runs on: one trial is less
@@ -67,10 +68,11 @@ class _Log:
         ``frequency``.
         """
         whole = regular(self.recording, name)
-        return whole if _moves(name) else without_answer(whole, self._motion, frequency)
+        return whole if _moves(name) else without_answer(whole, self.motion, frequency)
 
     @cached_property
-    def _motion(self) -> np.ndarray:
+    def motion(self) -> np.ndarray:
+        """(n, p) what may answer to commands and motion."""
         return terms_of_motion(
             self.recording, [name for name in sorted(self.recording.columns) if _moves(name)]
         )
@@ -124,8 +126,10 @@ def check_lines(recordings: Sequence[Recording]) -> list[Finding]:
     for period_s in sorted({one.period_s for one in recordings}):
         logs = _logs([one for one in recordings if one.period_s == period_s])
         names = sorted({name for log in logs for name in _tested(log.recording)})
-        for name in names:
-            for seen in _lines(logs, name, len(names)):
+        each(lambda log: log.motion, logs if names else ())  # what every channel asks for
+        lines = partial(_lines, logs, len(names))
+        for name, of_channel in zip(names, each(lines, names), strict=True):
+            for seen in of_channel:
                 found += _findings(seen, name, logs, recordings)
     return found
 
@@ -157,12 +161,13 @@ def _tested(recording: Recording) -> list[str]:
     ]
 
 
-def _lines(logs: Sequence[_Log], name: str, channels: int) -> Iterator[list[_Seen]]:
-    """The lines of a channel, each in the logs that have it."""
+def _lines(logs: Sequence[_Log], channels: int, name: str) -> list[list[_Seen]]:
+    """The lines of one of the ``channels``, each in the logs that have it."""
     able = [log for log in logs if name in log.recording.columns]
     able = [log for log in able if int(log.known(name).sum()) >= _WINDOWS]
     if not able:
-        return
+        return []
+    found = []
     windows = np.concatenate([log.still(name)[log.known(name)] for log in able])
     peaks, tests = _candidates(windows)
     enough = np.log(max(len(peaks), 1) * len(able) / FALSE_ALARM)
@@ -176,7 +181,8 @@ def _lines(logs: Sequence[_Log], name: str, channels: int) -> Iterator[list[_See
             and not _moved(seen, name)
             and not any(_is_harmonic(one, name) for one in seen)
         ):
-            yield seen
+            found.append(seen)
+    return found
 
 
 def _candidates(windows: np.ndarray) -> tuple[list[tuple[float, float]], int]:

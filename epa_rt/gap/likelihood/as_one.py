@@ -9,11 +9,11 @@ import numpy as np
 
 from epa_rt.gap.likelihood.alongside import channels, misfit, step_of, trials
 from epa_rt.gap.likelihood.floor import Floor
-from epa_rt.gap.likelihood.point import Point, linearised, normal_of, solve, z_of
+from epa_rt.gap.likelihood.point import Normal, Point, carried, linearised, prior_of, solve, z_of
 from epa_rt.gap.likelihood.problem import ABSURD, Problem
 from epa_rt.gap.likelihood.refit import searched
-from epa_rt.gap.likelihood.side_by_side import each
 from epa_rt.gap.recording import Recording
+from epa_rt.gap.side_by_side import each
 from epa_rt.gap.subject import Link, Plain, Subject, Values
 
 LINK = "whole"
@@ -281,41 +281,61 @@ def floor() -> dict[str, Floor]:
 
 
 def fitted(
-    whole: Problem, effects: tuple[str, ...], values: Mapping[str, float], worth: float = np.inf
+    whole: Problem,
+    effects: tuple[str, ...],
+    values: Mapping[str, float],
+    worth: float = np.inf,
+    near: Point | None = None,
 ) -> Point:
     """Everything free refitted. Derivatives are what costs here, so they are made anew only where
     the last step fell otherwise than they promised.
 
     ``worth``: chi-square above which the fit is of no use to who asks; it ends where it has come
-    near to what its derivatives promise, and that is more.
+    near to what its derivatives promise, and that is more. ``near``: where the same was fitted with
+    fewer effects; the fit begins there where that is better, with the derivatives from there.
     """
-    point, before = (
-        linearised(whole, effects, dict(values)),
-        np.inf,
-    )  # nothing is in vain before a step was tried
+    point, before = _begun(whole, effects, dict(values), near)
     for _ in range(ROUNDS):
         normal = point.normal
-        reached = normal.promised(normal.solved(np.ones(whole.blocks)))
-        if reached > worth and normal.chi < NEARBY * reached and STILL_FALLS * before < normal.chi:
+        if _in_vain(normal, before, worth):
             break
         before = normal.chi
         after = searched(whole, point, light=True)
         if after is None:
             break
-        promised = normal.promised(z_of(whole, normal.keys, after) - normal.z)
-        residual = {LINK: whole.residual(after, LINK)}
-        moved = Point(
-            effects,
-            after,
-            residual,
-            point.columns,
-            normal_of(whole, normal.keys, after, residual, point.columns),
-        )
-        if abs(moved.normal.chi - promised) + promised - reached < max(
-            AS_PROMISED * min(normal.chi - promised, moved.normal.chi), TRIFLE
-        ):
+        moved = carried(whole, point, after)
+        if normal.missed(moved.normal) < max(
+            AS_PROMISED * min(normal.chi - moved.normal.chi, moved.normal.chi), TRIFLE
+        ) or _in_vain(moved.normal, before, worth):
             return moved
-        point = linearised(whole, effects, after)
+        point = linearised(whole, effects, after, residual=moved.residual)
         if normal.chi - point.normal.chi < SLOW * normal.chi:
             break
     return point
+
+
+def _begun(
+    whole: Problem, effects: tuple[str, ...], values: dict[str, float], near: Point | None
+) -> tuple[Point, float]:
+    """Where a fit begins, and the chi-square before that: infinite but where it goes on from
+    another, for nothing is in vain before a step was tried.
+    """
+    if near is not None:
+        there, keys = {**values, **near.values}, near.normal.keys
+        if _costs(whole, keys, there) <= _costs(whole, keys, values):
+            return linearised(whole, effects, there, near), near.normal.chi
+    return linearised(whole, effects, values), np.inf
+
+
+def _costs(whole: Problem, keys: tuple[str, ...], values: Mapping[str, float]) -> float:
+    """Chi-square at these values, with the priors' part."""
+    residual = whole.residual(values, LINK)
+    return float(residual @ residual + prior_of(whole, keys) @ z_of(whole, keys, values) ** 2)
+
+
+def _in_vain(normal: Normal, before: float, worth: float) -> bool:
+    """Whether a fit whose last step began at ``before`` has come near to what its derivatives
+    promise, and that is more than it may be worth.
+    """
+    reached = normal.promised(normal.solved(np.ones(normal.square.shape[1])))
+    return reached > worth and normal.chi < NEARBY * reached and STILL_FALLS * before < normal.chi

@@ -11,9 +11,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from epa_rt.gap.likelihood.colour import autocovariance, levinson, white_size
-from epa_rt.gap.likelihood.side_by_side import each
 from epa_rt.gap.likelihood.significance import scatter
 from epa_rt.gap.recording import Recording
+from epa_rt.gap.side_by_side import each
 from epa_rt.gap.subject import Subject, Values
 
 ORDER = 16  # of the whitening filter

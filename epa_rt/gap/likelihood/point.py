@@ -83,6 +83,14 @@ class Normal:
         vector = np.einsum("b,lbi->i", weights, self.vector, optimize=True)
         return solve(matrix, vector, self.prior, self.z, ~self.frozen)
 
+    def missed(self, after: "Normal") -> float:
+        """By how much chi-square after a step is not what was promised of it, and what is promised
+        of the rest of the way.
+        """
+        promised = self.promised(after.z - self.z)
+        reached = self.promised(self.solved(np.ones(self.square.shape[1])))
+        return abs(after.chi - promised) + promised - reached
+
     def left_out(self, fold_of_block: np.ndarray) -> np.ndarray:
         """(L, B) chi-square of every block under the fit to the other folds.
 
@@ -112,6 +120,14 @@ class Point:
     residual: dict[str, np.ndarray]
     columns: dict[str, tuple[np.ndarray, np.ndarray]]
     normal: Normal
+
+    def derivatives(self) -> dict[str, dict[str, np.ndarray]]:
+        """Key to link to (n,) derivative per spread."""
+        found: dict[str, dict[str, np.ndarray]] = {key: {} for key in self.normal.keys}
+        for link, (positions, table) in self.columns.items():
+            for at, column in zip(positions, table.T, strict=True):
+                found[self.normal.keys[at]][link] = column
+        return found
 
 
 def solve(
@@ -209,38 +225,51 @@ def frozen_at(problem: Problem, keys, values, vector, matrix) -> np.ndarray:
     return found
 
 
-def linearised(problem: Problem, effects: tuple[str, ...], values: dict[str, float]) -> Point:
+def linearised(
+    problem: Problem,
+    effects: tuple[str, ...],
+    values: dict[str, float],
+    near: Point | None = None,
+    residual: dict[str, np.ndarray] | None = None,
+) -> Point:
     """Residuals and derivatives of all links over the nominal parameters and the knobs of the
-    effects that are on.
+    effects that are on. ``near``: a point whose derivatives are kept for the keys that it has;
+    ``residual``: that at these values, where it is known.
     """
     keys = problem.nominal + tuple(
         dict.fromkeys(k for e in effects for k in problem.effects[e].knobs)
     )
-    residual = dict(
-        zip(
-            problem.links,
-            problem.each(lambda link: problem.residual(values, link), problem.links),
-            strict=True,
-        )
-    )
+    here = residual or residual_at(problem, values)
+    known = near.derivatives() if near else {}
+    new = [key for key in keys if key not in known]
     made = problem.each(
         lambda key: {
-            link: problem.derivative(values, key, link, residual[link])
+            link: problem.derivative(values, key, link, here[link])
             for link in problem.touched((key,))
         },
-        keys,
+        new,
     )  # links share much of a plant
+    of_key = {**known, **dict(zip(new, made, strict=True))}
     columns = {}
     for link in problem.links:
-        own = [(i, of_key[link]) for i, of_key in enumerate(made) if link in of_key]
+        own = [(i, of_key[key][link]) for i, key in enumerate(keys) if link in of_key[key]]
         table = (
             np.column_stack([c for _, c in own]) if own else np.zeros((problem.samples(link), 0))
         )
         columns[link] = (np.array([i for i, _ in own], int), table)
     return Point(
-        effects,
-        dict(values),
-        residual,
-        columns,
-        normal_of(problem, keys, values, residual, columns),
+        effects, dict(values), here, columns, normal_of(problem, keys, values, here, columns)
     )
+
+
+def carried(problem: Problem, point: Point, values: dict[str, float]) -> Point:
+    """The same effects at other values, with the derivatives of ``point``."""
+    here = residual_at(problem, values)
+    normal = normal_of(problem, point.normal.keys, values, here, point.columns)
+    return Point(point.effects, values, here, point.columns, normal)
+
+
+def residual_at(problem: Problem, values: dict[str, float]) -> dict[str, np.ndarray]:
+    """Link to (n,) residual at these values."""
+    made = problem.each(lambda link: problem.residual(values, link), problem.links)
+    return dict(zip(problem.links, made, strict=True))

@@ -16,8 +16,8 @@ import numpy as np
 from epa_rt.gap.likelihood.chunks import chunks_of
 from epa_rt.gap.likelihood.floor import Floor, unbiased
 from epa_rt.gap.likelihood.generic import Design
-from epa_rt.gap.likelihood.side_by_side import each
 from epa_rt.gap.recording import Recording
+from epa_rt.gap.side_by_side import each
 from epa_rt.gap.subject import Subject, Values
 from epa_rt.models.effect import Effect, Knob
 

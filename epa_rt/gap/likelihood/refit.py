@@ -18,6 +18,7 @@ from epa_rt.gap.likelihood.point import (
     Normal,
     Point,
     by_block,
+    carried,
     frozen_at,
     linearised,
     prior_of,
@@ -61,18 +62,17 @@ def settled(
     rounds: int = POLISH_ROUNDS,
 ) -> Point:
     """Everything free refitted with fresh derivatives: the nominal parameters alone, or with the
-    effects that are on. Raises Stopped.
+    effects that are on. The last step, which hardly falls, keeps those of before. Raises Stopped.
     """
     point = linearised(problem, effects, dict(values or {}))
     for _ in range(rounds):
         after = searched(problem, point)
         if after is None:
             break
-        fresh = linearised(problem, effects, after)
-        arrived = point.normal.chi - fresh.normal.chi < ENOUGH * point.normal.chi
-        point = fresh
-        if arrived:
-            break
+        there = carried(problem, point, after)
+        if point.normal.chi - there.normal.chi < ENOUGH * point.normal.chi:
+            return there
+        point = linearised(problem, effects, after, residual=there.residual)
     return point
 
 

@@ -304,8 +304,14 @@ class Search:
             known = self._of(effects)
             noise = self._on_ground(self.none).views[FREE_RUN].links[LINK].noise
             worth = self._scores.most(FREE_RUN, noise, self._hope(self._evidence(known)))
-            point = fitted(self._ground.whole, effects, dict(known.values), worth)
+            near = self._within(effects)
+            point = fitted(self._ground.whole, effects, dict(known.values), worth, near)
             self._model(effects, known.values, point)
+
+    def _within(self, effects: tuple[str, ...]) -> Point | None:
+        """The best point in free run with some of these effects alone, if any was fitted."""
+        fewer = [point for key, point in self._points.items() if key < frozenset(effects)]
+        return min(fewer, key=lambda point: point.normal.chi, default=None)
 
     def _hopeful(self, evidence: float) -> bool:
         """Whether a model of this log evidence, which more views can only lower, may count beside

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from epa_rt.gap.finding import Finding
-from epa_rt.gap.likelihood.side_by_side import each
 from epa_rt.gap.recording import Recording
+from epa_rt.gap.side_by_side import each
 
 if TYPE_CHECKING:
     from epa_rt.gap.rig.house.subject import HouseSubject

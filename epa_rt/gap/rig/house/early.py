@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from epa_rt.gap.finding import Finding
-from epa_rt.gap.likelihood.side_by_side import each
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.rig.house.counter import LINK, left
+from epa_rt.gap.side_by_side import each
 from epa_rt.logs.layout import ANSWERED_AFTER
 
 if TYPE_CHECKING:
