@@ -84,7 +84,7 @@ def main() -> int:
     arguments = _arguments()
     kept = arguments.out.with_suffix(".jsonl")
     kept.parent.mkdir(parents=True, exist_ok=True)
-    answers = Kept(kept, _engine())
+    answers = Kept(kept, engine())
     code = 0
     try:
         cases = list(_cases(arguments))
@@ -137,7 +137,7 @@ class Kept:
             file.write(f"\n{json.dumps({**line, 'engine': self._engine})}")
 
 
-def _engine() -> str:
+def engine() -> str:
     """Digest of all code that an answer comes from."""
     digest = hashlib.sha256()
     for room in ("gap", "models", "logs/importers"):
@@ -155,7 +155,7 @@ def _cases(arguments: argparse.Namespace) -> Iterator[tuple[str, Asked]]:
                 f"stability: found no recording '{name}', expected one of"
                 f" {', '.join(entries) or 'those beside the repository, and none is there'}"
             )
-        yield name, _opened(entries[name])
+        yield name, opened_entry(entries[name])
     for folder in arguments.cases:
         told = json.loads((folder / "case.json").read_text(encoding="utf-8"))
         yield (
@@ -175,7 +175,7 @@ def _further() -> dict[str, Any]:
     return found
 
 
-def _opened(entry: dict[str, Any]) -> Asked:
+def opened_entry(entry: dict[str, Any]) -> Asked:
     rig = at(entry["rig"])
     plant = rig.parent / yaml.safe_load(rig.read_text(encoding="utf-8"))["plant"]
     return Asked(rig, plant, _gathered(entry["logs"]), _gathered(entry.get("holdout", {})))
@@ -209,7 +209,7 @@ def _ask_all(name: str, asked: Asked, kind: str, answers: Kept) -> None:
             folder = Path(scratch) / f"change_{place}"
             folder.mkdir()
             try:
-                said: dict[str, Any] = {"answer": _answered(made(folder), folder).as_json()}
+                said: dict[str, Any] = {"answer": answered(made(folder), folder).as_json()}
             except SkippedError as reason:
                 said = {"skipped": str(reason)}
             said["cpu_seconds"] = round(time.process_time() - begun, 1)
@@ -222,7 +222,7 @@ def _ask_all(name: str, asked: Asked, kind: str, answers: Kept) -> None:
             )
 
 
-def _answered(asked: Asked, folder: Path) -> Answer:
+def answered(asked: Asked, folder: Path) -> Answer:
     """The diagnosis of what the command line would read, without its way to the report."""
     from epa_rt.benchmark.stability import REFUSED, Answer, answer_of
     from epa_rt.cli.exits import VerbError
