@@ -1,8 +1,8 @@
 """What the cases' logs are recorded with: experiment files for three logs and one that is held out.
 
-A plan excites much ("rich"; "short" is the same for a quarter as long), nothing ("still": air shut in,
-nothing moves), or one point only ("narrow": one pressure, one small sine). Pressures, strokes and
-seeds differ from case to case.
+A plan excites much ("rich"; "short" is the same for a quarter as long), nothing ("still": air shut
+in, nothing moves), or one point only ("narrow": one pressure, one small sine). Pressures, strokes
+and seeds differ from case to case.
 """
 
 import re

@@ -456,15 +456,7 @@ def test_a_repeat_against_a_repeat_is_no_gap(folder, experiment):
     for seed, path in zip((11, 12), runs, strict=True):
         assert (
             epa_here(
-                "run",
-                experiment,
-                "--rig",
-                RIG,
-                "--seed",
-                seed,
-                "-o",
-                path,
-                "--quiet",
+                "run", experiment, "--rig", RIG, "--seed", seed, "-o", path, "--quiet"
             ).returncode
             == 0
         )
