@@ -39,8 +39,17 @@ def replayed(tmp_path: Path, name: str):
 @pytest.mark.parametrize(
     ("name", "families", "numbers"),
     [
-        ("cog84", {"friction", "cogging"}, {"drive.cogging_periods": 84.0}),
-        ("mjx1344", {"load", "friction"}, {"friction.coulomb_nm": 3.0e-3}),
+        # their kinds also: test_strangers.py, a pitch that no file says; test_strange_shafts.py,
+        # dry friction beside the weight
+        pytest.param(
+            "cog84",
+            {"friction", "cogging"},
+            {"drive.cogging_periods": 84.0},
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            "mjx1344", {"load", "friction"}, {"friction.coulomb_nm": 3.0e-3}, marks=pytest.mark.slow
+        ),
         (
             "pace13",
             {"load", "limit", "delay", "deadband"},
@@ -73,7 +82,9 @@ def test_a_joint_that_never_moves_tells_what_its_friction_is_at_least(tmp_path):
         diagnose_logs(rig, None, logs)
 
 
-@pytest.mark.parametrize("gain", ("12", "16.8"))  # 1/s: as guessed, and two spreads above
+@pytest.mark.parametrize(  # 1/s: two spreads above what was guessed, and as it was
+    "gain", ("16.8", pytest.param("12", marks=pytest.mark.slow))
+)
 def test_a_pendulum_against_a_guessed_plant_has_gravity(tmp_path, gain):
     at = CASES / "real/xl330"
     for name in ("rig.yaml", "plant.yaml"):
