@@ -1,8 +1,8 @@
 """What the cases' logs are recorded with: experiment files for three logs and one that is held out.
 
-A plan excites much ("rich"; "short" is the same for half as long), nothing ("still": air shut in,
-nothing moves), or one point only ("narrow": one pressure, one small sine). Pressures, strokes and
-seeds differ from case to case.
+A plan excites much ("rich"; "short" is the same for a quarter as long), nothing ("still": air shut
+in, nothing moves), or one point only ("narrow": one pressure, one small sine). Pressures, strokes
+and seeds differ from case to case.
 """
 
 import re
@@ -26,16 +26,16 @@ def plan_of(rig: str, kind: str, rng: np.random.Generator) -> Plan:
     """The experiments of one case on the rig 'bench' or 'knee'."""
     if kind == SHORT:
         whole = plan_of(rig, RICH, rng)
-        return Plan(*(tuple(map(_halved, texts)) for texts in whole))
+        return Plan(*(tuple(map(_quartered, texts)) for texts in whole))
     if rig == "knee":
         return _knee(kind, rng)
     return {RICH: _bench_rich, STILL: _bench_still, NARROW: _bench_narrow}[kind](rng)
 
 
-def _halved(text: str) -> str:
-    """An experiment file whose trials take half as long."""
+def _quartered(text: str) -> str:
+    """An experiment file whose trials take a quarter of the time."""
     return "\n".join(
-        _TRIAL_S.sub(lambda s: f"{0.5 * float(s.group()):g}", line)
+        _TRIAL_S.sub(lambda s: f"{0.25 * float(s.group()):g}", line)
         if "trial: true" in line
         else line
         for line in text.split("\n")

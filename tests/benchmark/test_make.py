@@ -10,6 +10,8 @@ import pytest
 from epa_rt.benchmark.plans import plan_of
 from epa_rt.cli.gap.blind.make import _one, _record
 from epa_rt.cli.inputs import load_inputs
+from epa_rt.config.rig import load_rig
+from epa_rt.experiments.experiment import load_experiment
 from epa_rt.gap.rig.read import read_recording
 from epa_rt.logs.reader import LogReader
 from epa_rt.models.catalogue import BY_NAME as CATALOGUE
@@ -27,7 +29,7 @@ NEWEST = max(effects.IN_PLACE)
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("blind") / "case_000"
-    spec = draw.Spec(0, "single", "bench", "rich", 1.0, ("laminar_leak",), 10.0)
+    spec = draw.Spec(0, "single", "bench", "short", 1.0, ("laminar_leak",), 10.0)
     return folder, make_case(1234567, spec, folder, CONFIG, _record)
 
 
@@ -38,9 +40,15 @@ def test_a_case_is_whole_and_its_effect_as_strong_as_asked(made):
         assert (folder / place).exists()
     for log in (*told["logs"], *told["holdout"]):
         recording = read_recording(folder / log)
+        asked = load_experiment(
+            folder / f"experiments/{Path(log).stem}.yaml", load_rig(folder / "rig.yaml")
+        )
         assert not recording.found
-        assert any(span.trial for span in recording.spans)
-        assert recording.samples > 20000
+        assert [span.name for span in recording.spans] == [phase.name for phase in asked.phases]
+        trials = [(span.name, span.stop - span.start) for span in recording.spans if span.trial]
+        assert trials and trials == [
+            (phase.name, phase.cycles) for phase in asked.phases if phase.trial_index is not None
+        ]
     assert truth["effects"][0]["multiple"] == pytest.approx(10.0, rel=0.3)
     assert truth["excited"]
 

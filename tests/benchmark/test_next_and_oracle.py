@@ -43,15 +43,25 @@ def scored(cases: Path, sealed: Path, diagnoser: str) -> dict:
     return json.loads(out.read_text())
 
 
-def test_an_experiment_that_tells_apart_counts_as_separated(short_case, tmp_path, monkeypatch):
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(HERE), str(HERE.parents[1])]))
-    cases, sealed = sealed_case(short_case, tmp_path)
-    found = scored(cases, sealed, "doubting")
+@pytest.fixture(scope="module")
+def judged(short_case, tmp_path_factory):
+    """Folder of a case whose proposed experiment has been recorded and diagnosed, with its seal."""
+    folder = tmp_path_factory.mktemp("judged")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PYTHONPATH", os.pathsep.join([str(HERE), str(HERE.parents[1])]))
+        cases, sealed = sealed_case(short_case, folder)
+        scored(cases, sealed, "doubting")
+    assert (folder / "score.answers" / "case_000_next.json").exists()
+    return folder
+
+
+def test_an_experiment_that_tells_apart_counts_as_separated(judged):
+    found = json.loads((judged / "score.json").read_text())
     after = found["cases"][0]["said"]["after_next"]
     assert (
         after["samples"] > 1000
     )  # the second diagnosis has read a log that the first one did not have
-    assert {path.name for path in (cases / "case_000" / "next").iterdir()} == {
+    assert {path.name for path in (judged / "cases" / "case_000" / "next").iterdir()} == {
         "next.yaml",
         "next.mcap",
         "case.json",
@@ -186,23 +196,17 @@ def test_the_hidden_rig_run_again_over_a_logs_commands_reads_what_the_log_says(s
     )  # noise counts five times: INDEPENDENT_HZ
 
 
-def judged_next(short_case, tmp_path, monkeypatch, **told) -> tuple[Path, Path]:
-    """Cases and seal of a case whose proposed experiment has been recorded and diagnosed; ``told``:
-    what is else of its truth.
-    """
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(HERE), str(HERE.parents[1])]))
-    folder, truth = short_case
-    cases, sealed = sealed_case((folder, {**truth, **told}), tmp_path)
-    scored(cases, sealed, "doubting")
-    assert (tmp_path / "score.answers" / "case_000_next.json").exists()
-    return cases, sealed
+def judged_next(judged, tmp_path) -> tuple[Path, Path]:
+    """Cases and seal of a copy."""
+    shutil.copytree(judged, tmp_path, dirs_exist_ok=True)
+    return tmp_path / "cases", tmp_path / "cases.sealed"
 
 
-def test_the_oracle_says_whether_the_proposed_experiment_tells(short_case, tmp_path, monkeypatch):
+def test_the_oracle_says_whether_the_proposed_experiment_tells(judged, tmp_path):
     """Told the law, over the logs and the new one, with the name that stood beside the truth as a
     rival.
     """
-    cases, sealed = judged_next(short_case, tmp_path, monkeypatch)
+    cases, sealed = judged_next(judged, tmp_path)
     text = oracle_next(cases, sealed, tmp_path / "oracle.json", 1, tmp_path / "score.answers")
     found = json.loads((tmp_path / "oracle.json").read_text())
     told = found["cases"][0]["oracle"]
@@ -240,13 +244,17 @@ def test_an_experiment_that_tells_counts_against_a_second_diagnosis_that_died(
 def test_a_proposed_experiment_of_what_nothing_can_name_is_not_judged(
     short_case, tmp_path, monkeypatch
 ):
-    cases, sealed = judged_next(short_case, tmp_path, monkeypatch, kind="withheld")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(HERE), str(HERE.parents[1])]))
+    folder, truth = short_case
+    cases, sealed = sealed_case((folder, {**truth, "kind": "withheld"}), tmp_path)
+    scored(cases, sealed, "doubting")
+    assert (tmp_path / "score.answers" / "case_000_next.json").exists()
     oracle_next(cases, sealed, tmp_path / "oracle.json", 1, tmp_path / "score.answers")
     assert json.loads((tmp_path / "oracle.json").read_text())["cases"] == []
 
 
-def test_an_experiment_that_was_not_proposed_tells_nothing(short_case, tmp_path, monkeypatch):
-    cases, sealed = judged_next(short_case, tmp_path, monkeypatch)
+def test_an_experiment_that_was_not_proposed_tells_nothing(judged, tmp_path):
+    cases, sealed = judged_next(judged, tmp_path)
     (tmp_path / "score.answers" / "case_000_next.json").rename(
         tmp_path / "score.answers" / "case_007_next.json"
     )
@@ -267,10 +275,8 @@ def test_an_experiment_that_was_not_proposed_tells_nothing(short_case, tmp_path,
         ("oracle.json", "torn", "found no whole JSON"),
     ],
 )
-def test_answers_without_next_experiments_are_refused(
-    short_case, tmp_path, monkeypatch, out, said, expected
-):
-    cases, sealed = judged_next(short_case, tmp_path, monkeypatch)
+def test_answers_without_next_experiments_are_refused(judged, tmp_path, out, said, expected):
+    cases, sealed = judged_next(judged, tmp_path)
     (tmp_path / "empty").mkdir()
     shutil.copytree(tmp_path / "score.answers", tmp_path / "torn")
     (tmp_path / "torn" / "case_000_next.json").write_text('{"verdict": "expl')

@@ -24,25 +24,30 @@ def folder(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def logs(folder):
-    """Two runs of a bench whose braid rubs, which its plant file does not know. At one pressure:
-    what a diagnosis takes goes with its rows.
-    """
+def experiment(folder):
+    """The short identification at one pressure, for 3 s: what a diagnosis takes goes with rows."""
+    text = (EXPERIMENTS / "identification_short.yaml").read_text(encoding="utf-8")
+    for old, new in (
+        ("p0: [460 kPa gauge, 640 kPa gauge]", "p0: [640 kPa gauge]"),
+        ("for: 5 s", "for: 3 s"),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    path = folder / "one_pressure.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def logs(folder, experiment):
+    """Two runs of a bench whose braid rubs, which its plant file does not know."""
     plant = (ROOT / "config/plants/bench.yaml").read_text(encoding="utf-8")
     real = folder / "real.yaml"
     real.write_text(plant + "\neffects:\n  braid_maxwell_slip: {slip: 0.06}\n", encoding="utf-8")
-    short, one = (
-        (EXPERIMENTS / "identification_short.yaml").read_text(encoding="utf-8"),
-        folder / "one_pressure.yaml",
-    )
-    one.write_text(
-        short.replace("p0: [460 kPa gauge, 640 kPa gauge]", "p0: [640 kPa gauge]"), encoding="utf-8"
-    )
-    assert one.read_text(encoding="utf-8") != short
     paths = [folder / f"run{seed}.mcap" for seed in (1, 2)]
     for seed, path in enumerate(paths, 1):
         done = epa_here(
-            "run", one, "--rig", RIG, "--plant", real, "--seed", seed, "-o", path, "--quiet"
+            "run", experiment, "--rig", RIG, "--plant", real, "--seed", seed, "-o", path, "--quiet"
         )
         assert done.returncode == 0, done.stderr
     return paths
@@ -445,21 +450,13 @@ def test_a_cut_log_is_said_to_be_cut_before_any_effect(diagnosed, folder, log, m
     assert 0 <= text.index("the file was cut at byte") < text.index("Confidence")
 
 
-def test_a_repeat_against_a_repeat_is_no_gap(folder):
+def test_a_repeat_against_a_repeat_is_no_gap(folder, experiment):
     """One rig, one experiment, run twice: the second run holds nothing that the first did not."""
     runs = [folder / f"repeat{seed}.mcap" for seed in (11, 12)]
     for seed, path in zip((11, 12), runs, strict=True):
         assert (
             epa_here(
-                "run",
-                EXPERIMENTS / "identification_short.yaml",
-                "--rig",
-                RIG,
-                "--seed",
-                seed,
-                "-o",
-                path,
-                "--quiet",
+                "run", experiment, "--rig", RIG, "--seed", seed, "-o", path, "--quiet"
             ).returncode
             == 0
         )

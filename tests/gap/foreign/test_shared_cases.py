@@ -39,8 +39,17 @@ def replayed(tmp_path: Path, name: str):
 @pytest.mark.parametrize(
     ("name", "families", "numbers"),
     [
-        ("cog84", {"friction", "cogging"}, {"drive.cogging_periods": 84.0}),
-        ("mjx1344", {"load", "friction"}, {"friction.coulomb_nm": 3.0e-3}),
+        # their kinds also: test_strangers.py, a pitch that no file says; test_strange_shafts.py,
+        # dry friction beside the weight
+        pytest.param(
+            "cog84",
+            {"friction", "cogging"},
+            {"drive.cogging_periods": 84.0},
+            marks=pytest.mark.slow,
+        ),
+        pytest.param(
+            "mjx1344", {"load", "friction"}, {"friction.coulomb_nm": 3.0e-3}, marks=pytest.mark.slow
+        ),
         (
             "pace13",
             {"load", "limit", "delay", "deadband"},
@@ -73,7 +82,9 @@ def test_a_joint_that_never_moves_tells_what_its_friction_is_at_least(tmp_path):
         diagnose_logs(rig, None, logs)
 
 
-@pytest.mark.parametrize("gain", ("12", "16.8"))  # 1/s: as guessed, and two spreads above
+@pytest.mark.parametrize(  # 1/s: two spreads above what was guessed, and as it was
+    "gain", ("16.8", pytest.param("12", marks=pytest.mark.slow))
+)
 def test_a_pendulum_against_a_guessed_plant_has_gravity(tmp_path, gain):
     at = CASES / "real/xl330"
     for name in ("rig.yaml", "plant.yaml"):
@@ -87,9 +98,31 @@ def test_a_pendulum_against_a_guessed_plant_has_gravity(tmp_path, gain):
     assert [one.family for one in said.effects if one.confidence >= 0.8] in ([], ["load"])
 
 
-def test_a_servo_s_trials_in_one_file_show_its_speed_limit(tmp_path):
+def trials_of(path: Path, numbers: range, out: Path) -> Path:
+    """The rows of some trials of a file whose last column numbers them."""
+    head, *rows = path.read_text(encoding="utf-8").splitlines()
+    kept = [row for row in rows if int(row.rpartition(",")[2]) in numbers]
+    out.write_text("\n".join([head, *kept]) + "\n", encoding="utf-8")
+    return out
+
+
+@pytest.mark.parametrize(
+    ("fit", "hold", "verdict"),
+    (
+        (range(12, 24), range(1, 4), "explained"),  # those of 2 s or more
+        # twice the trials, and what they show beside it
+        pytest.param(range(1, 24), range(1, 10), "partly_explained", marks=pytest.mark.slow),
+    ),
+)
+def test_a_servo_s_trials_in_one_file_show_its_speed_limit(tmp_path, fit, hold, verdict):
     at = CASES / "real/mauicv_servo"
-    said = answer(tmp_path, at / "rig.yaml", at / "map.yaml", [at / "fit.csv"], [at / "hold.csv"])
-    assert said.verdict == "partly_explained"
+    if not at.exists():
+        pytest.skip("the cases are not beside the checkout (../shared/cases)")
+    parts = [
+        trials_of(at / f"{name}.csv", numbers, tmp_path / f"{name}.csv")
+        for name, numbers in (("fit", fit), ("hold", hold))
+    ]
+    said = answer(tmp_path, at / "rig.yaml", at / "map.yaml", parts[:1], parts[1:])
+    assert said.verdict == verdict
     assert [one.name for one in said.effects] == ["speed_limit"]
     assert said.effects[0].confidence > 0.8

@@ -84,7 +84,7 @@ def joint(tmp_path):
     return opened(tmp_path, RIG, PLANT)
 
 
-@pytest.mark.parametrize("reads_first", [False, True])
+@pytest.mark.parametrize("reads_first", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_a_loop_that_reads_before_it_commands_has_no_delay(joint, reads_first):
     found = diagnose(joint, [run(1, reads_first), run(2, reads_first)], how_far=False)
     assert found.verdict == "no_gap", found.says
@@ -137,7 +137,7 @@ def test_a_limit_is_found_wherever_the_logs_begin_to_reach_it(joint, law, limit)
     assert found.fitted[f"drive.{law}_limit_s_rad"] == pytest.approx(1.0 / limit, rel=0.03)
 
 
-@pytest.mark.parametrize("ignored", [0.028, 0.035])
+@pytest.mark.parametrize("ignored", [0.028, pytest.param(0.035, marks=pytest.mark.slow)])
 def test_a_servo_that_answers_larger_errors_in_full_has_a_dead_zone_of_that_kind(joint, ignored):
     found = diagnose(
         joint,

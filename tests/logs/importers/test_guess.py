@@ -23,6 +23,7 @@ LEAST_SURE = {"conventions": 0.6, "other conventions": 0.5, "recordings of other
 """Items that are right without a doubt: one that doubts everything would pass the other check."""
 
 
+@pytest.mark.usefixtures("readers_here")
 @pytest.mark.parametrize("name", SETS)
 def test_a_guess_is_right_or_says_that_it_is_unsure(name, tmp_path):
     cases = SETS[name](tmp_path)

@@ -45,6 +45,7 @@ def test_a_bag_is_read_by_its_file_as_well_and_by_kind_mcap(recordings, imported
         assert code == 0 and messages(log) == folder, said
 
 
+@pytest.mark.usefixtures("readers_here")
 def test_which_stamps_are_used_is_said_and_can_be_chosen(recordings, imported):
     bag = recordings["db3"][1]
     said = imported(BAG, bag)[1]
@@ -99,6 +100,7 @@ def test_no_value_is_allowed_by_name_only(kind, tmp_path, imported):
     assert code == 0 and "knee_position_rad has no value on 1 of 200 rows" in said
 
 
+@pytest.mark.usefixtures("readers_here")
 def test_parts_of_a_column_are_addressed_alike(tmp_path, imported):
     import pyarrow as pa
     import pyarrow.parquet as pq

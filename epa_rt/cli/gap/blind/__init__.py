@@ -76,7 +76,7 @@ def add_parser(tasks: "argparse._SubParsersAction") -> None:
     make.add_argument(
         "--short",
         action="store_true",
-        help="trials of half the length: to see that all of it runs, not to judge by",
+        help="trials of a quarter of the length: to see that all of it runs, not to judge by",
     )
     make.add_argument(
         "-o", "--out", type=Path, required=True, help="folder of the cases; must be new"

@@ -36,7 +36,7 @@ def make_all(
     short: bool = False,
 ) -> None:
     """Draws, records and seals; ends with one line on standard output. ``laws``: which of the
-    hidden formulas, 1 to 6. ``short``: trials of half the length where much is excited.
+    hidden formulas, 1 to 6. ``short``: trials of a quarter of the length where much is excited.
     """
     from epa_rt.benchmark.plans import RICH, SHORT
     from sim_backend.stand_in.draw import draw
