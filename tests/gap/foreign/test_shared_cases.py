@@ -39,17 +39,8 @@ def replayed(tmp_path: Path, name: str):
 @pytest.mark.parametrize(
     ("name", "families", "numbers"),
     [
-        # their kinds also: test_strangers.py, a pitch that no file says; test_strange_shafts.py,
-        # dry friction beside the weight
-        pytest.param(
-            "cog84",
-            {"friction", "cogging"},
-            {"drive.cogging_periods": 84.0},
-            marks=pytest.mark.slow,
-        ),
-        pytest.param(
-            "mjx1344", {"load", "friction"}, {"friction.coulomb_nm": 3.0e-3}, marks=pytest.mark.slow
-        ),
+        ("cog84", {"friction", "cogging"}, {"drive.cogging_periods": 84.0}),
+        ("mjx1344", {"load", "friction"}, {"friction.coulomb_nm": 3.0e-3}),
         (
             "pace13",
             {"load", "limit", "delay", "deadband"},
