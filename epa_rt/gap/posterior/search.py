@@ -173,9 +173,15 @@ class Search:
                 self._in_free_run(model.effects)
 
     def _without(self, model: Model, name: str) -> None:
+        """A set without one of its effects, at its own optimum: else the effect may have no merit
+        but that of the better fit.
+        """
         rest = tuple(other for other in model.effects if other != name)
-        if frozenset(rest) not in self._found:
+        known = self._found.get(frozenset(rest))
+        if known is None:
             self._model(rest, settled_with(self._problem, rest, model.values).values, None)
+        else:
+            self._kept_if_better(known, settled(self._problem, rest, known.values).values)
         self._in_free_run(rest)
 
     def _one_more(self, effects: tuple[str, ...], whole: Sequence[str]) -> None:
@@ -236,6 +242,16 @@ class Search:
         del self._found[frozenset(effects)]
         self._model(effects, values, None)
 
+    def _kept_if_better(self, known: Model, values: Values) -> None:
+        """A model block by block at other values, where it is more probable with these."""
+        views = {**known.views, BLOCKS: blocks(self._problem, known.effects, values)}
+        if self._held_out is not None:
+            views[HELD_OUT] = self._held_out.blocks(values)
+        anew = replace(known, views=views, values=values)
+        self._note_least(views)
+        if self._evidence(anew) > self._evidence(known):
+            self._found[frozenset(known.effects)] = anew
+
     @property
     def models(self) -> list[Model]:
         """None first, then the others in the order in which they were found."""
@@ -278,11 +294,14 @@ class Search:
                 views[HELD_OUT_FREE_RUN] = run
         run_at = self._points.get(key)
         self._found[key] = Model(effects, views, values, run_at.values if run_at else None)
+        self._note_least(views)
+        return self._found[key]
+
+    def _note_least(self, views: Mapping[str, View]) -> None:
         for name, view in views.items():
             for link, seen in view.links.items():
                 least = self._lowest.get((name, link), seen.chi)
                 self._lowest[name, link] = min(least, seen.chi)
-        return self._found[key]
 
     def _evidence(self, model: Model) -> float:
         """Log evidence over the views that a model has, on what the others leave so far."""
