@@ -109,6 +109,7 @@ class Search:
         self._ground, self._held_out, self._scores = ground, held_out, scores
         self._found: dict[frozenset[str], Model] = {}
         self._points: dict[frozenset[str], Point] = {}
+        self._asked: set[frozenset[str]] = set()  # beside which one effect more was looked for
         self._lowest: Lowest = {}
         self.typical: Mapping[str, float] = {}
         self.none = self._model((), base.values, ground.none if ground else None)
@@ -163,14 +164,26 @@ class Search:
             for rank, effects in enumerate(self._best(BEAM[size - 1], size)):
                 if size == 1 or self._hopeful(self._evidence(self._of(effects))):
                     self._one_more(effects, WHOLE if rank == 0 else ())
-        best = max(self._complete(), key=self._evidence)
-        if len(best.effects) > 1:
-            for name in best.effects:  # the others may be enough without it
-                self._without(best, name)
+        self._doubted()
         best = max(self._complete(), key=self._evidence)
         for model in list(self._found.values()):
             if self._kinds(model) == self._kinds(best):  # the same in other words
                 self._in_free_run(model.effects)
+
+    def _doubted(self) -> None:
+        """The best set once more without each of its effects, and with another in its place, until
+        it stays the best.
+        """
+        done: set[frozenset[str]] = set()
+        while True:
+            best = max(self._complete(), key=self._evidence)
+            if len(best.effects) < 2 or frozenset(best.effects) in done:
+                return
+            done.add(frozenset(best.effects))
+            for name in best.effects:  # the others may be enough without it
+                self._without(best, name)
+            for name in best.effects:  # which may have stood for something of another
+                self._exchanged(best, name)
 
     def _without(self, model: Model, name: str) -> None:
         """A set without one of its effects, at its own optimum: else the effect may have no merit
@@ -184,10 +197,17 @@ class Search:
             self._kept_if_better(known, settled(self._problem, rest, known.values).values)
         self._in_free_run(rest)
 
+    def _exchanged(self, model: Model, name: str) -> None:
+        """Sets with another effect in the place of one."""
+        rest = tuple(other for other in model.effects if other != name)
+        if frozenset(rest) not in self._asked:
+            self._one_more(rest, ())
+
     def _one_more(self, effects: tuple[str, ...], whole: Sequence[str]) -> None:
         """Beside a model: what its blocks ask for, and what the whole plant asks for in the views
         ``whole``, if any.
         """
+        self._asked.add(frozenset(effects))
         found: list[tuple[str, ...]] = []
         if self._asks_for_more(self._of(effects), ONE_STEP):
             found += self._proposed_by_blocks(effects)

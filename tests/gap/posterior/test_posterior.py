@@ -46,6 +46,19 @@ def test_a_rig_without_a_gap_has_most_probably_none():
     assert answer.unknown < 0.3
 
 
+def test_an_effect_that_stood_for_another_is_exchanged_for_it():
+    truth = OFF | {"drive.coulomb_a": 0.05, "gas.delay_s": 0.01}
+    logs = [toy.recording(f"log{i}", 10 + i, truth) for i in range(2)]
+    problem, base, left = at_base(toy.Toy(), logs, floors=toy.floors)
+    families = {name: effect.family for name, effect in problem.effects.items()}
+    search = Search(problem, base, left, None, None, Formula(families, START))
+    wrong = ("hardening", "motor_friction")
+    search._model(wrong, settled(problem, wrong).values, None)
+    search._doubted()
+    best = max(search.models, key=search._evidence)
+    assert set(best.effects) == {"motor_friction", "valve_delay"}
+
+
 def test_a_set_is_judged_at_its_own_optimum_before_one_effect_more_is_named_beside_it():
     """Else the effect has the merit of the better fit."""
     logs = [toy.recording(f"log{i}", 10 + i, OFF | {"drive.coulomb_a": 0.05}) for i in range(2)]
