@@ -132,7 +132,7 @@ def diagnose(
         for name in _most_first(table, answer.effects)
     )
     leads = _leads(begins, names, whence)
-    left = _left(model, table.models[0])
+    left = _left(model, table.models[0], start)
     says = _says(verdict, could, names, left, () if leads else whence, silent, start, went)
     if begins is not None:
         since = said_of_onset(begins)
@@ -410,19 +410,32 @@ def _nearest(could: Posterior, begins: str) -> str:
     return f" {begins}, it is {set_words(best.effects)} ({family} {share:.2f})."
 
 
-def _left(model: Model, none: Model) -> str:
-    """What a set of effects leaves of the gap, in each view that shows one."""
+def _left(model: Model, none: Model, start: Start) -> str:
+    """What a set of effects leaves, in each view that shows a gap: of the gap, and over the floor.
+    A small part of a large gap may still be many times the noise.
+    """
     parts = []
     for view, words in ((BLOCKS, "block by block"), (FREE_RUN, "in free run")):
         gap = left_in(none, view) if view in none.views else 0.0
         if gap > DECIDES:
             percent = 100.0 * left_in(model, view) / gap
-            parts.append((f"{percent:.2g}" if percent < 99.5 else f"{percent:.0f}", words))
+            floors = f"{_times_floor(model, view, start):.2g} times the floor"
+            parts.append(
+                (f"{percent:.2g}" if percent < 99.5 else f"{percent:.0f}", f"{words}, {floors}")
+            )
     if not parts:
         return ""
     who = "It leaves"
     if len(model.effects) > 1:
         who = f"{set_words(model.effects).capitalize()} leave"
     (first, view), *more = parts
-    rest = "".join(f", and {percent} % {words}" for percent, words in more)
+    rest = "".join(f"; {percent} % {words}" for percent, words in more)
     return f" {who} {first} % of the gap {view}{rest}."
+
+
+def _times_floor(model: Model, view: str, start: Start) -> float:
+    """What a model leaves in a view over what noise alone leaves, rms of all links."""
+    noise = sum(start.problem.samples(link) for link in start.problem.links)
+    if view == FREE_RUN and start.ground is not None:
+        noise = start.ground.noise
+    return float(np.sqrt(sum(seen.chi for seen in model.views[view].links.values()) / noise))

@@ -1,5 +1,7 @@
 """Number of periods of a wave over an angle, found from the residual, on a made-up shaft."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -139,6 +141,16 @@ def test_no_number_of_periods_outside_of_its_bounds_is_a_start():
     problem.knobs = {**KNOBS, "drive.per_turn": KNOBS["drive.per_turn"]._replace(low=1.0)}
     look(problem, settled(problem))
     assert problem.waves["wave"][0]["drive.per_turn"] >= 1.0
+
+
+def test_a_log_that_is_set_aside_is_not_looked_at_however_far_it_goes():
+    seen, further = (held(7.0, 0.3, reach_rad=reach).recordings[0] for reach in (25.0, 30.0))
+    unjudged = further.columns | {"torque_nm": np.full(further.samples, np.nan)}
+    aside = replace(further, name="aside", columns=unjudged)
+    floors = {"torque": Floor("torque", NOISE_NM, np.zeros(0), NOISE_NM)}
+    problem = Problem(Shaft(), [seen, aside], floors)
+    look(problem, settled(problem))
+    assert problem.waves["wave"][0]["drive.per_turn"] == 7.0
 
 
 @pytest.mark.parametrize(

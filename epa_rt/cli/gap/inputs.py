@@ -105,8 +105,9 @@ def opened(arguments: argparse.Namespace, holdout: Sequence[Path] = ()) -> Opene
         check_columns(subject, arguments.rig, fitted + held)
         fitted, held = as_runs(fitted, subject), as_runs(held, subject)
     recordings, n = fitted + held, len(fitted)
+    of_file = (subject.rig.steps_by_column, subject.rig.asked_by_column) if rig is None else ()
     findings = (
-        *check(recordings, rig, subject.rig.steps_by_column if rig is None else None),
+        *check(recordings, rig, *of_file),
         *(
             (*check_sizes(recordings, subject.rig), *check_dead(recordings, subject.rig))
             if rig is None

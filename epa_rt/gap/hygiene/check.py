@@ -47,20 +47,29 @@ _HOUSE = (
     check_valves,
     check_spikes,
 )
-_AFTER_VALUES = (check_ends, check_pairs, check_spikes, check_still)
+_AFTER_VALUES = (check_ends, check_pairs, check_spikes)
 _ORDER = {"refuse": 0, "exclude": 1, "note": 2}
 
 
 def check(
-    recordings: Sequence[Recording], rig: Rig | None, steps: Mapping[str, float] | None = None
+    recordings: Sequence[Recording],
+    rig: Rig | None,
+    steps: Mapping[str, float] | None = None,
+    asked: Mapping[str, Sequence[str]] | None = None,
 ) -> tuple[Finding, ...]:
     """All findings, the worst first. ``rig`` None: a rig of others, of which only the columns are
-    known, and by column the ``steps`` of readings, SI, that its file says.
+    known, and what its file says by column: the ``steps`` of readings, SI, and which columns say
+    what is ``asked`` of a place.
 
     Where one says ``refuse`` a diagnosis would mean nothing; the stretches and the lines of
     ``exclude`` are taken out by ``clean``.
     """
-    without_rig = (check_time, partial(check_values, steps=steps), *_AFTER_VALUES)
+    without_rig = (
+        check_time,
+        partial(check_values, steps=steps),
+        *_AFTER_VALUES,
+        partial(check_still, asked=asked),
+    )
     of_all = _mixed(recordings) + check_twice(recordings) + check_lines(recordings)
     checks = without_rig if rig is None else _HOUSE
     of_each = each(lambda recording: _of_log(recording, rig, checks, of_all), recordings)

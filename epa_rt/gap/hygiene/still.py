@@ -8,6 +8,7 @@ stands still at its lowest or highest value is left alone: a drive at its limit 
 """
 
 import re
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -30,16 +31,20 @@ _QUANTITY = re.compile("_(?:position|angle|travel|speed|force|torque|current)_")
 _FOLLOWS = 0.3
 
 
-def check_still(recording: Recording, rig: Rig | None) -> list[Finding]:
-    """Findings on measured channels that are frozen."""
+def check_still(
+    recording: Recording, rig: Rig | None, asked: Mapping[str, Sequence[str]] | None = None
+) -> list[Finding]:
+    """Findings on measured channels that are frozen. ``asked``: column of a place to the columns of
+    what is asked of it, where the rig file says so; else names tell.
+    """
     return [
         finding
         for name in measured_names(recording)
-        if (finding := _still(recording, name)) is not None
+        if (finding := _still(recording, name, (asked or {}).get(name, ()))) is not None
     ]
 
 
-def _still(recording: Recording, name: str) -> Finding | None:
+def _still(recording: Recording, name: str, asked: Sequence[str]) -> Finding | None:
     values = recording.columns[name]
     known = values[np.isfinite(values)]
     if len(known) < 2 * _LEAST_ROWS or known.min() == known.max():
@@ -54,7 +59,7 @@ def _still(recording: Recording, name: str) -> Finding | None:
     if not long:
         return None
     rest = _rest(changes, long)
-    long = [run for run in long if not _asked_to_stay(recording, name, *run)]
+    long = [run for run in long if not _asked_to_stay(recording, name, asked, *run)]
     frozen = [run for run in long if _others_move(recording, name, *run)] if _lively(rest) else []
     if repeats_at_rest(values, _LEAST_ROWS):
         frozen = [run for run in frozen if not _eases(values, *run)]
@@ -121,17 +126,19 @@ def _eases(values: np.ndarray, start: int, stop: int) -> bool:
     return not changes[start - 1] > np.median(moved)
 
 
-def _asked_to_stay(recording: Recording, name: str, start: int, stop: int) -> bool:
+def _asked_to_stay(
+    recording: Recording, name: str, asked: Sequence[str], start: int, stop: int
+) -> bool:
     """Whether all that a joint is asked for stands still meanwhile: it rests, whatever another one
-    does.
+    does. ``asked``: the columns that say it; where there are none, those of the joint's own name.
     """
-    asked = [
-        values
-        for other, values in recording.columns.items()
+    names = asked or [
+        other
+        for other in recording.columns
         if _is_asked(other) and other.endswith(PLACES) and _part(other[4:]) == _part(name)
     ]
-    return bool(asked) and not any(
-        _goes(values, start, _answered(start, stop)) > _ASKED for values in asked
+    return bool(names) and not any(
+        _goes(recording.columns[one], start, _answered(start, stop)) > _ASKED for one in names
     )
 
 

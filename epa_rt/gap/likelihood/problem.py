@@ -184,6 +184,12 @@ class Problem:
         """
         return int(self.edges[link][-1])
 
+    def judged(self, recording: str, link: str) -> np.ndarray:
+        """(n,) bool: which samples of a link's residual count in a recording; none of one that is
+        set aside.
+        """
+        return self._keep[recording, link]
+
     def _whitened(self, recording: str, link: str, values: Values) -> np.ndarray:
         floor = self.floors[link]
         with np.errstate(over="ignore", invalid="ignore"):  # a plant that runs away

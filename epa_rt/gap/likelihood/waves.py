@@ -111,16 +111,14 @@ def _furthest(problem: Problem, effect: Effect) -> tuple[int, float]:
 
 
 def _range(problem: Problem, recording: str, effect: Effect) -> float:
-    """How far the angle goes in a recording, rad; 0 where no link sees it."""
-    angles = [
-        problem.subject.features(problem.prepared[recording], link).get(effect.swings_over)
-        for link in problem.touched(effect.knobs)
-    ]
-    return max(
-        (
-            float(np.nanmax(angle) - np.nanmin(angle))
-            for angle in angles
-            if angle is not None and np.isfinite(angle).any()
-        ),
-        default=0.0,
-    )
+    """How far the angle goes in a recording where it is judged, rad; 0 where no link sees it."""
+    ranges = [0.0]
+    for link in problem.touched(effect.knobs):
+        seen = problem.subject.features(problem.prepared[recording], link)
+        angle = seen.get(effect.swings_over, np.zeros(0))
+        known = np.isfinite(angle)
+        if len(angle):
+            known &= problem.judged(recording, link)
+        if known.any():
+            ranges.append(float(np.ptp(angle[known])))
+    return max(ranges)

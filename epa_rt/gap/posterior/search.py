@@ -109,6 +109,7 @@ class Search:
         self._ground, self._held_out, self._scores = ground, held_out, scores
         self._found: dict[frozenset[str], Model] = {}
         self._points: dict[frozenset[str], Point] = {}
+        self._asked: set[frozenset[str]] = set()  # beside which one effect more was looked for
         self._lowest: Lowest = {}
         self.typical: Mapping[str, float] = {}
         self.none = self._model((), base.values, ground.none if ground else None)
@@ -163,25 +164,50 @@ class Search:
             for rank, effects in enumerate(self._best(BEAM[size - 1], size)):
                 if size == 1 or self._hopeful(self._evidence(self._of(effects))):
                     self._one_more(effects, WHOLE if rank == 0 else ())
-        best = max(self._complete(), key=self._evidence)
-        if len(best.effects) > 1:
-            for name in best.effects:  # the others may be enough without it
-                self._without(best, name)
+        self._doubted()
         best = max(self._complete(), key=self._evidence)
         for model in list(self._found.values()):
             if self._kinds(model) == self._kinds(best):  # the same in other words
                 self._in_free_run(model.effects)
 
+    def _doubted(self) -> None:
+        """The best set once more without each of its effects, and with another in its place, until
+        it stays the best.
+        """
+        done: set[frozenset[str]] = set()
+        while True:
+            best = max(self._complete(), key=self._evidence)
+            if len(best.effects) < 2 or frozenset(best.effects) in done:
+                return
+            done.add(frozenset(best.effects))
+            for name in best.effects:  # the others may be enough without it
+                self._without(best, name)
+            for name in best.effects:  # which may have stood for something of another
+                self._exchanged(best, name)
+
     def _without(self, model: Model, name: str) -> None:
+        """A set without one of its effects, at its own optimum: else the effect may have no merit
+        but that of the better fit.
+        """
         rest = tuple(other for other in model.effects if other != name)
-        if frozenset(rest) not in self._found:
+        known = self._found.get(frozenset(rest))
+        if known is None:
             self._model(rest, settled_with(self._problem, rest, model.values).values, None)
+        else:
+            self._kept_if_better(known, settled(self._problem, rest, known.values).values)
         self._in_free_run(rest)
+
+    def _exchanged(self, model: Model, name: str) -> None:
+        """Sets with another effect in the place of one."""
+        rest = tuple(other for other in model.effects if other != name)
+        if frozenset(rest) not in self._asked:
+            self._one_more(rest, ())
 
     def _one_more(self, effects: tuple[str, ...], whole: Sequence[str]) -> None:
         """Beside a model: what its blocks ask for, and what the whole plant asks for in the views
         ``whole``, if any.
         """
+        self._asked.add(frozenset(effects))
         found: list[tuple[str, ...]] = []
         if self._asks_for_more(self._of(effects), ONE_STEP):
             found += self._proposed_by_blocks(effects)
@@ -236,6 +262,16 @@ class Search:
         del self._found[frozenset(effects)]
         self._model(effects, values, None)
 
+    def _kept_if_better(self, known: Model, values: Values) -> None:
+        """A model block by block at other values, where it is more probable with these."""
+        views = {**known.views, BLOCKS: blocks(self._problem, known.effects, values)}
+        if self._held_out is not None:
+            views[HELD_OUT] = self._held_out.blocks(values)
+        anew = replace(known, views=views, values=values)
+        self._note_least(views)
+        if self._evidence(anew) > self._evidence(known):
+            self._found[frozenset(known.effects)] = anew
+
     @property
     def models(self) -> list[Model]:
         """None first, then the others in the order in which they were found."""
@@ -278,11 +314,14 @@ class Search:
                 views[HELD_OUT_FREE_RUN] = run
         run_at = self._points.get(key)
         self._found[key] = Model(effects, views, values, run_at.values if run_at else None)
+        self._note_least(views)
+        return self._found[key]
+
+    def _note_least(self, views: Mapping[str, View]) -> None:
         for name, view in views.items():
             for link, seen in view.links.items():
                 least = self._lowest.get((name, link), seen.chi)
                 self._lowest[name, link] = min(least, seen.chi)
-        return self._found[key]
 
     def _evidence(self, model: Model) -> float:
         """Log evidence over the views that a model has, on what the others leave so far."""

@@ -134,7 +134,8 @@ def inclusion(found: Found, families: Mapping[str, str]) -> dict[str, float]:
 def still_missing(model: Model, none: Model, numbers: Numbers) -> float:
     """Log odds that something is missing beside a model's effects: what one view shows is missing,
     whatever the others do not show. No law is the rig's own: what right laws leave of the gap that
-    there is without them (``none``) shows nothing.
+    there is without them (``none``) shows nothing. Even odds beforehand: a rig has more than its
+    named effects as often as not, and ``unknown_odds`` are those of having none that is named.
     """
     ratios = _of_something(model, none, numbers, numbers.right_left)
-    return numbers.unknown_odds + max(ratios, default=0.0)
+    return max(ratios, default=0.0)

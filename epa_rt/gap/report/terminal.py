@@ -63,6 +63,8 @@ def show(diagnosis: Diagnosis, out: Console) -> None:
     if diagnosis.posterior:
         show_posterior(diagnosis.posterior, out)
     show_location(diagnosis.location, out)
+    if any(row.floor_source == "sensors" for row in diagnosis.shrinkage):
+        out.print(UNMEASURED, style="dim")
     if words := origin_words(diagnosis.origins):
         out.print(words)
     if words := onset_words(diagnosis.onset):
@@ -87,6 +89,12 @@ def show_found(found: Sequence[str], out: Console) -> None:
         out.print("Found in the logs first:", style="bold yellow")
         for sentence in found:
             out.print(f"  {sentence}", style="yellow")
+
+
+UNMEASURED = (
+    "No run of the rig or of the plant has measured this floor: slow noise is not in it, and σ is"
+    " too high then. Repeats of one motion tell; of a rig of others laps, or its repeats_to."
+)
 
 
 def show_location(places: Sequence[Place], out: Console) -> None:

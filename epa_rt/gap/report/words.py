@@ -41,7 +41,7 @@ BASELINES = {
 SOURCES = {
     "repeats": "repeats of the same trial",
     "twin": "a simulated run of the plant itself, with the recording's noise",
-    "sensors": "the sensors' own noise (weaker than repeats)",
+    "sensors": "the sensors' own noise, without what is slow (weaker than repeats)",
 }
 PROBABILITY = (
     "probability that the rig has an effect of its family and the plant file does not, on these"

@@ -2,12 +2,15 @@
 because it rests.
 """
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from epa_rt.gap.hygiene.check import check
 from epa_rt.gap.hygiene.still import check_still
 from epa_rt.gap.recording import Recording, Span
+from epa_rt.gap.rig.foreign.rig_file import load_rig
 
 N = 6000
 T = np.arange(N) * 1e-3
@@ -172,6 +175,20 @@ def test_a_joint_whose_command_nobody_recorded_is_held_against_the_others():
     columns["elbow_position_rad"][4100:4600] = columns["elbow_position_rad"][4100]
     (finding,) = check_still(recording(**columns), None)
     assert (finding.channel, finding.rows) == ("elbow_position_rad", ((4100, 4600),))
+
+
+def test_a_joint_is_held_against_the_command_that_the_rig_file_names():
+    """Its name says nothing: the elbow rests while the pitch moves, and then begins with a step."""
+    columns = joints()
+    del columns["elbow_speed_rad_s"]
+    columns["elbow_position_rad"] += 0.2 * (T > 3.0)
+    columns["cmd_goal_rad"] = columns.pop("cmd_elbow_position_rad")
+    assert check_still(recording(**columns), None)
+    asked = {"elbow_position_rad": ("cmd_goal_rad",)}
+    assert not check_still(recording(**columns), None, asked)
+    servo_file = load_rig(Path("config/rigs_foreign/so101_elbow.yaml"))
+    assert list(servo_file.asked_by_column.values()) == [(servo_file.channels["command"],)]
+    assert not load_rig(Path("config/rigs_foreign/emps.yaml")).asked_by_column
 
 
 STEP = 1.5e-3

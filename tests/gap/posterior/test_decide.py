@@ -1,5 +1,6 @@
 """What is answered on a posterior: the answer that costs least, whatever the posterior says."""
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -71,6 +72,16 @@ def test_nothing_and_unknown():
 def test_what_is_left_beside_a_name_is_said():
     assert answer((0.0, 1.0), left=1e6).kind == "partly_explained"
     assert answer((0.0, 1.0), left=10.0).kind == "explained"
+
+
+@pytest.mark.parametrize(
+    ("share", "kind"), [(0.005, "explained"), (0.01, "explained"), (0.16, "partly_explained")]
+)
+def test_a_sixth_of_a_gap_left_is_something_besides_and_a_hundredth_is_the_law_s_own(share, kind):
+    gap = 4e4  # chi-square above a noise of 100: 20 floors, of which the sixth is 8
+    views = [{BLOCKS: View({"a": Seen(100.0, 100.0 + left)})} for left in (gap, share * gap)]
+    models = ((Model(("leak",), views[1], {}), 1.0), (Model((), views[0], {}), 0.0))
+    assert decided(Found(models, 0.0), FAMILIES, START).kind == kind
 
 
 @given(st.lists(st.floats(0.001, 1.0), min_size=7, max_size=7))

@@ -6,10 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from epa_rt.gap.diagnose import diagnose
+from epa_rt.gap.likelihood.refit import settled
 from epa_rt.gap.likelihood.start import Start, at_base
 from epa_rt.gap.posterior.answer import table_for
-from epa_rt.gap.posterior.evidence import START, log_likelihood, strain
-from epa_rt.gap.posterior.search import Model, Table
+from epa_rt.gap.posterior.evidence import START, Formula, log_likelihood, strain
+from epa_rt.gap.posterior.search import Model, Search, Table
 from epa_rt.gap.posterior.unknown import inclusion, posterior
 from epa_rt.gap.posterior.views import BLOCKS, Seen, View
 from tests.gap import toy
@@ -43,6 +44,36 @@ def test_a_rig_without_a_gap_has_most_probably_none():
     _, answer = found()
     assert answer.models[0][0].effects == () and answer.models[0][1] > 0.5
     assert answer.unknown < 0.3
+
+
+def test_an_effect_that_stood_for_another_is_exchanged_for_it():
+    truth = OFF | {"drive.coulomb_a": 0.05, "gas.delay_s": 0.01}
+    logs = [toy.recording(f"log{i}", 10 + i, truth) for i in range(2)]
+    problem, base, left = at_base(toy.Toy(), logs, floors=toy.floors)
+    families = {name: effect.family for name, effect in problem.effects.items()}
+    search = Search(problem, base, left, None, None, Formula(families, START))
+    wrong = ("hardening", "motor_friction")
+    search._model(wrong, settled(problem, wrong).values, None)
+    search._doubted()
+    best = max(search.models, key=search._evidence)
+    assert set(best.effects) == {"motor_friction", "valve_delay"}
+
+
+def test_a_set_is_judged_at_its_own_optimum_before_one_effect_more_is_named_beside_it():
+    """Else the effect has the merit of the better fit."""
+    logs = [toy.recording(f"log{i}", 10 + i, OFF | {"drive.coulomb_a": 0.05}) for i in range(2)]
+    problem, base, left = at_base(toy.Toy(), logs, floors=toy.floors)
+    families = {name: effect.family for name, effect in problem.effects.items()}
+    search = Search(problem, base, left, None, None, Formula(families, START))
+    alone, both = ("motor_friction",), ("motor_friction", "valve_delay")
+    stopped_early = {**base.values, "drive.coulomb_a": 0.047}
+    before = search._model(alone, stopped_early, None)
+    more = search._model(both, settled(problem, both, stopped_early).values, None)
+    assert search._evidence(more) > search._evidence(before)
+    search._without(more, "valve_delay")
+    after = search._of(alone)
+    assert after.values["drive.coulomb_a"] == pytest.approx(0.05, rel=0.02)
+    assert search._evidence(after) > search._evidence(more)
 
 
 @pytest.mark.parametrize(

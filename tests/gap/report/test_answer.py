@@ -223,6 +223,12 @@ def test_the_terminal_explains_its_figures_in_words():
     assert (sigmas(4.4), sigmas(-2.0), sigmas(99.4), sigmas(87968.0)) == ("4", "0", "> 99", "> 99")
 
 
+@pytest.mark.parametrize(("source", "said"), [("sensors", True), ("repeats", False)])
+def test_a_floor_that_no_run_has_measured_is_said_to_make_sigma_too_high(source, said):
+    rows = tuple(replace(row, floor_source=source) for row in EXPLAINED.shrinkage)
+    assert ("has measured this floor" in shown(replace(EXPLAINED, shrinkage=rows))) == said
+
+
 def test_an_effect_that_the_rig_does_not_have_shows_no_fitted_numbers():
     text = shown(replace(EXPLAINED, effects=(GONE,)))
     assert (

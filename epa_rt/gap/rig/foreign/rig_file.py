@@ -64,6 +64,19 @@ class ForeignRig:
             self.channels[role]: step for role, step in self.steps.items() if role in self.channels
         }
 
+    @property
+    def asked_by_column(self) -> dict[str, tuple[str, ...]]:
+        """What is asked of a place, by the name of its column: what a link foresees it from, in its
+        own unit.
+        """
+        unit = {channel.role: channel.unit for channel in self.component.channels}
+        found = {}
+        for _, role in self.component.links:
+            asked = [one for one in self.component.needs.get(role, ()) if unit[one] == unit[role]]
+            if asked:
+                found[self.channels[role]] = tuple(self.channels[one] for one in asked)
+        return found
+
 
 def load_rig(path: Path) -> ForeignRig:
     """Reads a component rig file. Raises ConfigError."""
