@@ -73,13 +73,13 @@ BENCH = [
     ),
     *(
         (f"{name} {rows} rows late", late(name, rows), "skew", "refuse", None)
-        for name in (P, F, I)
-        for rows in (30, -30)
+        for name, rows in ((P, -30), (F, -30), (I, 30), (I, -30))
     ),
     *(
-        (f"{name} 18 rows late, which a rig may do by itself", late(name, 18), "skew", "note", None)
-        for name in (F, I)
+        (f"{name} {rows} rows late, which is a law", late(name, rows), "skew", "note", name)
+        for name, rows in ((P, 30), (F, 30), (F, 18))
     ),
+    ("current 18 rows late, which a rig may do by itself", late(I, 18), "skew", "note", None),
     ("speed 8 rows late", late(V, 8), "skew", "refuse", V),
     *(
         (f"{name} turned round", scaled(name, -1.0), "sign|outside limits|units", "refuse", None)
@@ -182,7 +182,7 @@ KNEE = [
         "refuse",
         None,
     ),
-    ("joint 30 rows late", late("knee_angle_rad", 30), "skew", "refuse", "knee_angle_rad"),
+    ("joint 30 rows late", late("knee_angle_rad", 30), "skew", "note", "knee_angle_rad"),
     (
         "joint frozen",
         written_over("knee_angle_rad", None, 18000, 18600),
