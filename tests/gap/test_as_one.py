@@ -252,6 +252,26 @@ def test_a_fit_that_is_of_no_use_ends_where_its_derivatives_say_so_and_any_other
     assert evaluations(*right, worth=100.0)[0].values == evaluations(*right)[0].values
 
 
+def test_a_fit_goes_on_from_one_with_fewer_effects_at_less_cost_and_ends_at_the_same():
+    subject = Chained()
+    recordings = logs({"sensors.pressure_offset_pa": -1000.0})
+    meters = meters_of(recordings, twins_of(subject, recordings, {}))
+    whole = Problem(AsOne(subject, meters), recordings, floor())
+    blocks = {"sensors.pressure_offset_pa": -800.0}
+    one = fitted(whole, ("pressure_offset",), blocks)
+    both, start = ("pressure_offset", "force_offset"), {**blocks, "sensors.force_offset_n": 0.01}
+
+    def evaluations(**more):
+        before = whole.evaluations
+        return fitted(whole, both, start, **more), whole.evaluations - before
+
+    (alone, all_of_it), (near, few) = evaluations(), evaluations(near=one)
+    assert near.normal.chi == pytest.approx(alone.normal.chi, abs=3.0)
+    assert few < all_of_it and near.normal.keys == alone.normal.keys
+    for key, value in alone.values.items():
+        assert near.values[key] == pytest.approx(value, abs=0.02 * whole.spread(key))
+
+
 @pytest.mark.parametrize("period_s", [0.7e-3, 1e-3, 1.5e-3, 4e-3, 8e-3, 10e-3])
 def test_a_recording_that_is_cut_behind_its_last_trial_keeps_all_that_is_judged(period_s):
     whole = replace(toy.recording("log", 1, {}), period_s=period_s)
