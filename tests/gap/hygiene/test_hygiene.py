@@ -182,7 +182,10 @@ KNEE = [
         "refuse",
         None,
     ),
-    ("joint 30 rows late", late("knee_angle_rad", 30), "skew", "note", "knee_angle_rad"),
+    *(
+        (f"joint {rows} rows late", late("knee_angle_rad", rows), "skew", "note", "knee_angle_rad")
+        for rows in (30, -30)
+    ),
     (
         "joint frozen",
         written_over("knee_angle_rad", None, 18000, 18600),
