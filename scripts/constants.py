@@ -20,7 +20,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
 from pathlib import Path
@@ -93,7 +93,7 @@ def main() -> int:
     try:
         for one in wanted:
             for name in names:
-                _ask(name, one, answers)
+                _ask(name, one, given.factors, answers)
     except KeyboardInterrupt:
         print("constants: interrupted; the same command goes on", file=sys.stderr)
         code = 130
@@ -108,6 +108,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("-o", "--out", type=Path, default=Path("out/constants"))
     parser.add_argument("--recordings", nargs="+", metavar="NAME")
     parser.add_argument("--constants", nargs="+", metavar="WORD", help="of their dotted names")
+    parser.add_argument("--factors", nargs="+", type=float, default=FACTORS, metavar="X")
     parser.add_argument("--ask", nargs=3, help=argparse.SUPPRESS)  # by this script itself
     return parser.parse_args()
 
@@ -212,10 +213,10 @@ def _asked_here(recording: str, label: str, factor: float) -> dict[str, Any]:
         return answered(opened_entry(_entries()[recording]), Path(folder)).as_json()
 
 
-def _ask(recording: str, one: Constant, answers: Kept) -> None:
+def _ask(recording: str, one: Constant, factors: Sequence[float], answers: Kept) -> None:
     changes = [
         (AS_GIVEN, ""),
-        *((f"{one.label} x {factor:g}", f"{factor:g}") for factor in FACTORS),
+        *((f"{one.label} x {factor:g}", f"{factor:g}") for factor in factors),
     ]
     for change, factor in changes:
         if (recording, change) in answers.lines:
