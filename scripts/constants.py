@@ -31,8 +31,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT)]
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from scripts.known_recordings import is_there, known
-from scripts.stability import AS_GIVEN, LIST, Kept, answered, engine, opened_entry
+from scripts.stability import AS_GIVEN, Kept, answered, engine, entries_of, opened_entry
 
 GAP = ROOT / "epa_rt/gap"
 ROOMS = ("likelihood", "posterior", "answer", "where", "held_out", "next")
@@ -84,12 +83,7 @@ def main() -> int:
     wanted = [
         one for one in constants() if any(word in one.label for word in given.constants or [""])
     ]
-    names = given.recordings if given.recordings is not None else list(_entries())
-    if unknown := [name for name in names if name not in _entries()]:
-        raise SystemExit(
-            f"constants: found no recording '{unknown[0]}', expected one of"
-            f" {', '.join(_entries()) or 'those beside the repository, and none is there'}"
-        )
+    names = entries_of("constants", given.recordings)
     try:
         for one in wanted:
             for name in names:
@@ -210,7 +204,9 @@ def _asked_here(recording: str, label: str, factor: float) -> dict[str, Any]:
         if one.label == label:
             sys.meta_path.insert(0, _Finder(one, factor))
     with tempfile.TemporaryDirectory(prefix="constants-") as folder:
-        return answered(opened_entry(_entries()[recording]), Path(folder)).as_json()
+        return answered(
+            opened_entry(entries_of("constants", [recording])[recording]), Path(folder)
+        ).as_json()
 
 
 def _ask(recording: str, one: Constant, factors: Sequence[float], answers: Kept) -> None:
@@ -222,27 +218,26 @@ def _ask(recording: str, one: Constant, factors: Sequence[float], answers: Kept)
         if (recording, change) in answers.lines:
             continue
         label = one.label if factor else "none"
-        done = subprocess.run(
-            [sys.executable, __file__, "--ask", recording, label, factor or "1"],
-            capture_output=True,
-            text=True,
-            timeout=LONGEST_S,
+        answers.add(
+            recording,
+            one.label if factor else AS_GIVEN,
+            change,
+            said := _answer_of(recording, label, factor or "1"),
         )
-        said: dict[str, Any] = (
-            {"answer": json.loads(done.stdout)}
-            if done.returncode == 0
-            else {"failed": done.stderr.strip().splitlines()[-1:]}
-        )
-        answers.add(recording, one.label if factor else AS_GIVEN, change, said)
         first = said["answer"]["first"] if "answer" in said else "failed"
         print(f"{recording}, {change}: {first}", file=sys.stderr, flush=True)
 
 
-def _entries() -> dict[str, dict[str, Any]]:
-    import yaml
-
-    more = yaml.safe_load(LIST.read_text(encoding="utf-8"))["recordings"]
-    return {one["name"]: one for one in [*known(), *more] if is_there(one)}
+def _answer_of(recording: str, label: str, factor: str) -> dict[str, Any]:
+    """The answer of a process of its own, or why there is none."""
+    words = [sys.executable, __file__, "--ask", recording, label, factor]
+    try:
+        done = subprocess.run(words, capture_output=True, text=True, timeout=LONGEST_S)
+    except subprocess.TimeoutExpired:
+        return {"failed": f"no answer within {LONGEST_S} s"}
+    if done.returncode != 0:
+        return {"failed": done.stderr.strip().splitlines()[-1:]}
+    return {"answer": json.loads(done.stdout)}
 
 
 def summary(lines: dict[tuple[str, str], dict[str, Any]]) -> dict[str, Any]:

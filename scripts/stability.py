@@ -21,7 +21,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -147,15 +147,8 @@ def engine() -> str:
 
 
 def _cases(arguments: argparse.Namespace) -> Iterator[tuple[str, Asked]]:
-    entries = {one["name"]: one for one in [*known(), *_further()["recordings"]] if is_there(one)}
-    names = entries if arguments.recordings is None else arguments.recordings
-    for name in names:
-        if name not in entries:
-            raise SystemExit(
-                f"stability: found no recording '{name}', expected one of"
-                f" {', '.join(entries) or 'those beside the repository, and none is there'}"
-            )
-        yield name, opened_entry(entries[name])
+    for name, entry in entries_of("stability", arguments.recordings).items():
+        yield name, opened_entry(entry)
     for folder in arguments.cases:
         told = json.loads((folder / "case.json").read_text(encoding="utf-8"))
         yield (
@@ -170,12 +163,27 @@ def _cases(arguments: argparse.Namespace) -> Iterator[tuple[str, Asked]]:
         )
 
 
+def entries_of(script: str, names: Sequence[str] | None) -> dict[str, dict[str, Any]]:
+    """The listed recordings of these names (None: all) whose files are there. Raises SystemExit for
+    any other name.
+    """
+    there = {one["name"]: one for one in [*known(), *_further()["recordings"]] if is_there(one)}
+    for name in names or ():
+        if name not in there:
+            raise SystemExit(
+                f"{script}: found no recording '{name}', expected one of"
+                f" {', '.join(there) or 'those beside the repository, and none is there'}"
+            )
+    return there if names is None else {name: there[name] for name in names}
+
+
 def _further() -> dict[str, Any]:
     found: dict[str, Any] = yaml.safe_load(LIST.read_text(encoding="utf-8"))
     return found
 
 
 def opened_entry(entry: dict[str, Any]) -> Asked:
+    """What is asked of a listed recording as it is."""
     rig = at(entry["rig"])
     plant = rig.parent / yaml.safe_load(rig.read_text(encoding="utf-8"))["plant"]
     return Asked(rig, plant, _gathered(entry["logs"]), _gathered(entry.get("holdout", {})))

@@ -1,5 +1,6 @@
 """Every benchmark and the fuzz of files run once on a small size, so that none rots."""
 
+import ast
 import json
 import os
 import subprocess
@@ -8,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from scripts.constants import Constant, altered, changed
 from sim_backend.bus.namespace import refusal
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -85,9 +87,21 @@ def test_stability_is_counted_and_goes_on_after_an_interruption(tmp_path):
 
 
 @pytest.mark.skipif(not SHARED.is_dir(), reason="the shared recordings are not beside this one")
-def test_a_constant_that_decides_is_found_to(tmp_path):
+def test_a_constant_is_asked_for_with_another_value(tmp_path):
     words = "constants -o answers --recordings chamber_010 --constants decide.ALARM --factors 2"
     found = json.loads(run(words.split(), tmp_path))
     assert (found["constants"], found["asked"]) == (1, 1)
     lines = [json.loads(one) for one in (tmp_path / "answers.jsonl").read_text().split("\n") if one]
     assert [one["change"] for one in lines] == ["as given", "posterior.decide.ALARM x 2"]
+
+
+def test_a_changed_constant_is_another_number_and_every_other_stays():
+    source = "A, B = (15, 0.5)\nC = np.log(0.05)\nD = 3.0\n"
+
+    def after(name, place, factor):
+        return ast.unparse(altered(source, Constant("room", name, place, ""), factor)).split("\n")
+
+    assert after("A", 0, 2.0) == ["A, B = (30, 0.5)", "C = np.log(0.05)", "D = 3.0"]
+    assert after("B", 1, 2.0)[0].startswith("A, B = (15, 0.66")
+    assert after("C", None, 0.5)[1] != "C = np.log(0.05)" and after("D", None, 0.5)[2] == "D = 1.5"
+    assert (changed(1, 0.5), changed(2, 0.5), changed(0.0, 2.0)) == (1, 1, 0.0)

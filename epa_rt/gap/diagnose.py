@@ -31,12 +31,12 @@ from epa_rt.gap.held_out.aside import unseen
 from epa_rt.gap.held_out.shrink import how_far_of
 from epa_rt.gap.likelihood.astray import astray
 from epa_rt.gap.likelihood.floor import floors as floors_of
-from epa_rt.gap.likelihood.point import Point, linearised
+from epa_rt.gap.likelihood.point import Point, costs, linearised
 from epa_rt.gap.likelihood.problem import Problem
 from epa_rt.gap.likelihood.refit import settled
 from epa_rt.gap.likelihood.remainder import remainders
 from epa_rt.gap.likelihood.start import Progress, Start, rescaled, start_of
-from epa_rt.gap.likelihood.together import ROUNDS, Together, costs
+from epa_rt.gap.likelihood.together import ROUNDS, Together
 from epa_rt.gap.posterior.answer import as_told, left_in, table_for
 from epa_rt.gap.posterior.calibrated import CALIBRATED
 from epa_rt.gap.posterior.decide import HOLDS, Decision, decided

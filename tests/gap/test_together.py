@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.likelihood.as_one import LINK, AsOne, floor, meters_of, twins_of
-from epa_rt.gap.likelihood.point import linearised
+from epa_rt.gap.likelihood.point import costs, linearised
 from epa_rt.gap.likelihood.problem import Problem
 from epa_rt.gap.likelihood.refit import settled
-from epa_rt.gap.likelihood.together import ROUNDS, Together, costs
+from epa_rt.gap.likelihood.together import ROUNDS, Together
 from tests.gap.test_as_one import OFF, Chained, logs, without_gas
 
 OFFSET = {"sensors.force_offset_n": 2.0}

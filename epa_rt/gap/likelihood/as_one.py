@@ -9,7 +9,7 @@ import numpy as np
 
 from epa_rt.gap.likelihood.alongside import channels, misfit, step_of, trials
 from epa_rt.gap.likelihood.floor import Floor
-from epa_rt.gap.likelihood.point import Normal, Point, carried, linearised, prior_of, solve, z_of
+from epa_rt.gap.likelihood.point import Normal, Point, carried, costs, linearised, solve
 from epa_rt.gap.likelihood.problem import ABSURD, Problem
 from epa_rt.gap.likelihood.refit import searched
 from epa_rt.gap.recording import Recording
@@ -322,20 +322,14 @@ def _begun(
     """
     if near is not None:
         there, keys = {**values, **near.values}, near.normal.keys
-        if _costs(whole, keys, there) <= _costs(whole, keys, values):
+        if costs(whole, keys, there) <= costs(whole, keys, values):
             return linearised(whole, effects, there, near), near.normal.chi
     return linearised(whole, effects, values), np.inf
-
-
-def _costs(whole: Problem, keys: tuple[str, ...], values: Mapping[str, float]) -> float:
-    """Chi-square at these values, with the priors' part."""
-    residual = whole.residual(values, LINK)
-    return float(residual @ residual + prior_of(whole, keys) @ z_of(whole, keys, values) ** 2)
 
 
 def _in_vain(normal: Normal, before: float, worth: float) -> bool:
     """Whether a fit whose last step began at ``before`` has come near to what its derivatives
     promise, and that is more than it may be worth.
     """
-    reached = normal.promised(normal.solved(np.ones(normal.square.shape[1])))
+    reached = normal.reached()
     return reached > worth and normal.chi < NEARBY * reached and STILL_FALLS * before < normal.chi

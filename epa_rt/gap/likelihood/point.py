@@ -88,8 +88,11 @@ class Normal:
         of the rest of the way.
         """
         promised = self.promised(after.z - self.z)
-        reached = self.promised(self.solved(np.ones(self.square.shape[1])))
-        return abs(after.chi - promised) + promised - reached
+        return abs(after.chi - promised) + promised - self.reached()
+
+    def reached(self) -> float:
+        """Chi-square at the optimum, linearised, with the priors' part."""
+        return self.promised(self.solved(np.ones(self.square.shape[1])))
 
     def left_out(self, fold_of_block: np.ndarray) -> np.ndarray:
         """(L, B) chi-square of every block under the fit to the other folds.
@@ -267,6 +270,12 @@ def carried(problem: Problem, point: Point, values: dict[str, float]) -> Point:
     here = residual_at(problem, values)
     normal = normal_of(problem, point.normal.keys, values, here, point.columns)
     return Point(point.effects, values, here, point.columns, normal)
+
+
+def costs(problem: Problem, keys: tuple[str, ...], values: dict[str, float]) -> float:
+    """Chi-square of all links at these values, with the priors' part."""
+    chi = sum(float(r @ r) for r in residual_at(problem, values).values())
+    return chi + float(prior_of(problem, keys) @ z_of(problem, keys, values) ** 2)
 
 
 def residual_at(problem: Problem, values: dict[str, float]) -> dict[str, np.ndarray]:

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 
 from epa_rt.gap.likelihood.as_one import LINK
-from epa_rt.gap.likelihood.point import prior_of, z_of
 from epa_rt.gap.likelihood.problem import Problem
 from epa_rt.gap.subject import Values
 
@@ -48,10 +47,3 @@ class Together:
 
     def each(self, function: Callable, items: Sequence) -> list:
         return self._parts.each(function, items)
-
-
-def costs(both: Together, keys: tuple[str, ...], values: Values) -> float:
-    """Chi-square of blocks and free run, with priors."""
-    return sum(float(r @ r) for r in (both.residual(values, link) for link in both.links)) + float(
-        prior_of(both, keys) @ z_of(both, keys, values) ** 2
-    )
