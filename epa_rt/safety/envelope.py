@@ -96,7 +96,7 @@ class Envelope:
                 self.trip("lost working counter", "", lost, cycle)
             self._check_measured(cycle, measured, invalid, stale)
             apart = self._motion.step(measured, bus_ok, now_ns)
-            found = apart or self._in_motion.step(measured, self.gate.outputs, bus_ok)
+            found = apart or self._in_motion.step(measured, self.gate.outputs, bus_ok, now_ns)
             if found is not None:
                 self.trip(*found, cycle)
             if self.tripped is None:

@@ -71,6 +71,12 @@ class GasWatch:
         self._vent_s = 0.0
         return self._shut_in(read_pa, gas_pa)
 
+    def time_anew(self) -> None:
+        """Forgets what was timed so far, but for the fastest filling and the last pressure: what
+        jumped meanwhile, jumped.
+        """
+        self._open_s = self._flow_s = self._vent_s = self._shut_s = self._window_s = 0.0
+
     def _filling(self, read_pa: float, gas_pa: float) -> Refusal | None:
         if read_pa > FULL_SHARE * self._supply_pa:
             self._open_s = 0.0

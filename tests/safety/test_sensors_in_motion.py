@@ -28,6 +28,7 @@ class Rig:
         self.measured = {row.name: 0.0 for row in self.rig.inputs}
         self.measured |= {m.pressure: self.rig.atmosphere_pa for m in self.rig.muscles}
         self.outputs = {row.name: row.safe for row in self.rig.outputs}
+        self.now_ns = 0
 
     def go(self, cycles: int, outputs: dict | None = None, bus_ok=True, **signals):
         """The first refusal with its cycle, or None."""
@@ -35,7 +36,8 @@ class Rig:
         for cycle in range(cycles):
             for name, value in signals.items():
                 self.measured[name] = value(cycle) if callable(value) else value
-            refusal = self.check.step(self.measured, self.outputs, bus_ok)
+            self.now_ns += 1_000_000
+            refusal = self.check.step(self.measured, self.outputs, bus_ok, self.now_ns)
             if refusal is not None:
                 return cycle, refusal
         return None
@@ -150,6 +152,22 @@ def test_a_fill_that_slows_like_one_near_the_supply_reads_low(slow):
         return
     assert "fills as slowly as one near the supply" in found[1][2]
     assert read[found[0]] < 0.78 * supply_pa
+
+
+@pytest.mark.parametrize("pause_ms", [0, 30])
+def test_a_machine_that_stood_still_does_not_make_a_filling_fast(pause_ms):
+    """What came in meanwhile took longer than its cycles say; later cycles are no slower for it."""
+    supply_pa, pressure, read = 951_325.0, ATMOSPHERE, []
+    for cycle in range(2400):
+        times = 1 + pause_ms * (cycle in (150, 300))
+        pressure += 500.0 * flow_share(pressure / supply_pa) * times
+        read.append(pressure)
+    bench = Rig()
+    assert bench.go(150, FILL, **{PRESSURE: lambda c: read[c]}) is None
+    bench.now_ns += pause_ms * 1_000_000
+    assert bench.go(150, FILL, **{PRESSURE: lambda c: read[150 + c]}) is None
+    bench.now_ns += pause_ms * 1_000_000
+    assert bench.go(2100, FILL, **{PRESSURE: lambda c: read[300 + c]}) is None
 
 
 def test_flow_share_is_one_when_choked_and_none_at_the_supply():
