@@ -64,11 +64,11 @@ def test_the_benchmark_of_the_bus_gives_its_figures(tmp_path):
 
 
 def test_damaged_files_and_logs_are_answered(tmp_path):
-    words = ["fuzz_files", "--files", "40", "--logs", "12", "--keep", str(tmp_path / "found")]
+    words = ["fuzz_files", "--files", "16", "--logs", "4", "--keep", str(tmp_path / "found")]
     found = json.loads(run(words, tmp_path))
     for part in ("files", "logs"):
         assert found[part]["findings"] == [] and found[part]["most_mb"] < 500
-    assert sum(found["logs"]["answers"].values()) == 12
+    assert sum(found["logs"]["answers"].values()) == 4
 
 
 SHARED = ROOT.parent / "shared/data/zillen_pneumatic/chambers"

@@ -164,7 +164,9 @@ def test_schemas_that_cannot_be_written_are_said_so(tmp_path):
     assert done.returncode == 4 and done.stderr.count("\n") == 1
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize(
+    "number", [signal.SIGINT, signal.SIGTERM, pytest.param(signal.SIGHUP, marks=pytest.mark.slow)]
+)
 def test_a_signal_ends_the_run_safe_and_the_log_whole(number, tmp_path):
     process = paced_run(tmp_path)
     process.send_signal(number)

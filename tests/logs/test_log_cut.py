@@ -127,7 +127,9 @@ def test_a_chunk_whose_head_is_damaged_is_passed_over(tmp_path, content, scanned
         )
 
 
-@pytest.mark.parametrize("flip", [0x01, 0x80, 0xFF])
+@pytest.mark.parametrize(
+    "flip", [0x01, *(pytest.param(f, marks=pytest.mark.slow) for f in (0x80, 0xFF))]
+)
 @pytest.mark.parametrize("which", [2, 3, -1], ids=["samples", "events", "the last"])
 def test_every_byte_of_a_chunks_head_may_be_damaged(tmp_path, content, scanned, which, flip):
     """The head lies outside of the chunk's checksum; the frame's own head, behind it, says its size

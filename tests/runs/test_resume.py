@@ -66,7 +66,9 @@ def test_what_is_left_is_what_the_whole_run_would_have_done(first):
                 assert np.array_equal(a, b)
 
 
-@pytest.mark.parametrize("share", [0.2, 0.5, 0.75])
+@pytest.mark.parametrize(
+    "share", [0.5, *(pytest.param(share, marks=pytest.mark.slow) for share in (0.2, 0.75))]
+)
 def test_a_cut_run_goes_on_and_gives_the_same_fit_within_its_intervals(share, whole, tmp_path):
     path, log = whole
     inputs = inputs_of(path)

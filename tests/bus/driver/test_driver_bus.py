@@ -226,9 +226,9 @@ def test_lock_step_gives_the_simulations_image_at_any_period(rig, experiment, pe
 @pytest.mark.parametrize(
     ("rig", "loop"),
     [
-        ("bench", "motor_speed"),
         ("bench", "motor_position"),
         ("knee", "motor_speed"),
+        pytest.param("bench", "motor_speed", marks=pytest.mark.slow),
         pytest.param("bench_analog", "motor_speed", marks=pytest.mark.slow),
         pytest.param("mass", "motor_speed", marks=pytest.mark.slow),
     ],

@@ -6,7 +6,7 @@ from tests.bus.own_network import call
 
 
 @pytest.mark.network
-@pytest.mark.parametrize("rig", ["bench", "bench_analog"])
+@pytest.mark.parametrize("rig", [pytest.param("bench", marks=pytest.mark.slow), "bench_analog"])
 def test_a_drive_that_lost_its_supply_is_refused_and_homed(rig):
     said = call("tests.bus.driver.homed:lost_and_homed", rig=rig)
     wired = rig == "bench_analog"

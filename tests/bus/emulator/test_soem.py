@@ -58,7 +58,7 @@ def test_every_rig_comes_to_op_and_exchanges_data(name, options):
 
 
 @pytest.mark.parametrize(
-    "name", ["bench", "bench_analog"]
+    "name", ["bench", pytest.param("bench_analog", marks=pytest.mark.slow)]
 )  # all rigs: through the driver, and in memory
 def test_in_lock_step_soem_reads_the_simulated_backends_bytes(name):
     assert master(name, "compare", 1500, options=["--lock-step"]) == {"differs": None}

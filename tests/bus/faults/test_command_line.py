@@ -54,7 +54,15 @@ def on_the_bus(
     return epa("bus", "run", "--rig", rig, *options, "--", *run)
 
 
-@pytest.mark.parametrize("rig", ["bench", "bench_analog", "knee", "mass"])
+@pytest.mark.parametrize(
+    "rig",
+    [
+        "bench_analog",
+        "knee",
+        pytest.param("bench", marks=pytest.mark.slow),
+        pytest.param("mass", marks=pytest.mark.slow),
+    ],
+)
 def test_in_lock_step_every_rig_completes_and_its_log_replays_to_the_byte(rig, tmp_path):
     rig_path = ROOT / f"config/rigs/{rig}.yaml"
     if rig == "bench_analog":  # with an offset that the log must carry

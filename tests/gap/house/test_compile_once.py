@@ -18,7 +18,10 @@ def script():
     return module
 
 
-@pytest.mark.parametrize("rig", script().RIGS)
+@pytest.mark.parametrize(
+    "rig",
+    [pytest.param(rig, marks=[pytest.mark.slow] * (i > 0)) for i, rig in enumerate(script().RIGS)],
+)
 def test_it_runs_to_its_end(rig):
     made = script()
     made.of_rig(rig, *made.PARTS)
