@@ -3,4 +3,4 @@
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/env.sh"
 cd "$root"
-exec python -m pytest -n "${EPA_TEST_PROCESSES:-2}" --dist loadgroup "$@"
+exec python -m pytest -n "${EPA_TEST_PROCESSES:-3}" --dist loadgroup "$@"
