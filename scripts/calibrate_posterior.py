@@ -75,11 +75,16 @@ def _arguments() -> argparse.Namespace:
 
 
 def _withheld(cases: Path) -> dict[str, list[str]]:
-    """Case to the families of its one effect, of those in which it shows at its limit or above."""
+    """Case to the families of its one effect, of those in which it is as strong as a draw has them
+    that are withheld.
+    """
+    from sim_backend.stand_in.draw import MULTIPLES
+
     return {
         one["case"]: one["effects"][0]["families"]
         for one in _truth(cases)["cases"]
-        if one["kind"] in ("single", "same_law") and one["effects"][0]["multiple"] >= 1.0
+        if one["kind"] in ("single", "same_law")
+        and one["effects"][0]["multiple"] >= MULTIPLES["withheld"][0]
     }
 
 

@@ -2,7 +2,6 @@
 has a unit and a reason.
 """
 
-import math
 from typing import Annotated, Any
 
 from pydantic import Field, field_validator
@@ -123,8 +122,3 @@ class Sensors(Frozen):
     gear_efficiency: quantity("1", 0.05, 1.0) = 0.6
     # the motor leaves standstill by so much before its joint must have followed
     joint_follows: quantity("m", 1e-5, 1.0) = 0.004
-
-
-def spread_of(law: MuscleLaw) -> float:
-    """4 pi n^2, by which volume and force of a braid are divided."""
-    return 4.0 * math.pi * law.braid_turns * law.braid_turns

@@ -55,11 +55,6 @@ class DryRun:
         """Largest |speed| of the reference in a loop (SI per s)."""
         return max((p.speed_peak for p in self.phases if p.phase.loop == loop), default=0.0)
 
-    def position_range(self, loop: str) -> tuple[float, float]:
-        """Lowest and highest reference in a loop (SI)."""
-        chosen = [p for p in self.phases if p.phase.loop == loop]
-        return min(p.low for p in chosen), max(p.high for p in chosen)
-
 
 def dry_run(experiment: Experiment, rig: Rig) -> DryRun:
     """Samples every phase at the rig's period, some of it at a time. A start that only the run

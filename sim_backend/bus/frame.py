@@ -4,7 +4,6 @@ Sources: ETG.1000.4 (frame, datagram, commands). Numbers are little-endian excep
 """
 
 from struct import Struct
-from typing import NamedTuple
 
 ETHERTYPE = 0x88A4
 NOP, APRD, APWR, APRW, FPRD, FPWR, FPRW, BRD, BWR, BRW, LRD, LWR, LRW, ARMW, FRMW = range(15)
@@ -38,18 +37,6 @@ LOGICAL = Struct("<BBIHH")
 _TAIL = Struct("<H")
 _TYPE_AND_LENGTH = Struct("<H")
 _MORE, _LENGTH = 0x8000, 0x07FF
-
-
-class Datagram(NamedTuple):
-    """One datagram inside a frame: command, index, address (32 bits as logical address), where its
-    data begin, how many.
-    """
-
-    command: int
-    index: int
-    address: int
-    start: int
-    length: int
 
 
 def datagrams_of(
