@@ -18,4 +18,5 @@ CALIBRATED = Numbers(
     right_left=0.0105,
     wrong_left=0.585,
     left_spread=1.12,
+    wrong_push=5.0,
 )

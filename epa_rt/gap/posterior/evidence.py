@@ -33,7 +33,8 @@ class Numbers:
     effect against none; ``further_odds``: of one more against no more. ``unknown_odds``: log prior
     odds of something that the catalogue lacks. ``right_left``, ``wrong_left``: part of a gap that
     the right laws leave, and the best of the wrong ones; ``left_spread``: spread of the logarithm
-    of either.
+    of either. ``wrong_push``: how many times as far from the plant file nominal parameters go
+    beside wrong laws.
     """
 
     freedom: float
@@ -45,6 +46,7 @@ class Numbers:
     right_left: float
     wrong_left: float
     left_spread: float
+    wrong_push: float
 
     def freedom_of(self, view: str) -> float:
         """Degrees of freedom of a link's discrepancy in a view."""
@@ -62,6 +64,7 @@ START = Numbers(
     right_left=0.01,
     wrong_left=0.3,
     left_spread=1.0,
+    wrong_push=5.0,
 )
 
 

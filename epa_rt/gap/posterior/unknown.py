@@ -42,10 +42,11 @@ def posterior(table: Table, numbers: Numbers) -> Found:
     unknown = [logs[models.index(none)] + nothing_wrong(none, numbers)]
     if named:
         best = explains_most(named, numbers)
-        right, wrong = leaves_as(best, none, numbers)
+        ratio, wrong = left_by_wrong(best, none, numbers)
         unknown[0] += wrong
         all_named = [logs[models.index(model)] for model in named]
-        unknown.append(float(np.logaddexp.reduce(all_named)) + wrong - right)
+        ratio += pushed_by_wrong(best, numbers)
+        unknown.append(float(np.logaddexp.reduce(all_named)) + ratio)
     logs.append(numbers.unknown_odds + float(np.logaddexp.reduce(unknown)))
     weights = np.exp(np.array(logs) - max(logs))
     weights /= weights.sum()
@@ -58,9 +59,10 @@ def explains_most(models: Sequence[Model], numbers: Numbers) -> Model:
     return max(models, key=lambda model: of_views(model.views, numbers))
 
 
-def leaves_as(model: Model, none: Model, numbers: Numbers) -> tuple[float, float]:
-    """Log of how probable it is that the right laws leave so much, and that the best wrong ones
-    do; the mean over the views.
+def left_by_wrong(model: Model, none: Model, numbers: Numbers) -> tuple[float, float]:
+    """Log of the ratio of how probable what a set leaves is of the best wrong laws and of the right
+    ones, and of the former alone. Wrong laws show in one of the views, nobody knows in which: in
+    the others they may leave as little as right ones.
     """
     logs = []
     for name in _with_links(none):
@@ -72,8 +74,28 @@ def leaves_as(model: Model, none: Model, numbers: Numbers) -> tuple[float, float
                 for part in (numbers.right_left, numbers.wrong_left)
             ]
         )
-    right, wrong = np.mean(logs or [[0.0, 0.0]], axis=0)
-    return float(right), float(wrong)
+    right, wrong = np.transpose(logs or [[0.0, 0.0]])
+    ratio = float(np.logaddexp.reduce(wrong - right) - np.log(len(right)))
+    return ratio, ratio + float(right.mean())
+
+
+def pushed_by_wrong(model: Model, numbers: Numbers) -> float:
+    """Log of the ratio of how probable it is that the nominal parameter that went farthest goes so
+    far beside wrong laws and beside right ones; 0 where the plant file says of none how well it is
+    known. What no law describes, nominal parameters make up for.
+    """
+    farthest = max(
+        (
+            float(np.abs(view.z[view.nominal]).max())
+            for view in model.views.values()
+            if view.nominal.any()
+        ),
+        default=None,
+    )
+    if farthest is None:
+        return 0.0
+    wide = numbers.wrong_push
+    return _log_t(farthest / wide) - float(np.log(wide)) - _log_t(farthest)
 
 
 def nothing_wrong(none: Model, numbers: Numbers) -> float:
