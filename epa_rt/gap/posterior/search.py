@@ -242,13 +242,18 @@ class Search:
         found = []
         for fit in role.fits if role else ():
             found.append((*effects, fit.effect))
-            more = self._model(found[-1], fit.values, None, (problem, fit.normal))
+            known, here = self._found.get(frozenset(found[-1])), (problem, fit.normal)
+            if known is None:
+                self._model(found[-1], fit.values, None, here)
+            else:
+                self._kept_if_better(known, fit.values, here)
+            more = self._of(found[-1])
             if chi_left(more) > chi_left(
                 self._of(effects)
             ):  # a refit that took flat directions too far
                 own = {key: fit.values[key] for key in problem.effects[fit.effect].knobs}
                 again = settled(problem, found[-1], {**point.values, **own}, rounds=AGAIN)
-                self._fitted_again(found[-1], again.values)
+                self._kept_if_better(more, again.values)
         return found
 
     def _may_count(self, effects: tuple[str, ...], views: Sequence[str], share: float) -> bool:
@@ -258,13 +263,14 @@ class Search:
         left = max(1.0 - BEYOND_PROMISE * share, 0.0)
         return self._asks_for_more(self._of(effects), views, left=left)
 
-    def _fitted_again(self, effects: tuple[str, ...], values: Values) -> None:
-        del self._found[frozenset(effects)]
-        self._model(effects, values, None)
-
-    def _kept_if_better(self, known: Model, values: Values) -> None:
-        """A model block by block at other values, where it is more probable with these."""
-        views = {**known.views, BLOCKS: blocks(self._problem, known.effects, values)}
+    def _kept_if_better(
+        self, known: Model, values: Values, fit: tuple[Problem, Normal] | None = None
+    ) -> None:
+        """A model block by block at other values, where it is more probable with these. ``fit``: as
+        in ``_model``.
+        """
+        problem, normal = fit or (self._problem, None)
+        views = {**known.views, BLOCKS: blocks(problem, known.effects, values, normal)}
         if self._held_out is not None:
             views[HELD_OUT] = self._held_out.blocks(values)
         anew = replace(known, views=views, values=values)

@@ -1,5 +1,7 @@
 """The posterior over sets of effects: on a made-up rig whose truth is known, and its formula."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,9 +12,9 @@ from epa_rt.gap.likelihood.refit import settled
 from epa_rt.gap.likelihood.start import Start, at_base
 from epa_rt.gap.posterior.answer import table_for
 from epa_rt.gap.posterior.evidence import START, Formula, log_likelihood, strain
-from epa_rt.gap.posterior.search import Model, Search, Table
+from epa_rt.gap.posterior.search import Model, Search, Table, chi_left
 from epa_rt.gap.posterior.unknown import inclusion, posterior
-from epa_rt.gap.posterior.views import BLOCKS, Seen, View
+from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN, Seen, View
 from tests.gap import toy
 
 OFF = {"drive.gain_a": 1.02, "spring.stiffness_n_m": 915.0, "gas.flow_pa_s": 4.1e5}
@@ -74,6 +76,22 @@ def test_a_set_is_judged_at_its_own_optimum_before_one_effect_more_is_named_besi
     after = search._of(alone)
     assert after.values["drive.coulomb_a"] == pytest.approx(0.05, rel=0.02)
     assert search._evidence(after) > search._evidence(more)
+
+
+def test_a_set_that_is_proposed_once_more_keeps_what_free_run_has_shown():
+    truth = OFF | {"drive.coulomb_a": 0.05, "gas.delay_s": 0.01}
+    logs = [toy.recording(f"log{i}", 10 + i, truth) for i in range(2)]
+    problem, base, left = at_base(toy.Toy(), logs, floors=toy.floors)
+    families = {name: effect.family for name, effect in problem.effects.items()}
+    search = Search(problem, base, left, None, None, Formula(families, START))
+    pair = ("valve_delay", "motor_friction")
+    search._model(("motor_friction",), settled(problem, ("motor_friction",)).values, None)
+    poor = search._model(pair, base.values, None)
+    search._found[frozenset(pair)] = replace(poor, views={**poor.views, FREE_RUN: View({})})
+    assert pair[::-1] in search._proposed_by_blocks(("motor_friction",))
+    better = search._found[frozenset(pair)]
+    assert FREE_RUN in better.views
+    assert chi_left(better) < chi_left(poor) and better.values != poor.values
 
 
 @pytest.mark.parametrize(
