@@ -73,7 +73,7 @@ def test_friction_by_another_formula_comes_nearest_by_its_family():
     answer = told(extra=lambda c: {"spring": 1.0 * np.sign(c["speed_m_s"])})
     assert next(iter(answer.posterior.families)) == "friction"
     assert answer.posterior.families["friction"] > 0.4
-    assert "coulomb (friction " in answer.says
+    assert "oulomb" in answer.says and "something besides" in answer.says
 
 
 def test_effect_taken_out_of_the_catalogue_is_said_to_be_in_none():

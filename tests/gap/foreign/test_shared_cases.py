@@ -84,9 +84,11 @@ def test_a_pendulum_against_a_guessed_plant_has_gravity(tmp_path, gain):
     assert f"gain: {gain} 1/s" in (tmp_path / "plant.yaml").read_text()
     rig, logs = tmp_path / "rig.yaml", sorted(at.glob("k*.csv"))
     said = answer(tmp_path, rig, at / "map.yaml", logs, [])
-    # where it sticks under its load the catalogue has play and dry friction, and neither is enough
-    assert said.effects[0].family == "load" and said.effects[0].confidence > 0.7
-    assert [one.family for one in said.effects if one.confidence >= 0.8] in ([], ["load"])
+    # where it sticks under its load the catalogue has play and dry friction, and neither is enough:
+    # with gravity they leave a sixth of the gap, as much as wrong laws do
+    families = said.posterior.families
+    assert next(iter(families)) == "load" and families["load"] > 0.4 and "ravity" in said.says
+    assert [name for name, share in families.items() if share >= 0.8] in ([], ["load"])
 
 
 def trials_of(path: Path, numbers: range, out: Path) -> Path:

@@ -46,7 +46,13 @@ def _outflow(ratio: np.ndarray) -> np.ndarray:
 
 def added_pa(seconds: np.ndarray, p: np.ndarray, start_pa: float, n: Numbers) -> np.ndarray:
     """What adds to the pressure beside leaks, (n,), up to a constant."""
-    added = n["sensor.drift_pa_s"] * seconds + n["gas.ambient_drift_per_s"] * seconds * p
+    drifts = n["sensor.drift_pa_s"] * seconds + n["gas.ambient_drift_per_s"] * seconds * p
+    return drifts + settling_pa(seconds, start_pa, n)
+
+
+def settling_pa(seconds: np.ndarray, start_pa: float, n: Numbers) -> np.ndarray:
+    """What heat and walls add to the gas since it was filled, (n,), up to a constant."""
+    added = np.zeros(np.shape(seconds))
     if n["gas.heat_ratio"] != 0.0:
         added = added + n["gas.heat_ratio"] * start_pa * np.exp(-seconds / n["gas.heat_s"])
     if n["walls.creep_ratio"] != 0.0:
@@ -65,12 +71,14 @@ def cooled_pa(rate: np.ndarray, period_s: float, n: Numbers) -> np.ndarray:
 
 
 def run_pa(start_pa: float, seconds: np.ndarray, step: float, n: Numbers) -> np.ndarray:
-    """Pressure from a start on: gas at the walls' temperature, and what it lacks by cooling, as two
-    states.
+    """Pressure from a start on: gas that leaks, and what it lacks by cooling, as two states; it
+    leaks by the pressure that heat and walls give it.
     """
+    twice = settling_pa(seconds[0] + 0.5 * step * np.arange(2 * len(seconds)), start_pa, n)
+    twice -= twice[0]
 
-    def slope(state: np.ndarray) -> np.ndarray:
-        rate = float(rate_pa_s(state[0] + state[1], n))
+    def slope(state: np.ndarray, settled_pa: float) -> np.ndarray:
+        rate = float(rate_pa_s(state[0] + state[1] + settled_pa, n))
         lacking = (
             (KAPPA - 1.0) * rate - state[1] / n["gas.cooling_s"]
             if n["gas.cooling_s"] != 0.0
@@ -81,10 +89,12 @@ def run_pa(start_pa: float, seconds: np.ndarray, step: float, n: Numbers) -> np.
     states = np.empty((len(seconds), 2))
     states[0] = start_pa, 0.0
     for k in range(1, len(seconds)):
-        here = states[k - 1]
-        k1 = slope(here)
-        k2 = slope(here + 0.5 * step * k1)
-        k3 = slope(here + 0.5 * step * k2)
-        states[k] = here + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + slope(here + step * k3))
-    gas = states.sum(axis=1)
-    return gas + added_pa(seconds, gas, start_pa, n)
+        here, (begin, middle, end) = states[k - 1], twice[2 * k - 2 : 2 * k + 1]
+        k1 = slope(here, begin)
+        k2 = slope(here + 0.5 * step * k1, middle)
+        k3 = slope(here + 0.5 * step * k2, middle)
+        k4 = slope(here + step * k3, end)
+        states[k] = here + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+    gas = states.sum(axis=1) + twice[: 2 * len(seconds) : 2]
+    drifts = added_pa(seconds, gas, start_pa, n) - settling_pa(seconds, start_pa, n)
+    return gas + drifts
