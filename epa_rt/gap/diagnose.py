@@ -28,6 +28,7 @@ from epa_rt.gap.diagnosis import (
     likely,
 )
 from epa_rt.gap.held_out.aside import unseen
+from epa_rt.gap.held_out.share import NO_GAP
 from epa_rt.gap.held_out.shrink import how_far_of
 from epa_rt.gap.likelihood.astray import astray
 from epa_rt.gap.likelihood.floor import floors as floors_of
@@ -419,7 +420,8 @@ def _left(model: Model, none: Model, start: Start) -> str:
         gap = left_in(none, view) if view in none.views else 0.0
         if gap > DECIDES:
             percent = 100.0 * left_in(model, view) / gap
-            floors = f"{_times_floor(model, view, start):.2g} times the floor"
+            times = _times_floor(model, view, start)
+            floors = "no more than noise" if times < NO_GAP else f"{times:.2g} times the floor"
             parts.append(
                 (f"{percent:.2g}" if percent < 99.5 else f"{percent:.0f}", f"{words}, {floors}")
             )

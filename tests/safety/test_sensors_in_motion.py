@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from epa_rt.safety.gas_watch import CAUSE, flow_share
+from epa_rt.safety.gas_watch import CAUSE, GasWatch, flow_share
 from epa_rt.safety.in_motion import InMotion
 from epa_rt.safety.motion_watch import JointWatch, TorqueWatch, travel_per_turn
 from epa_rt.safety.muscle_law import geometry_of
@@ -168,6 +168,26 @@ def test_a_machine_that_stood_still_does_not_make_a_filling_fast(pause_ms):
     assert bench.go(150, FILL, **{PRESSURE: lambda c: read[150 + c]}) is None
     bench.now_ns += pause_ms * 1_000_000
     assert bench.go(2100, FILL, **{PRESSURE: lambda c: read[300 + c]}) is None
+
+
+def test_an_inlet_that_opened_before_pauses_has_its_time_to_fill_after_them():
+    bench = held(3e5)
+    for _ in range(3):
+        assert bench.go(20, FILL, **{PRESSURE: 3e5}) is None
+        bench.now_ns += 30 * 1_000_000
+    assert bench.go(300, FILL, **{PRESSURE: fills(3e5)}) is None
+
+
+@pytest.mark.parametrize(("pause_ms", "times"), [(8, 0), (9, 1)])
+def test_pressures_are_timed_anew_after_more_than_the_round_in_which_each_is_asked(
+    monkeypatch, pause_ms, times
+):
+    asked = []
+    bench = held()
+    monkeypatch.setattr(GasWatch, "time_anew", lambda watch: asked.append(watch))
+    bench.now_ns += (pause_ms - 1) * 1_000_000
+    assert bench.go(50, SHUT) is None
+    assert len(asked) == times * len(bench.rig.muscles)
 
 
 def test_flow_share_is_one_when_choked_and_none_at_the_supply():
