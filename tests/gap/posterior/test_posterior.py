@@ -31,6 +31,15 @@ def found(values=None, extra=None, without=(), count=2):
     return table, posterior(table, START)
 
 
+def begun(values):
+    """A problem, its base and a search of it that has fitted nothing but the base."""
+    logs = [toy.recording(f"log{i}", 10 + i, OFF | values) for i in range(2)]
+    problem, base, left = at_base(toy.Toy(), logs, floors=toy.floors)
+    families = {name: effect.family for name, effect in problem.effects.items()}
+    search = Search(problem, base, left, None, None, Formula(families, START))
+    return problem, base, search
+
+
 def test_spreads_from_few_runs_forbid_less_than_those_from_many():
     def costs(runs: int, z: list[float], own: float = 0.0) -> float:
         nominal = np.array([True] * len(z) + [False])
@@ -49,11 +58,7 @@ def test_a_rig_without_a_gap_has_most_probably_none():
 
 
 def test_an_effect_that_stood_for_another_is_exchanged_for_it():
-    truth = OFF | {"drive.coulomb_a": 0.05, "gas.delay_s": 0.01}
-    logs = [toy.recording(f"log{i}", 10 + i, truth) for i in range(2)]
-    problem, base, left = at_base(toy.Toy(), logs, floors=toy.floors)
-    families = {name: effect.family for name, effect in problem.effects.items()}
-    search = Search(problem, base, left, None, None, Formula(families, START))
+    problem, _, search = begun({"drive.coulomb_a": 0.05, "gas.delay_s": 0.01})
     wrong = ("hardening", "motor_friction")
     search._model(wrong, settled(problem, wrong).values, None)
     search._doubted()
@@ -63,10 +68,7 @@ def test_an_effect_that_stood_for_another_is_exchanged_for_it():
 
 def test_a_set_is_judged_at_its_own_optimum_before_one_effect_more_is_named_beside_it():
     """Else the effect has the merit of the better fit."""
-    logs = [toy.recording(f"log{i}", 10 + i, OFF | {"drive.coulomb_a": 0.05}) for i in range(2)]
-    problem, base, left = at_base(toy.Toy(), logs, floors=toy.floors)
-    families = {name: effect.family for name, effect in problem.effects.items()}
-    search = Search(problem, base, left, None, None, Formula(families, START))
+    problem, base, search = begun({"drive.coulomb_a": 0.05})
     alone, both = ("motor_friction",), ("motor_friction", "valve_delay")
     stopped_early = {**base.values, "drive.coulomb_a": 0.047}
     before = search._model(alone, stopped_early, None)
@@ -79,11 +81,7 @@ def test_a_set_is_judged_at_its_own_optimum_before_one_effect_more_is_named_besi
 
 
 def test_a_set_that_is_proposed_once_more_keeps_what_free_run_has_shown():
-    truth = OFF | {"drive.coulomb_a": 0.05, "gas.delay_s": 0.01}
-    logs = [toy.recording(f"log{i}", 10 + i, truth) for i in range(2)]
-    problem, base, left = at_base(toy.Toy(), logs, floors=toy.floors)
-    families = {name: effect.family for name, effect in problem.effects.items()}
-    search = Search(problem, base, left, None, None, Formula(families, START))
+    problem, base, search = begun({"drive.coulomb_a": 0.05, "gas.delay_s": 0.01})
     pair = ("valve_delay", "motor_friction")
     search._model(("motor_friction",), settled(problem, ("motor_friction",)).values, None)
     poor = search._model(pair, base.values, None)

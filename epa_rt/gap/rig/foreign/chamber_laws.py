@@ -46,8 +46,12 @@ def _outflow(ratio: np.ndarray) -> np.ndarray:
 
 def added_pa(seconds: np.ndarray, p: np.ndarray, start_pa: float, n: Numbers) -> np.ndarray:
     """What adds to the pressure beside leaks, (n,), up to a constant."""
-    drifts = n["sensor.drift_pa_s"] * seconds + n["gas.ambient_drift_per_s"] * seconds * p
-    return drifts + settling_pa(seconds, start_pa, n)
+    return drifts_pa(seconds, p, n) + settling_pa(seconds, start_pa, n)
+
+
+def drifts_pa(seconds: np.ndarray, p: np.ndarray, n: Numbers) -> np.ndarray:
+    """What drifts of cell and ambient add at pressure ``p``, (n,); no leak is driven by it."""
+    return n["sensor.drift_pa_s"] * seconds + n["gas.ambient_drift_per_s"] * seconds * p
 
 
 def settling_pa(seconds: np.ndarray, start_pa: float, n: Numbers) -> np.ndarray:
@@ -96,5 +100,4 @@ def run_pa(start_pa: float, seconds: np.ndarray, step: float, n: Numbers) -> np.
         k4 = slope(here + step * k3, end)
         states[k] = here + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
     gas = states.sum(axis=1) + twice[: 2 * len(seconds) : 2]
-    drifts = added_pa(seconds, gas, start_pa, n) - settling_pa(seconds, start_pa, n)
-    return gas + drifts
+    return gas + drifts_pa(seconds, gas, n)
