@@ -38,8 +38,8 @@ class Cycle:
         self.edges.start()
 
     def turn(self, outputs_raw: bytes, live: bool = False) -> tuple[bool, int, int]:
-        """Whether the frame came back counted in full, its edge (ns since 1970), and the lateness
-        of the wake-up in ns.
+        """Whether the frame came back counted in full, its edge (ns since 1970), and how late after
+        it the frame went out, in ns.
 
         Inputs of a frame that did not are not believed: the overlapping map shows our own outputs
         in the place of a slave that is not there. ``live`` outputs move something: where the slaves
@@ -52,6 +52,8 @@ class Cycle:
         if live and self._paced and now_ns - self.heard_ns > self._watchdog_ns:
             raise BackendError(self._silence(now_ns - self.heard_ns, lateness_ns))
         counter, self.seen = bus.swap(outputs_raw)
+        if self._paced:
+            lateness_ns = max(lateness_ns, bus.sent_ns - edge_ns)
         ok = counter == self._wire.working_counter
         self.lost = self.lost + 1 if counter == LOST else 0
         if ok and clock is not None:

@@ -21,7 +21,8 @@ Refusal = tuple[str, str, str]  # cause, signal, sentence
 
 
 class GasWatch:
-    """``step`` once per ``dt_s`` with the last outputs; a refusal, or None.
+    """``step`` once per ``dt_s`` with the last outputs; a refusal, or None. Where the time of a
+    reading is known, ``read_at`` comes before it.
 
     Judged is the gas, which is pressure times what the volume makes of it: motion alone changes
     nothing.
@@ -40,11 +41,21 @@ class GasWatch:
             f"or the supply below {self._supply_pa / 1e3:.0f} kPa" if muscle.valves.supply else ""
         )
         self._keep, self._follow = 1.0 - dt_s / FORGET_S, dt_s / SLOW_S
-        self._jump_pa = sensors.pressure_rate_max * dt_s + JUMP_FLOOR_PA
-        self._last_pa = math.nan
+        self._rate_max_pa_s = sensors.pressure_rate_max
+        self._jump_pa = self._rate_max_pa_s * dt_s + JUMP_FLOOR_PA
+        self._last_pa, self._read_ns = math.nan, 0
         self._low_pa = self._slow_pa = self._window_pa = self._read_pa = 0.0
         self._open_s = self._flow_s = self._vent_s = self._shut_s = self._window_s = 0.0
         self._peak_pa_s, self._slow_windows = 0.0, 0
+
+    def read_at(self, now_ns: int) -> None:
+        """When the next pressure was read: a machine or a bus that paused, or that is late again
+        and again, gives the gas more time than ``dt_s``. Until a second time is known it is that.
+        """
+        if 0 < self._read_ns < now_ns:
+            self._dt_s = (now_ns - self._read_ns) / 1e9
+            self._jump_pa = self._rate_max_pa_s * self._dt_s + JUMP_FLOOR_PA
+        self._read_ns = now_ns
 
     def step(self, measured: dict[str, float], outputs: dict[str, float]) -> Refusal | None:
         """Takes the pressure that came while ``outputs`` were out."""
@@ -70,12 +81,6 @@ class GasWatch:
             return self._venting(gas_pa)
         self._vent_s = 0.0
         return self._shut_in(read_pa, gas_pa)
-
-    def time_anew(self) -> None:
-        """Forgets what was timed so far, but for the fastest filling and the last pressure: what
-        jumped meanwhile, jumped.
-        """
-        self._open_s = self._flow_s = self._vent_s = self._shut_s = self._window_s = 0.0
 
     def _filling(self, read_pa: float, gas_pa: float) -> Refusal | None:
         if read_pa > FULL_SHARE * self._supply_pa:

@@ -21,35 +21,31 @@ class InMotion:
     def __init__(self, rig: Rig):
         count = max(round(ROUND_S / rig.period_s), 1)
         self._count = ROUNDS * count
-        self._late_ns = round((count + 0.5) * rig.period_s * 1e9)
-        self._heard_ns = 0
-        self._gas: list[GasWatch] = []
+        timed: list[list[GasWatch]] = [[] for _ in range(self._count)]
         turns: list[list[Law]] = [[] for _ in range(self._count)]
         for i, muscle in enumerate(rig.muscles):
             gas = GasWatch(muscle, rig, count * rig.period_s)
-            self._gas.append(gas)
             for at in range(i * count // len(rig.muscles), self._count, count):
                 turns[at].append(gas.step)
+                timed[at].append(gas)
         slow = _slow_laws(rig, self._count * rig.period_s)
         for i, law in enumerate(slow):
             turns[(1 + i * self._count // len(slow)) % self._count].append(law)
         self._turns = tuple(tuple(laws) for laws in turns)
+        self._timed = tuple(tuple(gases) for gases in timed)
         self._at = 0
 
     def step(
         self, measured: dict[str, float], outputs: dict[str, float], bus_ok: bool, now_ns: int = 0
     ) -> Refusal | None:
         """Asks the laws whose turn it is of what was read at ``now_ns``. Without ``bus_ok`` the
-        values are old: nobody is asked. After a pause longer than a round, of the bus or of this
-        machine, pressures are timed anew: more time went by than was counted.
+        values are old: nobody is asked.
         """
         at = self._at
         self._at = at + 1 if at + 1 < self._count else 0
         if bus_ok:
-            if now_ns - self._heard_ns > self._late_ns:
-                for gas in self._gas:
-                    gas.time_anew()
-            self._heard_ns = now_ns
+            for gas in self._timed[at]:
+                gas.read_at(now_ns)
             for law in self._turns[at]:
                 refusal = law(measured, outputs)
                 if refusal is not None:

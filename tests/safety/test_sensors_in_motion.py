@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from epa_rt.safety.gas_watch import CAUSE, GasWatch, flow_share
+from epa_rt.safety.gas_watch import CAUSE, flow_share
 from epa_rt.safety.in_motion import InMotion
 from epa_rt.safety.motion_watch import JointWatch, TorqueWatch, travel_per_turn
 from epa_rt.safety.muscle_law import geometry_of
@@ -178,16 +178,41 @@ def test_an_inlet_that_opened_before_pauses_has_its_time_to_fill_after_them():
     assert bench.go(300, FILL, **{PRESSURE: fills(3e5)}) is None
 
 
-@pytest.mark.parametrize(("pause_ms", "times"), [(8, 0), (9, 1)])
-def test_pressures_are_timed_anew_after_more_than_the_round_in_which_each_is_asked(
-    monkeypatch, pause_ms, times
-):
-    asked = []
+@pytest.mark.parametrize(("late_ms", "refused"), [(0, True), (1, True), (2, False)])
+def test_a_jump_is_judged_by_the_time_that_went_by(late_ms, refused):
+    """6 kPa more each cycle: within 1 or 2 ms that is no filling, within 3 ms it is a fast one."""
+    bench = Rig()
+    assert bench.go(48, SHUT) is None
+    found = None
+    for cycle in range(50):
+        bench.now_ns += late_ms * 1_000_000
+        found = bench.go(1, FILL, **{PRESSURE: ATMOSPHERE + 6e3 * cycle})
+        if found is not None:
+            break
+    assert (found is not None) is refused
+    if refused:
+        text = found[1][2]
+        assert f"jumps by +48.0 kPa within {8 * (1 + late_ms)} ms" in text
+
+
+def test_the_first_reading_of_a_clock_that_counts_from_1970_is_no_pause():
+    bench = Rig()
+    bench.now_ns = 1_800_000_000_000_000_000
+    assert bench.go(600, SHUT) is None
+
+
+def test_what_jumps_during_a_pause_jumps():
     bench = held()
-    monkeypatch.setattr(GasWatch, "time_anew", lambda watch: asked.append(watch))
-    bench.now_ns += (pause_ms - 1) * 1_000_000
-    assert bench.go(50, SHUT) is None
-    assert len(asked) == times * len(bench.rig.muscles)
+    bench.now_ns += 30 * 1_000_000
+    _, _, sentence = bench.found(20, SHUT, **{PRESSURE: 4e5})
+    assert "jumps by -2" in sentence and "within 38 ms" in sentence
+
+
+def test_a_pressure_that_was_not_heard_has_all_the_time_since_it_was():
+    bench = Rig()
+    assert bench.go(48, SHUT) is None
+    assert bench.go(16, FILL, bus_ok=False) is None
+    assert bench.go(8, FILL, **{PRESSURE: ATMOSPHERE + 45e3}) is None
 
 
 def test_flow_share_is_one_when_choked_and_none_at_the_supply():
