@@ -106,9 +106,11 @@ class Subject(Protocol):
     ) -> Mapping[str, np.ndarray] | None:
         """By link what laps of one recording differ by, (n,); None where it has none."""
 
-    def read_again(self, recording: Recording, values: Values, seed: int) -> Recording | None:
-        """A twin of a recording: the same motion with another noise, and an output by these values;
-        None where the rig has a model of the whole, or cannot.
+    def read_again(
+        self, recording: Recording, values: Values, seed: int | None
+    ) -> Recording | None:
+        """A twin of a recording: the same motion with another noise, or with none where ``seed`` is
+        None, and an output by these values; None where the rig has a model of the whole, or cannot.
         """
 
     def doubted(self, prepared: Mapping[str, object]) -> "Subject | None":
@@ -156,7 +158,9 @@ class Plain:
         """No laps."""
         return None
 
-    def read_again(self, recording: Recording, values: Values, seed: int) -> Recording | None:
+    def read_again(
+        self, recording: Recording, values: Values, seed: int | None
+    ) -> Recording | None:
         """No motion is read again."""
         return None
 

@@ -16,6 +16,7 @@ from epa_rt.gap.likelihood.ground import Ground
 from epa_rt.gap.likelihood.point import Normal, Point, linearised
 from epa_rt.gap.likelihood.problem import Problem
 from epa_rt.gap.likelihood.promising import promising
+from epa_rt.gap.likelihood.reading_noise import ReadingNoise
 from epa_rt.gap.likelihood.refit import Fit, settled, settled_with
 from epa_rt.gap.likelihood.role import played
 from epa_rt.gap.likelihood.screen import screen
@@ -111,6 +112,7 @@ class Search:
         self._points: dict[frozenset[str], Point] = {}
         self._asked: set[frozenset[str]] = set()  # beside which one effect more was looked for
         self._lowest: Lowest = {}
+        self._noise = ReadingNoise(problem)
         self.typical: Mapping[str, float] = {}
         self.none = self._model((), base.values, ground.none if ground else None)
         self._waves = tuple(
@@ -270,7 +272,7 @@ class Search:
         in ``_model``.
         """
         problem, normal = fit or (self._problem, None)
-        views = {**known.views, BLOCKS: blocks(problem, known.effects, values, normal)}
+        views = {**known.views, BLOCKS: blocks(problem, self._noise, known.effects, values, normal)}
         if self._held_out is not None:
             views[HELD_OUT] = self._held_out.blocks(values)
         anew = replace(known, views=views, values=values)
@@ -307,7 +309,8 @@ class Search:
             )
         views = dict(known.views) if known else {}
         if not known:
-            views[BLOCKS] = blocks(fit[0] if fit else problem, effects, values, fit and fit[1])
+            on, normal = fit or (problem, None)
+            views[BLOCKS] = blocks(on, self._noise, effects, values, normal)
             if self._held_out is not None:
                 views[HELD_OUT] = self._held_out.blocks(values)
         before = self._points.get(key)
@@ -326,15 +329,15 @@ class Search:
     def _note_least(self, views: Mapping[str, View]) -> None:
         for name, view in views.items():
             for link, seen in view.links.items():
-                least = self._lowest.get((name, link), seen.chi)
-                self._lowest[name, link] = min(least, seen.chi)
+                least = self._lowest.get((name, link), seen)
+                self._lowest[name, link] = min(least, seen, key=lambda one: one.chi)
 
     def _evidence(self, model: Model) -> float:
         """Log evidence over the views that a model has, on what the others leave so far."""
         return self._scores.evidence(self._on_ground(model))
 
     def _on_ground(self, model: Model) -> Model:
-        return replace(model, views=on_ground(model.views, self._lowest))
+        return replace(model, views=on_ground(model.views, self._lowest, self.none.views))
 
     def _waits(self, effects: tuple[str, ...]) -> bool:
         """Whether a model was not fitted in free run yet, and is worth it."""

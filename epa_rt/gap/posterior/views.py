@@ -13,6 +13,7 @@ from epa_rt.gap.likelihood.as_one import LINK, AsOne, apart
 from epa_rt.gap.likelihood.ground import Ground
 from epa_rt.gap.likelihood.point import Normal, linearised
 from epa_rt.gap.likelihood.problem import Problem
+from epa_rt.gap.likelihood.reading_noise import ReadingNoise
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import Subject, Values
 
@@ -26,7 +27,7 @@ class Seen:
     ``chi``: what the model leaves. ``matrix`` (k, k): information on the view's keys per squared
     spread; None of a link that nothing was fitted to. ``loose``: whether neither a twin of the
     plant nor healthy runs have measured its floor. ``off``: chi-square by which healthy runs
-    differ; 0 where there are none.
+    differ, or readings of one motion.
     """
 
     noise: float
@@ -62,30 +63,38 @@ class View:
         return sum(seen.excess for seen in self.links.values())
 
 
-Lowest = dict[tuple[str, str], float]  # view and link to the least that any model leaves
+Lowest = dict[tuple[str, str], Seen]  # view and link to what the model leaves that leaves least
 
 
-def on_ground(views: Mapping[str, View], lowest: Lowest) -> dict[str, View]:
-    """Views whose noise is what some model leaves where that is less: how much noise there is
-    nobody knows better than by a few percent, and models are compared by what they differ in.
+def on_ground(
+    views: Mapping[str, View], lowest: Lowest, none: Mapping[str, View]
+) -> dict[str, View]:
+    """Views whose noise is one for all models, which are compared by what they differ in: what the
+    plant without effects (``none``) expects of noise, or the model that leaves least where that
+    expects more; or what that one leaves where it is less, for nobody knows noise better than by a
+    few percent.
     """
-    return {
-        name: replace(
-            view,
-            links={
-                link: replace(seen, noise=min(seen.noise, lowest.get((name, link), seen.noise)))
-                for link, seen in view.links.items()
-            },
-        )
-        for name, view in views.items()
-    }
+    found = {}
+    for name, view in views.items():
+        links = {}
+        for link, seen in view.links.items():
+            least = lowest.get((name, link), seen)
+            bare = none[name].links.get(link, least) if name in none else least
+            most = max(bare, least, key=lambda one: one.noise)
+            links[link] = replace(seen, noise=min(most.noise, least.chi), off=most.off)
+        found[name] = replace(view, links=links)
+    return found
 
 
 def blocks(
-    problem: Problem, effects: tuple[str, ...], values: Values, normal: Normal | None = None
+    problem: Problem,
+    noise: ReadingNoise,
+    effects: tuple[str, ...],
+    values: Values,
+    normal: Normal | None = None,
 ) -> View:
-    """Block by block at these values, in units of the floors alone. ``normal``: normal equations
-    there, where a fit has left them.
+    """Block by block at these values, in units of the floors alone. ``noise``: of the problem's
+    readings; ``normal``: normal equations there, where a fit has left them.
     """
     bare, usual = problem.rescaled(dict.fromkeys(problem.links, 1.0)), problem.subject.usual
     if normal is None:
@@ -93,14 +102,15 @@ def blocks(
     else:
         normal = normal.weighted(np.array([problem.scale[link] ** 2 for link in problem.links]))
     residuals = problem.each(lambda link: bare.residual(values, link), bare.links)
+    per_sample = noise.per_sample(values)
     return View(
         {
             link: Seen(
-                float(bare.samples(link)),
+                per_sample[link].mean * bare.samples(link),
                 float(residual @ residual),
                 matrix.sum(axis=0),
                 _loose(problem, link),
-                usual.off[link] * bare.samples(link) if usual else 0.0,
+                max(per_sample[link].off, usual.off[link] if usual else 0.0) * bare.samples(link),
             )
             for link, residual, matrix in zip(bare.links, residuals, normal.matrix, strict=True)
         },
@@ -149,6 +159,7 @@ class HeldOut:
         subject: Subject | None = None,
     ) -> None:
         self._problem = problem.rescaled(dict.fromkeys(problem.links, 1.0)).on(recordings, subject)
+        self._reading_noise = ReadingNoise(self._problem)
         self._whole = ground.whole.subject if ground else None
         self._ready: list[tuple[object, float]] = []
         if isinstance(self._whole, AsOne) and ground is not None:
@@ -165,13 +176,14 @@ class HeldOut:
 
     def blocks(self, values: Values) -> View:
         """Block by block at values that were fitted elsewhere."""
-        problem = self._problem
+        problem, per_sample = self._problem, self._reading_noise.per_sample(values)
         return View(
             {
                 link: Seen(
-                    float(problem.samples(link)),
+                    per_sample[link].mean * problem.samples(link),
                     float(residual @ residual),
                     loose=_loose(problem, link),
+                    off=per_sample[link].off * problem.samples(link),
                 )
                 for link in problem.links
                 for residual in [problem.residual(values, link)]

@@ -16,7 +16,7 @@ DRY = {
     "carriage": {"friction.coulomb_n": 12.0},
     "piston": {"friction.coulomb_n": 12.0},
     "shaft": {"friction.coulomb_nm": 0.3},
-}  # what a rounding rounds off
+}  # what turns over gradually
 STAIRS = (
     ("servo", "encoder_step"),
     ("servo", "stiction"),
@@ -27,7 +27,10 @@ STAIRS = (
 def parts(kind: str, name: str):
     subject = subject_of(kind)
     effect = next(e for e in subject.catalogue if e.name == name)
-    host = {**HOSTS.get(kind, {}), **(DRY[kind] if name == "coulomb_rounding" else {})}
+    host = {
+        **HOSTS.get(kind, {}),
+        **(DRY[kind] if name in ("coulomb_rounding", "presliding") else {}),
+    }
     return subject, effect, dict(zip(effect.knobs, effect.starts[0], strict=True)), host
 
 

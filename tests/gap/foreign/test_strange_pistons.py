@@ -23,7 +23,11 @@ PLANT = "plant: ram\nkind: piston\npiston: {area: 3.0e-4 m^2}\nfriction: {viscou
 
 
 def stroked(
-    seed: int, coulomb_n: float = 0.0, rise_n: float = 0.0, reads_gauge: bool = False
+    seed: int,
+    coulomb_n: float = 0.0,
+    rise_n: float = 0.0,
+    reads_gauge: bool = False,
+    builds_up_m: float = 0.0,
 ) -> Recording:
     random, t = np.random.default_rng(seed), np.arange(0.0, 60.0, PERIOD_S)
     x = 0.02 - 0.015 * np.cos(2 * np.pi * 0.11 * t) + 0.003 * np.sin(2 * np.pi * 0.47 * t + seed)
@@ -31,10 +35,11 @@ def stroked(
         2 * np.pi * 0.47 * t + seed
     )
     over = 4e5 + 1.5e5 * np.sin(2 * np.pi * 0.05 * t + seed) + 4e4 * np.sin(2 * np.pi * 0.31 * t)
+    direction = built_up(x, builds_up_m) if builds_up_m else np.sign(v)
     force = (
         AREA_M2 * over
         + DRAG_N_S_M * v
-        + (coulomb_n + rise_n * np.exp(-((v / 0.005) ** 2))) * np.sign(v)
+        + (coulomb_n + rise_n * np.exp(-((v / 0.005) ** 2))) * direction
     )
     read = over + (0.0 if reads_gauge else ATMOSPHERE_PA) + random.normal(0.0, 150.0, len(t))
     columns = {
@@ -45,9 +50,23 @@ def stroked(
     return one_trial(f"log{seed}", "ram", PERIOD_S, columns)
 
 
+def built_up(x_m: np.ndarray, over_m: float) -> np.ndarray:
+    """Share of full friction: a bristle that gives way once it is bent by ``over_m``."""
+    share = np.zeros(len(x_m))
+    for i, step in enumerate(np.diff(x_m), 1):
+        share[i] = np.clip(share[i - 1] + step / over_m, -1.0, 1.0)
+    return share
+
+
 @pytest.fixture
 def ram(tmp_path):
     return opened(tmp_path, RIG, PLANT)
+
+
+@pytest.fixture
+def dry(tmp_path):
+    """A plant file that has dry friction of 6 N."""
+    return opened(tmp_path, RIG, PLANT + "effects: {coulomb: {coulomb: 6 N}}\n")
 
 
 def test_a_ram_without_a_gap_has_none(ram):
@@ -69,3 +88,27 @@ def test_a_gauge_that_is_said_to_read_absolute_is_its_zero_or_a_constant_force(r
         "gauge_zero",
         "offset",
     }, found.says
+
+
+def test_dry_friction_as_the_plant_file_has_it_is_no_gap(dry):
+    found = diagnose(dry, [stroked(1, 6.0), stroked(2, 6.0)], how_far=False)
+    assert found.verdict == "no_gap" and found.posterior.models[0].probability > 0.7, found.says
+
+
+def test_dry_friction_that_is_10_percent_more_than_in_the_plant_file_is_named(dry):
+    found = diagnose(dry, [stroked(1, 6.6), stroked(2, 6.6)], how_far=False)
+    assert [one.name for one in found.effects] == ["coulomb"], found.says
+    assert found.fitted["friction.coulomb_n"] == pytest.approx(6.6, rel=0.02)
+
+
+@pytest.mark.parametrize("builds_up_m", [5e-5, 2e-4])
+def test_friction_that_builds_up_over_a_way_is_that_of_the_plant_file(dry, builds_up_m):
+    logs = [stroked(seed, 6.0, builds_up_m=builds_up_m) for seed in (1, 2)]
+    found = diagnose(dry, logs, how_far=False)
+    assert {one.family for one in found.effects} == {"reversal"}, found.says
+
+
+def test_more_friction_that_builds_up_besides_is_both(dry):
+    logs = [stroked(seed, 9.0, builds_up_m=1e-4) for seed in (1, 2)]
+    found = diagnose(dry, logs, how_far=False)
+    assert {one.family for one in found.effects} == {"friction", "reversal"}, found.says

@@ -19,7 +19,14 @@ from epa_rt.gap.rig.foreign.moved import smoothed
 from epa_rt.gap.rig.foreign.operators import play
 from epa_rt.gap.rig.foreign.rests import at_rest
 from epa_rt.gap.rig.foreign.signals import Signals, shifted
-from epa_rt.gap.rig.foreign.terms import LAWS, motion_features, stray_force_n
+from epa_rt.gap.rig.foreign.terms import (
+    LAWS,
+    PRESLIDING,
+    PRESLIDING_M,
+    in_contact,
+    motion_features,
+    stray_force_n,
+)
 from epa_rt.gap.subject import Link
 
 CONTACT_POWER = 8  # how sharply a backlash's walls carry
@@ -62,6 +69,7 @@ def residual(
 
 def needed_n(m: Motion, n: Numbers, laws: Sequence[Law] = LAWS) -> np.ndarray:
     """Force that a motion asks of the drive, (N,), N."""
+    m = in_contact(m, n)
     inertia_n = n["carriage.inertia_kg"] * m.acceleration_m_s2
     friction_n = n["friction.viscous_n_s_m"] * m.speed_m_s + stray_force_n(m, n, laws)
     if n["friction.load_ratio"] != 0.0:
@@ -310,8 +318,8 @@ COMPONENT = Component(
             "force",
         ),
     ),
-    parameters=(*_OWN, *(p for law in LAWS for p in law.parameters)),
-    effects=(*(law.effect for law in LAWS), *_EFFECTS),
+    parameters=(*_OWN, PRESLIDING_M, *(p for law in LAWS for p in law.parameters)),
+    effects=(*(law.effect for law in LAWS), PRESLIDING, *_EFFECTS),
     prepare=prepare,
     residual=residual,
     features=features,

@@ -12,7 +12,14 @@ from epa_rt.gap.rig.foreign.law import LINK, Motion, motion
 from epa_rt.gap.rig.foreign.moved import smoothed
 from epa_rt.gap.rig.foreign.rests import at_rest
 from epa_rt.gap.rig.foreign.signals import Signals, shifted
-from epa_rt.gap.rig.foreign.terms import LAWS, motion_features, stray_force_n
+from epa_rt.gap.rig.foreign.terms import (
+    LAWS,
+    PRESLIDING,
+    PRESLIDING_M,
+    in_contact,
+    motion_features,
+    stray_force_n,
+)
 from epa_rt.gap.subject import Link
 
 
@@ -46,7 +53,7 @@ def residual(prepared: Prepared, numbers: Numbers, link: str) -> np.ndarray:
 
 def predicted_n(prepared: Prepared, n: Numbers) -> np.ndarray:
     """Force at the rod, (N,), positive where it is pushed in."""
-    m, over = prepared.motion, prepared.over_pa - n["sensor.zero_pa"]
+    m, over = in_contact(prepared.motion, n), prepared.over_pa - n["sensor.zero_pa"]
     if n["gas.pressure_lag_s"] != 0.0:
         over = over + n["gas.pressure_lag_s"] * prepared.signals.slope(over)
     area = n["piston.area_m2"] * (1.0 + n["piston.taper_ratio"] * m.place_ratio)
@@ -194,8 +201,8 @@ COMPONENT = Component(
             "force",
         ),
     ),
-    parameters=(*_OWN, *(p for law in LAWS for p in law.parameters)),
-    effects=(*(law.effect for law in LAWS), *_EFFECTS),
+    parameters=(*_OWN, PRESLIDING_M, *(p for law in LAWS for p in law.parameters)),
+    effects=(*(law.effect for law in LAWS), PRESLIDING, *_EFFECTS),
     prepare=prepare,
     residual=residual,
     features=features,

@@ -29,10 +29,11 @@ def read_again(
     signals: Signals,
     numbers: Numbers,
     steps: Mapping[str, float],
-    random: np.random.Generator,
+    random: np.random.Generator | None,
 ) -> dict[str, np.ndarray]:
     """(N,) by role: the motion without its noise and the outputs that ``numbers`` ask of it, all
-    read as the recording's were. ``steps``: of readings, where the rig file says them.
+    read as the recording's were; without noise and steps where ``random`` is None. ``steps``: of
+    readings, where the rig file says them.
 
     For kinds whose residual is what was measured less what the other channels foresee.
     """
@@ -50,6 +51,8 @@ def read_again(
         role: clean[role] - component.residual(work, numbers, link)
         for role, link in outputs.items()
     }
+    if random is None:
+        return clean
     return {
         role: _as_read(x, signals.columns[role], steps[role], random) for role, x in clean.items()
     }

@@ -200,15 +200,18 @@ class ForeignSubject(Plain):
             )
         return replace(recording, columns=columns)
 
-    def read_again(self, recording: Recording, values: Values, seed: int) -> Recording | None:
-        """A twin of a recording: the same motion, another noise, outputs by these values. None
-        where a repeat stands for the plant, or outputs are not foreseen from other channels.
+    def read_again(
+        self, recording: Recording, values: Values, seed: int | None
+    ) -> Recording | None:
+        """A twin of a recording: the same motion, another noise (none without a ``seed``), outputs
+        by these values. None where a repeat stands for the plant, or outputs are not foreseen from
+        other channels.
         """
         if self.baseline is not None or not self.rig.component.output_is_foreseen:
             return None
         signals = on_grid(recording, self._channels(recording), self.rate_hz, self.rig.lowpass_hz)
-        random = np.random.default_rng(
-            [seed, crc32(recording.name.encode())]
+        random = (
+            None if seed is None else np.random.default_rng([seed, crc32(recording.name.encode())])
         )  # another noise in every log
         return self._with(
             recording,

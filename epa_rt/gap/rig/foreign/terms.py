@@ -5,14 +5,16 @@ Every law is an addition to the force that the drive must give, exactly zero at 
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from epa_rt.gap.rig.foreign import laws
-from epa_rt.gap.rig.foreign.component import Numbers
+from epa_rt.gap.rig.foreign.component import Numbers, effect
 from epa_rt.gap.rig.foreign.law import Law, Motion, law, number
 
 FRICTION = "friction"
+REVERSAL = "reversal"  # how dry friction turns over, whatever its level
 PRESLIDING_LEAST = (
     2e-4  # of the stroke: friction that builds up faster is dry friction without pre-sliding
 )
@@ -80,7 +82,7 @@ _OWN: tuple[Law, ...] = (
     ),
     law(
         "coulomb_rounding",
-        FRICTION,
+        REVERSAL,
         "dry friction of one level that turns over gradually: lubricated, or a simulator's way",
         "F = Fc tanh(v/vr) in place of Fc sgn(v)",
         "the usual smooth stand-in for Coulomb's law in simulators",
@@ -239,6 +241,29 @@ _OWN: tuple[Law, ...] = (
 )
 
 LAWS: tuple[Law, ...] = (*_OWN, *laws.found(_OWN))
+PRESLIDING = effect(
+    "presliding",
+    REVERSAL,
+    "friction",
+    ("friction.presliding_m",),
+    ((5e-3,), (5e-4,)),
+    "a way over which the plant's own dry friction builds up after a reversal",
+    "z in place of sgn(v) in every dry friction, dz/dx = (1 - z sgn(v)) / s",
+    "Dahl 1968",
+)
+PRESLIDING_M = number("presliding_m", "m", "presliding", 0.0, 0.1, 5e-3, "stroke")
+
+
+def in_contact(m: Motion, numbers: Numbers) -> Motion:
+    """A motion whose direction, as friction feels it, turns over gradually where ``PRESLIDING`` is
+    in the plant.
+    """
+    if numbers[PRESLIDING_M.key] == 0.0:
+        return m
+    from epa_rt.gap.rig.foreign.operators import dahl
+
+    moved_m = np.diff(m.position_m, prepend=m.position_m[0])
+    return replace(m, sign=dahl(moved_m, numbers[PRESLIDING_M.key]))
 
 
 def stray_force_n(m: Motion, numbers: Numbers, laws: Sequence[Law] = LAWS) -> np.ndarray:

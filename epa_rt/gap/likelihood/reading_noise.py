@@ -1,0 +1,70 @@
+"""What the noise of readings leaves of a model, beyond the noise of its output: a model that takes
+its motion from readings foresees a reversal as early or late as they say (errors in variables).
+
+The same motion is read again without noise and with it. What a model foresees from the two differs
+by what the noise of the readings does to this model, at these values.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from epa_rt.gap.likelihood.intervals import TWO_SIDED_95
+from epa_rt.gap.likelihood.problem import Problem
+from epa_rt.gap.recording import Recording
+from epa_rt.gap.subject import Values
+
+READ_SEEDS = tuple(range(8001, 8007))  # of readings that made neither a floor nor a twin
+
+
+class PerSample(NamedTuple):
+    """Chi-square per sample that noise leaves on average, and how far off that it is at random in
+    one of twenty cases.
+    """
+
+    mean: float
+    off: float
+
+
+WHITE = PerSample(1.0, 0.0)  # of the output's noise alone
+
+
+class ReadingNoise:
+    """Of a problem's recordings; nothing is known of it where a rig cannot read a motion again."""
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem = problem
+        made = problem.each(self._read, problem.recordings)
+        self._read_again = [] if None in made else [one for one in made if one]
+
+    def _read(self, recording: Recording) -> tuple[object, list[object]] | None:
+        """What is prepared of the motion without noise, and with it, by seed."""
+        subject = self._problem.subject
+        quiet, *noisy = (subject.read_again(recording, {}, seed) for seed in (None, *READ_SEEDS))
+        if quiet is None or any(one is None for one in noisy):
+            return None
+        return subject.prepare(quiet), [subject.prepare(one) for one in noisy]
+
+    def per_sample(self, values: Values) -> Mapping[str, PerSample]:
+        """By link what noise leaves of a model at these values: no less than the output's own."""
+        links = self._problem.links
+        if not self._read_again:
+            return dict.fromkeys(links, WHITE)
+        found = self._problem.each(lambda link: self._of(link, values), links)
+        return dict(zip(links, found, strict=True))
+
+    def _of(self, link: str, values: Values) -> PerSample:
+        subject, floor = self._problem.subject, self._problem.floors[link]
+        squares, samples = np.zeros(len(READ_SEEDS)), np.zeros(len(READ_SEEDS))
+        with np.errstate(all="ignore"):  # a plant that runs away
+            for quiet, noisy in self._read_again:
+                foreseen = subject.residual(quiet, values, link)
+                for i, one in enumerate(noisy):
+                    white = floor.whiten(subject.residual(one, values, link) - foreseen)
+                    squares[i] += np.nansum(white**2)
+                    samples[i] += np.isfinite(white).sum()
+            each = squares / samples
+        if not np.isfinite(each).all() or each.mean() <= 1.0:
+            return WHITE
+        return PerSample(float(each.mean()), TWO_SIDED_95 * float(each.std(ddof=1)))
