@@ -48,6 +48,7 @@ _HOUSE = (
     check_spikes,
 )
 _AFTER_VALUES = (check_ends, check_pairs, check_spikes)
+_LARGEST = float(np.finfo(np.float32).max)  # of a reading; squares of it and their sums are numbers
 _ORDER = {"refuse": 0, "exclude": 1, "note": 2}
 
 
@@ -64,6 +65,8 @@ def check(
     Where one says ``refuse`` a diagnosis would mean nothing; the stretches and the lines of
     ``exclude`` are taken out by ``clean``.
     """
+    if ran_away := [finding for recording in recordings for finding in _ran_away(recording)]:
+        return tuple(ran_away)
     without_rig = (
         check_time,
         partial(check_values, steps=steps),
@@ -131,6 +134,21 @@ def _said(finding: Finding, found: Sequence[Finding]) -> bool:
         and bool(finding.rows)
         and all(any(a <= start and stop <= b for a, b in rows) for start, stop in finding.rows)
     )
+
+
+def _ran_away(recording: Recording) -> list[Finding]:
+    """The first column with which nothing can be reckoned: of a simulator or a loop that went
+    unstable.
+    """
+    for name, values in recording.columns.items():
+        most = np.max(np.abs(values), where=np.isfinite(values), initial=0.0)
+        if most > _LARGEST:
+            says = (
+                f"{recording.name}: {name}: found values of up to {most:.3g}, expected none above"
+                f" {_LARGEST:.3g}: what made this recording ran away"
+            )
+            return [Finding("refuse", "ran away", recording.name, name, says)]
+    return []
 
 
 def _mixed(recordings: Sequence[Recording]) -> list[Finding]:

@@ -410,3 +410,12 @@ def test_a_healthy_recording_is_not_touched():
         np.array_equal(cleaned.columns[name], values, equal_nan=True)
         for name, values in recording.columns.items()
     )
+
+
+@pytest.mark.parametrize("most", [1e40, 1e200, 1e308])
+def test_a_recording_that_ran_away_is_refused_in_one_sentence(most):
+    values = np.geomspace(1e-3, most, 2000) * np.tile([1.0, -1.0], 1000)
+    log = one_trial("loop", "slide", 1e-3, {"x_m": np.sin(values), "f_n": values})
+    (one,) = check([log], None)
+    assert (one.severity, one.kind, one.channel) == ("refuse", "ran away", "f_n")
+    assert one.says.startswith(f"loop: f_n: found values of up to {most:.3g}, expected none above")
