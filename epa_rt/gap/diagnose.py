@@ -43,7 +43,7 @@ from epa_rt.gap.posterior.calibrated import CALIBRATED
 from epa_rt.gap.posterior.decide import HOLDS, Decision, decided
 from epa_rt.gap.posterior.search import Model, Table, chi_left
 from epa_rt.gap.posterior.unknown import Found, explains_most, posterior
-from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN
+from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN, HELD_OUT, HELD_OUT_FREE_RUN
 from epa_rt.gap.posterior.words import all_of, plain, set_words, told_of_names, told_of_sets
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import Subject, Values
@@ -133,7 +133,7 @@ def diagnose(
         for name in _most_first(table, answer.effects)
     )
     leads = _leads(begins, names, whence)
-    left = _left(model, table.models[0], start)
+    left = _left(model, table.models[0]) if model.effects else _described(model)
     says = _says(verdict, could, names, left, () if leads else whence, silent, start, went)
     if begins is not None:
         since = said_of_onset(begins)
@@ -353,7 +353,7 @@ def _says(
     none = next((one.probability for one in could.models if not one.effects), 0.0)
     if verdict == "no_gap":
         said = (
-            f"The plant file, refitted, describes these logs to their noise ({none:.2f});"
+            f"The plant file, refitted, describes these logs{left} ({none:.2f});"
             f" {of - len(silent)} of {of} effects would have shown at a typical strength."
         )
         said = f"{said} {said_of_moved(went)}" if went else said
@@ -411,17 +411,37 @@ def _nearest(could: Posterior, begins: str) -> str:
     return f" {begins}, it is {set_words(best.effects)} ({family} {share:.2f})."
 
 
-def _left(model: Model, none: Model, start: Start) -> str:
+VIEWS = (
+    (BLOCKS, "block by block"),
+    (FREE_RUN, "in free run"),
+    (HELD_OUT, "on logs or trials that no fit has seen"),
+    (HELD_OUT_FREE_RUN, "on these in free run"),
+)
+
+
+def _described(none: Model) -> str:
+    """How well the plant file describes logs that have no gap."""
+    above = [told for view, words in VIEWS if (told := _above(none, view, "their noise", words))]
+    return f" to {', '.join(above)}" if above else " to their noise"
+
+
+def _above(model: Model, view: str, floor: str, words: str) -> str:
+    """How far above its floor a model is in a view; '' where it is not."""
+    times = _times_floor(model, view) if view in model.views else 0.0
+    return f"{times:.2g} times {floor} {words}".strip() if times >= NO_GAP else ""
+
+
+def _left(model: Model, none: Model) -> str:
     """What a set of effects leaves, in each view that shows a gap: of the gap, and over the floor.
-    A small part of a large gap may still be many times the noise.
+    A small part of a large gap may still be many times the noise; what no fit has seen may show
+    that a set was fitted to chance.
     """
     parts = []
-    for view, words in ((BLOCKS, "block by block"), (FREE_RUN, "in free run")):
+    for view, words in VIEWS[:2]:
         gap = left_in(none, view) if view in none.views else 0.0
         if gap > DECIDES:
             percent = 100.0 * left_in(model, view) / gap
-            times = _times_floor(model, view, start)
-            floors = "no more than noise" if times < NO_GAP else f"{times:.2g} times the floor"
+            floors = _above(model, view, "the floor", "") or "no more than noise"
             parts.append(
                 (f"{percent:.2g}" if percent < 99.5 else f"{percent:.0f}", f"{words}, {floors}")
             )
@@ -432,12 +452,14 @@ def _left(model: Model, none: Model, start: Start) -> str:
         who = f"{set_words(model.effects).capitalize()} leave"
     (first, view), *more = parts
     rest = "".join(f"; {percent} % {words}" for percent, words in more)
-    return f" {who} {first} % of the gap {view}{rest}."
+    not_fitted = [
+        told for view, words in VIEWS[2:] if (told := _above(model, view, "the floor", words))
+    ]
+    held = "".join(f"; {told}" for told in not_fitted)
+    return f" {who} {first} % of the gap {view}{rest}{held}."
 
 
-def _times_floor(model: Model, view: str, start: Start) -> float:
+def _times_floor(model: Model, view: str) -> float:
     """What a model leaves in a view over what noise alone leaves, rms of all links."""
-    noise = sum(start.problem.samples(link) for link in start.problem.links)
-    if view == FREE_RUN and start.ground is not None:
-        noise = start.ground.noise
-    return float(np.sqrt(sum(seen.chi for seen in model.views[view].links.values()) / noise))
+    links = model.views[view].links.values()
+    return float(np.sqrt(sum(seen.chi for seen in links) / sum(seen.floor for seen in links)))

@@ -27,7 +27,8 @@ class Seen:
     ``chi``: what the model leaves. ``matrix`` (k, k): information on the view's keys per squared
     spread; None of a link that nothing was fitted to. ``loose``: whether neither a twin of the
     plant nor healthy runs have measured its floor. ``off``: chi-square by which healthy runs
-    differ, or readings of one motion.
+    differ, or readings of one motion. ``lowered_from``: what ``noise`` was before it was set to
+    what some model leaves.
     """
 
     noise: float
@@ -35,6 +36,12 @@ class Seen:
     matrix: np.ndarray | None = None
     loose: bool = False
     off: float = 0.0
+    lowered_from: float | None = None
+
+    @property
+    def floor(self) -> float:
+        """Chi-square that noise leaves as it was measured, whatever some model leaves."""
+        return self.noise if self.lowered_from is None else self.lowered_from
 
     @property
     def excess(self) -> float:
@@ -81,7 +88,8 @@ def on_ground(
             least = lowest.get((name, link), seen)
             bare = none[name].links.get(link, least) if name in none else least
             most = max(bare, least, key=lambda one: one.noise)
-            links[link] = replace(seen, noise=min(most.noise, least.chi), off=most.off)
+            noise = min(most.noise, least.chi)
+            links[link] = replace(seen, noise=noise, off=most.off, lowered_from=most.noise)
         found[name] = replace(view, links=links)
     return found
 

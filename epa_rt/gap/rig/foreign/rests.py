@@ -64,8 +64,8 @@ def _said(recording: Recording, subject: "ForeignSubject") -> Finding | None:
         return None
     held, unit = _held(ready, subject)
     bound = (
-        f"; there it varied by {2.0 * held:.3g} {unit} and moved nothing, so that dry friction is"
-        f" {held:.3g} {unit} at least"
+        f"; there it varied by {2.0 * held:.3g} {unit}: unless something moves that this log does"
+        f" not show, dry friction is {held:.3g} {unit} at least"
         if held > 0.0
         else ""
     )
