@@ -460,6 +460,9 @@ def _left(model: Model, none: Model) -> str:
 
 
 def _times_floor(model: Model, view: str) -> float:
-    """What a model leaves in a view over what noise alone leaves, rms of all links."""
+    """What a model leaves in a view over what noise alone leaves, rms of all links; 0 where nothing
+    is judged.
+    """
     links = model.views[view].links.values()
-    return float(np.sqrt(sum(seen.chi for seen in links) / sum(seen.floor for seen in links)))
+    noise = sum(seen.floor for seen in links)
+    return float(np.sqrt(sum(seen.chi for seen in links) / noise)) if noise > 0.0 else 0.0

@@ -286,6 +286,16 @@ class Problem:
         here = point.residual[link]
         return here + self.change(values, point.values, link, here, far=True)
 
+    @property
+    def in_plant(self) -> frozenset[str]:
+        """Effects that the plant file has."""
+        knobs = (self.knobs[key] for effect in self.effects.values() for key in effect.knobs)
+        return frozenset(
+            knob.effect
+            for knob in knobs
+            if knob.effect is not None and knob.absent is not None and knob.value != knob.absent
+        )
+
     def strength(self, effect: str) -> tuple[str, ...]:
         """Knobs that switch an effect off, each on its own or, where none does, the fewest
         together; the others shape it.

@@ -10,7 +10,7 @@ Sources: Kennedy and O'Hagan (2001) on discrepancy; MacKay, Bayesian interpolati
 evidence and its Occam factor; Student's t as a Gaussian of unknown variance (Gelman et al.).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import comb
 
@@ -126,12 +126,19 @@ def occam(model: Model, numbers: Numbers) -> float:
     return -0.5 * float(np.linalg.slogdet(schur)[1])
 
 
-def log_prior(effects: Sequence[str], families: Mapping[str, str], numbers: Numbers) -> float:
-    """Of a set of effects. Sets of families share the odds of their size, laws of a family theirs.
-    ``families``: of each effect of the catalogue.
+def log_prior(
+    effects: Sequence[str],
+    families: Mapping[str, str],
+    numbers: Numbers,
+    in_plant: Collection[str] = (),
+) -> float:
+    """Of a set of effects. Sets of families share the odds of their size, laws of a family theirs;
+    one that the plant file has (``in_plant``) may well have another strength, whatever other laws
+    there are. ``families``: of each effect of the catalogue.
     """
     of_all = list(families.values())
-    laws = sum(float(np.log(of_all.count(families[name]))) for name in effects)
+    others = [name for name in effects if name not in in_plant]
+    laws = sum(float(np.log(of_all.count(families[name]))) for name in others)
     return _odds(len(effects), len(set(of_all)), numbers) - laws
 
 
@@ -149,7 +156,7 @@ def log_evidence(model: Model, families: Mapping[str, str], numbers: Numbers) ->
     """Log of the joint probability of data and model, up to what is the same for all models, over
     the views that the model has.
     """
-    total = log_prior(model.effects, families, numbers)
+    total = log_prior(model.effects, families, numbers, model.in_plant)
     total += occam(model, numbers)
     fits = [view for view in model.views.values() if view.keys]
     total += float(sum(strain(view) for view in fits)) / max(len(fits), 1)

@@ -74,13 +74,15 @@ class Scores(Protocol):
 @dataclass(frozen=True)
 class Model:
     """A set of effects and what it leaves in each view. ``values``: as fitted block by block;
-    ``whole``: in free run, None where it was not.
+    ``whole``: in free run, None where it was not. ``in_plant``: those of its effects that the plant
+    file has, at whatever strength.
     """
 
     effects: tuple[str, ...]
     views: Mapping[str, View]
     values: Values
     whole: Values | None = None
+    in_plant: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -322,7 +324,8 @@ class Search:
             if run is not None:
                 views[HELD_OUT_FREE_RUN] = run
         run_at = self._points.get(key)
-        self._found[key] = Model(effects, views, values, run_at.values if run_at else None)
+        whole = run_at.values if run_at else None
+        self._found[key] = Model(effects, views, values, whole, problem.in_plant & key)
         self._note_least(views)
         return self._found[key]
 

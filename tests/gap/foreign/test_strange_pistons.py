@@ -112,3 +112,8 @@ def test_more_friction_that_builds_up_besides_is_both(dry):
     logs = [stroked(seed, 9.0, builds_up_m=1e-4) for seed in (1, 2)]
     found = diagnose(dry, logs, how_far=False)
     assert {one.family for one in found.effects} == {"friction", "reversal"}, found.says
+
+
+def test_an_effect_that_the_plant_file_has_is_known_to_half_its_strength(ram, dry):
+    assert dry.knobs["friction.coulomb_n"].spread == pytest.approx(0.5 * 6.0)
+    assert ram.knobs["friction.coulomb_n"].spread == pytest.approx(0.3 * 10.0)

@@ -11,7 +11,7 @@ from epa_rt.gap.diagnose import diagnose
 from epa_rt.gap.likelihood.refit import settled
 from epa_rt.gap.likelihood.start import Start, at_base
 from epa_rt.gap.posterior.answer import table_for
-from epa_rt.gap.posterior.evidence import START, Formula, log_likelihood, strain
+from epa_rt.gap.posterior.evidence import START, Formula, log_likelihood, log_prior, strain
 from epa_rt.gap.posterior.search import Model, Search, Table, chi_left
 from epa_rt.gap.posterior.unknown import inclusion, posterior
 from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN, Seen, View
@@ -199,3 +199,12 @@ def test_the_order_of_models_changes_nothing(order):
     families = {name: name for name in "xyz"}
     table = Table((models[0], *(models[i] for i in order if i)), families)
     assert posterior(table, START).models[0][0].effects == ("x",)
+
+
+def test_a_law_that_the_plant_file_has_shares_its_family_s_odds_with_no_other():
+    families = {"coulomb": "friction", "dahl": "friction", "seal": "friction", "leak": "leak"}
+    has, other = (
+        log_prior(("coulomb",), families, START, in_plant) for in_plant in ({"coulomb"}, {"dahl"})
+    )
+    assert has == pytest.approx(log_prior(("leak",), families, START))
+    assert other == pytest.approx(has - np.log(3.0))

@@ -8,7 +8,7 @@ import numpy as np
 
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.rig.foreign.baseline import Baseline
-from epa_rt.gap.rig.foreign.component import Experiment, scaled
+from epa_rt.gap.rig.foreign.component import Experiment, Parameter, scaled
 from epa_rt.gap.rig.foreign.plant_file import ForeignPlant, plant_text, sized
 from epa_rt.gap.rig.foreign.read_again import read_again
 from epa_rt.gap.rig.foreign.readings import as_read
@@ -17,6 +17,9 @@ from epa_rt.gap.rig.foreign.rig_file import ForeignRig
 from epa_rt.gap.rig.foreign.signals import Signals, lowpass, on_grid
 from epa_rt.gap.subject import Link, Plain, Values
 from epa_rt.models.effect import Effect, Knob
+
+# to which part of itself an effect's strength is known that the plant file has: as viscous friction
+KNOWN_TO = 0.5
 
 
 @dataclass(frozen=True)
@@ -282,8 +285,10 @@ class ForeignSubject(Plain):
         return ForeignSubject(self.rig, self.plant, self.leave_out, Baseline(runs, by))
 
 
-def _knob(row, value: float) -> Knob:
+def _knob(row: Parameter, value: float) -> Knob:
     spread = row.spread if row.effect is not None or row.absolute else row.spread * abs(value)
+    if row.effect is not None and row.neutral is not None and value != row.neutral:
+        spread = min(spread, KNOWN_TO * abs(value - row.neutral))
     return Knob(
         row.key,
         row.unit,
