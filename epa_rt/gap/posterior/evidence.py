@@ -158,9 +158,13 @@ def log_evidence(model: Model, families: Mapping[str, str], numbers: Numbers) ->
     """
     total = log_prior(model.effects, families, numbers, model.in_plant)
     total += occam(model, numbers)
+    return total + _strain_of(model) + of_views(model.views, numbers)
+
+
+def _strain_of(model: Model) -> float:
+    """The mean over the views that have numbers of their own."""
     fits = [view for view in model.views.values() if view.keys]
-    total += float(sum(strain(view) for view in fits)) / max(len(fits), 1)
-    return total + of_views(model.views, numbers)
+    return float(sum(strain(view) for view in fits)) / max(len(fits), 1)
 
 
 def of_views(views: Mapping[str, View], numbers: Numbers) -> float:
@@ -183,10 +187,16 @@ class Formula:
         return log_evidence(model, self.families, self.numbers)
 
     def with_one_more(
-        self, model: Model, views: Sequence[str], links: Sequence[str] = (), left: float = 0.0
+        self,
+        model: Model,
+        best: Model,
+        views: Sequence[str],
+        links: Sequence[str] = (),
+        left: float = 0.0,
     ) -> float:
         """Log evidence if an effect more, of a family with one law, left so much of the excess in
-        these views, or in these links of them.
+        these views, or in these links of them: nominal parameters that have made up for what is
+        missing may go back to where the ``best`` model has them.
         """
         size, kinds = len(model.effects), len(set(self.families.values()))
         if size >= kinds:
@@ -202,7 +212,8 @@ class Formula:
             for name, of_view in seen.items()
             for one in of_view
         )
-        return self.evidence(model) + more - gained
+        back = max(_strain_of(best) - _strain_of(model), 0.0)
+        return self.evidence(model) + back + more - gained
 
     def most(self, view: str, noise: float, loss: float) -> float:
         """Chi-square of a link of a view, of so much noise, that costs a loss of log evidence."""

@@ -61,10 +61,16 @@ class Scores(Protocol):
         """Log evidence of a model over the views that it has."""
 
     def with_one_more(
-        self, model: "Model", views: Sequence[str], links: Sequence[str] = (), left: float = 0.0
+        self,
+        model: "Model",
+        best: "Model",
+        views: Sequence[str],
+        links: Sequence[str] = (),
+        left: float = 0.0,
     ) -> float:
         """Log evidence that it would have if one effect more left so much of its excess in these
-        views, or in these links of them.
+        views, or in these links of them, and took nominal parameters back to where the ``best``
+        model has them.
         """
 
     def most(self, view: str, noise: float, loss: float) -> float:
@@ -227,8 +233,9 @@ class Search:
         """Whether what a model leaves in these views may be worth an effect more, that would leave
         a part of it. ``links``: those alone that it would show in; all where there are none.
         """
+        best = self._on_ground(max(self._complete(), key=self._evidence))
         model = self._on_ground(model)
-        return self._hopeful(self._scores.with_one_more(model, views, links, left))
+        return self._hopeful(self._scores.with_one_more(model, best, views, links, left))
 
     def _proposed_by_blocks(self, effects: tuple[str, ...]) -> list[tuple[str, ...]]:
         """One effect more that the blocks ask for beside these."""

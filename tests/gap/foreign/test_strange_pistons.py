@@ -28,6 +28,7 @@ def stroked(
     rise_n: float = 0.0,
     reads_gauge: bool = False,
     builds_up_m: float = 0.0,
+    seal_ratio: float = 0.0,
 ) -> Recording:
     random, t = np.random.default_rng(seed), np.arange(0.0, 60.0, PERIOD_S)
     x = 0.02 - 0.015 * np.cos(2 * np.pi * 0.11 * t) + 0.003 * np.sin(2 * np.pi * 0.47 * t + seed)
@@ -39,7 +40,8 @@ def stroked(
     force = (
         AREA_M2 * over
         + DRAG_N_S_M * v
-        + (coulomb_n + rise_n * np.exp(-((v / 0.005) ** 2))) * direction
+        + (coulomb_n + rise_n * np.exp(-((v / 0.005) ** 2)) + seal_ratio * AREA_M2 * over)
+        * direction
     )
     read = over + (0.0 if reads_gauge else ATMOSPHERE_PA) + random.normal(0.0, 150.0, len(t))
     columns = {
@@ -117,3 +119,10 @@ def test_more_friction_that_builds_up_besides_is_both(dry):
 def test_an_effect_that_the_plant_file_has_is_known_to_half_its_strength(ram, dry):
     assert dry.knobs["friction.coulomb_n"].spread == pytest.approx(0.5 * 6.0)
     assert ram.knobs["friction.coulomb_n"].spread == pytest.approx(0.3 * 10.0)
+
+
+def test_a_seal_s_friction_that_builds_up_is_not_a_law_with_more_numbers(dry):
+    """Pre-sliding alone leaves most and bends what is nominal: beside it a second is looked for."""
+    logs = [stroked(seed, 6.0, builds_up_m=1e-4, seal_ratio=0.05) for seed in (1, 2)]
+    found = diagnose(dry, logs, how_far=False)
+    assert {one.name for one in found.effects} == {"seal_friction", "presliding"}, found.says
