@@ -27,8 +27,8 @@ class Seen:
     ``chi``: what the model leaves. ``matrix`` (k, k): information on the view's keys per squared
     spread; None of a link that nothing was fitted to. ``loose``: whether neither a twin of the
     plant nor healthy runs have measured its floor. ``off``: chi-square by which healthy runs
-    differ, or readings of one motion. ``lowered_from``: what ``noise`` was before it was set to
-    what some model leaves.
+    differ, a deviation, or which readings of one motion are off by in one of twenty cases.
+    ``lowered_from``: what ``noise`` was before it was set to what some model leaves.
     """
 
     noise: float
