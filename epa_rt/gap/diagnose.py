@@ -356,7 +356,7 @@ def _says(
             f"The plant file, refitted, describes these logs{left} ({none:.2f});"
             f" {of - len(silent)} of {of} effects would have shown at a typical strength."
         )
-        said = f"{said} {said_of_moved(went)}" if went else said
+        said = f"{said} {said_of_moved(went, False)}" if went else said
         return f"{said}{_nearest(could, 'If there is a gap')}"
     if verdict == "not_excited":
         return (
@@ -368,6 +368,7 @@ def _says(
         places = all_of([_explains(one) for one in likely(whence)], "or")
         if places:
             said = f"{said} It may come from {places}: so much of it would an error there explain."
+        said = f"{said} {said_of_moved(went, True)}" if went else said
         return f"{said}{_nearest(could, 'If a law describes it')}"
     if verdict == "not_separable":
         told = told_of_sets((tuple(could.names), *could.instead), could.names)

@@ -5,10 +5,12 @@ from collections.abc import Sequence
 from epa_rt.gap.diagnosis import Number, Onset
 
 
-def said_of_moved(moved: Sequence[Number]) -> str:
-    """What hides in the plant file's own numbers where nothing else shows."""
+def said_of_moved(moved: Sequence[Number], gap: bool) -> str:
+    """What hides in the plant file's own numbers, or may be the ``gap`` itself."""
+    begins = "These" if gap else "For that these"
+    where = ", beside what is missing or in its place" if gap else ""
     return (
-        "For that these went further from the plant file than it should be wrong:"
+        f"{begins} went further from the plant file than it should be wrong{where}:"
         f" {', '.join(went_to(one) for one in moved)}."
     )
 
