@@ -25,14 +25,15 @@ class GasWatch:
     reading is known, ``read_at`` comes before it.
 
     Judged is the gas, which is pressure times what the volume makes of it: motion alone changes
-    nothing.
+    nothing. What needs time to rise or to settle is given ``dt_s`` a step at least; what changes is
+    held against the time that went by.
     """
 
     def __init__(self, muscle: Muscle, rig: Rig, dt_s: float):
         sensors = rig.safety.sensors
         self.pressure, self._inlet, self._exhaust = muscle.pressure, muscle.inlet, muscle.exhaust
         self._geometry = geometry_of(muscle, rig)
-        self._dt_s, self._dead_s = dt_s, sensors.valve_dead_time
+        self._dt_s, self._apart_s, self._dead_s = dt_s, dt_s, sensors.valve_dead_time
         self._rise_pa = sensors.fill_rate_min * sensors.valve_dead_time
         self._sealed = sensors.sealed * (1.0 if muscle.law else UNKNOWN_VOLUME)
         self._slows, self._travel = sensors.fill_slows, rig.motor.position
@@ -50,11 +51,12 @@ class GasWatch:
 
     def read_at(self, now_ns: int) -> None:
         """When the next pressure was read: a machine or a bus that paused, or that is late again
-        and again, gives the gas more time than ``dt_s``. Until a second time is known it is that.
+        and again, gives the gas more time than ``dt_s``. It is that without a
+        clock; before the first reading there is nothing to hold it against.
         """
-        if 0 < self._read_ns < now_ns:
-            self._dt_s = (now_ns - self._read_ns) / 1e9
-            self._jump_pa = self._rate_max_pa_s * self._dt_s + JUMP_FLOOR_PA
+        if self._read_ns < now_ns:
+            self._apart_s = (now_ns - self._read_ns) / 1e9
+            self._jump_pa = self._rate_max_pa_s * self._apart_s + JUMP_FLOOR_PA
         self._read_ns = now_ns
 
     def step(self, measured: dict[str, float], outputs: dict[str, float]) -> Refusal | None:
@@ -66,7 +68,7 @@ class GasWatch:
         change, self._last_pa = gas_pa - self._last_pa, gas_pa
         if abs(change) > self._jump_pa:
             return self._refused(
-                f"jumps by {change / 1e3:+.1f} kPa within {1e3 * self._dt_s:.0f} ms",
+                f"jumps by {change / 1e3:+.1f} kPa within {1e3 * self._apart_s:.0f} ms",
                 "the pressure sensor and its wire, the muscle (burst, hose off)",
             )
         if outputs[self._inlet]:
@@ -106,7 +108,7 @@ class GasWatch:
             self._window_s, self._window_pa, self._slow_windows = 0.0, gas_pa, 0
             self._read_pa = read_pa
             return None
-        self._window_s += self._dt_s
+        self._window_s += self._apart_s
         if self._window_s < WINDOW_S:
             return None
         rate = (gas_pa - self._window_pa) / self._window_s

@@ -178,6 +178,21 @@ def test_an_inlet_that_opened_before_pauses_has_its_time_to_fill_after_them():
     assert bench.go(300, FILL, **{PRESSURE: fills(3e5)}) is None
 
 
+@pytest.mark.parametrize("pause_ms", [30, 300])
+def test_a_pause_as_a_valve_switches_is_no_time_that_it_had(pause_ms):
+    """It may have switched as the pause ended: what then rises, falls or settles has its time."""
+    bench, pause_ns = held(3e5), pause_ms * 1_000_000
+    bench.now_ns += pause_ns
+    assert bench.go(20, FILL, **{PRESSURE: 3e5}) is None
+    assert bench.go(80, FILL, **{PRESSURE: fills(3e5)}) is None
+    bench.now_ns += pause_ns
+    after = {PRESSURE: lambda cycle: 324e3 + 300.0 * min(cycle, 40)}
+    assert bench.go(400, SHUT, **after) is None
+    bench.now_ns += pause_ns
+    assert bench.go(20, VENT, **{PRESSURE: 336e3}) is None
+    assert bench.go(300, VENT, **{PRESSURE: fills(336e3, -3e5)}) is None
+
+
 @pytest.mark.parametrize(("late_ms", "refused"), [(0, True), (1, True), (2, False)])
 def test_a_jump_is_judged_by_the_time_that_went_by(late_ms, refused):
     """6 kPa more each cycle: within 1 or 2 ms that is no filling, within 3 ms it is a fast one."""
