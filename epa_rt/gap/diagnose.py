@@ -51,6 +51,11 @@ from epa_rt.gap.where.localise import localise
 from epa_rt.gap.where.origin import SURE, origin_first, origins
 from epa_rt.gap.where.run_freely import localise_freely
 
+FITTED = ((BLOCKS, "block by block"), (FREE_RUN, "in free run"))
+UNSEEN = (
+    (HELD_OUT, "on logs or trials that no fit has seen"),
+    (HELD_OUT_FREE_RUN, "on these in free run"),
+)
 WORTH_A_WORD = 0.2  # probability from which a law that is not named is said all the same
 MOSTLY = 0.5  # of the catalogue: where the logs could not show as much, no gap says nothing
 
@@ -356,7 +361,7 @@ def _says(
             f"The plant file, refitted, describes these logs{left} ({none:.2f});"
             f" {of - len(silent)} of {of} effects would have shown at a typical strength."
         )
-        said = f"{said} {said_of_moved(went, False)}" if went else said
+        said = f"{said} {said_of_moved(went, gap=False)}" if went else said
         return f"{said}{_nearest(could, 'If there is a gap')}"
     if verdict == "not_excited":
         return (
@@ -368,7 +373,7 @@ def _says(
         places = all_of([_explains(one) for one in likely(whence)], "or")
         if places:
             said = f"{said} It may come from {places}: so much of it would an error there explain."
-        said = f"{said} {said_of_moved(went, True)}" if went else said
+        said = f"{said} {said_of_moved(went, gap=True)}" if went else said
         return f"{said}{_nearest(could, 'If a law describes it')}"
     if verdict == "not_separable":
         told = told_of_sets((tuple(could.names), *could.instead), could.names)
@@ -412,17 +417,10 @@ def _nearest(could: Posterior, begins: str) -> str:
     return f" {begins}, it is {set_words(best.effects)} ({family} {share:.2f})."
 
 
-VIEWS = (
-    (BLOCKS, "block by block"),
-    (FREE_RUN, "in free run"),
-    (HELD_OUT, "on logs or trials that no fit has seen"),
-    (HELD_OUT_FREE_RUN, "on these in free run"),
-)
-
-
 def _described(none: Model) -> str:
     """How well the plant file describes logs that have no gap."""
-    above = [told for view, words in VIEWS if (told := _above(none, view, "their noise", words))]
+    told = (_above(none, view, "their noise", words) for view, words in (*FITTED, *UNSEEN))
+    above = [one for one in told if one]
     return f" to {', '.join(above)}" if above else " to their noise"
 
 
@@ -438,7 +436,7 @@ def _left(model: Model, none: Model) -> str:
     that a set was fitted to chance.
     """
     parts = []
-    for view, words in VIEWS[:2]:
+    for view, words in FITTED:
         gap = left_in(none, view) if view in none.views else 0.0
         if gap > DECIDES:
             percent = 100.0 * left_in(model, view) / gap
@@ -453,10 +451,8 @@ def _left(model: Model, none: Model) -> str:
         who = f"{set_words(model.effects).capitalize()} leave"
     (first, view), *more = parts
     rest = "".join(f"; {percent} % {words}" for percent, words in more)
-    not_fitted = [
-        told for view, words in VIEWS[2:] if (told := _above(model, view, "the floor", words))
-    ]
-    held = "".join(f"; {told}" for told in not_fitted)
+    told = (_above(model, view, "the floor", words) for view, words in UNSEEN)
+    held = "".join(f"; {one}" for one in told if one)
     return f" {who} {first} % of the gap {view}{rest}{held}."
 
 

@@ -51,8 +51,8 @@ class GasWatch:
 
     def read_at(self, now_ns: int) -> None:
         """When the next pressure was read: a machine or a bus that paused, or that is late again
-        and again, gives the gas more time than ``dt_s``. It is that without a
-        clock; before the first reading there is nothing to hold it against.
+        and again, gives the gas more time than ``dt_s``. Without a clock it is that; before the
+        first reading there is nothing to hold it against.
         """
         if self._read_ns < now_ns:
             self._apart_s = (now_ns - self._read_ns) / 1e9

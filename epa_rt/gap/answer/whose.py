@@ -14,7 +14,7 @@ def who_has(problem: Problem, effect: str, numbers: Sequence[Number]) -> Who:
     """
     knobs = [problem.knobs[key] for key in problem.effects[effect].knobs]
     absent = {knob.key: knob.value if knob.absent is None else knob.absent for knob in knobs}
-    if all(knob.value == absent[knob.key] for knob in knobs) or not _seen(problem, {}, absent):
+    if effect not in problem.in_plant or not _seen(problem, {}, absent):
         return "rig"
     fitted = {
         one.name: absent[one.name] if _gone(one, absent[one.name]) else one.value for one in numbers

@@ -289,11 +289,11 @@ class Problem:
     @property
     def in_plant(self) -> frozenset[str]:
         """Effects that the plant file has."""
-        knobs = (self.knobs[key] for effect in self.effects.values() for key in effect.knobs)
         return frozenset(
-            knob.effect
-            for knob in knobs
-            if knob.effect is not None and knob.absent is not None and knob.value != knob.absent
+            name
+            for name, effect in self.effects.items()
+            for knob in (self.knobs[key] for key in effect.knobs)
+            if knob.absent is not None and knob.value != knob.absent
         )
 
     def strength(self, effect: str) -> tuple[str, ...]:

@@ -175,7 +175,7 @@ class Search:
                 if size == 1 or self._hopeful(self._evidence(self._of(effects))):
                     self._one_more(effects, WHOLE if rank == 0 else ())
         self._doubted()
-        best = max(self._complete(), key=self._evidence)
+        best = self._leading()
         for model in list(self._found.values()):
             if self._kinds(model) == self._kinds(best):  # the same in other words
                 self._in_free_run(model.effects)
@@ -186,7 +186,7 @@ class Search:
         """
         done: set[frozenset[str]] = set()
         while True:
-            best = max(self._complete(), key=self._evidence)
+            best = self._leading()
             if len(best.effects) < 2 or frozenset(best.effects) in done:
                 return
             done.add(frozenset(best.effects))
@@ -233,9 +233,9 @@ class Search:
         """Whether what a model leaves in these views may be worth an effect more, that would leave
         a part of it. ``links``: those alone that it would show in; all where there are none.
         """
-        best = self._on_ground(max(self._complete(), key=self._evidence))
         model = self._on_ground(model)
-        return self._hopeful(self._scores.with_one_more(model, best, views, links, left))
+        more = self._scores.with_one_more(model, self._leading(), views, links, left)
+        return self._hopeful(more)
 
     def _proposed_by_blocks(self, effects: tuple[str, ...]) -> list[tuple[str, ...]]:
         """One effect more that the blocks ask for beside these."""
@@ -379,7 +379,7 @@ class Search:
 
     def _hope(self, evidence: float) -> float:
         """Log evidence that a model may still lose and count."""
-        return evidence - max(map(self._evidence, self._complete())) - HOPELESS
+        return evidence - self._evidence(self._leading()) - HOPELESS
 
     def _proposed_by_free_run(self, effects: tuple[str, ...]) -> list[tuple[str, ...]]:
         """One effect more that the whole plant asks for beside these."""
@@ -401,6 +401,10 @@ class Search:
     def _complete(self) -> list[Model]:
         """Models that were fitted in every view."""
         return [one for one in self._found.values() if set(one.views) >= set(self.none.views)]
+
+    def _leading(self) -> Model:
+        """The most probable of them."""
+        return max(self._complete(), key=self._evidence)
 
     def _kinds(self, model: Model) -> frozenset[str]:
         return frozenset(self._problem.effects[name].family for name in model.effects)

@@ -12,14 +12,7 @@ from epa_rt.gap.rig.foreign.law import LINK, Motion, motion
 from epa_rt.gap.rig.foreign.moved import smoothed
 from epa_rt.gap.rig.foreign.rests import at_rest
 from epa_rt.gap.rig.foreign.signals import Signals, shifted
-from epa_rt.gap.rig.foreign.terms import (
-    LAWS,
-    PRESLIDING,
-    PRESLIDING_M,
-    in_contact,
-    motion_features,
-    stray_force_n,
-)
+from epa_rt.gap.rig.foreign.terms import LAWS, in_contact, motion_features, stray_force_n
 from epa_rt.gap.subject import Link
 
 
@@ -201,8 +194,8 @@ COMPONENT = Component(
             "force",
         ),
     ),
-    parameters=(*_OWN, PRESLIDING_M, *(p for law in LAWS for p in law.parameters)),
-    effects=(*(law.effect for law in LAWS), PRESLIDING, *_EFFECTS),
+    parameters=(*_OWN, *(p for law in LAWS for p in law.parameters)),
+    effects=(*(law.effect for law in LAWS), *_EFFECTS),
     prepare=prepare,
     residual=residual,
     features=features,

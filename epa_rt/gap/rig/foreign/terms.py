@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from epa_rt.gap.rig.foreign import laws
-from epa_rt.gap.rig.foreign.component import Numbers, effect
+from epa_rt.gap.rig.foreign.component import Numbers
 from epa_rt.gap.rig.foreign.law import Law, Motion, law, number
 
 FRICTION = "friction"
@@ -89,6 +89,16 @@ _OWN: tuple[Law, ...] = (
         (number("rounding_speed_m_s", "m/s", "coulomb_rounding", 0.0, 0.3, 0.01, "typical_speed"),),
         ((0.01,), (0.05,)),
         _rounding,
+    ),
+    law(
+        "presliding",
+        REVERSAL,
+        "a way over which the plant's own dry friction builds up after a reversal",
+        "z in place of sgn(v) in every dry friction, dz/dx = (1 - z sgn(v)) / s",
+        "Dahl 1968",
+        (number("presliding_m", "m", "presliding", 0.0, 0.1, 5e-3, "stroke"),),
+        ((5e-3,), (5e-4,)),
+        lambda m, p: np.zeros_like(m.speed_m_s),  # it acts in the others: ``in_contact``
     ),
     law(
         "stribeck",
@@ -241,29 +251,19 @@ _OWN: tuple[Law, ...] = (
 )
 
 LAWS: tuple[Law, ...] = (*_OWN, *laws.found(_OWN))
-PRESLIDING = effect(
-    "presliding",
-    REVERSAL,
-    "friction",
-    ("friction.presliding_m",),
-    ((5e-3,), (5e-4,)),
-    "a way over which the plant's own dry friction builds up after a reversal",
-    "z in place of sgn(v) in every dry friction, dz/dx = (1 - z sgn(v)) / s",
-    "Dahl 1968",
-)
-PRESLIDING_M = number("presliding_m", "m", "presliding", 0.0, 0.1, 5e-3, "stroke")
+PRESLIDING_M = "friction.presliding_m"
 
 
 def in_contact(m: Motion, numbers: Numbers) -> Motion:
-    """A motion whose direction, as friction feels it, turns over gradually where ``PRESLIDING`` is
+    """A motion whose direction, as friction feels it, turns over gradually where ``presliding`` is
     in the plant.
     """
-    if numbers[PRESLIDING_M.key] == 0.0:
+    if numbers[PRESLIDING_M] == 0.0:
         return m
     from epa_rt.gap.rig.foreign.operators import dahl
 
     moved_m = np.diff(m.position_m, prepend=m.position_m[0])
-    return replace(m, sign=dahl(moved_m, numbers[PRESLIDING_M.key]))
+    return replace(m, sign=dahl(moved_m, numbers[PRESLIDING_M]))
 
 
 def stray_force_n(m: Motion, numbers: Numbers, laws: Sequence[Law] = LAWS) -> np.ndarray:
