@@ -33,8 +33,8 @@ HEALTHY_RUNS = 20
 SURE = 0.8  # confidence from which a wrong name is held against the diagnosis
 TOGETHER = 0.95  # probability that the posterior's set holds
 SECONDS = {"one_speed": 12.0, "several": 18.0}
-# families that a fault may rightly be named by; a spot is a law along the way that the catalogue
-# has in coarser form only; a cell's scale changes the area that a piston seems to have
+# families that a fault may rightly be named by; a cell's scale changes the area that a piston seems
+# to have
 RIGHT = {
     "friction": ("friction", "stribeck"),
     "play": ("backlash",),

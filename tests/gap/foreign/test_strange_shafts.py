@@ -36,9 +36,13 @@ def swing(
     noise_rad: float = 2e-6,
     late_rows: int = 0,
     breakaway_nm: float = 0.0,
+    wave_nm: float = 0.0,
+    spot_nm: float = 0.0,
 ) -> Recording:
     """``hangs_rad``: where the arm would come to rest; ``breakaway_nm``: what dry friction rises by
-    towards standstill, over 0.15 rad/s; ``late_rows``: after which a torque acts.
+    towards standstill, over 0.15 rad/s; ``wave_nm``: by which it swings, once to a turn;
+    ``spot_nm``: what it has more about 0.35 rad, a raised cosine that is half as high 0.1 rad away;
+    ``late_rows``: after which a torque acts.
     """
     random, t = np.random.default_rng(seed), np.arange(0.0, 16.0, PERIOD_S)
     wanted = 0.7 * np.sin(2 * np.pi * 0.31 * t) + 0.3 * np.sin(2 * np.pi * 0.83 * t + seed)
@@ -61,7 +65,9 @@ def swing(
                 * (sent[-1 - late_rows] - DRAG * v - weight_nm * math.sin(q - hangs_rad))
                 / INERTIA
             )
+            off = min(abs(q - 0.35), 0.2) / 0.2
             dry_nm = coulomb_nm + breakaway_nm * math.exp(-((v / 0.15) ** 2))
+            dry_nm += wave_nm * math.sin(q + 0.4) + 0.5 * spot_nm * (1.0 + math.cos(math.pi * off))
             v = free - math.copysign(min(abs(free), step * dry_nm / INERTIA), free)
             q += step * v
     return one_trial(f"log{seed}", "arm", PERIOD_S, {"arm_rad": angle, "motor_nm": torque})
@@ -79,10 +85,21 @@ def test_with_its_weight_in_the_plant_file_there_is_no_gap(tmp_path):
     assert found.verdict == "no_gap", found.says
 
 
-def test_dry_friction_beside_the_weight_is_named(tmp_path):
-    found = diagnose(opened(tmp_path, RIG, HANGS), [swing(1, 0.15), swing(2, 0.15)], how_far=False)
-    assert found.effects[0].family == "friction", found.says
-    assert found.effects[0].parameters[0].value == pytest.approx(0.15, rel=0.1)
+def test_dry_friction_that_varies_with_the_angle_is_named_beside_its_level_and_the_weight(tmp_path):
+    logs = [swing(seed, 0.15, wave_nm=0.1) for seed in (1, 2)]
+    found = diagnose(opened(tmp_path, RIG, HANGS), logs, how_far=False)
+    assert {one.name for one in found.effects} == {"coulomb", "friction_over_turn"}, found.says
+    assert found.fitted["friction.coulomb_nm"] == pytest.approx(0.15, rel=0.1)
+    assert found.fitted["friction.turn_nm"] == pytest.approx(0.1, rel=0.1)
+
+
+def test_a_rough_spot_is_named_with_its_place(tmp_path):
+    plant = HANGS.replace("effects: {", "effects: {coulomb: {coulomb: 0.15 N*m}, ")
+    logs = [swing(seed, 0.15, spot_nm=0.15) for seed in (1, 2)]
+    found = diagnose(opened(tmp_path, RIG, plant), logs, how_far=False)
+    assert [one.name for one in found.effects] == ["rough_spot"], found.says
+    assert found.fitted["friction.spot_at_ratio"] == pytest.approx(0.35, abs=0.02)
+    assert found.fitted["friction.spot_nm"] == pytest.approx(0.15, rel=0.1)
 
 
 @pytest.mark.slow

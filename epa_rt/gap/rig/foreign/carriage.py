@@ -67,14 +67,21 @@ def needed_n(m: Motion, n: Numbers, laws: Sequence[Law] = LAWS) -> np.ndarray:
     friction_n = n["friction.viscous_n_s_m"] * m.speed_m_s + stray_force_n(m, n, laws)
     if n["friction.load_ratio"] != 0.0:
         friction_n = friction_n + n["friction.load_ratio"] * np.abs(inertia_n) * m.sign
+    if n["friction.turn_n"] != 0.0:
+        friction_n = friction_n + m.sign * _wave(m, n, "friction.turn")
     if n["drive.backlash_m"] != 0.0:
         inertia_n, friction_n = _carried(m, n) * inertia_n, _carried(m, n) * friction_n
     total = inertia_n + friction_n
     if n["drive.cogging_n"] != 0.0:
-        total = total + n["drive.cogging_n"] * np.sin(
-            n["drive.cogging_periods"] * _turned_rad(m, n) + n["drive.cogging_phase_rad"]
-        )
+        total = total + _wave(m, n, "drive.cogging")
     return total
+
+
+def _wave(m: Motion, n: Numbers, of: str) -> np.ndarray:
+    """A force, (N,), N, that returns some number of times to every turn of the motor."""
+    turned = n[f"{of}_periods"] * _turned_rad(m, n) + n[f"{of}_phase_rad"]
+    swing: np.ndarray = n[f"{of}_n"] * np.sin(turned)
+    return swing
 
 
 def _turned_rad(m: Motion, n: Numbers) -> np.ndarray:
@@ -161,6 +168,18 @@ _OWN = (
         low_scale="pitch/stroke",
     ),  # what does not return within the way is a spring or an offset
     _p("drive.cogging_phase_rad", "rad", "cogging", -20.0, 20.0, 0.3),
+    _p("friction.turn_n", "N", "friction_over_turn", -1.0, 1.0, 0.1, "typical_force"),
+    _p(
+        "friction.turn_periods",
+        "1",
+        "friction_over_turn",
+        1.0,
+        200.0,
+        0.01,
+        neutral=1.0,
+        low_scale="pitch/stroke",
+    ),
+    _p("friction.turn_phase_rad", "rad", "friction_over_turn", -20.0, 20.0, 0.3),
     _p("drive.asymmetry_ratio", "1", "drive_asymmetry", -0.5, 0.5, 0.05),
     _p("drive.lag_s", "s", "drive_lag", 0.0, 0.05, 1e-3),
     _p("drive.delay_s", "s", "drive_delay", -0.02, 0.02, 1e-3),
@@ -181,6 +200,17 @@ _EFFECTS = (
         "friction that grows with the load of acceleration",
         "F = mu |M a| sgn(v)",
         "screw and gear efficiency",
+    ),
+    effect(
+        "friction_over_turn",
+        "place",
+        "friction",
+        ("friction.turn_n", "friction.turn_periods", "friction.turn_phase_rad"),
+        ((0.1, 1.0, 0.0), (0.1, 1.0, 0.5 * np.pi), (0.1, 2.0, 0.0)),
+        "dry friction that returns with every turn, or some other number of times to it",
+        "F = A sin(n 2 pi (x - middle)/pitch + phase) sgn(v)",
+        "bearings and seals out of true; a gear's wave",
+        swings_over="motor_turn_rad",
     ),
     effect(
         "backlash",
@@ -266,7 +296,10 @@ EQUATIONS = (
         f"sgn(v) = v / sqrt(v^2 + (r v_typical)^2), r = {REST_RATIO:g}; place along the way X = (x"
         " - middle) / (stroke/2); turn of the motor 2 pi (x - middle) / pitch"
     ),
-    "F = (M a + B v + laws of friction + mu |M a| sgn(v)) * carried + A sin(n turn + phase)",
+    (
+        "F = (M a + B v + laws of friction + (mu |M a| + A sin(n turn + phase)) sgn(v)) * carried +"
+        " A sin(n turn + phase)"
+    ),
     (
         f"carried = 1 - r (1 - min(|x - play(x)| / (b/2), 1)^{CONTACT_POWER}) with a backlash b,"
         " else 1; play(x) follows x within b/2 and begins in the middle"
