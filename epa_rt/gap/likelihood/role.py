@@ -5,7 +5,7 @@ That gives the best one, what else would do as well, and the swap of an early ch
 one shows to be wrong.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -104,7 +104,7 @@ def _played(
     jobs = [(name, start) for name in names for start in starts(problem, screening, name)]
     fits: dict[str, Fit] = {}
     for (name, _), fit in zip(
-        jobs, problem.each(lambda job: refit(problem, point, *job), jobs), strict=True
+        jobs, problem.each(lambda job: _fitted(problem, point, *job), jobs), strict=True
     ):
         if name not in fits or fit.chi < fits[name].chi:
             fits[name] = fit
@@ -117,6 +117,16 @@ def _played(
         polished = {fit.effect: _polished(problem, point, fit) for fit in close}
         scored = _ranked(problem, point, [polished.get(fit.effect, fit) for _, fit in scored])
     return Role(point, tuple(fit for _, fit in scored), np.array([g for g, _ in scored]))
+
+
+def _fitted(problem: Problem, point: Point, name: str, start: Mapping[str, float]) -> Fit:
+    """Refitted from a start; with fresh derivatives where an effect sets in only from some strength
+    on, since those of before know nothing of it.
+    """
+    if not problem.effects[name].sets_in:
+        return refit(problem, point, name, start)
+    end = settled(problem, (*point.effects, name), {**point.values, **start})
+    return Fit(name, dict(end.values), end.normal.chi, end.normal)
 
 
 def _beside_a_shape(problem: Problem, point: Point) -> bool:
@@ -188,12 +198,11 @@ def starts(problem: Problem, screening: Screening, effect: str) -> list[dict[str
     """The most promising starting points of an effect, at the strength that screening found; as
     they are where it sets in only from some strength on.
     """
-    own, one = (
-        sorted((s for s in screening.signatures if s.effect == effect), key=lambda s: -s.gain)[
-            :STARTS
-        ],
-        problem.effects[effect],
-    )
+    one = problem.effects[effect]
+    own = sorted(
+        (s for s in screening.signatures if s.effect == effect),
+        key=lambda s: -(s.as_is if one.sets_in else s.gain),
+    )[:STARTS]
     if own and one.sets_in:
         return [s.start for s in own]
     if not own:

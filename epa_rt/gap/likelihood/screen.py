@@ -20,7 +20,8 @@ STRONGEST, WEAKEST = 4.0, 0.02  # strengths in units of the typical one that a r
 @dataclass(frozen=True)
 class Signature:
     """``start``: knob values it stands for. ``size``: expected chi-square at that strength,
-    projected. ``gain``: fall of chi-square with the best ``amplitude`` that the bounds allow.
+    projected. ``gain``: fall of chi-square with the best ``amplitude`` that the bounds allow;
+    ``as_is``: at that strength.
     """
 
     effect: str
@@ -28,6 +29,7 @@ class Signature:
     size: float
     gain: float
     amplitude: float
+    as_is: float
 
 
 @dataclass(frozen=True)
@@ -121,8 +123,8 @@ def screen(
         size = max(float(gram[i, i]), 1e-12)
         low, high = amplitudes(problem, name, start)
         amplitude = float(np.clip(-right[i] / size, low, high))
-        gain = -(2.0 * amplitude * right[i] + amplitude**2 * size)
-        found.append(Signature(name, start, size, float(gain), amplitude))
+        gain, as_is = (-(2.0 * by * right[i] + by**2 * size) for by in (amplitude, 1.0))
+        found.append(Signature(name, start, size, float(gain), amplitude, float(as_is)))
     return Screening(tuple(found), gram, right)
 
 

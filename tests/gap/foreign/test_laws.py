@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.rig.foreign import servo_model
 from epa_rt.gap.rig.foreign.chamber_laws import rate_pa_s
-from epa_rt.gap.rig.foreign.operators import dahl, lugre, play
+from epa_rt.gap.rig.foreign.operators import carried, dahl, lugre
 from epa_rt.gap.rig.foreign.repeats import lap_differences, lap_samples
 from epa_rt.gap.rig.foreign.signals import shifted
 from tests.gap.foreign.made import subject_of
@@ -126,14 +126,44 @@ def test_friction_leaves_a_servo_standing_where_its_gain_no_longer_moves_it():
     assert run[-1] == run[-50] and 0.0 < 0.5 - run[-1] <= 0.02 + 1e-9
 
 
-def test_dahl_and_lugre_reach_full_friction_and_play_keeps_its_gap():
+def test_dahl_and_lugre_reach_full_friction():
     moved = np.full(1000, 1e-5)
     assert dahl(moved, 1e-3)[-1] == pytest.approx(1.0 - np.exp(-10.0), rel=1e-6)
     assert lugre(np.full(1000, 0.01), 1e-3, 1e-3, 0.5, 0.02)[-1] == pytest.approx(
         1.0 + 0.5 * np.exp(-0.25), rel=1e-3
     )
-    x = np.sin(np.linspace(0, 20, 500))
-    assert np.max(np.abs(play(x, 0.2) - x)) <= 0.1 + 1e-12
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    gap=st.floats(0.01, 1.5),
+    dry=st.floats(0.0, 5.0),
+    pull=st.floats(-2.0, 2.0),
+    drag=st.floats(0.0, 3.0),
+)
+def test_a_load_in_a_gap_stays_in_it_and_has_its_speed_from_walls_and_friction_alone(
+    gap, dry, pull, drag
+):
+    t = np.arange(0.0, 10.0, 1e-3)
+    x = np.sin(2.0 * t) + 0.3 * np.sin(5.0 * t)
+    walls = carried(x, 1e-3, gap, np.full(len(t), pull), np.full(len(t), dry), drag)
+    place, speed = x[0], 0.0
+    for k in range(len(t) - 1):
+        free = speed - 1e-3 * (pull + drag * speed)
+        speed = np.sign(free) * max(abs(free) - 1e-3 * dry, 0.0) + 1e-3 * walls[k]
+        place += 1e-3 * speed
+        assert abs(place - x[k + 1]) <= 0.5 * gap + 1e-9
+
+
+def test_a_load_without_a_gap_moves_as_what_carries_it_and_one_within_it_stands():
+    t = np.arange(0.0, 10.0, 1e-3)
+    x, none = np.sin(2.0 * t), np.zeros(len(t))
+    tight = carried(x, 1e-3, 1e-9, none, np.full(len(t), 0.7), 0.1)
+    turned = np.sign(np.cos(2.0 * t))
+    asked = -4.0 * np.sin(2.0 * t) + 0.7 * turned + 0.2 * np.cos(2.0 * t)
+    off = np.abs(tight - asked)[1:-1]
+    assert np.quantile(off, 0.99) < 2e-3 and off.max() < 1.5  # a row at each reversal
+    assert not carried(x, 1e-3, 2.1, none, none, 0.0).any()
 
 
 @settings(max_examples=20, deadline=None)

@@ -9,6 +9,10 @@ import pytest
 
 from epa_rt.gap.diagnose import diagnose
 from epa_rt.gap.recording import Recording
+from scripts.outsider_machines import MACHINES, Fault, drawn, recorded
+from scripts.outsider_machines import PERIOD_S as ROW_S
+from scripts.seeded_faults import PLANT as PLANTS
+from scripts.seeded_faults import RIG as RIGS
 from tests.gap.foreign.carriages import opened
 from tests.gap.foreign.made import one_trial
 
@@ -147,3 +151,17 @@ def test_a_torque_that_is_logged_a_row_before_it_is_sent_and_then_held_is_no_gap
     )
     assert found.verdict == "no_gap", found.says
     assert found.refitted["clock.row_ratio"] == pytest.approx(1.5, abs=0.15)
+
+
+def test_play_between_motor_and_load_is_named_with_its_size(tmp_path):
+    """The load flies from wall to wall of the gap, and the motor moves alone meanwhile."""
+    shaft, logs = MACHINES["shaft"], []
+    for seed in (1, 2):
+        random = np.random.default_rng(seed)
+        made = recorded(drawn(shaft, Fault(play=6e-3), random), shaft.speeds, 18.0, random)
+        columns = {"place_rad": made["place"], "drive_nm": made["force"]}
+        logs.append(one_trial(f"log{seed}", "outsider_shaft", ROW_S, columns))
+    found = diagnose(opened(tmp_path, RIGS["shaft"], PLANTS["shaft"]), logs, how_far=False)
+    assert [one.name for one in found.effects] == ["backlash"], found.says
+    assert found.fitted["drive.backlash_rad"] == pytest.approx(6e-3 * shaft.stroke, rel=0.1)
+    assert found.fitted["drive.backlash_load_ratio"] == pytest.approx(0.7, abs=0.1)

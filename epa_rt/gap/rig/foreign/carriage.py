@@ -9,20 +9,22 @@ on reversals and jolts, where errors of timing and of differentiated positions a
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from epa_rt.gap.rig.foreign.component import Channel, Component, Numbers, Parameter, Setting, effect
 from epa_rt.gap.rig.foreign.law import LINK, REST_RATIO, Law, Motion, motion
 from epa_rt.gap.rig.foreign.moved import smoothed
-from epa_rt.gap.rig.foreign.operators import play
+from epa_rt.gap.rig.foreign.operators import carried
 from epa_rt.gap.rig.foreign.rests import at_rest
 from epa_rt.gap.rig.foreign.signals import Signals, shifted
 from epa_rt.gap.rig.foreign.terms import LAWS, in_contact, motion_features, stray_force_n
 from epa_rt.gap.subject import Link
 
-CONTACT_POWER = 8  # how sharply a backlash's walls carry
+# of the stroke, a typical one first: a fit finds one that it begins near to, for a load that hits a
+# wall at another moment is far off
+GAPS = (2e-3, *np.geomspace(2e-4, 3e-2, 24).tolist())
 
 
 @dataclass(frozen=True)
@@ -64,17 +66,47 @@ def needed_n(m: Motion, n: Numbers, laws: Sequence[Law] = LAWS) -> np.ndarray:
     """Force that a motion asks of the drive, (N,), N."""
     m = in_contact(m, n)
     inertia_n = n["carriage.inertia_kg"] * m.acceleration_m_s2
-    friction_n = n["friction.viscous_n_s_m"] * m.speed_m_s + stray_force_n(m, n, laws)
-    if n["friction.load_ratio"] != 0.0:
-        friction_n = friction_n + n["friction.load_ratio"] * np.abs(inertia_n) * m.sign
-    if n["friction.turn_n"] != 0.0:
-        friction_n = friction_n + m.sign * _wave(m, n, "friction.turn")
+    drag_n = n["friction.viscous_n_s_m"] * m.speed_m_s
+    total = inertia_n + drag_n + _beside_drag_n(m, n, laws)
     if n["drive.backlash_m"] != 0.0:
-        inertia_n, friction_n = _carried(m, n) * inertia_n, _carried(m, n) * friction_n
-    total = inertia_n + friction_n
+        total = total + _through_gap_n(m, n, laws)
     if n["drive.cogging_n"] != 0.0:
         total = total + _wave(m, n, "drive.cogging")
     return total
+
+
+def _beside_drag_n(m: Motion, n: Numbers, laws: Sequence[Law]) -> np.ndarray:
+    """Force of all laws of friction and stray forces, (N,), N."""
+    force_n = stray_force_n(m, n, laws)
+    if n["friction.load_ratio"] != 0.0:
+        load_n = n["carriage.inertia_kg"] * np.abs(m.acceleration_m_s2)
+        force_n = force_n + n["friction.load_ratio"] * load_n * m.sign
+    if n["friction.turn_n"] != 0.0:
+        force_n = force_n + m.sign * _wave(m, n, "friction.turn")
+    return force_n
+
+
+def _through_gap_n(m: Motion, n: Numbers, laws: Sequence[Law]) -> np.ndarray:
+    """Force, (N,), N, by which the walls of a gap move what is beyond it, less what the same would
+    ask for without a gap. Beyond it are a part of the mass, a part of friction and drag, and
+    whatever else pulls.
+    """
+    on, back = (
+        _beside_drag_n(replace(m, sign=np.full_like(m.sign, sign)), n, laws) for sign in (1.0, -1.0)
+    )
+    pull_n, dry_n = 0.5 * (on + back), 0.5 * (on - back)
+    part, drag_n_s_m = n["drive.backlash_friction_ratio"], n["friction.viscous_n_s_m"]
+    mass_kg = n["drive.backlash_load_ratio"] * n["carriage.inertia_kg"]
+    walls_m_s2 = carried(
+        m.position_m,
+        m.period_s,
+        n["drive.backlash_m"],
+        pull_n / mass_kg,
+        part * np.maximum(dry_n, 0.0) / mass_kg,
+        part * drag_n_s_m / mass_kg,
+    )
+    rubs_n = part * (dry_n * m.sign + drag_n_s_m * m.speed_m_s)
+    return mass_kg * (walls_m_s2 - m.acceleration_m_s2) - rubs_n - pull_n
 
 
 def _wave(m: Motion, n: Numbers, of: str) -> np.ndarray:
@@ -87,15 +119,6 @@ def _wave(m: Motion, n: Numbers, of: str) -> np.ndarray:
 def _turned_rad(m: Motion, n: Numbers) -> np.ndarray:
     """Angle of the motor from the middle of the way on, (N,), rad."""
     return 2.0 * np.pi * (m.position_m - n["middle"]) / n["pitch"]
-
-
-def _carried(m: Motion, n: Numbers) -> np.ndarray:
-    """Share of the load that the motor feels while it crosses the gap: all of it at a wall."""
-    half = 0.5 * n["drive.backlash_m"]
-    off_middle = np.abs(m.position_m - play(m.position_m, n["drive.backlash_m"])) / half
-    return 1.0 - n["drive.backlash_load_ratio"] * (
-        1.0 - np.minimum(off_middle, 1.0) ** CONTACT_POWER
-    )
 
 
 def _true_motion(prepared: Prepared, n: Numbers) -> Motion:
@@ -156,6 +179,7 @@ _OWN = (
     _p("friction.load_ratio", "1", "load_friction", -0.5, 0.5, 0.05),
     _p("drive.backlash_m", "m", "backlash", 0.0, 0.05, 2e-3, "stroke"),
     _p("drive.backlash_load_ratio", "1", "backlash", 0.05, 1.0, 0.2, neutral=0.5),
+    _p("drive.backlash_friction_ratio", "1", "backlash", 0.0, 1.0, 0.2, neutral=0.95),
     _p("drive.cogging_n", "N", "cogging", -1.0, 1.0, 0.05, "typical_force"),
     _p(
         "drive.cogging_periods",
@@ -216,11 +240,12 @@ _EFFECTS = (
         "backlash",
         "backlash",
         "drive",
-        ("drive.backlash_m", "drive.backlash_load_ratio"),
-        ((2e-3, 0.5), (1e-2, 0.5)),
+        ("drive.backlash_m", "drive.backlash_load_ratio", "drive.backlash_friction_ratio"),
+        tuple((gap, share, 0.95) for gap in GAPS for share in (0.5, 0.8)),
         "a gap between motor and carriage: after a reversal the motor runs light",
-        "F = (1 - r) F while |x - play(x)| < b/2",
-        "lost motion of screw nuts",
+        "r M a -> r M y'', the load y between walls at x - b/2 and x + b/2",
+        "lost motion of screw nuts; inelastic impact, as in Nordin and Gutman 2002",
+        sets_in=True,
     ),
     effect(
         "cogging",
@@ -297,12 +322,13 @@ EQUATIONS = (
         " - middle) / (stroke/2); turn of the motor 2 pi (x - middle) / pitch"
     ),
     (
-        "F = (M a + B v + laws of friction + (mu |M a| + A sin(n turn + phase)) sgn(v)) * carried +"
-        " A sin(n turn + phase)"
+        "F = M a + B v + D + A sin(n turn + phase), D = laws of friction + (mu |M a| + A sin(n turn"
+        " + phase)) sgn(v), the numbers of either wave its own"
     ),
     (
-        f"carried = 1 - r (1 - min(|x - play(x)| / (b/2), 1)^{CONTACT_POWER}) with a backlash b,"
-        " else 1; play(x) follows x within b/2 and begins in the middle"
+        "with a backlash b: F -> F + r M (c - a) - f (B v + dry friction) - the rest of D, c what a"
+        " wall accelerates the load y by; between the walls r M y'' is minus these three, of y'; at"
+        " a wall y = x - b/2 or x + b/2; y begins in the middle, at rest"
     ),
     (
         "F -> F + d |F|, F -> F + T dF/dt, F(t) -> F(t + delay + row * period) by cubic"

@@ -225,10 +225,9 @@ def _levels(subject: ForeignSubject, link: str) -> tuple[Level, ...]:
     keys = [knob.key for knob in subject.nominal]
     keys += [effect.knobs[0] for effect in subject.catalogue if len(effect.knobs) == 1]
     laws = [
-        Level(dict(zip(effect.knobs, start, strict=True)), 1.0)
+        Level(dict(zip(effect.knobs, effect.starts[0], strict=True)), 1.0)
         for effect in subject.catalogue
         if len(effect.knobs) > 1 and not effect.swings_over and link in _links(subject, effect)
-        for start in effect.starts
     ]
     return (*(level_of(subject, key) for key in keys if link in subject.touched(key)), *laws)
 

@@ -1,5 +1,5 @@
-"""Operators with memory over a motion: Dahl and LuGre friction states, play. numba, one pass
-each.
+"""Operators with memory over a motion: Dahl and LuGre friction states, a load in a gap. numba, one
+pass each.
 """
 
 import numpy as np
@@ -59,11 +59,30 @@ def lugre(
 
 
 @njit(cache=True, nogil=True)
-def play(motion: np.ndarray, gap: float) -> np.ndarray:
-    """What follows ``motion`` through a gap, (N,), starting in its middle."""
-    out = np.empty(len(motion))
-    place = motion[0]
-    for i in range(len(motion)):
-        place = min(max(place, motion[i] - 0.5 * gap), motion[i] + 0.5 * gap)
-        out[i] = place
-    return out
+def carried(
+    place_m: np.ndarray,
+    period_s: float,
+    gap_m: float,
+    pull_m_s2: np.ndarray,
+    dry_m_s2: np.ndarray,
+    drag_per_s: float,
+) -> np.ndarray:
+    """Acceleration, (N,), m/s^2, that the walls of a gap about ``place_m`` give a load in it, which
+    is all that keeps it moving. Over its mass: ``pull_m_s2`` (N,) of what pulls it back,
+    ``dry_m_s2`` (N,) of dry friction, ``drag_per_s`` of drag.
+
+    Between the walls the load flies or stands; it takes a wall's speed as it meets it. It begins in
+    the middle, at rest.
+    """
+    found, half = np.zeros(len(place_m)), 0.5 * gap_m
+    place, speed = place_m[0], 0.0
+    for i in range(len(place_m) - 1):
+        free = speed - period_s * (pull_m_s2[i] + drag_per_s * speed)
+        slowed = max(abs(free) - period_s * dry_m_s2[i], 0.0)
+        free = slowed if free > 0.0 else -slowed
+        flown = place + period_s * free
+        at = min(max(flown, place_m[i + 1] - half), place_m[i + 1] + half)
+        speed = (at - place) / period_s if at != flown else free
+        found[i] = (speed - free) / period_s
+        place = at
+    return found

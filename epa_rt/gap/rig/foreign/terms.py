@@ -11,7 +11,7 @@ import numpy as np
 
 from epa_rt.gap.rig.foreign import laws
 from epa_rt.gap.rig.foreign.component import Numbers
-from epa_rt.gap.rig.foreign.law import Law, Motion, law, number
+from epa_rt.gap.rig.foreign.law import REST_RATIO, Law, Motion, law, number
 
 FRICTION = "friction"
 REVERSAL = "reversal"  # how dry friction turns over, whatever its level
@@ -29,12 +29,12 @@ def _stribeck(m: Motion, p: Numbers) -> np.ndarray:
 
 
 def _rounding(m: Motion, p: Numbers) -> np.ndarray:
-    """What rounded dry friction differs by from that of one level."""
+    """What rounded dry friction differs by from that of one level, rounded off as its sign is."""
     if p["friction.rounding_speed_m_s"] == 0.0 or p["friction.coulomb_n"] == 0.0:
         return np.zeros_like(m.speed_m_s)
-    return p["friction.coulomb_n"] * (
-        np.tanh(m.speed_m_s / p["friction.rounding_speed_m_s"]) - m.sign
-    )
+    least = REST_RATIO * p["typical_speed"]
+    rounded = np.tanh(m.speed_m_s / (least + p["friction.rounding_speed_m_s"]))
+    return p["friction.coulomb_n"] * (rounded - np.tanh(m.speed_m_s / least))
 
 
 def _dahl(m: Motion, p: Numbers) -> np.ndarray:
@@ -84,7 +84,7 @@ _OWN: tuple[Law, ...] = (
         "coulomb_rounding",
         REVERSAL,
         "dry friction of one level that turns over gradually: lubricated, or a simulator's way",
-        "F = Fc tanh(v/vr) in place of Fc sgn(v)",
+        "F = Fc (tanh(v/(v0 + vr)) - tanh(v/v0)) beside Fc sgn(v), v0 = r v_typical",
         "the usual smooth stand-in for Coulomb's law in simulators",
         (number("rounding_speed_m_s", "m/s", "coulomb_rounding", 0.0, 0.3, 0.01, "typical_speed"),),
         ((0.01,), (0.05,)),
