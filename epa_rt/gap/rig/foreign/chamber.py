@@ -208,6 +208,7 @@ _ROWS = (
     _p("walls.stretch_per_pa", "1/Pa", "wall_stretch", 0.0, 1e-5, 3e-7),
     _p("walls.creep_ratio", "1", "wall_creep", -0.02, 0.02, 2e-3),
     _p("walls.creep_s", "s", "wall_creep", 0.5, 100.0, 5.0, neutral=5.0),
+    _p("walls.uptake_ratio", "1", "wall_uptake", -0.05, 0.05, 1e-3),
     _p("gas.heat_ratio", "1", "fill_heat", -0.15, 0.15, 0.01),
     _p("gas.heat_s", "s", "fill_heat", 0.5, 20.0, 3.0, neutral=3.0),
     _p("gas.cooling_s", "s", "gas_cooling", 0.0, 100.0, 3.0),
@@ -300,6 +301,16 @@ _EFFECTS = (
         "polymer creep",
     ),
     effect(
+        "wall_uptake",
+        "relaxation",
+        "chamber",
+        ("walls.uptake_ratio",),
+        ((1e-3,), (-1e-3,)),
+        "gas that soaks into walls (or out of them)",
+        "p -> p - u p0 sqrt(t / 1 s)",
+        "Fick's diffusion into a thick wall (Crank 1975)",
+    ),
+    effect(
         "fill_heat",
         "relaxation",
         "chamber",
@@ -377,7 +388,7 @@ EQUATIONS = (
     ),
     (
         "residual = p_read - lost - (drift d t + room a t p + heat a p0 exp(-t/T) - creep b p0 ln(1"
-        " + t/t0)) - its mean over the hold, low-passed and thinned out"
+        " + t/t0) - uptake u p0 sqrt(t / 1 s)) - its mean over the hold, low-passed and thinned out"
     ),
     (
         "free run: dp/dt and h from p0 on by Runge and Kutta's fourth order, a step a row, the same"

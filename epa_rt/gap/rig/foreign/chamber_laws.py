@@ -61,6 +61,8 @@ def settling_pa(seconds: np.ndarray, start_pa: float, n: Numbers) -> np.ndarray:
         added = added + n["gas.heat_ratio"] * start_pa * np.exp(-seconds / n["gas.heat_s"])
     if n["walls.creep_ratio"] != 0.0:
         added = added - n["walls.creep_ratio"] * start_pa * np.log1p(seconds / n["walls.creep_s"])
+    if n["walls.uptake_ratio"] != 0.0:
+        added = added - n["walls.uptake_ratio"] * start_pa * np.sqrt(seconds)
     return added
 
 
