@@ -155,6 +155,23 @@ def test_a_load_in_a_gap_stays_in_it_and_has_its_speed_from_walls_and_friction_a
         assert abs(place - x[k + 1]) <= 0.5 * gap + 1e-9
 
 
+@settings(max_examples=20, deadline=None)
+@given(
+    acceleration=st.floats(2.0, 200.0),
+    speed=st.floats(0.3, 8.0),
+    commands=st.lists(st.floats(-2.0, 2.0), min_size=1, max_size=6),
+)
+def test_a_planned_motion_keeps_its_limits_and_stops_at_its_command(acceleration, speed, commands):
+    held = np.repeat(commands, 10)  # too short to arrive in
+    rows = round((4.0 / speed + 4.0 * np.sqrt(4.0 / acceleration) + 1.0) / 0.02)
+    asked = np.append(held, np.full(rows, commands[-1]))
+    place = servo_model.profiled(asked, 1.0 / acceleration, 1.0 / speed, 0.0, 0.02)
+    moved = np.diff(place, prepend=0.0) / 0.02
+    assert np.max(np.abs(moved)) <= speed * (1.0 + 1e-9)
+    assert np.max(np.abs(np.diff(moved))) <= 0.02 * acceleration * (1.0 + 1e-6) + 1e-6
+    assert abs(place[-1] - asked[-1]) < 1e-6
+
+
 def test_a_load_without_a_gap_moves_as_what_carries_it_and_one_within_it_stands():
     t = np.arange(0.0, 10.0, 1e-3)
     x, none = np.sin(2.0 * t), np.zeros(len(t))

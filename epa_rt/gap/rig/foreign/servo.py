@@ -81,6 +81,10 @@ def free_run(prepared: Prepared, n: Numbers) -> Mapping[str, np.ndarray]:
     delay = n["drive.delay_s"] * prepared.signals.rate_hz + n["clock.row_ratio"]
     if delay != 0.0:
         command = shifted(command, delay)
+    rate_hz, start_rad = prepared.signals.rate_hz, float(command[0])
+    if n["drive.profile_s2_rad"] > 0.0:
+        plan = n["drive.profile_s2_rad"], n["drive.profile_s_rad"]
+        command = model.profiled(command, *plan, start_rad, 1.0 / rate_hz)
     packed = np.zeros(model.PLACES)
     for key, place in PLACE.items():
         packed[place] = n[key]
@@ -91,7 +95,7 @@ def free_run(prepared: Prepared, n: Numbers) -> Mapping[str, np.ndarray]:
         prepared.preload_rad_s,
         packed,
         prepared.start_rad / scale,
-        1.0 / prepared.signals.rate_hz,
+        1.0 / rate_hz,
     )
     return {"position": angle * scale}
 
@@ -188,6 +192,8 @@ _ROWS = (
     _p("drive.delay_s", "s", "delay", 0.0, 0.5, 0.02),
     _p("drive.speed_limit_s_rad", "s/rad", "speed_limit", 0.0, 20.0, 0.2),
     _p("drive.torque_limit_s_rad", "s/rad", "torque_limit", 0.0, 20.0, 0.2),
+    _p("drive.profile_s2_rad", "s^2/rad", "profile", 0.0, 5.0, 0.05),
+    _p("drive.profile_s_rad", "s/rad", "profile", 0.0, 20.0, 0.5),
     _p("friction.coulomb_rad_s", "rad/s", "coulomb", 0.0, 10.0, 0.1),
     _p("friction.stiction_rad_s", "rad/s", "stiction", 0.0, 10.0, 0.1),
     _p("friction.forward_rad_s", "rad/s", "friction_by_direction", 0.0, 10.0, 0.1),
@@ -227,6 +233,11 @@ def _e(
     )
 
 
+# of a servo that plans its motion: 0.6 to 200 rad/s^2, and no speed, or 5, 2 and 0.8 rad/s
+_PROFILES = (
+    (0.05, 0.5),
+    *((round(0.005 * 1.7**i, 4), speed) for i in range(11) for speed in (0.0, 0.2, 0.5, 1.2)),
+)
 # A limit does nothing until it is below the largest speed that the logs ask for, gain times error:
 # 0.3 to 17 rad/s by stroke and servo. A fit finds it from where it bites and from not far below
 # what it is, so that starts stand close over all of that; 5 rad/s, a hobby servo's, is the typical
@@ -340,6 +351,16 @@ _EFFECTS = (
         sets_in=True,
     ),
     _e(
+        "profile",
+        "limit",
+        "drive",
+        _PROFILES,
+        "a servo that plans its own motion, by an acceleration and a speed (inverses of both)",
+        "u -> r, |r''| <= 1/s2, |r'| <= 1/s, so that r stops at u",
+        "registers of acceleration and speed of bus servos",
+        sets_in=True,
+    ),
+    _e(
         "gear_compliance",
         "compliance",
         "gear",
@@ -393,8 +414,9 @@ EQUATIONS = (
         " act in the middle of a step, half of which w goes before them and half after"
     ),
     (
-        "u: command less zero, late by delay + row * period (cubic interpolation); e = u -"
-        " round(q/step) step; e -> 0 while |e| < ignored, else e - clip(e, -d, d)"
+        "u: command less zero, late by delay + row * period (cubic interpolation); with a profile u"
+        " -> r, which reaches u as soon as |r''| <= 1/s2 and |r'| <= 1/s allow, to stop there; e ="
+        " u - round(q/step) step; e -> 0 while |e| < ignored, else e - clip(e, -d, d)"
     ),
     (
         "drive = K (1 - loss) gain_ratio e, drive -> drive / max(1, |drive| s); push = drive - a"

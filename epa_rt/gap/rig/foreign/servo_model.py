@@ -10,6 +10,9 @@ WOUND = 2  # times as many where the gear winds up: its gap opens and shuts with
 RIGID_S2 = 1e-5  # compliance over inertia below which the joint follows stiffly
 JOINT_DAMPING = 0.2  # of the compliant gear
 
+# of a planned motion: from its command it is as good as there, and parts of it within a row at most
+ARRIVED_RAD, PHASES = 1e-9, 6
+
 # places in the packed numbers
 GAIN, LAG, LOSS, DEADBAND, SPEED_LIMIT, TORQUE_LIMIT = 0, 1, 2, 3, 4, 5
 COULOMB, STICTION, VISCOUS, BACKLASH, COMPLIANCE = 6, 7, 8, 9, 10
@@ -85,6 +88,44 @@ def run(
                 motor += 0.5 * dt * speed
                 joint = min(max(joint, motor - half), motor + half)
         out[k] = _read(joint, n)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def profiled(
+    command_rad: np.ndarray, s2_rad: float, s_rad: float, start_rad: float, period_s: float
+) -> np.ndarray:
+    """What a servo that plans its own motion follows, (N,), rad: the command, reached as soon as an
+    acceleration and a speed allow, whose inverses are ``s2_rad`` and ``s_rad`` (0: any speed).
+
+    Exact for a command that is held over each row.
+    """
+    out = np.empty(len(command_rad))
+    most = 1.0 / s2_rad
+    fastest = 1.0 / s_rad if s_rad > 0.0 else np.inf
+    place, speed = start_rad, 0.0
+    for k in range(len(command_rad)):
+        time = period_s
+        for _ in range(PHASES):
+            # where it would come to rest if it braked now is short of the command on this side
+            short = command_rad[k] - place - 0.5 * speed * abs(speed) * s2_rad
+            side = 1.0 if short > 0.0 else -1.0
+            way, pace = side * (command_rad[k] - place), side * speed
+            if abs(short) <= ARRIVED_RAD:
+                by, takes = -np.sign(speed) * most, abs(speed) * s2_rad
+            elif pace < fastest:
+                by = side * most
+                takes = (np.sqrt(max(0.5 * pace * pace + most * way, 0.0)) - pace) * s2_rad
+                takes = min(takes, (fastest - pace) * s2_rad)
+            else:
+                by, takes = 0.0, (way - 0.5 * pace * pace * s2_rad) / pace
+            takes = min(max(takes, 0.0), time)
+            place += takes * (speed + 0.5 * takes * by)
+            speed += takes * by
+            time -= takes
+            if time <= 0.0:
+                break
+        out[k] = place
     return out
 
 
