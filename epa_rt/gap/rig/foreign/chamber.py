@@ -387,9 +387,9 @@ EQUATIONS = (
         " lost + h, dh/dt = (kappa - 1) dp/dt - h/T, exact for a rate held over a row"
     ),
     (
-        "residual = p_read - lost - added - its mean over the hold, low-passed and thinned out; added"
-        " = drift d t + room a t p + heat a p0 exp(-t/T) - creep b p0 ln(1 + t/t0) - uptake u p0"
-        " sqrt(t / 1 s)"
+        "residual = p_read - lost - added - its mean over the hold, low-passed and thinned out;"
+        " added = drift d t + room a t p + heat a p0 exp(-t/T) - creep b p0 ln(1 + t/t0) -"
+        " uptake u p0 sqrt(t / 1 s)"
     ),
     (
         "free run: dp/dt and h from p0 on by Runge and Kutta's fourth order, a step a row, the same"
