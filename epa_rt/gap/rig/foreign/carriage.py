@@ -244,7 +244,7 @@ _EFFECTS = (
         tuple((gap, share, 0.95) for gap in GAPS for share in (0.5, 0.8)),
         "a gap between motor and carriage: after a reversal the motor runs light",
         "r M a -> r M y'', the load y between walls at x - b/2 and x + b/2",
-        "lost motion of screw nuts; inelastic impact, as in Nordin and Gutman 2002",
+        "lost motion of screw nuts; inelastic impacts in a gap",
         sets_in=True,
     ),
     effect(
