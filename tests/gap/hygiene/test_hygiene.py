@@ -81,6 +81,8 @@ BENCH = [
     ),
     ("current 18 rows late, which a rig may do by itself", late(I, 18), "skew", "note", None),
     ("speed 8 rows late", late(V, 8), "skew", "refuse", V),
+    # the end of what is searched: a drift while all else stands looks the same
+    ("pressure 110 rows early", late(P, -110), "skew", "note", None),
     *(
         (f"{name} turned round", scaled(name, -1.0), "sign|outside limits|units", "refuse", None)
         for name in (P, F, X, V, I)
