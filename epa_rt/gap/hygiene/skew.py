@@ -67,7 +67,7 @@ def check_skew(recording: Recording, rig: Rig | None) -> list[Finding]:
     is_joint = rig.joint is not None and name == rig.joint.position
     is_law = name != rig.motor.current and (off[name][0] > 0.0 or is_joint)
     # better and better up to the end of the search: a channel that drifts looks the same
-    is_seen = abs(off[name][0]) < round(_SEARCH_S / recording.period_s) * recording.period_s
+    is_seen = abs(off[name][0]) < _reach(recording.period_s) * recording.period_s
     return [
         _skewed(
             recording,
@@ -81,6 +81,11 @@ def check_skew(recording: Recording, rig: Rig | None) -> list[Finding]:
     ]
 
 
+def _reach(period_s: float) -> int:
+    """Rows either way in which a delay is searched."""
+    return max(round(_SEARCH_S / period_s), 2)
+
+
 def lag_of(
     late: np.ndarray, early: np.ndarray, rows: np.ndarray, period_s: float
 ) -> tuple[float, float]:
@@ -91,7 +96,7 @@ def lag_of(
     the fraction.
     """
     a, b = (_band(values, period_s) * rows for values in (late, early))
-    reach = max(round(_SEARCH_S / period_s), 2)
+    reach = _reach(period_s)
     size = 1 << (2 * len(a) - 1).bit_length()
     cross = np.fft.irfft(np.fft.rfft(a, size) * np.conj(np.fft.rfft(b, size)), size)
     cross = np.concatenate([cross[-reach:], cross[: reach + 1]])
@@ -127,7 +132,7 @@ def shift_of(
     holds for small motions.
     """
     period_s = recording.period_s
-    reach = max(round(_SEARCH_S / period_s), 2)
+    reach = _reach(period_s)
     every = max(round(_EVERY_S / period_s), int(rows.sum()) // _MOST_ROWS, 1)
     parts = [
         np.arange(a + reach, b - reach, every) for a, b in stretches(rows) if b - a > 4 * reach

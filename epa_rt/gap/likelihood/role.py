@@ -125,7 +125,10 @@ def _fitted(problem: Problem, point: Point, name: str, start: Mapping[str, float
     """
     if not problem.effects[name].sets_in:
         return refit(problem, point, name, start)
-    end = settled(problem, (*point.effects, name), {**point.values, **start})
+    return _as_fit(name, settled(problem, (*point.effects, name), {**point.values, **start}))
+
+
+def _as_fit(name: str, end: Point) -> Fit:
     return Fit(name, dict(end.values), end.normal.chi, end.normal)
 
 
@@ -162,11 +165,7 @@ def _polished(problem: Problem, point: Point, fit: Fit) -> Fit:
     effects = (*point.effects, fit.effect)
     own = {key for name in effects for key in problem.effects[name].knobs}
     end = settled(problem, effects, {key: value for key, value in fit.values.items() if key in own})
-    return (
-        fit
-        if end.normal.chi >= fit.chi
-        else Fit(fit.effect, dict(end.values), end.normal.chi, end.normal)
-    )
+    return fit if end.normal.chi >= fit.chi else _as_fit(fit.effect, end)
 
 
 def gains(problem: Problem, point: Point, fit: Fit) -> np.ndarray:

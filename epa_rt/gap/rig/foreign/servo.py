@@ -81,10 +81,10 @@ def free_run(prepared: Prepared, n: Numbers) -> Mapping[str, np.ndarray]:
     delay = n["drive.delay_s"] * prepared.signals.rate_hz + n["clock.row_ratio"]
     if delay != 0.0:
         command = shifted(command, delay)
-    rate_hz, start_rad = prepared.signals.rate_hz, float(command[0])
+    period_s = 1.0 / prepared.signals.rate_hz
     if n["drive.profile_s2_rad"] > 0.0:
         plan = n["drive.profile_s2_rad"], n["drive.profile_s_rad"]
-        command = model.profiled(command, *plan, start_rad, 1.0 / rate_hz)
+        command = model.profiled(command, *plan, float(command[0]), period_s)
     packed = np.zeros(model.PLACES)
     for key, place in PLACE.items():
         packed[place] = n[key]
@@ -95,7 +95,7 @@ def free_run(prepared: Prepared, n: Numbers) -> Mapping[str, np.ndarray]:
         prepared.preload_rad_s,
         packed,
         prepared.start_rad / scale,
-        1.0 / rate_hz,
+        period_s,
     )
     return {"position": angle * scale}
 
