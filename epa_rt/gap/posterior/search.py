@@ -181,19 +181,28 @@ class Search:
                 self._in_free_run(model.effects)
 
     def _doubted(self) -> None:
-        """The best set once more without each of its effects, and with another in its place, until
-        it stays the best.
+        """The best set of each size that may count, once more without each of its effects, and with
+        another in its place, until they stay the best.
         """
         done: set[frozenset[str]] = set()
         while True:
-            best = self._leading()
-            if len(best.effects) < 2 or frozenset(best.effects) in done:
+            best = next((one for one in self._sets() if frozenset(one.effects) not in done), None)
+            if best is None:
                 return
             done.add(frozenset(best.effects))
             for name in best.effects:  # the others may be enough without it
                 self._without(best, name)
             for name in best.effects:  # which may have stood for something of another
                 self._exchanged(best, name)
+
+    def _sets(self) -> list[Model]:
+        """The best model of each size from two on that was fitted in all views and may count."""
+        best: dict[int, Model] = {}
+        for model in sorted(self._complete(), key=lambda one: -self._evidence(one)):
+            best.setdefault(len(model.effects), model)
+        return [
+            one for size, one in best.items() if size > 1 and self._hopeful(self._evidence(one))
+        ]
 
     def _without(self, model: Model, name: str) -> None:
         """A set without one of its effects, at its own optimum: else the effect may have no merit
