@@ -27,7 +27,8 @@ class Recording:
     Row k holds what came in at bus edge k and the command that was computed from it. ``cycle`` (N,)
     counts bus cycles since the start, with holes where cycles were lost. ``found`` lists in
     sentences what is wrong with the log (hygiene.py); nothing is repaired silently. ``t_ns`` (N,)
-    is the clock's stamp of each row, None where there is none.
+    is the clock's stamp of each row, None where there is none. ``twin_of``: the recording whose
+    motion this one has, read again.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Recording:
     attachments: dict[str, bytes] = field(default_factory=dict)
     found: tuple[str, ...] = ()
     t_ns: np.ndarray | None = None
+    twin_of: "Recording | None" = None
 
     @property
     def samples(self) -> int:

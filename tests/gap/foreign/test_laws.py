@@ -15,7 +15,7 @@ from tests.gap.foreign.made import subject_of
 
 
 def test_a_carriage_by_newtons_law():
-    subject, rate = subject_of("carriage"), 1000.0
+    subject, rate = subject_of("carriage").evenly(), 1000.0
     t = np.arange(0.0, 10.0, 1.0 / rate)
     w = 2 * np.pi * 0.5
     place, speed, acceleration = (

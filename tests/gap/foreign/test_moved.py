@@ -120,6 +120,6 @@ def test_fast_strokes_of_a_carriage_without_a_gap_show_none(tmp_path, monkeypatc
     cart, logs = opened(tmp_path, RIG, PLANT), [strokes(1), strokes(2)]
     found = diagnose(cart, logs, how_far=False)
     assert found.verdict == "no_gap", found.says
-    wide = times_floor(cart, logs)
+    wide = times_floor(cart.evenly(), logs)
     monkeypatch.setattr(moved, "WIDER", (1.0,))
-    assert times_floor(cart, logs) > 1.5 * wide
+    assert times_floor(cart.evenly(), logs) > 1.5 * wide

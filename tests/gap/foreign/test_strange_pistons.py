@@ -29,17 +29,20 @@ def stroked(
     reads_gauge: bool = False,
     builds_up_m: float = 0.0,
     seal_ratio: float = 0.0,
+    mass_kg: float = 0.0,
 ) -> Recording:
     random, t = np.random.default_rng(seed), np.arange(0.0, 60.0, PERIOD_S)
     x = 0.02 - 0.015 * np.cos(2 * np.pi * 0.11 * t) + 0.003 * np.sin(2 * np.pi * 0.47 * t + seed)
     v = 0.015 * 2 * np.pi * 0.11 * np.sin(2 * np.pi * 0.11 * t) + 0.003 * 2 * np.pi * 0.47 * np.cos(
         2 * np.pi * 0.47 * t + seed
     )
+    a = np.gradient(v, PERIOD_S)
     over = 4e5 + 1.5e5 * np.sin(2 * np.pi * 0.05 * t + seed) + 4e4 * np.sin(2 * np.pi * 0.31 * t)
     direction = built_up(x, builds_up_m) if builds_up_m else np.sign(v)
     force = (
         AREA_M2 * over
         + DRAG_N_S_M * v
+        + mass_kg * a
         + (coulomb_n + rise_n * np.exp(-((v / 0.005) ** 2)) + seal_ratio * AREA_M2 * over)
         * direction
     )
@@ -126,3 +129,10 @@ def test_a_seal_s_friction_that_builds_up_is_not_a_law_with_more_numbers(dry):
     logs = [stroked(seed, 6.0, builds_up_m=1e-4, seal_ratio=0.05) for seed in (1, 2)]
     found = diagnose(dry, logs, how_far=False)
     assert {one.name for one in found.effects} == {"seal_friction", "presliding"}, found.says
+
+
+def test_a_mass_that_moves_with_the_rod_is_no_late_force(dry):
+    logs = [stroked(seed, 6.0, mass_kg=30.0) for seed in (1, 2)]
+    found = diagnose(dry, logs, how_far=False)
+    assert [one.name for one in found.effects] == ["moving_mass"], found.says
+    assert found.fitted["piston.mass_kg"] == pytest.approx(30.0, rel=0.1)

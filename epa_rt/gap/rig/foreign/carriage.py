@@ -18,6 +18,7 @@ from epa_rt.gap.rig.foreign.law import LINK, REST_RATIO, Law, Motion, motion
 from epa_rt.gap.rig.foreign.moved import smoothed
 from epa_rt.gap.rig.foreign.operators import carried
 from epa_rt.gap.rig.foreign.rests import at_rest
+from epa_rt.gap.rig.foreign.reversals import REVERSALS, Turning, turning_of
 from epa_rt.gap.rig.foreign.signals import Signals, shifted
 from epa_rt.gap.rig.foreign.terms import LAWS, in_contact, motion_features, stray_force_n
 from epa_rt.gap.subject import Link
@@ -91,9 +92,7 @@ def _through_gap_n(m: Motion, n: Numbers, laws: Sequence[Law]) -> np.ndarray:
     ask for without a gap. Beyond it are a part of the mass, a part of friction and drag, and
     whatever else pulls.
     """
-    on, back = (
-        _beside_drag_n(replace(m, sign=np.full_like(m.sign, sign)), n, laws) for sign in (1.0, -1.0)
-    )
+    on, back = _either_way_n(m, n, laws)
     pull_n, dry_n = 0.5 * (on + back), 0.5 * (on - back)
     part, drag_n_s_m = n["drive.backlash_friction_ratio"], n["friction.viscous_n_s_m"]
     mass_kg = n["drive.backlash_load_ratio"] * n["carriage.inertia_kg"]
@@ -107,6 +106,14 @@ def _through_gap_n(m: Motion, n: Numbers, laws: Sequence[Law]) -> np.ndarray:
     )
     rubs_n = part * (dry_n * m.sign + drag_n_s_m * m.speed_m_s)
     return mass_kg * (walls_m_s2 - m.acceleration_m_s2) - rubs_n - pull_n
+
+
+def _either_way_n(m: Motion, n: Numbers, laws: Sequence[Law]) -> tuple[np.ndarray, np.ndarray]:
+    """Force of all laws of friction and stray forces, (N,), N, on the way there and back."""
+    on, back = (
+        _beside_drag_n(replace(m, sign=np.full_like(m.sign, sign)), n, laws) for sign in (1.0, -1.0)
+    )
+    return on, back
 
 
 def _wave(m: Motion, n: Numbers, of: str) -> np.ndarray:
@@ -142,6 +149,13 @@ def _through_drive(force_n: np.ndarray, signals: Signals, n: Numbers) -> np.ndar
     if n["drive.delay_s"] != 0.0 or n["clock.row_ratio"] != 0.0:
         force_n = shifted(force_n, -n["drive.delay_s"] * signals.rate_hz - n["clock.row_ratio"])
     return force_n / n["drive.gain_ratio"]
+
+
+def turning(prepared: Prepared, numbers: Numbers, laws: Sequence[Law] = LAWS) -> Turning:
+    """The motion of the position as it was read, and dry friction at the drive, (N,), N."""
+    on, back = _either_way_n(prepared.base, numbers, laws)
+    dry_n = 0.5 * (on - back) / numbers["drive.gain_ratio"]
+    return turning_of(prepared.signals, prepared.base, dry_n, numbers)
 
 
 def undetermined(prepared: Prepared, numbers: Numbers) -> np.ndarray:
@@ -334,6 +348,7 @@ EQUATIONS = (
         "F -> F + d |F|, F -> F + T dF/dt, F(t) -> F(t + delay + row * period) by cubic"
         " interpolation, F -> F / gain: each where it is not neutral, in this order"
     ),
+    *REVERSALS,
     "residual = force - F, low-passed and thinned out to the rig file's rate",
 )
 
@@ -377,6 +392,7 @@ COMPONENT = Component(
     features=features,
     settled=5.0,
     undetermined=undetermined,
+    turning=turning,
     effort="force",
     needs={"force": ("position",)},
     flat=True,

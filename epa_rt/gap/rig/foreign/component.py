@@ -8,7 +8,7 @@ A new kind of rig is one module with a ``Component`` in it, entered in ``kinds.p
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from epa_rt.config.source import ConfigError
 from epa_rt.gap.rig.foreign.signals import Signals
 from epa_rt.gap.subject import Link
 from epa_rt.models.effect import Effect
+
+if TYPE_CHECKING:
+    from epa_rt.gap.rig.foreign.reversals import Turning
 
 Numbers = Mapping[
     str, float
@@ -124,6 +127,8 @@ class Component:
     undetermined: Callable[[object, Numbers], np.ndarray] | None = (
         None  # of what was prepared: (N,) rows in which no law foresees the outputs
     )
+    # of what was prepared: the motion on whose direction the one link's output hangs
+    turning: "Callable[[object, Numbers], Turning] | None" = None
     # role of the drive's effort where nothing but friction holds against it at rest
     effort: str | None = None
     # from the other channels, by a residual that is measured less foreseen: a turned sign then runs

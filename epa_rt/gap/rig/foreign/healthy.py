@@ -203,8 +203,9 @@ def refitted(
     subject: ForeignSubject, runs: Sequence[Recording], most: int = MOST_FITTED
 ) -> ForeignSubject:
     """The rig with nominal parameters, the plant file's effects and levels fitted to ``most`` of
-    the runs.
+    the runs. All rows count alike: the runs tell how much is left around reversals.
     """
+    subject = subject.evenly()
     chosen = [runs[i] for i in np.unique(np.linspace(0, len(runs) - 1, most).astype(int))]
     there = {effect.name for effect in subject.catalogue}
     effects = tuple(
@@ -215,7 +216,7 @@ def refitted(
     plant = replace(
         subject.plant, numbers={**subject.plant.numbers, **values}, effects=tuple(effects)
     )
-    return ForeignSubject(subject.rig, plant, subject.leave_out)
+    return ForeignSubject(subject.rig, plant, subject.leave_out, even=True)
 
 
 def _levels(subject: ForeignSubject, link: str) -> tuple[Level, ...]:

@@ -3,7 +3,7 @@ friction between them.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from epa_rt.gap.rig.foreign.component import Channel, Component, Numbers, Parame
 from epa_rt.gap.rig.foreign.law import LINK, Motion, motion
 from epa_rt.gap.rig.foreign.moved import smoothed
 from epa_rt.gap.rig.foreign.rests import at_rest
+from epa_rt.gap.rig.foreign.reversals import REVERSALS, Turning, turning_of
 from epa_rt.gap.rig.foreign.signals import Signals, shifted
 from epa_rt.gap.rig.foreign.terms import LAWS, in_contact, motion_features, stray_force_n
 from epa_rt.gap.subject import Link
@@ -51,6 +52,8 @@ def predicted_n(prepared: Prepared, n: Numbers) -> np.ndarray:
         over = over + n["gas.pressure_lag_s"] * prepared.signals.slope(over)
     area = n["piston.area_m2"] * (1.0 + n["piston.taper_ratio"] * m.place_ratio)
     force = area * over + n["friction.viscous_n_s_m"] * m.speed_m_s + stray_force_n(m, n)
+    if n["piston.mass_kg"] != 0.0:
+        force = force + n["piston.mass_kg"] * m.acceleration_m_s2
     force = force + n["friction.seal_ratio"] * n["piston.area_m2"] * over * m.sign
     if n["sensor.force_delay_s"] != 0.0:
         force = shifted(force, n["sensor.force_delay_s"] * prepared.signals.rate_hz)
@@ -60,6 +63,16 @@ def predicted_n(prepared: Prepared, n: Numbers) -> np.ndarray:
 def undetermined(prepared: Prepared, numbers: Numbers) -> np.ndarray:
     """(N,) bool: rows in which the piston stands still (rests.py)."""
     return at_rest(prepared.signals, prepared.motion.speed_m_s, numbers)
+
+
+def turning(prepared: Prepared, numbers: Numbers) -> Turning:
+    """The piston's motion, and its dry friction, (N,), N."""
+    m = prepared.motion
+    on, back = (
+        predicted_n(replace(prepared, motion=replace(m, sign=np.full_like(m.sign, sign))), numbers)
+        for sign in (1.0, -1.0)
+    )
+    return turning_of(prepared.signals, m, 0.5 * (on - back), numbers)
 
 
 def features(prepared: Prepared, link: str) -> Mapping[str, np.ndarray]:
@@ -77,13 +90,17 @@ def _p(
     high: float,
     spread: float,
     neutral: float | None = 0.0,
+    scale: str = "",
 ) -> Parameter:
-    return Parameter(key, unit, neutral, low, high, spread, LINK, of)
+    return Parameter(key, unit, neutral, low, high, spread, LINK, of, scale)
 
 
+TURNED_ROUND = "typical_force*stroke/typical_speed/typical_speed"
 _OWN = (
     _p("piston.area_m2", "m^2", None, 1e-8, 10.0, 0.05, None),
     _p("friction.viscous_n_s_m", "N*s/m", None, 0.0, 1e6, 0.5, None),
+    # of what takes the typical force to turn round within the stroke; strokes turn round faster
+    _p("piston.mass_kg", "kg", "moving_mass", 0.0, 1.0, 5e-3, scale=TURNED_ROUND),
     _p("friction.seal_ratio", "1", "seal_friction", 0.0, 1.0, 0.05),
     _p("piston.taper_ratio", "1", "taper", -0.2, 0.2, 0.01),
     _p("gas.pressure_lag_s", "s", "pressure_lag", 0.0, 1.0, 0.02),
@@ -91,6 +108,16 @@ _OWN = (
     _p("sensor.force_delay_s", "s", "force_delay", -0.5, 0.5, 0.02),
 )
 _EFFECTS = (
+    effect(
+        "moving_mass",
+        "inertia",
+        "piston",
+        ("piston.mass_kg",),
+        ((5e-3,),),
+        "mass that moves with the rod",
+        "F = M a",
+        "Newton",
+    ),
     effect(
         "seal_friction",
         "friction",
@@ -149,9 +176,10 @@ EQUATIONS = (
         " X as of a carriage; over = p - atmosphere - z, over -> over + T dover/dt"
     ),
     (
-        "F = A (1 + taper X) over + B v + laws of friction + mu A over sgn(v), then F(t) -> F(t -"
-        " delay) by cubic interpolation"
+        "F = A (1 + taper X) over + B v + M a + laws of friction + mu A over sgn(v), then"
+        " F(t) -> F(t - delay) by cubic interpolation"
     ),
+    *REVERSALS,
     "residual = force - F, low-passed and thinned out to the rig file's rate",
 )
 
@@ -201,6 +229,7 @@ COMPONENT = Component(
     features=features,
     settled=5.0,
     undetermined=undetermined,
+    turning=turning,
     needs={"force": ("position", "pressure")},
     output_is_foreseen=True,
     equations=EQUATIONS,

@@ -33,12 +33,17 @@ def at_rest(signals: Signals, speed_m_s: np.ndarray, numbers: Numbers) -> np.nda
     reversal takes, and those around them over which the filter spreads what is there.
     """
     hertz, noise = cut_off(signals, numbers)
-    slow = np.abs(speed_m_s) < max(NOISE_ONLY * noise, STILL * numbers["typical_speed"])
+    slow = slow_rows(speed_m_s, noise, numbers)
     found, around = np.zeros(len(slow), bool), _spread_rows(signals, signals.rate_hz)
     for start, stop in stretches(slow):
         if stop - start >= min(RESTS / hertz, LONGEST_S) * signals.rate_hz:
             found[max(start - around, 0) : stop + around] = True
     return found
+
+
+def slow_rows(speed_m_s: np.ndarray, noise_m_s: float, numbers: Numbers) -> np.ndarray:
+    """(N,) bool: rows in which a speed's sign is noise, or a filter's tail."""
+    return np.abs(speed_m_s) < max(NOISE_ONLY * noise_m_s, STILL * numbers["typical_speed"])
 
 
 def _spread_rows(signals: Signals, rate_hz: float) -> int:

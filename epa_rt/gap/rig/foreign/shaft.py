@@ -16,6 +16,7 @@ from epa_rt.gap.rig.foreign import carriage
 from epa_rt.gap.rig.foreign.component import Channel, Numbers, Parameter, Setting, effect
 from epa_rt.gap.rig.foreign.law import Law
 from epa_rt.gap.rig.foreign.plant_file import stem, suffix_of
+from epa_rt.gap.rig.foreign.reversals import Turning
 from epa_rt.gap.rig.foreign.signals import Signals
 from epa_rt.gap.rig.foreign.terms import LAWS
 from epa_rt.gap.subject import Link
@@ -116,6 +117,11 @@ def undetermined(prepared: carriage.Prepared, numbers: Numbers) -> np.ndarray:
     return carriage.undetermined(prepared, _as_carriage(numbers))
 
 
+def turning(prepared: carriage.Prepared, numbers: Numbers) -> Turning:
+    """As carriage.turning, rad for m, N*m for N."""
+    return carriage.turning(prepared, _as_carriage(numbers), _ALL)
+
+
 def features(prepared: carriage.Prepared, link: str) -> Mapping[str, np.ndarray]:
     """(N,) each, at the log's rate: low-passed angle, its speed and acceleration, rad, rad/s,
     rad/s^2, and turn of the motor, rad.
@@ -196,6 +202,7 @@ COMPONENT = replace(
     residual=residual,
     features=features,
     undetermined=undetermined,
+    turning=turning,
     effort="torque",
     needs={LINK: ("angle",)},
     equations=(

@@ -13,6 +13,7 @@ from epa_rt.gap.rig.foreign.plant_file import ForeignPlant, plant_text, sized
 from epa_rt.gap.rig.foreign.read_again import read_again
 from epa_rt.gap.rig.foreign.readings import as_read
 from epa_rt.gap.rig.foreign.repeats import colourless, lap_differences, lap_samples
+from epa_rt.gap.rig.foreign.reversals import weights
 from epa_rt.gap.rig.foreign.rig_file import ForeignRig
 from epa_rt.gap.rig.foreign.signals import Signals, lowpass, on_grid
 from epa_rt.gap.subject import Link, Plain, Values
@@ -26,7 +27,7 @@ KNOWN_TO = 0.5
 class Ready:
     """A recording ready for residuals. ``judged``: by link, (n,) bool at the residual's rate;
     ``work``: the component's own; ``undetermined``: (n,) where no law foresees the outputs, which
-    is judged nowhere.
+    is judged nowhere; ``weights``: by link, (n,), by which a residual counts (reversals.py).
     """
 
     signals: Signals
@@ -34,12 +35,14 @@ class Ready:
     judged: Mapping[str, np.ndarray]
     undetermined: np.ndarray
     beside: Mapping[str, np.ndarray]  # by link, (n,): what a baseline takes off
+    weights: Mapping[str, np.ndarray]
     recording: Recording
 
 
 class ForeignSubject(Plain):
     """See ``gap/subject.py``. ``settings``: numbers of the rig that are known; ``baseline``: a
-    repeat that stands for the plant.
+    repeat that stands for the plant; ``even``: all rows count alike, for what knows better how
+    much is left around reversals, or wants residuals in their unit.
     """
 
     def __init__(
@@ -48,6 +51,7 @@ class ForeignSubject(Plain):
         plant: ForeignPlant,
         leave_out: frozenset[str] = frozenset(),
         baseline: Baseline | None = None,
+        even: bool = False,
     ) -> None:
         component = rig.component
         self.name, self.rate_hz, self.lowpass_hz = rig.name, rig.rate_hz, rig.lowpass_hz
@@ -58,6 +62,7 @@ class ForeignSubject(Plain):
         }
         rig = replace(rig, channels={**unsaid, **rig.channels})
         self.rig, self.plant, self.leave_out, self.baseline = rig, plant, leave_out, baseline
+        self._weighs = component.turning is not None and baseline is None and not even
         self.links: tuple[Link, ...] = tuple(
             link._replace(channel=rig.channels.get(role, link.channel))
             for link, role in component.links
@@ -104,12 +109,22 @@ class ForeignSubject(Plain):
         """As Subject.touched; KeyError for an unknown number."""
         return self._parameters[key].links
 
+    def evenly(self) -> "ForeignSubject":
+        """The same rig and plant, without a baseline, in which all rows count alike."""
+        return ForeignSubject(self.rig, self.plant, self.leave_out, even=True)
+
     def prepare(self, recording: Recording) -> Ready:
         """Raises KeyError where the recording lacks a column that the rig file names."""
         ready = self._ready(recording, self._channels(recording))
+        if self._weighs:
+            read = recording.twin_of
+            like = self._ready(read, self._channels(read)) if read is not None else ready
+            return replace(
+                ready, weights={link.name: self._weights(like, link.name) for link in self.links}
+            )
         if self.baseline is None:
             return ready
-        plain = ForeignSubject(self.rig, self.plant, self.leave_out)
+        plain = self.evenly()
         beside = {
             link.name: self.baseline.taken_off(plain, ready, link.name) for link in self.links
         }
@@ -129,8 +144,16 @@ class ForeignSubject(Plain):
             {link.name: self._judged(signals, link.name) & ~undetermined for link in self.links},
             undetermined,
             {},
+            {},
             recording,
         )
+
+    def _weights(self, ready: Ready, link: str) -> np.ndarray:
+        asked, numbers = self.rig.component.turning, self._numbers({})
+        assert asked is not None
+        turning, left = asked(ready.work, numbers), self.residual(ready, {}, link)
+        output = ready.signals.columns[self._roles[link]]
+        return weights(ready.signals, turning, output, left, self.rate_hz)
 
     def _channels(self, recording: Recording) -> dict[str, str]:
         optional = {channel.role for channel in self.rig.component.channels if not channel.required}
@@ -163,6 +186,8 @@ class ForeignSubject(Plain):
         ]
         if link in prepared.beside:
             left = left - prepared.beside[link]
+        if link in prepared.weights:
+            left = left * prepared.weights[link]
         return np.where(prepared.judged[link], left, np.nan)
 
     def features(self, prepared: Ready, link: str) -> Mapping[str, np.ndarray]:
@@ -216,10 +241,10 @@ class ForeignSubject(Plain):
         random = (
             None if seed is None else np.random.default_rng([seed, crc32(recording.name.encode())])
         )  # another noise in every log
-        return self._with(
-            recording,
-            read_again(self.rig.component, signals, self._numbers(values), self.rig.steps, random),
+        made = read_again(
+            self.rig.component, signals, self._numbers(values), self.rig.steps, random
         )
+        return replace(self._with(recording, made), twin_of=recording)
 
     def repeats(
         self, recording: Recording, values: Values | None = None
@@ -228,7 +253,7 @@ class ForeignSubject(Plain):
         else what the rig file says, or None.
         """
         if self.baseline is not None:
-            plain = ForeignSubject(self.rig, self.plant, self.leave_out)
+            plain = self.evenly()
             found = {link.name: self.baseline.apart(plain, link.name) for link in self.links}
             return found if all(x is not None for x in found.values()) else None
         ready = self._ready(recording, self._channels(recording))

@@ -1,0 +1,136 @@
+"""When a sliding part turns round is known so well and no better: rows there count for less, and
+what is fitted does not hang on them.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from epa_rt.gap.diagnose import diagnose
+from epa_rt.gap.likelihood.floor import floors
+from epa_rt.gap.likelihood.problem import Problem
+from epa_rt.gap.likelihood.refit import settled
+from epa_rt.gap.rig.foreign.law import motion
+from epa_rt.gap.rig.foreign.reversals import Turning, weights
+from epa_rt.gap.rig.foreign.signals import Signals
+from tests.gap.foreign.carriages import Cart, opened
+
+RATE_HZ, LOWPASS_HZ, STRIDE = 1000.0, 40.0, 10
+DRY_N = 24.0
+CART = Cart(
+    "cart",
+    "force_n",
+    1.0 / RATE_HZ,
+    mass_kg=42.0,
+    drag_n_s_m=160.0,
+    stiffness_n_m=60e3,
+    damping_n_s_m=2500.0,
+    place_noise_m=2e-6,
+    force_noise_n=0.15,
+)
+RIG = """rig: cart
+kind: carriage
+plant: plant.yaml
+rate: 100 Hz
+lowpass: 40 Hz
+channels: {position: place_m, force: force_n}
+settings: {typical_force: 60 N, typical_speed: 0.15 m/s, stroke: 0.25 m, middle: 0.15 m, pitch: 20 mm}
+"""  # noqa: E501
+PLANT = (
+    "plant: cart\nkind: carriage\ncarriage: {inertia: 41 kg}\nfriction: {viscous: 165 N*s/m}\n"
+    "effects: {coulomb: {coulomb: 24 N}}\n"
+)
+T_S = np.arange(0.0, 12.0, 1.0 / RATE_HZ)
+PLACE_M = 0.1 * np.sin(2.0 * np.pi * 0.4 * T_S)
+
+
+def of(place_m, dry_n, left, hertz=LOWPASS_HZ, slow_m_s=1e-4):
+    signals = Signals(
+        "log", RATE_HZ, LOWPASS_HZ, STRIDE, {"position": place_m}, {"position": np.ones_like(T_S)}
+    )
+    moved = motion(place_m, RATE_HZ, 0.15, 0.0, 0.25)
+    turning = Turning(moved, np.full(len(T_S), dry_n), hertz, np.abs(moved.speed_m_s) < slow_m_s)
+    return weights(signals, turning, 100.0 * place_m, left, 100.0)
+
+
+def noise(size_n=0.3, seed=0):
+    return size_n * np.random.default_rng(seed).standard_normal(len(T_S) // STRIDE)
+
+
+def turns():
+    """(n,) bool: within 75 ms of a reversal of PLACE_M."""
+    return np.abs(np.cos(2.0 * np.pi * 0.4 * T_S[::STRIDE])) < np.sin(2.0 * np.pi * 0.4 * 0.075)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(0.0, 50.0), st.floats(0.1, 10.0))
+def test_rows_count_for_less_at_reversals_alone_and_for_nothing_less_elsewhere(dry_n, size_n):
+    found = of(PLACE_M, dry_n, noise(size_n))
+    assert np.all((found > 0.0) & (found <= 1.0))
+    assert found[~turns()].min() > 0.9
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(1.0, 100.0), st.floats(1.1, 5.0))
+def test_the_more_dry_friction_and_the_slower_the_filter_the_less_they_count(dry_n, more):
+    left = noise()
+    found = of(PLACE_M, dry_n, left)[turns()]
+    assert np.all(of(PLACE_M, more * dry_n, left)[turns()] <= found + 1e-6)
+    assert np.all(of(PLACE_M, dry_n, left, hertz=more * LOWPASS_HZ)[turns()] >= found - 1e-6)
+
+
+def test_without_dry_friction_or_a_reversal_all_rows_count_alike():
+    assert of(PLACE_M, 0.0, noise()).min() > 0.95
+    assert np.array_equal(of(0.1 * T_S, 24.0, noise()), np.ones(len(T_S) // STRIDE))
+
+
+def test_friction_that_only_the_log_has_counts_as_that_of_the_plant_file():
+    sign = motion(PLACE_M, RATE_HZ, 0.15, 0.0, 0.25).sign[::STRIDE]
+    known, unknown = of(PLACE_M, DRY_N, noise()), of(PLACE_M, 0.0, noise() + DRY_N * sign)
+    assert unknown == pytest.approx(known, abs=0.05)
+
+
+@pytest.fixture(scope="module")
+def cart(tmp_path_factory):
+    """Healthy, turning at the same two places again and again in one of its logs."""
+    subject = opened(tmp_path_factory.mktemp("cart"), RIG, PLANT)
+    waves = 0.15 + 0.08 * np.sin(2 * np.pi * 0.3 * T_S) + 0.03 * np.sin(2 * np.pi * 0.9 * T_S + 1)
+    smooth = np.ones(150) / 150.0
+    strokes = 0.15 + 0.18 / np.pi * np.arcsin(np.sin(2 * np.pi * 0.35 * T_S))
+    strokes = np.convolve(np.convolve(np.pad(strokes, 150, "edge"), smooth, "same"), smooth, "same")
+    wanted = {"waves": waves, "strokes": strokes[150:-150]}
+    logs = [
+        CART.driven(name, place, np.random.default_rng(seed), coulomb_n=DRY_N)
+        for seed, (name, place) in enumerate(wanted.items(), 3)
+    ]
+    return subject, logs
+
+
+def test_a_fit_does_not_hang_on_reversals(cart):
+    """The force is held from row to row: half a row late. With all rows alike the clocks went to
+    their bound, to put the reversals right.
+    """
+    subject, logs = cart
+    values = settled(Problem(subject, logs, floors(subject, logs, {}))).values
+    assert values["clock.row_ratio"] == pytest.approx(0.5, abs=0.25)
+    assert values["carriage.inertia_kg"] == pytest.approx(CART.mass_kg, rel=2e-3)
+    even = settled(Problem(subject.evenly(), logs, floors(subject.evenly(), logs, {}))).values
+    assert even["clock.row_ratio"] > 1.2
+
+
+def test_reversals_at_the_same_places_are_no_force_that_returns_there(cart):
+    subject, logs = cart
+    found = diagnose(subject, logs, how_far=False)
+    assert found.verdict == "no_gap", found.says
+
+
+def test_a_motion_read_again_counts_as_the_recording_does(cart):
+    subject, logs = cart
+    again = subject.read_again(logs[0], {}, None)
+    own, twin = (subject.prepare(one).weights["force"] for one in (logs[0], again))
+    assert np.array_equal(own, twin)
+    alone = subject.prepare(replace(again, twin_of=None)).weights["force"]
+    assert not np.allclose(own, alone, atol=0.01)  # it has less noise, and is filtered less
