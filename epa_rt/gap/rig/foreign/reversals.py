@@ -9,7 +9,6 @@ the pulse (errors in variables).
 from typing import NamedTuple
 
 import numpy as np
-from scipy.signal import fftconvolve
 
 from epa_rt.gap.finding import stretches
 from epa_rt.gap.likelihood.colour import white_size
@@ -31,10 +30,13 @@ REVERSALS = (
         " jumps by J, the low-pass answers h to a pulse there, the moment is unsure by s"
     ),
     (
-        "s^2 = (row^2 + rest^2) / 12 + (2 m |a - b| / |a + b|)^2: for the time rest the sign of v"
-        " is noise; m is the mean time to one side of the place's filter"
+        "s^2 = (row^2 + rest^2) / 12 + (2 m K / |a + b|)^2, K = |a - b| + |a + b - 2 c|: for the"
+        " time rest the sign of v is noise; m is the mean time to one side of the place's filter"
     ),
-    "a and b: acceleration half a period of that filter before the reversal and after it",
+    (
+        "a, b and c: acceleration half a period of that filter before the reversal, after it and in"
+        " it; K / |a + b| is 1 at most"
+    ),
 )
 
 
@@ -63,11 +65,11 @@ def weights(
     as measured; ``left`` (n,): the residual at the plant file's numbers, NaN where it is not
     judged.
     """
-    unsure_s2 = np.zeros(signals.samples)
-    turned = np.flatnonzero(np.diff(np.sign(turning.motion.speed_m_s)) != 0.0)
-    if not len(turned) or not np.isfinite(left).any():
+    from scipy.signal import fftconvolve
+
+    unsure_s2 = _unsure_s2(signals, turning)
+    if not unsure_s2.any() or not np.isfinite(left).any():
         return np.ones(len(left))
-    unsure_s2[turned] = _unsure_s2(signals, turning)[turned]
     jump = 2.0 * (turning.dry + _beyond(signals, turning.motion, left))
     pulses = fftconvolve(jump**2 * unsure_s2, _answer(signals, signals.lowpass_hz) ** 2, "same")
     variance = np.maximum(pulses[:: signals.stride], 0.0)
@@ -79,24 +81,37 @@ def weights(
     return found
 
 
+def _turned(speed_m_s: np.ndarray) -> np.ndarray:
+    """Rows behind which the motion goes the other way than up to there."""
+    moves = np.flatnonzero(speed_m_s)  # in steps it may stand between two of them
+    forth = speed_m_s[moves] > 0.0
+    rows: np.ndarray = moves[1:][forth[1:] != forth[:-1]] - 1
+    return rows
+
+
 def _unsure_s2(signals: Signals, turning: Turning) -> np.ndarray:
-    """(N,) variance of the moment of a reversal, if there is one in that row: a row, the time over
-    which the direction is noise, and the way by which the position's filter moves the zero of a
-    speed that has a kink there.
+    """(N,) variance of the moments of reversals, 0 where there is none: a row, the time over which
+    the direction is noise, and the way by which the position's filter moves the zero of a speed
+    that has a kink there. Where the direction is noise for a while the reversal may be in any row.
     """
-    stands_s = np.zeros(signals.samples)
+    row_s = 1.0 / signals.rate_hz
+    moved_s, found = _zero_moves_s(signals, turning), np.zeros(signals.samples)
+    rows = _turned(turning.motion.speed_m_s)
+    found[rows] = row_s**2 / 12.0 + moved_s[rows] ** 2
     for start, stop in stretches(turning.slow):
-        # the row before the sign changes may be outside
-        stands_s[max(start - 1, 0) : stop] = (stop - start) / signals.rate_hz
-    moved_s = _zero_moves_s(signals, turning)
-    found: np.ndarray = (stands_s**2 + signals.rate_hz**-2) / 12.0 + moved_s**2
+        first = max(start - 1, 0)  # the row before the sign changes may be outside
+        if found[first:stop].any():
+            stands_s = (stop - first) * row_s
+            variance = stands_s**2 / 12.0 + found[first:stop].max()
+            found[first:stop] = variance / (stop - first)
     return found
 
 
 def _zero_moves_s(signals: Signals, turning: Turning) -> np.ndarray:
-    """(N,) how far the filter moves a zero of the speed there. Accelerations a and b before and
-    after it, and m the filter's mean time to one side: 2 m |a - b| / |a + b|, of a motion that
-    turns round and does not rest at most 2 m.
+    """(N,) how far the filter moves a zero of the speed there, at most: 2 m K / |a + b|. Of
+    accelerations a before, b after and c in that row K = |a - b| + |a + b - 2 c| says how sharp the
+    motion is; m is the filter's mean time to one side. A motion that turns round moves its zero by
+    2 m at most.
     """
     answer = np.abs(_answer(signals, turning.hertz))
     away_s = np.abs(np.arange(len(answer)) - len(answer) // 2) / signals.rate_hz
@@ -107,7 +122,8 @@ def _zero_moves_s(signals: Signals, turning: Turning) -> np.ndarray:
         turning.motion.acceleration_m_s2[np.clip(rows + k, 0, signals.samples - 1)]
         for k in (-apart, apart)
     )
-    kink, both = np.abs(before - after), np.abs(before + after)
+    here, both = turning.motion.acceleration_m_s2, np.abs(before + after)
+    kink = np.abs(before - after) + np.abs(before + after - 2.0 * here)
     found: np.ndarray = 2.0 * one_side_s * kink / np.maximum(np.maximum(kink, both), TINY)
     return found
 
