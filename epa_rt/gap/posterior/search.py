@@ -171,7 +171,8 @@ class Search:
         """
         for size in range(1, MOST_EFFECTS):
             progress(f"sets of {size + 1} effects", 0.2 + 0.6 * size / MOST_EFFECTS)
-            for rank, effects in enumerate(self._best(BEAM[size - 1], size)):
+            beside = self._best(BEAM[size - 1], size)
+            for rank, effects in enumerate(beside + (self._plainer(beside) if size == 1 else [])):
                 if size == 1 or self._hopeful(self._evidence(self._of(effects))):
                     self._one_more(effects, WHOLE if rank == 0 else ())
         self._doubted()
@@ -179,6 +180,24 @@ class Search:
         for model in list(self._found.values()):
             if self._kinds(model) == self._kinds(best):  # the same in other words
                 self._in_free_run(model.effects)
+
+    def _plainer(self, singles: Sequence[tuple[str, ...]]) -> list[tuple[str, ...]]:
+        """The best law of those of the first one's family that have fewest numbers, unless it is
+        one: a shape of its own may have been bent to what another effect does.
+        """
+        first = self._of(singles[0]) if singles else self.none
+        fewer = [
+            model
+            for key, model in self._found.items()
+            if len(key) == 1
+            and self._kinds(model) == self._kinds(first)
+            and self._numbers(model) < self._numbers(first)
+        ]
+        order = sorted(fewer, key=lambda one: (self._numbers(one), -self._evidence(one)))
+        return [one.effects for one in order[:1]]
+
+    def _numbers(self, model: Model) -> int:
+        return sum(len(self._problem.effects[name].knobs) for name in model.effects)
 
     def _doubted(self) -> None:
         """The best set of each size that may count, once more without each of its effects, and with

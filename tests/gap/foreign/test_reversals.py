@@ -92,13 +92,6 @@ def test_a_slow_motion_that_is_read_in_steps_turns_round_nowhere():
     assert np.array_equal(of(steps_m, 24.0, noise(), slow_m_s=0.0), np.ones(len(T_S) // STRIDE))
 
 
-def test_a_direction_that_is_noise_for_a_while_is_one_reversal():
-    """A wave of 100 Hz in its place, as slow as what counts as noise."""
-    trembling = PLACE_M + 1e-6 * np.sin(2.0 * np.pi * 100.0 * T_S)
-    once, often = (of(place, DRY_N, noise(), slow_m_s=2e-3) for place in (PLACE_M, trembling))
-    assert often == pytest.approx(once, abs=0.3)
-
-
 def test_friction_that_only_the_log_has_counts_as_that_of_the_plant_file():
     sign = motion(PLACE_M, RATE_HZ, 0.15, 0.0, 0.25).sign[::STRIDE]
     known, unknown = of(PLACE_M, DRY_N, noise()), of(PLACE_M, 0.0, noise() + DRY_N * sign)
