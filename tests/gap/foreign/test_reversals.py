@@ -92,6 +92,14 @@ def test_a_slow_motion_that_is_read_in_steps_turns_round_nowhere():
     assert np.array_equal(of(steps_m, 24.0, noise(), slow_m_s=0.0), np.ones(len(T_S) // STRIDE))
 
 
+def test_both_ends_of_a_rest_count_as_reversals_do_however_long_it_is():
+    speed_m_s = np.where((T_S > 4.0) & (T_S < 8.0), 0.0, 0.1)
+    found = of(np.cumsum(speed_m_s) / RATE_HZ, DRY_N, noise())
+    at_s = T_S[::STRIDE]
+    near = np.minimum(np.abs(at_s - 4.0), np.abs(at_s - 8.0))
+    assert found[near < 0.02].max() < 0.5 and found[near > 0.15].min() > 0.9
+
+
 def test_friction_that_only_the_log_has_counts_as_that_of_the_plant_file():
     sign = motion(PLACE_M, RATE_HZ, 0.15, 0.0, 0.25).sign[::STRIDE]
     known, unknown = of(PLACE_M, DRY_N, noise()), of(PLACE_M, 0.0, noise() + DRY_N * sign)

@@ -15,7 +15,7 @@ from epa_rt.gap.likelihood.colour import white_size
 from epa_rt.gap.rig.foreign.component import Numbers
 from epa_rt.gap.rig.foreign.law import Motion
 from epa_rt.gap.rig.foreign.moved import cut_off
-from epa_rt.gap.rig.foreign.rests import slow_rows
+from epa_rt.gap.rig.foreign.rests import RESTS, slow_rows
 from epa_rt.gap.rig.foreign.signals import Signals, lowpass
 
 TINY = np.finfo(float).tiny
@@ -26,8 +26,9 @@ EXACT = 1e-3
 UNTOUCHED = 1e-3  # of the largest variance of a pulse, below which a row tells the noise
 REVERSALS = (
     (
-        "near a reversal the residual counts for 1 / sqrt(1 + (J s h / noise)^2): dry friction"
-        " jumps by J, the low-pass answers h to a pulse there, the moment is unsure by s"
+        "near reversals and a rest's ends the residual counts for 1 / sqrt(1 + sum (J s h /"
+        " noise)^2): dry friction jumps by J, the low-pass answers h to a pulse, the moment is"
+        " unsure by s"
     ),
     (
         "s^2 = (row^2 + rest^2) / 12 + (2 m K / |a + b|)^2, K = |a - b| + |a + b - 2 c|: for the"
@@ -92,18 +93,20 @@ def _turned(speed_m_s: np.ndarray) -> np.ndarray:
 def _unsure_s2(signals: Signals, turning: Turning) -> np.ndarray:
     """(N,) variance of the moments of reversals, 0 where there is none: a row, the time over which
     the direction is noise, and the way by which the position's filter moves the zero of a speed
-    that has a kink there. Where the direction is noise for a while the reversal may be in any row.
+    that has a kink there. Where the direction is noise for a while the moment may be any row of it,
+    and friction gives way there also where the motion then goes on: at both ends of a rest.
     """
     row_s = 1.0 / signals.rate_hz
-    moved_s, found = _zero_moves_s(signals, turning), np.zeros(signals.samples)
+    moved_s2, found = _zero_moves_s(signals, turning) ** 2, np.zeros(signals.samples)
     rows = _turned(turning.motion.speed_m_s)
-    found[rows] = row_s**2 / 12.0 + moved_s[rows] ** 2
+    found[rows] = row_s**2 / 12.0 + moved_s2[rows]
+    most = max(round(RESTS / turning.hertz * signals.rate_hz), 1)  # a rest is not judged but there
     for start, stop in stretches(turning.slow):
         first = max(start - 1, 0)  # the row before the sign changes may be outside
-        if found[first:stop].any():
-            stands_s = (stop - first) * row_s
-            variance = stands_s**2 / 12.0 + found[first:stop].max()
-            found[first:stop] = variance / (stop - first)
+        for begins, ends in {(first, min(first + most, stop)), (max(stop - most, first), stop)}:
+            stands_s2 = ((ends - begins) * row_s) ** 2
+            variance = stands_s2 / 12.0 + moved_s2[begins:ends].max()
+            found[begins:ends] = variance / (ends - begins)
     return found
 
 

@@ -96,7 +96,7 @@ def _left(recording: Recording, subject: ForeignSubject) -> tuple[float, int]:
     sizes = {link.name: float(np.nanstd(recording.columns[link.channel])) for link in subject.links}
     with np.errstate(all="ignore"):
         problem = Problem(
-            subject,
+            subject.evenly(),
             [recording],
             {
                 link: Floor(link, size, np.zeros(0), size)
