@@ -73,6 +73,19 @@ class Cart:
         )
 
 
+STRANGER = Cart(
+    "stranger",
+    "cmd_force_n",
+    1e-3,
+    mass_kg=42.0,
+    drag_n_s_m=160.0,
+    stiffness_n_m=60_000.0,
+    damping_n_s_m=2500.0,
+    place_noise_m=2e-6,
+    force_noise_n=0.15,
+)
+
+
 def opened(folder: Path, rig: str, plant: str) -> ForeignSubject:
     """The rig of these two files' texts."""
     (folder / "rig.yaml").write_text(rig, encoding="utf-8")

@@ -16,21 +16,11 @@ from epa_rt.gap.likelihood.refit import settled
 from epa_rt.gap.rig.foreign.law import motion
 from epa_rt.gap.rig.foreign.reversals import Turning, weights
 from epa_rt.gap.rig.foreign.signals import Signals
-from tests.gap.foreign.carriages import Cart, opened
+from tests.gap.foreign.carriages import STRANGER, opened
 
 RATE_HZ, LOWPASS_HZ, STRIDE = 1000.0, 40.0, 10
 DRY_N = 24.0
-CART = Cart(
-    "cart",
-    "force_n",
-    1.0 / RATE_HZ,
-    mass_kg=42.0,
-    drag_n_s_m=160.0,
-    stiffness_n_m=60e3,
-    damping_n_s_m=2500.0,
-    place_noise_m=2e-6,
-    force_noise_n=0.15,
-)
+CART = replace(STRANGER, rig="cart", force_column="force_n")
 RIG = """rig: cart
 kind: carriage
 plant: plant.yaml

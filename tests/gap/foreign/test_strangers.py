@@ -6,20 +6,9 @@ import numpy as np
 import pytest
 
 from epa_rt.gap.diagnose import diagnose
-from tests.gap.foreign.carriages import Cart, opened
+from tests.gap.foreign.carriages import STRANGER, opened
 
 PERIOD_S = 1e-3
-STRANGER = Cart(
-    "stranger",
-    "cmd_force_n",
-    PERIOD_S,
-    mass_kg=42.0,
-    drag_n_s_m=160.0,
-    stiffness_n_m=60_000.0,
-    damping_n_s_m=2500.0,
-    place_noise_m=2e-6,
-    force_noise_n=0.15,
-)
 RIG = """rig: stranger
 kind: carriage
 plant: plant.yaml

@@ -9,12 +9,12 @@ on reversals and jolts, where errors of timing and of differentiated positions a
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from epa_rt.gap.rig.foreign.component import Channel, Component, Numbers, Parameter, Setting, effect
-from epa_rt.gap.rig.foreign.law import LINK, REST_RATIO, Law, Motion, motion
+from epa_rt.gap.rig.foreign.law import LINK, REST_RATIO, Law, Motion, either_way, motion
 from epa_rt.gap.rig.foreign.moved import smoothed
 from epa_rt.gap.rig.foreign.operators import carried
 from epa_rt.gap.rig.foreign.rests import at_rest
@@ -110,9 +110,7 @@ def _through_gap_n(m: Motion, n: Numbers, laws: Sequence[Law]) -> np.ndarray:
 
 def _either_way_n(m: Motion, n: Numbers, laws: Sequence[Law]) -> tuple[np.ndarray, np.ndarray]:
     """Force of all laws of friction and stray forces, (N,), N, on the way there and back."""
-    on, back = (
-        _beside_drag_n(replace(m, sign=np.full_like(m.sign, sign)), n, laws) for sign in (1.0, -1.0)
-    )
+    on, back = (_beside_drag_n(way, n, laws) for way in either_way(m))
     return on, back
 
 

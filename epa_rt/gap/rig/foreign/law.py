@@ -5,7 +5,7 @@ A law of your own is one file of the room ``laws`` (docs/add-an-effect.md).
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -60,6 +60,12 @@ def motion(
         np.arange(len(speed)) / rate_hz,
         1.0 / rate_hz,
     )
+
+
+def either_way(m: Motion) -> tuple[Motion, Motion]:
+    """The same motion as if it went one way throughout, and as if it went the other."""
+    forth, back = (replace(m, sign=np.full_like(m.sign, sign)) for sign in (1.0, -1.0))
+    return forth, back
 
 
 def number(

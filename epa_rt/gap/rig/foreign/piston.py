@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from epa_rt.gap.rig.foreign.component import Channel, Component, Numbers, Parameter, Setting, effect
-from epa_rt.gap.rig.foreign.law import LINK, Motion, motion
+from epa_rt.gap.rig.foreign.law import LINK, Motion, either_way, motion
 from epa_rt.gap.rig.foreign.moved import smoothed
 from epa_rt.gap.rig.foreign.rests import at_rest
 from epa_rt.gap.rig.foreign.reversals import REVERSALS, Turning, turning_of
@@ -68,10 +68,7 @@ def undetermined(prepared: Prepared, numbers: Numbers) -> np.ndarray:
 def turning(prepared: Prepared, numbers: Numbers) -> Turning:
     """The piston's motion, and its dry friction, (N,), N."""
     m = prepared.motion
-    on, back = (
-        predicted_n(replace(prepared, motion=replace(m, sign=np.full_like(m.sign, sign))), numbers)
-        for sign in (1.0, -1.0)
-    )
+    on, back = (predicted_n(replace(prepared, motion=way), numbers) for way in either_way(m))
     return turning_of(prepared.signals, m, 0.5 * (on - back), numbers)
 
 
