@@ -369,12 +369,12 @@ def _says(
             " typical strength."
         )
     if verdict == "not_in_catalogue":
-        said = f"Something is missing that no law of the catalogue describes ({could.unknown:.2f})."
+        said, nearest = _unnamed(could)
         places = all_of([_explains(one) for one in likely(whence)], "or")
         if places:
             said = f"{said} It may come from {places}: so much of it would an error there explain."
         said = f"{said} {said_of_moved(went, gap=True)}" if went else said
-        return f"{said}{_nearest(could, 'If a law describes it')}"
+        return f"{said}{nearest}"
     if verdict == "not_separable":
         told = told_of_sets((tuple(could.names), *could.instead), could.names)
     else:
@@ -408,13 +408,32 @@ def _besides(could: Posterior, names: Sequence[Named], start: Start) -> str:
     return f" Perhaps also {plain(law)} ({other} {share:.2f})."
 
 
+def _unnamed(could: Posterior) -> tuple[str, str]:
+    """That nothing is named, and which law comes nearest. One that is more probable than that none
+    describes it is no surer a name for that: a wrong one costs more than none.
+    """
+    law, share = _best_law(could)
+    if share > could.unknown:
+        return (
+            f"Something is missing, and these logs leave open whether it is {law} or no law of the"
+            f" catalogue ({could.unknown:.2f}).",
+            "",
+        )
+    said = f"Something is missing that no law of the catalogue describes ({could.unknown:.2f})."
+    return said, _nearest(could, "If a law describes it")
+
+
 def _nearest(could: Posterior, begins: str) -> str:
     """The law that comes nearest where none is named, if it is worth a word."""
+    law, share = _best_law(could)
+    return f" {begins}, it is {law}." if share >= WORTH_A_WORD else ""
+
+
+def _best_law(could: Posterior) -> tuple[str, float]:
+    """The law that comes nearest with its family's probability, in words and as a number."""
     best = next((one for one in could.models if one.effects), None)
     family, share = next(iter(could.families.items()), ("", 0.0))
-    if best is None or share < WORTH_A_WORD:
-        return ""
-    return f" {begins}, it is {set_words(best.effects)} ({family} {share:.2f})."
+    return (f"{set_words(best.effects)} ({family} {share:.2f})", share) if best else ("", 0.0)
 
 
 def _described(none: Model) -> str:
@@ -440,7 +459,8 @@ def _left(model: Model, none: Model) -> str:
         gap = left_in(none, view) if view in none.views else 0.0
         if gap > DECIDES:
             percent = 100.0 * left_in(model, view) / gap
-            floors = _above(model, view, "the floor", "") or "no more than noise"
+            little = "little" if left_in(model, view) > DECIDES else "no"
+            floors = _above(model, view, "the floor", "") or f"{little} more than noise"
             parts.append(
                 (f"{percent:.2g}" if percent < 99.5 else f"{percent:.0f}", f"{words}, {floors}")
             )

@@ -79,6 +79,11 @@ class Subject(Protocol):
         free of shared state, so that two threads may call it at once.
         """
 
+    def row_variance(self, prepared: object, link: str) -> np.ndarray | None:
+        """(n,) variance by which a right plant's residual may be off beyond its noise, unit^2: what
+        the recording does not tell of the time between its rows, say. None where there is none.
+        """
+
     def features(self, prepared: object, link: str) -> Mapping[str, np.ndarray]:
         """Measured states that a link's residual may depend on, (n,) each, named with unit
         ('muscle_speed_m_s'). Two threads may call it at once.
@@ -156,6 +161,10 @@ class Plain:
         self, recording: Recording, values: Values | None = None
     ) -> Mapping[str, np.ndarray] | None:
         """No laps."""
+        return None
+
+    def row_variance(self, prepared: object, link: str) -> np.ndarray | None:
+        """Of no row."""
         return None
 
     def read_again(

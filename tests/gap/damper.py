@@ -4,10 +4,10 @@ plant lacks.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 
+from epa_rt.gap.likelihood.floor import Floor, white
 from epa_rt.gap.recording import Recording, Span
 from epa_rt.gap.subject import Link, Plain
 from epa_rt.models.effect import Effect, Knob
@@ -15,9 +15,9 @@ from epa_rt.models.effect import Effect, Knob
 PERIOD_S, VISCOUS, NOISE_N = 1e-3, 5.0, 0.1
 
 
-def white_floor(rms: float = NOISE_N, source: str = "twin") -> SimpleNamespace:
-    """What shrinkage needs of a Floor."""
-    return SimpleNamespace(rms=rms, bias={}, source=source)
+def white_floor(rms: float = NOISE_N, source: str = "twin") -> Floor:
+    """Of the damper's link."""
+    return white("damper", rms, source)
 
 
 class Damper(Plain):

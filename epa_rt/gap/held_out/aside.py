@@ -54,6 +54,10 @@ class Part(Plain):
             outside[a:b] = False
         return np.where(outside, np.nan, found)
 
+    def row_variance(self, prepared: tuple[object, Recording], link: str) -> np.ndarray | None:
+        """As Subject.row_variance, inside the windows and outside."""
+        return self._subject.row_variance(prepared[0], link)
+
     def free_run(self, recording: Recording, values: Values, seed: int | None) -> Recording | None:
         """As Subject.free_run, under the recording's own name."""
         found = self._subject.free_run(recording, values, seed)
@@ -95,8 +99,8 @@ class Part(Plain):
 
 
 def split(subject: Subject, recordings: Sequence[Recording]) -> tuple[Part, Part] | None:
-    """The subject on most trials, and on the last trial of every log that has several; the last log
-    where none has.
+    """The subject on most trials, and on the last trial of every log that has several; where none
+    has, on one log in whatever order they come (``_middling``).
 
     None where there is but one log with one trial: nothing can be set aside.
     """
@@ -110,9 +114,24 @@ def split(subject: Subject, recordings: Sequence[Recording]) -> tuple[Part, Part
         else:
             fit[recording.name] = [(0, recording.samples)]
     if not aside and len(recordings) > 1:
-        name = recordings[-1].name
+        name = _middling(subject, recordings)
         aside[name] = fit.pop(name)
     return (Part(subject, fit), Part(subject, aside)) if aside else None
+
+
+def _middling(subject: Subject, recordings: Sequence[Recording]) -> str:
+    """Name of the log that is judged in as many rows as logs are in the median (the lower one):
+    the fits keep what says most. Of several the last by name.
+    """
+    ready = {one.name: subject.prepare(one) for one in recordings}
+    rows = {
+        name: sum(
+            int(np.isfinite(subject.residual(one, {}, link.name)).sum()) for link in subject.links
+        )
+        for name, one in ready.items()
+    }
+    median = sorted(rows.values())[(len(rows) - 1) // 2]
+    return max(name for name, count in rows.items() if count == median)
 
 
 class Unseen(NamedTuple):

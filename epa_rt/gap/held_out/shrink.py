@@ -16,7 +16,7 @@ from epa_rt.gap.likelihood.alongside import (
     step_of,
     unit_of,
 )
-from epa_rt.gap.likelihood.floor import FLOOR_SEEDS, Floor, unbiased
+from epa_rt.gap.likelihood.floor import FLOOR_SEEDS, Floor, left_over
 from epa_rt.gap.likelihood.problem import Problem
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.side_by_side import each
@@ -89,8 +89,7 @@ def _teacher_forced(
         floor, channel = floors[link.name], label(subject.links, link)
         for recording, one in zip(recordings, ready, strict=True):
             residuals = [
-                unbiased(subject.residual(one, values, link.name), floor, recording.name)
-                for values in (before, after)
+                left_over(subject, one, values, floor, recording.name) for values in (before, after)
             ]
             _add(
                 found,

@@ -75,6 +75,24 @@ def unbiased(residual: np.ndarray, floor: Floor, recording: str) -> np.ndarray:
     return found
 
 
+def weight(subject: Subject, prepared: object, floor: Floor) -> np.ndarray | float:
+    """(n,) 0 to 1 by which a link's residual counts, so that a row's own variance counts as noise:
+    1 / sqrt(1 + variance / rms^2).
+    """
+    variance = subject.row_variance(prepared, floor.link)
+    return 1.0 if variance is None else floor.rms / np.sqrt(floor.rms**2 + variance)
+
+
+def left_over(
+    subject: Subject, prepared: object, values: Values, floor: Floor, recording: str
+) -> np.ndarray:
+    """(n,) a link's residual as it counts: without what the method itself leaves, and for less
+    where a row has a variance of its own. KeyError for an unknown number or link.
+    """
+    found = unbiased(subject.residual(prepared, values, floor.link), floor, recording)
+    return found * weight(subject, prepared, floor)
+
+
 def floors(
     subject: Subject,
     recordings: Sequence[Recording],
@@ -241,11 +259,27 @@ def _roughness(
         and abs(values.get(knob.key, knob.value) - knob.value) > LOST * knob.spread
         for knob in subject.nominal
     )
-    at_file = [[subject.residual(subject.prepare(r), {}, link) for r in recordings]] if lost else []
+    ready = [subject.prepare(r) for r in recordings]
+    variances = [subject.row_variance(one, link) for one in ready]
+    at_file = [[subject.residual(one, {}, link) for one in ready]] if lost else []
     return max(
-        white_size(residuals, subject.rate_hz, min(subject.lowpass_hz, subject.rate_hz))
+        _white_size(subject, residuals, variances)
         for residuals in ([own[r.name][link] for r in recordings], *at_file)
     )
+
+
+def _white_size(
+    subject: Subject, residuals: Sequence[np.ndarray], variances: Sequence[np.ndarray | None]
+) -> float:
+    """As ``white_size``, by the rows whose own variance is no more than that."""
+    lowpass_hz, rows, noise = min(subject.lowpass_hz, subject.rate_hz), list(residuals), np.inf
+    while 0.0 < (size := white_size(rows, subject.rate_hz, lowpass_hz)) < noise:
+        noise = size
+        rows = [
+            x if variance is None else np.where(variance <= noise**2, x, np.nan)
+            for x, variance in zip(residuals, variances, strict=True)
+        ]
+    return noise if noise < np.inf else 0.0
 
 
 def white(link: str, rms: float, source: str) -> Floor:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from epa_rt.gap.likelihood.chunks import chunks_of
-from epa_rt.gap.likelihood.floor import Floor, unbiased
+from epa_rt.gap.likelihood.floor import Floor, left_over, weight
 from epa_rt.gap.likelihood.generic import Design
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.side_by_side import each
@@ -193,9 +193,8 @@ class Problem:
     def _whitened(self, recording: str, link: str, values: Values) -> np.ndarray:
         floor = self.floors[link]
         with np.errstate(over="ignore", invalid="ignore"):  # a plant that runs away
-            residual = self.subject.residual(self.prepared[recording], values, link)
-            residual = unbiased(residual, floor, recording)
-            white = floor.whiten(residual) / self.scale[link]
+            left = left_over(self.subject, self.prepared[recording], values, floor, recording)
+            white = floor.whiten(left) / self.scale[link]
         return np.where(np.isfinite(white), np.clip(white, -ABSURD, ABSURD), white)
 
     def residual(self, values: Values, link: str) -> np.ndarray:
@@ -267,10 +266,13 @@ class Problem:
         made = each(lambda r: cheaper(self.prepared[r.name], values, at, far), self.recordings)
         if any(one is None for one in made):
             return self.residual(values, link) - here
+        floor = self.floors[link]
         return (
             np.concatenate(
                 [
-                    self.floors[link].whiten(one)[self._keep[r.name, link]]
+                    floor.whiten(one * weight(self.subject, self.prepared[r.name], floor))[
+                        self._keep[r.name, link]
+                    ]
                     for r, one in zip(self.recordings, made, strict=True)
                 ]
             )

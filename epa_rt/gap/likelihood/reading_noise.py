@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from epa_rt.gap.likelihood.floor import weight
 from epa_rt.gap.likelihood.intervals import TWO_SIDED_95
 from epa_rt.gap.likelihood.problem import Problem
 from epa_rt.gap.recording import Recording
@@ -59,9 +60,12 @@ class ReadingNoise:
         squares, samples = np.zeros(len(READ_SEEDS)), np.zeros(len(READ_SEEDS))
         with np.errstate(all="ignore"):  # a plant that runs away
             for quiet, noisy in self._read_again:
-                foreseen = subject.residual(quiet, values, link)
+                foreseen, counts = (
+                    subject.residual(quiet, values, link),
+                    weight(subject, quiet, floor),
+                )
                 for i, one in enumerate(noisy):
-                    white = floor.whiten(subject.residual(one, values, link) - foreseen)
+                    white = floor.whiten(counts * (subject.residual(one, values, link) - foreseen))
                     squares[i] += np.nansum(white**2)
                     samples[i] += np.isfinite(white).sum()
             each = squares / samples

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from epa_rt.gap.diagnosis import Remainder
-from epa_rt.gap.likelihood.floor import Floor, unbiased
+from epa_rt.gap.likelihood.floor import Floor, left_over
 from epa_rt.gap.likelihood.generic import Design, GenericFit, designed, fit_generic
 from epa_rt.gap.subject import Subject, Values
 
@@ -33,8 +33,7 @@ def generic_of(
     """
     floor = floors[link]
     residuals = {
-        name: unbiased(subject.residual(one, values, link), floor, name)
-        for name, one in prepared.items()
+        name: left_over(subject, one, values, floor, name) for name, one in prepared.items()
     }
     residuals = {name: r for name, r in residuals.items() if np.isfinite(r).any()}
     if not residuals:
@@ -71,7 +70,7 @@ def remainders(
         explainable = first.before - first.after
         residual = np.concatenate(
             [
-                unbiased(subject.residual(one, after, link.name), floors[link.name], name)
+                left_over(subject, one, after, floors[link.name], name)
                 for name, one in prepared.items()
             ]
         )

@@ -24,6 +24,7 @@ def figure(trace: Trace) -> Html:
         (words, kind, np.asarray(scale.of(values), float)) for words, kind, values in trace.lines
     ]
     floor = trace.floor * scale.factor
+    band = np.full(len(trace.t_s), floor) if trace.band is None else trace.band * scale.factor
     y_range = _range([values for _, _, values in lines], 2.0 * floor if trace.is_error else 0.0)
     key = join(
         [tag("span", words, class_=f"swatch {kind}") for words, kind, _ in lines]
@@ -43,7 +44,7 @@ def figure(trace: Trace) -> Html:
         join(
             [
                 tag("figcaption", caption),
-                frame(trace.t_s, lines, y_range, floor if trace.is_error else None),
+                frame(trace.t_s, lines, y_range, band if trace.is_error else None),
             ]
         ),
         class_="curves",
@@ -54,13 +55,13 @@ def frame(
     t_s: np.ndarray,
     lines: list[tuple[str, str, np.ndarray]],
     y_range: tuple[float, float],
-    floor: float | None,
+    band: np.ndarray | None,
 ) -> Html:
     """The plot itself; ticks as text beside it, so that they stay legible at any width."""
     if not len(t_s):
         return Html("")
     x_range = float(t_s[0]), float(t_s[-1])
-    shapes = [_band(floor, y_range)] if floor is not None else []
+    shapes = [_band(t_s, band, x_range, y_range)] if band is not None else []
     shapes += [
         f'<line class="rule" x1="0" x2="{WIDTH:g}" y1="{_y(tick, y_range):.2f}"'
         f' y2="{_y(tick, y_range):.2f}"/>'
@@ -156,6 +157,11 @@ def _y(value: float, y_range: tuple[float, float]) -> float:
     return HEIGHT * (y_range[1] - value) / (y_range[1] - y_range[0])
 
 
-def _band(floor: float, y_range: tuple[float, float]) -> str:
-    top, bottom = _y(2.0 * floor, y_range), _y(-2.0 * floor, y_range)
-    return f'<rect class="band" x="0" width="{WIDTH:g}" y="{top:.2f}" height="{bottom - top:.2f}"/>'
+def _band(
+    t_s: np.ndarray, band: np.ndarray, x_range: tuple[float, float], y_range: tuple[float, float]
+) -> str:
+    """Two rms on either side of zero, as far as they are inside the frame."""
+    edge = np.minimum(2.0 * band, max(-y_range[0], y_range[1]))
+    above, below = (path(t_s, sign * edge, x_range, y_range) for sign in (1.0, -1.0))
+    back = "".join(f"L{place}" for place in reversed(below[1:].split("L")))
+    return f'<path class="band" d="{above}{back}Z"/>'

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from epa_rt.gap.likelihood.alongside import channels, trials, unit_of
-from epa_rt.gap.likelihood.floor import FLOOR_SEEDS, Floor, unbiased
+from epa_rt.gap.likelihood.floor import FLOOR_SEEDS, Floor, left_over, unbiased, weight
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.subject import Subject, Values
 
@@ -19,7 +19,7 @@ BELIEVED, REFITTED = "as believed", "with nominal parameters refitted"  # what t
 @dataclass(frozen=True)
 class Trace:
     """One picture: ``lines`` are (words, kind, (n,) values) over ``t_s`` (n,); ``floor`` is the
-    floor's rms.
+    floor's rms, ``band`` (n,) that with each row's own variance.
 
     Kinds: "measured", "before", "after". ``is_error``: measured minus plant, so that zero is right
     and the floor a band.
@@ -32,6 +32,7 @@ class Trace:
     lines: tuple[tuple[str, str, np.ndarray], ...]
     floor: float
     is_error: bool
+    band: np.ndarray | None = None
 
 
 def traces(
@@ -65,14 +66,18 @@ def _left(
         one = subject.prepare(recording)
         for link in (link for link in subject.links if link.name in floors):
             floor = floors[link.name]
-            residual = unbiased(subject.residual(one, before, link.name), floor, recording.name)
-            size = _rms(residual) / floor.rms
+            size = _rms(left_over(subject, one, before, floor, recording.name)) / floor.rms
             if worst is None or size > worst[0]:
-                worst = size, link, recording, one, residual
+                worst = size, link, recording, one
     if worst is None:
         return None
-    _, link, recording, one, residual = worst
-    rest = unbiased(subject.residual(one, after, link.name), floors[link.name], recording.name)
+    _, link, recording, one = worst
+    floor = floors[link.name]
+    residual, rest = (
+        unbiased(subject.residual(one, values, link.name), floor, recording.name)
+        for values in (before, after)
+    )
+    band = np.broadcast_to(floor.rms / weight(subject, one, floor), residual.shape)
     t_s = np.arange(len(residual)) / subject.rate_hz
     judged = np.flatnonzero(np.isfinite(residual))
     cut = slice(judged[0], judged[-1] + 1) if judged.size else slice(0, 0)
@@ -85,8 +90,9 @@ def _left(
             (f"before, {REFITTED}", "before", residual[cut]),
             ("with the effects", "after", rest[cut]),
         ),
-        floors[link.name].rms,
+        floor.rms,
         True,
+        band[cut],
     )
 
 

@@ -9,7 +9,7 @@ from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.signal import welch
 
 from epa_rt.gap.diagnosis import Place
-from epa_rt.gap.likelihood.floor import Floor, unbiased
+from epa_rt.gap.likelihood.floor import Floor, left_over
 from epa_rt.gap.likelihood.regressors import TURN
 from epa_rt.gap.likelihood.significance import significance
 from epa_rt.gap.subject import Link, Subject, Values
@@ -45,8 +45,7 @@ def _place(
 ) -> Place | None:
     rate = subject.rate_hz
     residuals = {
-        name: unbiased(subject.residual(one, values, link.name), floor, name)
-        for name, one in prepared.items()
+        name: left_over(subject, one, values, floor, name) for name, one in prepared.items()
     }
     residuals = {name: r for name, r in residuals.items() if np.isfinite(r).any()}
     if not residuals:

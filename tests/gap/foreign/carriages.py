@@ -29,6 +29,7 @@ class Cart:
     damping_n_s_m: float
     place_noise_m: float
     force_noise_n: float
+    place_step_m: float = 1e-6  # 0: read to the last bit
 
     def driven(
         self,
@@ -52,7 +53,8 @@ class Cart:
         speed_m_s, pushes = np.gradient(reference_m, self.period_s).tolist(), push_n.tolist()
         for k, (x, w) in enumerate(zip(reference_m.tolist(), speed_m_s, strict=True)):
             sent.append(self.stiffness_n_m * (x - q) + self.damping_n_s_m * (w - v))
-            place[k] = round((q + random.normal(0.0, self.place_noise_m)) * 1e6) * 1e-6
+            read_m, step_m = q + random.normal(0.0, self.place_noise_m), self.place_step_m
+            place[k] = round(read_m / step_m) * step_m if step_m > 0.0 else read_m
             force[k] = sent[-1] + random.normal(0.0, self.force_noise_n)
             for _ in range(SUBSTEPS):
                 free = (

@@ -14,7 +14,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from epa_rt.gap.rig.foreign.component import Channel, Component, Numbers, Parameter, Setting, effect
-from epa_rt.gap.rig.foreign.law import LINK, REST_RATIO, Law, Motion, either_way, motion
+from epa_rt.gap.rig.foreign.law import (
+    LINK,
+    REST_RATIO,
+    Law,
+    Motion,
+    either_way,
+    motion,
+    sloped_otherwise,
+)
 from epa_rt.gap.rig.foreign.moved import smoothed
 from epa_rt.gap.rig.foreign.operators import carried
 from epa_rt.gap.rig.foreign.rests import at_rest
@@ -40,15 +48,15 @@ class Prepared:
     turned_rad: np.ndarray
 
 
-def _motion(position_m: np.ndarray, rate_hz: float, n: Numbers) -> Motion:
-    return motion(position_m, rate_hz, n["typical_speed"], n["middle"], n["stroke"])
+def _motion(position_m: np.ndarray, filtered: bool, rate_hz: float, n: Numbers) -> Motion:
+    return motion(position_m, rate_hz, n["typical_speed"], n["middle"], n["stroke"], filtered)
 
 
 def prepare(signals: Signals, numbers: Numbers) -> Prepared:
     """The drive's force as measured, N, and the motion of the low-passed position, m, m/s, m/s^2,
     (N,) each. Raises ValueError where ``lowpass`` does.
     """
-    base = _motion(smoothed(signals, numbers), signals.rate_hz, numbers)
+    base = _motion(*smoothed(signals, numbers), signals.rate_hz, numbers)
     return Prepared(signals, signals.columns["force"], base, _turned_rad(base, numbers))
 
 
@@ -133,6 +141,7 @@ def _true_motion(prepared: Prepared, n: Numbers) -> Motion:
     turn = 2 * np.pi * prepared.base.position_m / n["sensor.eccentric_pitch_m"]
     return _motion(
         prepared.base.position_m - sine * np.sin(turn) - cosine * np.cos(turn),
+        prepared.base.filtered,
         prepared.signals.rate_hz,
         n,
     )
@@ -150,10 +159,13 @@ def _through_drive(force_n: np.ndarray, signals: Signals, n: Numbers) -> np.ndar
 
 
 def turning(prepared: Prepared, numbers: Numbers, laws: Sequence[Law] = LAWS) -> Turning:
-    """The motion of the position as it was read, and dry friction at the drive, (N,), N."""
-    on, back = _either_way_n(prepared.base, numbers, laws)
-    dry_n = 0.5 * (on - back) / numbers["drive.gain_ratio"]
-    return turning_of(prepared.signals, prepared.base, dry_n, numbers)
+    """The motion of the position as it was read; dry friction at the drive, and what the rows tell
+    no better of its force, (N,), N.
+    """
+    m, gain = prepared.base, numbers["drive.gain_ratio"]
+    on, back = _either_way_n(m, numbers, laws)
+    unsure_n = needed_n(m, numbers, laws) - needed_n(sloped_otherwise(m), numbers, laws)
+    return turning_of(prepared.signals, m, 0.5 * (on - back) / gain, unsure_n / gain, numbers)
 
 
 def undetermined(prepared: Prepared, numbers: Numbers) -> np.ndarray:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from epa_rt.gap.rig.foreign.component import Numbers, Parameter, effect
+from epa_rt.gap.rig.foreign.signals import slope
 from epa_rt.models.effect import Effect
 
 LINK = ("force",)
@@ -20,8 +21,8 @@ REST_RATIO = 1e-3
 
 @dataclass(frozen=True)
 class Motion:
-    """A sliding part's measured motion, (N,) each, already filtered; ``place_ratio``: -1 to 1 over
-    the stroke.
+    """A sliding part's measured motion, (N,) each; ``place_ratio``: -1 to 1 over the stroke;
+    ``filtered``: whether a low-pass has left nothing of it above a quarter of the rate.
     """
 
     position_m: np.ndarray
@@ -31,6 +32,7 @@ class Motion:
     place_ratio: np.ndarray
     time_s: np.ndarray
     period_s: float
+    filtered: bool
 
 
 class Law(NamedTuple):
@@ -47,18 +49,20 @@ def motion(
     typical_speed_m_s: float,
     middle_m: float,
     stroke_m: float,
+    filtered: bool,
 ) -> Motion:
-    """Speed, acceleration and direction of a filtered position."""
-    speed = np.gradient(position_m) * rate_hz
+    """Speed, acceleration and direction of a position. ``filtered``: as ``Motion`` has it."""
+    speed = slope(position_m, rate_hz, filtered)
     sign = speed / np.hypot(speed, REST_RATIO * typical_speed_m_s)
     return Motion(
         position_m,
         speed,
-        np.gradient(speed) * rate_hz,
+        slope(speed, rate_hz, filtered),
         sign,
         (position_m - middle_m) / (0.5 * stroke_m),
         np.arange(len(speed)) / rate_hz,
         1.0 / rate_hz,
+        filtered,
     )
 
 
@@ -66,6 +70,15 @@ def either_way(m: Motion) -> tuple[Motion, Motion]:
     """The same motion as if it went one way throughout, and as if it went the other."""
     forth, back = (replace(m, sign=np.full_like(m.sign, sign)) for sign in (1.0, -1.0))
     return forth, back
+
+
+def sloped_otherwise(m: Motion) -> Motion:
+    """The same motion with slopes of the other order: what the two differ by is about how well rows
+    so far apart tell speed and acceleration.
+    """
+    rate_hz, filtered = 1.0 / m.period_s, not m.filtered
+    speed = slope(m.position_m, rate_hz, filtered)
+    return replace(m, speed_m_s=speed, acceleration_m_s2=slope(speed, rate_hz, filtered))
 
 
 def number(

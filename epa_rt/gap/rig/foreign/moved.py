@@ -12,7 +12,7 @@ import numpy as np
 
 from epa_rt.gap.hygiene.values import noise_of, smallest_step
 from epa_rt.gap.rig.foreign.component import Numbers
-from epa_rt.gap.rig.foreign.signals import Signals, lowpass
+from epa_rt.gap.rig.foreign.signals import Signals, lowpass, slope
 
 WIDER = (4.0, 2.0, 1.0)  # times the residual's cut-off; the widest that the noise allows
 QUIET = 3e-3  # of the typical speed, to which the noise of the speed must stay
@@ -21,12 +21,18 @@ PROBE, PERIODS = (
     8192,
     40,
 )  # rows of white noise that are sent through the filters at least, and periods of the cut-off
+# of a log's rate, above which a central difference takes the more off the higher a frequency is
+SLOPED = 0.25
 MASS = "carriage.inertia_kg"
 
 
-def smoothed(signals: Signals, numbers: Numbers) -> np.ndarray:
-    """(N,) the place in m (or rad), low-passed."""
-    return lowpass(signals.columns["position"], signals.rate_hz, cut_off(signals, numbers)[0])
+def smoothed(signals: Signals, numbers: Numbers) -> tuple[np.ndarray, bool]:
+    """(N,) the place in m (or rad), low-passed, and whether that has left nothing of it above
+    ``SLOPED``.
+    """
+    hertz, _ = cut_off(signals, numbers)
+    place_m = lowpass(signals.columns["position"], signals.rate_hz, hertz)
+    return place_m, hertz < SLOPED * signals.rate_hz
 
 
 def cut_off(signals: Signals, numbers: Numbers) -> tuple[float, float]:
@@ -41,8 +47,11 @@ def cut_off(signals: Signals, numbers: Numbers) -> tuple[float, float]:
     )
     for times in WIDER:
         hertz = times * signals.lowpass_hz
-        speed = signals.slope(lowpass(white, signals.rate_hz, hertz))
-        force_n = numbers.get(MASS, 0.0) * _inside(signals.lowpass(signals.slope(speed)))
+        filtered = hertz < SLOPED * signals.rate_hz
+        speed = slope(lowpass(white, signals.rate_hz, hertz), signals.rate_hz, filtered)
+        force_n = numbers.get(MASS, 0.0) * _inside(
+            signals.lowpass(slope(speed, signals.rate_hz, filtered))
+        )
         if (
             _inside(speed) < QUIET * numbers["typical_speed"]
             and force_n < QUIET_FORCE * numbers["typical_force"]

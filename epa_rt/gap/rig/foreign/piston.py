@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from epa_rt.gap.rig.foreign.component import Channel, Component, Numbers, Parameter, Setting, effect
-from epa_rt.gap.rig.foreign.law import LINK, Motion, either_way, motion
+from epa_rt.gap.rig.foreign.law import LINK, Motion, either_way, motion, sloped_otherwise
 from epa_rt.gap.rig.foreign.moved import smoothed
 from epa_rt.gap.rig.foreign.rests import at_rest
 from epa_rt.gap.rig.foreign.reversals import REVERSALS, Turning, turning_of
@@ -28,12 +28,14 @@ def prepare(signals: Signals, numbers: Numbers) -> Prepared:
     """Pressure over the atmosphere, Pa, and motion, m, m/s, m/s^2, of low-passed channels, (N,)
     each. Raises ValueError where ``lowpass`` does.
     """
+    position_m, filtered = smoothed(signals, numbers)
     moved = motion(
-        smoothed(signals, numbers),
+        position_m,
         signals.rate_hz,
         numbers["typical_speed"],
         numbers["middle"],
         numbers["stroke"],
+        filtered,
     )
     return Prepared(
         signals, signals.lowpass(signals.columns["pressure"]) - numbers["atmosphere"], moved
@@ -66,10 +68,15 @@ def undetermined(prepared: Prepared, numbers: Numbers) -> np.ndarray:
 
 
 def turning(prepared: Prepared, numbers: Numbers) -> Turning:
-    """The piston's motion, and its dry friction, (N,), N."""
+    """The piston's motion; its dry friction, and what the rows tell no better of its force, (N,),
+    N.
+    """
     m = prepared.motion
-    on, back = (predicted_n(replace(prepared, motion=way), numbers) for way in either_way(m))
-    return turning_of(prepared.signals, m, 0.5 * (on - back), numbers)
+    here, less, on, back = (
+        predicted_n(replace(prepared, motion=way), numbers)
+        for way in (m, sloped_otherwise(m), *either_way(m))
+    )
+    return turning_of(prepared.signals, m, 0.5 * (on - back), here - less, numbers)
 
 
 def features(prepared: Prepared, link: str) -> Mapping[str, np.ndarray]:

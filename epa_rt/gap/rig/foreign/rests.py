@@ -24,7 +24,7 @@ STILL = 3e-3  # of the typical speed: the filter's tails of the motion before
 RESTS = 1.5
 LONGEST_S = 0.1  # that a rest must last, however slowly the motion is seen
 SPREAD = 2.0  # cut-off periods over which the filter spreads what is there
-ACCELERATED_ROWS = 2  # over which two central differences spread it, where nothing is filtered
+ACCELERATED_ROWS = 2  # over which two slopes spread most of it, where nothing is filtered
 WORTH_SAYING = 0.02  # of the rows
 
 
@@ -36,9 +36,14 @@ def at_rest(signals: Signals, speed_m_s: np.ndarray, numbers: Numbers) -> np.nda
     slow = slow_rows(speed_m_s, noise, numbers)
     found, around = np.zeros(len(slow), bool), _spread_rows(signals, signals.rate_hz)
     for start, stop in stretches(slow):
-        if stop - start >= min(RESTS / hertz, LONGEST_S) * signals.rate_hz:
+        if stop - start >= least_rows(hertz, signals.rate_hz):
             found[max(start - around, 0) : stop + around] = True
     return found
+
+
+def least_rows(hertz: float, rate_hz: float) -> float:
+    """Rows of slow motion from which it is a rest; ``hertz``: the cut-off of the position."""
+    return min(RESTS / hertz, LONGEST_S) * rate_hz
 
 
 def slow_rows(speed_m_s: np.ndarray, noise_m_s: float, numbers: Numbers) -> np.ndarray:

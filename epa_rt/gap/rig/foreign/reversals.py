@@ -1,9 +1,11 @@
-"""How well the moment is known at which a sliding part turns round, and what that leaves of a link.
+"""What a log does not tell of a sliding part's motion, and what that leaves of a link.
 
-Dry friction and acceleration jump there, and the motion that says when has been filtered, sampled
-and read with noise. A jump that is foreseen a little early or late leaves a pulse in the residual.
-Rows count for less where it may be larger than the noise: their variance is the noise's and that of
-the pulse (errors in variables).
+Dry friction and acceleration jump where the part turns round, and the motion that says when has
+been filtered, sampled and read with noise. A jump that is foreseen a little early or late leaves a
+pulse in the residual. In a rest friction takes any force up to its own. Between two rows slopes may
+be taken one way or another, and an output held or not. Rows count for less where that may be larger
+than the noise: their variance is the noise's and that of what the log leaves open (errors in
+variables).
 """
 
 from typing import NamedTuple
@@ -11,103 +13,131 @@ from typing import NamedTuple
 import numpy as np
 
 from epa_rt.gap.finding import stretches
-from epa_rt.gap.likelihood.colour import white_size
 from epa_rt.gap.rig.foreign.component import Numbers
 from epa_rt.gap.rig.foreign.law import Motion
 from epa_rt.gap.rig.foreign.moved import cut_off
-from epa_rt.gap.rig.foreign.rests import RESTS, slow_rows
+from epa_rt.gap.rig.foreign.rests import least_rows, slow_rows
 from epa_rt.gap.rig.foreign.signals import Signals, lowpass
 
 TINY = np.finfo(float).tiny
-REACH = 8.0  # cut-off periods after which the low-pass has forgotten a pulse
-# of what an output varies by, to which no law foresees it: noise counts as that much at least, for
-# a log without any would hang on the filter's tails
+# a mean over a row differs from the value in its middle by a second difference over this
+HELD = 24.0
+# of what an output varies by, to which simulators solve their equations where nobody asks for more
 EXACT = 1e-3
-UNTOUCHED = 1e-3  # of the largest variance of a pulse, below which a row tells the noise
+REACH = 8.0  # cut-off periods after which the low-pass has forgotten a pulse
 REVERSALS = (
     (
-        "near reversals and a rest's ends the residual counts for 1 / sqrt(1 + sum (J s h /"
-        " noise)^2): dry friction jumps by J, the low-pass answers h to a pulse, the moment is"
-        " unsure by s"
+        "a residual counts for 1 / sqrt(1 + variance / noise^2), where variance = turns^2 + rest^2"
+        " + between^2"
     ),
     (
-        "s^2 = (row^2 + rest^2) / 12 + (2 m K / |a + b|)^2, K = |a - b| + |a + b - 2 c|: for the"
-        " time rest the sign of v is noise; m is the mean time to one side of the place's filter"
+        "turns^2 = sum (J s h)^2 at reversals and a rest's ends, rest = J sum |h|: dry friction"
+        " jumps by J, the low-pass answers h to a pulse, the moment is unsure by s"
+    ),
+    (
+        "s^2 = (row^2 + still^2) / 12 + (2 m K / |a + b|)^2, K = |a - b| + |a + b - 2 c|: for the"
+        " time still the sign of v is noise; m is the mean time to one side of the place's filter"
     ),
     (
         "a, b and c: acceleration half a period of that filter before the reversal, after it and in"
         " it; K / |a + b| is 1 at most"
+    ),
+    (
+        "between^2 = slopes^2 + held^2 + (J (1 - |sign|) / 2)^2 + (F / 1000)^2, behind the"
+        " low-pass: slopes of second and fourth order differ by the first"
+    ),
+    (
+        "held: a 24th of the output's second difference, for it may be held from row to row or"
+        " read in it; F: what the output varies by"
     ),
 )
 
 
 class Turning(NamedTuple):
     """A motion whose direction an output hangs on. ``dry`` (N,): half of what the output jumps by
-    where the motion turns round there, in its unit; ``hertz``: the cut-off of the position's
-    filter; ``slow`` (N,) bool: where the direction is noise.
+    where the motion turns round there, in its unit; ``unsure`` (N,): what it hangs by on how slopes
+    are taken between rows; ``hertz``: the cut-off of the position's filter; ``slow`` (N,) bool:
+    where the direction is noise.
     """
 
     motion: Motion
     dry: np.ndarray
+    unsure: np.ndarray
     hertz: float
     slow: np.ndarray
 
 
-def turning_of(signals: Signals, motion: Motion, dry: np.ndarray, numbers: Numbers) -> Turning:
+def turning_of(
+    signals: Signals, motion: Motion, dry: np.ndarray, unsure: np.ndarray, numbers: Numbers
+) -> Turning:
     """Of a motion whose position ``moved.smoothed`` has filtered."""
     hertz, noise = cut_off(signals, numbers)
-    return Turning(motion, dry, hertz, slow_rows(motion.speed_m_s, noise, numbers))
+    return Turning(motion, dry, unsure, hertz, slow_rows(motion.speed_m_s, noise, numbers))
 
 
-def weights(
-    signals: Signals, turning: Turning, output: np.ndarray, left: np.ndarray, rate_hz: float
+def row_variance(
+    signals: Signals, turning: Turning, output: np.ndarray, left: np.ndarray
 ) -> np.ndarray:
-    """(n,) 0 to 1, by which a residual counts at ``rate_hz`` behind the low-pass. ``output`` (N,):
-    as measured; ``left`` (n,): the residual at the plant file's numbers, NaN where it is not
-    judged.
+    """(n,) variance of a residual behind the low-pass beyond that of its noise, in its unit
+    squared. ``output`` (N,): as measured; ``left`` (n,): the residual at the plant file's numbers,
+    NaN where it is not judged.
     """
     from scipy.signal import fftconvolve
 
-    unsure_s2 = _unsure_s2(signals, turning)
-    if not unsure_s2.any() or not np.isfinite(left).any():
-        return np.ones(len(left))
-    jump = 2.0 * (turning.dry + _beyond(signals, turning.motion, left))
-    pulses = fftconvolve(jump**2 * unsure_s2, _answer(signals, signals.lowpass_hz) ** 2, "same")
-    variance = np.maximum(pulses[:: signals.stride], 0.0)
-    quiet = np.where(variance > UNTOUCHED * variance.max(), np.nan, left)
-    lowpass_hz = min(signals.lowpass_hz, rate_hz)
-    noise = white_size([quiet], rate_hz, lowpass_hz) or white_size([left], rate_hz, lowpass_hz)
-    noise = max(noise, EXACT * float(np.std(output)), TINY)
-    found: np.ndarray = 1.0 / np.sqrt(1.0 + variance / noise**2)
+    if not np.isfinite(left).any():
+        return np.zeros(len(left))
+    answer, unsure_s2, rests = (_answer(signals, signals.lowpass_hz), *_unsure(signals, turning))
+    dry, share = turning.dry + _beyond(signals, turning.motion, left), answer**2
+    held = fftconvolve(np.where(rests, 2.0 * dry, 0.0), np.abs(answer) / signals.rate_hz, "same")
+    rounded = signals.lowpass(dry * (1.0 - np.abs(turning.motion.sign)))
+    variance = (
+        fftconvolve((2.0 * dry) ** 2 * unsure_s2, share, "same")
+        + fftconvolve(_between_rows(signals, turning, output) ** 2, share / share.sum(), "same")
+        + held**2
+        + rounded**2
+        + (EXACT * np.std(output)) ** 2
+    )
+    return np.maximum(variance, 0.0)[:: signals.stride]
+
+
+def _between_rows(signals: Signals, turning: Turning, output: np.ndarray) -> np.ndarray:
+    """(N,) what the low-pass lets through of what no row tells: how slopes are taken between rows,
+    and whether an output is held from one row to the next or read in it.
+    """
+    held = np.zeros(len(output))
+    held[1:-1] = np.diff(output, 2) / HELD
+    found: np.ndarray = np.hypot(signals.lowpass(turning.unsure), signals.lowpass(held))
     return found
 
 
-def _turned(speed_m_s: np.ndarray) -> np.ndarray:
+def _turned(sign: np.ndarray) -> np.ndarray:
     """Rows behind which the motion goes the other way than up to there."""
-    moves = np.flatnonzero(speed_m_s)  # in steps it may stand between two of them
-    forth = speed_m_s[moves] > 0.0
+    moves = np.flatnonzero(sign)  # in steps it may stand between two of them
+    forth = sign[moves] > 0.0
     rows: np.ndarray = moves[1:][forth[1:] != forth[:-1]] - 1
     return rows
 
 
-def _unsure_s2(signals: Signals, turning: Turning) -> np.ndarray:
-    """(N,) variance of the moments of reversals, 0 where there is none: a row, the time over which
-    the direction is noise, and the way by which the position's filter moves the zero of a speed
-    that has a kink there. Where the direction is noise for a while the moment may be any row of it,
-    and friction gives way there also where the motion then goes on: at both ends of a rest.
+def _unsure(signals: Signals, turning: Turning) -> tuple[np.ndarray, np.ndarray]:
+    """(N,) variance of the moments of reversals, s^2, 0 where there is none: a row, the time over
+    which the direction is noise (the moment may be any row of it), and the way by which the
+    position's filter moves the zero of a speed that has a kink there. (N,) bool: rests, in which
+    friction takes any force up to its own.
     """
     row_s = 1.0 / signals.rate_hz
     moved_s2, found = _zero_moves_s(signals, turning) ** 2, np.zeros(signals.samples)
-    rows = _turned(turning.motion.speed_m_s)
+    rests, rows = np.zeros(signals.samples, bool), _turned(turning.motion.sign)
     found[rows] = row_s**2 / 12.0 + moved_s2[rows]
-    most = max(round(RESTS / turning.hertz * signals.rate_hz), 1)  # a rest is not judged but there
+    least = least_rows(turning.hertz, signals.rate_hz)
+    most = max(round(least), 1)
     for start, stop in stretches(turning.slow):
         first = max(start - 1, 0)  # the row before the sign changes may be outside
+        rests[first:stop] = stop - start >= least
         for begins, ends in {(first, min(first + most, stop)), (max(stop - most, first), stop)}:
             stands_s2 = ((ends - begins) * row_s) ** 2
             variance = stands_s2 / 12.0 + moved_s2[begins:ends].max()
             found[begins:ends] = variance / (ends - begins)
-    return found
+    return found, rests
 
 
 def _zero_moves_s(signals: Signals, turning: Turning) -> np.ndarray:

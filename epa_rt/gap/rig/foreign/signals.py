@@ -39,7 +39,7 @@ class Signals:
 
     def slope(self, values: np.ndarray) -> np.ndarray:
         """Central difference per second, (N,)."""
-        return np.gradient(values) * self.rate_hz
+        return slope(values, self.rate_hz, filtered=False)
 
     def settled(self, valid: np.ndarray, periods: float) -> np.ndarray:
         """Where a filtered signal is free of holes and of the recording's ends, (N,) bool: so many
@@ -97,6 +97,16 @@ def on_grid(
     return Signals(
         recording.name, rate_in, lowpass_hz, stride(rate_in, rate_hz), columns, valid, spans
     )
+
+
+def slope(values: np.ndarray, rate_hz: float, filtered: bool) -> np.ndarray:
+    """(N,) per second: of fourth order where a filter has left nothing above a quarter of the rate,
+    else the central difference, which makes less of noise there.
+    """
+    found: np.ndarray = np.gradient(values)
+    if filtered:
+        found[2:-2] = (values[:-4] - 8.0 * values[1:-3] + 8.0 * values[3:-1] - values[4:]) / 12.0
+    return found * rate_hz
 
 
 def stride(recorded_hz: float, rate_hz: float) -> int:

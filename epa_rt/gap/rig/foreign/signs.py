@@ -31,7 +31,6 @@ def check_signs(recordings: Sequence[Recording], subject: ForeignSubject) -> lis
 
 
 def _checked(recording: Recording, subject: ForeignSubject, link) -> Finding | None:
-    subject = subject.evenly()
     ready = subject.prepare(recording)
     left = subject.residual(ready, {}, link.name)
     signals = ready.signals

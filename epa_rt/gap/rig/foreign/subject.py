@@ -13,7 +13,7 @@ from epa_rt.gap.rig.foreign.plant_file import ForeignPlant, plant_text, sized
 from epa_rt.gap.rig.foreign.read_again import read_again
 from epa_rt.gap.rig.foreign.readings import as_read
 from epa_rt.gap.rig.foreign.repeats import colourless, lap_differences, lap_samples
-from epa_rt.gap.rig.foreign.reversals import weights
+from epa_rt.gap.rig.foreign.reversals import row_variance
 from epa_rt.gap.rig.foreign.rig_file import ForeignRig
 from epa_rt.gap.rig.foreign.signals import Signals, lowpass, on_grid
 from epa_rt.gap.subject import Link, Plain, Values
@@ -27,7 +27,7 @@ KNOWN_TO = 0.5
 class Ready:
     """A recording ready for residuals. ``judged``: by link, (n,) bool at the residual's rate;
     ``work``: the component's own; ``undetermined``: (n,) where no law foresees the outputs, which
-    is judged nowhere; ``weights``: by link, (n,), by which a residual counts (reversals.py).
+    is judged nowhere; ``variance``: by link, (n,), beyond the noise (reversals.py).
     """
 
     signals: Signals
@@ -35,14 +35,14 @@ class Ready:
     judged: Mapping[str, np.ndarray]
     undetermined: np.ndarray
     beside: Mapping[str, np.ndarray]  # by link, (n,): what a baseline takes off
-    weights: Mapping[str, np.ndarray]
+    variance: Mapping[str, np.ndarray]
     recording: Recording
 
 
 class ForeignSubject(Plain):
     """See ``gap/subject.py``. ``settings``: numbers of the rig that are known; ``baseline``: a
-    repeat that stands for the plant; ``even``: all rows count alike, for what knows better how
-    much is left around reversals, or wants residuals in their unit.
+    repeat that stands for the plant; ``even``: no row has a variance beyond the noise, for what
+    knows better how much is left around reversals.
     """
 
     def __init__(
@@ -62,7 +62,7 @@ class ForeignSubject(Plain):
         }
         rig = replace(rig, channels={**unsaid, **rig.channels})
         self.rig, self.plant, self.leave_out, self.baseline = rig, plant, leave_out, baseline
-        self._weighs = component.turning is not None and baseline is None and not even
+        self._unsure = component.turning is not None and baseline is None and not even
         self.links: tuple[Link, ...] = tuple(
             link._replace(channel=rig.channels.get(role, link.channel))
             for link, role in component.links
@@ -110,17 +110,19 @@ class ForeignSubject(Plain):
         return self._parameters[key].links
 
     def evenly(self) -> "ForeignSubject":
-        """The same rig and plant, without a baseline, in which all rows count alike."""
+        """The same rig and plant, without a baseline, in which no row has a variance beyond the
+        noise.
+        """
         return ForeignSubject(self.rig, self.plant, self.leave_out, even=True)
 
     def prepare(self, recording: Recording) -> Ready:
         """Raises KeyError where the recording lacks a column that the rig file names."""
         ready = self._ready(recording, self._channels(recording))
-        if self._weighs:
+        if self._unsure:
             read = recording.twin_of
             like = self._ready(read, self._channels(read)) if read is not None else ready
             return replace(
-                ready, weights={link.name: self._weights(like, link.name) for link in self.links}
+                ready, variance={link.name: self._variance(like, link.name) for link in self.links}
             )
         if self.baseline is None:
             return ready
@@ -148,12 +150,12 @@ class ForeignSubject(Plain):
             recording,
         )
 
-    def _weights(self, ready: Ready, link: str) -> np.ndarray:
+    def _variance(self, ready: Ready, link: str) -> np.ndarray:
         asked, numbers = self.rig.component.turning, self._numbers({})
         assert asked is not None
-        turning, left = asked(ready.work, numbers), self.residual(ready, {}, link)
         output = ready.signals.columns[self._roles[link]]
-        return weights(ready.signals, turning, output, left, self.rate_hz)
+        left = self.residual(ready, {}, link)
+        return row_variance(ready.signals, asked(ready.work, numbers), output, left)
 
     def _channels(self, recording: Recording) -> dict[str, str]:
         optional = {channel.role for channel in self.rig.component.channels if not channel.required}
@@ -186,9 +188,11 @@ class ForeignSubject(Plain):
         ]
         if link in prepared.beside:
             left = left - prepared.beside[link]
-        if link in prepared.weights:
-            left = left * prepared.weights[link]
         return np.where(prepared.judged[link], left, np.nan)
+
+    def row_variance(self, prepared: Ready, link: str) -> np.ndarray | None:
+        """As Subject.row_variance; None with a baseline, which has what reversals leave."""
+        return prepared.variance.get(link)
 
     def features(self, prepared: Ready, link: str) -> Mapping[str, np.ndarray]:
         """As Subject.features: the component's own, thinned out to ``rate_hz`` without a
