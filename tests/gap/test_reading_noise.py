@@ -2,14 +2,19 @@
 little early or late, and dry friction jumps there.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from epa_rt.gap.likelihood.floor import white
+from epa_rt.gap.likelihood.floor import floors, white
 from epa_rt.gap.likelihood.problem import Problem
 from epa_rt.gap.likelihood.reading_noise import ReadingNoise
 from epa_rt.gap.posterior.views import Seen, View, on_ground
 from tests.gap.foreign.carriages import opened
+from tests.gap.foreign.test_reversals import CART, PLACE_M
+from tests.gap.foreign.test_reversals import PLANT as CARRIAGE_PLANT
+from tests.gap.foreign.test_reversals import RIG as CARRIAGE_RIG
 from tests.gap.foreign.test_strange_pistons import PLANT, RIG, stroked
 
 READ_N = 0.05  # deviation of the floor of the force, behind the low-pass
@@ -19,7 +24,7 @@ READ_N = 0.05  # deviation of the floor of the force, behind the low-pass
 def noise(tmp_path):
     subject = opened(tmp_path, RIG, PLANT)
     floors = {"force": white("force", READ_N, "sensors")}
-    return ReadingNoise(Problem(subject, [stroked(1), stroked(2)], floors))
+    return ReadingNoise(Problem(subject, [stroked(1), stroked(2)], floors), {})
 
 
 def test_it_grows_with_the_friction_that_jumps_at_a_reversal(noise):
@@ -39,14 +44,28 @@ def test_it_is_what_a_true_model_leaves_beyond_its_output_s_noise(tmp_path, nois
     problem = Problem(subject, [stroked(1, 8.0), stroked(2, 8.0)], floors)
     true = {"piston.area_m2": 3.06e-4, "friction.viscous_n_s_m": 22.0, "friction.coulomb_n": 8.0}
     left = problem.residual(true, "force")
-    foreseen = ReadingNoise(problem).per_sample(true)["force"].mean
+    foreseen = ReadingNoise(problem, {}).per_sample(true)["force"].mean
     assert np.mean(left**2) == pytest.approx(foreseen, rel=0.5)
 
 
 def test_a_rig_that_reads_no_motion_again_has_none(noise, monkeypatch):
     problem = noise._problem
     monkeypatch.setattr(type(problem.subject), "read_again", lambda *_: None)
-    assert ReadingNoise(problem).per_sample({"friction.coulomb_n": 9.0}) == {"force": (1.0, 0.0)}
+    found = ReadingNoise(problem, {}).per_sample({"friction.coulomb_n": 9.0})
+    assert found == {"force": (1.0, 0.0, 0.0)}
+
+
+def test_what_a_model_filters_off_of_the_noise_explains_nothing(tmp_path):
+    """A spring in front of half the mass lets less of an encoder's noise through."""
+    cart = opened(tmp_path, CARRIAGE_RIG, CARRIAGE_PLANT)
+    read = replace(CART, place_noise_m=1e-5)
+    log = read.driven("log", PLACE_M, np.random.default_rng(1), coulomb_n=24.0)
+    problem = Problem(cart, [log], floors(cart, [log], {}))
+    spring = {"drive.coupling_lag_s": 0.01, "drive.coupling_damping_ratio": 0.3}
+    noise = ReadingNoise(problem, {})
+    assert noise.per_sample({})["force"].filtered == 0.0
+    bare, taken = noise._bare["force"], noise.per_sample(spring)["force"].filtered
+    assert 0.3 * bare < taken < bare
 
 
 def test_noise_is_one_for_all_models():

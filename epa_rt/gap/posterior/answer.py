@@ -59,7 +59,9 @@ def table_for(
     fits).
     """
     families = {name: effect.family for name, effect in start.problem.effects.items()}
-    held_out = HeldOut(start.problem, start.ground, aside, judge) if aside else None
+    held_out = (
+        HeldOut(start.problem, start.ground, aside, start.base.values, judge) if aside else None
+    )
     return table_of(*start, held_out, Formula(families, numbers), progress)
 
 

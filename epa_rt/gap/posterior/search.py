@@ -120,7 +120,7 @@ class Search:
         self._points: dict[frozenset[str], Point] = {}
         self._asked: set[frozenset[str]] = set()  # beside which one effect more was looked for
         self._lowest: Lowest = {}
-        self._noise = ReadingNoise(problem)
+        self._noise = ReadingNoise(problem, base.values)
         self.typical: Mapping[str, float] = {}
         self.none = self._model((), base.values, ground.none if ground else None)
         self._waves = tuple(

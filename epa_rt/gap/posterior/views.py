@@ -24,8 +24,9 @@ HELD_OUT, HELD_OUT_FREE_RUN = "held_out", "held_out_free_run"
 @dataclass(frozen=True)
 class Seen:
     """One link under one model. ``noise``: chi-square that noise alone leaves on average;
-    ``chi``: what the model leaves. ``matrix`` (k, k): information on the view's keys per squared
-    spread; None of a link that nothing was fitted to. ``loose``: whether neither a twin of the
+    ``chi``: what the model leaves, and what it filters off of readings' noise besides. ``matrix``
+    (k, k): information on the view's keys per squared spread; None of a link that nothing was
+    fitted to. ``loose``: whether neither a twin of the
     plant nor healthy runs have measured its floor. ``off``: chi-square by which healthy runs
     differ, a deviation, or which readings of one motion are off by in one of twenty cases.
     ``lowered_from``: what ``noise`` was before it was set to what some model leaves.
@@ -115,7 +116,7 @@ def blocks(
         {
             link: Seen(
                 per_sample[link].mean * bare.samples(link),
-                float(residual @ residual),
+                float(residual @ residual) + per_sample[link].filtered * bare.samples(link),
                 matrix.sum(axis=0),
                 _loose(problem, link),
                 max(per_sample[link].off, usual.off[link] if usual else 0.0) * bare.samples(link),
@@ -156,7 +157,8 @@ def _numbers(normal: Normal) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
 
 class HeldOut:
     """Logs or trials that no model was fitted to, ready to be held against any: block by block, and
-    in free run where the rig has a model of the whole. ``subject``: the one that judges them.
+    in free run where the rig has a model of the whole. ``values``: of the plant without effects;
+    ``subject``: the one that judges them.
     """
 
     def __init__(
@@ -164,10 +166,11 @@ class HeldOut:
         problem: Problem,
         ground: Ground | None,
         recordings: Sequence[Recording],
+        values: Values,
         subject: Subject | None = None,
     ) -> None:
         self._problem = problem.rescaled(dict.fromkeys(problem.links, 1.0)).on(recordings, subject)
-        self._reading_noise = ReadingNoise(self._problem)
+        self._reading_noise = ReadingNoise(self._problem, values)
         self._whole = ground.whole.subject if ground else None
         self._ready: list[tuple[object, float]] = []
         if isinstance(self._whole, AsOne) and ground is not None:
@@ -189,7 +192,7 @@ class HeldOut:
             {
                 link: Seen(
                     per_sample[link].mean * problem.samples(link),
-                    float(residual @ residual),
+                    float(residual @ residual) + per_sample[link].filtered * problem.samples(link),
                     loose=_loose(problem, link),
                     off=per_sample[link].off * problem.samples(link),
                 )

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from epa_rt.gap.recording import Recording
 from epa_rt.gap.rig.foreign import servo_model
 from epa_rt.gap.rig.foreign.chamber_laws import rate_pa_s
-from epa_rt.gap.rig.foreign.operators import carried, dahl, lugre
+from epa_rt.gap.rig.foreign.operators import carried, dahl, lugre, swung
 from epa_rt.gap.rig.foreign.repeats import lap_differences, lap_samples
 from epa_rt.gap.rig.foreign.signals import shifted
 from tests.gap.foreign.made import subject_of
@@ -181,6 +181,37 @@ def test_a_load_without_a_gap_moves_as_what_carries_it_and_one_within_it_stands(
     off = np.abs(tight - asked)[1:-1]
     assert np.quantile(off, 0.99) < 2e-3 and off.max() < 1.5  # a row at each reversal
     assert not carried(x, 1e-3, 2.1, none, none, 0.0).any()
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    lag_s=st.floats(4e-3, 4e-2),
+    damping=st.floats(0.05, 0.5),
+    drag=st.floats(0.0, 3.0),
+    hertz=st.floats(0.5, 8.0),
+)
+def test_a_load_on_a_spring_swings_as_its_transfer_function_says(lag_s, damping, drag, hertz):
+    """(1 + 2 D T s) / (1 + 2 D T s + T^2 s (s + drag)) from place to place."""
+    t, s = np.arange(0.0, 20.0, 1e-3), 2j * np.pi * hertz
+    moved, none = np.exp(s * t), np.zeros(len(t))
+    found = swung((s * moved).real, (s**2 * moved).real, 1e-3, lag_s, damping, none, none, drag)
+    follows = 1.0 + 2.0 * damping * lag_s * s
+    loads = follows / (follows + lag_s**2 * s * (s + drag))
+    asked = (s * (s + drag) * loads * moved).real
+    late = t > 15.0  # what it began with has died away
+    off = np.abs(found - asked)[late].max() / np.abs(asked)[late].max()
+    assert off < 0.01 + 0.5 * abs(s) * 1e-3  # half a row
+
+
+def test_a_load_on_a_stiff_spring_is_carried_rigidly_and_one_that_friction_holds_stands():
+    t = np.arange(0.0, 10.0, 1e-3)
+    x, v, a = np.sin(2.0 * t), 2.0 * np.cos(2.0 * t), -4.0 * np.sin(2.0 * t)
+    none, dry = np.zeros(len(t)), np.full(len(t), 0.7)
+    stiff = swung(v, a, 1e-3, 1e-3, 0.5, none, dry, 0.1)
+    off = np.abs(stiff - (a + 0.7 * np.sign(v) + 0.1 * v))[10:-1]
+    assert np.quantile(off, 0.98) < 0.01
+    held = swung(v, a, 1e-3, 0.5, 0.1, none, np.full(len(t), 1e5), 0.0)
+    assert held[5:] == pytest.approx((x / 0.25 + 2.0 * 0.1 / 0.5 * v)[5:], abs=0.02)
 
 
 @settings(max_examples=20, deadline=None)

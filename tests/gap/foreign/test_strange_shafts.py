@@ -3,6 +3,7 @@ metres.
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -153,14 +154,30 @@ def test_a_torque_that_is_logged_a_row_before_it_is_sent_and_then_held_is_no_gap
     assert found.refitted["clock.row_ratio"] == pytest.approx(1.5, abs=0.15)
 
 
-def test_play_between_motor_and_load_is_named_with_its_size(tmp_path):
-    """The load flies from wall to wall of the gap, and the motor moves alone meanwhile."""
-    shaft, logs = MACHINES["shaft"], []
+def runs(shaft, fault):
+    """Two recordings of an outsider's shaft."""
+    logs = []
     for seed in (1, 2):
         random = np.random.default_rng(seed)
-        made = recorded(drawn(shaft, Fault(play=6e-3), random), shaft.speeds, 18.0, random)
+        made = recorded(drawn(shaft, fault, random), shaft.speeds, 18.0, random)
         columns = {"place_rad": made["place"], "drive_nm": made["force"]}
         logs.append(one_trial(f"log{seed}", "outsider_shaft", ROW_S, columns))
+    return logs
+
+
+def test_a_coupling_that_gives_is_named_with_the_swing_of_its_load(tmp_path):
+    """Walls as soft as a spring, and no gap between them."""
+    shaft = replace(MACHINES["shaft"], wall=200.0)
+    logs = runs(shaft, Fault(play=1e-9))
+    found = diagnose(opened(tmp_path, RIGS["shaft"], PLANTS["shaft"]), logs, how_far=False)
+    assert "coupling" in [one.name for one in found.effects], found.says
+    lag_s = np.sqrt((1.0 - shaft.motor_share) * shaft.mass / shaft.wall)
+    assert found.fitted["drive.coupling_lag_s"] == pytest.approx(lag_s, rel=0.1)
+
+
+def test_play_between_motor_and_load_is_named_with_its_size(tmp_path):
+    """The load flies from wall to wall of the gap, and the motor moves alone meanwhile."""
+    shaft, logs = MACHINES["shaft"], runs(MACHINES["shaft"], Fault(play=6e-3))
     found = diagnose(opened(tmp_path, RIGS["shaft"], PLANTS["shaft"]), logs, how_far=False)
     assert [one.name for one in found.effects] == ["backlash"], found.says
     assert found.fitted["drive.backlash_rad"] == pytest.approx(6e-3 * shaft.stroke, rel=0.1)

@@ -10,6 +10,7 @@ on reversals and jolts, where errors of timing and of differentiated positions a
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from epa_rt.gap.rig.foreign.law import (
     sloped_otherwise,
 )
 from epa_rt.gap.rig.foreign.moved import smoothed
-from epa_rt.gap.rig.foreign.operators import carried
+from epa_rt.gap.rig.foreign.operators import carried, swung
 from epa_rt.gap.rig.foreign.rests import at_rest
 from epa_rt.gap.rig.foreign.reversals import REVERSALS, Turning, turning_of
 from epa_rt.gap.rig.foreign.signals import Signals, shifted
@@ -33,6 +34,8 @@ from epa_rt.gap.subject import Link
 
 # of the stroke, a typical one first: a fit finds one that it begins near to, for a load that hits a
 # wall at another moment is far off
+# s for a radian of a swing, 40 Hz to 4 Hz, a typical one first
+LAGS_S = (8e-3, *np.geomspace(4e-3, 4e-2, 9).tolist())
 GAPS = (2e-3, *np.geomspace(2e-4, 3e-2, 24).tolist())
 
 
@@ -79,6 +82,8 @@ def needed_n(m: Motion, n: Numbers, laws: Sequence[Law] = LAWS) -> np.ndarray:
     total = inertia_n + drag_n + _beside_drag_n(m, n, laws)
     if n["drive.backlash_m"] != 0.0:
         total = total + _through_gap_n(m, n, laws)
+    if n["drive.coupling_lag_s"] != 0.0:
+        total = total + _through_spring_n(m, n, laws)
     if n["drive.cogging_n"] != 0.0:
         total = total + _wave(m, n, "drive.cogging")
     return total
@@ -97,23 +102,45 @@ def _beside_drag_n(m: Motion, n: Numbers, laws: Sequence[Law]) -> np.ndarray:
 
 def _through_gap_n(m: Motion, n: Numbers, laws: Sequence[Law]) -> np.ndarray:
     """Force, (N,), N, by which the walls of a gap move what is beyond it, less what the same would
-    ask for without a gap. Beyond it are a part of the mass, a part of friction and drag, and
+    ask for without one. Beyond it are a part of the mass, a part of friction and drag, and
     whatever else pulls.
     """
+    load = _load(m, n, laws, "drive.backlash")
+    walls_m_s2 = carried(m.position_m, m.period_s, n["drive.backlash_m"], *load.slowed_by)
+    return load.mass_kg * (walls_m_s2 - m.acceleration_m_s2) - load.taken_n
+
+
+def _through_spring_n(m: Motion, n: Numbers, laws: Sequence[Law]) -> np.ndarray:
+    """As ``_through_gap_n``, by a spring that moves what is behind it."""
+    load = _load(m, n, laws, "drive.coupling")
+    lag_s, damping = n["drive.coupling_lag_s"], n["drive.coupling_damping_ratio"]
+    spring_m_s2 = swung(
+        m.speed_m_s, m.acceleration_m_s2, m.period_s, lag_s, damping, *load.slowed_by
+    )
+    return load.mass_kg * (spring_m_s2 - m.acceleration_m_s2) - load.taken_n
+
+
+class _Load(NamedTuple):
+    """What is beyond a gap or a spring. ``slowed_by``: over its mass, what pulls it back, (N,), and
+    dry friction, (N,), m/s^2, and drag, 1/s; ``taken_n``: (N,) what a rigid drive gives for these.
+    """
+
+    mass_kg: float
+    slowed_by: tuple[np.ndarray, np.ndarray, float]
+    taken_n: np.ndarray
+
+
+def _load(m: Motion, n: Numbers, laws: Sequence[Law], of: str) -> _Load:
     on, back = _either_way_n(m, n, laws)
     pull_n, dry_n = 0.5 * (on + back), 0.5 * (on - back)
-    part, drag_n_s_m = n["drive.backlash_friction_ratio"], n["friction.viscous_n_s_m"]
-    mass_kg = n["drive.backlash_load_ratio"] * n["carriage.inertia_kg"]
-    walls_m_s2 = carried(
-        m.position_m,
-        m.period_s,
-        n["drive.backlash_m"],
+    part, drag_n_s_m = n[f"{of}_friction_ratio"], n["friction.viscous_n_s_m"]
+    mass_kg = n[f"{of}_load_ratio"] * n["carriage.inertia_kg"]
+    slowed_by = (
         pull_n / mass_kg,
         part * np.maximum(dry_n, 0.0) / mass_kg,
         part * drag_n_s_m / mass_kg,
     )
-    rubs_n = part * (dry_n * m.sign + drag_n_s_m * m.speed_m_s)
-    return mass_kg * (walls_m_s2 - m.acceleration_m_s2) - rubs_n - pull_n
+    return _Load(mass_kg, slowed_by, part * (dry_n * m.sign + drag_n_s_m * m.speed_m_s) + pull_n)
 
 
 def _either_way_n(m: Motion, n: Numbers, laws: Sequence[Law]) -> tuple[np.ndarray, np.ndarray]:
@@ -204,6 +231,10 @@ _OWN = (
     _p("drive.backlash_m", "m", "backlash", 0.0, 0.05, 2e-3, "stroke"),
     _p("drive.backlash_load_ratio", "1", "backlash", 0.05, 1.0, 0.2, neutral=0.5),
     _p("drive.backlash_friction_ratio", "1", "backlash", 0.0, 1.0, 0.2, neutral=0.95),
+    _p("drive.coupling_lag_s", "s", "coupling", 0.0, 0.05, 2e-3),
+    _p("drive.coupling_load_ratio", "1", "coupling", 0.05, 1.0, 0.2, neutral=0.5),
+    _p("drive.coupling_damping_ratio", "1", "coupling", 1e-3, 0.5, 0.1, neutral=0.1),
+    _p("drive.coupling_friction_ratio", "1", "coupling", 0.0, 1.0, 0.2, neutral=0.5),
     _p("drive.cogging_n", "N", "cogging", -1.0, 1.0, 0.05, "typical_force"),
     _p(
         "drive.cogging_periods",
@@ -272,6 +303,22 @@ _EFFECTS = (
         sets_in=True,
     ),
     effect(
+        "coupling",
+        "coupling",
+        "drive",
+        (
+            "drive.coupling_lag_s",
+            "drive.coupling_load_ratio",
+            "drive.coupling_damping_ratio",
+            "drive.coupling_friction_ratio",
+        ),
+        tuple((lag_s, share, 0.05, 0.5) for lag_s in LAGS_S for share in (0.5, 0.8)),
+        "a shaft, belt or coupling that gives: the load swings behind the motor",
+        "r M a -> r M y'', y'' = (x - y)/T^2 + 2 D (x' - y')/T less friction of the load",
+        "two masses on a spring; belts, flexible joints",
+        sets_in=True,
+    ),
+    effect(
         "cogging",
         "cogging",
         "drive",
@@ -336,10 +383,13 @@ _EFFECTS = (
 
 EQUATIONS = (
     (
-        "x: the place as read, low-passed, less A sin(2 pi x/p) + B cos(2 pi x/p); v and a: central"
-        " differences of x at the log's rate; low-passed at 4 or 2 times the rig file's cut-off or"
-        " at it, the first behind which noise is little; little: below 0.003 of v_typical in v and"
-        " 0.006 of the typical force in M a, low-passed"
+        "x: the place as read, low-passed, less A sin(2 pi x/p) + B cos(2 pi x/p); v and a: slopes"
+        " of x at the log's rate, of fourth order where x has nothing above a quarter of it"
+    ),
+    (
+        "x is low-passed at 4 or 2 times the rig file's cut-off or at it, the first behind which"
+        " noise is little: below 0.003 of v_typical in v and 0.006 of the typical force in M a,"
+        " low-passed"
     ),
     (
         f"sgn(v) = v / sqrt(v^2 + (r v_typical)^2), r = {REST_RATIO:g}; place along the way X = (x"
@@ -353,6 +403,10 @@ EQUATIONS = (
         "with a backlash b: F -> F + r M (c - a) - f (B v + dry friction) - the rest of D, c what a"
         " wall accelerates the load y by; between the walls r M y'' is minus these three, of y'; at"
         " a wall y = x - b/2 or x + b/2; y begins in the middle, at rest"
+    ),
+    (
+        "with a coupling: the same with c = y'' + what slows the load down, y'' = (x - y)/T^2 + 2 D"
+        " (x' - y')/T less that: a spring carries the load, exactly from row to row"
     ),
     (
         "F -> F + d |F|, F -> F + T dF/dt, F(t) -> F(t + delay + row * period) by cubic"

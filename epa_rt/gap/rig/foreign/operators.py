@@ -1,5 +1,5 @@
-"""Operators with memory over a motion: Dahl and LuGre friction states, a load in a gap. numba, one
-pass each.
+"""Operators with memory over a motion: Dahl and LuGre friction states, a load in a gap or on a
+spring. numba, one pass each.
 """
 
 import numpy as np
@@ -85,4 +85,42 @@ def carried(
         speed = (at - place) / period_s if at != flown else free
         found[i] = (speed - free) / period_s
         place = at
+    return found
+
+
+@njit(cache=True, nogil=True)
+def swung(
+    speed_m_s: np.ndarray,
+    acceleration_m_s2: np.ndarray,
+    period_s: float,
+    lag_s: float,
+    damping_ratio: float,
+    pull_m_s2: np.ndarray,
+    dry_m_s2: np.ndarray,
+    drag_per_s: float,
+) -> np.ndarray:
+    """Acceleration, (N,), m/s^2, that a spring and its damping give a load behind what moves like
+    that. ``lag_s``: of one radian of its own swing while the other end is held; the rest as
+    ``carried`` has it.
+
+    Exact between rows but for friction, which takes speed off at each. It begins at rest, where the
+    spring holds what pulls.
+    """
+    found, mean = np.empty(len(speed_m_s)), pull_m_s2[0]
+    per_s = 1.0 / lag_s
+    decay, swing = damping_ratio * per_s, per_s * np.sqrt(1.0 - damping_ratio**2)
+    fade = np.exp(-decay * period_s)
+    cosine, sine = np.cos(swing * period_s), np.sin(swing * period_s) / swing
+    away, apart = -pull_m_s2[0] * lag_s**2, 0.0  # of the load from the other end, m and m/s
+    for i in range(len(speed_m_s)):
+        slows = pull_m_s2[i] + drag_per_s * (speed_m_s[i] + apart)
+        rests = -(acceleration_m_s2[i] + slows) * lag_s**2
+        off, before, held = away - rests, apart, mean
+        away = rests + fade * (off * (cosine + decay * sine) + apart * sine)
+        apart = fade * (apart * (cosine - decay * sine) - off * per_s**2 * sine)
+        mean = (apart - before) / period_s + acceleration_m_s2[i] + slows  # over the row
+        found[i] = 0.5 * (held + mean)
+        loads = (speed_m_s[i + 1] if i + 1 < len(speed_m_s) else speed_m_s[i]) + apart
+        slowed = max(abs(loads) - period_s * dry_m_s2[i], 0.0)
+        apart += (slowed if loads > 0.0 else -slowed) - loads
     return found
