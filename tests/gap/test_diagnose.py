@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from epa_rt.gap.diagnose import diagnose
+from epa_rt.gap.diagnose import _unnamed, diagnose
+from epa_rt.gap.diagnosis import Could, Posterior
 from epa_rt.gap.likelihood.problem import Stopped
 from tests.gap import toy
 
@@ -13,6 +14,9 @@ OFF = {
     "gas.flow_pa_s": 4.1e5,
     "spring.area_m2": 5.03e-4,
 }
+
+
+NOTHING = "not_in_catalogue"
 
 
 def logs(values=None, extra=None, count=2, **more):
@@ -80,6 +84,17 @@ def test_effect_taken_out_of_the_catalogue_is_said_to_be_in_none():
     answer = told({"spring.dahl_n": 1.0, "spring.dahl_m": 3e-3}, without=("dahl", "coulomb"))
     assert answer.verdict == "not_in_catalogue" and not answer.effects
     assert answer.remainder[0].link == "spring"
+
+
+@pytest.mark.parametrize(
+    ("unknown", "open_whether"), [(0.33, True), (0.6, False)], ids=["less than", "more than"]
+)
+def test_what_is_not_named_beside_a_law_that_is_more_probable_is_left_open(unknown, open_whether):
+    models = (Could(("drive_lag",), 0.9 - unknown, 0.1), Could((), 0.1, 1.0))
+    could = Posterior(models, {"delay": 0.9 - unknown}, unknown, "blocks", NOTHING, {}, (), 1)
+    said, nearest = _unnamed(could)
+    assert ("leave open whether it is drive lag" in said) is open_whether
+    assert bool(nearest) is not open_whether and f"({unknown:.2f})" in said
 
 
 def test_what_is_not_named_closes_nothing():

@@ -28,7 +28,7 @@ def figure(trace: Trace) -> Html:
     y_range = _range([values for _, _, values in lines], 2.0 * floor if trace.is_error else 0.0)
     key = join(
         [tag("span", words, class_=f"swatch {kind}") for words, kind, _ in lines]
-        + [tag("span", "noise floor, ± 2 rms", class_="swatch floor") if trace.is_error else ""],
+        + [tag("span", _floor_words(trace), class_="swatch floor") if trace.is_error else ""],
         " ",
     )
     caption = join(
@@ -49,6 +49,11 @@ def figure(trace: Trace) -> Html:
         ),
         class_="curves",
     )
+
+
+def _floor_words(trace: Trace) -> str:
+    varies = trace.band is not None and np.ptp(trace.band) > 0.0
+    return "noise floor, ± 2 rms" + (" (wide where the log tells little)" if varies else "")
 
 
 def frame(
