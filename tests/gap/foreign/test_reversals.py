@@ -14,8 +14,10 @@ from epa_rt.gap.likelihood.floor import floors, weight
 from epa_rt.gap.likelihood.problem import Problem
 from epa_rt.gap.likelihood.refit import settled
 from epa_rt.gap.rig.foreign.law import motion
+from epa_rt.gap.rig.foreign.noisy_place import check_noisy_place
 from epa_rt.gap.rig.foreign.reversals import Turning, row_variance
 from epa_rt.gap.rig.foreign.signals import Signals, slope
+from epa_rt.gap.rig.foreign.subject import ForeignSubject
 from tests.gap.foreign.carriages import STRANGER, opened
 
 RATE_HZ, LOWPASS_HZ, STRIDE = 1000.0, 40.0, 10
@@ -45,7 +47,7 @@ def of(place_m, dry_n, left, hertz=LOWPASS_HZ, slow_m_s=1e-4, size_n=0.3, unsure
     moved = motion(place_m, RATE_HZ, 0.15, 0.0, 0.25, False)
     slow = np.abs(moved.speed_m_s) < slow_m_s
     dry, unsure = np.full(len(T_S), dry_n), unsure_n * np.ones_like(T_S)
-    turning = Turning(moved, dry, unsure, hertz, slow)
+    turning = Turning(moved, dry, unsure, hertz, slow, 0.0, 60.0)
     return size_n / np.hypot(size_n, np.sqrt(row_variance(signals, turning, 10.0 * place_m, left)))
 
 
@@ -159,6 +161,18 @@ def test_a_motion_read_again_counts_as_the_recording_does(cart):
     )
     assert np.array_equal(own, twin)
     assert not np.allclose(own, alone, atol=0.01)  # it has less noise, and is filtered less
+
+
+def test_a_place_too_coarse_for_the_low_pass_is_said_with_one_that_would_do(cart):
+    subject, logs = cart
+    coarse = replace(CART, place_step_m=1e-4)
+    log = coarse.driven("log", PLACE_M, np.random.default_rng(0), coulomb_n=DRY_N)
+    assert check_noisy_place(logs, subject) == []
+    (finding,) = check_noisy_place([log], subject)
+    assert "expected 3 N at most" in finding.says
+    hertz = float(finding.says.partition("lowpass of ")[2].split()[0])
+    lower = replace(subject.rig, lowpass_hz=hertz)
+    assert check_noisy_place([log], ForeignSubject(lower, subject.plant)) == []
 
 
 def test_a_healthy_rig_without_any_noise_has_no_gap(cart):

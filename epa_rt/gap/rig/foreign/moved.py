@@ -39,25 +39,31 @@ def cut_off(signals: Signals, numbers: Numbers) -> tuple[float, float]:
     """The cut-off in Hz, and the deviation of what the place's noise, or its step, makes of the
     speed behind it, m/s (or rad/s).
     """
+    for times in WIDER:
+        hertz = times * signals.lowpass_hz
+        speed_m_s, force_n = noise_behind(signals, numbers, hertz)
+        if (
+            speed_m_s < QUIET * numbers["typical_speed"]
+            and force_n < QUIET_FORCE * numbers["typical_force"]
+        ):
+            break
+    return hertz, speed_m_s
+
+
+def noise_behind(signals: Signals, numbers: Numbers, hertz: float) -> tuple[float, float]:
+    """Deviations of what the place's noise, or its step, makes behind a cut-off of the speed, m/s,
+    and in the residual of the mass' own force, N (or rad/s, N*m).
+    """
     position = signals.columns["position"]
     moving = position[1:][np.diff(position) != 0.0]  # a log may begin with a long rest
     size = max(noise_of(position), smallest_step(moving) / np.sqrt(12.0))
     white = size * np.random.default_rng(0).standard_normal(
         max(PROBE, int(PERIODS * signals.rate_hz / signals.lowpass_hz))
     )
-    for times in WIDER:
-        hertz = times * signals.lowpass_hz
-        filtered = hertz < SLOPED * signals.rate_hz
-        speed = slope(lowpass(white, signals.rate_hz, hertz), signals.rate_hz, filtered)
-        force_n = numbers.get(MASS, 0.0) * _inside(
-            signals.lowpass(slope(speed, signals.rate_hz, filtered))
-        )
-        if (
-            _inside(speed) < QUIET * numbers["typical_speed"]
-            and force_n < QUIET_FORCE * numbers["typical_force"]
-        ):
-            break
-    return hertz, _inside(speed)
+    filtered = hertz < SLOPED * signals.rate_hz
+    speed = slope(lowpass(white, signals.rate_hz, hertz), signals.rate_hz, filtered)
+    asked = signals.lowpass(slope(speed, signals.rate_hz, filtered))
+    return _inside(speed), numbers.get(MASS, 0.0) * _inside(asked)
 
 
 def _inside(values: np.ndarray) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 from epa_rt.gap.finding import stretches
 from epa_rt.gap.rig.foreign.component import Numbers
 from epa_rt.gap.rig.foreign.law import Motion
-from epa_rt.gap.rig.foreign.moved import cut_off
+from epa_rt.gap.rig.foreign.moved import cut_off, noise_behind
 from epa_rt.gap.rig.foreign.rests import least_rows, slow_rows
 from epa_rt.gap.rig.foreign.signals import Signals, lowpass
 
@@ -57,7 +57,8 @@ class Turning(NamedTuple):
     """A motion whose direction an output hangs on. ``dry`` (N,): half of what the output jumps by
     where the motion turns round there, in its unit; ``unsure`` (N,): what it hangs by on how slopes
     are taken between rows; ``hertz``: the cut-off of the position's filter; ``slow`` (N,) bool:
-    where the direction is noise.
+    where the direction is noise. ``mass_noise``: deviation of what the position's noise makes of
+    the mass' own output in the residual; ``typical``: size of an output as the rig file has it.
     """
 
     motion: Motion
@@ -65,6 +66,8 @@ class Turning(NamedTuple):
     unsure: np.ndarray
     hertz: float
     slow: np.ndarray
+    mass_noise: float
+    typical: float
 
 
 def turning_of(
@@ -72,7 +75,11 @@ def turning_of(
 ) -> Turning:
     """Of a motion whose position ``moved.smoothed`` has filtered."""
     hertz, noise = cut_off(signals, numbers)
-    return Turning(motion, dry, unsure, hertz, slow_rows(motion.speed_m_s, noise, numbers))
+    slow, loud = (
+        slow_rows(motion.speed_m_s, noise, numbers),
+        noise_behind(signals, numbers, hertz)[1],
+    )
+    return Turning(motion, dry, unsure, hertz, slow, loud, numbers["typical_force"])
 
 
 def row_variance(

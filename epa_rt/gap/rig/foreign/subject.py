@@ -13,7 +13,7 @@ from epa_rt.gap.rig.foreign.plant_file import ForeignPlant, plant_text, sized
 from epa_rt.gap.rig.foreign.read_again import read_again
 from epa_rt.gap.rig.foreign.readings import as_read
 from epa_rt.gap.rig.foreign.repeats import colourless, lap_differences, lap_samples
-from epa_rt.gap.rig.foreign.reversals import row_variance
+from epa_rt.gap.rig.foreign.reversals import Turning, row_variance
 from epa_rt.gap.rig.foreign.rig_file import ForeignRig
 from epa_rt.gap.rig.foreign.signals import Signals, lowpass, on_grid
 from epa_rt.gap.subject import Link, Plain, Values
@@ -150,12 +150,16 @@ class ForeignSubject(Plain):
             recording,
         )
 
+    def turning(self, prepared: Ready) -> Turning | None:
+        """The motion whose direction the outputs hang on; None of a kind that has none."""
+        asked = self.rig.component.turning
+        return asked(prepared.work, self._numbers({})) if asked is not None else None
+
     def _variance(self, ready: Ready, link: str) -> np.ndarray:
-        asked, numbers = self.rig.component.turning, self._numbers({})
-        assert asked is not None
+        turning = self.turning(ready)
+        assert turning is not None
         output = ready.signals.columns[self._roles[link]]
-        left = self.residual(ready, {}, link)
-        return row_variance(ready.signals, asked(ready.work, numbers), output, left)
+        return row_variance(ready.signals, turning, output, self.residual(ready, {}, link))
 
     def _channels(self, recording: Recording) -> dict[str, str]:
         optional = {channel.role for channel in self.rig.component.channels if not channel.required}
