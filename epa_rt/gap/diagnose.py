@@ -357,12 +357,16 @@ def _says(
     of = len(start.problem.effects)
     none = next((one.probability for one in could.models if not one.effects), 0.0)
     if verdict == "no_gap":
-        said = (
-            f"The plant file, refitted, describes these logs{left} ({none:.2f});"
-            f" {of - len(silent)} of {of} effects would have shown at a typical strength."
-        )
+        shown = f"{of - len(silent)} of {of} effects would have shown at a typical strength."
+        law, share = _best_law(could)
+        if share > none:  # a wrong name costs more than none
+            said = (
+                f"These logs leave open whether there is a gap: {law} or none ({none:.2f}); {shown}"
+            )
+        else:
+            said = f"The plant file, refitted, describes these logs{left} ({none:.2f}); {shown}"
         said = f"{said} {said_of_moved(went, gap=False)}" if went else said
-        return f"{said}{_nearest(could, 'If there is a gap')}"
+        return said if share > none else f"{said}{_nearest(could, 'If there is a gap')}"
     if verdict == "not_excited":
         return (
             f"No gap shows, but these logs could not have shown {len(silent)} of {of} effects at a"

@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from epa_rt.gap.hygiene.values import noise_of
-from epa_rt.gap.rig.foreign.read_again import step_of, without_noise
+from epa_rt.gap.rig.foreign.read_again import without_noise
+from epa_rt.gap.rig.foreign.readings import step_of
 from tests.gap.foreign.carriages import opened
 from tests.gap.foreign.test_strange_shafts import HANGS, RIG, swing
 

@@ -296,7 +296,7 @@ _EFFECTS = (
         "backlash",
         "drive",
         ("drive.backlash_m", "drive.backlash_load_ratio", "drive.backlash_friction_ratio"),
-        tuple((gap, share, 0.95) for gap in GAPS for share in (0.5, 0.8)),
+        tuple((gap, share, rubs) for rubs in (0.95, 0.2) for gap in GAPS for share in (0.5, 0.8)),
         "a gap between motor and carriage: after a reversal the motor runs light",
         "r M a -> r M y'', the load y between walls at x - b/2 and x + b/2",
         "lost motion of screw nuts; inelastic impacts in a gap",

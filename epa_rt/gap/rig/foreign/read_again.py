@@ -13,15 +13,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from epa_rt.gap.hygiene.values import noise_of, smallest_step
+from epa_rt.gap.hygiene.values import noise_of
 from epa_rt.gap.rig.foreign.component import Component, Numbers
-from epa_rt.gap.rig.foreign.readings import LEAST_DITHER
+from epa_rt.gap.rig.foreign.readings import LEAST_DITHER, step_of
 from epa_rt.gap.rig.foreign.signals import Signals
 
 SEGMENT, LEAST = 1024, 64  # rows of a windowed spectrum, and at least
 SPECTRA = 8  # that are averaged, where a record is long enough
 TWICE = 2.0  # times the noise, from which something stands out of it
-OFF_GRID = 0.05  # of a step, to which readings that have one lie on its grid
 
 
 def read_again(
@@ -56,17 +55,6 @@ def read_again(
     return {
         role: _as_read(x, signals.columns[role], steps[role], random) for role, x in clean.items()
     }
-
-
-def step_of(read: np.ndarray) -> float:
-    """The step on whose grid all values of a reading lie; 0 where there is none: two of many values
-    without steps may lie close by chance.
-    """
-    step = smallest_step(read)
-    places = (read - read[0]) / step if step > 0.0 else np.zeros(0)
-    return (
-        step if len(places) and float(np.max(np.abs(places - np.round(places)))) < OFF_GRID else 0.0
-    )
 
 
 def without_noise(x: np.ndarray, step: float = 0.0) -> np.ndarray:
