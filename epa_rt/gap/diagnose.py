@@ -86,12 +86,16 @@ def diagnose(
 ) -> Diagnosis:
     """Where the gap lies, which effect makes it, how far it shrinks.
 
-    ``holdout``: recordings for the shrinkage; without any, the last trial of every log is set
-    aside. ``without``: effects left out of the catalogue. ``repeats``: as ``floor.floors`` takes
-    them. ``progress(stage, share)`` is called from this thread. Raises Stopped when ``stop()``
-    says so, KeyError where a recording lacks a column or ``repeats`` name one that is not there.
+    The order of recordings changes nothing. ``holdout``: those for the shrinkage; without any, the
+    last trial of every log is set aside. ``without``: effects left out of the catalogue.
+    ``repeats``: as ``floor.floors`` takes them. ``progress(stage, share)`` is called from this
+    thread. Raises Stopped when ``stop()`` says so, KeyError where a recording lacks a column or
+    ``repeats`` name one that is not there.
     """
-    begun = time.monotonic()
+    begun, named_as = time.monotonic(), [one.name for one in recordings]
+    recordings, holdout = (  # the order in which they come says nothing
+        sorted(logs, key=lambda one: one.name) for logs in (recordings, holdout)
+    )
     fitted, seen, aside, apart_logs = unseen(subject, recordings, holdout)
     start = start_of(fitted, seen, tuple(without), repeats, seed, floors, progress, stop)
     table = table_for(
@@ -174,7 +178,7 @@ def diagnose(
         seconds=time.monotonic() - begun,
         inputs={
             "subject": subject.name,
-            "logs": [one.name for one in recordings],
+            "logs": named_as,
             "holdout": [one.name for one in holdout],
             "without": list(without),
         },

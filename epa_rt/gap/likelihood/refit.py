@@ -133,7 +133,11 @@ def searched(problem: Problem, point: Point, light: bool = False) -> dict[str, f
 
 
 def _fallen(problem: Problem, point: Point, step: np.ndarray) -> tuple[dict[str, float], float]:
-    """Values after a step (k,) in spreads, and what chi-square falls by."""
+    """Values after a step (k,) in spreads, and what chi-square falls by; none where the step is no
+    number: a plant ran away on the way there.
+    """
+    if not np.isfinite(step).all():
+        return dict(point.values), -np.inf
     keys = point.normal.keys
     values = moved(problem, keys, point.values, step)
     chi = sum(

@@ -145,13 +145,12 @@ def _ranked(problem: Problem, point: Point, fits: Iterable[Fit]) -> list[tuple[n
     """Best first; of those that gain as much as the best one that with the fewest knobs: a lock
     that begins nowhere is a plain spring.
     """
-    scored = sorted(
-        ((gains(problem, point, fit), fit) for fit in fits), key=lambda pair: -pair[0].sum()
-    )
-    most = float(scored[0][0].sum())
-    same = [
-        i for i, (gain, _) in enumerate(scored) if most - gain.sum() <= max(TIE, TIE_SHARE * most)
-    ]
+    gained = [(gains(problem, point, fit), fit) for fit in fits]
+    totals = [float(np.nan_to_num(gain.sum(), nan=-np.inf)) for gain, _ in gained]
+    order = sorted(range(len(gained)), key=lambda i: -totals[i])
+    scored, most = [gained[i] for i in order], max(totals)
+    least = most - max(TIE, TIE_SHARE * most)
+    same = [place for place, i in enumerate(order) if totals[i] >= least]
     simplest = min(same, key=lambda i: len(problem.effects[scored[i][1].effect].knobs))
     return [scored[simplest], *scored[:simplest], *scored[simplest + 1 :]]
 

@@ -36,8 +36,11 @@ def posterior(table: Table, numbers: Numbers) -> Found:
     explains most leaves of it what wrong laws leave.
     """
     none = table.models[0]
-    models = [model for model in table.models if set(model.views) >= set(none.views)]
-    logs = [log_evidence(model, table.families, numbers) for model in models]
+    seen = [model for model in table.models if set(model.views) >= set(none.views)]
+    scored = [(model, log_evidence(model, table.families, numbers)) for model in seen]
+    ran_away = {id(model) for model, log in scored if model.effects and not np.isfinite(log)}
+    models = [model for model, _ in scored if id(model) not in ran_away]
+    logs = [log for model, log in scored if id(model) not in ran_away]
     named = [model for model in models if model.effects]
     unknown = [logs[models.index(none)] + nothing_wrong(none, numbers)]
     if named:
