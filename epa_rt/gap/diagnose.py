@@ -388,7 +388,12 @@ def _says(
     else:
         shares = {one.name: one.confidence for one in names}
         who = {one.name: one.who for one in names}
-        told = told_of_names(shares, who, verdict == "partly_explained")
+        family = {name: effect.family for name, effect in start.problem.effects.items()}
+        instead = {
+            one.name: [law for law in one.not_separable_from if family[law] == one.family]
+            for one in names
+        }
+        told = told_of_names(shares, who, verdict == "partly_explained", instead)
     besides = _besides(could, names, start) if verdict == "partly_explained" else ""
     return f"{told[:1].upper()}{told[1:]}.{left}{besides}"
 

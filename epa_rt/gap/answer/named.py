@@ -62,13 +62,28 @@ def by_log(problem: Problem, point: Point, effect: str) -> tuple[Number, ...]:
 
 
 def moved(problem: Problem, normal: Normal, off: np.ndarray | None) -> tuple[Number, ...]:
-    """Nominal parameters that went further from the plant file than anybody believed they could."""
+    """Nominal parameters that went further from the plant file than anybody believed they could, in
+    differences or in ratios: a half is as far off as twice as much.
+    """
     width = intervals(normal, problem.nominal, off)
     return tuple(
         _number(problem, key, problem.knobs[key].value + z * problem.spread(key), width[key])
         for key, z in zip(normal.keys, normal.z, strict=True)
-        if problem.knobs[key].effect is None and abs(z) > MOVED and not key.startswith(OF_RUN)
+        if problem.knobs[key].effect is None
+        and max(abs(z), _in_ratio(problem, key, z)) > MOVED
+        and not key.startswith(OF_RUN)
     )
+
+
+def _in_ratio(problem: Problem, key: str, z: float) -> float:
+    """By how many of its spreads, as parts of its value, the log of a positive number has moved; 0
+    of one that may have another sign.
+    """
+    knob, spread = problem.knobs[key], problem.spread(key)
+    value = knob.value + z * spread
+    if knob.low < 0.0 or not min(knob.value, value) > 0.0:
+        return 0.0
+    return abs(float(np.log(value / knob.value))) * knob.value / spread
 
 
 def stands_at_end(problem: Problem, key: str, value: float) -> bool:

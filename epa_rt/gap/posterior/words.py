@@ -1,6 +1,7 @@
 """A posterior's answer in words: one sentence that a person can act on."""
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from epa_rt.gap.diagnosis import Who
 
@@ -50,13 +51,24 @@ def told_of_sets(sets: Sets, probability: Mapping[str, float]) -> str:
     )
 
 
-def told_of_names(probability: Mapping[str, float], who: Mapping[str, Who], more: bool) -> str:
-    """What is said of the names, by ``who`` has each, and whether ``more`` is missing."""
+def told_of_names(
+    probability: Mapping[str, float],
+    who: Mapping[str, Who],
+    more: bool,
+    instead: Mapping[str, Sequence[str]] = MappingProxyType({}),
+) -> str:
+    """What is said of the names, by ``who`` has each, and whether ``more`` is missing. A
+    probability is that of the name's family; ``instead``: its laws that are probable as well.
+    """
     told = []
     for has, says in SAYS_OF.items():
         names = [name for name in probability if who[name] == has]
         if names:
-            named = all_of([f"{plain(name)} ({probability[name]:.2f})" for name in names])
+            laws = {
+                name: all_of([plain(law) for law in (name, *instead.get(name, ()))], "or")
+                for name in names
+            }
+            named = all_of([f"{laws[name]} ({probability[name]:.2f})" for name in names])
             told.append(f"{named} {_is(names)} {says}")
     return f"{'; '.join(told)}{', and something besides' if more else ''}"
 

@@ -17,6 +17,12 @@ def test_names_are_said_with_their_probability(names, more, words):
     assert told_of_names(names, dict.fromkeys(names, "rig"), more) == words
 
 
+def test_laws_that_are_probable_as_well_are_said_beside_a_name():
+    """The probability is that of all of them together."""
+    told = told_of_names({"leak": 0.97}, {"leak": "rig"}, False, {"leak": ("creep", "gauge_lag")})
+    assert told == "leak, creep or gauge lag (0.97) is missing"
+
+
 def test_who_has_an_effect_is_said():
     who = {"creep": "plant_file", "gauge_lag": "rig", "leak": "both"}
     assert told_of_names(dict.fromkeys(who, 0.9), who, False) == (
