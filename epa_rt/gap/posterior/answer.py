@@ -62,7 +62,7 @@ def table_for(
     held_out = (
         HeldOut(start.problem, start.ground, aside, start.base.values, judge) if aside else None
     )
-    return table_of(*start, held_out, Formula(families, numbers), progress)
+    return table_of(*start, held_out, Formula(families, numbers, start.problem.in_plant), progress)
 
 
 def left_in(model: Model, view: str) -> float:

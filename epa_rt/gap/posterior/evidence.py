@@ -133,13 +133,14 @@ def log_prior(
     in_plant: Collection[str] = (),
 ) -> float:
     """Of a set of effects. Sets of families share the odds of their size, laws of a family theirs;
-    one that the plant file has (``in_plant``) may well have another strength, whatever other laws
-    there are. ``families``: of each effect of the catalogue.
+    one that the plant file has (``in_plant``) has another strength as easily as a rig has anything
+    else, whatever other laws there are. ``families``: of each effect of the catalogue.
     """
     of_all = list(families.values())
     others = [name for name in effects if name not in in_plant]
     laws = sum(float(np.log(of_all.count(families[name]))) for name in others)
-    return _odds(len(effects), len(set(of_all)), numbers) - laws
+    restrengthened = numbers.effect_odds * (len(effects) - len(others))
+    return _odds(len(others), len(set(of_all)), numbers) + restrengthened - laws
 
 
 def _odds(count: int, kinds: int, numbers: Numbers) -> float:
@@ -177,10 +178,13 @@ def of_views(views: Mapping[str, View], numbers: Numbers) -> float:
 
 @dataclass(frozen=True)
 class Formula:
-    """The formula for the search, which knows the catalogue and no models yet."""
+    """The formula for the search, which knows the catalogue and no models yet. ``in_plant``: the
+    effects that the plant file has.
+    """
 
     families: Mapping[str, str]
     numbers: Numbers
+    in_plant: Collection[str] = ()
 
     def evidence(self, model: Model) -> float:
         """As ``log_evidence``."""
@@ -202,6 +206,8 @@ class Formula:
         if size >= kinds:
             return -np.inf
         more = _odds(size + 1, kinds, self.numbers) - _odds(size, kinds, self.numbers)
+        if any(name not in model.effects for name in self.in_plant):
+            more = max(more, self.numbers.effect_odds)
         seen = {
             name: [one for link, one in view.links.items() if not links or link in links]
             for name, view in model.views.items()

@@ -201,10 +201,13 @@ def test_the_order_of_models_changes_nothing(order):
     assert posterior(table, START).models[0][0].effects == ("x",)
 
 
-def test_a_law_that_the_plant_file_has_shares_its_family_s_odds_with_no_other():
+def test_a_law_that_the_plant_file_has_shares_its_odds_with_no_other_and_makes_no_set_larger():
     families = {"coulomb": "friction", "dahl": "friction", "seal": "friction", "leak": "leak"}
     has, other = (
         log_prior(("coulomb",), families, START, in_plant) for in_plant in ({"coulomb"}, {"dahl"})
     )
-    assert has == pytest.approx(log_prior(("leak",), families, START))
-    assert other == pytest.approx(has - np.log(3.0))
+    leak = log_prior(("leak",), families, START)
+    assert has == pytest.approx(START.effect_odds)
+    assert other == pytest.approx(leak - np.log(3.0))
+    both = log_prior(("coulomb", "leak"), families, START, {"coulomb"})
+    assert both == pytest.approx(has + leak)
