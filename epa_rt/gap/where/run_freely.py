@@ -16,7 +16,7 @@ from epa_rt.gap.likelihood.floor import FLOOR_SEEDS, Floor, fitted, white
 from epa_rt.gap.likelihood.ground import judged
 from epa_rt.gap.likelihood.significance import scatter
 from epa_rt.gap.recording import Recording
-from epa_rt.gap.subject import Link, Subject, Values
+from epa_rt.gap.subject import Link, Plain, Subject, Values
 from epa_rt.gap.where.localise import localise
 
 BLOCK = "whole plant"
@@ -53,7 +53,7 @@ def localise_freely(
     return localise(whole, {one.name: one for one in recordings}, values, floors)
 
 
-class _Whole:
+class _Whole(Plain):
     """The rig with one link to a reading, whose residual is what free run leaves of it; as much of
     a Subject as ``localise`` asks for.
     """

@@ -312,7 +312,7 @@ _EFFECTS = (
             "drive.coupling_damping_ratio",
             "drive.coupling_friction_ratio",
         ),
-        tuple((lag_s, share, 0.05, 0.5) for lag_s in LAGS_S for share in (0.5, 0.8)),
+        tuple((lag_s, share, 0.3, 0.5) for lag_s in LAGS_S for share in (0.5, 0.8)),
         "a shaft, belt or coupling that gives: the load swings behind the motor",
         "r M a -> r M y'', y'' = (x - y)/T^2 + 2 D (x' - y')/T less friction of the load",
         "two masses on a spring; belts, flexible joints",
