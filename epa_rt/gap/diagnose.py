@@ -92,7 +92,7 @@ def diagnose(
     thread. Raises Stopped when ``stop()`` says so, KeyError where a recording lacks a column or
     ``repeats`` name one that is not there.
     """
-    begun, named_as = time.monotonic(), [one.name for one in recordings]
+    begun, as_given = time.monotonic(), [one.name for one in recordings]
     recordings, holdout = (  # the order in which they come says nothing
         sorted(logs, key=lambda one: one.name) for logs in (recordings, holdout)
     )
@@ -178,7 +178,7 @@ def diagnose(
         seconds=time.monotonic() - begun,
         inputs={
             "subject": subject.name,
-            "logs": named_as,
+            "logs": as_given,
             "holdout": [one.name for one in holdout],
             "without": list(without),
         },
@@ -364,13 +364,13 @@ def _says(
         shown = f"{of - len(silent)} of {of} effects would have shown at a typical strength."
         law, share = _best_law(could)
         if share > none:  # a wrong name costs more than none
-            said = (
-                f"These logs leave open whether there is a gap: {law} or none ({none:.2f}); {shown}"
-            )
+            told, nearest = f"These logs leave open whether there is a gap: {law} or none", ""
         else:
-            said = f"The plant file, refitted, describes these logs{left} ({none:.2f}); {shown}"
+            told = f"The plant file, refitted, describes these logs{left}"
+            nearest = _nearest(could, "If there is a gap")
+        said = f"{told} ({none:.2f}); {shown}"
         said = f"{said} {said_of_moved(went, gap=False)}" if went else said
-        return said if share > none else f"{said}{_nearest(could, 'If there is a gap')}"
+        return f"{said}{nearest}"
     if verdict == "not_excited":
         return (
             f"No gap shows, but these logs could not have shown {len(silent)} of {of} effects at a"

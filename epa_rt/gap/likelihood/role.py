@@ -145,14 +145,19 @@ def _ranked(problem: Problem, point: Point, fits: Iterable[Fit]) -> list[tuple[n
     """Best first; of those that gain as much as the best one that with the fewest knobs: a lock
     that begins nowhere is a plain spring.
     """
-    gained = [(gains(problem, point, fit), fit) for fit in fits]
-    totals = [float(np.nan_to_num(gain.sum(), nan=-np.inf)) for gain, _ in gained]
-    order = sorted(range(len(gained)), key=lambda i: -totals[i])
-    scored, most = [gained[i] for i in order], max(totals)
+    scored = sorted(
+        ((gains(problem, point, fit), fit) for fit in fits), key=lambda pair: -_total(pair[0])
+    )
+    most = _total(scored[0][0])
     least = most - max(TIE, TIE_SHARE * most)
-    same = [place for place, i in enumerate(order) if totals[i] >= least]
+    same = [i for i, (gain, _) in enumerate(scored) if _total(gain) >= least]
     simplest = min(same, key=lambda i: len(problem.effects[scored[i][1].effect].knobs))
     return [scored[simplest], *scored[:simplest], *scored[simplest + 1 :]]
+
+
+def _total(gain: np.ndarray) -> float:
+    """Of all blocks; of a plant that ran away, less than of any other."""
+    return float(np.nan_to_num(gain.sum(), nan=-np.inf))
 
 
 def _polished(problem: Problem, point: Point, fit: Fit) -> Fit:

@@ -38,9 +38,9 @@ def posterior(table: Table, numbers: Numbers) -> Found:
     none = table.models[0]
     seen = [model for model in table.models if set(model.views) >= set(none.views)]
     scored = [(model, log_evidence(model, table.families, numbers)) for model in seen]
-    ran_away = {id(model) for model, log in scored if model.effects and not np.isfinite(log)}
-    models = [model for model, _ in scored if id(model) not in ran_away]
-    logs = [log for model, log in scored if id(model) not in ran_away]
+    # a plant that ran away with its effects on has no evidence
+    scored = [(model, log) for model, log in scored if not model.effects or np.isfinite(log)]
+    models, logs = [model for model, _ in scored], [log for _, log in scored]
     named = [model for model in models if model.effects]
     unknown = [logs[models.index(none)] + nothing_wrong(none, numbers)]
     if named:

@@ -34,9 +34,9 @@ from epa_rt.gap.subject import Link
 
 # of the stroke, a typical one first: a fit finds one that it begins near to, for a load that hits a
 # wall at another moment is far off
-# s for a radian of a swing, 40 Hz to 4 Hz, a typical one first
-LAGS_S = (8e-3, *np.geomspace(4e-3, 4e-2, 9).tolist())
 GAPS = (2e-3, *np.geomspace(2e-4, 3e-2, 24).tolist())
+# s for a radian of a load's own swing, 40 Hz to 4 Hz, a typical one first
+LAGS_S = (8e-3, *np.geomspace(4e-3, 4e-2, 9).tolist())
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,8 @@ again of the place's noise through into what the mass asks for: where that is no
 forces of interest, it is not worth it.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from epa_rt.gap.hygiene.values import noise_of, smallest_step
@@ -26,44 +28,45 @@ SLOPED = 0.25
 MASS = "carriage.inertia_kg"
 
 
+class CutOff(NamedTuple):
+    """A position's cut-off, Hz, and deviations of what the place's noise, or its step, makes behind
+    it: of the speed, m/s, and of the mass' own force in the residual, N (or rad/s, N*m).
+    """
+
+    hertz: float
+    speed_m_s: float
+    force_n: float
+
+
 def smoothed(signals: Signals, numbers: Numbers) -> tuple[np.ndarray, bool]:
     """(N,) the place in m (or rad), low-passed, and whether that has left nothing of it above
     ``SLOPED``.
     """
-    hertz, _ = cut_off(signals, numbers)
+    hertz = cut_off(signals, numbers).hertz
     place_m = lowpass(signals.columns["position"], signals.rate_hz, hertz)
     return place_m, hertz < SLOPED * signals.rate_hz
 
 
-def cut_off(signals: Signals, numbers: Numbers) -> tuple[float, float]:
-    """The cut-off in Hz, and the deviation of what the place's noise, or its step, makes of the
-    speed behind it, m/s (or rad/s).
-    """
-    for times in WIDER:
-        hertz = times * signals.lowpass_hz
-        speed_m_s, force_n = noise_behind(signals, numbers, hertz)
-        if (
-            speed_m_s < QUIET * numbers["typical_speed"]
-            and force_n < QUIET_FORCE * numbers["typical_force"]
-        ):
-            break
-    return hertz, speed_m_s
-
-
-def noise_behind(signals: Signals, numbers: Numbers, hertz: float) -> tuple[float, float]:
-    """Deviations of what the place's noise, or its step, makes behind a cut-off of the speed, m/s,
-    and in the residual of the mass' own force, N (or rad/s, N*m).
-    """
+def cut_off(signals: Signals, numbers: Numbers) -> CutOff:
+    """The widest of ``WIDER`` behind which noise is little, the narrowest where it is nowhere."""
     position = signals.columns["position"]
     moving = position[1:][np.diff(position) != 0.0]  # a log may begin with a long rest
     size = max(noise_of(position), smallest_step(moving) / np.sqrt(12.0))
     white = size * np.random.default_rng(0).standard_normal(
         max(PROBE, int(PERIODS * signals.rate_hz / signals.lowpass_hz))
     )
-    filtered = hertz < SLOPED * signals.rate_hz
-    speed = slope(lowpass(white, signals.rate_hz, hertz), signals.rate_hz, filtered)
-    asked = signals.lowpass(slope(speed, signals.rate_hz, filtered))
-    return _inside(speed), numbers.get(MASS, 0.0) * _inside(asked)
+    for times in WIDER:
+        hertz = times * signals.lowpass_hz
+        filtered = hertz < SLOPED * signals.rate_hz
+        speed = slope(lowpass(white, signals.rate_hz, hertz), signals.rate_hz, filtered)
+        asked = signals.lowpass(slope(speed, signals.rate_hz, filtered))
+        found = CutOff(hertz, _inside(speed), numbers.get(MASS, 0.0) * _inside(asked))
+        if (
+            found.speed_m_s < QUIET * numbers["typical_speed"]
+            and found.force_n < QUIET_FORCE * numbers["typical_force"]
+        ):
+            break
+    return found
 
 
 def _inside(values: np.ndarray) -> float:

@@ -32,8 +32,8 @@ def at_rest(signals: Signals, speed_m_s: np.ndarray, numbers: Numbers) -> np.nda
     """(N,) rows in which the speed, that of the filtered position, has been noise for longer than a
     reversal takes, and those around them over which the filter spreads what is there.
     """
-    hertz, noise = cut_off(signals, numbers)
-    slow = slow_rows(speed_m_s, noise, numbers)
+    hertz, noise_m_s, _ = cut_off(signals, numbers)
+    slow = slow_rows(speed_m_s, noise_m_s, numbers)
     found, around = np.zeros(len(slow), bool), _spread_rows(signals, signals.rate_hz)
     for start, stop in stretches(slow):
         if stop - start >= least_rows(hertz, signals.rate_hz):

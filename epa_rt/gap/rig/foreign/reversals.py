@@ -15,7 +15,7 @@ import numpy as np
 from epa_rt.gap.finding import stretches
 from epa_rt.gap.rig.foreign.component import Numbers
 from epa_rt.gap.rig.foreign.law import Motion
-from epa_rt.gap.rig.foreign.moved import cut_off, noise_behind
+from epa_rt.gap.rig.foreign.moved import cut_off
 from epa_rt.gap.rig.foreign.rests import least_rows, slow_rows
 from epa_rt.gap.rig.foreign.signals import Signals, lowpass
 
@@ -74,12 +74,10 @@ def turning_of(
     signals: Signals, motion: Motion, dry: np.ndarray, unsure: np.ndarray, numbers: Numbers
 ) -> Turning:
     """Of a motion whose position ``moved.smoothed`` has filtered."""
-    hertz, noise = cut_off(signals, numbers)
-    slow, loud = (
-        slow_rows(motion.speed_m_s, noise, numbers),
-        noise_behind(signals, numbers, hertz)[1],
-    )
-    return Turning(motion, dry, unsure, hertz, slow, loud, numbers["typical_force"])
+    behind = cut_off(signals, numbers)
+    slow = slow_rows(motion.speed_m_s, behind.speed_m_s, numbers)
+    typical = numbers["typical_force"]
+    return Turning(motion, dry, unsure, behind.hertz, slow, behind.force_n, typical)
 
 
 def row_variance(
