@@ -94,7 +94,7 @@ def of_links_alone(example: Example) -> Example:
 def that_count(example: Example, numbers: Numbers) -> Example:
     """The same with those models alone that may count, the one without an effect first."""
     table = example.table
-    logs = [log_evidence(model, table.families, numbers) for model in table.models]
+    logs = [log_evidence(model, table.prior, numbers) for model in table.models]
     kept = tuple(
         model
         for i, (model, log) in enumerate(zip(table.models, logs, strict=True))

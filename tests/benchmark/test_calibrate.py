@@ -15,6 +15,7 @@ from epa_rt.benchmark.calibrate import (
     probabilities,
 )
 from epa_rt.gap.posterior.evidence import START
+from epa_rt.gap.posterior.prior import Prior
 from epa_rt.gap.posterior.search import Model, Table
 from epa_rt.gap.posterior.unknown import posterior
 from epa_rt.gap.posterior.views import BLOCKS, Seen, View
@@ -39,7 +40,7 @@ def example(kind, gap, right_left, wrong_left, rng):
         parts[name] = min(1.0, part * np.exp(0.3 * rng.standard_normal()))
     models = [model((), gap), *(model((name,), part * gap) for name, part in parts.items())]
     effects = [] if kind == "none" else [{"families": [there], "multiple": 10.0}]
-    return Example(kind, Table(tuple(models), FAMILIES), {"kind": kind, "effects": effects})
+    return Example(kind, Table(tuple(models), Prior(FAMILIES)), {"kind": kind, "effects": effects})
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +59,7 @@ def test_calibration_gives_the_truth_more_and_holds_on_cases_left_out(examples):
 
 
 def test_a_name_too_many_counts_half():
-    table = Table((model((), 1e5), model(("leak", "play"), 0.0)), FAMILIES)
+    table = Table((model((), 1e5), model(("leak", "play"), 0.0)), Prior(FAMILIES))
     truth = {"kind": "single", "effects": [{"families": ["leak"], "multiple": 9.0}]}
     found = posterior(table, START)
     assert of_truth(found, FAMILIES, truth) == pytest.approx(0.5 * found.models[0][1])
@@ -72,7 +73,7 @@ def test_reliability_counts_every_first_name_once(examples):
 
 def test_cases_of_a_kind_are_weighed_to_their_share():
     kinds = ["withheld"] * 3 + ["single"] * 6
-    made = [Example(str(i), Table((), {}), {"kind": kind}) for i, kind in enumerate(kinds)]
+    made = [Example(str(i), Table((), Prior({})), {"kind": kind}) for i, kind in enumerate(kinds)]
     weighed = as_drawn(made, {"withheld": 0.25, "single": 0.75})
     assert sum(one.weight for one in weighed) == pytest.approx(len(made))
     assert sum(one.weight for one in weighed[:3]) == pytest.approx(0.25 * len(made))

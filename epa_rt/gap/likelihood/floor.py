@@ -55,10 +55,9 @@ class Floor:
         out = np.full(x.shape, np.nan)
         if len(x) <= order:
             return out
-        white = x[order:].copy()
-        for i, a in enumerate(self.ar):
-            white -= a * x[order - 1 - i : len(x) - 1 - i]
-        out[order:] = white / self.innovation
+        taps = np.concatenate([[1.0], -np.asarray(self.ar, float)]) / self.innovation
+        for white, one in zip(*(np.atleast_2d(a.T) for a in (out, x)), strict=True):
+            white[order:] = np.convolve(one, taps, "valid")
         return out
 
 

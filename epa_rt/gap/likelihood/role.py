@@ -5,7 +5,7 @@ That gives the best one, what else would do as well, and the swap of an early ch
 one shows to be wrong.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -198,16 +198,16 @@ def candidates(problem: Problem, point: Point, screening: Screening, pairs: bool
 
 
 def starts(problem: Problem, screening: Screening, effect: str) -> list[dict[str, float]]:
-    """The most promising starting points of an effect, at the strength that screening found; as
-    they are where it sets in only from some strength on.
+    """The most promising starting points of an effect, at the strength that screening found; where
+    it sets in only from some strength on as they are, and as unlike as there are.
     """
     one = problem.effects[effect]
     own = sorted(
         (s for s in screening.signatures if s.effect == effect),
         key=lambda s: -(s.as_is if one.sets_in else s.gain),
-    )[:STARTS]
+    )
     if own and one.sets_in:
-        return [s.start for s in own]
+        return unlike([s.start for s in own])
     if not own:
         return [dict(zip(one.knobs, one.starts[0], strict=True))]
     return [
@@ -217,8 +217,22 @@ def starts(problem: Problem, screening: Screening, effect: str) -> list[dict[str
             s.start,
             float(np.sign(s.amplitude) or 1.0) * min(max(abs(s.amplitude), WEAKEST), STRONGEST),
         )
-        for s in own
+        for s in own[:STARTS]
     ]
+
+
+def unlike(ordered: Sequence[Mapping[str, float]], most: int = STARTS) -> list[dict[str, float]]:
+    """The first, and those after it that have no number in common with one before but what all
+    have; then the next ones as they come, up to ``most``. One that is wrong in one number draws
+    its neighbours into its own valley.
+    """
+    same = {key for key in ordered[0] if len({start[key] for start in ordered}) == 1}
+    taken: list[Mapping[str, float]] = []
+    for start in ordered:
+        if all(start[key] != other[key] for other in taken for key in start.keys() - same):
+            taken.append(start)
+    rest = [start for start in ordered if start not in taken]
+    return [dict(start) for start in (*taken, *rest)[:most]]
 
 
 def z_of_sum(per_block: np.ndarray) -> float:

@@ -7,6 +7,7 @@ from epa_rt.gap.likelihood.start import Start
 from epa_rt.gap.posterior.calibrated import CASES, RECORDINGS
 from epa_rt.gap.posterior.decide import Decision
 from epa_rt.gap.posterior.evidence import Formula, Numbers
+from epa_rt.gap.posterior.prior import Prior
 from epa_rt.gap.posterior.search import Model, Table, table_of
 from epa_rt.gap.posterior.unknown import Found, inclusion
 from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN, HeldOut
@@ -58,11 +59,11 @@ def table_for(
     ``aside``: logs or trials that no fit has seen, judged by ``judge`` (None: the subject of the
     fits).
     """
-    families = {name: effect.family for name, effect in start.problem.effects.items()}
-    held_out = (
-        HeldOut(start.problem, start.ground, aside, start.base.values, judge) if aside else None
-    )
-    return table_of(*start, held_out, Formula(families, numbers, start.problem.in_plant), progress)
+    problem = start.problem
+    families = {name: effect.family for name, effect in problem.effects.items()}
+    prior = Prior(families, problem.in_plant, measured=problem.subject.usual is not None)
+    held_out = HeldOut(problem, start.ground, aside, start.base.values, judge) if aside else None
+    return table_of(*start, held_out, Formula(prior, numbers), progress)
 
 
 def left_in(model: Model, view: str) -> float:

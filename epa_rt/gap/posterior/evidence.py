@@ -10,12 +10,12 @@ Sources: Kennedy and O'Hagan (2001) on discrepancy; MacKay, Bayesian interpolati
 evidence and its Occam factor; Student's t as a Gaussian of unknown variance (Gelman et al.).
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import comb
 
 import numpy as np
 
+from epa_rt.gap.posterior.prior import Prior
 from epa_rt.gap.posterior.search import Model
 from epa_rt.gap.posterior.views import HELD_OUT, HELD_OUT_FREE_RUN, Seen, View
 
@@ -126,38 +126,11 @@ def occam(model: Model, numbers: Numbers) -> float:
     return -0.5 * float(np.linalg.slogdet(schur)[1])
 
 
-def log_prior(
-    effects: Sequence[str],
-    families: Mapping[str, str],
-    numbers: Numbers,
-    in_plant: Collection[str] = (),
-) -> float:
-    """Of a set of effects. Sets of families share the odds of their size, laws of a family theirs;
-    one that the plant file has (``in_plant``) has another strength as easily as a rig has anything
-    else, whatever other laws there are. ``families``: of each effect of the catalogue.
-    """
-    of_all = list(families.values())
-    others = [name for name in effects if name not in in_plant]
-    laws = sum(float(np.log(of_all.count(families[name]))) for name in others)
-    restrengthened = numbers.effect_odds * (len(effects) - len(others))
-    return _odds(len(others), len(set(of_all)), numbers) + restrengthened - laws
-
-
-def _odds(count: int, kinds: int, numbers: Numbers) -> float:
-    """Log prior odds of one set of ``count`` of ``kinds`` families against none."""
-    if not count:
-        return 0.0
-    if count > kinds:
-        return -np.inf
-    odds = numbers.effect_odds + (count - 1) * numbers.further_odds
-    return odds - float(np.log(comb(kinds, count)))
-
-
-def log_evidence(model: Model, families: Mapping[str, str], numbers: Numbers) -> float:
+def log_evidence(model: Model, prior: Prior, numbers: Numbers) -> float:
     """Log of the joint probability of data and model, up to what is the same for all models, over
     the views that the model has.
     """
-    total = log_prior(model.effects, families, numbers, model.in_plant)
+    total = prior.log(model.effects, numbers.effect_odds, numbers.further_odds)
     total += occam(model, numbers)
     return total + _strain_of(model) + of_views(model.views, numbers)
 
@@ -178,17 +151,14 @@ def of_views(views: Mapping[str, View], numbers: Numbers) -> float:
 
 @dataclass(frozen=True)
 class Formula:
-    """The formula for the search, which knows the catalogue and no models yet. ``in_plant``: the
-    effects that the plant file has.
-    """
+    """The formula for the search, which knows the prior and no models yet."""
 
-    families: Mapping[str, str]
+    prior: Prior
     numbers: Numbers
-    in_plant: Collection[str] = ()
 
     def evidence(self, model: Model) -> float:
         """As ``log_evidence``."""
-        return log_evidence(model, self.families, self.numbers)
+        return log_evidence(model, self.prior, self.numbers)
 
     def with_one_more(
         self,
@@ -202,12 +172,8 @@ class Formula:
         these views, or in these links of them: nominal parameters that have made up for what is
         missing may go back to where the ``best`` model has them.
         """
-        size, kinds = len(model.effects), len(set(self.families.values()))
-        if size >= kinds:
-            return -np.inf
-        more = _odds(size + 1, kinds, self.numbers) - _odds(size, kinds, self.numbers)
-        if any(name not in model.effects for name in self.in_plant):
-            more = max(more, self.numbers.effect_odds)
+        odds = self.numbers.effect_odds, self.numbers.further_odds
+        more = self.prior.log_of_one_more(model.effects, *odds)
         seen = {
             name: [one for link, one in view.links.items() if not links or link in links]
             for name, view in model.views.items()

@@ -23,6 +23,7 @@ from epa_rt.gap.likelihood.screen import screen
 from epa_rt.gap.likelihood.start import rescaled
 from epa_rt.gap.likelihood.waves import look
 from epa_rt.gap.likelihood.yardstick import Left
+from epa_rt.gap.posterior.prior import Prior
 from epa_rt.gap.posterior.views import (
     BLOCKS,
     FREE_RUN,
@@ -57,6 +58,10 @@ WHOLE = (FREE_RUN, HELD_OUT_FREE_RUN)  # and as a whole
 class Scores(Protocol):
     """The posterior's formula, as far as the search asks for it."""
 
+    @property
+    def prior(self) -> Prior:
+        """Odds of sets of effects before any data."""
+
     def evidence(self, model: "Model") -> float:
         """Log evidence of a model over the views that it has."""
 
@@ -80,26 +85,29 @@ class Scores(Protocol):
 @dataclass(frozen=True)
 class Model:
     """A set of effects and what it leaves in each view. ``values``: as fitted block by block;
-    ``whole``: in free run, None where it was not. ``in_plant``: those of its effects that the plant
-    file has, at whatever strength.
+    ``whole``: in free run, None where it was not.
     """
 
     effects: tuple[str, ...]
     views: Mapping[str, View]
     values: Values
     whole: Values | None = None
-    in_plant: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
 class Table:
-    """All models that were fitted; the first has no effect. ``families``: of each effect of the
-    catalogue; ``typical``: chi-square that each would add at a typical strength.
+    """All models that were fitted; the first has no effect. ``typical``: chi-square that each
+    effect of the catalogue would add at a typical strength.
     """
 
     models: tuple[Model, ...]
-    families: Mapping[str, str]
+    prior: Prior
     typical: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def families(self) -> Mapping[str, str]:
+        """Of each effect of the catalogue."""
+        return self.prior.families
 
 
 class Search:
@@ -360,7 +368,7 @@ class Search:
                 views[HELD_OUT_FREE_RUN] = run
         run_at = self._points.get(key)
         whole = run_at.values if run_at else None
-        self._found[key] = Model(effects, views, values, whole, problem.in_plant & key)
+        self._found[key] = Model(effects, views, values, whole)
         self._note_least(views)
         return self._found[key]
 
@@ -478,5 +486,4 @@ def table_of(
     search = Search(problem, base, left, ground, held_out, scores)
     search.singles()
     search.further(progress)
-    families = {name: effect.family for name, effect in problem.effects.items()}
-    return Table(tuple(search.models), families, search.typical)
+    return Table(tuple(search.models), scores.prior, search.typical)

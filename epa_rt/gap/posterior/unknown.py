@@ -37,7 +37,7 @@ def posterior(table: Table, numbers: Numbers) -> Found:
     """
     none = table.models[0]
     seen = [model for model in table.models if set(model.views) >= set(none.views)]
-    scored = [(model, log_evidence(model, table.families, numbers)) for model in seen]
+    scored = [(model, log_evidence(model, table.prior, numbers)) for model in seen]
     # a plant that ran away with its effects on has no evidence
     scored = [(model, log) for model, log in scored if not model.effects or np.isfinite(log)]
     models, logs = [model for model, _ in scored], [log for _, log in scored]

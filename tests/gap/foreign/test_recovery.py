@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
-from epa_rt.gap.likelihood.role import STARTS
+from epa_rt.gap.likelihood.role import unlike
 from tests.gap.foreign.made import HOSTS, blank, subject_of, with_output
 
 KINDS = ("carriage", "piston", "chamber", "servo", "shaft")
@@ -53,7 +53,7 @@ def test_an_effect_moves_its_link_and_is_absent_at_neutral(kind, name):
 
 
 @pytest.mark.parametrize(("kind", "name"), [one for one in EVERY if one not in STAIRS])
-@settings(max_examples=2, deadline=None, derandomize=True)
+@settings(max_examples=10, deadline=None, derandomize=True)
 @given(size=st.floats(0.6, 1.4))
 def test_a_fit_finds_the_numbers_again(kind, name, size):
     subject, effect, start, host = parts(kind, name)
@@ -74,19 +74,22 @@ def test_a_fit_finds_the_numbers_again(kind, name, size):
         )
         return found[np.isfinite(found)]
 
-    # what sets in is fitted from the two starts that take most off as they are, as the search does
-    begins = effect.starts if effect.sets_in else effect.starts[:1]
-    firsts = sorted(
-        (np.clip(np.array(one) / spread, low + 1e-9, high - 1e-9) for one in begins),
-        key=lambda x: float(np.sum(left(x) ** 2)),
-    )[:STARTS]
+    def inside(one):
+        return np.clip(
+            np.array([one[key] for key in effect.knobs]) / spread, low + 1e-9, high - 1e-9
+        )
+
+    begins = [dict(zip(effect.knobs, one, strict=True)) for one in effect.starts]
+    if effect.sets_in:  # valleys: from starts that take most off as they are, as in the search
+        begins = unlike(sorted(begins, key=lambda one: float(np.sum(left(inside(one)) ** 2))), 6)
     scale = np.sqrt(
         np.mean(left(np.array([subject.knobs[key].value for key in effect.knobs]) / spread) ** 2)
     )
-    fits = [
-        least_squares(
+    fits = []
+    for one in begins if effect.sets_in else begins[:1]:
+        fit = least_squares(
             lambda x: left(x) / scale,
-            first,
+            inside(one),
             bounds=(low, high),
             diff_step=1e-4,
             x_scale="jac",
@@ -94,8 +97,9 @@ def test_a_fit_finds_the_numbers_again(kind, name, size):
             ftol=1e-12,
             gtol=1e-12,
         )
-        for first in firsts
-    ]
+        fits.append(fit)
+        if fit.cost < 1e-9:
+            break
     fit = min(fits, key=lambda one: one.cost)
     for key, value in zip(effect.knobs, fit.x * spread, strict=True):
         distance = abs(truth[key] - subject.knobs[key].value) or abs(truth[key])

@@ -11,7 +11,8 @@ from epa_rt.gap.diagnose import diagnose
 from epa_rt.gap.likelihood.refit import settled
 from epa_rt.gap.likelihood.start import Start, at_base
 from epa_rt.gap.posterior.answer import table_for
-from epa_rt.gap.posterior.evidence import START, Formula, log_likelihood, log_prior, strain
+from epa_rt.gap.posterior.evidence import START, Formula, log_likelihood, strain
+from epa_rt.gap.posterior.prior import Prior
 from epa_rt.gap.posterior.search import Model, Search, Table, chi_left
 from epa_rt.gap.posterior.unknown import inclusion, posterior
 from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN, Seen, View
@@ -36,7 +37,7 @@ def begun(values):
     logs = [toy.recording(f"log{i}", 10 + i, OFF | values) for i in range(2)]
     problem, base, left = at_base(toy.Toy(), logs, floors=toy.floors)
     families = {name: effect.family for name, effect in problem.effects.items()}
-    search = Search(problem, base, left, None, None, Formula(families, START))
+    search = Search(problem, base, left, None, None, Formula(Prior(families), START))
     return problem, base, search
 
 
@@ -197,17 +198,36 @@ def test_the_order_of_models_changes_nothing(order):
         ),
     ]
     families = {name: name for name in "xyz"}
-    table = Table((models[0], *(models[i] for i in order if i)), families)
+    table = Table((models[0], *(models[i] for i in order if i)), Prior(families))
     assert posterior(table, START).models[0][0].effects == ("x",)
 
 
 def test_a_law_that_the_plant_file_has_shares_its_odds_with_no_other_and_makes_no_set_larger():
     families = {"coulomb": "friction", "dahl": "friction", "seal": "friction", "leak": "leak"}
-    has, other = (
-        log_prior(("coulomb",), families, START, in_plant) for in_plant in ({"coulomb"}, {"dahl"})
-    )
-    leak = log_prior(("leak",), families, START)
-    assert has == pytest.approx(START.effect_odds)
-    assert other == pytest.approx(leak - np.log(3.0))
-    both = log_prior(("coulomb", "leak"), families, START, {"coulomb"})
-    assert both == pytest.approx(has + leak)
+    odds = START.effect_odds, START.further_odds
+
+    def log(*effects: str, in_plant: tuple[str, ...] = (), measured: bool = False) -> float:
+        return Prior(families, in_plant, measured).log(effects, *odds)
+
+    assert log("dahl", in_plant=("coulomb",)) == pytest.approx(log("leak") - np.log(2.0))
+    for own in (("coulomb",), ("coulomb", "seal")):  # shared among themselves
+        assert log("coulomb", in_plant=own) == pytest.approx(odds[0] - np.log(len(own)))
+    both = log("coulomb", "leak", in_plant=("coulomb",))
+    assert both == pytest.approx(log("coulomb", in_plant=("coulomb",)) + log("leak"))
+    # healthy runs have measured the plant: it changes as seldom as anything sets in
+    since = {"in_plant": ("coulomb",), "measured": True}
+    assert log("coulomb", **since) == pytest.approx(log("leak"))
+    assert log("coulomb", "leak", **since) == pytest.approx(sum(odds))  # the one set of two
+
+
+@given(
+    own=st.sets(st.sampled_from("abcd")),
+    of=st.sets(st.sampled_from("abcd")),
+    measured=st.booleans(),
+)
+def test_one_effect_more_costs_what_the_prior_of_the_larger_set_says(own, of, measured):
+    prior = Prior({name: name for name in "abcd"}, tuple(sorted(own)), measured)
+    odds, here = (START.effect_odds, START.further_odds), tuple(sorted(of))
+    larger = [prior.log((*here, one), *odds) for one in "abcd" if one not in of]
+    best = max(larger, default=-np.inf) - prior.log(here, *odds)
+    assert prior.log_of_one_more(here, *odds) == pytest.approx(best)

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from epa_rt.gap.posterior.evidence import START
+from epa_rt.gap.posterior.prior import Prior
 from epa_rt.gap.posterior.search import Model, Table
 from epa_rt.gap.posterior.unknown import posterior, pushed_by_wrong
 from epa_rt.gap.posterior.views import BLOCKS, FREE_RUN, Seen, View
@@ -31,7 +32,7 @@ def model(effects: tuple[str, ...], left: dict[str, float], push: float = 0.0) -
 def unknown(left: dict[str, float], push: float = 0.0) -> float:
     """Its probability where a leak leaves so much."""
     none = model((), dict.fromkeys(left, 1.0))
-    return posterior(Table((none, model(("leak",), left, push)), FAMILIES), START).unknown
+    return posterior(Table((none, model(("leak",), left, push)), Prior(FAMILIES)), START).unknown
 
 
 def test_one_view_that_shows_it_is_enough():

@@ -6,7 +6,7 @@ A law of your own is one file of the room ``laws`` (docs/add-an-effect.md).
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from functools import cached_property
 
 import numpy as np
 
@@ -35,12 +35,18 @@ class Motion:
     filtered: bool
 
 
-class Law(NamedTuple):
+@dataclass(frozen=True)
+class Law:
     """One law: its effect, its numbers, and its force (N,) from motion and numbers."""
 
     effect: Effect
     parameters: tuple[Parameter, ...]
     force_n: Callable[[Motion, Numbers], np.ndarray]
+
+    @cached_property
+    def strengths(self) -> tuple[str, ...]:
+        """Keys of the numbers that are zero where the law is not; it gives no force there."""
+        return tuple(p.key for p in self.parameters if p.neutral == 0.0)
 
 
 def motion(

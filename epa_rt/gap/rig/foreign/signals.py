@@ -129,33 +129,53 @@ def lowpass(values: np.ndarray, rate_hz: float, lowpass_hz: float) -> np.ndarray
     """
     if lowpass_hz >= 0.5 * rate_hz:
         return np.array(values, dtype=float)
-    from scipy import signal
-
-    return signal.sosfiltfilt(_sections(lowpass_hz / (0.5 * rate_hz)), values)
+    return _forth_and_back(*_sections(lowpass_hz / (0.5 * rate_hz)), values)
 
 
 @cache
-def _sections(share: float) -> np.ndarray:
-    """Second-order sections of the filter whose cut-off is that share of half the rate."""
+def _sections(share: float) -> tuple[np.ndarray, np.ndarray]:
+    """Second-order sections of the filter whose cut-off is that share of half the rate, and their
+    state after a constant of one.
+    """
     from scipy import signal
 
-    return signal.butter(LOWPASS_ORDER, share, output="sos")
+    sections = signal.butter(LOWPASS_ORDER, share, output="sos")
+    return sections, signal.sosfilt_zi(sections)
+
+
+def _forth_and_back(sections: np.ndarray, steady: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """As scipy's ``sosfiltfilt``, to the bit, with the steady state that is known already."""
+    from scipy import signal
+
+    edge = 3 * (2 * len(sections) + 1)  # no section of a low-pass lacks a coefficient
+    if len(values) <= edge:
+        raise ValueError(f"found {len(values)} rows, expected more than {edge} to filter")
+    first, last = 2.0 * values[0], 2.0 * values[-1]
+    longer = np.concatenate([first - values[edge:0:-1], values, last - values[-2 : -edge - 2 : -1]])
+    forth, _ = signal.sosfilt(sections, longer, zi=steady * longer[0])
+    back, _ = signal.sosfilt(sections, forth[::-1], zi=steady * forth[-1])
+    return back[::-1][edge:-edge]
 
 
 def shifted(values: np.ndarray, samples: float) -> np.ndarray:
     """``values`` delayed by a number of samples, whole or not (negative: advanced), cubic between
     them, ends held.
     """
-    whole = int(np.floor(samples))
+    count, whole = len(values), int(np.floor(samples))
     part = samples - whole
-    place = np.arange(len(values)) - whole
-    last = len(values) - 1
-    before, at, after, beyond = (values[np.clip(place + k, 0, last)] for k in (1, 0, -1, -2))
+    begin = min(max(whole, -count - 2), count + 2)  # beyond its ends all is held alike
+    behind, ahead = max(begin + 2, 0), max(1 - begin, 0)
+    held = np.concatenate([np.full(behind, values[0]), values, np.full(ahead, values[-1])])
+    first = behind - begin - 2
     if part == 0.0:
-        return at
-    return (
-        at * (1 + part) * (1 - part) * (2 - part) / 2
-        + after * part * (1 + part) * (2 - part) / 2
-        - before * part * (1 - part) * (2 - part) / 6
-        - beyond * part * (1 + part) * (1 - part) / 6
+        return held[first + 2 : first + 2 + count]
+    # by Lagrange, of the samples from one ahead to two behind
+    taps = np.array(
+        [
+            -part * (1 - part) * (2 - part) / 6,
+            (1 + part) * (1 - part) * (2 - part) / 2,
+            part * (1 + part) * (2 - part) / 2,
+            -part * (1 + part) * (1 - part) / 6,
+        ]
     )
+    return np.convolve(held[first : first + 3 + count], taps, "valid")

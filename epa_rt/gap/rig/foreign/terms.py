@@ -270,7 +270,7 @@ def stray_force_n(m: Motion, numbers: Numbers, laws: Sequence[Law] = LAWS) -> np
     """Sum of all laws, (N,), N."""
     total = np.zeros_like(m.speed_m_s)
     for one in laws:
-        if any(numbers[key] != 0.0 for key in one.effect.knobs):
+        if any(numbers[key] != 0.0 for key in one.strengths):
             total = total + one.force_n(m, numbers)
     return total
 
