@@ -58,6 +58,7 @@ UNSEEN = (
 )
 WORTH_A_WORD = 0.2  # probability from which a law that is not named is said all the same
 MOSTLY = 0.5  # of the catalogue: where the logs could not show as much, no gap says nothing
+LITTLE_PERCENT = 0.01  # of a gap, below which nobody needs the figure
 
 
 @dataclass(frozen=True)
@@ -471,22 +472,26 @@ def _left(model: Model, none: Model) -> str:
     for view, words in FITTED:
         gap = left_in(none, view) if view in none.views else 0.0
         if gap > DECIDES:
-            percent = 100.0 * left_in(model, view) / gap
             little = "little" if left_in(model, view) > DECIDES else "no"
             floors = _above(model, view, "the floor", "") or f"{little} more than noise"
-            parts.append(
-                (f"{percent:.2g}" if percent < 99.5 else f"{percent:.0f}", f"{words}, {floors}")
-            )
+            parts.append((_percent(left_in(model, view) / gap), f"{words}, {floors}"))
     if not parts:
         return ""
     who = "It leaves"
     if len(model.effects) > 1:
         who = f"{set_words(model.effects).capitalize()} leave"
     (first, view), *more = parts
-    rest = "".join(f"; {percent} % {words}" for percent, words in more)
+    rest = "".join(f"; {percent} {words}" for percent, words in more)
     told = (_above(model, view, "the floor", words) for view, words in UNSEEN)
     held = "".join(f"; {one}" for one in told if one)
-    return f" {who} {first} % of the gap {view}{rest}{held}."
+    return f" {who} {first} of the gap {view}{rest}{held}."
+
+
+def _percent(part: float) -> str:
+    percent = 100.0 * part
+    if percent < LITTLE_PERCENT:
+        return f"less than {LITTLE_PERCENT} %"
+    return f"{percent:.2g} %" if percent < 99.5 else f"{percent:.0f} %"
 
 
 def _times_floor(model: Model, view: str) -> float:

@@ -1,5 +1,8 @@
 """What is set aside is what is not fitted, sample for sample."""
 
+from dataclasses import replace
+from itertools import permutations
+
 import numpy as np
 import pytest
 
@@ -43,3 +46,25 @@ def test_the_last_trial_of_a_log_whose_rate_is_a_little_off_is_set_aside_as_it_s
         and abs(np.flatnonzero(judged)[0] * stride - first) <= stride
     )
     assert fitted.sum() == pytest.approx(0.9 * len(fitted), rel=0.01)
+
+
+@pytest.mark.parametrize("order", list(permutations(range(3))))
+def test_of_logs_with_one_trial_each_that_with_most_of_the_gap_is_fitted(order):
+    """One that nothing else excites would be held against fits that know nothing of it."""
+    subject = subject_of("servo")
+    gaps = (0.0, 1e-3, 0.1)
+    logs = [_one_trial(subject, f"log {i}", gaps[i]) for i in order]
+    judged = split(subject, logs)[1].only(logs)
+    assert [one.name for one in judged] == ["log 1"]  # and not the one that shows nothing of it
+
+
+def _one_trial(subject, name: str, gap_rad: float) -> Recording:
+    command = 0.3 * np.sin(np.arange(1000) / subject.rate_hz)
+    command_of, position_of = (subject.rig.channels[role] for role in ("command", "position"))
+    columns = {command_of: command, position_of: command}
+    period_s = 1.0 / subject.rate_hz
+    spans = (Span("trial", 0, 1000, True),)
+    log = Recording(name, "", subject.name, "", "", period_s, np.arange(1000), columns, spans)
+    made = subject.free_run(log, {}, None)
+    bent = made.columns[position_of] + gap_rad * np.sin(np.arange(1000) / 7.0)
+    return replace(made, columns={**made.columns, position_of: bent})

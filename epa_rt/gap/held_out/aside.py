@@ -120,18 +120,20 @@ def split(subject: Subject, recordings: Sequence[Recording]) -> tuple[Part, Part
 
 
 def _middling(subject: Subject, recordings: Sequence[Recording]) -> str:
-    """Name of the log that is judged in as many rows as logs are in the median (the lower one):
-    the fits keep what says most. Of several the last by name.
+    """Name of the log in which the plant file leaves as much as in the median one (the lower one),
+    of what it leaves in all: the fits keep what shows most, and what is set aside shows some of it.
     """
     ready = {one.name: subject.prepare(one) for one in recordings}
-    rows = {
-        name: sum(
-            int(np.isfinite(subject.residual(one, {}, link.name)).sum()) for link in subject.links
-        )
-        for name, one in ready.items()
-    }
-    median = sorted(rows.values())[(len(rows) - 1) // 2]
-    return max(name for name, count in rows.items() if count == median)
+    left = dict.fromkeys(ready, 0.0)
+    for link in subject.links:
+        squares = {
+            name: float(np.nansum(subject.residual(one, {}, link.name) ** 2))
+            for name, one in ready.items()
+        }
+        most = max(squares.values())
+        for name, square in squares.items():
+            left[name] += square / most if most > 0.0 else 0.0
+    return sorted(left, key=lambda name: (left[name], name))[(len(left) - 1) // 2]
 
 
 class Unseen(NamedTuple):
