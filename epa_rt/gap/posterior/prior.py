@@ -10,9 +10,9 @@ class Prior:
     """Sets of families share the odds of their size, laws of a family theirs.
 
     ``families``: of each effect of the catalogue. ``in_plant``: effects that the plant file has.
-    They share their odds of another strength among themselves, whatever else is missing, and with
-    no law of their families. ``measured``: healthy runs have measured the plant, so that its own
-    effects change no more often than others set in.
+    Their strengths are guesses: they share the odds that one is wrong among themselves, each for
+    itself, whatever else is missing. ``measured``: healthy runs have measured the plant, so that
+    its own effects change no more often than others set in.
     """
 
     families: Mapping[str, str]
@@ -24,23 +24,32 @@ class Prior:
         of one more.
         """
         lacking = [family for name, family in self.families.items() if name not in self.in_plant]
-        others = [self.families[name] for name in effects if name not in self.in_plant]
-        laws = sum(log(lacking.count(family)) for family in others)
-        return sum(_odds(n, of, one, further) for n, of in self._pools(effects)) - laws
+        laws = sum(
+            log(lacking.count(self.families[name])) for name in effects if name not in self.in_plant
+        )
+        size, of = self._of_families(effects)
+        guessed = sum(self._of_guess(one) for name in effects if name in self._guessed)
+        return _odds(size, of, one, further) + guessed - laws
 
     def log_of_one_more(self, effects: Sequence[str], one: float, further: float) -> float:
         """What the odds grow by with one effect more, the most probable and alone in its family."""
-        pools = [(n, of) for n, of in self._pools(effects) if n < of]
-        steps = [_odds(n + 1, of, one, further) - _odds(n, of, one, further) for n, of in pools]
-        return max(steps, default=-inf)
+        size, of = self._of_families(effects)
+        more = _odds(size + 1, of, one, further) - _odds(size, of, one, further)
+        left = any(name not in effects for name in self._guessed)
+        return max(more, self._of_guess(one)) if left else more
 
-    def _pools(self, effects: Sequence[str]) -> list[tuple[int, int]]:
-        """How many of a set, and of how many: of families, and of the plant file's own effects."""
-        if self.measured:
-            return [(len(effects), len(set(self.families.values())))]
-        own = len([name for name in effects if name in self.in_plant])
-        kinds = {family for name, family in self.families.items() if name not in self.in_plant}
-        return [(len(effects) - own, len(kinds)), (own, len(self.in_plant))]
+    @property
+    def _guessed(self) -> Collection[str]:
+        return () if self.measured else self.in_plant
+
+    def _of_families(self, effects: Sequence[str]) -> tuple[int, int]:
+        """How many of a set share the odds of its size, and of how many families."""
+        guessed = self._guessed
+        kinds = {family for name, family in self.families.items() if name not in guessed}
+        return len([name for name in effects if name not in guessed]), len(kinds)
+
+    def _of_guess(self, one: float) -> float:
+        return one - log(len(self.in_plant))
 
 
 def _odds(count: int, of: int, one: float, further: float) -> float:

@@ -214,6 +214,8 @@ def test_a_law_that_the_plant_file_has_shares_its_odds_with_no_other_and_makes_n
         assert log("coulomb", in_plant=own) == pytest.approx(odds[0] - np.log(len(own)))
     both = log("coulomb", "leak", in_plant=("coulomb",))
     assert both == pytest.approx(log("coulomb", in_plant=("coulomb",)) + log("leak"))
+    guesses = log("coulomb", "seal", in_plant=("coulomb", "seal"))  # each for itself
+    assert guesses == pytest.approx(2.0 * (odds[0] - np.log(2.0)))
     # healthy runs have measured the plant: it changes as seldom as anything sets in
     since = {"in_plant": ("coulomb",), "measured": True}
     assert log("coulomb", **since) == pytest.approx(log("leak"))
