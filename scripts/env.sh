@@ -1,6 +1,9 @@
 # Makes .venv with the pinned packages of requirements.txt, and compiles what runs and diagnoses need; sourced by demo.sh and test.sh. Runs as an ordinary user.
 # What is there and up to date is left alone, so a second call takes no time.
 
+# a run is several processes, and each of them would compile what it imports anew
+unset PYTHONDONTWRITEBYTECODE
+
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 venv=${EPA_VENV:-$root/.venv}
 
