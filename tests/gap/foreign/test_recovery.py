@@ -53,7 +53,7 @@ def test_an_effect_moves_its_link_and_is_absent_at_neutral(kind, name):
 
 
 @pytest.mark.parametrize(("kind", "name"), [one for one in EVERY if one not in STAIRS])
-@settings(max_examples=10, deadline=None, derandomize=True)
+@settings(max_examples=2, deadline=None, derandomize=True)
 @given(size=st.floats(0.6, 1.4))
 def test_a_fit_finds_the_numbers_again(kind, name, size):
     subject, effect, start, host = parts(kind, name)
